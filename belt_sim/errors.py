@@ -22,7 +22,7 @@ class CannotRepresent(BeltError):
     """A model was asked for something outside the laws that it reads."""
 
 
-class RunFailed(BeltError):
+class SimulationError(BeltError):
     """A simulation stopped before its end; the message names the quantity, the place and the setting to change.
 
     curves: what there was until then (``belt_sim.curves.Curves``), None when there was nothing.

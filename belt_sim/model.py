@@ -44,7 +44,7 @@ class Model(Protocol):
         """Curves over ``travel`` [m] as the instruments indicate them.
 
         Effects on the drive change what is commanded, those of the belt and the pulleys the run itself, those of
-        encoder and sensors what is read. Raises CannotRepresent, InputError, RunFailed.
+        encoder and sensors what is read. Raises CannotRepresent, InputError, SimulationError.
         """
 
 

@@ -17,7 +17,7 @@ from belt_sim.files import write_with
 from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.recording import Recorder
-from belt_sim.mujoco3d.stages import Drive, Stage
+from belt_sim.mujoco3d.run_stages import Drive, Stage
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.si import DEGREE, MM
 from belt_sim.watch.observers import ProgressObserver

@@ -17,7 +17,7 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.config import make_case
 from belt_sim.curves import Curves
-from belt_sim.errors import RunFailed
+from belt_sim.errors import SimulationError
 from belt_sim.files import write_text
 from belt_sim.jax_setup import prepare
 from belt_sim.mujoco3d.options import Options
@@ -77,7 +77,7 @@ def on_mjx(asked: list[Asked]) -> dict[Asked, Curves]:
         took = time.perf_counter() - begun
         print(f"{key[0]}, {1e3 * key[1]:g} ms, {len(some)} cases on MJX: {took:.0f} s", flush=True)
         for a, c in zip(some, curves, strict=True):
-            if isinstance(c, RunFailed):
+            if isinstance(c, SimulationError):
                 raise c
             found[a] = c
     return found

@@ -10,7 +10,7 @@ import numpy as np
 import belt_sim as bs
 from belt_sim.config import make_case
 from belt_sim.curves import Curves
-from belt_sim.errors import RunFailed
+from belt_sim.errors import SimulationError
 from belt_sim.jax_setup import prepare
 from belt_sim.pictures import style
 from belt_sim.pictures.style import BLUE, RED
@@ -63,10 +63,10 @@ def main(picture: Path | None, count: int) -> None:
     begun = time.perf_counter()
     found = simulate_batch(cases, travel=TRAVEL, chunk=count)
     took = time.perf_counter() - begun
-    failed = [t for t, c in zip(tensions, found, strict=True) if isinstance(c, RunFailed)]
+    failed = [t for t, c in zip(tensions, found, strict=True) if isinstance(c, SimulationError)]
     peak = (jax.devices()[0].memory_stats() or {}).get("peak_bytes_in_use", 0)
     print(f"{count} belts, {TRAVEL:g} m, on {jax.devices()[0]}: {took:.0f} s, {peak / 1e9:.2f} GB, failed: {failed}")
-    y = np.array([at_places(c) for c in found if not isinstance(c, RunFailed)])
+    y = np.array([at_places(c) for c in found if not isinstance(c, SimulationError)])
     laws = [bs.simulate(c, model="strip", travel=TRAVEL + 0.1).curves for c in cases]
     law = np.array([at_places(c) for c in laws if c is not None])
     off = 100.0 * np.abs(y - law).max(axis=(1, 2)) / np.abs(law).max(axis=(1, 2))

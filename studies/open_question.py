@@ -22,7 +22,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.effects.belt_shape import Camber
 from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.yaw import Cant, YawCompliance
-from belt_sim.errors import InputError, RunFailed
+from belt_sim.errors import InputError, SimulationError
 from belt_sim.laws.span import softening
 from belt_sim.si import MM_PER_M, N_PER_MM2
 from studies.application import application
@@ -143,7 +143,7 @@ def needed(c: Candidate, cases: dict[float, Case]) -> float | None:
         try:
             if short(high) <= 0.0:
                 return float(brentq(short, low, high, rtol=1e-2)) if low else high
-        except (InputError, RunFailed):  # so large that the law has no answer
+        except (InputError, SimulationError):  # so large that the law has no answer
             return None
     return None
 

@@ -13,12 +13,12 @@ from rich.table import Table
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.load import load_effects
-from belt_sim.errors import RunFailed
+from belt_sim.errors import SimulationError
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import accurate_speed, string_speed
 from belt_sim.paper import ROPE_EXAMPLE, YAW, paper_case
-from belt_sim.quasi_static.run import simulate_batch
+from belt_sim.quasi_static.engine import simulate_batch
 from belt_sim.scene_parts import SceneParts
 from studies.application import application
 
@@ -51,9 +51,9 @@ def scenes(case: Case, names: list[str], model: SpaceModel) -> list[SceneParts]:
     return [model.parts(case, load_effects(a)) for a in asked]
 
 
-def rows(curves: Curves | RunFailed, travel: float) -> np.ndarray:
+def rows(curves: Curves | SimulationError, travel: float) -> np.ndarray:
     """y of the four points [m] at the study's places."""
-    if isinstance(curves, RunFailed):
+    if isinstance(curves, SimulationError):
         raise curves
     at = np.arange(FIRST, travel, SPACING)
     return np.array([np.interp(at, curves.travel, row) for row in np.asarray(curves.y)])

@@ -15,7 +15,7 @@ import numpy as np
 
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.curves import late_rates
-from belt_sim.errors import RunFailed
+from belt_sim.errors import SimulationError
 from belt_sim.files import write_text
 from belt_sim.jax_setup import prepare
 from belt_sim.paper import PAPER_BELT, TEST_RIG
@@ -38,7 +38,7 @@ def cases_of(rig: Rig, belt: Belt, tensions: np.ndarray, yaws: np.ndarray) -> li
 def row(case: Case, curves: Any, friction: float) -> str:
     """One line of the table; rates in mm/m."""
     tension, yaw = float(case.settings.tension) / N_PER_MM2, float(np.sum(case.settings.yaw.change)) / DEGREE
-    if isinstance(curves, RunFailed):
+    if isinstance(curves, SimulationError):
         return f"{tension:g},{yaw:g}" + "," * 11 + f"{friction:g}"
     y1 = curves.y[0] / MM
     at = [float(np.interp(s, curves.travel, y1)) for s in (3.0, 10.0, curves.travel[-1])]
@@ -52,14 +52,14 @@ def row(case: Case, curves: Any, friction: float) -> str:
 
 def quasi_static_map(cases: Sequence[Case], frictions: Sequence[float], travel: float, out: Path) -> None:
     """Run every case with every friction and write ``out``; prints the time and the device's memory used at most."""
-    from belt_sim.quasi_static.run import simulate_batch
+    from belt_sim.quasi_static.engine import simulate_batch
 
     begun, lines, failed = time.perf_counter(), [HEADER], 0
     for friction in frictions:  # belts that stick make a batch of their own: it is cheaper
         parts = [SceneParts.from_case(case, friction) for case in cases]
         found = simulate_batch(cases, travel=travel, parts=parts)
         lines += [row(c, f, friction) for c, f in zip(cases, found, strict=True)]
-        failed += sum(isinstance(f, RunFailed) for f in found)
+        failed += sum(isinstance(f, SimulationError) for f in found)
     wall = time.perf_counter() - begun
     write_text(out, "\n".join(lines) + "\n")
     memory = (jax.devices()[0].memory_stats() or {}).get("peak_bytes_in_use", 0) / 1e9

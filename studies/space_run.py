@@ -19,7 +19,7 @@ import numpy as np
 from belt_sim.config import case_from
 from belt_sim.curves import Curves, late_rates, write_curves
 from belt_sim.effects.load import load_effects
-from belt_sim.errors import InputError, RunFailed
+from belt_sim.errors import InputError, SimulationError
 from belt_sim.files import write_text
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.provenance import provenance
@@ -41,7 +41,7 @@ def space_run(config: dict[str, Any]) -> None:
     watch = (ProgressObserver(config["name"]), shapes)
     try:
         curves = model.run(case, effects, travel=float(config["travel"]), observers=watch)
-    except RunFailed as error:
+    except SimulationError as error:
         curves, failure = error.curves, str(error)
     signal.alarm(0)
     cpu = time.process_time() - begun
@@ -73,7 +73,7 @@ def figures(curves: Curves) -> dict[str, Any]:
 
 
 def _stopped(number: int, _: object) -> None:
-    raise RunFailed(f"stopped by {signal.Signals(number).name}")
+    raise SimulationError(f"stopped by {signal.Signals(number).name}")
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves, SensorPlace
 from belt_sim.effects.base import apply_hook, call_hook, uses
 from belt_sim.effects.pipeline import as_driven, as_numpy
-from belt_sim.errors import InputError, RunFailed
+from belt_sim.errors import InputError, SimulationError
 from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
 from belt_sim.laws import drive
 from belt_sim.laws.runup import RunOff, RunUp, Yaw, delayed_runoff
@@ -48,7 +48,7 @@ def march(
     Raises:
         CannotRepresent: if the model cannot represent an effect.
         InputError: if the step is longer than a wrap, or effects leave no tension.
-        RunFailed: if the result is not finite.
+        SimulationError: if the result is not finite.
     """
     model.admit(effects)
     return march_driven(in_float64(as_driven)(case, effects), model, effects, travel=travel, step=step, keep=keep)
@@ -68,7 +68,7 @@ def march_driven(
     curves = _truncate(as_numpy(Curves(**dict(zip(RETURNED, rows, strict=True)))), records + 1)
     unfit = [n for n in RETURNED if not np.isfinite(getattr(curves, n)).all()]
     if unfit:
-        raise RunFailed(f"{', '.join(unfit)} is not finite: weaken the effects or shorten model.step")
+        raise SimulationError(f"{', '.join(unfit)} is not finite: weaken the effects or shorten model.step")
     return curves
 
 

@@ -57,7 +57,7 @@ from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import SteadyError
-from belt_sim.results.found import NextRun
+from belt_sim.results.findings import NextRun
 from belt_sim.watch.observers import stages_shown
 
 MIN_BOOTSTRAPS, MAX_BOOTSTRAPS = 100, 100_000
@@ -85,7 +85,7 @@ def diagnose(
     library not to be tried; advise: look for the next run to make; bootstraps: campaigns simulated with nothing
     missing, which tell how much chance gains; progress(replicates, stage): told of every stage, and of these
     campaigns (None: a bar in a terminal or notebook); shown: is given the result without the next runs; config:
-    what asked for it, for the provenance. Raises InputError, CannotRepresent, RunFailed.
+    what asked for it, for the provenance. Raises InputError, CannotRepresent, SimulationError.
     """
     campaign = campaign_of(campaign)
     whole("seed", seed, 0)

@@ -12,7 +12,7 @@ from belt_sim.case import Case
 from belt_sim.config import CaseSettings, case_from, case_or_settings, model_settings
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect
-from belt_sim.errors import BeltError, InputError, RunFailed
+from belt_sim.errors import BeltError, InputError, SimulationError
 from belt_sim.frame import Observer
 from belt_sim.model import Model, SteadyModel
 from belt_sim.mujoco3d.model import BATCH_ENGINES, SpaceModel, batch_engine
@@ -91,7 +91,7 @@ def on_engine(model: Model | SteadyModel, engine: str | None) -> Model | SteadyM
 
 def run_in_batches(
     configs: Sequence[Mapping[str, Any]], batch: int | None
-) -> Iterator[tuple[Sequence[int], Sequence[Curves | RunFailed | None]]]:
+) -> Iterator[tuple[Sequence[int], Sequence[Curves | SimulationError | None]]]:
     """Numbers of the configurations of a batch, and what it found for each; batch: most cases of one, None: that fit.
 
     What cannot be marched comes first, with None: its own run says why.

@@ -42,7 +42,7 @@ class SliderSettings:
 
 
 def simulate_sliders(asked: SliderSettings) -> Simulation:
-    """The simulation; raises InputError, CannotRepresent, RunFailed."""
+    """The simulation; raises InputError, CannotRepresent, SimulationError."""
     case = make_case(rig=asked.rig, belt=asked.belt, tension=asked.tension, yaw=asked.yaw)
     acting = [make_effect(i, numbers) for i, numbers in asked.effects.items()]
     whole = simulate(case, model={"name": asked.model, "keep": KEEP}, effects=acting, travel=LONGEST)

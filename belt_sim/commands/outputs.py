@@ -14,7 +14,7 @@ from belt_sim.campaign import Campaign, case_of
 from belt_sim.case import Case
 from belt_sim.curves import Curves, write_curves
 from belt_sim.effects.base import Effect
-from belt_sim.errors import InputError, RunFailed
+from belt_sim.errors import InputError, SimulationError
 from belt_sim.files import write_json, write_text, write_with
 from belt_sim.frame import Frame, Observer
 from belt_sim.jax_setup import map_in_threads
@@ -53,7 +53,7 @@ def partial_curves_kept(folder: Path, observers: Sequence[Observer] = ()) -> Ite
     partial.unlink(missing_ok=True)
     try:
         yield
-    except RunFailed as failure:
+    except SimulationError as failure:
         if failure.curves is not None and len(failure.curves.travel):
             write_curves(partial, failure.curves)
         raise

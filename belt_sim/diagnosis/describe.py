@@ -24,7 +24,7 @@ from belt_sim.effects.law_file import law_entry
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis, Verdict, other_model
 from belt_sim.results.errors import CampaignLabel
-from belt_sim.results.found import Candidate, Confusable, Explanation, FoundEffect, NoiseLevels, Unknown
+from belt_sim.results.findings import Candidate, Confusable, Explanation, FoundEffect, NoiseLevels, Unknown
 from belt_sim.results.words import join_effects, listed
 
 ALIKE_SHOWN = 3  # look-alikes in a sentence

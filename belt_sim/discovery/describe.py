@@ -18,7 +18,7 @@ from belt_sim.provenance import provenance
 from belt_sim.results import words
 from belt_sim.results.discovery import Discovery, FoundLaw, LawPoints, PlaceEvidence, RivalLaw, UnknownCourse
 from belt_sim.results.errors import Errors
-from belt_sim.results.found import Estimate
+from belt_sim.results.findings import Estimate
 
 KEPT = 120  # points of a curve against a variable, a tension
 DRAWN = 600  # points of the law as a line

@@ -18,7 +18,7 @@ from belt_sim.foresight.harm import harm_warnings
 from belt_sim.foresight.sheet_evidence import sheet_suspicions
 from belt_sim.foresight.sizes import best_column
 from belt_sim.results.check import Doubt, Pair, Visible
-from belt_sim.results.found import RESOLVED
+from belt_sim.results.findings import RESOLVED
 
 NOISY = 2.0  # times the usual scatter
 SPANS = 3.0  # a record shorter than so many spans shows the start of the movement only

@@ -9,10 +9,10 @@ from contextlib import redirect_stdout
 with redirect_stdout(io.StringIO()):  # it prints that Warp is not installed, which is not needed
     import mujoco.mjx  # noqa: F401
 
+from belt_sim.mjx.engine import simulate, simulate_batch
 from belt_sim.mjx.mjx_interface import stack_cases
 from belt_sim.mjx.model import READING, Command, MjxData, MjxModel, PreparedCase, command, prepare
-from belt_sim.mjx.run import simulate, simulate_batch
-from belt_sim.mjx.step import step
+from belt_sim.mjx.time_step import step
 
 __all__ = [
     "READING",

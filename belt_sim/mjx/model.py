@@ -27,7 +27,7 @@ from belt_sim.mujoco3d.machine import (
 from belt_sim.mujoco3d.mesh import BELT_MODELS
 from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.pulleys import TailPulley
-from belt_sim.mujoco3d.stages import Drive, run_stages
+from belt_sim.mujoco3d.run_stages import Drive, run_stages
 from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays
 from belt_sim.pytrees import Numbers as Array
 from belt_sim.pytrees import pytree

@@ -9,8 +9,8 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.errors import InputError, RunFailed
-from belt_sim.mujoco3d.belt import BeltArrays, active_features
+from belt_sim.errors import InputError, SimulationError
+from belt_sim.mujoco3d.belt import ActiveFeatures, BeltArrays, active_features
 from belt_sim.mujoco3d.contact import lay_wraps
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.options import RUNAWAY, Options
@@ -36,14 +36,34 @@ class ReadyCase(Protocol):
 
 @dataclass(frozen=True)
 class BatchEngine:
-    """The two entries of an engine on JAX.
+    """The entries of an engine on JAX.
 
-    prepare_case(case, belt, travel, options, parts, features): a ReadyCase; raises CannotRepresent for what the engine
-    cannot do. in_batches(cases, chunk, ...): curves of cases of one kind, chunk by chunk.
+    refuse(belt, options, parts): raises CannotRepresent for what the engine cannot do. lay_case(case, belt, travel,
+    options, parts, features): a ReadyCase. in_batches(cases, chunk, ...): curves of cases of one kind, chunk by chunk.
     """
 
-    prepare_case: Callable[..., Any]
-    in_batches: Callable[..., Iterator[list[Curves | RunFailed]]]
+    refuse: Callable[[str, Options, SceneParts], None]
+    lay_case: Callable[[Case, str, float, Options, SceneParts, ActiveFeatures], Any]
+    in_batches: Callable[..., Iterator[list[Curves | SimulationError]]]
+
+    def prepare_case(
+        self,
+        case: Case,
+        *,
+        belt: str = "flex",
+        travel: float,
+        options: Options | None = None,
+        parts: SceneParts | None = None,
+        features: ActiveFeatures | None = None,
+    ) -> Any:
+        """A ReadyCase that is to be run over ``travel`` [m]; features: in its batch, None = in this case.
+
+        Raises CannotRepresent for what the engine cannot do.
+        """
+        options = options or Options()
+        parts = parts or SceneParts.from_case(case, options.friction)
+        self.refuse(belt, options, parts)
+        return self.lay_case(case, belt, travel, options, parts, features or active_features([parts]))
 
     def simulate_batch(
         self,
@@ -55,11 +75,11 @@ class BatchEngine:
         parts: Sequence[SceneParts] | None = None,
         chunk: int | None = None,
         **watched: Any,
-    ) -> list[Curves | RunFailed]:
+    ) -> list[Curves | SimulationError]:
         """Curves of all cases, in order, over ``travel`` [m], at most ``chunk`` of them at once (None: as many as fit).
 
         Cases may differ in everything but the mesh: tension [Pa], yaw schedules [rad], effects (parts), material. A
-        case that fails is a RunFailed, with the curves so far in its ``curves``, and stops no other. watched:
+        case that fails is a SimulationError, with the curves so far in its ``curves``, and stops no other. watched:
         observers of the first case (engine=mjx). Raises InputError for meshes with unlike numbers of stations.
         """
         options = options or Options()
@@ -75,9 +95,12 @@ class BatchEngine:
         return [found for some in self.in_batches(ready, chunk, **watched) for found in some]
 
     def simulate(self, case: Case, *, parts: SceneParts | None = None, **run: Any) -> Curves:
-        """Curves of one case; run: as of ``simulate_batch``. y = 0 at travel 0. Raises RunFailed when it diverges."""
+        """Curves of one case; run: as of ``simulate_batch``. y = 0 at travel 0.
+
+        Raises SimulationError when it diverges.
+        """
         found = self.simulate_batch([case], parts=None if parts is None else [parts], **run)[0]
-        if isinstance(found, RunFailed):
+        if isinstance(found, SimulationError):
             raise found
         return found
 
@@ -104,9 +127,9 @@ def is_on_pulleys(rows: np.ndarray, width: float) -> np.ndarray:
     return np.isfinite(rows).all(axis=1) & (np.abs(rows[:, POINTS]).max(axis=1) < RUNAWAY * width)
 
 
-def failure_with(curves: Curves, why: str) -> RunFailed:
-    """A RunFailed that carries the curves so far; ``why`` may name {where}, the last travel in them."""
+def failure_with(curves: Curves, why: str) -> SimulationError:
+    """A SimulationError that carries the curves so far; ``why`` may name {where}, the last travel in them."""
     where = f"after {curves.travel[-1] if len(curves.travel) else 0.0:.2f} m"
-    failure = RunFailed(why.format(where=where))
+    failure = SimulationError(why.format(where=where))
     failure.curves = curves
     return failure

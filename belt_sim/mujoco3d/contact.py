@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from belt_sim.errors import RunFailed
+from belt_sim.errors import SimulationError
 from belt_sim.jax_setup import jit_float64
 from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays, surfaces_of
 from belt_sim.mujoco3d.friction import SlidingStiffness, slip_increments, wrap_chain
@@ -81,7 +81,7 @@ def change_end(
     if not is_released(wrap, surface, pose, end, belt.chord):
         return wrap
     if wrap.last - wrap.first < _FEWEST:
-        raise RunFailed("the belt leaves a pulley: tension too low for its weight; raise settings.tension")
+        raise SimulationError("the belt leaves a pulley: tension too low for its weight; raise settings.tension")
     outer = (wrap.first, wrap.last)[end]
     return wrap._replace(**{("first", "last")[end]: outer - OUTWARDS[end]})
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
-from belt_sim.errors import CannotRepresent, InputError, RunFailed
+from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import write_text
 from belt_sim.frame import Observer, SceneObserver
 from belt_sim.jax_setup import in_float64
@@ -38,7 +38,7 @@ from belt_sim.mujoco3d.pulleys import Pulleys, laid_poses, loads_on_pulleys
 from belt_sim.mujoco3d.recording import Recorder
 from belt_sim.mujoco3d.rolling_contact import Edited, build_contact, run_contact
 from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
-from belt_sim.mujoco3d.stages import Drive, Stage, run_stages
+from belt_sim.mujoco3d.run_stages import Drive, Stage, run_stages
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.stress_free import RestLengths
 from belt_sim.mujoco3d.wrap import (
@@ -216,7 +216,7 @@ class Engine:
         solver.damp(drag_coefficients(scene.mesh, *drive.drag))
         solver.step(state, springs, forces, joint_forces)
         if solver.diverged:
-            raise RunFailed(f"the belt's acceleration grew without bound at {state.time:.3f} s: halve options.dt")
+            raise SimulationError(f"the belt's acceleration grew without bound at {state.time:.3f} s: halve options.dt")
         self.pulleys.read(state)
         for which in (HEAD, TAIL):
             held = state.held(which)
@@ -314,8 +314,8 @@ def simulate(
     belt: "rope", "grid" or "flex"; parts: what stands in the scene, None = as the case has it; scene_path: where to
     write the MJCF; control: subtract a run without yaw; contact: one of CONTACTS; edited: with "mujoco", the scene that
     is run instead of the case's own.
-    Raises RunFailed, with the curves so far in its ``curves``, when the run diverges, and CannotRepresent for a limp
-    belt with finite friction: the friction law takes the place of the last station on a pulley for its own.
+    Raises SimulationError, with the curves so far in its ``curves``, when the run diverges, and CannotRepresent for a
+    limp belt with finite friction: the friction law takes the place of the last station on a pulley for its own.
     """
     if belt not in BELTS:
         raise InputError("belt", belt, "", f"choose one of {', '.join(BELTS)}")
@@ -383,7 +383,7 @@ class SpaceRun:
         try:
             for stage in self.stages(travel):
                 self.through(stage, recorder)
-        except RunFailed as failure:
+        except SimulationError as failure:
             failure.curves = recorder.curves()
             raise
         finally:

@@ -4,17 +4,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.base import IN_MARCH, Effect, call_hook, overrides
 from belt_sim.effects.pipeline import as_indicated, asked_of_engine
-from belt_sim.errors import CannotRepresent, InputError, RunFailed
+from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.options import CONTACTS, Options
 from belt_sim.scene_parts import SceneParts
+
+if TYPE_CHECKING:
+    from belt_sim.mujoco3d.batch import BatchEngine
 
 #: in time by MuJoCo; in time by MuJoCo MJX; without inertia
 ENGINES = ("native", "mjx", "quasi_static")
@@ -122,7 +124,7 @@ class SpaceModel:
         scene_path: Path | None = None,
         computed: Curves | Exception | None = None,
     ) -> Curves:
-        """Curves over ``travel`` [m] as the instruments show them; raises RunFailed.
+        """Curves over ``travel`` [m] as the instruments show them; raises SimulationError.
 
         scene_path: where to write the MJCF; computed: what a batch found for ``engine_task``, so that no engine runs.
         """
@@ -161,7 +163,7 @@ class SpaceModel:
 
     def _on_jax(
         self, case: Case, travel: float, parts: SceneParts, observers: Sequence[Observer]
-    ) -> Curves | RunFailed:
+    ) -> Curves | SimulationError:
         for name, wanted in (
             ("watch", self.engine == "quasi_static" and bool(observers)),
             ("model.control", self.control),
@@ -169,14 +171,15 @@ class SpaceModel:
         ):
             if wanted:
                 raise CannotRepresent(f"{name}: engine={self.engine} cannot do this; use engine=native")
-        watched = {"observers": observers} if observers else {}
+        watched: dict[str, Any] = {"observers": observers} if observers else {}
         run = batch_engine(self.engine).simulate_batch
         return run([case], belt=self.belt, travel=travel, options=self.options, parts=[parts], **watched)[0]
 
 
-def batch_engine(name: str) -> ModuleType:
-    """The module of an engine on JAX, with prepare_case, in_batches, simulate_batch and refuse."""
-    return import_module(f"belt_sim.{name}.run")  # JAX and MJX take a while to load
+def batch_engine(name: str) -> "BatchEngine":
+    """An engine on JAX."""
+    engine: BatchEngine = import_module(f"belt_sim.{name}.engine").ENGINE  # JAX and MJX take a while to load
+    return engine
 
 
 def engine_named(name: str | None) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, TAIL_DAMPING_RATIO
-from belt_sim.mujoco3d.stages import Drive, smoothstep
+from belt_sim.mujoco3d.run_stages import Drive, smoothstep
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.wrap import HEAD, TAIL, PoseArrays, WrapArrays, axes_of, outer_depth, roll_anchors
 from belt_sim.pytrees import Numbers as Array

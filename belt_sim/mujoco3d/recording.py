@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from belt_sim.curves import Curves
-from belt_sim.errors import RunFailed
+from belt_sim.errors import SimulationError
 from belt_sim.frame import Frame, Observer
 from belt_sim.mujoco3d.arrays import library_of
 from belt_sim.mujoco3d.belt import ActiveFeatures, BatchShape, BeltArrays, belt_arrays
@@ -176,10 +176,10 @@ class Recorder:
     def _read(self, state: RunState, travel: float) -> np.ndarray:
         read = self.reading(state)
         if not np.all(np.isfinite(read)):
-            raise RunFailed(f"positions are not finite at travel {travel:.2f} m: halve options.dt")
+            raise SimulationError(f"positions are not finite at travel {travel:.2f} m: halve options.dt")
         if np.abs(read[POINTS]).max() > RUNAWAY * float(self.scene.case.belt.width):
             where = int(np.argmax(np.abs(read[POINTS]))) + 1
-            raise RunFailed(
+            raise SimulationError(
                 f"y at point {where} = {read[where - 1]:.3f} m at travel {travel:.2f} m: the belt has run off its "
                 "pulleys; turn the yaw back earlier or shorten travel"
             )

@@ -16,7 +16,7 @@ import numpy as np
 
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
-from belt_sim.errors import CannotRepresent, InputError, RunFailed
+from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import write_text
 from belt_sim.frame import Observer, SceneObserver
 from belt_sim.mujoco3d.machine import (
@@ -33,7 +33,7 @@ from belt_sim.mujoco3d.mujoco_interface import compile_model, mjcf, set_contact_
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.pulleys import laid_poses
 from belt_sim.mujoco3d.recording import Recorder
-from belt_sim.mujoco3d.stages import YawPlan
+from belt_sim.mujoco3d.run_stages import YawPlan
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.wrap import HEAD, TAIL, WrapArrays
 from belt_sim.scene_parts import PulleySurface, SceneParts
@@ -346,7 +346,7 @@ class ContactRun:
                 if recorder.due(self.state.travel):
                     self.place()
                 recorder.step(self.state)
-        except RunFailed as failure:
+        except SimulationError as failure:
             failure.curves = _without_slip(recorder.curves())
             raise
         finally:
@@ -364,7 +364,7 @@ class ContactRun:
         state.speed = self.sign * data.qvel[HEAD_SPIN] * self.radius
         state.travel = self.sign * data.qpos[HEAD_SPIN] * self.radius - self.scene.early
         if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number or not np.isfinite(data.qpos[-1]):
-            raise RunFailed(f"the belt's acceleration grew without bound at {data.time:.3f} s: halve options.dt")
+            raise SimulationError(f"the belt's acceleration grew without bound at {data.time:.3f} s: halve options.dt")
 
     def place(self) -> RunState:
         """The state with what is read seldom: where the pulleys are, and which stations lie on them."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from belt_sim.errors import RunFailed
+from belt_sim.errors import SimulationError
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.mujoco_interface import Solver
 
@@ -54,7 +54,7 @@ def cell_distances(mesh: Mesh, curvature: np.ndarray) -> CellDistances:
 def with_curvature(mesh: Mesh, curvature: np.ndarray) -> Mesh:
     """The mesh with natural in-plane curvatures [1/m], shape (links,): only its stress-free places change.
 
-    Raises RunFailed when no such places are found, which takes a camber beyond that of any belt.
+    Raises SimulationError when no such places are found, which takes a camber beyond that of any belt.
     """
     from scipy.sparse import bmat, coo_matrix, identity  # slow to import, and only cambered belts need it
     from scipy.sparse.linalg import spsolve
@@ -76,7 +76,7 @@ def with_curvature(mesh: Mesh, curvature: np.ndarray) -> Mesh:
         square = bmat([[_FOLDING * identity(places.size), slope.T], [slope, -identity(len(row))]], format="csc")
         step = spsolve(square, np.concatenate([np.zeros(places.size), excess]))
         places -= step[: places.size].reshape(-1, 3)
-    raise RunFailed("no stress-free shape of the cambered belt was found: make the camber weaker, or longer")
+    raise SimulationError("no stress-free shape of the cambered belt was found: make the camber weaker, or longer")
 
 
 def _coil(mesh: Mesh) -> np.ndarray:

@@ -12,7 +12,7 @@ from belt_sim.pictures.style import AFTER, BEFORE, CYCLE, FAINT, INK, MEASURED
 from belt_sim.results.check import WELL, Visible
 from belt_sim.results.discovery import Discovery, UnknownCourse
 from belt_sim.results.drawings import Drift, FailureMap, Panel
-from belt_sim.results.found import Candidate
+from belt_sim.results.findings import Candidate
 from belt_sim.si import shop_unit
 
 COLUMNS = 3

@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.case import Settings
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.rope import RopeKinks
-from belt_sim.mujoco3d.stages import YawPlan, smoothstep
+from belt_sim.mujoco3d.run_stages import YawPlan, smoothstep
 from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays
 from belt_sim.pytrees import Numbers as Array
 from belt_sim.quasi_static.friction import SlipState

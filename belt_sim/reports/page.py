@@ -19,7 +19,7 @@ from belt_sim.results import words
 from belt_sim.results.diagnosis import Diagnosis, Verdict
 from belt_sim.results.drawings import Panel
 from belt_sim.results.errors import Errors, OwnChange
-from belt_sim.results.found import RESOLVED, Candidate, FoundEffect, NextRun, number_texts
+from belt_sim.results.findings import RESOLVED, Candidate, FoundEffect, NextRun, number_texts
 from belt_sim.results.json import DIAGNOSIS
 
 HERE = Path(__file__).parent

@@ -14,7 +14,7 @@ from belt_sim.results.display import Display, Table, frame
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import CampaignLabel, Errors, RunError, Where, error_grid
 from belt_sim.results.fields import Free, file_field
-from belt_sim.results.found import (
+from belt_sim.results.findings import (
     Candidate,
     Confusable,
     Explanation,

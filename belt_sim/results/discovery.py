@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from belt_sim.results.display import Display
 from belt_sim.results.errors import CampaignLabel, Errors
 from belt_sim.results.fields import Array, Free
-from belt_sim.results.found import Estimate
+from belt_sim.results.findings import Estimate
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -179,7 +179,7 @@ def true_cases(plan: Plan, base: str, errors: TrueErrors) -> list[Case]:
 def measure(runs: Sequence[SceneRun], workers: int | None = None) -> list[Curves]:
     """The curves of runs in the scene, in order; one process a core unless ``workers`` says otherwise.
 
-    Raises RunFailed when a run diverges; runs that have not begun are then left out.
+    Raises SimulationError when a run diverges; runs that have not begun are then left out.
     """
     workers = min(workers or cores(), len(runs))
     found: dict[int, Curves] = {}
@@ -206,7 +206,7 @@ def _each(runs: Sequence[SceneRun], workers: int) -> Iterator[tuple[int, Curves]
 
 def engine_for(case: Case, faults: Sequence[Fault], options: Options) -> str:
     """quasi_static, many times faster, where it can do what the faults make of the scene; otherwise native."""
-    from belt_sim.quasi_static.run import refuse
+    from belt_sim.quasi_static.engine import refuse
 
     try:
         refuse("flex", options, scene_parts(case, faults, options))
@@ -227,7 +227,7 @@ def run_scene(run: SceneRun) -> Curves:
     """One run in the scene as the faults leave it, at the speed that the setting states (no inertia)."""
     parts, travel = scene_parts(run.case, run.faults, run.options), run.travel + 2 * run.options.sample
     if run.engine == "quasi_static":
-        from belt_sim.quasi_static.run import simulate as equilibria
+        from belt_sim.quasi_static.engine import simulate as equilibria
 
         return equilibria(run.case, belt="flex", travel=travel, options=run.options, parts=parts)
     from belt_sim.mujoco3d.engine import simulate

@@ -15,9 +15,9 @@ from belt_sim.mujoco3d.options import Options
 def main(rig: str, count: int, segments: int) -> None:
     """Prints seconds of preparation, tracing and compilation, milliseconds a step, memory."""
     from belt_sim.mjx import prepare as made
+    from belt_sim.mjx.engine import SEGMENT, carried_state, compile_batch
     from belt_sim.mjx.mjx_interface import stack_cases
     from belt_sim.mjx.model import Command, plan_run
-    from belt_sim.mjx.run import SEGMENT, carried_state, compile_batch
 
     begun = time.perf_counter()
     cases = [make_case(rig=rig, tension=float(t), yaw=-0.042, travel=2.0) for t in np.linspace(20.0, 60.0, count)]

@@ -22,7 +22,7 @@ from belt_sim.jax_setup import in_float64, prepare
 from belt_sim.mujoco3d.options import Options
 from belt_sim.pictures import style
 from belt_sim.pictures.style import BLUE, RED
-from belt_sim.quasi_static.run import prepare_case, run_batch
+from belt_sim.quasi_static.engine import prepare_case, run_batch
 
 RIG = Rig(centre_distance=11.28, head_radius=0.17, tail_radius=0.17, gravity=9.81)
 BELT = Belt(width=0.2, thickness=3e-4, youngs_modulus=210e9, density=7850.0, poisson_ratio=0.3)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.errors import RunFailed
+from belt_sim.errors import SimulationError
 
 MISSING = "ccx is not installed: run studies/shell/install.sh (Debian package calculix-ccx), then again"
 _UNREAD = ("frd", "cvg", "12d", "dat", "sta")
@@ -32,10 +32,10 @@ def installed() -> bool:
 def run(folder: Path, name: str, deck: str, limit: float = 1800.0) -> list[Printed]:
     """What CalculiX prints for ``deck``, on one core; files NAME.* stay in ``folder``.
 
-    A run that breaks off, or takes more than ``limit`` seconds, gives what it had printed; if none, RunFailed.
+    A run that breaks off, or takes more than ``limit`` seconds, gives what it had printed; if none, SimulationError.
     """
     if not installed():
-        raise RunFailed(MISSING)
+        raise SimulationError(MISSING)
     folder.mkdir(parents=True, exist_ok=True)
     for ending in _UNREAD:
         (folder / f"{name}.{ending}").unlink(missing_ok=True)
@@ -50,7 +50,7 @@ def run(folder: Path, name: str, deck: str, limit: float = 1800.0) -> list[Print
         (folder / f"{name}.{ending}").unlink(missing_ok=True)
     printed = read(folder / f"{name}.dat")
     if not printed:
-        raise RunFailed(f"CalculiX gave nothing for {name}; its words are in {folder / name}.log")
+        raise SimulationError(f"CalculiX gave nothing for {name}; its words are in {folder / name}.log")
     return printed
 
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -13,7 +14,7 @@ import pytest
 
 from belt_sim.api import simulate as module
 from belt_sim.files import ROOT
-from belt_sim.quasi_static import run as quasi_static
+from belt_sim.quasi_static import engine as quasi_static
 
 COARSE = (
     "rig=rope_example",
@@ -71,7 +72,7 @@ def test_unlike_meshes_are_batches_of_their_own(monkeypatch):
         seen.append([float(r.case.settings.tension) / 1e6 for r in ready])
         yield from ([r.shape.stations] for r in ready)
 
-    monkeypatch.setattr(quasi_static, "in_batches", recorded)
+    monkeypatch.setattr(quasi_static, "ENGINE", replace(quasi_static.ENGINE, in_batches=recorded))
     fine = {"model": {"name": "mujoco_flex", "dx": 0.03}}
     kinds = [{}, fine, {}, fine, {"model": {"name": "mujoco_flex", "control": True}}, {"tension": IMPOSSIBLE}]
     base = {

@@ -12,7 +12,7 @@ from belt_sim.diagnosis import next_run
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.next_run import Outlook, Rival, menu, next_runs, twofold
-from belt_sim.results.found import APART, RESOLVED
+from belt_sim.results.findings import APART, RESOLVED
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, grid
 

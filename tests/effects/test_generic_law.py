@@ -17,7 +17,7 @@ from belt_sim.effects.law_file import law_entry, law_of_entry, yaml_number
 from belt_sim.effects.law_terms import COURSES, SHAPES, VARIABLES, Form, Law, SizedLaw, Term, fixed_places, sensor_place
 from belt_sim.effects.load import load_effects, save_effects
 from belt_sim.errors import BeltError, CannotRepresent
-from belt_sim.results.found import FoundEffect
+from belt_sim.results.findings import FoundEffect
 from belt_sim.scene_parts import SceneParts
 
 SAME = 1e-12  # [m]; curves of millimetres, whose sums may be taken in another order

@@ -16,7 +16,7 @@ from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.pulley_shape import Taper
 from belt_sim.effects.span_loads import MachineTilt
 from belt_sim.effects.yaw import Cant, YawCompliance
-from belt_sim.errors import CannotRepresent, InputError, RunFailed
+from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx import READING, command, prepare, simulate_batch, stack_cases, step
 from belt_sim.mjx.model import Command, plan_run
@@ -67,7 +67,7 @@ def test_a_batch_is_beside_native_and_each_case_by_itself():
         assert beside(curves, simulate(case, travel=TRAVEL, options=COARSE)) < PARITY
         assert curves.extra["tension"][-1] == pytest.approx(float(case.tension_force), rel=0.05)
     assert np.abs(still.y).max() < 1e-7
-    assert isinstance(lost, RunFailed)
+    assert isinstance(lost, SimulationError)
     assert "ran off" in str(lost)
     assert len(lost.curves.travel) < len(found.travel)
     assert len(watcher.frames) > 3
@@ -90,7 +90,7 @@ def test_a_grid_with_effects_is_beside_native():
     ]
     parts = SpaceModel(belt="grid", options=COARSE).parts(case, several)
     found = simulate_batch([case], belt="grid", travel=TRAVEL, options=COARSE, parts=[parts])[0]
-    assert not isinstance(found, RunFailed)
+    assert not isinstance(found, SimulationError)
     native = simulate(case, belt="grid", travel=TRAVEL, options=COARSE, parts=parts)
     plain = simulate(case, belt="grid", travel=TRAVEL, options=COARSE)
     assert np.abs(native.y - plain.y).max() > 5.0 * PARITY * np.abs(native.y).max()  # the effects do something

@@ -8,7 +8,7 @@ from pulley_bench import empty_wrap, places, surface
 
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
 from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, laid_poses, loads_on_pulleys
-from belt_sim.mujoco3d.stages import Drive
+from belt_sim.mujoco3d.run_stages import Drive
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.wrap import HEAD, TAIL, PoseArrays
 from belt_sim.scene_parts import PulleySurface, SceneParts

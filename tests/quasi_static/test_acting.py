@@ -12,7 +12,8 @@ from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import fit_options
 from belt_sim.paper import ROPE_EXAMPLE
-from belt_sim.quasi_static.run import compliance_step, prepare_case, simulate_batch
+from belt_sim.quasi_static.engine import prepare_case, simulate_batch
+from belt_sim.quasi_static.equilibrium_step import compliance_step
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
 

@@ -15,7 +15,7 @@ from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
-from belt_sim.quasi_static.run import prepare_case, run_case, simulate_batch
+from belt_sim.quasi_static.engine import prepare_case, run_case, simulate_batch
 
 COARSE = Options(dx=0.04, dt=2e-3, run_in=0.3, settle=0.2, acceleration=3.0, steps=2)
 TRAVEL = 1.5

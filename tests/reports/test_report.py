@@ -19,7 +19,7 @@ from belt_sim.reports.page import bars, falls, render, weights, worst, write_rep
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Change, Errors
-from belt_sim.results.found import Candidate, Confusable, NextRun
+from belt_sim.results.findings import Candidate, Confusable, NextRun
 from belt_sim.results.words import thousandths
 
 FETCHING = {"src", "href", "action", "data", "poster", "srcset", "background"}

@@ -14,7 +14,7 @@ from shipped_schema import check
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Change, Errors, Features, OwnChange, RunError, Where, Worst
-from belt_sim.results.found import (
+from belt_sim.results.findings import (
     Candidate,
     Confusable,
     Estimate,

@@ -8,7 +8,7 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim.case import Rig
-from belt_sim.errors import RunFailed
+from belt_sim.errors import SimulationError
 from belt_sim.paper import PAPER_BELT
 from studies.closed_forms import shelton_factor
 from studies.shell import ccx, mesh, roll, span
@@ -81,7 +81,7 @@ def test_tables_are_read_by_set_and_time(tmp_path):
 
 def test_without_calculix_the_word_is_clear(tmp_path, monkeypatch, capsys, configuration):
     monkeypatch.setattr(ccx.shutil, "which", lambda name: None)
-    with pytest.raises(RunFailed, match=r"studies/shell/install\.sh"):
+    with pytest.raises(SimulationError, match=r"studies/shell/install\.sh"):
         ccx.run(tmp_path, "x", "")
     for study, name in ((span.span_study, "shell_span"), (roll.roll_study, "shell_roll")):
         study(configuration(name))

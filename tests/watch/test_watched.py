@@ -9,7 +9,7 @@ import pytest
 import belt_sim as bs
 from belt_sim.commands import outputs
 from belt_sim.commands.outputs import observers_of, show
-from belt_sim.errors import RunFailed
+from belt_sim.errors import SimulationError
 from belt_sim.watch.geometry import frames
 
 
@@ -29,7 +29,7 @@ def test_positions_so_far_are_on_disk_while_a_run_goes_on(simulation, tmp_path, 
     assert table["y1_mm"].iloc[-1] == pytest.approx(1e3 * float(np.asarray(simulation.curves.y)[0, -1]), rel=1e-6)
 
 
-@pytest.mark.parametrize("end", [KeyboardInterrupt, RunFailed, None])
+@pytest.mark.parametrize("end", [KeyboardInterrupt, SimulationError, None])
 def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(simulation, tmp_path, end):
     observer = outputs.CurvesSoFar(tmp_path)
 
@@ -37,8 +37,8 @@ def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(simulation, tmp_pa
         with outputs.partial_curves_kept(tmp_path, [observer]):
             for frame in frames(simulation.case, simulation.curves):
                 observer.frame(frame)
-            if end is RunFailed:
-                failure = RunFailed("off the pulleys")
+            if end is SimulationError:
+                failure = SimulationError("off the pulleys")
                 failure.curves = simulation.curves
                 raise failure
             if end:

@@ -16,7 +16,7 @@ import numpy as np
 from belt_sim.diagnosis.decision.policy import Policy
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, OtherModel, Row, UnknownEvidence
 from belt_sim.results.diagnosis import Verdict
-from belt_sim.results.found import Explanation
+from belt_sim.results.findings import Explanation
 
 ROUNDS = 3  # over the scales of all effects of a set, one after the other
 

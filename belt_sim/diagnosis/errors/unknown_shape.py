@@ -4,7 +4,7 @@ import numpy as np
 
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.results.found import RequiredAngle, Unknown
+from belt_sim.results.findings import RequiredAngle, Unknown
 
 
 def describe_unknown(bench: Workbench, fit: Fit, failed: tuple[str, ...], nearest: tuple[str, str] | None) -> Unknown:

@@ -9,7 +9,7 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.errors import CannotRepresent, RunFailed
+from belt_sim.errors import CannotRepresent, SimulationError
 from belt_sim.frame import Observer
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx.mjx_interface import stack_cases
@@ -24,9 +24,9 @@ from belt_sim.mjx.model import (
     plan_run,
     prepare,
 )
-from belt_sim.mjx.step import step
+from belt_sim.mjx.time_step import step
 from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys
-from belt_sim.mujoco3d.belt import ActiveFeatures, active_features
+from belt_sim.mujoco3d.belt import ActiveFeatures
 from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.mujoco3d.recording import curves_of, frame_of
 from belt_sim.pytrees import Numbers as Array
@@ -62,25 +62,12 @@ class TimeCase:
     kind: Hashable
 
 
-def prepare_case(
-    case: Case,
-    *,
-    belt: str = "flex",
-    travel: float,
-    options: Options | None = None,
-    parts: SceneParts | None = None,
-    features: ActiveFeatures | None = None,
+def lay_case(
+    case: Case, belt: str, travel: float, options: Options, parts: SceneParts, features: ActiveFeatures
 ) -> TimeCase:
-    """A case to be run over ``travel`` [m]; features: in its batch, None = in this case.
-
-    Raises CannotRepresent for what this engine cannot do.
-    """
+    """A case to be run over ``travel`` [m]; see BatchEngine."""
     from belt_sim.mujoco3d.loop import lay_loop
 
-    options = options or Options()
-    parts = parts or SceneParts.from_case(case, options.friction)
-    refuse(belt, options, parts)
-    features = features or active_features([parts])
     stations = len(lay_loop(replace(case, rig=replace(case.rig, gravity=parts.gravity)), options.dx).x)
     direction = math.copysign(1.0, float(case.settings.direction))
     kind = belt, stations, direction, replace(options, belt_speed=None), features, travel
@@ -89,7 +76,7 @@ def prepare_case(
 
 def in_batches(
     wanted: Sequence[TimeCase], chunk: int | None, observers: Sequence[Observer] = ()
-) -> Iterator[list[Curves | RunFailed]]:
+) -> Iterator[list[Curves | SimulationError]]:
     """Curves of cases of one kind, chunk by chunk; see BatchEngine."""
     size = min(chunk or cases_per_chunk(wanted[0].stations, wanted[0].options.across), len(wanted))
     for begin in range(0, len(wanted), size):
@@ -108,7 +95,7 @@ def in_batches(
 @in_float64
 def run(
     ready: Sequence[PreparedCase], plans: Sequence[CommandPlan], travel: float, observers: Sequence[Observer] = ()
-) -> list[Curves | RunFailed]:
+) -> list[Curves | SimulationError]:
     """Curves of cases of one mesh by their plans; observers watch the first."""
     models, axes = stack_cases([r.model for r in ready])
     data = jax.tree.map(lambda *v: np.stack([np.asarray(x) for x in v]), *[carried_state(r.data) for r in ready])
@@ -217,7 +204,7 @@ class CurveRecord:
         t = (self.sums[:full] / self.counts[:full, None]).T
         return curves_of(t, t[READING["travel"]], {"tail_x": t[READING["tail_x"]], "belt_speed": t[READING["speed"]]})
 
-    def found(self) -> Curves | RunFailed:
+    def found(self) -> Curves | SimulationError:
         """The curves, or a failure that has those so far."""
         if not self.failed:
             return self.curves()
@@ -258,5 +245,5 @@ class ObserverFeed:
             observer.finish(record.curves())
 
 
-ENGINE = BatchEngine(prepare_case, in_batches)
+ENGINE = BatchEngine(refuse, lay_case, in_batches)
 simulate, simulate_batch = ENGINE.simulate, ENGINE.simulate_batch

@@ -1,0 +1,160 @@
+"""Runs of the 3D belt on JAX: one case, or a batch of cases of one mesh at once."""
+
+import math
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.case import Case
+from belt_sim.curves import Curves
+from belt_sim.errors import CannotRepresent, SimulationError
+from belt_sim.jax_setup import in_float64
+from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys, lay_pulleys
+from belt_sim.mujoco3d.belt import ActiveFeatures, BatchShape, BeltArrays, belt_arrays
+from belt_sim.mujoco3d.machine import lay_out
+from belt_sim.mujoco3d.mesh import BELT_MODELS
+from belt_sim.mujoco3d.options import (
+    Options,
+    fit_options,
+    is_limp,
+)
+from belt_sim.mujoco3d.recording import curves_of, reading
+from belt_sim.mujoco3d.rope import RopeKinks
+from belt_sim.mujoco3d.wrap import (
+    TAIL,
+)
+from belt_sim.pytrees import Numbers as Array
+from belt_sim.quasi_static.equilibrium_step import step
+from belt_sim.quasi_static.friction import COLUMNS, TOLERANCE, SlipState, worst_residual
+from belt_sim.quasi_static.plan import TravelCommand, TravelPlan, TravelState, plan_run
+from belt_sim.scene_parts import SceneParts
+
+
+@dataclass(frozen=True)
+class TravelCase:
+    """A case ready to be traced: what it shares with others of its mesh, its arrays, its state laid, its plan."""
+
+    case: Case
+    shape: BatchShape
+    belt: BeltArrays
+    state: TravelState
+    plan: TravelPlan
+
+    @property
+    def stations(self) -> int:
+        """Of its mesh."""
+        return self.shape.stations
+
+    @property
+    def kind(self) -> Hashable:
+        """Cases of one kind can be run at once."""
+        sizes = (np.shape(leaf) for leaf in jax.tree.leaves((self.belt, self.state)))
+        return self.shape, self.plan.commands.travel.shape[1], tuple(sizes)
+
+
+def lay_case(
+    case: Case, belt: str, travel: float, options: Options, parts: SceneParts, features: ActiveFeatures
+) -> TravelCase:
+    """The belt of a case laid round its pulleys, to be run over ``travel`` [m]; see BatchEngine."""
+    options = fit_options(options, case, belt)
+    scene = lay_out(case, BELT_MODELS[belt](), options, parts)
+    shape, arrays = belt_arrays(scene, features)
+    wraps, pose = lay_pulleys(scene, arrays)
+    state = TravelState(
+        nodes=np.moveaxis(scene.mesh.laid, 0, -1),
+        wraps=wraps,
+        pose=pose,
+        tension=np.array(float(case.tension_force)),
+        travel=np.array(-scene.early),
+        correction=np.array(0.0),
+        slip=SlipState.none(shape) if features.slips else None,
+        kinks=RopeKinks.of(wraps, shape.sign) if shape.limp else None,
+        compliance_yaw=np.zeros(2) if features.gives_way else None,
+        layer=np.zeros((2, 2, shape.lines, 2)) if features.layered else None,
+    )
+    return TravelCase(case, shape, arrays, state, plan_run(case.settings, options, travel, parts.sets_in))
+
+
+def refuse(belt: str, options: Options, parts: SceneParts) -> None:
+    """Raise CannotRepresent for what only engine=native does."""
+    if options.tensioning == "koller":
+        raise CannotRepresent("model.tensioning = koller: engine=quasi_static cannot do this; use engine=native")
+    if math.isfinite(parts.friction) and is_limp(belt, options):
+        raise CannotRepresent(f"options.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
+
+
+def in_batches(ready: Sequence[TravelCase], chunk: int | None) -> Iterator[list[Curves | SimulationError]]:
+    """Curves of cases of one kind, chunk by chunk; see BatchEngine."""
+    rows = max(len(r.plan.recorded) for r in ready)
+    devices = jax.device_count()
+    fit = devices * cases_per_chunk(ready[0].stations, ready[0].shape.lines)
+    size = min(chunk or fit, math.ceil(len(ready) / devices) * devices)
+    for begin in range(0, len(ready), size):
+        some = ready[begin : begin + size]
+        table = _run_chunk([*some, *[some[-1]] * (size - len(some))], rows, devices)
+        yield [run_curves(r, t) for r, t in zip(some, table, strict=False)]
+
+
+@in_float64
+def _run_chunk(filled: Sequence[TravelCase], rows: int, devices: int) -> np.ndarray:
+    """Rows of mean readings of a chunk, shape (cases, rows, 20)."""
+    trees = [(r.belt, r.state, r.plan.padded(rows).commands) for r in filled]
+    arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
+    if devices > 1 and len(filled) % devices == 0:
+        over = jax.sharding.NamedSharding(jax.make_mesh((devices,), ("cases",)), jax.sharding.PartitionSpec("cases"))
+        arrays = jax.device_put(arrays, over)
+    return np.asarray(run_batch(filled[0].shape, *arrays))
+
+
+def run_curves(run: TravelCase, table: np.ndarray) -> Curves | SimulationError:
+    """Curves from the rows (rows, 20 or more) of ``run_batch``."""
+    recorded = run.plan.recorded
+    rows, residual = table[: len(recorded)][recorded], worst_residual(table, recorded)
+    good = is_on_pulleys(rows, float(run.case.belt.width)) & ~(residual > TOLERANCE)
+    end = len(rows) if good.all() else int(np.argmin(good))
+    t = rows[:end].T
+    extra = {"tail_x": t[17], "correction": t[19], **dict(zip(COLUMNS, t[20:], strict=False))}
+    curves = curves_of(t, t[18], extra)
+    if end == len(rows):
+        return curves
+    why = "the belt ran off its pulleys or its equilibrium was lost {where}: turn the yaw back earlier, shorten travel"
+    if residual[end] > TOLERANCE:
+        why = (
+            f"friction = {float(run.belt.friction):g}: how far nodes slide was not found {{where}}, to "
+            f"{residual[end]:.2g} of the largest limit ({TOLERANCE:g} is allowed): raise model.steps"
+        )
+    return failure_with(curves, f"{why}, or use engine=native")
+
+
+@partial(jax.jit, static_argnums=0)
+def run_batch(shape: BatchShape, belt: BeltArrays, state: TravelState, commands: TravelCommand) -> Array:
+    """Rows of mean readings of a batch, shape (cases, rows, 20); see ``march``."""
+    return jax.vmap(partial(run_case, shape))(belt, state, commands)
+
+
+def run_case(shape: BatchShape, belt: BeltArrays, state: TravelState, commands: TravelCommand) -> Array:
+    """Rows of mean readings of one case, shape (rows, 20): readings (recording.py), x of the tail pulley [m], travel
+    [m], and by how much a node was corrected at most [m]; with friction 5 more (friction.py), the last of which is
+    the largest, too. commands: arrays of shape (rows, steps, ...)."""
+
+    def one(state: TravelState, command: TravelCommand) -> tuple[TravelState, Array]:
+        state = step(shape, belt, state, command)
+        tail_x = state.pose.centre[TAIL, 0]
+        read = reading(shape, belt, state.nodes, state.wraps.first, state.wraps.last, tail_x, command.share)
+        most = [] if state.slip is None else [state.slip.columns()]
+        return state, jnp.concatenate([read, jnp.stack([tail_x, state.travel, state.correction]), *most])
+
+    def row(state: TravelState, commands: TravelCommand) -> tuple[TravelState, Array]:
+        state, reads = jax.lax.scan(one, state, commands)
+        mean, most = reads.mean(axis=0), reads.max(axis=0)
+        return state, mean.at[19].set(most[19]).at[24:].set(most[24:])
+
+    return jax.lax.scan(row, state, commands)[1]
+
+
+ENGINE = BatchEngine(refuse, lay_case, in_batches)
+prepare_case, simulate, simulate_batch = ENGINE.prepare_case, ENGINE.simulate, ENGINE.simulate_batch
