@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign
+from belt_sim.effects.library import library, title_of
 from belt_sim.errors import InputError
 from belt_sim.pictures.curves import curves_picture, steady_picture, understood_picture
 from belt_sim.pictures.diagnosis import (
@@ -23,6 +24,7 @@ from belt_sim.pictures.diagnosis import (
     where_map_picture,
 )
 from belt_sim.pictures.style import save
+from belt_sim.registry import models
 from belt_sim.reports.page import write_report
 from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
@@ -109,41 +111,69 @@ def drawings_by_kind(result: Simulation | Comparison | Diagnosis | Campaign) -> 
 
 
 def _of_comparison(c: Comparison) -> dict[str, Draw]:
-    title = c.campaign.title
-    there: dict[str, Draw] = _overlay(c, title) if c.drawings.overlays else {}
+    there: dict[str, Draw] = _overlay(c) if c.drawings.overlays else {}
     if c.where is not None and c.drawings.maps:
-        there |= _maps(c, title, c.where.sentence)
+        there |= _maps(c, c.where.sentence)
     if c.steady:
-        there["steady"] = lambda p: steady_picture(p, c.steady, c.final_model, title)
+        there["steady"] = lambda p: steady_picture(p, c.steady, c.final_model, f"Late rates: {c.campaign.title}")
     return there
 
 
 def _of_diagnosis(d: Diagnosis) -> dict[str, Draw]:
-    title, panels = d.campaign.title, d.drawings.overlays
-    there = _overlay(d, title) | _maps(d, title, d.where.sentence)
-    first = [p for p in panels if p.run == d.where.worst.run][:2]
-    said = d.sentence.split(";")[0]
-    there["headline"] = lambda p: overlay_picture(p, first, said, names=_names(d))
+    there = _overlay(d) | _maps(d, d.where.sentence)
+    first = [p for p in d.drawings.overlays if p.run == d.where.worst.run][:2]
+    there["headline"] = lambda p: overlay_picture(p, first, _compared(d), names=_names(d))
     if d.ranking:
-        there["ranking"] = lambda p: ranking_picture(p, d.ranking, title, [e.id for e in d.effects])
+        title, chosen = f"Every effect by itself, added to {_model_words(d.base_model)}", [e.id for e in d.effects]
+        words = {c.id: _effect_words(c.id) for c in d.ranking}
+        there["ranking"] = lambda p: ranking_picture(p, d.ranking, title, chosen, names=words)
     return there
 
 
+def _model_words(name: str) -> str:
+    """A model in a few words, its name in brackets."""
+    return f"{models()[name].partition(' (')[0].partition(' that ')[0]} ({name})"
+
+
+def _effect_words(name: str) -> str:
+    """An effect in a few words, its id in brackets; the id where it is one of the user's own."""
+    cls = library().get(name)
+    if cls is None:
+        return name
+    words = title_of(cls).partition(":")[0]
+    return f"{words} ({name})" if words.lower() != name else words
+
+
+def _added(result: Comparison | Diagnosis, name: Callable[[str], str]) -> str:
+    """What the final model has more than the base model; empty where they are the same."""
+    if isinstance(result, Diagnosis) and result.law_instead:
+        return "the discovered law"
+    return ", ".join(name(e.id) for e in result.effects)
+
+
+def _compared(result: Comparison | Diagnosis) -> str:
+    """Which models a picture compares with the measurement."""
+    added = _added(result, lambda i: _effect_words(i)[:1].lower() + _effect_words(i)[1:])
+    base = _model_words(result.base_model)
+    return f"{base[:1].upper()}{base[1:]} {f'without and with {added}' if added else 'beside the measurement'}"
+
+
 def _names(result: Comparison | Diagnosis) -> dict[str, str]:
-    law = isinstance(result, Diagnosis) and result.law_instead
-    added = "the discovered law" if law else ", ".join(e.id for e in result.effects)
-    return {"base": result.base_model, "final": f"with {added}"}
+    return {"base": result.base_model, "final": f"with {_added(result, str)}"}
 
 
-def _overlay(result: Any, title: str) -> dict[str, Draw]:
+def _overlay(result: Any) -> dict[str, Draw]:
+    title = f"{_compared(result)}: {result.campaign.title}"
     return {"overlay": lambda p: overlay_picture(p, result.drawings.overlays, title, names=_names(result))}
 
 
-def _maps(result: Any, title: str, sentence: str) -> dict[str, Draw]:
+def _maps(result: Any, sentence: str) -> dict[str, Draw]:
     drawn = result.drawings
+    title = f"Where {_model_words(result.base_model)} fails: {result.campaign.title}"
     there: dict[str, Draw] = {"where": lambda p: where_map_picture(p, drawn.maps, title, sentence)}
     if drawn.drifts:
-        there["drift"] = lambda p: drift_chart_picture(p, drawn.drifts, title)
+        said = f"{drawn.drifts[0][0].parameter} fitted at each tension"
+        there["drift"] = lambda p: drift_chart_picture(p, drawn.drifts, said, names=_names(result))
     return there
 
 

@@ -27,14 +27,6 @@ from belt_sim.results.simulation import Simulation
 
 PARTIAL = "curves_partial.csv"
 EVERY = 10.0  # [s] between two writings of what a run in 3D has so far
-#: picture of a diagnosis -> its file
-DIAGNOSIS_PICTURES = {
-    "overlay": "overlay.png",
-    "headline": "headline.png",
-    "where": "where.png",
-    "ranking": "ranking.png",
-    "drift": "drift_1.png",
-}
 
 
 def write_simulation(folder: Path, s: Simulation, *, pictures: bool, provenance: Mapping[str, Any]) -> None:
@@ -42,7 +34,7 @@ def write_simulation(folder: Path, s: Simulation, *, pictures: bool, provenance:
     if s.curves is not None:
         write_curves(folder / "curves.csv", s.curves)
     if pictures:
-        draw(folder, s, {"curves": "curves.png"})
+        draw(folder, s)
     write_json(folder / "summary.json", summary_json(s, provenance))
 
 
@@ -104,7 +96,7 @@ def write_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
         rows = [{k: v for k, v in run_json(r).items() if not isinstance(v, dict)} for r in c.per_run]
         write_with(folder / "per_run.csv", lambda path: frame(rows).to_csv(path, index=False))
     if pictures:
-        draw(folder, c, {kind: f"{kind}.png" for kind in ("overlay", "where", "drift", "steady")})
+        draw(folder, c)
     write_json(folder / "comparison.json", content)
     write_json(folder / "summary.json", content)
 
@@ -142,19 +134,17 @@ def draw_diagnosis(folder: Path, d: Diagnosis) -> None:
     """The still pictures of a diagnosis, and of what was discovered."""
     from belt_sim.api.plot import draw_discovery
 
-    draw(folder, d, DIAGNOSIS_PICTURES)
+    draw(folder, d)
     if d.discovery is not None and d.discovery.found:
         draw_discovery(folder, d.discovery)
 
 
-def draw(folder: Path, result: Simulation | Comparison | Diagnosis, files: Mapping[str, str]) -> None:
-    """Every picture of ``files`` (kind -> file name) that the result has."""
+def draw(folder: Path, result: Simulation | Comparison | Diagnosis) -> None:
+    """Every picture of a result, named by its kind."""
     from belt_sim.api.plot import drawings_by_kind
 
-    there = drawings_by_kind(result)
-    for kind, name in files.items():
-        if kind in there:
-            there[kind](folder / name)
+    for kind, drawn in drawings_by_kind(result).items():
+        drawn(folder / f"{kind}.png")
 
 
 RECORDING = "belt.rrd"

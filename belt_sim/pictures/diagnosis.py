@@ -18,6 +18,7 @@ from belt_sim.si import shop_unit
 COLUMNS = 3
 #: [inch] around and between panels; a title stands above each
 AROUND = {"left": 0.8, "right": 0.15, "top": 0.75, "bottom": 1.75, "across": 0.85, "down": 1.65}
+LINE = 0.2  # [inch] of a title that has one more
 RESIDUAL = 0.4  # height of a panel's residual (model - measured), in heights of the panel
 
 DOTS = 100  # measured samples shown in one panel
@@ -50,8 +51,8 @@ def overlay_picture(
         _panel(ax, panel, labels)
         entries.update(dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True)))
     fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=len(entries))
-    style.place(fig, rows, columns, **AROUND)
-    style.title(fig, title)
+    lines = style.title(fig, title)
+    style.place(fig, rows, columns, **{**AROUND, "top": AROUND["top"] + LINE * (lines - 1)})
     return style.save(fig, path)
 
 
@@ -59,7 +60,7 @@ def _panel(ax, panel: Panel, labels: Mapping[str, str]) -> None:
     """One run and signal."""
     centre = panel.base if panel.final is None else panel.final
     band = {"color": FAINT, "alpha": 0.35, "linewidth": 0}
-    ax.fill_between(panel.travel, centre - panel.band, centre + panel.band, label="cannot say", **band)
+    ax.fill_between(panel.travel, centre - panel.band, centre + panel.band, label="uncertainty (2u)", **band)
     shown = slice(None, None, max(1, len(panel.travel) // DOTS))
     dots = {"markersize": 3.2, "markeredgewidth": 0.0, "color": MEASURED, "alpha": 0.55}
     ax.plot(panel.travel[shown], panel.measured[shown], "o", label="measured", **dots)
@@ -75,7 +76,7 @@ def _panel(ax, panel: Panel, labels: Mapping[str, str]) -> None:
     below.plot(panel.travel, panel.base - panel.measured, color=BEFORE, linewidth=1.2)
     if panel.final is not None:
         below.plot(panel.travel, panel.final - panel.measured, color=AFTER, linewidth=1.2)
-    below.set_ylabel("residual", fontsize=style.FONT - 2)
+    below.set_ylabel(f"error [{panel.unit}]", fontsize=style.FONT - 2)
     below.tick_params(labelsize=style.FONT - 2)
     below.set_xlabel("belt travel [m]")
 
@@ -94,7 +95,9 @@ def where_map_picture(path: str | os.PathLike, maps: Sequence[FailureMap], title
     size = 5.6 * columns + 0.8, rows * (0.42 * most + 1.1) + 1.1
     fig, axes = style.panels(*size, rows, columns, len(maps))
     meshes = [_map(ax, one) for ax, one in zip(axes, maps, strict=True)]
-    bar = fig.colorbar(meshes[-1], ax=axes, label="E / u_val  (model - measured)", shrink=0.9, extend="both")
+    bar = fig.colorbar(
+        meshes[-1], ax=axes, label="(model - measured) / its standard uncertainty, E/u_val", shrink=0.9, extend="both"
+    )
     bar.set_ticks([-FULL, -5, -SAYS_NOTHING, 0, SAYS_NOTHING, 5, FULL])
     bar.outline.set_visible(False)
     style.title(fig, title)
@@ -134,34 +137,46 @@ def _dead_zone():
 
 
 @style.picture
-def drift_chart_picture(path: str | os.PathLike, drifts: Sequence[tuple[Drift, Drift | None]], title: str) -> Path:
-    """A plot a parameter: (before, after) the effect was added; after is None if none was."""
+def drift_chart_picture(
+    path: str | os.PathLike,
+    drifts: Sequence[tuple[Drift, Drift | None]],
+    title: str,
+    *,
+    names: Mapping[str, str] | None = None,
+) -> Path:
+    """A plot a parameter: (before, after) the effect was added; after is None if none was; names: as of an overlay."""
+    labels = {"base": "before", "final": "after", **(names or {})}
     fig, axes = style.figure(4.6 * len(drifts) + 0.6, 4.0, 1, len(drifts))
     for ax, (before, after) in zip(axes[0], drifts, strict=True):
-        _drift(ax, before, after)
+        _drift(ax, before, after, labels)
     entries = dict(zip(*reversed(axes[0][0].get_legend_handles_labels()), strict=True))
-    fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=len(entries))
+    fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=2)
     style.title(fig, title)
     return style.save(fig, path)
 
 
-def _drift(ax, before: Drift, after: Drift | None) -> None:
-    """One parameter against tension; bars are +-2 u."""
+def _drift(ax, before: Drift, after: Drift | None, labels: Mapping[str, str]) -> None:
+    """One parameter against tension; bars are +-2 u, a triangle marks a value at the end of its range."""
     if before.stated is not None:
         low, high = before.stated - 2 * before.u_stated, before.stated + 2 * before.u_stated
         ax.axhspan(low, high, color=FAINT, alpha=0.3, linewidth=0)
         ax.axhline(before.stated, color=INK, linewidth=1.0, label="data sheet")
-    pairs = [(before, BEFORE, "o", 0.985, "before"), (after, AFTER, "s", 1.015, "after")]
+    pairs = [(before, BEFORE, "o", 0.985, labels["base"]), (after, AFTER, "s", 1.015, labels["final"])]
     for drift, colour, marker, aside, label in pairs:
         if drift is not None:
+            at, ended = np.asarray(drift.tension) * aside, drift.at_limit
             bars = {"fmt": marker, "color": colour, "capsize": 3.0, "markersize": 5.5, "elinewidth": 1.4}
-            ax.errorbar(np.asarray(drift.tension) * aside, drift.value, 2 * np.asarray(drift.u), label=label, **bars)
+            ax.errorbar(at[~ended], drift.value[~ended], 2 * drift.u[~ended], label=label, **bars)
+            if ended.any():
+                look = {"color": colour, "markersize": 8.0, "markerfacecolor": "none"}
+                ax.plot(at[ended], drift.value[ended], "^", label="at the limit of the fit", **look)
     ax.set_xscale("log")
     ticks = np.unique(before.tension)
     ax.set_xticks(ticks, [f"{t:.4g}" for t in ticks])
     ax.set_xticks([], minor=True)
+    ax.margins(y=0.1)
     label = f"{axis_label(before.parameter, before.unit)}, bars 2u"
-    ax.set(xlabel="tension [N/mm$^2$]", ylabel=label, title=before.parameter)
+    ax.set(xlabel="tension [N/mm$^2$]", ylabel=label)
 
 
 #: The axis is linear up to one threshold and logarithmic beyond.
@@ -170,24 +185,35 @@ LINEAR = 1.0
 
 @style.picture
 def ranking_picture(
-    path: str | os.PathLike | None, ranking: Sequence[Candidate], title: str, chosen: Sequence[str] = ()
+    path: str | os.PathLike | None,
+    ranking: Sequence[Candidate],
+    title: str,
+    chosen: Sequence[str] = (),
+    *,
+    names: Mapping[str, str] | None = None,
 ) -> Path:
     """A bar an effect, the longest first: its gain in units of that from which it is likelier than that nothing is.
 
-    A candidate that the readings cannot show has no threshold and no bar; chosen: ids that are marked.
+    A candidate that the readings cannot show has no threshold and no bar; chosen: ids that are marked; names: an
+    effect in words, by id.
     """
     gains = {c.id: max(c.gain, 0.0) / c.threshold if c.threshold else 0.0 for c in ranking}
     gains = dict(sorted(gains.items(), key=lambda row: -row[1]))
-    names, ratio = [f"{n}  (chosen)" if n in chosen else n for n in gains], np.array(list(gains.values()))
-    fig, [[ax]] = style.figure(8.0, 0.34 * len(names) + 1.7)
-    rows = np.arange(len(names))[::-1]
+    labels, ratio = [(names or {}).get(n, n) for n in gains], np.array(list(gains.values()))
+    fig, [[ax]] = style.figure(9.0, 0.3 * len(labels) + 1.7)
+    rows = np.arange(len(labels))[::-1]
     ax.barh(rows, ratio, height=0.72, color=[AFTER if r > 1.0 else FAINT for r in ratio])
     for row, r in zip(rows, ratio, strict=True):
-        ax.annotate(
-            f"{r:.0f}" if r >= 100.0 else f"{r:.3g}", (r, row), xytext=(4, 0), textcoords="offset points", va="center"
-        )
+        ax.annotate(f"{r:.0f}" if r >= 10.0 else f"{r:.1f}", (r, row), xytext=(4, 0), textcoords="offset points",
+                    va="center")  # fmt: skip
     ax.axvline(1.0, color=INK, linewidth=1.2)
-    ax.annotate("likelier than nothing", (1.0, rows[0] + 0.6), xytext=(4, 0), textcoords="offset points", va="bottom")
+    ax.annotate(
+        "likelier than that nothing is missing",
+        (1.0, rows[0] + 0.6),
+        xytext=(4, 0),
+        textcoords="offset points",
+        va="bottom",
+    )
     ax.set_xscale("symlog", linthresh=LINEAR)
     top = max(2.0, 2.2 * float(ratio.max()))
     ticks = [0.0, 0.5, *[t for p in range(8) for t in (10**p, 3 * 10**p) if t < top]]
@@ -195,10 +221,12 @@ def ranking_picture(
     ax.set_xticks([], minor=True)
     ax.set(
         xlim=(0.0, top),
-        ylim=(-0.6, len(names) + 0.2),
-        xlabel="chi-square gain / gain from which it is likelier than nothing",
+        ylim=(-0.6, len(labels) + 0.2),
+        xlabel="fall of chi-square, over the fall from\nwhich the effect is likelier than that nothing is missing",
     )
-    ax.set_yticks(rows, names)
+    ax.set_yticks(rows, labels)
+    for name, tick in zip(gains, ax.get_yticklabels(), strict=True):
+        tick.set_fontweight("bold" if name in chosen else "normal")
     ax.grid(False, axis="y")
     style.title(fig, title)
     return style.save(fig, path)

@@ -5,6 +5,7 @@ Colours mean the same everywhere, and colour-blind eyes tell them apart too (aft
 
 import functools
 import os
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -147,10 +148,15 @@ def place(fig: "Figure", rows: int, columns: int, **inches: float) -> None:
     )
 
 
-def title(fig: "Figure", text: str) -> None:
-    """The headline of a picture, at its left."""
+LETTER = 0.108  # [inch], mean width of a letter of a title
+
+
+def title(fig: "Figure", text: str) -> int:
+    """Write the headline of a picture at its left, and return its number of lines."""
+    lines = textwrap.wrap(text.replace("mm2", "mm²"), int(fig.get_figwidth() / LETTER))
     where = {} if fig.get_layout_engine() else {"y": 1.0 - 0.12 / fig.get_figheight()}
-    fig.suptitle(text, **where, x=0.01, ha="left", fontsize=FONT + 3, fontweight="bold", color=INK)
+    fig.suptitle("\n".join(lines), **where, x=0.01, ha="left", fontsize=FONT + 3, fontweight="bold", color=INK)
+    return len(lines)
 
 
 ENDINGS = (".png", ".svg", ".pdf")

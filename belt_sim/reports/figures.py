@@ -35,7 +35,7 @@ def numbers(values) -> list:
 def _layout(height: int, **more) -> dict[str, Any]:
     """What all figures share."""
     plain = {"paper_bgcolor": CLEAR, "plot_bgcolor": CLEAR, "font": FONT, "height": height, "showlegend": False}
-    return {**plain, "margin": {"l": 54, "r": 8, "t": 12, "b": 44}, **more}
+    return {**plain, "margin": {"l": 54, "r": 16, "t": 12, "b": 44}, **more}
 
 
 def overlay(panel: Panel, base: str, final: str) -> dict[str, Any]:
@@ -55,8 +55,12 @@ def overlay(panel: Panel, base: str, final: str) -> dict[str, Any]:
     layout = _layout(
         480,
         xaxis={**AXIS, "anchor": "y2", "title": {"text": "belt travel [m]"}},
-        yaxis={**AXIS, "domain": [0.42, 1.0], "title": {"text": f"reading [{unit}]"}},
-        yaxis2={**AXIS, "domain": [0.0, 0.34], "title": {"text": f"residual [{unit}]"}},
+        yaxis={
+            **AXIS,
+            "domain": [0.42, 1.0],
+            "title": {"text": f"{'tilt' if unit == 'mrad' else 'position y'} [{unit}]"},
+        },
+        yaxis2={**AXIS, "domain": [0.0, 0.34], "title": {"text": f"error [{unit}]"}},
         hovermode="x unified",
     )
     return {"data": data, "layout": layout}
@@ -75,7 +79,7 @@ def _dots(x: list, y) -> dict:
 def _band(x: list, low, high, axis: str) -> list[dict]:
     """The region in which model and measurement cannot be told apart."""
     hidden = {"type": "scatter", "x": x, "yaxis": axis, "mode": "lines", "line": {"width": 0}, "hoverinfo": "skip"}
-    fill = {"fill": "tonexty", "fillcolor": "--band", "name": "cannot say"}
+    fill = {"fill": "tonexty", "fillcolor": "--band", "name": "uncertainty (2u)"}
     return [{**hidden, "y": numbers(low)}, {**hidden, "y": numbers(high), **fill}]
 
 
@@ -94,7 +98,7 @@ def where(one: FailureMap) -> dict[str, Any]:
     layout = _layout(
         90 + 32 * len(one.tension),
         xaxis={**bare, "tickvals": numbers(np.asarray(one.edges)), "title": {"text": "belt travel [m]", "standoff": 4}},
-        yaxis={**bare, "type": "category", "title": {"text": "N/mm²", "standoff": 4}},
+        yaxis={**bare, "type": "category", "title": {"text": "tension [N/mm²]", "standoff": 4}},
         plot_bgcolor="--track",
         coloraxis={"colorscale": colour_scale(), "cmin": -FULL, "cmax": FULL, "showscale": False},
     )
@@ -140,7 +144,7 @@ def drift(before: Drift, after: Drift | None) -> dict[str, Any]:
 def _bars(one: Drift, colour: str, symbol: str, name: str) -> dict[str, Any]:
     """Values with bars of two sigma."""
     error = {"type": "data", "array": numbers(2 * np.asarray(one.u)), "color": colour, "thickness": 1.6}
-    marker = {"color": colour, "symbol": symbol, "size": 9}
+    marker = {"color": colour, "symbol": ["triangle-up-open" if end else symbol for end in one.at_limit], "size": 9}
     xy = {"x": numbers(one.tension), "y": numbers(one.value)}
     return {"type": "scatter", "mode": "markers", "name": name, **xy, "error_y": error, "marker": marker}
 

@@ -47,6 +47,7 @@ def render(diagnosis: Diagnosis) -> str:
     page = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
     page.trim_blocks = page.lstrip_blocks = True
     page.filters.update(number=words.number, milli=words.thousandths, plain=words.plain, degrees=words.degrees)
+    page.filters.update(tenths=lambda gain: words.decimal(gain, 1 if gain is not None and gain < 100.0 else 0))
     page.filters.update(listed=words.listed, rows=words.rows, capital=lambda text: text[:1].upper() + text[1:])
     cards = [plant_card(e) for e in diagnosis.effects]
     return page.get_template("report.html.j2").render(

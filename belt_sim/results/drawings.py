@@ -85,6 +85,11 @@ class Drift:
     def __post_init__(self) -> None:
         _check_shapes(self, ("tension", "value", "u"), (len(self.tension),))
 
+    @property
+    def at_limit(self) -> np.ndarray:
+        """Whether each value ended at the limit of its range, and so has no uncertainty, shape (t,)."""
+        return np.asarray(self.u) == 0.0
+
 
 @dataclass(frozen=True, kw_only=True)
 class Drawings:

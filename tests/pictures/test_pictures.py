@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.axis import Axis
+from matplotlib.text import Text
 from paper_cases import paper_case
 from small_campaign import drawn
 
@@ -14,10 +16,11 @@ from belt_sim.api.simulate import simulate
 from belt_sim.errors import BeltError, InputError
 from belt_sim.pictures import style
 from belt_sim.pictures.curves import Rates, curves_picture, rates_picture, steady_picture
-from belt_sim.pictures.diagnosis import overlay_picture, ranking_picture
+from belt_sim.pictures.diagnosis import drift_chart_picture, overlay_picture, ranking_picture
 from belt_sim.results.errors import SteadyError
 
 PNG = b"\x89PNG\r\n\x1a\n"
+ROUNDED = 1.0  # [px] by which a text may seem to leave its page
 INKED = 0.01  # the least share of pixels that a picture of curves and words darkens
 OF_DIAGNOSIS = ("overlay", "headline", "where", "drift", "ranking")
 TENSIONS = (7e6, 10e6, 20e6)
@@ -52,6 +55,30 @@ def test_every_picture_of_a_diagnosis_is_written_whole(kind, tmp_path):
     plot(d, path, kind=kind)
     assert whole(path)
     assert inked(path)
+
+
+@pytest.mark.parametrize("kind", OF_DIAGNOSIS)
+def test_no_word_of_a_picture_is_cut_off(kind):
+    figure = plot(drawn("sag_roll"), kind=kind).figure
+    figure.canvas.draw()
+    page = figure.bbox.padded(ROUNDED)
+    ticks = {t for ax in figure.findobj(Axis) for t in ax.get_ticklabels()}  # those beyond the axis are not drawn
+    words = [t for t in figure.findobj(Text) if t.get_text() and t not in ticks]
+    assert words
+    assert [t.get_text() for t in words if not inside(page, t)] == []
+
+
+def inside(page, text) -> bool:
+    """Whether every corner of a text lies on the page."""
+    return all(page.contains(x, y) for x, y in text.get_window_extent().corners())
+
+
+def test_a_value_at_the_limit_of_its_fit_is_marked():
+    (before, after), *_ = drawn("sag_roll").drawings.drifts
+    ended = replace(before, u=np.where(np.arange(len(before.u)) == 0, 0.0, 1.0))
+    figure = drift_chart_picture(None, [(ended, after)], "Young's modulus")
+    marks = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
+    assert [line.get_ydata() for line in marks] == [before.value[:1]]
 
 
 @pytest.mark.parametrize("names", [("strip",), ("strip", "beam_th2")])
