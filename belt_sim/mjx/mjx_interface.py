@@ -41,11 +41,16 @@ def plain_model(spec: mujoco.MjSpec, dt: float) -> mujoco.MjModel:
 
 
 def to_mjx(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[mjx.Model, mjx.Data]:
-    """The model and its data at rest at ``qpos``, on JAX."""
+    """The model and its data at rest at ``qpos``, on JAX.
+
+    MJX commits them to a device. The results of a step would be committed as well, unlike a command or the data before
+    the first step, and ``jax.jit`` would compile everything once more for them. So they are returned uncommitted.
+    """
     data = mujoco.MjData(model)
     data.qpos[:] = qpos
     mujoco.mj_forward(model, data)
-    return mjx.put_model(model, impl="jax"), mjx.put_data(model, data, impl="jax")
+    tied = mjx.put_model(model, impl="jax"), mjx.put_data(model, data, impl="jax")
+    return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)), tied)
 
 
 def compute_multibody(m: mjx.Model, d: mjx.Data) -> mjx.Data:
