@@ -4,9 +4,24 @@ Tests use jax.numpy directly, so that float64 is set for the whole process as we
 is shown in tests/guards/test_imports.py.
 """
 
+from pathlib import Path
+
 import jax
+import pytest
 
 from belt_sim.jax_setup import prepare
 
 prepare()
 jax.config.update("jax_enable_x64", True)
+
+#: regions of memory of a process, of which Linux allows 65,530; a compiled program takes some hundred
+REGIONS = 20_000
+
+
+@pytest.fixture(scope="module", autouse=True)
+def drop_programs():
+    """Drop what was compiled so far, after a file of tests at whose end this process has mapped much memory for it."""
+    yield
+    maps = Path("/proc/self/maps")
+    if maps.exists() and len(maps.read_bytes().splitlines()) > REGIONS:
+        jax.clear_caches()

@@ -11,24 +11,43 @@ from paper_cases import paper_case
 
 import belt_sim as bs
 from belt_sim.case import Schedule
+from belt_sim.effects.load import load_effects
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
 from belt_sim.quasi_static.engine import prepare_case, run_case, simulate_batch
 
-COARSE = Options(dx=0.04, dt=2e-3, run_in=0.3, settle=0.2, acceleration=3.0, steps=2)
-TRAVEL = 1.5
+COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2, acceleration=3.0, steps=2)
+FINER = replace(COARSE, dt=1e-3, settle=0.3, acceleration=2.0)  # for native, where loads move the belt by 20 um alone
+TRAVEL, TRAVEL_LOADED = 1.5, 0.6  # [m]
+LOADS = [
+    {"id": "idler_skew", "force": 60.0, "place": 0.3},
+    {"id": "side_drag", "moment": 5.0, "place": 0.7},
+    {"id": "machine_tilt", "angle": 0.5},
+    {"id": "off_centre_load", "moment": 0.1},
+    {"id": "cant", "gamma": 3e-5, "gamma_head": -2e-5},
+]
+YAWED, LOADED = 1e-4, 1e-5  # [m], what y reaches at least
 PARITY = 0.01  # of the largest y: the run in time is as far from itself at half its speed
 
 
 def test_a_batch_is_beside_mujoco_and_each_case_by_itself():
-    yawed = paper_case(60.0, rig=ROPE_EXAMPLE)
+    """One is yawed, one is straight, and one is not yawed but has all loads at once."""
+    yawed, slack = paper_case(60.0, rig=ROPE_EXAMPLE), paper_case(20.0, 0.0, ROPE_EXAMPLE)
     straight = replace(yawed, settings=replace(yawed.settings, yaw=Schedule.step(0.0)))
-    found, still = simulate_batch([yawed, straight], travel=TRAVEL, options=COARSE)
-    native = simulate(yawed, travel=TRAVEL, options=COARSE)
-    y = np.array([np.interp(native.travel, found.travel, line) for line in found.y])
-    assert np.abs(y - native.y).max() < PARITY * np.abs(native.y).max()
+    cases, effects = [yawed, straight, slack], [[], [], load_effects(LOADS)]
+    parts = [SpaceModel(options=COARSE).parts(case, acting) for case, acting in zip(cases, effects, strict=True)]
+    found, still, loaded = simulate_batch(cases, travel=TRAVEL, options=COARSE, parts=parts)
+    for case, curves, its, travel, options, least in (
+        (yawed, found, parts[0], TRAVEL, COARSE, YAWED),
+        (slack, loaded, parts[2], TRAVEL_LOADED, FINER, LOADED),
+    ):
+        native = simulate(case, travel=travel, options=options, parts=its)
+        y = np.array([np.interp(native.travel, curves.travel, line) for line in curves.y])
+        assert np.abs(native.y).max() > least
+        assert np.abs(y - native.y).max() < PARITY * np.abs(native.y).max()
     assert np.abs(still.y).max() < 1e-7
     assert np.abs(found.extra["tension"] / float(yawed.tension_force) - 1.0).max() < 0.02
 
