@@ -24,7 +24,6 @@ ACTING = [
     {"id": "lift_off", "strength": 1.0},
     {"id": "yaw_compliance", "c_m": 2e-5},
 ]
-SAME = 1e-9  # of the largest: two codes of one formula
 STIFF = 1e-4  # of the stiffness of a wrap: native reads it off by steps of 1 um
 SETTLED = 1e-6  # of the largest limit; native stops at 1e-3
 PARITY = 0.01  # of the largest y
@@ -42,66 +41,6 @@ def both():
     options, parts = scene_of(*ACTING, friction=FRICTION)
     run = SpaceRun.begin(CASE, "flex", fit_options(options, CASE, "flex"), parts)
     return run, prepare_case(CASE, travel=0.5, options=options, parts=parts)
-
-
-<<<<<<< HEAD
-def test_a_loaded_belt_runs_as_in_time():
-    """All of it at once, on a belt that is not yawed."""
-    case = paper_case(20.0, 0.0, ROPE_EXAMPLE)
-    parts = SpaceModel(options=COARSE).parts(case, load_effects(LOADS))
-    found = simulate_batch([case], travel=0.6, options=COARSE, parts=[parts])[0]
-    native = simulate(case, travel=0.6, options=COARSE, parts=parts)
-    y = np.array([np.interp(native.travel, found.travel, line) for line in found.y])
-    assert np.abs(native.y).max() > LOADED
-    assert np.abs(y - native.y).max() < PARITY * np.abs(native.y).max()
-=======
-@in_float64
-def test_a_wrap_is_as_stiff_as_in_the_run_in_time(both):
-    run, ready = both
-    tangent = run.engine.tangent
-    tangent.known.clear()
-    for first, count in ((4, 15), (7, 14)):
-        still = replace(tangent, inertia=np.zeros_like(tangent.inertia), known={}).wrap(first, count)
-        own, beside = (
-            np.asarray(v) for v in wrap_chain(ready.belt.sliding_stiffness, jnp.array(first), jnp.array(count), 18)
-        )
-        size = own.shape[0]
-        chain = np.zeros((count, size, count, size))
-        for k in range(count):
-            chain[k, :, k] = own[..., k]
-            if k < count - 1:
-                chain[k, :, k + 1], chain[k + 1, :, k] = beside[..., k], beside[..., k].T
-        chain = chain.reshape(count * size, count * size)
-        assert np.abs(chain - still).max() < STIFF * np.abs(still).max()
-        assert not beside[..., count - 1 :].any()
-
-
-@in_float64
-def test_slip_is_that_of_the_convex_problem(both):
-    """Ends that are bent and pulled, limits that fall to nothing there, from nothing and from another case's slip."""
-    count, rng = 15, np.random.default_rng(3)
-    chain = wrap_chain(both[1].belt.sliding_stiffness, jnp.array(4), jnp.array(count), count)
-    whole = replace(both[0].engine.tangent, inertia=np.zeros(4), known={}).wrap(4, count)
-    solve, guess = jax.jit(coulomb.slip_increments), np.zeros((2, 2, count))
-    for pull in (1.0, 5.0, 20.0, 60.0):
-        limit = 5.0 * np.minimum(1.0, 4.0 * np.minimum(np.linspace(0, 1, count), np.linspace(1, 0, count)))
-        limit = np.stack([limit, limit]) * (1.0 + 0.1 * rng.normal(size=(2, count)))
-        limit = np.maximum(limit, 0.0)
-        force = 0.3 * pull * rng.normal(size=(2, 2, count))
-        force[:, 0, :4] += pull
-        force[0, 1, :4], force[1, 1, :4] = force[0, 1, :4] + 2.0 * pull, force[1, 1, :4] - 2.0 * pull
-        slip, wrong = solve(force, limit, chain, guess)
-        guess, wanted = np.asarray(slip), slip_increments(
-            force.transpose(2, 0, 1).reshape(-1, 2), limit.T.ravel(), whole, np.zeros((2 * count, 2))
-        )  # fmt: skip
-        costs = [
-            0.5 * u.ravel() @ whole @ u.ravel() + force.transpose(2, 0, 1).ravel() @ u.ravel()
-            + limit.T.ravel() @ np.hypot(*u.T)
-            for u in (guess.transpose(2, 0, 1).reshape(-1, 2), wanted)
-        ]  # fmt: skip
-        assert float(wrong) < 1e-3
-        assert costs[0] < costs[1] + SETTLED * abs(costs[1])
->>>>>>> a29d3820 (tests: the loaded quasi-static belt shares a batch with the yawed one; programs are dropped before memory maps run out)
 
 
 def test_a_giving_pulley_comes_to_rest_where_the_moment_holds_it(both):
