@@ -187,7 +187,7 @@ def _diagnose(request: Mapping[str, Any], say: Say) -> None:
     write_diagnosis(folder, found)
     draw_diagnosis(folder, found)
     effects = [e.law or {"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]
-    verdict = {"verdict": str(found.verdict), "headline": found.verdict.headline}
+    verdict = {"verdict": str(found.verdict)}
     _leave(folder, **verdict, lines=[found.sentence], effects=effects)
 
 

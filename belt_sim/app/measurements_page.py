@@ -215,7 +215,7 @@ def _show_diagnosis(session: Session, number: int, content: dict[str, Any]) -> N
     """The verdict, a way to compare again, and the report."""
     kind = "good" if content["verdict"] in GOOD else ""
     for line in content["lines"]:
-        widgets.notice(f"{content['headline']}. {line}", kind)
+        widgets.notice(line, kind)
     with ui.element("div").classes("line"):
         ui.link("Report in a tab of its own", f"/results/{number}/report", new_tab=True)
         if content["effects"]:

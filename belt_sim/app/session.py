@@ -76,8 +76,8 @@ class Import:
         if self.said:
             return f"Not yet: {self.said[0]}"
         missing = self.proposal.missing if self.proposal else ()
-        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
-        return f"Not yet: answer {missing[0].key.replace('_', ' ')}{more}, then look again." if missing else ""
+        more = f" And {len(missing) - 1} more." if len(missing) > 1 else ""
+        return f"Not yet: {missing[0].text.partition('? ')[0].rstrip('?')}?{more}" if missing else ""
 
     @property
     def questions(self) -> list[Question]:

@@ -305,7 +305,7 @@ def _facts(s: Simulation) -> dict[str, str]:
     """Late rates, offsets, sag and the slackest edge."""
     found = {f"late rate {k} [mm/m]": thousandths(rate) for k, rate in enumerate(s.rates, start=1)}
     if s.steady_rate is not None:
-        found["rate in the end [mm/m]"] = thousandths(s.steady_rate)
+        found["steady rate [mm/m]"] = thousandths(s.steady_rate)
     upper, lower = s.offsets or (None, None)
     found |= {"y1 − y4 [mm]": thousandths(upper), "y3 − y2 [mm]": thousandths(lower), "sag [mm]": thousandths(s.sag)}
     slackest = s.slackest_edge

@@ -103,7 +103,8 @@ def _sentence(d: Findings) -> str:
 
 def _what_would_show(visible: int, hidden: list[str]) -> str:
     """What readings in which nothing is missing could have shown."""
-    many = f" {visible} of {visible + len(hidden)} effects would show at a plausible size"
+    effects = f"{visible} of {visible + len(hidden)} effects" if visible + len(hidden) > 1 else "The effect"
+    many = f" {effects} would show at a plausible size"
     return f"{many}; these would not: {', '.join(hidden)}." if hidden else f"{many}."
 
 

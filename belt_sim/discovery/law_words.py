@@ -12,7 +12,7 @@ from belt_sim.effects.law_terms import SPAN, STIFFNESS, TENSION, TRAVEL, VARIABL
 from belt_sim.results import words
 from belt_sim.results.discovery import FoundLaw
 from belt_sim.results.errors import Change
-from belt_sim.si import N_PER_MM2
+from belt_sim.si import N_PER_MM2, shop_unit
 
 MOST = 5  # tensions that are told
 SLIGHT = 1e-3  # relative change that is none
@@ -94,18 +94,18 @@ def _size(t: Term, k: int, numbers: Estimates) -> str:
     """The size of a term, before its shape; empty where nothing has been fitted."""
     if tagged("size", k) in numbers:
         value, u, _ = numbers[tagged("size", k)]
-        unit = t.size_unit
-        return f"{_size_words(value, u)} {'' if unit == '1' else unit + ' '}× "
+        return f"{_size_words(value, u, t.size_unit)} × "
     if tagged("cos", k) in numbers:
         (c, u, _), (s, v, _) = numbers[tagged("cos", k)], numbers[tagged("sin", k)]
-        return f"{_size_words(math.hypot(c, s), math.hypot(u, v) / math.sqrt(2.0))} {t.place.unit} × "
+        return f"{_size_words(math.hypot(c, s), math.hypot(u, v) / math.sqrt(2.0), t.place.unit)} × "
     return ""
 
 
-def _size_words(value: float, u: float) -> str:
-    """A size ± u, in brackets."""
-    text = words.with_u(value, u)
-    return text if text.startswith("(") else f"({text})"
+def _size_words(value: float, u: float, unit: str) -> str:
+    """A size ± u in units of the shop, in brackets."""
+    factor, shown = shop_unit(unit)
+    text = words.with_u(factor * value, factor * u)
+    return f"{text if text.startswith('(') else f'({text})'} {shown}".rstrip()
 
 
 def looks_like(data: SearchData, law: Law, numbers: Estimates) -> str:

@@ -181,6 +181,7 @@ def _drift(ax, before: Drift, after: Drift | None, labels: Mapping[str, str]) ->
 
 #: The axis is linear up to one threshold and logarithmic beyond.
 LINEAR = 1.0
+FAR = 100.0  # end of the axis from which words have room right of one threshold
 
 
 @style.picture
@@ -206,16 +207,12 @@ def ranking_picture(
     for row, r in zip(rows, ratio, strict=True):
         ax.annotate(f"{r:.0f}" if r >= 10.0 else f"{r:.1f}", (r, row), xytext=(4, 0), textcoords="offset points",
                     va="center")  # fmt: skip
-    ax.axvline(1.0, color=INK, linewidth=1.2)
-    ax.annotate(
-        "likelier than that nothing is missing",
-        (1.0, rows[0] + 0.6),
-        xytext=(4, 0),
-        textcoords="offset points",
-        va="bottom",
-    )
     ax.set_xscale("symlog", linthresh=LINEAR)
     top = max(2.0, 2.2 * float(ratio.max()))
+    ax.axvline(1.0, color=INK, linewidth=1.2)
+    side = ({"xytext": (4, 0), "ha": "left"}, {"xytext": (-4, 0), "ha": "right"})[top < FAR]
+    words: Any = {"textcoords": "offset points", "va": "bottom", **side}
+    ax.annotate("likelier than that nothing is missing", (1.0, rows[0] + 0.6), **words)
     ticks = [0.0, 0.5, *[t for p in range(8) for t in (10**p, 3 * 10**p) if t < top]]
     ax.set_xticks(ticks, [f"{t:.4g}" for t in ticks])
     ax.set_xticks([], minor=True)
@@ -257,6 +254,7 @@ def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: 
 
 
 PLACES = 12  # shown, best first
+UNKNOWN = "unknown input u"
 MM = 1e3
 
 
@@ -269,13 +267,16 @@ def law_axes(d: Discovery) -> tuple[tuple[float, str], tuple[float, str]]:
     """Factor from SI and label of the two axes of a law's picture: its variable, and the unknown u."""
     factor, unit = shop_unit(d.unit)
     if d.law is None:
-        return (1.0, "belt travel [m]"), (factor, axis_label("u", unit))
+        return (1.0, "belt travel [m]"), (factor, axis_label(UNKNOWN, unit))
     if "yaw" in d.law.variable:
-        return (1.0, "belt travel [m]"), (1.0, "u [share of the yaw]" if d.unit == "rad" else f"u [{d.unit} per rad]")
+        return (1.0, "belt travel [m]"), (
+            1.0,
+            axis_label(UNKNOWN, "share of the yaw" if d.unit == "rad" else f"{d.unit} per rad"),
+        )
     if d.law.variable_unit == "1":
-        return (1.0, "belt travel [m]"), (factor, axis_label("u", unit))
+        return (1.0, "belt travel [m]"), (factor, axis_label(UNKNOWN, unit))
     scale, of = (1e3, "mm/s") if d.law.variable_unit == "m/s" else shop_unit(d.law.variable_unit)
-    return (scale, axis_label(d.law.variable, of)), (factor, axis_label("u", unit))
+    return (scale, axis_label(d.law.variable, of)), (factor, axis_label(UNKNOWN, unit))
 
 
 @style.picture
@@ -285,14 +286,18 @@ def evidence_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     fig, [[ax]] = style.figure(8.6, 0.36 * len(shown) + 1.6)
     rows = np.arange(len(shown))[::-1]
     gains = [max(p.gain, 0.0) for p in shown]
-    ax.barh(rows, gains, height=0.7, color=[AFTER if k == 0 else FAINT for k in range(len(shown))])
+    stands = [d.law is not None and p.words in d.law.place for p in shown]
+    ax.barh(rows, gains, height=0.7, color=[AFTER if here else FAINT for here in stands])
     for row, p in zip(rows, shown, strict=True):
         ax.annotate(f"{p.gain:.0f}, {p.pool}", (max(p.gain, 0.0), row), xytext=(4, 0), textcoords="offset points",
                     va="center")  # fmt: skip
-    ax.set_yticks(rows, [p.words for p in shown])
-    ax.set(xlabel="gain in log evidence over nothing missing", xlim=(0.0, 1.25 * max([*gains, 1.0])))
+    ax.set_yticks(rows, [f"{p.words} (law)" if here else p.words for p, here in zip(shown, stands, strict=True)])
+    ax.set(
+        xlabel="gain in log evidence over nothing missing; even or odd in the yaw",
+        xlim=(0.0, 1.25 * max([*gains, 1.0])),
+    )
     ax.grid(False, axis="y")
-    style.title(fig, "Where something is missing")
+    style.title(fig, "Where an unknown input may act")
     return style.save(fig, path)
 
 
@@ -305,11 +310,11 @@ def unknown_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     for k, c in enumerate(d.courses):
         _course(ax, c, factor, CYCLE[k % len(CYCLE)], many)
     ax.axhline(0.0, color=INK, linewidth=0.8)
-    ax.set(xlabel="belt travel [m]", ylabel=axis_label("u", unit))
+    ax.set(xlabel="belt travel [m]", ylabel=axis_label(UNKNOWN, unit))
     if not many:
         fig.legend(loc="outside lower center", ncols=min(len(d.courses), 4))
     words = next((p.words for p in d.places if d.law is None or p.words in d.law.place), d.places[0].words)
-    style.title(fig, f"What acts on the {words}")
+    style.title(fig, f"Unknown input at one place: {words}")
     return style.save(fig, path)
 
 
@@ -346,12 +351,12 @@ def falling_error_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     there = {n: c for n, c in rows.items() if c is not None}
     fig, [[ax]] = style.figure(8.0, 0.5 * len(there) + 1.8)
     at = np.arange(len(there))[::-1]
-    ax.barh(at + 0.19, [MM * c.before for c in there.values()], height=0.36, color=BEFORE, label="before")
-    ax.barh(at - 0.19, [MM * c.after for c in there.values()], height=0.36, color=AFTER, label="with what was found")
-    ax.axvline(MM * d.error.noise_floor, color=INK, linewidth=1.2, linestyle=(0, (4, 2)), label="noise alone")
+    ax.barh(at + 0.19, [MM * c.before for c in there.values()], height=0.36, color=BEFORE, label="without the law")
+    ax.barh(at - 0.19, [MM * c.after for c in there.values()], height=0.36, color=AFTER, label="with the law")
+    ax.axvline(MM * d.error.noise_floor, color=INK, linewidth=1.2, linestyle=(0, (4, 2)), label="noise floor")
     ax.set_yticks(at, list(there))
     ax.set(xlabel="rms error [mm]")
     ax.grid(False, axis="y")
     fig.legend(loc="outside lower center", ncols=3)
-    style.title(fig, "The error, before and after")
+    style.title(fig, "The error without and with the law")
     return style.save(fig, path)

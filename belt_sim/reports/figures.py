@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.pictures.diagnosis import FULL, SAYS_NOTHING, axis_label, law_axes
+from belt_sim.pictures.diagnosis import FULL, SAYS_NOTHING, UNKNOWN, axis_label, law_axes
 from belt_sim.results.discovery import Discovery
 from belt_sim.results.drawings import Drift, FailureMap, Panel
 from belt_sim.si import shop_unit
@@ -168,7 +168,7 @@ def course(courses: Sequence[Any], unit: str) -> dict[str, Any]:
         low, high = _band(x, u - 2 * sd, u + 2 * sd, "y")
         data += [low, {**high, "name": one.label, "opacity": 0.5}]
         data.append(_line(x, u, one.label, colour, "y"))
-    return {"data": data, "layout": _unknown("belt travel [m]", axis_label("u", shown))}
+    return {"data": data, "layout": _unknown("belt travel [m]", axis_label(UNKNOWN, shown))}
 
 
 def law(d: Discovery) -> dict[str, Any]:

@@ -39,8 +39,8 @@ class Look:
 
 LOOKS = {
     "rope": Look("rope", FAINT),
-    "beam_th1": Look("beam, Th 1. O", GREEN),
-    "beam_th2": Look("beam, Th 2. O", RED),
+    "beam_th1": Look("beam, 1st order", GREEN),
+    "beam_th2": Look("beam, 2nd order", RED),
     "ritzinger": Look("Ritzinger (a rate alone)", PINK, (4.0, 1.5, 1.0, 1.5)),
     "ernst_beam": Look("beam with Ernst's modulus", AMBER, (5.0, 2.0)),
     "strip": Look("hanging strip", BLUE),

@@ -57,9 +57,13 @@ def test_every_picture_of_a_diagnosis_is_written_whole(kind, tmp_path):
     assert inked(path)
 
 
-@pytest.mark.parametrize("kind", OF_DIAGNOSIS)
+@pytest.mark.parametrize("kind", [*OF_DIAGNOSIS, "a ranking of small gains"])
 def test_no_word_of_a_picture_is_cut_off(kind):
-    figure = plot(drawn("sag_roll"), kind=kind).figure
+    d = drawn("sag_roll")
+    if kind in OF_DIAGNOSIS:
+        figure = plot(d, kind=kind).figure
+    else:
+        figure = ranking_picture(None, [replace(c, gain=3.0, threshold=2.0) for c in d.ranking], "Small gains")
     figure.canvas.draw()
     page = figure.bbox.padded(ROUNDED)
     ticks = {t for ax in figure.findobj(Axis) for t in ax.get_ticklabels()}  # those beyond the axis are not drawn

@@ -291,7 +291,7 @@ def test_a_discovered_law_is_told_with_its_place_course_and_rivals(explained):
         assert said in page.text
     assert "fits best at another place (yaw of the tail pulley)" in page.text  # the bars rank it first
     top = text[text.index("<h1>") : text.index("</header>")]
-    assert f"Found beside the library: {found.sentence.rstrip('.')}" in html.unescape(top)
+    assert f"A law describes it: {found.sentence.rstrip('.')}" in html.unescape(top)
     assert 'href="#discovered"' in top
     assert [row["length"] for row in weights(found)] == [100.0, 25.0]
     first, second = json.loads(page.scripts[0])["law"]

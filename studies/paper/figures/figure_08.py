@@ -45,7 +45,12 @@ def _draw(path: Path, n: dict) -> Path:
         look = LOOKS["beam_th1"].line | {"linewidth": 2.4}
         if tension:
             k = TENSIONS.index(float(tension))
-            look = {"color": RED, "alpha": 0.4 + 0.3 * k, "label": f"beam, Th 2. O, {tension} N/mm²", "linewidth": 1.5}
+            look = {
+                "color": RED,
+                "alpha": 0.4 + 0.3 * k,
+                "label": f"beam, 2nd order, {tension} N/mm²",
+                "linewidth": 1.5,
+            }
         line.plot(n["x_m"], n[name]["y_mm"], **look)
         moment.plot(n["x_m"], n[name]["moment_Nm"], **look)
     steep = np.array([0.0, 1.6])

@@ -33,7 +33,7 @@ def _draw(path: Path, n: dict) -> Path:
     for k, tension in enumerate(TENSIONS):
         y = n[f"beam_th2_{tension:g}_N_per_mm2_y1_mm"]
         shade = 0.35 + 0.65 * k / (len(TENSIONS) - 1)
-        ax.plot(s, y, color=RED, alpha=shade, linewidth=1.3, label="beam, Th 2. O" if k == 3 else None)
+        ax.plot(s, y, color=RED, alpha=shade, linewidth=1.3, label="beam, 2nd order" if k == 3 else None)
         _name(ax, y[-1], f"{tension:g}")
     for model in BOUNDS:
         ax.plot(s, n[f"{model}_y1_mm"], linewidth=2.2, **LOOKS[model].line)

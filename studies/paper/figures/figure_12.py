@@ -76,7 +76,7 @@ def _together(ax, n: dict) -> None:
     ax.set(xlim=(0.0, TRAVEL), xlabel=drawing.TRAVEL_LABEL, ylabel="lateral position y of point 1 [mm]")
     keys = [
         *ax.get_legend_handles_labels()[0],
-        *ax.plot([], [], color=INK, linestyle=(0, (4, 2)), linewidth=1.2, label="beam, Th 2. O"),
+        *ax.plot([], [], color=INK, linestyle=(0, (4, 2)), linewidth=1.2, label="beam, 2nd order"),
         *ax.plot([], [], color=INK, label="hanging strip"),
     ]
     if f"{IN_SPACE}_y1_mm" in n["7_N_per_mm2"]:
