@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from belt_sim.campaign.types import Campaign, Run, SignalSheet
 
@@ -262,11 +263,10 @@ def _jumps(y: np.ndarray, least: float) -> np.ndarray:
     Near the ends the neighbours are those of the nearest whole window, carried on along their median slope. 0 where
     nothing scatters.
     """
-    windows = np.lib.stride_tricks.sliding_window_view(y, 2 * LONGEST_SPIKE + 1)
-    place = np.arange(len(y)) - LONGEST_SPIKE
-    near = np.clip(place, 0, len(windows) - 1)
-    slope = np.median(np.diff(windows, axis=1), axis=1)
-    local = np.median(windows, axis=1)[near] + slope[near] * (place - near)
+    width, last = 2 * LONGEST_SPIKE + 1, len(y) - 1 - LONGEST_SPIKE
+    local, place = median_filter(y, width), np.arange(len(y))
+    for window, middle, end in ((y[:width], LONGEST_SPIKE, place < LONGEST_SPIKE), (y[-width:], last, place > last)):
+        local[end] = np.median(window) + np.median(np.diff(window)) * (place[end] - middle)
     noise = max(scatter(y), least)
     return np.abs(y - local) / noise if noise > 0.0 else np.zeros(len(y))
 

@@ -12,7 +12,7 @@ from belt_sim.campaign.types import sensor_place
 from belt_sim.case import Case
 from belt_sim.errors import InputError
 
-MAX_SAMPLES = 320  # per run; denser records are averaged in bins, which loses nothing that a belt can do
+MAX_SAMPLES = 256  # per run; denser records are averaged in bins, which loses nothing that a belt can do
 WITHIN = 2.0  # sigmas of the place of the yaw, within which it may have jumped
 JUMP = 0.1  # [m] about the start and the change of yaw in which a tilt is not judged: it jumps there, within one step
 
