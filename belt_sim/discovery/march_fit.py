@@ -142,7 +142,7 @@ def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:
     start = _start_on_pulleys(bench, vector, own)
     if start is None:
         return None
-    moved = bench.moved_to(start).at_levels(data.bench.levels)
+    moved = bench.moved_to(start, same_noise=True)
     made = _fit_from(data, scored, effect, moved, Fit(ids=ids, free=free, vector=start))
     return None if made is None else _round_exponents(data, made)
 

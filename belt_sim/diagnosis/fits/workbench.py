@@ -41,25 +41,24 @@ class Workbench:
         """The metric with other noise levels."""
         return metric_of(self.fitted, levels, self.shapes, self.shared)
 
-    def at_levels(self, levels: Levels) -> "Workbench":
-        """The workbench with other noise levels."""
-        return replace(self, levels=levels, metric=self.metric_at(levels))
-
-    def moved_to(self, vector: np.ndarray) -> "Workbench":
-        """The workbench with noise levels and nuisance shapes taken at ``vector``, and every run's settings near it.
+    def moved_to(self, vector: np.ndarray, *, same_noise: bool = False) -> "Workbench":
+        """The workbench with nuisance shapes taken at ``vector``, every run's settings near it, and noise levels as
+        they are read there, or as they are.
 
         Itself where a belt runs away at ``vector``, or a hair beside it.
         """
         here = _shapes(self.campaign, self.samples, self.forward, vector)
-        return self._with_shapes(self.forward, *here)._at_likely_settings(vector) if _finite(*here) else self
+        if not _finite(*here):
+            return self
+        return self._with_shapes(self.forward, *here, same_noise)._at_likely_settings(vector, same_noise)
 
-    def _at_likely_settings(self, vector: np.ndarray) -> "Workbench":
+    def _at_likely_settings(self, vector: np.ndarray, same_noise: bool = False) -> "Workbench":
         """The workbench, laid out at ``vector``, with every run's settings where they most likely were."""
         forward = self.forward_at_likely_settings(vector)
         if forward is self.forward:
             return self
         there = _shapes(self.campaign, self.samples, forward, vector)
-        return self._with_shapes(forward, *there) if _finite(*there) else self
+        return self._with_shapes(forward, *there, same_noise) if _finite(*there) else self
 
     def forward_at_likely_settings(self, vector: np.ndarray) -> Forward:
         """The model with every run's settings where they most likely were; the workbench is laid out at ``vector``."""
@@ -67,10 +66,12 @@ class Workbench:
             self.campaign, self.fitted, self.forward, self.metric, self.shapes, self.shared, vector
         )
 
-    def _with_shapes(self, forward: Forward, shapes: np.ndarray, shared: np.ndarray, values: np.ndarray) -> "Workbench":
+    def _with_shapes(
+        self, forward: Forward, shapes: np.ndarray, shared: np.ndarray, values: np.ndarray, same_noise: bool
+    ) -> "Workbench":
         """The workbench where nuisances have these shapes: what settings did to one of two repeats is not noise."""
-        finder = self.finder.at_shapes(shapes)
-        levels = finder(self.samples.y - values)
+        finder = self.finder if same_noise else self.finder.at_shapes(shapes)
+        levels = self.levels if same_noise else finder(self.samples.y - values)
         metric = metric_of(self.fitted, levels, shapes, shared)
         return replace(self, forward=forward, shapes=shapes, shared=shared, finder=finder, levels=levels, metric=metric)
 
