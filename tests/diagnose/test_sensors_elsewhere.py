@@ -29,7 +29,7 @@ PLAN = Plan(
         for t in (10.0, 40.0)
         for d in (1, -1)
     ),
-    length=30.0,
+    length=25.0,
     spacing=0.1,
     signals={f"y{k}": f"point_{k}" for k in (1, 2, 3, 4)},
 )
