@@ -41,6 +41,10 @@ class Workbench:
         """The metric with other noise levels."""
         return metric_of(self.fitted, levels, self.shapes, self.shared)
 
+    def at_levels(self, levels: Levels) -> "Workbench":
+        """The workbench with other noise levels."""
+        return replace(self, levels=levels, metric=self.metric_at(levels))
+
     def moved_to(self, vector: np.ndarray, *, same_noise: bool = False) -> "Workbench":
         """The workbench with nuisance shapes taken at ``vector``, every run's settings near it, and noise levels as
         they are read there, or as they are.
