@@ -72,6 +72,7 @@ def diagnose(
     bootstraps: int = BOOTSTRAPS,
     seed: int = 0,
     leave_out: Sequence[str] | None = None,
+    checked: bool = False,
     advise: bool = True,
     progress: Callable[[int, str], None] | None = None,
     tell: Callable[[str], None] = lambda line: None,
@@ -82,10 +83,11 @@ def diagnose(
 
     model: None: chosen by tension (``belt_sim.api.resolve.campaign_model``); effects: ids, .py files of your own
     (tested before any long work; ``tell`` hears what the test says) or Effect classes; leave_out: ids of the
-    library not to be tried; advise: look for the next run to make; bootstraps: campaigns simulated with nothing
-    missing, which tell how much chance gains; progress(replicates, stage): told of every stage, and of these
-    campaigns (None: a bar in a terminal or notebook); shown: is given the result without the next runs; config:
-    what asked for it, for the provenance. Raises InputError, CannotRepresent, SimulationError.
+    library not to be tried; checked: data and sheet are right, whatever looks wrong in them; advise: look for the next
+    run to make; bootstraps: campaigns simulated with nothing missing, which tell how much chance gains;
+    progress(replicates, stage): told of every stage, and of these campaigns (None: a bar in a terminal or notebook);
+    shown: is given the result without the next runs; config: what asked for it, for the provenance. Raises InputError,
+    CannotRepresent, SimulationError.
     """
     campaign = campaign_of(campaign)
     whole("seed", seed, 0)
@@ -108,11 +110,11 @@ def diagnose(
             stages(0, stage)
 
         of_data = suspicions(campaign)
-        stopped = any(s.severity == "stop" for s in of_data)
+        stopped = checked or any(s.severity == "stop" for s in of_data)
         of_sheet = () if stopped else sheet_evidence(free_zeros(campaign, of_data), chosen, tell_stage)
         doubtful = [e.suspicion for e in of_sheet if e.certain]
         findings = examine(
-            campaign, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful,
+            campaign, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful, checked=checked,
             laws=None if beside_points(campaign) else LawSearch(tell_stage), tell=tell_stage,
         )  # fmt: skip
         beside = [e.suspicion for e in of_sheet if e.gain > findings.decision.best.gain]

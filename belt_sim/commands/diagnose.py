@@ -16,7 +16,7 @@ def run(run_dir: RunDir) -> None:
 
     config: Any = run_dir.config
     watch = resolve_watch(config["watch"], "auto", "rrd")
-    asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out")}
+    asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out", "checked")}
     count = whole("bootstraps", config["bootstraps"], MIN_BOOTSTRAPS)
     with run_dir.outputs() as draft:
         campaign = read_campaign(run_dir.text_setting("campaign", "the folder of a campaign"))

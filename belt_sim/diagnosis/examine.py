@@ -53,15 +53,16 @@ def examine(
     bootstraps: int = BOOTSTRAPS,
     seed: int = 0,
     doubts: Sequence[Suspicion] = (),
+    checked: bool = False,
     laws: LawFinder | None = None,
     policy: Policy = POLICY,
     tell: Callable[[str], None] = lambda text: None,
 ) -> Findings:
     """Which of ``classes`` the ``model`` lacks, judged on ``campaign``.
 
-    bootstraps: campaigns simulated with nothing missing; doubts: about the sheet; laws: the search for laws that no
-    effect of the library is; tell: hears what is being done. Raises InputError when the campaign has no signals,
-    SimulationError when a larger set fits worse than a smaller one.
+    bootstraps: campaigns simulated with nothing missing; doubts: about the sheet; checked: data and sheet are right,
+    whatever looks wrong; laws: the search for laws that no effect of the library is; tell: hears what is being done.
+    Raises InputError when the campaign has no signals, SimulationError when a larger set fits worse than a smaller one.
     """
     tell("laying out the campaign")
     tried = [c for c in classes if model.refusal(c) is None and is_long_enough(campaign, c)]
@@ -70,6 +71,8 @@ def examine(
     of_data = suspicions(campaign)
     bench, nothing = _lay_out(free_zeros(campaign, of_data), model, tried)
     suspect = (*doubts, *find_faults(bench, nothing.values, of_data))
+    if checked:
+        suspect = tuple(replace(s, severity="look") for s in suspect)
     if (freed := free_zeros(bench.campaign, suspect)).signals != bench.campaign.signals:
         bench, nothing = _lay_out(freed, model, tried)
     damaged = any(s.severity == "stop" for s in suspect)

@@ -107,6 +107,9 @@ def test_a_turned_sensor_ends_in_cannot_say():
     assert found.effects == ()
     assert ("r01", "wrong_sign") in {(s.run, s.kind) for s in found.suspicions}
     assert found.sentence.startswith("The data look damaged")
+    went_on = describe(examine(dirty, MODEL, CLASSES[:1], seed=SEED, checked=True), seed=SEED)
+    assert went_on.verdict is not Verdict.CANNOT_SAY  # who has checked it is believed, and is told what looked wrong
+    assert {s.severity for s in went_on.suspicions} == {"look"}
 
 
 @pytest.mark.long
