@@ -287,7 +287,9 @@ def fit_best(
     """
     begun = [(name, start) for name in names for start in linearisation.starts(bench, name, known.get(name))]
     owners, starts = [name for name, _ in begun], [start for _, start in begun]
-    race = Race(linearisation.fit.chi2, owners, dict.fromkeys(names, price), bench.forward.sides)
+    numbers = {name: len(start.free) - len(linearisation.fit.free) for name, start in begun}
+    thresholds = {name: price + FURTHER * (k - 1) for name, k in numbers.items()}
+    race = Race(linearisation.fit.chi2, owners, thresholds, bench.forward.sides)
     fits = bench.fit(starts, race=race) if starts else []
     ends = [k for k in race.leaders(fits) if not fits[k].is_converged]
     for k, fit in zip(ends, bench.fit([fits[k] for k in ends]) if ends else [], strict=True):
@@ -313,6 +315,7 @@ def _better(bench: Workbench, one: Fit, other: Fit) -> bool:
     return (is_plausible(bench.forward, one), -one.chi2) > (is_plausible(bench.forward, other), -other.chi2)
 
 
+FURTHER = 2.0  # chi2 that each further free number must gain (Akaike): an edge of 70 harmonics gains 70 by chance
 ALIKE = 0.5  # chi2 by which two ends of one search may differ along a valley that readings hardly bound
 CLOSE = 12.0  # chi2 behind the best candidate, or the least that counts: further behind, no exact end is needed
 HORIZON = 20.0  # steps as good as the next that a fit behind others is given
