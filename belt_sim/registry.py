@@ -52,7 +52,7 @@ def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model |
     if name in IN_SPACE:
         from belt_sim.mujoco3d.model import SpaceModel  # MuJoCo takes a while to load
 
-        return SpaceModel.of(IN_SPACE[name], given)
+        return SpaceModel.from_settings(IN_SPACE[name], given)
     if name not in ANALYTIC:
         raise InputError("model", name, "", f"use one of {', '.join(MODEL_NAMES)}")
     known = () if name == "ritzinger" else ("step", "keep")

@@ -13,7 +13,7 @@ import numpy as np
 
 from belt_sim.api.simulate import simulate
 from belt_sim.case import Case, Schedule
-from belt_sim.commands.simulate import Centring, centring_asked
+from belt_sim.commands.simulate import CentringGoal, centring_asked
 from belt_sim.config import case_from
 from belt_sim.curves import Curves, read_curves
 from belt_sim.pictures import style
@@ -25,7 +25,7 @@ from studies.application import application
 SPARE = 7  # of so many records one is asked of in the linear programme
 
 
-def nearest(case: Case, wanted: Centring, by: float, config: Mapping[str, Any]) -> float:
+def nearest(case: Case, wanted: CentringGoal, by: float, config: Mapping[str, Any]) -> float:
     """Least distance [m] from the middle within which some yaw keeps the belt from travel ``by`` [m] on."""
     from scipy.optimize import linprog
 
@@ -51,7 +51,7 @@ def _moved(y: np.ndarray, records: int) -> np.ndarray:
 
 
 @style.picture
-def picture(path: Path, law: Curves, space: Curves | None, wanted: Centring, schedule: Schedule) -> Path:
+def picture(path: Path, law: Curves, space: Curves | None, wanted: CentringGoal, schedule: Schedule) -> Path:
     """Points 1-4 and the yaw, against travel; space: those in three dimensions."""
     fig, [[ax], [below]] = style.figure(8.4, 5.6, rows=2, sharex=True, height_ratios=[3, 1])
     for k, (colour, name) in enumerate(zip(POINTS, POINT_NAMES, strict=True)):
@@ -71,9 +71,9 @@ def picture(path: Path, law: Curves, space: Curves | None, wanted: Centring, sch
     return style.save(fig, path)
 
 
-def told(name: str, travel: np.ndarray, y: np.ndarray, wanted: Centring) -> str:
+def told(name: str, travel: np.ndarray, y: np.ndarray, wanted: CentringGoal) -> str:
     """One line of a run, y (4, n) [m]."""
-    centred = wanted.centred(travel, y)
+    centred = wanted.centring_travel(travel, y)
     rest = wanted.away(y)[travel >= centred].max()
     over = wanted.overshoot(y)
     return f"{name}: centred after {centred:.1f} m, within {rest / MM:.2f} mm then, beyond by {over / MM:.2f} mm"

@@ -81,7 +81,7 @@ def in_space(config: dict[str, Any]) -> dict[str, np.ndarray]:
     for observer in recorder.observers:
         observer.start(case, config["travel"])
     for stage in run.stages(config["travel"]):
-        run.through(Steered(stage, recorder, controller, told), recorder)
+        run.run_stage(Steered(stage, recorder, controller, told), recorder)
     curves, (at, angle) = recorder.curves(), np.array(told).T
     yaw = np.interp(np.asarray(curves.travel), at, angle) / DEGREE
     return {"travel_m": curves.travel, "y1_mm": curves.y[0] / MM, "y3_mm": curves.y[2] / MM, "yaw_deg": yaw}

@@ -23,7 +23,7 @@ from belt_sim.effects.belt_shape import Camber
 from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.yaw import Cant, YawCompliance
 from belt_sim.errors import InputError, SimulationError
-from belt_sim.laws.span import softening
+from belt_sim.laws.span import sag_softening
 from belt_sim.si import MM_PER_M, N_PER_MM2
 from studies.application import application
 
@@ -82,7 +82,7 @@ def held_length(case: Case, pivot: float) -> float:
     Both spans grow by yaw x pivot; of the strain Lambda/(1 + Lambda) goes into less sag and not into stress.
     """
     grown = 2.0 * float(case.settings.yaw.last()) * pivot / case.rig.belt_length
-    return case.belt.youngs_modulus * grown / (1.0 + softening(case))
+    return case.belt.youngs_modulus * grown / (1.0 + sag_softening(case))
 
 
 def supported(model: AnalyticModel) -> Rate:

@@ -11,7 +11,7 @@ from belt_sim.config import MAX_TENSION, MAX_YAW, belt_from, rig_from
 from belt_sim.errors import InputError
 from belt_sim.files import write_text
 from belt_sim.foresight.harm import harm_warnings
-from belt_sim.importing import Logged, Proposal, mapping_text, read, understand, write
+from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, understand, write
 from belt_sim.importing.mapping import mapping_of
 from belt_sim.importing.new_campaign import plan_for, template, tensions_for, travel_for, yaw_for
 from belt_sim.importing.roles import DRAWING
@@ -59,7 +59,7 @@ def import_files(
     draft: str | None = None,
     overwrite: bool = False,
     pictures: bool = True,
-    ask: Callable[[Logged, dict[str, Any]], Proposal] | None = None,
+    ask: Callable[[LoggedTables, dict[str, Any]], Proposal] | None = None,
 ) -> Campaign | None:
     """Write the campaign that ``files`` hold; None when only a draft of the mapping was written.
 

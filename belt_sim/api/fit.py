@@ -19,7 +19,7 @@ from belt_sim.results.display import Display, Table
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Fitted(Display):
+class FitResult(Display):
     """Numbers that fit a campaign best: values and standard uncertainties u by name ("taper.kappa_t") in SI.
 
     covariance (k, k): in the order of ``values``; effects: with these numbers, for ``simulate`` and ``compare``;
@@ -50,7 +50,7 @@ class Fitted(Display):
 
 
 @one_blas_thread
-def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None = None) -> Fitted:
+def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None = None) -> FitResult:
     """The numbers of ``effects`` that fit a campaign best, with their covariance: nonlinear least squares on the march.
 
     Readings are weighted by their noise; what the campaign states with an uncertainty (tension, yaw, stiffness, zero,
@@ -82,7 +82,7 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
     lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
     nothing, after = bench.forward.values(np.stack([bench.forward.null(), found.vector]))
     before, now = (bench.fitted.y - values for values in (nothing, after))
-    return Fitted(
+    return FitResult(
         values=dict(zip(names, (found.vector[found.free] * scales).tolist(), strict=True)),
         u=dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True)),
         covariance=covariance,

@@ -32,7 +32,7 @@ def linearise(
     first = case_or_settings(case, settings | {"tension": tension[0]})
     cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
     plants: list[LinearBelt] = [linear_belt(c, chosen, acting) for c in cases]
-    return PlantSchedule.of(plants)
+    return PlantSchedule.from_plants(plants)
 
 
 def export(

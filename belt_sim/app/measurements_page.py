@@ -14,7 +14,7 @@ from belt_sim.app.security import MAX_UPLOAD, MEBI, TOO_LARGE
 from belt_sim.app.session import GROUPS, OF_RUN, Import, Place, Session, read_shown
 from belt_sim.app.simulate_page import TITLES, effect_title
 from belt_sim.campaign import Campaign, Quantity, Run
-from belt_sim.campaign.read import FILES, shipped
+from belt_sim.campaign.read import FILES, sample_campaigns
 from belt_sim.campaign.types import PLACES
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
@@ -103,7 +103,7 @@ def _drop(session: Session) -> Any:
         upload.props("data-name=drop")
         with ui.element("div").classes("line"):
             ui.label("No measurements at hand? A sample:").classes("soft small")
-            chosen = ui.select(shipped(), value="slack_belt").props("dense outlined aria-label=sample")
+            chosen = ui.select(sample_campaigns(), value="slack_belt").props("dense outlined aria-label=sample")
             ui.button("Open it", on_click=sample).props("flat no-caps")
     return made
 

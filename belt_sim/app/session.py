@@ -16,7 +16,7 @@ from belt_sim.campaign.problems import CampaignError, Problem
 from belt_sim.campaign.read import FILES, campaign_folder
 from belt_sim.diagnosis.examine import BOOTSTRAPS
 from belt_sim.errors import BeltError, InputError
-from belt_sim.importing import Logged, Proposal, Question, read, understand, write
+from belt_sim.importing import LoggedTables, Proposal, Question, read, understand, write
 from belt_sim.importing.sheets import known_names
 
 Place = tuple[str, ...]  # keys in the mapping, from the outside in
@@ -30,7 +30,7 @@ class Import:
     that were put; said: what is wrong.
     """
 
-    logged: Logged
+    logged: LoggedTables
     base: Mapping[str, Any]
     answers: dict[Place, str] = field(default_factory=dict)
     draft: dict[Place, str] = field(default_factory=dict)

@@ -15,7 +15,7 @@ import yaml
 
 from belt_sim.app.security import MAX_UPLOAD, MEBI
 from belt_sim.campaign.marked_yaml import parse
-from belt_sim.campaign.problems import CampaignError, Problem, quoted
+from belt_sim.campaign.problems import CampaignError, Problem, quote
 from belt_sim.campaign.read import FILES
 from belt_sim.effects.generic_law import ID as LAW
 from belt_sim.effects.library import library
@@ -70,9 +70,9 @@ def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
 def _unknown(name: str) -> InputError:
     """Why a file of this name is of no use."""
     if name.lower().endswith(".py"):
-        return InputError("file", quoted(name), "", NO_CODE)
+        return InputError("file", quote(name), "", NO_CODE)
     wanted = f"{', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or an effects.yaml"
-    return InputError("file", quoted(name), "", f"drop {wanted}")
+    return InputError("file", quote(name), "", f"drop {wanted}")
 
 
 def last_name(name: str) -> str:
@@ -93,15 +93,15 @@ def unpack(name: str, data: bytes) -> dict[str, bytes]:
         with zipfile.ZipFile(BytesIO(data)) as archive:
             members = [m for m in archive.infolist() if not m.is_dir()]
             if len(members) > MOST_MEMBERS:
-                raise InputError("zip", quoted(name), "", f"holds more than {MOST_MEMBERS} files; zip one campaign")
+                raise InputError("zip", quote(name), "", f"holds more than {MOST_MEMBERS} files; zip one campaign")
             sheets = [m for m in members if last_name(m.filename) == SHEET and "__MACOSX" not in m.filename]
             if len(sheets) != 1:
                 many = f"holds {len(sheets)} campaigns" if sheets else f"holds no {SHEET}"
-                raise InputError("zip", quoted(name), "", f"{many}; zip the folder of one campaign")
+                raise InputError("zip", quote(name), "", f"{many}; zip the folder of one campaign")
             beside = sheets[0].filename.removesuffix(SHEET)
             return dict(_members(archive, name, {f"{beside}{file}": file for file in FILES}))
     except (zipfile.BadZipFile, RuntimeError, NotImplementedError, OSError, EOFError) as error:
-        raise InputError("zip", quoted(name), "", f"cannot be unpacked ({error}); zip it again") from error
+        raise InputError("zip", quote(name), "", f"cannot be unpacked ({error}); zip it again") from error
 
 
 def _members(archive: zipfile.ZipFile, name: str, wanted: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:
@@ -116,7 +116,7 @@ def _members(archive: zipfile.ZipFile, name: str, wanted: Mapping[str, str]) -> 
                 room -= len(piece)
                 if room < 0:
                     remedy = f"unpacks to more than {LARGEST // MEBI} MB; thin the signals out"
-                    raise InputError("zip", quoted(name), "", remedy)
+                    raise InputError("zip", quote(name), "", remedy)
                 pieces.append(piece)
         yield wanted[member], b"".join(pieces)
 
@@ -170,10 +170,10 @@ def _flat(name: str, entry: Any) -> dict[str, Any]:
     if entry["id"] == LAW:
         return dict(entry)
     if entry["id"].endswith(".py"):
-        raise InputError("effects", quoted(entry["id"]), "", NO_CODE)
+        raise InputError("effects", quote(entry["id"]), "", NO_CODE)
     if entry["id"] not in library():
-        raise InputError("effects", quoted(entry["id"]), "", f"use one of {', '.join(library())}")
+        raise InputError("effects", quote(entry["id"]), "", f"use one of {', '.join(library())}")
     parameters = entry.get("parameters") or {}
     if not isinstance(parameters, Mapping):
-        raise InputError(f"effects.{entry['id']}.parameters", quoted(parameters), "", "write name: number, one a line")
+        raise InputError(f"effects.{entry['id']}.parameters", quote(parameters), "", "write name: number, one a line")
     return {str(k): v for k, v in entry.items() if k != "parameters"} | {str(k): v for k, v in parameters.items()}

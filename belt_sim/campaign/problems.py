@@ -27,7 +27,7 @@ class Problem:
         place = self.file if self.line is None else f"{self.file}:{self.line}"
         subject = _plain(self.name)
         if self.value is not None:
-            shown = " ".join(part for part in (quoted(self.value), _plain(self.unit)) if part)
+            shown = " ".join(part for part in (quote(self.value), _plain(self.unit)) if part)
             subject = f"{subject} = {shown}" if subject else shown
         return ": ".join(part for part in (_plain(place), subject, _plain(self.remedy)) if part)
 
@@ -54,7 +54,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     return f"use one of {', '.join(known)}" if known else "nothing is known by that name here"
 
 
-def quoted(value: object) -> str:
+def quote(value: object) -> str:
     """A value as one short printable line."""
     text = f"{value:.15g}" if isinstance(value, float) else str(value)
     text = _plain(text)

@@ -13,7 +13,7 @@ from belt_sim.campaign.types import Campaign, Run, SteadyRate
 from belt_sim.files import CAMPAIGNS
 
 
-def shipped() -> list[str]:
+def sample_campaigns() -> list[str]:
     """Return the names of the shipped campaigns."""
     return sorted(p.parent.name for p in CAMPAIGNS.glob("*/campaign.yaml"))
 
@@ -21,7 +21,7 @@ def shipped() -> list[str]:
 def campaign_folder(named: str | Path) -> Path:
     """Return the folder of a path, or of the bare name of a shipped campaign."""
     folder = Path(named)
-    return CAMPAIGNS / folder if not folder.exists() and str(named) in shipped() else folder
+    return CAMPAIGNS / folder if not folder.exists() and str(named) in sample_campaigns() else folder
 
 
 REQUIRED_FILES = ("campaign.yaml", "runs.csv")
@@ -95,7 +95,7 @@ def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True)
         what = "there is no such folder" if isinstance(error, FileNotFoundError) else "is not a folder that can be read"
         remedy = f"{what}; name a folder with campaign.yaml and runs.csv"
         if str(folder) == folder.name:
-            remedy += f", or a campaign that ships: {', '.join(shipped())}"
+            remedy += f", or a campaign that ships: {', '.join(sample_campaigns())}"
         problems.append(Problem(file=str(folder), remedy=remedy))
         raise CampaignError(problems) from None
     others = [name for name in present if name not in FILES]

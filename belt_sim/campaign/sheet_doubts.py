@@ -94,24 +94,26 @@ def _with_runs(campaign: Campaign, change: Callable[[Run], Run], runs: Sequence[
 def _of_yaws(campaign: Campaign) -> Iterable[SheetMistake]:
     span = campaign.machine.centre_distance.value
 
-    def later(size: float, runs: Sequence[str]) -> Campaign:
+    def with_later_yaw(size: float, runs: Sequence[str]) -> Campaign:
         return _with_runs(campaign, lambda r: replace(r, yaw_at=r.yaw_at + size), runs)
 
-    def turned(_: float, runs: Sequence[str]) -> Campaign:
+    def with_opposite_yaw(_: float, runs: Sequence[str]) -> Campaign:
         return _with_runs(campaign, lambda r: replace(r, yaw=-r.yaw, yaw_head=-r.yaw_head), runs)
 
-    def scaled(size: float, runs: Sequence[str]) -> Campaign:
+    def with_scaled_yaw(size: float, runs: Sequence[str]) -> Campaign:
         return _with_runs(campaign, lambda r: replace(r, yaw=size * r.yaw, yaw_head=size * r.yaw_head), runs)
 
     words = "check where the yaw was applied: {where} the belt begins to move {size} m after the stated yaw_at"
     for share in DELAYS:
-        yield SheetMistake(kind="yaw_place", size=share * span, words=words, build=later, continuous=True, by_run=True)
+        yield SheetMistake(
+            kind="yaw_place", size=share * span, words=words, build=with_later_yaw, continuous=True, by_run=True
+        )
     if any(r.yaw for r in campaign.runs):
         words = "check the sign of the yaw: {where} the belt moves as after a yaw of the other sign"
-        yield SheetMistake(kind="yaw_sign", size=-1.0, words=words, build=turned, by_run=True)
+        yield SheetMistake(kind="yaw_sign", size=-1.0, words=words, build=with_opposite_yaw, by_run=True)
         for size, names in ((0.18 / np.pi, "mrad as degrees"), (np.pi / 0.18, "degrees as mrad")):
             words = f"check the unit of the yaw: {{where}} the belt moves as after {{size}} times the yaw ({names}?)"
-            yield SheetMistake(kind="yaw_unit", size=size, words=words, build=scaled)
+            yield SheetMistake(kind="yaw_unit", size=size, words=words, build=with_scaled_yaw)
 
 
 def _of_directions(campaign: Campaign) -> Iterable[SheetMistake]:
@@ -145,7 +147,7 @@ def _of_points(campaign: Campaign) -> Iterable[SheetMistake]:
                 yield mistake({signal.name: place})
 
 
-def _scaled(quantity: Quantity, factor: float) -> Quantity:
+def _scale(quantity: Quantity, factor: float) -> Quantity:
     return Quantity(value=quantity.value * factor, u=quantity.u * factor)
 
 
@@ -155,13 +157,13 @@ def _of_machine(campaign: Campaign) -> Iterable[SheetMistake]:
     def radii(size: float, _: Sequence[str]) -> Campaign:
         changed = Machine(
             centre_distance=machine.centre_distance,
-            head_radius=_scaled(machine.head_radius, size),
-            tail_radius=_scaled(machine.tail_radius, size),
+            head_radius=_scale(machine.head_radius, size),
+            tail_radius=_scale(machine.tail_radius, size),
         )
         return replace(campaign, machine=changed)
 
     def distance(size: float, _: Sequence[str]) -> Campaign:
-        changed = replace(machine, centre_distance=_scaled(machine.centre_distance, size))
+        changed = replace(machine, centre_distance=_scale(machine.centre_distance, size))
         return replace(campaign, machine=changed)
 
     both = machine.head_radius.value + machine.tail_radius.value
@@ -180,7 +182,7 @@ def _of_belt(campaign: Campaign) -> Iterable[SheetMistake]:
 
     def mistake(name: str, kind: MistakeKind, size: float, words: str, continuous: bool) -> SheetMistake:
         def build(size: float, _: Sequence[str]) -> Campaign:
-            return replace(campaign, belt=replace(belt, **{name: _scaled(getattr(belt, name), size)}))
+            return replace(campaign, belt=replace(belt, **{name: _scale(getattr(belt, name), size)}))
 
         return SheetMistake(kind=kind, size=size, words=words, build=build, continuous=continuous)
 

@@ -116,7 +116,7 @@ def sheet_tree(campaign: Campaign) -> dict[str, Any]:
         "settings": {
             "tension_rel": float(settings.tension_rel),
             "yaw": {
-                "u": _written(settings.yaw_u, to_si(1.0, "urad", dimension="angle", name="yaw")),
+                "u": _in_unit(settings.yaw_u, to_si(1.0, "urad", dimension="angle", name="yaw")),
                 "unit": "urad",
             },
         },
@@ -135,20 +135,20 @@ def _machine(machine: Machine) -> dict:
 
 def _quantity(quantity: Quantity, dimension: str, unit: str) -> dict:
     scale = to_si(1.0, unit, dimension=dimension, name="unit")
-    out = {"value": _written(quantity.value, scale), "u": _written(quantity.u, scale)}
+    out = {"value": _in_unit(quantity.value, scale), "u": _in_unit(quantity.u, scale)}
     return out | {"unit": unit} if unit else out
 
 
 def _signal(signal: SignalSheet) -> dict:
     scale = to_si(1.0, signal.unit, dimension=SIGNAL_DIMENSION[signal.kind], name=signal.name)
-    out = {"unit": signal.unit, "at": signal.at, "white": _written(signal.white, scale)}
-    out |= {"zero": _written(signal.zero, scale), "gain": float(signal.gain)}
+    out = {"unit": signal.unit, "at": signal.at, "white": _in_unit(signal.white, scale)}
+    out |= {"zero": _in_unit(signal.zero, scale), "gain": float(signal.gain)}
     if signal.wander_sd:
-        out["wander"] = {"sd": _written(signal.wander_sd, scale), "length_m": float(signal.wander_length)}
+        out["wander"] = {"sd": _in_unit(signal.wander_sd, scale), "length_m": float(signal.wander_length)}
     return out
 
 
-def _written(si: float, scale: float) -> float:
+def _in_unit(si: float, scale: float) -> float:
     """An SI value as the number to write in a unit of size ``scale``."""
     return float(f"{si / scale:.{DIGITS}g}")
 

@@ -43,7 +43,7 @@ class Axis:
     ratio: bool = False
     listed: bool = False
 
-    def at(self, share: np.ndarray) -> np.ndarray:
+    def values_at(self, share: np.ndarray) -> np.ndarray:
         """Values at ``share`` (0..1) of the way from the first to the last."""
         if self.listed:
             return self.values[np.minimum((share * len(self.values)).astype(int), len(self.values) - 1)]
@@ -170,7 +170,7 @@ class CasePlan:
 
 
 def _axis_values(axes: Sequence[Axis], shares: np.ndarray) -> np.ndarray:
-    return np.stack([a.at(column) for a, column in zip(axes, shares.T, strict=True)])
+    return np.stack([a.values_at(column) for a, column in zip(axes, shares.T, strict=True)])
 
 
 def _sobol(dimensions: int, seed: int, start: int, stop: int) -> np.ndarray:

@@ -15,7 +15,7 @@ from belt_sim.errors import BeltError, InputError
 from belt_sim.importing.build import understand
 from belt_sim.importing.roles import DRAWING
 from belt_sim.importing.sheets import known_names
-from belt_sim.importing.types import ROLES, Logged, Proposal, Question
+from belt_sim.importing.types import ROLES, LoggedTables, Proposal, Question
 from belt_sim.reports.importing import tell_proposal
 
 
@@ -37,7 +37,7 @@ def run(run_dir: RunDir) -> None:
     )
 
 
-def ask_in_terminal(logged: Logged, stated: dict[str, Any] | None = None, out: Console | None = None) -> Proposal:
+def ask_in_terminal(logged: LoggedTables, stated: dict[str, Any] | None = None, out: Console | None = None) -> Proposal:
     """The proposal with every question answered and confirmed by whoever sits at the terminal.
 
     Columns of which nothing is known are asked for too; ``ignore`` leaves them out. stated: the mapping as far as it is
@@ -60,7 +60,7 @@ def ask_in_terminal(logged: Logged, stated: dict[str, Any] | None = None, out: C
         proposal = _ask(logged, mapping, _correction(logged, proposal, out), out)
 
 
-def _ask(logged: Logged, mapping: dict[str, Any], question: Question, out: Console) -> Proposal:
+def _ask(logged: LoggedTables, mapping: dict[str, Any], question: Question, out: Console) -> Proposal:
     """Ask one question until the answer can be used; a machine or belt may be given by a name that is known."""
     kind = {"machine": "rig", "belt": "belt"}.get(question.path[0])
     hint = f", or the name of a {kind}: {', '.join(known_names(kind))}" if kind else ""
@@ -86,7 +86,7 @@ def _ask(logged: Logged, mapping: dict[str, Any], question: Question, out: Conso
         return proposal
 
 
-def _correction(logged: Logged, proposal: Proposal, out: Console) -> Question:
+def _correction(logged: LoggedTables, proposal: Proposal, out: Console) -> Question:
     """The question about a column or run that was understood wrongly."""
     columns, runs = list(logged.columns), [r.name for r in proposal.complete().runs]
     out.print(escape(f"columns: {', '.join(columns)}; runs: {', '.join(runs)}"), soft_wrap=True)

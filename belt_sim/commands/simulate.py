@@ -24,7 +24,7 @@ SHORT = 10.0  # [m] that every millimetre counts for by which the belt is not ce
 
 
 @dataclass(frozen=True, kw_only=True)
-class Centring:
+class CentringGoal:
     """What is wanted. start [m]: where all four points lie before the run; within [m] of the middle they are to stay;
     beyond [m] it, on the other side, none may go."""
 
@@ -36,7 +36,7 @@ class Centring:
         """Distance of the farthest point from the middle [m], shape (n,), of y (4, n) [m]."""
         return np.asarray(np.abs(y + self.start).max(axis=0))
 
-    def centred(self, travel: np.ndarray, y: np.ndarray) -> float:
+    def centring_travel(self, travel: np.ndarray, y: np.ndarray) -> float:
         """Travel [m] from which all of y (4, n) [m] stay within; the last where they do not."""
         late = np.flatnonzero(self.away(y) > self.within)
         return float(travel[0] if not len(late) else travel[min(late[-1] + 1, len(travel) - 1)])
@@ -49,10 +49,10 @@ class Centring:
         """What a search makes small: travel until centred, and more for overshoot and for what is left at the end."""
         over = max(self.overshoot(y) - self.beyond, 0.0)
         left = max(float(self.away(y)[-1]) - self.within, 0.0)
-        return self.centred(travel, y) + (OVERSHOT * over + SHORT * left) / si.MM
+        return self.centring_travel(travel, y) + (OVERSHOT * over + SHORT * left) / si.MM
 
 
-def centring_asked(asked: Any) -> Centring | None:
+def centring_asked(asked: Any) -> CentringGoal | None:
     """What ``objective`` asks for, in mm; None for nothing. Raises InputError."""
     if asked is None:
         return None
@@ -65,7 +65,7 @@ def centring_asked(asked: Any) -> Centring | None:
             raise InputError(f"objective.{name}", value, "mm", "give a number")
     if not asked["within"] > 0 or asked["beyond"] < 0:
         raise InputError("objective.within", asked["within"], "mm", "must be above 0, and beyond not below it")
-    return Centring(**{name: asked[name] * si.MM for name in names})
+    return CentringGoal(**{name: asked[name] * si.MM for name in names})
 
 
 def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float | None:
@@ -102,7 +102,7 @@ def _title(run_dir: RunDir, model: str) -> str:
     return title if run_dir.case is None else f"{title}, job {run_dir.case}"
 
 
-def _report_objective(folder: Path, wanted: Centring | None) -> float | None:
+def _report_objective(folder: Path, wanted: CentringGoal | None) -> float | None:
     if wanted is None:
         return None
     curves = read_curves(folder / "curves.csv")

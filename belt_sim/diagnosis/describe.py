@@ -25,7 +25,7 @@ from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis, Verdict, other_model
 from belt_sim.results.errors import CampaignLabel
 from belt_sim.results.findings import Candidate, Confusable, Explanation, FoundEffect, NoiseLevels, Unknown
-from belt_sim.results.words import join_effects, listed
+from belt_sim.results.words import join_effects, join_words
 
 ALIKE_SHOWN = 3  # look-alikes in a sentence
 SILENT = "These readings could not show any effect at a plausible size: record longer, at more tensions and yaws."
@@ -97,7 +97,7 @@ def _sentence(d: Findings) -> str:
         return decision.verdict.sentence(model, ()) + _what_would_show(len(d.table.visible), hidden)
     named = [_name_with_alike(decision, name) for name in decision.named]
     alike = decision.like_one_change_of_the_span(d.policy)
-    more = f" Or one change of the span, in its bending or twisting, stands in the place of {listed(alike)}."
+    more = f" Or one change of the span, in its bending or twisting, stands in the place of {join_words(alike)}."
     return decision.verdict.sentence(model, named, _damage(d.suspicions)) + (more if alike else "")
 
 
@@ -193,7 +193,7 @@ def _unknown(d: Findings) -> Unknown | None:
     times = "more than a million" if odds > np.log(1e6) else f"{np.exp(odds):.0f}"
     why = f"something unknown is {times} times likelier"
     law = d.law.law.words if d.law is not None and d.law.law is not None else "no law of one or two terms"
-    nearest = (listed(sorted(ids)), why) if ids else None
+    nearest = (join_words(sorted(ids)), why) if ids else None
     return describe_unknown(d.fitted_bench, d.named, (f"something beyond the library ({law})",), nearest)
 
 

@@ -70,7 +70,7 @@ class LoopResponses:
             seen = curvature_per_change(s.states.changes[name].per_end[run, None, :3], pulse[None, :MOMENT])[0, where]
         else:
             seen = pulse[row]
-        found = s.responses.at(seen, grid + grid[1] - grid[0])[:, 1]
+        found = s.responses.cell_responses(seen, grid + grid[1] - grid[0])[:, 1]
         return found / float(s.bench.samples.cases.belt.bending_stiffness) if name == "kappa" else found
 
 
@@ -85,11 +85,11 @@ def solve_loop(loop: LoopResponses, laws: Sequence[LawAndSizes], begin: States |
     still = _responses_to(loop, _channel_inputs(law, inputs(at), coupled=False), reads)
     unread = {read: _state_values(base, read) + still[read] for read in reads}
 
-    def moved(at: dict[Variable, np.ndarray]) -> dict[Variable, np.ndarray]:
+    def next_states(at: dict[Variable, np.ndarray]) -> dict[Variable, np.ndarray]:
         added = _responses_to(loop, _channel_inputs(law, inputs(at), coupled=True), reads)
         return {read: unread[read] + added[read] for read in reads}
 
-    settled = _solve_fixed_point(moved, at, largest)
+    settled = _solve_fixed_point(next_states, at, largest)
     if settled is None:
         return None
     felt = inputs(settled)
@@ -101,7 +101,7 @@ def solve_loop(loop: LoopResponses, laws: Sequence[LawAndSizes], begin: States |
 
 
 def _solve_fixed_point(
-    moved: Callable[[dict], dict], at: dict[Variable, np.ndarray], largest: dict[Variable, float]
+    next_states: Callable[[dict], dict], at: dict[Variable, np.ndarray], largest: dict[Variable, float]
 ) -> dict | None:
     """What is read, once iterations have converged; None where a belt runs away.
 
@@ -110,16 +110,16 @@ def _solve_fixed_point(
     """
     if not at:
         return at
-    whole = _iterate(moved, at, largest, 1.0)
-    return whole if whole is not None else _iterate(moved, at, largest, DAMPING)
+    whole = _iterate(next_states, at, largest, 1.0)
+    return whole if whole is not None else _iterate(next_states, at, largest, DAMPING)
 
 
 def _iterate(
-    moved: Callable[[dict], dict], at: dict[Variable, np.ndarray], largest: dict[Variable, float], part: float
+    next_states: Callable[[dict], dict], at: dict[Variable, np.ndarray], largest: dict[Variable, float], part: float
 ):
     """What is read after damped steps; None where it goes too far, or does not converge."""
     for _ in range(int(ITERATIONS / part)):
-        step = {read: x - at[read] for read, x in moved(at).items()}
+        step = {read: x - at[read] for read, x in next_states(at).items()}
         off = _largest({r: step[r] for r in largest}, largest)
         at = {read: at[read] + part * step[read] for read in at}
         if not _largest(at, largest) < FURTHEST:
@@ -177,7 +177,7 @@ def _independent_factor(
     halves = [t.form, t.form.sine()][: sizes.shape[1]]
     with np.errstate(over="ignore"):  # of what has faded away
         course = sum(
-            size[:, None] * half.along(s, np, _number_column(forms, "at"), _number_column(forms, "wide"))
+            size[:, None] * half.course_value(s, np, _number_column(forms, "at"), _number_column(forms, "wide"))
             for half, size in zip(halves, sizes.T, strict=True)
         )
     found = course * data.weight(t.exponent)[:, None, None]
@@ -205,7 +205,7 @@ def _shape_values(forms: list[Form], x: np.ndarray) -> np.ndarray:
     if forms[0].shape == "stick":
         rows = np.broadcast_to(x, (len(x), len(forms), x.shape[-1]))
         return np.stack([stop(rows[:, f], form.knee or 0.0) for f, form in enumerate(forms)], axis=1)
-    return forms[0].shaped(x, None, np, _number_column(forms, "knee"))
+    return forms[0].shape_value(x, None, np, _number_column(forms, "knee"))
 
 
 def _number_column(forms: list[Form], number: str) -> np.ndarray | None:
@@ -266,16 +266,16 @@ def _responses_to(
     first = np.where(np.arange(cells) > 0, 1.0, 0.5).astype(np.float32)  # half a cell
     there = [(channel, rfft(single_precision(u) * first, loop.length)) for channel, u in acting]
 
-    def seen(name: str, where: int) -> np.ndarray:
+    def response_at(name: str, where: int) -> np.ndarray:
         whole = sum(u * loop.spectrum(name, where, channel) for channel, u in there)
         return irfft(whole, loop.length)[..., :cells]
 
     for name, where in reads:
         if name == "alpha":  # dy/ds = -alpha + drift
             drift = sum(u for channel, u in acting if channel == drift_at(where))
-            found[name, where] = drift - np.gradient(seen("y", where), spacing, axis=-1)
+            found[name, where] = drift - np.gradient(response_at("y", where), spacing, axis=-1)
         elif name != "reading_rate":
-            found[name, where] = seen(name, where)
+            found[name, where] = response_at(name, where)
         if ("reading_rate", where) in reads and name == "reading":
             found["reading_rate", where] = (
                 np.gradient(found[name, where], spacing, axis=-1) * states.speed[:, None, None]
@@ -320,7 +320,7 @@ class ClosedLoopFit:
         return self.gain - cost(self.law)
 
     @property
-    def scored(self) -> ScoredLaw:
+    def scored_law(self) -> ScoredLaw:
         """As the search has it."""
         return ScoredLaw(self.law, self.gain, self.score, tuple(self.sizes))
 
@@ -359,11 +359,11 @@ def _gauss_newton_step(
 ) -> tuple[np.ndarray, LoopSolution, float] | None:
     """Numbers after a Gauss-Newton step, what they make, and its chi2; None where no step helps."""
     projector = loop.data.projector
-    moved = _perturb_numbers(law, numbers)
-    others = _solve_sets(loop, law, moved, now[1])
+    next_states = _perturb_numbers(law, numbers)
+    others = _solve_sets(loop, law, next_states, now[1])
     if others is None:
         return None
-    slopes = (others[0] - now[0]) / np.diagonal(moved - numbers)[:, None, None]
+    slopes = (others[0] - now[0]) / np.diagonal(next_states - numbers)[:, None, None]
     step = _step(loop.data, projector.residual - now[0][0], slopes)
     for k in range(SHORTER):
         tried = _limit_step(loop.data, law, numbers, numbers + step * 0.4**k)
@@ -391,7 +391,7 @@ def _sizes(law: Law) -> int:
 
 
 def _perturb_numbers(law: Law, numbers: np.ndarray) -> np.ndarray:
-    """Sets of numbers (p, p), each with one of them moved a little."""
+    """Sets of numbers (p, p), each with one of them next_states a little."""
     count = _sizes(law)
     step = np.full(len(numbers), NUDGE)
     step[:count] = NUDGE * np.maximum(np.abs(numbers[:count]), 1e-3 * np.abs(numbers[:count]).max() + 1e-12)

@@ -126,7 +126,7 @@ def _law(found: SearchOutcome) -> FoundLaw:
     first = law.terms[0]
     return FoundLaw(
         formula=formula(law, numbers),
-        place=words.listed(list(dict.fromkeys(t.place.words for t in law.terms))),
+        place=words.join_words(list(dict.fromkeys(t.place.words for t in law.terms))),
         variable=VARIABLES[first.form.variable][1],
         variable_unit=VARIABLES[first.form.variable][0],
         parity=law.parity,
@@ -142,7 +142,7 @@ def _rivals(found: SearchOutcome) -> tuple[RivalLaw, ...]:
     return tuple(
         RivalLaw(
             formula=formula(c.scored.law),
-            place=words.listed(list(dict.fromkeys(t.place.words for t in c.scored.law.terms))),
+            place=words.join_words(list(dict.fromkeys(t.place.words for t in c.scored.law.terms))),
             less=c.less,
         )
         for c in found.close
@@ -161,11 +161,11 @@ def _law_points(found: SearchOutcome) -> tuple[tuple[LawPoints, ...], LawPoints 
     if not by_travel:
         x = variable(s.states, term.form.variable, part, term.place.parts[0][0])
     if term.form.variable == "sigma":
-        slack = slack * term.form.shaped(s.states.tension[:, None], None, np)
+        slack = slack * term.form.shape_value(s.states.tension[:, None], None, np)
     if term.form.variable == "beta":
         slack = slack * s.states.beta
     elif not by_travel and term.form.course != "constant":
-        along = travel_of(s.states, term.form, part) if term.form.carried else s.states.s[None]
+        along = travel_of(s.states, term.form, part) if term.form.is_carried else s.states.s[None]
         slack = slack * _course_of(term.form, numbers, along)
     told = np.abs(slack) > 0.2 * np.abs(slack).max()
     reduced = np.where(told, u / np.where(told, slack, 1.0), np.nan)
@@ -183,12 +183,12 @@ def _law_points(found: SearchOutcome) -> tuple[tuple[LawPoints, ...], LawPoints 
 def _drawn_travel(states: States, form: Form, part: int | None) -> np.ndarray:
     """The travel that a law is drawn against: of what the belt carries the one of a forward run's first turn that
     brings the same part of the belt to the tail pulley."""
-    return states.belt_length * (states.belt_part[:, part or 0] % 1.0) if form.carried else states.s
+    return states.belt_length * (states.belt_part[:, part or 0] % 1.0) if form.is_carried else states.s
 
 
 def _course_of(form: Form, numbers, s: np.ndarray) -> np.ndarray:
     at, wide = (numbers.get(n, (None,))[0] for n in ("at", "wide"))
-    return np.asarray(form.along(s, np, at, wide))
+    return np.asarray(form.course_value(s, np, at, wide))
 
 
 def _law_curve(found: SearchOutcome, line: np.ndarray, by_travel: bool) -> np.ndarray:
@@ -199,9 +199,9 @@ def _law_curve(found: SearchOutcome, line: np.ndarray, by_travel: bool) -> np.nd
         halves = {"cos": form, "sin": form.sine()}
         return np.asarray(sum(numbers[n][0] * _course_of(half, numbers, line) for n, half in halves.items()))
     if by_travel:
-        s = line / found.data.states.belt_length if form.carried else line
+        s = line / found.data.states.belt_length if form.is_carried else line
         return np.asarray(numbers["size"][0] * _course_of(form, numbers, s))
-    return np.asarray(numbers["size"][0] * form.shaped(line, line, np, numbers.get("knee", (None,))[0]))
+    return np.asarray(numbers["size"][0] * form.shape_value(line, line, np, numbers.get("knee", (None,))[0]))
 
 
 def _errors(found: SearchOutcome) -> Errors:

@@ -147,7 +147,7 @@ def _channel(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, ch
     for r, run in enumerate(samples.runs):
         for s, signal in enumerate(samples.signals):
             row = responses.pulses[r, channel, curve_row(signal.at, run.direction)]
-            read = responses.at(row.astype(np.float32), true[r])
+            read = responses.cell_responses(row.astype(np.float32), true[r])
             found[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
     return found
 

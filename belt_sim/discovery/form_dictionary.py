@@ -50,12 +50,12 @@ def form_values(form: Form, states: States, part: int | None, signal: str | None
     """A form along every run, (R, J); part: the pulley, signal: the sensor."""
     x, s = variable(states, form.variable, part, signal), travel_of(states, form, part)
     with np.errstate(over="ignore"):  # of what has faded away
-        return form.shaped(x, s, np) * form.along(s, np)
+        return form.shape_value(x, s, np) * form.course_value(s, np)
 
 
 def travel_of(states: States, form: Form, part: int | None) -> np.ndarray:
     """What a form's course goes with, (R, J), or (1, J) where all runs have the same; part: the pulley."""
-    if form.carried:
+    if form.is_carried:
         return states.belt_part[:, part or 0]
     s = states.since if form.since_yaw else states.s[None]
     return s / states.speed[:, None] if form.timed else s

@@ -72,7 +72,7 @@ class Targets:
 def form_products(data: SearchData, place: Place, targets: Targets) -> Products:
     """Products of all columns of a place with vectors."""
     forms, blocks = data.compute_once(
-        ("forms", place.kind, place.carried, data.wide), lambda: _blocks(data, place), data.states
+        ("forms", place.kind, place.is_carried, data.wide), lambda: _blocks(data, place), data.states
     )
     along = _sum_of_parts(data, place, lambda channel: targets.channel_products(data, channel))
     found = [
@@ -105,7 +105,7 @@ def _blocks(data: SearchData, place: Place) -> tuple[list[Form], list[Block]]:
 
 def _depends_on_pulley(form: Form) -> bool:
     """Whether a form reads the state at a pulley or sensor, or which part of the belt is there."""
-    return form.reads_belt or form.carried
+    return form.reads_belt or form.is_carried
 
 
 def _block(forms: list[Form]) -> Block:
@@ -123,9 +123,9 @@ def form_inputs(states: States, forms: Sequence[Form], part: int | None, signal:
             what, when = (f.variable, f.shape, f.knee), (f.variable, f.course, f.at, f.wide, f.timed)
             if what not in shaped:
                 x = variable(states, f.variable, part, signal)
-                shaped[what] = f.shaped(x, states.s, np)
+                shaped[what] = f.shape_value(x, states.s, np)
             if when not in courses:
-                courses[when] = f.along(travel_of(states, f, part), np)
+                courses[when] = f.course_value(travel_of(states, f, part), np)
             np.multiply(shaped[what], courses[when], out=found[:, k])
     return found
 
@@ -162,12 +162,12 @@ def _plain_rows(data: SearchData, place: Place, block: Block, inputs: np.ndarray
 def _plain_part(data: SearchData, place: Place, channel: str, part: int | None, block: Block, inputs) -> np.ndarray:
     """The same at one part of a place; kept for the places of one kind, as in ``_rows``."""
 
-    def made() -> np.ndarray:
+    def compute() -> np.ndarray:
         gain = np.asarray(data.states.channel_gain(place.of_all_spans, channel, part), dtype=np.float32)
         op = data.design.rows[channel].swapaxes(0, 1) * (gain[..., None] if gain.ndim else gain)
         return data.compute_once(("single", block), lambda: single_precision(inputs)) @ op
 
-    return _keep_for_kind(data, "plain", place, (channel, block), made)
+    return _keep_for_kind(data, "plain", place, (channel, block), compute)
 
 
 def _times_share(rows: np.ndarray, share: np.ndarray | float) -> np.ndarray:
@@ -175,14 +175,16 @@ def _times_share(rows: np.ndarray, share: np.ndarray | float) -> np.ndarray:
     return rows if np.all(share == 1.0) else rows * np.asarray(share, dtype=rows.dtype)[..., None]
 
 
-def _keep_for_kind(data: SearchData, what: str, place: Place, key: tuple, made: Callable[[], np.ndarray]) -> np.ndarray:
-    """What ``made`` gives for a part of a place; kept for the places of one kind, until another kind comes."""
+def _keep_for_kind(
+    data: SearchData, what: str, place: Place, key: tuple, compute: Callable[[], np.ndarray]
+) -> np.ndarray:
+    """What ``compute`` gives for a part of a place; kept for the places of one kind, until another kind comes."""
     last, kind = data.compute_once((what,), dict, data.states), place.relative or place.kind
     if last.get("kind") != kind:
         last.clear()
         last["kind"] = kind
     if key not in last:
-        last[key] = made()
+        last[key] = compute()
     return last[key]
 
 
@@ -223,7 +225,7 @@ def _rows(data: SearchData, place: Place, channel: str, part: int | None, block:
     """
     states, where = data.states, channel if part is None else part
 
-    def made() -> np.ndarray:
+    def compute() -> np.ndarray:
         inputs = data.compute_once(
             ("inputs", where, place.kind in WRAPPED, block),
             lambda: single_precision(form_inputs(states.variables_at(place), block.everything, part, channel)),
@@ -233,7 +235,7 @@ def _rows(data: SearchData, place: Place, channel: str, part: int | None, block:
         gain = states.channel_gain(place.of_all_spans, channel, part) if place.relative else None
         return inputs @ (op if gain is None else op * single_precision(np.asarray(gain))[..., None])
 
-    return _keep_for_kind(data, "rows", place, (channel, block), made)
+    return _keep_for_kind(data, "rows", place, (channel, block), compute)
 
 
 def _norms(rows: np.ndarray) -> np.ndarray:

@@ -75,19 +75,27 @@ class Pulse(Effect):
     middle: float = 1.0
     half: float = 1.0
 
-    def _at(self, state, name):
+    def _pulse_height(self, state, name):
         height = jnp.stack([getattr(self, f"{name}_tail"), getattr(self, f"{name}_head")])
         return height * jnp.maximum(0.0, 1.0 - jnp.abs(state.travel - self.middle) / self.half)
 
     def yaw(self, yaw, state, case):
-        tail, head = self._at(state, "yaw")
+        tail, head = self._pulse_height(state, "yaw")
         return replace(yaw, tail=yaw.tail + tail, head=yaw.head + head)
 
     def runup(self, runup, state, case):
-        return replace(runup, turn=runup.turn + self._at(state, "turn"), drift=runup.drift + self._at(state, "drift"))
+        return replace(
+            runup,
+            turn=runup.turn + self._pulse_height(state, "turn"),
+            drift=runup.drift + self._pulse_height(state, "drift"),
+        )
 
     def wrap(self, runoff, state, case):
-        return replace(runoff, y=runoff.y + self._at(state, "shift"), alpha=runoff.alpha + self._at(state, "twist"))
+        return replace(
+            runoff,
+            y=runoff.y + self._pulse_height(state, "shift"),
+            alpha=runoff.alpha + self._pulse_height(state, "twist"),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,7 +112,7 @@ class ImpulseResponses:
     curves: np.ndarray
     pulses: np.ndarray
 
-    def at(self, rows: np.ndarray, where: np.ndarray) -> np.ndarray:
+    def cell_responses(self, rows: np.ndarray, where: np.ndarray) -> np.ndarray:
         """Responses to inputs in every cell: rows (..., n) of pulses -> (..., len(where), J) at travels ``where``."""
         step = self.grid[1] - self.grid[0]
         back = where[:, None] - self.grid[None, :] + step  # travel since the pulse's foot

@@ -37,9 +37,9 @@ class SearchOutcome:
         if self.best is None:
             return self.latent_inputs[0]
         place = self.best.scored.law.terms[0].place
-        return self.data.latent_inputs_at(place)[0] if place.carried else self._at(place.name)
+        return self.data.latent_inputs_at(place)[0] if place.is_carried else self._latent_input_at(place.name)
 
-    def _at(self, name: str) -> LatentInput:
+    def _latent_input_at(self, name: str) -> LatentInput:
         return next(c for c in self.latent_inputs if c.place.name == name)
 
 

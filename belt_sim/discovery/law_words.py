@@ -8,7 +8,7 @@ import numpy as np
 from belt_sim.discovery.form_dictionary import form_values
 from belt_sim.discovery.march_fit import Estimates, MarchFit
 from belt_sim.discovery.search_data import SearchData
-from belt_sim.effects.law_terms import SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Law, Term, tagged
+from belt_sim.effects.law_terms import SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Law, Term, number_name
 from belt_sim.results import words
 from belt_sim.results.discovery import FoundLaw
 from belt_sim.results.errors import Change
@@ -41,15 +41,15 @@ def _term(t: Term, k: int, numbers: Estimates) -> str:
     x, form = SYMBOLS[t.form.variable], t.form
 
     def number(name: str, fallback: float | None, unit: str) -> str:
-        if tagged(name, k) in numbers:
-            value, u, _ = numbers[tagged(name, k)]
+        if number_name(name, k) in numbers:
+            value, u, _ = numbers[number_name(name, k)]
             return words.with_u(value, u, unit)
         return f"{words.number(fallback)} {unit}".strip()
 
     knee = number("knee", form.knee, VARIABLES[form.variable][0] if form.variable not in ("none", "yaw_set") else "")
     if form.variable == "sigma":
-        knee = f"{numbers.get(tagged('knee', k), (form.knee or 0.0,))[0] / N_PER_MM2:.3g} N/mm²"
-    unit = "s" if form.timed else "" if form.carried else "m"
+        knee = f"{numbers.get(number_name('knee', k), (form.knee or 0.0,))[0] / N_PER_MM2:.3g} N/mm²"
+    unit = "s" if form.timed else "" if form.is_carried else "m"
     at, wide = number("at", form.at, unit), number("wide", form.wide, unit)
     s = ("t" if form.timed else "s") + "′" * (x == "" and form.variable == "yaw_set")
     shape = {
@@ -84,7 +84,7 @@ def _term(t: Term, k: int, numbers: Estimates) -> str:
 
 def _power(t: Term, k: int, numbers: Estimates) -> str:
     """The power of the tension with which a term goes; empty where it does not."""
-    value, u, _ = numbers.get(tagged("exponent", k), (t.exponent, 0.0, "1"))
+    value, u, _ = numbers.get(number_name("exponent", k), (t.exponent, 0.0, "1"))
     if not value:
         return ""
     return f" × tension^{words.number(value, 2) if not u else f'({words.with_u(value, u)})'}"
@@ -92,11 +92,11 @@ def _power(t: Term, k: int, numbers: Estimates) -> str:
 
 def _size(t: Term, k: int, numbers: Estimates) -> str:
     """The size of a term, before its shape; empty where nothing has been fitted."""
-    if tagged("size", k) in numbers:
-        value, u, _ = numbers[tagged("size", k)]
+    if number_name("size", k) in numbers:
+        value, u, _ = numbers[number_name("size", k)]
         return f"{_size_words(value, u, t.size_unit)} × "
-    if tagged("cos", k) in numbers:
-        (c, u, _), (s, v, _) = numbers[tagged("cos", k)], numbers[tagged("sin", k)]
+    if number_name("cos", k) in numbers:
+        (c, u, _), (s, v, _) = numbers[number_name("cos", k)], numbers[number_name("sin", k)]
         return f"{_size_words(math.hypot(c, s), math.hypot(u, v) / math.sqrt(2.0), t.place.unit)} × "
     return ""
 
@@ -223,7 +223,7 @@ def _place_and_terms(data: SearchData, made: MarchFit) -> str:
         how = _by_how_much(data, law, numbers)
         return f"The {law.terms[0].place.words} is {how}: relative change {formula(law, numbers)}"
     by_place = dict.fromkeys(t.place.words for t in law.terms)
-    return f"The {words.listed(list(by_place))} lacks {formula(law, numbers)}"
+    return f"The {words.join_words(list(by_place))} lacks {formula(law, numbers)}"
 
 
 def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
@@ -254,7 +254,7 @@ def _change(data: SearchData, law: Law, numbers: Estimates) -> np.ndarray:
         total: Any = 0.0
         for k, t in enumerate(law.with_numbers({name: value for name, (value, *_) in numbers.items()}).terms):
             halves = [("cos", t.form), ("sin", t.form.sine())] if t.form.is_wave else [("size", t.form)]
-            own = sum(numbers[tagged(n, k)][0] * form_values(f, data.states, part, None) for n, f in halves)
+            own = sum(numbers[number_name(n, k)][0] * form_values(f, data.states, part, None) for n, f in halves)
             total = total + own * data.weight(t.exponent)[:, None]
         found.append(np.asarray(total))
     return np.maximum(np.where(np.abs(found[0]) >= np.abs(found[1]), *found), -1.0)
@@ -264,8 +264,8 @@ def _section_middles(data: SearchData, law: Law, numbers: Estimates) -> str:
     """Where on the belt the stretches of a law are, to be found there; empty where it has none."""
     said = ""
     for k, t in enumerate(law.terms):
-        if t.form.carried:
-            value, u, _ = numbers[tagged("at", k)]
+        if t.form.is_carried:
+            value, u, _ = numbers[number_name("at", k)]
             if t.place.kind in STIFFNESS:  # it is at work while it is in the span, and runs up at the end of that
                 rig = data.bench.samples.cases.rig
                 value += 0.5 * float(rig.span_length) / float(rig.belt_length)
@@ -279,7 +279,7 @@ def _known_products(made: MarchFit, numbers: Estimates) -> str:
     said = ""
     for k, t in enumerate(made.scored.law.terms):
         if t.form.shape == "saturation" and t.form.course in PLAIN:
-            size, u, _ = numbers[tagged("size", k)]
+            size, u, _ = numbers[number_name("size", k)]
             if abs(size) < KNOWN * u:
                 product = words.with_u(*made.size_times_knee(k), t.place.unit)
                 said += f"; of its size and its knee only the product is known: {product}"

@@ -227,7 +227,7 @@ def _with_number(law: Law, k: int, number: str, value: float) -> Law:
 def _grid_ratio(data: SearchData, form: Form) -> float:
     """Ratio to the next number of the grid."""
     end = float(data.states.s[-1]) / (float(np.min(data.states.speed)) if form.timed else 1.0)
-    if form.carried:
+    if form.is_carried:
         return 1.0 + 0.5 * float(form.wide or 1.0) / float(form.at or 1.0)
     if form.is_wave:
         return 1.0 + 0.5 * float(form.at or 1.0) / end

@@ -23,7 +23,7 @@ from belt_sim.discovery.linear_search import WITHIN, ScoredLaw, cost, fit_sizes
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import MODELLED, LawChoice
 from belt_sim.effects.generic_law import GenericLaw, law_effect
-from belt_sim.effects.law_terms import STIFFNESS, TENSION, TRAVEL, Form, Law, SizedLaw, Term, tagged
+from belt_sim.effects.law_terms import STIFFNESS, TENSION, TRAVEL, Form, Law, SizedLaw, Term, number_name
 from belt_sim.jax_setup import map_in_threads
 
 ROUND = 2.0  # sigma
@@ -94,8 +94,8 @@ class MarchFit:
     def _squared_distance(self, k: int) -> float:
         """Squared distance of the sizes of the k-th term from zero, in sigma, its knee being held."""
         at, found = self.positions, 0.0
-        for p in (at[name] for name in (tagged(n, k) for n in ("size", "cos", "sin")) if name in at):
-            variance, knee = self._covariance(p, p), at.get(tagged("knee", k), -1)
+        for p in (at[name] for name in (number_name(n, k) for n in ("size", "cos", "sin")) if name in at):
+            variance, knee = self._covariance(p, p), at.get(number_name("knee", k), -1)
             if self._covariance(knee, knee):
                 variance -= self._covariance(p, knee) ** 2 / self._covariance(knee, knee)
             found += float(self.fit.vector[p]) ** 2 / variance if variance > 0.0 else np.inf
@@ -103,7 +103,7 @@ class MarchFit:
 
     def size_times_knee(self, k: int) -> tuple[float, float]:
         """Size times knee of the k-th term, and its u: what it comes to beyond its knee."""
-        size, knee = (self.positions[tagged(n, k)] for n in ("size", "knee"))
+        size, knee = (self.positions[number_name(n, k)] for n in ("size", "knee"))
         a, b = (float(self.fit.vector[p]) for p in (size, knee))
         variance = b * b * self._covariance(size, size) + a * a * self._covariance(knee, knee)
         variance += 2.0 * a * b * self._covariance(size, knee)
@@ -329,7 +329,7 @@ def _courses_of(data: SearchData, choice: LawChoice, likeliest: LatentInput) -> 
     """
     there = [p for p in data.places if p.name == TENSION]
     leading = [*choice.judged[:LEADING], *[s for s in choice.judged if _acts_like_a_pull(s.law)][:1]]
-    terms = [t for s in leading for t in s.law.terms if t.form.variable != "none" and not t.form.carried]
+    terms = [t for s in leading for t in s.law.terms if t.form.variable != "none" and not t.form.is_carried]
     forms = {
         f.family: f
         for t in reversed(terms)
@@ -339,7 +339,7 @@ def _courses_of(data: SearchData, choice: LawChoice, likeliest: LatentInput) -> 
     laws = [Law((Term(place, form),)) for place, form in product(there, forms.values())]
     loop, read = LoopResponses(data), data.with_latent_input(likeliest)
     made = [fit_closed_loop(loop, law, fit_sizes(read, read.columns(law))[1]) for law in laws]
-    return sorted((c.scored for c in made if c is not None), key=lambda s: -s.score)
+    return sorted((c.scored_law for c in made if c is not None), key=lambda s: -s.score)
 
 
 def _acts_like_a_pull(law: Law) -> bool:

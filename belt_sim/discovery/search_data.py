@@ -80,7 +80,7 @@ class SearchData:
 
     def forms(self, place: Place) -> tuple[list[Form], list[Form]]:
         """The forms to try at a place: the usual ones and the rare ones."""
-        if place.carried:
+        if place.is_carried:
             return belt_sections(place.kind), []
         rare = rare_forms(self.states, place.kind, self.periods) if self.wide else []
         return usual_forms(self.states, place.kind), rare
@@ -88,7 +88,7 @@ class SearchData:
     @property
     def places_to_try(self) -> tuple[Place, ...]:
         """The places to try."""
-        usual = tuple(p for p in self.places if p.kind not in (SPAN, TRAVEL) and not p.carried)
+        usual = tuple(p for p in self.places if p.kind not in (SPAN, TRAVEL) and not p.is_carried)
         return self.places if self.wide else usual
 
     @property
@@ -119,7 +119,7 @@ class SearchData:
 
         Places carried by the belt have none: a smooth input there would take what a weld or a crooked edge does.
         """
-        found = [c for place in self.places if not place.carried for c in self.latent_inputs_at(place)]
+        found = [c for place in self.places if not place.is_carried for c in self.latent_inputs_at(place)]
         return sorted(found, key=lambda c: -c.gain)
 
     def latent_inputs_at(self, place: Place) -> list[LatentInput]:

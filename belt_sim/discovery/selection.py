@@ -57,7 +57,7 @@ def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
     ones = one_term_laws(loop, read)
     possible = latent_input_gain(data, latent)
     firsts = different_laws(data, ones, FIRSTS) if ones[0].gain < possible else []
-    beside = [(replace(data, states=states_of_fit(loop, c)), c.scored) for c in firsts]
+    beside = [(replace(data, states=states_of_fit(loop, c)), c.scored_law) for c in firsts]
     seconds = [(s, distinct_families(two_term_laws(s, [one]), PAIRS)) for s, one in beside]
     everything = _merge(ones, _fit_all(loop, seconds))
     polished = [fit_closed_loop(loop, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
@@ -70,10 +70,10 @@ def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
     close = WITHIN + MODELLED * best.gain
     rivals = [c for c in everything[1:] if c.score > best.score - close and len(c.law.terms) <= len(best.law.terms)]
     return LawChoice(
-        best=best.scored,
-        judged=tuple(c.scored for c in everything),
+        best=best.scored_law,
+        judged=tuple(c.scored_law for c in everything),
         frequency=_frequency(data, [best, *rivals]),
-        simple=_best_of_one_term(everything).scored,
+        simple=_best_of_one_term(everything).scored_law,
         possible=possible,
     )
 
@@ -190,7 +190,7 @@ def _other_places(data: SearchData, best: ClosedLoopFit) -> list[tuple[SearchDat
 def _laws_at_other_places(data: SearchData, terms: Sequence[Term], which: Collection[int]) -> list[Law]:
     """Laws with those of the ``terms`` that are asked for at one other place, going with the tension in any way."""
     old, steady = terms[min(which)].place, {terms[k].form.variable for k in which} <= {"none", "yaw_set"}
-    carried = all(terms[k].form.carried for k in which)
+    carried = all(terms[k].form.is_carried for k in which)
     return [
         Law(tuple(Term(place, t.form, n) if k in which else t for k, t in enumerate(terms)))
         for place in data.places_to_try
@@ -205,7 +205,7 @@ def _may_act_at(place: Place, steady: bool, carried: bool) -> bool:
     pulleys."""
     if carried:
         return (steady and place.kind in STIFFNESS) or (place.kind in BY_THE_BELT and place.where != "both")
-    return not place.carried and (steady or place.kind not in COURSES_ONLY)
+    return not place.is_carried and (steady or place.kind not in COURSES_ONLY)
 
 
 def latent_input_gain(data: SearchData, latent: LatentInput) -> float:

@@ -55,10 +55,10 @@ class States:
     def landing_states(self) -> "States":
         """The same with y, alpha and kappa as what leaves a pulley had them when it ran up."""
 
-        def before(x: np.ndarray) -> np.ndarray:
+        def at_run_up(x: np.ndarray) -> np.ndarray:
             return np.stack([self.delay(x[:, k], k) for k in (0, 1)], axis=1)
 
-        return replace(self, y=before(self.y), alpha=before(self.alpha), kappa=before(self.kappa))
+        return replace(self, y=at_run_up(self.y), alpha=at_run_up(self.alpha), kappa=at_run_up(self.kappa))
 
     def delay(self, x: np.ndarray, pulley: int) -> np.ndarray:
         """What x (..., J) was one wrap of a pulley before; what lay there at the start lay straight."""
@@ -89,7 +89,7 @@ class States:
     def channel_input(self, place: Place, u: np.ndarray, channel: str, pulley: int | None) -> np.ndarray:
         """What an input u (..., R, J) at a place is at one of its channels; of what the belt carries u is that at the
         tail pulley, and the head pulley meets it later."""
-        if not place.carried or pulley != 1:
+        if not place.is_carried or pulley != 1:
             return u * self.channel_gain(place, channel, pulley)
         before = self.s - self.head_delay
         cells = np.where(before < 0.0, before + self.belt_length, before) / (
@@ -117,10 +117,10 @@ def states_of(
     since = grid[None] - np.array([[r.yaw_at] for r in runs])
     at = [[curve_row(s.at, r.direction) for s in bench.samples.signals] for r in runs]
 
-    def shown(r: int, k: int) -> np.ndarray:
+    def reading_at(r: int, k: int) -> np.ndarray:
         return rows[r, k] - np.interp(runs[r].yaw_at, grid, rows[r, k]) if k < 4 else 0.0 * grid
 
-    reading = np.stack([[shown(r, k) for k in ks] for r, ks in enumerate(at)])
+    reading = np.stack([[reading_at(r, k) for k in ks] for r, ks in enumerate(at)])
     speed, forward = np.array([r.speed for r in runs]), np.array([r.direction > 0 for r in runs])
     rig = bench.samples.cases.rig
     return States(
@@ -166,7 +166,7 @@ def _latent_response(responses: ImpulseResponses, base: States, latent: LatentIn
         k = CHANNELS.index(channel)
         for r, felt in enumerate(base.channel_input(latent.place, inputs, channel, pulley)):
             for row in range(MOMENT + 2):
-                added[r, row] += responses.at(responses.pulses[r, k, row], responses.grid) @ felt
+                added[r, row] += responses.cell_responses(responses.pulses[r, k, row], responses.grid) @ felt
     return added
 
 

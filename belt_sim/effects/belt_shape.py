@@ -91,7 +91,7 @@ class Camber(Effect):
 
     It leaves a flat belt where it is. A hanging one it tilts, T phi'' = EI Z (kappa - kappa_c), and so the belt drifts
     as on two pulleys tapered by kappa_c (1 - integral of the curvature per unit of run-up angle), which is about
-    kappa_c Lambda / (1 + Lambda), Lambda of ``belt_sim.laws.span.softening``.
+    kappa_c Lambda / (1 + Lambda), Lambda of ``belt_sim.laws.span.sag_softening``.
     """
 
     id = "camber"
@@ -147,7 +147,7 @@ def raised_cosine(u, xp=jnp):
     return xp.where(xp.abs(u) < 0.5, 1.0 + xp.cos(2.0 * xp.pi * u), 0.0)
 
 
-def _between(x, rows, where):
+def _interpolate_rows(x, rows, where):
     """Rows (k, n) at equally spaced x (n,), read at ``where`` by straight lines: no search, which a march feels."""
     place = (where - x[0]) / (x[-1] - x[0]) * (len(x) - 1)
     left = jnp.clip(jnp.floor(place), 0.0, len(x) - 2.0)
@@ -158,7 +158,7 @@ def _between(x, rows, where):
 
 @pytree
 @dataclass(frozen=True, kw_only=True)
-class Passing:
+class WeldPassage:
     """What a weld of 1 rad adds at the run-up, the run-off [1/m] and to the tilt [rad], rows of ``added`` (3, n), with
     its middle at x [m], (n,), from the run-off."""
 
@@ -216,13 +216,13 @@ class Weld(Effect):
         rows = natural_curvature_rows(fields, span)
         shape = raised_cosine(_POINTS) / len(_POINTS)
 
-        def passing(middle):
+        def passage(middle):
             place = middle + self.length * _POINTS
             inside = jnp.clip(0.5 + jnp.minimum(place, span.length - place) / piece, 0.0, 1.0)  # share of each piece
-            return _between(fields.x, rows, jnp.clip(place, 0.0, span.length)) @ (shape * inside)
+            return _interpolate_rows(fields.x, rows, jnp.clip(place, 0.0, span.length)) @ (shape * inside)
 
         x = jnp.linspace(-0.5 * self.length, span.length + 0.5 * self.length, _PLACES)
-        return Passing(x=x, added=jax.vmap(passing, out_axes=1)(x))
+        return WeldPassage(x=x, added=jax.vmap(passage, out_axes=1)(x))
 
     def bend(self, bend, boundary, known, case):
         rig = case.rig
@@ -232,7 +232,7 @@ class Weld(Effect):
         place = place - jnp.stack([0.0 * to_point_3, rig.span_length + rig.wrap_tail])  # from each span's run-off
         place = jnp.mod(place + 0.5 * self.length, rig.belt_length) - 0.5 * self.length
         there = (place >= known.x[0]) & (place <= known.x[-1])
-        runup, runoff, tilt = self.angle * jnp.where(there, _between(known.x, known.added, place), 0.0)
+        runup, runoff, tilt = self.angle * jnp.where(there, _interpolate_rows(known.x, known.added, place), 0.0)
         ends = [self.angle / self.length * raised_cosine((place - x) / self.length) for x in (rig.span_length, 0.0)]
         return replace(
             bend,

@@ -25,7 +25,7 @@ from belt_sim.effects.law_terms import (
     SizedLaw,
     Term,
     law_numbers,
-    tagged,
+    number_name,
 )
 from belt_sim.laws.drive import angle_at
 from belt_sim.laws.span import curvatures_by_change, log_of_change, response
@@ -67,14 +67,14 @@ class GenericLaw(Effect):
     def strength(self, k: int, x: Any, s: Any, case: Any) -> Any:
         """Return what the k-th term adds where its variable is x, at travel [m], time [s] or part of the belt s."""
         form = self.content.law.terms[k].form
-        knee, at, wide = (getattr(self, tagged(n, k), None) for n in ("knee", "at", "wide"))
-        slack = (case.settings.tension / self.content.tension) ** getattr(self, tagged("exponent", k))
+        knee, at, wide = (getattr(self, number_name(n, k), None) for n in ("knee", "at", "wide"))
+        slack = (case.settings.tension / self.content.tension) ** getattr(self, number_name("exponent", k))
         if form.is_wave:
-            cos, sin = getattr(self, tagged("cos", k)), getattr(self, tagged("sin", k))
-            along = cos * form.along(s, jnp, at, wide) + sin * form.sine().along(s, jnp, at, wide)
+            cos, sin = getattr(self, number_name("cos", k)), getattr(self, number_name("sin", k))
+            along = cos * form.course_value(s, jnp, at, wide) + sin * form.sine().course_value(s, jnp, at, wide)
         else:
-            along = getattr(self, tagged("size", k)) * form.along(s, jnp, at, wide)
-        return along * form.shaped(x, s, jnp, knee) * slack
+            along = getattr(self, number_name("size", k)) * form.course_value(s, jnp, at, wide)
+        return along * form.shape_value(x, s, jnp, knee) * slack
 
 
 @lru_cache(CLASSES)
@@ -120,13 +120,13 @@ def _parameter(n: LawNumber) -> Parameter:
 # --- what a term reads ------------------------------------------------------------------------------------------------
 
 
-def _commanded(case, travel):
+def _commanded_yaw(case, travel):
     """The yaw as commanded [rad] at a travel, or at travels (n,)."""
 
-    def at(s):
+    def yaw_at(s):
         return angle_at(case.settings.yaw, s) + angle_at(case.settings.yaw_head, s)
 
-    return jax.vmap(at)(travel) if jnp.ndim(travel) else at(travel)
+    return jax.vmap(yaw_at)(travel) if jnp.ndim(travel) else yaw_at(travel)
 
 
 def _belt_part(case, travel):
@@ -151,12 +151,12 @@ def _independent(term: Term, travel, case):
         return 1.0
     if term.form.variable == "yaw_set":
         return jnp.where(travel >= case.settings.yaw.at[0], 1.0, 0.0)
-    return _commanded(case, travel) if term.form.variable == "beta" else case.settings.tension
+    return _commanded_yaw(case, travel) if term.form.variable == "beta" else case.settings.tension
 
 
-def _along(term: Term, travel, case, pulley: int | slice | None = slice(None)):
+def _course_variable(term: Term, travel, case, pulley: int | slice | None = slice(None)):
     """What the course of a term goes with: travel [m], time [s], or the part of the belt that runs up a pulley."""
-    if term.form.carried:
+    if term.form.is_carried:
         return _belt_part(case, travel)[pulley]
     s = jnp.maximum(travel - case.settings.yaw.at[0], 0.0) if term.form.since_yaw else travel
     return s / case.settings.speed if term.form.timed else s
@@ -176,7 +176,7 @@ def _at_pulleys(self: GenericLaw, terms: Sequence[tuple[int, Term]], state, case
                 x = getattr(state, v)[pulley]
             else:
                 x = landed.moment[pulley] / case.belt.bending_stiffness if v == "kappa" else getattr(landed, v)[pulley]
-            added = self.strength(k, x, _along(t, state.travel, case, pulley), case)
+            added = self.strength(k, x, _course_variable(t, state.travel, case, pulley), case)
             if t.place.kind == SPAN:  # on the pulley that it runs up
                 up = 1.0 if SPANS[pulley or 0] == t.place.where else -1.0
                 added = jnp.where(case.settings.direction * up > 0.0, added, 0.0)
@@ -223,7 +223,7 @@ def _bend(self, bend, boundary, known, case):
             x = known[0] @ boundary.ends + bend.runup
         else:
             x = _independent(t, boundary.travel, case)
-        added = self.strength(k, x, _along(t, boundary.travel, case), case)
+        added = self.strength(k, x, _course_variable(t, boundary.travel, case), case)
         if t.place.where in SPANS:
             first = jnp.array([t.place.where == s for s in SPANS])
             added = jnp.where((case.settings.direction > 0) == first, added, 0.0)
@@ -237,7 +237,8 @@ def _bend(self, bend, boundary, known, case):
 
 def _encoder(self, travel, case):
     return travel + sum(
-        self.strength(k, _independent(t, travel, case), _along(t, travel, case), case) for k, t in self.terms(TRAVEL)
+        self.strength(k, _independent(t, travel, case), _course_variable(t, travel, case), case)
+        for k, t in self.terms(TRAVEL)
     )
 
 
@@ -251,7 +252,7 @@ def _sensor(self, reading, case):
                 x = _rate(reading, row, case)
             else:
                 x = _independent(t, reading.seen, case)
-            added = added.at[row].add(self.strength(k, x, _along(t, reading.seen, case), case))
+            added = added.at[row].add(self.strength(k, x, _course_variable(t, reading.seen, case), case))
     return replace(reading, y=reading.y + added)
 
 

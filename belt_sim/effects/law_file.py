@@ -25,8 +25,8 @@ from belt_sim.effects.law_terms import (
     SizedLaw,
     Term,
     fixed_places,
+    number_name,
     sensor_place,
-    tagged,
 )
 from belt_sim.errors import InputError
 
@@ -51,7 +51,7 @@ def law_entry(effect: GenericLaw) -> dict[str, Any]:
         term["course"] = form.course
         if form.timed:
             term["timed"] = True
-        own = {n: tagged(n, k) for n in NUMBERS}
+        own = {n: number_name(n, k) for n in NUMBERS}
         terms.append(term | {n: float(getattr(effect, name)) for n, name in own.items() if name in effect.parameters})
     return {"id": ID, "tension": float(effect.content.tension), "terms": terms}
 
@@ -73,8 +73,8 @@ def law_lines(effect: GenericLaw, uncertainty: Mapping[str, float], notes: Seque
             "course": COURSES[t.form.course][0] + _clock(t.form),
         }
         for name, value in term.items():
-            number = numbers.get(tagged(name, k))
-            comment = words.get(name, "") if number is None else _beside(number, uncertainty)
+            number = numbers.get(number_name(name, k))
+            comment = words.get(name, "") if number is None else _number_comment(number, uncertainty)
             text = yaml_number(value) if number else str(value).lower() if name == "timed" else str(value)
             lines.append(
                 f"      {'- ' if name == 'place' else '  '}{name}: {text}{'  # ' + comment if comment else ''}"
@@ -84,13 +84,13 @@ def law_lines(effect: GenericLaw, uncertainty: Mapping[str, float], notes: Seque
 
 def _clock(form: Form) -> str:
     """What s is in the formula of a course."""
-    if form.carried or form.course == "constant":
+    if form.is_carried or form.course == "constant":
         return ""
     since = " since the yaw was set" if form.since_yaw else ""
     return f", s: time{since} [s]" if form.timed else f", s: travel{since} [m]"
 
 
-def _beside(n: LawNumber, uncertainty: Mapping[str, float]) -> str:
+def _number_comment(n: LawNumber, uncertainty: Mapping[str, float]) -> str:
     u = uncertainty.get(n.name)
     parts = [n.unit if n.unit != "1" else "", n.meaning, f"+- {u:.2g}" if u else ""]
     return ", ".join(part for part in parts if part)
@@ -104,7 +104,7 @@ def yaml_number(value: float) -> str:
 
 def law_of_entry(entry: Mapping[str, Any]) -> SizedLaw:
     """Return the law of an entry of an effects.yaml; raise InputError in one line for what is wrong with it."""
-    _known(entry, ("id", "tension", "terms"), f"effects.{ID}")
+    _check_names(entry, ("id", "tension", "terms"), f"effects.{ID}")
     tension = _number(entry, "tension", f"effects.{ID}", "Pa")
     if tension <= 0.0:
         _refuse(f"effects.{ID}", "tension", tension, "give a tension above 0", "Pa")
@@ -124,7 +124,7 @@ def law_of_entry(entry: Mapping[str, Any]) -> SizedLaw:
 
 def _term_of(one: Mapping[str, Any], where: str) -> tuple[Term, list[float]]:
     """The term of an entry, and its sizes."""
-    _known(one, KEYS, where)
+    _check_names(one, KEYS, where)
     place = _place_of(one, where)
     variable = _choice(one, "variable", where, _variables(place), "none")
     shape = _choice(one, "shape", where, SHAPES, "linear")
@@ -148,7 +148,7 @@ def _term_of(one: Mapping[str, Any], where: str) -> tuple[Term, list[float]]:
             _refuse(where, name, one[name], f"a {course} of shape {shape} has no such number; leave it out")
     values = {n: _number(one, n, where) for n in needed}
     for name in ("knee", "at", "wide"):
-        if values.get(name, 1.0) <= 0.0 and not (name == "at" and form.carried):
+        if values.get(name, 1.0) <= 0.0 and not (name == "at" and form.is_carried):
             _refuse(where, name, values[name], "give a number above 0")
     if abs(values.get("exponent", 0.0)) > STEEPEST:
         _refuse(where, "exponent", values["exponent"], f"give an exponent of at most {STEEPEST:g} either way")
@@ -182,15 +182,15 @@ def _variables(place: Place) -> list[str]:
 
 def _check_course(form: Form, place: Place, where: str) -> None:
     meets = place.kind in (*BY_THE_BELT, *RELATIVE, *WRAPPED, "yaw")
-    if form.carried and (not meets or form.timed):
+    if form.is_carried and (not meets or form.timed):
         _refuse(where, "course", form.course, "a section of the belt is met at pulleys and spans, and is not timed")
-    if place.carried and not form.carried:
+    if place.is_carried and not form.is_carried:
         _refuse(where, "course", form.course, f"the belt carries {place.name}; write course: belt_section")
     if form.shape == "stick" and form.variable != "reading":
         _refuse(where, "shape", form.shape, "only the reading of a sensor sticks")
 
 
-def _known(given: Mapping[str, Any], names: Sequence[str], where: str) -> None:
+def _check_names(given: Mapping[str, Any], names: Sequence[str], where: str) -> None:
     for name in given:
         if name not in names:
             _refuse(where, str(name), given[name], f"no such entry; use {', '.join(names)}")

@@ -182,7 +182,7 @@ class Place:
         return f"{self.kind}_{self.where}" if self.where else self.kind
 
     @property
-    def carried(self) -> bool:
+    def is_carried(self) -> bool:
         """Whether the belt carries what acts here from pulley to pulley."""
         return self.where == CARRIED and self.kind in BY_THE_BELT
 
@@ -267,7 +267,7 @@ class Form:
         return self.course.removesuffix("_sine") in WAVES
 
     @property
-    def carried(self) -> bool:
+    def is_carried(self) -> bool:
         """Whether it goes round with the belt."""
         return self.course == "belt_section"
 
@@ -290,11 +290,11 @@ class Form:
         """The other half of a wave."""
         return replace(self, course=f"{self.course}_sine")
 
-    def shaped(self, x: Any, s: Any, xp: Any, knee: Any = None) -> Any:
+    def shape_value(self, x: Any, s: Any, xp: Any, knee: Any = None) -> Any:
         """Its shape of the variable x; knee: in place of its own."""
         return SHAPES[self.shape][1](x, self.knee if knee is None else knee, s, xp)
 
-    def along(self, s: Any, xp: Any, at: Any = None, wide: Any = None) -> Any:
+    def course_value(self, s: Any, xp: Any, at: Any = None, wide: Any = None) -> Any:
         """Its course at s; at, wide: in place of its own."""
         return COURSES[self.course][1](s, self.at if at is None else at, self.wide if wide is None else wide, xp)
 
@@ -360,9 +360,9 @@ class Law:
         terms = []
         for k, t in enumerate(self.terms):
             changed: dict[str, Any] = {
-                n: values[tagged(n, k)] for n in ("knee", "at", "wide") if getattr(t.form, n) is not None
+                n: values[number_name(n, k)] for n in ("knee", "at", "wide") if getattr(t.form, n) is not None
             }
-            terms.append(replace(t, form=replace(t.form, **changed), exponent=values[tagged("exponent", k)]))
+            terms.append(replace(t, form=replace(t.form, **changed), exponent=values[number_name("exponent", k)]))
         return Law(tuple(terms))
 
 
@@ -387,7 +387,7 @@ class LawNumber:
     modifier: bool = False
 
 
-def tagged(name: str, k: int) -> str:
+def number_name(name: str, k: int) -> str:
     """The name of a number of the k-th term, counted from 0: size, size_2, size_3, ..."""
     return name if k == 0 else f"{name}_{k + 1}"
 
@@ -396,11 +396,11 @@ def law_numbers(sized: SizedLaw) -> tuple[LawNumber, ...]:
     """Every number of a law in the order of its terms."""
     found, left = [], list(sized.sizes)
     for k, term in enumerate(sized.law.terms):
-        form, unit, along = term.form, term.size_unit, "s" if term.form.timed else "1" if term.form.carried else "m"
+        form, unit, along = term.form, term.size_unit, "s" if term.form.timed else "1" if term.form.is_carried else "m"
         halves = (
             {"cos": "amplitude of the cosine", "sin": "amplitude of the sine"} if form.is_wave else {"size": "size"}
         )
-        found += [LawNumber(tagged(n, k), unit, meaning, float(left.pop(0))) for n, meaning in halves.items()]
+        found += [LawNumber(number_name(n, k), unit, meaning, float(left.pop(0))) for n, meaning in halves.items()]
         at = _MEANINGS.get(form.course, "travel of its course")
         shaping = (
             ("knee", VARIABLES[form.variable][0], f"{form.variable} where its shape bends", form.knee),
@@ -408,5 +408,7 @@ def law_numbers(sized: SizedLaw) -> tuple[LawNumber, ...]:
             ("wide", along, "how long it lasts", form.wide),
             ("exponent", "1", "power of the tension", term.exponent),
         )
-        found += [LawNumber(tagged(n, k), u, m, float(v), modifier=True) for n, u, m, v in shaping if v is not None]
+        found += [
+            LawNumber(number_name(n, k), u, m, float(v), modifier=True) for n, u, m, v in shaping if v is not None
+        ]
     return tuple(found)

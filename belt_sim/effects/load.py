@@ -81,12 +81,12 @@ def _entries(spec: Any) -> list:
             return _read_yaml(Path(text))
         return [text]
     if isinstance(spec, Mapping):
-        return _listed(spec["effects"]) if "effects" in spec else [spec]
-    found = [_entries(item) if isinstance(item, str | Path) else [item] for item in _listed(spec)]
+        return _as_list(spec["effects"]) if "effects" in spec else [spec]
+    found = [_entries(item) if isinstance(item, str | Path) else [item] for item in _as_list(spec)]
     return [entry for entries in found for entry in entries]
 
 
-def _listed(spec: Any) -> list:
+def _as_list(spec: Any) -> list:
     if not isinstance(spec, Sequence) or isinstance(spec, str):
         raise InputError("effects", spec, "", "give a list, as [taper, my_effect.py], or an effects.yaml")
     return list(spec)
@@ -122,7 +122,7 @@ def _read_yaml(path: Path) -> list:
         raise InputError("effects", str(path), "", f"not readable as YAML: {str(error).splitlines()[0]}") from error
     if not isinstance(content, Mapping) or content.get("schema") not in (SCHEMA, WITH_LAWS) or "effects" not in content:
         raise InputError("effects", str(path), "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
-    return [_relative_to(path, item) for item in _listed(content["effects"] or [])]
+    return [_relative_to(path, item) for item in _as_list(content["effects"] or [])]
 
 
 def _relative_to(path: Path, item: Any) -> Any:

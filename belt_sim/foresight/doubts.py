@@ -33,7 +33,7 @@ def doubts(campaign: Campaign, model: Composition, *, planned: bool) -> tuple[Do
             found.append(Doubt(kind=s.kind, sentence=str(s), stops=s.severity == "stop"))
     found += [Doubt(kind="harm", sentence=s) for s in harm_warnings(campaign)]
     found += [Doubt(kind="noise", sentence=s) for s in noisy_runs(campaign)]
-    return (*found, *(Doubt(kind="plan", sentence=s) for s in _lacking(campaign)), *_sheet(campaign))
+    return (*found, *(Doubt(kind="plan", sentence=s) for s in _missing_runs(campaign)), *_sheet(campaign))
 
 
 def noisy_runs(campaign: Campaign) -> list[str]:
@@ -52,7 +52,7 @@ def noisy_runs(campaign: Campaign) -> list[str]:
     return found
 
 
-def _lacking(campaign: Campaign) -> list[str]:
+def _missing_runs(campaign: Campaign) -> list[str]:
     runs, found = campaign.runs, []
     tensions = {round(r.tension / 1e3) for r in runs}
     if len(tensions) < 2:
@@ -99,7 +99,7 @@ def pairs(bench: Workbench, fit: Fit, seen: list[Visible], *, advise: bool) -> l
     outlook = _further(bench, fit) if advise and names else None
     alike = []
     for a, b in combinations(names, 2):
-        sigma = _apart(bench, fit, a, b)
+        sigma = _separation(bench, fit, a, b)
         if sigma < RESOLVED:
             alike.append((sigma, a, b))
     found = []
@@ -109,7 +109,7 @@ def pairs(bench: Workbench, fit: Fit, seen: list[Visible], *, advise: bool) -> l
     return found
 
 
-def _apart(bench: Workbench, fit: Fit, a: str, b: str, extra: np.ndarray | None = None) -> float:
+def _separation(bench: Workbench, fit: Fit, a: str, b: str, extra: np.ndarray | None = None) -> float:
     """Sigmas by which one at PLAIN differs from the other fitted in its place, whichever is less; extra (k, m): columns
     of a further run."""
     columns = fit.columns if extra is None else np.concatenate([fit.columns, extra], axis=1)
@@ -141,6 +141,6 @@ def _best(bench: Workbench, fit: Fit, further: tuple[list[str], np.ndarray], a: 
     rows = [*bench.forward.index(a), *bench.forward.index(b)]
     if np.isnan(columns[rows]).any():
         return "", 0.0
-    after = [_apart(bench, fit, a, b, columns[:, k]) for k in range(len(words))]
+    after = [_separation(bench, fit, a, b, columns[:, k]) for k in range(len(words))]
     best = int(np.argmax(after))
     return words[best], after[best]

@@ -132,7 +132,7 @@ def _is_clear(ranked: Sequence[tuple[float, SheetMistake]], total: float) -> boo
 def _other_models(stated: "_Layout") -> float:
     """The least chi2 that another base model leaves without any mistake."""
     others = [MODELS[name] for name in HOUSE if name != stated.model.name]
-    return min(float(np.sum(stated.of(stated.bench.campaign, other))) for other in others)
+    return min(float(np.sum(stated.chi2_by_run(stated.bench.campaign, other))) for other in others)
 
 
 class _Layout:
@@ -149,8 +149,8 @@ class _Layout:
         self.count = int(self.counts.sum())
         sound = np.isfinite(fit.columns).all(axis=1)
         self._basis = np.linalg.qr(fit.columns[sound].T)[0]
-        self.chi2 = self._left(self.bench.samples.y - fit.values)
-        self.alone = self._left(self.bench.samples.y - fit.values, faults=False)
+        self.chi2 = self._chi2_of_residual(self.bench.samples.y - fit.values)
+        self.alone = self._chi2_of_residual(self.bench.samples.y - fit.values, faults=False)
 
     def total(self, mistake: SheetMistake | None = None) -> float:
         """chi2 of all runs; of a mistake in the unit of readings with their scale allowed for."""
@@ -164,21 +164,21 @@ class _Layout:
     def gain_over(self, stated: Campaign, mistake: SheetMistake) -> float:
         """chi2 that undoing a mistake gains by one noise, that of this layout: what only reads another noise off the
         repeats gains nothing."""
-        return float(np.sum(self.of(stated))) - self.total(mistake)
+        return float(np.sum(self.chi2_by_run(stated))) - self.total(mistake)
 
     def _log_det(self) -> float:
         """ln of the determinant of the noise's covariance."""
         diagonal = np.diagonal(self.bench.metric.roots, axis1=-2, axis2=-1)
         return -2.0 * float(np.sum(np.log(diagonal[diagonal > 0.0])))
 
-    def _left(self, rest: np.ndarray, *, faults: bool = True) -> np.ndarray:
+    def _chi2_of_residual(self, rest: np.ndarray, *, faults: bool = True) -> np.ndarray:
         if not np.isfinite(rest[np.isfinite(self.bench.samples.y)]).all():
             return np.full(len(rest), np.inf)
         white = self.bench.metric.whiten(rest)
         white = white - self._basis @ (self._basis.T @ white) if faults else white
         return np.sum(white.reshape(len(rest), -1) ** 2, axis=1)
 
-    def of(self, campaign: Campaign, model: Composition | None = None, *, faults: bool = True) -> np.ndarray:
+    def chi2_by_run(self, campaign: Campaign, model: Composition | None = None, *, faults: bool = True) -> np.ndarray:
         """chi2 of every run where readings, settings or the model are others, by the nuisances of this layout."""
         if any(r.yaw_at >= r.travel[-1] for r in campaign.runs):
             return np.full(len(campaign.runs), np.inf)
@@ -187,20 +187,22 @@ class _Layout:
             return np.full(len(campaign.runs), np.inf)
         forward = Forward(samples, model or self.model, ())
         rest = samples.y - forward.values(forward.null()[None])[0]
-        return self._left(np.where(np.isnan(samples.y), 0.0, rest), faults=faults)  # a tilt is blank about the yaw
+        return self._chi2_of_residual(
+            np.where(np.isnan(samples.y), 0.0, rest), faults=faults
+        )  # a tilt is blank about the yaw
 
 
 def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple[float, SheetMistake]:
     """chi2 with the mistake in all runs, or in those alone in which it helps."""
-    chi2 = float(np.sum(stated.of(mistake.campaign))) - 2.0 * mistake.log_jacobian * stated.count
+    chi2 = float(np.sum(stated.chi2_by_run(mistake.campaign))) - 2.0 * mistake.log_jacobian * stated.count
     if not mistake.by_run:
         return chi2, mistake
     # which runs it helps is asked without faults: one that is free would take the mistake of some runs to all
-    alone = stated.of(mistake.campaign, faults=False)
+    alone = stated.chi2_by_run(mistake.campaign, faults=False)
     helped = [r.name for r, a, b in zip(campaign.runs, stated.alone, alone, strict=True) if a - b > OF_RUN]
     oddest = campaign.runs[int(np.argmax(np.nan_to_num(stated.alone - alone, nan=-np.inf)))].name
     parts = [list(names) for names in {tuple(helped), (oddest,)} if 0 < len(names) < len(campaign.runs)]
-    tried = [(float(np.sum(stated.of(m.campaign))), m) for m in map(mistake.of_runs, parts)]
+    tried = [(float(np.sum(stated.chi2_by_run(m.campaign))), m) for m in map(mistake.of_runs, parts)]
     return min([(chi2, mistake), *tried], key=lambda f: f[0])
 
 
@@ -210,7 +212,7 @@ def _refine(chi2: float, mistake: SheetMistake, stated: _Layout) -> tuple[float,
         return chi2, mistake
 
     def misfit(logarithm: float) -> float:
-        return min(float(np.sum(stated.of(mistake.of_size(float(np.exp(logarithm))).campaign))), 1e300)
+        return min(float(np.sum(stated.chi2_by_run(mistake.of_size(float(np.exp(logarithm))).campaign))), 1e300)
 
     at = float(np.log(mistake.size))
     best = minimize_scalar(misfit, bounds=(at - REACH, at + REACH), method="bounded", options={"maxiter": REFINED})

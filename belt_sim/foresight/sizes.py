@@ -13,7 +13,7 @@ from belt_sim.results.check import Visible
 FALSE_ALARM, MISSED = 0.05, 0.1
 
 
-def needed(candidates: int) -> float:
+def detectable_size(candidates: int) -> float:
     """Whitened size that shows: chance of all ``candidates`` together, and luck, allowed for."""
     chance = math.sqrt(float(stats.chi2.isf(FALSE_ALARM / max(candidates, 1), 1)))
     return chance + float(stats.norm.isf(MISSED))
@@ -21,7 +21,7 @@ def needed(candidates: int) -> float:
 
 def visible(bench: Workbench, fit: Fit) -> list[Visible]:
     """Every effect by the parameter that shows best, those that show best first."""
-    least = needed(len(bench.forward.classes))
+    least = detectable_size(len(bench.forward.classes))
     found = [_visible(bench, fit, cls.id, least) for cls in bench.forward.classes]
     return sorted(found, key=lambda v: v.share)
 

@@ -8,14 +8,14 @@ write(proposal, "my_campaign")
 
 from belt_sim.importing.build import understand
 from belt_sim.importing.tables import read
-from belt_sim.importing.types import Column, ColumnUse, Logged, LoggedTable, NoiseRead, Proposal, Question
+from belt_sim.importing.types import Column, ColumnUse, LoggedTable, LoggedTables, NoiseRead, Proposal, Question
 from belt_sim.importing.write import mapping_text, write
 
 __all__ = [
     "Column",
     "ColumnUse",
-    "Logged",
     "LoggedTable",
+    "LoggedTables",
     "NoiseRead",
     "Proposal",
     "Question",

@@ -24,13 +24,13 @@ from belt_sim.importing.runs import (
 )
 from belt_sim.importing.sheets import belt_of, machine_of, number_of, settings_of, signals_of
 from belt_sim.importing.travel import Track, count_from_yaw, cut_repeats, resample, step_for
-from belt_sim.importing.types import ColumnUse, Logged, Note, Proposal, Question
+from belt_sim.importing.types import ColumnUse, LoggedTables, Note, Proposal, Question
 from belt_sim.importing.units import UNITS
 
 AT_ONCE = "the yaw is taken to act from the first reading on; else state where it was set: all_runs: {yaw_at: 5 m}"
 
 
-def understand(logged: Logged, mapping: Any = None) -> Proposal:
+def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     """What the files mean, given a mapping (plain data, a YAML file, or None).
 
     Raises CampaignError or InputError for what cannot be; what is merely not known becomes a question.
@@ -75,7 +75,7 @@ def understand(logged: Logged, mapping: Any = None) -> Proposal:
 
 
 def _find_runs(
-    logged: Logged, columns: Columns, entry: MappingEntry, section: float, open_: list[Question]
+    logged: LoggedTables, columns: Columns, entry: MappingEntry, section: float, open_: list[Question]
 ) -> tuple[list[AssembledRun], RatedRuns, list[Question]]:
     """Runs of records, runs of rates, and questions about them; open_: questions that are there already."""
     tables = [(t, columns.used[t.name]) for t in logged.tables]

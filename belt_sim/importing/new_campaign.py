@@ -40,7 +40,7 @@ or let `belt-sim import` write a campaign from the logger's files.
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedRun:
     """One run and what it is good for."""
 
     run: Run
@@ -73,16 +73,16 @@ def _rounded_down(x: float) -> float:
     return float(f"{math.floor(x / step) * step:.2g}")
 
 
-def plan_for(tensions: list[float], yaw: float, speed: float) -> list[Planned]:
+def plan_for(tensions: list[float], yaw: float, speed: float) -> list[PlannedRun]:
     """Runs at tensions [N/mm2], either sign of a yaw [deg], and what tells look-alikes apart; most telling first."""
     low, middle, high = tensions[0], tensions[(len(tensions) - 1) // 2], tensions[-1]
-    found: list[Planned] = []
+    found: list[PlannedRun] = []
 
     def add(words: str, tension: float, angle: float, **more) -> str:
         name = f"r{len(found) + 1:02d}"
         settings = {"speed": speed} | more
         run = Run(name=name, tension=tension * N_PER_MM2, yaw=angle * DEGREE, **settings)
-        found.append(Planned(run, words))
+        found.append(PlannedRun(run, words))
         return name
 
     names = {}
@@ -109,7 +109,7 @@ def plan_for(tensions: list[float], yaw: float, speed: float) -> list[Planned]:
     return found
 
 
-def plan_text(planned: list[Planned], travel: float, belt: Belt, warnings: Sequence[str] = ()) -> str:
+def plan_text(planned: list[PlannedRun], travel: float, belt: Belt, warnings: Sequence[str] = ()) -> str:
     """The plan as a text beside the campaign; warnings: of runs that could harm the belt."""
     rows = [
         f"| {p.run.name} | {p.run.tension / N_PER_MM2:g} | {p.run.yaw / DEGREE:+.3g} | {p.run.speed:g} |"
@@ -129,7 +129,7 @@ TYPICAL = "typical, REPLACE by your sensor's"
 
 
 def template(
-    folder: str | Path, rig: Rig, belt: Belt, planned: list[Planned], places: list[str], travel: float, title: str
+    folder: str | Path, rig: Rig, belt: Belt, planned: list[PlannedRun], places: list[str], travel: float, title: str
 ) -> Campaign:
     """Write the folder and return the plan as it is read back; raises InputError for a folder that is not empty."""
     for place in places:

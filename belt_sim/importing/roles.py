@@ -16,7 +16,7 @@ from belt_sim.campaign.sheet import RESERVED, check_signal_name
 from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, kind_at
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import AxisEntry, ColumnEntry, MappingEntry
-from belt_sim.importing.types import ROLES, Column, Logged, LoggedTable, Note, Question, TableKind
+from belt_sim.importing.types import ROLES, Column, LoggedTable, LoggedTables, Note, Question, TableKind
 from belt_sim.importing.units import UNITS, factor, split_unit, unit_named
 
 #: Where points 1-4 are.
@@ -258,7 +258,7 @@ class Columns:
     notes: list[Note]
 
 
-def resolve_columns(logged: Logged, mapping: MappingEntry) -> Columns:
+def resolve_columns(logged: LoggedTables, mapping: MappingEntry) -> Columns:
     """Every column as the mapping states it, else as proposed; raises InputError for what cannot be."""
     strange = next((name for name in mapping.columns if name not in logged.columns), None)
     if strange is not None:

@@ -151,7 +151,7 @@ def _assemble(
     entry = mapping.runs.get(block.name, RunEntry())
     known = _mapping_settings(entry, f"runs.{block.name}", section)
     for key, value in listed.get(block.name, {}).items():
-        known.setdefault(key, Setting(value=value, text=_written(key, value), origin=Origin.TABLE))
+        known.setdefault(key, Setting(value=value, text=_value_text(key, value), origin=Origin.TABLE))
     known = _mapping_settings(mapping.all_runs, "all_runs", section) | known
     named = _name_settings(block.text, section)
     speed = (named | known).get("speed")
@@ -265,7 +265,7 @@ def _stress(force: float, section: float, where: str) -> float:
     return force / section
 
 
-def _written(key: str, value: float) -> str:
+def _value_text(key: str, value: float) -> str:
     unit = KINDS[key][1]
     return f"{value / UNITS[unit][1]:.6g} {unit}".removesuffix(" 1")
 
@@ -296,12 +296,12 @@ def _column_settings(block: LoggedBlock, travel: Travel, section: float, known: 
     found: Settings = {}
     keep, s = travel.keep, travel.travel
 
-    def logged(role: str) -> np.ndarray | None:
+    def logged_values(role: str) -> np.ndarray | None:
         values = block.values(role)
         return None if values is None or not np.isfinite(values[keep]).any() else values[keep]
 
     for key in ("yaw", "yaw_head"):
-        values = logged(key)
+        values = logged_values(key)
         if values is None:
             continue
         level, at = _step(block, key, values, keep, key in known)
@@ -312,18 +312,18 @@ def _column_settings(block: LoggedBlock, travel: Travel, section: float, known: 
             words, u = f"the step of {key}, somewhere within {apart:.2g} m", _round(apart / np.sqrt(12.0))
             found["yaw_at"] = Setting(value=where, text=f"{where:.6g} m", origin=Origin.STEP, words=words)
             found["yaw_at_u"] = Setting(value=u, text=f"{u:g} m", origin=Origin.STEP, words=words)
-    values = logged("tension")
+    values = logged_values("tension")
     if values is not None:
         mean = float(np.nanmean(values))
         if any(u.role == "tension" and UNITS[u.unit][0] == "force" for u in block.used):
             mean = _stress(mean, section, "tension")
         mean = _round(mean)
         found["tension"] = Setting(value=mean, text=f"{mean / N_PER_MM2:g} N/mm2", origin=Origin.MEAN)
-    values = logged("start")
+    values = logged_values("start")
     if values is not None:
         first = _round(float(values[np.isfinite(values)][0]), START_DIGITS)
         found["start"] = Setting(value=first, text=f"{first:g} m", origin=Origin.COLUMN)
-    values = logged("direction")
+    values = logged_values("direction")
     if values is not None:
         sign = float(np.sign(np.nanmedian(values))) or 1.0
         found["direction"] = Setting(value=sign, text=f"{sign:g}", origin=Origin.COLUMN)

@@ -46,7 +46,7 @@ def known_names(kind: str) -> list[str]:
 
 def machine_of(mapping: MappingEntry) -> tuple[Machine | None, dict[str, str], list[Question]]:
     """The machine, remarks on its numbers, and what is missing."""
-    written = _written(mapping.machine, "rig", "machine")
+    written = _number_texts(mapping.machine, "rig", "machine")
     found, remarks, missing = _quantities(written, MACHINE, "machine")
     if not missing:
         pairs = {k for k in ("head_radius", "tail_radius") if k in found}
@@ -72,7 +72,7 @@ def machine_of(mapping: MappingEntry) -> tuple[Machine | None, dict[str, str], l
 
 def belt_of(mapping: MappingEntry) -> tuple[BeltSheet | None, dict[str, str], list[Question]]:
     """The belt, remarks on its numbers, and what is missing."""
-    found, remarks, missing = _quantities(_written(mapping.belt, "belt", "belt"), BELT, "belt")
+    found, remarks, missing = _quantities(_number_texts(mapping.belt, "belt", "belt"), BELT, "belt")
     if missing:
         return None, remarks, missing
     if found["thickness"].value >= found["width"].value:
@@ -80,7 +80,7 @@ def belt_of(mapping: MappingEntry) -> tuple[BeltSheet | None, dict[str, str], li
     return BeltSheet(**found), remarks, []
 
 
-def _written(entry: MachineMapping | BeltMapping | str | None, kind: str, key: str) -> dict[str, str]:
+def _number_texts(entry: MachineMapping | BeltMapping | str | None, kind: str, key: str) -> dict[str, str]:
     """Numbers with units as text, of a name or a mapping."""
     if entry is None:
         return {}

@@ -18,7 +18,7 @@ import pandas as pd
 from belt_sim.campaign.problems import CampaignError, Problem
 from belt_sim.errors import InputError
 from belt_sim.importing.roles import propose_roles
-from belt_sim.importing.types import Column, Logged, LoggedTable, Note
+from belt_sim.importing.types import Column, LoggedTable, LoggedTables, Note
 from belt_sim.importing.units import unit_named
 
 #: Bytes by which the encoding is told, lines by which the layout is, cells by which a column's kind is.
@@ -86,7 +86,7 @@ class Layout:
         return f"{SEPARATORS[self.separator]}, decimal {'comma' if self.decimal == ',' else 'point'}, {header}"
 
 
-def read(files: Sequence[str | Path], form: Mapping[str, Any] | None = None) -> Logged:
+def read(files: Sequence[str | Path], form: Mapping[str, Any] | None = None) -> LoggedTables:
     """Read logger files (CSV, TSV, other separated text, xlsx), with a role, a unit and a place proposed per column.
 
     form: what is known of the files: separator, decimal, encoding, missing (numbers that stand for no reading). Raises
@@ -104,7 +104,7 @@ def read(files: Sequence[str | Path], form: Mapping[str, Any] | None = None) -> 
     for path in paths:
         data = _read_bytes(path)
         tables += _read_workbook(path, form) if data.startswith(b"PK\x03\x04") else [_read_text(path, data, form)]
-    return Logged(tables=tuple(propose_roles(t) for t in _rename_twins(tables)))
+    return LoggedTables(tables=tuple(propose_roles(t) for t in _rename_twins(tables)))
 
 
 def refuse(file: Path | str, remedy: str, **more: Any) -> CampaignError:
@@ -337,11 +337,11 @@ def of_rows(rows: Sequence[Sequence[str]], decimal: str, separator: str = ";") -
     above = [k for k in range(first) if any(c.strip() for c in rows[k])]
     header, units = 0, ("",) * width
     if len(above) > 1 and _is_units(rows[above[-1]]):
-        units = tuple((unit_named(c) or "") for c in _padded(rows[above.pop()], width))
+        units = tuple((unit_named(c) or "") for c in _pad(rows[above.pop()], width))
     names = tuple(f"column_{k + 1}" for k in range(width))
     if above and _is_header(rows[above[-1]], width, decimal):
         header = above[-1] + 1
-        names = tuple(c.strip() for c in _padded(rows[above[-1]], width))
+        names = tuple(c.strip() for c in _pad(rows[above[-1]], width))
     cells = [c for row in rows[first:] for c in row if c.strip()]
     thousands = {",": ".", ".": ","}[decimal]
     odd = [c for c in cells if thousands in c and not is_time(c)]
@@ -407,7 +407,7 @@ def _is_header(row: Sequence[str], width: int, decimal: str) -> bool:
     return len(filled) > 1 and abs(len(row) - width) <= 1 and _numbers(filled, decimal) < 0.5 * len(filled)
 
 
-def _padded(row: Sequence[str], width: int) -> list[str]:
+def _pad(row: Sequence[str], width: int) -> list[str]:
     return [*row, *[""] * width][:width]
 
 

@@ -89,7 +89,7 @@ class LoggedTable:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Logged:
+class LoggedTables:
     """Everything that was read."""
 
     tables: tuple[LoggedTable, ...]
@@ -185,7 +185,7 @@ class Proposal:
     written beside it; notes: what was done.
     """
 
-    logged: Logged
+    logged: LoggedTables
     columns: tuple[ColumnUse, ...]
     missing: tuple[Question, ...]
     campaign: Campaign | None

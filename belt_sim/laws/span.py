@@ -87,7 +87,7 @@ def strip(case: Case) -> Span:
     return replace(beam_second_order(case), sag_curvature=case.sag_curvature)
 
 
-def softening(case: Case):
+def sag_softening(case: Case):
     """Return Lambda = (rho g L)^2 E / (12 sigma^3) [1], sag over elastic stretch (Ernst 1965)."""
     weight = case.belt.density * case.rig.gravity * case.rig.span_length
     return weight**2 * case.belt.youngs_modulus / (12.0 * case.settings.tension**3)
@@ -96,7 +96,7 @@ def softening(case: Case):
 def ernst_beam(case: Case) -> Span:
     """Return the beam of second order with Ernst's modulus E/(1 + Lambda) in place of E."""
     span = beam_second_order(case)
-    return replace(span, bending=span.bending / (1.0 + softening(case)))
+    return replace(span, bending=span.bending / (1.0 + sag_softening(case)))
 
 
 def response(span: Span) -> Response:
@@ -125,7 +125,7 @@ def response(span: Span) -> Response:
     )
 
 
-def changed(span, case: Case, kind: str, share):
+def with_change(span, case: Case, kind: str, share):
     """A span whose bending stiffness, torsional stiffness or tension (force, sag, and what tension adds to torsion) is
     larger by ``share``."""
     if kind in ("bending", "torsion"):
@@ -144,7 +144,7 @@ def curvatures_by_change(span: Span, case: Case, kind: str) -> jax.Array:
     """
 
     def curvatures(logarithm):
-        answer = response(changed(span, case, kind, jnp.expm1(logarithm)))
+        answer = response(with_change(span, case, kind, jnp.expm1(logarithm)))
         return jnp.stack([answer.runup, answer.runoff])
 
     at = jnp.array(CHANGES)

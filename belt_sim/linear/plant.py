@@ -96,7 +96,7 @@ class PlantSchedule:
     plants: tuple[LinearBelt, ...]
 
     @staticmethod
-    def of(plants: Sequence[LinearBelt]) -> "PlantSchedule":
+    def from_plants(plants: Sequence[LinearBelt]) -> "PlantSchedule":
         """Sorted by tension; raises InputError when a tension is there twice or there is but one."""
         ordered = tuple(sorted(plants, key=lambda p: p.tension))
         tensions = [p.tension / N_PER_MM2 for p in ordered]
@@ -112,16 +112,16 @@ class PlantSchedule:
             reach = f"{known[0] / N_PER_MM2:g} to {known[-1] / N_PER_MM2:g}"
             raise InputError("tension", f"{tension:g}", "N/mm2", f"stay within {reach}, where plants were computed")
 
-        def between(name: str) -> np.ndarray:
+        def interpolate(name: str) -> np.ndarray:
             return PchipInterpolator(np.log(known), np.stack([getattr(p, name) for p in self.plants]))(np.log(asked))
 
         return replace(
             self.plants[0],
             tension=float(asked),
-            now=between("now"),
-            delayed=between("delayed"),
-            drive=between("drive"),
-            constant=between("constant"),
+            now=interpolate("now"),
+            delayed=interpolate("delayed"),
+            drive=interpolate("drive"),
+            constant=interpolate("constant"),
         )
 
 
@@ -322,13 +322,13 @@ _derivatives = jit_float64(_at_rest, static_argnames=("model",))
 def _rate(spans: Spans, x, late, yaws):
     """dx/ds of x = (y, alpha) at the tail's, then the head's run-up, when the wraps give ``late`` back."""
     commanded = Yaw.without_roll(yaws[0], yaws[1])
-    y, off = x[0::2], _stuck(late)
+    y, off = x[0::2], _sticking_run_off(late)
     yaw, alpha, zero = commanded, x[1::2], jnp.zeros(())
     for _ in range(_CORRECTIONS):
         if spans.span.limp:
             alpha = spans.slope(y, off, yaw) - yaw.runup
         state = spans.state(zero, zero, y, alpha, off, yaw)
-        off = apply_hook(spans.effects, "wrap", _stuck(late), state, spans.case)
+        off = apply_hook(spans.effects, "wrap", _sticking_run_off(late), state, spans.case)
         yaw = apply_hook(spans.effects, "yaw", commanded, state, spans.case)
     if spans.span.limp:
         alpha = spans.slope(y, off, yaw) - yaw.runup
@@ -338,6 +338,6 @@ def _rate(spans: Spans, x, late, yaws):
     return moved.ravel()
 
 
-def _stuck(late) -> RunOff:
+def _sticking_run_off(late) -> RunOff:
     """The run-off of a belt that sticks: y and alpha as they come off the tail, then off the head."""
     return RunOff.without_slip(late[0::2], late[1::2], jnp.zeros(2))

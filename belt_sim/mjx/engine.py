@@ -114,11 +114,11 @@ def run(
             for record, rows in zip(records, table, strict=True):
                 record.add(begin, rows)
             watched.look(records[0], data, table[0, -1], here.yaw[0, -1], begin + SEGMENT)
-            if all(record.done for record in records):
+            if all(record.is_done for record in records):
                 break
     finally:
         watched.finish(records[0])
-    return [record.found() for record in records]
+    return [record.result() for record in records]
 
 
 def carried_state(data: MjxData) -> MjxData:
@@ -194,7 +194,7 @@ class CurveRecord:
         self.last = begin + len(rows)
 
     @property
-    def done(self) -> bool:
+    def is_done(self) -> bool:
         """Nothing more is to be recorded."""
         return self.failed or self.last >= self.steps
 
@@ -204,7 +204,7 @@ class CurveRecord:
         t = (self.sums[:full] / self.counts[:full, None]).T
         return curves_of(t, t[READING["travel"]], {"tail_x": t[READING["tail_x"]], "belt_speed": t[READING["speed"]]})
 
-    def found(self) -> Curves | SimulationError:
+    def result(self) -> Curves | SimulationError:
         """The curves, or a failure that has those so far."""
         if not self.failed:
             return self.curves()

@@ -106,14 +106,14 @@ def stack_cases(trees: Sequence[T]) -> tuple[T, Any]:
 def _once_a_model(function: Callable[[mjx.Model], np.ndarray]) -> Callable[[mjx.Model], np.ndarray]:
     memory: dict[int, tuple[Any, np.ndarray]] = {}
 
-    def remembered(m: mjx.Model) -> np.ndarray:
+    def lookup(m: mjx.Model) -> np.ndarray:
         kinds = m.jnt_type
         if id(kinds) not in memory or memory[id(kinds)][0] is not kinds:
             memory.clear()
             memory[id(kinds)] = kinds, function(m)
         return memory[id(kinds)][1]
 
-    return remembered
+    return lookup
 
 
 #: MJX asks for the body of every coordinate once a body, in Python: 195 s of tracing on the full rig

@@ -152,7 +152,7 @@ def _prepare_one(
     wraps, pose = lay_pulleys(scene, arrays)
     case = scene.case
     m = with_numbers_of(m, scene, compiled)
-    tail = TailPulley.of(scene, compiled, np.asarray(m.body_mass), np.asarray(m.dof_armature))
+    tail = TailPulley.from_scene(scene, compiled, np.asarray(m.body_mass), np.asarray(m.dof_armature))
     model = MjxModel(m, arrays, TailPulley(*map(np.array, tail)), np.array(max(scene.options.settle, 1e-9)), shape)
     data = MjxData(
         mjx=d.replace(qpos=jnp.asarray(laid_coordinates(scene, *pose.spin))),
@@ -171,7 +171,7 @@ def with_numbers_of(m: mjx.Model, scene: SceneLayout, compiled: mujoco.MjModel) 
     """MJX's model with the masses, places, gravity and step of another scene of the same mesh."""
     mesh, case = scene.mesh, scene.case
     body_pos, body_mass, armature = np.array(m.body_pos), np.array(m.body_mass), np.array(m.dof_armature)
-    first = m.nbody - mesh.stations * mesh.across
+    first = m.nbody - mesh.stations * mesh.lines
     body_pos[first:] = mesh.rest.reshape(-1, 3)
     body_mass[first:] = np.broadcast_to(mesh.mass, mesh.rest.shape[:2]).ravel()
     mass = station_mass(case, scene.options)

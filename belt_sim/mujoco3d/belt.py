@@ -62,7 +62,7 @@ class LayerFibres(NamedTuple):
     residual: Array
 
     @staticmethod
-    def of(case: Case, mesh: Mesh, twist: TwistStiffness, strength: float) -> "LayerFibres":
+    def from_mesh(case: Case, mesh: Mesh, twist: TwistStiffness, strength: float) -> "LayerFibres":
         """Of a belt; strength [1] multiplies l^2 and l^3."""
         belt, tense = case.belt, float(case.tension_force) * twist.tense
         own = strength * tense / (tense + twist.still)
@@ -145,11 +145,11 @@ def surfaces_of(belt: BeltArrays) -> list[SurfaceArrays]:
 def belt_arrays(scene: SceneLayout, features: ActiveFeatures) -> tuple[BatchShape, BeltArrays]:
     """The arrays of a scene; its options are fitted to its case."""
     case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
-    twist = TwistStiffness.of(case.belt, mesh)
+    twist = TwistStiffness.from_belt(case.belt, mesh)
     surfaces = _surfaces(scene)
     shape = BatchShape(
         stations=mesh.stations,
-        lines=mesh.across,
+        lines=mesh.lines,
         bonds=scene.kind != "flex",
         sign=int(np.sign(float(case.settings.direction))),
         zone=int(surfaces.sinking.max()) + 2,
@@ -179,9 +179,9 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures) -> tuple[BatchShap
         bending=float(case.belt.bending_stiffness),
         holding=8.0 * float(case.belt.bending_stiffness / case.rig.span_length),
         sliding_stiffness=read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop) if features.slips else None,
-        guides=GuideArrays.of(parts.edge_guides, features.guides) if features.guides else None,
-        fibres=LayerFibres.of(case, mesh, twist, parts.lift_off) if features.layered else None,
-        loads=LoadArrays.of(parts, features.pushes) if features.pushes or features.leans else None,
+        guides=GuideArrays.from_rollers(parts.edge_guides, features.guides) if features.guides else None,
+        fibres=LayerFibres.from_mesh(case, mesh, twist, parts.lift_off) if features.layered else None,
+        loads=LoadArrays.from_parts(parts, features.pushes) if features.pushes or features.leans else None,
     )
     return shape, jax.tree.map(lambda v: np.asarray(v, float), belt)
 
@@ -198,7 +198,7 @@ def _surfaces(scene: SceneLayout) -> SurfaceArrays:
 def _ties(scene: SceneLayout) -> Ties:
     """Six edges a quadrilateral, in the order of elastic.EDGES; a bond is counted once. A rope has its links alone."""
     case, mesh = scene.case, scene.mesh
-    strips, chord = mesh.across - 1, mesh.chord
+    strips, chord = mesh.lines - 1, mesh.chord
     if scene.kind == "rope":
         link = np.full((1, 1, 1), chord)
         return Ties(np.zeros((1, 1)), mesh.line_stiffness[:, None] / chord, link, np.zeros_like(link))
@@ -217,7 +217,7 @@ def _ties(scene: SceneLayout) -> Ties:
             belt, thick = case.belt, float(case.belt.area) / width
             law[j] = membrane_law(chord, w[j], thick, float(belt.youngs_modulus), float(belt.poisson_ratio))
         else:
-            lattice = calibrate(case.belt, chord, mesh.across, scene.options.bonds)
+            lattice = calibrate(case.belt, chord, mesh.lines, scene.options.bonds)
             along = mesh.line_stiffness / chord
             cross = lattice.diagonal / diagonal[j]
             spring[j] = lattice.transverse / w[j], 0.0, cross, cross, 0.0, along[j]

@@ -82,14 +82,14 @@ def matching_width(width: float, chord: float, across: int, poisson_ratio: float
     """
     found = width
     for _ in range(_WIDTH_SWEEPS):
-        before, found = found, width / stiffening(round(chord / found, 15), across, poisson_ratio) ** 0.5
+        before, found = found, width / stiffness_ratio(round(chord / found, 15), across, poisson_ratio) ** 0.5
         if abs(found - before) < _CLOSE * width:
             break
     return found
 
 
 @lru_cache(maxsize=512)
-def stiffening(slenderness: float, across: int, poisson_ratio: float) -> float:
+def stiffness_ratio(slenderness: float, across: int, poisson_ratio: float) -> float:
     """EI of the mesh over that of a strip as wide; slenderness: distance of stations over the width."""
     y = 0.5 - np.arange(across) / (across - 1)
     law = np.array([[1.0, poisson_ratio, 0.0], [poisson_ratio, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - poisson_ratio)]])

@@ -65,17 +65,17 @@ def anchor_positions(
     Reckoned once a station and not for both pulleys: sines are what a step is slow at.
     """
 
-    def of(values: Array) -> Array:
+    def by_pulley(values: Array) -> Array:
         return jnp.where(places.on_tail, values[TAIL], values[HEAD])
 
-    r, y, angle = (of(v[..., places.stations]) for v in (wraps.r, wraps.y, wraps.angle))
-    turned, axes = angle + of(pose.spin[:, None]), of(pose.axes[..., None])
-    found = anchor_places(r, y, turned, axes, of(pose.centre[..., None]))
+    r, y, angle = (by_pulley(v[..., places.stations]) for v in (wraps.r, wraps.y, wraps.angle))
+    turned, axes = angle + by_pulley(pose.spin[:, None]), by_pulley(pose.axes[..., None])
+    found = anchor_places(r, y, turned, axes, by_pulley(pose.centre[..., None]))
     if layer is None:
         return found
     displaced = partial(layer_displacements, belt, k=places.stations)
     moved = jax.vmap(displaced)(wraps, belt.surfaces, pose, layer)
-    return found + of(moved)
+    return found + by_pulley(moved)
 
 
 def chain_forces(

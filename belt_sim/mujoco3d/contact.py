@@ -134,7 +134,7 @@ def slide_wrap(
 
     A return mapping on the holding forces of a wrap, as one system, without inertia. pull [N], (m, 3, n).
     """
-    k, increments = state.held(which), state.slip_increments[which]
+    k, increments = state.held_stations(which), state.slip_increments[which]
     outwards, across, along = (-v for v in surface_components(state.wraps[which], state.poses[which], k, pull[:, :, k]))
     limit = friction * np.maximum(outwards - belt.mass[:, None] * state.speed**2 / surface.radius, 0.0)
     state.slip_increments[which] = np.zeros_like(increments)

@@ -152,9 +152,9 @@ class TwistStiffness(NamedTuple):
     locked: Array
 
     @staticmethod
-    def of(belt: Belt, mesh: Mesh) -> "TwistStiffness":
+    def from_belt(belt: Belt, mesh: Mesh) -> "TwistStiffness":
         """Of a belt; zero for a rope."""
-        if mesh.across == 1:
+        if mesh.lines == 1:
             return TwistStiffness(0.0, 0.0, 0.0, 0.0, 0.0)
         width, thickness = float(belt.width), float(belt.thickness)
         share = mesh.line_stiffness / mesh.line_stiffness.sum()

@@ -157,20 +157,20 @@ class Engine:
     rest_lengths: RestLengths | None
 
     @staticmethod
-    def of(scene: SceneLayout, solver: Solver) -> "Engine":
+    def from_scene(scene: SceneLayout, solver: Solver) -> "Engine":
         """For a compiled scene."""
         mesh, options, parts = scene.mesh, scene.options, scene.parts
         shape, belt = belt_arrays(scene, active_features([parts])._replace(slips=False))
         belt = jax.tree.map(lambda v: v if v.ndim else float(v), belt)
         surfaces, loads = surfaces_of(belt), list[NodeLoad]()
-        if mesh.across > 1:
+        if mesh.lines > 1:
             loads.append(SectionCouples(belt, surfaces, mesh.rest[:, 0, 2] - mesh.rest[:, -1, 2]))
         if belt.loads is not None:
             loads.append(SpanLoads(belt, mesh))
         if shape.limp:
             loads.append(SwayDrag(mesh, shape.sign, options.damping * mesh.mass, options.dt))
         curved = parts.camber is not None or mesh.residual
-        rest_lengths = RestLengths.of(mesh, solver) if curved else None
+        rest_lengths = RestLengths.from_mesh(mesh, solver) if curved else None
         if rest_lengths is not None and mesh.residual:
             solver.set_rest_lengths(rest_lengths.lengths(0.0))
         slides = math.isfinite(parts.friction) or options.tensioning == "koller"
@@ -178,7 +178,7 @@ class Engine:
         tangent = (
             in_float64(read_sliding_stiffness)(belt.ties, shape.bonds, mesh, scene.loop, inertia) if slides else None
         )
-        pulleys = Pulleys.of(scene, surfaces, solver.model)
+        pulleys = Pulleys.from_scene(scene, surfaces, solver.model)
         return Engine(scene, solver, shape, belt, surfaces, pulleys, tuple(loads), tangent, rest_lengths)
 
     def lay(self) -> RunState:
@@ -193,12 +193,12 @@ class Engine:
             slide_rates=np.zeros(mesh.rest.shape),
             poses=poses,
             wraps=wraps,
-            layers=[np.zeros((2, mesh.across, 2)) for _ in wraps],
-            slip_increments=[np.zeros((mesh.across, 2, mesh.stations)) for _ in wraps],
+            layers=[np.zeros((2, mesh.lines, 2)) for _ in wraps],
+            slip_increments=[np.zeros((mesh.lines, 2, mesh.stations)) for _ in wraps],
             travel=-scene.early,
-            kinks=[RopeKinks.of(wrap, sign) for wrap in wraps],
+            kinks=[RopeKinks.from_wrap(wrap, sign) for wrap in wraps],
             run_off_stations=[(wrap.first, wrap.last)[run_off_end(sign)] for wrap in wraps],
-            kink_slope=np.zeros((2, mesh.across)),
+            kink_slope=np.zeros((2, mesh.lines)),
         )
         state.loads = loads_on_pulleys(state, mesh.nodes(state.slides), self._pull(state))
         return state
@@ -215,11 +215,11 @@ class Engine:
             solver.set_rest_lengths(self.rest_lengths.lengths(state.share))
         solver.damp(drag_coefficients(scene.mesh, *drive.drag))
         solver.step(state, springs, forces, joint_forces)
-        if solver.diverged:
+        if solver.has_diverged:
             raise SimulationError(f"the belt's acceleration grew without bound at {state.time:.3f} s: halve options.dt")
         self.pulleys.read(state)
         for which in (HEAD, TAIL):
-            held = state.held(which)
+            held = state.held_stations(which)
             state.slides[held] = springs.rest[held]
         nodes, pull = scene.mesh.nodes(state.slides), self._pull(state)
         state.loads = loads_on_pulleys(state, nodes, pull)
@@ -247,7 +247,7 @@ class Engine:
                 wrap = sink_ends(wrap, surface, pose, end, zone, belt.chord, moved, state.shaped)
             if limp:
                 wrap, state.kinks[which] = hold_run_up_end(wrap, surface, pose, state.kinks[which], self.shape.sign)
-            state.wraps[which], k = wrap, state.held(which)
+            state.wraps[which], k = wrap, state.held_stations(which)
             turned = wrap.angle[:, k] + pose.spin
             places = anchor_places(wrap.r[:, k], wrap.y[:, k], turned, pose.axes[..., None], pose.centre[:, None])
             if belt.fibres is not None:
@@ -283,7 +283,7 @@ class Engine:
         assert belt.guides is not None
         free = np.ones(self.shape.stations, bool)
         for which in (HEAD, TAIL):
-            free[state.held(which)] = False
+            free[state.held_stations(which)] = False
         press = guide_forces(belt.guides, belt.chord, belt.stiffness / belt.stiffness.sum(), nodes, free)
         k = np.flatnonzero(press.stiffness[0])
         springs.stiffness[k, :, 1] = press.stiffness[:, k].T
@@ -366,7 +366,7 @@ class SpaceRun:
         model = compile_model(spec)
         if scene_path is not None:
             write_text(scene_path, mjcf(spec))
-        engine = Engine.of(scene, Solver(model, scene.mesh.rest.shape))
+        engine = Engine.from_scene(scene, Solver(model, scene.mesh.rest.shape))
         return SpaceRun(scene, engine, engine.lay())
 
     def stages(self, travel: float) -> list[Stage]:
@@ -382,7 +382,7 @@ class SpaceRun:
                 observer.show(self.engine.solver.model, self.engine.solver.data)
         try:
             for stage in self.stages(travel):
-                self.through(stage, recorder)
+                self.run_stage(stage, recorder)
         except SimulationError as failure:
             failure.curves = recorder.curves()
             raise
@@ -391,7 +391,7 @@ class SpaceRun:
                 observer.finish(recorder.curves())
         return recorder.curves()
 
-    def through(self, stage: Stage, recorder: Recorder) -> None:
+    def run_stage(self, stage: Stage, recorder: Recorder) -> None:
         """All steps of a stage."""
         scene, state = self.scene, self.state
         for drive in stage.drives(state):

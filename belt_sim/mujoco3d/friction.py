@@ -46,15 +46,15 @@ def read_sliding_stiffness(
     free = int(np.count_nonzero(np.abs(loop.x[upper] - 0.5 * tail_x) < 0.5 * tail_x))
     numbers = np.arange(middle - 1, middle + 4)
     cell = np.asarray(_curvature(ties, bonds, np.moveaxis(mesh.laid[numbers], 0, -1), numbers))
-    size = 3 * mesh.across
+    size = 3 * mesh.lines
     plane = np.arange(size).reshape(-1, 3)[:, [1, 0]].ravel()  # along the axis and along the turn on a pulley
     here, there = np.ix_(plane, plane), np.ix_(plane + size, plane + size)
     down, up = np.ix_(plane + size, plane), np.ix_(plane, plane + size)
-    block = np.empty((2, 3, 2 * mesh.across, 2 * mesh.across))
+    block = np.empty((2, 3, 2 * mesh.lines, 2 * mesh.lines))
     for k in (1, 2):
         before, behind = cell[..., k - 1], cell[..., k]
         block[numbers[k] % 2] = before[up], before[there] + behind[here], behind[down]
-    still = np.diag(np.repeat(np.broadcast_to(inertia, (mesh.across,)), 2))
+    still = np.diag(np.repeat(np.broadcast_to(inertia, (mesh.lines,)), 2))
     relief = [[_relief(block, still, free, (parity + side) % 2, side) for parity in (0, 1)] for side in (-1, 1)]
     return SlidingStiffness(block[:, 1], block[:, 2], np.array(relief[0]), np.array(relief[1]))
 

@@ -21,7 +21,7 @@ class GuideArrays(NamedTuple):
     stiffness: Array
 
     @staticmethod
-    def of(guides: Sequence[GuideRoller], count: int) -> "GuideArrays":
+    def from_rollers(guides: Sequence[GuideRoller], count: int) -> "GuideArrays":
         """So many, of which these are the first."""
         rows = [(1.0 if g.span == "upper" else -1.0, g.x, g.gap, g.side, g.stiffness) for g in guides]
         return GuideArrays(*np.array(rows + [(1.0, 0.0, 0.0, 1.0, 0.0)] * (count - len(rows))).T)
@@ -64,7 +64,7 @@ class LoadArrays(NamedTuple):
     roll: Array
 
     @staticmethod
-    def of(parts: SceneParts, count: int) -> "LoadArrays":
+    def from_parts(parts: SceneParts, count: int) -> "LoadArrays":
         """Of a scene, with so many pushes, of which its own are the first."""
         rows = [(1.0 if p.span == "upper" else -1.0, p.x, p.along, p.across, p.couple) for p in parts.pushes]
         rows += [(1.0, 0.0, 0.0, 0.0, 0.0)] * (count - len(rows))

@@ -27,19 +27,19 @@ class Catenary:
     half: float
 
     @staticmethod
-    def through(start: np.ndarray, end: np.ndarray, curvature: float) -> "Catenary":
+    def from_points(start: np.ndarray, end: np.ndarray, curvature: float) -> "Catenary":
         """From one point to another, x and z [m], to the right of it."""
         run, rise = float(end[0] - start[0]), float(end[1] - start[1])
         half = 0.5 * curvature * run
         return Catenary(start, run, math.asinh(rise / (run * float(_sinhc(half)))), half)
 
     @staticmethod
-    def touching(a: float, head: float, tail: float, curvature: float) -> "Catenary":
+    def from_circles(a: float, head: float, tail: float, curvature: float) -> "Catenary":
         """Touches circles of these radii [m] at 0 and ``a`` from above; from below for negative radii."""
-        span = Catenary.through(np.array([0.0, head]), np.array([a, tail]), curvature)
+        span = Catenary.from_points(np.array([0.0, head]), np.array([a, tail]), curvature)
         for _ in range(_TANGENT_SWEEPS):
             ends = [r * np.array([-math.sin(s), math.cos(s)]) for r, s in zip((head, tail), span.slopes, strict=True)]
-            span = Catenary.through(ends[0], ends[1] + [a, 0.0], curvature)
+            span = Catenary.from_points(ends[0], ends[1] + [a, 0.0], curvature)
         return span
 
     @property
@@ -139,11 +139,14 @@ class HangingBelt:
     tail: float
 
     @staticmethod
-    def of(case: Case) -> "HangingBelt":
+    def from_case(case: Case) -> "HangingBelt":
         """At the case's tension and gravity, on the pulleys themselves."""
         a, curvature = float(case.rig.centre_distance), float(case.sag_curvature)
         head, tail = float(case.rig.head_radius), float(case.rig.tail_radius)
-        upper, lower = Catenary.touching(a, head, tail, curvature), Catenary.touching(a, -head, -tail, curvature)
+        upper, lower = (
+            Catenary.from_circles(a, head, tail, curvature),
+            Catenary.from_circles(a, -head, -tail, curvature),
+        )
         on_head = math.pi + lower.slopes[0] - upper.slopes[0]
         on_tail = math.pi - lower.slopes[1] + upper.slopes[1]
         return HangingBelt(upper, lower, head * on_head, tail * on_tail)
@@ -156,7 +159,7 @@ class HangingBelt:
 
 def free_length(case: Case) -> float:
     """Stress-free length [m] of the belt that hangs on the case's pulleys at its tension."""
-    return HangingBelt.of(case).length / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))
+    return HangingBelt.from_case(case).length / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))
 
 
 def station_radius(radius: float, chord: float) -> float:
@@ -177,7 +180,7 @@ def lay_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> LaidLoop
     if dx > longest:
         raise InputError("options.dx", dx, "m", f"a pulley carries too few stations: give at most {longest:.3f}")
     n = stations or 2 * round(float(rig.belt_length) / dx / 2.0)
-    hanging = HangingBelt.of(case)
+    hanging = HangingBelt.from_case(case)
     chord = hanging.length / n
     links = _links(hanging, chord, n)
     for _ in range(_CHORD_SWEEPS):
@@ -214,9 +217,9 @@ def _lay_stations(
     bow = 1.0 + (curvature * chord) ** 2 / 24.0  # length of a link's arc over its chord
     for _ in range(_TURN_SWEEPS):
         ahead = _wrap_stations(float(rig.tail_radius), turn, a, chord, meets, path)
-        over = Catenary.through(behind[-1], ahead[0], curvature)
+        over = Catenary.from_points(behind[-1], ahead[0], curvature)
         turn += (upper * chord * bow - over.length) / tail
-    under = Catenary.through(behind[0], ahead[-1], curvature)
+    under = Catenary.from_points(behind[0], ahead[-1], curvature)
     parts = (behind[-1:], over.divide(upper), ahead, under.divide(lower)[::-1], behind[:-1])
     where = np.repeat([0, 1, 2, 1, 0], [len(p) for p in parts])
     x, z = np.concatenate(parts).T

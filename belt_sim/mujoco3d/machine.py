@@ -49,7 +49,7 @@ def lay_out(case: Case, belt: BeltModel, options: Options, parts: SceneParts, *,
     """The scene: the belt's nodes laid round the pulleys, which they come onto along ``path`` (loop.py)."""
     case = replace(case, rig=replace(case.rig, gravity=parts.gravity))
     loop, laid = lay_loop(case, options.dx, path=path), case
-    apart = KollerPlan.of(case, loop) if options.tensioning == "koller" else None
+    apart = KollerPlan.from_case(case, loop) if options.tensioning == "koller" else None
     if apart is not None:
         laid, loop = apart.slack, lay_loop(apart.slack, options.dx, len(loop.x), path=path)
     early = options.run_in + (apart.travel if apart else 0.0)
@@ -99,7 +99,7 @@ def _add_camber(mesh: Mesh, loop: LaidLoop, parts: SceneParts, case: Case, early
     """The mesh with the natural curvature that the belt has where each link lies at travel 0."""
     if parts.camber is None:
         return mesh
-    if mesh.across == 1:
+    if mesh.lines == 1:
         raise CannotRepresent("camber: a rope of particles has no width that could be curved; use belt=flex or grid")
     shift = float(np.sign(float(case.settings.direction))) * early
     middle = loop.chord * (np.arange(mesh.stations) + 0.5) + shift
@@ -114,14 +114,14 @@ def _refuse_slack_lines(mesh: Mesh, case: Case, options: Options, kind: str) -> 
     """
     tension, modulus = float(case.settings.tension), float(case.belt.youngs_modulus)
     what = f"effects = flatness: a residual stress of {mesh.residual * modulus / N_PER_MM2:.3g} N/mm2"
-    if kind == "flex" and mesh.across > 2:
+    if kind == "flex" and mesh.lines > 2:
         raise CannotRepresent(f"{what} needs model.across = 2 in a membrane; use that, or model=mujoco_grid")
     if options.tensioning == "koller":
         raise CannotRepresent(f"{what} folds the slack belt of model.tensioning = koller; use force or length")
     if RESIDUAL_TORSION * mesh.residual * modulus >= tension:
         raise CannotRepresent(f"{what} is too much for {tension / N_PER_MM2:g} N/mm2: the spans twist by themselves")
     if tension + modulus * mesh.residual_strain.min() <= 0.0:
-        raise CannotRepresent(f"{what} makes a line of {mesh.across} slack, which folds: give a smaller model.across")
+        raise CannotRepresent(f"{what} makes a line of {mesh.lines} slack, which folds: give a smaller model.across")
 
 
 def _draw_guide(spec: mujoco.MjSpec, name: str, guide: GuideRoller, case: Case) -> None:

@@ -56,7 +56,7 @@ class Mesh:
         return np.linalg.norm(there - self.rest, axis=2)[: self.links]
 
     @property
-    def across(self) -> int:
+    def lines(self) -> int:
         return self.rest.shape[1]
 
     @property
@@ -65,7 +65,7 @@ class Mesh:
 
         It has no resultant; of two lines it is 0.
         """
-        ends = np.clip((np.arange(self.across + 1) - 0.5) / max(self.across - 1, 1), 0.0, 1.0) - 0.5
+        ends = np.clip((np.arange(self.lines + 1) - 0.5) / max(self.lines - 1, 1), 0.0, 1.0) - 0.5
         return self.residual * (1.0 - 4.0 * np.diff(ends**3) / np.diff(ends))
 
     def nodes(self, slides: np.ndarray) -> np.ndarray:
@@ -126,7 +126,7 @@ def drag_coefficients(mesh: Mesh, along: float, across: float) -> np.ndarray:
 def add_nodes(spec: mujoco.MjSpec, mesh: Mesh, *, sites: bool) -> None:
     """One body per node on slides along x, y, z; sites: add a site per node, for bonds."""
     for i in range(mesh.stations):
-        for j in range(mesh.across):
+        for j in range(mesh.lines):
             body = spec.worldbody.add_body(name=node_name(i, j), pos=mesh.rest[i, j])
             body.mass, body.inertia, body.explicitinertial = mesh.mass[j], [1e-9] * 3, True
             body.ipos = [0.0, 0.0, 0.0]  # without it the inertia is not written into the MJCF
@@ -182,10 +182,10 @@ class Grid:
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         add_nodes(spec, mesh, sites=True)
-        lattice = calibrate(case.belt, mesh.chord, mesh.across, options.bonds)
-        w = lattice.width / (mesh.across - 1)
+        lattice = calibrate(case.belt, mesh.chord, mesh.lines, options.bonds)
+        w = lattice.width / (mesh.lines - 1)
         diagonal = lattice.diagonal / float(np.hypot(mesh.chord, w))
-        n, m = mesh.stations, mesh.across
+        n, m = mesh.stations, mesh.lines
         for i in range(n):
             on, last = (i + 1) % n, i >= mesh.links
             for j in range(m):
@@ -215,7 +215,7 @@ class Membrane:
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         add_nodes(spec, mesh, sites=False)
         flex = spec.add_flex(name="belt", dim=2)
-        n, m = mesh.stations, mesh.across
+        n, m = mesh.stations, mesh.lines
         flex.vertbody = [node_name(i, j) for i in range(n) for j in range(m)]
         flex.vert = [0.0] * (3 * n * m)
         corners = (v for i in range(mesh.links) for j in range(m - 1) for t in zigzag(i, j) for v in t)

@@ -51,12 +51,12 @@ class SpaceModel:
             object.__setattr__(self, "contact", CONTACTS[1])
 
     @staticmethod
-    def of(belt: str, settings: Mapping[str, Any]) -> "SpaceModel":
+    def from_settings(belt: str, settings: Mapping[str, Any]) -> "SpaceModel":
         """From the numbers of a configuration; raises InputError for one that is no option."""
         numbers = {k: v for k, v in settings.items() if k not in ("control", "engine", "contact", "scene")}
         return SpaceModel(
             belt=belt,
-            options=Options.of(numbers),
+            options=Options.from_settings(numbers),
             control=bool(settings.get("control", False)),
             engine=engine_named(settings.get("engine")),
             contact=settings.get("contact") or CONTACTS[0],

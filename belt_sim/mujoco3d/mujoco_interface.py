@@ -131,7 +131,7 @@ class Solver:
         motion.joint_rates[:], motion.slide_rates[:] = data.qvel[:base], data.qvel[base:].reshape(self.shape)
 
     @property
-    def diverged(self) -> bool:
+    def has_diverged(self) -> bool:
         """Whether an acceleration has grown without bound."""
         return bool(self.data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number) or not np.isfinite(self.data.qpos[-1])
 

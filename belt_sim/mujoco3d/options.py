@@ -102,7 +102,7 @@ class Options:
             raise InputError("options.bonds", self.bonds, "", f"longitudinal, and any of {', '.join(BONDS[1:])}")
 
     @staticmethod
-    def of(settings: Mapping[str, Any]) -> "Options":
+    def from_settings(settings: Mapping[str, Any]) -> "Options":
         """From the numbers of a configuration; None keeps the recommended value. Raises InputError for a wrong one."""
         known = {f.name: f.default for f in fields(Options)}
         given: dict[str, Any] = {}

@@ -89,7 +89,7 @@ class TailPulley(NamedTuple):
     x: Array
 
     @staticmethod
-    def of(scene: SceneLayout, model: mujoco.MjModel, masses: np.ndarray, armature: np.ndarray) -> "TailPulley":
+    def from_scene(scene: SceneLayout, model: mujoco.MjModel, masses: np.ndarray, armature: np.ndarray) -> "TailPulley":
         """With the inertia that the compiled pulleys have; masses [kg]: of the bodies; armature: of the joints."""
         bodies = [model.body(f"tail-{name}").id for name in ("carriage", "fork", "pulley")]
         mass, radius = float(masses[bodies].sum()), scene.parts.tail.radius
@@ -126,9 +126,9 @@ class Pulleys:
     fixed: bool
 
     @staticmethod
-    def of(scene: SceneLayout, surfaces: Sequence[SurfaceArrays], model: mujoco.MjModel) -> "Pulleys":
+    def from_scene(scene: SceneLayout, surfaces: Sequence[SurfaceArrays], model: mujoco.MjModel) -> "Pulleys":
         """Of a compiled scene."""
-        tail = TailPulley.of(scene, model, model.body_mass, model.dof_armature)
+        tail = TailPulley.from_scene(scene, model, model.body_mass, model.dof_armature)
         sign, load = float(np.sign(float(scene.case.settings.direction))), 2.0 * float(scene.case.tension_force)
         return Pulleys(scene, surfaces, tail, sign, load, fixed=scene.options.tensioning == "length")
 
@@ -185,7 +185,7 @@ def loads_on_pulleys(state: RunState, nodes: np.ndarray, pull: np.ndarray) -> np
     nodes [m], pull [N], (m, 3, n)."""
     loads = np.empty((2, 3))
     for which, pose in enumerate(state.poses):
-        k = state.held(which)
+        k = state.held_stations(which)
         arms, forces = (nodes[:, :, k] - pose.centre[:, None]).swapaxes(0, 1), pull[:, :, k].swapaxes(0, 1)
         t = arms.reshape(3, -1) @ forces.reshape(3, -1).T  # arm x force by hand: numpy.cross takes 50 us
         moment = np.array((t[1, 2] - t[2, 1], t[2, 0] - t[0, 2], t[0, 1] - t[1, 0]))

@@ -100,7 +100,7 @@ def belt_edges(scene: SceneLayout, slides: np.ndarray) -> tuple[np.ndarray, np.n
     mesh = scene.mesh
     nodes = mesh.rest + slides
     centre, left = nodes.mean(axis=1), nodes[:, 0] - nodes.mean(axis=1)
-    if mesh.across > 1:
+    if mesh.lines > 1:
         left = left * (0.5 * float(scene.case.belt.width) / mesh.line_y[0])
     loops = [np.concatenate([e, e[:1]]) for e in (centre + left, centre - left)]
     return loops[0], loops[1]

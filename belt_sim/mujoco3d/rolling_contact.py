@@ -78,7 +78,7 @@ class ContactLaw:
     friction: float
 
     @staticmethod
-    def of(dt: float, friction: float, tendons: bool) -> "ContactLaw":
+    def for_time_step(dt: float, friction: float, tendons: bool) -> "ContactLaw":
         """As stiff as a step of ``dt`` [s] can bear, for a belt of tendons or of a membrane."""
         steps, solimp = _TENDONS if tendons else _MEMBRANE
         return ContactLaw(steps * dt, solimp, friction)
@@ -113,7 +113,7 @@ def build_contact(
     case, mesh, loop, spec = scene.case, scene.mesh, scene.loop, pulleys_specification(scene)
     set_contact_solver(spec, options.dt, parts.gravity)
     belt.tie(spec, mesh, case, options)
-    contact = contact or ContactLaw.of(options.dt, parts.friction, bool(spec.tendons))
+    contact = contact or ContactLaw.for_time_step(options.dt, parts.friction, bool(spec.tendons))
     _add_defaults(spec, contact, loop.chord)
     _dress_nodes(spec, mesh, case)
     _add_actuators(spec, case, options)
@@ -160,7 +160,7 @@ def _make_solid(spec: mujoco.MjSpec, scene: SceneLayout, contact: ContactLaw) ->
             shell.size = [radius - NODE_RADIUS + by[name], shell.size[1], 0.0]
 
     widen(dict.fromkeys(circles, _TOUCH))
-    mass, force = _mass_in_contact(compile_model(spec)), float(scene.case.tension_force) / scene.mesh.across
+    mass, force = _mass_in_contact(compile_model(spec)), float(scene.case.tension_force) / scene.mesh.lines
     widen({name: contact.depth(force * scene.loop.chord / radius, mass) for name, radius in circles.items()})
 
 
@@ -184,10 +184,10 @@ def _dress_nodes(spec: mujoco.MjSpec, mesh: Mesh, case: Case) -> None:
     margin = 0.5 * float(case.belt.width) - mesh.line_y[0] - _FLAG[0]
     node, flag = (spec.find_default(name) for name in ("node", "flag"))
     for i in range(mesh.stations):
-        for j in range(mesh.across):
+        for j in range(mesh.lines):
             body = spec.body(node_name(i, j))
             body.add_geom(node)
-            for side, line in ((1.0, 0), (-1.0, mesh.across - 1)):
+            for side, line in ((1.0, 0), (-1.0, mesh.lines - 1)):
                 if j == line:
                     body.add_geom(flag, pos=[0.0, side * margin, 0.0])
 
@@ -305,7 +305,7 @@ class ContactRun:
     def __init__(self, scene: SceneLayout, model: mujoco.MjModel) -> None:
         """Raises InputError for a model that does not have the case's joints, nodes and actuators."""
         self.scene, self.model, self.data = scene, model, mujoco.MjData(model)
-        n, m = scene.mesh.stations, scene.mesh.across
+        n, m = scene.mesh.stations, scene.mesh.lines
         lacking = [name for name in ACTUATORS if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name) < 0]
         wanted = STATION_JOINTS + 3 * n * m
         if lacking or model.nq != wanted:
@@ -315,13 +315,13 @@ class ContactRun:
         self.sign = float(np.sign(float(scene.case.settings.direction)))
         self.radius = float(scene.case.rig.head_radius)
         self.plan = _spread_yaw_steps(scene.case.settings, scene.options.run_speed, scene.options.yaw_time)
-        self.state = self._laid()
+        self.state = self._lay()
 
-    def _laid(self) -> RunState:
+    def _lay(self) -> RunState:
         """The belt laid round the pulleys, at its speed, ``scene.early`` before travel 0."""
         mujoco.mj_resetDataKeyframe(self.model, self.data, self.model.key("running").id)
         mesh, qpos, qvel = self.scene.mesh, self.data.qpos, self.data.qvel
-        n, m = mesh.stations, mesh.across
+        n, m = mesh.stations, mesh.lines
         nothing = np.zeros((m, 0))  # what holds a station is MuJoCo's contact: the wraps say only which lie there
         return RunState(
             joints=qpos[:STATION_JOINTS], joint_rates=qvel[:STATION_JOINTS],
@@ -396,8 +396,10 @@ def _wrap_ends(stations: np.ndarray, n: int) -> tuple[int, int]:
 def _spread_yaw_steps(settings: Settings, pace: float, yaw_time: float) -> YawPlan:
     """Yaw steps spread over ``yaw_time`` [s] of running at ``pace`` [m/s]: friction of contacts creeps at rest."""
 
-    def spread(schedule: Schedule) -> Schedule:
+    def spread_steps(schedule: Schedule) -> Schedule:
         over = np.asarray(schedule.over, float)
         return replace(schedule, over=np.where(over > 0.0, over, yaw_time * pace))
 
-    return YawPlan.of(replace(settings, yaw=spread(settings.yaw), yaw_head=spread(settings.yaw_head)))
+    return YawPlan.from_settings(
+        replace(settings, yaw=spread_steps(settings.yaw), yaw_head=spread_steps(settings.yaw_head))
+    )

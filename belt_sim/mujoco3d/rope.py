@@ -44,7 +44,7 @@ class RopeKinks(NamedTuple):
     offset: Array
 
     @staticmethod
-    def of(wrap: WrapArrays, sign: int) -> "RopeKinks":
+    def from_wrap(wrap: WrapArrays, sign: int) -> "RopeKinks":
         """Of a belt laid on a pulley that is square to it."""
         outer = (wrap.first, wrap.last)[run_up_end(sign)]
         return RopeKinks(outer, 0.0 * wrap.tangent[..., 0], 0.0 * wrap.tangent[..., 0])

@@ -52,7 +52,7 @@ class YawPlan:
     tail: _Entries
 
     @staticmethod
-    def of(settings: Settings) -> "YawPlan":
+    def from_settings(settings: Settings) -> "YawPlan":
         """As it is set."""
         return YawPlan(_schedule_entries(settings.yaw_head), _schedule_entries(settings.yaw))
 
@@ -64,7 +64,7 @@ class YawPlan:
         """Yaw [rad] of both at ``travel`` [m] when the steps up to travel ``done`` [m] have been made, shape (2,)."""
         return np.array([_yaw_angle(entries, travel, done) for entries in (self.head, self.tail)])
 
-    def turning(self, travel: float, done: float, share: float) -> np.ndarray:
+    def angles_during_step(self, travel: float, done: float, share: float) -> np.ndarray:
         """Yaw [rad] of both when ``share`` (0..1) of the step at ``travel`` [m] has been made, shape (2,)."""
         before = self.angles(travel, done)
         return before + share * (self.angles(travel, travel) - before)
@@ -111,7 +111,7 @@ class Stage(Protocol):
 def run_stages(scene: SceneLayout, load: float, travel: float) -> list[Stage]:
     """What a run over ``travel`` [m] consists of; load [N]: force that the tail pulley is to carry."""
     options, parts = scene.options, scene.parts
-    plan, end = YawPlan.of(scene.case.settings), travel + 0.5 * options.sample
+    plan, end = YawPlan.from_settings(scene.case.settings), travel + 0.5 * options.sample
     order, done = _tensioning_stages(scene, load), -math.inf
     for stop in sorted(plan.stops(travel) | ({0.0} if parts.sets_in else set())):
         order.append(RunStage(options, parts.friction, plan, done, until=stop))
@@ -182,10 +182,10 @@ class KollerStage:
         until, top = -options.run_in, min(apart.speed, options.run_speed)
         start, led = until - apart.travel, True
         while state.travel < until:
-            place = apart.at(state.travel - start)
+            place = apart.places_at(state.travel - start)
             travel, speed = accelerate(state.travel, state.speed, until, top, options.acceleration, options.dt)
             led = led and -state.loads[TAIL, 0] < self.load and travel < until
-            slide, lead = (apart.at(travel - start) - place) / options.dt
+            slide, lead = (apart.places_at(travel - start) - place) / options.dt
             yield Drive(
                 travel=travel,
                 speed=speed,
@@ -249,7 +249,7 @@ class YawStage:
             share = smoothstep(passed / options.yaw_time)
             yield Drive(
                 travel=self.at,
-                yaw=self.plan.turning(self.at, self.done, share),
+                yaw=self.plan.angles_during_step(self.at, self.done, share),
                 share=1.0 if self.done >= 0.0 else share if self.at >= 0.0 else 0.0,
                 friction=self.friction,
                 drag=(0.0, options.damping),

@@ -52,12 +52,12 @@ class RunState(Motion):
     speed: float = 0.0
     time: float = 0.0
 
-    def held(self, pulley: int) -> np.ndarray:
+    def held_stations(self, pulley: int) -> np.ndarray:
         """Numbers of the stations on a pulley."""
         wrap = self.wraps[pulley]
         return np.arange(wrap.first, wrap.last + 1) % len(self.slides)
 
     def sliding_share(self, pulley: int) -> float:
         """Share of the nodes on a pulley that slid in the last step."""
-        increments = self.slip_increments[pulley][..., self.held(pulley)]
+        increments = self.slip_increments[pulley][..., self.held_stations(pulley)]
         return float(increments.any(axis=1).mean()) if increments.size else 0.0

@@ -36,7 +36,7 @@ def link_lengths(mesh: Mesh, curvature: np.ndarray) -> np.ndarray:
 
 def cell_distances(mesh: Mesh, curvature: np.ndarray) -> CellDistances:
     """All distances between neighbouring nodes: along, across and diagonally; curvature [1/m], shape (links,)."""
-    node = np.arange(mesh.stations * mesh.across).reshape(mesh.stations, mesh.across)
+    node = np.arange(mesh.stations * mesh.lines).reshape(mesh.stations, mesh.lines)
     here, there = node[: mesh.links], np.roll(node, -1, axis=0)[: mesh.links]
     along = link_lengths(mesh, curvature)
     width = -np.diff(mesh.line_y)
@@ -99,9 +99,9 @@ class RestLengths:
     natural: np.ndarray
 
     @staticmethod
-    def of(mesh: Mesh, solver: Solver) -> "RestLengths":
+    def from_mesh(mesh: Mesh, solver: Solver) -> "RestLengths":
         """Of a model that was compiled with its camber."""
-        stations, line = np.divmod(solver.tied_nodes(), mesh.across)
+        stations, line = np.divmod(solver.tied_nodes(), mesh.lines)
         along = mesh.chord * (stations[:, 0] != stations[:, 1])
         across = np.diff(mesh.line_y[line], axis=1)[:, 0]
         straight, curved = np.hypot(along, across), solver.rest_lengths

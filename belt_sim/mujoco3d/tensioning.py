@@ -34,7 +34,7 @@ class KollerPlan:
     upper: np.ndarray
 
     @staticmethod
-    def of(case: Case, tight: LaidLoop) -> "KollerPlan":
+    def from_case(case: Case, tight: LaidLoop) -> "KollerPlan":
         """For a case with its gravity, and the stations of its belt laid at the wanted tension."""
         belt, length = case.belt, free_length(case)
         wanted = float(case.settings.tension)
@@ -56,7 +56,7 @@ class KollerPlan:
             upper=np.interp(even, share, [_upper_length(c) for c in cases]),
         )
 
-    def at(self, travel: float) -> np.ndarray:
+    def places_at(self, travel: float) -> np.ndarray:
         """Centre distance [m], and what the tail pulley's rim has gained on the belt [m], after so much travel [m]."""
         u = min(travel / (_MOVING * self.travel), 1.0)
         even = np.linspace(0.0, 1.0, len(self.places))
@@ -95,6 +95,6 @@ def _slack_case(slack: Case, case: Case, tight: LaidLoop) -> Case:
 
 def _upper_length(case: Case) -> float:
     """Stress-free length [m] of belt between the tops of the pulleys, along the upper span."""
-    at_head, at_tail = (span := HangingBelt.of(case).upper).slopes
+    at_head, at_tail = (span := HangingBelt.from_case(case).upper).slopes
     loaded = span.length - float(case.rig.head_radius) * at_head + float(case.rig.tail_radius) * at_tail
     return loaded / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))

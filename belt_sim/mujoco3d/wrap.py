@@ -274,13 +274,13 @@ def land_station(
     turned = chord_angle(square - (y - wrap.y[:, beside]) ** 2, circle + high, wrap.r[:, beside])
     new = {"r": circle + high, "y": y, "angle": wrap.angle[:, beside] + outward * turned}
 
-    def landed(there: Array, here: Array) -> Array:
+    def if_landed(there: Array, here: Array) -> Array:
         return xp.where(lands, there, here)
 
     at = (slice(None), k)
-    anchors = {f: put(v := getattr(wrap, f), at, landed(new[f], v[at])) for f in new}
-    heights = put(wrap.landing_lift, k, landed(lifted, wrap.landing_lift[k]))
-    return wrap._replace(landing_lift=heights, **anchors, **{("first", "last")[end]: landed(outer + outward, outer)})
+    anchors = {f: put(v := getattr(wrap, f), at, if_landed(new[f], v[at])) for f in new}
+    heights = put(wrap.landing_lift, k, if_landed(lifted, wrap.landing_lift[k]))
+    return wrap._replace(landing_lift=heights, **anchors, **{("first", "last")[end]: if_landed(outer + outward, outer)})
 
 
 # The bending layer. Its displacements [m], (2, m, 2): how far the lines are displaced outwards and into the pulley at

@@ -72,7 +72,7 @@ def lay_case(
         travel=np.array(-scene.early),
         correction=np.array(0.0),
         slip=SlipState.none(shape) if features.slips else None,
-        kinks=RopeKinks.of(wraps, shape.sign) if shape.limp else None,
+        kinks=RopeKinks.from_wrap(wraps, shape.sign) if shape.limp else None,
         compliance_yaw=np.zeros(2) if features.gives_way else None,
         layer=np.zeros((2, 2, shape.lines, 2)) if features.layered else None,
     )
@@ -102,7 +102,7 @@ def in_batches(ready: Sequence[TravelCase], chunk: int | None) -> Iterator[list[
 @in_float64
 def _run_chunk(filled: Sequence[TravelCase], rows: int, devices: int) -> np.ndarray:
     """Rows of mean readings of a chunk, shape (cases, rows, 20)."""
-    trees = [(r.belt, r.state, r.plan.padded(rows).commands) for r in filled]
+    trees = [(r.belt, r.state, r.plan.pad_to(rows).commands) for r in filled]
     arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
     if devices > 1 and len(filled) % devices == 0:
         over = jax.sharding.NamedSharding(jax.make_mesh((devices,), ("cases",)), jax.sharding.PartitionSpec("cases"))

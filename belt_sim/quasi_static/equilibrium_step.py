@@ -299,15 +299,15 @@ def _land_step(
     """The wraps after the step, with the stations that they have caught, and the bending layer beside them."""
     moved, layer = command.travel - state.travel, state.layer
 
-    def over(time: float) -> Array:
+    def filter_share(time: float) -> Array:
         return jnp.where(moved > 0.0, jnp.minimum(moved / (belt.run_speed * time), 1.0), 1.0)
 
     shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
-    wraps = jax.vmap(lambda w, p: update_tangents(w, p, nodes, over(SPAN_TIME)))(wraps, pose)
+    wraps = jax.vmap(lambda w, p: update_tangents(w, p, nodes, filter_share(SPAN_TIME)))(wraps, pose)
     wraps = land_stations(belt, wraps, (state.pose, state.nodes), (pose, nodes), layer, moved, shaped)
     if layer is None:
         return wraps, None
-    return wraps, relax_layers(belt, layer, wraps, pose, nodes, command.share, over(LAYER_TIME))
+    return wraps, relax_layers(belt, layer, wraps, pose, nodes, command.share, filter_share(LAYER_TIME))
 
 
 def end_offsets(

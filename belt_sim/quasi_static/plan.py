@@ -54,7 +54,7 @@ class TravelPlan:
     commands: TravelCommand
     recorded: np.ndarray
 
-    def padded(self, rows: int) -> "TravelPlan":
+    def pad_to(self, rows: int) -> "TravelPlan":
         """With rows of standing still behind it."""
         more = rows - len(self.recorded)
         commands = TravelCommand(*(np.concatenate([c, np.repeat(c[-1:, -1:], more, 0).repeat(c.shape[1], 1)])
@@ -64,7 +64,10 @@ class TravelPlan:
 
 def plan_run(settings: Settings, options: Options, travel: float, changes: bool) -> TravelPlan:
     """Of a run over ``travel`` [m]; changes: something besides the yaw sets in at 0."""
-    yaw, steps = YawPlan.of(settings), max(options.steps, math.ceil(options.sample / (_LONGEST * options.dx)))
+    yaw, steps = (
+        YawPlan.from_settings(settings),
+        max(options.steps, math.ceil(options.sample / (_LONGEST * options.dx))),
+    )
     rows: list[tuple[bool, list[tuple[float, np.ndarray, float]]]] = []
 
     def march(start: float, end: float, done: float) -> None:
@@ -79,7 +82,7 @@ def plan_run(settings: Settings, options: Options, travel: float, changes: bool)
             for k in range(steps):
                 part = smoothstep((row * steps + k + 1) / (_TURNING * steps))
                 share = 1.0 if done >= 0.0 else part if at >= 0.0 else 0.0
-                told.append((at, yaw.turning(at, done, part), share))
+                told.append((at, yaw.angles_during_step(at, done, part), share))
             rows.append((False, told))
 
     done, here = -math.inf, -options.run_in

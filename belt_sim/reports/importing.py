@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Console
 
 from belt_sim.campaign import Campaign
-from belt_sim.importing.new_campaign import Planned
+from belt_sim.importing.new_campaign import PlannedRun
 from belt_sim.importing.types import Proposal
 from belt_sim.reports.terminal import console, rich_table
 from belt_sim.results.display import Table
@@ -103,7 +103,7 @@ def run_noise_table(proposal: Proposal) -> Table:
     return Table(title="White noise of each run (mm or mrad)", columns=columns, rows=rows, left=("run",))
 
 
-def tell_plan(planned: Sequence[Planned], folder: Path, travel: float) -> None:
+def tell_plan(planned: Sequence[PlannedRun], folder: Path, travel: float) -> None:
     """The planned runs and what each is good for."""
     rows = [
         (

@@ -48,7 +48,7 @@ def render(diagnosis: Diagnosis) -> str:
     page.trim_blocks = page.lstrip_blocks = True
     page.filters.update(number=words.number, milli=words.thousandths, plain=words.plain, degrees=words.degrees)
     page.filters.update(tenths=lambda gain: words.decimal(gain, 1 if gain is not None and gain < 100.0 else 0))
-    page.filters.update(listed=words.listed, rows=words.rows, capital=lambda text: text[:1].upper() + text[1:])
+    page.filters.update(listed=words.join_words, rows=words.rows, capital=lambda text: text[:1].upper() + text[1:])
     cards = [plant_card(e) for e in diagnosis.effects]
     return page.get_template("report.html.j2").render(
         d=diagnosis,
@@ -312,13 +312,13 @@ def plant_headline(d: Diagnosis, cards: list[Card]) -> str:
     at_machine = [c.fault for c in cards if not c.of_model and not c.unsure]
     perhaps = [c.fault for c in cards if not c.of_model and c.unsure]
     left_out = [c.fault for c in cards if c.of_model]
-    said = f"Most likely {words.listed(at_machine)}" if at_machine else ""
+    said = f"Most likely {words.join_words(at_machine)}" if at_machine else ""
     if perhaps:
-        said = f"{said}. Perhaps also {words.listed(perhaps)}" if said else f"Perhaps {words.listed(perhaps)}"
+        said = f"{said}. Perhaps also {words.join_words(perhaps)}" if said else f"Perhaps {words.join_words(perhaps)}"
     if left_out and said:
-        said += f". Besides, {words.listed(left_out)}, which the model leaves out"
+        said += f". Besides, {words.join_words(left_out)}, which the model leaves out"
     elif left_out:
-        said = f"The machine shows no fault. The model leaves out that {words.listed(left_out)}"
+        said = f"The machine shows no fault. The model leaves out that {words.join_words(left_out)}"
     if d.verdict is Verdict.PARTLY and said:
         return f"{said}. Something unknown acts as well"
     if said:

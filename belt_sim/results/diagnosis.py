@@ -23,7 +23,7 @@ from belt_sim.results.findings import (
     NoiseLevels,
     Unknown,
 )
-from belt_sim.results.words import listed
+from belt_sim.results.words import join_words
 
 
 class Verdict(StrEnum):
@@ -47,7 +47,7 @@ class Verdict(StrEnum):
 
     def sentence(self, model: str, effects: Sequence[str], damage: str = "") -> str:
         """The verdict as people would say it; damage: what looks wrong in the data."""
-        return _SENTENCES[self].format(model=model, effects=listed(effects), damage=damage)
+        return _SENTENCES[self].format(model=model, effects=join_words(effects), damage=damage)
 
 
 _HEADLINES = {

@@ -128,11 +128,11 @@ class Simulation(Display):
 
     def to_pandas(self) -> Any:
         """The curves as in curves.csv: travel in m, y in mm, angles in mrad."""
-        return frame(curves_columns(self._drawn()))
+        return frame(curves_columns(self._stored_curves()))
 
     def to_xarray(self) -> Any:
         """The curves over travel, point and span, in SI."""
-        curves = self._drawn()
+        curves = self._stored_curves()
         wanted = {"y": ("point", "m"), "angle": ("point", "rad"), "moment": ("span", "N m")}
         wanted |= {"edge_stress": ("span", "Pa"), "tilt": ("span", "rad")}
         there = {n: w for n, w in wanted.items() if getattr(curves, n) is not None}
@@ -140,7 +140,7 @@ class Simulation(Display):
         coords = {"travel": np.asarray(curves.travel), "point": list(POINTS), "span": list(SPANS)}
         return dataset(variables, coords, {"travel": "m"} | {n: unit for n, (_, unit) in there.items()})
 
-    def _drawn(self) -> Curves:
+    def _stored_curves(self) -> Curves:
         if self.curves is None:
             raise CannotRepresent(self.note)
         return self.curves

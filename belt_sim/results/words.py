@@ -88,7 +88,7 @@ def join_effects(ids: Sequence[str]) -> str:
     return " + ".join(ids)
 
 
-def listed(names: Sequence[str]) -> str:
+def join_words(names: Sequence[str]) -> str:
     """a, b and c."""
     names = list(names)
     return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1] if names else "nothing"

@@ -113,13 +113,13 @@ def progress(total: float, title: str, console: Console | None = None) -> Iterat
     """
     shown, count = _begin(console, title, total), 0.0
 
-    def done(amount: float = 1.0, note: str = "") -> None:
+    def advance(amount: float = 1.0, note: str = "") -> None:
         nonlocal count
         count += amount
         shown.update(min(count, total), note)
 
     try:
-        yield done
+        yield advance
     finally:
         shown.close()
 

@@ -88,7 +88,7 @@ class _Pen:
     colour: str
     width: float = 2.0
 
-    def of(self, paler: bool) -> str:
+    def colour_for(self, paler: bool) -> str:
         return pale(self.colour) if paler else self.colour
 
 
@@ -161,7 +161,7 @@ def _columns(
     known = np.isfinite(values).any(axis=1)
     if not known.any():
         return
-    series.style(recording, path, list(curves), [pen.of(paler) for _, paler in curves.values()], pen.width)
+    series.style(recording, path, list(curves), [pen.colour_for(paler) for _, paler in curves.values()], pen.width)
     millimetres = np.rint(np.asarray(travel, float)[known] / MM).astype(np.int64)
     index = rr.TimeColumn(series.TRAVEL, sequence=millimetres)
     shown = rr.Scalars.columns(scalars=values[known].ravel()).partition([len(curves)] * int(known.sum()))

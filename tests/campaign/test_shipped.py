@@ -4,7 +4,7 @@ import pytest
 
 from belt_sim.campaign import read_campaign
 from belt_sim.campaign.problems import CampaignError
-from belt_sim.campaign.read import campaign_folder, shipped
+from belt_sim.campaign.read import campaign_folder, sample_campaigns
 from belt_sim.files import CAMPAIGNS
 from belt_sim.virtual_rig.sealed_truth import reveal
 
@@ -25,7 +25,7 @@ def test_a_folder_of_that_name_comes_first(tmp_path, monkeypatch):
 
 def test_an_unknown_name_is_told_which_ship(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(CampaignError, match=", ".join(shipped())) as told:
+    with pytest.raises(CampaignError, match=", ".join(sample_campaigns())) as told:
         read_campaign("slak_belt")
     assert len(str(told.value).splitlines()) == 1
     with pytest.raises(CampaignError):

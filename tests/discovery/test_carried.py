@@ -27,11 +27,11 @@ def law_of(data: SearchData, place: str, form: Form) -> Law:
 
 def test_it_is_a_place_where_the_belt_goes_round_and_something_is_missing():
     bench, data = both_ways()
-    assert [p.name for p in data.places if p.carried] == ["turn_carried", "drift_carried"]
-    assert not [p for p in data.places_to_try if p.carried]
-    assert [p for p in replace(data, wide=True).places_to_try if p.carried]
+    assert [p.name for p in data.places if p.is_carried] == ["turn_carried", "drift_carried"]
+    assert not [p for p in data.places_to_try if p.is_carried]
+    assert [p for p in replace(data, wide=True).places_to_try if p.is_carried]
     short = replace(bench.samples, travel=bench.samples.travel * 0.1)
-    assert not [p for p in campaign_places(short) if p.carried]
+    assert not [p for p in campaign_places(short) if p.is_carried]
 
 
 def test_the_head_pulley_meets_what_the_tail_pulley_has_met_whichever_way_the_belt_goes():
@@ -95,7 +95,7 @@ def test_elsewhere_it_is_carried_past_one_pulley_and_nothing_else_is_carried():
 def test_a_free_course_of_what_the_belt_carries_is_kept_from_known_effects():
     _, data = both_ways()
     courses = tuple(data.latent_inputs())
-    assert not [c for c in courses if c.place.carried]
+    assert not [c for c in courses if c.place.is_carried]
 
 
 def test_it_is_said_as_what_comes_with_the_belt():

@@ -91,7 +91,7 @@ def test_ernst_beam_tends_to_the_second_order_beam_as_the_sag_goes():
 
 
 def test_softening_has_the_sizes_of_the_sheet():
-    found = [float(law.softening(paper_case(t))) for t in (7, 10, 20, 40)]
+    found = [float(law.sag_softening(paper_case(t))) for t in (7, 10, 20, 40)]
     np.testing.assert_allclose(found, [38, 13, 1.65, 0.21], rtol=0.03)  # printed to two digits
 
 

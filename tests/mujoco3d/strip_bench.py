@@ -37,7 +37,7 @@ class Strip:
 
     def settle(self, steps: int, *, torsion: bool = False) -> np.ndarray:
         """Displacements [m] from the laid places after ``steps``; torsion: with the couples that lines lack."""
-        twist, tension = TwistStiffness.of(self.belt, self.mesh), float(self.case.tension_force)
+        twist, tension = TwistStiffness.from_belt(self.belt, self.mesh), float(self.case.tension_force)
         stiffness = np.full(self.mesh.stations, tension * (twist.tense - twist.own) + twist.still - twist.locked)
         for _ in range(steps):
             forces, height = self.pulls.copy(), (self.mesh.rest + self.motion.slides)[..., 2]

@@ -91,7 +91,7 @@ def test_camber_acts_by_its_share(belt):
     cambered_spec, cambered = build_scene(CASE, belt(), options, SpaceModel(options=options).parts(CASE, [WELD]))
     straight_spec, straight = build_scene(CASE, belt(), options, SpaceModel(options=options).parts(CASE, []))
     solver = Solver(compile_model(cambered_spec), cambered.mesh.rest.shape)
-    natural, lengths = solver.rest_lengths, RestLengths.of(cambered.mesh, solver)
+    natural, lengths = solver.rest_lengths, RestLengths.from_mesh(cambered.mesh, solver)
     plain = Solver(compile_model(straight_spec), straight.mesh.rest.shape).rest_lengths
     np.testing.assert_allclose(lengths.lengths(0.0), plain, atol=LENGTHS * straight.mesh.chord)
     np.testing.assert_array_equal(lengths.lengths(1.0), natural)

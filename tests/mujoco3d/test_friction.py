@@ -87,7 +87,7 @@ def test_mujoco_holds_a_station_as_stiffly(begun):
     upper = np.flatnonzero(scene.loop.z > 0.0)
     station = int(upper[np.argmin(np.abs(scene.loop.x[upper] - scene.loop.x.mean()))])
     slides, in_plane = scene.mesh.laid - scene.mesh.rest, (1, 0)
-    for column in range(2 * scene.mesh.across):
+    for column in range(2 * scene.mesh.lines):
         forces = []
         for shift in (PROBE, -PROBE):
             moved = slides.copy()

@@ -43,10 +43,10 @@ def beside_a_pulley(case, end, across, kappa=0.0, twist=0.0):
     slides[..., 2] = side * R + twist * x[:, None] * y
     wrap = empty_wrap(*((HELD, N - 1) if end == FIRST else (0, HELD)), N, across)
     wrap.tangent[:] = 0.0 if end == FIRST else np.pi
-    twist = TwistStiffness.of(case.belt, mesh)
+    twist = TwistStiffness.from_belt(case.belt, mesh)
     belt = SimpleNamespace(
         ties=Ties(None, np.ones((1, 1)), np.full((1, 1, 1), CHORD), np.zeros((1, 1, 1))), line_y=y, chord=CHORD,
-        fibres=LayerFibres.of(case, mesh, twist, 1.0),
+        fibres=LayerFibres.from_mesh(case, mesh, twist, 1.0),
     )  # fmt: skip
     if across > 1:
         length = np.full((across - 1, 6, 1), CHORD)

@@ -115,7 +115,7 @@ def test_other_warnings_are_passed_on_and_a_run_without_bounds_is_seen(belt):
         warnings.simplefilter("always")
         bench.settle(3)
     assert any("MuJoCo: Nan, Inf or huge value in QACC" in str(w.message) for w in told)
-    assert bench.solver.diverged
+    assert bench.solver.has_diverged
     assert bench.solver.data.time == pytest.approx(3e-3)  # it has not started anew by itself
 
 

@@ -93,5 +93,5 @@ def test_nodes_take_what_the_effects_say(direction):
     x = (nodes[..., 0] * forces[..., 1]).sum() / forces[..., 1].sum()
     assert couple - 7.0 * direction * x == pytest.approx(2.0 * direction, rel=1e-3)  # pull narrows it
     assert x == pytest.approx(place * ROPE_EXAMPLE.centre_distance, abs=1e-3)
-    held = np.concatenate([state.held(k) for k in (HEAD, TAIL)])
+    held = np.concatenate([state.held_stations(k) for k in (HEAD, TAIL)])
     assert not forces[held].any()

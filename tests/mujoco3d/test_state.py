@@ -77,7 +77,7 @@ def test_pulleys_and_guides_hold_what_is_theirs_and_nothing_else_is_held(short_r
     springs, _ = first_step(run, monkeypatch)
     on = np.zeros(run.scene.mesh.stations, bool)
     for pulley in (0, 1):
-        on[run.state.held(pulley)] = True
+        on[run.state.held_stations(pulley)] = True
     assert np.all(springs.stiffness[on] == run.scene.options.hold_stiffness)
     pressed = np.flatnonzero(springs.stiffness[~on].any(axis=(1, 2)))
     assert 1 <= len(pressed) <= 2

@@ -34,7 +34,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:flex")
 @pytest.mark.parametrize("radii", [(0.17, 0.17), (-0.2, -0.1)])
 @pytest.mark.parametrize("curvature", [0.0, 0.25])
 def test_a_span_touches_both_circles(radii, curvature):
-    span = Catenary.touching(2.0, *radii, curvature)
+    span = Catenary.from_circles(2.0, *radii, curvature)
     points = np.concatenate([[span.start], span.divide(400)])
     assert span.start @ [math.cos(span.slopes[0]), math.sin(span.slopes[0])] == pytest.approx(0.0, abs=ROUNDING)
     for place, radius in ((0.0, radii[0]), (2.0, radii[1])):
@@ -53,7 +53,7 @@ def test_a_polygon_of_stations_is_as_long_as_the_smooth_belt_and_its_four_ways_o
     for centre_distance in (2.0, 2.008, 2.016):
         case = paper_case(7, 0.0, replace(ROPE_EXAMPLE, centre_distance=centre_distance))
         loop = lay_loop(case, 0.025)
-        assert loop.chord * len(loop.x) == pytest.approx(HangingBelt.of(case).length + longer, abs=PHASE)
+        assert loop.chord * len(loop.x) == pytest.approx(HangingBelt.from_case(case).length + longer, abs=PHASE)
 
 
 @pytest.mark.parametrize(("belt", "tension", "near"), [("rope", 1.0, SLACK_AT_REST), ("flex", 7.0, AT_REST)])
@@ -61,7 +61,7 @@ def test_a_belt_of_the_right_length_has_the_tension(belt, tension, near):
     case = paper_case(tension, 0.0, ROPE_EXAMPLE)
     options = fit_options(Options(tensioning="length", settle=2.0 if tension < 7.0 else 1.0), case, belt)
     run = SpaceRun.begin(case, belt, options)
-    run.through(run.stages(1.0)[0], Recorder(run.scene, ()))
+    run.run_stage(run.stages(1.0)[0], Recorder(run.scene, ()))
     assert run.state.poses[TAIL].centre[0] == pytest.approx(2.0, abs=ROUNDING)
     assert -run.state.loads[TAIL, 0] == pytest.approx(2.0 * case.tension_force, rel=near)
 
@@ -75,12 +75,12 @@ def test_a_longer_belt_is_slacker():
 def test_the_plan_ends_where_the_same_belt_has_the_wanted_tension():
     case = paper_case(7, 0.0, TEST_RIG)
     tight = lay_loop(case, 0.025)
-    plan = KollerPlan.of(case, tight)
+    plan = KollerPlan.from_case(case, tight)
     slack = lay_loop(plan.slack, 0.025, len(tight.x))
     strains = [1.0 + float(c.settings.tension / c.belt.youngs_modulus) for c in (case, plan.slack)]
     assert slack.chord / strains[1] == pytest.approx(tight.chord / strains[0], abs=ROUNDING / len(tight.x))
-    assert plan.at(plan.travel)[0] == pytest.approx(11.28, abs=ROUNDING)
-    assert plan.at(0.0) == pytest.approx([slack.centre_distance, 0.0], abs=ROUNDING)
+    assert plan.places_at(plan.travel)[0] == pytest.approx(11.28, abs=ROUNDING)
+    assert plan.places_at(0.0) == pytest.approx([slack.centre_distance, 0.0], abs=ROUNDING)
     assert np.all(np.diff(plan.places) > 0.0)
     assert plan.slack.settings.tension < 0.5 * case.settings.tension
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from strip_bench import DX, strip
 
-from belt_sim.mujoco3d.calibration import stiffening
+from belt_sim.mujoco3d.calibration import stiffness_ratio
 from belt_sim.mujoco3d.mesh import Grid, Membrane
 
 STIFFNESS = 0.01  # the calibrations hold to 0.5 % for 2 to 5 nodes across
@@ -44,13 +44,13 @@ def test_bends_in_its_plane_like_the_strip(belt, across, dx):
 @pytest.mark.parametrize("dx", COUPLES)
 def test_two_cells_tell_what_couples_on_the_whole_belt_told(dx):
     at_25_mm = 0.112  # [m], of a strip of 0.2 m
-    assert (at_25_mm / 0.2) ** 2 * stiffening(dx / at_25_mm, 2, 0.3) == pytest.approx(COUPLES[dx], abs=6e-4)
+    assert (at_25_mm / 0.2) ** 2 * stiffness_ratio(dx / at_25_mm, 2, 0.3) == pytest.approx(COUPLES[dx], abs=6e-4)
 
 
 @pytest.mark.parametrize("poisson_ratio", [0.0, 0.3])
 def test_many_lines_bend_like_the_strip(poisson_ratio):
     """Constant strains over n elements: 1 + 2/n^2 at nu = 0 on slender cells, and the strip in the limit."""
-    errors = [stiffening(0.02, across, poisson_ratio) - 1.0 for across in (11, 21)]
+    errors = [stiffness_ratio(0.02, across, poisson_ratio) - 1.0 for across in (11, 21)]
     assert errors[1] < 0.006
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)  # second order
 

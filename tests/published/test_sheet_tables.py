@@ -7,7 +7,7 @@ from paper_cases import YAW, marched, paper_case
 from belt_sim.analytic.model import analytic_model
 from belt_sim.analytic.steady import RitzingerFormula, steady_rate
 from belt_sim.curves import late_rates
-from belt_sim.laws.span import softening
+from belt_sim.laws.span import sag_softening
 from studies.closed_forms import shelton_factor, sievers_coefficients
 
 # late rates [mm per m of travel] at |yaw| = 0.042 degrees
@@ -91,5 +91,5 @@ def test_ritzinger_is_like_the_beam_of_second_order_at_medium_tension_and_much_l
 def test_ritzinger_is_three_halves_of_the_first_order_beam_with_a_quarter_of_the_sag(tension):
     """Ropes of full force and section, b apart, of half the weight each: b^2 E A beta/(2 L (1 + Lambda/4))."""
     case = paper_case(tension)
-    wanted = 1.5 * BOUNDS["beam_th1"] / (1.0 + float(softening(case)) / 4.0)
+    wanted = 1.5 * BOUNDS["beam_th1"] / (1.0 + float(sag_softening(case)) / 4.0)
     assert abs(RitzingerFormula().steady_rate(case)) * 1e3 == pytest.approx(wanted, rel=ROPES)

@@ -37,7 +37,7 @@ def test_columns_have_four_decimals(value, sign, text):
     ("names", "text"), [([], "nothing"), (["a"], "a"), (["a", "b"], "a and b"), (["a", "b", "c"], "a, b and c")]
 )
 def test_lists_read_as_people_write_them(names, text):
-    assert words.listed(names) == text
+    assert words.join_words(names) == text
 
 
 def test_nested_tables_become_rows():

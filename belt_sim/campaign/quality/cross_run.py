@@ -147,11 +147,11 @@ def check_starts(
         forgotten = curvature_share == 0.0 and all(r.sheet.zero == 0.0 for r in records if r.sheet.name == signal)
         limit = FORGOTTEN if forgotten else UNSTATED
         if len(rest) >= FEWEST_RUNS and np.sqrt(np.mean([min(score[r], 20.0) ** 2 for r in rest])) > limit:
-            found.append(_unstated(signal, [starts[r][0] for r in rest], records))
+            found.append(_zero_suspicion(signal, [starts[r][0] for r in rest], records))
     return found
 
 
-def _unstated(signal: str, starts: list[float], records: list[Record]) -> Suspicion:
+def _zero_suspicion(signal: str, starts: list[float], records: list[Record]) -> Suspicion:
     zero = next(r.sheet.zero for r in records if r.sheet.name == signal)
     size = float(np.sqrt(np.mean(np.square(starts))))
     stated = f"states zero: {zero / MM:g} mm" if zero > 0.0 else "states no zero"

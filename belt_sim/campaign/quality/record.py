@@ -179,7 +179,7 @@ def check_record(record: Record) -> list[Suspicion]:
     """Return at most one suspicion: stuck at a value, clipped, or interrupted by spikes."""
     if len(record.readings) < FEWEST:
         return []
-    for check in (_stuck, _clipped, _spikes):
+    for check in (_equal_readings, _clipping, _spikes):
         sentence, kind = check(record)
         if sentence:
             return [Suspicion(run=record.run.name, signals=(record.sheet.name,), kind=kind, sentence=sentence)]
@@ -217,7 +217,7 @@ def _stuck_stretch(record: Record) -> tuple[int, int]:
     return (0, 0) if value != 0.0 and extreme and _is_piled(y, value) else (int(first), int(last) + 1)
 
 
-def _stuck(record: Record) -> tuple[str, SuspicionKind]:
+def _equal_readings(record: Record) -> tuple[str, SuspicionKind]:
     """Describe the longest streak of equal readings."""
     first, end = _stuck_stretch(record)
     if end == first:
@@ -236,7 +236,7 @@ def _is_piled(y: np.ndarray, value: float) -> bool:
     return count >= PILE and count > PILE_FACTOR * (neighbours.max() if neighbours.size else 0)
 
 
-def _clipped(record: Record) -> tuple[str, SuspicionKind]:
+def _clipping(record: Record) -> tuple[str, SuspicionKind]:
     y = record.readings
     for value, side in ((y.max(), "above"), (y.min(), "below")):
         if value != 0.0 and y.min() != y.max() and _is_piled(y, value):
@@ -326,8 +326,8 @@ def check_noise(records: list[Record]) -> list[Suspicion]:
             ratios[record.sheet.name][record.run.name] = noise / record.stated_noise
     found = []
     for signal, of_run in ratios.items():
-        off = {run: r for run, r in of_run.items() if _slipped(r)}
-        odd = {run for run, r in of_run.items() if _slipped(r / _usual(of_run, run))}
+        off = {run: r for run, r in of_run.items() if _is_other_magnitude(r)}
+        odd = {run for run, r in of_run.items() if _is_other_magnitude(r / _usual(of_run, run))}
         alone = {run: r for run, r in off.items() if run in odd} if odd <= set(off) else off
         if len(alone) < len(off):
             typical = float(np.median(list(of_run.values())))
@@ -341,7 +341,7 @@ def check_noise(records: list[Record]) -> list[Suspicion]:
     return found
 
 
-def _slipped(ratio: float) -> bool:
+def _is_other_magnitude(ratio: float) -> bool:
     """Return whether a ratio is of another magnitude."""
     return not 1.0 / NOISE_FACTOR < ratio < NOISE_FACTOR
 

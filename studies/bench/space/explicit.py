@@ -49,7 +49,7 @@ def explicit_model(run: SpaceRun) -> tuple[mujoco.MjModel, np.ndarray]:
     solver = run.engine.solver
     model, landed = solver.model, np.zeros(solver.shape, bool)
     for pulley in (0, 1):
-        landed[run.state.held(pulley)] = True
+        landed[run.state.held_stations(pulley)] = True
     placed = np.concatenate([np.ones(solver.base, bool), landed.ravel()])
     model.jnt_stiffness[:] = 0.0
     model.dof_armature[placed] = _PLACED

@@ -74,7 +74,7 @@ class Particles:
 
 
 def _bonds(mesh: Mesh) -> np.ndarray:
-    n, m = mesh.stations, mesh.across
+    n, m = mesh.stations, mesh.lines
     found = []
     for i in range(n):
         here, on = i * m, (i + 1) % n * m

@@ -57,7 +57,7 @@ def measure(task: Task, travel: float, dt: float = Options().dt) -> dict[str, An
         "travel_m": travel,
         "dt_s": options.dt,
         "belt_speed_m_per_s": options.run_speed,
-        "nodes": int(run.scene.mesh.stations * run.scene.mesh.across),
+        "nodes": int(run.scene.mesh.stations * run.scene.mesh.lines),
         "steps": float(curves.extra["steps"][-1]) if curves.extra else 0.0,
         "cpu_s": cpu,
         "ms_per_step": 1e3 * spent / made,

@@ -39,7 +39,7 @@ def _spans(tension: float) -> dict:
     case, a, radius = case_at(tension), TEST_RIG.centre_distance, TEST_RIG.tail_radius
     found: dict = {}
     for name, side in (("upper", 1.0), ("lower", -1.0)):
-        span = Catenary.touching(a, side * radius, side * radius, float(case.sag_curvature))
+        span = Catenary.from_circles(a, side * radius, side * radius, float(case.sag_curvature))
         x, z = np.concatenate([span.start[None], span.divide(LINKS), _end(span)[None]]).T
         near = x >= a - NEAR
         found |= {f"{name}_x_m": column(x_m(x[near], a)), f"{name}_z_m": column(z[near])}
