@@ -181,6 +181,10 @@ def _as_text(value: Any) -> Any:
     return [_as_text(v) for v in value] if isinstance(value, list | tuple) else value
 
 
+#: what pydantic adds to the path of an error in ``machine`` and ``belt``, each a name or numbers
+_NAME_OR_NUMBERS = (MachineMapping.__name__, BeltMapping.__name__, "str")
+
+
 def _validate(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
     if not isinstance(tree, dict):
         raise CampaignError([Problem(file=file, line=1, remedy=f"must be a mapping that begins with schema: {SCHEMA}")])
@@ -191,7 +195,7 @@ def _validate(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
         for details in error.errors():  # of a union (machine: name or numbers) the one about the numbers
             path = tuple(str(p) for p in details["loc"])
             if path[-1:] != ("str",) or len(error.errors()) == 1:
-                path = tuple(p for p in path if p not in ("MachineEntry", "BeltEntry", "str"))
+                path = tuple(p for p in path if p not in _NAME_OR_NUMBERS)
                 found.setdefault(path, details)
     raise CampaignError([_problem(path, details, marked, file) for path, details in found.items()])
 
@@ -206,7 +210,8 @@ def _problem(path: tuple[str, ...], details: Any, marked: MarkedYaml, file: str)
     elif details["type"] == "literal_error":
         remedy = f"must be {details['ctx']['expected']}"
     else:
-        remedy = {"missing": "is missing; state it"}.get(details["type"], details["msg"])
+        own = {"missing": "is missing; state it", "model_type": "give a name, or a mapping of numbers"}
+        remedy = own.get(details["type"], details["msg"])
     return Problem(file=file, line=marked.line(path), name=".".join(path), value=value, remedy=remedy)
 
 

@@ -117,6 +117,8 @@ def test_what_is_missing_is_named_with_how_to_give_it(tmp_path):
 WRONG = {
     "unknown_column": ({"columns": {"y9": {"at": "point_1"}}}, ["columns.y9", "no file has such a column"]),
     "unknown_key": ({"machin": "test_rig"}, ["machin", "did you mean machine?"]),
+    "unknown_number": ({"belt": {"widht": "0.2 m"}}, ["mapping: belt.widht: unknown key; did you mean width?"]),
+    "neither_name_nor_numbers": ({"machine": 3}, ["mapping: machine = 3: give a name, or a mapping of numbers"]),
     "unknown_role": ({"columns": {"y1 [mm]": {"role": "tim"}}}, ["did you mean time?"]),
     "unknown_place": ({"columns": {"y1 [mm]": {"at": "point1"}}}, ["did you mean point_1?"]),
     "unit_of_another_kind": ({"columns": {"y1 [mm]": {"unit": "s"}}}, ["columns.y1 [mm].unit = s", "mm"]),
