@@ -9,7 +9,7 @@ import pytest
 from paper_cases import BELT, RIG, paper_case
 
 from belt_sim.analytic.spans import span_responses
-from belt_sim.effects.belt_shape import WeldPassage, Weld
+from belt_sim.effects.belt_shape import Weld, WeldPassage
 from belt_sim.effects.load import load_classes
 from belt_sim.effects.span_stiffness import Shear
 from belt_sim.effects.wobble import Wobble
