@@ -1,10 +1,14 @@
-"""YAML as plain text values that remember their lines."""
+"""YAML as plain text values that remember their lines, and what pydantic finds wrong with them."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any, get_args
 
 import yaml
+from pydantic import BaseModel
 
-from belt_sim.campaign.problems import Problem
+from belt_sim.campaign.problems import Problem, did_you_mean
+from belt_sim.errors import InputError
 
 #: Largest campaign.yaml that is parsed [characters]; a sheet of a hundred signals has a tenth of it.
 LONGEST = 200_000
@@ -92,3 +96,67 @@ class _Walk:
 
     def _refuse(self, line: int, path: Path, remedy: str) -> None:
         self.problems.append(Problem(file=self.file, line=line, name=".".join(path), remedy=remedy))
+
+
+#: pydantic's type of error -> what to do about it.
+REMEDIES = {
+    "missing": "is missing; state it",
+    "float_parsing": "must be a number, with a decimal point",
+    "float_type": "must be a number, with a decimal point",
+    "finite_number": "must be a finite number",
+    "string_type": "must be text",
+    "model_type": "must be a mapping, like {value: 200, unit: mm}",
+    "dict_type": "must be a mapping, like {y1: {unit: mm, at: point_1, white: 0.02}}",
+}
+
+
+def validation_problem(
+    details: Any,
+    path: Path,
+    marked: MarkedYaml,
+    file: str,
+    schema: type[BaseModel],
+    *,
+    examples: Mapping[str, str] | None = None,
+    remedies: Mapping[str, str] = REMEDIES,
+) -> Problem:
+    """Translate one pydantic error into a problem at its line.
+
+    path: of the value in the file; schema: of the whole file; examples: how a required key is written.
+    """
+    kind, value = details["type"], details["input"]
+    value = None if isinstance(value, dict | list | BaseModel) else value
+    unit, inner = "", path
+    error = details.get("ctx", {}).get("error")
+    if isinstance(error, InputError):
+        inner = path if not error.name or path[-1:] == (error.name,) else (*path, *error.name.split("."))
+        value, unit, remedy = error.value, error.unit, error.remedy
+    elif kind == "missing" and examples is not None:
+        example = examples.get(".".join(path[-2:])) or examples.get(path[-1], f"{path[-1]}: ...")
+        value, remedy = None, f"is missing; state it, for example {example}"
+    elif kind == "extra_forbidden":
+        value, remedy = None, f"unknown key; {did_you_mean(path[-1], _known_keys(schema, path[:-1]))}"
+    elif kind == "literal_error":
+        remedy = f"must be {details['ctx']['expected']}"
+    elif value is None and kind in remedies:
+        remedy = "is blank or no single value; " + remedies[kind]
+    else:
+        remedy = remedies.get(kind, details["msg"])
+    return Problem(file=file, line=marked.line(inner), name=".".join(inner), value=value, unit=unit, remedy=remedy)
+
+
+def _known_keys(schema: type[BaseModel], path: Path) -> list[str]:
+    """Return the keys that a schema allows at ``path``; the keys of a dictionary are free."""
+    model = schema
+    for key in path:
+        entry = model.model_fields.get(key)
+        model = model if entry is None else next(_models(entry.annotation), model)
+    return [name.rstrip("_") for name in model.model_fields]
+
+
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Yield the pydantic models in a type, as in ``dict[str, Entry] | None``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _models(part)

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
 
 from belt_sim.campaign import plausible
-from belt_sim.campaign.marked_yaml import MarkedYaml, Path, parse
+from belt_sim.campaign.marked_yaml import MarkedYaml, Path, parse, validation_problem
 from belt_sim.campaign.plausible import ERROR, SIGNAL_DIMENSION, WHITE
 from belt_sim.campaign.problems import Problem, did_you_mean
 from belt_sim.campaign.types import (
@@ -235,15 +235,6 @@ EXAMPLES = {
     "length_m": "{sd: 0.05, length_m: 3}",
     "sd": "{sd: 0.05, length_m: 3}",
 }
-#: pydantic's type of error -> what to do about it.
-REMEDIES = {
-    "float_parsing": "must be a number, with a decimal point",
-    "float_type": "must be a number, with a decimal point",
-    "finite_number": "must be a finite number",
-    "string_type": "must be text",
-    "model_type": "must be a mapping, like {value: 200, unit: mm}",
-    "dict_type": "must be a mapping, like {y1: {unit: mm, at: point_1, white: 0.02}}",
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -305,47 +296,8 @@ def _beyond_their_ends(sheet: Sheet, marked: MarkedYaml) -> list[Problem]:
 
 
 def _problem(details, marked: MarkedYaml) -> Problem:
-    """Translate one pydantic error into a problem at its line."""
     path: Path = tuple(str(part) for part in details["loc"] if part != "[key]")
-    kind, value = details["type"], details["input"]
-    value = None if isinstance(value, dict | list | BaseModel) else value
-    unit, inner = "", path
-    error = details.get("ctx", {}).get("error")
-    if isinstance(error, InputError):
-        inner = (*path, *error.name.split(".")) if error.name else path
-        value, unit, remedy = error.value, error.unit, error.remedy
-    elif kind == "missing":
-        example = EXAMPLES.get(".".join(path[-2:])) or EXAMPLES.get(path[-1], f"{path[-1]}: ...")
-        value, remedy = None, f"is missing; state it, for example {example}"
-    elif kind == "extra_forbidden":
-        value, remedy = None, f"unknown key; {did_you_mean(path[-1], _known_keys(path[:-1]))}"
-    elif kind == "literal_error":
-        remedy = f"must be {details['ctx']['expected']}"
-    elif value is None and kind in REMEDIES:
-        remedy = "is blank or no single value; " + REMEDIES[kind]
-    else:
-        remedy = REMEDIES.get(kind, details["msg"])
-    name = ".".join(inner)
-    return Problem(file=FILE, line=marked.line(inner), name=name, value=value, unit=unit, remedy=remedy)
-
-
-def _known_keys(path: Path) -> list[str]:
-    """Return the keys that the schema allows at ``path``."""
-    if path == ():
-        return [name.rstrip("_") for name in CampaignEntry.model_fields]
-    if path[0] == "signals":
-        return list((WanderEntry if len(path) > 2 else SignalEntry).model_fields)
-    if path == ("settings", "yaw"):
-        return list(SpreadEntry.model_fields)
-    if len(path) > 1:
-        return list(QuantityEntry.model_fields)
-    sections: dict[str, type[BaseModel]] = {
-        "source": SourceEntry,
-        "machine": MachineEntry,
-        "belt": BeltEntry,
-        "settings": SettingsEntry,
-    }
-    return list(sections[path[0]].model_fields)
+    return validation_problem(details, path, marked, FILE, CampaignEntry, examples=EXAMPLES)
 
 
 def _sheet(entry: CampaignEntry) -> Sheet:

@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping as AnyMapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
 
-from belt_sim.campaign.marked_yaml import MarkedYaml, parse
+from belt_sim.campaign.marked_yaml import REMEDIES, MarkedYaml, parse, validation_problem
 from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
 from belt_sim.campaign.types import place_text
 from belt_sim.errors import InputError
@@ -183,6 +183,7 @@ def _as_text(value: Any) -> Any:
 
 #: what pydantic adds to the path of an error in ``machine`` and ``belt``, each a name or numbers
 _NAME_OR_NUMBERS = (MachineMapping.__name__, BeltMapping.__name__, "str")
+_OWN_REMEDIES = {"model_type": "give a name, or a mapping of numbers"}
 
 
 def _validate(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
@@ -197,29 +198,9 @@ def _validate(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
             if path[-1:] != ("str",) or len(error.errors()) == 1:
                 path = tuple(p for p in path if p not in _NAME_OR_NUMBERS)
                 found.setdefault(path, details)
-    raise CampaignError([_problem(path, details, marked, file) for path, details in found.items()])
-
-
-def _problem(path: tuple[str, ...], details: Any, marked: MarkedYaml, file: str) -> Problem:
-    value = details["input"] if not isinstance(details["input"], dict | list) else None
-    context = details.get("ctx", {}).get("error")
-    if details["type"] == "extra_forbidden":
-        value, remedy = None, f"unknown key; {did_you_mean(path[-1], _keys(path[:-1]))}"
-    elif isinstance(context, InputError):
-        remedy = context.remedy
-    elif details["type"] == "literal_error":
-        remedy = f"must be {details['ctx']['expected']}"
-    else:
-        own = {"missing": "is missing; state it", "model_type": "give a name, or a mapping of numbers"}
-        remedy = own.get(details["type"], details["msg"])
-    return Problem(file=file, line=marked.line(path), name=".".join(path), value=value, remedy=remedy)
-
-
-def _keys(path: tuple[str, ...]) -> list[str]:
-    """Keys that the mapping has at a path."""
-    model: Any = MappingEntry
-    for key in path:
-        field = getattr(model, "model_fields", {}).get(key)
-        kinds = [] if field is None else [field.annotation, *get_args(field.annotation)]
-        model = next((k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel)), model)
-    return [name.rstrip("_") for name in model.model_fields]
+    raise CampaignError(
+        [
+            validation_problem(details, path, marked, file, MappingEntry, remedies=REMEDIES | _OWN_REMEDIES)
+            for path, details in found.items()
+        ]
+    )
