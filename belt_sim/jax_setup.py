@@ -16,13 +16,14 @@ import functools
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import jax
+import numpy as np
 
 from belt_sim.errors import InputError
 
@@ -41,6 +42,25 @@ def map_in_threads(function: Callable[[Any], Any], items: Iterable[Any], workers
     loop, uses one core."""
     with ThreadPoolExecutor(workers) as pool:
         return list(pool.map(function, items))
+
+
+def map_in_chunks(
+    function: Callable[[np.ndarray], Sequence[Any]], number: int, chunk: int, workers: int = WORKERS
+) -> list[np.ndarray]:
+    """Return the arrays that ``function`` gives for the cases 0 .. number - 1, as one array each, computed in threads.
+
+    function: numbers of cases (chunk,) -> arrays with a leading axis of cases. A last chunk is filled up with the last
+    case, so that all chunks are of one size and compiled once.
+    """
+    chunk = min(chunk, number)
+
+    def compute(start: int) -> list[np.ndarray]:
+        rows = np.minimum(np.arange(start, start + chunk), number - 1)
+        return [np.asarray(x)[: number - start] for x in function(rows)]
+
+    parts = [compute(0)]  # compiles, once, before there are several threads
+    parts += map_in_threads(compute, range(chunk, number, chunk), workers)
+    return [np.concatenate(arrays) for arrays in zip(*parts, strict=True)]
 
 
 def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:

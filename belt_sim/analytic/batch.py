@@ -17,7 +17,7 @@ from belt_sim.analytic.march import KEEP, STEP, march_traced, plan_steps
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError
-from belt_sim.jax_setup import WORKERS, jit_float64, map_in_threads
+from belt_sim.jax_setup import WORKERS, jit_float64, map_in_chunks
 
 CHUNK = 250  # cases
 Axes = Any  # 0 or None for every leaf of a case, or for whole branches of it
@@ -80,28 +80,12 @@ def march_many(
     number = next((len(leaf) for leaf, axis in zip(leaves, spread, strict=True) if axis == 0), 0)
     if not number:
         raise InputError("cases", number, "", "give at least one case, and the axes along which cases differ")
-    chunk = min(chunk, number)
 
-    def piece(start: int) -> tuple[np.ndarray, ...]:
-        rows = np.minimum(np.arange(start, start + chunk), number - 1)
+    def piece(rows: np.ndarray) -> tuple[np.ndarray, ...]:
         part = tuple(np.asarray(x)[rows] if axis == 0 else x for x, axis in zip(leaves, spread, strict=True))
         return run(part, tuple(effects), travel)
 
-    return _gather(piece, wanted, number, chunk, workers)
-
-
-def _gather(piece, wanted, number: int, chunk: int, workers: int) -> Curves:
-    """Run the chunks in threads and copy their rows into one array per curve."""
-    first = piece(0)  # compiles, once, before there are several threads
-    kept = [np.empty((number, *x.shape[1:])) for x in first]
-
-    def lay(start: int, arrays=None) -> None:
-        stop = min(start + chunk, number)
-        for whole, part in zip(kept, piece(start) if arrays is None else arrays, strict=True):
-            whole[start:stop] = np.asarray(part)[: stop - start]
-
-    lay(0, first)
-    map_in_threads(lay, range(chunk, number, chunk), workers)
+    kept = map_in_chunks(piece, number, chunk, workers)
     return Curves(**({"y": None} | dict(zip(("travel", *wanted), kept, strict=True))))  # type: ignore[arg-type]
 
 

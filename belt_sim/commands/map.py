@@ -25,7 +25,7 @@ from belt_sim.config import case_from, model_settings
 from belt_sim.curves import Curves, late_rates, late_records
 from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
 from belt_sim.errors import InputError, whole
-from belt_sim.jax_setup import cores, jit_float64, map_in_threads
+from belt_sim.jax_setup import cores, jit_float64, map_in_chunks
 from belt_sim.provenance import code_hash, config_hash, input_hashes, provenance
 
 POINTS = (1, 2, 3, 4)
@@ -57,18 +57,11 @@ def columns_of(asked: MapTask) -> tuple[str, ...]:
 
 def answers(case: Case, effects: tuple[Effect, ...], asked: MapTask, values: np.ndarray, workers: int) -> np.ndarray:
     """A row a case, shape (n, columns), for ``values`` [SI] of what varies, shape (axes, n)."""
-    number = values.shape[1]
-    chunk = min(CHUNK, number)
-    told = np.empty((number, len(columns_of(asked))))
 
-    def lay(start: int) -> None:
-        rows = np.minimum(np.arange(start, start + chunk), number - 1)
-        stop = min(start + chunk, number)
-        told[start:stop] = np.asarray(_rows(case, effects, values.T[rows], asked=asked))[: stop - start]
+    def rows_of(cases: np.ndarray) -> list[Any]:
+        return [_rows(case, effects, values.T[cases], asked=asked)]
 
-    lay(0)  # compiles, once, before there are several threads
-    map_in_threads(lay, range(chunk, number, chunk), workers)
-    return told
+    return map_in_chunks(rows_of, values.shape[1], CHUNK, workers)[0]
 
 
 @partial(jit_float64, static_argnames=("asked",))
