@@ -104,5 +104,5 @@ def test_the_march_ends_in_the_closed_form():
 
 def test_the_model_is_the_strip_with_the_effect():
     case = paper_case(7, -YAW)
-    whole, added = LIFTING.run(case, travel=5.0), STRIP.run(case, (LiftOff(),), travel=5.0)
+    whole, added = LIFTING.run(case, travel=150.0), STRIP.run(case, (LiftOff(),), travel=150.0)
     np.testing.assert_array_equal(whole.y, added.y)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from paper_cases import RIG, YAW, affected, paper_case, steered
+from paper_cases import RIG, STEPS, YAW, affected, paper_case, steered
 from scipy.integrate import solve_ivp
 
 from belt_sim.analytic.march import march
@@ -131,8 +131,9 @@ class Landing(Slip):
 
 def test_a_belt_drifts_faster_for_good_by_sliding_where_it_leaves():
     case, friction = paper_case(40), 1 / MU
-    sliding = (), (Landing(inverse_friction=friction),), (Slip(inverse_friction=friction),)
-    sticks, lands, leaves = (late_rates(march(case, BEAM, e, travel=400.0))[0] for e in sliding)
+    sticks, leaves = affected([(case, {}), (case, {"slip": {"inverse_friction": friction}})], 400.0)
+    lands = march(case, BEAM, (Landing(inverse_friction=friction),), travel=400.0, step=400.0 / STEPS)
+    sticks, lands, leaves = (late_rates(curves)[0] for curves in (sticks, lands, leaves))
     assert lands == pytest.approx(sticks, rel=1e-4)
     assert 1.002 < leaves / sticks < 1.02
 
@@ -154,7 +155,7 @@ IN_SPACE = {
 def test_slip_is_what_the_fine_belt_in_space_does(friction):
     case = paper_case(10, np.deg2rad(-0.005), rig=SHORT)
     strip = analytic_model("strip")
-    slides, sticks = (march(case, strip, e, travel=6.0) for e in ((Slip(inverse_friction=1 / friction),), ()))
+    slides, sticks = (march(case, strip, e, travel=6.0) for e in ((Slip(inverse_friction=1 / friction),), (Slip(),)))
     more = 1e6 * (slides.y - sticks.y)[::2, np.rint(10 * np.array(AT)).astype(int)]
     wanted = np.array(IN_SPACE[friction])
     np.testing.assert_allclose(more, wanted, atol=SPACE * np.abs(wanted).max())
@@ -186,7 +187,7 @@ def test_it_happens_at_changes_of_yaw_and_at_no_other_time():
     sticks = affected([(paper_case(20), {})], 20.0)[0]
     assert 0.1 < np.abs(quick.y - quick_sticks.y)[0, :10].max() / np.abs(early.y - sticks.y)[0, :10].max() < 0.9
     slow = steered(paper_case(20), Schedule.ramp(YAW, at=0.0, over=1.0))
-    with_slip, without = (march(slow, BEAM, e, travel=5.0) for e in ((Landing(inverse_friction=1 / MU),), ()))
+    with_slip, without = (march(slow, BEAM, e, travel=5.0) for e in ((Landing(inverse_friction=1 / MU),), (Landing(),)))
     np.testing.assert_array_equal(with_slip.y, without.y)
 
 

@@ -16,6 +16,12 @@ UPWARDS = 5e-6  # [m], what y may wander by: shaking of landings at 25 mm
 BENT = 0.1  # of the largest: read over links of 25 mm beside the pulley, along which the moment falls
 SHAKEN = 0.1  # of tilt: landings shake a span that hardly resists tilting
 
+TURNING = (
+    YawCompliance(c_m=2e-5),
+    YawOffsetTail(beta_0=5e-4),
+    YawOffsetHead(beta_0=5e-4),
+    Cant(gamma=1e-3, gamma_head=-5e-4),
+)
 COARSE = 0.08  # of y of the grid at 40 mm between stations
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
@@ -60,24 +66,16 @@ def test_late_rate_of_the_strip(short_rig):
     route="3d",
     what="change of y on a short rig, {COARSE} of the largest",
 )
-@pytest.mark.parametrize(
-    "effect",
-    [
-        YawCompliance(c_m=2e-5),
-        YawOffsetTail(beta_0=5e-4),
-        YawOffsetHead(beta_0=5e-4),
-        Cant(gamma=1e-3, gamma_head=-5e-4),
-    ],
-    ids=["yaw_compliance", "yaw_offset_tail", "yaw_offset_head", "cant"],
-)
-def test_what_turns_a_pulley_does_what_the_strip_law_says(short_rig, effect):
-    model = SpaceModel(options=Options(dx=0.04, dt=2e-3, run_in=0.3, settle=0.2, acceleration=3.0))
-    law = analytic_model("strip")
-    seen, expected = (
-        np.array([at(with_it, 0.75, k) - at(without, 0.75, k) for k in range(4)])
-        for with_it, without in (
-            (model.run(short_rig, e, travel=0.8) for e in ((effect,), ())),
-            (march(short_rig, law, e, travel=0.8) for e in ((effect,), ())),
+def test_what_turns_a_pulley_does_what_the_strip_law_says(short_rig):
+    """One effect after the other; the law has them all, at null but for one."""
+    options = Options(dx=0.04, dt=2e-3, run_in=0.3, settle=0.2, acceleration=3.0)
+    model, law, null = SpaceModel(options=options), analytic_model("strip"), [cls.null() for cls in map(type, TURNING)]
+    plain, straight = model.run(short_rig, (), travel=0.8), march(short_rig, law, tuple(null), travel=0.8)
+    for k, effect in enumerate(TURNING):
+        turned = model.run(short_rig, (effect,), travel=0.8)
+        bent = march(short_rig, law, (*null[:k], effect, *null[k + 1 :]), travel=0.8)
+        seen, expected = (
+            np.array([at(with_it, 0.75, point) - at(without, 0.75, point) for point in range(4)])
+            for with_it, without in ((turned, plain), (bent, straight))
         )
-    )
-    assert seen == pytest.approx(expected, abs=COARSE * np.abs(expected).max())
+        assert seen == pytest.approx(expected, abs=COARSE * np.abs(expected).max()), effect.id
