@@ -60,7 +60,10 @@ def shown(campaign, model, classes=(), **numbers):
     return samples, {s.name: values[:, k] for k, s in enumerate(samples.signals)}
 
 
-def test_the_ends_of_spans_and_wraps_are_the_points(measured):
+@pytest.fixture(scope="module")
+def at_ends(measured):
+    """Ends of spans and wraps, place -> the signal of the same point; and the campaign with sensors there and one
+    3 m into the upper span: one program serves several tests."""
     case = case_of(measured, measured.runs[0])
     length, around = float(case.rig.span_length), float(case.rig.wrap_tail)
     ends = {
@@ -68,25 +71,29 @@ def test_the_ends_of_spans_and_wraps_are_the_points(measured):
         f"lower_span at {length} m": "y3", "tail_wrap at 0 m": "y1", f"tail_wrap at {around} m": "y2",
         "head_wrap at 0 m": "y4", f"head_wrap at {around} m": "y3",
     }  # fmt: skip
+    return ends, with_places(measured, *ends, "upper_span at 3 m")
+
+
+def test_the_ends_of_spans_and_wraps_are_the_points(at_ends):
+    ends, campaign = at_ends
     for model in (STRIP, ROPE):
-        samples, found = shown(with_places(measured, *ends), model)
+        samples, found = shown(campaign, model)
         judged = np.isfinite(samples.y[:, -1])
         for k, (place, point) in enumerate(ends.items()):
             gap = np.nanmax(np.abs(np.where(judged, found[f"z{k}"] - found[point], 0.0)))
             assert gap < EXACT, (model.name, place, gap)
 
 
-def test_the_edge_of_the_belt_is_read_there_too(measured):
-    edge = library()["edge_profile"]
-    ends = {"upper_span at 0 m": "y1", "lower_span at 0 m": "y2", "tail_wrap at 0 m": "y1", "head_wrap at 0 m": "y4"}
+def test_the_edge_of_the_belt_is_read_there_too(at_ends):
+    (ends, campaign), edge = at_ends, library()["edge_profile"]
     numbers = dict.fromkeys(list(edge.parameters)[:4], 0.0001)
-    _, plain = shown(with_places(measured, *ends, "upper_span at 3 m"), STRIP, (edge,))
-    _, found = shown(with_places(measured, *ends, "upper_span at 3 m"), STRIP, (edge,), **numbers)
+    _, plain = shown(campaign, STRIP, (edge,))
+    _, found = shown(campaign, STRIP, (edge,), **numbers)
     for k, point in enumerate(ends.values()):
         assert np.abs(found[f"z{k}"] - plain[f"z{k}"] - found[point] + plain[point])[:, 30:].max() < EXACT
-    edges = {n: found[n] - plain[n] for n in ("y1", "z4")}
+    edges = {n: found[n] - plain[n] for n in ("y1", "z8")}
     for r, ahead in ((0, 30), (1, -30)):
-        one, other = edges["z4"][r], edges["y1"][r]  # the belt passes 3 m before the tail earlier, going back later
+        one, other = edges["z8"][r], edges["y1"][r]  # the belt passes 3 m before the tail earlier, going back later
         moved = one[: len(one) - 30] - other[30:] if ahead > 0 else one[30:] - other[: len(one) - 30]
         assert np.ptp(moved) < EXACT  # but for the zero at the yaw
         assert np.ptp(one) > 1e-4
@@ -150,6 +157,7 @@ def read_inside(share: float, fault: dict) -> np.ndarray:
 
 #: [m] of 3 mm: two marches of other orders, and 64 elements a span against a field in closed form
 TWO_CODES = 2e-6
+FAULTS = tuple(library()[name] for name in ("yaw_offset_tail", "taper"))
 
 
 @pytest.mark.parametrize(
@@ -162,7 +170,7 @@ def test_inside_a_span_it_is_what_the_virtual_rig_says(effect, numbers, measured
     length = float(case_of(measured, measured.runs[0]).rig.span_length)
     wanted = read_inside(share, {"id": effect, **numbers})
     samples, found = shown(
-        with_places(measured, f"upper_span at {share * length} m"), STRIP, (library()[effect],), **numbers
+        with_places(measured, f"upper_span at {share * length} m"), STRIP, FAULTS, **numbers
     )
     judged = np.isfinite(samples.y[:, -1]).all(axis=0)
     assert np.ptp(wanted, axis=1).min() > 1e-3
