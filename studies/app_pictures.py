@@ -22,6 +22,7 @@ from studies.browser import opened
 
 PATIENCE = 120_000  # [ms] for anything that the page shows
 DIAGNOSED = 1200.0  # [s] for a diagnosis on a busy machine
+TALL = 1500  # [px] of a page that shows a report whole: its frame is a share of the page
 LOGGED = sorted((MODELS / "loggers").glob("lauf_*.csv"))
 DOTTED = "document.querySelector('[data-name=curves]').data.filter(d => d.line?.dash === 'dot').length"
 CURVES = "[data-name={}] .scatterlayer path.js-line"
@@ -100,6 +101,7 @@ def report(page: Any, address: str) -> Any:
         if time.monotonic() > ends:
             raise InputError("report", "no answer", "", f"the diagnosis took more than {DIAGNOSED:g} s")
         page.wait_for_timeout(2000)
+    page.set_viewport_size({"width": page.viewport_size["width"], "height": TALL})
     page.goto(f"{address}/measurements")
     page.frame_locator("iframe[title=report]").locator(".js-plotly-plot .main-svg").first.wait_for(state="attached")
     page.wait_for_timeout(2000)

@@ -102,9 +102,8 @@ def drawings_by_kind(result: Simulation | Comparison | Diagnosis | Campaign) -> 
     if isinstance(result, Simulation):
         if result.curves is None:
             return {}
-        return {
-            "curves": lambda p: curves_picture(p, {result.model: result.curves}, result.title.replace("mm2", "mm²"))
-        }
+        title = result.title.replace(result.model, _model_words(result.model), 1)
+        return {"curves": lambda p: curves_picture(p, {result.model: result.curves}, f"{title[:1].upper()}{title[1:]}")}
     if isinstance(result, Campaign):
         return {"readings": lambda p: understood_picture(p, result)}
     return _of_comparison(result) if isinstance(result, Comparison) else _of_diagnosis(result)
@@ -131,8 +130,9 @@ def _of_diagnosis(d: Diagnosis) -> dict[str, Draw]:
 
 
 def _model_words(name: str) -> str:
-    """A model in a few words, its name in brackets."""
-    return f"{models()[name].partition(' (')[0].partition(' that ')[0]} ({name})"
+    """A model in a few words, its name in brackets; the name where it is one of the user's own."""
+    words = models().get(name, name).partition(" (")[0].partition(" that ")[0]
+    return f"{words} ({name})" if words != name else name
 
 
 def _effect_words(name: str) -> str:

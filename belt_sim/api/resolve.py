@@ -26,7 +26,10 @@ ModelSpec = ModelName | str | Mapping[str, Any] | Model | SteadyModel
 
 
 def campaign_of(spec: Campaign | str | Path) -> Campaign:
-    """A campaign by the name of one that ships, by its folder, or as it is; raises CampaignError."""
+    """A campaign by the name of one that ships, by its folder, or as it is; raises CampaignError, InputError."""
+    if not isinstance(spec, Campaign | str | Path):
+        remedy = "give a campaign, its folder, or the name of one that ships"
+        raise InputError("campaign", type(spec).__name__, "", remedy)
     return spec if isinstance(spec, Campaign) else read_campaign(spec)
 
 
@@ -79,6 +82,9 @@ def effects_of(asked: Any) -> tuple[Effect, ...]:
     made = [asked] if isinstance(asked, Effect | FoundEffect) else asked
     if not isinstance(made, Sequence) or isinstance(made, str):
         return load_effects(made)
+    for cls in (e for e in made if isinstance(e, type) and issubclass(e, Effect)):
+        example = f"{cls.__name__}({next(iter(cls.parameters))}=...)"
+        raise InputError("effects", cls.__name__, "", f"give it numbers: {example}")
     if not any(isinstance(e, Effect) for e in made):
         return load_effects([_setting(e) for e in made])
     found = tuple(e if isinstance(e, Effect) else load_effects([_setting(e)])[0] for e in made)

@@ -69,5 +69,5 @@ def _field(path: Path, axes: Sequence[str], at: Any, column: str, values: np.nda
     ax.grid(visible=False)
     fig.colorbar(drawn, ax=ax, label=_words(column))
     ax.set(xlabel=_words(axes[0]), ylabel=_words(axes[1]))
-    style.title(fig, f"{_words(column).split(' [')[0].capitalize()}, {len(values)} cases")
+    style.title(fig, f"{_words(column).split(' [')[0].capitalize()}, {len(values):,} cases")
     return style.save(fig, path)

@@ -91,7 +91,7 @@ def rates_picture(
     ends = []
     for k, (name, rates) in enumerate(models.items()):
         colour = CYCLE[k % len(CYCLE)]
-        ax.plot(rates.tension, rates.rate, color=colour)
+        ax.plot(rates.tension, rates.rate, color=colour, marker=".")
         ends.append((float(rates.rate[-1]), name, colour))
     if measured is not None:
         bars = None if measured.u is None else 2 * np.asarray(measured.u)
@@ -103,7 +103,7 @@ def rates_picture(
     low, high = ax.get_ylim()
     for at, (_, name, colour) in zip(_spread_heights(ends, 0.055 * (high - low)), sorted(ends), strict=True):
         ax.annotate(name, (last, at), xytext=(6, 0), textcoords="offset points", color=colour, va="center")
-    ax.margins(x=0.0)
+    ax.margins(x=0.02)
     ax.set(xlabel="tension [N/mm$^2$]", ylabel="late rate dy/ds [mm per m of travel]")
     if note:
         ax.set_title(note, fontsize=style.FONT, fontweight="normal")

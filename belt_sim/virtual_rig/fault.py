@@ -179,7 +179,7 @@ class Fault:
     def random_shape(cls, plan: Plan, rng: np.random.Generator) -> dict[str, float]:
         """The parameters without a size, drawn."""
         drawn = {f.name: f.metadata["draw"](plan, rng) for f in fields(cls) if "draw" in f.metadata}
-        return {name: int(x) if isinstance(x, np.integer) else float(x) for name, x in drawn.items()}
+        return {name: int(x) if isinstance(x, int | np.integer) else float(x) for name, x in drawn.items()}
 
     @classmethod
     def shapes(cls, plan: Plan) -> list[dict[str, float]]:

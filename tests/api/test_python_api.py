@@ -55,6 +55,10 @@ def test_settings_are_in_the_units_of_the_command_line(case):
         bs.simulate(tensoin=3)
     with pytest.raises(bs.InputError, match="rig = mine: use one of rope_example, test_rig"):
         bs.simulate(rig="mine")
+    with pytest.raises(bs.InputError, match=r"effects = Taper: give it numbers: Taper\(kappa_t=\.\.\.\)"):
+        bs.simulate(effects=[bs.library()["taper"]])
+    with pytest.raises(bs.InputError, match="campaign = list: give a campaign, its folder"):
+        bs.compare([1.0], "strip")
     with pytest.raises(bs.InputError, match="either a case or its settings"):
         bs.simulate(case, tension=10)
 

@@ -44,6 +44,13 @@ def test_every_kind_makes_a_campaign(kind, monkeypatch):
         assert truth.dirty is not None
 
 
+@pytest.mark.parametrize("name", [n for n, f in UNMODELLED.items() if "seed" in f.__dataclass_fields__])
+def test_a_fault_with_a_random_course_is_drawn_and_runs(name):
+    drawn = random_fault(name, SMALL, np.random.default_rng(0))
+    campaign, _ = make_campaign(hidden=[{"id": name, **drawn.parameters()}], seed=0, plan=SMALL)
+    assert all(np.all(np.isfinite(run.signals["y1"])) for run in campaign.runs)
+
+
 def test_the_same_seed_draws_the_same():
     first, again = (make_campaign(hidden="random", seed=21, plan=SMALL)[1] for _ in range(2))
     assert first == again
