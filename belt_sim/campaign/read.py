@@ -69,7 +69,7 @@ def _read(folder: str | Path, *, whole: bool) -> tuple[Campaign, tuple[Run, ...]
         raise CampaignError(problems)
     data = recorded.keys() | {rate.run for rate in steady}
     there = [recorded.get(name, run) for name, run in rows.runs.items() if name in data]
-    campaign = sheet.campaign(_relink_repeats(there), hash_of(contents), steady)
+    campaign = replace(sheet, runs=tuple(_relink_repeats(there)), steady=tuple(steady), sha256=hash_of(contents))
     return campaign, tuple(run for name, run in rows.runs.items() if name not in data)
 
 
@@ -194,4 +194,4 @@ def read_plan(folder: str | Path, *, travel: float, step: float) -> Campaign:
     for run in rows.runs.values():
         way = np.arange(0.0, run.yaw_at + travel + step / 2.0, step)
         runs.append(replace(run, travel=way, signals={s.name: np.zeros(len(way)) for s in sheet.signals}))
-    return sheet.campaign(runs, hash_of(contents))
+    return replace(sheet, runs=tuple(runs), sha256=hash_of(contents))

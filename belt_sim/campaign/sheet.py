@@ -5,8 +5,7 @@ pydantic models check structure, units and magnitudes; every violation becomes a
 
 import math
 import re
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
@@ -22,11 +21,9 @@ from belt_sim.campaign.types import (
     Campaign,
     Machine,
     Quantity,
-    Run,
     SettingsSheet,
     SignalSheet,
     Source,
-    SteadyRate,
     kind_at,
     place_text,
     sensor_place,
@@ -237,26 +234,10 @@ EXAMPLES = {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
-class Sheet:
-    """What campaign.yaml states, in SI."""
+def read_sheet(text: str, problems: list[Problem]) -> tuple[Campaign | None, frozenset[str] | None]:
+    """Return the campaign that the sheet states, without its runs, and the names of its signals.
 
-    title: str
-    source: Source
-    machine: Machine
-    belt: BeltSheet
-    signals: tuple[SignalSheet, ...]
-    settings: SettingsSheet
-
-    def campaign(self, runs: Iterable[Run], sha256: str, steady: tuple[SteadyRate, ...] = ()) -> Campaign:
-        """Return the campaign of these runs."""
-        return Campaign(**vars(self), runs=tuple(runs), steady=steady, sha256=sha256)
-
-
-def read_sheet(text: str, problems: list[Problem]) -> tuple[Sheet | None, frozenset[str] | None]:
-    """Return the sheet and the names of its signals.
-
-    The sheet is None if it has any violation, the names are None if the file is no mapping. Violations are appended
+    The campaign is None if it has any violation, the names are None if the file is no mapping. Violations are appended
     to ``problems``.
     """
     before = len(problems)
@@ -280,7 +261,7 @@ def read_sheet(text: str, problems: list[Problem]) -> tuple[Sheet | None, frozen
     return (sheet if len(problems) == before else None), names
 
 
-def _beyond_their_ends(sheet: Sheet, marked: MarkedYaml) -> list[Problem]:
+def _beyond_their_ends(sheet: Campaign, marked: MarkedYaml) -> list[Problem]:
     """Return the sensors that stand farther along a span or a wrap than it is long."""
     machine, found = sheet.machine, []
     ends = {"tail_wrap": math.pi * machine.tail_radius.value, "head_wrap": math.pi * machine.head_radius.value}
@@ -300,13 +281,13 @@ def _problem(details, marked: MarkedYaml) -> Problem:
     return validation_problem(details, path, marked, FILE, CampaignEntry, examples=EXAMPLES)
 
 
-def _sheet(entry: CampaignEntry) -> Sheet:
+def _sheet(entry: CampaignEntry) -> Campaign:
     machine, belt = entry.machine, entry.belt
     head, tail = machine.head_radius or machine.pulley_radius, machine.tail_radius or machine.pulley_radius
     assert head is not None
     assert tail is not None
     yaw = entry.settings.yaw
-    return Sheet(
+    return Campaign(
         title=entry.title,
         source=Source(**entry.source.model_dump()),
         machine=Machine(
@@ -326,6 +307,7 @@ def _sheet(entry: CampaignEntry) -> Sheet:
             tension_rel=entry.settings.tension_rel,
             yaw_u=to_si(yaw.u, yaw.unit, dimension="angle", name="settings.yaw"),
         ),
+        runs=(),
     )
 
 

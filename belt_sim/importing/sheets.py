@@ -12,7 +12,7 @@ from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry
 from belt_sim.importing.noise import noise_of
 from belt_sim.importing.roles import WRITTEN, UsedColumn
 from belt_sim.importing.types import NoiseRead, Question
-from belt_sim.importing.units import UNITS, quantity
+from belt_sim.importing.units import UNITS, in_range, quantity
 
 #: key -> unit without one, range, relative u that is assumed where none is stated, question
 MACHINE: dict[str, tuple[str, plausible.Range, float, str]] = {
@@ -113,17 +113,11 @@ def _quantities(
                 missing.append(Question(path=(key, name), text=question, example=example, proposed=proposed))
             continue
         value, u, unit = quantity(written[name], (bounds.dimension,), default, f"{key}.{name}")
-        scale = UNITS[unit][1]
-        if not bounds.holds(value * scale):
-            low, high = (b * UNITS[bounds.unit or "1"][1] / scale for b in (bounds.low, bounds.high))
-            remedy = (
-                f"must be {low:g} to {high:g} {'' if unit == '1' else unit}".rstrip() + "; check the value and its unit"
-            )
-            raise InputError(f"{key}.{name}", f"{value:g}", "" if unit == "1" else unit, remedy)
+        si = in_range(value, unit, bounds, f"{key}.{name}")
         if u is None and assumed:
             remarks[f"{key}.{name}"] = "u is assumed, none was stated"
-        spread = assumed * value * scale if u is None else u * scale
-        found[name] = Quantity(value=_clean(value * scale), u=_clean(spread))
+        spread = assumed * si if u is None else u * UNITS[unit][1]
+        found[name] = Quantity(value=_clean(si), u=_clean(spread))
     return found, remarks, missing
 
 

@@ -3,6 +3,7 @@
 import math
 import re
 
+from belt_sim.campaign.plausible import Range
 from belt_sim.errors import InputError
 
 #: unit -> (dimension, factor to SI); force is a stress once the belt's section is known
@@ -115,3 +116,14 @@ def quantity(text: object, dimensions: tuple[str, ...], default: str, name: str)
         raise InputError(name, text, "", f"is no number; {example}") from None
     assert value is not None
     return value, u, unit
+
+
+def in_range(value: float, unit: str, bounds: Range, where: str) -> float:
+    """A value in SI; raises InputError for one that no machine has."""
+    scale = UNITS[unit][1]
+    if not bounds.holds(value * scale):
+        shown = "" if unit == "1" else unit
+        low, high = (b * UNITS[bounds.unit or "1"][1] / scale for b in (bounds.low, bounds.high))
+        remedy = f"must be {low:g} to {high:g} {shown}".rstrip() + "; check the value and its unit"
+        raise InputError(where, f"{value:g}", shown, remedy)
+    return value * scale
