@@ -54,8 +54,8 @@ class Steered:
     told: list[tuple[float, float]]
 
     @property
-    def recorded(self) -> bool:
-        return self.stage.recorded
+    def is_recorded(self) -> bool:
+        return self.stage.is_recorded
 
     @property
     def frame(self) -> float:
@@ -65,7 +65,7 @@ class Steered:
         """What the machine is told, and the controller's angle of the tail pulley with it."""
         for drive in self.stage.drives(state):
             angle = 0.0
-            if self.recorded and drive.travel > 0.0:
+            if self.is_recorded and drive.travel > 0.0:
                 angle = self.controller.angle(drive.travel, float(self.recorder.reading(state)[0]))
                 self.told.append((drive.travel, angle))
             yield replace(drive, yaw=drive.yaw + np.array([0.0, angle]))

@@ -13,8 +13,8 @@ from belt_sim.analytic.spans import span_responses
 from belt_sim.effects.contact import LiftOff
 from belt_sim.jax_setup import jit_float64, prepare
 from belt_sim.laws.span import strip
-from belt_sim.paper import paper_case
 from belt_sim.si import N_PER_MM2
+from studies.paper.case import paper_case
 
 TENSIONS = (7.0, 10.0, 20.0, 40.0)  # [N/mm2]
 TRAVEL = 15.0  # [m]

@@ -24,8 +24,8 @@ from belt_sim.case import Case
 from belt_sim.jax_setup import jit_float64, prepare
 from belt_sim.mujoco3d.calibration import matching_width, zigzag
 from belt_sim.mujoco3d.mesh import node_lines
-from belt_sim.paper import paper_case
 from belt_sim.si import MM, N_PER_MM2
+from studies.paper.case import paper_case
 
 RUNS = ((7.0, 1, 2), (10.0, 4, 2), (10.0, 2, 2), (10.0, 2, 5), (20.0, 2, 2), (40.0, 1, 2))  # N/mm2, mm, nodes across
 SPAN, WRAPPED = 1.0, 0.08  # [m], between the axes, and what lies on either cylinder

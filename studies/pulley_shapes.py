@@ -18,8 +18,8 @@ from belt_sim.effects.base import Effect
 from belt_sim.effects.load import load_effects
 from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.paper import ROPE_EXAMPLE, YAW, paper_case
 from studies.application import application
+from studies.paper.case import ROPE_EXAMPLE, YAW, paper_case
 
 #: effect with its numbers, travel [m]: cants are read late, when their sudden beginning is forgotten
 SHAPES: dict[str, tuple[dict[str, Any], float]] = {

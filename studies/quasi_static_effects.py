@@ -17,10 +17,10 @@ from belt_sim.errors import SimulationError
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import accurate_speed, string_speed
-from belt_sim.paper import ROPE_EXAMPLE, YAW, paper_case
 from belt_sim.quasi_static.engine import simulate_batch
 from belt_sim.scene_parts import SceneParts
 from studies.application import application
+from studies.paper.case import ROPE_EXAMPLE, YAW, paper_case
 
 NUMBERS: dict[str, dict[str, float]] = {
     "camber": {"kappa_c": 2e-4},

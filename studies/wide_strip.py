@@ -19,8 +19,8 @@ from rich.table import Table
 from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Case, Schedule
 from belt_sim.jax_setup import jit_float64, prepare
-from belt_sim.paper import paper_case
 from belt_sim.si import MM, N_PER_MM2
+from studies.paper.case import paper_case
 
 FIBRES = ("linear", "stretched", "slack")  # without (y phi')^2/2; with it; and without compression besides
 YAW = math.radians(0.05)

@@ -7,13 +7,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim import paper, si
+from belt_sim import si
 from belt_sim.analytic.march import march_traced
 from belt_sim.analytic.model import MODELS, AnalyticModel
 from belt_sim.case import Case, Rig, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.library import library
-from belt_sim.paper import TEST_RIG as RIG
+from studies.paper import case as paper
+from studies.paper.case import TEST_RIG as RIG
 
 YAW = -paper.YAW  # [rad], size of the paper's yaw
 RECORDS, STRIDE, SLOTS, LANES = 100, 20, 128, 8  # one shape for all marches: one compilation a model

@@ -15,7 +15,7 @@ from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, under
 from belt_sim.importing.mapping import mapping_of
 from belt_sim.importing.new_campaign import plan_for, template, tensions_for, travel_for, yaw_for
 from belt_sim.importing.roles import DRAWING
-from belt_sim.reports.importing import tell_plan, tell_proposal, tell_written
+from belt_sim.reports.imports import tell_plan, tell_proposal, tell_written
 
 
 def new_campaign(folder: Path, config: Mapping[str, Any]) -> Campaign:

@@ -19,7 +19,7 @@ from belt_sim.campaign.types import PLACES
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
 from belt_sim.importing.types import ROLES
-from belt_sim.reports.importing import noise_table, run_noise_table, runs_table
+from belt_sim.reports.imports import noise_table, run_noise_table, runs_table
 from belt_sim.results import words
 from belt_sim.results.display import Table
 

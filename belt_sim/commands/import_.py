@@ -16,7 +16,7 @@ from belt_sim.importing.build import understand
 from belt_sim.importing.roles import DRAWING
 from belt_sim.importing.sheets import known_names
 from belt_sim.importing.types import ROLES, LoggedTables, Proposal, Question
-from belt_sim.reports.importing import tell_proposal
+from belt_sim.reports.imports import tell_proposal
 
 
 def run(run_dir: RunDir) -> None:

@@ -396,11 +396,11 @@ class SpaceRun:
         scene, state = self.scene, self.state
         for drive in stage.drives(state):
             apply_command(state, drive, scene.options.dt)
-            if stage.recorded and recorder.start is None and state.travel >= 0.0:
+            if stage.is_recorded and recorder.start is None and state.travel >= 0.0:
                 recorder.begin(state)
                 state.shaped = 1.0
             self.engine.step(state, drive)
-            if stage.recorded:
+            if stage.is_recorded:
                 recorder.step(state)
             elif math.isfinite(stage.frame):
                 recorder.watch(state, stage.frame)

@@ -96,10 +96,10 @@ _NEVER = math.inf
 
 
 class Stage(Protocol):
-    """A part of a run. recorded: it belongs to the run-in and the run; frame [m]: travel between frames if not."""
+    """A part of a run. is_recorded: it belongs to the run-in and the run; frame [m]: travel between frames if not."""
 
     @property
-    def recorded(self) -> bool: ...
+    def is_recorded(self) -> bool: ...
 
     @property
     def frame(self) -> float: ...
@@ -141,7 +141,7 @@ class RestStage:
     friction: float
     slide_speed: float | None = None
     forgets: bool = False
-    recorded = False
+    is_recorded = False
     frame = _NEVER
 
     def drives(self, state: RunState) -> Iterator[Drive]:
@@ -171,7 +171,7 @@ class KollerStage:
     friction: float
     koller: KollerPlan
     load: float
-    recorded = False
+    is_recorded = False
 
     @property
     def frame(self) -> float:
@@ -210,7 +210,7 @@ class RunStage:
     done: float
     until: float
     end: float = math.inf
-    recorded = True
+    is_recorded = True
     frame = _NEVER
 
     def drives(self, state: RunState) -> Iterator[Drive]:
@@ -240,7 +240,7 @@ class YawStage:
     plan: YawPlan
     done: float
     at: float
-    recorded = True
+    is_recorded = True
     frame = _NEVER
 
     def drives(self, state: RunState) -> Iterator[Drive]:

@@ -10,10 +10,10 @@ import numpy as np
 
 from belt_sim import si
 from belt_sim.analytic.batch import grid, march_many
-from belt_sim.paper import paper_case
 from studies.bench.delay import DelayEquation
 from studies.bench.plain import plain_march
 from studies.bench.task import KEEP, TENSIONS, TRAVEL, YAWS, errors, linear, strip, truth
+from studies.paper.case import paper_case
 
 STEP = 0.1  # [m] of the batch march: of second order, its error is below that of first order at 20 mm
 REPEATS = 3  # the best of so many: another program on the machine only ever adds time

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from belt_sim.curves import Curves
-from belt_sim.paper import YAW
 from studies.closed_forms import edge_tilt
+from studies.paper.case import YAW
 from studies.paper.models import LOOKS, MEASURED, TRAVEL, case_at, moving, steady
 from studies.paper.stored import stored
 

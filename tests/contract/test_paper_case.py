@@ -1,12 +1,12 @@
-"""The paper's rigs and belt stand in belt_sim/paper.py; the command line's files and the virtual rig say the same."""
+"""The paper's rigs and belt stand in studies/paper/case.py; the command line's files and the virtual rig say the same."""
 
 from omegaconf import OmegaConf
 
 from belt_sim.config import belt_from, rig_from
 from belt_sim.files import CONF
-from belt_sim.paper import PAPER_BELT, ROPE_EXAMPLE, TEST_RIG, YAW
 from belt_sim.si import DEGREE
 from belt_sim.virtual_rig import plan
+from studies.paper.case import PAPER_BELT, ROPE_EXAMPLE, TEST_RIG, YAW
 
 
 def read(name: str) -> dict:

@@ -13,7 +13,7 @@ from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.search.best_first import MAX_EFFECTS
 from belt_sim.diagnosis.search.joint_fits import fit_best
-from belt_sim.paper import TEST_RIG
+from studies.paper.case import TEST_RIG
 
 NESTED = 0.05  # in chi2; the fit ends when a round gains less than 0.02
 LINEAR = 1e-6  # yaw_offset_tail enters linearly, so that one step ends at the least-squares point

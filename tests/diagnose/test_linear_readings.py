@@ -13,7 +13,7 @@ from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.base import Effect, Parameter, effect
 from belt_sim.effects.library import library
-from belt_sim.paper import TEST_RIG
+from studies.paper.case import TEST_RIG
 
 NAMES = ("edge_profile", "encoder_scale", "sensor_delay", "sensor_gain")
 CLASSES = tuple(library()[name] for name in NAMES)

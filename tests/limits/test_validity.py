@@ -12,10 +12,10 @@ from belt_sim.api.simulate import simulate
 from belt_sim.campaign import read_campaign
 from belt_sim.case import Rig, Schedule
 from belt_sim.files import ROOT
-from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.results.json import summary_json
 from belt_sim.si import DEGREE
 from belt_sim.validity import exceeded_limits, limits, warning
+from studies.paper.case import ROPE_EXAMPLE
 
 EARLY = 0.02  # of the moment: the march keeps its first state at travel 0
 SHELL = 0.006  # of the moment: the next order, and 0.1 % of the shell's mesh

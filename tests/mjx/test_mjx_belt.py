@@ -24,7 +24,7 @@ from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.machine import TAIL_SLIDE
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import string_speed
-from belt_sim.paper import ROPE_EXAMPLE
+from studies.paper.case import ROPE_EXAMPLE
 
 COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2, acceleration=3.0)
 TRAVEL = 0.4

@@ -16,8 +16,8 @@ from belt_sim.mjx.model import prepare
 from belt_sim.mujoco3d.machine import STATION_JOINTS, build_scene
 from belt_sim.mujoco3d.mesh import Membrane
 from belt_sim.mujoco3d.options import Options, fit_options
-from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.scene_parts import SceneParts
+from studies.paper.case import ROPE_EXAMPLE
 
 COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2)
 ROUNDING = 1e-12  # relative, of float64

@@ -3,7 +3,7 @@
 import pytest
 from paper_cases import YAW, paper_case
 
-from belt_sim.paper import ROPE_EXAMPLE
+from studies.paper.case import ROPE_EXAMPLE
 
 
 @pytest.fixture(scope="session")

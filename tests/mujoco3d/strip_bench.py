@@ -13,7 +13,7 @@ from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.mujoco_interface import Motion, Solver, Springs, add_dummy_equality, compile_model, set_solver
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.stress_free import with_curvature
-from belt_sim.paper import ROPE_EXAMPLE
+from studies.paper.case import ROPE_EXAMPLE
 
 DX = 0.025  # [m]
 SLACK = 1e-6  # [N/mm2]

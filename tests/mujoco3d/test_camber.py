@@ -18,7 +18,7 @@ from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.mujoco_interface import Solver, compile_model, mjcf
 from belt_sim.mujoco3d.stress_free import RestLengths as RestLengths
 from belt_sim.mujoco3d.stress_free import cell_distances
-from belt_sim.paper import ROPE_EXAMPLE
+from studies.paper.case import ROPE_EXAMPLE
 
 AT_REST = 1e-5  # of the deflection: what 15 s leave of its motion
 LENGTHS = 2e-9  # of a chord, where the search for the stress-free shape stops

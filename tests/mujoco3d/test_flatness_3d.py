@@ -16,7 +16,7 @@ from belt_sim.mujoco3d.machine import lay_out
 from belt_sim.mujoco3d.mesh import BELT_MODELS
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import fit_options
-from belt_sim.paper import ROPE_EXAMPLE
+from studies.paper.case import ROPE_EXAMPLE
 
 TENSION, RESIDUAL = 20.0, 10.0  # N/mm2
 TWIST = 1e-4  # [rad] between two stations: the edges' stretch by it is a millionth of their strain

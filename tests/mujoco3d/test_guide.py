@@ -9,7 +9,7 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.edge_guide import EdgeGuide
 from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.paper import ROPE_EXAMPLE
+from studies.paper.case import ROPE_EXAMPLE
 
 NEAR = 0.02  # of y: dx = 25 mm stands for a span longer by dx
 MIRRORED = 0.01  # of y: triangles lean to one side

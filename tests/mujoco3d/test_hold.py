@@ -10,7 +10,7 @@ from belt_sim.errors import InputError
 from belt_sim.mujoco3d.engine import SpaceRun, apply_command
 from belt_sim.mujoco3d.loop import lay_loop
 from belt_sim.mujoco3d.options import Options, fit_options
-from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
+from studies.paper.case import ROPE_EXAMPLE, TEST_RIG
 
 CHORDS_EQUAL = 1e-9  # [m]; the spans are divided by length of arc, which bends by 5 % more in their middle
 PARABOLA = 1e-3  # slope^2 / 12, and the circle of the stations 0.15 mm outside the pulley

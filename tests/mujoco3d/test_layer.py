@@ -16,7 +16,7 @@ from belt_sim.mujoco3d.elastic import Ties, TwistStiffness
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.wrap import FIRST, LAST, OUTWARDS, depth, line_displacements, station_displacement, thread_places
-from belt_sim.paper import ROPE_EXAMPLE
+from studies.paper.case import ROPE_EXAMPLE
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
 

@@ -13,7 +13,7 @@ from belt_sim.mujoco3d.engine import SpaceRun, SpanLoads
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.wrap import HEAD, TAIL
-from belt_sim.paper import ROPE_EXAMPLE
+from studies.paper.case import ROPE_EXAMPLE
 
 WIDTH = 0.1  # [m]: on the belt of 0.2 m shear at the landing takes a part that no law here has (docs/how_far.md)
 CHANGE = 0.02  # of the largest y

@@ -15,8 +15,8 @@ from belt_sim.mujoco3d.options import fit_options
 from belt_sim.mujoco3d.recording import Recorder
 from belt_sim.mujoco3d.tensioning import KollerPlan
 from belt_sim.mujoco3d.wrap import TAIL
-from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
 from belt_sim.registry import model_named
+from studies.paper.case import ROPE_EXAMPLE, TEST_RIG
 from studies.tensionings import Before
 
 ROUNDING = 1e-9

@@ -13,7 +13,7 @@ from belt_sim.mujoco3d.block_tridiagonal import block_inverse, factorise, solve_
 from belt_sim.mujoco3d.elastic import stretch_energy
 from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.options import fit_options
-from belt_sim.paper import ROPE_EXAMPLE
+from studies.paper.case import ROPE_EXAMPLE
 
 COARSE = {"dx": 0.04, "run_in": 0.2}
 

@@ -11,8 +11,8 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.errors import CannotRepresent
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.options import BONDS
-from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.quasi_static.engine import simulate_batch
+from studies.paper.case import ROPE_EXAMPLE
 
 QUICK = Options(dx=0.04, run_in=0.3, settle=0.2, acceleration=3.0, steps=4)
 LIMP = replace(QUICK, bonds=BONDS[:2])

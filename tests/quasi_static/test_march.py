@@ -16,8 +16,8 @@ from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG
 from belt_sim.quasi_static.engine import prepare_case, run_case, simulate_batch
+from studies.paper.case import ROPE_EXAMPLE, TEST_RIG
 
 COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2, acceleration=3.0, steps=2)
 FINER = replace(COARSE, dt=1e-3, settle=0.3, acceleration=2.0)  # for native, where loads move the belt by 20 um alone

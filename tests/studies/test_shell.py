@@ -9,8 +9,8 @@ from paper_cases import paper_case
 
 from belt_sim.case import Rig
 from belt_sim.errors import SimulationError
-from belt_sim.paper import PAPER_BELT
 from studies.closed_forms import shelton_factor
+from studies.paper.case import PAPER_BELT
 from studies.shell import ccx, mesh, roll, span
 from studies.shell.roll_deck import Roll, roll_deck
 from studies.shell.span_deck import Mesh, layer, span_deck

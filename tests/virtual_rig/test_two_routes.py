@@ -10,10 +10,10 @@ from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.library import library
 from belt_sim.effects.pipeline import indicate
-from belt_sim.paper import paper_case
 from belt_sim.virtual_rig.library import fault_from_spec
 from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import RunSetting
+from studies.paper.case import paper_case
 
 AGREE = 1.5e-6  # [m]: the fitter's step of 50 mm under a wobble of 1 mrad; 0.1 um otherwise
 LET_GO = 5e-6  # [m]: slip; the fitter lets go a step late where the belt leaves, its zones are 2 % off

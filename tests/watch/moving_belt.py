@@ -6,8 +6,8 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.paper import TEST_RIG, paper_case
 from belt_sim.watch import geometry
+from studies.paper.case import TEST_RIG, paper_case
 
 
 def case(centre_distance: float = 11.28, tension: float = 10e6) -> Case:

@@ -6,10 +6,10 @@ from paper_cases import YAW, paper_case
 from read_back import read_back
 
 from belt_sim.mujoco3d import Options, simulate
-from belt_sim.paper import ROPE_EXAMPLE
 from belt_sim.si import MM
 from belt_sim.watch.geometry import tilt
 from belt_sim.watch.rerun import to_file
+from studies.paper.case import ROPE_EXAMPLE
 
 TRAVEL, EVERY = 0.3, 0.05  # [m]
 CENTRE_DISTANCE, WIDTH = 2.0, 0.2  # [m]

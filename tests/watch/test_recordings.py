@@ -11,12 +11,12 @@ from read_back import read_back
 from rerun.chunk import RrdReader
 
 from belt_sim.errors import BeltError
-from belt_sim.paper import YAW
 from belt_sim.si import MM
 from belt_sim.watch.geometry import tilt, view_scale_of
 from belt_sim.watch.record import Overlay, record_curves, record_runs
 from belt_sim.watch.rerun import PICTURES, RecordingFile, RerunObserver, _free_port, live, to_file
 from belt_sim.watch.scene import Scene
+from studies.paper.case import YAW
 
 SINGLE = 1e-6  # [m] Rerun keeps positions in single precision: half a unit in the last place at 11 m is 5e-7 m
 TRAVEL = 3.0

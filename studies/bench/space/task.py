@@ -11,8 +11,8 @@ from belt_sim.curves import Curves, late_rates
 from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.options import fit_options
-from belt_sim.paper import ROPE_EXAMPLE, TEST_RIG, paper_case
 from belt_sim.si import N_PER_MM2
+from studies.paper.case import ROPE_EXAMPLE, TEST_RIG, paper_case
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ import numpy as np
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Schedule
-from belt_sim.paper import ROPE_EXAMPLE, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.style import AMBER, BLUE, FAINT, INK
 from belt_sim.si import DEGREE, MM
 from studies.paper import drawing
+from studies.paper.case import ROPE_EXAMPLE, YAW
 from studies.paper.models import case_at, y_mm
 from studies.paper.plate import Plate, column
 

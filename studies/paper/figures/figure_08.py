@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.paper import TEST_RIG, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.style import FAINT, INK, RED
 from studies.paper import drawing
+from studies.paper.case import TEST_RIG, YAW
 from studies.paper.models import LOOKS, case_at, x_m, y_mm
 from studies.paper.plate import Plate, column
 from studies.paper.span_shape import span_shape

@@ -6,10 +6,10 @@ import numpy as np
 
 from belt_sim.laws.runup import sag_angle
 from belt_sim.mujoco3d.loop import Catenary
-from belt_sim.paper import TEST_RIG, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.style import CYCLE, FAINT, INK
 from studies.paper import drawing
+from studies.paper.case import TEST_RIG, YAW
 from studies.paper.models import MEASURED, case_at, x_m
 from studies.paper.plate import Plate, column
 

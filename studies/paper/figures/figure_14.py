@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.paper import PAPER_BELT, TEST_RIG, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.style import BLUE, INK, RED
 from belt_sim.watch.geometry import tilt
 from studies.paper import drawing
+from studies.paper.case import PAPER_BELT, TEST_RIG, YAW
 from studies.paper.drawing import Oblique
 from studies.paper.models import case_at, moving, x_m
 from studies.paper.plate import Plate, column

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.paper import ROPE_EXAMPLE, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.style import BLUE, FAINT
 from studies.paper import drawing
+from studies.paper.case import ROPE_EXAMPLE, YAW
 from studies.paper.drawing import Oblique
 from studies.paper.models import y_mm
 from studies.paper.plate import Plate, column

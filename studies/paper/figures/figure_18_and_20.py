@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.paper import PAPER_BELT, TEST_RIG, YAW
 from belt_sim.pictures import style
 from belt_sim.pictures.style import INK, POINTS
 from belt_sim.watch.geometry import tilt
 from studies.paper import drawing
+from studies.paper.case import PAPER_BELT, TEST_RIG, YAW
 from studies.paper.drawing import Oblique
 from studies.paper.models import LOOKS, moving, y_mm
 from studies.paper.plate import Plate, column
