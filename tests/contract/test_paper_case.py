@@ -1,4 +1,4 @@
-"""The paper's rigs and belt stand in studies/paper/case.py; the command line's files and the virtual rig say the same."""
+"""The paper's rigs and belt stand in studies/paper/case.py; conf and the virtual rig say the same."""
 
 from omegaconf import OmegaConf
 
