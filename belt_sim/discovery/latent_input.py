@@ -4,18 +4,14 @@ u is a Gaussian process in travel (Matern 3/2), pooled over the runs of a tensio
 run; its length and height are those of greatest evidence. Whitened columns make the evidence comparable.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from belt_sim.campaign import Run
 from belt_sim.discovery.design import DesignMatrices, ResidualProjector
 from belt_sim.effects.law_terms import Place
-
-if TYPE_CHECKING:
-    from belt_sim.discovery.states import States
 
 KNOTS = 65
 LENGTHS = {0.04: 1, 0.12: 1, 0.4: 2, 1.2: 4}  # of the record; each wants every so manieth knot
@@ -62,13 +58,15 @@ class LatentInput:
         return self.weights.T @ on
 
 
-def basis_at(projector: ResidualProjector, design: DesignMatrices, place: Place, states: "States") -> Basis:
-    """Information of the readings on an input at a place; states: how it acts at each channel."""
+def basis_at(
+    projector: ResidualProjector, design: DesignMatrices, place: Place, channel_input: Callable[..., np.ndarray]
+) -> Basis:
+    """Information of the readings on an input at a place; channel_input: ``States.channel_input``."""
     grid = design.grid
     knots = np.linspace(grid[0], grid[-1], KNOTS)
     hats = np.maximum(0.0, 1.0 - np.abs(grid[None] - knots[:, None]) / (knots[1] - knots[0]))
     plain = np.repeat(hats[:, None], len(projector.residual), axis=1)
-    inputs = [states.channel_input(place, plain, *part) for part in place.parts]
+    inputs = [channel_input(place, plain, *part) for part in place.parts]
     rows = design.place_columns(place, inputs).swapaxes(0, 1).astype(float)
     information = rows @ rows.swapaxes(1, 2)
     pull = np.einsum("rkm,rm->rk", rows, projector.residual)

@@ -124,7 +124,7 @@ class SearchData:
 
     def latent_inputs_at(self, place: Place) -> list[LatentInput]:
         """The latent inputs of a place for all ways of pooling runs, by evidence."""
-        basis = basis_at(self.projector, self.design, place, self.states)
+        basis = basis_at(self.projector, self.design, place, self.states.channel_input)
         return sorted(latent_inputs(self.projector, basis, place, self.bench.samples.runs), key=lambda c: -c.gain)
 
     def with_latent_input(self, latent: LatentInput) -> "SearchData":

@@ -45,7 +45,7 @@ def test_lengths_of_columns_are_as_in_double_precision_also_of_what_cancels():
 def test_what_is_known_of_a_long_course_is_known_on_fewer_knots(apart):
     data = surveyed("yaw_creep")
     place = next(p for p in data.places if p.name == "yaw_tail")
-    basis = basis_at(data.projector, data.design, place, data.states)
+    basis = basis_at(data.projector, data.design, place, data.states.channel_input)
     fewer = basis.with_fewer_knots(apart)
     course = np.cos(np.pi * basis.knots / basis.knots[-1])  # half a wave in the record
     own = course[::apart]
