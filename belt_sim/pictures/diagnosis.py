@@ -249,7 +249,7 @@ def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: 
     ax.set_xlabel("size that shows, over the largest that a machine could have")
     ax.set_yticks(rows, [v.effect for v in visible])
     ax.grid(False, axis="y")
-    style.title(fig, f"What would show: {title}"[:70])
+    style.title(fig, f"What would show: {title}")
     return style.save(fig, path)
 
 

@@ -88,7 +88,8 @@ class Drift:
     @property
     def at_limit(self) -> np.ndarray:
         """Whether each value ended at the limit of its range, and so has no uncertainty, shape (t,)."""
-        return np.asarray(self.u) == 0.0
+        ended: np.ndarray = np.asarray(self.u) == 0.0
+        return ended
 
 
 @dataclass(frozen=True, kw_only=True)
