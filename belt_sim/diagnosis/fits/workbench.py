@@ -168,7 +168,9 @@ def _noise_only(samples: Samples):
     return metric_of(samples, Levels(), still[None], still[None]).whiten
 
 
-def _shapes(campaign: Campaign, samples: Samples, forward: Forward, vector: np.ndarray):
+def _shapes(
+    campaign: Campaign, samples: Samples, forward: Forward, vector: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     directions = np.eye(forward.size)[-len(NUISANCES) :]
     asked = len(NUISANCES) if any(run.start_u for run in samples.runs) else NUISANCES.index("start")
     values, slopes = forward.values_and_slopes(np.repeat(vector[None], asked, axis=0), directions[:asked])
