@@ -86,10 +86,12 @@ def _prediction(figures) -> Table:
 
 
 def _diagnoses(rows) -> Table:
-    table = Table("belt-sim diagnose", "by the clock", "wanted", "processor time", "compiled", "verdict")
+    table = Table("belt-sim diagnose", "by the clock", "wanted", "processor time", "memory", "compiled", "verdict")
     for row in rows:
         seconds = (f"{row['wall_s']:.1f} s", f"{row['limit_s']:.0f} s", f"{row['processor_s']:.1f} s")
-        table.add_row(row["what"], *seconds, f"{row['compiled']} programs", row["verdict"])
+        table.add_row(
+            row["what"], *seconds, f"{row['memory_mb'] / 1024:.1f} GB", f"{row['compiled']} programs", row["verdict"]
+        )
     return table
 
 

@@ -1,4 +1,4 @@
-"""How long a diagnosis takes from the shell to its report, three campaigns beside what was wanted of each; and its
+"""How long a diagnosis takes from the shell to its report, four campaigns beside what was wanted of each; and its
 predictions the old way: compiled for one campaign, eight points at a time."""
 
 import json
@@ -42,17 +42,23 @@ LARGE = Plan(
     length=100.0,
     signals={f"y{k}": f"point_{k}" for k in (1, 2, 3, 4)},
 )
+LONG = Plan(  # 50 readings a second
+    runs=grid([t * N_PER_MM2 for t in (7, 10, 15, 20, 40)], [y * DEGREE for y in (-0.042, 0.042)]),
+    spacing=0.01,
+    signals=LARGE.signals,
+)
 #: what is hidden, of which plan, and the seconds wanted on two quiet cores
 WANTED = {
     "one effect: 10 runs, 2 signals, 60 m": ({"id": "taper", "kappa_t": 1.27e-6}, Plan(), 10.0),
     "a stranger, of the same size": ({"id": "yaw_creep", "share": 0.05, "time": 25.0}, Plan(), 30.0),
     "one effect: 20 runs, 4 signals, 100 m": ({"id": "crown", "c": 1.6e-4}, LARGE, 60.0),
+    "a stranger at 50 Hz: 12 runs, 4 signals, 60 m": ({"id": "square_moment", "d": 12.0}, LONG, 60.0),
 }
 
 
 def whole_diagnoses() -> list[dict[str, Any]]:
-    """Seconds by the clock and of the processor that ``belt-sim diagnose`` takes in a process of its own, programs that
-    it had to compile, verdict; one row for each of WANTED."""
+    """Seconds by the clock and of the processor that ``belt-sim diagnose`` takes in a process of its own, the most
+    memory [MB] of it or one before it, programs that it had to compile, verdict; one row for each of WANTED."""
     found = []
     with tempfile.TemporaryDirectory() as folder:
         for number, (what, (hidden, plan, limit)) in enumerate(WANTED.items()):
@@ -76,6 +82,7 @@ def _call(campaign: Path, out: Path) -> dict[str, Any]:
     return {
         "wall_s": wall,
         "processor_s": after.ru_utime + after.ru_stime - spent.ru_utime - spent.ru_stime,
+        "memory_mb": after.ru_maxrss / 1024.0,
         "compiled": _programs() - programs,
         "verdict": json.loads(result.read_text())["verdict"] if result.is_file() else "not finished",
     }
