@@ -34,6 +34,11 @@ class Limit:
     load: float
     words: str
 
+    @property
+    def exceeded_by(self) -> str:
+        """How far beyond it the case is, as people say it: "180 times the limit"."""
+        return f"{float(f'{self.load:.2g}'):,.12g} times the limit"
+
 
 def _end_curvatures(case: Case, effects: tuple, span: Span):
     """Curvature at the run-up and at the run-off end of both spans, per unit of their boundary values, (2, 5) each."""
@@ -97,7 +102,7 @@ def geometric(case: Case) -> tuple[Limit, ...]:
 
 def warning(model: str, beyond: Iterable[Limit]) -> str:
     """One line, empty when nothing is exceeded."""
-    said = "; ".join(f"{x.id} ({x.load:.2g} times the limit): {x.words}" for x in beyond)
+    said = "; ".join(f"{x.id} ({x.exceeded_by}): {x.words}" for x in beyond)
     return f"{model} used beyond its validity: {said}" if said else ""
 
 

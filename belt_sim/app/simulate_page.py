@@ -88,7 +88,7 @@ def slack(simulation: Simulation) -> str:
 
 def warnings(simulation: Simulation) -> list[str]:
     """Everything to beware of, a sentence each."""
-    beyond = [f"{x.words} ({x.load:.2g} times the limit)" for x in simulation.beyond]
+    beyond = [f"{x.words} ({x.exceeded_by})" for x in simulation.beyond]
     return [*filter(None, [slack(simulation)]), *beyond]
 
 

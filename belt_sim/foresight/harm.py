@@ -31,17 +31,15 @@ def safe_yaw(rig: Rig, belt: Belt, tensions: Iterable[float]) -> float:
 
 def harm_warnings(campaign: Campaign) -> tuple[str, ...]:
     """Return a sentence a kind of harm, the runs concerned and the worst of them named."""
-    found: dict[str, list[tuple[float, str, str]]] = {}
+    found: dict[str, list[tuple[Limit, str]]] = {}
     for run in campaign.runs:
         for limit in _harm(case_of(campaign, replace(run, yaw_at=0.0))):
-            found.setdefault(limit.id, []).append((limit.load, run.name, limit.words))
+            found.setdefault(limit.id, []).append((limit, run.name))
     sentences = []
     for runs in found.values():
-        worst, name, words = max(runs)
+        worst, name = max(runs, key=lambda run: run[0].load)
         some = f"{len(runs)} of {len(campaign.runs)} runs" if len(runs) > 1 else f"run {name}"
-        sentences.append(
-            f"{some}: {words} ({worst:.2g} times the limit{f', worst in {name}' if len(runs) > 1 else ''})"
-        )
+        sentences.append(f"{some}: {worst.words} ({worst.exceeded_by}{f', worst in {name}' if len(runs) > 1 else ''})")
     return tuple(sentences)
 
 
