@@ -13,6 +13,7 @@ from belt_sim.analytic.model import MODELS, AnalyticModel
 from belt_sim.case import Case, Rig, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.library import library
+from belt_sim.jax_setup import LEAST_EFFORT
 from studies.paper import case as paper
 from studies.paper.case import TEST_RIG as RIG
 
@@ -79,4 +80,4 @@ def _stacked(trees):
 @cache
 def _compiled(model: AnalyticModel):
     run = partial(march_traced, model=model, plan=(RECORDS, STRIDE, SLOTS))
-    return jax.jit(jax.vmap(run, in_axes=(0, 0, None)))
+    return jax.jit(jax.vmap(run, in_axes=(0, 0, None)), compiler_options=LEAST_EFFORT)  # it runs for 0.1 s

@@ -15,6 +15,7 @@ from belt_sim.effects.base import HOOKS, LAWS, Effect
 from belt_sim.effects.library import library
 from belt_sim.effects.pipeline import indicate
 from belt_sim.effects.span_stiffness import SagRoll
+from belt_sim.jax_setup import LEAST_EFFORT
 from belt_sim.laws import span as span_law
 from belt_sim.laws.drive import Reading
 from belt_sim.laws.influence import Bend, BoundaryValues
@@ -188,8 +189,9 @@ _KEPT: dict = {}
 
 
 def _derivative(curves):
-    """One compilation for both points."""
-    return _KEPT.setdefault("jvp", jax.jit(lambda at, along: jax.jvp(curves, at, along)))
+    """One compilation for both points, which runs so seldom that little effort is spent on it."""
+    march = jax.jit(lambda at, along: jax.jvp(curves, at, along), compiler_options=LEAST_EFFORT)
+    return _KEPT.setdefault("jvp", march)
 
 
 @pytest.mark.parametrize("cls", EFFECTS, ids=IDS)
