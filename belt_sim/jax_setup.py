@@ -83,7 +83,7 @@ _IN_ONE_PIECE = "--xla_cpu_parallel_codegen_split_count=1"
 _FLAGS = (_UNFUSED, _WHOLE_LOOPS, _IN_ONE_PIECE)
 LEAST_EFFORT = {"xla_backend_optimization_level": 0}
 #: compiled programs of a kind that a process keeps: each maps memory, of which Linux allows 65,530 regions
-PROGRAMS = 64
+PROGRAMS = 32
 
 
 def jit_float64(function: Callable[..., Any], *, brief: bool = False, **options: Any) -> Callable[..., Any]:
