@@ -44,7 +44,7 @@ class Bent:
         return np.zeros(self.size)
 
     def values(self, vectors):
-        return 1e-4 * np.stack([self.chi2_by_run(v) for v in vectors])
+        return 1e-4 * np.stack([self.of(v) for v in vectors])
 
     def values_and_slopes(self, vectors, directions):
         ahead, behind = self.values(vectors + HAIR * directions), self.values(vectors - HAIR * directions)
