@@ -35,7 +35,8 @@ LEFT, NEARLY_ALL = 2.0, 0.98
 DECISIVE = 100.0
 #: Mistakes that make a belt stiffer or softer alike; by less than this factor a machine can be off by itself.
 STIFFNESS, OFF = ("width", "thickness", "modulus", "tension"), 3.0
-#: Mistakes that change a belt's movement as another base model does, and those models.
+#: Mistakes that change a belt's movement as another base model does, and those models: one that removes BELIEVED of
+#: what the mistake removes may be meant.
 LIKE_A_MODEL, HOUSE = (*STIFFNESS, "radius", "centre_distance", "travel_unit"), ("beam_th1", "beam_th2", "strip")
 #: chi2 by which a run must gain to count among those in which a mistake was made.
 OF_RUN = 50.0
@@ -96,7 +97,7 @@ def sheet_evidence(
         rival = _other_models(stated)
     if rival < best:  # the model is to blame, and not the sheet
         return ()
-    like_a_model = ranked[0][1].kind in LIKE_A_MODEL and rival - best < MENTIONED * excess
+    like_a_model = ranked[0][1].kind in LIKE_A_MODEL and rival - best < (1.0 - BELIEVED) * excess
     clear = _is_clear(ranked, total) and not like_a_model
     alone = float(np.sum(stated.alone))
     evidence = []
