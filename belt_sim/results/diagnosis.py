@@ -63,7 +63,7 @@ _SENTENCES = {
     Verdict.PARTLY: "Model {model} lacks {effects}, and something else that is not in the library.",
     Verdict.NONE_KNOWN: "Model {model} is wrong here, and no effect of the library explains how.",
     Verdict.CANNOT_SAY: "The data look damaged, or the sheet is wrong, so no effect is named: {damage}; "
-    "if you have checked it and it is right, give checked=true",
+    "if you have checked it and it is right, give checked=true.",
 }
 
 
