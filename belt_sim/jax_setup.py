@@ -53,14 +53,19 @@ def map_in_chunks(
     case, so that all chunks are of one size and compiled once.
     """
     chunk = min(chunk, number)
+    first = function(np.arange(chunk))  # compiles, once, before there are several threads
+    found = [np.empty((number, *np.shape(x)[1:])) for x in first]
 
-    def compute(start: int) -> list[np.ndarray]:
-        rows = np.minimum(np.arange(start, start + chunk), number - 1)
-        return [np.asarray(x)[: number - start] for x in function(rows)]
+    def keep(start: int, arrays: Sequence[Any]) -> None:
+        for whole, part in zip(found, arrays, strict=True):
+            whole[start : start + chunk] = np.asarray(part)[: number - start]
 
-    parts = [compute(0)]  # compiles, once, before there are several threads
-    parts += map_in_threads(compute, range(chunk, number, chunk), workers)
-    return [np.concatenate(arrays) for arrays in zip(*parts, strict=True)]
+    def compute(start: int) -> None:
+        keep(start, function(np.minimum(np.arange(start, start + chunk), number - 1)))
+
+    keep(0, first)
+    map_in_threads(compute, range(chunk, number, chunk), workers)
+    return found
 
 
 def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:

@@ -64,13 +64,13 @@ MODELS: dict[str, AnalyticModel] = {
         AnalyticModel(name="ernst_beam", title="beam with Ernst's modulus", span=span_law.ernst_beam, hooks=_NO_SPAN),
         AnalyticModel(
             name="strip",
-            title="hanging strip (sag-roll coupling)",
+            title="hanging strip",
             span=span_law.strip,
             contains=frozenset({"sag_roll"}),
         ),
         AnalyticModel(
             name="strip_lift_off",
-            title="hanging strip that lifts off its pulleys along a bending layer",
+            title="hanging strip that lifts off",
             span=span_law.strip,
             contains=frozenset({"sag_roll", "lift_off"}),
             built_in=(LiftOff(strength=1.0),),

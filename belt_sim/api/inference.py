@@ -110,8 +110,8 @@ def diagnose(
             stages(0, stage)
 
         of_data = suspicions(campaign)
-        stopped = checked or any(s.severity == "stop" for s in of_data)
-        of_sheet = () if stopped else sheet_evidence(free_zeros(campaign, of_data), chosen, tell_stage)
+        settled = checked or any(s.severity == "stop" for s in of_data)
+        of_sheet = () if settled else sheet_evidence(free_zeros(campaign, of_data), chosen, tell_stage)
         doubtful = [e.suspicion for e in of_sheet if e.certain]
         findings = examine(
             campaign, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful, checked=checked,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign
-from belt_sim.effects.library import library, title_of
+from belt_sim.effects.library import library, short_title
 from belt_sim.errors import InputError
 from belt_sim.pictures.curves import curves_picture, steady_picture, understood_picture
 from belt_sim.pictures.diagnosis import (
@@ -31,6 +31,7 @@ from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
 from belt_sim.results.json import read_diagnosis
 from belt_sim.results.simulation import Simulation
+from belt_sim.results.words import tension
 
 Draw = Callable[[Path | None], Any]
 
@@ -102,8 +103,9 @@ def drawings_by_kind(result: Simulation | Comparison | Diagnosis | Campaign) -> 
     if isinstance(result, Simulation):
         if result.curves is None:
             return {}
-        title = result.title.replace(result.model, _model_words(result.model), 1)
-        return {"curves": lambda p: curves_picture(p, {result.model: result.curves}, f"{title[:1].upper()}{title[1:]}")}
+        simulated = " + ".join([_model_words(result.model), *(e.id for e in result.effects)])
+        title = f"{simulated[:1].upper()}{simulated[1:]}, {tension(float(result.case.settings.tension))} N/mm²"
+        return {"curves": lambda p: curves_picture(p, {result.model: result.curves}, title)}
     if isinstance(result, Campaign):
         return {"readings": lambda p: understood_picture(p, result)}
     return _of_comparison(result) if isinstance(result, Comparison) else _of_diagnosis(result)
@@ -131,7 +133,7 @@ def _of_diagnosis(d: Diagnosis) -> dict[str, Draw]:
 
 def _model_words(name: str) -> str:
     """A model in a few words, its name in brackets; the name where it is one of the user's own."""
-    words = models().get(name, name).partition(" (")[0].partition(" that ")[0]
+    words = models().get(name, name)
     return f"{words} ({name})" if words != name else name
 
 
@@ -140,7 +142,7 @@ def _effect_words(name: str) -> str:
     cls = library().get(name)
     if cls is None:
         return name
-    words = title_of(cls).partition(":")[0]
+    words = short_title(cls)
     return f"{words} ({name})" if words.lower() != name else words
 
 

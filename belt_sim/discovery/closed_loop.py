@@ -359,11 +359,11 @@ def _gauss_newton_step(
 ) -> tuple[np.ndarray, LoopSolution, float] | None:
     """Numbers after a Gauss-Newton step, what they make, and its chi2; None where no step helps."""
     projector = loop.data.projector
-    next_states = _perturb_numbers(law, numbers)
-    others = _solve_sets(loop, law, next_states, now[1])
+    moved = _perturb_numbers(law, numbers)
+    others = _solve_sets(loop, law, moved, now[1])
     if others is None:
         return None
-    slopes = (others[0] - now[0]) / np.diagonal(next_states - numbers)[:, None, None]
+    slopes = (others[0] - now[0]) / np.diagonal(moved - numbers)[:, None, None]
     step = _step(loop.data, projector.residual - now[0][0], slopes)
     for k in range(SHORTER):
         tried = _limit_step(loop.data, law, numbers, numbers + step * 0.4**k)
@@ -391,7 +391,7 @@ def _sizes(law: Law) -> int:
 
 
 def _perturb_numbers(law: Law, numbers: np.ndarray) -> np.ndarray:
-    """Sets of numbers (p, p), each with one of them next_states a little."""
+    """Sets of numbers (p, p), each with one of them moved a little."""
     count = _sizes(law)
     step = np.full(len(numbers), NUDGE)
     step[:count] = NUDGE * np.maximum(np.abs(numbers[:count]), 1e-3 * np.abs(numbers[:count]).max() + 1e-12)

@@ -125,7 +125,7 @@ def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:
     old = data.bench.forward
     chosen = [c for c in old.classes if c.id in data.fit.ids]
     forward = Forward(data.bench.samples, old.model, [*chosen, effect], old.step, old.terms, brief=True)
-    bench = replace(data.bench, forward=forward)
+    bench = replace(data.bench, forward=forward, keeps_noise=True)
     vector, free, own = forward.null(), [], []
     for cls in chosen:
         for new, before in zip(forward.index(cls.id), old.index(cls.id), strict=True):
@@ -142,8 +142,7 @@ def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:
     start = _start_on_pulleys(bench, vector, own)
     if start is None:
         return None
-    moved = bench.moved_to(start, same_noise=True)
-    made = _fit_from(data, scored, effect, moved, Fit(ids=ids, free=free, vector=start))
+    made = _fit_from(data, scored, effect, bench.moved_to(start), Fit(ids=ids, free=free, vector=start))
     return None if made is None else _round_exponents(data, made)
 
 

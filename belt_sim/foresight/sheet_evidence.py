@@ -162,10 +162,10 @@ class _Layout:
         repeats that differ by a mistake are noise until it is undone."""
         return self.total(mistake) + self._log_det() - stated._log_det()
 
-    def gain_over(self, stated: Campaign, mistake: SheetMistake) -> float:
-        """chi2 that undoing a mistake gains by one noise, that of this layout: what only reads another noise off the
-        repeats gains nothing."""
-        return float(np.sum(self.chi2_by_run(stated))) - self.total(mistake)
+    def gain_over(self, campaign: Campaign, mistake: SheetMistake) -> float:
+        """chi2 that undoing a mistake of the stated campaign gains by one noise, that of this layout: what only reads
+        another noise off the repeats gains nothing."""
+        return float(np.sum(self.chi2_by_run(campaign))) - self.total(mistake)
 
     def _log_det(self) -> float:
         """ln of the determinant of the noise's covariance."""
@@ -188,9 +188,8 @@ class _Layout:
             return np.full(len(campaign.runs), np.inf)
         forward = Forward(samples, model or self.model, ())
         rest = samples.y - forward.values(forward.null()[None])[0]
-        return self._chi2_of_residual(
-            np.where(np.isnan(samples.y), 0.0, rest), faults=faults
-        )  # a tilt is blank about the yaw
+        rest = np.where(np.isnan(samples.y), 0.0, rest)  # a tilt is blank about the yaw
+        return self._chi2_of_residual(rest, faults=faults)
 
 
 def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple[float, SheetMistake]:

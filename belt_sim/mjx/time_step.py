@@ -51,7 +51,7 @@ _HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model
 
 
 def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
-    """The data after a step. For jax.jit, jax.vmap (``stacked`` gives the axes), jax.lax.scan and jax.grad."""
+    """The data after a step. For jax.jit, jax.vmap (``stack_cases`` gives the axes), jax.lax.scan and jax.grad."""
     m, belt, shape, h = model.mjx, model.belt, model.shape, model.dt
     d = apply_actuators(m, data.mjx)
     q, v = d.qpos, d.qvel

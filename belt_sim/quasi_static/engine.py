@@ -17,16 +17,10 @@ from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, 
 from belt_sim.mujoco3d.belt import ActiveFeatures, BatchShape, BeltArrays, belt_arrays
 from belt_sim.mujoco3d.machine import lay_out
 from belt_sim.mujoco3d.mesh import BELT_MODELS
-from belt_sim.mujoco3d.options import (
-    Options,
-    fit_options,
-    is_limp,
-)
+from belt_sim.mujoco3d.options import Options, fit_options, is_limp
 from belt_sim.mujoco3d.recording import curves_of, reading
 from belt_sim.mujoco3d.rope import RopeKinks
-from belt_sim.mujoco3d.wrap import (
-    TAIL,
-)
+from belt_sim.mujoco3d.wrap import TAIL
 from belt_sim.pytrees import Numbers as Array
 from belt_sim.quasi_static.equilibrium_step import step
 from belt_sim.quasi_static.friction import COLUMNS, TOLERANCE, SlipState, worst_residual
@@ -132,7 +126,7 @@ def run_curves(run: TravelCase, table: np.ndarray) -> Curves | SimulationError:
 
 @partial(jax.jit, static_argnums=0)
 def run_batch(shape: BatchShape, belt: BeltArrays, state: TravelState, commands: TravelCommand) -> Array:
-    """Rows of mean readings of a batch, shape (cases, rows, 20); see ``march``."""
+    """Rows of mean readings of a batch, shape (cases, rows, 20); see ``run_case``."""
     return jax.vmap(partial(run_case, shape))(belt, state, commands)
 
 

@@ -28,12 +28,7 @@ from belt_sim.mujoco3d.chain import (
     station_weight,
 )
 from belt_sim.mujoco3d.loads import GuideForce, guide_forces, load_forces
-from belt_sim.mujoco3d.options import (
-    COMPLIANCE_TIME,
-    KINK_STATIONS,
-    LAYER_TIME,
-    SPAN_TIME,
-)
+from belt_sim.mujoco3d.options import COMPLIANCE_TIME, KINK_STATIONS, LAYER_TIME, SPAN_TIME
 from belt_sim.mujoco3d.pulleys import depth_at_ends, pose_of, tail_derivatives, yaw_moments
 from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
 from belt_sim.mujoco3d.wrap import (

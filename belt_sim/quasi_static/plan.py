@@ -64,10 +64,8 @@ class TravelPlan:
 
 def plan_run(settings: Settings, options: Options, travel: float, changes: bool) -> TravelPlan:
     """Of a run over ``travel`` [m]; changes: something besides the yaw sets in at 0."""
-    yaw, steps = (
-        YawPlan.from_settings(settings),
-        max(options.steps, math.ceil(options.sample / (_LONGEST * options.dx))),
-    )
+    yaw = YawPlan.from_settings(settings)
+    steps = max(options.steps, math.ceil(options.sample / (_LONGEST * options.dx)))
     rows: list[tuple[bool, list[tuple[float, np.ndarray, float]]]] = []
 
     def march(start: float, end: float, done: float) -> None:

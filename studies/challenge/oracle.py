@@ -38,7 +38,8 @@ def least_error(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -> 
         return None
     bench = workbench(campaign, fitted_model(truth.base), ())
     left = bench.samples.y - samples_of(noise_free(campaign, truth), leave_out_bad=False).y
-    own = ErrorsWithoutNuisances(bench.at_levels(bench.finder(left)))
+    levels = bench.finder(left)
+    own = ErrorsWithoutNuisances(replace(bench, levels=levels, metric=bench.metric_at(levels)))
     found, untold = conditions(bench), error.get("held_out_untestable", error.get("untestable", ()))
     told = [out for name, out in found.items() if name not in untold] or list(found.values())
     return {

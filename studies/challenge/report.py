@@ -38,8 +38,8 @@ SCHEMA = "belt-challenge-facts/1"
 SPACE = "space"
 PICTURES = {"confusion": "challenge_confusion.png", "reliability": "challenge_reliability.png"}
 _SENTENCE = 160  # characters that are kept of an answer's sentence, of its law, and of why it is wrong
-_LISTED = 12  # ranges of seeds that are join_words one by one
-_COMMON = 6  # so many of what is hidden are join_words beside a cause
+_LISTED = 12  # ranges of seeds that are listed one by one
+_COMMON = 6  # so many of what is hidden are listed beside a cause
 _VISIBLE = 4.5  # d: a smaller effect may be overlooked
 _LEVELS = (0.01, 0.05, 0.1, 0.25, 0.5)
 _EDGES = (0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)  # of bins of probability
@@ -188,7 +188,7 @@ def publish(results: Sequence[Mapping[str, Any]], top: Path, stored: Path, drawn
 
     NAME is the source, its first seed and who answered: new results take the place of those of the same campaigns, and
     stand beside others, which are deleted by hand. drawn: seeds of all campaigns that were sealed, so that those
-    without an answer are join_words. Returns the record's path.
+    without an answer are listed. Returns the record's path.
     """
     if results:
         first = min([r["seed"] for r in results] + list(drawn))

@@ -27,6 +27,11 @@ def careless():
     return replace(b, campaign=campaign, samples=samples, fitted=samples, forward=b.forward.set_to(*np.zeros((2, 6))))
 
 
+def at(b, levels):
+    """The workbench with other noise levels."""
+    return replace(b, levels=levels, metric=b.metric_at(levels))
+
+
 def left(b) -> float:
     """chi2 of the base model."""
     return b.fit([b.start((), b.forward.null())])[0].chi2
@@ -39,7 +44,7 @@ def test_what_is_left_of_careless_settings_is_their_prior(careless, monkeypatch)
     moved = careless.moved_to(null)
     again = moved.moved_to(null)
     monkeypatch.setattr(workbench, "expand_at_likely_settings", lambda campaign, fitted, forward, *rest: forward)
-    settled_once, settled_twice, linear = (left(b.at_levels(levels)) for b in (moved, again, careless.moved_to(null)))
+    settled_once, settled_twice, linear = (left(at(b, levels)) for b in (moved, again, careless.moved_to(null)))
     assert settled_once < exact < linear
     assert abs(settled_twice - settled_once) < 0.02 * (linear - settled_once)
 

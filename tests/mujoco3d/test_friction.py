@@ -36,6 +36,17 @@ def assembled(chain):
     return whole.reshape(count * size, count * size)
 
 
+def obeys_coulomb(chain, force, limit, slip) -> bool:
+    """Whether nodes that slide are held with their limit against their increment, and others with less."""
+    count = force.shape[-1]
+    moved = assembled(chain) @ np.moveaxis(slip, -1, 0).ravel()
+    after = force + np.moveaxis(moved.reshape(count, -1, 2), 0, -1)
+    size = np.hypot(slip[:, 0], slip[:, 1])
+    against = slip * (limit / np.maximum(size, 1e-300))[:, None]  # 0 where a node rests
+    left = np.hypot(*np.moveaxis(after + against, 1, 0))
+    return bool(np.all(left <= np.where(size > 0.0, 0.0, limit) + LEFT_OVER * limit.max()))
+
+
 @pytest.mark.parametrize("count", [1, 2, 7, 20])
 @in_float64
 def test_sliding_nodes_are_held_with_their_limit_against_their_increment_and_others_with_less(count):
@@ -47,13 +58,25 @@ def test_sliding_nodes_are_held_with_their_limit_against_their_increment_and_oth
         chain = own, 1e8 * cross
         force, limit = 100.0 * rng.normal(size=(2, 2, count)), 150.0 * rng.uniform(size=(2, count))
         slip, residual = (np.asarray(v) for v in solve(force, limit, chain, np.zeros_like(force)))
-        moved = assembled(chain) @ np.moveaxis(slip, -1, 0).ravel()
-        after = force + np.moveaxis(moved.reshape(count, 2, 2), 0, -1)
-        size = np.hypot(slip[:, 0], slip[:, 1])
-        against = slip * (limit / np.maximum(size, 1e-300))[:, None]  # 0 where a node rests
-        left = np.hypot(*np.moveaxis(after + against, 1, 0))
-        assert np.all(left <= np.where(size > 0.0, 0.0, limit) + LEFT_OVER * limit.max())
+        assert obeys_coulomb(chain, force, limit, slip)
         assert residual <= LEFT_OVER
+
+
+@in_float64
+def test_a_wrap_that_is_bent_and_pulled_at_its_ends_slides_as_coulomb_says(begun):
+    """Limits fall to nothing at the ends; each pull starts from the slip of the one before."""
+    count, rng, solve = 15, np.random.default_rng(3), jax.jit(slip_increments)
+    chain, guess = wrap_chain(begun.engine.tangent, 0, count, count), np.zeros((2, 2, count))
+    ends = 5.0 * np.minimum(1.0, 4.0 * np.minimum(np.linspace(0, 1, count), np.linspace(1, 0, count)))
+    for pull in (1.0, 5.0, 20.0, 60.0):
+        limit = np.stack([ends, ends]) * (1.0 + 0.1 * rng.normal(size=(2, count)))
+        force = 0.3 * pull * rng.normal(size=(2, 2, count))
+        force[:, 0, :4] += pull
+        force[:, 1, :4] += np.array([[2.0], [-2.0]]) * pull
+        slip, residual = (np.asarray(v) for v in solve(force, limit, chain, guess))
+        assert obeys_coulomb(chain, force, limit, slip)
+        assert residual <= LEFT_OVER
+        guess = slip
 
 
 @in_float64

@@ -1,4 +1,4 @@
-"""CentringGoal is counted as it reads, and the stored 3D run is centred where the document says."""
+"""Centring is counted as it reads, and the stored 3D run is centred where the document says."""
 
 import numpy as np
 import pytest

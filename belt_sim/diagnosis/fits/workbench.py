@@ -23,7 +23,8 @@ class Workbench:
     """A campaign laid out for a model.
 
     samples: every run; fitted: the same with hold-out runs blanked; shapes, shared: nuisances at the current point;
-    metric judges the fitted runs; march: the step of the march and the error that it leaves.
+    metric judges the fitted runs; march: the step of the march and the error that it leaves; keeps_noise: levels are
+    not read anew where it is moved to.
     """
 
     campaign: Campaign
@@ -36,33 +37,27 @@ class Workbench:
     shared: np.ndarray
     metric: Metric
     march: MarchError | None = None
+    keeps_noise: bool = False
 
     def metric_at(self, levels: Levels) -> Metric:
         """The metric with other noise levels."""
         return metric_of(self.fitted, levels, self.shapes, self.shared)
 
-    def at_levels(self, levels: Levels) -> "Workbench":
-        """The workbench with other noise levels."""
-        return replace(self, levels=levels, metric=self.metric_at(levels))
-
-    def moved_to(self, vector: np.ndarray, *, same_noise: bool = False) -> "Workbench":
-        """The workbench with nuisance shapes taken at ``vector``, every run's settings near it, and noise levels as
-        they are read there, or as they are.
+    def moved_to(self, vector: np.ndarray) -> "Workbench":
+        """The workbench with noise levels and nuisance shapes taken at ``vector``, and every run's settings near it.
 
         Itself where a belt runs away at ``vector``, or a hair beside it.
         """
         here = _shapes(self.campaign, self.samples, self.forward, vector)
-        if not _finite(*here):
-            return self
-        return self._with_shapes(self.forward, *here, same_noise)._at_likely_settings(vector, same_noise)
+        return self._with_shapes(self.forward, *here)._at_likely_settings(vector) if _finite(*here) else self
 
-    def _at_likely_settings(self, vector: np.ndarray, same_noise: bool = False) -> "Workbench":
+    def _at_likely_settings(self, vector: np.ndarray) -> "Workbench":
         """The workbench, laid out at ``vector``, with every run's settings where they most likely were."""
         forward = self.forward_at_likely_settings(vector)
         if forward is self.forward:
             return self
         there = _shapes(self.campaign, self.samples, forward, vector)
-        return self._with_shapes(forward, *there, same_noise) if _finite(*there) else self
+        return self._with_shapes(forward, *there) if _finite(*there) else self
 
     def forward_at_likely_settings(self, vector: np.ndarray) -> Forward:
         """The model with every run's settings where they most likely were; the workbench is laid out at ``vector``."""
@@ -70,12 +65,10 @@ class Workbench:
             self.campaign, self.fitted, self.forward, self.metric, self.shapes, self.shared, vector
         )
 
-    def _with_shapes(
-        self, forward: Forward, shapes: np.ndarray, shared: np.ndarray, values: np.ndarray, same_noise: bool
-    ) -> "Workbench":
+    def _with_shapes(self, forward: Forward, shapes: np.ndarray, shared: np.ndarray, values: np.ndarray) -> "Workbench":
         """The workbench where nuisances have these shapes: what settings did to one of two repeats is not noise."""
-        finder = self.finder if same_noise else self.finder.at_shapes(shapes)
-        levels = self.levels if same_noise else finder(self.samples.y - values)
+        finder = self.finder if self.keeps_noise else self.finder.at_shapes(shapes)
+        levels = self.levels if self.keeps_noise else finder(self.samples.y - values)
         metric = metric_of(self.fitted, levels, shapes, shared)
         return replace(self, forward=forward, shapes=shapes, shared=shared, finder=finder, levels=levels, metric=metric)
 

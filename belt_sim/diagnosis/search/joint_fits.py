@@ -315,7 +315,7 @@ def _better(bench: Workbench, one: Fit, other: Fit) -> bool:
     return (is_plausible(bench.forward, one), -one.chi2) > (is_plausible(bench.forward, other), -other.chi2)
 
 
-FURTHER = 2.0  # chi2 that each further free number must gain (Akaike): an edge of 70 harmonics gains 70 by chance
+FURTHER = 2.0  # chi2 that each further free number must gain (Akaike): the 70 of an edge gain 70 by chance
 ALIKE = 0.5  # chi2 by which two ends of one search may differ along a valley that readings hardly bound
 CLOSE = 12.0  # chi2 behind the best candidate, or the least that counts: further behind, no exact end is needed
 HORIZON = 20.0  # steps as good as the next that a fit behind others is given
