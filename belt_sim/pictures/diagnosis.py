@@ -193,7 +193,7 @@ def ranking_picture(
     *,
     names: Mapping[str, str] | None = None,
 ) -> Path:
-    """A bar an effect, the longest first: its gain in units of that from which it is likelier than that nothing is.
+    """A bar an effect, the longest first: its gain in units of that from which it is likelier than no effect.
 
     A candidate that the readings cannot show has no threshold and no bar; chosen: ids that are marked; names: an
     effect in words, by id.
@@ -212,14 +212,14 @@ def ranking_picture(
     ax.axvline(1.0, color=INK, linewidth=1.2)
     side = ({"xytext": (4, 0), "ha": "left"}, {"xytext": (-4, 0), "ha": "right"})[top < FAR]
     words: Any = {"textcoords": "offset points", "va": "bottom", **side}
-    ax.annotate("likelier than that nothing is missing", (1.0, rows[0] + 0.6), **words)
+    ax.annotate("likelier than no effect", (1.0, rows[0] + 0.6), **words)
     ticks = [0.0, 0.5, *[t for p in range(8) for t in (10**p, 3 * 10**p) if t < top]]
     ax.set_xticks(ticks, [f"{t:.4g}" for t in ticks])
     ax.set_xticks([], minor=True)
     ax.set(
         xlim=(0.0, top),
         ylim=(-0.6, len(labels) + 0.2),
-        xlabel="fall of chi-square, over the fall from\nwhich the effect is likelier than that nothing is missing",
+        xlabel="chi-square gain / gain from which it is likelier than no effect",
     )
     ax.set_yticks(rows, labels)
     for name, tick in zip(gains, ax.get_yticklabels(), strict=True):
