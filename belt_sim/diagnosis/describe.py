@@ -97,7 +97,7 @@ def _sentence(d: Findings) -> str:
         return decision.verdict.sentence(model, ()) + _what_would_show(len(d.table.visible), hidden)
     named = [_name_with_alike(decision, name) for name in decision.named]
     alike = decision.like_one_change_of_the_span(d.policy)
-    more = f" Or one change of the span, in its bending or twisting, stands in the place of {join_words(alike)}."
+    more = f" Or one change of the span, in its bending or twisting, may stand in the place of {join_words(alike)}."
     return decision.verdict.sentence(model, named, _damage(d.suspicions)) + (more if alike else "")
 
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from belt_sim import si
 from belt_sim.api.resolve import fitted_model
@@ -19,11 +20,13 @@ from belt_sim.diagnosis.fits.heldout import conditions
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.virtual_rig import Truth
-from belt_sim.virtual_rig.library import fault_from_spec
+from belt_sim.virtual_rig.effect_size import detectability_of
+from belt_sim.virtual_rig.library import CATALOGUE, fault_from_spec
 from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
-from belt_sim.virtual_rig.plan import Plan, setting_from
+from belt_sim.virtual_rig.plan import Noise, Plan, setting_from
 from studies.challenge.score import error_of
 
+_STEPS = 12  # of the search for the numbers with which wrong names imitate best
 LINE = "engine=line"  # campaigns of a 3D scene have no line that would predict them
 
 
@@ -68,10 +71,22 @@ def noise_free(campaign: Campaign, truth: Truth) -> Campaign:
 
 def _noise_free_readings(campaign: Campaign, which: list[int], truth: Truth, faults) -> list[dict[str, np.ndarray]]:
     """Readings of the runs of these numbers, recorded alike: all in one march."""
+    plan = _plan(campaign, which, truth)
+    line = replace(
+        true_line(plan, truth.base, TrueErrors()), run=np.array(which)
+    )  # some faults are another in every run
+    readings = observe(plan, line, faults)
+    return [
+        {name: values[:, k] for name, values in zip(plan.signals, readings, strict=True)} for k in range(len(which))
+    ]
+
+
+def _plan(campaign: Campaign, which: list[int], truth: Truth) -> Plan:
+    """The plan of the runs of these numbers, recorded alike, as it truly was."""
     runs = [campaign.runs[k] for k in which]
     reach, steps = float(runs[0].travel[-1]), len(runs[0].travel) - 1
     starts = truth.settings.get("start", [0.0] * len(campaign.runs))
-    plan = Plan(
+    return Plan(
         runs=tuple(replace(setting_from(run), start=starts[k]) for k, run in zip(which, runs, strict=True)),
         length=reach,
         spacing=reach / steps,
@@ -80,8 +95,50 @@ def _noise_free_readings(campaign: Campaign, which: list[int], truth: Truth, fau
         belt=campaign.belt,
         zero_at_start="zero_at_start" in truth.settings,
     )
-    line = replace(
-        true_line(plan, truth.base, TrueErrors()), run=np.array(which)
-    )  # some faults are another in every run
-    readings = observe(plan, line, faults)
-    return [{name: values[:, k] for name, values in zip(plan.signals, readings, strict=True)} for k in range(len(runs))]
+
+
+def left_by_named(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -> float | None:
+    """d of what the named effects leave at best of what is hidden: both by the generator's laws, without noise.
+
+    Under 3 nobody can tell them apart. The stated distance takes effects for linear, which large ones are not.
+    None where no effect of the generator's catalogue is named, or runs were recorded unlike.
+    """
+    named = [e for e in answer["effects"] if e["id"] in CATALOGUE]
+    if not named or len(named) < len(answer["effects"]) or len({len(run.travel) for run in campaign.runs}) > 1:
+        return None
+    plan = _plan(campaign, list(range(len(campaign.runs))), truth)
+    bench = detectability_of(plan, _noise(campaign, truth), truth.base)
+    hidden = observe(plan, bench.base, [fault_from_spec({"id": e["id"], **e["parameters"]}) for e in truth.effects])
+    classes = [CATALOGUE[e["id"]] for e in named]
+    known = [
+        {n: v for n, v in e["numbers"].items() if n in c().parameters()} for e, c in zip(named, classes, strict=True)
+    ]
+    free = [(k, name) for k, e in enumerate(named) for name in e["parameters"] if name in known[k]]
+    unit = [classes[k].sizes[n].typical if n in classes[k].sizes else 1.0 for k, n in free]
+
+    def left(values: np.ndarray) -> np.ndarray:
+        numbers = [dict(own) for own in known]
+        for (k, name), value in zip(free, values * unit, strict=True):
+            numbers[k][name] = float(value)
+        faults = [cls(**own) for cls, own in zip(classes, numbers, strict=True)]
+        return np.nan_to_num(bench.reduce(observe(plan, bench.base, faults) - hidden), nan=1e3)
+
+    best = least_squares(left, np.array([known[k][n] for k, n in free]) / unit, max_nfev=_STEPS)
+    return float(np.sqrt(2 * best.cost))
+
+
+def _noise(campaign: Campaign, truth: Truth) -> Noise:
+    """What a campaign states of its noise, and how the true one differs."""
+    sheets = {s.kind: s for s in campaign.signals}
+    of = sheets.get("lateral") or next(iter(sheets.values()))
+    stated = Noise(
+        white=of.white,
+        zero=of.zero,
+        gain=of.gain,
+        wander_sd=of.wander_sd,
+        wander_length=of.wander_length,
+        tension_rel=campaign.settings.tension_rel,
+        yaw_u=campaign.settings.yaw_u,
+        tilt_white=sheets["tilt"].white if "tilt" in sheets else Noise.tilt_white,
+    )
+    return replace(stated, **{n: truth.noise[n] for n in ("scale", "true_length", "smooth") if n in truth.noise})

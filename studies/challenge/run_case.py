@@ -127,7 +127,7 @@ def _score_further(task: Task, truth: Truth, answer: dict[str, Any], spent: dict
     the advised run tells."""
     from studies.challenge.baselines import plain_methods
     from studies.challenge.follow_up import follow
-    from studies.challenge.oracle import least_error
+    from studies.challenge.oracle import least_error, left_by_named
 
     more: dict[str, Any] = {}
     folder = task.file("campaigns")
@@ -135,6 +135,8 @@ def _score_further(task: Task, truth: Truth, answer: dict[str, Any], spent: dict
         return more
     with _stopwatch(spent, "least"):
         more["least"] = _attempt(lambda: least_error(read_campaign(folder), truth, answer))
+        if truth.kind == "outside":
+            more["left_by_named"] = _attempt(lambda: left_by_named(read_campaign(folder), truth, answer))
     if task.others:
         with _stopwatch(spent, "others"):
             more["others"] = _attempt(lambda: plain_methods(folder, truth.base, answer))

@@ -12,6 +12,7 @@ SURE = 0.9  # probability from which a name is said with confidence
 NAMING = ("explained", "partly")
 #: an error is reducible where the held-out error exceeds the noise floor by this factor
 REDUCIBLE = 1.1
+NEAR = 3.0  # noise units, under which nobody tells an unknown from the best known effects
 STOPS = "cannot_say"
 CRASH = "crash"  # in place of what could not be worked out
 MOST_REASONS = 3
@@ -32,7 +33,8 @@ class ScoredCase:
     """One campaign, scored.
 
     kind: of the truth, or not_drawn where the generator failed; d: sizes of what is
-    hidden; distance: of what is outside the library, after the best known effects; unknown: its place, variable and
+    hidden; distance: of what is outside the library, after the best known effects, or after those that were named where
+    these leave less; unknown: its place, variable and
     form; named: effect -> probability; aliases: effect -> sets of effects that the answer says it cannot be told from;
     outcome: see ``outcome_of``; covered: for each true parameter of a rightly named effect, whether it
     lies in its 95 % interval; removed: share of the reducible held-out error; advice: whether the advised run told the
@@ -141,7 +143,7 @@ def score_case(result: Mapping[str, Any], answer: Mapping[str, Any] | None = Non
         hidden=[e["id"] for e in truth["effects"]],
         d=[_round(e.get("d")) for e in truth["effects"]],
         lookalikes=list(truth["lookalikes"]),
-        distance=_round(truth["distance"]),
+        distance=_distance(truth["distance"], result.get("left_by_named") if own else None),
         unknown=[truth[k] for k in ("place", "variable", "form")] if truth.get("place") else [],
         dirt=(truth["dirty"] or {}).get("kind"),
         verdict=answer["verdict"],
@@ -160,6 +162,11 @@ def score_case(result: Mapping[str, Any], answer: Mapping[str, Any] | None = Non
         return scored
     held = held_back(scored, answer) if scored.outcome == "unnamed" else None
     return replace(scored, why=explain(scored, answer), held_back=held)
+
+
+def _distance(stated: float | None, left: float | Mapping[str, Any] | None) -> float | None:
+    """The stated distance is linear in the sizes of effects, which a large effect is not (oracle.left_by_named)."""
+    return _round(min(stated, left) if isinstance(left, float) and stated is not None else stated)
 
 
 def kind_of(truth: Mapping[str, Any]) -> str:
@@ -184,8 +191,11 @@ def outcome_of(f: ScoredCase) -> str:
         return "right"
     if f.kind == "nothing":
         return "wrong"
+    if f.kind == "outside" and not _flagged(f):
+        alike = f.named and f.distance is not None and f.distance < NEAR
+        return "missed" if f.verdict == "adequate" else "lookalike" if alike else "wrong"
     if f.kind == "outside":
-        return "right" if _flagged(f) else "missed" if f.verdict == "adequate" else "wrong"
+        return "right"
     if f.kind in ("dirty", "mistake"):
         return "crash" if f.verdict == "crash" else "right" if f.caught else "wrong"
     return _naming(f)

@@ -128,11 +128,17 @@ def test_a_pair_in_the_place_of_a_pair_is_told_of_both_members():
     assert decision.confusable == {"a": (("c", "d"),), "b": (("c", "d"),)}
 
 
-def test_a_crown_beside_a_load_cell_may_be_one_change_of_the_span():
-    pair = decide(table(row("crown", "tension_bias", gain=200.0)), POLICY)
-    assert pair.like_one_change_of_the_span(POLICY) == ("crown", "tension_bias")
-    for others in (row("crown", gain=200.0), row("tension_bias", "taper", gain=200.0)):
-        assert decide(table(others), POLICY).like_one_change_of_the_span(POLICY) == ()
+@pytest.mark.parametrize(
+    ("named", "alike"),
+    [
+        (("crown", "tension_bias"), ("crown", "tension_bias")),
+        (("taper", "tension_bias"), ("tension_bias",)),
+        (("crown", "taper"), ()),
+    ],
+)
+def test_an_error_of_the_load_cell_may_be_one_change_of_the_span(named, alike):
+    decision = decide(table(row(*named, gain=200.0)), POLICY)
+    assert decision.like_one_change_of_the_span(POLICY) == alike
 
 
 def test_another_base_model_is_told_of_instead_of_effects():

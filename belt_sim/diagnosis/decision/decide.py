@@ -61,8 +61,8 @@ class Decision:
 
     def like_one_change_of_the_span(self, policy: Policy) -> tuple[str, ...]:
         """The named effects that together do nearly what one change of a span's stiffness does; none, or some."""
-        pairs = [pair for pair in policy.like_one_change_of_the_span if pair <= set(self.named)]
-        return tuple(sorted(frozenset().union(*pairs)))
+        first, *others = policy.like_one_change_of_the_span
+        return (*(name for name in others if name in self.named), first) if first in self.named else ()
 
     def suspects_something_unknown(self, policy: Policy) -> bool:
         """Whether something unknown may be there, so that its law is worth a search.

@@ -4,7 +4,7 @@ import pytest
 from small_challenge import PLAN, answer_of
 
 from belt_sim.virtual_rig import Noise, make_campaign
-from studies.challenge.oracle import least_error
+from studies.challenge.oracle import least_error, left_by_named
 
 #: white noise only: a perfect law leaves just that, whatever is hidden
 WHITE = Noise(white=2e-5, zero=0.0, wander_sd=0.0, tension_rel=0.0, yaw_u=0.0)
@@ -42,3 +42,17 @@ def test_what_is_another_in_every_run_is_known_in_every_run():
     least = least_error(campaign, truth, answer())
     assert least is not None
     assert least["beside_settings_mm"] == pytest.approx(0.02, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "numbers", "alike"),
+    [("tension_bias", {"gain": -0.2, "bias": 0.0}, True), ("taper", {"kappa_t": 1e-5}, False)],
+)
+def test_a_stiffer_span_is_told_from_a_taper_and_not_from_a_load_cell_that_errs(wrong, numbers, alike):
+    stiffer = [{"id": "span_stiffening", "c": 0.5, "bend": 1e-5}]  # so soon that it is as good as a constant
+    campaign, truth = make_campaign(hidden=stiffer, seed=5, base="beam_th2", plan=PLAN, noise=WHITE)
+    named = {"id": wrong, "numbers": numbers, "parameters": {name: {} for name in numbers}}
+    left = left_by_named(campaign, truth, {"effects": [named]})
+    assert left is not None
+    assert left < 0.1 if alike else left > 10.0
+    assert left_by_named(campaign, truth, {"effects": []}) is None

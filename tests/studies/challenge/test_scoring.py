@@ -263,3 +263,10 @@ def test_probabilities_are_set_against_what_was_hidden():
     assert (high.low, high.high, high.true, high.alike) == (0.95, 0.99, Share(3, 5), Share(4, 5))
     assert high.said == pytest.approx((4 * 0.97 + 0.96) / 5)
     assert reliability([facts(truth("library", "taper"), answer_of("taper"))])[0].name == "0.99 - 1"
+
+
+def test_what_the_named_effects_imitate_is_no_distance():
+    hidden, named = truth("outside", "creep", distance=10.0), answer_of("cant")
+    alike, apart = (score_case(result(hidden, named, left_by_named=left)) for left in (2.0, 12.0))
+    assert (alike.outcome, alike.distance) == ("lookalike", 2.0)
+    assert (apart.outcome, apart.distance) == ("wrong", 10.0)
