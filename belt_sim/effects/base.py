@@ -1,17 +1,17 @@
 """The contract of an effect: a frozen dataclass of SI parameters that changes one of the five laws.
 
-A new effect is one file: subclass ``Effect``, decorate with ``@effect``, give ``id``, ``law``, ``reference`` and
-``parameters``, and override the hook of its law. Every hook returns its first argument changed; with null
-parameters it must return it unchanged, bit for bit. The hook ``scene`` is the geometric half of an effect: it gives
-the parts of a 3D scene (``belt_sim.scene_parts``) with its own change; the 3D models refuse an effect that acts between
-drive and sensor without it.
+A new effect is one file: subclass ``Effect``, decorate with ``@effect``, give ``id``, ``law`` and ``reference``,
+declare its numbers with ``parameter``, and override the hook of its law. Every hook returns its first argument changed;
+with null parameters it must return it unchanged, bit for bit. The hook ``scene`` is the geometric half of an effect: it
+gives the parts of a 3D scene (``belt_sim.scene_parts``) with its own change; the 3D models refuse an effect that acts
+between drive and sensor without it.
 """
 
 import traceback
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, dataclass_transform
 
 from belt_sim.case import Case, Settings
 from belt_sim.errors import BeltError, InputError
@@ -70,6 +70,12 @@ class Parameter:
     def display_unit(self) -> tuple[float, str]:
         """Units of the shop in one ``unit``, and their name: how reports write the number."""
         return self.shop or shop_unit(self.unit)
+
+
+def parameter(unit: str, meaning: str, *, default: float | None = None, **more: Any) -> Any:
+    """Declare a number of an effect as a field of its class; default: null unless stated; more: as ``Parameter``."""
+    declared = Parameter(unit=unit, meaning=meaning, **more)
+    return field(default=declared.null if default is None else default, metadata={"parameter": declared})
 
 
 @dataclass(frozen=True)
@@ -194,8 +200,16 @@ class Effect:
         return all(float(getattr(self, n)) == p.null for n, p in self.parameters.items())
 
 
+@dataclass_transform(frozen_default=True, kw_only_default=True)
 def effect(cls):
-    """Check the declaration of an effect class and register it as a JAX pytree."""
+    """Make a frozen dataclass of an effect class, check its declaration, and register it as a JAX pytree.
+
+    The class may also be a dataclass already that lists its numbers in ``parameters``.
+    """
+    if "__dataclass_fields__" not in vars(cls):
+        cls = dataclass(frozen=True, kw_only=True)(cls)
+    declared = {f.name: f.metadata["parameter"] for f in fields(cls) if "parameter" in f.metadata}
+    cls.parameters = {**cls.parameters, **declared}
     if cls.law not in LAWS:
         raise InputError(f"{cls.__name__}.law", repr(cls.law), "", f"use one of {', '.join(LAWS)}")
     names = {f.name for f in fields(cls)}

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.effects.base import METRES, Cause, Effect, Parameter, effect
+from belt_sim.effects.base import METRES, Cause, Effect, effect, parameter
 from belt_sim.laws.influence import natural_curvature_rows, span_fields
 from belt_sim.pytrees import pytree
 
@@ -14,28 +14,25 @@ HARMONICS = 40
 FALLS = 1.27  # measured edges: amplitudes fall as harmonic^-1.27
 
 
-def _declare():
-    """cos1, sin1, cos2, ...: harmonics of the belt length."""
-    kinds = (("cos", "in phase"), ("sin", "in quadrature"))
-    return {
-        f"{short}{k}": Parameter(
-            unit="m",
-            meaning=f"harmonic {k} of the belt length, {words}",
-            plausible=(-1e-2 / k, 1e-2 / k),
-            scale=2e-4 / k**FALLS,
-        )
-        for k in range(1, HARMONICS + 1)
-        for short, words in kinds
-    }
+def _harmonic(k: int, words: str):
+    more = {"plausible": (-1e-2 / k, 1e-2 / k), "scale": 2e-4 / k**FALLS}
+    return parameter("m", f"harmonic {k} of the belt length, {words}", **more)
 
 
 _Harmonics = make_dataclass(
-    "_Harmonics", [(name, float, 0.0) for name in _declare()], bases=(Effect,), frozen=True, kw_only=True
+    "_Harmonics",
+    [
+        (f"{short}{k}", float, _harmonic(k, words))
+        for k in range(1, HARMONICS + 1)
+        for short, words in (("cos", "in phase"), ("sin", "in quadrature"))
+    ],
+    bases=(Effect,),
+    frozen=True,
+    kw_only=True,
 )
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
     """Sensors see y + e(material point): e repeats every belt length and passes points 4, 1, 2, 3 in turn.
 
@@ -57,7 +54,6 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
         ("upper", "lower"),
         "Look whether the reading repeats with every turn of the belt; average over whole turns.",
     )
-    parameters = _declare()
 
     def sensor(self, reading, case):
         phase = _phase(reading.seen, case)
@@ -85,7 +81,6 @@ def _phase(seen, case):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class Camber(Effect):
     """The bending moment is EI (kappa - kappa_c) all round the belt; kappa_c > 0: the edge at +y is the shorter one.
 
@@ -105,16 +100,9 @@ class Camber(Effect):
         ("upper", "lower"),
         "Stretch a string along one edge of a free length of belt and measure the bow.",
     )
-    parameters = {
-        "kappa_c": Parameter(
-            unit="1/m",
-            meaning="natural curvature",
-            plausible=(-1e-3, 1e-3),
-            scale=2e-5,
-            shop=(12.5e3, "mm of bow over 10 m"),
-        )
-    }
-    kappa_c: float = 0.0
+    kappa_c: float = parameter(
+        "1/m", "natural curvature", plausible=(-1e-3, 1e-3), scale=2e-5, shop=(12.5e3, "mm of bow over 10 m")
+    )
 
     def influence(self, span, case):
         """Added at the run-up, the run-off [1/m] and to the tilt [rad], shape (3,), by a natural curvature of 1 1/m."""
@@ -167,7 +155,6 @@ class WeldPassage:
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class Weld(Effect):
     """Natural curvature angle / length (1 + cos) over ``length``: each passage of a run-up turns the belt.
 
@@ -185,31 +172,20 @@ class Weld(Effect):
     cause = Cause(
         "a weld puts a kink into the belt", ("upper", "lower"), "Lay a straightedge along the edge across the weld."
     )
-    parameters = {
-        "angle": Parameter(unit="rad", meaning="kink of the belt", plausible=(-2e-3, 2e-3), scale=2e-4),
-        "at": Parameter(
-            unit="m",
-            meaning="place at travel 0",
-            plausible=(-300.0, 300.0),  # it comes back every belt length
-            scale=2.0,
-            modifier=True,
-            grid=tuple(k / 12 for k in range(12)),
-            of_belt=True,
-            shop=METRES,
-        ),
-        "length": Parameter(
-            unit="m",
-            meaning="length of the bend",
-            plausible=(0.2, 2.0),
-            scale=0.6,
-            null=0.6,
-            modifier=True,
-            shop=METRES,
-        ),
-    }
-    angle: float = 0.0
-    at: float = 0.0
-    length: float = 0.6
+    angle: float = parameter("rad", "kink of the belt", plausible=(-2e-3, 2e-3), scale=2e-4)
+    at: float = parameter(
+        "m",
+        "place at travel 0",
+        plausible=(-300.0, 300.0),  # it comes back every belt length
+        scale=2.0,
+        modifier=True,
+        grid=tuple(k / 12 for k in range(12)),
+        of_belt=True,
+        shop=METRES,
+    )
+    length: float = parameter(
+        "m", "length of the bend", plausible=(0.2, 2.0), scale=0.6, null=0.6, modifier=True, shop=METRES
+    )
 
     def influence(self, span, case):
         fields, piece = span_fields(span), self.length / len(_POINTS)

@@ -1,14 +1,13 @@
 """Contact of belt and pulleys: a soft cover, a film of air or water, lift-off along a layer, finite friction."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import CHECK_MODEL, Cause, Effect, Parameter, effect
+from belt_sim.effects.base import CHECK_MODEL, Cause, Effect, effect, parameter
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class SoftCover(Effect):
     """The edge under more tension sinks deeper and runs on a smaller radius: extra turn c M per metre of travel."""
 
@@ -22,23 +21,19 @@ class SoftCover(Effect):
         ("tail", "head"),
         "Measure thickness and hardness of the covers.",
     )
-    parameters = {
-        "c": Parameter(
-            unit="1/(N m2)",
-            meaning="turn per metre and unit of moment",
-            plausible=(0.0, 2e-4),
-            scale=5e-6,
-            shop=(1e6, "mm/m per m and kN m"),
-        )
-    }
-    c: float = 0.0
+    c: float = parameter(
+        "1/(N m2)",
+        "turn per metre and unit of moment",
+        plausible=(0.0, 2e-4),
+        scale=5e-6,
+        shop=(1e6, "mm/m per m and kN m"),
+    )
 
     def runup(self, runup, state, case):
         return replace(runup, turn=runup.turn + self.c * state.moment)
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class TractionLoss(Effect):
     """A belt that half floats climbs sideways by a share of its contact angle: dy/ds = -(1 - loss (v - onset)) alpha.
 
@@ -56,25 +51,17 @@ class TractionLoss(Effect):
         ("tail", "head"),
         "Look for water at the run-ups, and repeat a run slowly.",
     )
-    parameters = {
-        "loss": Parameter(
-            unit="s/m",
-            meaning="share lost per unit of speed",
-            plausible=(0.0, 2.0),
-            scale=0.1,
-            shop=(100.0, "% per m/s"),
-        ),
-        "onset": Parameter(
-            unit="m/s",
-            meaning="speed at which it begins",
-            plausible=(0.0, 20.0),
-            scale=0.1,
-            modifier=True,
-            grid=(0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0),
-        ),
-    }
-    loss: float = 0.0
-    onset: float = 0.0
+    loss: float = parameter(
+        "s/m", "share lost per unit of speed", plausible=(0.0, 2.0), scale=0.1, shop=(100.0, "% per m/s")
+    )
+    onset: float = parameter(
+        "m/s",
+        "speed at which it begins",
+        plausible=(0.0, 20.0),
+        scale=0.1,
+        modifier=True,
+        grid=(0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0),
+    )
 
     def runup(self, runup, state, case):
         share = self.loss * jnp.maximum(case.settings.speed - self.onset, 0.0)
@@ -82,7 +69,6 @@ class TractionLoss(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class LiftOff(Effect):
     """Steel of thickness h straightens over l = sqrt(D/(sigma h)) beside the tangent point, D its plate stiffness.
 
@@ -99,10 +85,9 @@ class LiftOff(Effect):
     reference = "plate under tension on a cylinder, any textbook; checked against shell elements on cylinders"
     parity = "odd"
     cause = Cause("the belt leaves its pulleys along a layer", ("tail", "head"), CHECK_MODEL, of_model=True)
-    parameters = {
-        "strength": Parameter(unit="1", meaning="share of the bending layer that acts", plausible=(0.5, 1.5), scale=1.0)
-    }
-    strength: float = 1.0
+    strength: float = parameter(
+        "1", "share of the bending layer that acts", plausible=(0.5, 1.5), scale=1.0, default=1.0
+    )
 
     def hold(self, answer, span, case):
         layer = jnp.sqrt(case.belt.plate_stiffness / (case.settings.tension * case.belt.thickness))
@@ -139,7 +124,6 @@ _FAR, _NEAR = 0.067, 0.484  # of the side force in a zone: its length to 3 % up 
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class Slip(Effect):
     """A step M of the belt's moment at the end of a wrap is taken up by friction on a zone of the wrap, which slides.
 
@@ -165,10 +149,7 @@ class Slip(Effect):
         ("tail", "head"),
         "Look for grease, water or dust on the pulleys.",
     )
-    parameters = {
-        "inverse_friction": Parameter(unit="1", meaning="1/mu of belt on pulley", plausible=(1.0, 20.0), scale=6.0)
-    }
-    inverse_friction: float = 0.0
+    inverse_friction: float = parameter("1", "1/mu of belt on pulley", plausible=(1.0, 20.0), scale=6.0)
 
     def slide(self, contact, state, case):
         held, zone = self._zone(state.moment, state.stiffness, case)

@@ -1,17 +1,16 @@
 """Edge guides: rollers beside the spans that push the belt's edge back."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import METRES, Cause, Effect, Parameter, effect
+from belt_sim.effects.base import METRES, Cause, Effect, effect, parameter
 from belt_sim.laws.influence import span_fields, supports
 
 _NEAREST = 0.25  # [m] to a pulley: nearer, a step of the march no longer follows the span's stiffness
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class EdgeGuide(Effect):
     """Two rollers, one at each edge, ``gap`` away from the belt in the middle: P = k max(0, |y| - gap), inwards.
 
@@ -29,32 +28,26 @@ class EdgeGuide(Effect):
         ("upper", "lower"),
         "Look for contact and wear at the guide rollers, and swing them away for one run.",
     )
-    parameters = {
-        "stiffness": Parameter(unit="N/m", meaning="rollers of the upper span", plausible=(10.0, 1e8), scale=1e5),
-        "stiffness_lower": Parameter(unit="N/m", meaning="rollers of the lower span", plausible=(10.0, 1e8), scale=1e5),
-        "gap": Parameter(
-            unit="m",
-            meaning="play between edge and roller",
-            plausible=(0.0, 0.02),
-            scale=1e-3,
-            modifier=True,
-            # so close that a search does not end where only the next reading touches
-            grid=(0.0, 1.5e-4, 3e-4, 4.5e-4, 6.5e-4, 1e-3, 1.5e-3, 2.2e-3, 4e-3, 8e-3),
-        ),
-        "at": Parameter(
-            unit="m",
-            meaning="distance from the tail pulley's axis",
-            plausible=(0.25, 50.0),
-            scale=1.0,
-            modifier=True,
-            grid=(0.25, 0.5, 1.0, 2.0, 4.0, 8.0),
-            shop=METRES,
-        ),
-    }
-    stiffness: float = 0.0
-    stiffness_lower: float = 0.0
-    gap: float = 0.0
-    at: float = 0.0
+    stiffness: float = parameter("N/m", "rollers of the upper span", plausible=(10.0, 1e8), scale=1e5)
+    stiffness_lower: float = parameter("N/m", "rollers of the lower span", plausible=(10.0, 1e8), scale=1e5)
+    gap: float = parameter(
+        "m",
+        "play between edge and roller",
+        plausible=(0.0, 0.02),
+        scale=1e-3,
+        modifier=True,
+        # so close that a search does not end where only the next reading touches
+        grid=(0.0, 1.5e-4, 3e-4, 4.5e-4, 6.5e-4, 1e-3, 1.5e-3, 2.2e-3, 4e-3, 8e-3),
+    )
+    at: float = parameter(
+        "m",
+        "distance from the tail pulley's axis",
+        plausible=(0.25, 50.0),
+        scale=1.0,
+        modifier=True,
+        grid=(0.25, 0.5, 1.0, 2.0, 4.0, 8.0),
+        shop=METRES,
+    )
 
     def influence(self, span, case):
         fields = span_fields(span)

@@ -223,7 +223,7 @@ def _inspect(cls: type[Effect], path: Path) -> None:
     if cls.id in library():
         raise wrong_file(path, here, f"the library has an effect of this id ({cls.id}); give yours another")
     if "declared" not in vars(cls):
-        raise wrong_file(path, here, f"write @effect above @dataclass of {cls.__name__}")
+        raise wrong_file(path, here, f"write @effect above the class {cls.__name__}")
     for name, parameter in cls.parameters.items():
         unknown = [t for t in re.findall(r"[A-Za-z]+", parameter.unit) if t not in _UNITS]
         if unknown:

@@ -1,10 +1,10 @@
 """Shape of the pulleys: taper, crown, deflection, build-up of dirt; where a sagging span really meets them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import CHECK_DIAMETERS, CHECK_MODEL, Cause, Effect, Parameter, effect
+from belt_sim.effects.base import CHECK_DIAMETERS, CHECK_MODEL, Cause, Effect, effect, parameter
 from belt_sim.laws.runup import sag_angle
 
 _CONE = "ppm of the radius per m of width"
@@ -13,7 +13,6 @@ _BULGE = "‰ of the radius 1 m from the middle"  # of R (1 - c y^2/2)
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class Taper(Effect):
     """kappa_t = (dR/dy)/R turns the landing belt: dtheta_u/ds = -(kappa_u + kappa_t), towards the larger radius."""
 
@@ -23,16 +22,8 @@ class Taper(Effect):
     reference = "physics sheet, section 7"
     parity = "even"
     cause = Cause("the {pulley} pulley is conical", ("tail", "head"), CHECK_DIAMETERS)
-    parameters = {
-        "kappa_t": Parameter(
-            unit="1/m", meaning="taper of the tail pulley", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER
-        ),
-        "kappa_t_head": Parameter(
-            unit="1/m", meaning="taper of the head pulley", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER
-        ),
-    }
-    kappa_t: float = 0.0
-    kappa_t_head: float = 0.0
+    kappa_t: float = parameter("1/m", "taper of the tail pulley", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER)
+    kappa_t_head: float = parameter("1/m", "taper of the head pulley", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER)
 
     def runup(self, runup, state, case):
         return replace(runup, turn=runup.turn + jnp.stack([self.kappa_t, self.kappa_t_head]))
@@ -42,7 +33,6 @@ class Taper(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class Crown(Effect):
     """R(y) = R (1 - c y^2/2): a taper kappa_t = -c y that centres the belt."""
 
@@ -52,16 +42,10 @@ class Crown(Effect):
     reference = "physics sheet, section 7"
     parity = "odd"
     cause = Cause("the {pulley} pulley is crowned or hollow", ("tail", "head"), CHECK_DIAMETERS)
-    parameters = {
-        "c": Parameter(
-            unit="1/m2", meaning="crown of the tail pulley", plausible=(-0.5, 0.5), scale=5e-3, shop=(500.0, _BULGE)
-        ),
-        "c_head": Parameter(
-            unit="1/m2", meaning="crown of the head pulley", plausible=(-0.5, 0.5), scale=5e-3, shop=(500.0, _BULGE)
-        ),
-    }
-    c: float = 0.0
-    c_head: float = 0.0
+    c: float = parameter("1/m2", "crown of the tail pulley", plausible=(-0.5, 0.5), scale=5e-3, shop=(500.0, _BULGE))
+    c_head: float = parameter(
+        "1/m2", "crown of the head pulley", plausible=(-0.5, 0.5), scale=5e-3, shop=(500.0, _BULGE)
+    )
 
     def runup(self, runup, state, case):
         return replace(runup, turn=runup.turn - jnp.stack([self.c, self.c_head]) * state.y)
@@ -72,7 +56,6 @@ class Crown(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class PulleyDeflection(Effect):
     """Both pulleys bend away from the pull in the middle, an anti-crown in proportion to it: kappa_t = compliance F y.
 
@@ -89,16 +72,13 @@ class PulleyDeflection(Effect):
         ("tail", "head"),
         "Compare shell and shaft stiffness with the belt's pull; look for a cracked shell or a thin shaft.",
     )
-    parameters = {
-        "compliance": Parameter(
-            unit="1/(N m2)",
-            meaning="anti-crown per unit of belt force",
-            plausible=(0.0, 3e-4),
-            scale=5e-6,
-            shop=(500e3, f"{_BULGE}, per kN"),
-        )
-    }
-    compliance: float = 0.0
+    compliance: float = parameter(
+        "1/(N m2)",
+        "anti-crown per unit of belt force",
+        plausible=(0.0, 3e-4),
+        scale=5e-6,
+        shop=(500e3, f"{_BULGE}, per kN"),
+    )
 
     def runup(self, runup, state, case):
         return replace(runup, turn=runup.turn + self.compliance * case.tension_force * state.y)
@@ -111,7 +91,6 @@ class PulleyDeflection(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class BuildUp(Effect):
     """The tail pulley's taper grows with the belt that has passed: kappa_t = rate s, whatever the speed."""
 
@@ -123,16 +102,13 @@ class BuildUp(Effect):
     cause = Cause(
         "dirt builds up on one side of the tail pulley", ("tail",), "Look at the tail pulley's surface, and clean it."
     )
-    parameters = {
-        "rate": Parameter(
-            unit="1/m2",
-            meaning="growth of the tail's taper with travel",
-            plausible=(-1e-5, 1e-5),
-            scale=4e-7,
-            shop=(1e6, f"{_CONE}, per m of travel"),
-        )
-    }
-    rate: float = 0.0
+    rate: float = parameter(
+        "1/m2",
+        "growth of the tail's taper with travel",
+        plausible=(-1e-5, 1e-5),
+        scale=4e-7,
+        shop=(1e6, f"{_CONE}, per m of travel"),
+    )
 
     def runup(self, runup, state, case):
         taper = self.rate * state.travel
@@ -140,7 +116,6 @@ class BuildUp(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class RunUpPoints(Effect):
     """The span meets the pulley psi = q L/(2 F) before its top: yaw beta cos(psi), roll beta sin(psi) at the tail and
     -beta_h sin(psi) at the head pulley, where the span slopes the other way."""
@@ -151,8 +126,7 @@ class RunUpPoints(Effect):
     reference = "paper Fig. 10; physics sheet, section 6"
     parity = "odd"
     cause = Cause("a sagging span meets its pulley before the top", ("tail", "head"), CHECK_MODEL, of_model=True)
-    parameters = {"share": Parameter(unit="1", meaning="share of psi that counts", plausible=(0.5, 1.5), scale=1.0)}
-    share: float = 1.0
+    share: float = parameter("1", "share of psi that counts", plausible=(0.5, 1.5), scale=1.0, default=1.0)
 
     def yaw(self, yaw, state, case):
         psi = self.share * sag_angle(case)

@@ -1,20 +1,25 @@
 """Errors of the instruments: gain, zero, drift and delay of the edge sensors, and the scale of the encoder."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import PERCENT, Cause, Effect, Parameter, effect
+from belt_sim.effects.base import PERCENT, Cause, Effect, effect, parameter
 
 
-def _at_points(letter: str, **kwargs) -> dict[str, Parameter]:
-    """Return parameters letter1..letter4 of the sensors at points 1-4."""
-    meaning = kwargs.pop("meaning")
-    return {f"{letter}{k}": Parameter(meaning=f"{meaning} at point {k}", **kwargs) for k in (1, 2, 3, 4)}
+def _gain(point: int):
+    return parameter("1", f"gain error at point {point}", plausible=(-0.3, 0.3), scale=0.02, shop=PERCENT)
+
+
+def _offset(point: int):
+    return parameter("m", f"offset at point {point}", plausible=(-2e-2, 2e-2), scale=2e-4)
+
+
+def _drift(point: int):
+    return parameter("m/s", f"drift at point {point}", plausible=(-2e-5, 2e-5), scale=1e-6, shop=(3.6e6, "mm/h"))
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class SensorGain(Effect):
     """An edge sensor shows (1 + g) y."""
 
@@ -26,11 +31,10 @@ class SensorGain(Effect):
     cause = Cause(
         "an edge sensor shows the wrong scale", ("sensors",), "Move a target by a gauge block in front of the sensor."
     )
-    parameters = _at_points("g", unit="1", meaning="gain error", plausible=(-0.3, 0.3), scale=0.02, shop=PERCENT)
-    g1: float = 0.0
-    g2: float = 0.0
-    g3: float = 0.0
-    g4: float = 0.0
+    g1: float = _gain(1)
+    g2: float = _gain(2)
+    g3: float = _gain(3)
+    g4: float = _gain(4)
 
     def sensor(self, reading, case):
         gain = jnp.stack([self.g1, self.g2, self.g3, self.g4])
@@ -38,7 +42,6 @@ class SensorGain(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class SensorOffset(Effect):
     """An edge sensor shows y + c, the same c in every run."""
 
@@ -51,11 +54,10 @@ class SensorOffset(Effect):
     cause = Cause(
         "an edge sensor's zero is off", ("sensors",), "Set the sensor's zero on a straightedge along the machine."
     )
-    parameters = _at_points("c", unit="m", meaning="offset", plausible=(-2e-2, 2e-2), scale=2e-4)
-    c1: float = 0.0
-    c2: float = 0.0
-    c3: float = 0.0
-    c4: float = 0.0
+    c1: float = _offset(1)
+    c2: float = _offset(2)
+    c3: float = _offset(3)
+    c4: float = _offset(4)
 
     def sensor(self, reading, case):
         offset = jnp.stack([self.c1, self.c2, self.c3, self.c4])
@@ -63,7 +65,6 @@ class SensorOffset(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class SensorDrift(Effect):
     """An edge sensor shows y + d t. The drift is constant in time, so per metre it falls with speed."""
 
@@ -76,11 +77,10 @@ class SensorDrift(Effect):
     cause = Cause(
         "an edge sensor drifts with time", ("sensors",), "Read the sensor against a fixed edge before and after a run."
     )
-    parameters = _at_points("d", unit="m/s", meaning="drift", plausible=(-2e-5, 2e-5), scale=1e-6, shop=(3.6e6, "mm/h"))
-    d1: float = 0.0
-    d2: float = 0.0
-    d3: float = 0.0
-    d4: float = 0.0
+    d1: float = _drift(1)
+    d2: float = _drift(2)
+    d3: float = _drift(3)
+    d4: float = _drift(4)
 
     def sensor(self, reading, case):
         drift = jnp.stack([self.d1, self.d2, self.d3, self.d4])
@@ -88,7 +88,6 @@ class SensorDrift(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class SensorDelay(Effect):
     """Every edge sensor shows the position ``delay`` seconds ago, that is v delay metres of travel (filters, buses).
 
@@ -106,17 +105,13 @@ class SensorDelay(Effect):
         ("sensors",),
         "Look up the sensors' filter time, and repeat a run at another speed.",
     )
-    parameters = {
-        "delay": Parameter(unit="s", meaning="dead time of the edge sensors", plausible=(0.0, 5.0), scale=0.1)
-    }
-    delay: float = 0.0
+    delay: float = parameter("s", "dead time of the edge sensors", plausible=(0.0, 5.0), scale=0.1)
 
     def seen(self, travel, case):
         return travel - self.delay * case.settings.speed
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class EncoderScale(Effect):
     """The encoder shows (1 + e) times the true travel, which changes all rates and periods."""
 
@@ -131,8 +126,7 @@ class EncoderScale(Effect):
         ("encoder",),
         "Mark the belt, run it one turn, and compare the display with the belt's length.",
     )
-    parameters = {"e": Parameter(unit="1", meaning="scale error", plausible=(-0.1, 0.1), scale=0.01, shop=PERCENT)}
-    e: float = 0.0
+    e: float = parameter("1", "scale error", plausible=(-0.1, 0.1), scale=0.01, shop=PERCENT)
 
     def encoder(self, travel, case):
         return travel / (1.0 + self.e)

@@ -1,11 +1,11 @@
 """Loads on the spans: a leaning machine, idlers, scrapers, what the belt carries."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax.numpy as jnp
 
 from belt_sim.case import Case
-from belt_sim.effects.base import Cause, Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, effect, parameter
 from belt_sim.laws.influence import (
     add_load,
     couple_at,
@@ -19,7 +19,6 @@ from belt_sim.laws.influence import (
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class MachineTilt(Effect):
     """The share ``angle`` of the belt's weight pulls both spans sideways: a side load q angle per metre towards +y.
 
@@ -39,10 +38,7 @@ class MachineTilt(Effect):
         ("upper", "lower"),
         "Put a level across the frame, at the head and at the tail.",
     )
-    parameters = {
-        "angle": Parameter(unit="rad", meaning="lean of the machine towards +y", plausible=(-0.05, 0.05), scale=1e-3)
-    }
-    angle: float = 0.0
+    angle: float = parameter("rad", "lean of the machine towards +y", plausible=(-0.05, 0.05), scale=1e-3)
 
     def influence(self, span, case):
         return spread_force(span, span_fields(span))
@@ -54,15 +50,9 @@ class MachineTilt(Effect):
         return replace(parts, lean=parts.lean + self.angle)
 
 
-_PLACE = Parameter(
-    unit="1",
-    meaning="share of the span's length, counted from the head pulley",
-    plausible=(0.1, 0.9),
-    scale=0.5,
-    null=0.5,
-    modifier=True,
-    grid=(0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9),
-)
+def _place():
+    meaning, grid = "share of the span's length, counted from the head pulley", (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9)
+    return parameter("1", meaning, plausible=(0.1, 0.9), scale=0.5, null=0.5, modifier=True, grid=grid)
 
 
 def _position(place: float, case: Case) -> float:
@@ -71,7 +61,6 @@ def _position(place: float, case: Case) -> float:
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class IdlerSkew(Effect):
     """A roller askew under the upper span exerts a constant side force, +y on forward travel, -y on reversed travel.
 
@@ -89,14 +78,8 @@ class IdlerSkew(Effect):
         ("upper",),
         "Measure the rollers' angles, or lower them away for one run.",
     )
-    parameters = {
-        "force": Parameter(
-            unit="N", meaning="side force on the upper span, forward travel", plausible=(-50.0, 50.0), scale=0.1
-        ),
-        "place": _PLACE,
-    }
-    force: float = 0.0
-    place: float = 0.5
+    force: float = parameter("N", "side force on the upper span, forward travel", plausible=(-50.0, 50.0), scale=0.1)
+    place: float = _place()
 
     def influence(self, span, case):
         return force_at(span, share_from_runoff(self.place, case.settings.direction), span_fields(span))
@@ -111,7 +94,6 @@ class IdlerSkew(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class SideDrag(Effect):
     """A drag D against the travel at the edge y = b/2 turns the belt there by a couple about z, moment = D b/2.
 
@@ -130,17 +112,10 @@ class SideDrag(Effect):
         ("upper",),
         "Look for rub marks on one edge, and lift the scraper for one run.",
     )
-    parameters = {
-        "moment": Parameter(
-            unit="N m",
-            meaning="couple of a drag at the edge y > 0 of the upper span",
-            plausible=(-50.0, 50.0),
-            scale=0.2,
-        ),
-        "place": _PLACE,
-    }
-    moment: float = 0.0
-    place: float = 0.5
+    moment: float = parameter(
+        "N m", "couple of a drag at the edge y > 0 of the upper span", plausible=(-50.0, 50.0), scale=0.2
+    )
+    place: float = _place()
 
     def influence(self, span, case):
         return couple_at(span, share_from_runoff(self.place, case.settings.direction), span_fields(span))
@@ -155,7 +130,6 @@ class SideDrag(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class OffCentreLoad(Effect):
     """A load of w newton per metre at the offset e rolls the span, its loaded side down: a couple w e a metre.
 
@@ -170,12 +144,9 @@ class OffCentreLoad(Effect):
     parity = "even"
     needs = frozenset({"sag"})
     cause = Cause("the load on the upper span lies off centre", ("upper",), "Centre the load, or run the belt empty.")
-    parameters = {
-        "moment": Parameter(
-            unit="N", meaning="couple per metre of the upper span, side y > 0 loaded", plausible=(-2.0, 2.0), scale=5e-3
-        )
-    }
-    moment: float = 0.0
+    moment: float = parameter(
+        "N", "couple per metre of the upper span, side y > 0 loaded", plausible=(-2.0, 2.0), scale=5e-3
+    )
 
     def influence(self, span, case):
         return spread_roll(span, span_fields(span))

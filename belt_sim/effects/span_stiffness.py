@@ -1,14 +1,13 @@
 """Properties of the spans: sag-roll coupling, shear, flatness of the strip."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import CHECK_MODEL, Cause, Effect, Parameter, effect
+from belt_sim.effects.base import CHECK_MODEL, Cause, Effect, effect, parameter
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class SagRoll(Effect):
     """Adds kappa = y'' + phi Z to a beam of second order; strength multiplies Z = q/F (1 = the full strip law)."""
 
@@ -18,19 +17,15 @@ class SagRoll(Effect):
     reference = "physics sheet, section 3 (strip); edge ropes of Ritzinger 1997 and Ernst 1965 describe the same sag"
     parity = "odd"
     cause = Cause("a slack belt hangs, and tilts instead of bending", ("upper", "lower"), CHECK_MODEL, of_model=True)
-    parameters = {
-        "strength": Parameter(
-            unit="1", meaning="share of the sag curvature q/F that couples", plausible=(0.5, 1.5), scale=1.0
-        )
-    }
-    strength: float = 1.0
+    strength: float = parameter(
+        "1", "share of the sag curvature q/F that couples", plausible=(0.5, 1.5), scale=1.0, default=1.0
+    )
 
     def span(self, span, case):
         return replace(span, sag_curvature=span.sag_curvature + self.strength * case.sag_curvature)
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class Shear(Effect):
     """K^2 = (F/EI) / (1 + n F/(G A)); n = (12 + 11 nu)/(10 + 10 nu) for a rectangle (paper eq. 8)."""
 
@@ -40,12 +35,9 @@ class Shear(Effect):
     reference = "paper eq. 8; Cowper 1966 for n"
     parity = "odd"
     cause = Cause("a short, wide span gives way in shear", ("upper", "lower"), CHECK_MODEL, of_model=True)
-    parameters = {
-        "coefficient": Parameter(
-            unit="1", meaning="shear coefficient n of the cross-section", plausible=(1.0, 1.3), scale=1.177
-        )
-    }
-    coefficient: float = 1.177
+    coefficient: float = parameter(
+        "1", "shear coefficient n of the cross-section", plausible=(1.0, 1.3), scale=1.177, default=1.177
+    )
 
     def span(self, span, case):
         stiffness = case.belt.shear_modulus * case.belt.area
@@ -53,7 +45,6 @@ class Shear(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class Flatness(Effect):
     """The strip has the residual stress amplitude (1 - 12 y^2/b^2) across its width: a parabola without resultant.
 
@@ -75,12 +66,7 @@ class Flatness(Effect):
         ("upper", "lower"),
         "Slacken the belt and look for wavy edges or a loose middle.",
     )
-    parameters = {
-        "amplitude": Parameter(
-            unit="Pa", meaning="residual stress in the middle of the width", plausible=(-2e7, 2e7), scale=3e6
-        )
-    }
-    amplitude: float = 0.0
+    amplitude: float = parameter("Pa", "residual stress in the middle of the width", plausible=(-2e7, 2e7), scale=3e6)
 
     def span(self, span, case):
         belt = case.belt

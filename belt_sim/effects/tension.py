@@ -1,12 +1,11 @@
 """Tension: load-cell errors and centrifugal tension."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from belt_sim.effects.base import CHECK_MODEL, PERCENT, Cause, Effect, Parameter, effect
+from belt_sim.effects.base import CHECK_MODEL, PERCENT, Cause, Effect, effect, parameter
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class TensionBias(Effect):
     """sigma_true = sigma (1 + gain) + bias."""
 
@@ -16,21 +15,14 @@ class TensionBias(Effect):
     reference = "physics sheet, section 7"
     parity = "odd"
     cause = Cause("the tension is not the one displayed", ("tensioner",), "Check the load cell with a known weight.")
-    parameters = {
-        "gain": Parameter(
-            unit="1", meaning="gain error of the load cell", plausible=(-0.3, 0.3), scale=0.05, shop=PERCENT
-        ),
-        "bias": Parameter(unit="Pa", meaning="zero error of the load cell", plausible=(-3e6, 3e6), scale=3e5),
-    }
-    gain: float = 0.0
-    bias: float = 0.0
+    gain: float = parameter("1", "gain error of the load cell", plausible=(-0.3, 0.3), scale=0.05, shop=PERCENT)
+    bias: float = parameter("Pa", "zero error of the load cell", plausible=(-3e6, 3e6), scale=3e5)
 
     def settings(self, settings, case):
         return replace(settings, tension=settings.tension * (1.0 + self.gain) + self.bias)
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class SpeedTension(Effect):
     """The tension that counts in the spans is sigma - share rho v^2."""
 
@@ -40,8 +32,7 @@ class SpeedTension(Effect):
     reference = "physics sheet, sections 7 and 9"
     parity = "odd"
     cause = Cause("speed takes tension off the spans", ("upper", "lower"), CHECK_MODEL, of_model=True)
-    parameters = {"share": Parameter(unit="1", meaning="share of rho v^2 that counts", plausible=(0.5, 1.5), scale=1.0)}
-    share: float = 1.0
+    share: float = parameter("1", "share of rho v^2 that counts", plausible=(0.5, 1.5), scale=1.0, default=1.0)
 
     def settings(self, settings, case):
         return replace(settings, tension=settings.tension - self.share * case.belt.density * settings.speed**2)

@@ -1,24 +1,19 @@
 """A machine that warms up: first-order drift in time of the tail pulley's yaw or taper."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import Cause, Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, effect, parameter
 
 NO_LIMIT = 1e5  # [s]: in any record the drift is then a straight line
 
 _SMALL, _TERMS = 0.01, 6  # below it so many terms of the series are exact to 1e-15, above it 1 - exp is to 1e-14
 
-TIME_CONSTANT = Parameter(
-    unit="s",
-    meaning="time constant of warming up",
-    plausible=(30.0, NO_LIMIT),
-    scale=1e3,
-    null=NO_LIMIT,
-    modifier=True,
-    grid=(30.0, 60.0, 120.0, 300.0, 1000.0, NO_LIMIT),
-)
+
+def _time_constant():
+    meaning, grid = "time constant of warming up", (30.0, 60.0, 120.0, 300.0, 1000.0, NO_LIMIT)
+    return parameter("s", meaning, plausible=(30.0, NO_LIMIT), scale=1e3, null=NO_LIMIT, modifier=True, grid=grid)
 
 
 def _drift(rate, time_constant, state, case):
@@ -36,7 +31,6 @@ def _one_minus_exp(x):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class YawDrift(Effect):
     """The yaw of the tail pulley is beta + rate tau (1 - exp(-t/tau)): frame or bearings expand with heat.
 
@@ -54,21 +48,14 @@ class YawDrift(Effect):
         ("tail",),
         "Measure the axes' distance at both sides, cold and warm.",
     )
-    parameters = {
-        "rate": Parameter(
-            unit="rad/s", meaning="drift of the tail's yaw at first", plausible=(-1e-5, 1e-5), scale=1e-6
-        ),
-        "time_constant": TIME_CONSTANT,
-    }
-    rate: float = 0.0
-    time_constant: float = NO_LIMIT
+    rate: float = parameter("rad/s", "drift of the tail's yaw at first", plausible=(-1e-5, 1e-5), scale=1e-6)
+    time_constant: float = _time_constant()
 
     def yaw(self, yaw, state, case):
         return replace(yaw, tail=yaw.tail + _drift(self.rate, self.time_constant, state, case))
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class TaperDrift(Effect):
     """kappa_t = rate tau (1 - exp(-t/tau)) on the tail pulley: it grows thicker at its warmer end.
 
@@ -85,18 +72,14 @@ class TaperDrift(Effect):
         ("tail",),
         "Measure the temperature at both sides of the pulley.",
     )
-    parameters = {
-        "rate": Parameter(
-            unit="1/(m s)",
-            meaning="growth of the tail's taper at first",
-            plausible=(-5e-6, 5e-6),
-            scale=2e-7,
-            shop=(3.6e9, "ppm of the radius per m of width, per hour"),
-        ),
-        "time_constant": TIME_CONSTANT,
-    }
-    rate: float = 0.0
-    time_constant: float = NO_LIMIT
+    rate: float = parameter(
+        "1/(m s)",
+        "growth of the tail's taper at first",
+        plausible=(-5e-6, 5e-6),
+        scale=2e-7,
+        shop=(3.6e9, "ppm of the radius per m of width, per hour"),
+    )
+    time_constant: float = _time_constant()
 
     def runup(self, runup, state, case):
         taper = _drift(self.rate, self.time_constant, state, case)

@@ -1,13 +1,13 @@
 """Wobble: a pulley that sits askew on its shaft, or a shaft that is bent."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.effects.base import PERCENT, Cause, Effect, Parameter, effect
+from belt_sim.effects.base import PERCENT, Cause, Effect, effect, parameter
 
 _RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # a radian of phase apart after some thirty turns
 _RUNS_UP = np.array([-1.0, 1.0])  # forwards on top of the tail and below the head, backwards the other way
@@ -37,18 +37,15 @@ def cos_sin(angle):
 
 
 def _part(meaning):
-    return Parameter(unit="rad", meaning=meaning, plausible=(-2e-3, 2e-3), scale=1e-4)
+    return parameter("rad", meaning, plausible=(-2e-3, 2e-3), scale=1e-4)
 
 
 def _radius(pulley):
     meaning = f"relative error of the stated radius of the {pulley} pulley"
-    return Parameter(
-        unit="1", meaning=meaning, plausible=(-0.01, 0.01), scale=1e-3, modifier=True, grid=_RADII, shop=PERCENT
-    )
+    return parameter("1", meaning, plausible=(-0.01, 0.01), scale=1e-3, modifier=True, grid=_RADII, shop=PERCENT)
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class Wobble(Effect):
     """The surface swings as one piece about the bearings' line, period 2 pi R; it leaves no drift.
 
@@ -71,20 +68,12 @@ class Wobble(Effect):
         ("tail", "head"),
         "Turn the {pulley} pulley by hand and read a dial gauge at both sides.",
     )
-    parameters = {
-        "beta_cos": _part("askew: yaw of the tail pulley's surface at travel 0"),
-        "beta_sin": _part("the same a quarter of a turn later"),
-        "beta_cos_head": _part("askew: yaw of the head pulley's surface at travel 0"),
-        "beta_sin_head": _part("the same a quarter of a turn later, head pulley"),
-        "radius_error": _radius("tail"),
-        "radius_error_head": _radius("head"),
-    }
-    beta_cos: float = 0.0
-    beta_sin: float = 0.0
-    beta_cos_head: float = 0.0
-    beta_sin_head: float = 0.0
-    radius_error: float = 0.0
-    radius_error_head: float = 0.0
+    beta_cos: float = _part("askew: yaw of the tail pulley's surface at travel 0")
+    beta_sin: float = _part("the same a quarter of a turn later")
+    beta_cos_head: float = _part("askew: yaw of the head pulley's surface at travel 0")
+    beta_sin_head: float = _part("the same a quarter of a turn later, head pulley")
+    radius_error: float = _radius("tail")
+    radius_error_head: float = _radius("head")
 
     def yaw(self, yaw, state, case):
         rig, errors = case.rig, jnp.stack([self.radius_error, self.radius_error_head])

@@ -1,18 +1,19 @@
 """Axes of the pulleys: zero errors of the yaw, play, compliance, unequal tensioners, cant."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax.numpy as jnp
 
 from belt_sim.case import Schedule
-from belt_sim.effects.base import Cause, Effect, Parameter, effect
+from belt_sim.effects.base import Cause, Effect, effect, parameter
 from belt_sim.laws.runup import sag_angle
 
-_BETA_0 = Parameter(unit="rad", meaning="yaw at command zero", plausible=(-2e-3, 2e-3), scale=1e-4)
+
+def _zero_error():
+    return parameter("rad", "yaw at command zero", plausible=(-2e-3, 2e-3), scale=1e-4)
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class YawOffsetTail(Effect):
     """The yaw of the tail pulley is beta + beta_0: the lines w(beta) of all tensions cross at -beta_0."""
 
@@ -27,8 +28,7 @@ class YawOffsetTail(Effect):
         ("tail",),
         "Measure the axes' distance at both sides, and set the steering's zero.",
     )
-    parameters = {"beta_0": _BETA_0}
-    beta_0: float = 0.0
+    beta_0: float = _zero_error()
 
     def yaw(self, yaw, state, case):
         return replace(yaw, tail=yaw.tail + self.beta_0)
@@ -38,7 +38,6 @@ class YawOffsetTail(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class YawOffsetHead(Effect):
     """The yaw of the head pulley is beta_h + beta_0."""
 
@@ -53,8 +52,7 @@ class YawOffsetHead(Effect):
         ("head",),
         "Measure the axes' distance at both sides of the machine.",
     )
-    parameters = {"beta_0": _BETA_0}
-    beta_0: float = 0.0
+    beta_0: float = _zero_error()
 
     def yaw(self, yaw, state, case):
         return replace(yaw, head=yaw.head + self.beta_0)
@@ -64,7 +62,6 @@ class YawOffsetHead(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class YawBacklash(Effect):
     """The tail pulley follows its command through a play of +-half; it starts in the middle of the play."""
 
@@ -78,8 +75,7 @@ class YawBacklash(Effect):
         ("tail",),
         "Push the steered shaft to and fro with a dial gauge on it.",
     )
-    parameters = {"half": Parameter(unit="rad", meaning="half of the play", plausible=(0.0, 5e-4), scale=5e-5)}
-    half: float = 0.0
+    half: float = parameter("rad", "half of the play", plausible=(0.0, 5e-4), scale=5e-5)
 
     def settings(self, settings, case):
         yaw = settings.yaw
@@ -92,7 +88,6 @@ class YawBacklash(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class YawCompliance(Effect):
     """The tail pulley stands at beta - C_m M, M the moment of both spans on it.
 
@@ -110,10 +105,7 @@ class YawCompliance(Effect):
         ("tail",),
         "Put a dial gauge on the steered bearing while the belt is tensioned and steered.",
     )
-    parameters = {
-        "c_m": Parameter(unit="rad/(N m)", meaning="yaw per unit of moment", plausible=(0.0, 5e-5), scale=3e-6)
-    }
-    c_m: float = 0.0
+    c_m: float = parameter("rad/(N m)", "yaw per unit of moment", plausible=(0.0, 5e-5), scale=3e-6)
 
     def yaw(self, yaw, state, case):
         grows = 2.0 * state.bending * state.stiffness[0]
@@ -125,7 +117,6 @@ class YawCompliance(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class UnequalTension(Effect):
     """The tail pulley is turned by what its tensioners give way unequally: yaw = commanded + yaw_per_force F.
 
@@ -143,12 +134,9 @@ class UnequalTension(Effect):
         ("tensioner",),
         "Compare both tensioners' pressures or strokes, and free a guide that sticks.",
     )
-    parameters = {
-        "yaw_per_force": Parameter(
-            unit="rad/N", meaning="yaw of the tail per unit of belt force", plausible=(-2e-6, 2e-6), scale=1e-7
-        )
-    }
-    yaw_per_force: float = 0.0
+    yaw_per_force: float = parameter(
+        "rad/N", "yaw of the tail per unit of belt force", plausible=(-2e-6, 2e-6), scale=1e-7
+    )
 
     def yaw(self, yaw, state, case):
         return replace(yaw, tail=yaw.tail + self.yaw_per_force * case.tension_force)
@@ -159,7 +147,6 @@ class UnequalTension(Effect):
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class Cant(Effect):
     """An axis raised by gamma towards +y moves the belt along the wrap, y + gamma z = const, by 2 R gamma.
 
@@ -179,12 +166,8 @@ class Cant(Effect):
         ("tail", "head"),
         "Put a machinist's level on the shaft of the {pulley} pulley.",
     )
-    parameters = {
-        "gamma": Parameter(unit="rad", meaning="cant of the tail pulley", plausible=(-5e-3, 5e-3), scale=2e-4),
-        "gamma_head": Parameter(unit="rad", meaning="cant of the head pulley", plausible=(-5e-3, 5e-3), scale=2e-4),
-    }
-    gamma: float = 0.0
-    gamma_head: float = 0.0
+    gamma: float = parameter("rad", "cant of the tail pulley", plausible=(-5e-3, 5e-3), scale=2e-4)
+    gamma_head: float = parameter("rad", "cant of the head pulley", plausible=(-5e-3, 5e-3), scale=2e-4)
 
     def wrap(self, runoff, state, case):
         rig = case.rig

@@ -1,12 +1,11 @@
 """An effect of one's own: a steady side wind on both spans."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.base import Effect, effect, parameter
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class Wind(Effect):
     """A side load w per metre bends a span: kappa at its run-up end changes by w L^2/(12 EI) (clamped beam)."""
 
@@ -14,10 +13,7 @@ class Wind(Effect):
     law = "run-up"
     reference = "clamped-clamped beam under uniform load, any textbook"
     parity = "even"
-    parameters = {
-        "load": Parameter(unit="N/m", meaning="side load of the wind", plausible=(-5, 5), scale=0.01),
-    }
-    load: float = 0.0
+    load: float = parameter("N/m", "side load of the wind", plausible=(-5, 5), scale=0.01)
 
     def runup(self, runup, state, case):
         length, stiffness = case.rig.span_length, case.belt.bending_stiffness
