@@ -63,13 +63,15 @@ class Past(Protocol):
         """Rows first:last of (y, alpha tail, y, alpha head) at travel s, shape (..., batch) -> (rows, ..., batch)."""
 
 
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(size, shape))
 @dataclass(frozen=True, kw_only=True)
 class Fault:
     """A departure from the faultless line; parameters are SI numbers or arrays (batch,), and 0 is no fault.
 
     A fault is the twin of an effect, of the same id (reference_*.py), or unmodelled (unmodelled_*.py). It
-    overrides the hooks that it needs; the others change nothing. ``@fault`` names it, and makes a dataclass of it whose
-    fields are declared by ``size``, the leading ones first, and ``shape``.
+    overrides the hooks that it needs; the others change nothing. Every subclass becomes a frozen dataclass, whose
+    fields are declared by ``size``, the leading ones first, and ``shape``. Its id comes from its name:
+    ``YawOffsetTailFault`` is yaw_offset_tail.
     """
 
     id: ClassVar[str] = ""
@@ -88,6 +90,12 @@ class Fault:
     idle_on: ClassVar[tuple[str, ...]] = ()
     #: values of ``span_state`` at which the spans are worked out; between them they are interpolated
     span_states: ClassVar[tuple[float, ...]] = (0.0,)
+
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True, kw_only=True)(cls)
+        cls.id = re.sub("(?<!^)(?=[A-Z])", "_", cls.__name__.removesuffix("Fault")).lower()
+        cls.sizes = {f.name: f.metadata["size"] for f in fields(cls) if "size" in f.metadata}
+        cls.positive = any(size.positive for size in cls.sizes.values())
 
     def set(self, line: Line) -> Line:
         """The line with its constants changed."""
@@ -193,16 +201,6 @@ class Fault:
         return dict(vars(self))
 
 
-@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(size, shape))
-def fault(cls: type) -> type:
-    """Make a class a fault: a frozen dataclass with an id from its name, ``YawOffsetTailFault`` -> yaw_offset_tail."""
-    made: Any = dataclass(frozen=True, kw_only=True)(cls)
-    made.id = re.sub("(?<!^)(?=[A-Z])", "_", cls.__name__.removesuffix("Fault")).lower()
-    made.positive = any(f.metadata["size"].positive for f in fields(made) if "size" in f.metadata)
-    made.sizes = {f.name: f.metadata["size"] for f in fields(made) if "size" in f.metadata}
-    return made  # type: ignore[no-any-return]
-
-
 def overrides(fault: Fault | type[Fault], hook: str) -> bool:
     """Whether a fault has a hook of its own."""
     cls = fault if isinstance(fault, type) else type(fault)
@@ -215,7 +213,6 @@ def add_to_pulley(parts: SceneParts, pulley: str, **more: float) -> SceneParts:
     return parts.with_pulley(pulley, **{name: there[name] + value for name, value in more.items()})
 
 
-@dataclass(frozen=True, kw_only=True)
 class UnmodelledFault(Fault):
     """A fault that no catalogue lists, and what the generator calls it.
 

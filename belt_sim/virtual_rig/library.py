@@ -10,8 +10,9 @@ from belt_sim.virtual_rig.fault import Fault, UnmodelledFault
 
 def _faults_in(modules: Iterable[ModuleType]) -> dict[str, type[Fault]]:
     """Fault classes of some modules, by id in alphabetical order: random draws depend on it."""
-    classes = [v for m in modules for v in vars(m).values() if isinstance(v, type) and issubclass(v, Fault) and v.id]
-    return {c.id: c for c in sorted(classes, key=lambda c: c.id)}
+    classes = [v for m in modules for v in vars(m).values() if isinstance(v, type) and v.__module__ == m.__name__]
+    public = [c for c in classes if issubclass(c, Fault) and not c.__name__.startswith("_")]
+    return {c.id: c for c in sorted(public, key=lambda c: c.id)}
 
 
 CATALOGUE = _faults_in([reference_belt, reference_machine])

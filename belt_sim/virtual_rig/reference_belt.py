@@ -1,17 +1,16 @@
 """Twins of the library's effects on the belt and its spans: natural curvature, weld, edge, sag, flatness, loads."""
 
-from dataclasses import make_dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from belt_sim.case import GRAVITY
-from belt_sim.virtual_rig.fault import Fault, any_place_on_belt, belt_length, fault, largest_yaw, shape, size
+from belt_sim.virtual_rig.fault import Fault, any_place_on_belt, belt_length, largest_yaw, shape, size
 from belt_sim.virtual_rig.load import couple_at, force_at, tilt_sensitivity, uniform_force, uniform_roll_couple
 
 # The belt itself: natural curvature, weld, edge, sag.
 
 
-@fault
 class CamberFault(Fault):
     """The belt is curved in its plane by nature; by Betti a run-up feels what its span's shape does not take up."""
 
@@ -32,7 +31,6 @@ class CamberFault(Fault):
         return parts.with_camber(lambda s: np.full(np.shape(s), self.kappa_c)) if self.kappa_c else parts
 
 
-@fault
 class FlatnessFault(Fault):
     """Residual stress of the strip, amplitude (1 - 12 y^2/b^2) across its width; positive: long edges."""
 
@@ -46,7 +44,6 @@ _POINTS = (np.arange(16) + 0.5) / 16 - 0.5  # quadrature over the bend
 _SHAPE = 1 + np.cos(2 * np.pi * _POINTS)
 
 
-@fault
 class WeldFault(Fault):
     """A weld: a kink of the belt over a raised cosine; at travel 0 it lies ``at`` along the belt from point 4 over 1,
     2, 3.
@@ -118,15 +115,12 @@ FIRST = 4e-4  # [m]: of the cosine and of the sine, together 0.57 mm
 STEEPEST = 1e-2  # [m]: amplitude times harmonic, that is 3 mm/m of slope on a belt of 20 m
 
 
-_FIELDS = [
-    (f"{kind}{k}", float, size("m", FIRST / k**DECAY, STEEPEST / k))
-    for k in range(1, HARMONICS + 1)
-    for kind in ("cos", "sin")
-]
-_Harmonics = make_dataclass("_Harmonics", _FIELDS, bases=(Fault,), frozen=True, kw_only=True)
+_SIZES = {
+    f"{kind}{k}": size("m", FIRST / k**DECAY, STEEPEST / k) for k in range(1, HARMONICS + 1) for kind in ("cos", "sin")
+}
+_Harmonics = type("_Harmonics", (Fault,), {**_SIZES, "__annotations__": dict.fromkeys(_SIZES, float)})
 
 
-@fault
 class EdgeProfileFault(_Harmonics):  # type: ignore[misc,valid-type]
     """The belt's edge is not straight: y + e(m) - e(m when the yaw was applied), m the part of the belt.
 
@@ -148,7 +142,6 @@ class EdgeProfileFault(_Harmonics):  # type: ignore[misc,valid-type]
         return edge
 
 
-@fault
 class SagRollFault(Fault):
     """The sagging belt tilts instead of bending in its plane: 1 makes a flat strip the strip.
 
@@ -177,7 +170,6 @@ def _place_on_span():
     return shape(0.5, lambda plan, rng: rng.uniform(0.1, 0.9), lambda plan: (0.15, 0.4, 0.6, 0.85))
 
 
-@fault
 class IdlerSkewFault(Fault):
     """A skewed idler pushes the upper span towards +y, and to the other side when the belt runs backwards."""
 
@@ -196,7 +188,6 @@ class IdlerSkewFault(Fault):
         return parts.with_push(span="upper", x=self.place * float(case.rig.centre_distance), across=force)
 
 
-@fault
 class SideDragFault(Fault):
     """A scraper drags on one edge of the upper span: a couple about the vertical, positive for the edge y > 0."""
 
@@ -224,7 +215,6 @@ def _excursion(plan) -> float:
     return largest_yaw(plan) * plan.length / 6 + 1e-4
 
 
-@fault
 class EdgeGuideFault(Fault):
     """Rollers on both sides of a span, ``at`` from the tail pulley: elastic stops for a belt ``gap`` off the middle."""
 
@@ -261,7 +251,6 @@ class EdgeGuideFault(Fault):
         return parts
 
 
-@fault
 class MachineTiltFault(Fault):
     """The machine leans about its long axis: a share of the belt's weight, q angle, pulls both spans towards +y."""
 
@@ -279,7 +268,6 @@ class MachineTiltFault(Fault):
         return replace(parts, lean=parts.lean + self.angle)
 
 
-@fault
 class OffCentreLoadFault(Fault):
     """A load beside the middle of the upper span rolls it, its side y > 0 down; a belt that cannot roll stays."""
 

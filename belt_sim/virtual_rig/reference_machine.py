@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from belt_sim.virtual_rig.fault import TAIL, Fault, add_to_pulley, any_phase, fault, shape, size, time_constant, warm_up
+from belt_sim.virtual_rig.fault import TAIL, Fault, add_to_pulley, any_phase, shape, size, time_constant, warm_up
 
 # Yaw of the pulleys: set, offset, drifting, yielding.
 
 
-@fault
 class YawOffsetTailFault(Fault):
     """The tail pulley stands at beta_0 when zero is commanded."""
 
@@ -23,7 +22,6 @@ class YawOffsetTailFault(Fault):
         return add_to_pulley(parts, "tail", yaw_offset=self.beta_0)
 
 
-@fault
 class YawOffsetHeadFault(Fault):
     """The head pulley stands at beta_0 when zero is commanded."""
 
@@ -37,7 +35,6 @@ class YawOffsetHeadFault(Fault):
         return add_to_pulley(parts, "head", yaw_offset=self.beta_0)
 
 
-@fault
 class YawBacklashFault(Fault):
     """The tail pulley follows its command through a play of +-half, from the middle of the play."""
 
@@ -47,7 +44,6 @@ class YawBacklashFault(Fault):
         return replace(line, yaw=np.sign(line.yaw) * np.maximum(np.abs(line.yaw) - self.half, 0.0))
 
 
-@fault
 class YawComplianceFault(Fault):
     """The tail pulley's bearings yield to the spans' end moments: yaw beta - c_m (M_1 + M_2)."""
 
@@ -61,7 +57,6 @@ class YawComplianceFault(Fault):
         return add_to_pulley(parts, "tail", yaw_compliance=self.c_m)
 
 
-@fault
 class YawDriftFault(Fault):
     """The machine warms up: the tail pulley turns by rate tau (1 - exp(-t/tau)), t the time since travel 0."""
 
@@ -73,7 +68,6 @@ class YawDriftFault(Fault):
         return self.rate * warm_up(s, line, self.time_constant)
 
 
-@fault
 class UnequalTensionFault(Fault):
     """The tensioners pull unequally on both sides: the tail pulley turns in proportion to the belt's force."""
 
@@ -91,7 +85,6 @@ class UnequalTensionFault(Fault):
 # Shape and mounting of the pulleys.
 
 
-@fault
 class TaperFault(Fault):
     """The tail pulley is a cone: (dR/dy)/R = kappa_t turns the stuck belt, dtheta/ds = -(kappa + kappa_t)."""
 
@@ -105,7 +98,6 @@ class TaperFault(Fault):
         return add_to_pulley(parts, "tail", taper=self.kappa_t)
 
 
-@fault
 class TaperDriftFault(Fault):
     """The tail pulley grows a taper as it warms up: kappa_t = rate tau (1 - exp(-t/tau)), t since travel 0."""
 
@@ -117,7 +109,6 @@ class TaperDriftFault(Fault):
         return self.rate * warm_up(s, line, self.time_constant) * TAIL
 
 
-@fault
 class BuildUpFault(Fault):
     """Dirt grows on one side of the tail pulley with the travel: a taper kappa_t = rate s."""
 
@@ -128,7 +119,6 @@ class BuildUpFault(Fault):
         return self.rate * s * TAIL
 
 
-@fault
 class CrownFault(Fault):
     """The tail pulley is thicker in its middle: a taper -c y."""
 
@@ -142,7 +132,6 @@ class CrownFault(Fault):
         return add_to_pulley(parts, "tail", crown=self.c)
 
 
-@fault
 class PulleyDeflectionFault(Fault):
     """Both shells bend under the belt's pull, thin in the middle: a taper + compliance F y, which drives outwards."""
 
@@ -157,7 +146,6 @@ class PulleyDeflectionFault(Fault):
         return add_to_pulley(add_to_pulley(parts, "head", crown=crown), "tail", crown=crown)
 
 
-@fault
 class CantFault(Fault):
     """The tail pulley's axis rises by gamma towards +y."""
 
@@ -171,7 +159,6 @@ class CantFault(Fault):
         return add_to_pulley(parts, "tail", cant=self.gamma)
 
 
-@fault
 class WobbleFault(Fault):
     """The tail pulley sits askew on its shaft: its axis describes a cone of half angle beta_1 about the bearings' axis.
 
@@ -209,7 +196,6 @@ class WobbleFault(Fault):
 # How the pulleys hold the belt: friction, cover, film, bending layer.
 
 
-@fault
 class SlipFault(Fault):
     """Both pulleys hold the belt by friction, given as 1/mu; 0 = they hold any moment.
 
@@ -229,7 +215,6 @@ class SlipFault(Fault):
         return replace(parts, friction=min(parts.friction, held))
 
 
-@fault
 class SoftCoverFault(Fault):
     """Both pulleys yield under the entry moment M: dtheta/ds = -(kappa + c M)."""
 
@@ -244,7 +229,6 @@ def _fastest(plan) -> float:
     return max(run.speed for run in plan.runs)
 
 
-@fault
 class TractionLossFault(Fault):
     """A film above a speed: the belt follows its contact angle in part, by 1 - loss (v - onset), on both pulleys."""
 
@@ -260,7 +244,6 @@ class TractionLossFault(Fault):
         return np.maximum(1 - self.loss * np.maximum(line.speed - self.onset, 0.0), 0.0)
 
 
-@fault
 class LiftOffFault(Fault):
     """A belt that resists bending leaves its pulleys along a layer: the ends of its spans give way to their couples.
 
@@ -277,7 +260,6 @@ class LiftOffFault(Fault):
 # Tension and speed.
 
 
-@fault
 class TensionBiasFault(Fault):
     """The load cell errs: true tension sigma (1 + gain) + bias."""
 
@@ -289,7 +271,6 @@ class TensionBiasFault(Fault):
         return replace(line, stress=line.stress * (1 + self.gain) + self.bias)
 
 
-@fault
 class SpeedTensionFault(Fault):
     """Centrifugal tension: the spans feel sigma - share rho v^2."""
 
@@ -307,7 +288,6 @@ def at_point(fault: Fault, letter: str, place: str):
     return getattr(fault, letter + place[-1]) if place.startswith("point_") else 0.0
 
 
-@fault
 class SensorOffsetFault(Fault):
     """The sensor at point k shows y + ck in every run."""
 
@@ -320,7 +300,6 @@ class SensorOffsetFault(Fault):
         return value + at_point(self, "c", place)
 
 
-@fault
 class SensorGainFault(Fault):
     """The sensor at point k shows (1 + gk) y."""
 
@@ -334,7 +313,6 @@ class SensorGainFault(Fault):
         return value * (1 + at_point(self, "g", place))
 
 
-@fault
 class SensorDriftFault(Fault):
     """The sensor at point k shows y + dk t, t since the yaw was applied."""
 
@@ -348,7 +326,6 @@ class SensorDriftFault(Fault):
         return value + at_point(self, "d", place) * (s - line.yaw_at) / line.speed
 
 
-@fault
 class SensorDelayFault(Fault):
     """Every lateral reading shows what was there ``delay`` seconds ago."""
 
@@ -359,7 +336,6 @@ class SensorDelayFault(Fault):
         return s - self.delay * line.speed
 
 
-@fault
 class EncoderScaleFault(Fault):
     """The recorder shows (1 + e) s."""
 

@@ -11,7 +11,6 @@ from belt_sim.virtual_rig.fault import (
     any_phase,
     any_seed,
     duration,
-    fault,
     largest_yaw,
     random_course,
     shape,
@@ -22,7 +21,6 @@ from belt_sim.virtual_rig.fault import (
 # Yaw of the pulleys.
 
 
-@fault
 class ProgressiveYaw(UnmodelledFault):
     """The steering's lever turns the pulley more than in proportion: share yaw |yaw|/1 mrad is added."""
 
@@ -34,7 +32,6 @@ class ProgressiveYaw(UnmodelledFault):
         return self.share * line.yaw * np.abs(line.yaw) / 1e-3 * (s >= line.yaw_at)
 
 
-@fault
 class SpeedBow(UnmodelledFault):
     """The frame bows under the drive: the tail pulley turns by c v^2."""
 
@@ -46,7 +43,6 @@ class SpeedBow(UnmodelledFault):
         return self.c * line.speed**2
 
 
-@fault
 class FrameTwist(UnmodelledFault):
     """The frame twists under the belt's pull more than in proportion: the head pulley turns by c (sigma/10 N/mm2)^2."""
 
@@ -58,7 +54,6 @@ class FrameTwist(UnmodelledFault):
         return self.c * (line.stress / 1e7) ** 2
 
 
-@fault
 class YawCreep(UnmodelledFault):
     """The steering relaxes after its step: share (1 - exp(-t/time)) of the yaw is added in time."""
 
@@ -73,7 +68,6 @@ class YawCreep(UnmodelledFault):
         return self.share * line.yaw * (1 - np.exp(-t / self.time))
 
 
-@fault
 class RingingYaw(UnmodelledFault):
     """The steering swings about its new position after the step, by a share of it that dies out in time."""
 
@@ -88,7 +82,6 @@ class RingingYaw(UnmodelledFault):
         return self.share * line.yaw * np.exp(-t / self.time) * np.sin(2 * np.pi * t / self.period)
 
 
-@fault
 class StrangeWave(UnmodelledFault):
     """The tail pulley's yaw swings with a wavelength that belongs to no part of the machine."""
 
@@ -102,7 +95,6 @@ class StrangeWave(UnmodelledFault):
         return self.amplitude * np.sin(2 * np.pi * s / self.wavelength + self.phase)
 
 
-@fault
 class BeatingHead(UnmodelledFault):
     """Two gears of nearly the same pitch turn the head pulley to and fro: its swing comes and goes."""
 
@@ -118,7 +110,6 @@ class BeatingHead(UnmodelledFault):
         return self.amplitude * (np.sin(way + self.phase) + np.sin(way / self.ratio))
 
 
-@fault
 class ThermostatHead(UnmodelledFault):
     """A fan cools the head pulley's bearing in turns: its yaw swings to and fro in straight strokes, in time."""
 
@@ -135,7 +126,6 @@ class ThermostatHead(UnmodelledFault):
 # Run-up: what turns the belt where it lands.
 
 
-@fault
 class QuadraticContact(UnmodelledFault):
     """The tail pulley turns the belt by c y^2 per metre."""
 
@@ -147,7 +137,6 @@ class QuadraticContact(UnmodelledFault):
         return self.c * y**2 * TAIL
 
 
-@fault
 class SoftShoulder(UnmodelledFault):
     """The head pulley has shoulders: off the middle it turns the belt back by kappa at most, kappa tanh(y/y0)."""
 
@@ -160,7 +149,6 @@ class SoftShoulder(UnmodelledFault):
         return -self.kappa * np.tanh(y / self.width) * HEAD
 
 
-@fault
 class DeadZone(UnmodelledFault):
     """Curvature below kappa_d does not turn the belt on the pulley."""
 
@@ -173,7 +161,6 @@ class DeadZone(UnmodelledFault):
         return -np.clip(kappa, -self.kappa_d, self.kappa_d)
 
 
-@fault
 class SquareMoment(UnmodelledFault):
     """The cover gives way more than in proportion: both pulleys turn the belt by c kappa |kappa| more."""
 
@@ -184,7 +171,6 @@ class SquareMoment(UnmodelledFault):
         return kappa * np.maximum(self.c * np.abs(kappa), -0.95)
 
 
-@fault
 class BaldPatch(UnmodelledFault):
     """The tail pulley's lagging is gone on one side of a patch: a taper that acts while the patch takes the belt up."""
 
@@ -201,7 +187,6 @@ class BaldPatch(UnmodelledFault):
 _FULL = 1e-4  # [rad]
 
 
-@fault
 class LaggingSet(UnmodelledFault):
     """The tail pulley's rubber stays askew after a yaw step and recovers in time: it turns the belt meanwhile.
 
@@ -219,7 +204,6 @@ class LaggingSet(UnmodelledFault):
         return self.kappa * np.clip(line.yaw / _FULL, -1.0, 1.0) * left * TAIL
 
 
-@fault
 class Rut(UnmodelledFault):
     """The belt wears a rut into the tail pulley: it is turned as it lay there one revolution of the belt ago."""
 
@@ -231,7 +215,6 @@ class Rut(UnmodelledFault):
         return self.c * past.state_at(s - past.line.belt_length, 0, 1) * TAIL
 
 
-@fault
 class WalkingAngle(UnmodelledFault):
     """The contact angle on the tail pulley takes a random walk of its own in every run."""
 
@@ -247,7 +230,6 @@ class WalkingAngle(UnmodelledFault):
 # Run-up and wrap: how the belt follows its contact angle, and slides.
 
 
-@fault
 class AdhesionLoss(UnmodelledFault):
     """From travel ``after`` on, the belt climbs faster or slower sideways than it should by ``share``."""
 
@@ -261,7 +243,6 @@ class AdhesionLoss(UnmodelledFault):
         return 1 + self.share * smooth_step(s, self.after, 4.0)
 
 
-@fault
 class MidStick(UnmodelledFault):
     """In mid run the belt runs straight for a while, sideways held by ``share``."""
 
@@ -276,7 +257,6 @@ class MidStick(UnmodelledFault):
         return 1 - self.share * smooth_step(s, self.begin, 1) * (1 - smooth_step(s, self.begin + self.length, 1))
 
 
-@fault
 class GreasyStretch(UnmodelledFault):
     """A stretch of the belt is greasy: while it runs up on a pulley, the belt follows its contact angle less."""
 
@@ -293,7 +273,6 @@ class GreasyStretch(UnmodelledFault):
         return 1 - self.share * np.where(np.abs(off) < self.stretch / 2, np.cos(np.pi * off / self.stretch) ** 2, 0.0)
 
 
-@fault
 class FollowPower(UnmodelledFault):
     """On the tail pulley the belt climbs by a power of its contact angle, |alpha|^(1 + p), alike at 0.1 mrad."""
 
@@ -306,7 +285,6 @@ class FollowPower(UnmodelledFault):
         return np.concatenate([size**self.p, np.ones_like(size)])
 
 
-@fault
 class GripLimit(UnmodelledFault):
     """The belt follows its contact angle less and less, the larger it is: alpha becomes a tanh(alpha/a)."""
 
@@ -319,7 +297,6 @@ class GripLimit(UnmodelledFault):
         return np.where(x > 1e-6, np.tanh(x) / np.maximum(x, 1e-6), 1.0)
 
 
-@fault
 class WrapCreep(UnmodelledFault):
     """Wrapped round both pulleys, the belt goes on sideways by a share of what its contact angle asks for."""
 
@@ -330,7 +307,6 @@ class WrapCreep(UnmodelledFault):
         return -self.share * np.stack([line.wrap_tail * alpha[0], line.wrap_head * alpha[1]])
 
 
-@fault
 class WrapSlide(UnmodelledFault):
     """On the tail pulley a belt that lies too much askew slides on: by ``length`` times the angle beyond a limit."""
 
@@ -347,7 +323,6 @@ class WrapSlide(UnmodelledFault):
 # Tension.
 
 
-@fault
 class TensionDecay(UnmodelledFault):
     """The belt loses ``share`` of its tension over ``length`` metres of travel."""
 
@@ -365,7 +340,6 @@ class TensionDecay(UnmodelledFault):
         return -self.share, 0.0
 
 
-@fault
 class RatchetSlip(UnmodelledFault):
     """The take-up slips a tooth at travel ``at``: the belt loses a share of its tension at once."""
 
@@ -382,7 +356,6 @@ class RatchetSlip(UnmodelledFault):
         return -self.share, 0.0
 
 
-@fault
 class TensionBeat(UnmodelledFault):
     """The tension swings by a share once a revolution of the belt, as a stiff splice goes round."""
 
@@ -402,7 +375,6 @@ class TensionBeat(UnmodelledFault):
 # Sensors and recorder.
 
 
-@fault
 class SensorCubic(UnmodelledFault):
     """The sensor at point 1 shows y + c y^3."""
 
@@ -414,7 +386,6 @@ class SensorCubic(UnmodelledFault):
         return value + self.c * value**3 if place == "point_1" else value
 
 
-@fault
 class ShortRange(UnmodelledFault):
     """The sensors' optics flatten towards the ends of their range: tanh(c y)/c instead of y."""
 
@@ -429,7 +400,6 @@ class ShortRange(UnmodelledFault):
         return value * np.where(np.abs(x) > 1e-6, np.tanh(x) / np.where(np.abs(x) > 1e-6, x, 1.0), 1.0)
 
 
-@fault
 class StickyGauge(UnmodelledFault):
     """The feeler at point 1 sticks: it follows the belt only once it is ``half`` behind."""
 
@@ -447,7 +417,6 @@ class StickyGauge(UnmodelledFault):
         return shown
 
 
-@fault
 class WarmingStand(UnmodelledFault):
     """The sensors' stand moves with the square root of time, as heat does."""
 
@@ -460,7 +429,6 @@ class WarmingStand(UnmodelledFault):
         return value + self.c * np.sqrt(np.maximum(s - line.yaw_at, 0) / line.speed)
 
 
-@fault
 class WearingWheel(UnmodelledFault):
     """The measuring wheel wears down while it runs: the recorder shows s + c s^2."""
 

@@ -9,7 +9,6 @@ from belt_sim.virtual_rig.fault import (
     any_place_on_belt,
     any_seed,
     duration,
-    fault,
     largest_yaw,
     log_uniform,
     random_course,
@@ -22,7 +21,6 @@ from belt_sim.virtual_rig.span import DOUBLINGS, Sections
 # Loads on the spans.
 
 
-@fault
 class BentIdler(UnmodelledFault):
     """A bent idler under the lower span pushes it to and fro as it turns."""
 
@@ -40,7 +38,6 @@ class BentIdler(UnmodelledFault):
         return self.force * np.cos(2 * np.pi * s / self.wavelength + self.phase) + 0 * free, kept
 
 
-@fault
 class StickyRest(UnmodelledFault):
     """A rest under the upper span sticks to the belt up to a force, then slides with it: it remembers the belt."""
 
@@ -59,7 +56,6 @@ class StickyRest(UnmodelledFault):
         return -held, free - held / stiffness
 
 
-@fault
 class WindSteps(UnmodelledFault):
     """Wind presses on both spans, changing every 9 m: p bends a clamped span by p L^2/(12 EI) at its end."""
 
@@ -98,7 +94,6 @@ def _sag(plan, stress: float) -> float:
     return plan.belt.density.value * GRAVITY / stress * plan.machine.centre_distance.value**2 / 8
 
 
-@fault
 class SlackSoftening(UnmodelledFault):
     """A slack belt ripples along its edges and bends more easily: EI (1 - share exp(-sigma/sigma_0))."""
 
@@ -111,7 +106,6 @@ class SlackSoftening(UnmodelledFault):
         return Sections(bending=1 - self.share * np.exp(-line.stress / self.stress))
 
 
-@fault
 class OneLongEdge(UnmodelledFault):
     """One edge was rolled too long, and buckles where the tension does not straighten it: that strip bends no more.
 
@@ -136,7 +130,6 @@ class OneLongEdge(UnmodelledFault):
         return Sections(bending=left)
 
 
-@fault
 class SlackTwist(UnmodelledFault):
     """Below a tension the belt's cross-section gives way: T falls by ``share`` of what the tension is short of it."""
 
@@ -150,7 +143,6 @@ class SlackTwist(UnmodelledFault):
         return Sections(torsion=1 - self.share * np.clip(1 - line.stress / self.onset, 0.0, 1.0))
 
 
-@fault
 class TorsionCreep(UnmodelledFault):
     """After a yaw step the spans twist more and more easily: T (1 - share (1 - exp(-t/time)))."""
 
@@ -168,7 +160,6 @@ class TorsionCreep(UnmodelledFault):
         return -np.expm1(-np.maximum(s - line.yaw_at, 0.0) / line.speed / self.time)
 
 
-@fault
 class EdgeCracks(UnmodelledFault):
     """One edge is cracked: a span that is bent so that the cracks open bends by ``share`` more easily."""
 
@@ -188,7 +179,6 @@ class EdgeCracks(UnmodelledFault):
         return (1 + np.tanh(self.sign * bent / self.angle)) / 2
 
 
-@fault
 class FatigueCracks(UnmodelledFault):
     """The belt is breaking up all round: its spans bend the more easily the further it has run."""
 
@@ -204,7 +194,6 @@ class FatigueCracks(UnmodelledFault):
         return np.clip(self.rate * s, 0.0, 0.95)
 
 
-@fault
 class SpanStiffening(UnmodelledFault):
     """A span stiffens with its amplitude: EI (1 + c q/(1 + q)), q the mean square of its bend in units of ``bend``."""
 
@@ -225,7 +214,6 @@ class SpanStiffening(UnmodelledFault):
         return q / (1 + q)
 
 
-@fault
 class SupportRoller(UnmodelledFault):
     """A belt that sags by more than ``gap`` touches a roller at mid-span, which holds its cross-section level."""
 
@@ -242,7 +230,6 @@ class SupportRoller(UnmodelledFault):
         return Sections(roll_spring=self.stiffness * touches * _lies(self.side, upper))
 
 
-@fault
 class ThermalCrossbow(UnmodelledFault):
     """Heat on one face bows the belt across its width while it runs above: T (1 + share (1 - exp(-t/time)))."""
 
@@ -260,7 +247,6 @@ class ThermalCrossbow(UnmodelledFault):
         return -np.expm1(-np.maximum(s, 0.0) / line.speed / self.time)
 
 
-@fault
 class SlackSide(UnmodelledFault):
     """The head pulley drives against a brake: the span that leaves it has a share less tension than the other."""
 
@@ -275,7 +261,7 @@ class SlackSide(UnmodelledFault):
         return Sections(tension=left, sag=1 / left, torsion=1 - lost / line.torsion)
 
 
-class _PassingStretch(UnmodelledFault):
+class _PassingStretch:
     """A stretch of the belt that is another while it passes a span."""
 
     span_states = tuple(np.linspace(-0.25, 1.25, 31))
@@ -296,8 +282,7 @@ class _PassingStretch(UnmodelledFault):
         return (np.mod(place + before, line.belt_length) - before) / line.span_length
 
 
-@fault
-class SoftJoint(_PassingStretch):
+class SoftJoint(_PassingStretch, UnmodelledFault):
     """The belt bends more easily where it is joined: EI falls by ``share`` there, while the joint is in a span."""
 
     place, variable, form = "span_bending", "belt_phase", "periodic"
@@ -310,8 +295,7 @@ class SoftJoint(_PassingStretch):
         return Sections(bending=1 - np.reshape(self.share, (-1, 1)) * self.bump(state) + 0 * line.stress[:, None])
 
 
-@fault
-class RepairPlate(_PassingStretch):
+class RepairPlate(_PassingStretch, UnmodelledFault):
     """A plate welded on stiffens a stretch of the belt against twisting: T (1 + c) there."""
 
     idle_on = ("beam_th2",)
