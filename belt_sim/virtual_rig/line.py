@@ -6,12 +6,13 @@ from functools import cached_property
 import numpy as np
 
 from belt_sim.case import Belt, Rig
+from belt_sim.pytrees import Numbers
 from belt_sim.virtual_rig.span import Sections, SpanResponse, curvature_along, solve_span, solve_varied_span
 
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """All fields [SI], shape (batch,).
+    """All fields [SI], shape (batch,); those with a default are those of a faultless line.
 
     run: index of the run in its campaign; yaw, yaw_head: angles that the pulleys are turned to at travel
     yaw_at; offset_tail, offset_head: angles that they are off from travel 0 on; sag_roll: share of the
@@ -35,20 +36,20 @@ class Line:
     gravity: np.ndarray
     stress: np.ndarray
     yaw: np.ndarray
-    yaw_head: np.ndarray
-    yaw_at: np.ndarray
-    speed: np.ndarray
-    direction: np.ndarray
-    sag_roll: np.ndarray
-    offset_tail: np.ndarray
-    offset_head: np.ndarray
-    friction: np.ndarray
-    cover: np.ndarray
-    compliance: np.ndarray
-    cant: np.ndarray
-    layer: np.ndarray
-    residual: np.ndarray
-    start: np.ndarray
+    yaw_head: Numbers = 0.0
+    yaw_at: Numbers = 0.0
+    speed: Numbers = 0.5
+    direction: Numbers = 1.0
+    sag_roll: Numbers = 0.0
+    offset_tail: Numbers = 0.0
+    offset_head: Numbers = 0.0
+    friction: Numbers = np.inf
+    cover: Numbers = 0.0
+    compliance: Numbers = 0.0
+    cant: Numbers = 0.0
+    layer: Numbers = 0.0
+    residual: Numbers = 0.0
+    start: Numbers = 0.0
 
     @property
     def bending(self) -> np.ndarray:
@@ -150,27 +151,10 @@ _OF_BELT = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
 
 def line_from(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:
     """A faultless batch on one machine (its numbers may be arrays); ``settings``: the remaining fields."""
-    count = len(settings["stress"])
     constants = {name: getattr(rig, name) for name in _OF_RIG} | {name: getattr(belt, name) for name in _OF_BELT}
-    faultless = {
-        "run": np.arange(count),
-        "yaw_head": 0.0,
-        "yaw_at": 0.0,
-        "speed": 0.5,
-        "direction": 1.0,
-        "sag_roll": 0.0,
-        "offset_tail": 0.0,
-        "offset_head": 0.0,
-        "friction": np.inf,
-        "cover": 0.0,
-        "compliance": 0.0,
-        "cant": 0.0,
-        "layer": 0.0,
-        "residual": 0.0,
-        "start": 0.0,
-    }
-    fields = constants | faultless | settings
-    return Line(**{name: np.broadcast_to(np.asarray(v), (count,)) for name, v in fields.items()})
+    count = len(settings["stress"])
+    line = Line(run=np.arange(count), **constants, **settings)
+    return replace(line, **{name: np.broadcast_to(np.asarray(v), (count,)) for name, v in vars(line).items()})
 
 
 def stack(lines: list[Line]) -> Line:
