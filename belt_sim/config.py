@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim import si
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, finite
 from belt_sim.files import CONF
 
 MAX_TENSION = 1500.0  # [N/mm2], beyond the strength of belt steel
@@ -33,11 +33,11 @@ RANGES: dict[str, tuple[float, float, str]] = {
 def case_from(cfg: Mapping[str, Any]) -> Case:
     """Rig, belt and settings of a configuration; raises InputError naming the first value that cannot be."""
     rig, belt = rig_from(cfg["rig"]), belt_from(cfg["belt"])
-    tension = number(cfg, "tension", unit="N/mm2")
+    tension = finite("tension", cfg["tension"], "N/mm2")
     if not MIN_TENSION <= tension <= MAX_TENSION:
         remedy = f"give the tension in N/mm2, from {MIN_TENSION:g} to {MAX_TENSION:g}"
         raise InputError("tension", f"{tension:g}", "N/mm2", remedy)
-    direction = number(cfg, "direction", unit="")
+    direction = finite("direction", cfg["direction"])
     if direction not in (1, -1):
         raise InputError("direction", direction, "", "use 1 or -1")
     settings = Settings(
@@ -137,7 +137,7 @@ def rig_from(asked: Any) -> Rig:
     radii = []
     for key in ("rig.head_radius", "rig.tail_radius"):
         given = flat.get(key)
-        radii.append(common if given is None else _check_bounds(key, _number(key, given, "m"), "rig.pulley_radius"))
+        radii.append(common if given is None else _check_bounds(key, finite(key, given, "m"), "rig.pulley_radius"))
     if sum(radii) >= centre:
         raise InputError("rig.centre_distance", centre, "m", "the pulleys overlap; move them apart")
     if abs(radii[0] - radii[1]) > 0.1 * centre:
@@ -173,8 +173,8 @@ def schedule_from(spec: Any, name: str) -> Schedule:
     for entry in spec:
         if not isinstance(entry, Mapping) or not {"at", "yaw"} <= set(entry) <= {"at", "over", "yaw"}:
             raise InputError(name, entry, "", "write {at: metres, yaw: degrees, over: metres}")
-        at.append(_number(f"{name}.at", entry["at"], "m"))
-        over.append(_number(f"{name}.over", entry.get("over", 0.0), "m"))
+        at.append(finite(f"{name}.at", entry["at"], "m"))
+        over.append(finite(f"{name}.over", entry.get("over", 0.0), "m"))
         wanted.append(_angle(f"{name}.yaw", entry["yaw"]))
         if at[-1] < 0 or over[-1] < 0 or (len(at) > 1 and at[-1] < at[-2] + over[-2]):
             raise InputError(f"{name}.at", at[-1], "m", "entries must follow one another from travel 0 on")
@@ -183,14 +183,9 @@ def schedule_from(spec: Any, name: str) -> Schedule:
     return Schedule(at=np.array(at), over=np.array(over), change=np.diff([0.0, *wanted]))
 
 
-def number(cfg: Mapping[str, Any], key: str, unit: str) -> float:
-    """A finite number of the configuration."""
-    return _number(key, cfg[key], unit)
-
-
 def check_range(cfg: Mapping[str, Any], key: str) -> float:
     """A number within RANGES[key]."""
-    return _check_bounds(key, _number(key, cfg[key], RANGES[key][2]), key)
+    return _check_bounds(key, finite(key, cfg[key], RANGES[key][2]), key)
 
 
 def _check_bounds(name: str, value: float, key: str) -> float:
@@ -206,19 +201,11 @@ def _angle(name: str, value: Any) -> float:
     if isinstance(value, Mapping):
         if set(value) != {"dx", "d"}:
             raise InputError(name, dict(value), "", "give either degrees or {dx: metres, d: metres}, equation (1)")
-        dx, d = (_number(f"{name}.{key}", value[key], "m") for key in ("dx", "d"))
+        dx, d = (finite(f"{name}.{key}", value[key], "m") for key in ("dx", "d"))
         if d <= 0.0:
             raise InputError(f"{name}.d", f"{d:g}", "m", "give the distance of the axis' ends, above 0")
         value = math.atan2(2.0 * dx, d) / si.DEGREE
-    degrees = _number(name, value, "degrees")
+    degrees = finite(name, value, "degrees")
     if abs(degrees) > MAX_YAW:
         raise InputError(name, f"{degrees:g}", "degrees", f"give the yaw in degrees, at most {MAX_YAW:g} either way")
     return degrees * si.DEGREE
-
-
-def _number(name: str, value: Any, unit: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(name, value, unit, "give a number (a power of ten as 2.1e11)")
-    if not math.isfinite(value):
-        raise InputError(name, value, unit, "give a finite number")
-    return float(value)

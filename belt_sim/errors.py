@@ -1,5 +1,7 @@
-"""Errors that a user can act on: name, value, unit, remedy, in one line; and the check of a whole number."""
+"""Errors that a user can act on: name, value, unit, remedy, in one line; and the checks of a number and a flag."""
 
+import math
+from collections.abc import Callable
 from typing import Any
 
 
@@ -29,6 +31,27 @@ class SimulationError(BeltError):
     """
 
     curves: Any = None
+
+
+def finite(
+    name: str,
+    value: Any,
+    unit: str = "",
+    remedy: str = "give a finite number (a power of ten as 2.1e11)",
+    fits: Callable[[float], bool] = lambda value: True,
+) -> float:
+    """``value`` as a float if it is a finite number that ``fits``; raises InputError with ``remedy`` otherwise."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not is_number or not math.isfinite(value) or not fits(value):
+        raise InputError(name, value, unit, remedy)
+    return float(value)
+
+
+def flag(name: str, value: Any) -> bool:
+    """``value`` if it is true or false; raises InputError otherwise."""
+    if not isinstance(value, bool):
+        raise InputError(name, value, "", "give true or false")
+    return value
 
 
 def whole(name: str, value: Any, least: int = 1, most: int | None = None, *, otherwise: str = "") -> int:

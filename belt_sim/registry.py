@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from belt_sim.analytic.model import MODELS
 from belt_sim.analytic.steady import RitzingerFormula
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, finite
 from belt_sim.model import Model, SteadyModel
 from belt_sim.si import N_PER_MM2
 
@@ -59,6 +59,5 @@ def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model |
     for key, value in given.items():
         if key not in known:
             raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}" if known else "leave it out")
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value) or value <= 0:
-            raise InputError(f"model.{key}", value, "m", "give a positive length")
+        finite(f"model.{key}", value, "m", "give a positive length", lambda x: x > 0)
     return RitzingerFormula() if name == "ritzinger" else replace(MODELS[name], **given)

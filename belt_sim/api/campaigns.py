@@ -8,7 +8,7 @@ from typing import Any
 
 from belt_sim.campaign import Campaign
 from belt_sim.config import MAX_TENSION, MAX_YAW, belt_from, rig_from
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, finite
 from belt_sim.files import write_text
 from belt_sim.foresight.harm import harm_warnings
 from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, understand, write
@@ -42,10 +42,8 @@ def _numbers(name: str, asked: Any, unit: str, most: float) -> list[float]:
     """Positive numbers of a setting."""
     if not isinstance(asked, Sequence) or isinstance(asked, str) or not asked:
         raise InputError(name, asked, unit, "give a list, as [7,15,35]")
-    for value in asked:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value <= most:
-            raise InputError(name, value, unit, f"give a number above 0 and up to {most:g}")
-    return [float(v) for v in dict.fromkeys(asked)]
+    remedy = f"give a number above 0 and up to {most:g}"
+    return list(dict.fromkeys(finite(name, v, unit, remedy, lambda x: 0.0 < x <= most) for v in asked))
 
 
 PICTURE = "understood.png"

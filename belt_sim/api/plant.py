@@ -1,6 +1,5 @@
 """The linear plant that a controller sees, and its files for other tools."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import Any, Unpack
 from belt_sim.api.resolve import ModelSpec, effects_of, fitted_model
 from belt_sim.case import Case
 from belt_sim.config import CaseSettings, case_or_settings
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, finite
 from belt_sim.files import write_json
 from belt_sim.linear.plant import LinearBelt, PlantSchedule, linear_belt, plant_json, state_space
 from belt_sim.provenance import provenance
@@ -56,8 +55,7 @@ def export(
     from belt_sim.linear.fmu import write_fmu
     from belt_sim.pictures.bode import bode_picture
 
-    if isinstance(highest, bool) or not isinstance(highest, int | float) or not 0 < highest < math.inf:
-        raise InputError("highest", highest, "rad/m", "give a positive number")
+    finite("highest", highest, "rad/m", "give a positive number", lambda x: x > 0)
     _check_name("fmu", fmu)
     _check_name("mat", mat)
     if fmi not in (2, 3):

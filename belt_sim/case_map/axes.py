@@ -1,6 +1,5 @@
 """What varies over a map (numbers of the machine, the belt, its settings and its effects), and where its cases lie."""
 
-import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +10,7 @@ import numpy as np
 from belt_sim import si
 from belt_sim.case import Case
 from belt_sim.effects.base import Effect
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, finite, whole
 
 #: setting -> (name of its column, what one unit is in SI)
 SETTINGS = {
@@ -94,16 +93,15 @@ def _axis(key: str, column: str, unit: float, spec: Any, sampled: bool) -> Axis 
         return None
     if not spec:
         raise InputError(key, "[]", "", "give at least one value")
-    return Axis(key=key, column=column, values=np.array([_finite(key, x) for x in spec]), unit=unit, listed=True)
+    return Axis(key=key, column=column, values=np.array([finite(key, x) for x in spec]), unit=unit, listed=True)
 
 
 def _range(key: str, spec: Mapping[str, Any], sampled: bool) -> np.ndarray:
     if not {"from", "to"} <= set(spec) <= _KEYS or not (sampled or "count" in spec):
         raise InputError(key, dict(spec), "", "write {from: low, to: high, count: how many, spacing: even or ratio}")
-    low, high = _finite(f"{key}.from", spec["from"]), _finite(f"{key}.to", spec["to"])
+    low, high = finite(f"{key}.from", spec["from"]), finite(f"{key}.to", spec["to"])
     count, spacing = spec.get("count", 2), spec.get("spacing", "even")
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise InputError(f"{key}.count", count, "", "give a whole number of at least 1")
+    whole(f"{key}.count", count)
     if spacing not in SPACINGS:
         raise InputError(f"{key}.spacing", spacing, "", f"use one of {', '.join(SPACINGS)}")
     if spacing == "ratio" and not low * high > 0:
@@ -111,12 +109,6 @@ def _range(key: str, spec: Mapping[str, Any], sampled: bool) -> np.ndarray:
     if sampled:
         return np.array([low, high])
     return np.geomspace(low, high, count) if spacing == "ratio" else np.linspace(low, high, count)
-
-
-def _finite(key: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(key, value, "", "give a finite number (a power of ten as 2.1e11)")
-    return float(value)
 
 
 def place_values(

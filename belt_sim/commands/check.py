@@ -1,7 +1,7 @@
 """belt-sim check: the linter, and what a campaign can and cannot tell."""
 
 from belt_sim.commands.run_dir import RunDir
-from belt_sim.errors import InputError
+from belt_sim.errors import finite
 
 
 def run(run_dir: RunDir) -> None:
@@ -13,8 +13,7 @@ def run(run_dir: RunDir) -> None:
 
     config, folder = run_dir.config, run_dir.path
     for key in ("travel", "step"):
-        if isinstance(config[key], bool) or not isinstance(config[key], int | float) or not config[key] > 0:
-            raise InputError(key, config[key], "m", "give a length in metres")
+        finite(key, config[key], "m", "give a length in metres", lambda x: x > 0)
     asked = {k: config[k] for k in ("effects", "travel", "step", "advise")}
     found = check(
         run_dir.text_setting("campaign", "the folder of a campaign"), config["model"]["name"], **asked, config=config

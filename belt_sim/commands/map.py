@@ -24,7 +24,7 @@ from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
 from belt_sim.curves import Curves, late_rates, late_records
 from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
-from belt_sim.errors import InputError, whole
+from belt_sim.errors import InputError, finite, whole
 from belt_sim.jax_setup import cores, jit_float64, map_in_chunks
 from belt_sim.provenance import code_hash, config_hash, input_hashes, provenance
 
@@ -217,10 +217,8 @@ def _places(at: Any, travel: float) -> tuple[float, ...]:
         return tuple(s for s in PLACES if s <= travel)
     if not isinstance(at, Sequence) or isinstance(at, str):
         raise InputError("at", at, "m", "give a list of travels, e.g. at=[1,10]")
-    for s in at:
-        if isinstance(s, bool) or not isinstance(s, int | float) or not 0 <= s <= travel:
-            raise InputError("at", s, "m", f"give travels from 0 to {travel:g}")
-    return tuple(float(s) for s in at)
+    remedy = f"give travels from 0 to {travel:g}"
+    return tuple(finite("at", s, "m", remedy, lambda x: 0 <= x <= travel) for s in at)
 
 
 def write_map(folder: Path, made: CaseMap, provenance: Mapping[str, Any], told: Callable[[int], None]) -> int:

@@ -14,7 +14,7 @@ from belt_sim.commands.outputs import RECORDING, observers_of, partial_curves_ke
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
 from belt_sim.curves import read_curves
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, finite, flag
 from belt_sim.provenance import provenance
 from belt_sim.reports.terminal import tell_choice, tell_simulation
 from belt_sim.watch.observers import resolve_watch
@@ -59,13 +59,10 @@ def centring_asked(asked: Any) -> CentringGoal | None:
     names = ("start", "within", "beyond")
     if not isinstance(asked, Mapping) or set(asked) != set(names):
         raise InputError("objective", asked, "", "write {start: mm, within: mm, beyond: mm}, or null")
-    for name in names:
-        value = asked[name]
-        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-            raise InputError(f"objective.{name}", value, "mm", "give a number")
-    if not asked["within"] > 0 or asked["beyond"] < 0:
+    goal = CentringGoal(**{name: finite(f"objective.{name}", asked[name], "mm") * si.MM for name in names})
+    if not goal.within > 0 or goal.beyond < 0:
         raise InputError("objective.within", asked["within"], "mm", "must be above 0, and beyond not below it")
-    return CentringGoal(**{name: asked[name] * si.MM for name in names})
+    return goal
 
 
 def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float | None:
@@ -78,9 +75,7 @@ def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float |
     wanted = centring_asked(config["objective"])
     if done:
         return _report_objective(folder, wanted)
-    watch, pictures = resolve_watch(config["watch"], "rrd", "rerun", "viewer"), config["pictures"]
-    if not isinstance(pictures, bool):
-        raise InputError("pictures", pictures, "", "use true or false")
+    watch, pictures = resolve_watch(config["watch"], "rrd", "rerun", "viewer"), flag("pictures", config["pictures"])
     case, stated = case_from(config), model_settings(config["model"])
     model = on_engine(model_of(by_tension(stated, [float(case.settings.tension)])), config["engine"])
     asked = {k: config[k] for k in ("effects", "travel")}

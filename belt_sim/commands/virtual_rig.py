@@ -8,7 +8,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.case import GRAVITY
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import belt_from, rig_from
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, whole
 from belt_sim.virtual_rig import Truth, make_campaign, write_blind
 
 
@@ -63,8 +63,8 @@ def _line(hidden: Any, config: dict) -> tuple[Campaign, Truth]:
     seed, base, plan = config["seed"], config["base"], config["plan"]
     if plan is None:
         return make_campaign(hidden=hidden, seed=seed, base=base, plan=_on_machine(config))
-    if plan != "random" and (isinstance(plan, bool) or not isinstance(plan, int)):
-        raise InputError("plan", plan, "", "give the number of a plan, or random")
+    if plan != "random":
+        whole("plan", plan, 0, otherwise="random or ")
     if hidden == "random":
         if base is not None:
             raise InputError("base", base, "", "is drawn as well; leave it out")

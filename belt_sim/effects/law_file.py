@@ -1,6 +1,5 @@
 """A law as an entry of an effects.yaml: terms in words, numbers in SI, and what is wrong with an entry in one line."""
 
-import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn
@@ -28,7 +27,7 @@ from belt_sim.effects.law_terms import (
     number_name,
     sensor_place,
 )
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, finite, flag
 
 WIDTH = 110  # columns of a comment
 NUMBERS = ("size", "cos", "sin", "knee", "at", "wide", "exponent")
@@ -130,9 +129,7 @@ def _term_of(one: Mapping[str, Any], where: str) -> tuple[Term, list[float]]:
     shape = _choice(one, "shape", where, SHAPES, "linear")
     courses = [c for c in COURSES if not c.endswith("_sine")]
     course = _choice(one, "course", where, courses, "constant")
-    timed = one.get("timed", False)
-    if not isinstance(timed, bool):
-        _refuse(where, "timed", timed, "give true or false")
+    timed = flag(f"{where}.timed", one.get("timed", False))
     form = Form(variable, shape, course=course, timed=timed)
     _check_course(form, place, where)
     needed = ["cos", "sin"] if form.is_wave else ["size"]
@@ -204,12 +201,8 @@ def _choice(one: Mapping[str, Any], name: str, where: str, choices: Any, default
 
 
 def _number(one: Mapping[str, Any], name: str, where: str, unit: str = "") -> float:
-    value = one.get(name)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        _refuse(
-            where, name, "nothing" if value is None else value, "give a finite number (write 2.0e-5, not 2e-5)", unit
-        )
-    return float(value)
+    given = "nothing" if one.get(name) is None else one[name]
+    return finite(f"{where}.{name}", given, unit, "give a finite number (write 2.0e-5, not 2e-5)")
 
 
 def _refuse(where: str, name: str, value: Any, remedy: str, unit: str = "") -> NoReturn:

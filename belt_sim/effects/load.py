@@ -3,7 +3,6 @@
 import difflib
 import importlib.util
 import inspect
-import math
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -19,7 +18,7 @@ from belt_sim.effects.generic_law import ID as LAW
 from belt_sim.effects.generic_law import GenericLaw, law_effect
 from belt_sim.effects.law_file import law_lines, law_of_entry, yaml_number
 from belt_sim.effects.library import effects_in, library
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, finite
 
 SCHEMA, WITH_LAWS = "belt-effects/1", "belt-effects/2"  # version 2 may hold laws that were found
 BEYOND = 100.0  # times the largest plausible value: more is a slip of the pen
@@ -148,10 +147,8 @@ def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
     for name, value in numbers.items():
         if name not in cls.parameters:
             raise InputError(f"effects.{cls.id}.{name}", value, "", f"its parameters are {', '.join(cls.parameters)}")
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            unit = cls.parameters[name].unit
-            raise InputError(f"effects.{cls.id}.{name}", value, unit, "give a finite number (write 2.0e-5, not 2e-5)")
-        _refuse_absurd(cls, name, float(value))
+        unit, remedy = cls.parameters[name].unit, "give a finite number (write 2.0e-5, not 2e-5)"
+        _refuse_absurd(cls, name, finite(f"effects.{cls.id}.{name}", value, unit, remedy))
     built = cls(**{n: float(v) for n, v in numbers.items()})
     if built.is_null():
         example = next(iter(cls.parameters))

@@ -25,7 +25,7 @@ from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case
 from belt_sim.effects.base import AFTER_ENGINE, Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import as_driven
-from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.errors import CannotRepresent, InputError, whole
 from belt_sim.files import write_with
 from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.laws.runup import RunOff, RunUp, Yaw
@@ -210,8 +210,7 @@ def rational_delay(length: float, order: int, kind: str) -> tuple[np.ndarray, np
     pade: of order (order, order), exact to p^(2 order) and of magnitude 1 at every wavenumber; chain: ``order`` lags
     of length/order each, which also damps. Raises InputError for an order outside 1..12 or an unknown kind.
     """
-    if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= 12:
-        raise InputError("order", order, "", "use a whole number from 1 to 12")
+    whole("order", order, 1, 12)
     if kind not in DELAYS:
         raise InputError("delay", kind, "", f"use one of {', '.join(DELAYS)}")
     a, b, c, d = _pade(order) if kind == "pade" else _chain(order)

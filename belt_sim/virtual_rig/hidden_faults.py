@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, finite
 from belt_sim.virtual_rig.effect_size import (
     Detectability,
     LibraryDistance,
@@ -58,11 +58,9 @@ def specified_hidden(hidden: Sequence[str | dict], get_detectability: Callable[[
         wanted = None
         if isinstance(spec, dict) and "d" in spec:
             spec = dict(spec)
-            wanted = spec.pop("d")
-            if isinstance(wanted, bool) or not isinstance(wanted, int | float) or not wanted > 0:
-                raise InputError("hidden d", wanted, "", "give a positive number of noise units")
+            wanted = finite("hidden d", spec.pop("d"), "", "give a positive number of noise units", lambda d: d > 0)
         fault = fault_from_spec(spec)
-        fault, size = (fault, None) if wanted is None else scale_to_size(get_detectability(), fault, float(wanted))
+        fault, size = (fault, None) if wanted is None else scale_to_size(get_detectability(), fault, wanted)
         faults.append(fault)
         sizes.append(size)
     kind = "stated" if faults else "nothing"

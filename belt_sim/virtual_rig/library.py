@@ -2,8 +2,9 @@
 
 from collections.abc import Iterable
 from types import ModuleType
+from typing import Any
 
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, finite
 from belt_sim.virtual_rig import reference_belt, reference_machine, unmodelled_machine, unmodelled_spans
 from belt_sim.virtual_rig.fault import Fault, UnmodelledFault
 
@@ -44,12 +45,11 @@ def fault_from_spec(spec: str | dict) -> Fault:
     return cls(**{name: _number(cls, name, value) for name, value in given.items()})
 
 
-def _number(cls: type[Fault], name: str, value: object) -> float:
+def _number(cls: type[Fault], name: str, value: Any) -> float:
     allowed = cls().parameters()
     if name not in allowed:
         raise InputError(f"hidden {cls.id}", name, "", f"its parameters are {', '.join(allowed)}")
-    if not isinstance(value, int | float) or isinstance(value, bool):
-        raise InputError(f"hidden {cls.id}.{name}", value, "", "give a number in SI")
+    finite(f"hidden {cls.id}.{name}", value, "", "give a number in SI")
     unit, limit = (cls.sizes[name].unit, cls.sizes[name].limit) if name in cls.sizes else ("", float("inf"))
     if not abs(value) <= limit or (cls.positive and value < 0):
         low = 0 if cls.positive else -limit

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from belt_sim.campaign import Campaign, Run, Source
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, whole
 from belt_sim.virtual_rig.effect_size import detectability_of
 from belt_sim.virtual_rig.fault import Fault, UnmodelledFault
 from belt_sim.virtual_rig.hidden_faults import CORRUPTIONS, HiddenFaults, random_hidden, random_noise, specified_hidden
@@ -177,6 +177,4 @@ def check_base(base: str, faults: Sequence[Fault] = ()) -> str:
 
 def check_seed(seed: object) -> int:
     """A seed as given; raises InputError unless it is a whole number from 0."""
-    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**63:
-        raise InputError("seed", seed, "", "give a whole number from 0")
-    return seed
+    return whole("seed", seed, 0, 2**63 - 1)
