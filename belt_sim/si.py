@@ -4,25 +4,37 @@ import math
 
 from belt_sim.errors import InputError
 
-#: unit -> (dimension, factor to SI)
+#: unit -> (dimension, factor to SI); a force is a stress once the belt's section is known
 UNITS: dict[str, tuple[str, float]] = {
     "m": ("length", 1.0),
     "mm": ("length", 1e-3),
     "um": ("length", 1e-6),
+    "cm": ("length", 1e-2),
     "rad": ("angle", 1.0),
     "mrad": ("angle", 1e-3),
     "urad": ("angle", 1e-6),
     "deg": ("angle", math.pi / 180.0),
+    "mdeg": ("angle", 1e-3 * math.pi / 180.0),
+    "mm/m": ("angle", 1e-3),
     "Pa": ("stress", 1.0),
     "MPa": ("stress", 1e6),
     "GPa": ("stress", 1e9),
     "N/mm2": ("stress", 1e6),
     "N/mm^2": ("stress", 1e6),
+    "kPa": ("stress", 1e3),
+    "N": ("force", 1.0),
+    "kN": ("force", 1e3),
     "kg/m^3": ("density", 1.0),
     "kg/m3": ("density", 1.0),
     "m/s": ("speed", 1.0),
+    "mm/s": ("speed", 1e-3),
+    "m/min": ("speed", 1.0 / 60.0),
     "s": ("time", 1.0),
+    "ms": ("time", 1e-3),
+    "min": ("time", 60.0),
+    "h": ("time", 3600.0),
     "1": ("number", 1.0),
+    "%": ("number", 1e-2),
     "": ("number", 1.0),
 }
 

@@ -56,12 +56,9 @@ class CsvTable:
         if blank is None:
             for row in rows_where(empty):
                 self.refuse(row, name, None, shown, "is blank; state a number")
-        factor, (low, high) = UNITS[unit][1], (bounds.low, bounds.high)
         with np.errstate(over="ignore"):  # what overflows is refused as implausible
-            si = written * factor
-        scale = UNITS[bounds.unit][1]
-        inside = (si > low * scale if bounds.open_low else si >= low * scale) & (si <= high * scale)
-        outside = ~inside & ~typed & ~empty
+            si = written * UNITS[unit][1]
+        outside = ~bounds.holds(si) & ~typed & ~empty
         for row in rows_where(outside):
             try:
                 bounds.check(float(written[row]), unit, name=name)
@@ -257,7 +254,7 @@ def _check_repeats(runs: dict[str, Run], lines: dict[str, int], problems: list[P
                     continue
                 own, its = getattr(run, field), getattr(first, field)
                 if abs(own - its) > REPEAT_TOLERANCE * abs(its):
-                    shown, other = (x / plausible.UNITS[bounds.unit][1] for x in (own, its))
+                    shown, other = (x / UNITS[bounds.unit][1] for x in (own, its))
                     remedy = f"{first.name} has {other:.6g}; a repeat has the settings of its first run"
                     refuse(run, column, float(f"{shown:.6g}"), bounds.unit, remedy)
 

@@ -1,7 +1,7 @@
 """Which magnitudes a belt rig can have: wide ranges that only a slipped unit or a typing error leaves."""
 
-import math
 from dataclasses import dataclass
+from typing import Any
 
 from belt_sim.errors import InputError
 from belt_sim.si import UNITS, to_si
@@ -33,11 +33,11 @@ class Range:
             raise InputError(name, _short(value), unit or self.label, self._remedy(value, unit))
         return si
 
-    def holds(self, si: float) -> bool:
-        """Whether an SI value lies in the range."""
+    def holds(self, si: Any) -> Any:
+        """Whether an SI value, or each of an array, lies in the range."""
         factor = UNITS[self.unit][1]
         above = si > self.low * factor if self.open_low else si >= self.low * factor
-        return math.isfinite(si) and above and si <= self.high * factor
+        return above & (si <= self.high * factor)
 
     def _remedy(self, value: float, unit: str) -> str:
         shown = self.unit or self.label
@@ -45,7 +45,7 @@ class Range:
         bounds = f"must be {low} {self.high:g} {shown}".rstrip()
         for other, (dimension, factor) in UNITS.items():
             ratio = factor / UNITS[unit][1]
-            if dimension == self.dimension and other and ratio != 1.0 and self.holds(value * factor) and value:
+            if dimension == self.dimension != "number" and ratio != 1.0 and self.holds(value * factor) and value:
                 return f"{bounds}; did you mean {_short(value)} {other}, that is {_short(value * ratio)} {unit}?"
         return f"{bounds}; check the value and its unit"
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from belt_sim.campaign.plausible import SIGNAL_DIMENSION
 from belt_sim.campaign.problems import did_you_mean
 from belt_sim.campaign.sheet import RESERVED, check_signal_name
 from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, kind_at
@@ -41,8 +42,7 @@ PLAUSIBLE: dict[str, tuple[tuple[str, ...], float, float]] = {
 DAY = 86400.0  # [s]
 #: Columns that a table has once.
 ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "yaw_at", "start", "u_rate")
-#: dimension that a place measures, and unit in which its signals are written
-DIMENSION = {"lateral": "length", "tilt": "angle"}
+#: kind of signal -> unit in which it is written
 WRITTEN = {"lateral": "mm", "tilt": "mrad"}
 #: role or dimension -> unit of a column where neither file nor mapping states one
 USUAL = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
@@ -310,7 +310,7 @@ def _resolve(column: Column, entry: ColumnEntry, taken: list[str]) -> UsedColumn
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
     if not ROLES[role]:
         return UsedColumn(column=column, role=role, unit="", factor=1.0, entry=entry)
-    unit = _unit(column, entry, (DIMENSION[kind],) if kind else ROLES[role], where)
+    unit = _unit(column, entry, (SIGNAL_DIMENSION[kind],) if kind else ROLES[role], where)
     name = ""
     if role == "signal":
         name = entry.name or _signal_name(column, at, taken)

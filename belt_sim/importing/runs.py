@@ -20,7 +20,7 @@ from belt_sim.importing.mapping import MappingEntry, RunEntry
 from belt_sim.importing.roles import DAY, UsedColumn
 from belt_sim.importing.travel import FEWEST, LoggedBlock, Track, Travel, blocks_of, merge_tracks, run_name, travel_of
 from belt_sim.importing.types import LoggedTable, Question
-from belt_sim.importing.units import UNITS, in_range, quantity
+from belt_sim.importing.units import UNITS, quantity
 from belt_sim.si import DEGREE, N_PER_MM2
 
 #: setting -> dimensions of its unit, unit when none is written, range
@@ -249,7 +249,7 @@ def _number(text: str, key: str, where: str, section: float) -> float:
     dimension, scale = UNITS[unit]
     if dimension == "force":
         return _stress(value * scale, section, where)
-    si = in_range(value, unit, bounds, where)
+    si = bounds.check(value, unit, name=where)
     if key == "direction" and abs(value) != 1.0:
         raise InputError(where, f"{value:g}", "", "must be 1 (upper span runs from head to tail) or -1")
     return si

@@ -12,7 +12,7 @@ from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry
 from belt_sim.importing.noise import noise_of
 from belt_sim.importing.roles import WRITTEN, UsedColumn
 from belt_sim.importing.types import NoiseRead, Question
-from belt_sim.importing.units import UNITS, in_range, quantity
+from belt_sim.importing.units import UNITS, quantity
 
 #: key -> unit without one, range, relative u that is assumed where none is stated, question
 MACHINE: dict[str, tuple[str, plausible.Range, float, str]] = {
@@ -113,7 +113,7 @@ def _quantities(
                 missing.append(Question(path=(key, name), text=question, example=example, proposed=proposed))
             continue
         value, u, unit = quantity(written[name], (bounds.dimension,), default, f"{key}.{name}")
-        si = in_range(value, unit, bounds, f"{key}.{name}")
+        si = bounds.check(value, unit, name=f"{key}.{name}")
         if u is None and assumed:
             remarks[f"{key}.{name}"] = "u is assumed, none was stated"
         spread = assumed * si if u is None else u * UNITS[unit][1]

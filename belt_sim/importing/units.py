@@ -1,41 +1,10 @@
 """Units as loggers and people write them: names, brackets, words -> a factor to SI."""
 
-import math
 import re
 
-from belt_sim.campaign.plausible import Range
 from belt_sim.errors import InputError
+from belt_sim.si import UNITS
 
-#: unit -> (dimension, factor to SI); force is a stress once the belt's section is known
-UNITS: dict[str, tuple[str, float]] = {
-    "m": ("length", 1.0),
-    "cm": ("length", 1e-2),
-    "mm": ("length", 1e-3),
-    "um": ("length", 1e-6),
-    "rad": ("angle", 1.0),
-    "mrad": ("angle", 1e-3),
-    "mm/m": ("angle", 1e-3),
-    "urad": ("angle", 1e-6),
-    "deg": ("angle", math.pi / 180.0),
-    "mdeg": ("angle", 1e-3 * math.pi / 180.0),
-    "s": ("time", 1.0),
-    "ms": ("time", 1e-3),
-    "min": ("time", 60.0),
-    "h": ("time", 3600.0),
-    "m/s": ("speed", 1.0),
-    "mm/s": ("speed", 1e-3),
-    "m/min": ("speed", 1.0 / 60.0),
-    "N/mm2": ("stress", 1e6),
-    "MPa": ("stress", 1e6),
-    "Pa": ("stress", 1.0),
-    "GPa": ("stress", 1e9),
-    "kPa": ("stress", 1e3),
-    "N": ("force", 1.0),
-    "kN": ("force", 1e3),
-    "kg/m^3": ("density", 1.0),
-    "1": ("number", 1.0),
-    "%": ("number", 1e-2),
-}
 #: unit -> other spellings, in lower case and without blanks
 _SPELLINGS = {
     "m": "metre meter metres",
@@ -55,7 +24,9 @@ _SPELLINGS = {
     "1": "-",
 }
 SPELLINGS = {word: unit for unit, words in _SPELLINGS.items() for word in words.split()} | {"": "1"}
-_LOWER = {name.lower(): name for name in UNITS if name not in ("MPa", "Pa")} | {"mpa": "MPa", "pa": "Pa"}
+#: names as an import writes them
+NAMES = [name for name in UNITS if name.lower() not in SPELLINGS]
+_LOWER = {name.lower(): name for name in NAMES}
 _BRACKET = re.compile(r"[\[({<]\s*([^\])}>]*?)\s*[\])}>]")
 _TAIL = re.compile(r"(?:\s+in\s+|\s*/\s*|[\s_]+)(?P<unit>\S+)$")
 
@@ -63,7 +34,7 @@ _TAIL = re.compile(r"(?:\s+in\s+|\s*/\s*|[\s_]+)(?P<unit>\S+)$")
 def unit_named(text: str) -> str | None:
     """The unit that a text names; None when it names none."""
     text = text.strip().strip("[](){}<>").strip()
-    if text in UNITS:
+    if text in NAMES:
         return text
     key = text.lower().replace(" ", "")
     found = _LOWER.get(key) or SPELLINGS.get(key)
@@ -90,9 +61,13 @@ def factor(unit: str, dimension: str, name: str) -> float:
     """Factor from ``unit`` to SI; raises InputError for a unit that is unknown or of another kind."""
     known = unit_named(unit)
     if known is None or UNITS[known][0] != dimension:
-        names = ", ".join(u for u, (kind, _) in UNITS.items() if kind == dimension)
+        names = _names_of((dimension,))
         raise InputError(name, unit, "", f"is no unit of {dimension}; use one of {names}")
     return UNITS[known][1]
+
+
+def _names_of(dimensions: tuple[str, ...]) -> str:
+    return ", ".join(name for name in NAMES if UNITS[name][0] in dimensions)
 
 
 _QUANTITY = re.compile(
@@ -108,7 +83,7 @@ def quantity(text: object, dimensions: tuple[str, ...], default: str, name: str)
         raise InputError(name, text, "", f"is no number with a unit; {example}")
     unit = unit_named(found.group("unit") or default) if found.group("unit") else default
     if unit is None or UNITS[unit][0] not in dimensions:
-        names = ", ".join(u for u, (kind, _) in UNITS.items() if kind in dimensions)
+        names = _names_of(dimensions)
         raise InputError(name, text, "", f"has an unknown unit; use one of {names}")
     try:
         value, u = (float(x.replace(",", ".")) if x else None for x in (found.group("value"), found.group("u")))
@@ -116,14 +91,3 @@ def quantity(text: object, dimensions: tuple[str, ...], default: str, name: str)
         raise InputError(name, text, "", f"is no number; {example}") from None
     assert value is not None
     return value, u, unit
-
-
-def in_range(value: float, unit: str, bounds: Range, where: str) -> float:
-    """A value in SI; raises InputError for one that no machine has."""
-    scale = UNITS[unit][1]
-    if not bounds.holds(value * scale):
-        shown = "" if unit == "1" else unit
-        low, high = (b * UNITS[bounds.unit or "1"][1] / scale for b in (bounds.low, bounds.high))
-        remedy = f"must be {low:g} to {high:g} {shown}".rstrip() + "; check the value and its unit"
-        raise InputError(where, f"{value:g}", shown, remedy)
-    return value * scale
