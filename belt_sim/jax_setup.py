@@ -86,7 +86,8 @@ _UNFUSED = "--xla_cpu_max_isa=AVX"
 _WHOLE_LOOPS = f"--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold={2**30}"
 _IN_ONE_PIECE = "--xla_cpu_parallel_codegen_split_count=1"
 _FLAGS = (_UNFUSED, _WHOLE_LOOPS, _IN_ONE_PIECE)
-LEAST_EFFORT = {"xla_backend_optimization_level": 0}
+#: compiles three times as fast; code runs up to twice as long
+LEAST_EFFORT = {"xla_backend_optimization_level": 0, "xla_cpu_use_fusion_emitters": False}
 #: compiled programs of a kind that a process keeps: each maps memory, of which Linux allows 65,530 regions
 PROGRAMS = 32
 
@@ -94,7 +95,8 @@ PROGRAMS = 32
 def jit_float64(function: Callable[..., Any], *, brief: bool = False, **options: Any) -> Callable[..., Any]:
     """``jax.jit(function, **options)`` that traces and runs in float64.
 
-    brief: the function runs so seldom that compiling costs more: less effort gives code half as fast that rounds alike.
+    brief: the function runs so seldom that compiling costs more: it is compiled with LEAST_EFFORT, which changes last
+    bits of a few functions only.
     """
     return in_float64(jax.jit(function, compiler_options=LEAST_EFFORT if brief else None, **options))
 

@@ -52,7 +52,7 @@ def _inside(span: Span):
     return fields.x, fields.per_runup
 
 
-_answers, _fields = jit_float64(_end_curvatures), jit_float64(_inside)
+_answers, _fields = (jit_float64(function, brief=True) for function in (_end_curvatures, _inside))
 
 
 @dataclass(frozen=True)

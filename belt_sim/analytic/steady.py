@@ -14,7 +14,7 @@ from belt_sim.jax_setup import in_float64, jit_float64
 
 LIMPEST = 20.0  # chord over twice the catenary's parameter: such a rope hangs 10^7 chords deep
 
-_responses = jit_float64(span_responses)  # uncompiled it takes a second
+_responses = jit_float64(span_responses, brief=True)  # uncompiled it takes a second
 
 
 @in_float64

@@ -234,4 +234,4 @@ def _compile_changes(model, classes):
         return {kind: change(kind) for kind in dict.fromkeys(RELATIVE.values())}
 
     many = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0)))  # type: ignore[arg-type]
-    return jit_float64(many)
+    return jit_float64(many, brief=True)

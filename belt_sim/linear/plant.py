@@ -315,7 +315,7 @@ def _at_rest(case: Case, effects: tuple[Effect, ...], *, model: Composition):
     return rate(*zero), *jax.jacfwd(rate, argnums=(0, 1, 2))(*zero)
 
 
-_derivatives = jit_float64(_at_rest, static_argnames=("model",))
+_derivatives = jit_float64(_at_rest, brief=True, static_argnames=("model",))
 
 
 def _rate(spans: Spans, x, late, yaws):
