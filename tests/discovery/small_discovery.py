@@ -9,9 +9,11 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
+from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.discovery.describe import describe
 from belt_sim.discovery.law_search import SearchOutcome, search_law
 from belt_sim.discovery.search_data import SearchData, search_data_of
+from belt_sim.effects.base import Effect
 from belt_sim.effects.generic_law import ID, GenericLaw, law_effect
 from belt_sim.effects.law_terms import Law, SizedLaw
 from belt_sim.results.discovery import Discovery
@@ -62,6 +64,11 @@ def discovered(hidden: str = "", seed: int = 3) -> SearchOutcome:
 def described(hidden: str = "", seed: int = 3) -> Discovery:
     """Its result."""
     return describe(discovered(hidden, seed), 1.0)
+
+
+def forward_with(bench: Workbench, *classes: type[Effect]) -> Forward:
+    """Predictions with laws in the march, runs set as they are on a workbench."""
+    return Forward(bench.forward.samples, MODEL, classes, bench.forward.step, brief=True)
 
 
 def effect_of(data: SearchData, law: Law, sizes, id: str = ID) -> type[GenericLaw]:

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from small_discovery import MODEL, both_ways, effect_of
+from small_discovery import both_ways, effect_of, forward_with
 
 from belt_sim.discovery.describe import _drawn_travel, _law_curve
 from belt_sim.discovery.form_dictionary import form_values
@@ -59,7 +59,7 @@ def test_the_file_of_such_a_law_does_in_the_march_what_the_search_says(name, for
     bench, data = both_ways()
     law = law_of(data, name, form)
     cls = effect_of(data, law, [size])
-    forward = replace(bench, forward=type(bench.forward)(bench.samples, MODEL, [cls], bench.forward.step)).forward
+    forward = forward_with(bench, cls)
     at = [slot.name for slot in forward.slots].index("size")
     vector = forward.null()
     vector[at] = size / forward.slots[at].scale

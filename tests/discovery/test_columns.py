@@ -1,12 +1,12 @@
 """Columns of laws, made from impulse responses, against the march with the written effect in it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from small_discovery import MODEL, campaign, effect_of, fitted, surveyed
+from small_discovery import effect_of, fitted, forward_with, surveyed
 
-from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.discovery.impulse_responses import Pulse
-from belt_sim.discovery.search_data import search_data_of
 from belt_sim.effects.law_terms import Form, Law, Term
 
 SAME = 0.999  # cosine; cells of 0.2 m against steps of 0.1 m leave a few per mille
@@ -33,15 +33,14 @@ TERMS = {
 
 @pytest.fixture(scope="module")
 def marched():
-    """Derivatives of the march along the size of every written effect: place -> (k, R, S, n); and their survey."""
+    """Derivatives of the march along the size of every written effect: place -> (k, R, S, n)."""
     data, classes = surveyed("yaw_creep"), {}
     places = {p.name: p for p in data.places}
     for name, form in TERMS.items():
         law = Law((Term(places[name], form, -1.0),))
         classes[name] = effect_of(data, law, [1.0] * law.terms[0].sizes, f"found_{name}")
-    bench = workbench(campaign("yaw_creep"), MODEL, list(classes.values()))
-    null = bench.forward.null()
-    found = {"survey": search_data_of(bench, bench.fit([bench.start((), null)])[0])}
+    bench = replace(data.bench, forward=forward_with(data.bench, *classes.values()))
+    null, found = bench.forward.null(), {}
     for name, cls in classes.items():
         index = bench.forward.index(cls.id)
         sizes = [k for k in index if bench.forward.slots[k].name in ("size", "cos", "sin")]
@@ -52,7 +51,7 @@ def marched():
 
 @pytest.mark.parametrize("name", TERMS)
 def test_columns_are_those_of_the_march_with_the_written_effect(name, marched):
-    data = marched["survey"]
+    data = surveyed("yaw_creep")
     place = next(p for p in data.places if p.name == name)
     own = data.columns(Law((Term(place, TERMS[name], -1.0),))).reshape(len(marched[name]), -1)
     there = data.projector.whiten(marched[name]).reshape(len(own), -1)
@@ -65,7 +64,7 @@ def test_columns_are_those_of_the_march_with_the_written_effect(name, marched):
 def test_the_march_answers_late_as_it_answers_early():
     """A pulse at 11 m does what the pulse at the first cell does, shifted."""
     data = surveyed("yaw_creep")
-    bench = workbench(campaign("yaw_creep"), MODEL, [Pulse])
+    bench = replace(data.bench, forward=forward_with(data.bench, Pulse))
     names = [s.name for s in bench.forward.slots]
     cell = 55
     vector = bench.forward.null()

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from small_discovery import MODEL, campaign, effect_of, surveyed
+from small_discovery import effect_of, forward_with, surveyed
 
-from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.discovery.closed_loop import LoopResponses, fit_closed_loop, states_of_fit
 from belt_sim.discovery.linear_search import fit_sizes
 from belt_sim.effects.law_terms import Form, Law, Term, stop
@@ -32,7 +31,7 @@ def marched(law: Law, size: float) -> np.ndarray:
     """Whitened readings that a law adds in the march."""
     data = surveyed("yaw_creep")
     cls = effect_of(data, law, [size])
-    forward = workbench(campaign("yaw_creep"), MODEL, [cls]).forward
+    forward = forward_with(data.bench, cls)
     names = [slot.name for slot in forward.slots]
     vector = forward.null()
     vector[names.index("size")] = size / forward.slots[names.index("size")].scale

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from small_discovery import MODEL, both_ways, effect_of, surveyed
+from small_discovery import both_ways, effect_of, forward_with, surveyed
 
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
@@ -41,7 +41,7 @@ def test_the_file_of_a_law_of_a_span_does_in_the_march_what_the_search_says():
     bench, data = both_ways()
     law = law_of(data, "span_lower")
     cls = effect_of(data, law, SIZES)
-    forward = replace(bench, forward=type(bench.forward)(bench.samples, MODEL, [cls], bench.forward.step)).forward
+    forward = forward_with(bench, cls)
     names = [slot.name for slot in forward.slots]
     vector = forward.null()
     for name, size in zip(("cos", "sin"), SIZES, strict=True):
