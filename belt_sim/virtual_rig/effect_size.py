@@ -116,10 +116,13 @@ def _lanes(cls: type[Fault], faults: Sequence[Fault], runs: int) -> Fault:
     return cls(**{n: getattr(alike, n) if n in shared else values[n] for n in null})
 
 
-def detectability_of(plan: Plan, noise: Noise, base: str) -> Detectability:
-    """What can be seen in noise as it truly is. Nuisances: zero, gain, tension and yaw of each run; machine data."""
+def detectability_of(plan: Plan, noise: Noise, base: str, faults: tuple[Fault, ...] = ()) -> Detectability:
+    """What can be seen in noise as it truly is, beside faults that are there.
+
+    Nuisances: zero, gain, tension and yaw of each run; machine data.
+    """
     noise = noise.with_true_level()
-    line, clean, moved = sensitivities(plan, base)
+    line, clean, moved = sensitivities(plan, base, faults)
     sheets = [noise.sheet(name, place) for name, place in plan.signals.items()]
     roots = [_root(plan.travel, sheet, noise.smooth) for sheet in sheets]
     blank = Detectability(plan, noise, base, line, clean, roots, np.empty(0))
@@ -128,13 +131,16 @@ def detectability_of(plan: Plan, noise: Noise, base: str) -> Detectability:
 
 
 @lru_cache(maxsize=4)
-def sensitivities(plan: Plan, base: str) -> tuple[Line, np.ndarray, dict[str, np.ndarray]]:
-    """The line, its readings, and their change by one sigma of each machine datum and by a unit of each setting."""
+def sensitivities(
+    plan: Plan, base: str, faults: tuple[Fault, ...] = ()
+) -> tuple[Line, np.ndarray, dict[str, np.ndarray]]:
+    """The line, its readings with faults, and their change by one sigma of each machine datum and by a unit of each
+    setting."""
     runs, unit = len(plan.runs), {"tension": 1e-3, "yaw": 1e-6}
     steps = {name: TrueErrors(machine={name: q.u}) for name, q in stated_data(plan).items() if q.u > 0}
     steps |= {"tension": TrueErrors(tension_rel=unit["tension"]), "yaw": TrueErrors(yaw=unit["yaw"])}
     lines = [replace(true_line(plan, base, e), run=np.arange(runs)) for e in (TrueErrors(), *steps.values())]
-    seen = observe(plan, stack(lines), [])
+    seen = observe(plan, stack(lines), faults)
     clean, *moved = (seen[:, :, k * runs : (k + 1) * runs] for k in range(len(lines)))
     return lines[0], clean, {n: (m - clean) / unit.get(n, 1.0) for n, m in zip(steps, moved, strict=True)}
 

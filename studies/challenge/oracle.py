@@ -107,8 +107,8 @@ def left_by_named(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -
     if not named or len(named) < len(answer["effects"]) or len({len(run.travel) for run in campaign.runs}) > 1:
         return None
     plan = _plan(campaign, list(range(len(campaign.runs))), truth)
-    bench = detectability_of(plan, _noise(campaign, truth), truth.base)
-    hidden = observe(plan, bench.base, [fault_from_spec({"id": e["id"], **e["parameters"]}) for e in truth.effects])
+    hidden = tuple(fault_from_spec({"id": e["id"], **e["parameters"]}) for e in truth.effects)
+    bench = detectability_of(plan, _noise(campaign, truth), truth.base, hidden)
     classes = [CATALOGUE[e["id"]] for e in named]
     known = [
         {n: v for n, v in e["numbers"].items() if n in c().parameters()} for e, c in zip(named, classes, strict=True)
@@ -121,7 +121,7 @@ def left_by_named(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -
         for (k, name), value in zip(free, values * unit, strict=True):
             numbers[k][name] = float(value)
         faults = [cls(**own) for cls, own in zip(classes, numbers, strict=True)]
-        return np.nan_to_num(bench.reduce(observe(plan, bench.base, faults) - hidden), nan=1e3)
+        return np.nan_to_num(bench.reduce(observe(plan, bench.base, faults) - bench.clean), nan=1e3)
 
     best = least_squares(left, np.array([known[k][n] for k, n in free]) / unit, max_nfev=_STEPS)
     return float(np.sqrt(2 * best.cost))
