@@ -17,7 +17,6 @@ from belt_sim.virtual_rig.make import make_campaign
 LENGTH = 23.6  # [m], about that of the belt
 STARTS = (0.0, 14.5, 3.25, 20.0, 8.125, 17.0)
 EDGE = [{"id": "edge_profile", "cos1": 3e-4, "sin2": 2e-4, "cos5": 1e-4}]
-FEW = tuple(c for c in CLASSES if c.id in ("edge_profile", "taper"))
 ANYWHERE = replace(SPREAD, runs=tuple(replace(r, start=s) for r, s in zip(SPREAD.runs, STARTS, strict=True)))
 FOUND = 0.5  # [m]: three sigmas of a start by an edge of so little
 
@@ -39,7 +38,7 @@ def test_runs_of_one_shape_are_turned_until_they_fit():
 @pytest.fixture(scope="module")
 def anywhere():
     """What is found where every run starts at a place of its own."""
-    return examine(make_campaign(hidden=EDGE, seed=4, plan=ANYWHERE)[0], MODEL, FEW)
+    return examine(make_campaign(hidden=EDGE, seed=4, plan=ANYWHERE)[0], MODEL, CLASSES)
 
 
 def test_a_crooked_edge_is_named_wherever_runs_start(anywhere):
@@ -59,8 +58,8 @@ def test_starts_are_found_and_paid_for(anywhere):
 
 def test_runs_that_start_at_one_place_are_left_there():
     made = make_campaign(hidden=EDGE, seed=4, plan=SPREAD)[0]
-    bench = workbench(made, MODEL, FEW)
-    near = linearise(bench, bench.fit([bench.start((), bench.forward.null())])[0], [c.id for c in FEW])
+    bench = workbench(made, MODEL, CLASSES)
+    near = linearise(bench, bench.fit([bench.start((), bench.forward.null())])[0], [c.id for c in CLASSES])
     assert find_starts(bench, near) is None
 
 
@@ -70,7 +69,7 @@ def test_a_start_that_is_stated_is_taken(tmp_path):
     write_campaign(stated, tmp_path / "stated")
     read = read_campaign(tmp_path / "stated")
     assert [run.start for run in read.runs] == list(STARTS)
-    bench = workbench(read, MODEL, FEW)
+    bench = workbench(read, MODEL, CLASSES)
     fit = bench.fit([bench.start(("edge_profile",), bench.forward.null())])[0]
     count = int(np.isfinite(bench.samples.y).sum())
     assert fit.chi2 < count + 5.0 * np.sqrt(2.0 * count)
