@@ -69,10 +69,10 @@ def plain_methods(folder: Path, base: str, answer: Mapping[str, Any]) -> dict[st
     }
 
 
-def table_of(campaign: Campaign, base: str) -> Table:
-    """Residual and columns of a campaign; every record relieved of its mean."""
+def table_of(campaign: Campaign, base: str, effects: Sequence[str] | None = None) -> Table:
+    """Residual and columns of a campaign, those of ``effects`` (None: the library); every record less its mean."""
     model, samples = fitted_model(base), samples_of(campaign)
-    classes = candidates_of(None, model)
+    classes = candidates_of(effects, model)
     free = additive_effects.harmonics_of(classes, samples)
     forward = Forward(samples, model, classes, terms=dict.fromkeys(free, 0))  # what is linear needs no march
     vector = forward.null()

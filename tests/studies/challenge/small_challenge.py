@@ -13,6 +13,7 @@ from belt_sim.virtual_rig import Plan, grid, make_campaign
 
 PLAN = Plan(runs=grid((10 * N_PER_MM2, 30 * N_PER_MM2), (-0.042 * DEGREE, 0.042 * DEGREE)), length=20.0)
 HIDDEN: tuple[tuple[str, ...], ...] = ((), ("cant",), ("taper",), ("cant", "taper"))
+FEW = ("cant", "taper", "crown", "yaw_offset_head", "sensor_gain")
 SLOW = 1.5  # [s]
 PATIENCE = 20.0  # [s]: a small campaign takes 2 s, ten times that on a busy machine
 
@@ -40,8 +41,7 @@ def oracle(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any
 
 def few(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
     """The diagnosis, asked of few effects: every one is compiled."""
-    names = ["cant", "taper", "crown", "yaw_offset_head", "sensor_gain"]
-    return diagnosis_json(diagnose(read_campaign(folder), base, names, bootstraps=bootstraps, seed=seed))
+    return diagnosis_json(diagnose(read_campaign(folder), base, FEW, bootstraps=bootstraps, seed=seed))
 
 
 def slow_oracle(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:

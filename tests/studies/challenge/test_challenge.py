@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from small_challenge import HIDDEN, PATIENCE, answer_of, draw
+from small_challenge import FEW, HIDDEN, PATIENCE, answer_of, draw
 
 from belt_sim.campaign import write_campaign
 from belt_sim.errors import InputError
@@ -18,6 +18,7 @@ from belt_sim.results.findings import RunSettings
 from belt_sim.si import DEGREE
 from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.sealed_truth import HASH
+from studies.challenge import baselines
 from studies.challenge.registry import ANSWERS, SOURCES, cost
 from studies.challenge.run_case import Task
 from studies.challenge.run_challenge import ablation_tasks, results, run_challenge
@@ -147,14 +148,26 @@ def test_a_further_run_is_of_the_same_line(tmp_path):
 
 @pytest.mark.parametrize("who", ["small_challenge:few", pytest.param("diagnosis", marks=pytest.mark.long)])
 def test_the_diagnosis_itself_answers(who, tmp_path):
-    """One effect, large, on a small plan: named, beside what plain methods say."""
-    own = Task(seed=1, out=tmp_path, source="small_challenge:draw", ablation=who, bootstraps=100)
+    """One effect, large, on a small plan: named; in the long test beside what plain methods say of the library."""
+    whole = who == "diagnosis"
+    own = Task(seed=1, out=tmp_path, source="small_challenge:draw", ablation=who, bootstraps=100, others=whole)
     (result,) = run_challenge(own, [1], workers=1)
     found = score_case(result)
     assert (found.outcome, list(found.named)) == ("right", ["cant"])
-    assert set(result["others"]) == {"iid_bic", "sparse", "sysid", "bic", "no_gate"}
-    assert len(result["others"]["iid_bic"]["effects"]) > 1  # wander, taken for independent noise, names more
+    assert result["least"]["plain_mm"] > 0
     assert result["seconds"]["answer"] > 0
+    if whole:
+        assert set(result["others"]) == {"iid_bic", "sparse", "sysid", "bic", "no_gate"}
+        assert len(result["others"]["iid_bic"]["effects"]) > 1
+
+
+def test_plain_methods_answer_beside_it(right, monkeypatch):
+    """Wander, taken for independent noise, names more than was hidden."""
+    table = baselines.table_of
+    monkeypatch.setattr(baselines, "table_of", lambda campaign, base: table(campaign, base, FEW))
+    others = baselines.plain_methods(right[0] / "campaigns" / "1", "strip", answer_of("cant"))
+    assert set(others) == {"iid_bic", "sparse", "sysid", "bic", "no_gate"}
+    assert len(others["iid_bic"]["effects"]) > 1
 
 
 def test_what_was_drawn_is_answered_again_without_being_drawn(right, tmp_path):
