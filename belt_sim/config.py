@@ -143,10 +143,7 @@ def rig_from(asked: Any) -> Rig:
     if abs(radii[0] - radii[1]) > 0.1 * centre:
         raise InputError("rig.head_radius", radii[0], "m", "radii may differ by a tenth of the centre distance")
     return Rig(
-        centre_distance=centre,
-        head_radius=radii[0],
-        tail_radius=radii[1],
-        gravity=check_range(flat, "rig.gravity"),
+        centre_distance=centre, head_radius=radii[0], tail_radius=radii[1], gravity=check_range(flat, "rig.gravity")
     )
 
 

@@ -118,6 +118,5 @@ def write_curves(path: Path, curves: Curves) -> Path:
     rows = np.column_stack(list(columns.values())) + 0.0  # no -0
     header = ",".join(columns)
     return write_with(
-        path,
-        lambda temporary: np.savetxt(temporary, rows, fmt="%.9g", delimiter=",", header=header, comments=""),
+        path, lambda temporary: np.savetxt(temporary, rows, fmt="%.9g", delimiter=",", header=header, comments="")
     )

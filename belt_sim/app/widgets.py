@@ -57,14 +57,7 @@ OFTEN = 0.08  # [s] between two values that a moving slider sends
 
 
 def labelled_slider(
-    label: str,
-    value: float,
-    low: float,
-    high: float,
-    step: float,
-    to: Callable[[float], Awaitable[None]],
-    *,
-    mark: str,
+    label: str, value: float, low: float, high: float, step: float, to: Callable[[float], Awaitable[None]], *, mark: str
 ) -> None:
     """``to`` hears of every new value between ``low`` and ``high``."""
     with ui.element("div").classes("asked"):

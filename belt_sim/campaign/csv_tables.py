@@ -112,11 +112,7 @@ def parse_table(
 
 
 def _header_fits(
-    header: list[str],
-    file: str,
-    required: tuple[str, ...],
-    known: tuple[str, ...] | None,
-    problems: list[Problem],
+    header: list[str], file: str, required: tuple[str, ...], known: tuple[str, ...] | None, problems: list[Problem]
 ) -> bool:
     before = len(problems)
 
@@ -260,11 +256,7 @@ def _check_repeats(runs: dict[str, Run], lines: dict[str, int], problems: list[P
 
 
 def read_signals(
-    text: str,
-    names: frozenset[str] | None,
-    sheets: tuple[SignalSheet, ...] | None,
-    rows: RunRows | None,
-    problems,
+    text: str, names: frozenset[str] | None, sheets: tuple[SignalSheet, ...] | None, rows: RunRows | None, problems
 ) -> dict[str, Run]:
     """Return the valid runs of signals.csv by name, with their records."""
     before = len(problems)

@@ -304,8 +304,7 @@ def _sheet(entry: CampaignEntry) -> Campaign:
         ),
         signals=tuple(_signal(name, signal) for name, signal in entry.signals.items()),
         settings=SettingsSheet(
-            tension_rel=entry.settings.tension_rel,
-            yaw_u=to_si(yaw.u, yaw.unit, dimension="angle", name="settings.yaw"),
+            tension_rel=entry.settings.tension_rel, yaw_u=to_si(yaw.u, yaw.unit, dimension="angle", name="settings.yaw")
         ),
         runs=(),
     )

@@ -115,10 +115,7 @@ def sheet_tree(campaign: Campaign) -> dict[str, Any]:
         "signals": {signal.name: _signal(signal) for signal in campaign.signals},
         "settings": {
             "tension_rel": float(settings.tension_rel),
-            "yaw": {
-                "u": _in_unit(settings.yaw_u, to_si(1.0, "urad", dimension="angle", name="yaw")),
-                "unit": "urad",
-            },
+            "yaw": {"u": _in_unit(settings.yaw_u, to_si(1.0, "urad", dimension="angle", name="yaw")), "unit": "urad"},
         },
     }
 

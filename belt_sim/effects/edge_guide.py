@@ -72,10 +72,7 @@ class EdgeGuide(Effect):
         )
         push = -stiff * (place - jnp.clip(place, -self.gap, self.gap)) / (1.0 + stiff * give)
         return replace(
-            bend,
-            runup=bend.runup + push * runup,
-            runoff=bend.runoff + push * runoff,
-            tilt=bend.tilt + push * tilt,
+            bend, runup=bend.runup + push * runup, runoff=bend.runoff + push * runoff, tilt=bend.tilt + push * tilt
         )
 
     def scene(self, parts, case):

@@ -118,10 +118,7 @@ COURSES: dict[str, tuple[str, Callable[..., Any]]] = {
     "rise": ("1 - exp(-s / at)", lambda s, at, wide, xp: 1.0 - xp.exp(-s / at)),
     "decay": ("exp(-s / at)", lambda s, at, wide, xp: xp.exp(-s / at)),
     "step": ("0 before at, 1 after it", lambda s, at, wide, xp: _gate(s, at, xp)),
-    "interval": (
-        "1 from at on for wide, else 0",
-        lambda s, at, wide, xp: _gate(s, at, xp) - _gate(s, at + wide, xp),
-    ),
+    "interval": ("1 from at on for wide, else 0", lambda s, at, wide, xp: _gate(s, at, xp) - _gate(s, at + wide, xp)),
     "belt_section": (
         "once a revolution on a section of the belt: its middle at, its length wide, in belt lengths",
         lambda s, at, wide, xp: _section(s, at, wide, xp),

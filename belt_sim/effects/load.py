@@ -52,9 +52,7 @@ def load_effects(spec: Any) -> tuple[Effect, ...]:
 
 
 def save_effects(
-    effects: Sequence[Effect],
-    uncertainty: Mapping[str, Mapping[str, float]] | None = None,
-    notes: Sequence[str] = (),
+    effects: Sequence[Effect], uncertainty: Mapping[str, Mapping[str, float]] | None = None, notes: Sequence[str] = ()
 ) -> str:
     """The text of an effects.yaml that load_effects reads back; comments: uncertainties, and notes on a law."""
     schema = WITH_LAWS if any(isinstance(e, GenericLaw) for e in effects) else SCHEMA
@@ -153,10 +151,7 @@ def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
     if built.is_null():
         example = next(iter(cls.parameters))
         raise InputError(
-            "effects",
-            cls.id,
-            "",
-            f"it would do nothing; give numbers, e.g. effects=[{{id:{cls.id},{example}:...}}]",
+            "effects", cls.id, "", f"it would do nothing; give numbers, e.g. effects=[{{id:{cls.id},{example}:...}}]"
         )
     return built
 

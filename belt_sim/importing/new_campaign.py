@@ -99,12 +99,7 @@ def plan_for(tensions: list[float], yaw: float, speed: float) -> list[PlannedRun
     add("zero yaw at the tightest: offsets that tension does not touch", high, 0.0)
     add("travel reversed: offsets of a pulley from skewed rollers and drag", middle, -yaw, direction=-1.0)
     add("twice the yaw: play and springs (guides, crowns) from what is in proportion", middle, 2.0 * yaw)
-    add(
-        "half the speed: what goes with time (warming, delay), not with travel",
-        middle,
-        yaw,
-        speed=speed / 2.0,
-    )
+    add("half the speed: what goes with time (warming, delay), not with travel", middle, yaw, speed=speed / 2.0)
     add("twice the speed: traction, delay", middle, yaw, speed=speed * 2.0)
     return found
 

@@ -80,11 +80,7 @@ class Rates:
 
 @style.picture
 def rates_picture(
-    path: str | os.PathLike,
-    models: Mapping[str, Rates],
-    title: str,
-    measured: Rates | None = None,
-    note: str = "",
+    path: str | os.PathLike, models: Mapping[str, Rates], title: str, measured: Rates | None = None, note: str = ""
 ) -> Path:
     """Draw late rates against tension: a line a model, named at its end; measured rates as dots with bars of 2u."""
     fig, [[ax]] = style.figure(8.4, 4.8)

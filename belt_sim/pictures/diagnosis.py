@@ -27,11 +27,7 @@ MOST_PANELS = 36  # of a picture; more are too small to read
 
 @style.picture
 def overlay_picture(
-    path: str | os.PathLike,
-    panels: Sequence[Panel],
-    title: str,
-    *,
-    names: Mapping[str, str] | None = None,
+    path: str | os.PathLike, panels: Sequence[Panel], title: str, *, names: Mapping[str, str] | None = None
 ) -> Path:
     """Small multiples of measured against modelled, of many panels those with the largest misfit.
 

@@ -14,15 +14,7 @@ from belt_sim.results.display import Display, Table, frame
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import CampaignLabel, Errors, RunError, Where, error_grid
 from belt_sim.results.fields import Free, file_field
-from belt_sim.results.findings import (
-    Candidate,
-    Confusable,
-    Explanation,
-    FoundEffect,
-    NextRun,
-    NoiseLevels,
-    Unknown,
-)
+from belt_sim.results.findings import Candidate, Confusable, Explanation, FoundEffect, NextRun, NoiseLevels, Unknown
 from belt_sim.results.words import join_words
 
 
@@ -194,7 +186,5 @@ def error_table(error: Errors) -> Table:
     changes = error.rows() | error.left_out()
     rows = [(name, words.column(row.before), words.column(row.after)) for name, row in changes.items()]
     return Table(
-        f"error (noise floor {words.decimal(1e3 * error.noise_floor, 3)} mm)",
-        ("rms in mm", "before", "after"),
-        rows,
+        f"error (noise floor {words.decimal(1e3 * error.noise_floor, 3)} mm)", ("rms in mm", "before", "after"), rows
     )

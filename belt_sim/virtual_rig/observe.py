@@ -90,17 +90,9 @@ def repeat_line(line: Line, count: int) -> Line:
 
 
 #: place -> (state row, wrapped arc behind it) for travel direction +1; -1 swaps top and bottom.
-POINTS = {
-    "point_1": (0, None),
-    "point_2": (0, "wrap_tail"),
-    "point_3": (2, None),
-    "point_4": (2, "wrap_head"),
-}
+POINTS = {"point_1": (0, None), "point_2": (0, "wrap_tail"), "point_3": (2, None), "point_4": (2, "wrap_head")}
 _MIRRORED = {"point_1": "point_2", "point_2": "point_1", "point_3": "point_4", "point_4": "point_3"}
-TILTS = {
-    "upper_mid_span": 1.0,
-    "lower_mid_span": -1.0,
-}  # direction in which the belt comes from the head pulley
+TILTS = {"upper_mid_span": 1.0, "lower_mid_span": -1.0}  # direction in which the belt comes from the head pulley
 
 
 def position(history: DelayHistory, place: str, s: np.ndarray) -> np.ndarray:

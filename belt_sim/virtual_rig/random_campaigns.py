@@ -125,9 +125,7 @@ def _machine(kind: str, rng) -> tuple[Machine, BeltSheet]:
         tail_radius=Quantity(value=radius, u=3e-3 * radius),
     )
     belt = replace(
-        TEST_BELT,
-        width=Quantity(value=width, u=5e-4 * width),
-        thickness=Quantity(value=thickness, u=0.01 * thickness),
+        TEST_BELT, width=Quantity(value=width, u=5e-4 * width), thickness=Quantity(value=thickness, u=0.01 * thickness)
     )
     return machine, belt
 

@@ -74,9 +74,7 @@ def with_simulator_error(sensors: Noise, engine: str = "native") -> tuple[Noise,
     """The sensors' noise with the simulator's own error added in squares, and a sentence for the file."""
     gain, wander = OWN_ERROR[engine]
     stated = replace(
-        sensors,
-        gain=(sensors.gain**2 + gain**2) ** 0.5,
-        wander_sd=(sensors.wander_sd**2 + wander**2) ** 0.5,
+        sensors, gain=(sensors.gain**2 + gain**2) ** 0.5, wander_sd=(sensors.wander_sd**2 + wander**2) ** 0.5
     )
     return stated, f"gain and wander cover the simulator's own error ({gain:.1%} of a reading, {wander * 1e6:g} um)"
 

@@ -29,12 +29,7 @@ OFFSET = 1.8
 CLEAR = 6.0
 #: Late slopes come from the last LATE of records longer than SETTLED spans; MOST: share of runs that must agree.
 LATE, SETTLED, MOST = 0.4, 3.5, 0.8
-TAIL_AND_HEAD = (
-    ("point_1", "point_4"),
-    ("point_2", "point_3"),
-    ("point_1", "point_3"),
-    ("point_2", "point_4"),
-)
+TAIL_AND_HEAD = (("point_1", "point_4"), ("point_2", "point_3"), ("point_1", "point_3"), ("point_2", "point_4"))
 #: How much better the exchanged order of two points across a wrap must fit, as a ratio of variances.
 WRAP_RATIO = 4.0
 #: Readings of one place may differ by so many sigmas (rms over a run); what a yaw moves apart must exceed so many.
@@ -206,10 +201,7 @@ def _suspicion(lead: Lead, severity: Severity) -> Suspicion:
 def check_wraps(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     """Return exchanged points of one pulley: the run-off must repeat the run-up one wrapped arc later, not earlier."""
     machine = campaign.machine
-    arcs = {
-        ("point_1", "point_2"): machine.tail_radius.value,
-        ("point_3", "point_4"): machine.head_radius.value,
-    }
+    arcs = {("point_1", "point_2"): machine.tail_radius.value, ("point_3", "point_4"): machine.head_radius.value}
     of_run: dict[str, dict[str, Record]] = defaultdict(dict)
     for record in records:
         of_run[record.run.name].setdefault(record.sheet.at, record)
