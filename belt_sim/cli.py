@@ -15,7 +15,7 @@ import yaml
 from belt_sim.commands.command_line import HELP, SHOW, compose_request, help_text, import_arguments, known_keys
 from belt_sim.commands.run_dir import run_alone
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import CAMPAIGNS, CONF, MODELS, write_text
+from belt_sim.files import CAMPAIGNS, CONF, MODELS, group_names, write_text
 
 #: [bytes] of address space that JAX needs: with less, XLA ends the process in the midst of its work
 LEAST_MEMORY = 2_500_000_000
@@ -214,16 +214,12 @@ def words(command: str) -> list[str]:
     keys = known_keys(command)
     found = [f"{key}=" for key in keys if key not in (*GROUPS, "campaign")]
     for group in (g for g in GROUPS if g in keys):
-        found += [f"{group}={name}" for name in _names(CONF / group)]
+        found += [f"{group}={name}" for name in group_names(group)]
     if "campaign" in keys:
         found += [f"campaign={p.parent.name}" for p in sorted(CAMPAIGNS.glob("*/campaign.yaml"))]
     if command == "simulate":
-        found += [f"+experiment={name}" for name in _names(CONF / "experiment")] + ["-m"]
+        found += [f"+experiment={name}" for name in group_names("experiment")] + ["-m"]
     return [*found, "--help"]
-
-
-def _names(folder: Path) -> list[str]:
-    return sorted(p.stem for p in folder.glob("*.yaml"))
 
 
 FOLDER = Path("outputs") / "demo"  # of the current folder

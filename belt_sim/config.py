@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim import si
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.errors import InputError, finite
-from belt_sim.files import CONF
+from belt_sim.files import CONF, group_names
 
 MAX_TENSION = 1500.0  # [N/mm2], beyond the strength of belt steel
 MIN_TENSION = 0.1  # [N/mm2]: a tenth of the slackest rope of the paper; a steel belt lies on the floor
@@ -112,9 +112,8 @@ def _group(kind: str, asked: Any) -> Any:
     """A group by its name, or as it is."""
     if not isinstance(asked, str):
         return asked
-    names = sorted(p.stem for p in (CONF / kind).glob("*.yaml"))
-    if asked not in names:
-        raise InputError(kind, asked, "", f"use one of {', '.join(names)}")
+    if asked not in group_names(kind):
+        raise InputError(kind, asked, "", f"use one of {', '.join(group_names(kind))}")
     return _file(f"{kind}/{asked}.yaml")
 
 

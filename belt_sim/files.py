@@ -20,6 +20,11 @@ MODELS = _TOP / "models"
 CAMPAIGNS = MODELS / "campaigns"
 
 
+def group_names(group: str) -> list[str]:
+    """Names of the files of a group of conf, as rig, belt and model."""
+    return sorted(path.stem for path in (CONF / group).glob("*.yaml"))
+
+
 DRAFTS = ".draft"  # a folder of files that a process has not finished
 
 

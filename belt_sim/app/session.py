@@ -16,8 +16,8 @@ from belt_sim.campaign.problems import CampaignError, Problem
 from belt_sim.campaign.read import FILES, campaign_folder
 from belt_sim.diagnosis.examine import BOOTSTRAPS
 from belt_sim.errors import BeltError, InputError
+from belt_sim.files import group_names
 from belt_sim.importing import LoggedTables, Proposal, Question, read, understand, write
-from belt_sim.importing.sheets import known_names
 
 Place = tuple[str, ...]  # keys in the mapping, from the outside in
 GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the name of one that is known
@@ -101,7 +101,7 @@ class Import:
 
     def known(self, group: str) -> list[str]:
         """Machines or belts that may be given by name."""
-        return known_names(GROUPS[group])
+        return group_names(GROUPS[group])
 
     def write(self, folder: Path) -> Path:
         """Leave the campaign in ``folder``."""

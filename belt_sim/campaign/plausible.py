@@ -62,6 +62,16 @@ YOUNGS_MODULUS = Range("stress", 1.0, 1000.0, "GPa")
 DENSITY = Range("density", 500.0, 25000.0, "kg/m^3")
 POISSON_RATIO = Range("number", 0.0, 0.5, "")
 
+#: data of the machine and of the belt -> their ranges
+MACHINE = {"centre_distance": CENTRE_DISTANCE, "head_radius": RADIUS, "tail_radius": RADIUS}
+BELT = {
+    "width": WIDTH,
+    "thickness": THICKNESS,
+    "youngs_modulus": YOUNGS_MODULUS,
+    "density": DENSITY,
+    "poisson_ratio": POISSON_RATIO,
+}
+
 TENSION = Range("stress", 0.01, 2000.0, "N/mm2")
 YAW = Range("angle", -2.0, 2.0, "deg")
 SPEED = Range("speed", 0.0, 100.0, "m/s", open_low=True)

@@ -5,7 +5,6 @@ pydantic models check structure, units and magnitudes; every violation becomes a
 
 import math
 import re
-from collections.abc import Callable
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
@@ -29,7 +28,7 @@ from belt_sim.campaign.types import (
     sensor_place,
 )
 from belt_sim.errors import InputError
-from belt_sim.si import UNITS, to_si
+from belt_sim.si import UNITS
 
 SCHEMA = "belt-campaign/1"
 #: Column names of signals.csv that no signal may take.
@@ -48,8 +47,13 @@ class QuantityEntry(Entry):
     u: float = 0.0
     unit: str = ""
 
+    @property
+    def si(self) -> Quantity:
+        scale = UNITS[self.unit][1]
+        return Quantity(value=self.value * scale, u=self.u * scale)
 
-def in_range(bounds: plausible.Range) -> Callable[[QuantityEntry], QuantityEntry]:
+
+def in_range(bounds: plausible.Range) -> AfterValidator:
     """Return a validator of a quantity's unit and magnitude, which also requires 0 <= u <= |value|."""
 
     def check(entry: QuantityEntry) -> QuantityEntry:
@@ -58,17 +62,7 @@ def in_range(bounds: plausible.Range) -> Callable[[QuantityEntry], QuantityEntry
             raise InputError("u", entry.u, entry.unit, "one sigma in the unit of the value: 0 to the value itself")
         return entry
 
-    return check
-
-
-def number_in_range(bounds: plausible.Range) -> Callable[[float], float]:
-    """Return a validator of a plain number in the unit of ``bounds``."""
-
-    def check(value: float) -> float:
-        bounds.check(value)
-        return value
-
-    return check
+    return AfterValidator(check)
 
 
 def to_one_line(text: str) -> str:
@@ -86,8 +80,8 @@ def require_text(text: str) -> str:
 
 
 Line = Annotated[str, AfterValidator(to_one_line)]
-CentreDistance = Annotated[QuantityEntry, AfterValidator(in_range(plausible.CENTRE_DISTANCE))]
-Radius = Annotated[QuantityEntry, AfterValidator(in_range(plausible.RADIUS))]
+CentreDistance = Annotated[QuantityEntry, in_range(plausible.CENTRE_DISTANCE)]
+Radius = Annotated[QuantityEntry, in_range(plausible.RADIUS)]
 
 
 class SourceEntry(Entry):
@@ -104,42 +98,36 @@ class MachineEntry(Entry):
 
     @model_validator(mode="after")
     def _pulleys(self) -> "MachineEntry":
-        both = self.head_radius is not None and self.tail_radius is not None
-        either = self.head_radius is not None or self.tail_radius is not None
-        if (self.pulley_radius is not None) == either or (either and not both):
+        given = [entry is not None for entry in (self.pulley_radius, self.head_radius, self.tail_radius)]
+        if given not in ([True, False, False], [False, True, True]):
             raise InputError("", None, "", "state either pulley_radius, or both head_radius and tail_radius")
-        radii = [
-            plausible.RADIUS.check(entry.value, entry.unit)
-            for entry in (self.head_radius or self.pulley_radius, self.tail_radius or self.pulley_radius)
-            if entry is not None
-        ]
-        distance = plausible.CENTRE_DISTANCE.check(self.centre_distance.value, self.centre_distance.unit)
-        if sum(radii) >= distance:
+        machine = self.si()
+        if machine.head_radius.value + machine.tail_radius.value >= machine.centre_distance.value:
             entry = self.centre_distance
             raise InputError("centre_distance", entry.value, entry.unit, "the pulleys overlap; check the radii")
         return self
 
+    def si(self) -> Machine:
+        return Machine(**{n: (getattr(self, n) or self.pulley_radius).si for n in plausible.MACHINE})  # type: ignore[union-attr]
+
 
 class BeltEntry(Entry):
-    width: Annotated[QuantityEntry, AfterValidator(in_range(plausible.WIDTH))]
-    thickness: Annotated[QuantityEntry, AfterValidator(in_range(plausible.THICKNESS))]
-    youngs_modulus: Annotated[QuantityEntry, AfterValidator(in_range(plausible.YOUNGS_MODULUS))]
-    density: Annotated[QuantityEntry, AfterValidator(in_range(plausible.DENSITY))]
-    poisson_ratio: Annotated[QuantityEntry, AfterValidator(in_range(plausible.POISSON_RATIO))] = QuantityEntry(
-        value=0.3
-    )
+    width: Annotated[QuantityEntry, in_range(plausible.WIDTH)]
+    thickness: Annotated[QuantityEntry, in_range(plausible.THICKNESS)]
+    youngs_modulus: Annotated[QuantityEntry, in_range(plausible.YOUNGS_MODULUS)]
+    density: Annotated[QuantityEntry, in_range(plausible.DENSITY)]
+    poisson_ratio: Annotated[QuantityEntry, in_range(plausible.POISSON_RATIO)] = QuantityEntry(value=0.3)
 
     @model_validator(mode="after")
     def _flat(self) -> "BeltEntry":
-        width = plausible.WIDTH.check(self.width.value, self.width.unit)
-        if plausible.THICKNESS.check(self.thickness.value, self.thickness.unit) >= width:
+        if self.thickness.si.value >= self.width.si.value:
             raise InputError("thickness", self.thickness.value, self.thickness.unit, "must be below the width")
         return self
 
 
 class WanderEntry(Entry):
     sd: float
-    length_m: Annotated[float, AfterValidator(number_in_range(plausible.WANDER_LENGTH))]
+    length_m: Annotated[float, AfterValidator(plausible.WANDER_LENGTH.check)]
 
 
 class SignalEntry(Entry):
@@ -147,7 +135,7 @@ class SignalEntry(Entry):
     at: Annotated[str, BeforeValidator(place_text)]
     white: float
     zero: float = 0.0
-    gain: Annotated[float, AfterValidator(number_in_range(plausible.GAIN))] = 0.0
+    gain: Annotated[float, AfterValidator(plausible.GAIN.check)] = 0.0
     wander: WanderEntry | None = None
 
     @model_validator(mode="after")
@@ -178,7 +166,7 @@ class SpreadEntry(Entry):
 
 
 class SettingsEntry(Entry):
-    tension_rel: Annotated[float, AfterValidator(number_in_range(plausible.TENSION_REL))] = 0.0
+    tension_rel: Annotated[float, AfterValidator(plausible.TENSION_REL.check)] = 0.0
     yaw: SpreadEntry = SpreadEntry(u=0.0, unit="rad")
 
 
@@ -282,57 +270,29 @@ def _problem(details, marked: MarkedYaml) -> Problem:
 
 
 def _sheet(entry: CampaignEntry) -> Campaign:
-    machine, belt = entry.machine, entry.belt
-    head, tail = machine.head_radius or machine.pulley_radius, machine.tail_radius or machine.pulley_radius
-    assert head is not None
-    assert tail is not None
     yaw = entry.settings.yaw
     return Campaign(
         title=entry.title,
         source=Source(**entry.source.model_dump()),
-        machine=Machine(
-            centre_distance=_quantity(machine.centre_distance, "length"),
-            head_radius=_quantity(head, "length"),
-            tail_radius=_quantity(tail, "length"),
-        ),
-        belt=BeltSheet(
-            width=_quantity(belt.width, "length"),
-            thickness=_quantity(belt.thickness, "length"),
-            youngs_modulus=_quantity(belt.youngs_modulus, "stress"),
-            density=_quantity(belt.density, "density"),
-            poisson_ratio=_quantity(belt.poisson_ratio, "number"),
-        ),
+        machine=entry.machine.si(),
+        belt=BeltSheet(**{n: getattr(entry.belt, n).si for n in plausible.BELT}),
         signals=tuple(_signal(name, signal) for name, signal in entry.signals.items()),
-        settings=SettingsSheet(
-            tension_rel=entry.settings.tension_rel, yaw_u=to_si(yaw.u, yaw.unit, dimension="angle", name="settings.yaw")
-        ),
+        settings=SettingsSheet(tension_rel=entry.settings.tension_rel, yaw_u=yaw.u * UNITS[yaw.unit][1]),
         runs=(),
     )
 
 
-def _quantity(entry: QuantityEntry, dimension: str) -> Quantity:
-    return Quantity(
-        value=to_si(entry.value, entry.unit, dimension=dimension, name="value"),
-        u=to_si(entry.u, entry.unit, dimension=dimension, name="u"),
-    )
-
-
 def _signal(name: str, entry: SignalEntry) -> SignalSheet:
-    kind = kind_at(entry.at)
+    kind, scale, wander = kind_at(entry.at), UNITS[entry.unit][1], entry.wander
     assert kind is not None
-
-    def si(value: float) -> float:
-        return to_si(value, entry.unit, dimension=SIGNAL_DIMENSION[kind], name=name)
-
-    wander = entry.wander
     return SignalSheet(
         name=name,
         at=entry.at,
         kind=kind,
         unit=entry.unit,
-        white=si(entry.white),
-        zero=si(entry.zero),
+        white=entry.white * scale,
+        zero=entry.zero * scale,
         gain=entry.gain,
-        wander_sd=si(wander.sd) if wander else 0.0,
+        wander_sd=wander.sd * scale if wander else 0.0,
         wander_length=wander.length_m if wander else 1.0,
     )

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from belt_sim.campaign.types import PLACES, Campaign, Machine, Quantity, Run
+from belt_sim.campaign.types import PLACES, Campaign, Quantity, Run
 
 MistakeKind = Literal[
     "yaw_place",
@@ -155,12 +155,8 @@ def _of_machine(campaign: Campaign) -> Iterable[SheetMistake]:
     machine = campaign.machine
 
     def radii(size: float, _: Sequence[str]) -> Campaign:
-        changed = Machine(
-            centre_distance=machine.centre_distance,
-            head_radius=_scale(machine.head_radius, size),
-            tail_radius=_scale(machine.tail_radius, size),
-        )
-        return replace(campaign, machine=changed)
+        scaled = {name: _scale(getattr(machine, name), size) for name in ("head_radius", "tail_radius")}
+        return replace(campaign, machine=replace(machine, **scaled))
 
     def distance(size: float, _: Sequence[str]) -> Campaign:
         changed = replace(machine, centre_distance=_scale(machine.centre_distance, size))

@@ -209,19 +209,7 @@ class Campaign:
 
 def case_of(campaign: Campaign, run: Run) -> Case:
     """Return the nominal case of a run: stated machine, belt and settings, with both yaws stepped at ``run.yaw_at``."""
-    machine, belt = campaign.machine, campaign.belt
-    rig = Rig(
-        centre_distance=machine.centre_distance.value,
-        head_radius=machine.head_radius.value,
-        tail_radius=machine.tail_radius.value,
-    )
-    strip = Belt(
-        width=belt.width.value,
-        thickness=belt.thickness.value,
-        youngs_modulus=belt.youngs_modulus.value,
-        density=belt.density.value,
-        poisson_ratio=belt.poisson_ratio.value,
-    )
+    machine, belt = ({n: q.value for n, q in vars(sheet).items()} for sheet in (campaign.machine, campaign.belt))
     settings = Settings(
         tension=run.tension,
         yaw=Schedule.step(run.yaw, at=run.yaw_at),
@@ -230,7 +218,7 @@ def case_of(campaign: Campaign, run: Run) -> Case:
         direction=run.direction,
         start=run.start or 0.0,
     )
-    return Case(rig=rig, belt=strip, settings=settings)
+    return Case(rig=Rig(**machine), belt=Belt(**belt), settings=settings)
 
 
 def _describe(c: Campaign) -> str:

@@ -12,12 +12,12 @@ import numpy as np
 import yaml
 
 from belt_sim.campaign.csv_tables import KNOWN, RATES
-from belt_sim.campaign.plausible import SIGNAL_DIMENSION
+from belt_sim.campaign.plausible import BELT
 from belt_sim.campaign.read import FILES, read_campaign
 from belt_sim.campaign.sheet import SCHEMA
-from belt_sim.campaign.types import Campaign, Machine, Quantity, Run, SignalSheet
+from belt_sim.campaign.types import Campaign, Quantity, Run, SignalSheet
 from belt_sim.errors import InputError
-from belt_sim.si import DEGREE, MM_PER_M, N_PER_MM2, to_si
+from belt_sim.si import DEGREE, MM_PER_M, N_PER_MM2, UNITS
 
 #: Significant digits written: below the last bit of a float, so that 0.012 mm stays 0.012.
 DIGITS = 15
@@ -95,59 +95,39 @@ def _texts(campaign: Campaign) -> dict[str, str]:
 
 def sheet_tree(campaign: Campaign) -> dict[str, Any]:
     """The content of campaign.yaml as plain data."""
-    belt, settings = campaign.belt, campaign.settings
+    machine, settings = dict(vars(campaign.machine)), campaign.settings
+    if machine["head_radius"] == machine["tail_radius"]:
+        machine = {"centre_distance": machine["centre_distance"], "pulley_radius": machine["head_radius"]}
     return {
         "schema": SCHEMA,
         "title": campaign.title,
-        "source": {
-            "kind": campaign.source.kind,
-            "reference": campaign.source.reference,
-            "licence": campaign.source.licence,
-        },
-        "machine": _machine(campaign.machine),
-        "belt": {
-            "width": _quantity(belt.width, "length", "mm"),
-            "thickness": _quantity(belt.thickness, "length", "mm"),
-            "youngs_modulus": _quantity(belt.youngs_modulus, "stress", "GPa"),
-            "density": _quantity(belt.density, "density", "kg/m^3"),
-            "poisson_ratio": _quantity(belt.poisson_ratio, "number", ""),
-        },
+        "source": dict(vars(campaign.source)),
+        "machine": {name: _quantity(q, "m") for name, q in machine.items()},
+        "belt": {name: _quantity(getattr(campaign.belt, name), bounds.unit) for name, bounds in BELT.items()},
         "signals": {signal.name: _signal(signal) for signal in campaign.signals},
         "settings": {
             "tension_rel": float(settings.tension_rel),
-            "yaw": {"u": _in_unit(settings.yaw_u, to_si(1.0, "urad", dimension="angle", name="yaw")), "unit": "urad"},
+            "yaw": {"u": _in_unit(settings.yaw_u, "urad"), "unit": "urad"},
         },
     }
 
 
-def _machine(machine: Machine) -> dict:
-    sheet = {"centre_distance": _quantity(machine.centre_distance, "length", "m")}
-    if machine.head_radius == machine.tail_radius:
-        return sheet | {"pulley_radius": _quantity(machine.head_radius, "length", "m")}
-    return sheet | {
-        "head_radius": _quantity(machine.head_radius, "length", "m"),
-        "tail_radius": _quantity(machine.tail_radius, "length", "m"),
-    }
-
-
-def _quantity(quantity: Quantity, dimension: str, unit: str) -> dict:
-    scale = to_si(1.0, unit, dimension=dimension, name="unit")
-    out = {"value": _in_unit(quantity.value, scale), "u": _in_unit(quantity.u, scale)}
+def _quantity(quantity: Quantity, unit: str) -> dict:
+    out = {"value": _in_unit(quantity.value, unit), "u": _in_unit(quantity.u, unit)}
     return out | {"unit": unit} if unit else out
 
 
 def _signal(signal: SignalSheet) -> dict:
-    scale = to_si(1.0, signal.unit, dimension=SIGNAL_DIMENSION[signal.kind], name=signal.name)
-    out = {"unit": signal.unit, "at": signal.at, "white": _in_unit(signal.white, scale)}
-    out |= {"zero": _in_unit(signal.zero, scale), "gain": float(signal.gain)}
+    out = {"unit": signal.unit, "at": signal.at, "white": _in_unit(signal.white, signal.unit)}
+    out |= {"zero": _in_unit(signal.zero, signal.unit), "gain": float(signal.gain)}
     if signal.wander_sd:
-        out["wander"] = {"sd": _in_unit(signal.wander_sd, scale), "length_m": float(signal.wander_length)}
+        out["wander"] = {"sd": _in_unit(signal.wander_sd, signal.unit), "length_m": float(signal.wander_length)}
     return out
 
 
-def _in_unit(si: float, scale: float) -> float:
-    """An SI value as the number to write in a unit of size ``scale``."""
-    return float(f"{si / scale:.{DIGITS}g}")
+def _in_unit(si: float, unit: str) -> float:
+    """An SI value as the number to write in a unit."""
+    return float(f"{si / UNITS[unit][1]:.{DIGITS}g}")
 
 
 def _cells(si: np.ndarray, scale: float = 1.0) -> list[str]:
@@ -193,7 +173,6 @@ def _signals(campaign: Campaign) -> str:
         if timed:
             columns.append(_cells(blank if run.time is None else run.time))
         for signal in used:
-            scale = to_si(1.0, signal.unit, dimension=SIGNAL_DIMENSION[signal.kind], name=signal.name)
-            columns.append(_cells(run.signals.get(signal.name, blank), scale))
+            columns.append(_cells(run.signals.get(signal.name, blank), UNITS[signal.unit][1]))
         rows.extend(",".join(row) for row in zip(*columns, strict=True))
     return "\n".join([*rows, ""])

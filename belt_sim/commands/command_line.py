@@ -23,7 +23,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import BeltError
-from belt_sim.files import CAMPAIGNS, CONF
+from belt_sim.files import CAMPAIGNS, CONF, group_names
 
 SWEEP = ("-m", "--multirun")
 HELP = ("-h", "--help")
@@ -103,8 +103,7 @@ def _lists(overrides: Mapping[str, str]) -> dict[str, list[str]]:
         if not override.is_sweep_override():
             found[key] = [str(override.input_line)]
         elif override.is_choice_sweep() and hasattr(override.value(), "filter"):  # glob(...)
-            names = sorted(p.stem for p in (CONF / key).glob("*.yaml"))
-            found[key] = [f"{key}={name}" for name in override.value().filter(names)]  # type: ignore[union-attr]
+            found[key] = [f"{key}={name}" for name in override.value().filter(group_names(key))]  # type: ignore[union-attr]
         elif override.is_discrete_sweep():
             found[key] = [f"{key}={value}" for value in override.sweep_string_iterator()]
         else:
@@ -203,12 +202,10 @@ def help_text(command: str) -> str:
     said = [line.lstrip("# ") for line in about.splitlines()]
     rows: list[tuple[str, str]] = []
     for group, chosen in re.findall(r"- (\w+): (\w+)", settings):
-        rows.append((f"{group}={chosen}", f"one of {', '.join(sorted(p.stem for p in (CONF / group).glob('*.yaml')))}"))
+        rows.append((f"{group}={chosen}", f"one of {', '.join(group_names(group))}"))
         rows += [(f"  {group}.{k}", c) for k, c in _settings(CONF / group / f"{chosen}.yaml")]
     if command == "simulate":
-        rows.append(
-            ("+experiment=...", f"one of {', '.join(sorted(p.stem for p in (CONF / 'experiment').glob('*.yaml')))}")
-        )
+        rows.append(("+experiment=...", f"one of {', '.join(group_names('experiment'))}"))
     rows += _settings(CONF / f"{command}.yaml")
     wide = max(len(key) for key, _ in rows)
     lines = [f"  {key:{wide}s}  {comment}".rstrip() for key, comment in rows]

@@ -12,9 +12,9 @@ from rich.prompt import Confirm, Prompt
 from belt_sim.api.campaigns import import_files
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import BeltError, InputError
+from belt_sim.files import group_names
 from belt_sim.importing.build import understand
 from belt_sim.importing.roles import DRAWING
-from belt_sim.importing.sheets import known_names
 from belt_sim.importing.types import ROLES, LoggedTables, Proposal, Question
 from belt_sim.reports.imports import tell_proposal
 
@@ -63,7 +63,7 @@ def ask_in_terminal(logged: LoggedTables, stated: dict[str, Any] | None = None, 
 def _ask(logged: LoggedTables, mapping: dict[str, Any], question: Question, out: Console) -> Proposal:
     """Ask one question until the answer can be used; a machine or belt may be given by a name that is known."""
     kind = {"machine": "rig", "belt": "belt"}.get(question.path[0])
-    hint = f", or the name of a {kind}: {', '.join(known_names(kind))}" if kind else ""
+    hint = f", or the name of a {kind}: {', '.join(group_names(kind))}" if kind else ""
     while True:
         out.print(f"[bold]{escape(question.text)}[/bold] (e.g. {escape(question.example + hint)})", soft_wrap=True)
         default: Any = question.proposed or ...
@@ -72,7 +72,7 @@ def _ask(logged: LoggedTables, mapping: dict[str, Any], question: Question, out:
         text = str(Prompt.ask("  ", console=out, choices=choices, default=default)).strip()
         text = numbers.get(text, text)
         trial = copy.deepcopy(mapping)
-        if kind and text in known_names(kind):
+        if kind and text in group_names(kind):
             trial[question.path[0]] = text
         else:
             question.put(trial, text)

@@ -22,10 +22,10 @@ from belt_sim.importing.runs import (
     rates_of,
     snap_settings,
 )
-from belt_sim.importing.sheets import belt_of, machine_of, number_of, settings_of, signals_of
+from belt_sim.importing.sheets import belt_of, machine_of, settings_of, signals_of
 from belt_sim.importing.travel import Track, count_from_yaw, cut_repeats, resample, step_for
 from belt_sim.importing.types import ColumnUse, LoggedTables, Note, Proposal, Question
-from belt_sim.importing.units import UNITS
+from belt_sim.importing.units import UNITS, size_of
 
 AT_ONCE = "the yaw is taken to act from the first reading on; else state where it was set: all_runs: {yaw_at: 5 m}"
 
@@ -113,7 +113,7 @@ def _runs(made: list[AssembledRun], entry: MappingEntry) -> tuple[list[Run], lis
     if not made:
         return [], [], 0.0
     notes: list[Note] = []
-    step = number_of(entry.step_m, "step_m") if entry.step_m else step_for([m.track for m in made])
+    step = size_of(entry.step_m, "m", "step_m") if entry.step_m else step_for([m.track for m in made])
     tracks = [resample(m.track, step) for m in made]
     if step > 0.0:
         rows, left = (sum(len(t.travel) for t in some) for some in ([m.track for m in made], tracks))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from belt_sim.campaign import Campaign, Machine, Quantity, Run, SettingsSheet, SignalSheet, Source
+from belt_sim.campaign import Campaign, Machine, Quantity, Run, SettingsSheet, SignalSheet, Source, plausible
 from belt_sim.campaign.problems import did_you_mean
 from belt_sim.campaign.read import read_plan
 from belt_sim.campaign.types import PLACES, BeltSheet
@@ -134,7 +134,7 @@ def template(
     campaign = Campaign(
         title=title,
         source=Source(kind="measured", reference="REPLACE: log book, date", licence=""),
-        machine=_machine(rig),
+        machine=Machine(**{n: _quantity(getattr(rig, n), MACHINE[n][2]) for n in plausible.MACHINE}),
         belt=BeltSheet(**{n: _quantity(getattr(belt, n), BELT[n][2]) for n in BELT}),
         signals=signals,
         settings=SettingsSheet(tension_rel=TENSION_REL, yaw_u=YAW_U),
@@ -167,14 +167,6 @@ def _signal(place: str) -> SignalSheet:
 
 def _quantity(value: float, relative: float) -> Quantity:
     return Quantity(value=float(value), u=float(f"{relative * value:.2g}"))
-
-
-def _machine(rig: Rig) -> Machine:
-    return Machine(
-        centre_distance=_quantity(rig.centre_distance, MACHINE["centre_distance"][2]),
-        head_radius=_quantity(rig.head_radius, MACHINE["head_radius"][2]),
-        tail_radius=_quantity(rig.tail_radius, MACHINE["tail_radius"][2]),
-    )
 
 
 def _remarks(campaign: Campaign) -> dict[str, str]:

@@ -18,7 +18,7 @@ from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, kind_at
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import AxisEntry, ColumnEntry, MappingEntry
 from belt_sim.importing.types import ROLES, Column, LoggedTable, LoggedTables, Note, Question, TableKind
-from belt_sim.importing.units import UNITS, factor, split_unit, unit_named
+from belt_sim.importing.units import UNITS, split_unit, unit_of
 
 #: Where points 1-4 are.
 DRAWING = """\
@@ -231,6 +231,12 @@ class UsedColumn:
         return self.factor * (values if self.entry.axis is None else _on_axis(values, self.entry.axis))
 
     @property
+    def labels(self) -> list[str]:
+        """The cells as texts, "" where blank."""
+        cells = self.column.values.tolist()
+        return [str(c).strip() if not isinstance(c, float) else "" if c != c else f"{c:.15g}" for c in cells]
+
+    @property
     def by_hand(self) -> float | None:
         """One sigma [SI] of reading a digitised picture; None for a column that was logged."""
         if self.entry.axis is None:
@@ -326,11 +332,7 @@ def _resolve(column: Column, entry: ColumnEntry, taken: list[str]) -> UsedColumn
 def _unit(column: Column, entry: ColumnEntry, kinds: tuple[str, ...], where: str) -> str:
     """The unit: as stated; as proposed, when it is of a kind that fits; else the usual one of that kind."""
     if entry.unit is not None:
-        unit = unit_named(entry.unit)
-        if unit is None or UNITS[unit][0] not in kinds:
-            factor(entry.unit, kinds[0], f"{where}.unit")  # raises
-            raise InputError(f"{where}.unit", entry.unit, "", f"give a unit of {' or '.join(kinds)}")
-        return unit
+        return unit_of(entry.unit, kinds, f"{where}.unit")
     if column.unit and UNITS[column.unit][0] in kinds and (column.sure or entry.axis is None):
         return column.unit  # of pixels no unit can be guessed
     return "m" if entry.role == "travel" else USUAL[kinds[0]]

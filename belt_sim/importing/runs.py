@@ -274,10 +274,7 @@ def _table_settings(
     found: dict[str, dict[str, float]] = {}
     for table, used in tables:
         run = next((u for u in used if u.role == "run"), None)
-        labels = [f"r{k}" for k in range(1, len(table.lines) + 1)]
-        if run is not None:
-            values = run.column.values.tolist()
-            labels = [f"{v:.15g}" if isinstance(v, float) else str(v).strip() for v in values]
+        labels = [f"r{k}" for k in range(1, len(table.lines) + 1)] if run is None else run.labels
         for row, label in enumerate(labels):
             own = found.setdefault(run_name(label), {})
             for u in used:

@@ -1,18 +1,15 @@
 """Machine, belt, signals and settings of the campaign: stated by the mapping, read off the runs, or assumed."""
 
-from typing import Any
-
-import yaml
-
 from belt_sim.campaign import Run, SignalSheet, plausible
 from belt_sim.campaign.types import BeltSheet, Machine, Quantity, SettingsSheet, kind_at
+from belt_sim.config import belt_from, rig_from
 from belt_sim.errors import InputError
-from belt_sim.files import CONF
+from belt_sim.files import group_names
 from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry
 from belt_sim.importing.noise import noise_of
 from belt_sim.importing.roles import WRITTEN, UsedColumn
 from belt_sim.importing.types import NoiseRead, Question
-from belt_sim.importing.units import UNITS, quantity
+from belt_sim.importing.units import UNITS, quantity, size_of
 
 #: key -> unit without one, range, relative u that is assumed where none is stated, question
 MACHINE: dict[str, tuple[str, plausible.Range, float, str]] = {
@@ -37,11 +34,6 @@ EXAMPLES = {
     "density": "7850 kg/m^3",
 }
 STEEL = {"youngs_modulus": "210 +- 4 GPa", "density": "7850 kg/m^3"}
-
-
-def known_names(kind: str) -> list[str]:
-    """Names of the rigs or belts that are known."""
-    return sorted(p.stem for p in (CONF / kind).glob("*.yaml"))
 
 
 def machine_of(mapping: MappingEntry) -> tuple[Machine | None, dict[str, str], list[Question]]:
@@ -86,20 +78,16 @@ def _number_texts(entry: MachineMapping | BeltMapping | str | None, kind: str, k
         return {}
     if not isinstance(entry, str):
         return {k: v for k, v in entry.model_dump().items() if v is not None}
-    if entry not in known_names(kind):
+    if entry not in group_names(kind):
         raise InputError(
-            key, entry, "", f"is no {kind} that is known ({', '.join(known_names(kind))}); give its numbers"
+            key, entry, "", f"is no {kind} that is known ({', '.join(group_names(kind))}); give its numbers"
         )
-    stated: dict[str, Any] = yaml.safe_load((CONF / kind / f"{entry}.yaml").read_text(encoding="utf-8"))
-    units = {"youngs_modulus": "Pa", "density": "kg/m^3", "poisson_ratio": "1"}
-    wanted = MACHINE if kind == "rig" else BELT
-    same = stated.get("head_radius") is None and stated.get("tail_radius") is None
-    skipped = ("head_radius", "tail_radius") if same else ("pulley_radius",)
-    return {
-        k: f"{float(v):.15g} {units.get(k, 'm')}".removesuffix(" 1")
-        for k, v in stated.items()
-        if k in wanted and v is not None and k not in skipped
-    }
+    numbers = dict(vars(rig_from(entry) if kind == "rig" else belt_from(entry)))
+    if kind == "rig" and numbers["head_radius"] == numbers["tail_radius"]:
+        numbers["pulley_radius"] = numbers.pop("head_radius")
+        del numbers["tail_radius"]
+    units = {"youngs_modulus": " Pa", "density": " kg/m^3", "poisson_ratio": ""}
+    return {k: f"{v:.15g}{units.get(k, ' m')}" for k, v in numbers.items() if k != "gravity"}
 
 
 def _quantities(
@@ -160,12 +148,12 @@ def _sheet(name: str, u: UsedColumn, read: NoiseRead) -> SignalSheet:
     assert kind is not None
 
     def si(text: str | None, key: str, otherwise: float) -> float:
-        return otherwise if text is None else _size(text, WRITTEN[kind], f"{where}.{key}")
+        return otherwise if text is None else size_of(text, WRITTEN[kind], f"{where}.{key}")
 
     wander_sd, length = (read.wander, read.length) if u.by_hand is None else (0.0, 1.0)
     if own.wander is not None:
-        wander_sd = _size(own.wander.sd, WRITTEN[kind], f"{where}.wander.sd")
-        length = number_of(own.wander.length_m, f"{where}.wander.length_m")
+        wander_sd = size_of(own.wander.sd, WRITTEN[kind], f"{where}.wander.sd")
+        length = size_of(own.wander.length_m, "m", f"{where}.wander.length_m")
     return SignalSheet(
         name=name,
         at=u.at,
@@ -173,25 +161,10 @@ def _sheet(name: str, u: UsedColumn, read: NoiseRead) -> SignalSheet:
         unit=WRITTEN[kind],
         white=_round(si(own.white, "white", read.white if u.by_hand is None else u.by_hand)),
         zero=_round(si(own.zero, "zero", read.zero)),
-        gain=GAIN if own.gain is None else number_of(own.gain, f"{where}.gain", "number"),
+        gain=GAIN if own.gain is None else size_of(own.gain, "1", f"{where}.gain"),
         wander_sd=_round(wander_sd),
         wander_length=length,
     )
-
-
-def _size(text: str, unit: str, where: str) -> float:
-    value, _, own = quantity(text, (UNITS[unit][0],), unit, where)
-    if value < 0.0:
-        raise InputError(where, text, "", "one sigma; must not be negative")
-    return value * UNITS[own][1]
-
-
-def number_of(text: str, where: str, kind: str = "length") -> float:
-    """A number in SI that is not negative."""
-    value, _, unit = quantity(text, (kind,), "m" if kind == "length" else "1", where)
-    if value < 0.0:
-        raise InputError(where, text, "", "must not be negative")
-    return value * UNITS[unit][1]
 
 
 def _round(x: float) -> float:
@@ -205,8 +178,6 @@ def settings_of(entry: MappingEntry) -> tuple[SettingsSheet, dict[str, str]]:
         remarks["settings.tension_rel"] = "assumed, no data tell it; state how well the tension is known"
     if asked.yaw is None:
         remarks["settings.yaw"] = "assumed, no data tell it; state how well a run hits its yaw"
-    yaw = YAW_U if asked.yaw is None else _size(asked.yaw, "urad", "settings.yaw")
-    relative = (
-        TENSION_REL if asked.tension_rel is None else number_of(asked.tension_rel, "settings.tension_rel", "number")
-    )
+    yaw = YAW_U if asked.yaw is None else size_of(asked.yaw, "urad", "settings.yaw")
+    relative = TENSION_REL if asked.tension_rel is None else size_of(asked.tension_rel, "1", "settings.tension_rel")
     return SettingsSheet(tension_rel=relative, yaw_u=yaw), remarks

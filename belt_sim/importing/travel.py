@@ -1,7 +1,7 @@
 """Which rows are one run, how far the belt has travelled at each, and records on one grid of travel."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,9 +43,8 @@ def blocks_of(table: LoggedTable, used: tuple[UsedColumn, ...]) -> list[LoggedBl
     run = next((u for u in used if u.role == "run"), None)
     rows = np.arange(len(table.lines))
     if run is not None:
-        names = [_label(v) for v in run.column.values]
-        order = dict.fromkeys(n for n in names if n)
-        of_row = np.array(names, dtype=object)
+        order = dict.fromkeys(n for n in run.labels if n)
+        of_row = np.array(run.labels, dtype=object)
         return [
             LoggedBlock(table=table, used=used, rows=rows[of_row == name], name=run_name(name), text=name)
             for name in order
@@ -58,12 +57,6 @@ def blocks_of(table: LoggedTable, used: tuple[UsedColumn, ...]) -> list[LoggedBl
     return [
         LoggedBlock(table=table, used=used, rows=p, name=n, text=table.name) for p, n in zip(parts, names, strict=True)
     ]
-
-
-def _label(value: object) -> str:
-    if isinstance(value, float | np.floating):
-        return "" if np.isnan(value) else f"{value:.15g}"
-    return str(value).strip()
 
 
 def run_name(text: str) -> str:
@@ -226,13 +219,11 @@ class Track:
     signals: dict[str, np.ndarray]
 
     def cut(self, count: int) -> "Track":
-        time = None if self.time is None else self.time[:count]
-        return Track(
-            name=self.name,
-            travel=self.travel[:count],
-            time=time,
-            signals={n: y[:count] for n, y in self.signals.items()},
+        time, signals = (
+            None if self.time is None else self.time[:count],
+            {n: y[:count] for n, y in self.signals.items()},
         )
+        return replace(self, travel=self.travel[:count], time=time, signals=signals)
 
 
 def step_for(tracks: list[Track]) -> float:
@@ -324,9 +315,9 @@ def count_from_yaw(tracks: list[Track], yaw_at: list[float]) -> tuple[list[Track
     out: list[Track] = []
     off: dict[str, list[float]] = {}
     for track, at in zip(tracks, yaw_at, strict=True):
-        starts = {name: reading_at_yaw(track.travel, y, at) for name, y in track.signals.items()}
+        starts = {name: _reading_at_yaw(track.travel, y, at) for name, y in track.signals.items()}
         signals = {name: np.round(y - starts[name], DECIMALS) for name, y in track.signals.items()}
-        out.append(Track(name=track.name, travel=track.travel, time=track.time, signals=signals))
+        out.append(replace(track, signals=signals))
         for name, start in starts.items():
             off.setdefault(name, []).append(1e3 * start)
     told = [f"{name} {min(x):.4g} to {max(x):.4g}" for name, x in off.items() if max(map(abs, x)) > 1e-3]
@@ -335,7 +326,7 @@ def count_from_yaw(tracks: list[Track], yaw_at: list[float]) -> tuple[list[Track
     return out, [f"readings count from where each point was at the yaw; taken off: {', '.join(told)} (mm or mrad)"]
 
 
-def reading_at_yaw(travel: np.ndarray, y: np.ndarray, yaw_at: float) -> float:
+def _reading_at_yaw(travel: np.ndarray, y: np.ndarray, yaw_at: float) -> float:
     """Reading [SI] at the yaw: the mean of what stands before it, else a line through the first readings after it."""
     there = np.isfinite(y)
     before = there & (travel < yaw_at)

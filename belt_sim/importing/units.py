@@ -57,17 +57,13 @@ def split_unit(header: str) -> tuple[str, str | None]:
     return header.strip(), None
 
 
-def factor(unit: str, dimension: str, name: str) -> float:
-    """Factor from ``unit`` to SI; raises InputError for a unit that is unknown or of another kind."""
-    known = unit_named(unit)
-    if known is None or UNITS[known][0] != dimension:
-        names = _names_of((dimension,))
-        raise InputError(name, unit, "", f"is no unit of {dimension}; use one of {names}")
-    return UNITS[known][1]
-
-
-def _names_of(dimensions: tuple[str, ...]) -> str:
-    return ", ".join(name for name in NAMES if UNITS[name][0] in dimensions)
+def unit_of(text: str, dimensions: tuple[str, ...], name: str) -> str:
+    """The unit that a text names; raises InputError for one that is unknown or of another kind."""
+    unit = unit_named(text)
+    if unit is None or UNITS[unit][0] not in dimensions:
+        known = ", ".join(u for u in NAMES if UNITS[u][0] in dimensions)
+        raise InputError(name, text, "", f"is no unit of {' or '.join(dimensions)}; use one of {known}")
+    return unit
 
 
 _QUANTITY = re.compile(
@@ -81,13 +77,18 @@ def quantity(text: object, dimensions: tuple[str, ...], default: str, name: str)
     example = f"write it as {'0.3' if default == '1' else '10 ' + default}"
     if not found:
         raise InputError(name, text, "", f"is no number with a unit; {example}")
-    unit = unit_named(found.group("unit") or default) if found.group("unit") else default
-    if unit is None or UNITS[unit][0] not in dimensions:
-        names = _names_of(dimensions)
-        raise InputError(name, text, "", f"has an unknown unit; use one of {names}")
+    unit = unit_of(found.group("unit"), dimensions, name) if found.group("unit") else default
     try:
         value, u = (float(x.replace(",", ".")) if x else None for x in (found.group("value"), found.group("u")))
     except ValueError:
         raise InputError(name, text, "", f"is no number; {example}") from None
     assert value is not None
     return value, u, unit
+
+
+def size_of(text: str, unit: str, name: str) -> float:
+    """A number [SI] that is not negative; unit: where none is written, and the kind that it is of."""
+    value, _, own = quantity(text, (UNITS[unit][0],), unit, name)
+    if value < 0.0:
+        raise InputError(name, text, "", "must not be negative")
+    return value * UNITS[own][1]
