@@ -6,7 +6,7 @@ from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import BeltError, flag, whole
 
 
-def run(run_dir: RunDir) -> None:
+def app(run_dir: RunDir) -> None:
     """Serve the page until Ctrl-C; what it makes goes into the run folder."""
     config = run_dir.config
     port, show = config["port"], config["open"]

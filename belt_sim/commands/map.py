@@ -238,7 +238,7 @@ def write_map(folder: Path, made: CaseMap, provenance: Mapping[str, Any], told: 
     return left
 
 
-def run(run_dir: RunDir) -> None:
+def map_cases(run_dir: RunDir) -> None:
     """Leave map.json, cases/*.parquet and map.png; the same command goes on where it was stopped."""
     from belt_sim.pictures.case_map import draw_map
     from belt_sim.watch.observers import progress

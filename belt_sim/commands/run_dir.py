@@ -6,7 +6,6 @@ read and of every file that it wrote. A sweep keeps a case only where all of the
 """
 
 import importlib
-import keyword
 import os
 import shutil
 import sys
@@ -49,6 +48,11 @@ class RunDir:
         if not isinstance(value, str) or not value.strip():
             raise InputError(key, "null" if value is None else value, "", f"name {what}")
         return value
+
+    @property
+    def campaign(self) -> str:
+        """The campaign that the configuration names."""
+        return self.text_setting("campaign", "the folder of a campaign")
 
     def why_not_done(self) -> str | None:
         """None when the folder holds the result of this very configuration, unharmed and of today's inputs and code;
@@ -171,10 +175,22 @@ class Outcome:
     failure: str = ""
 
 
+#: module of belt_sim.commands -> the commands whose functions it has
+MODULES = {
+    "simulate": ("simulate", "scene", "export"),
+    "inference": ("check", "compare", "diagnose", "report"),
+    "campaigns": ("new", "import", "virtual-rig", "reveal"),
+    "map": ("map",),
+    "app": ("app",),
+}
+_NAMES = {"import": "import_", "map": "map_cases", "virtual-rig": "virtual_rig"}
+
+
 def task(command: str) -> Callable[..., Any]:
     """The function behind a command, imported only when it is needed."""
-    name = f"{command}_" if keyword.iskeyword(command) else command.replace("-", "_")
-    return importlib.import_module(f"belt_sim.commands.{name}").run
+    module = next(name for name, commands in MODULES.items() if command in commands)
+    function = getattr(importlib.import_module(f"belt_sim.commands.{module}"), _NAMES.get(command, command))
+    return function  # type: ignore[no-any-return]
 
 
 def run_alone(run: RunDir, **given: Any) -> float | None:

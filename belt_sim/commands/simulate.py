@@ -1,4 +1,4 @@
-"""belt-sim simulate: one model, one case."""
+"""belt-sim simulate, scene and export: one model, one case; its scene; its linear plant."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,17 +8,21 @@ from typing import Any
 import numpy as np
 
 from belt_sim import si
+from belt_sim.api import plant
+from belt_sim.api import simulate as simulation
 from belt_sim.api.resolve import by_tension, model_of
-from belt_sim.api.simulate import on_engine, simulate
 from belt_sim.commands.outputs import RECORDING, observers_of, partial_curves_kept, show, write_simulation
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
 from belt_sim.curves import read_curves
 from belt_sim.errors import InputError, finite, flag
+from belt_sim.files import write_text
+from belt_sim.linear.plant import LinearBelt
 from belt_sim.provenance import provenance
 from belt_sim.reports.terminal import tell_choice, tell_simulation
 from belt_sim.watch.observers import resolve_watch
 
+_NO_END = 1e5  # [m]: a scene has no end of travel that a schedule could overrun
 OVERSHOT = 50.0  # [m] that every millimetre of overshoot beyond what is allowed counts for
 SHORT = 10.0  # [m] that every millimetre counts for by which the belt is not centred at the end
 
@@ -65,7 +69,7 @@ def centring_asked(asked: Any) -> CentringGoal | None:
     return goal
 
 
-def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float | None:
+def simulate(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float | None:
     """Run one simulation and leave summary.json, curves.csv and pictures in the run folder.
 
     computed: curves that a batch has found for the case; done: the result is there. Returns what ``objective`` makes
@@ -77,13 +81,15 @@ def run(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float |
         return _report_objective(folder, wanted)
     watch, pictures = resolve_watch(config["watch"], "rrd", "rerun", "viewer"), flag("pictures", config["pictures"])
     case, stated = case_from(config), model_settings(config["model"])
-    model = on_engine(model_of(by_tension(stated, [float(case.settings.tension)])), config["engine"])
+    model = simulation.on_engine(model_of(by_tension(stated, [float(case.settings.tension)])), config["engine"])
     asked = {k: config[k] for k in ("effects", "travel")}
     observers = observers_of(model, watch, _title(run_dir, model.name), folder)
     with run_dir.outputs(RECORDING) as draft:
         with partial_curves_kept(folder, observers):
             scene = draft / "scene.xml"
-            found = simulate(case, model=model, **asked, observers=observers, scene_path=scene, computed=computed)
+            found = simulation.simulate(
+                case, model=model, **asked, observers=observers, scene_path=scene, computed=computed
+            )
         write_simulation(draft, found, pictures=pictures, provenance=provenance(config))
         show(found, model, watch, folder)
     tell_choice(config, model.name)
@@ -104,3 +110,26 @@ def _report_objective(folder: Path, wanted: CentringGoal | None) -> float | None
     travel = wanted.count(curves.travel, curves.y)
     print(f"objective {travel:.4g}")
     return travel
+
+
+def scene(run_dir: RunDir) -> None:
+    """Write a case as MJCF that runs in plain MuJoCo, and say how to look at it."""
+    config = dict(run_dir.config)
+    out = Path(str(config["out"]))
+    if out.suffix != ".xml":
+        raise InputError("out", config["out"], "", "give a file name that ends in .xml")
+    case, model = case_from(config | {"travel": _NO_END}), model_of(model_settings(config["model"]))
+    write_text(out, simulation.scene_text(case, model))
+    print(f"{out}: python -m mujoco.viewer --mjcf={out}, load the key frame running, press play, move the sliders")
+
+
+def export(run_dir: RunDir) -> None:
+    """Leave the plant for the design of a controller: the FMU, the MAT file, plant.json and bode.png."""
+    config = run_dir.config
+    case = case_from({**config, "yaw": 0.0, "yaw_head": 0.0, "travel": 1.0})
+    linear = plant.linearise(case, model=model_settings(config["model"]), effects=config["effects"])
+    assert isinstance(linear, LinearBelt)  # a schedule needs several tensions, which the command does not take
+    files = {key: config[key] for key in ("order", "delay", "highest", "fmu", "fmi", "mat")}
+    with run_dir.outputs() as draft:
+        lines = plant.export(linear, draft, **files, config=config)
+    print("\n".join(lines).replace(str(draft), str(run_dir.path)))

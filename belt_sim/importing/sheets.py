@@ -78,10 +78,9 @@ def _number_texts(entry: MachineMapping | BeltMapping | str | None, kind: str, k
         return {}
     if not isinstance(entry, str):
         return {k: v for k, v in entry.model_dump().items() if v is not None}
-    if entry not in group_names(kind):
-        raise InputError(
-            key, entry, "", f"is no {kind} that is known ({', '.join(group_names(kind))}); give its numbers"
-        )
+    names = group_names(kind)
+    if entry not in names:
+        raise InputError(key, entry, "", f"is no {kind} that is known ({', '.join(names)}); give its numbers")
     numbers = dict(vars(rig_from(entry) if kind == "rig" else belt_from(entry)))
     if kind == "rig" and numbers["head_radius"] == numbers["tail_radius"]:
         numbers["pulley_radius"] = numbers.pop("head_radius")

@@ -219,10 +219,8 @@ class Track:
     signals: dict[str, np.ndarray]
 
     def cut(self, count: int) -> "Track":
-        time, signals = (
-            None if self.time is None else self.time[:count],
-            {n: y[:count] for n, y in self.signals.items()},
-        )
+        time = None if self.time is None else self.time[:count]
+        signals = {n: y[:count] for n, y in self.signals.items()}
         return replace(self, travel=self.travel[:count], time=time, signals=signals)
 
 

@@ -43,10 +43,10 @@ def test_results_go_by_number(served):
 def test_without_its_extra_the_command_says_what_to_install(monkeypatch):
     monkeypatch.setattr(app, "find_spec", lambda name: None)
     with pytest.raises(BeltError, match=r"pip install 'belt-sim\[app\]'"):
-        app.run(RunDir(Path(), "app", {"port": None, "open": False}))
+        app.app(RunDir(Path(), "app", {"port": None, "open": False}))
 
 
 @pytest.mark.parametrize("settings", [{"port": "x"}, {"port": 70000}, {"port": True}, {"open": "maybe"}])
 def test_settings_that_cannot_be(settings):
     with pytest.raises(BeltError, match="give"):
-        app.run(RunDir(Path(), "app", {"port": None, "open": True} | settings))
+        app.app(RunDir(Path(), "app", {"port": None, "open": True} | settings))

@@ -10,7 +10,7 @@ from rich.prompt import Confirm, Prompt
 
 from belt_sim.api.campaigns import draft_text
 from belt_sim.campaign import read_campaign
-from belt_sim.commands.import_ import ask_in_terminal
+from belt_sim.commands.campaigns import ask_in_terminal
 from belt_sim.errors import BeltError
 from belt_sim.foresight.doubts import noisy_runs
 from belt_sim.importing import read, understand, write

@@ -1,0 +1,204 @@
+"""belt-sim new, import, virtual-rig and reveal: campaigns that are planned, logged or made up."""
+
+import copy
+import json
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.prompt import Confirm, Prompt
+
+from belt_sim.api.campaigns import import_files, new_campaign
+from belt_sim.campaign import Campaign
+from belt_sim.campaign.read import campaign_folder
+from belt_sim.case import GRAVITY
+from belt_sim.commands.run_dir import RunDir
+from belt_sim.config import belt_from, rig_from
+from belt_sim.errors import BeltError, InputError, whole
+from belt_sim.files import group_names
+from belt_sim.importing.build import understand
+from belt_sim.importing.roles import DRAWING
+from belt_sim.importing.types import ROLES, LoggedTables, Proposal, Question
+from belt_sim.reports.imports import tell_proposal
+from belt_sim.virtual_rig import Truth, make_campaign, write_blind
+from belt_sim.virtual_rig import reveal as reveal_truth
+from belt_sim.virtual_rig.make import BASE
+from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Plan
+from belt_sim.virtual_rig.random_campaigns import plan_by_number, random_campaign
+
+
+def new(run_dir: RunDir) -> None:
+    """Write an empty, commented campaign and say what each of its runs is good for."""
+    new_campaign(Path(run_dir.config["out"] or run_dir.path / "campaign"), run_dir.config)
+
+
+def reveal(run_dir: RunDir) -> None:
+    """Print the truth of a campaign of the virtual rig, checked against its published hash."""
+    truth = reveal_truth(campaign_folder(run_dir.campaign))
+    print(f"sha256 {truth.sha256()} matches")
+    print(json.dumps(asdict(truth), indent=2))
+
+
+def import_(run_dir: RunDir) -> None:
+    """Read, ask what is missing (in a terminal), show what was understood, and write the folder."""
+    config = run_dir.config
+    files = [config["files"]] if isinstance(config["files"], str | int | float) else config["files"]
+    if not isinstance(files, list):
+        raise InputError("files", files, "", "write file names after the command, or files=[a.csv,b.csv]")
+    folder = Path(config["out"] or run_dir.path / "campaign")
+    import_files(
+        [str(f) for f in files],
+        folder,
+        mapping=config["mapping"],
+        draft=config["draft"],
+        overwrite=bool(config["overwrite"]),
+        pictures=bool(config["pictures"]),
+        ask=ask_in_terminal if sys.stdin.isatty() and sys.stdout.isatty() else None,
+    )
+
+
+def ask_in_terminal(logged: LoggedTables, stated: dict[str, Any] | None = None, out: Console | None = None) -> Proposal:
+    """The proposal with every question answered and confirmed by whoever sits at the terminal.
+
+    Columns of which nothing is known are asked for too; ``ignore`` leaves them out. stated: the mapping as far as it is
+    there already.
+    """
+    out = out or Console(highlight=False)
+    mapping = copy.deepcopy(stated or {})
+    proposal = understand(logged, mapping)
+    tell_proposal(proposal, out)
+    if any(q.path[-1] == "at" for q in (*proposal.missing, *proposal.unknown)):
+        out.print(DRAWING, markup=False)
+    while True:
+        questions = [*proposal.missing, *proposal.unknown]
+        if questions:
+            proposal = _ask(logged, mapping, questions[0], out)
+            continue
+        tell_proposal(proposal, out)
+        if Confirm.ask("Is this right?", console=out, default=True):
+            return proposal
+        proposal = _ask(logged, mapping, _correction(logged, proposal, out), out)
+
+
+def _ask(logged: LoggedTables, mapping: dict[str, Any], question: Question, out: Console) -> Proposal:
+    """Ask one question until the answer can be used; a machine or belt may be given by a name that is known."""
+    kind = {"machine": "rig", "belt": "belt"}.get(question.path[0])
+    hint = f", or the name of a {kind}: {', '.join(group_names(kind))}" if kind else ""
+    while True:
+        out.print(f"[bold]{escape(question.text)}[/bold] (e.g. {escape(question.example + hint)})", soft_wrap=True)
+        default: Any = question.proposed or ...
+        numbers = {p.removeprefix("point_"): p for p in question.options if p.startswith("point_")}
+        choices = [*question.options, *numbers] or None
+        text = str(Prompt.ask("  ", console=out, choices=choices, default=default)).strip()
+        text = numbers.get(text, text)
+        trial = copy.deepcopy(mapping)
+        if kind and text in group_names(kind):
+            trial[question.path[0]] = text
+        else:
+            question.put(trial, text)
+        try:
+            proposal = understand(logged, trial)
+        except BeltError as error:
+            out.print(f"[red]{escape(str(error))}[/red]", soft_wrap=True)
+            continue
+        mapping.clear()
+        mapping.update(trial)
+        return proposal
+
+
+def _correction(logged: LoggedTables, proposal: Proposal, out: Console) -> Question:
+    """The question about a column or run that was understood wrongly."""
+    columns, runs = list(logged.columns), [r.name for r in proposal.complete().runs]
+    out.print(escape(f"columns: {', '.join(columns)}; runs: {', '.join(runs)}"), soft_wrap=True)
+    name = Prompt.ask("Which column or run is wrong?", console=out, choices=[*columns, *runs], show_choices=False)
+    if name in columns:
+        key = Prompt.ask("What of it?", console=out, choices=["role", "unit", "at", "sign", "factor", "name"])
+        examples = {"role": ", ".join(ROLES), "at": "point_1 .. point_4", "sign": "-1", "factor": "0.001"}
+        return Question(path=("columns", name, key), text=f"{name}: {key}?", example=examples.get(key, "mm"))
+    choices = ["tension", "yaw", "speed", "direction", "yaw_at", "start"]
+    key = Prompt.ask("What of it?", console=out, choices=choices)
+    return Question(path=("runs", name, key), text=f"{name}: {key}?", example="with its unit, as 10 N/mm2")
+
+
+def virtual_rig(run_dir: RunDir) -> None:
+    """Write a campaign with its sealed truth."""
+    config: Any = run_dir.config
+    if (config["engine"] == "mujoco" or config["plan"] is not None) and (asked := _machine_asked(run_dir)):
+        raise InputError(
+            asked[0], "", "", "goes with engine=line and plan=null; a plan brings its own machine and belt"
+        )
+    folder = Path(config["out"] or run_dir.path / "campaign")
+    hidden = config["hidden"]
+    if hidden is None:
+        raise InputError("hidden", "null", "", "write [] for nothing hidden, a list of effects, or random")
+    if isinstance(hidden, str) and hidden != "random":
+        hidden = [hidden]
+    if config["engine"] == "line":
+        campaign, truth = _line(hidden, config)
+    elif config["engine"] == "mujoco":
+        if config["plan"] is not None:
+            raise InputError("plan", config["plan"], "", "needs engine=line")
+        if folder.exists():
+            raise InputError("out", folder, "", "exists already; choose another folder")
+        from belt_sim.virtual_rig.space import make_space_campaign
+
+        campaign, truth = make_space_campaign(hidden=hidden, seed=config["seed"], base=config["base"])
+    else:
+        raise InputError("engine", config["engine"], "", "use line or mujoco")
+    if config["out"]:
+        digest = write_blind(folder, campaign, truth)
+    else:
+        with run_dir.outputs() as draft:
+            digest = write_blind(draft / "campaign", campaign, truth)
+    print(f"campaign  {folder}")
+    print(f"truth     sealed, sha256 {digest}")
+    print(f"next      belt-sim diagnose campaign={folder}{_model(config)}, then belt-sim reveal campaign={folder}")
+
+
+def _model(config: dict) -> str:
+    """The law beside which an effect of one's own choice is to be sought; what is drawn at random is not told."""
+    if config["hidden"] == "random" or config["engine"] != "line":
+        return ""
+    return f" model={config['base'] or BASE}"
+
+
+def _line(hidden: Any, config: dict) -> tuple[Campaign, Truth]:
+    """On the test rig, on a random plan of a number, or, plan and all, at random."""
+    seed, base, plan = config["seed"], config["base"], config["plan"]
+    if plan is None:
+        return make_campaign(hidden=hidden, seed=seed, base=base, plan=_on_machine(config))
+    if plan != "random":
+        whole("plan", plan, 0, otherwise="random or ")
+    if hidden == "random":
+        if base is not None:
+            raise InputError("base", base, "", "is drawn as well; leave it out")
+        return random_campaign(seed, blind=None, plan=None if plan == "random" else plan)
+    if plan == "random":
+        raise InputError("plan", plan, "", "goes with hidden=random; give the number of a plan")
+    _, chosen, noise = plan_by_number(plan)
+    return make_campaign(hidden=hidden, seed=seed, base=base, plan=chosen, noise=noise)
+
+
+def _machine_asked(run_dir: RunDir) -> list[str]:
+    """Overrides of rig and belt on the command line."""
+    return [o for o in run_dir.overrides if o.lstrip("+").startswith(("rig", "belt"))]
+
+
+def _on_machine(config: dict) -> Any:
+    """The runs of the test rig on the machine and belt that were asked for, known as surely as its own."""
+    rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
+    if float(rig.gravity) != GRAVITY:
+        raise InputError(
+            "rig.gravity", f"{float(rig.gravity):g}", "m/s2", f"a campaign is measured on earth, {GRAVITY:g}"
+        )
+    machine = {n: replace(q, value=float(getattr(rig, n))) for n, q in vars(TEST_RIG).items()}
+    sheet = {n: _alike(q, float(getattr(belt, n))) for n, q in vars(TEST_BELT).items()}
+    return Plan(machine=replace(TEST_RIG, **machine), belt=replace(TEST_BELT, **sheet))
+
+
+def _alike(known: Any, value: float) -> Any:
+    """A quantity of another value, known to the same share of it."""
+    return replace(known, value=value, u=known.u * value / known.value)

@@ -1,0 +1,82 @@
+"""belt-sim check, compare, diagnose and report: what a campaign tells of a model."""
+
+from pathlib import Path
+from typing import Any
+
+from belt_sim.commands.run_dir import RunDir
+from belt_sim.errors import finite, whole
+
+
+def check(run_dir: RunDir) -> None:
+    """Check a campaign or a plan and leave check.json and check.png in the run folder."""
+    from belt_sim.api import inference
+    from belt_sim.files import write_json
+    from belt_sim.reports.terminal import tell_check, tell_choice
+    from belt_sim.results.json import check_json
+
+    config, folder = run_dir.config, run_dir.path
+    for key in ("travel", "step"):
+        finite(key, config[key], "m", "give a length in metres", lambda x: x > 0)
+    asked = {k: config[k] for k in ("effects", "travel", "step", "advise")}
+    found = inference.check(run_dir.campaign, config["model"]["name"], **asked, config=config)
+    write_json(folder / "check.json", check_json(found))
+    if config["pictures"] and found.visible:
+        from belt_sim.pictures.diagnosis import visible_picture
+
+        visible_picture(folder / "check.png", found.visible, found.campaign.title)
+    tell_choice(config, found.base_model)
+    tell_check(found, folder)
+
+
+def compare(run_dir: RunDir) -> None:
+    """Compare and leave comparison.json, summary.json, tables and pictures in the run folder."""
+    from belt_sim.api import inference
+    from belt_sim.campaign import read_campaign
+    from belt_sim.commands.outputs import write_comparison
+    from belt_sim.reports.terminal import tell_choice, tell_comparison
+
+    config = run_dir.config
+    with run_dir.outputs() as draft:
+        campaign, pictures = read_campaign(run_dir.campaign), config["pictures"]
+        found = inference.compare(campaign, config["model"]["name"], config["effects"], drawn=pictures, config=config)
+        write_comparison(draft, found, pictures=pictures)
+    tell_choice(config, found.base_model)
+    tell_comparison(found, run_dir.path)
+
+
+def diagnose(run_dir: RunDir) -> None:
+    """Diagnose a campaign and leave diagnosis.json, report.html, effects.yaml and pictures in the run folder."""
+    from belt_sim.api import inference
+    from belt_sim.campaign import read_campaign
+    from belt_sim.commands.outputs import draw_diagnosis, write_diagnosis, write_recording
+    from belt_sim.reports.terminal import tell_choice, tell_diagnosis
+    from belt_sim.watch.observers import in_stages, progress, resolve_watch
+
+    config: Any = run_dir.config
+    watch, model = resolve_watch(config["watch"], "auto", "rrd"), config["model"]["name"]
+    asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out", "checked")}
+    count = whole("bootstraps", config["bootstraps"], inference.MIN_BOOTSTRAPS)
+    with run_dir.outputs() as draft:
+        campaign = read_campaign(run_dir.campaign)
+        with progress(1.0, f"diagnosing {campaign.title}") as done:
+            stages = in_stages(done, count)
+            found = inference.diagnose(campaign, model, **asked, progress=stages, tell=print, config=config)
+        tell_choice(config, found.base_model)
+        tell_diagnosis(found, run_dir.path)
+        write_diagnosis(draft, found)
+        if config["pictures"]:
+            draw_diagnosis(draft, found)
+        if watch == "rrd":
+            write_recording(draft, campaign, found)
+
+
+def report(run_dir: RunDir) -> None:
+    """Write report.html and pictures from diagnosis.json and drawings.json."""
+    from belt_sim.commands.outputs import draw_diagnosis
+    from belt_sim.reports.page import write_report
+    from belt_sim.results.json import read_diagnosis
+
+    folder = Path(run_dir.text_setting("diagnosis", "the run folder of a diagnosis"))
+    diagnosis = read_diagnosis(folder)
+    draw_diagnosis(folder, diagnosis)
+    print(write_report(folder / "report.html", diagnosis))
