@@ -44,10 +44,9 @@ from belt_sim.discovery.law_search import SearchOutcome, search_law
 from belt_sim.discovery.search_data import search_data_of
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, whole
-from belt_sim.foresight.doubts import doubts, pairs
-from belt_sim.foresight.layout import laid_out
+from belt_sim.foresight.doubts import doubts, pairs, visible
+from belt_sim.foresight.layout import lay_out
 from belt_sim.foresight.sheet_evidence import sheet_evidence
-from belt_sim.foresight.sizes import visible
 from belt_sim.jax_setup import one_blas_thread
 from belt_sim.model import Model, SteadyModel
 from belt_sim.provenance import provenance
@@ -242,7 +241,7 @@ def check(
     if not any(len(r.travel) for r in read.runs) or not any(s.kind == "lateral" for s in read.signals):
         only = Doubt(kind="plan", sentence="there are no curves of a point: a model can be compared, nothing diagnosed")
         return Check(**common, noise="Steady rates only.", doubts=(*found, only), visible=(), pairs=())
-    bench, fit = laid_out(read, chosen, candidates_of(effects, chosen), planned=planned)
+    bench, fit = lay_out(read, chosen, candidates_of(effects, chosen), planned=planned)
     seen = visible(bench, fit)
     return Check(
         **common,

@@ -14,7 +14,7 @@ from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.base import Effect
 
 
-def laid_out(
+def lay_out(
     campaign: Campaign, model: Composition, classes: list[type[Effect]], *, planned: bool
 ) -> tuple[Workbench, Fit]:
     """The campaign on the workbench with nothing wrong, and the derivatives of its readings along every parameter.
