@@ -11,15 +11,13 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from belt_sim.app.security import MAX_UPLOAD, MEBI
 from belt_sim.campaign.marked_yaml import parse
 from belt_sim.campaign.problems import CampaignError, Problem, quote
 from belt_sim.campaign.read import FILES
 from belt_sim.effects.generic_law import ID as LAW
 from belt_sim.effects.library import library
-from belt_sim.effects.load import SCHEMA, WITH_LAWS, load_effects
+from belt_sim.effects.load import entries_of, load_effects, split_entry
 from belt_sim.errors import BeltError, InputError
 
 SHEET = "campaign.yaml"
@@ -135,45 +133,18 @@ NO_CODE = "code is not run from this page; name it on the command line: belt-sim
 
 def read_effects(name: str, data: bytes) -> list[dict[str, Any]]:
     """Effects as [{id: taper, kappa_t: 2e-5}]; raises InputError, CampaignError for what is not of the library."""
-    if name.lower().endswith(".py"):
-        raise InputError("effects", name, "", NO_CODE)
     if len(data) > LARGEST_EFFECTS:
         raise InputError("effects", name, "", f"must be at most {LARGEST_EFFECTS // 1024} kB; is this an effects.yaml?")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError("effects", name, "", "not UTF-8; save the file as UTF-8 text") from error
     problems: list[Problem] = []
-    parse(text, name, problems)  # syntax, anchors, aliases
+    parse(data.decode("utf-8-sig", errors="replace"), name, problems)  # syntax, anchors, aliases
     if problems:
         raise CampaignError(problems[:1])
-    try:
-        content = yaml.safe_load(text)
-    except yaml.YAMLError as error:  # a tag
-        raise InputError("effects", name, "", "not plain YAML; write names and numbers, without tags") from error
-    known = isinstance(content, Mapping) and content.get("schema") in (SCHEMA, WITH_LAWS)
-    if not known or not _is_list(content.get("effects")):
-        raise InputError("effects", name, "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
-    found = [_flat(name, entry) for entry in content["effects"] or []]
+    found = []
+    for entry in entries_of(data, name):
+        effect, numbers = split_entry(entry)
+        if effect != LAW and effect not in library():
+            remedy = NO_CODE if effect.endswith(".py") else f"use one of {', '.join(library())}"
+            raise InputError("effects", quote(effect), "", remedy)
+        found.append({"id": effect} | numbers)
     load_effects(found)  # names and numbers
     return found
-
-
-def _is_list(entries: Any) -> bool:
-    return entries is None or isinstance(entries, list)
-
-
-def _flat(name: str, entry: Any) -> dict[str, Any]:
-    """{id: taper, parameters: {kappa_t: 2e-5}} as {id: taper, kappa_t: 2e-5}."""
-    if not isinstance(entry, Mapping) or not isinstance(entry.get("id"), str):
-        raise InputError("effects", name, "", "every entry needs an id and its parameters")
-    if entry["id"] == LAW:
-        return dict(entry)
-    if entry["id"].endswith(".py"):
-        raise InputError("effects", quote(entry["id"]), "", NO_CODE)
-    if entry["id"] not in library():
-        raise InputError("effects", quote(entry["id"]), "", f"use one of {', '.join(library())}")
-    parameters = entry.get("parameters") or {}
-    if not isinstance(parameters, Mapping):
-        raise InputError(f"effects.{entry['id']}.parameters", quote(parameters), "", "write name: number, one a line")
-    return {str(k): v for k, v in entry.items() if k != "parameters"} | {str(k): v for k, v in parameters.items()}

@@ -93,11 +93,11 @@ def _read_entry(item: Any) -> tuple[dict[str, type[Effect]], dict[str, Any]]:
     """The effect classes of an entry by id, and its numbers."""
     if isinstance(item, Mapping) and item.get("id") == LAW:
         return {LAW: law_effect(law_of_entry(item))}, {}
-    name, numbers = _split_entry(item)
+    name, numbers = split_entry(item)
     return _classes_of(name), numbers
 
 
-def _split_entry(item: Any) -> tuple[str, dict[str, Any]]:
+def split_entry(item: Any) -> tuple[str, dict[str, Any]]:
     """The id (or .py file) of an entry and its numbers."""
     if not isinstance(item, Mapping):
         return str(item), {}
@@ -113,13 +113,18 @@ def _split_entry(item: Any) -> tuple[str, dict[str, Any]]:
 def _read_yaml(path: Path) -> list:
     if not path.is_file():
         raise InputError("effects", str(path), "", "no such file; a diagnosis writes one as effects.yaml")
+    return [_relative_to(path, item) for item in entries_of(path.read_bytes(), str(path))]
+
+
+def entries_of(data: bytes, name: str) -> list:
+    """The entries of an effects.yaml; raises InputError for what is none."""
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = yaml.safe_load(data.decode("utf-8-sig"))
     except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError("effects", str(path), "", f"not readable as YAML: {str(error).splitlines()[0]}") from error
+        raise InputError("effects", name, "", f"not readable as YAML: {str(error).splitlines()[0]}") from error
     if not isinstance(content, Mapping) or content.get("schema") not in (SCHEMA, WITH_LAWS) or "effects" not in content:
-        raise InputError("effects", str(path), "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
-    return [_relative_to(path, item) for item in _as_list(content["effects"] or [])]
+        raise InputError("effects", name, "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
+    return _as_list(content["effects"] or [])
 
 
 def _relative_to(path: Path, item: Any) -> Any:
