@@ -26,9 +26,9 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.api.plant import linearise as linearise
     from belt_sim.api.plot import plot as plot
     from belt_sim.api.plot import report as report
+    from belt_sim.api.simulate import jax_function as jax_function
     from belt_sim.api.simulate import scene as scene
     from belt_sim.api.simulate import simulate as simulate
-    from belt_sim.api.simulate import traced as traced
     from belt_sim.campaign import Campaign as Campaign
     from belt_sim.campaign import read_campaign
     from belt_sim.case import Belt as Belt
@@ -63,7 +63,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "belt_sim.api.inference": ("check", "check_effect", "compare", "diagnose", "discover"),
     "belt_sim.api.plant": ("export", "linearise"),
     "belt_sim.api.plot": ("plot", "report"),
-    "belt_sim.api.simulate": ("scene", "simulate", "traced"),
+    "belt_sim.api.simulate": ("jax_function", "scene", "simulate"),
     "belt_sim.campaign": ("Campaign",),
     "belt_sim.case": ("Belt", "Case", "Rig", "Schedule", "Settings"),
     "belt_sim.config": ("make_case",),

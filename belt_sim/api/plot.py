@@ -123,7 +123,7 @@ def _of_comparison(c: Comparison) -> dict[str, Draw]:
 def _of_diagnosis(d: Diagnosis) -> dict[str, Draw]:
     there = _overlay(d) | _maps(d, d.where.sentence)
     first = [p for p in d.drawings.overlays if p.run == d.where.worst.run][:2]
-    there["headline"] = lambda p: overlay_picture(p, first, _compared(d), names=_names(d))
+    there["headline"] = lambda p: overlay_picture(p, first, _compared_words(d), names=_names(d))
     if d.ranking:
         title, chosen = f"Every effect by itself, added to {_model_words(d.base_model)}", [e.id for e in d.effects]
         words = {c.id: _effect_words(c.id) for c in d.ranking}
@@ -146,26 +146,26 @@ def _effect_words(name: str) -> str:
     return f"{words} ({name})" if words.lower() != name else words
 
 
-def _added(result: Comparison | Diagnosis, name: Callable[[str], str]) -> str:
+def _added_words(result: Comparison | Diagnosis, name: Callable[[str], str]) -> str:
     """What the final model has more than the base model; empty where they are the same."""
     if isinstance(result, Diagnosis) and result.law_instead:
         return "the discovered law"
     return ", ".join(name(e.id) for e in result.effects)
 
 
-def _compared(result: Comparison | Diagnosis) -> str:
+def _compared_words(result: Comparison | Diagnosis) -> str:
     """Which models a picture compares with the measurement."""
-    added = _added(result, lambda i: _effect_words(i)[:1].lower() + _effect_words(i)[1:])
+    added = _added_words(result, lambda i: _effect_words(i)[:1].lower() + _effect_words(i)[1:])
     base = _model_words(result.base_model)
     return f"{base[:1].upper()}{base[1:]} {f'without and with {added}' if added else 'beside the measurement'}"
 
 
 def _names(result: Comparison | Diagnosis) -> dict[str, str]:
-    return {"base": result.base_model, "final": f"with {_added(result, str)}"}
+    return {"base": result.base_model, "final": f"with {_added_words(result, str)}"}
 
 
 def _overlay(result: Any) -> dict[str, Draw]:
-    title = f"{_compared(result)}: {result.campaign.title}"
+    title = f"{_compared_words(result)}: {result.campaign.title}"
     return {"overlay": lambda p: overlay_picture(p, result.drawings.overlays, title, names=_names(result))}
 
 

@@ -75,7 +75,7 @@ def _in_space(
     details = {"options": asdict(model.options), "engine": model.engine, "contact": model.contact}
     details |= {"scene": scene.name} if scene else {}
     found = Simulation(**common, curves=curves, details=details)
-    return replace(found, steady_rate=float(found.rates.mean())) if found.settled else found
+    return replace(found, steady_rate=float(found.rates.mean())) if found.is_settled else found
 
 
 def on_engine(model: Model | SteadyModel, engine: str | None) -> Model | SteadyModel:
@@ -158,7 +158,7 @@ def scene_text(case: Case, model: Any) -> str:
     return mjcf(spec, STORY)
 
 
-def traced(case: Case, model: ModelSpec = "strip", *, travel: float) -> Callable[..., Curves]:
+def jax_function(case: Case, model: ModelSpec = "strip", *, travel: float) -> Callable[..., Curves]:
     """A function (case, effects=()) -> true Curves over ``travel`` [m], pure JAX, of cases whose pulleys are like those
     of ``case``: its sums are planned by them.
 

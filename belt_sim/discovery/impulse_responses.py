@@ -30,7 +30,7 @@ CHANNELS = tuple(UNITS)
 
 RUNS = 8  # a batch, so that campaigns share compiled code
 CELLS = 240  # of the input along the longest run, at most
-OUTSIDE_MARCH = {"encoder", "seen", "sensor", "scene"}  # hooks that a march does not call
+OUTSIDE_MARCH = {"encoder", "sensor_travel", "sensor", "scene"}  # hooks that a march does not call
 Y, MOMENT, TILT = 0, 8, 10  # first rows of what is kept, see ImpulseResponses
 _SCALES = {"rad": 1e-4, "1/m": 1e-5, "m": 1e-4}
 

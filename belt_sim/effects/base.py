@@ -28,7 +28,7 @@ LAWS = ("span", "run-up", "wrap", "drive", "sensor")
 BEFORE_ENGINE = ("settings",)
 IN_MARCH = ("span", "hold", "bend", "yaw", "runup", "slide", "wrap")
 IN_SCENE = ("scene",)
-AFTER_ENGINE = ("encoder", "seen", "sensor")
+AFTER_ENGINE = ("encoder", "sensor_travel", "sensor")
 HOOKS = (*BEFORE_ENGINE, *IN_MARCH, *IN_SCENE, *AFTER_ENGINE)
 #: the laws that a hook may change; the scene is the geometric half of any of them
 LAW_OF_HOOK = {
@@ -41,7 +41,7 @@ LAW_OF_HOOK = {
     "slide": ("run-up",),
     "wrap": ("wrap",),
     "encoder": ("sensor",),
-    "seen": ("sensor",),
+    "sensor_travel": ("sensor",),
     "sensor": ("sensor",),
 }
 
@@ -168,7 +168,7 @@ class Effect:
         """Sensor law: return the true belt travel [m] when the encoder shows ``travel`` [m]."""
         return travel
 
-    def seen(self, travel, case: Case):
+    def sensor_travel(self, travel, case: Case):
         """Sensor law: return the belt travel [m] that the lateral sensors show while the belt is at ``travel`` [m]."""
         return travel
 
@@ -177,11 +177,11 @@ class Effect:
         return reading
 
     @classmethod
-    def columns(cls, seen, case: Case):
+    def columns(cls, sensor_travel, case: Case):
         """Return what a unit of each parameter adds to y at points 1-4, shape (parameters, 4, n).
 
         Only effects that add to the lateral readings in proportion to their parameters, and do nothing else, have it.
-        seen: belt travels [m] that the sensors show, shape (n,).
+        sensor_travel: belt travels [m] that the sensors show, shape (n,).
         """
         raise NotImplementedError(cls.id)
 
@@ -206,6 +206,9 @@ def effect(cls):
 
     The class may also be a dataclass already that lists its numbers in ``parameters``.
     """
+    if "seen" in vars(cls):  # what the hook was called in version 0.1
+        cls.sensor_travel = cls.seen
+        del cls.seen
     if "__dataclass_fields__" not in vars(cls):
         cls = dataclass(frozen=True, kw_only=True)(cls)
     declared = {f.name: f.metadata["parameter"] for f in fields(cls) if "parameter" in f.metadata}

@@ -56,7 +56,7 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
     )
 
     def sensor(self, reading, case):
-        phase = _phase(reading.seen, case)
+        phase = _phase(reading.sensor_travel, case)
         cos, first, second = jnp.cos(phase), jnp.zeros(()), jnp.zeros(())
         for k in range(HARMONICS, 0, -1):  # Clenshaw's sums, of the cosines and of the sines
             size = jnp.stack([getattr(self, f"cos{k}"), getattr(self, f"sin{k}")])[:, None, None]
@@ -64,8 +64,8 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
         return replace(reading, y=reading.y + first[0] * cos - second[0] + first[1] * jnp.sin(phase))
 
     @classmethod
-    def columns(cls, seen, case):
-        phase = jnp.arange(1, HARMONICS + 1)[:, None, None] * _phase(seen, case)
+    def columns(cls, sensor_travel, case):
+        phase = jnp.arange(1, HARMONICS + 1)[:, None, None] * _phase(sensor_travel, case)
         return jnp.stack([jnp.cos(phase), jnp.sin(phase)], axis=1).reshape(-1, *phase.shape[1:])
 
 

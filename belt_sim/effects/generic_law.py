@@ -139,9 +139,9 @@ def _belt_part(case, travel):
 
 def _rate(reading, row, case):
     """dy/dt of a reading [m/s]."""
-    order = jnp.argsort(reading.seen)
-    s, y = reading.seen[order], reading.y[row][order]
-    low, high = (jnp.clip(reading.seen + h, s[0], s[-1]) for h in (-REACH, REACH))
+    order = jnp.argsort(reading.sensor_travel)
+    s, y = reading.sensor_travel[order], reading.y[row][order]
+    low, high = (jnp.clip(reading.sensor_travel + h, s[0], s[-1]) for h in (-REACH, REACH))
     return (jnp.interp(high, s, y) - jnp.interp(low, s, y)) / (high - low) * case.settings.speed
 
 
@@ -251,8 +251,8 @@ def _sensor(self, reading, case):
             elif t.form.variable == "reading_rate":
                 x = _rate(reading, row, case)
             else:
-                x = _independent(t, reading.seen, case)
-            added = added.at[row].add(self.strength(k, x, _course_variable(t, reading.seen, case), case))
+                x = _independent(t, reading.sensor_travel, case)
+            added = added.at[row].add(self.strength(k, x, _course_variable(t, reading.sensor_travel, case), case))
     return replace(reading, y=reading.y + added)
 
 

@@ -76,13 +76,13 @@ def indicate(curves: Curves, case: Case, effects: Sequence[Effect], shown, time=
     """
     shown = jnp.asarray(shown)
     true = true_travel(effects, case, shown)
-    seen = apply_hook(effects, "seen", true, case)
+    seen = apply_hook(effects, "sensor_travel", true, case)
     rows = {n: looked_up(curves.travel, getattr(curves, n), true) for n in _ROWS if getattr(curves, n) is not None}
     rows["y"] = looked_up(curves.travel, curves.y, seen)
     extra = {n: looked_up(curves.travel, jnp.asarray(row)[None], true)[0] for n, row in (curves.extra or {}).items()}
     reading = Reading(
         travel=shown,
-        seen=seen,
+        sensor_travel=seen,
         time=true / case.settings.speed if time is None else time,
         y=rows["y"],
         tilt=rows.get("tilt", jnp.zeros((2, len(shown)))),

@@ -107,7 +107,7 @@ class SensorDelay(Effect):
     )
     delay: float = parameter("s", "dead time of the edge sensors", plausible=(0.0, 5.0), scale=0.1)
 
-    def seen(self, travel, case):
+    def sensor_travel(self, travel, case):
         return travel - self.delay * case.settings.speed
 
 

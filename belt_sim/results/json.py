@@ -74,7 +74,7 @@ def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> Json:
         "rate_mm_per_m": {str(k): float(r) / si.MM_PER_M for k, r in zip(POINTS, s.rates, strict=True)},
         "offset_mm": {k: None if e is None else e / si.MM for k, e in ends.items()},
     }
-    content["settled"] = s.settled
+    content["settled"] = s.is_settled
     if s.sag is not None:
         content["sag_mm"] = s.sag / si.MM
     if s.slackest_edge is not None:

@@ -43,7 +43,7 @@ class Simulation(Display):
         return np.full(4, self.steady_rate) if self.curves is None else late_rates(self.curves)
 
     @property
-    def settled(self) -> bool:
+    def is_settled(self) -> bool:
         """True when all points move at one rate, and did so before: what the late slopes mean to show.
 
         Within 5 % of the mean, or 1 um per m; a formula for the steady rate is.
@@ -106,7 +106,7 @@ class Simulation(Display):
         """Late rates, and a warning when an edge goes slack or the model is used beyond its validity."""
         rates = "  ".join(f"{k}: {words.column(r, sign=True)}" for k, r in zip(POINTS, self.rates, strict=True))
         said = [f"{self.title}: late rates in mm per m at points {rates}"]
-        if not self.settled:
+        if not self.is_settled:
             steady = (
                 "" if self.steady_rate is None else f"; the steady rate is {words.column(self.steady_rate, sign=True)}"
             )

@@ -63,7 +63,7 @@ def any_arguments():
     held = BoundaryValues(travel=jnp.asarray(3.3), start=jnp.asarray(pair()), ends=ends, direction=jnp.asarray(1.0))
     line = jnp.linspace(0.0, 5.0, 7)
     y, tilt = jnp.asarray(draw.normal(size=(4, 7))), jnp.asarray(draw.normal(size=(2, 7)))
-    reading = Reading(travel=line, seen=line, time=2 * line, y=y, tilt=tilt)
+    reading = Reading(travel=line, sensor_travel=line, time=2 * line, y=y, tilt=tilt)
     return {
         "settings": (case.settings, case),
         "span": (span_law.beam_second_order(case), case),
@@ -79,7 +79,7 @@ def any_arguments():
         "wrap": (RunOff.without_slip(*(jnp.asarray(pair()) for _ in range(3))), now, case),
         "scene": (SceneParts.from_case(case), case),
         "encoder": (line, case),
-        "seen": (line, case),
+        "sensor_travel": (line, case),
         "sensor": (reading, case),
     }
 

@@ -136,7 +136,7 @@ def bin_attenuation(parameters: Sequence[tuple[type[Effect], str]], samples: Sam
 def _columns_of_run(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.ndarray, others) -> jax.Array:
     """Columns (k, 4 + j, n) at encoder travels (n,), at points 1-4 and j others, as the sensors after ``cls`` show
     them."""
-    seen = apply_hook(effects, "seen", true_travel(effects, case, jnp.asarray(stated)), case)
+    seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, jnp.asarray(stated)), case)
     own = cls.columns(seen, case)
     beside = [cls.columns(seen + travel_lead(p, case), case)[:, p.point] for p in others]
     after = [e for e in uses(effects, "sensor") if type(e) is not cls]  # in proportion to y: gains, not offsets
@@ -144,7 +144,9 @@ def _columns_of_run(cls: type[Effect], effects: Sequence[Effect], case: Case, st
         return jnp.concatenate([own, *(rows[:, None] for rows in beside)], axis=1)
 
     def indicate(y):
-        reading = Reading(travel=jnp.asarray(stated), seen=seen, time=0.0 * seen, y=y, tilt=jnp.zeros((2, len(stated))))
+        reading = Reading(
+            travel=jnp.asarray(stated), sensor_travel=seen, time=0.0 * seen, y=y, tilt=jnp.zeros((2, len(stated)))
+        )
         return apply_hook(after, "sensor", reading, case).y
 
     def read_beside(place, y):
@@ -176,7 +178,7 @@ def _cached_columns(forward, samples: Samples, cls: type[Effect], acting: Sequen
     """``columns``, once for all points at which encoder and sensors are alike."""
     if samples is not forward.samples:
         return columns(samples, cls, acting)
-    key = cls, *(e for e in acting if overrides(e, ("encoder", "seen") if type(e) is cls else READ_BY))
+    key = cls, *(e for e in acting if overrides(e, ("encoder", "sensor_travel") if type(e) is cls else READ_BY))
     known = forward.columns
     found = known.get(key)
     if found is None:  # other threads may ask as well, and forget what is kept
@@ -204,7 +206,7 @@ def choose_harmonics(forward, samples: Samples, roots: np.ndarray, values: np.nd
 # That is exact where every other sensor law shows a gain times the reading and an offset; beside any other law, one of
 # a gauge that sticks for instance, a linear effect is compiled into the march.
 
-READ_BY = ("encoder", "seen", "sensor")  # hooks by which readings are what they are
+READ_BY = ("encoder", "sensor_travel", "sensor")  # hooks by which readings are what they are
 
 
 def select_addable(classes: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
@@ -244,11 +246,11 @@ def _additions_of_run(vector, shown, settings: Settings, travel, time, yaw_at, r
 def _additions(effects: Sequence[Effect], adding: Sequence[type[Effect]], case: Case, stated, time, others):
     """What those of ``effects`` that are of the classes ``adding`` add to y at points 1-4 and at the ``others``, shape
     (4 + k, n), at encoder travels ``stated`` [m] and times ``time`` [s], both (n,)."""
-    seen = apply_hook(effects, "seen", true_travel(effects, case, stated), case)
+    seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, stated), case)
 
     def read_sensors(some):
         none = jnp.zeros((4, len(stated)))
-        reading = Reading(travel=stated, seen=seen, time=time, y=none, tilt=none[:2])
+        reading = Reading(travel=stated, sensor_travel=seen, time=time, y=none, tilt=none[:2])
         beside = [indicate_place(place, none[0], case, some, stated, seen, time)[None] for place in others]
         return jnp.concatenate([apply_hook(some, "sensor", reading, case).y, *beside])
 

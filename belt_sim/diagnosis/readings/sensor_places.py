@@ -70,7 +70,7 @@ def travel_lead(place: SensorPlace, case: Case):
 
 def reading_at(place: SensorPlace, curves: Curves, case: Case, effects: Sequence[Effect], shown, time):
     """Reading [m] at encoder travels ``shown`` [m] and times [s], both (n,); curves: of ``march_open``."""
-    seen = apply_hook(effects, "seen", true_travel(effects, case, shown), case)
+    seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, shown), case)
     assert curves.extra is not None
     row = curves.extra[str(place)] + (_wrap_position(place, curves, case) if place.on_wrap else 0.0)
     return indicate_place(place, looked_up(curves.travel, row[None], seen)[0], case, effects, shown, seen, time)
@@ -80,7 +80,7 @@ def indicate_place(place: SensorPlace, y, case: Case, effects: Sequence[Effect],
     """What the instruments make of true positions y (n,) at a place."""
     four = jnp.broadcast_to(y, (4, len(shown)))
     earlier = seen + travel_lead(place, case)
-    reading = Reading(travel=shown, seen=earlier, time=time, y=four, tilt=jnp.zeros((2, len(shown))))
+    reading = Reading(travel=shown, sensor_travel=earlier, time=time, y=four, tilt=jnp.zeros((2, len(shown))))
     return apply_hook(effects, "sensor", reading, case).y[place.point]
 
 

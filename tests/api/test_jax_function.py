@@ -19,7 +19,7 @@ def _with_tension(case, tension):
 def test_the_derivative_by_tension_is_that_of_the_curves(model):
     case, size = make_case(tension=10, travel=5), 1e3
     with jax.enable_x64(True):
-        run = bs.traced(case, model, travel=5)
+        run = bs.jax_function(case, model, travel=5)
         end = jax.jit(lambda tension: run(_with_tension(case, tension)).y[0, -1])
         slope, above, below = jax.jit(jax.grad(end))(10e6), end(10e6 + size), end(10e6 - size)
     assert float(slope) == pytest.approx(float(above - below) / (2 * size), rel=1e-5)
@@ -30,7 +30,7 @@ def test_the_derivative_by_an_effect_and_a_batch():
     case = make_case(tension=10, travel=3)
     (taper,) = load_effects([{"id": "taper", "kappa_t": 1e-6}])
     with jax.enable_x64(True):
-        run = bs.traced(case, travel=3)
+        run = bs.jax_function(case, travel=3)
         slope = jax.jit(jax.grad(lambda k: run(case, [replace(taper, kappa_t=k)]).y[0, -1]))(1e-6)
         tensions = np.array([7e6, 20e6])
         ends = jax.jit(jax.vmap(lambda t: run(_with_tension(case, t)).y[:, -1]))(tensions)
