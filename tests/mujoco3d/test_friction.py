@@ -4,7 +4,7 @@ import jax
 import numpy as np
 import pytest
 
-from belt_sim.jax_setup import in_float64
+from belt_sim.jax_setup import LEAST_EFFORT, in_float64
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.friction import slip_increments, wrap_chain
@@ -16,6 +16,7 @@ STIFF = 1e-4  # of the stiffest: a finite difference over 1 um
 ALIKE = 0.01  # of y: half the step; 0.5 ms against 1 ms differ by 0.5 %
 STRETCH = 0.005  # the tension adds F / EA, and the laid links are longer by as much
 HARDLY = 0.1  # [N], of links that carry 1800 N: the width is laid 0.03 um off
+SOLVE = jax.jit(slip_increments, compiler_options=LEAST_EFFORT)  # it runs ten times
 
 
 @pytest.fixture(scope="module")
@@ -50,14 +51,14 @@ def obeys_coulomb(chain, force, limit, slip) -> bool:
 @pytest.mark.parametrize("count", [1, 2, 7, 20])
 @in_float64
 def test_sliding_nodes_are_held_with_their_limit_against_their_increment_and_others_with_less(count):
-    rng, solve = np.random.default_rng(count), jax.jit(slip_increments)
+    rng = np.random.default_rng(count)
     for _ in range(10):
         root, cross = rng.normal(size=(4, 4, count)), rng.normal(size=(4, 4, count))
         cross[..., -1] = 0.0
         own = 1e8 * (np.einsum("ijk,ljk->ilk", root, root) + 16.0 * np.eye(4)[..., None])
         chain = own, 1e8 * cross
         force, limit = 100.0 * rng.normal(size=(2, 2, count)), 150.0 * rng.uniform(size=(2, count))
-        slip, residual = (np.asarray(v) for v in solve(force, limit, chain, np.zeros_like(force)))
+        slip, residual = (np.asarray(v) for v in SOLVE(force, limit, chain, np.zeros_like(force)))
         assert obeys_coulomb(chain, force, limit, slip)
         assert residual <= LEFT_OVER
 
@@ -65,7 +66,7 @@ def test_sliding_nodes_are_held_with_their_limit_against_their_increment_and_oth
 @in_float64
 def test_a_wrap_that_is_bent_and_pulled_at_its_ends_slides_as_coulomb_says(begun):
     """Limits fall to nothing at the ends; each pull starts from the slip of the one before."""
-    count, rng, solve = 15, np.random.default_rng(3), jax.jit(slip_increments)
+    count, rng = 15, np.random.default_rng(3)
     chain, guess = wrap_chain(begun.engine.tangent, 0, count, count), np.zeros((2, 2, count))
     ends = 5.0 * np.minimum(1.0, 4.0 * np.minimum(np.linspace(0, 1, count), np.linspace(1, 0, count)))
     for pull in (1.0, 5.0, 20.0, 60.0):
@@ -73,7 +74,7 @@ def test_a_wrap_that_is_bent_and_pulled_at_its_ends_slides_as_coulomb_says(begun
         force = 0.3 * pull * rng.normal(size=(2, 2, count))
         force[:, 0, :4] += pull
         force[:, 1, :4] += np.array([[2.0], [-2.0]]) * pull
-        slip, residual = (np.asarray(v) for v in solve(force, limit, chain, guess))
+        slip, residual = (np.asarray(v) for v in SOLVE(force, limit, chain, guess))
         assert obeys_coulomb(chain, force, limit, slip)
         assert residual <= LEFT_OVER
         guess = slip
@@ -82,9 +83,7 @@ def test_a_wrap_that_is_bent_and_pulled_at_its_ends_slides_as_coulomb_says(begun
 @in_float64
 def test_no_node_slides_below_its_limit():
     chain = 1e8 * np.eye(2)[..., None] * np.ones(3), np.zeros((2, 2, 3))
-    assert not np.any(
-        slip_increments(np.full((1, 2, 3), 1.0), np.full((1, 3), 1.5), chain, np.full((1, 2, 3), 1e-9))[0]
-    )
+    assert not np.any(SOLVE(np.full((1, 2, 3), 1.0), np.full((1, 3), 1.5), chain, np.full((1, 2, 3), 1e-9))[0])
 
 
 @in_float64
