@@ -29,7 +29,7 @@ MIRRORED = 0.01  # triangles lean to one side
 SHORT_AND_WIDE = 0.2  # at 10 N/mm2 the edges of a 2 m span sag unlike by 4 %, and the two spans differ by 15 %
 KAPPA = 1e-3  # [1/m]: +-19 N/mm2 at the edges, under a tension of 60
 WELD = Weld(angle=1e-3, at=1.0)
-FINE = Options(run_in=0.3, settle=0.5, acceleration=2.0)
+FINE = Options(dt=2e-3, run_in=0.3, settle=0.5, acceleration=2.0)
 FLEX = SpaceModel(options=FINE)
 CASE = paper_case(60, 0.0, ROPE_EXAMPLE)
 

@@ -13,7 +13,7 @@ from studies.paper.case import ROPE_EXAMPLE
 
 NEAR = 0.02  # of y: dx = 25 mm stands for a span longer by dx
 MIRRORED = 0.01  # of y: triangles lean to one side
-FINE = Options(run_in=0.3, settle=0.5, acceleration=2.0)
+FINE = Options(dt=2e-3, run_in=0.3, settle=0.5, acceleration=2.0)
 GUIDE = EdgeGuide(stiffness=1e6, gap=1e-4, at=0.8)
 CASE = paper_case(60, -YAW, ROPE_EXAMPLE)
 

@@ -17,7 +17,7 @@ from belt_sim.mujoco3d.model import SpaceModel
 
 TRAVEL, SLOW = 0.3, 0.9  # [m]; the encoder shows so much of the belt's travel
 READ = 1e-3  # of the largest value: cubics through records 25 mm apart, where landings shake the spans
-COARSE = Options(dx=0.04, run_in=0.3, settle=0.2, acceleration=3.0)
+COARSE = Options(dx=0.04, dt=2e-3, run_in=0.3, settle=0.2, acceleration=3.0)
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
 
