@@ -9,7 +9,7 @@ from mujoco import mjx
 from mujoco.mjx._src import scan
 from paper_cases import paper_case
 
-from belt_sim.jax_setup import in_float64
+from belt_sim.jax_setup import LEAST_EFFORT, in_float64
 from belt_sim.mjx import mjx_interface
 from belt_sim.mjx.mjx_interface import advance, compute_multibody, node_masses, plain_model, to_mjx
 from belt_sim.mjx.model import prepare
@@ -21,6 +21,7 @@ from studies.paper.case import ROPE_EXAMPLE
 
 COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2)
 ROUNDING = 1e-12  # relative, of float64
+COMPUTE = jax.jit(compute_multibody, compiler_options=LEAST_EFFORT)
 
 
 def scene(tension=40.0):
@@ -46,7 +47,7 @@ def moving(compiled):
     @in_float64
     def there():
         m, d = to_mjx(compiled, data.qpos)
-        return m, jax.jit(compute_multibody)(m, d.replace(qvel=jnp.array(data.qvel)))
+        return m, COMPUTE(m, d.replace(qvel=jnp.array(data.qvel)))
 
     return data, *there()
 
@@ -88,7 +89,7 @@ def test_joint_springs_of_the_model_may_change_from_step_to_step(moving):
     _, m, d = moving
     stiff = jnp.zeros(m.njnt).at[-1].set(100.0)
     held = m.replace(jnt_stiffness=stiff, qpos_spring=d.qpos.at[-1].add(0.5))
-    force = jax.jit(compute_multibody)(held, d).qfrc_passive - d.qfrc_passive
+    force = COMPUTE(held, d).qfrc_passive - d.qfrc_passive
     assert float(force[-1]) == pytest.approx(50.0)
     assert np.abs(force[:-1]).max() == 0.0
 
