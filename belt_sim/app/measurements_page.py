@@ -18,6 +18,7 @@ from belt_sim.campaign.read import FILES, sample_campaigns
 from belt_sim.campaign.types import PLACES
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
+from belt_sim.files import group_names
 from belt_sim.importing.types import ROLES
 from belt_sim.reports.imports import noise_table, run_noise_table, runs_table
 from belt_sim.results import words
@@ -40,14 +41,14 @@ class _Parts:
     """Parts of the page that follow the session: drawn again when its version changes."""
 
     def __init__(self, session: Session) -> None:
-        self.session, self.version, self.seen = session, session.version, self._now(session)
-        self.said = ui.refreshable(_show_notices)
+        self.session, self.version, self.shown_state = session, session.version, self._now(session)
+        self.notices = ui.refreshable(_show_notices)
         self.reading = ui.refreshable(import_view)
         self.what = ui.refreshable(campaign_view)
         self.ask = ui.refreshable(asking)
         self.result = ui.refreshable(job_view)
         with _drop(session):
-            self.said(session)
+            self.notices(session)
         for part in (self.reading, self.what, self.ask, self.result):
             part(session)
 
@@ -55,13 +56,13 @@ class _Parts:
         """Draw again what has changed."""
         if self.version == self.session.version:
             return
-        self.version, before = self.session.version, self.seen
-        self.seen = self._now(self.session)
-        if self.seen[:2] != before[:2]:
+        self.version, before = self.session.version, self.shown_state
+        self.shown_state = self._now(self.session)
+        if self.shown_state[:2] != before[:2]:
             self.what.refresh()
-        if self.seen[2:] != before[2:]:
+        if self.shown_state[2:] != before[2:]:
             self.result.refresh()
-        for part in (self.reading, self.said, self.ask):
+        for part in (self.reading, self.notices, self.ask):
             part.refresh()
 
     @staticmethod
@@ -78,7 +79,7 @@ class _Parts:
 def _drop(session: Session) -> Any:
     """Where files are dropped, and samples to try."""
 
-    async def dropped(event: Any) -> None:
+    async def take_files(event: Any) -> None:
         files = [(file.name, await file.read()) for file in event.files]
         event.sender.reset()
         await run.io_bound(session.drop, files)
@@ -86,8 +87,8 @@ def _drop(session: Session) -> Any:
     async def sample() -> None:
         await run.io_bound(session.sample, str(chosen.value))
 
-    def refused() -> None:
-        session.changed(f"files: refused; {TOO_LARGE}")
+    def tell_refusal() -> None:
+        session.notify(f"files: refused; {TOO_LARGE}")
 
     room = f"Up to {MAX_UPLOAD // MEBI} MB at a time; they stay on this machine."
     kinds = f"A logger's CSV or Excel files; or {', '.join(FILES)}, or a zip of them."
@@ -97,8 +98,8 @@ def _drop(session: Session) -> Any:
             auto_upload=True,
             max_total_size=MAX_UPLOAD,
             label="Drop files here, or press +",
-            on_multi_upload=dropped,
-            on_rejected=refused,
+            on_multi_upload=take_files,
+            on_rejected=tell_refusal,
         )
         upload.props("data-name=drop")
         with ui.element("div").classes("line"):
@@ -110,7 +111,7 @@ def _drop(session: Session) -> Any:
 
 def _show_notices(session: Session) -> None:
     with ui.element("div").classes("card-lines").props(f"data-version={session.version}"):
-        for line in session.said:
+        for line in session.messages:
             widgets.notice(line)
 
 
@@ -120,15 +121,15 @@ def asking(session: Session) -> None:
         return
     busy = session.job is not None and session.job.running
     with widgets.card("3. Ask", "Compare shows where a model fails; diagnose finds which physical effect it lacks."):
-        ui.select(TITLES, label="model").bind_value(session.asked, "model").classes("w-full").props("data-name=model")
+        ui.select(TITLES, label="model").bind_value(session.inputs, "model").classes("w-full").props("data-name=model")
         _chosen_effects(session)
         with ui.expansion("More about the diagnosis").classes("w-full"):
             names = {i: effect_title(i) for i in sorted(library(), key=effect_title)}
             which = "effects to try (none chosen: all that can be told)"
             tried = ui.select(names, multiple=True, with_input=True, label=which).props("use-chips")
-            tried.bind_value(session.asked, "candidates").classes("w-full").props("data-name=candidates")
+            tried.bind_value(session.inputs, "candidates").classes("w-full").props("data-name=candidates")
             count = ui.number("synthetic repeats to tell chance by", min=MIN_BOOTSTRAPS, precision=0)
-            count.bind_value(session.asked, "bootstraps").classes("w-full").props("data-name=bootstraps")
+            count.bind_value(session.inputs, "bootstraps").classes("w-full").props("data-name=bootstraps")
         with ui.element("div").classes("line"):
             ui.button("Compare", on_click=lambda: _start(session, "compare")).props("no-caps outline").set_enabled(
                 not busy
@@ -146,15 +147,15 @@ def _chosen_effects(session: Session) -> None:
 
 
 def _start(session: Session, task: str) -> None:
-    model = str(session.asked["model"])
+    model = str(session.inputs["model"])
     try:
         if task == "compare":
             session.start(task, model, effects=session.effects or None)
             return
-        count = int(session.asked["bootstraps"] or 0)
-        session.start(task, model, total=count, effects=session.asked["candidates"] or None, bootstraps=count, seed=0)
+        count = int(session.inputs["bootstraps"] or 0)
+        session.start(task, model, total=count, effects=session.inputs["candidates"] or None, bootstraps=count, seed=0)
     except BeltError as error:
-        session.changed(*str(error).splitlines())
+        session.notify(*str(error).splitlines())
 
 
 HEADLINES = {"stopped": "Stopped", "failed": "No result", "finished": "Done"}
@@ -337,7 +338,7 @@ def _questions(form: AnswerForm, now: Import) -> None:
     """What the files cannot say, with the answers given so far."""
     with ui.element("div").classes("halves"):
         for group in GROUPS:
-            options = {"": NUMBERS} | {n: n for n in now.known(group)}
+            options = {"": NUMBERS} | {n: n for n in group_names(GROUPS[group])}
             form.select((group,), options, now.answers.get((group,), ""), label=group)
     with ui.element("div").classes("questions"):
         for q in now.questions:
@@ -406,7 +407,7 @@ def campaign_view(session: Session) -> None:
         recorded = {r.name: r for r in campaign.runs if r.signals}
         if recorded:
             curves(campaign, recorded)
-        if session.taken is not None:
+        if session.finished_import is not None:
             with ui.element("div").classes("line"):
                 ui.button("Change how the files were read", on_click=session.back_to_import).props("flat no-caps dense")
         with ui.expansion("All runs and sensors").classes("w-full"):
@@ -426,13 +427,13 @@ def curves(campaign: Campaign, recorded: dict[str, Run]) -> None:
 def _machine_facts(campaign: Campaign) -> dict[str, str]:
     """Machine and belt, with their uncertainties."""
 
-    def shown(q: Quantity, size: float, unit: str) -> str:
+    def text(q: Quantity, size: float, unit: str) -> str:
         return words.with_u(q.value / size, q.u / size, unit)
 
-    machine = {label: shown(getattr(campaign.machine, n), s, u) for n, (label, s, u) in MACHINE.items()}
+    machine = {label: text(getattr(campaign.machine, n), s, u) for n, (label, s, u) in MACHINE.items()}
     if campaign.machine.head_radius == campaign.machine.tail_radius:
         machine = {"pulleys apart": machine["pulleys apart"], "pulley radius": machine["head radius"]}
-    return machine | {label: shown(getattr(campaign.belt, n), s, u) for n, (label, s, u) in BELT.items()}
+    return machine | {label: text(getattr(campaign.belt, n), s, u) for n, (label, s, u) in BELT.items()}
 
 
 def _all_runs(campaign: Campaign) -> None:

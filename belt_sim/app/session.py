@@ -16,7 +16,6 @@ from belt_sim.campaign.problems import CampaignError, Problem
 from belt_sim.campaign.read import FILES, campaign_folder
 from belt_sim.diagnosis.examine import BOOTSTRAPS
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import group_names
 from belt_sim.importing import LoggedTables, Proposal, Question, read, understand, write
 
 Place = tuple[str, ...]  # keys in the mapping, from the outside in
@@ -26,26 +25,26 @@ OF_RUN = ("tension", "yaw", "speed", "direction", "yaw_at", "start")
 
 @dataclass
 class Import:
-    """Files as read, and what they mean with ``answers``; draft: answers that are not applied yet; asked: questions
-    that were put; said: what is wrong.
+    """Files as read, and what they mean with ``answers``; draft: answers that are not applied yet; all_questions:
+    those that were ever put; errors: what is wrong.
     """
 
     logged: LoggedTables
     base: Mapping[str, Any]
     answers: dict[Place, str] = field(default_factory=dict)
     draft: dict[Place, str] = field(default_factory=dict)
-    asked: dict[Place, Question] = field(default_factory=dict)
+    all_questions: dict[Place, Question] = field(default_factory=dict)
     proposal: Proposal | None = None
-    said: list[str] = field(default_factory=list)
+    errors: list[str] = field(default_factory=list)
 
     def understand(self) -> None:
         """Try what is known so far; what cannot be is said, and the last that could be stays."""
         try:
             self.proposal = understand(self.logged, nest_answers(self.base, self.answers))
-            self.said = []
-            self.asked |= {q.path: q for q in self.proposal.missing}
+            self.errors = []
+            self.all_questions |= {q.path: q for q in self.proposal.missing}
         except BeltError as error:
-            self.said = str(error).splitlines()
+            self.errors = str(error).splitlines()
 
     def answer(self, answers: Mapping[Place, Any]) -> None:
         """Take answers; a blank one takes back what was said. A machine given by its name needs no numbers."""
@@ -68,13 +67,13 @@ class Import:
     @property
     def ready(self) -> bool:
         """Whether a campaign can be made."""
-        return self.proposal is not None and self.proposal.campaign is not None and not self.said
+        return self.proposal is not None and self.proposal.campaign is not None and not self.errors
 
     @property
     def lacks(self) -> str:
         """Why no campaign can be made yet; "" when one can."""
-        if self.said:
-            return f"Not yet: {self.said[0]}"
+        if self.errors:
+            return f"Not yet: {self.errors[0]}"
         missing = self.proposal.missing if self.proposal else ()
         more = f" And {len(missing) - 1} more." if len(missing) > 1 else ""
         return f"Not yet: {missing[0].text}{more}" if missing else ""
@@ -84,24 +83,22 @@ class Import:
         """Open and answered questions that have no place in the tables of columns and runs."""
         open_ = {q.path for q in self.proposal.missing} if self.proposal else set()
         return [
-            q for place, q in self.asked.items() if (place in open_ or place in self.answers) and place[0] != "runs"
+            q
+            for place, q in self.all_questions.items()
+            if (place in open_ or place in self.answers) and place[0] != "runs"
         ]
 
     @property
     def runs(self) -> list[str]:
         """Names of the runs that were found."""
         found = list(self.proposal.mapping.get("runs", {})) if self.proposal else []
-        return list(dict.fromkeys([*found, *(place[1] for place in self.asked if place[0] == "runs")]))
+        return list(dict.fromkeys([*found, *(place[1] for place in self.all_questions if place[0] == "runs")]))
 
     def setting(self, run: str, key: str) -> str:
         """What is known of a run, as text."""
         given = self.answers.get(("runs", run, key))
         stated = self.proposal.mapping.get("runs", {}).get(run, {}) if self.proposal else {}
         return given if given is not None else str(stated.get(key) or "")
-
-    def known(self, group: str) -> list[str]:
-        """Machines or belts that may be given by name."""
-        return group_names(GROUPS[group])
 
     def write(self, folder: Path) -> Path:
         """Leave the campaign in ``folder``."""
@@ -147,7 +144,7 @@ def _copy(value: Any) -> Any:
 
 TITLES = {"compare": "Comparison", "diagnose": "Diagnosis"}
 #: what is asked of a campaign at first: of the model that controllers use
-ASKED = {"model": "beam_th2", "candidates": [], "bootstraps": BOOTSTRAPS}
+INPUTS = {"model": "beam_th2", "candidates": [], "bootstraps": BOOTSTRAPS}
 
 
 @dataclass
@@ -159,11 +156,11 @@ class Session:
     campaign_folder: Path | None = None
     suspicions: tuple[Suspicion, ...] = ()
     importing: Import | None = None
-    taken: Import | None = None
+    finished_import: Import | None = None
     effects: list[dict[str, Any]] = field(default_factory=list)
     effects_name: str = ""
-    asked: dict[str, Any] = field(default_factory=lambda: dict(ASKED))
-    said: list[str] = field(default_factory=list)
+    inputs: dict[str, Any] = field(default_factory=lambda: dict(INPUTS))
+    messages: list[str] = field(default_factory=list)
     jobs: list[Job] = field(default_factory=list)
     version: int = 0
     _drops: int = 0
@@ -174,25 +171,25 @@ class Session:
         """The latest work."""
         return self.jobs[-1] if self.jobs else None
 
-    def changed(self, *said: str) -> None:
+    def notify(self, *messages: str) -> None:
         """Let pages know, with lines to show."""
-        self.said = list(said)
+        self.messages = list(messages)
         self.version += 1
 
     def drop(self, files: list[tuple[str, bytes]]) -> None:
         """Take dropped files."""
         tray = upload.sort_files(files)
-        said = list(tray.said)
+        messages = list(tray.messages)
         if tray.loggers or tray.mapping:
-            said += self._import_from(tray)
+            messages += self._import_from(tray)
         if tray.campaign:
-            said += self._campaign_from(tray)
+            messages += self._campaign_from(tray)
         if tray.effects:
             try:
                 self.effects, self.effects_name = read_effects(*tray.effects), tray.effects[0]
             except BeltError as error:
-                said += str(error).splitlines()
-        self.changed(*said)
+                messages += str(error).splitlines()
+        self.notify(*messages)
 
     def _campaign_from(self, tray: upload.Tray) -> list[str]:
         """A new campaign, or files that were missing in the one dropped before."""
@@ -200,13 +197,13 @@ class Session:
         if upload.SHEET not in tray.campaign and self.campaign_folder is not None:
             before = {n: (self.campaign_folder / n).read_bytes() for n in FILES if (self.campaign_folder / n).is_file()}
         self._drops += 1
-        self.taken = None
+        self.finished_import = None
         return self._open(upload.write_files(self.folder / f"campaign_{self._drops}", {**before, **tray.campaign}))
 
     def _import_from(self, tray: upload.Tray) -> list[str]:
         """Begin an import of a logger's files, or apply a mapping to those that are there."""
         self._drops += 1
-        before = self.importing or self.taken
+        before = self.importing or self.finished_import
         try:
             mapping = read_mapping(*tray.mapping) if tray.mapping else {}
             if tray.loggers:
@@ -224,7 +221,7 @@ class Session:
         """Tell the import what the files do not say."""
         if self.importing is not None:
             self.importing.answer(answers)
-            self.changed(*self.importing.said)
+            self.notify(*self.importing.errors)
 
     def take(self, answers: Mapping[Place, Any]) -> None:
         """Make the campaign that the import comes to with the last answers."""
@@ -236,20 +233,20 @@ class Session:
         try:
             folder = self.importing.write(self.folder / f"campaign_{self._drops}")
         except BeltError as error:
-            self.changed(*str(error).splitlines())
+            self.notify(*str(error).splitlines())
             return
-        self.taken, self.importing = self.importing, None
-        self.changed(*self._open(folder))
+        self.finished_import, self.importing = self.importing, None
+        self.notify(*self._open(folder))
 
     def back_to_import(self) -> None:
         """Change how the files were read."""
-        self.importing = self.taken
-        self.changed()
+        self.importing = self.finished_import
+        self.notify()
 
     def sample(self, name: str) -> None:
         """Open a campaign that ships."""
-        self.taken = None
-        self.changed(*self._open(campaign_folder(name)))
+        self.finished_import = None
+        self.notify(*self._open(campaign_folder(name)))
 
     def _open(self, folder: Path) -> list[str]:
         self.campaign, self.campaign_folder, self.suspicions = None, folder, ()
@@ -264,12 +261,12 @@ class Session:
     def take_effects(self, effects: list[dict[str, Any]], name: str) -> None:
         """Use these effects in comparisons."""
         self.effects, self.effects_name = effects, name
-        self.changed()
+        self.notify()
 
     def forget_effects(self) -> None:
         """Forget the effects."""
         self.effects, self.effects_name = [], ""
-        self.changed()
+        self.notify()
 
     def start(self, task: str, model: str, *, total: int = 0, **request: Any) -> Job:
         """Begin long work on the campaign; raises InputError while other work goes on."""
@@ -282,7 +279,7 @@ class Session:
         asked = {"task": task, "model": model, "campaign": str(self.campaign_folder), "folder": str(folder), **request}
         job = Job(asked, folder, f"{TITLES[task]} of {self.campaign.title}, {model}", total)
         self.jobs.append(job)
-        self.changed()
+        self.notify()
         listening = asyncio.create_task(self._listen(job))
         self._listening.add(listening)
         listening.add_done_callback(self._listening.discard)
@@ -290,7 +287,7 @@ class Session:
 
     async def _listen(self, job: Job) -> None:
         await job.run()
-        self.changed(*job.failure.splitlines())
+        self.notify(*job.failure.splitlines())
 
     async def close(self) -> None:
         """End what still goes on."""

@@ -116,18 +116,18 @@ class View:
     tension: float = 10.0
     yaw: float = -0.042
     travel: float = 60.0
-    own: dict[str, float] = field(default_factory=lambda: {n: v for n, (_, v, _, _) in OWN.items()})
+    own_numbers: dict[str, float] = field(default_factory=lambda: {n: v for n, (_, v, _, _) in OWN.items()})
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
     places: dict[str, Any] = field(default_factory=dict)
-    wanted: bool = False
+    is_stale: bool = False
     busy: bool = False
 
-    def asked(self, model: str) -> SliderSettings:
+    def settings_for(self, model: str) -> SliderSettings:
         """What the sliders say, for a model; effects that it cannot have are left out."""
         there = choices(model)
         machine: dict[str, Any] = {}
         if self.rig == "own":
-            si = {n: self.own[n] * OWN[n][3] for n in OWN}
+            si = {n: self.own_numbers[n] * OWN[n][3] for n in OWN}
             machine["rig"] = {n: v for n, v in si.items() if n in OF_RIG} | {"gravity": 9.81}
             machine["belt"] = {n: v for n, v in si.items() if n not in OF_RIG} | {"poisson_ratio": 0.3}
         else:
@@ -184,18 +184,18 @@ def _choices(view: View) -> None:
         pick("beside", "beside it, dotted", {"": "none"} | TITLES)
         rig = pick("rig", "machine", RIGS)
         with ui.element("div").classes("w-full").bind_visibility_from(rig, "value", value="own"):
-            _own(view, moved)
+            _own_machine(view, moved)
     with widgets.card("What may be wrong", "Add an effect and move its size."):
         _effects(view, moved)
 
 
-def _own(view: View, moved: Any) -> None:
+def _own_machine(view: View, moved: Any) -> None:
     """Numbers of one's own machine and belt."""
     for name, (label, value, unit, _) in OWN.items():
 
         async def to(event: Any, name: str = name) -> None:
             if event.value is not None:
-                view.own[name] = float(event.value)
+                view.own_numbers[name] = float(event.value)
                 await moved()
 
         ui.number(f"{label} [{unit}]", value=value, on_change=to).props("dense debounce=400").classes("w-full")
@@ -251,13 +251,13 @@ def _answers(view: View) -> None:
 
 async def _compute(view: View) -> None:
     """Show what the sliders say; while one computation runs, only the latest wish is kept."""
-    view.wanted = True
+    view.is_stale = True
     if view.busy:
         return
     view.busy = True
     try:
-        while view.wanted:
-            view.wanted = False
+        while view.is_stale:
+            view.is_stale = False
             await _once(view)
             await asyncio.sleep(0.03)
     finally:
@@ -266,8 +266,8 @@ async def _compute(view: View) -> None:
 
 async def _once(view: View) -> None:
     try:
-        shown = await _simulated(view, view.model)
-        beside = await _simulated(view, view.beside) if view.beside else None
+        shown = await _simulate(view, view.model)
+        beside = await _simulate(view, view.beside) if view.beside else None
     except BeltError as error:
         _say(view, str(error).splitlines(), [])
         return
@@ -275,9 +275,9 @@ async def _once(view: View) -> None:
         _show(view, shown, beside)
 
 
-async def _simulated(view: View, model: str) -> Simulation | None:
+async def _simulate(view: View, model: str) -> Simulation | None:
     """Computed beside the page; what takes long, as a model that is compiled for the first time, is seen to go on."""
-    work = asyncio.ensure_future(run.io_bound(simulate_sliders, view.asked(model)))
+    work = asyncio.ensure_future(run.io_bound(simulate_sliders, view.settings_for(model)))
     await asyncio.wait({work}, timeout=LONG)
     view.places["busy"].set_visibility(not work.done())
     try:

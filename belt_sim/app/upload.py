@@ -31,20 +31,20 @@ LONGEST_NAME = 120  # characters
 
 @dataclass(frozen=True)
 class Tray:
-    """Dropped files sorted: of a campaign, of a logger, effects and a mapping (name, bytes); said: why not others."""
+    """Dropped files sorted: of a campaign, of a logger, effects and a mapping (name, bytes); messages: what not."""
 
     campaign: Mapping[str, bytes] = field(default_factory=dict)
     loggers: Mapping[str, bytes] = field(default_factory=dict)
     effects: tuple[str, bytes] | None = None
     mapping: tuple[str, bytes] | None = None
-    said: tuple[str, ...] = ()
+    messages: tuple[str, ...] = ()
 
 
 def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
     """Sort files by their names; every one that cannot be used has its line."""
     campaign: dict[str, bytes] = {}
     loggers: dict[str, bytes] = {}
-    effects, mapping, said = None, None, []
+    effects, mapping, messages = None, None, []
     for name, data in dropped:
         last = last_name(name)
         try:
@@ -61,8 +61,8 @@ def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
             else:
                 raise _unknown(last)
         except BeltError as error:
-            said.append(str(error))
-    return Tray(campaign=campaign, loggers=loggers, effects=effects, mapping=mapping, said=tuple(said))
+            messages.append(str(error))
+    return Tray(campaign=campaign, loggers=loggers, effects=effects, mapping=mapping, messages=tuple(messages))
 
 
 def _unknown(name: str) -> InputError:

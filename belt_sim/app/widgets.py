@@ -70,11 +70,11 @@ def labelled_slider(
         number = ui.number(value=_short(value), format="%.6g").props("dense outlined hide-bottom-space debounce=400")
         number.props(f"data-name='number-{mark}'").props(f"aria-label='{mark} number'")
 
-    async def slid(event: Any) -> None:
+    async def on_slide(event: Any) -> None:
         number.set_value(_short(float(event.args)))
         await to(float(event.args))
 
-    async def typed(event: Any) -> None:
+    async def on_type(event: Any) -> None:
         if event.args in (None, ""):
             return
         try:
@@ -84,8 +84,8 @@ def labelled_slider(
         slider.set_value(wanted)
         await to(wanted)
 
-    slider.on("update:model-value", slid, throttle=OFTEN, leading_events=False)
-    number.on("update:model-value", typed)
+    slider.on("update:model-value", on_slide, throttle=OFTEN, leading_events=False)
+    number.on("update:model-value", on_type)
 
 
 def _short(value: float) -> float:

@@ -36,11 +36,9 @@ class Size:
     place: str = ""
 
 
-def size(unit: str, typical: float, limit: float, *, positive: bool = False, place: str = "") -> Any:
-    """A parameter of a fault that is 0 where nothing is wrong."""
-    return field(
-        default=0.0, metadata={"size": Size(unit=unit, typical=typical, limit=limit, positive=positive, place=place)}
-    )
+def size(unit: str, typical: float, limit: float, **more: Any) -> Any:
+    """A parameter of a fault that is 0 where nothing is wrong; more: as of ``Size``."""
+    return field(default=0.0, metadata={"size": Size(unit=unit, typical=typical, limit=limit, **more)})
 
 
 def shape(default: float, draw: Callable, grid: Callable = lambda plan: ()) -> Any:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from belt_sim.campaign import SignalSheet
-from belt_sim.case import Belt, Rig
+from belt_sim.case import GRAVITY, Belt, Rig
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.line import Line, line_from
 from belt_sim.virtual_rig.march import DelayHistory, march
@@ -33,11 +33,15 @@ def stated_data(plan: Plan) -> dict:
     return rig | {name: getattr(plan.belt, name) for name in BELT_DATA}
 
 
+def true_machine(plan: Plan, errors: TrueErrors, gravity: float = GRAVITY) -> tuple[Rig, Belt]:
+    """Machine and belt of a plan as they really are."""
+    data = {name: q.value + errors.machine.get(name, 0.0) for name, q in stated_data(plan).items()}
+    return Rig(**{name: data[name] for name in RIG_DATA}, gravity=gravity), Belt(**{n: data[n] for n in BELT_DATA})
+
+
 def true_line(plan: Plan, base: str, errors: TrueErrors) -> Line:
     """The runs of a plan as lines of base law ``beam_th2`` or ``strip``, without faults."""
-    data = {name: q.value + errors.machine.get(name, 0.0) for name, q in stated_data(plan).items()}
-    rig = Rig(**{name: data[name] for name in RIG_DATA})
-    belt = Belt(**{name: data[name] for name in BELT_DATA})
+    rig, belt = true_machine(plan, errors)
     columns = {
         name: np.array([getattr(run, name) for run in plan.runs], dtype=float)
         for name in ("yaw_head", "yaw_at", "speed", "direction", "start")

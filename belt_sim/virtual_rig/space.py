@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity
-from belt_sim.case import GRAVITY, Belt, Case, Rig, Schedule, Settings
+from belt_sim.case import GRAVITY, Case, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import cores
@@ -21,7 +21,7 @@ from belt_sim.virtual_rig.fault import Fault, overrides
 from belt_sim.virtual_rig.hidden_faults import HiddenFaults, specified_hidden
 from belt_sim.virtual_rig.library import CATALOGUE
 from belt_sim.virtual_rig.make import BASES, build_campaign, check_base, check_seed, describe_truth
-from belt_sim.virtual_rig.observe import BELT_DATA, RIG_DATA, TrueErrors, add_noise, draw_errors, stated_data
+from belt_sim.virtual_rig.observe import TrueErrors, add_noise, draw_errors, true_machine
 from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting, grid
 from belt_sim.virtual_rig.sealed_truth import Truth
 from belt_sim.watch.observers import progress
@@ -153,9 +153,7 @@ def _faults_with_scene(hidden: Sequence[str | dict]) -> HiddenFaults:
 
 def true_cases(plan: Plan, base: str, errors: TrueErrors) -> list[Case]:
     """The runs of a plan as they really are; a belt of base beam_th2 has no weight."""
-    data = {name: q.value + errors.machine.get(name, 0.0) for name, q in stated_data(plan).items()}
-    rig = Rig(**{name: data[name] for name in RIG_DATA}, gravity=GRAVITY if base == "strip" else 0.0)
-    belt = Belt(**{name: data[name] for name in BELT_DATA})
+    rig, belt = true_machine(plan, errors, GRAVITY if base == "strip" else 0.0)
     runs = len(plan.runs)
     relative, turned = np.broadcast_to(errors.tension_rel, runs), np.broadcast_to(errors.yaw, runs)
     return [

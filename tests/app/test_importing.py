@@ -64,10 +64,10 @@ def test_of_two_fields_of_one_place_the_changed_one_counts():
 def test_a_wrong_answer_is_said_and_can_be_taken_back(logged):
     now = begin(logged)
     now.answer({**MACHINE, ("columns", "Kante 1 [mm]", "unit"): "furlong"})
-    assert any("furlong" in line for line in now.said)
+    assert any("furlong" in line for line in now.errors)
     assert not now.ready
     now.answer({("columns", "Kante 1 [mm]", "unit"): ""})
-    assert not now.said
+    assert not now.errors
 
 
 def test_a_column_moved_to_another_place_is_another_signal(logged):

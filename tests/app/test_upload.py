@@ -40,7 +40,7 @@ def test_no_name_leads_out_of_the_folder(tmp_path):
 def test_a_zip_that_swells_is_stopped(monkeypatch):
     monkeypatch.setattr(upload, "LARGEST", 2 * upload.PIECE)
     data = zipped({"campaign.yaml": b"a", "signals.csv": b"0" * (3 * upload.PIECE)})
-    (line,) = upload.sort_files([("bomb.zip", data)]).said
+    (line,) = upload.sort_files([("bomb.zip", data)]).messages
     assert "bomb.zip" in line
     assert "2 MB" in line
 
@@ -58,7 +58,7 @@ def test_a_zip_that_swells_is_stopped(monkeypatch):
 def test_files_of_no_use_have_one_line_each(name, data, told):
     tray = upload.sort_files([(name, data)])
     assert not tray.campaign
-    (line,) = tray.said
+    (line,) = tray.messages
     assert told in line
     assert "\n" not in line
 

@@ -47,9 +47,7 @@ def check_signs(records: list[Record]) -> list[Suspicion]:
             record, certain = turned
             sentence = "runs opposite to the runs at the same tension, yaw for yaw: its sign is turned round"
             severity: Severity = "stop" if certain else "look"
-            found.append(
-                Suspicion(run=record.run.name, signals=(name,), kind="wrong_sign", sentence=sentence, severity=severity)
-            )
+            found.append(Suspicion(record.run.name, (name,), "wrong_sign", sentence, severity))
     return found
 
 
@@ -90,9 +88,7 @@ def check_copies(records: list[Record]) -> list[Suspicion]:
         first = seen.setdefault((record.sheet.name, record.readings.tobytes()), record.run.name)
         if first != record.run.name:
             sentence = f"has the very readings of run {first}: one of the two was copied; leave it out"
-            found.append(
-                Suspicion(run=record.run.name, signals=(record.sheet.name,), kind="same_place", sentence=sentence)
-            )
+            found.append(Suspicion(record.run.name, (record.sheet.name,), "same_place", sentence))
     return found
 
 
@@ -110,14 +106,14 @@ def check_travel(campaign: Campaign) -> list[Suspicion]:
         ]
         if ratios and (min(ratios) > TRAVEL_FACTOR or max(ratios) < 1.0 / TRAVEL_FACTOR):
             sentence = f"its travel is {ratios[1]:.3g} times that of the other runs: its unit has slipped"
-            found.append(Suspicion(run=run.name, kind="unit_slip", sentence=sentence))
+            found.append(Suspicion(run.name, (), "unit_slip", sentence))
         elif run.time is not None and np.isfinite(run.time).sum() > 2:
             there = np.isfinite(run.time)
             seconds = run.time[there][-1] - run.time[there][0]
             pace = (run.travel[there][-1] - run.travel[there][0]) / (seconds * run.speed)
             if not 1.0 / TRAVEL_FACTOR < pace < TRAVEL_FACTOR:
                 sentence = f"travel is {pace:.3g} times speed times time: one of them is in another unit"
-                found.append(Suspicion(run=run.name, kind="unit_slip", sentence=sentence))
+                found.append(Suspicion(run.name, (), "unit_slip", sentence))
     return found
 
 
@@ -142,7 +138,7 @@ def check_starts(
         for run in off:
             sentence = f"begins at {starts[run][0] / MM:.3g} mm, where y = 0 should be: this run is shifted"
             sentence += "; take its readings from where the point was when the yaw was applied"
-            found.append(Suspicion(run=run, signals=(signal,), kind="shifted", sentence=sentence))
+            found.append(Suspicion(run, (signal,), "shifted", sentence))
         rest = [run for run in score if run not in off]
         forgotten = curvature_share == 0.0 and all(r.sheet.zero == 0.0 for r in records if r.sheet.name == signal)
         limit = FORGOTTEN if forgotten else UNSTATED
@@ -157,7 +153,7 @@ def _zero_suspicion(signal: str, starts: list[float], records: list[Record]) -> 
     stated = f"states zero: {zero / MM:g} mm" if zero > 0.0 else "states no zero"
     sentence = f"its runs begin {size / MM:.2g} mm (rms) off y = 0, while the sheet {stated}: "
     sentence += "the zero of every run is what is left when belt and effects are fitted"
-    return Suspicion(run=None, signals=(signal,), kind="zero", sentence=sentence, severity="look")
+    return Suspicion(None, (signal,), "zero", sentence, "look")
 
 
 def counted_from_yaw(records: list[Record]) -> list[Record]:
@@ -229,7 +225,7 @@ def check_guide(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
             if sum(shows(r) for r in own) >= MOST * len(own):
                 sentence = f"{words} in nearly all runs: a guide seems to steer the belt; switch it off, or record"
                 sentence += " what it does as yaw in runs.csv"
-                found.append(Suspicion(run=None, signals=(name,), kind="guided", sentence=sentence))
+                found.append(Suspicion(None, (name,), "guided", sentence))
                 break
     return found
 

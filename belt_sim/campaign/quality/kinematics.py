@@ -129,7 +129,7 @@ def _yaw_in_another_unit(leads: list[Lead]) -> Suspicion | None:
     sentence = f"in every run {leads[0].tail.sheet.name} and {leads[0].head.sheet.name} differ by about"
     sentence += f" {float(np.median(factors)):.2g} times what the stated yaw gives: the yaw (or the readings) is in"
     sentence += " another unit (rad or mrad written as yaw_deg?)"
-    return Suspicion(run=None, kind="unit_slip", sentence=sentence)
+    return Suspicion(None, (), "unit_slip", sentence)
 
 
 def _is_odd(lead: Lead, usual: float) -> bool:
@@ -167,7 +167,7 @@ def _turned_column(leads: list[Lead]) -> list[Suspicion]:
     sentence = "drifts away from the other points to the end, in nearly all runs: the sign of this column is turned"
     both = {lead.side for lead in leads} == {1.0, -1.0}
     severity: Severity = "stop" if both and len(apart) == len(leads) else "look"
-    return [Suspicion(run=None, signals=(name,), kind="wrong_sign", sentence=sentence, severity=severity)]
+    return [Suspicion(None, (name,), "wrong_sign", sentence, severity)]
 
 
 def _late_slopes(lead: Lead) -> tuple[float, float] | None:
@@ -190,12 +190,12 @@ def _suspicion(lead: Lead, severity: Severity) -> Suspicion:
     seen = f"{' and '.join(names)} differ by {times} in the end"
     if not LOW < abs(lead.lead) < HIGH:
         sentence = f"{seen}: the yaw or the readings are in another unit"
-        return Suspicion(run=run.name, kind="unit_slip", sentence=sentence, severity=severity)
+        return Suspicion(run.name, (), "unit_slip", sentence, severity)
     if lead.drift > 0.0:
         sentence = f"{seen}, though they move to its side: the two columns are exchanged"
-        return Suspicion(run=run.name, signals=names, kind="swapped", sentence=sentence, severity=severity)
+        return Suspicion(run.name, names, "swapped", sentence, severity)
     sentence = f"{seen}, and they move away from its side: the yaw or the readings have the wrong sign"
-    return Suspicion(run=run.name, kind="wrong_sign", sentence=sentence, severity=severity)
+    return Suspicion(run.name, (), "wrong_sign", sentence, severity)
 
 
 def check_wraps(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
@@ -218,7 +218,7 @@ def check_wraps(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
                 first, second = sorted((up.sheet.name, off.sheet.name))
                 sentence = f"{off.sheet.name} moves before {up.sheet.name}, where the belt comes from: exchanged"
                 sentence += ", or the direction of travel is the other one"
-                found.append(Suspicion(run=up.run.name, signals=(first, second), kind="swapped", sentence=sentence))
+                found.append(Suspicion(up.run.name, (first, second), "swapped", sentence))
     return found
 
 
@@ -246,7 +246,7 @@ def check_places(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     for names, pairs in of_pair.items():
         sentence = _same(pairs) if pairs[0][0].sheet.at == pairs[0][1].sheet.at else _different(campaign, pairs)
         if sentence:
-            found.append(Suspicion(run=None, signals=names, kind="same_place", sentence=sentence))
+            found.append(Suspicion(None, names, "same_place", sentence))
     return found
 
 

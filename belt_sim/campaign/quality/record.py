@@ -17,7 +17,7 @@ SuspicionKind = Literal[
 Severity = Literal["stop", "look"]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Suspicion:
     """A probable error in the data.
 
@@ -26,7 +26,7 @@ class Suspicion:
     """
 
     run: str | None
-    signals: tuple[str, ...] = ()
+    signals: tuple[str, ...]
     kind: SuspicionKind
     sentence: str
     severity: Severity = "stop"
@@ -142,9 +142,7 @@ def leave_out_bad_readings(campaign: Campaign) -> tuple[Campaign, tuple[Suspicio
                 at = run.travel[mask]
                 places = ", ".join(f"{s:.6g}" for s in at[:LISTED]) + (" ..." if len(at) > LISTED else "")
                 sentence = f"{len(at)} readings {what}, left out (travel {places} m)"
-                found.append(
-                    Suspicion(run=run.name, signals=(name,), kind="dropout", sentence=sentence, severity="look")
-                )
+                found.append(Suspicion(run.name, (name,), "dropout", sentence, "look"))
         if any(signals[n] is not run.signals[n] for n in signals):
             runs[k] = replace(run, signals=signals)
     return (replace(campaign, runs=tuple(runs)) if found else campaign), tuple(found)
@@ -182,7 +180,7 @@ def check_record(record: Record) -> list[Suspicion]:
     for check in (_equal_readings, _clipping, _spikes):
         sentence, kind = check(record)
         if sentence:
-            return [Suspicion(run=record.run.name, signals=(record.sheet.name,), kind=kind, sentence=sentence)]
+            return [Suspicion(record.run.name, (record.sheet.name,), kind, sentence)]
     return []
 
 
@@ -300,16 +298,12 @@ def check_gaps(campaign: Campaign) -> list[Suspicion]:
             usual = float(np.median(np.diff(there))) if len(there) > 1 else 0.0
             if steps[worst] > max(GAP_STEPS * usual, GAP_SHARE * (run.travel[-1] - run.travel[0])):
                 sentence = f"no readings from travel {edges[worst]:.6g} to {edges[worst + 1]:.6g} m"
-                found.append(
-                    Suspicion(run=run.name, signals=(name,), kind="dropout", sentence=sentence, severity="look")
-                )
+                found.append(Suspicion(run.name, (name,), "dropout", sentence, "look"))
         for name in sorted({n for other in recorded for n in other.signals} - set(run.signals)):
             share = sum(name in other.signals for other in recorded) / len(recorded)
             if share > 0.5:
                 sentence = "no readings at all, though most runs have them"
-                found.append(
-                    Suspicion(run=run.name, signals=(name,), kind="dropout", sentence=sentence, severity="look")
-                )
+                found.append(Suspicion(run.name, (name,), "dropout", sentence, "look"))
     return found
 
 
@@ -333,11 +327,10 @@ def check_noise(records: list[Record]) -> list[Suspicion]:
             typical = float(np.median(list(of_run.values())))
             sentence = f"its scatter is {typical:.3g} times the stated one in every run: unit or noise is wrong"
             severity: Severity = "stop" if _size_out_of_scale(signal, records) else "look"
-            slip = Suspicion(run=None, signals=(signal,), kind="unit_slip", sentence=sentence, severity=severity)
-            found.append(slip)
+            found.append(Suspicion(None, (signal,), "unit_slip", sentence, severity))
         for run, ratio in alone.items():
             sentence = f"its scatter is {ratio:.3g} times the stated one: its unit slipped, or the sensor broke"
-            found.append(Suspicion(run=run, signals=(signal,), kind="unit_slip", sentence=sentence))
+            found.append(Suspicion(run, (signal,), "unit_slip", sentence))
     return found
 
 
