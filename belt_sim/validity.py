@@ -93,8 +93,8 @@ def geometric(case: Case) -> tuple[Limit, ...]:
         Limit("no_strip", NARROW * belt.thickness / belt.width, f"the belt is less than {NARROW:g} thicknesses wide"),
         Limit("short_span", SHORT * belt.width / span, "the spans are shorter than the belt is wide: it is a plate"),
         Limit("large_pulleys", sum(radii) / (NEAR * float(rig.centre_distance)), "the pulleys nearly touch"),
-        _thick(case),
-        _deep(case),
+        _thick_belt(case),
+        _deep_sag(case),
         Limit("edge_stretch", stretch / tension, "the yaw stretches one edge so far that the other goes slack"),
     )
     return tuple(sorted((Limit(x.id, float(x.load), x.words) for x in found if x.load > 1.0), key=lambda x: -x.load))
@@ -189,22 +189,14 @@ def _fast_belt(x: _LoadedCase) -> Limit:
     )
 
 
-def _deep_sag(x: _LoadedCase) -> Limit:
+def _deep_sag(case: Case) -> Limit:
     """Slope of the hanging span at its ends psi = Z L/2; laws take cos psi = 1."""
-    return _deep(x.case)
-
-
-def _deep(case: Case) -> Limit:
     slope = case.sag_curvature * case.rig.span_length / 2.0
     return Limit("deep_sag", float(slope**2 / 2.0 / WRONG), "the spans hang so low that they are no parabolas")
 
 
-def _thick_belt(x: _LoadedCase) -> Limit:
+def _thick_belt(case: Case) -> Limit:
     """Bending stress E h/2R over the pulley, and the tension."""
-    return _thick(x.case)
-
-
-def _thick(case: Case) -> Limit:
     radius = min(case.rig.head_radius, case.rig.tail_radius)
     stress = case.belt.youngs_modulus * case.belt.thickness / (2.0 * radius) + case.settings.tension
     return Limit("thick_belt", float(stress / STRENGTH), "belt steel tires or yields when bent over such a pulley")
@@ -229,7 +221,7 @@ _WAYS: tuple[tuple[Callable[[_LoadedCase], Limit], str], ...] = (
     (_bending_layer, "lift_off"),
     (_slip, "slip"),
     (_shear, "shear"),
-    (_deep_sag, ""),
+    (lambda x: _deep_sag(x.case), ""),
     (_fast_belt, "speed_tension"),
-    (_thick_belt, ""),
+    (lambda x: _thick_belt(x.case), ""),
 )

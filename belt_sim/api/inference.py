@@ -121,7 +121,9 @@ def diagnose(
             findings = replace(findings, suspicions=(*findings.suspicions, *beside[:1]))
         stages(bootstraps, "")
         found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=_drawings(findings))
-        found = replace(found, discovery=_discovery(findings, config))
+        if findings.law is not None:
+            law = findings.law.describe(findings.decision.probability_of_unknown, config)
+            found = replace(found, discovery=law)
         shown(found)
         limits = validity_warnings(campaign, chosen, [e.id for e in found.effects])
         runs = tuple(_advice(findings, tell_stage)) if advise else ()
@@ -145,13 +147,6 @@ def _advice(findings: Findings, tell: Callable[[str], None]) -> list[NextRun]:
         return []
     tell("looking for the run that would tell them apart")
     return next_runs(findings.fitted_bench, findings.named, alike)
-
-
-def _discovery(findings: Findings, config: Any) -> Discovery | None:
-    """What the search for laws has found, where it was made."""
-    if findings.law is None:
-        return None
-    return findings.law.describe(findings.decision.probability_of_unknown, config)
 
 
 def _drawings(findings: Findings) -> Drawings:

@@ -158,11 +158,8 @@ class CasePlan:
         if self.cases is None:
             where = np.unravel_index(np.arange(start, stop), self.shape)
             return np.stack([a.values[k] for a, k in zip(self.axes, where, strict=True)])
-        return _axis_values(self.axes, _sobol(len(self.axes), self.seed, start, stop))
-
-
-def _axis_values(axes: Sequence[Axis], shares: np.ndarray) -> np.ndarray:
-    return np.stack([a.values_at(column) for a, column in zip(axes, shares.T, strict=True)])
+        shares = _sobol(len(self.axes), self.seed, start, stop)
+        return np.stack([a.values_at(column) for a, column in zip(self.axes, shares.T, strict=True)])
 
 
 def _sobol(dimensions: int, seed: int, start: int, stop: int) -> np.ndarray:

@@ -126,10 +126,10 @@ def _correction(logged: LoggedTables, proposal: Proposal, out: Console) -> Quest
 def virtual_rig(run_dir: RunDir) -> None:
     """Write a campaign with its sealed truth."""
     config: Any = run_dir.config
-    if (config["engine"] == "mujoco" or config["plan"] is not None) and (asked := _machine_asked(run_dir)):
-        raise InputError(
-            asked[0], "", "", "goes with engine=line and plan=null; a plan brings its own machine and belt"
-        )
+    machine = [o for o in run_dir.overrides if o.lstrip("+").startswith(("rig", "belt"))]
+    if machine and (config["engine"] == "mujoco" or config["plan"] is not None):
+        remedy = "goes with engine=line and plan=null; a plan brings its own machine and belt"
+        raise InputError(machine[0], "", "", remedy)
     folder = Path(config["out"] or run_dir.path / "campaign")
     hidden = config["hidden"]
     if hidden is None:
@@ -182,11 +182,6 @@ def _line(hidden: Any, config: dict) -> tuple[Campaign, Truth]:
     return make_campaign(hidden=hidden, seed=seed, base=base, plan=chosen, noise=noise)
 
 
-def _machine_asked(run_dir: RunDir) -> list[str]:
-    """Overrides of rig and belt on the command line."""
-    return [o for o in run_dir.overrides if o.lstrip("+").startswith(("rig", "belt"))]
-
-
 def _on_machine(config: dict) -> Any:
     """The runs of the test rig on the machine and belt that were asked for, known as surely as its own."""
     rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
@@ -195,10 +190,6 @@ def _on_machine(config: dict) -> Any:
             "rig.gravity", f"{float(rig.gravity):g}", "m/s2", f"a campaign is measured on earth, {GRAVITY:g}"
         )
     machine = {n: replace(q, value=float(getattr(rig, n))) for n, q in vars(TEST_RIG).items()}
-    sheet = {n: _alike(q, float(getattr(belt, n))) for n, q in vars(TEST_BELT).items()}
+    values = {n: float(getattr(belt, n)) for n in vars(TEST_BELT)}
+    sheet = {n: replace(q, value=values[n], u=q.u * values[n] / q.value) for n, q in vars(TEST_BELT).items()}
     return Plan(machine=replace(TEST_RIG, **machine), belt=replace(TEST_BELT, **sheet))
-
-
-def _alike(known: Any, value: float) -> Any:
-    """A quantity of another value, known to the same share of it."""
-    return replace(known, value=value, u=known.u * value / known.value)

@@ -73,15 +73,10 @@ def _row(case: Case, effects: tuple[Effect, ...], asked: MapTask) -> Any:
     told = []
     if asked.travel is not None:
         curves = march_traced(case, effects, asked.travel, model=asked.model, plan=asked.plan)
-        told += _reduce_curves(curves, _travel(asked), asked.at)
+        told += _reduce_curves(curves, np.linspace(0.0, asked.travel, asked.plan[0] + 1), asked.at)
     if asked.steady:
         told.append(steady_traced(case, asked.model)[None] / si.MM_PER_M)
     return jnp.concatenate(told)
-
-
-def _travel(asked: MapTask) -> np.ndarray:
-    assert asked.travel is not None
-    return np.linspace(0.0, asked.travel, asked.plan[0] + 1)
 
 
 def _reduce_curves(curves: Curves, travel: np.ndarray, at: tuple[float, ...]) -> list[Any]:

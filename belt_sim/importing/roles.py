@@ -102,10 +102,6 @@ def place_named(name: str) -> str:
     return ""
 
 
-def _is_tilt(name: str) -> bool:
-    return any(w in plain(name) for w in synonyms()["places"]["tilt"])
-
-
 # ---- proposals
 
 
@@ -148,7 +144,8 @@ def _propose(column: Column) -> Column:
     at = place_named(name) if role == "signal" else ""
     if role in ("run", "direction") or unit:
         return replace(column, role=role, unit=unit, at=at, sure=bool(unit), why="its name")
-    guess, why = _unit_by_size(column, "tilt" if role == "signal" and _is_tilt(name) else role)
+    is_tilt = role == "signal" and any(w in plain(name) for w in synonyms()["places"]["tilt"])
+    guess, why = _unit_by_size(column, "tilt" if is_tilt else role)
     return replace(column, role=role, unit=guess, at=at, why=f"its name; {why}")
 
 

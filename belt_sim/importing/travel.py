@@ -74,17 +74,13 @@ def _restarts(table: LoggedTable, used: tuple[UsedColumn, ...]) -> list[int]:
             continue
         values = key.si(np.arange(len(table.lines)))
         there = np.flatnonzero(np.isfinite(values))
-        if len(there) < FEWEST or _falls_throughout(values[there]):
-            return []
         steps = np.diff(values[there])
+        if len(there) < FEWEST or np.mean(steps < 0.0) > 0.5:  # it falls throughout
+            return []
         reach = RESTART * float(np.ptp(values[there]))
         back = np.flatnonzero((steps < -max(reach, 0.0)) & (values[there][1:] <= values[there][0] + reach))
         return [int(there[k + 1]) for k in back]
     return []
-
-
-def _falls_throughout(values: np.ndarray) -> bool:
-    return bool(np.mean(np.diff(values) < 0.0) > 0.5)
 
 
 #: A travel that falls back by less than this share of the record is jitter of the encoder.

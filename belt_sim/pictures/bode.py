@@ -46,5 +46,4 @@ def bode_picture(path: str | os.PathLike, space: "StateSpace", highest: float) -
     phase.set_ylabel("phase [degrees]")
     phase.set_xlabel(f"frequency of the yaw [rad/s] at {plant.speed:g} m/s")
     effort = f"{plant.tension / N_PER_MM2:g} N/mm2"
-    style.title(fig, f"Belt position at points 1-4 per yaw of the tail pulley ({plant.model}, {effort})")
-    return style.save(fig, path)
+    return style.finish(fig, path, f"Belt position at points 1-4 per yaw of the tail pulley ({plant.model}, {effort})")

@@ -47,8 +47,7 @@ def _line(path: Path, axis: str, x: np.ndarray, column: str, y: np.ndarray) -> P
     order = np.argsort(x)
     ax.plot(x[order], y[order], color=BLUE)
     ax.set(xlabel=_words(axis), ylabel=_words(column))
-    style.title(fig, _words(column).split(" [")[0].capitalize())
-    return style.save(fig, path)
+    return style.finish(fig, path, _words(column).split(" [")[0].capitalize())
 
 
 @style.picture
@@ -69,5 +68,4 @@ def _field(path: Path, axes: Sequence[str], at: Any, column: str, values: np.nda
     ax.grid(visible=False)
     fig.colorbar(drawn, ax=ax, label=_words(column))
     ax.set(xlabel=_words(axes[0]), ylabel=_words(axes[1]))
-    style.title(fig, f"{_words(column).split(' [')[0].capitalize()}, {len(values):,} cases")
-    return style.save(fig, path)
+    return style.finish(fig, path, f"{_words(column).split(' [')[0].capitalize()}, {len(values):,} cases")

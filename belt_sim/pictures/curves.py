@@ -27,8 +27,7 @@ def curves_picture(path: str | os.PathLike, curves: Mapping[str, Curves], title:
     """
     draw = _one if len(curves) == 1 else _several
     fig = draw(curves)
-    style.title(fig, title or ", ".join(curves))
-    return style.save(fig, path)
+    return style.finish(fig, path, title or ", ".join(curves))
 
 
 def _one(curves: Mapping[str, Curves]):
@@ -103,8 +102,7 @@ def rates_picture(
     ax.set(xlabel="tension [N/mm$^2$]", ylabel="late rate dy/ds [mm per m of travel]")
     if note:
         ax.set_title(note, fontsize=style.FONT, fontweight="normal")
-    style.title(fig, title)
-    return style.save(fig, path)
+    return style.finish(fig, path, title)
 
 
 def _spread_heights(ends: list[tuple[float, str, str]], gap: float) -> list[float]:
@@ -146,8 +144,7 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
             ax.tick_params(labelbottom=True)
     fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower left", ncols=6)
     left = len([r for r in campaign.runs if len(r.travel)]) - len(shown)
-    style.title(fig, campaign.title[:90] + (f" ({left} more runs)" if left else ""))
-    return style.save(fig, path)
+    return style.finish(fig, path, campaign.title[:90] + (f" ({left} more runs)" if left else ""))
 
 
 def _panel(ax, run: Run, campaign: Campaign) -> None:
@@ -183,5 +180,4 @@ def _rates(path: str | os.PathLike | None, campaign: Campaign) -> Path:
             ax.errorbar(x, y, u, fmt="o", color=POINTS[point], capsize=3, label=f"point {point + 1}")
     ax.set(xlabel="tension [N/mm2]", ylabel="steady rate [mm/m]")
     ax.legend()
-    style.title(fig, campaign.title[:70])
-    return style.save(fig, path)
+    return style.finish(fig, path, campaign.title[:70])

@@ -182,6 +182,12 @@ def save(fig: "Figure", path: str | os.PathLike | None, dpi: float | None = None
     return path
 
 
+def finish(fig: "Figure", path: str | os.PathLike | None, text: str) -> Any:
+    """Write the headline and ``save``."""
+    title(fig, text)
+    return save(fig, path)
+
+
 def diverging_map() -> "LinearSegmentedColormap":
     """Blue - white - red."""
     from matplotlib.colors import LinearSegmentedColormap

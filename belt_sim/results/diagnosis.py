@@ -74,14 +74,13 @@ def _read_suspicion(row: Any) -> Suspicion:
     return Suspicion(**{k: row[k] for k in ("run", "kind", "sentence", "severity")}, signals=signals)
 
 
-def _write_suspicion(s: Suspicion) -> dict[str, Any]:
-    return {n: getattr(s, n) for n in ("run", "signal", "kind", "sentence", "severity")}
-
-
 StoredSuspicion = Annotated[
     InstanceOf[Suspicion],
     BeforeValidator(_read_suspicion),
-    PlainSerializer(_write_suspicion, return_type=dict[str, Any]),
+    PlainSerializer(
+        lambda s: {n: getattr(s, n) for n in ("run", "signal", "kind", "sentence", "severity")},
+        return_type=dict[str, Any],
+    ),
 ]
 
 

@@ -182,9 +182,9 @@ def diagnosis_of(content: Json, drawn: Json, where: str) -> Diagnosis:
             raise ValueError(f"drawings.json has the schema {drawn['schema']!r}")
         discovery = read_discovery(content["discovery"]) if "discovery" in content else None
         drawings = adapter(Drawings).validate_python(drawn)
-        read: Diagnosis = adapter(Diagnosis).validate_python(
-            content | {"drawings": drawings, "discovery": discovery, "considered": _read_considered(content)}
-        )
+        rows = [row for row in content.get("considered", ()) if "log_posterior" in row]  # of today's kind
+        more = {"drawings": drawings, "discovery": discovery, "considered": rows}
+        read: Diagnosis = adapter(Diagnosis).validate_python(content | more)
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         remedy = f"written by another version of belt-sim or damaged ({_one_line(error)}); run belt-sim diagnose again"
         raise InputError("diagnosis", where, "", remedy) from error
@@ -202,11 +202,6 @@ def read_discovery(content: Mapping[str, Any]) -> Discovery:
         remedy = f"written by another version of belt-sim or damaged ({_one_line(error)}); run it again"
         raise InputError("discovery", "discovery.json", "", remedy) from error
     return found
-
-
-def _read_considered(content: Json) -> list[Any]:
-    """Return the rows of the table of evidence; earlier versions had none, or one of another kind."""
-    return [row for row in content.get("considered", ()) if "log_posterior" in row]
 
 
 def _one_line(error: Exception) -> str:

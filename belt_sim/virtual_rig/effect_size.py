@@ -265,14 +265,10 @@ def library_signatures(plan: Plan, base: str) -> dict[str, list[np.ndarray]]:
         columns.setdefault(fault.id, []).append(_edge(plan, line, clean, fault))
     marched = [f for f in directions if not overrides(f, "edge")]
     for hook in ("loads", "turn", ""):  # each lane pays for the hooks of all faults that march with it
-        together = [f for f in marched if _first_hook(f) == hook]
+        together = [f for f in marched if next((h for h in ("loads", "turn") if overrides(f, h)), "") == hook]
         for fault, change in zip(together, changes(plan, line, clean, together), strict=True):
             columns.setdefault(fault.id, []).append(change)
     return {name: columns[name] for name in sorted(columns) if any(np.any(c) for c in columns[name])}
-
-
-def _first_hook(fault: Fault) -> str:
-    return next((hook for hook in ("loads", "turn") if overrides(fault, hook)), "")
 
 
 def _edge(plan: Plan, line, clean: np.ndarray, fault: Fault) -> np.ndarray:
