@@ -5,7 +5,7 @@ Beside it what the linear plant says of the same loop.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from belt_sim.files import write_with
 from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.recording import Recorder
-from belt_sim.mujoco3d.run_stages import Drive, Stage
+from belt_sim.mujoco3d.run_stages import Command, Stage
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.si import DEGREE, MM
 from belt_sim.watch.observers import ProgressObserver
@@ -44,31 +44,21 @@ class Lead:
         return -self.gain * (ratio * off - (ratio - 1.0) * self.slow)
 
 
-@dataclass
-class Steered:
-    """A stage whose tail pulley is turned by the controller as well, from travel 0 on; told keeps travel and angle."""
+def steered(stage: Stage, recorder: Recorder, controller: Lead, steering: list[tuple[float, float]]) -> Stage:
+    """The stage with a tail pulley that the controller turns as well, from travel 0 on.
 
-    stage: Stage
-    recorder: Recorder
-    controller: Lead
-    told: list[tuple[float, float]]
+    steering keeps travel [m] and the controller's angle [rad].
+    """
 
-    @property
-    def is_recorded(self) -> bool:
-        return self.stage.is_recorded
-
-    @property
-    def frame(self) -> float:
-        return self.stage.frame
-
-    def drives(self, state: RunState) -> Iterator[Drive]:
-        """What the machine is told, and the controller's angle of the tail pulley with it."""
-        for drive in self.stage.drives(state):
+    def commands(state: RunState) -> Iterator[Command]:
+        for command in stage.commands(state):
             angle = 0.0
-            if self.is_recorded and drive.travel > 0.0:
-                angle = self.controller.angle(drive.travel, float(self.recorder.reading(state)[0]))
-                self.told.append((drive.travel, angle))
-            yield replace(drive, yaw=drive.yaw + np.array([0.0, angle]))
+            if stage.is_recorded and command.travel > 0.0:
+                angle = controller.angle(command.travel, float(recorder.reading(state)[0]))
+                steering.append((command.travel, angle))
+            yield command._replace(yaw=command.yaw + np.array([0.0, angle]))
+
+    return stage._replace(commands=commands)
 
 
 def in_space(config: dict[str, Any]) -> dict[str, np.ndarray]:
@@ -76,13 +66,13 @@ def in_space(config: dict[str, Any]) -> dict[str, np.ndarray]:
     case = make_case(tension=config["tension"], yaw=config["askew"], travel=config["travel"])
     run = SpaceRun.begin(case, "flex", fit_options(Options(), case, "flex"))
     recorder = Recorder(run.scene, (ProgressObserver("closed loop"),))
-    told: list[tuple[float, float]] = []
+    steering: list[tuple[float, float]] = []
     controller = Lead(config["gain"], config["lead"], config["lag"])
     for observer in recorder.observers:
         observer.start(case, config["travel"])
     for stage in run.stages(config["travel"]):
-        run.run_stage(Steered(stage, recorder, controller, told), recorder)
-    curves, (at, angle) = recorder.curves(), np.array(told).T
+        run.run_stage(steered(stage, recorder, controller, steering), recorder)
+    curves, (at, angle) = recorder.curves(), np.array(steering).T
     yaw = np.interp(np.asarray(curves.travel), at, angle) / DEGREE
     return {"travel_m": curves.travel, "y1_mm": curves.y[0] / MM, "y3_mm": curves.y[2] / MM, "yaw_deg": yaw}
 

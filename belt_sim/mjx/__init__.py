@@ -11,8 +11,9 @@ with redirect_stdout(io.StringIO()):  # it prints that Warp is not installed, wh
 
 from belt_sim.mjx.engine import simulate, simulate_batch
 from belt_sim.mjx.mjx_interface import stack_cases
-from belt_sim.mjx.model import READING, Command, MjxData, MjxModel, PreparedCase, command, prepare
+from belt_sim.mjx.model import READING, MjxData, MjxModel, PreparedCase, command, prepare
 from belt_sim.mjx.time_step import step
+from belt_sim.mujoco3d.run_stages import Command
 
 __all__ = [
     "READING",

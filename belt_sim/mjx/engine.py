@@ -13,22 +13,14 @@ from belt_sim.errors import CannotRepresent, SimulationError
 from belt_sim.frame import Observer
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx.mjx_interface import stack_cases
-from belt_sim.mjx.model import (
-    READING,
-    Command,
-    CommandPlan,
-    MjxData,
-    MjxModel,
-    PreparedCase,
-    nodes_of,
-    plan_run,
-    prepare,
-)
+from belt_sim.mjx.model import READING, MjxData, MjxModel, PreparedCase, nodes_of, plan_run, prepare
 from belt_sim.mjx.time_step import step
 from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys
 from belt_sim.mujoco3d.belt import ActiveFeatures
+from belt_sim.mujoco3d.loop import lay_loop
 from belt_sim.mujoco3d.options import Options, is_limp
-from belt_sim.mujoco3d.recording import curves_of, frame_of
+from belt_sim.mujoco3d.recording import curves_of, frame_of, observed
+from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.pytrees import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
@@ -50,7 +42,7 @@ def refuse(belt: str, options: Options, parts: SceneParts) -> None:
 
 @dataclass(frozen=True)
 class TimeCase:
-    """A case that is to be run: what it takes to prepare it with others of its mesh."""
+    """A case that is to be run over ``travel`` [m], prepared together with others of its kind."""
 
     case: Case
     belt: str
@@ -59,79 +51,74 @@ class TimeCase:
     parts: SceneParts
     features: ActiveFeatures
     stations: int
-    kind: Hashable
+
+    @property
+    def kind(self) -> Hashable:
+        """Cases of one kind can be run at once."""
+        direction = math.copysign(1.0, float(self.case.settings.direction))
+        options = replace(self.options, belt_speed=None)
+        return self.belt, self.stations, direction, options, self.features, self.travel
 
 
 def lay_case(
     case: Case, belt: str, travel: float, options: Options, parts: SceneParts, features: ActiveFeatures
 ) -> TimeCase:
     """A case to be run over ``travel`` [m]; see BatchEngine."""
-    from belt_sim.mujoco3d.loop import lay_loop
-
     stations = len(lay_loop(replace(case, rig=replace(case.rig, gravity=parts.gravity)), options.dx).x)
-    direction = math.copysign(1.0, float(case.settings.direction))
-    kind = belt, stations, direction, replace(options, belt_speed=None), features, travel
-    return TimeCase(case, belt, travel, options, parts, features, stations, kind)
+    return TimeCase(case, belt, travel, options, parts, features, stations)
 
 
 def in_batches(
-    wanted: Sequence[TimeCase], chunk: int | None, observers: Sequence[Observer] = ()
+    cases: Sequence[TimeCase], chunk: int | None, observers: Sequence[Observer] = ()
 ) -> Iterator[list[Curves | SimulationError]]:
     """Curves of cases of one kind, chunk by chunk; see BatchEngine."""
-    size = min(chunk or cases_per_chunk(wanted[0].stations, wanted[0].options.across), len(wanted))
-    for begin in range(0, len(wanted), size):
-        some = wanted[begin : begin + size]
-        one = some[0]
-        ready = prepare(
-            [w.case for w in some],
-            belt=one.belt,
-            options=one.options,
-            parts=[w.parts for w in some],
-            features=one.features,
-        )
-        yield run(ready, [plan_run(r.scene, one.travel) for r in ready], one.travel, observers)
+    one = cases[0]
+    size = min(chunk or cases_per_chunk(one.stations, one.options.across), len(cases))
+    for begin in range(0, len(cases), size):
+        some = cases[begin : begin + size]
+        parts = [c.parts for c in some]
+        ready = prepare([c.case for c in some], belt=one.belt, options=one.options, parts=parts, features=one.features)
+        yield run(ready, one.travel, observers)
 
 
 @in_float64
 def run(
-    ready: Sequence[PreparedCase], plans: Sequence[CommandPlan], travel: float, observers: Sequence[Observer] = ()
+    ready: Sequence[PreparedCase], travel: float, observers: Sequence[Observer] = ()
 ) -> list[Curves | SimulationError]:
-    """Curves of cases of one mesh by their plans; observers watch the first."""
+    """Curves of cases of one mesh over ``travel`` [m]; observers watch the first, a frame for every SEGMENT steps."""
     models, axes = stack_cases([r.model for r in ready])
     data = jax.tree.map(lambda *v: np.stack([np.asarray(x) for x in v]), *[carried_state(r.data) for r in ready])
-    still = ready[0].data.mjx
-    steps = SEGMENT * math.ceil(max(len(p.commands.travel) for p in plans) / SEGMENT)
-    commands = Command(*(np.stack(v) for v in zip(*(_pad_commands(p.commands, steps) for p in plans), strict=True)))
-    records = [CurveRecord(r, p) for r, p in zip(ready, plans, strict=True)]
-    models, still, data = jax.device_put((models, still, data))
-    march = compile_batch(axes)
-    watched = ObserverFeed(ready[0], tuple(observers), travel)
-    try:
-        for begin in range(0, steps, SEGMENT):
-            here = Command(*(c[:, begin : begin + SEGMENT] for c in commands))
-            data, reads = march(models, still, data, here)
-            table = np.asarray(reads)
-            for record, rows in zip(records, table, strict=True):
-                record.add(begin, rows)
-            watched.look(records[0], data, table[0, -1], here.yaw[0, -1], begin + SEGMENT)
-            if all(record.is_done for record in records):
+    models, still, data = jax.device_put((models, ready[0].data.mjx, data))
+    plans, march = [plan_run(r.scene, travel) for r in ready], compile_batch(axes)
+    readings: list[list[np.ndarray]] = [[] for _ in ready]
+    widths = [float(r.case.belt.width) for r in ready]
+
+    def first_curves() -> Curves:
+        found = curves_of_steps(ready[0], plans[0], readings[0])
+        return found.curves if isinstance(found, SimulationError) else found
+
+    with observed(observers, ready[0].case, travel, first_curves):
+        for begin in range(0, max(len(p.travel) for p in plans), SEGMENT):
+            commands = segment_of(plans, begin)
+            data, reads = march(models, still, data, commands)
+            for rows, new in zip(readings, np.asarray(reads), strict=True):
+                rows.append(new)
+            if begin + SEGMENT <= len(plans[0].travel):
+                show_frame(observers, ready[0], data, readings[0], commands.yaw[0, -1])
+            if all(not is_on_pulleys(r[-1], w).all() for r, w in zip(readings, widths, strict=True)):
                 break
-    finally:
-        watched.finish(records[0])
-    return [record.result() for record in records]
+    return [curves_of_steps(*of) for of in zip(ready, plans, readings, strict=True)]
+
+
+def segment_of(plans: Sequence[Command], begin: int) -> Command:
+    """Commands of SEGMENT steps of all cases from step ``begin`` on; a run that has ended keeps its last command."""
+    steps = np.arange(begin, begin + SEGMENT)
+    return jax.tree.map(lambda *of: np.stack([c[np.minimum(steps, len(c) - 1)] for c in of]), *plans)
 
 
 def carried_state(data: MjxData) -> MjxData:
     """Without what MJX computes anew every step: the carry of a loop of steps is small."""
     return data._replace(mjx=(data.mjx.qpos, data.mjx.qvel, data.mjx.time))
-
-
-def _pad_commands(commands: Command, steps: int) -> Command:
-    """Commands of ``steps`` steps, the last of which stand still."""
-    more = steps - len(commands.travel)
-    last = Command(*(np.repeat(c[-1:], more, 0) for c in commands))
-    last = last._replace(speed=0.0 * last.speed, acceleration=0.0 * last.acceleration)
-    return Command(*(np.concatenate([c, e]) for c, e in zip(commands, last, strict=True)))
 
 
 _FUNCTIONS: dict[Hashable, object] = {}
@@ -161,88 +148,46 @@ def run_steps(model: MjxModel, still: object, data: MjxData, commands: Command) 
     return jax.lax.scan(one, data, commands)
 
 
-class CurveRecord:
-    """Readings of one case as rows of curves: means over options.sample of travel."""
+def curves_of_steps(ready: PreparedCase, plan: Command, readings: Sequence[np.ndarray]) -> Curves | SimulationError:
+    """Curves of the steps made so far, means over options.sample of travel, or a failure that has those before it.
 
-    def __init__(self, ready: PreparedCase, plan: CommandPlan) -> None:
-        self.width, self.begin, self.steps = float(ready.case.belt.width), plan.begin, len(plan.commands.travel)
-        sample, travel, speed = ready.scene.options.sample, plan.commands.travel, plan.commands.speed
-        row = np.ceil(travel / sample - 1e-9).astype(int)
-        moving = (np.arange(self.steps) > plan.begin) & (speed > 0.0) & (row >= 1)
-        self.row = np.where(moving, row, -1)
-        count = int(travel[-1] / sample + 1e-9) + 1
-        self.row[self.row >= count] = -1
-        self.sums, self.counts = np.zeros((count, 20)), np.zeros(count)
-        self.failed, self.last = False, 0
-
-    def add(self, begin: int, rows: np.ndarray) -> None:
-        """Readings (steps, 20) of steps from number ``begin`` on."""
-        if self.failed:
-            return
-        numbers = begin + np.arange(len(rows))
-        due = numbers < self.steps
-        good = is_on_pulleys(rows, self.width)
-        if not good[due].all():
-            self.failed = True
-            due &= np.cumsum(~good) == 0
-        if begin <= self.begin - 1 < begin + len(rows) and due[self.begin - 1 - begin]:
-            self.sums[0], self.counts[0] = rows[self.begin - 1 - begin], 1.0
-            self.sums[0, READING["travel"]] = 0.0
-        k = self.row[numbers[due]]
-        np.add.at(self.sums, k[k > 0], rows[due][k > 0])
-        np.add.at(self.counts, k[k > 0], 1.0)
-        self.last = begin + len(rows)
-
-    @property
-    def is_done(self) -> bool:
-        """Nothing more is to be recorded."""
-        return self.failed or self.last >= self.steps
-
-    def curves(self) -> Curves:
-        """So far."""
-        full = int(np.argmin(self.counts > 0)) if not (self.counts > 0).all() else len(self.counts)
-        t = (self.sums[:full] / self.counts[:full, None]).T
-        return curves_of(t, t[READING["travel"]], {"tail_x": t[READING["tail_x"]], "belt_speed": t[READING["speed"]]})
-
-    def result(self) -> Curves | SimulationError:
-        """The curves, or a failure that has those so far."""
-        if not self.failed:
-            return self.curves()
-        why = "the belt ran off its pulleys or its motion grew without bound {where}: turn the yaw back earlier, "
-        return failure_with(self.curves(), why + "shorten travel, or halve options.dt")
+    plan: commands of all steps; readings, (steps, 20) each: one segment after another.
+    """
+    table = np.concatenate([np.empty((0, len(ready.data.reading))), *readings])[: len(plan.travel)]
+    good = is_on_pulleys(table, float(ready.case.belt.width))
+    steps = len(table) if good.all() else int(np.argmin(good))
+    begin, sample = int(np.argmax(plan.travel >= 0.0)), ready.scene.options.sample
+    count = int(plan.travel[-1] / sample + 1e-9) + 1
+    row = np.ceil(plan.travel / sample - 1e-9).astype(int)[:steps]
+    used = (np.arange(steps) > begin) & (plan.speed[:steps] > 0.0) & (row >= 1) & (row < count)
+    sums, counts = np.zeros((count, table.shape[1])), np.zeros(count)
+    if steps >= begin:
+        sums[0], counts[0] = table[begin - 1], 1.0
+        sums[0, READING["travel"]] = 0.0
+    np.add.at(sums, row[used], table[:steps][used])
+    np.add.at(counts, row[used], 1.0)
+    full = count if counts.all() else int(np.argmin(counts > 0.0))
+    t = (sums[:full] / counts[:full, None]).T
+    curves = curves_of(t, t[READING["travel"]], {"tail_x": t[READING["tail_x"]], "belt_speed": t[READING["speed"]]})
+    if steps == len(table):
+        return curves
+    why = "the belt ran off its pulleys or its motion grew without bound {where}: turn the yaw back earlier, "
+    return failure_with(curves, why + "shorten travel, or halve options.dt")
 
 
-@dataclass
-class ObserverFeed:
-    """Hands frames of one case to its observers, one for every segment of steps."""
-
-    ready: PreparedCase
-    observers: tuple[Observer, ...]
-    travel: float
-
-    def __post_init__(self) -> None:
-        for observer in self.observers:
-            observer.start(self.ready.case, self.travel)
-
-    def look(self, record: CurveRecord, data: MjxData, read: np.ndarray, yaw: np.ndarray, steps: int) -> None:
-        """After the step that has read ``read`` (20,)."""
-        travel = float(read[READING["travel"]])
-        if not self.observers or travel < 0.0 or record.failed or not record.counts[0] or steps > record.steps:
-            return
-        model = self.ready.model
-        slides = np.moveaxis(np.asarray(nodes_of(model.shape, np.asarray(data.mjx[0])[0])), -1, 0)
-        tail_x, _, speed = (float(v) for v in read[17:])
-        scalars = {"tail_x": tail_x, "steps": float(steps), "belt_speed": speed}
-        frame = frame_of(
-            self.ready.scene, read[:17], slides, travel, steps * self.ready.scene.options.dt, yaw, tail_x, scalars
-        )
-        for observer in self.observers:
-            observer.frame(frame)
-
-    def finish(self, record: CurveRecord) -> None:
-        """The run has ended."""
-        for observer in self.observers:
-            observer.finish(record.curves())
+def show_frame(
+    observers: Sequence[Observer], ready: PreparedCase, data: MjxData, readings: Sequence[np.ndarray], yaw: np.ndarray
+) -> None:
+    """Hand the belt after its last step to the observers, from travel 0 on; data: of a batch whose first case it is."""
+    read, steps, scene = readings[-1][-1], len(readings) * SEGMENT, ready.scene
+    tail_x, travel, speed = (float(v) for v in read[17:])
+    if not observers or travel < 0.0 or not is_on_pulleys(read[None], float(ready.case.belt.width))[0]:
+        return
+    slides = np.moveaxis(np.asarray(nodes_of(ready.model.shape, np.asarray(data.mjx[0])[0])), -1, 0)
+    scalars = {"tail_x": tail_x, "steps": float(steps), "belt_speed": speed}
+    frame = frame_of(scene, read[:17], slides, travel, steps * scene.options.dt, yaw, tail_x, scalars)
+    for observer in observers:
+        observer.frame(frame)
 
 
 ENGINE = BatchEngine(refuse, lay_case, in_batches)

@@ -1,7 +1,8 @@
-"""A belt on MJX: what stands still (Model), what moves (Data), and the commands of a step and of a run."""
+"""A belt on MJX: its model, which stands still, its data, which move, and the commands of a run."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -27,7 +28,7 @@ from belt_sim.mujoco3d.machine import (
 from belt_sim.mujoco3d.mesh import BELT_MODELS
 from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.pulleys import TailPulley
-from belt_sim.mujoco3d.run_stages import Drive, run_stages
+from belt_sim.mujoco3d.run_stages import Command, apply_command, run_stages
 from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays
 from belt_sim.pytrees import Numbers as Array
 from belt_sim.pytrees import pytree
@@ -84,24 +85,12 @@ READING: dict[str, Any] = {
 }
 
 
-class Command(NamedTuple):
-    """What the machine is told for a step, at its end: travel [m], speed [m/s], acceleration [m/s2] of the belt; yaw
-    [rad], (2,): head, tail; share [1]: of yaw offsets, cants, camber and loads that acts; drag [1/s], (2,): of the belt
-    per unit of its mass, along x and across it."""
-
-    travel: Array
-    speed: Array
-    acceleration: Array
-    yaw: Array
-    share: Array
-    drag: Array
-
-
 def command(model: MjxModel, data: MjxData, speed: Array, yaw: Array, drag: Array | float = 1.0) -> Command:
     """The command of a controller: belt speed [m/s] and yaw [rad], (2,): head, tail; drag [1/s]: across the travel."""
     before = data.reading[READING["speed"]]
     travel, one = data.travel + model.dt * speed, jnp.ones(())
-    return Command(travel, one * speed, (speed - before) / model.dt, yaw, one, jnp.stack([0.0 * one, drag * one]))
+    drags = jnp.stack([0.0 * one, drag * one])
+    return Command(travel, yaw, one, one * speed, (speed - before) / model.dt, drags)
 
 
 @dataclass(frozen=True)
@@ -202,33 +191,11 @@ def flat_of(base: Array, nodes: Array) -> Array:
     return jnp.concatenate([base, jnp.moveaxis(nodes, -1, 0).reshape(-1)])
 
 
-@dataclass
-class _Clock:
-    """What a stage asks of a state: travel [m], speed [m/s], time [s]."""
-
-    travel: float
-    speed: float = 0.0
-    time: float = 0.0
-
-
-@dataclass(frozen=True)
-class CommandPlan:
-    """Commands of all steps, leading axis (steps,); begin: the first step whose end has travel 0 or more."""
-
-    commands: Command
-    begin: int
-
-
-def plan_run(scene: SceneLayout, travel: float) -> CommandPlan:
-    """Of a run over ``travel`` [m]."""
-    rows = [(d.travel, d.speed, d.acceleration, d.yaw, d.share, d.drag) for d in _drives(scene, travel)]
-    commands = Command(*(np.array([row[k] for row in rows], float) for k in range(6)))
-    return CommandPlan(commands, int(np.argmax(commands.travel >= 0.0)))
-
-
-def _drives(scene: SceneLayout, travel: float) -> Iterator[Drive]:
-    clock, dt = _Clock(-scene.early), scene.options.dt
+def plan_run(scene: SceneLayout, travel: float) -> Command:
+    """The commands of all steps of a run over ``travel`` [m], leading axis (steps,)."""
+    state, rows = SimpleNamespace(travel=-scene.early, speed=0.0, time=0.0), []
     for stage in run_stages(scene, 0.0, travel):
-        for drive in stage.drives(clock):  # type: ignore[arg-type]
-            clock.time, clock.travel, clock.speed = clock.time + dt, drive.travel, drive.speed
-            yield drive
+        for command in stage.commands(state):
+            apply_command(state, command, scene.options.dt)
+            rows.append(command[:6])
+    return Command(*(np.array(column, float) for column in zip(*rows, strict=True)))

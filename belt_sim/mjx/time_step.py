@@ -17,7 +17,7 @@ import jax.numpy as jnp
 from mujoco import mjx
 
 from belt_sim.mjx.mjx_interface import advance, apply_actuators, compute_multibody, node_masses, read_sensors
-from belt_sim.mjx.model import Command, MjxData, MjxModel, flat_of, nodes_of
+from belt_sim.mjx.model import MjxData, MjxModel, flat_of, nodes_of
 from belt_sim.mujoco3d.block_tridiagonal import factorise, solve_chain
 from belt_sim.mujoco3d.chain import (
     ChainLayout,
@@ -33,6 +33,7 @@ from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
 from belt_sim.mujoco3d.pulleys import depth_at_ends, pose_of, tail_derivatives, yaw_moments
 from belt_sim.mujoco3d.recording import reading
+from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.wrap import (
     HEAD,
     TAIL,
@@ -138,7 +139,7 @@ def _pose(model: MjxModel, data: MjxData, command: Command, joints: Array, turne
     begun = jnp.minimum(data.mjx.time / (0.5 * model.settle), 1.0)
     tail = jnp.stack([model.tail.x + joints[TAIL_SLIDE], joints[TAIL_SPIN]])
     askew = begun * begun * (3.0 - 2.0 * begun)
-    return pose_of(model.shape, model.belt, command.travel, command.yaw, command.share, tail, turned, askew)
+    return pose_of(model.shape, model.belt, command, tail, turned, askew)
 
 
 def _sink_wraps(

@@ -14,7 +14,7 @@ from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import write_text
-from belt_sim.frame import Observer, SceneObserver
+from belt_sim.frame import Observer
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays, active_features, belt_arrays, surfaces_of
 from belt_sim.mujoco3d.contact import lay_wraps, update_contact
@@ -35,10 +35,10 @@ from belt_sim.mujoco3d.options import (
     is_limp,
 )
 from belt_sim.mujoco3d.pulleys import Pulleys, laid_poses, loads_on_pulleys
-from belt_sim.mujoco3d.recording import Recorder
+from belt_sim.mujoco3d.recording import Recorder, observed
 from belt_sim.mujoco3d.rolling_contact import Edited, build_contact, run_contact
 from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
-from belt_sim.mujoco3d.run_stages import Drive, Stage, run_stages
+from belt_sim.mujoco3d.run_stages import Command, Stage, apply_command, run_stages
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.stress_free import RestLengths
 from belt_sim.mujoco3d.wrap import (
@@ -203,17 +203,17 @@ class Engine:
         state.loads = loads_on_pulleys(state, mesh.nodes(state.slides), self._pull(state))
         return state
 
-    def step(self, state: RunState, drive: Drive) -> None:
-        """One step of the state, whose travel, speed, time and yaw are those of its end already (``command``)."""
+    def step(self, state: RunState, command: Command) -> None:
+        """One step of the state, whose travel, speed, time and yaw are those of its end already (``apply_command``)."""
         scene, solver, belt, dt = self.scene, self.solver, self.belt, self.scene.options.dt
-        joint_forces = self.pulleys.advance(state, drive, dt)
+        joint_forces = self.pulleys.advance(state, command, dt)
         springs = self._springs(state)
         forces = np.zeros_like(state.slides)
         for load in self.loads:
             forces += load.forces(state, springs)
         if self.rest_lengths is not None:
             solver.set_rest_lengths(self.rest_lengths.lengths(state.share))
-        solver.damp(drag_coefficients(scene.mesh, *drive.drag))
+        solver.damp(drag_coefficients(scene.mesh, *command.drag))
         solver.step(state, springs, forces, joint_forces)
         if solver.has_diverged:
             raise SimulationError(f"the belt's acceleration grew without bound at {state.time:.3f} s: halve options.dt")
@@ -223,7 +223,7 @@ class Engine:
             state.slides[held] = springs.rest[held]
         nodes, pull = scene.mesh.nodes(state.slides), self._pull(state)
         state.loads = loads_on_pulleys(state, nodes, pull)
-        update_contact(belt, self.surfaces, state, nodes, pull, dt, drive.friction, self.tangent)
+        update_contact(belt, self.surfaces, state, nodes, pull, dt, command.friction, self.tangent)
         if belt.fibres is not None:
             pulleys = zip(state.wraps, self.surfaces, state.poses, strict=True)
             for layer, (wrap, surface, pose) in zip(state.layers, pulleys, strict=True):
@@ -288,12 +288,6 @@ class Engine:
         k = np.flatnonzero(press.stiffness[0])
         springs.stiffness[k, :, 1] = press.stiffness[:, k].T
         springs.rest[k, :, 1] = state.slides[k, :, 1] + (press.force[:, k] / press.stiffness[:, k]).T
-
-
-def apply_command(state: RunState, drive: Drive, dt: float) -> None:
-    """What the machine is told counts from the beginning of the step."""
-    state.time += dt
-    state.travel, state.speed, state.yaw, state.share = drive.travel, drive.speed, drive.yaw, drive.share
 
 
 def simulate(
@@ -375,31 +369,21 @@ class SpaceRun:
 
     def go(self, travel: float, observers: Iterable[Observer] = ()) -> Curves:
         """All stages up to ``travel`` [m]."""
-        recorder = Recorder(self.scene, tuple(observers))
-        for observer in recorder.observers:
-            observer.start(self.scene.case, travel)
-            if isinstance(observer, SceneObserver):
-                observer.show(self.engine.solver.model, self.engine.solver.data)
-        try:
+        recorder, solver = Recorder(self.scene, tuple(observers)), self.engine.solver
+        with observed(recorder.observers, self.scene.case, travel, recorder.curves, solver.model, solver.data):
             for stage in self.stages(travel):
                 self.run_stage(stage, recorder)
-        except SimulationError as failure:
-            failure.curves = recorder.curves()
-            raise
-        finally:
-            for observer in recorder.observers:
-                observer.finish(recorder.curves())
         return recorder.curves()
 
     def run_stage(self, stage: Stage, recorder: Recorder) -> None:
         """All steps of a stage."""
         scene, state = self.scene, self.state
-        for drive in stage.drives(state):
-            apply_command(state, drive, scene.options.dt)
+        for command in stage.commands(state):
+            apply_command(state, command, scene.options.dt)
             if stage.is_recorded and recorder.start is None and state.travel >= 0.0:
                 recorder.begin(state)
                 state.shaped = 1.0
-            self.engine.step(state, drive)
+            self.engine.step(state, command)
             if stage.is_recorded:
                 recorder.step(state)
             elif math.isfinite(stage.frame):

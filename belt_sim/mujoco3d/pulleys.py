@@ -13,7 +13,7 @@ import numpy as np
 from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, TAIL_DAMPING_RATIO
-from belt_sim.mujoco3d.run_stages import Drive, smoothstep
+from belt_sim.mujoco3d.run_stages import Command, smoothstep
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.wrap import HEAD, TAIL, PoseArrays, WrapArrays, axes_of, outer_depth, roll_anchors
 from belt_sim.pytrees import Numbers as Array
@@ -29,21 +29,18 @@ def laid_poses(scene: SceneLayout) -> list[PoseArrays]:
 def pose_of(
     shape: BatchShape,
     belt: BeltArrays,
-    travel: Array,
-    yaw: Array,
-    share: Array,
+    command: Command,
     tail: Array,
     turned: Array | None = None,
     askew: Array | float = 1.0,
 ) -> PoseArrays:
     """Where the pulleys are, with the tail pulley at x [m] and spin [rad] ``tail``.
 
-    yaw [rad], (2,): commanded; share [1]: of what else turns them; turned [rad], (2,): by which they give way;
-    askew [1]: share of the wobble.
+    turned [rad], (2,): yaw by which they give way; askew [1]: share of the wobble.
     """
-    rolled = shape.sign * travel / belt.surfaces.radius
-    yaw = yaw if turned is None else yaw + turned
-    axes = jax.vmap(axes_of, in_axes=(0, 0, None, 0, None))(belt.surfaces, yaw, share, rolled, askew)
+    rolled = shape.sign * command.travel / belt.surfaces.radius
+    yaw = command.yaw if turned is None else command.yaw + turned
+    axes = jax.vmap(axes_of, in_axes=(0, 0, None, 0, None))(belt.surfaces, yaw, command.share, rolled, askew)
     return PoseArrays(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([rolled[HEAD], tail[1]]))
 
 
@@ -132,18 +129,19 @@ class Pulleys:
         sign, load = float(np.sign(float(scene.case.settings.direction))), 2.0 * float(scene.case.tension_force)
         return Pulleys(scene, surfaces, tail, sign, load, fixed=scene.options.tensioning == "length")
 
-    def advance(self, state: RunState, drive: Drive, dt: float) -> np.ndarray:
+    def advance(self, state: RunState, command: Command, dt: float) -> np.ndarray:
         """Move the poses to where they will be at the end of the step, and say which forces bring the joints there.
 
         Returns forces [N or N m] on the joints, shape (5,); where a joint is commanded its rate is set instead.
         """
         (head, tail), rates, forces = state.poses, state.joint_rates, np.zeros(STATION_JOINTS)
-        slide_speed = 0.0 if self.fixed else drive.slide_speed
-        spin = self.sign * drive.travel / self.scene.parts.head.radius
+        motion = command.tail_motion
+        slide_speed = 0.0 if self.fixed else None if motion is None else motion[0]
+        spin = self.sign * command.travel / self.scene.parts.head.radius
         rates[HEAD_SPIN] = (spin - head.spin) / dt
-        rim = self.sign * (drive.speed - drive.acceleration * dt) + drive.lead
+        rim = self.sign * (command.speed - command.acceleration * dt) + (0.0 if motion is None else motion[1])
         slide_force, spin_moment = self.tail.forces(
-            self.load, state.loads[TAIL], (rates[TAIL_SLIDE], rates[TAIL_SPIN]), rim, self.sign * drive.acceleration
+            self.load, state.loads[TAIL], (rates[TAIL_SLIDE], rates[TAIL_SPIN]), rim, self.sign * command.acceleration
         )
         if slide_speed is not None:
             slide_force, rates[TAIL_SLIDE] = 0.0, slide_speed

@@ -1,15 +1,18 @@
 """Readings of a run (points 1-4, angles, entry moments, tilt, sag, tension), collected into curves and frames."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import SimulationError
-from belt_sim.frame import Frame, Observer
+from belt_sim.frame import Frame, Observer, SceneObserver
 from belt_sim.mujoco3d.arrays import library_of
 from belt_sim.mujoco3d.belt import ActiveFeatures, BatchShape, BeltArrays, belt_arrays
 from belt_sim.mujoco3d.elastic import strains
@@ -112,6 +115,30 @@ EXTRA = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "tail_x", "st
 #: of a frame, in the order of a reading after its angles
 _SCALARS = ("entry_moment_upper", "entry_moment_lower", "edge_stress_upper", "edge_stress_lower", "tilt_upper",
             "tilt_lower", "sag_upper", "sag_lower", "tension")  # fmt: skip
+
+
+@contextmanager
+def observed(
+    observers: Sequence[Observer], case: Case, travel: float, curves: Callable[[], Curves], *scene: Any
+) -> Iterator[None]:
+    """Let observers watch a run over ``travel`` [m] from its start to its end, however it ends.
+
+    curves: those of the run so far, which a SimulationError carries on; scene: MjModel and MjData of the run.
+    """
+    for observer in observers:
+        observer.start(case, travel)
+        if scene and isinstance(observer, SceneObserver):
+            observer.show(*scene)
+    try:
+        yield
+    except SimulationError as failure:
+        failure.curves = curves()
+        raise
+    finally:
+        for observer in observers:
+            observer.finish(curves())
+
+
 _READINGS_PER_SAMPLE = 5  # a landing shakes the belt once per station; the curve is the mean over a sample
 
 

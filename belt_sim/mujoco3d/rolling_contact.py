@@ -18,7 +18,7 @@ from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import write_text
-from belt_sim.frame import Observer, SceneObserver
+from belt_sim.frame import Observer
 from belt_sim.mujoco3d.machine import (
     HEAD_SPIN,
     STATION_JOINTS,
@@ -32,7 +32,7 @@ from belt_sim.mujoco3d.mesh import BeltModel, Mesh, node_name
 from belt_sim.mujoco3d.mujoco_interface import compile_model, mjcf, set_contact_solver, silence_expected_warnings
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.pulleys import laid_poses
-from belt_sim.mujoco3d.recording import Recorder
+from belt_sim.mujoco3d.recording import Recorder, observed
 from belt_sim.mujoco3d.run_stages import YawPlan
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.wrap import HEAD, TAIL, WrapArrays
@@ -333,26 +333,23 @@ class ContactRun:
 
     def go(self, travel: float, observers: Sequence[Observer] = ()) -> Curves:
         """Run in, then ``travel`` [m]; a yaw step is made while the belt runs, within options.yaw_time."""
-        scene, recorder = self.scene, Recorder(self.scene, tuple(observers))
-        for observer in recorder.observers:
-            observer.start(scene.case, travel)
-            if isinstance(observer, SceneObserver):
-                observer.show(self.model, self.data)
-        try:
-            while self.state.travel < travel + 0.5 * scene.options.sample:
+        recorder = Recorder(self.scene, tuple(observers))
+
+        def curves() -> Curves:
+            """The curves without what is measured of held nodes alone."""
+            found = recorder.curves()
+            extra = {k: v for k, v in (found.extra or {}).items() if not k.startswith(("slip", "sliding"))}
+            return replace(found, extra=extra)
+
+        with observed(recorder.observers, self.scene.case, travel, curves, self.model, self.data):
+            while self.state.travel < travel + 0.5 * self.scene.options.sample:
                 self.step()
                 if recorder.start is None and self.state.travel >= 0.0:
                     recorder.begin(self.place())
                 if recorder.due(self.state.travel):
                     self.place()
                 recorder.step(self.state)
-        except SimulationError as failure:
-            failure.curves = _without_slip(recorder.curves())
-            raise
-        finally:
-            for observer in recorder.observers:
-                observer.finish(recorder.curves())
-        return _without_slip(recorder.curves())
+        return curves()
 
     def step(self) -> None:
         """One step of MuJoCo with the sliders where the case wants them at this travel."""
@@ -377,13 +374,6 @@ class ContactRun:
         for which, (first, last) in enumerate(ends):
             state.wraps[which] = state.wraps[which]._replace(first=first + later * which, last=last + later * which)
         return state
-
-
-def _without_slip(curves: Curves) -> Curves:
-    """The curves without what is measured of held nodes alone."""
-    return replace(
-        curves, extra={k: v for k, v in (curves.extra or {}).items() if not k.startswith(("slip", "sliding"))}
-    )
 
 
 def _wrap_ends(stations: np.ndarray, n: int) -> tuple[int, int]:

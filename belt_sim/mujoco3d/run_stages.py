@@ -1,43 +1,49 @@
-"""The stages of a run in order: rest, tensioning, and running with a stop for every yaw step.
+"""The commands of a run, step by step: rest, tensioning, and running with a stop for every yaw step.
 
-A stage gives the machine's command (Drive) step by step, and reads the state that results. Yaw steps are made while the
-belt stands still, yaw ramps over travel.
+A stage yields the command of every step and reads the state that results. Yaw steps are made while the belt stands
+still, yaw ramps over travel.
 """
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import Protocol
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from belt_sim.case import Schedule, Settings
 from belt_sim.mujoco3d.machine import SceneLayout
-from belt_sim.mujoco3d.options import REST_DRAG, Options, accelerate
-from belt_sim.mujoco3d.state import RunState
-from belt_sim.mujoco3d.tensioning import FRICTION, KollerPlan
+from belt_sim.mujoco3d.options import REST_DRAG, accelerate
+from belt_sim.mujoco3d.tensioning import FRICTION
 from belt_sim.mujoco3d.wrap import TAIL
+from belt_sim.pytrees import Numbers as Array
 
 
-@dataclass(frozen=True, kw_only=True)
-class Drive:
-    """Boundary values of a step, at its end.
+class Command(NamedTuple):
+    """Boundary values of a step, at its end; of many steps with a leading axis of steps.
 
-    travel [m], speed [m/s], acceleration [m/s2]: of the belt, along its direction; yaw [rad], shape (2,): commanded,
-    head and tail; share: how much of yaw offsets, cants and camber acts; slide_speed [m/s]: of a tail pulley that is
-    moved, 0 = fixed, None = it follows the forces; lead [m/s]: how much faster than the belt the tail pulley's rim
-    steadily goes; friction [1], inf = sticking; drag [1/s]: of the belt per unit of its mass, along x and across it.
+    travel [m]: of the belt; yaw [rad], (2,): commanded, head and tail; share [1]: of yaw offsets, cants, camber and
+    loads that acts; speed [m/s], acceleration [m/s2]: of the belt, along its direction; drag [1/s], (2,): of the belt
+    per unit of its mass, along x and across it; friction [1], inf = sticking; tail_motion, (2,): speed of the tail
+    pulley's slide and how much faster than the belt its rim steadily goes [m/s], None = it follows the forces.
+    engine=quasi_static reads the first three alone, engine=mjx the first six.
     """
 
-    travel: float
-    speed: float = 0.0
-    acceleration: float = 0.0
-    yaw: np.ndarray = field(default_factory=lambda: np.zeros(2))
-    share: float = 0.0
-    slide_speed: float | None = None
-    lead: float = 0.0
-    friction: float
-    drag: tuple[float, float]
+    travel: Array
+    yaw: Array
+    share: Array
+    speed: Array = None
+    acceleration: Array = None
+    drag: Array = None
+    friction: Array = None
+    tail_motion: Array = None
+
+
+def apply_command(state: Any, command: Command, dt: float) -> None:
+    """Set travel, speed, time, yaw and share of a state to those of the end of a step of ``dt`` [s]."""
+    state.time += dt
+    state.travel, state.speed, state.yaw, state.share = command.travel, command.speed, command.yaw, command.share
 
 
 #: entries of a schedule: at [m], over [m], change [rad]
@@ -46,14 +52,14 @@ _Entries = tuple[tuple[float, float, float], ...]
 
 @dataclass(frozen=True)
 class YawPlan:
-    """What the head and the tail pulley are to be turned by."""
+    """The yaw schedules of the head and the tail pulley, whose steps are made while the belt stands still."""
 
     head: _Entries
     tail: _Entries
 
     @staticmethod
     def from_settings(settings: Settings) -> "YawPlan":
-        """As it is set."""
+        """Of the settings of a case."""
         return YawPlan(_schedule_entries(settings.yaw_head), _schedule_entries(settings.yaw))
 
     def stops(self, until: float) -> set[float]:
@@ -91,166 +97,96 @@ def smoothstep(u: float) -> float:
     return u * u * (3.0 - 2.0 * u)
 
 
+class Stage(NamedTuple):
+    """A part of a run. commands(state): one for each of its steps, ``state`` being that after the steps before;
+    is_recorded: it belongs to the run-in and the run; frame [m]: travel between frames if it does not."""
+
+    commands: Callable[[Any], Iterator[Command]]
+    is_recorded: bool = False
+    frame: float = math.inf
+
+
 _FRAMES = 40  # while the pulleys move apart
-_NEVER = math.inf
-
-
-class Stage(Protocol):
-    """A part of a run. is_recorded: it belongs to the run-in and the run; frame [m]: travel between frames if not."""
-
-    @property
-    def is_recorded(self) -> bool: ...
-
-    @property
-    def frame(self) -> float: ...
-
-    def drives(self, state: RunState) -> Iterator[Drive]:
-        """One for each of its steps; ``state`` is that after the steps before."""
 
 
 def run_stages(scene: SceneLayout, load: float, travel: float) -> list[Stage]:
-    """What a run over ``travel`` [m] consists of; load [N]: force that the tail pulley is to carry."""
-    options, parts = scene.options, scene.parts
-    plan, end = YawPlan.from_settings(scene.case.settings), travel + 0.5 * options.sample
-    order, done = _tensioning_stages(scene, load), -math.inf
-    for stop in sorted(plan.stops(travel) | ({0.0} if parts.sets_in else set())):
-        order.append(RunStage(options, parts.friction, plan, done, until=stop))
-        order.append(YawStage(options, parts.friction, plan, done, at=stop))
-        done = stop
-    return [*order, RunStage(options, parts.friction, plan, done, until=_NEVER, end=end)]
+    """The stages of a run over ``travel`` [m]; load [N]: force that the tail pulley is to carry.
 
-
-def _tensioning_stages(scene: SceneLayout, load: float) -> list[Stage]:
-    """The belt laid at its tension rests; the one laid slack gets it by Koller's procedure."""
-    options, friction = scene.options, scene.parts.friction
+    The belt laid at its tension rests; the one laid slack gets it by Koller's procedure before it rests.
+    """
+    run, friction = Stage(partial(_run, scene, travel), is_recorded=True), scene.parts.friction
     if scene.koller is None:
-        return [RestStage(options, friction)]
+        return [Stage(partial(_rest, scene, friction)), run]
     friction = min(friction, FRICTION)
-    fixed, moved = RestStage(options, friction, slide_speed=0.0), KollerStage(options, friction, scene.koller, load)
-    return [fixed, moved, RestStage(options, friction, forgets=True)]
+    return [
+        Stage(partial(_rest, scene, friction, tail_motion=(0.0, 0.0))),
+        Stage(partial(_tension_by_koller, scene, friction, load), frame=scene.koller.travel / _FRAMES),
+        Stage(partial(_rest, scene, friction, reset_slip=True)),
+        run,
+    ]
 
 
-@dataclass
-class RestStage:
+def _rest(
+    scene: SceneLayout,
+    friction: float,
+    state: Any,
+    tail_motion: tuple[float, float] | None = None,
+    reset_slip: bool = False,
+) -> Iterator[Command]:
     """The spans hang to rest and the tail pulley finds its place; in the first half the belt sticks.
 
-    slide_speed [m/s]: of the tail pulley, None = it follows the forces; forgets: it counts as never having slipped.
+    reset_slip: afterwards the belt counts as never having slipped.
     """
-
-    options: Options
-    friction: float
-    slide_speed: float | None = None
-    forgets: bool = False
-    is_recorded = False
-    frame = _NEVER
-
-    def drives(self, state: RunState) -> Iterator[Drive]:
-        steps = math.ceil(self.options.settle / self.options.dt)
-        for k in range(steps):
-            yield Drive(
-                travel=state.travel,
-                slide_speed=self.slide_speed,
-                friction=self.friction if 2 * k > steps else math.inf,
-                drag=(REST_DRAG, REST_DRAG),
-            )
-        if self.forgets:
-            state.slip[:] = 0.0
-            for increments in state.slip_increments:
-                increments[:] = 0.0
+    steps, drag = math.ceil(scene.options.settle / scene.options.dt), (REST_DRAG, REST_DRAG)
+    for k in range(steps):
+        coulomb = friction if 2 * k > steps else math.inf
+        yield Command(state.travel, np.zeros(2), 0.0, 0.0, 0.0, drag, coulomb, tail_motion)
+    if reset_slip:
+        state.slip[:] = 0.0
+        for increments in state.slip_increments:
+            increments[:] = 0.0
 
 
-@dataclass
-class KollerStage:
+def _tension_by_koller(scene: SceneLayout, friction: float, load: float, state: Any) -> Iterator[Command]:
     """Koller's procedure: the slack belt is driven slowly while the tail pulley moves out, until its load is there.
 
     Meanwhile the belt slides on the pulleys: if it stuck, the stretch of its wraps would stay what it was when the
     belt was slack, and stations would leave the pulleys with a jerk. load [N]: of the tail pulley.
     """
-
-    options: Options
-    friction: float
-    koller: KollerPlan
-    load: float
-    is_recorded = False
-
-    @property
-    def frame(self) -> float:
-        return self.koller.travel / _FRAMES
-
-    def drives(self, state: RunState) -> Iterator[Drive]:
-        options, apart = self.options, self.koller
-        until, top = -options.run_in, min(apart.speed, options.run_speed)
-        start, led = until - apart.travel, True
-        while state.travel < until:
-            place = apart.places_at(state.travel - start)
-            travel, speed = accelerate(state.travel, state.speed, until, top, options.acceleration, options.dt)
-            led = led and -state.loads[TAIL, 0] < self.load and travel < until
-            slide, lead = (apart.places_at(travel - start) - place) / options.dt
-            yield Drive(
-                travel=travel,
-                speed=speed,
-                acceleration=(speed - state.speed) / options.dt,
-                slide_speed=slide if led else None,
-                lead=lead if led else 0.0,
-                friction=self.friction,
-                drag=(0.0, options.damping),
-            )
+    options, apart = scene.options, scene.koller
+    assert apart is not None
+    until, top = -options.run_in, min(apart.speed, options.run_speed)
+    start, moves, drag = until - apart.travel, True, (0.0, options.damping)
+    while state.travel < until:
+        before = apart.places_at(state.travel - start)
+        travel, speed = accelerate(state.travel, state.speed, until, top, options.acceleration, options.dt)
+        moves = moves and -state.loads[TAIL, 0] < load and travel < until
+        slide, lead = (apart.places_at(travel - start) - before) / options.dt
+        acceleration = (speed - state.speed) / options.dt
+        yield Command(travel, np.zeros(2), 0.0, speed, acceleration, drag, friction, (slide, lead) if moves else None)
 
 
-@dataclass
-class RunStage:
-    """The belt runs until it stands still at a stop, or for good to ``end`` [m].
+def _run(scene: SceneLayout, end: float, state: Any) -> Iterator[Command]:
+    """The run-in and the run over ``end`` [m] of travel; the belt stands still for a yaw step, and a while after it.
 
-    done [m]: travel up to which the yaw steps have been made; until [m]: the stop ahead.
+    At travel 0 yaw offsets, cants and camber set in, as a yaw step does.
     """
-
-    options: Options
-    friction: float
-    plan: YawPlan
-    done: float
-    until: float
-    end: float = math.inf
-    is_recorded = True
-    frame = _NEVER
-
-    def drives(self, state: RunState) -> Iterator[Drive]:
-        options, arrived = self.options, False
-        while not arrived and state.travel < self.end:
+    options, parts, plan = scene.options, scene.parts, YawPlan.from_settings(scene.case.settings)
+    drag, done = (0.0, options.damping), -math.inf
+    for stop in [*sorted(plan.stops(end) | ({0.0} if parts.sets_in else set())), math.inf]:
+        arrived = False
+        while not arrived and state.travel < end + 0.5 * options.sample:
             travel, speed = accelerate(
-                state.travel, state.speed, self.until, options.run_speed, options.acceleration, options.dt
+                state.travel, state.speed, stop, options.run_speed, options.acceleration, options.dt
             )
-            arrived = travel == self.until
-            yield Drive(
-                travel=travel,
-                speed=speed,
-                acceleration=(speed - state.speed) / options.dt,
-                yaw=self.plan.angles(travel, self.done),
-                share=float(self.done >= 0.0),
-                friction=self.friction,
-                drag=(0.0, options.damping),
-            )
-
-
-@dataclass
-class YawStage:
-    """The belt stands still for a yaw step, and a while after it; at travel 0 yaw offsets, cants and camber come in."""
-
-    options: Options
-    friction: float
-    plan: YawPlan
-    done: float
-    at: float
-    is_recorded = True
-    frame = _NEVER
-
-    def drives(self, state: RunState) -> Iterator[Drive]:
-        options, since = self.options, state.time
-        while (passed := state.time + options.dt - since) < options.yaw_time + 0.5 * options.settle:
-            share = smoothstep(passed / options.yaw_time)
-            yield Drive(
-                travel=self.at,
-                yaw=self.plan.angles_during_step(self.at, self.done, share),
-                share=1.0 if self.done >= 0.0 else share if self.at >= 0.0 else 0.0,
-                friction=self.friction,
-                drag=(0.0, options.damping),
-            )
+            acceleration, arrived = (speed - state.speed) / options.dt, travel == stop
+            yaw, share = plan.angles(travel, done), float(done >= 0.0)
+            yield Command(travel, yaw, share, speed, acceleration, drag, parts.friction)
+        if not arrived:
+            return
+        begun = state.time
+        while (passed := state.time + options.dt - begun) < options.yaw_time + 0.5 * options.settle:
+            part = smoothstep(passed / options.yaw_time)
+            share = 1.0 if done >= 0.0 else part if stop >= 0.0 else 0.0
+            yield Command(stop, plan.angles_during_step(stop, done, part), share, 0.0, 0.0, drag, parts.friction)
+        done = stop

@@ -20,11 +20,12 @@ from belt_sim.mujoco3d.mesh import BELT_MODELS
 from belt_sim.mujoco3d.options import Options, fit_options, is_limp
 from belt_sim.mujoco3d.recording import curves_of, reading
 from belt_sim.mujoco3d.rope import RopeKinks
+from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.wrap import TAIL
 from belt_sim.pytrees import Numbers as Array
 from belt_sim.quasi_static.equilibrium_step import step
 from belt_sim.quasi_static.friction import COLUMNS, TOLERANCE, SlipState, worst_residual
-from belt_sim.quasi_static.plan import TravelCommand, TravelPlan, TravelState, plan_run
+from belt_sim.quasi_static.plan import TravelPlan, TravelState, plan_run
 from belt_sim.scene_parts import SceneParts
 
 
@@ -96,7 +97,13 @@ def in_batches(ready: Sequence[TravelCase], chunk: int | None) -> Iterator[list[
 @in_float64
 def _run_chunk(filled: Sequence[TravelCase], rows: int, devices: int) -> np.ndarray:
     """Rows of mean readings of a chunk, shape (cases, rows, 20)."""
-    trees = [(r.belt, r.state, r.plan.pad_to(rows).commands) for r in filled]
+
+    def stand_still(commands: Array) -> Array:
+        """Up to as many rows as the longest run has."""
+        more = np.broadcast_to(commands[-1:, -1:], (rows - len(commands), *commands.shape[1:]))
+        return np.concatenate([commands, more])
+
+    trees = [(r.belt, r.state, jax.tree.map(stand_still, r.plan.commands)) for r in filled]
     arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
     if devices > 1 and len(filled) % devices == 0:
         over = jax.sharding.NamedSharding(jax.make_mesh((devices,), ("cases",)), jax.sharding.PartitionSpec("cases"))
@@ -125,24 +132,24 @@ def run_curves(run: TravelCase, table: np.ndarray) -> Curves | SimulationError:
 
 
 @partial(jax.jit, static_argnums=0)
-def run_batch(shape: BatchShape, belt: BeltArrays, state: TravelState, commands: TravelCommand) -> Array:
+def run_batch(shape: BatchShape, belt: BeltArrays, state: TravelState, commands: Command) -> Array:
     """Rows of mean readings of a batch, shape (cases, rows, 20); see ``run_case``."""
     return jax.vmap(partial(run_case, shape))(belt, state, commands)
 
 
-def run_case(shape: BatchShape, belt: BeltArrays, state: TravelState, commands: TravelCommand) -> Array:
+def run_case(shape: BatchShape, belt: BeltArrays, state: TravelState, commands: Command) -> Array:
     """Rows of mean readings of one case, shape (rows, 20): readings (recording.py), x of the tail pulley [m], travel
     [m], and by how much a node was corrected at most [m]; with friction 5 more (friction.py), the last of which is
     the largest, too. commands: arrays of shape (rows, steps, ...)."""
 
-    def one(state: TravelState, command: TravelCommand) -> tuple[TravelState, Array]:
+    def one(state: TravelState, command: Command) -> tuple[TravelState, Array]:
         state = step(shape, belt, state, command)
         tail_x = state.pose.centre[TAIL, 0]
         read = reading(shape, belt, state.nodes, state.wraps.first, state.wraps.last, tail_x, command.share)
         most = [] if state.slip is None else [state.slip.columns()]
         return state, jnp.concatenate([read, jnp.stack([tail_x, state.travel, state.correction]), *most])
 
-    def row(state: TravelState, commands: TravelCommand) -> tuple[TravelState, Array]:
+    def row(state: TravelState, commands: Command) -> tuple[TravelState, Array]:
         state, reads = jax.lax.scan(one, state, commands)
         mean, most = reads.mean(axis=0), reads.max(axis=0)
         return state, mean.at[19].set(most[19]).at[24:].set(most[24:])

@@ -31,6 +31,7 @@ from belt_sim.mujoco3d.loads import GuideForce, guide_forces, load_forces
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, KINK_STATIONS, LAYER_TIME, SPAN_TIME
 from belt_sim.mujoco3d.pulleys import depth_at_ends, pose_of, tail_derivatives, yaw_moments
 from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
+from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.wrap import (
     HEAD,
     TAIL,
@@ -45,7 +46,7 @@ from belt_sim.mujoco3d.wrap import (
 )
 from belt_sim.pytrees import Numbers as Array
 from belt_sim.quasi_static.friction import slide_wraps
-from belt_sim.quasi_static.plan import TravelCommand, TravelState
+from belt_sim.quasi_static.plan import TravelState
 
 
 class FactorisedStiffness(NamedTuple):
@@ -150,7 +151,7 @@ def find_equilibrium(
     tail: Array,
     places: ChainLayout,
     state: TravelState,
-    command: TravelCommand,
+    command: Command,
     aside: Array | float,
 ) -> Equilibrium:
     """From where the step has led the chain, ``nodes`` [m], (m, 3, n), and the tail pulley.
@@ -160,7 +161,7 @@ def find_equilibrium(
     taut, moved = state.nodes[..., places.stations], command.travel - state.travel
 
     def iteration(found: Equilibrium, more: Array) -> tuple[Equilibrium, None]:
-        turned, pose = found.compliance_yaw, pose_of(shape, belt, *command, found.tail, found.compliance_yaw)
+        turned, pose = found.compliance_yaw, pose_of(shape, belt, command, found.tail, found.compliance_yaw)
         nodes, tail, tension, correction = _newton_iteration(
             shape, belt, wraps, found.nodes, taut, found.tail, pose, places, state, command
         )
@@ -169,7 +170,7 @@ def find_equilibrium(
             moment = yaw_moments(shape, wraps, pose, there, pull_on_nodes(shape, belt, there, command.share))
             turned = jnp.where(more, compliance_step(belt, state.compliance_yaw, turned, moment, moved), turned)
         anchors = (
-            anchor_positions(belt, wraps, pose_of(shape, belt, *command, tail, turned), state.layer, places) + aside
+            anchor_positions(belt, wraps, pose_of(shape, belt, command, tail, turned), state.layer, places) + aside
         )
         return Equilibrium(jnp.where(places.free, nodes, anchors), tail, tension, correction, turned), None
 
@@ -188,7 +189,7 @@ def _newton_iteration(
     pose: PoseArrays,
     places: ChainLayout,
     state: TravelState,
-    command: TravelCommand,
+    command: Command,
 ) -> tuple[Array, Array, Array, Array]:
     """One Newton iteration: the free nodes, slide and spin of the tail pulley, tension of the spans, and how far a node
     moved at most. ``taut`` [m]: the chain in its last equilibrium."""
@@ -245,13 +246,13 @@ def predict(shape: BatchShape, line_y: Array, nodes: Array, held: Array, places:
     return found
 
 
-def step(shape: BatchShape, belt: BeltArrays, state: TravelState, command: TravelCommand) -> TravelState:
+def step(shape: BatchShape, belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
     """The state after a step."""
     moved = command.travel - state.travel
     shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
     spin = state.pose.spin[TAIL] + shape.sign * moved / belt.surfaces.radius[TAIL]
     tail = jnp.stack([state.pose.centre[TAIL, 0], spin])
-    pose, wraps, kinks = pose_of(shape, belt, *command, tail, state.compliance_yaw), state.wraps, state.kinks
+    pose, wraps, kinks = pose_of(shape, belt, command, tail, state.compliance_yaw), state.wraps, state.kinks
     if shape.canted:
         stands = (moved == 0.0) & (state.travel >= 0.0)
         rolled = jnp.where(stands, pose.axes[:, 2, 1] - state.pose.axes[:, 2, 1], 0.0)
@@ -273,7 +274,7 @@ def step(shape: BatchShape, belt: BeltArrays, state: TravelState, command: Trave
     nodes = jnp.where(places.free, nodes, anchors + aside)
     found = find_equilibrium(shape, belt, wraps, nodes, tail, places, state, command, aside)
     nodes = jnp.zeros_like(nodes).at[..., places.stations].set(found.nodes)
-    pose, slip = pose_of(shape, belt, *command, found.tail, found.compliance_yaw), state.slip
+    pose, slip = pose_of(shape, belt, command, found.tail, found.compliance_yaw), state.slip
     if slip is not None:
         pull = pull_on_nodes(shape, belt, nodes, command.share)
         wraps, slip = slide_wraps(shape, belt, wraps, pose, pull, slip, shaped)
@@ -289,7 +290,7 @@ def _land_step(
     pose: PoseArrays,
     nodes: Array,
     state: TravelState,
-    command: TravelCommand,
+    command: Command,
 ) -> tuple[WrapArrays, Array | None]:
     """The wraps after the step, with the stations that they have caught, and the bending layer beside them."""
     moved, layer = command.travel - state.travel, state.layer

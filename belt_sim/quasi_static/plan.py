@@ -1,4 +1,4 @@
-"""State and command of a step, and the commands of a run: rest, run-in, and a stop for every yaw step."""
+"""The state of a step, and the commands of a run: rest, run-in, and a stop for every yaw step."""
 
 import math
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.case import Settings
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.rope import RopeKinks
-from belt_sim.mujoco3d.run_stages import YawPlan, smoothstep
+from belt_sim.mujoco3d.run_stages import Command, YawPlan, smoothstep
 from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays
 from belt_sim.pytrees import Numbers as Array
 from belt_sim.quasi_static.friction import SlipState
@@ -32,15 +32,6 @@ class TravelState(NamedTuple):
     layer: Array | None = None
 
 
-class TravelCommand(NamedTuple):
-    """What the machine is told for a step: travel [m] at its end; yaw [rad], (2,): head, tail; share: of yaw offsets,
-    cants, camber and loads that acts."""
-
-    travel: Array
-    yaw: Array
-    share: Array
-
-
 _RESTING = 4  # rows at rest in which the spans find their places
 _TURNING = 4  # rows in which a yaw step is made, and two more after it
 _LONGEST = 0.7  # chords in a step: no more than one station lands in it at either end
@@ -51,15 +42,8 @@ class TravelPlan:
     """Rows of k steps. commands: arrays of shape (rows, k, ...); recorded: rows that stand in the curves, with one at
     rest at travel 0 before the yaw, shape (rows,)."""
 
-    commands: TravelCommand
+    commands: Command
     recorded: np.ndarray
-
-    def pad_to(self, rows: int) -> "TravelPlan":
-        """With rows of standing still behind it."""
-        more = rows - len(self.recorded)
-        commands = TravelCommand(*(np.concatenate([c, np.repeat(c[-1:, -1:], more, 0).repeat(c.shape[1], 1)])
-                             for c in self.commands))  # fmt: skip
-        return TravelPlan(commands, np.concatenate([self.recorded, np.zeros(more, bool)]))
 
 
 def plan_run(settings: Settings, options: Options, travel: float, changes: bool) -> TravelPlan:
@@ -71,17 +55,17 @@ def plan_run(settings: Settings, options: Options, travel: float, changes: bool)
     def march(start: float, end: float, done: float) -> None:
         count = max(math.ceil((end - start) / options.sample - 1e-9), 0)
         places = start + (end - start) * (np.arange(count * steps) + 1.0) / max(count * steps, 1)
-        told = [(float(s), yaw.angles(float(s), done), float(done >= 0.0)) for s in places]
-        rows.extend((start >= 0.0, told[k * steps : (k + 1) * steps]) for k in range(count))
+        commands = [(float(s), yaw.angles(float(s), done), float(done >= 0.0)) for s in places]
+        rows.extend((start >= 0.0, commands[k * steps : (k + 1) * steps]) for k in range(count))
 
     def stand(at: float, done: float) -> None:
         for row in range(_TURNING + 2):
-            told = []
+            commands = []
             for k in range(steps):
                 part = smoothstep((row * steps + k + 1) / (_TURNING * steps))
                 share = 1.0 if done >= 0.0 else part if at >= 0.0 else 0.0
-                told.append((at, yaw.angles_during_step(at, done, part), share))
-            rows.append((False, told))
+                commands.append((at, yaw.angles_during_step(at, done, part), share))
+            rows.append((False, commands))
 
     done, here = -math.inf, -options.run_in
     rows.extend((False, [(here, yaw.angles(here, done), 0.0)] * steps) for _ in range(_RESTING))
@@ -95,5 +79,5 @@ def plan_run(settings: Settings, options: Options, travel: float, changes: bool)
         here = stop
     march(here, travel + 0.5 * options.sample, done)  # a row stands for its middle
     recorded = np.array([r for r, _ in rows])
-    parts = [np.array([[t[k] for t in told] for _, told in rows]) for k in range(3)]
-    return TravelPlan(TravelCommand(*parts), recorded)
+    parts = [np.array([[c[k] for c in commands] for _, commands in rows]) for k in range(3)]
+    return TravelPlan(Command(*parts), recorded)

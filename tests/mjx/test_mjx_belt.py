@@ -19,7 +19,7 @@ from belt_sim.effects.yaw import Cant, YawCompliance
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.jax_setup import LEAST_EFFORT, in_float64
 from belt_sim.mjx import READING, command, prepare, simulate_batch, stack_cases, step
-from belt_sim.mjx.model import Command, plan_run
+from belt_sim.mjx.model import plan_run
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.mujoco3d.machine import TAIL_SLIDE
 from belt_sim.mujoco3d.model import SpaceModel
@@ -110,8 +110,8 @@ def test_a_plucked_span_swings_like_a_string():
     qpos = np.array(ready.data.mjx.qpos)
     qpos[-pluck.size * 3 :].reshape(*pluck.shape, 3)[..., 2] += pluck
     data = ready.data._replace(mjx=ready.data.mjx.replace(qpos=jnp.array(qpos)))
-    told = plan_run(ready.scene, 0.1).commands
-    still = Command(*(jnp.asarray(c[0]) for c in told))._replace(drag=jnp.zeros(2))
+    plan = plan_run(ready.scene, 0.1)
+    still = jax.tree.map(lambda c: jnp.asarray(c[0]), plan)._replace(drag=jnp.zeros(2))
 
     sags = []
     for _ in range(500):
@@ -147,13 +147,13 @@ def test_the_belt_starts_and_stops_as_commanded():
 def test_the_gradient_through_time_is_that_of_differences():
     """y of point 1 by the yaw after 0.06 m, forwards and backwards; landings stay where they are."""
     ready = prepare([paper_case(60.0, rig=ROPE_EXAMPLE)], options=replace(COARSE, run_in=0.1, yaw_time=0.05))[0]
-    told = Command(*(jnp.asarray(c) for c in plan_run(ready.scene, 0.03).commands))
+    plan = jax.tree.map(jnp.asarray, plan_run(ready.scene, 0.03))
 
     def last(scale):
         def one(data, now):
             return step(ready.model, data, now._replace(yaw=scale * now.yaw)), None
 
-        return jax.lax.scan(one, ready.data, told)[0].reading[0]
+        return jax.lax.scan(one, ready.data, plan)[0].reading[0]
 
     value, slope = jax.jit(lambda s: jax.jvp(last, (s,), (1.0,)))(1.0)
     above, below = (jax.jit(last)(s) for s in (1.01, 0.99))

@@ -7,9 +7,10 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d.engine import SpaceRun, apply_command
+from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.loop import lay_loop
 from belt_sim.mujoco3d.options import Options, fit_options
+from belt_sim.mujoco3d.run_stages import apply_command
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG
 
 CHORDS_EQUAL = 1e-9  # [m]; the spans are divided by length of arc, which bends by 5 % more in their middle
@@ -34,8 +35,8 @@ def test_belt_stands_still_for_a_yaw_step():
     run = SpaceRun.begin(case, "flex", options)
     seen, state = [], SimpleNamespace(travel=-0.3, speed=0.0, time=0.0)
     for stage in run.stages(0.5)[1:]:
-        for drive in stage.drives(state):
-            apply_command(state, drive, options.dt)
+        for command in stage.commands(state):
+            apply_command(state, command, options.dt)
             seen.append((state.travel, state.speed, state.yaw[1]))
     travel, speed, yaw = np.array(seen).T
     turning = (yaw > 0.0) & (yaw < 1e-3)

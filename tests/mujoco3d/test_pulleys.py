@@ -8,7 +8,7 @@ from pulley_bench import empty_wrap, places, surface
 
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
 from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, laid_poses, loads_on_pulleys
-from belt_sim.mujoco3d.run_stages import Drive
+from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.wrap import HEAD, TAIL, PoseArrays
 from belt_sim.scene_parts import PulleySurface, SceneParts
@@ -20,7 +20,7 @@ PARTS = SceneParts(
     tail=PulleySurface(radius=0.12, yaw_compliance=COMPLIANCE[TAIL]),
     gravity=9.81,
 )
-STICKS = {"friction": np.inf, "drag": (0.0, 0.0)}
+STANDS = Command(travel=0.0, yaw=np.zeros(2), share=0.0, speed=0.0, acceleration=0.0)
 
 
 SURFACES = [surface(p.radius, 0.025, yaw_compliance=p.yaw_compliance) for p in (PARTS.head, PARTS.tail)]
@@ -43,10 +43,10 @@ def still(stations=4):
     )  # fmt: skip
 
 
-def go(pulleys, state, drives, dt=STEP):
+def go(pulleys, state, commands, dt=STEP):
     """Steps in which the joints follow their forces, as MuJoCo has them do; the forces of the last one."""
-    for drive in drives:
-        forces = pulleys.advance(state, drive, dt)
+    for command in commands:
+        forces = pulleys.advance(state, command, dt)
         state.joint_rates[TAIL_SLIDE] += dt * forces[TAIL_SLIDE] / pulleys.tail.mass
         state.joint_rates[TAIL_SPIN] += dt * forces[TAIL_SPIN] / pulleys.tail.inertia
         state.joints += dt * state.joint_rates
@@ -57,7 +57,7 @@ def go(pulleys, state, drives, dt=STEP):
 
 
 def steady(count, **more):
-    return [Drive(travel=SPEED * STEP * (k + 1), speed=SPEED, **STICKS | more) for k in range(count)]
+    return [STANDS._replace(travel=SPEED * STEP * (k + 1), speed=SPEED, **more) for k in range(count)]
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -82,7 +82,7 @@ def test_a_tail_pulley_speeds_up_with_the_belt_without_the_belts_help(sign):
     go(
         pulleys,
         state,
-        [Drive(travel=0.5 * faster * t**2, speed=faster * t, acceleration=faster, **STICKS) for t in times],
+        [STANDS._replace(travel=0.5 * faster * t**2, speed=faster * t, acceleration=faster) for t in times],
     )
     assert state.joint_rates[TAIL_SPIN] == pytest.approx(sign * faster * 0.1 / PARTS.tail.radius, rel=1e-9)
 
@@ -90,13 +90,13 @@ def test_a_tail_pulley_speeds_up_with_the_belt_without_the_belts_help(sign):
 def test_the_belts_moment_about_the_axis_turns_the_tail_pulley():
     pulleys, state = machine(spin_drag=0.0), still()
     state.loads[:] = [[9.0, 9.0, 0.0], [0.0, 0.6, 0.0]]
-    go(pulleys, state, steady(100, lead=0.3))
+    go(pulleys, state, steady(100))
     assert state.joint_rates[TAIL_SPIN] == pytest.approx(0.6 / pulleys.tail.inertia * 0.1)
 
 
 def test_a_rim_that_leads_runs_faster_than_the_belt_by_so_much():
     pulleys, state = machine(), still()
-    go(pulleys, state, steady(1000, lead=0.1))
+    go(pulleys, state, steady(1000, tail_motion=(0.0, 0.1)))
     assert state.joint_rates[TAIL_SPIN] * PARTS.tail.radius == pytest.approx(SPEED + 0.1, rel=1e-6)
 
 
@@ -113,12 +113,12 @@ def test_the_load_draws_the_tail_away_from_the_head_and_the_belt_holds_it():
 
 
 def test_a_slide_that_is_moved_or_fixed_heeds_no_force():
-    for pulleys, slide_speed, moves in (
-        (machine(load=800.0), 0.02, 0.002),
+    for pulleys, tail_motion, moves in (
+        (machine(load=800.0), (0.02, 0.0), 0.002),
         (machine(load=800.0, fixed=True), None, 0.0),
     ):
         state = still()
-        go(pulleys, state, steady(100, slide_speed=slide_speed))
+        go(pulleys, state, steady(100, tail_motion=tail_motion))
         assert state.poses[TAIL].centre[0] == pytest.approx(APART + moves)
 
 
@@ -169,7 +169,7 @@ def test_a_belt_stays_where_it_is_when_its_pulley_begins_to_be_canted():
         pulleys = machine(surfaces=[SURFACES[HEAD], canted])
         before = places(wrap, state.poses[TAIL])
         for state.share in (0.3, 1.0):
-            pulleys.advance(state, Drive(travel=0.0, **STICKS), STEP)
+            pulleys.advance(state, STANDS, STEP)
         y = (places(state.wraps[TAIL], state.poses[TAIL]) - before)[:, 1]
         assert state.poses[TAIL].axes[2, 1] == pytest.approx(1e-3, rel=1e-6)
         np.testing.assert_allclose(y, np.outer([1.0, 1.0], [-moved, 0.0, moved]), atol=5e-7)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.engine import SpaceRun, apply_command
+from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.options import BONDS, fit_options
+from belt_sim.mujoco3d.run_stages import apply_command
 from belt_sim.scene_parts import GuideRoller, SceneParts
 
 AS_WELL = 1e-12  # [m]: MuJoCo's warm start is not part of the state
@@ -30,13 +31,13 @@ def begun(case, belt, options, **parts):
 def test_a_run_goes_on_from_its_state_alone(short_rig, belt, changed):
     """In the middle of a march another engine, fresh from the scene, takes the state over and makes the same steps."""
     one, other = (begun(short_rig, belt, replace(QUICK, **changed)) for _ in range(2))
-    drives = chain.from_iterable(stage.drives(one.state) for stage in one.stages(0.5))
-    for k, drive in enumerate(islice(drives, STEPS + 20)):
+    commands = chain.from_iterable(stage.commands(one.state) for stage in one.stages(0.5))
+    for k, command in enumerate(islice(commands, STEPS + 20)):
         if k == STEPS:
             other.state = deepcopy(one.state)
         for run in (one, other)[: 1 + (k >= STEPS)]:
-            apply_command(run.state, drive, run.scene.options.dt)
-            run.engine.step(run.state, drive)
+            apply_command(run.state, command, run.scene.options.dt)
+            run.engine.step(run.state, command)
     np.testing.assert_allclose(other.state.slides, one.state.slides, rtol=0.0, atol=AS_WELL)
     np.testing.assert_allclose(other.state.slip, one.state.slip, rtol=0.0, atol=AS_WELL)
     assert other.state.wraps[0].first == one.state.wraps[0].first
@@ -60,7 +61,7 @@ def first_step(run, monkeypatch):
         given.update(springs=springs, forces=forces)
 
     monkeypatch.setattr(run.engine.solver, "step", step)
-    run.engine.step(run.state, next(iter(run.stages(0.1)[0].drives(run.state))))
+    run.engine.step(run.state, next(iter(run.stages(0.1)[0].commands(run.state))))
     return given["springs"], given["forces"]
 
 

@@ -114,9 +114,8 @@ def test_the_tail_pulley_is_let_go_when_its_load_is_there_and_not_before():
     stage, load = run.stages(1.0)[1], 2.0 * case.tension_force
     for carried, led in ((0.0, True), (0.99, True), (1.01, False)):
         run.state.loads[TAIL, 0] = -carried * load
-        drive = next(stage.drives(run.state))
-        assert (drive.slide_speed is not None) is led
-        assert (drive.lead != 0.0) == led
+        command = next(stage.commands(run.state))
+        assert (command.tail_motion is not None) is led
 
 
 def test_however_it_was_tensioned_the_belt_runs_alike(both):
