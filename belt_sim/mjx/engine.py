@@ -183,7 +183,7 @@ def show_frame(
     tail_x, travel, speed = (float(v) for v in read[17:])
     if not observers or travel < 0.0 or not is_on_pulleys(read[None], float(ready.case.belt.width))[0]:
         return
-    slides = np.moveaxis(np.asarray(nodes_of(ready.model.shape, np.asarray(data.mjx[0])[0])), -1, 0)
+    slides = np.moveaxis(np.asarray(nodes_of(ready.model.belt.shape, np.asarray(data.mjx[0])[0])), -1, 0)
     scalars = {"tail_x": tail_x, "steps": float(steps), "belt_speed": speed}
     frame = frame_of(scene, read[:17], slides, travel, steps * scene.options.dt, yaw, tail_x, scalars)
     for observer in observers:

@@ -1,7 +1,7 @@
 """A belt on MJX: its model, which stands still, its data, which move, and the commands of a run."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -31,21 +31,17 @@ from belt_sim.mujoco3d.pulleys import TailPulley
 from belt_sim.mujoco3d.run_stages import Command, apply_command, run_stages
 from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays
 from belt_sim.pytrees import Numbers as Array
-from belt_sim.pytrees import pytree
 from belt_sim.scene_parts import SceneParts
 
 
-@pytree
-@dataclass(frozen=True)
-class MjxModel:
-    """What stands still in a run; a pytree. mjx: MJX's model; belt: what its nodes are tied by; settle [s]: time over
+class MjxModel(NamedTuple):
+    """What stands still in a run. mjx: MJX's model; belt: what its nodes are tied by; settle [s]: time over
     which a wobble sets in."""
 
     mjx: mjx.Model
     belt: BeltArrays
     tail: TailPulley
     settle: Array
-    shape: BatchShape = field(metadata={"static": True})
 
     @property
     def dt(self) -> Array:
@@ -137,12 +133,12 @@ def prepare(
 def _prepare_one(
     scene: SceneLayout, belt: str, features: ActiveFeatures, compiled: mujoco.MjModel, m: mjx.Model, d: mjx.Data
 ) -> PreparedCase:
-    shape, arrays = belt_arrays(scene, features)
+    arrays = belt_arrays(scene, features)
     wraps, pose = lay_pulleys(scene, arrays)
     case = scene.case
     m = with_numbers_of(m, scene, compiled)
     tail = TailPulley.from_scene(scene, compiled, np.asarray(m.body_mass), np.asarray(m.dof_armature))
-    model = MjxModel(m, arrays, TailPulley(*map(np.array, tail)), np.array(max(scene.options.settle, 1e-9)), shape)
+    model = MjxModel(m, arrays, TailPulley(*map(np.array, tail)), np.array(max(scene.options.settle, 1e-9)))
     data = MjxData(
         mjx=d.replace(qpos=jnp.asarray(laid_coordinates(scene, *pose.spin))),
         wraps=wraps,
@@ -150,7 +146,7 @@ def _prepare_one(
         on_tail=np.array([-2.0 * float(case.tension_force), 0.0]),
         travel=np.array(-scene.early),
         compliance_yaw=np.zeros(2) if features.gives_way else None,
-        layer=np.zeros((2, 2, shape.lines, 2)) if features.layered else None,
+        layer=np.zeros((2, 2, scene.mesh.lines, 2)) if features.layered else None,
         reading=np.zeros(20),
     )
     return PreparedCase(case, scene, model, data, compiled)

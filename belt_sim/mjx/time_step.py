@@ -25,24 +25,25 @@ from belt_sim.mujoco3d.chain import (
     chain_forces,
     chain_stiffness,
     cut_chain,
+    loads_on_tail,
     pull_on_nodes,
     spans_blocks,
+    tail_derivatives,
+    twist_of_cells,
 )
 from belt_sim.mujoco3d.loads import guide_forces, load_forces
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
-from belt_sim.mujoco3d.pulleys import depth_at_ends, pose_of, tail_derivatives, yaw_moments
+from belt_sim.mujoco3d.pulleys import pose_of, yaw_moments
 from belt_sim.mujoco3d.recording import reading
 from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.wrap import (
     HEAD,
     TAIL,
     PoseArrays,
-    WrapArrays,
     land_stations,
     relax_layers,
     release_stations,
-    roll_anchors,
     sink_wraps,
     update_tangents,
 )
@@ -53,7 +54,7 @@ _HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model
 
 def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     """The data after a step. For jax.jit, jax.vmap (``stack_cases`` gives the axes), jax.lax.scan and jax.grad."""
-    m, belt, shape, h = model.mjx, model.belt, model.shape, model.dt
+    m, belt, shape, h = model.mjx, model.belt, model.belt.shape, model.dt
     d = apply_actuators(m, data.mjx)
     q, v = d.qpos, d.qvel
     turned = None if data.compliance_yaw is None else _compliance_yaw(model, data, nodes_of(shape, q) + rest_of(model))
@@ -61,8 +62,10 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     pose = _pose(model, data, command, joints, turned)
     moved = jnp.abs(pose.spin[HEAD] - data.pose.spin[HEAD]) * belt.surfaces.radius[HEAD]
     shaped = jnp.where(data.travel >= 0.0, 1.0, 0.0)
-    wraps = _sink_wraps(model, data, command, pose, moved, shaped)
-    places = cut_chain(shape, wraps)
+    stands = (command.speed == 0.0) & (command.travel >= 0.0)
+    wraps = sink_wraps(belt, data.wraps, (data.pose, pose), moved, shaped, stands)
+    places = cut_chain(wraps)
+    twist = twist_of_cells(belt, wraps, pose, places, jnp.maximum(-0.5 * data.on_tail[0], 0.0))
     # where the belt is, and where it would go by itself
     rest, rates = rest_of(model), nodes_of(shape, v)
     before = rest + nodes_of(shape, q)
@@ -85,10 +88,12 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
             qfrc_applied=applied,
         ),
     )
-    after = _implicit(model, data, command, there, wraps, pose, places, (before, rates), damping)[..., back]
+    after = _implicit(model, command, there, places, twist, (before, rates), damping)[..., back]
     goal = flat_of((joints - q[:STATION_JOINTS]) / h, (after - before) / h)
     d = read_sensors(m, advance(m, there.replace(qpos=q, qvel=v), (goal - v) / h))
-    on_tail = _on_tail(model, data, command, after[..., places.stations], wraps, pose, places)
+    chain, moves = after[..., places.stations], tail_derivatives(wraps, pose)
+    _, at_ends = chain_forces(belt, chain, places, twist, command.share)
+    on_tail = loads_on_tail(belt, chain, places, pose, moves, at_ends)
     wraps = jax.vmap(lambda w, p: update_tangents(w, p, after, h / SPAN_TIME))(wraps, pose)
     wraps = land_stations(belt, wraps, (data.pose, before), (pose, after), data.layer, moved, shaped)
     wraps = release_stations(belt, wraps, pose)
@@ -96,22 +101,22 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     if layer is not None:
         layer = relax_layers(belt, layer, wraps, pose, after, command.share, jnp.minimum(h / LAYER_TIME, 1.0))
     tail_x = pose.centre[TAIL, 0]
-    read = reading(shape, belt, after, wraps.first, wraps.last, tail_x, command.share)
+    read = reading(belt, after, wraps.first, wraps.last, tail_x, command.share)
     read = jnp.concatenate([read, jnp.stack([tail_x, command.travel, command.speed])])
     return MjxData(d, wraps, pose, on_tail, command.travel, turned, layer, read)
 
 
 def rest_of(model: MjxModel) -> Array:
     """Stress-free places of the nodes [m], (m, 3, n)."""
-    shape = model.shape
+    shape = model.belt.shape
     return nodes_of(shape, model.mjx.body_pos[model.mjx.nbody - shape.stations * shape.lines :].reshape(-1))
 
 
 def _compliance_yaw(model: MjxModel, data: MjxData, nodes: Array) -> Array:
     """Yaw by compliance [rad], (2,), which follows the belt's moment on a pulley."""
-    shape, belt = model.shape, model.belt
-    pull = pull_on_nodes(shape, belt, nodes, jnp.where(data.travel >= 0.0, 1.0, 0.0))
-    wanted = belt.surfaces.yaw_compliance * yaw_moments(shape, data.wraps, data.pose, nodes, pull)
+    belt = model.belt
+    pull = pull_on_nodes(belt, nodes, jnp.where(data.travel >= 0.0, 1.0, 0.0))
+    wanted = belt.surfaces.yaw_compliance * yaw_moments(data.wraps, data.pose, nodes, pull)
     return data.compliance_yaw + (wanted - data.compliance_yaw) * jnp.minimum(model.dt / COMPLIANCE_TIME, 1.0)
 
 
@@ -119,7 +124,7 @@ def _move_pulleys(
     model: MjxModel, data: MjxData, command: Command, actuators: Array, turned: Array | None
 ) -> tuple[Array, Array]:
     """Forces on all coordinates [N, N m], and the pulleys' joints after the step (5,); see machine.py."""
-    belt, tail, h, sign = model.belt, model.tail, model.dt, model.shape.sign
+    belt, tail, h, sign = model.belt, model.tail, model.dt, model.belt.shape.sign
     q, v = data.mjx.qpos, data.mjx.qvel
     rim, rates = sign * (command.speed - command.acceleration * h), (v[TAIL_SLIDE], v[TAIL_SPIN])
     slide, moment = tail.forces(belt.load, data.on_tail, rates, rim, sign * command.acceleration)
@@ -139,29 +144,15 @@ def _pose(model: MjxModel, data: MjxData, command: Command, joints: Array, turne
     begun = jnp.minimum(data.mjx.time / (0.5 * model.settle), 1.0)
     tail = jnp.stack([model.tail.x + joints[TAIL_SLIDE], joints[TAIL_SPIN]])
     askew = begun * begun * (3.0 - 2.0 * begun)
-    return pose_of(model.shape, model.belt, command, tail, turned, askew)
-
-
-def _sink_wraps(
-    model: MjxModel, data: MjxData, command: Command, pose: PoseArrays, moved: Array, shaped: Array
-) -> WrapArrays:
-    """The stations on the pulleys on their paths for where the pulleys will be."""
-    shape, belt, wraps = model.shape, model.belt, data.wraps
-    if shape.canted:
-        stands = (command.speed == 0.0) & (command.travel >= 0.0)
-        rolled = jnp.where(stands, pose.axes[:, 2, 1] - data.pose.axes[:, 2, 1], 0.0)
-        wraps = jax.vmap(roll_anchors)(belt.surfaces, wraps, pose, rolled)
-    return sink_wraps(shape, belt, wraps, pose, moved, shaped)
+    return pose_of(model.belt, command, tail, turned, askew)
 
 
 def _implicit(
     model: MjxModel,
-    data: MjxData,
     command: Command,
     there: mjx.Data,
-    wraps: WrapArrays,
-    pose: PoseArrays,
     places: ChainLayout,
+    twist: Array,
     was: tuple[Array, Array],
     damping: Array,
 ) -> Array:
@@ -169,7 +160,7 @@ def _implicit(
 
     was: nodes [m] and their rates [m/s] before the step; damping [N s/m]; all (m, 3, n) by stations' numbers.
     """
-    shape, belt, h = model.shape, model.belt, model.dt
+    shape, belt, h = model.belt.shape, model.belt, model.dt
     size, m, d = 3 * shape.lines, model.mjx, there
 
     def on_chain(values: Array) -> Array:
@@ -180,41 +171,15 @@ def _implicit(
     before, rates = on_chain(was[0]), on_chain(was[1])
     mass = on_chain(nodes_of(shape, node_masses(m, d)))
     others = on_chain(nodes_of(shape, d.qfrc_passive - d.qfrc_bias + d.qfrc_actuator))
-    twist = _twist(model, data, wraps, pose, places)
-    pull, _ = chain_forces(shape, belt, nodes, places, twist, command.share)
+    pull, _ = chain_forces(belt, nodes, places, twist, command.share)
     more = (mass / h**2 + on_chain(damping) / h).reshape(size, -1)
     lacking = pull + (others - mass * (nodes - before - h * rates) / h**2).reshape(size, -1)
     if belt.guides is not None:
-        press = guide_forces(belt.guides, belt.chord, belt.stiffness / belt.stiffness.sum(), nodes, places.free)
-        lacking, more = lacking.at[1::3].add(press.force), more.at[1::3].add(press.stiffness)
+        force, stiffness = guide_forces(belt, nodes, places.free)
+        lacking, more = lacking.at[1::3].add(force), more.at[1::3].add(stiffness)
     if belt.loads is not None:
-        pushes = load_forces(belt.loads, belt.chord, belt.stiffness, belt.line_y, belt.mass, before)
-        lacking = lacking + command.share * pushes.reshape(lacking.shape)
-    _, cell = chain_stiffness(shape, belt, nodes, before, places, twist, command.share)
-    levels = factorise(*spans_blocks(shape, cell, places, more))
+        lacking = lacking + command.share * load_forces(belt, before).reshape(lacking.shape)
+    _, cell = chain_stiffness(belt, nodes, before, places, twist, command.share)
+    levels = factorise(*spans_blocks(cell, places, more))
     change = solve_chain(levels, jnp.where(places.free, lacking, 0.0)[:, None])[:, 0]
     return nodes + change.reshape(nodes.shape)
-
-
-def _twist(model: MjxModel, data: MjxData, wraps: WrapArrays, pose: PoseArrays, places: ChainLayout) -> Array:
-    tension = jnp.maximum(-0.5 * data.on_tail[0], 0.0)
-    behind = depth_at_ends(wraps, model.belt, pose)
-    return model.belt.twist.of_cells(model.belt.chord, places.ends, behind, tension, model.shape.stations)
-
-
-def _on_tail(
-    model: MjxModel,
-    data: MjxData,
-    command: Command,
-    nodes: Array,
-    wraps: WrapArrays,
-    pose: PoseArrays,
-    places: ChainLayout,
-) -> Array:
-    """Force along x [N] and moment about its axis [N m] by belt and weight on the tail pulley; nodes: the chain."""
-    shape, belt = model.shape, model.belt
-    twist = _twist(model, data, wraps, pose, places)
-    _, at_ends = chain_forces(shape, belt, nodes, places, twist, command.share)
-    pulled = jnp.einsum("eip,ei->p", tail_derivatives(shape, wraps, pose), at_ends[TAIL])
-    arms = jnp.where(places.on_tail, nodes[:, 0] - pose.centre[TAIL, 0], 0.0).sum(axis=1)
-    return pulled.at[1].add(belt.gravity * (belt.mass @ arms))

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import jax
@@ -17,6 +18,7 @@ from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.options import is_limp
 from belt_sim.pytrees import Numbers as Array
+from belt_sim.pytrees import pytree
 from belt_sim.scene_parts import SceneParts
 
 
@@ -73,6 +75,21 @@ class LayerFibres(NamedTuple):
 _SPARE = 4  # stations by which a wrap may be longer than half a turn
 
 
+class BatchShape(NamedTuple):
+    """What the cases of a batch share: stations, lines, kind of ties, direction of travel, stations that may be off
+    the circle at an end of a wrap, stations that a pulley holds at most (0 if no belt of the batch slips), whether the
+    spans resist no bending, whether an axis is not level."""
+
+    stations: int
+    lines: int
+    bonds: bool
+    sign: int
+    zone: int
+    held: int = 0
+    limp: bool = False
+    canted: bool = False
+
+
 class SurfaceArrays(NamedTuple):
     """Both pulleys, every field of shape (2,): head, tail. radius [m]; extra [m]: how much wider the stations' circle
     is; sinking: chords along which a station sinks; the others as in belt_sim.scene_parts.PulleySurface."""
@@ -89,8 +106,10 @@ class SurfaceArrays(NamedTuple):
     yaw_compliance: Array
 
 
-class BeltArrays(NamedTuple):
-    """The numbers of one case.
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class BeltArrays:
+    """The numbers of one case, and the shape that it shares with others of a batch.
 
     chord [m]: of the straight belt at rest; mass [kg], stiffness [N] (EA), line_y [m], shape (m,): of the lines;
     gravity [m/s2]; load [N]: on the tail pulley's slide; length [1]: 1 where the slide is fixed instead, else 0;
@@ -120,21 +139,7 @@ class BeltArrays(NamedTuple):
     guides: GuideArrays | None = None
     fibres: LayerFibres | None = None
     loads: LoadArrays | None = None
-
-
-class BatchShape(NamedTuple):
-    """What the cases of a batch share: stations, lines, kind of ties, direction of travel, stations that may be off
-    the circle at an end of a wrap, stations that a pulley holds at most (0 if no belt of the batch slips), whether the
-    spans resist no bending, whether an axis is not level."""
-
-    stations: int
-    lines: int
-    bonds: bool
-    sign: int
-    zone: int
-    held: int = 0
-    limp: bool = False
-    canted: bool = False
+    shape: BatchShape = field(metadata={"static": True})
 
 
 def surfaces_of(belt: BeltArrays) -> list[SurfaceArrays]:
@@ -142,7 +147,7 @@ def surfaces_of(belt: BeltArrays) -> list[SurfaceArrays]:
     return [SurfaceArrays(*(float(values[pulley]) for values in belt.surfaces)) for pulley in (0, 1)]
 
 
-def belt_arrays(scene: SceneLayout, features: ActiveFeatures) -> tuple[BatchShape, BeltArrays]:
+def belt_arrays(scene: SceneLayout, features: ActiveFeatures) -> BeltArrays:
     """The arrays of a scene; its options are fitted to its case."""
     case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
     twist = TwistStiffness.from_belt(case.belt, mesh)
@@ -182,8 +187,9 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures) -> tuple[BatchShap
         guides=GuideArrays.from_rollers(parts.edge_guides, features.guides) if features.guides else None,
         fibres=LayerFibres.from_mesh(case, mesh, twist, parts.lift_off) if features.layered else None,
         loads=LoadArrays.from_parts(parts, features.pushes) if features.pushes or features.leans else None,
+        shape=shape,
     )
-    return shape, jax.tree.map(lambda v: np.asarray(v, float), belt)
+    return jax.tree.map(lambda v: np.asarray(v, float), belt)
 
 
 def _surfaces(scene: SceneLayout) -> SurfaceArrays:

@@ -16,7 +16,7 @@ from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import write_text
 from belt_sim.frame import Observer
 from belt_sim.jax_setup import in_float64
-from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays, active_features, belt_arrays, surfaces_of
+from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays, active_features, belt_arrays, surfaces_of
 from belt_sim.mujoco3d.contact import lay_wraps, update_contact
 from belt_sim.mujoco3d.elastic import twist_forces
 from belt_sim.mujoco3d.friction import SlidingStiffness, read_sliding_stiffness
@@ -101,11 +101,8 @@ class SpanLoads:
     mesh: Mesh
 
     def forces(self, state: RunState, springs: Springs) -> np.ndarray:
-        belt = self.belt
-        assert belt.loads is not None
         nodes = self.mesh.nodes(state.slides)
-        forces = load_forces(belt.loads, belt.chord, belt.stiffness, belt.line_y, belt.mass, nodes)
-        return state.share * np.moveaxis(forces, -1, 0)
+        return state.share * np.moveaxis(load_forces(self.belt, nodes), -1, 0)
 
 
 @dataclass(frozen=True)
@@ -144,11 +141,10 @@ class SwayDrag:
 @dataclass(frozen=True)
 class Engine:
     """What acts on a state. tangent: None for a belt that only sticks; rest_lengths: None without camber and residual
-    stress; shape, belt, surfaces: the case as arrays."""
+    stress; belt, surfaces: the case as arrays."""
 
     scene: SceneLayout
     solver: Solver
-    shape: BatchShape
     belt: BeltArrays
     surfaces: Sequence[SurfaceArrays]
     pulleys: Pulleys
@@ -160,8 +156,8 @@ class Engine:
     def from_scene(scene: SceneLayout, solver: Solver) -> "Engine":
         """For a compiled scene."""
         mesh, options, parts = scene.mesh, scene.options, scene.parts
-        shape, belt = belt_arrays(scene, active_features([parts])._replace(slips=False))
-        belt = jax.tree.map(lambda v: v if v.ndim else float(v), belt)
+        belt = belt_arrays(scene, active_features([parts])._replace(slips=False))
+        belt, shape = jax.tree.map(lambda v: v if v.ndim else float(v), belt), belt.shape
         surfaces, loads = surfaces_of(belt), list[NodeLoad]()
         if mesh.lines > 1:
             loads.append(SectionCouples(belt, surfaces, mesh.rest[:, 0, 2] - mesh.rest[:, -1, 2]))
@@ -179,11 +175,11 @@ class Engine:
             in_float64(read_sliding_stiffness)(belt.ties, shape.bonds, mesh, scene.loop, inertia) if slides else None
         )
         pulleys = Pulleys.from_scene(scene, surfaces, solver.model)
-        return Engine(scene, solver, shape, belt, surfaces, pulleys, tuple(loads), tangent, rest_lengths)
+        return Engine(scene, solver, belt, surfaces, pulleys, tuple(loads), tangent, rest_lengths)
 
     def lay(self) -> RunState:
         """The belt laid round the pulleys, at rest."""
-        scene, mesh, sign, poses = self.scene, self.scene.mesh, self.shape.sign, laid_poses(self.scene)
+        scene, mesh, sign, poses = self.scene, self.scene.mesh, self.belt.shape.sign, laid_poses(self.scene)
         wraps = lay_wraps(scene, self.belt, poses)
         joints, slides = np.split(laid_coordinates(scene, poses[HEAD].spin, poses[TAIL].spin), [STATION_JOINTS])
         state = RunState(
@@ -239,14 +235,14 @@ class Engine:
     def _springs(self, state: RunState) -> Springs:
         """All that holds nodes in the coming step: anchors on the pulleys, where these will be at its end, and guides
         beside the spans."""
-        mesh, belt, limp, springs = self.scene.mesh, self.belt, self.shape.limp, Springs.none(state.slides.shape)
+        mesh, belt, shape, springs = self.scene.mesh, self.belt, self.belt.shape, Springs.none(state.slides.shape)
         for which, pose in enumerate(state.poses):
             wrap, surface, moved = state.wraps[which], self.surfaces[which], state.rolled[which]
             zone = int(surface.sinking) + 2
             for end in (FIRST, LAST):
                 wrap = sink_ends(wrap, surface, pose, end, zone, belt.chord, moved, state.shaped)
-            if limp:
-                wrap, state.kinks[which] = hold_run_up_end(wrap, surface, pose, state.kinks[which], self.shape.sign)
+            if shape.limp:
+                wrap, state.kinks[which] = hold_run_up_end(wrap, surface, pose, state.kinks[which], shape.sign)
             state.wraps[which], k = wrap, state.held_stations(which)
             turned = wrap.angle[:, k] + pose.spin
             places = anchor_places(wrap.r[:, k], wrap.y[:, k], turned, pose.axes[..., None], pose.centre[:, None])
@@ -254,7 +250,7 @@ class Engine:
                 places += layer_displacements(belt, wrap, surface, pose, state.layers[which], k)
             springs.rest[k] = np.moveaxis(places, -1, 0) - mesh.rest[k]
             springs.stiffness[k] = self.scene.options.hold_stiffness
-            if limp:
+            if shape.limp:
                 self._straighten_ends(state, which, springs)
         if belt.guides is not None:
             self._press_guides(state, springs)
@@ -265,8 +261,8 @@ class Engine:
 
         A station that has just become the last is moved there at once: the line then does not notice the change.
         """
-        wrap, pose, kink, sign = state.wraps[which], state.poses[which], state.kinks[which], self.shape.sign
-        n, mesh = self.shape.stations, self.scene.mesh
+        wrap, pose, kink, sign = state.wraps[which], state.poses[which], state.kinks[which], self.belt.shape.sign
+        n, mesh = self.belt.shape.stations, self.scene.mesh
         springs.rest[kink.station % n] -= kink.offset * pose.axes[:, 1]
         last = (wrap.first, wrap.last)[run_off_end(sign)]
         free, far = (mesh.rest[k] + state.slides[k] for k in ((last + sign * i) % n for i in (1, KINK_STATIONS)))
@@ -279,15 +275,13 @@ class Engine:
 
     def _press_guides(self, state: RunState, springs: Springs) -> None:
         """A free node beyond a roller's face gets a spring that pushes the edge back to it."""
-        belt, nodes = self.belt, self.scene.mesh.nodes(state.slides)
-        assert belt.guides is not None
-        free = np.ones(self.shape.stations, bool)
+        free = np.ones(self.belt.shape.stations, bool)
         for which in (HEAD, TAIL):
             free[state.held_stations(which)] = False
-        press = guide_forces(belt.guides, belt.chord, belt.stiffness / belt.stiffness.sum(), nodes, free)
-        k = np.flatnonzero(press.stiffness[0])
-        springs.stiffness[k, :, 1] = press.stiffness[:, k].T
-        springs.rest[k, :, 1] = state.slides[k, :, 1] + (press.force[:, k] / press.stiffness[:, k]).T
+        force, stiffness = guide_forces(self.belt, self.scene.mesh.nodes(state.slides), free)
+        k = np.flatnonzero(stiffness[0])
+        springs.stiffness[k, :, 1] = stiffness[:, k].T
+        springs.rest[k, :, 1] = state.slides[k, :, 1] + (force[:, k] / stiffness[:, k]).T
 
 
 def simulate(

@@ -1,13 +1,16 @@
 """Forces on the nodes beside the belt's own: edge guides, loads at a place or all along."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from belt_sim.mujoco3d.arrays import library_of
 from belt_sim.pytrees import Numbers as Array
 from belt_sim.scene_parts import GuideRoller, SceneParts
+
+if TYPE_CHECKING:
+    from belt_sim.mujoco3d.belt import BeltArrays
 
 
 class GuideArrays(NamedTuple):
@@ -27,27 +30,21 @@ class GuideArrays(NamedTuple):
         return GuideArrays(*np.array(rows + [(1.0, 0.0, 0.0, 1.0, 0.0)] * (count - len(rows))).T)
 
 
-class GuideForce(NamedTuple):
-    """On the nodes: force [N] and stiffness [N/m] along y, both (m, n)."""
+def guide_forces(belt: "BeltArrays", nodes: Array, free: Array) -> tuple[Array, Array]:
+    """Force [N] and stiffness [N/m] along y of the rollers on the nodes, both (m, n).
 
-    force: Array
-    stiffness: Array
-
-
-def guide_forces(guides: GuideArrays, chord: Array, shares: Array, nodes: Array, free: Array) -> GuideForce:
-    """What the rollers do to free stations within one chord of them, by a share that falls linearly with the distance,
-    so that stations come and go without a jolt.
-
-    shares (m,): of the lines; nodes [m], (m, 3, n); free (n,): which stations are.
+    They act on free stations within one chord of them, by a share that falls linearly with the distance, so that
+    stations come and go without a jolt. nodes [m], (m, 3, n); free (n,): which stations are.
     """
-    xp = library_of(nodes)
+    xp, guides, shares = library_of(nodes), belt.guides, belt.stiffness / belt.stiffness.sum()
+    assert guides is not None
     x, y, z = nodes.mean(axis=0)
-    near = xp.clip(1.0 - xp.abs(x - guides.x[:, None]) / chord, 0.0, 1.0)
+    near = xp.clip(1.0 - xp.abs(x - guides.x[:, None]) / belt.chord, 0.0, 1.0)
     near = xp.where(free & (z * guides.height[:, None] > 0.0), near, 0.0)
     beyond = guides.side[:, None] * y - guides.gap[:, None]
     stiff = guides.stiffness[:, None] * near * (beyond > 0.0)
     push = -(stiff * guides.side[:, None] * beyond).sum(axis=0)
-    return GuideForce(shares[:, None] * push, shares[:, None] * stiff.sum(axis=0))
+    return shares[:, None] * push, shares[:, None] * stiff.sum(axis=0)
 
 
 class LoadArrays(NamedTuple):
@@ -72,15 +69,16 @@ class LoadArrays(NamedTuple):
         return LoadArrays(height, x, along, across, couple, np.array(parts.lean * parts.gravity), np.array(parts.roll))
 
 
-def load_forces(loads: LoadArrays, chord: Array, stiffness: Array, line_y: Array, mass: Array, nodes: Array) -> Array:
+def load_forces(belt: "BeltArrays", nodes: Array) -> Array:
     """Forces [N], (m, 3, n), on ``nodes`` [m], (m, 3, n), a loop in the order of the belt.
 
-    Stations within one chord of a place take its load, by a share that falls linearly with the distance. stiffness [N],
-    line_y [m], mass [kg], shape (m,): of the lines, which take a push as they are stiff, a couple as forces along the
-    belt that grow with y, a rolling couple as vertical forces on the outer two.
+    Stations within one chord of a place take its load, by a share that falls linearly with the distance. The lines take
+    a push as they are stiff, a couple as forces along the belt that grow with y, a rolling couple as vertical forces on
+    the outer two.
     """
-    xp = library_of(nodes)
-    middle, line = nodes.mean(axis=0), stiffness / stiffness.sum()
+    xp, loads, chord, line_y = library_of(nodes), belt.loads, belt.chord, belt.line_y
+    assert loads is not None
+    middle, line = nodes.mean(axis=0), belt.stiffness / belt.stiffness.sum()
     upper = middle[2] > 0.0
     near = xp.clip(1.0 - xp.abs(middle[0] - loads.x[:, None]) / chord, 0.0, 1.0)
     near = xp.where(upper == (loads.height[:, None] > 0.0), near, 0.0)
@@ -91,7 +89,7 @@ def load_forces(loads: LoadArrays, chord: Array, stiffness: Array, line_y: Array
     across, along, couple = (v @ near for v in (loads.across, loads.along, loads.couple))
     arm = line * line_y / xp.maximum(line @ line_y**2, 1e-12)
     forces = (along * line[:, None] - couple * arm[:, None])[:, None] * ahead
-    aside = across * line[:, None] + (loads.lean * mass)[:, None]
+    aside = across * line[:, None] + (loads.lean * belt.mass)[:, None]
     lift = xp.zeros_like(aside)
     if len(line_y) > 1:
         outer = np.zeros((len(line_y), 1))

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -10,12 +9,12 @@ import jax.numpy as jnp
 import mujoco
 import numpy as np
 
-from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays
+from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, TAIL_DAMPING_RATIO
 from belt_sim.mujoco3d.run_stages import Command, smoothstep
 from belt_sim.mujoco3d.state import RunState
-from belt_sim.mujoco3d.wrap import HEAD, TAIL, PoseArrays, WrapArrays, axes_of, outer_depth, roll_anchors
+from belt_sim.mujoco3d.wrap import HEAD, TAIL, PoseArrays, WrapArrays, axes_of, roll_anchors
 from belt_sim.pytrees import Numbers as Array
 
 
@@ -27,7 +26,6 @@ def laid_poses(scene: SceneLayout) -> list[PoseArrays]:
 
 
 def pose_of(
-    shape: BatchShape,
     belt: BeltArrays,
     command: Command,
     tail: Array,
@@ -38,36 +36,18 @@ def pose_of(
 
     turned [rad], (2,): yaw by which they give way; askew [1]: share of the wobble.
     """
-    rolled = shape.sign * command.travel / belt.surfaces.radius
+    rolled = belt.shape.sign * command.travel / belt.surfaces.radius
     yaw = command.yaw if turned is None else command.yaw + turned
     axes = jax.vmap(axes_of, in_axes=(0, 0, None, 0, None))(belt.surfaces, yaw, command.share, rolled, askew)
     return PoseArrays(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([rolled[HEAD], tail[1]]))
 
 
-def depth_at_ends(wraps: WrapArrays, belt: BeltArrays, pose: PoseArrays) -> Array:
-    """How far the outermost stations lie behind the tangent points [m], by pulley and end (2, 2)."""
-    ends = [jax.vmap(partial(outer_depth, end=end))(wraps, belt.surfaces, pose) for end in (0, 1)]
-    return jnp.stack(ends, axis=1)
-
-
-def tail_derivatives(shape: BatchShape, wraps: WrapArrays, pose: PoseArrays) -> Array:
-    """How the tail's outermost stations move with its slide and its spin, (2, 3 m, 2)."""
-    wrap, at = (jax.tree.map(lambda v: v[TAIL], tree) for tree in (wraps, pose))
-    along, ends = jnp.tile(jnp.array([1.0, 0.0, 0.0]), shape.lines), []
-    for outer in (wrap.first, wrap.last):
-        k = outer % shape.stations
-        turned, r = wrap.angle[:, k] + at.spin, wrap.r[:, k]
-        local = jnp.stack([r * jnp.cos(turned), jnp.zeros_like(r), -r * jnp.sin(turned)], axis=1)
-        ends.append(jnp.stack([along, (local @ at.axes.T).ravel()], axis=1))
-    return jnp.stack(ends)
-
-
-def yaw_moments(shape: BatchShape, wraps: WrapArrays, pose: PoseArrays, nodes: Array, pull: Array) -> Array:
+def yaw_moments(wraps: WrapArrays, pose: PoseArrays, nodes: Array, pull: Array) -> Array:
     """Moments about z [N m] that the belt does to head and tail, (2,); nodes [m], pull [N], (m, 3, n)."""
+    n = nodes.shape[-1]
 
     def one(wrap: WrapArrays, pose: PoseArrays) -> Array:
-        count = (wrap.last - wrap.first) % shape.stations
-        held = (jnp.arange(shape.stations) - wrap.first) % shape.stations <= count
+        held = (jnp.arange(n) - wrap.first) % n <= (wrap.last - wrap.first) % n
         arms = nodes - pose.centre[:, None]
         return jnp.where(held, arms[:, 0] * pull[:, 1] - arms[:, 1] * pull[:, 0], 0.0).sum()
 

@@ -14,7 +14,7 @@ from belt_sim.curves import Curves
 from belt_sim.errors import SimulationError
 from belt_sim.frame import Frame, Observer, SceneObserver
 from belt_sim.mujoco3d.arrays import library_of
-from belt_sim.mujoco3d.belt import ActiveFeatures, BatchShape, BeltArrays, belt_arrays
+from belt_sim.mujoco3d.belt import ActiveFeatures, BeltArrays, belt_arrays
 from belt_sim.mujoco3d.elastic import strains
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.options import AXIS_STATIONS, RUNAWAY, RUNUP_LINKS
@@ -35,19 +35,17 @@ POINTS, ANGLES, MOMENTS, EDGES, TILTS, SAGS, TENSION = (
 READING_SIZE = 17
 
 
-def reading(
-    shape: BatchShape, belt: BeltArrays, nodes: Array, first: Array, last: Array, tail_x: Array, share: Array | float
-) -> Array:
+def reading(belt: BeltArrays, nodes: Array, first: Array, last: Array, tail_x: Array, share: Array | float) -> Array:
     """y of points 1-4 [m], their angles [rad], entry moments [N m] and slack-edge stresses [Pa] at the run-ups of the
     upper and lower span, tilts [rad], sags [m], tension [N] at the upper run-up; shape (17,).
 
     nodes [m], (m, 3, n); first, last, (2,): ends of the wraps of head and tail; tail_x [m]; share: of the camber.
     """
-    xp, n, zero = library_of(nodes), shape.stations, 0.0 * tail_x
+    xp, n, zero, sign = library_of(nodes), nodes.shape[-1], 0.0 * tail_x, belt.shape.sign
     points = ((first[TAIL], tail_x), (last[TAIL], tail_x), (first[HEAD], zero), (last[HEAD], zero))
     found = [_at_axis(belt, nodes, station, x) for station, x in points]
-    runups = (first[TAIL], first[HEAD]) if shape.sign > 0 else (last[HEAD], last[TAIL])
-    begins = [s - RUNUP_LINKS - 1 if shape.sign > 0 else s + 1 for s in runups]
+    runups = (first[TAIL], first[HEAD]) if sign > 0 else (last[HEAD], last[TAIL])
+    begins = [s - RUNUP_LINKS - 1 if sign > 0 else s + 1 for s in runups]
     forces = [_section_forces(belt, nodes, s, share) for s in begins]
     edges = [t / belt.area - 6.0 * abs(m) / (belt.area * belt.width) for t, m in forces]
     # before the belt has gone round the numbers of the head's wrap lie below the tail's
@@ -58,7 +56,7 @@ def reading(
     return xp.stack(
         [
             *(y for y, _ in found),
-            *(shape.sign * slope for _, slope in found),
+            *(sign * slope for _, slope in found),
             *(moment for _, moment in forces),
             *edges,
             *(xp.arctan2(a[2], a[1]) for a in across),
@@ -157,7 +155,7 @@ class Recorder:
     next_frame: float = -math.inf
 
     @cached_property
-    def arrays(self) -> tuple[BatchShape, BeltArrays]:
+    def arrays(self) -> BeltArrays:
         """The belt that is read."""
         return belt_arrays(self.scene, ActiveFeatures(cambered=self.scene.parts.camber is not None))
 
@@ -165,7 +163,7 @@ class Recorder:
         """Shape (17,), as ``reading``."""
         nodes, x = self.scene.mesh.nodes(state.slides), float(state.poses[TAIL].centre[0])
         first, last = np.array([[w.first for w in state.wraps], [w.last for w in state.wraps]])
-        return reading(*self.arrays, nodes, first, last, x, state.share)
+        return reading(self.arrays, nodes, first, last, x, state.share)
 
     def begin(self, state: RunState) -> None:
         """Travel 0 has been reached: y counts from here."""

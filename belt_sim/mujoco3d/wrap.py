@@ -26,10 +26,11 @@ from functools import partial
 from typing import NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.mujoco3d.arrays import library_of, put
-from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays
+from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays
 from belt_sim.mujoco3d.elastic import strains
 from belt_sim.mujoco3d.loop import chord_angle, fade, lift
 from belt_sim.mujoco3d.options import (
@@ -374,9 +375,22 @@ def thread_places(
 
 
 def sink_wraps(
-    shape: BatchShape, belt: BeltArrays, wraps: WrapArrays, pose: PoseArrays, moved: Array, shaped: Array
+    belt: BeltArrays,
+    wraps: WrapArrays,
+    poses: tuple[PoseArrays, PoseArrays],
+    moved: Array,
+    shaped: Array,
+    stands: Array,
 ) -> WrapArrays:
-    """The stations on the pulleys on their paths for where the pulleys will be; moved [m]: in the step."""
+    """The stations on the pulleys on their paths for where the pulleys will be.
+
+    poses: at both ends of the step; moved [m]: in the step; rests: whether the belt is at rest, which then does not
+    roll with an axis that begins to be canted.
+    """
+    (before, pose), shape = poses, belt.shape
+    if shape.canted:
+        rolled = jnp.where(rests, pose.axes[:, 2, 1] - before.axes[:, 2, 1], 0.0)
+        wraps = jax.vmap(roll_anchors)(belt.surfaces, wraps, pose, rolled)
     for end in (FIRST, LAST):
         wraps = jax.vmap(
             lambda w, s, p, end=end: sink_ends(w, s, p, end, shape.zone, belt.chord, moved, shaped)

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -14,7 +13,7 @@ from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, SimulationError
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys, lay_pulleys
-from belt_sim.mujoco3d.belt import ActiveFeatures, BatchShape, BeltArrays, belt_arrays
+from belt_sim.mujoco3d.belt import ActiveFeatures, BeltArrays, belt_arrays
 from belt_sim.mujoco3d.machine import lay_out
 from belt_sim.mujoco3d.mesh import BELT_MODELS
 from belt_sim.mujoco3d.options import Options, fit_options, is_limp
@@ -34,7 +33,6 @@ class TravelCase:
     """A case ready to be traced: what it shares with others of its mesh, its arrays, its state laid, its plan."""
 
     case: Case
-    shape: BatchShape
     belt: BeltArrays
     state: TravelState
     plan: TravelPlan
@@ -42,13 +40,13 @@ class TravelCase:
     @property
     def stations(self) -> int:
         """Of its mesh."""
-        return self.shape.stations
+        return self.belt.shape.stations
 
     @property
     def kind(self) -> Hashable:
         """Cases of one kind can be run at once."""
         sizes = (np.shape(leaf) for leaf in jax.tree.leaves((self.belt, self.state)))
-        return self.shape, self.plan.commands.travel.shape[1], tuple(sizes)
+        return self.belt.shape, self.plan.commands.travel.shape[1], tuple(sizes)
 
 
 def lay_case(
@@ -57,7 +55,8 @@ def lay_case(
     """The belt of a case laid round its pulleys, to be run over ``travel`` [m]; see BatchEngine."""
     options = fit_options(options, case, belt)
     scene = lay_out(case, BELT_MODELS[belt](), options, parts)
-    shape, arrays = belt_arrays(scene, features)
+    arrays = belt_arrays(scene, features)
+    shape = arrays.shape
     wraps, pose = lay_pulleys(scene, arrays)
     state = TravelState(
         nodes=np.moveaxis(scene.mesh.laid, 0, -1),
@@ -71,7 +70,7 @@ def lay_case(
         compliance_yaw=np.zeros(2) if features.gives_way else None,
         layer=np.zeros((2, 2, shape.lines, 2)) if features.layered else None,
     )
-    return TravelCase(case, shape, arrays, state, plan_run(case.settings, options, travel, parts.sets_in))
+    return TravelCase(case, arrays, state, plan_run(case.settings, options, travel, parts.sets_in))
 
 
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
@@ -86,7 +85,7 @@ def in_batches(ready: Sequence[TravelCase], chunk: int | None) -> Iterator[list[
     """Curves of cases of one kind, chunk by chunk; see BatchEngine."""
     rows = max(len(r.plan.recorded) for r in ready)
     devices = jax.device_count()
-    fit = devices * cases_per_chunk(ready[0].stations, ready[0].shape.lines)
+    fit = devices * cases_per_chunk(ready[0].stations, ready[0].belt.shape.lines)
     size = min(chunk or fit, math.ceil(len(ready) / devices) * devices)
     for begin in range(0, len(ready), size):
         some = ready[begin : begin + size]
@@ -108,7 +107,7 @@ def _run_chunk(filled: Sequence[TravelCase], rows: int, devices: int) -> np.ndar
     if devices > 1 and len(filled) % devices == 0:
         over = jax.sharding.NamedSharding(jax.make_mesh((devices,), ("cases",)), jax.sharding.PartitionSpec("cases"))
         arrays = jax.device_put(arrays, over)
-    return np.asarray(run_batch(filled[0].shape, *arrays))
+    return np.asarray(run_batch(*arrays))
 
 
 def run_curves(run: TravelCase, table: np.ndarray) -> Curves | SimulationError:
@@ -131,21 +130,21 @@ def run_curves(run: TravelCase, table: np.ndarray) -> Curves | SimulationError:
     return failure_with(curves, f"{why}, or use engine=native")
 
 
-@partial(jax.jit, static_argnums=0)
-def run_batch(shape: BatchShape, belt: BeltArrays, state: TravelState, commands: Command) -> Array:
+@jax.jit
+def run_batch(belt: BeltArrays, state: TravelState, commands: Command) -> Array:
     """Rows of mean readings of a batch, shape (cases, rows, 20); see ``run_case``."""
-    return jax.vmap(partial(run_case, shape))(belt, state, commands)
+    return jax.vmap(run_case)(belt, state, commands)
 
 
-def run_case(shape: BatchShape, belt: BeltArrays, state: TravelState, commands: Command) -> Array:
+def run_case(belt: BeltArrays, state: TravelState, commands: Command) -> Array:
     """Rows of mean readings of one case, shape (rows, 20): readings (recording.py), x of the tail pulley [m], travel
     [m], and by how much a node was corrected at most [m]; with friction 5 more (friction.py), the last of which is
     the largest, too. commands: arrays of shape (rows, steps, ...)."""
 
     def one(state: TravelState, command: Command) -> tuple[TravelState, Array]:
-        state = step(shape, belt, state, command)
+        state = step(belt, state, command)
         tail_x = state.pose.centre[TAIL, 0]
-        read = reading(shape, belt, state.nodes, state.wraps.first, state.wraps.last, tail_x, command.share)
+        read = reading(belt, state.nodes, state.wraps.first, state.wraps.last, tail_x, command.share)
         most = [] if state.slip is None else [state.slip.columns()]
         return state, jnp.concatenate([read, jnp.stack([tail_x, state.travel, state.correction]), *most])
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from belt_sim.mujoco3d.belt import BatchShape, BeltArrays
+from belt_sim.mujoco3d.belt import BeltArrays
 from belt_sim.mujoco3d.block_tridiagonal import Level, factorise, solve_chain
 from belt_sim.mujoco3d.chain import (
     ChainLayout,
@@ -23,13 +23,15 @@ from belt_sim.mujoco3d.chain import (
     chain_stiffness,
     cut_chain,
     divide_chain,
+    loads_on_tail,
     pull_on_nodes,
     spans_blocks,
-    station_weight,
+    tail_derivatives,
+    twist_of_cells,
 )
-from belt_sim.mujoco3d.loads import GuideForce, guide_forces, load_forces
+from belt_sim.mujoco3d.loads import guide_forces, load_forces
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, KINK_STATIONS, LAYER_TIME, SPAN_TIME
-from belt_sim.mujoco3d.pulleys import depth_at_ends, pose_of, tail_derivatives, yaw_moments
+from belt_sim.mujoco3d.pulleys import pose_of, yaw_moments
 from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
 from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.wrap import (
@@ -40,7 +42,6 @@ from belt_sim.mujoco3d.wrap import (
     land_stations,
     relax_layers,
     release_stations,
-    roll_anchors,
     sink_wraps,
     update_tangents,
 )
@@ -49,62 +50,33 @@ from belt_sim.quasi_static.friction import slide_wraps
 from belt_sim.quasi_static.plan import TravelState
 
 
-class FactorisedStiffness(NamedTuple):
-    """A factorised equilibrium.
-
-    levels: of the chain; entry, exit (6 m, 6 m): stiffness of the cells at the tail's ends; pulls (3 m, 2, n): forces
-    on the free nodes by the tail pulley's slide and spin; moves (2, 3 m, 2): how its outermost stations move with them.
-    """
-
-    levels: list[Level]
-    entry: Array
-    exit: Array
-    pulls: Array
-    moves: Array
-
-
-def factorise_equilibrium(
-    shape: BatchShape,
-    belt: BeltArrays,
-    nodes: Array,
-    taut: Array,
-    places: ChainLayout,
-    twist: Array,
-    share: Array,
-    moves: Array,
-    press: GuideForce | None,
-) -> FactorisedStiffness:
-    """Of the chain at ``nodes`` [m], (m, 3, n), whose ``taut`` places are those of its last equilibrium.
-
-    moves (2, 3 m, 2): how the tail's outermost stations move with its slide and its spin; press: of guides.
-    """
-    size = 3 * shape.lines
-    cell, whole = chain_stiffness(shape, belt, nodes, taut, places, twist, share)
-    entry, leave = cell[:, :, places.entry - 1], cell[:, :, places.exit]
-    more = None
-    if press is not None:
-        more = jnp.zeros((shape.lines, 3, shape.stations)).at[:, 1].set(press.stiffness).reshape(size, -1)
-    levels = factorise(*spans_blocks(shape, whole, places, more))
-    pulls = jnp.zeros((size, 2, shape.stations))
-    pulls = pulls.at[:, :, places.entry - 1].add(-entry[:size, size:] @ moves[0])
-    pulls = pulls.at[:, :, places.exit + 1].add(-leave[size:, :size] @ moves[1])
-    return FactorisedStiffness(levels, entry, leave, pulls, moves)
-
-
 def newton_step(
-    belt: BeltArrays, stiffness: FactorisedStiffness, on_nodes: Array, places: ChainLayout, lacking: Array
+    belt: BeltArrays,
+    levels: list[Level],
+    cell: Array,
+    on_nodes: Array,
+    places: ChainLayout,
+    moves: Array,
+    lacking: Array,
 ) -> tuple[Array, Array]:
     """Moves of the free nodes (3 m, n) [m] and of the tail pulley (2,) [m, rad] towards equilibrium.
 
-    lacking (2,): force [N] and moment [N m] on the tail pulley, which are to become 0.
+    Static condensation: the free nodes are solved for their own forces and for those of a unit of slide and of spin,
+    and two equations are left for the tail pulley.
+
+    levels: the factorised chain; cell [N/m], (6 m, 6 m, n): stiffness of the cells' stretch; on_nodes [N], (3 m, n);
+    moves: ``tail_derivatives``; lacking (2,): force [N] and moment [N m] on the tail pulley, which are to become 0.
     """
-    size, moves = on_nodes.shape[0], stiffness.moves
+    size = len(on_nodes)
+    entry, leave = cell[:, :, places.entry - 1], cell[:, :, places.exit]
+    pulls = jnp.zeros((size, 2, on_nodes.shape[-1]))  # forces on the free nodes by slide and spin
+    pulls = pulls.at[:, :, places.entry - 1].add(-entry[:size, size:] @ moves[0])
+    pulls = pulls.at[:, :, places.exit + 1].add(-leave[size:, :size] @ moves[1])
     wanted = jnp.where(places.free, on_nodes, 0.0)[:, None]
-    found = solve_chain(stiffness.levels, jnp.concatenate([wanted, stiffness.pulls], axis=1))
-    entry = stiffness.entry[size:, :size] @ found[..., places.entry - 1]
-    leave = stiffness.exit[:size, size:] @ found[..., places.exit + 1]
-    felt = -jnp.stack([entry, leave])  # by the tail's outermost stations: alone, with its slide, with its spin
-    own = -jnp.stack([stiffness.entry[size:, size:] @ moves[0], stiffness.exit[:size, :size] @ moves[1]])
+    found = solve_chain(levels, jnp.concatenate([wanted, pulls], axis=1))
+    at_ends = [entry[size:, :size] @ found[..., places.entry - 1], leave[:size, size:] @ found[..., places.exit + 1]]
+    felt = -jnp.stack(at_ends)  # by the tail's outermost stations: alone, with its slide, with its spin
+    own = -jnp.stack([entry[size:, size:] @ moves[0], leave[:size, :size] @ moves[1]])
     lacking = lacking + jnp.einsum("eip,ei->p", moves, felt[..., 0])
     (a, b), (c, d) = jnp.einsum("eip,eiq->pq", moves, felt[..., 1:] + own)
     fixed = belt.length
@@ -144,7 +116,6 @@ class Equilibrium(NamedTuple):
 
 
 def find_equilibrium(
-    shape: BatchShape,
     belt: BeltArrays,
     wraps: WrapArrays,
     nodes: Array,
@@ -161,17 +132,15 @@ def find_equilibrium(
     taut, moved = state.nodes[..., places.stations], command.travel - state.travel
 
     def iteration(found: Equilibrium, more: Array) -> tuple[Equilibrium, None]:
-        turned, pose = found.compliance_yaw, pose_of(shape, belt, command, found.tail, found.compliance_yaw)
+        turned, pose = found.compliance_yaw, pose_of(belt, command, found.tail, found.compliance_yaw)
         nodes, tail, tension, correction = _newton_iteration(
-            shape, belt, wraps, found.nodes, taut, found.tail, pose, places, state, command
+            belt, wraps, found.nodes, taut, found.tail, pose, places, state, command
         )
         if turned is not None:
             there = jnp.zeros_like(nodes).at[..., places.stations].set(nodes)
-            moment = yaw_moments(shape, wraps, pose, there, pull_on_nodes(shape, belt, there, command.share))
+            moment = yaw_moments(wraps, pose, there, pull_on_nodes(belt, there, command.share))
             turned = jnp.where(more, compliance_step(belt, state.compliance_yaw, turned, moment, moved), turned)
-        anchors = (
-            anchor_positions(belt, wraps, pose_of(shape, belt, command, tail, turned), state.layer, places) + aside
-        )
+        anchors = anchor_positions(belt, wraps, pose_of(belt, command, tail, turned), state.layer, places) + aside
         return Equilibrium(jnp.where(places.free, nodes, anchors), tail, tension, correction, turned), None
 
     begin = Equilibrium(nodes, tail, state.tension, state.correction, state.compliance_yaw)
@@ -180,7 +149,6 @@ def find_equilibrium(
 
 
 def _newton_iteration(
-    shape: BatchShape,
     belt: BeltArrays,
     wraps: WrapArrays,
     nodes: Array,
@@ -193,35 +161,33 @@ def _newton_iteration(
 ) -> tuple[Array, Array, Array, Array]:
     """One Newton iteration: the free nodes, slide and spin of the tail pulley, tension of the spans, and how far a node
     moved at most. ``taut`` [m]: the chain in its last equilibrium."""
-    behind = depth_at_ends(wraps, belt, pose)
-    twist = belt.twist.of_cells(belt.chord, places.ends, behind, state.tension, shape.stations)
-    press = None
+    twist, moves = twist_of_cells(belt, wraps, pose, places, state.tension), tail_derivatives(wraps, pose)
+    on_nodes, at_ends = chain_forces(belt, nodes, places, twist, command.share)
+    on_nodes = on_nodes.reshape(nodes.shape).at[:, 2].add(-belt.mass[:, None] * belt.gravity)
+    more = None
     if belt.guides is not None:
-        shares = belt.stiffness / belt.stiffness.sum()
-        press = guide_forces(belt.guides, belt.chord, shares, nodes, places.free)
-    moves = tail_derivatives(shape, wraps, pose)
-    stiffness = factorise_equilibrium(shape, belt, nodes, taut, places, twist, command.share, moves, press)
-    on_nodes, at_ends = chain_forces(shape, belt, nodes, places, twist, command.share)
-    on_nodes = on_nodes + station_weight(shape, belt)
-    if press is not None:
-        on_nodes = on_nodes.at[1::3].add(press.force)
+        force, stiffness = guide_forces(belt, nodes, places.free)
+        on_nodes = on_nodes.at[:, 1].add(force)
+        more = jnp.zeros_like(nodes).at[:, 1].set(stiffness).reshape(-1, nodes.shape[-1])
     if belt.loads is not None:
-        more = load_forces(belt.loads, belt.chord, belt.stiffness, belt.line_y, belt.mass, nodes)
-        on_nodes = on_nodes + command.share * more.reshape(on_nodes.shape)
-    on_tail = jnp.einsum("eip,ei->p", moves, at_ends[TAIL])
-    arms = jnp.where(places.on_tail, nodes[:, 0] - tail[0], 0.0).sum(axis=1)
-    lacking = on_tail + jnp.stack([belt.load, belt.gravity * (belt.mass @ arms)])
-    change, tail_change = newton_step(belt, stiffness, on_nodes, places, lacking)
+        on_nodes = on_nodes + command.share * load_forces(belt, nodes)
+    cell, whole = chain_stiffness(belt, nodes, taut, places, twist, command.share)
+    levels = factorise(*spans_blocks(whole, places, more))
+    on_tail = loads_on_tail(belt, nodes, places, pose, moves, at_ends)
+    change, tail_change = newton_step(
+        belt, levels, cell, on_nodes.reshape(-1, nodes.shape[-1]), places, moves, on_tail.at[0].add(belt.load)
+    )
     return nodes + change.reshape(nodes.shape), tail + tail_change, -0.5 * on_tail[0], jnp.abs(change).max()
 
 
-def predict(shape: BatchShape, line_y: Array, nodes: Array, held: Array, places: ChainLayout, chords: Array) -> Array:
+def predict(belt: BeltArrays, nodes: Array, held: Array, places: ChainLayout, chords: Array) -> Array:
     """The chain led on by so many chords: free stations go along their links, held ones where the pulleys take them.
 
     What a span's ends are taken further than along their links is shared out along the span, linearly, and unless it
     is limp, as a beam bends when they turn in its plane: a link that took it all would be slack or twice as tight.
     """
     at, link = jnp.arange(nodes.shape[-1]), jnp.roll(nodes, -1, axis=-1) - nodes
+    shape, line_y = belt.shape, belt.line_y
     along = nodes + chords * (link if shape.sign > 0 else jnp.roll(link, 1, axis=-1) * -1.0)
     (before_head, after_head), (entry, leaves) = places.ends
     found = held
@@ -246,45 +212,40 @@ def predict(shape: BatchShape, line_y: Array, nodes: Array, held: Array, places:
     return found
 
 
-def step(shape: BatchShape, belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
+def step(belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
     """The state after a step."""
-    moved = command.travel - state.travel
+    moved, sign = command.travel - state.travel, belt.shape.sign
     shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
-    spin = state.pose.spin[TAIL] + shape.sign * moved / belt.surfaces.radius[TAIL]
+    spin = state.pose.spin[TAIL] + sign * moved / belt.surfaces.radius[TAIL]
     tail = jnp.stack([state.pose.centre[TAIL, 0], spin])
-    pose, wraps, kinks = pose_of(shape, belt, command, tail, state.compliance_yaw), state.wraps, state.kinks
-    if shape.canted:
-        stands = (moved == 0.0) & (state.travel >= 0.0)
-        rolled = jnp.where(stands, pose.axes[:, 2, 1] - state.pose.axes[:, 2, 1], 0.0)
-        wraps = jax.vmap(roll_anchors)(belt.surfaces, wraps, pose, rolled)
+    pose, wraps, kinks = pose_of(belt, command, tail, state.compliance_yaw), state.wraps, state.kinks
     if kinks is not None:
-        wraps, kinks = jax.vmap(partial(hold_run_up_end, sign=shape.sign))(wraps, belt.surfaces, pose, kinks)
-    wraps = sink_wraps(shape, belt, wraps, pose, moved, shaped)
-    places = cut_chain(shape, wraps)
+        wraps, kinks = jax.vmap(partial(hold_run_up_end, sign=sign))(wraps, belt.surfaces, pose, kinks)
+    wraps = sink_wraps(belt, wraps, (state.pose, pose), moved, shaped, (moved == 0.0) & (state.travel >= 0.0))
+    places = cut_chain(wraps)
     taut = state.nodes[..., places.stations]
     anchors = anchor_positions(belt, wraps, pose, state.layer, places)
-    nodes = predict(shape, belt.line_y, taut, jnp.where(places.free, taut, anchors), places, moved / belt.chord)
+    nodes = predict(belt, taut, jnp.where(places.free, taut, anchors), places, moved / belt.chord)
     wraps = release_stations(belt, wraps, pose)
-    places = divide_chain(shape, wraps, places.stations)
+    places = divide_chain(wraps, places.stations)
     if state.layer is not None:
         anchors = anchor_positions(belt, wraps, pose, state.layer, places)
     chords, aside = moved / belt.chord, 0.0
     if kinks is not None:
-        aside = end_offsets(shape, wraps, pose, places, taut, chords, kinks, belt.chord)
+        aside = end_offsets(belt, wraps, pose, places, taut, chords, kinks)
     nodes = jnp.where(places.free, nodes, anchors + aside)
-    found = find_equilibrium(shape, belt, wraps, nodes, tail, places, state, command, aside)
+    found = find_equilibrium(belt, wraps, nodes, tail, places, state, command, aside)
     nodes = jnp.zeros_like(nodes).at[..., places.stations].set(found.nodes)
-    pose, slip = pose_of(shape, belt, command, found.tail, found.compliance_yaw), state.slip
+    pose, slip = pose_of(belt, command, found.tail, found.compliance_yaw), state.slip
     if slip is not None:
-        pull = pull_on_nodes(shape, belt, nodes, command.share)
-        wraps, slip = slide_wraps(shape, belt, wraps, pose, pull, slip, shaped)
-    wraps, layer = _land_step(shape, belt, wraps, pose, nodes, state, command)
+        pull = pull_on_nodes(belt, nodes, command.share)
+        wraps, slip = slide_wraps(belt, wraps, pose, pull, slip, shaped)
+    wraps, layer = _land_step(belt, wraps, pose, nodes, state, command)
     after = found.tension, command.travel, found.correction, slip, kinks, found.compliance_yaw, layer
     return TravelState(nodes, wraps, pose, *after)
 
 
 def _land_step(
-    shape: BatchShape,
     belt: BeltArrays,
     wraps: WrapArrays,
     pose: PoseArrays,
@@ -307,25 +268,24 @@ def _land_step(
 
 
 def end_offsets(
-    shape: BatchShape,
+    belt: BeltArrays,
     wraps: WrapArrays,
     poses: PoseArrays,
     places: ChainLayout,
     taut: Array,
     moved: Array,
     kinks: RopeKinks,
-    chord: Array,
 ) -> Array:
     """By how much held stations of the chain of a limp belt stand aside of their anchors [m], shape (m, 3, n).
 
     taut [m], (m, 3, n): the chain in its last equilibrium; moved [1]: chords that it has been led on since.
     """
-    sign, found = shape.sign, jnp.zeros_like(taut)
+    sign, found = belt.shape.sign, jnp.zeros_like(taut)
     for pulley in (HEAD, TAIL):
         wrap, pose, kink = (jax.tree.map(lambda v, p=pulley: v[p], tree) for tree in (wraps, poses, kinks))
         last, first = places.ends[pulley, run_off_end(sign)], places.ends[pulley, run_up_end(sign)]
         free, next_free, far = (taut[..., last + i * sign] for i in (1, 2, KINK_STATIONS))
-        move, _ = run_off_line(wrap, pose, sign, free + moved * (next_free - free), far, chord)
+        move, _ = run_off_line(wrap, pose, sign, free + moved * (next_free - free), far, belt.chord)
         found = found.at[..., last].add(move[:, None] * pose.axes[:, 1])
         found = found.at[..., first].add(-kink.offset * pose.axes[:, 1])
     return found

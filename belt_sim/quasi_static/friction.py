@@ -48,7 +48,6 @@ def worst_residual(table: np.ndarray, recorded: np.ndarray) -> np.ndarray:
 
 
 def slide_wraps(
-    shape: BatchShape,
     belt: BeltArrays,
     wraps: WrapArrays,
     pose: PoseArrays,
@@ -57,11 +56,10 @@ def slide_wraps(
     shaped: Array,
 ) -> tuple[WrapArrays, SlipState]:
     """Both wraps with their anchors moved; pull [N], (m, 3, n); shaped: 1 where the pulleys are what they are."""
-    return jax.vmap(lambda *one: _slide_wrap(shape, belt, pull, shaped, *one))(wraps, belt.surfaces, pose, slip)
+    return jax.vmap(lambda *one: _slide_wrap(belt, pull, shaped, *one))(wraps, belt.surfaces, pose, slip)
 
 
 def _slide_wrap(
-    shape: BatchShape,
     belt: BeltArrays,
     pull: Array,
     shaped: Array,
@@ -71,6 +69,7 @@ def _slide_wrap(
     slip: SlipState,
 ) -> tuple[WrapArrays, SlipState]:
     assert belt.sliding_stiffness is not None
+    shape = belt.shape
     count = (wrap.last - wrap.first) % shape.stations + 1
     at = jnp.arange(shape.held)
     k = (wrap.first + at) % shape.stations

@@ -40,7 +40,7 @@ def main(rig: str, count: int, segments: int) -> None:
     wall, cpu = 1e3 * np.median(took, axis=0) / SEGMENT
     device = jax.devices()[0]
     peak = (device.memory_stats() or {}).get("peak_bytes_in_use", 0)
-    stations = ready[0].model.shape.stations
+    stations = ready[0].model.belt.shape.stations
     print(
         f"| {rig}, {stations} stations | {count} | {prepared - begun:.1f} + {traced - prepared:.1f} + "
         f"{compiled - traced:.1f} s | {wall:.3f} ms ({cpu:.3f} CPU) | {wall / count:.4f} ms | {peak / 1e9:.2f} GB | "

@@ -50,11 +50,11 @@ def step_time(cases: int, dx: float) -> dict[str, Any]:
     ready = [prepare_case(case_at(t), travel=TRAVEL, options=options) for t in np.geomspace(10, 60, cases)]
     arrays = jax.tree.map(lambda *v: np.stack(v), *[(r.belt, r.state, r.plan.commands) for r in ready])
     arrays = jax.device_put(arrays)
-    march = run_batch.lower(ready[0].shape, *arrays).compile()
+    march = run_batch.lower(*arrays).compile()
     steps = ready[0].plan.commands.travel.size
     taken = min(_seconds(march, *arrays) for _ in range(REPEATS)) / steps
     moved = float((march.cost_analysis() or {}).get("bytes accessed", np.nan))  # the loop's body is counted once
-    row = {"device": str(jax.devices()[0].device_kind), "cases": cases, "stations": ready[0].shape.stations}
+    row = {"device": str(jax.devices()[0].device_kind), "cases": cases, "stations": ready[0].stations}
     return row | {"ms": 1e3 * taken, "megabytes": 1e-6 * moved, "gigabytes_a_second": 1e-9 * bandwidth()}
 
 

@@ -71,7 +71,7 @@ def test_unlike_meshes_are_batches_of_their_own(monkeypatch):
 
     def recorded(ready, batch):
         seen.append([float(r.case.settings.tension) / 1e6 for r in ready])
-        yield from ([r.shape.stations] for r in ready)
+        yield from ([r.stations] for r in ready)
 
     monkeypatch.setattr(quasi_static, "ENGINE", replace(quasi_static.ENGINE, in_batches=recorded))
     fine = {"model": {"name": "mujoco_flex", "dx": 0.03}}
