@@ -1,10 +1,10 @@
 """A run in three dimensions: case in, curves out. One step is pulleys, springs, forces, MuJoCo, contact."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
+from typing import TypeAlias
 
 import jax
 import mujoco
@@ -22,7 +22,7 @@ from belt_sim.mujoco3d.elastic import twist_forces
 from belt_sim.mujoco3d.friction import SlidingStiffness, read_sliding_stiffness
 from belt_sim.mujoco3d.loads import guide_forces, load_forces
 from belt_sim.mujoco3d.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
-from belt_sim.mujoco3d.mesh import BELT_MODELS, Mesh, drag_coefficients
+from belt_sim.mujoco3d.mesh import BELT_MODELS, drag_coefficients
 from belt_sim.mujoco3d.mujoco_interface import Solver, Springs, compile_model, mjcf
 from belt_sim.mujoco3d.options import (
     BELTS,
@@ -55,87 +55,54 @@ from belt_sim.mujoco3d.wrap import (
 from belt_sim.scene_parts import SceneParts
 
 
-class NodeLoad(Protocol):
-    """Something that acts on the nodes during a step."""
-
-    def forces(self, state: RunState, springs: Springs) -> np.ndarray:
-        """[N], shape (n, m, 3); springs: those that hold the nodes during the step."""
-
-
-@dataclass(frozen=True)
-class SectionCouples:
-    """The couples on the sections of the free spans that lines lack (elastic.TwistStiffness).
-
-    rest_roll [m], shape (n,): height of the first line above the last in the stress-free places.
-    """
-
-    belt: BeltArrays
-    surfaces: Sequence[SurfaceArrays]
-    rest_roll: np.ndarray
-
-    def forces(self, state: RunState, springs: Springs) -> np.ndarray:
-        """The couples as vertical forces on the outer nodes; ``springs`` hold the landed sections."""
-        belt, n = self.belt, len(state.slides)
-        tension = max(-0.5 * float(state.loads[TAIL, 0]), 0.0)
-        ends = np.array([[w.first, w.last] for w in state.wraps])
-        behind = np.array(
-            [
-                [outer_depth(*pulley, end) for end in (FIRST, LAST)]
-                for pulley in zip(state.wraps, self.surfaces, state.poses, strict=True)
-            ]
-        )
-        stiffness = belt.twist.of_cells(belt.chord, ends, behind, tension, n)
-        roll = self.rest_roll + state.slides[:, 0, 2] - state.slides[:, -1, 2]
-        couple = twist_forces(roll, stiffness, belt.twist.cubic)
-        forces = np.zeros_like(state.slides)
-        forces[:, 0, 2] = couple - np.roll(couple, 1)
-        forces[:, -1, 2] = -forces[:, 0, 2]
-        return forces
+def section_couples(engine: "Engine", state: RunState, springs: Springs) -> np.ndarray:
+    """The couples on the sections of the free spans that lines lack (elastic.TwistStiffness), as vertical forces on the
+    outer nodes; ``springs`` hold the landed sections."""
+    belt, rest = engine.belt, engine.scene.mesh.rest
+    tension = max(-0.5 * float(state.loads[TAIL, 0]), 0.0)
+    ends = np.array([[w.first, w.last] for w in state.wraps])
+    pulleys = list(zip(state.wraps, engine.surfaces, state.poses, strict=True))
+    behind = np.array([[outer_depth(*pulley, end) for end in (FIRST, LAST)] for pulley in pulleys])
+    stiffness = belt.twist.of_cells(belt.chord, ends, behind, tension, len(rest))
+    roll = rest[:, 0, 2] - rest[:, -1, 2] + state.slides[:, 0, 2] - state.slides[:, -1, 2]
+    couple = twist_forces(roll, stiffness, belt.twist.cubic)
+    forces = np.zeros_like(state.slides)
+    forces[:, 0, 2] = couple - np.roll(couple, 1)
+    forces[:, -1, 2] = -forces[:, 0, 2]
+    return forces
 
 
-@dataclass(frozen=True)
-class SpanLoads:
+def span_loads(engine: "Engine", state: RunState, springs: Springs) -> np.ndarray:
     """Loads at a place of the spans or all along them, as they set in."""
-
-    belt: BeltArrays
-    mesh: Mesh
-
-    def forces(self, state: RunState, springs: Springs) -> np.ndarray:
-        nodes = self.mesh.nodes(state.slides)
-        return state.share * np.moveaxis(load_forces(self.belt, nodes), -1, 0)
+    nodes = engine.scene.mesh.nodes(state.slides)
+    return state.share * np.moveaxis(load_forces(engine.belt, nodes), -1, 0)
 
 
-@dataclass(frozen=True)
-class SwayDrag:
+def sway_drag(engine: "Engine", state: RunState, springs: Springs) -> np.ndarray:
     """What is added to the drag of the slides of a limp belt's nodes, so that it acts against waves only.
 
-    sign: +1 or -1, travel along station numbers; drag [N s/m], shape (m,): sideways damping of a node; dt [s].
+    It is drag times the sideways speed of a straight span, which is linear between its ends: at the tangent point
+    (theta its direction) that is v (theta + slope), at the run-up it is the pulley's.
     """
-
-    mesh: Mesh
-    sign: int
-    drag: np.ndarray
-    dt: float
-
-    def forces(self, state: RunState, springs: Springs) -> np.ndarray:
-        """Drag times the sideways speed of a straight span, which is linear between its ends.
-
-        At the tangent point (theta its direction) that is v (theta + slope), at the run-up it is the pulley's.
-        """
-        mesh, forces, y = self.mesh, np.zeros_like(state.slides), self.mesh.rest[..., 1] + state.slides[..., 1]
-        if state.speed == 0.0:
-            return forces
-        for begins, ends in ((HEAD, TAIL), (TAIL, HEAD)):
-            wrap, first = state.wraps[ends], state.run_off_stations[begins]
-            landed = (wrap.first, wrap.last)[run_up_end(self.sign)]
-            links = self.sign * (landed - first) % mesh.stations
-            k = (first + self.sign * np.arange(1, links + 1)) % mesh.stations
-            theta = (y[k[-1]] - y[k[0]]) / (mesh.chord * (links - 1))
-            at_run_off = state.speed * (theta + state.kink_slope[begins])
-            at_run_up = (springs.rest[k[-1]] - state.slides[k[-1]])[:, 1] / self.dt
-            share = np.arange(1, links)[:, None] / links
-            forces[k[:-1], :, 1] = self.drag * (at_run_off + (at_run_up - at_run_off) * share)
+    mesh, options, sign = engine.scene.mesh, engine.scene.options, engine.belt.shape.sign
+    forces, y = np.zeros_like(state.slides), mesh.rest[..., 1] + state.slides[..., 1]
+    if state.speed == 0.0:
         return forces
+    for begins, ends in ((HEAD, TAIL), (TAIL, HEAD)):
+        wrap, first = state.wraps[ends], state.run_off_stations[begins]
+        landed = (wrap.first, wrap.last)[run_up_end(sign)]
+        links = sign * (landed - first) % mesh.stations
+        k = (first + sign * np.arange(1, links + 1)) % mesh.stations
+        theta = (y[k[-1]] - y[k[0]]) / (mesh.chord * (links - 1))
+        at_run_off = state.speed * (theta + state.kink_slope[begins])
+        at_run_up = (springs.rest[k[-1]] - state.slides[k[-1]])[:, 1] / options.dt
+        share = np.arange(1, links)[:, None] / links
+        forces[k[:-1], :, 1] = options.damping * mesh.mass * (at_run_off + (at_run_up - at_run_off) * share)
+    return forces
+
+
+#: forces [N] on the nodes in a step, (n, m, 3), beside those of the belt; the springs hold nodes during the step
+NodeLoad: TypeAlias = Callable[["Engine", RunState, Springs], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -158,13 +125,7 @@ class Engine:
         mesh, options, parts = scene.mesh, scene.options, scene.parts
         belt = belt_arrays(scene, active_features([parts])._replace(slips=False))
         belt, shape = jax.tree.map(lambda v: v if v.ndim else float(v), belt), belt.shape
-        surfaces, loads = surfaces_of(belt), list[NodeLoad]()
-        if mesh.lines > 1:
-            loads.append(SectionCouples(belt, surfaces, mesh.rest[:, 0, 2] - mesh.rest[:, -1, 2]))
-        if belt.loads is not None:
-            loads.append(SpanLoads(belt, mesh))
-        if shape.limp:
-            loads.append(SwayDrag(mesh, shape.sign, options.damping * mesh.mass, options.dt))
+        loads = (section_couples, mesh.lines > 1), (span_loads, belt.loads is not None), (sway_drag, shape.limp)
         curved = parts.camber is not None or mesh.residual
         rest_lengths = RestLengths.from_mesh(mesh, solver) if curved else None
         if rest_lengths is not None and mesh.residual:
@@ -174,8 +135,9 @@ class Engine:
         tangent = (
             in_float64(read_sliding_stiffness)(belt.ties, shape.bonds, mesh, scene.loop, inertia) if slides else None
         )
-        pulleys = Pulleys.from_scene(scene, surfaces, solver.model)
-        return Engine(scene, solver, belt, surfaces, pulleys, tuple(loads), tangent, rest_lengths)
+        surfaces = surfaces_of(belt)
+        pulleys, acting = Pulleys.from_scene(scene, surfaces, solver.model), tuple(f for f, acts in loads if acts)
+        return Engine(scene, solver, belt, surfaces, pulleys, acting, tangent, rest_lengths)
 
     def lay(self) -> RunState:
         """The belt laid round the pulleys, at rest."""
@@ -206,7 +168,7 @@ class Engine:
         springs = self._springs(state)
         forces = np.zeros_like(state.slides)
         for load in self.loads:
-            forces += load.forces(state, springs)
+            forces += load(self, state, springs)
         if self.rest_lengths is not None:
             solver.set_rest_lengths(self.rest_lengths.lengths(state.share))
         solver.damp(drag_coefficients(scene.mesh, *command.drag))

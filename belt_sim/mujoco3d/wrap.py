@@ -375,12 +375,7 @@ def thread_places(
 
 
 def sink_wraps(
-    belt: BeltArrays,
-    wraps: WrapArrays,
-    poses: tuple[PoseArrays, PoseArrays],
-    moved: Array,
-    shaped: Array,
-    stands: Array,
+    belt: BeltArrays, wraps: WrapArrays, poses: tuple[PoseArrays, PoseArrays], moved: Array, shaped: Array, rests: Array
 ) -> WrapArrays:
     """The stations on the pulleys on their paths for where the pulleys will be.
 

@@ -1,7 +1,7 @@
 """A state is all that a run goes on from, its loads add up, and one place holds the nodes."""
 
 from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import chain, islice
 
 import numpy as np
@@ -43,14 +43,9 @@ def test_a_run_goes_on_from_its_state_alone(short_rig, belt, changed):
     assert other.state.wraps[0].first == one.state.wraps[0].first
 
 
-@dataclass
-class Push:
+def push(force):
     """A load that is the same everywhere."""
-
-    force: float
-
-    def forces(self, state, springs):
-        return np.full_like(state.slides, self.force)
+    return lambda engine, state, springs: np.full_like(state.slides, force)
 
 
 def first_step(run, monkeypatch):
@@ -67,7 +62,7 @@ def first_step(run, monkeypatch):
 
 def test_loads_add_up(short_rig, monkeypatch):
     run = begun(short_rig, "flex", QUICK)
-    run.engine = replace(run.engine, loads=(Push(2.0), Push(0.5)))
+    run.engine = replace(run.engine, loads=(push(2.0), push(0.5)))
     _, forces = first_step(run, monkeypatch)
     np.testing.assert_array_equal(forces, 2.5)
 
