@@ -48,7 +48,7 @@ TRUE = ViewScale()
 
 
 def view_scale_of(case: Case, travel: float) -> ViewScale:
-    """A look for ``travel`` [m]: a rope's drift, yaw * travel / 2, within DRAWN_WIDTHS; angles that can be seen."""
+    """A scale for ``travel`` [m]: a rope's drift, yaw * travel / 2, within DRAWN_WIDTHS; angles that can be seen."""
     length, width = float(case.rig.centre_distance), float(case.belt.width)
     long = max(DRAWN_LENGTH * width, DRAWN_DIAMETERS * 2.0 * float(case.rig.tail_radius))
     shortened = next((s for s in SHORTENINGS if length / s <= long), SHORTENINGS[-1])
@@ -62,7 +62,7 @@ def full_colour_tilt(case: Case) -> float:
     return max(20.0 * _largest_yaw(case), 1e-3)
 
 
-def enlarge(frame: Frame, look: ViewScale) -> Frame:
+def enlarge(frame: Frame, scale: ViewScale) -> Frame:
     """The frame as it is drawn; width, sag and pulleys stay true.
 
     A centre line (x, y, z) becomes (x', lateral y, z), where x' shortens what lies between the axes. The half
@@ -71,16 +71,16 @@ def enlarge(frame: Frame, look: ViewScale) -> Frame:
     left, right = np.asarray(frame.left, float), np.asarray(frame.right, float)
     centre, half = 0.5 * (left + right), 0.5 * (left - right)
     points = np.asarray(frame.points, float)
-    centre, points = (_move_points(at, frame.tail_x, look) for at in (centre, points))
-    half = half * [look.plan, 1.0, look.tilt]
+    centre, points = (_move_points(at, frame.tail_x, scale) for at in (centre, points))
+    half = half * [scale.plan, 1.0, scale.tilt]
     return replace(
         frame,
         left=centre + half,
         right=centre - half,
         points=points,
-        yaw_tail=frame.yaw_tail * look.plan,
-        yaw_head=frame.yaw_head * look.plan,
-        tail_x=frame.tail_x / look.shortened,
+        yaw_tail=frame.yaw_tail * scale.plan,
+        yaw_head=frame.yaw_head * scale.plan,
+        tail_x=frame.tail_x / scale.shortened,
     )
 
 
@@ -101,9 +101,9 @@ def thin_stations(frame: Frame, radius: float) -> Frame:
     return replace(frame, left=thin[0], right=thin[1])
 
 
-def _move_points(at: np.ndarray, tail_x: float, look: ViewScale) -> np.ndarray:
+def _move_points(at: np.ndarray, tail_x: float, scale: ViewScale) -> np.ndarray:
     x = np.clip(at[:, 0], 0.0, tail_x)
-    return np.column_stack([at[:, 0] - x + x / look.shortened, at[:, 1] * look.lateral, at[:, 2]])
+    return np.column_stack([at[:, 0] - x + x / scale.shortened, at[:, 1] * scale.lateral, at[:, 2]])
 
 
 def _largest_yaw(case: Case) -> float:

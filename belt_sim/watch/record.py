@@ -16,7 +16,7 @@ from belt_sim.si import MM
 from belt_sim.watch import series
 from belt_sim.watch.geometry import frames as belt_frames
 from belt_sim.watch.geometry import view_scale_of
-from belt_sim.watch.rerun import APPLICATION, RecordingFile, send_blueprint
+from belt_sim.watch.rerun import APPLICATION, RecordingFile
 from belt_sim.watch.scene import Scene, plot, scale_words, space, time_panel
 
 MRAD = 1e-3
@@ -38,6 +38,16 @@ class Overlay:
     modelled: Mapping[str, Curves] = field(default_factory=dict)
     measured: Curves | None = None
     case: Case | None = None
+
+    @property
+    def drawn(self) -> Curves:
+        """The curves whose belt is drawn in space."""
+        return list(self.modelled.values())[-1]
+
+    @property
+    def length(self) -> float:
+        """Travel [m] of these."""
+        return float(self.drawn.travel[-1] - self.drawn.travel[0])
 
 
 def record_curves(
@@ -64,7 +74,7 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay]) -> None:
     tabs = [_tab(name, overlay) for name, overlay in runs.items()]
     body = rrb.Tabs(*tabs) if len(tabs) > 1 else tabs[0]
     panels = rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed")
-    send_blueprint(recording, rrb.Blueprint(body, time_panel(live=False), *panels))
+    rr.send_blueprint(rrb.Blueprint(body, time_panel(live=False), *panels), recording=recording)
     pictures = min(max(PICTURES // len(runs), FEWEST), MOST)
     for name, overlay in runs.items():
         _log_run(recording, name, overlay, pictures)
@@ -81,31 +91,23 @@ def root_of(run: str) -> str:
     return f"runs/{path_part(run)}"
 
 
-@dataclass(frozen=True)
-class _Pen:
-    """Colour and width [px] of curves; those of the head pulley and of the lower span are paler."""
-
-    colour: str
-    width: float = 2.0
-
-    def colour_for(self, paler: bool) -> str:
-        return pale(self.colour) if paler else self.colour
-
-
 def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay, pictures: int) -> None:
-    """Log one run."""
+    """Log one run, the belt in space at most ``pictures`` times."""
     root, measured = root_of(run), overlay.measured
     wanted = _measured_points(measured)
     for k, (name, curves) in enumerate(overlay.modelled.items()):
-        pen = _Pen(MODELS[k % len(MODELS)])
-        _log_curves(recording, root, name, _fewer(curves), pen, wanted)
+        colour = MODELS[k % len(MODELS)]
+        _log_curves(recording, root, name, _fewer(curves), wanted, colour)
         if measured is not None:
             error = _residual(curves, measured)
-            _columns(recording, f"{root}/residual/{path_part(name)}", error.travel, _points(error, name, wanted), pen)
+            labelled = _points(error, name, wanted)
+            _columns(recording, f"{root}/residual/{path_part(name)}", error.travel, labelled, colour)
     if measured is not None:
-        _log_curves(recording, root, MEASURED_NAME, measured, _Pen(MEASURED_COLOUR, 1.2), wanted)
+        _log_curves(recording, root, MEASURED_NAME, measured, wanted, MEASURED_COLOUR, width=1.2)
     if overlay.case is not None and overlay.modelled:
-        _log_picture(recording, root, overlay.case, _overlay_curves(overlay), pictures)
+        length = overlay.length
+        scene = Scene(recording, f"{root}/belt", overlay.case, view_scale_of(overlay.case, length))
+        scene.frames(list(belt_frames(overlay.case, overlay.drawn, every=max(length / pictures, 0.1))))
 
 
 def _measured_points(measured: Curves | None) -> tuple[bool, ...]:
@@ -125,14 +127,20 @@ def _fewer(curves: Curves) -> Curves:
 
 
 def _log_curves(
-    recording: rr.RecordingStream, root: str, name: str, curves: Curves, pen: _Pen, wanted: Sequence[bool]
+    recording: rr.RecordingStream,
+    root: str,
+    name: str,
+    curves: Curves,
+    wanted: Sequence[bool],
+    colour: str,
+    width: float = 2.0,
 ) -> None:
     """The points ``wanted`` of 1-4 [mm] and the tilts [mrad] of one set of curves."""
-    _columns(recording, f"{root}/y/{path_part(name)}", curves.travel, _points(curves, name, wanted), pen)
+    _columns(recording, f"{root}/y/{path_part(name)}", curves.travel, _points(curves, name, wanted), colour, width)
     if curves.tilt is not None and np.any(curves.tilt):
         upper, lower = np.asarray(curves.tilt, float) / MRAD
         tilts = {f"upper {name}": (upper, False), f"lower {name}": (lower, True)}
-        _columns(recording, f"{root}/tilt/{path_part(name)}", curves.travel, tilts, pen)
+        _columns(recording, f"{root}/tilt/{path_part(name)}", curves.travel, tilts, colour, width)
 
 
 def _points(curves: Curves, name: str, wanted: Sequence[bool]) -> dict[str, tuple[np.ndarray, bool]]:
@@ -154,34 +162,23 @@ def _columns(
     path: str,
     travel: np.ndarray,
     curves: Mapping[str, tuple[np.ndarray, bool]],
-    pen: _Pen,
+    colour: str,
+    width: float = 2.0,
 ) -> None:
-    """Time series of one name at once; travel at which none is finite was not measured and is left out."""
+    """Time series of one name at once; travel at which none is finite was not measured and is left out.
+
+    curves: label -> (values, whether it is drawn paler); width [px].
+    """
     values = np.column_stack([v for v, _ in curves.values()]) if curves else np.empty((len(travel), 0))
     known = np.isfinite(values).any(axis=1)
     if not known.any():
         return
-    series.style(recording, path, list(curves), [pen.colour_for(paler) for _, paler in curves.values()], pen.width)
+    colours = [pale(colour) if paler else colour for _, paler in curves.values()]
+    series.style(recording, path, list(curves), colours, width)
     millimetres = np.rint(np.asarray(travel, float)[known] / MM).astype(np.int64)
     index = rr.TimeColumn(series.TRAVEL, sequence=millimetres)
     shown = rr.Scalars.columns(scalars=values[known].ravel()).partition([len(curves)] * int(known.sum()))
     rr.send_columns(path, [index], shown, recording=recording)
-
-
-def _log_picture(recording: rr.RecordingStream, root: str, case: Case, curves: Curves, pictures: int) -> None:
-    """The belt in space, at most ``pictures`` times."""
-    length = _length(curves)
-    scene = Scene(recording, f"{root}/belt", case, view_scale_of(case, length))
-    scene.frames(list(belt_frames(case, curves, every=max(length / pictures, 0.1))))
-
-
-def _overlay_curves(overlay: Overlay) -> Curves:
-    """The curves whose belt is drawn in space: the last model's."""
-    return list(overlay.modelled.values())[-1]
-
-
-def _length(curves: Curves) -> float:
-    return float(curves.travel[-1] - curves.travel[0])
 
 
 def _tab(run: str, overlay: Overlay) -> rrb.Container:
@@ -197,7 +194,7 @@ def _tab(run: str, overlay: Overlay) -> rrb.Container:
     row = rrb.Horizontal(*plots, name=run)
     if overlay.case is None or not overlay.modelled:
         return row
-    look = view_scale_of(overlay.case, _length(_overlay_curves(overlay)))
-    title = f"{run}, {list(overlay.modelled)[-1]}: {scale_words(overlay.case, look)}"
-    picture = space(overlay.case, f"{root}/belt", title, look)
+    scale = view_scale_of(overlay.case, overlay.length)
+    title = f"{run}, {list(overlay.modelled)[-1]}: {scale_words(overlay.case, scale)}"
+    picture = space(overlay.case, f"{root}/belt", title, scale)
     return rrb.Vertical(picture, row, row_shares=[1, 1], name=run)

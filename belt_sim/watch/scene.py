@@ -4,7 +4,6 @@ series below it.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -28,9 +27,9 @@ BACKGROUND = [206, 214, 223]
 WIDE, NARROW = 0.22, 0.32
 
 
-def space(case: Case, root: str, name: str, look: ViewScale) -> rrb.Spatial3DView:
+def space(case: Case, root: str, name: str, scale: ViewScale) -> rrb.Spatial3DView:
     """A view of the machine as drawn, from beside and beyond the tail pulley, whose yaw is what matters."""
-    length, radius = float(case.rig.centre_distance) / look.shortened, float(case.rig.tail_radius)
+    length, radius = float(case.rig.centre_distance) / scale.shortened, float(case.rig.tail_radius)
     whole = length + 2.0 * radius
     eye = rrb.EyeControls3D(
         kind=rrb.Eye3DKind.Orbital,
@@ -59,14 +58,14 @@ def time_panel(live: bool) -> rrb.TimePanel:
     return rrb.TimePanel(timeline=TRAVEL, fps=PLAY_SPEED, state="collapsed", play_state=state)
 
 
-def scale_words(case: Case, look: ViewScale) -> str:
+def scale_words(case: Case, scale: ViewScale) -> str:
     """What is enlarged, and what the colours mean."""
-    return f"{look.words()}; colour: tilt, white 0, red/blue +-{full_colour_tilt(case) / 1e-3:.0f} mrad"
+    return f"{scale.words()}; colour: tilt, white 0, red/blue +-{full_colour_tilt(case) / 1e-3:.0f} mrad"
 
 
-def of_run(case: Case, travel: float, look: ViewScale, live: bool) -> rrb.Blueprint:
+def of_run(case: Case, travel: float, scale: ViewScale, live: bool) -> rrb.Blueprint:
     """The machine with its movements enlarged (and, as a tab, true to scale) above the plots."""
-    seen = space(case, DRAWN_ROOT, scale_words(case, look), look)
+    seen = space(case, DRAWN_ROOT, scale_words(case, scale), scale)
     machine = rrb.Tabs(seen, space(case, TRUE_ROOT, "True to scale", TRUE), active_tab=0)
     loads = rrb.Tabs(
         plot("series/moment", "Entry moment [N m]", travel),
@@ -103,13 +102,13 @@ LYING = rr.RotationAxisAngle(axis=[1, 0, 0], radians=math.pi / 2)
 
 
 class Scene:
-    """One drawing of the machine under ``root``, as the ``look`` has it."""
+    """One drawing of the machine under ``root``, as the ``scale`` has it."""
 
-    def __init__(self, recording: rr.RecordingStream, root: str, case: Case, look: ViewScale = TRUE) -> None:
-        self.recording, self.root, self.case, self.look = recording, root, case, look
+    def __init__(self, recording: rr.RecordingStream, root: str, case: Case, scale: ViewScale = TRUE) -> None:
+        self.recording, self.root, self.case, self.scale = recording, root, case, scale
         self.full_tilt = full_colour_tilt(case)
         self.stations = 0
-        self.least, self.most = np.full(4, np.inf), np.full(4, -np.inf)
+        self.reach = np.empty((0, 4))  # least and most y of points 1-4 so far
         recording.log(root, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         radii = {"head": case.rig.head_radius, "tail": case.rig.tail_radius}
         for name, radius in radii.items():
@@ -119,7 +118,7 @@ class Scene:
 
     def _pulley(self, name: str, radius: float) -> None:
         """A grey cylinder along y, its axis, and a faint line where an aligned axis would be."""
-        width = (FACE_TRUE if self.look == TRUE else FACE_DRAWN) * float(self.case.belt.width)
+        width = (FACE_TRUE if self.scale == TRUE else FACE_DRAWN) * float(self.case.belt.width)
         reach = (0.5 + STUB) * width
         path, log = f"{self.root}/{name}", self.recording.log
         body = rr.Cylinders3D(
@@ -138,8 +137,8 @@ class Scene:
     def _signs(self) -> None:
         """Which way the belt travels and y counts, which pulley is which, and what the colours of the ribbon mean."""
         radius, width = float(self.case.rig.tail_radius), float(self.case.belt.width)
-        length, static = float(self.case.rig.centre_distance) / self.look.shortened, {"static": True}
-        face = (FACE_TRUE if self.look == TRUE else FACE_DRAWN) * width
+        length, static = float(self.case.rig.centre_distance) / self.scale.shortened, {"static": True}
+        face = (FACE_TRUE if self.scale == TRUE else FACE_DRAWN) * width
         arrow, above = SIGN * length, 1.5 * radius
         ahead = arrow * (1.0 if float(self.case.settings.direction) > 0 else -1.0)
         arrows = rr.Arrows3D(
@@ -180,10 +179,15 @@ class Scene:
         log(f"{self.root}/reach", rr.LineStrips3D.from_fields(colors=colours, radii=[REACH]), **static)
 
     def frames(self, frames: Sequence[Frame]) -> None:
-        """Draw instants against travel, all with as many stations, as columns."""
-        all_drawn = [self._draw_frame(frame) for frame in frames]
+        """Draw instants against travel, all with as many stations, as columns.
+
+        The belt is a ribbon coloured by its true tilt between two edges; points 1-4 have lines over how far they have
+        been to either side.
+        """
+        thin = [thin_stations(frame, float(self.case.rig.tail_radius)) for frame in frames]
+        drawn, stations = [enlarge(frame, self.scale) for frame in thin], len(thin[0].left)
         series.set_instant(self.recording, frames[0].travel, frames[0].time)
-        self._triangles(stations := len(all_drawn[0].ribbon) // 2)
+        self._triangles(stations)
         index = [
             rr.TimeColumn(series.TRAVEL, sequence=[series.millimetres(frame.travel) for frame in frames]),
             rr.TimeColumn(series.TIME, duration=[frame.time for frame in frames]),
@@ -193,15 +197,25 @@ class Scene:
             cut = columns.partition([each] * len(frames))
             rr.send_columns(f"{self.root}/{path}", index, cut, recording=self.recording)
 
-        send("belt/edges", rr.LineStrips3D.columns(strips=[e for d in all_drawn for e in d.edges]), 2)
-        places, colours = (np.concatenate(x) for x in zip(*((d.ribbon, d.colours) for d in all_drawn), strict=True))
-        send("belt/ribbon", rr.Mesh3D.columns(vertex_positions=places, vertex_colors=colours), 2 * stations)
-        for name in all_drawn[0].pulleys:
-            x, turns = zip(*(d.pulleys[name] for d in all_drawn), strict=True)
-            send(name, rr.Transform3D.columns(translation=[[at, 0.0, 0.0] for at in x]))
-            send(f"{name}/turned", rr.Transform3D.columns(rotation_axis_angle=list(turns)))
-        send("points", rr.Points3D.columns(positions=np.concatenate([d.points for d in all_drawn])), 4)
-        send("reach", rr.LineStrips3D.columns(strips=[r for d in all_drawn for r in d.reach]), 4)
+        edges = [np.vstack([e, e[:1]]).astype(np.float32) for d in drawn for e in (d.left, d.right)]
+        send("belt/edges", rr.LineStrips3D.columns(strips=edges), 2)
+        places = np.concatenate([e for d in drawn for e in (d.left, d.right)]).astype(np.float32)
+        tilts = np.concatenate([np.tile(geometry.tilt(f.left, f.right), 2) for f in thin])
+        colours = geometry.tilt_colours(tilts, self.full_tilt)
+        ribbon = rr.Mesh3D.columns(vertex_positions=places, vertex_colors=colours)
+        send("belt/ribbon", ribbon, 2 * stations)
+        pulleys = {"head": [(0.0, d.yaw_head) for d in drawn], "tail": [(d.tail_x, d.yaw_tail) for d in drawn]}
+        for name, poses in pulleys.items():
+            turns = [rr.RotationAxisAngle(axis=UP, radians=yaw) for _, yaw in poses]
+            send(name, rr.Transform3D.columns(translation=[[x, 0.0, 0.0] for x, _ in poses]))
+            send(f"{name}/turned", rr.Transform3D.columns(rotation_axis_angle=turns))
+        points = np.array([d.points for d in drawn]) * [1.0, 1.0, 1.0 + ABOVE]
+        send("points", rr.Points3D.columns(positions=points.reshape(-1, 3).astype(np.float32)), 4)
+        y = np.concatenate([self.reach, points[:, :, 1]])
+        reach = np.stack([points, points], axis=2)  # (instants, points, least and most, 3)
+        reach[..., 0, 1], reach[..., 1, 1] = (f.accumulate(y)[-len(frames) :] for f in (np.minimum, np.maximum))
+        self.reach = reach[-1, :, :, 1].T
+        send("reach", rr.LineStrips3D.columns(strips=list(reach.reshape(-1, 2, 3).astype(np.float32))), 4)
 
     def _triangles(self, stations: int) -> None:
         """Of the ribbon between the edges, where they are others than before."""
@@ -209,34 +223,3 @@ class Scene:
             triangles = rr.Mesh3D.from_fields(triangle_indices=geometry.ribbon_triangles(stations))
             self.recording.log(f"{self.root}/belt/ribbon", triangles)
             self.stations = stations
-
-    def _draw_frame(self, frame: Frame) -> "_FramePicture":
-        """What is to be seen at one instant."""
-        thin = thin_stations(frame, float(self.case.rig.tail_radius))
-        tilt, shown = geometry.tilt(thin.left, thin.right), enlarge(thin, self.look)
-        at = shown.points * [1.0, 1.0, 1.0 + ABOVE]
-        self.least, self.most = np.minimum(self.least, at[:, 1]), np.maximum(self.most, at[:, 1])
-        ends = [np.column_stack([at[:, 0], y, at[:, 2]]) for y in (self.least, self.most)]
-        places = {"head": (0.0, shown.yaw_head), "tail": (shown.tail_x, shown.yaw_tail)}
-        return _FramePicture(
-            edges=[np.vstack([edge, edge[:1]]).astype(np.float32) for edge in (shown.left, shown.right)],
-            ribbon=np.vstack([shown.left, shown.right]).astype(np.float32),
-            colours=np.tile(geometry.tilt_colours(tilt, self.full_tilt), (2, 1)),
-            pulleys={n: (x, rr.RotationAxisAngle(axis=UP, radians=yaw)) for n, (x, yaw) in places.items()},
-            points=at.astype(np.float32),
-            reach=list(np.stack(ends, axis=1).astype(np.float32)),
-        )
-
-
-@dataclass(frozen=True, kw_only=True)
-class _FramePicture:
-    """One instant: both edges as closed line strips; between them a ribbon coloured by the true tilt; where pulleys
-    stand and how they are turned; points 1-4, each with a line over how far it has been to either side.
-    """
-
-    edges: list[np.ndarray]
-    ribbon: np.ndarray
-    colours: np.ndarray
-    pulleys: dict[str, tuple[float, rr.RotationAxisAngle]]
-    points: np.ndarray
-    reach: list[np.ndarray]

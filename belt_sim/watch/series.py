@@ -1,6 +1,5 @@
 """Time series of a run, in the units that people read."""
 
-import re
 from collections.abc import Mapping, Sequence
 
 import rerun as rr
@@ -15,6 +14,7 @@ TIME = "time"
 
 #: SI name -> (plot, label, colour, SI units in one unit drawn)
 KNOWN: dict[str, tuple[str, str, str, float]] = {
+    **{f"y{k + 1}": ("y", POINT_NAMES[k].replace(" end", "").replace(" pulley", ""), POINTS[k], MM) for k in range(4)},
     "tension": ("tension", "tension", GREEN, N_PER_MM2),
     "tilt_upper": ("tilt", "upper", BLUE, 1e-3),
     "tilt_lower": ("tilt", "lower", RED, 1e-3),
@@ -46,20 +46,6 @@ def style(
     recording.log(path, lines, static=True)
 
 
-def path_of(name: str) -> str:
-    """Where a named number is logged; a name that is not known gets a plot of its own."""
-    plot = KNOWN[name][0] if name in KNOWN else "further"
-    return f"series/{plot}/{name}"
-
-
-def start(recording: rr.RecordingStream) -> None:
-    """Style every curve that is known beforehand."""
-    for k, colour in enumerate(POINTS):
-        style(recording, f"series/y/y{k + 1}", [POINT_NAMES[k].replace(" end", "").replace(" pulley", "")], [colour])
-    for name, (_, label, colour, _) in KNOWN.items():
-        style(recording, path_of(name), [label], [colour])
-
-
 def numbers(frame: Frame) -> dict[str, float]:
     """y1-y4, the mid-span tilts and every named number of a frame, by name, in SI."""
     upper, lower = mid_span_tilt(frame)
@@ -67,29 +53,20 @@ def numbers(frame: Frame) -> dict[str, float]:
     return {**points, "tilt_upper": upper, "tilt_lower": lower, **frame.scalars}
 
 
-def _place_of(name: str) -> tuple[str, float]:
-    """Where a number is logged, and the SI units in one unit drawn."""
-    if re.fullmatch("y[1-4]", name):
-        return f"series/y/{name}", MM
-    return path_of(name), KNOWN[name][3] if name in KNOWN else 1.0
-
-
-def _style_new(recording: rr.RecordingStream, name: str, seen: set[str]) -> None:
-    """Name and colour of a number that is not known beforehand, once; ``seen`` gathers their names."""
-    if name in seen:
-        return
-    if name not in KNOWN and not re.fullmatch("y[1-4]", name):
-        style(recording, path_of(name), [f"{name} [SI]"], [CYCLE[len(seen) % len(CYCLE)]])
-    seen.add(name)
-
-
 def columns(
-    recording: rr.RecordingStream, rows: Sequence[tuple[float, float, Mapping[str, float]]], seen: set[str]
+    recording: rr.RecordingStream, rows: Sequence[tuple[float, float, Mapping[str, float]]], styled: set[str]
 ) -> None:
-    """Send (travel [m], time [s], numbers) of instants, a column a number; ``seen`` gathers names that have a style."""
+    """Send (travel [m], time [s], numbers) of instants, a column a number; ``styled`` gathers names that have a style.
+
+    A number that is not known is drawn in SI in a plot of its own.
+    """
     for name in dict.fromkeys(name for _, _, row in rows for name in row):
-        _style_new(recording, name, seen)
-        path, unit = _place_of(name)
+        unknown = "further", f"{name} [SI]", CYCLE[len(styled) % len(CYCLE)], 1.0
+        plot, label, colour, unit = KNOWN.get(name, unknown)
+        path = f"series/{plot}/{name}"
+        if name not in styled:
+            style(recording, path, [label], [colour])
+            styled.add(name)
         there = [(travel, time, row[name]) for travel, time, row in rows if name in row]
         index = [
             rr.TimeColumn(TRAVEL, sequence=[millimetres(travel) for travel, _, _ in there]),

@@ -14,7 +14,7 @@ from belt_sim.errors import BeltError
 from belt_sim.si import MM
 from belt_sim.watch.geometry import tilt, view_scale_of
 from belt_sim.watch.record import Overlay, record_curves, record_runs
-from belt_sim.watch.rerun import PICTURES, RecordingFile, RerunObserver, _free_port, live, to_file
+from belt_sim.watch.rerun import PICTURES, RecordingFile, _free_port, live, to_file
 from belt_sim.watch.scene import Scene
 from studies.paper.case import YAW
 
@@ -179,7 +179,7 @@ def test_no_recording_is_one_line(tmp_path):
 
 
 def test_an_observer_never_started_ignores_frames():
-    observer = RerunObserver(lambda recording: None, lambda: None)
+    observer = live()
     observer.frame(next(frames(1.0)))
     observer.finish(curves(1.0))
 
