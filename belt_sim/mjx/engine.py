@@ -3,6 +3,7 @@
 import math
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import jax
 import numpy as np
@@ -50,7 +51,12 @@ class TimeCase:
     options: Options
     parts: SceneParts
     features: ActiveFeatures
-    stations: int
+
+    @cached_property
+    def stations(self) -> int:
+        """Of its mesh."""
+        rig = replace(self.case.rig, gravity=self.parts.gravity)
+        return len(lay_loop(replace(self.case, rig=rig), self.options.dx).x)
 
     @property
     def kind(self) -> Hashable:
@@ -58,14 +64,6 @@ class TimeCase:
         direction = math.copysign(1.0, float(self.case.settings.direction))
         options = replace(self.options, belt_speed=None)
         return self.belt, self.stations, direction, options, self.features, self.travel
-
-
-def lay_case(
-    case: Case, belt: str, travel: float, options: Options, parts: SceneParts, features: ActiveFeatures
-) -> TimeCase:
-    """A case to be run over ``travel`` [m]; see BatchEngine."""
-    stations = len(lay_loop(replace(case, rig=replace(case.rig, gravity=parts.gravity)), options.dx).x)
-    return TimeCase(case, belt, travel, options, parts, features, stations)
 
 
 def in_batches(
@@ -190,5 +188,5 @@ def show_frame(
         observer.frame(frame)
 
 
-ENGINE = BatchEngine(refuse, lay_case, in_batches)
+ENGINE = BatchEngine(refuse, TimeCase, in_batches)
 simulate, simulate_batch = ENGINE.simulate, ENGINE.simulate_batch

@@ -1,8 +1,8 @@
 """Batches of 3D cases on JAX: what engine=mjx and engine=quasi_static do alike around their own steps."""
 
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import jax
 import numpy as np
@@ -24,22 +24,13 @@ _SMALL_GPU = 4e9  # bytes, where it does not say
 _MOST = 256  # cases of a chunk on one GPU: more are no faster, and more is lost when it is stopped
 
 
-class ReadyCase(Protocol):
-    """A case that an engine can run. Cases of one ``kind`` can be run at once; stations: of its mesh."""
-
-    @property
-    def kind(self) -> Hashable: ...
-
-    @property
-    def stations(self) -> int: ...
-
-
 @dataclass(frozen=True)
 class BatchEngine:
     """The entries of an engine on JAX.
 
     refuse(belt, options, parts): raises CannotRepresent for what the engine cannot do. lay_case(case, belt, travel,
-    options, parts, features): a ReadyCase. in_batches(cases, chunk, ...): curves of cases of one kind, chunk by chunk.
+    options, parts, features): a case that the engine can run, with its ``kind`` and the ``stations`` of its mesh.
+    in_batches(cases, chunk, ...): curves of cases of one kind, which are run at once, chunk by chunk.
     """
 
     refuse: Callable[[str, Options, SceneParts], None]
@@ -56,7 +47,7 @@ class BatchEngine:
         parts: SceneParts | None = None,
         features: ActiveFeatures | None = None,
     ) -> Any:
-        """A ReadyCase that is to be run over ``travel`` [m]; features: in its batch, None = in this case.
+        """A case that is to be run over ``travel`` [m]; features: in its batch, None = in this case.
 
         Raises CannotRepresent for what the engine cannot do.
         """

@@ -34,7 +34,7 @@ from belt_sim.mujoco3d.options import (
     fit_options,
     is_limp,
 )
-from belt_sim.mujoco3d.pulleys import Pulleys, laid_poses, loads_on_pulleys
+from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, laid_poses, loads_on_pulleys
 from belt_sim.mujoco3d.recording import Recorder, observed
 from belt_sim.mujoco3d.rolling_contact import Edited, build_contact, run_contact
 from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
@@ -136,7 +136,8 @@ class Engine:
             in_float64(read_sliding_stiffness)(belt.ties, shape.bonds, mesh, scene.loop, inertia) if slides else None
         )
         surfaces = surfaces_of(belt)
-        pulleys, acting = Pulleys.from_scene(scene, surfaces, solver.model), tuple(f for f, acts in loads if acts)
+        tail = TailPulley.from_scene(scene, solver.model, solver.model.body_mass, solver.model.dof_armature)
+        pulleys, acting = Pulleys(scene, belt, surfaces, tail), tuple(f for f, acts in loads if acts)
         return Engine(scene, solver, belt, surfaces, pulleys, acting, tangent, rest_lengths)
 
     def lay(self) -> RunState:
@@ -321,7 +322,7 @@ class SpaceRun:
 
     def stages(self, travel: float) -> list[Stage]:
         """What it consists of, in order."""
-        return run_stages(self.scene, self.engine.pulleys.load, travel)
+        return run_stages(self.scene, self.engine.belt.load, travel)
 
     def go(self, travel: float, observers: Iterable[Observer] = ()) -> Curves:
         """All stages up to ``travel`` [m]."""

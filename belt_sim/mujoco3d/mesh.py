@@ -4,7 +4,7 @@ Three belts: a chain of particles (rope), a grid of particles tied by bonds (pap
 triangles. Grid and membrane are as wide as bends like the real strip (calibration.py).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
@@ -94,24 +94,31 @@ def node_lines(width: float, across: int) -> tuple[np.ndarray, np.ndarray]:
     return width * (0.5 - np.arange(across) / (across - 1)), share
 
 
+def _stretch_stiffness(case: Case) -> float:
+    """EA [N]."""
+    return float(case.belt.youngs_modulus) * float(case.belt.area)
+
+
 def rest_chord(case: Case, loop: LaidLoop) -> float:
     """Stress-free distance of neighbouring stations [m]."""
     return loop.chord / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))
 
 
-def lay_mesh(case: Case, loop: LaidLoop, width: float, across: int) -> Mesh:
-    """Nodes of a belt of model width ``width`` [m]; the stress-free loop is the laid one shrunk by the strain."""
+def lay_mesh(case: Case, loop: LaidLoop, width: float, across: int, poisson_ratio: float, stiffness: float) -> Mesh:
+    """Nodes of a belt of model width ``width`` [m]; the stress-free loop is the laid one shrunk by the strain.
+
+    poisson_ratio: by which the width shrinks; stiffness [N]: EA of all lines.
+    """
     y, share = node_lines(width, across)
     strain = float(case.settings.tension) / float(case.belt.youngs_modulus)
     laid = np.empty((len(loop.x), across, 3))
     laid[:, :, 0], laid[:, :, 2] = loop.x[:, None], loop.z[:, None]
-    laid[:, :, 1] = y * (1.0 - float(case.belt.poisson_ratio) * strain)
+    laid[:, :, 1] = y * (1.0 - poisson_ratio * strain)
     rest = laid / (1.0 + strain)
     rest[:, :, 1] = y
     chord = loop.chord / (1.0 + strain)
-    stiffness = float(case.belt.youngs_modulus) * float(case.belt.area) * share
     mass = float(case.belt.mass_per_length) * chord * share
-    return Mesh(rest=rest, laid=laid, line_stiffness=stiffness, line_y=y, mass=mass, chord=chord)
+    return Mesh(rest=rest, laid=laid, line_stiffness=stiffness * share, line_y=y, mass=mass, chord=chord)
 
 
 def node_name(i: int, j: int) -> str:
@@ -142,7 +149,8 @@ class Chain:
     kind = "rope"
 
     def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
-        return lay_mesh(case, loop, float(case.belt.width), 1)
+        belt = case.belt
+        return lay_mesh(case, loop, float(belt.width), 1, float(belt.poisson_ratio), _stretch_stiffness(case))
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         add_nodes(spec, mesh, sites=True)
@@ -171,14 +179,8 @@ class Grid:
         m = options.across
         if m < 2:
             raise InputError("options.across", m, "nodes", "a grid needs 2 or more")
-        chord = rest_chord(case, loop)
-        lattice = calibrate(case.belt, chord, m, options.bonds)
-        mesh = lay_mesh(case, loop, lattice.width, m)
-        y, share = node_lines(lattice.width, m)
-        strain = float(case.settings.tension) / float(case.belt.youngs_modulus)
-        laid = mesh.laid.copy()
-        laid[:, :, 1] = y * (1.0 - lattice.poisson_ratio * strain)
-        return replace(mesh, laid=laid, line_stiffness=lattice.lines * share)
+        lattice = calibrate(case.belt, rest_chord(case, loop), m, options.bonds)
+        return lay_mesh(case, loop, lattice.width, m, lattice.poisson_ratio, lattice.lines)
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         add_nodes(spec, mesh, sites=True)
@@ -208,9 +210,9 @@ class Membrane:
     def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         if options.across < 2:
             raise InputError("options.across", options.across, "nodes", "a membrane needs 2 or more")
-        belt = case.belt
-        width = matching_width(float(belt.width), rest_chord(case, loop), options.across, float(belt.poisson_ratio))
-        return lay_mesh(case, loop, width, options.across)
+        poisson, across = float(case.belt.poisson_ratio), options.across
+        width = matching_width(float(case.belt.width), rest_chord(case, loop), across, poisson)
+        return lay_mesh(case, loop, width, across, poisson, _stretch_stiffness(case))
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         add_nodes(spec, mesh, sites=False)

@@ -90,24 +90,12 @@ class TailPulley(NamedTuple):
 
 @dataclass(frozen=True)
 class Pulleys:
-    """Both pulleys of a run in time: MuJoCo integrates the tail pulley's slide and spin; the rest is commanded.
-
-    sign: +1 or -1, direction of travel; load [N]: force on the slide; fixed: the slide is (tensioning by length).
-    """
+    """Both pulleys of a run in time: MuJoCo integrates the tail pulley's slide and spin; the rest is commanded."""
 
     scene: SceneLayout
+    belt: BeltArrays
     surfaces: Sequence[SurfaceArrays]
     tail: TailPulley
-    sign: float
-    load: float
-    fixed: bool
-
-    @staticmethod
-    def from_scene(scene: SceneLayout, surfaces: Sequence[SurfaceArrays], model: mujoco.MjModel) -> "Pulleys":
-        """Of a compiled scene."""
-        tail = TailPulley.from_scene(scene, model, model.body_mass, model.dof_armature)
-        sign, load = float(np.sign(float(scene.case.settings.direction))), 2.0 * float(scene.case.tension_force)
-        return Pulleys(scene, surfaces, tail, sign, load, fixed=scene.options.tensioning == "length")
 
     def advance(self, state: RunState, command: Command, dt: float) -> np.ndarray:
         """Move the poses to where they will be at the end of the step, and say which forces bring the joints there.
@@ -115,13 +103,13 @@ class Pulleys:
         Returns forces [N or N m] on the joints, shape (5,); where a joint is commanded its rate is set instead.
         """
         (head, tail), rates, forces = state.poses, state.joint_rates, np.zeros(STATION_JOINTS)
-        motion = command.tail_motion
-        slide_speed = 0.0 if self.fixed else None if motion is None else motion[0]
-        spin = self.sign * command.travel / self.scene.parts.head.radius
+        motion, sign = command.tail_motion, self.belt.shape.sign
+        slide_speed = 0.0 if self.belt.length else None if motion is None else motion[0]
+        spin = sign * command.travel / self.scene.parts.head.radius
         rates[HEAD_SPIN] = (spin - head.spin) / dt
-        rim = self.sign * (command.speed - command.acceleration * dt) + (0.0 if motion is None else motion[1])
+        rim = sign * (command.speed - command.acceleration * dt) + (0.0 if motion is None else motion[1])
         slide_force, spin_moment = self.tail.forces(
-            self.load, state.loads[TAIL], (rates[TAIL_SLIDE], rates[TAIL_SPIN]), rim, self.sign * command.acceleration
+            self.belt.load, state.loads[TAIL], (rates[TAIL_SLIDE], rates[TAIL_SPIN]), rim, sign * command.acceleration
         )
         if slide_speed is not None:
             slide_force, rates[TAIL_SLIDE] = 0.0, slide_speed

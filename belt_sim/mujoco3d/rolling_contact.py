@@ -213,36 +213,19 @@ def _add_actuators(spec: mujoco.MjSpec, case: Case, options: Options) -> None:
 
 def _add_sensors(spec: mujoco.MjSpec, case: Case, head: float, tail: float) -> None:
     """Two rays to the edges at each of the points 1-4; joints; loads on the axles."""
+    kind, site, joint = mujoco.mjtSensor, mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_JOINT
     places = ((1, "tail", tail), (2, "tail", -tail), (3, "head", -head), (4, "head", head))
     for point, station, z in places:
         for side, way in (("left", 1.0), ("right", -1.0)):
-            name = f"edge-{point}-{side}"
-            spec.body(f"{station}-carriage").add_site(
-                name=name,
-                pos=[0, way * _RAY_FROM, z],
-                quat=[math.sqrt(0.5), way * math.sqrt(0.5), 0, 0],
-                size=[5e-3] * 3,
-                group=4,
-            )
-            spec.add_sensor(
-                name=name,
-                type=mujoco.mjtSensor.mjSENS_RANGEFINDER,
-                objtype=mujoco.mjtObj.mjOBJ_SITE,
-                objname=name,
-                intprm=[1, 0, 0],
-            )
+            name, turned = f"edge-{point}-{side}", [math.sqrt(0.5), way * math.sqrt(0.5), 0, 0]
+            carriage = spec.body(f"{station}-carriage")
+            carriage.add_site(name=name, pos=[0, way * _RAY_FROM, z], quat=turned, size=[5e-3] * 3, group=4)
+            spec.add_sensor(name=name, type=kind.mjSENS_RANGEFINDER, objtype=site, objname=name, intprm=[1, 0, 0])
     for name in ("head-spin", "tail-spin", "tail-slide", "head-yaw", "tail-yaw"):
-        spec.add_sensor(
-            name=name, type=mujoco.mjtSensor.mjSENS_JOINTPOS, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name
-        )
+        spec.add_sensor(name=name, type=kind.mjSENS_JOINTPOS, objtype=joint, objname=name)
     for name in ("head", "tail"):
-        site = spec.body(f"{name}-fork").add_site(name=f"{name}-axle", size=[5e-3] * 3, group=4)
-        spec.add_sensor(
-            name=f"{name}-axle-load",
-            type=mujoco.mjtSensor.mjSENS_FORCE,
-            objtype=mujoco.mjtObj.mjOBJ_SITE,
-            objname=site.name,
-        )
+        spec.body(f"{name}-fork").add_site(name=f"{name}-axle", size=[5e-3] * 3, group=4)
+        spec.add_sensor(name=f"{name}-axle-load", type=kind.mjSENS_FORCE, objtype=site, objname=f"{name}-axle")
 
 
 def _add_keys(spec: mujoco.MjSpec, scene: SceneLayout) -> None:

@@ -29,16 +29,11 @@ class CellDistances:
     length: np.ndarray
 
 
-def link_lengths(mesh: Mesh, curvature: np.ndarray) -> np.ndarray:
-    """Stress-free lengths [m] of the lines between stations, (links, m), for natural curvatures [1/m], (links,)."""
-    return mesh.chord * (1.0 - curvature[:, None] * mesh.line_y)
-
-
 def cell_distances(mesh: Mesh, curvature: np.ndarray) -> CellDistances:
     """All distances between neighbouring nodes: along, across and diagonally; curvature [1/m], shape (links,)."""
     node = np.arange(mesh.stations * mesh.lines).reshape(mesh.stations, mesh.lines)
     here, there = node[: mesh.links], np.roll(node, -1, axis=0)[: mesh.links]
-    along = link_lengths(mesh, curvature)
+    along = mesh.chord * (1.0 - curvature[:, None] * mesh.line_y)
     width = -np.diff(mesh.line_y)
     diagonal = np.sqrt(width**2 + along[:, 1:] * along[:, :-1])
     pairs = (

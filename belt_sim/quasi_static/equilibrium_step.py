@@ -46,7 +46,7 @@ from belt_sim.mujoco3d.wrap import (
     update_tangents,
 )
 from belt_sim.pytrees import Numbers as Array
-from belt_sim.quasi_static.friction import slide_wraps
+from belt_sim.quasi_static.friction import slide_wrap
 from belt_sim.quasi_static.plan import TravelState
 
 
@@ -239,7 +239,7 @@ def step(belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
     pose, slip = pose_of(belt, command, found.tail, found.compliance_yaw), state.slip
     if slip is not None:
         pull = pull_on_nodes(belt, nodes, command.share)
-        wraps, slip = slide_wraps(belt, wraps, pose, pull, slip, shaped)
+        wraps, slip = jax.vmap(partial(slide_wrap, belt, pull, shaped))(wraps, belt.surfaces, pose, slip)
     wraps, layer = _land_step(belt, wraps, pose, nodes, state, command)
     after = found.tension, command.travel, found.correction, slip, kinks, found.compliance_yaw, layer
     return TravelState(nodes, wraps, pose, *after)

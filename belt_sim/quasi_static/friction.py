@@ -6,7 +6,6 @@ of mujoco3d/friction.py; the next step starts from there.
 
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -47,19 +46,7 @@ def worst_residual(table: np.ndarray, recorded: np.ndarray) -> np.ndarray:
     return found[recorded[int(np.argmax(recorded)) :]]
 
 
-def slide_wraps(
-    belt: BeltArrays,
-    wraps: WrapArrays,
-    pose: PoseArrays,
-    pull: Array,
-    slip: SlipState,
-    shaped: Array,
-) -> tuple[WrapArrays, SlipState]:
-    """Both wraps with their anchors moved; pull [N], (m, 3, n); shaped: 1 where the pulleys are what they are."""
-    return jax.vmap(lambda *one: _slide_wrap(belt, pull, shaped, *one))(wraps, belt.surfaces, pose, slip)
-
-
-def _slide_wrap(
+def slide_wrap(
     belt: BeltArrays,
     pull: Array,
     shaped: Array,
@@ -68,6 +55,7 @@ def _slide_wrap(
     pose: PoseArrays,
     slip: SlipState,
 ) -> tuple[WrapArrays, SlipState]:
+    """A wrap with its anchors moved; pull [N], (m, 3, n); shaped: 1 where the pulleys are what they are."""
     assert belt.sliding_stiffness is not None
     shape = belt.shape
     count = (wrap.last - wrap.first) % shape.stations + 1

@@ -70,39 +70,23 @@ class _Lines:
         line = f"{self.title}: " + ", ".join(p for p in parts if p)
         self.console.print(line, markup=False, highlight=False, soft_wrap=True)
 
-    def close(self) -> None:
-        pass
 
+def _begin(
+    console: Console | None, title: str, total: float
+) -> tuple[Callable[[float, str], None], Callable[[], None]]:
+    """update(done, note) and close() of a bar on a terminal of one's own, of lines elsewhere.
 
-class _Bar:
-    """Progress on a terminal."""
-
-    def __init__(self, console: Console, title: str, total: float) -> None:
-        self.bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(bar_width=None),
-            TextColumn("{task.percentage:>3.0f} %"),
-            TextColumn("{task.fields[note]}"),
-            TimeElapsedColumn(),
-            TextColumn("left"),
-            TimeRemainingColumn(),
-            console=console,
-        )
-        self.task = self.bar.add_task(title, total=total, note="")
-        self.bar.start()
-
-    def update(self, done: float, note: str) -> None:
-        self.bar.update(self.task, completed=done, note=note)
-
-    def close(self) -> None:
-        self.bar.stop()
-
-
-def _begin(console: Console | None, title: str, total: float) -> _Bar | _Lines:
-    """A bar on a terminal of one's own, lines elsewhere; both on standard error, so that results can be piped."""
+    Both are on standard error, so that results can be piped.
+    """
     console = console or Console(stderr=True)
-    alone = multiprocessing.parent_process() is None
-    return (_Bar if console.is_terminal and alone else _Lines)(console, title, total)
+    if not console.is_terminal or multiprocessing.parent_process() is not None:
+        return _Lines(console, title, total).update, lambda: None
+    share, note = TextColumn("{task.percentage:>3.0f} %"), TextColumn("{task.fields[note]}")
+    times = TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn()
+    bar = Progress(TextColumn("{task.description}"), BarColumn(bar_width=None), share, note, *times, console=console)
+    task = bar.add_task(title, total=total, note="")
+    bar.start()
+    return lambda done, note: bar.update(task, completed=done, note=note), bar.stop
 
 
 @contextmanager
@@ -111,17 +95,17 @@ def progress(total: float, title: str, console: Console | None = None) -> Iterat
 
     The function given adds ``amount`` (default 1) to what is done and shows ``note`` beside it.
     """
-    shown, count = _begin(console, title, total), 0.0
+    (update, close), count = _begin(console, title, total), 0.0
 
     def advance(amount: float = 1.0, note: str = "") -> None:
         nonlocal count
         count += amount
-        shown.update(min(count, total), note)
+        update(min(count, total), note)
 
     try:
         yield advance
     finally:
-        shown.close()
+        close()
 
 
 @contextmanager
@@ -157,18 +141,19 @@ class ProgressObserver:
 
     def __init__(self, title: str = "belt", console: Console | None = None) -> None:
         self.title, self.console = title, console
-        self.shown: _Bar | _Lines | None = None
+        self.update: Callable[[float, str], None] | None = None
+        self.close: Callable[[], None] | None = None
         self.travel, self.began = 0.0, 0.0
         self.before: tuple[float, float] | None = None
 
     def start(self, case: Case, travel: float) -> None:
         """Begin the bar."""
         self.travel, self.began, self.before = travel, time.monotonic(), None
-        self.shown = _begin(self.console, self.title, travel)
+        self.update, self.close = _begin(self.console, self.title, travel)
 
     def frame(self, frame: Frame) -> None:
         """Move the bar on."""
-        if self.shown is None:
+        if self.update is None:
             return
         speed = ""
         if self.before is not None and frame.time > self.before[1]:
@@ -176,12 +161,12 @@ class ProgressObserver:
         self.before = frame.travel, frame.time
         done = min(max(frame.travel, 0.0), self.travel)  # a belt that is being tensioned runs before travel 0
         pace = done / max(time.monotonic() - self.began, 1e-9)
-        self.shown.update(done, f"{frame.travel:.1f} of {self.travel:g} m{speed}, {pace:.2g} m each second")
+        self.update(done, f"{frame.travel:.1f} of {self.travel:g} m{speed}, {pace:.2g} m each second")
 
     def finish(self, curves: Curves) -> None:
         """End the bar."""
-        if self.shown is not None:
-            self.shown.close()
+        if self.close is not None:
+            self.close()
 
 
 _LOOK_EVERY = 0.1  # [s]

@@ -26,10 +26,11 @@ STANDS = Command(travel=0.0, yaw=np.zeros(2), share=0.0, speed=0.0, acceleration
 SURFACES = [surface(p.radius, 0.025, yaw_compliance=p.yaw_compliance) for p in (PARTS.head, PARTS.tail)]
 
 
-def machine(sign=1.0, load=0.0, fixed=False, surfaces=SURFACES, **changed):
+def machine(sign=1, load=0.0, fixed=0.0, surfaces=SURFACES, **changed):
     scene = SimpleNamespace(parts=PARTS, options=SimpleNamespace(settle=0.0))
     tail = TailPulley(mass=20.0, inertia=0.3, slide_drag=400.0, spin_drag=6.0, radius=PARTS.tail.radius, x=APART)
-    return Pulleys(scene, surfaces, tail._replace(**changed), sign, load, fixed)
+    belt = SimpleNamespace(shape=SimpleNamespace(sign=sign), load=load, length=fixed)
+    return Pulleys(scene, belt, surfaces, tail._replace(**changed))
 
 
 def still(stations=4):
@@ -115,7 +116,7 @@ def test_the_load_draws_the_tail_away_from_the_head_and_the_belt_holds_it():
 def test_a_slide_that_is_moved_or_fixed_heeds_no_force():
     for pulleys, tail_motion, moves in (
         (machine(load=800.0), (0.02, 0.0), 0.002),
-        (machine(load=800.0, fixed=True), None, 0.0),
+        (machine(load=800.0, fixed=1.0), None, 0.0),
     ):
         state = still()
         go(pulleys, state, steady(100, tail_motion=tail_motion))
