@@ -217,10 +217,10 @@ def show(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: P
 
 
 def _record(s: Simulation, folder: Path) -> Path:
-    from belt_sim.watch.record import record_curves
+    from belt_sim.watch.record import Overlay, record_runs
 
     assert s.curves is not None
-    record_curves(folder / RECORDING, {s.model: s.curves}, case=s.case)
+    record_runs(folder / RECORDING, {"run": Overlay(modelled={s.model: s.curves}, case=s.case)})
     return folder / RECORDING
 
 

@@ -35,10 +35,13 @@ def block_product(one: Array, other: Array) -> Array:
 
 
 def block_inverse(block: Array) -> Array:
-    """Inverses of symmetric positive definite blocks (b, b, ...): halved down to 3 x 3."""
+    """Inverses of symmetric positive definite blocks (b, b, ...), halved down to single numbers.
+
+    Elimination, not cofactors, which would lose what is soft beside a stiff link.
+    """
     size = block.shape[0]
-    if size <= 3:
-        return _small_inverse(block)
+    if size == 1:
+        return 1.0 / block
     half = size // 2
     one, across, other = block[:half, :half], block[:half, half:], block[half:, half:]
     alone = block_inverse(one)
@@ -53,7 +56,7 @@ def block_inverse(block: Array) -> Array:
 def sweep_inverse(block: Array) -> Array:
     """Inverses of positive definite blocks (b, b, k, lanes), by sweeping one row after another.
 
-    Five times slower than ``inverse``, and as exact where entries of a block differ by many powers of ten.
+    Five times slower than ``block_inverse``, and as exact where entries of a block differ by many powers of ten.
     """
     for i in range(block.shape[0]):
         here = (np.arange(block.shape[0]) == i)[:, None]
@@ -62,31 +65,6 @@ def sweep_inverse(block: Array) -> Array:
         others = block - block[:, i, None] * (block[None, i] * pivot)
         block = jnp.where(corner, -pivot, jnp.where(cross, block * pivot, others))
     return -block
-
-
-def _small_inverse(block: Array) -> Array:
-    """Of blocks of at most 3 x 3, by their factors L D L^T: cofactors would lose what is soft beside a stiff link."""
-    if block.shape[0] == 1:
-        return 1.0 / block
-    a, b, d = block[0, 0], block[0, 1], block[1, 1]
-    one, low = 1.0 / a, b / a
-    two = 1.0 / (d - b * low)
-    if block.shape[0] == 2:
-        across = -low * two
-        return jnp.stack([jnp.stack([one - low * across, across]), jnp.stack([across, two])])
-    c, e, f = block[0, 2], block[1, 2], block[2, 2]
-    lower, left = c * one, e - c * low
-    beside = left * two
-    three = 1.0 / (f - c * lower - left * beside)
-    corner = low * beside - lower
-    last = corner * three, -beside * three
-    across = -low * two - corner * beside * three
-    rows = [
-        [one + low * low * two + corner * last[0], across, last[0]],
-        [across, two - beside * last[1], last[1]],
-        [*last, three],
-    ]
-    return jnp.stack([jnp.stack(row) for row in rows])
 
 
 def _transpose(blocks: Array) -> Array:

@@ -91,7 +91,7 @@ def chain_forces(
     cell = stretch_energy(belt.ties, belt.shape.bonds, nodes, places.stations, share).slope
     both = cell
     if len(nodes) > 1:
-        both = cell + twist_energy(nodes, twist, belt.twist.cubic, curved=False).slope
+        both = cell + twist_energy(nodes, twist, belt.twist.cubic).slope
     on_nodes = -both[:size] - jnp.roll(both[size:], 1, axis=-1)
     first, last = cell[size:, places.ends[:, FIRST] - 1], cell[:size, places.ends[:, LAST]]
     return on_nodes, -jnp.stack([first, last]).transpose(2, 0, 1)
@@ -108,7 +108,7 @@ def chain_stiffness(
     assert cell is not None
     if len(nodes) == 1:
         return cell, cell
-    couple = twist_energy(nodes, twist, belt.twist.cubic, curved=True).curvature
+    couple = twist_energy(nodes, twist, belt.twist.cubic).curvature
     return cell, cell + couple
 
 

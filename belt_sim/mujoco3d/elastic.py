@@ -194,15 +194,13 @@ def twist_forces(roll: Array, stiffness: Array, cubic: Array) -> Array:
     return stiffness * more + cubic * more**3
 
 
-def twist_energy(places: Array, stiffness: Array, cubic: Array, *, curved: bool) -> CellEnergy:
+def twist_energy(places: Array, stiffness: Array, cubic: Array) -> CellEnergy:
     """Couples on the sections: energy stiffness d^2 / 2 + cubic d^4 / 4, d by how much more the first line rises
     above the last at station i + 1 than at i [m]. stiffness [N/m], shape (n,); cubic [N/m3]."""
     lines, roll = places.shape[0], places[0, 2] - places[-1, 2]
     by_height = np.zeros(6 * lines)
     by_height[[2, 3 * lines - 1, 3 * lines + 2, 6 * lines - 1]] = -1.0, 1.0, 1.0, -1.0
     slope = by_height[:, None] * twist_forces(roll, stiffness, cubic)
-    if not curved:
-        return CellEnergy(slope, None)
     more = jnp.roll(roll, -1) - roll
     square = np.outer(by_height, by_height)[..., None]
     return CellEnergy(slope, square * (stiffness + 3.0 * cubic * more**2))

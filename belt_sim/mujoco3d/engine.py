@@ -201,9 +201,8 @@ class Engine:
         mesh, belt, shape, springs = self.scene.mesh, self.belt, self.belt.shape, Springs.none(state.slides.shape)
         for which, pose in enumerate(state.poses):
             wrap, surface, moved = state.wraps[which], self.surfaces[which], state.rolled[which]
-            zone = int(surface.sinking) + 2
             for end in (FIRST, LAST):
-                wrap = sink_ends(wrap, surface, pose, end, zone, belt.chord, moved, state.shaped)
+                wrap = sink_ends(belt, wrap, surface, pose, end, moved, state.shaped)
             if shape.limp:
                 wrap, state.kinks[which] = hold_run_up_end(wrap, surface, pose, state.kinks[which], shape.sign)
             state.wraps[which], k = wrap, state.held_stations(which)

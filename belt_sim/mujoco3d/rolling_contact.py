@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import mujoco
 import numpy as np
 
-from belt_sim.case import Case, Schedule, Settings
+from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import write_text
@@ -297,7 +297,15 @@ class ContactRun:
         self.sliders = {name: model.actuator(name).id for name in ACTUATORS}
         self.sign = float(np.sign(float(scene.case.settings.direction)))
         self.radius = float(scene.case.rig.head_radius)
-        self.plan = _spread_yaw_steps(scene.case.settings, scene.options.run_speed, scene.options.yaw_time)
+        settings, spread = scene.case.settings, scene.options.yaw_time * scene.options.run_speed
+
+        def spread_steps(schedule: Schedule) -> Schedule:
+            """Steps made while the belt runs, within yaw_time: friction of contacts creeps at rest."""
+            over = np.asarray(schedule.over, float)
+            return replace(schedule, over=np.where(over > 0.0, over, spread))
+
+        yaw, yaw_head = spread_steps(settings.yaw), spread_steps(settings.yaw_head)
+        self.plan = YawPlan.from_settings(replace(settings, yaw=yaw, yaw_head=yaw_head))
         self.state = self._lay()
 
     def _lay(self) -> RunState:
@@ -364,15 +372,3 @@ def _wrap_ends(stations: np.ndarray, n: int) -> tuple[int, int]:
     gap = int(np.argmax(np.diff(stations, append=stations[0] + n)))
     first = int(stations[(gap + 1) % len(stations)])
     return first, first + len(stations) - 1
-
-
-def _spread_yaw_steps(settings: Settings, pace: float, yaw_time: float) -> YawPlan:
-    """Yaw steps spread over ``yaw_time`` [s] of running at ``pace`` [m/s]: friction of contacts creeps at rest."""
-
-    def spread_steps(schedule: Schedule) -> Schedule:
-        over = np.asarray(schedule.over, float)
-        return replace(schedule, over=np.where(over > 0.0, over, yaw_time * pace))
-
-    return YawPlan.from_settings(
-        replace(settings, yaw=spread_steps(settings.yaw), yaw_head=spread_steps(settings.yaw_head))
-    )

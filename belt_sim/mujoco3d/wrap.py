@@ -160,20 +160,13 @@ def outer_depth(wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, end:
 
 
 def sink_ends(
-    wrap: WrapArrays,
-    surface: SurfaceArrays,
-    pose: PoseArrays,
-    end: int,
-    zone: int,
-    chord: Array,
-    moved: Array,
-    shaped: Array | float,
+    belt: BeltArrays, wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, end: int, moved: Array, shaped: Array
 ) -> WrapArrays:
     """The outermost stations at ``end`` on their path for the pulley's present place.
 
-    zone: stations that may be off the circle; moved [m]: how far the pulley has turned since the last time.
+    moved [m]: how far the pulley has turned since the last time.
     """
-    xp = library_of(wrap.r)
+    xp, chord, zone = library_of(wrap.r), belt.chord, belt.shape.zone  # stations that may be off the circle
     outward, outer, n = OUTWARDS[end], (wrap.first, wrap.last)[end], wrap.r.shape[-1]
     k = (outer - outward * np.arange(zone + 1)) % n
     off, r, angle = k[:-1], wrap.r[:, k], wrap.angle[:, k]
@@ -228,13 +221,7 @@ class Approach(NamedTuple):
 
 
 def approach_of(
-    belt: BeltArrays,
-    wrap: WrapArrays,
-    surface: SurfaceArrays,
-    pose: PoseArrays,
-    layer: Array | None,
-    nodes: Array,
-    end: int,
+    belt: BeltArrays, wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, layer: Array, nodes: Array, end: int
 ) -> Approach:
     """The station next to ``end`` of a belt with nodes [m], (m, 3, n)."""
     pair = thread_places(belt, wrap, surface, pose, layer, nodes, end)
@@ -353,13 +340,7 @@ def layer_displacements(
 
 
 def thread_places(
-    belt: BeltArrays,
-    wrap: WrapArrays,
-    surface: SurfaceArrays,
-    pose: PoseArrays,
-    layer: Array | None,
-    nodes: Array,
-    end: int,
+    belt: BeltArrays, wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, layer: Array, nodes: Array, end: int
 ) -> Array:
     """Where the station next to ``end`` and the outermost held one would be without the layer [m], (m, 3, 2)."""
     k = ((wrap.first, wrap.last)[end] + OUTWARDS[end] * np.array([1, 0])) % nodes.shape[-1]
@@ -387,9 +368,8 @@ def sink_wraps(
         rolled = jnp.where(rests, pose.axes[:, 2, 1] - before.axes[:, 2, 1], 0.0)
         wraps = jax.vmap(roll_anchors)(belt.surfaces, wraps, pose, rolled)
     for end in (FIRST, LAST):
-        wraps = jax.vmap(
-            lambda w, s, p, end=end: sink_ends(w, s, p, end, shape.zone, belt.chord, moved, shaped)
-        )(wraps, belt.surfaces, pose)  # fmt: skip
+        sink = partial(sink_ends, belt, end=end, moved=moved, shaped=shaped)
+        wraps = jax.vmap(sink)(wraps, belt.surfaces, pose)
     return wraps
 
 

@@ -125,59 +125,43 @@ def find_equilibrium(
     command: Command,
     aside: Array | float,
 ) -> Equilibrium:
-    """From where the step has led the chain, ``nodes`` [m], (m, 3, n), and the tail pulley.
+    """Newton iterations from where the step has led the chain, ``nodes`` [m], (m, 3, n), and the tail pulley.
 
-    aside [m]: by how much held stations stand aside of their anchors.
+    The tension that stiffens the belt across its direction is that of its last equilibrium. aside [m]: by how much held
+    stations stand aside of their anchors.
     """
     taut, moved = state.nodes[..., places.stations], command.travel - state.travel
 
     def iteration(found: Equilibrium, more: Array) -> tuple[Equilibrium, None]:
         turned, pose = found.compliance_yaw, pose_of(belt, command, found.tail, found.compliance_yaw)
-        nodes, tail, tension, correction = _newton_iteration(
-            belt, wraps, found.nodes, taut, found.tail, pose, places, state, command
-        )
+        nodes, moves = found.nodes, tail_derivatives(wraps, pose)
+        twist = twist_of_cells(belt, wraps, pose, places, state.tension)
+        on_nodes, at_ends = chain_forces(belt, nodes, places, twist, command.share)
+        on_nodes = on_nodes.reshape(nodes.shape).at[:, 2].add(-belt.mass[:, None] * belt.gravity)
+        on_diagonal = None
+        if belt.guides is not None:
+            force, stiffness = guide_forces(belt, nodes, places.free)
+            on_nodes = on_nodes.at[:, 1].add(force)
+            on_diagonal = jnp.zeros_like(nodes).at[:, 1].set(stiffness).reshape(-1, nodes.shape[-1])
+        if belt.loads is not None:
+            on_nodes = on_nodes + command.share * load_forces(belt, nodes)
+        cell, whole = chain_stiffness(belt, nodes, taut, places, twist, command.share)
+        levels = factorise(*spans_blocks(whole, places, on_diagonal))
+        on_tail = loads_on_tail(belt, nodes, places, pose, moves, at_ends)
+        on_nodes, lacking = on_nodes.reshape(-1, nodes.shape[-1]), on_tail.at[0].add(belt.load)
+        change, tail_change = newton_step(belt, levels, cell, on_nodes, places, moves, lacking)
+        nodes, tail = nodes + change.reshape(nodes.shape), found.tail + tail_change
         if turned is not None:
             there = jnp.zeros_like(nodes).at[..., places.stations].set(nodes)
             moment = yaw_moments(wraps, pose, there, pull_on_nodes(belt, there, command.share))
             turned = jnp.where(more, compliance_step(belt, state.compliance_yaw, turned, moment, moved), turned)
         anchors = anchor_positions(belt, wraps, pose_of(belt, command, tail, turned), state.layer, places) + aside
-        return Equilibrium(jnp.where(places.free, nodes, anchors), tail, tension, correction, turned), None
+        nodes, tension = jnp.where(places.free, nodes, anchors), -0.5 * on_tail[0]
+        return Equilibrium(nodes, tail, tension, jnp.abs(change).max(), turned), None
 
     begin = Equilibrium(nodes, tail, state.tension, state.correction, state.compliance_yaw)
     count = ITERATIONS if state.compliance_yaw is None else ITERATIONS + _YIELDING
     return jax.lax.scan(iteration, begin, jnp.arange(count) < count - 1)[0]
-
-
-def _newton_iteration(
-    belt: BeltArrays,
-    wraps: WrapArrays,
-    nodes: Array,
-    taut: Array,
-    tail: Array,
-    pose: PoseArrays,
-    places: ChainLayout,
-    state: TravelState,
-    command: Command,
-) -> tuple[Array, Array, Array, Array]:
-    """One Newton iteration: the free nodes, slide and spin of the tail pulley, tension of the spans, and how far a node
-    moved at most. ``taut`` [m]: the chain in its last equilibrium."""
-    twist, moves = twist_of_cells(belt, wraps, pose, places, state.tension), tail_derivatives(wraps, pose)
-    on_nodes, at_ends = chain_forces(belt, nodes, places, twist, command.share)
-    on_nodes = on_nodes.reshape(nodes.shape).at[:, 2].add(-belt.mass[:, None] * belt.gravity)
-    more = None
-    if belt.guides is not None:
-        force, stiffness = guide_forces(belt, nodes, places.free)
-        on_nodes = on_nodes.at[:, 1].add(force)
-        more = jnp.zeros_like(nodes).at[:, 1].set(stiffness).reshape(-1, nodes.shape[-1])
-    if belt.loads is not None:
-        on_nodes = on_nodes + command.share * load_forces(belt, nodes)
-    cell, whole = chain_stiffness(belt, nodes, taut, places, twist, command.share)
-    levels = factorise(*spans_blocks(whole, places, more))
-    on_tail = loads_on_tail(belt, nodes, places, pose, moves, at_ends)
-    change, tail_change = newton_step(
-        belt, levels, cell, on_nodes.reshape(-1, nodes.shape[-1]), places, moves, on_tail.at[0].add(belt.load)
-    )
-    return nodes + change.reshape(nodes.shape), tail + tail_change, -0.5 * on_tail[0], jnp.abs(change).max()
 
 
 def predict(belt: BeltArrays, nodes: Array, held: Array, places: ChainLayout, chords: Array) -> Array:
@@ -223,14 +207,14 @@ def step(belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
         wraps, kinks = jax.vmap(partial(hold_run_up_end, sign=sign))(wraps, belt.surfaces, pose, kinks)
     wraps = sink_wraps(belt, wraps, (state.pose, pose), moved, shaped, (moved == 0.0) & (state.travel >= 0.0))
     places = cut_chain(wraps)
-    taut = state.nodes[..., places.stations]
+    taut, chords = state.nodes[..., places.stations], moved / belt.chord
     anchors = anchor_positions(belt, wraps, pose, state.layer, places)
-    nodes = predict(belt, taut, jnp.where(places.free, taut, anchors), places, moved / belt.chord)
+    nodes = predict(belt, taut, jnp.where(places.free, taut, anchors), places, chords)
     wraps = release_stations(belt, wraps, pose)
     places = divide_chain(wraps, places.stations)
     if state.layer is not None:
         anchors = anchor_positions(belt, wraps, pose, state.layer, places)
-    chords, aside = moved / belt.chord, 0.0
+    aside = 0.0
     if kinks is not None:
         aside = end_offsets(belt, wraps, pose, places, taut, chords, kinks)
     nodes = jnp.where(places.free, nodes, anchors + aside)
@@ -240,31 +224,17 @@ def step(belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
     if slip is not None:
         pull = pull_on_nodes(belt, nodes, command.share)
         wraps, slip = jax.vmap(partial(slide_wrap, belt, pull, shaped))(wraps, belt.surfaces, pose, slip)
-    wraps, layer = _land_step(belt, wraps, pose, nodes, state, command)
-    after = found.tension, command.travel, found.correction, slip, kinks, found.compliance_yaw, layer
-    return TravelState(nodes, wraps, pose, *after)
-
-
-def _land_step(
-    belt: BeltArrays,
-    wraps: WrapArrays,
-    pose: PoseArrays,
-    nodes: Array,
-    state: TravelState,
-    command: Command,
-) -> tuple[WrapArrays, Array | None]:
-    """The wraps after the step, with the stations that they have caught, and the bending layer beside them."""
-    moved, layer = command.travel - state.travel, state.layer
 
     def filter_share(time: float) -> Array:
         return jnp.where(moved > 0.0, jnp.minimum(moved / (belt.run_speed * time), 1.0), 1.0)
 
-    shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
     wraps = jax.vmap(lambda w, p: update_tangents(w, p, nodes, filter_share(SPAN_TIME)))(wraps, pose)
-    wraps = land_stations(belt, wraps, (state.pose, state.nodes), (pose, nodes), layer, moved, shaped)
-    if layer is None:
-        return wraps, None
-    return wraps, relax_layers(belt, layer, wraps, pose, nodes, command.share, filter_share(LAYER_TIME))
+    layer, before = state.layer, (state.pose, state.nodes)
+    wraps = land_stations(belt, wraps, before, (pose, nodes), layer, moved, shaped)
+    if layer is not None:
+        layer = relax_layers(belt, layer, wraps, pose, nodes, command.share, filter_share(LAYER_TIME))
+    after = found.tension, command.travel, found.correction, slip, kinks, found.compliance_yaw, layer
+    return TravelState(nodes, wraps, pose, *after)
 
 
 def end_offsets(

@@ -50,18 +50,6 @@ class Overlay:
         return float(self.drawn.travel[-1] - self.drawn.travel[0])
 
 
-def record_curves(
-    path: str | os.PathLike,
-    named_curves: Mapping[str, Curves],
-    measured: Curves | None = None,
-    *,
-    case: Case | None = None,
-    run: str = "run",
-) -> None:
-    """Write one run's curves, residuals and belt to ``path`` (.rrd); BeltError when it cannot be written."""
-    record_runs(path, {run: Overlay(modelled=named_curves, measured=measured, case=case)})
-
-
 def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay]) -> None:
     """Write any number of runs to ``path`` (.rrd), one tab a run, all on the travel timeline.
 

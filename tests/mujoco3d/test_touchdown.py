@@ -24,8 +24,7 @@ ROUNDING = 1e-12  # [m], of coordinates below 1 m
 STRAIGHT = 5e-6  # [m]: the path is followed by angles one step old; on a circle the station would sink by 460 um
 
 
-BELT = SimpleNamespace(chord=CHORD)
-ZONE = 6  # stations that may be off the circle
+BELT = SimpleNamespace(chord=CHORD, shape=SimpleNamespace(zone=6))
 
 
 def wrapped(stations=12, **shape):
@@ -79,7 +78,7 @@ def test_turning_pulley_keeps_lengths_and_lets_the_span_end_on_one_line(end):
     start = tangent - outward * 0.5 * CHORD / R - wrap.angle[0, station]
 
     def sunk(spin):
-        return sink_ends(wrap, cylinder, pose(spin=spin), end, ZONE, CHORD, 0.0, 1.0), pose(spin=spin)
+        return sink_ends(BELT, wrap, cylinder, pose(spin=spin), end, 0.0, 1.0), pose(spin=spin)
 
     for _ in range(8):  # from the circle onto the path
         wrap, at = sunk(start)

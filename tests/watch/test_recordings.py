@@ -13,7 +13,7 @@ from rerun.chunk import RrdReader
 from belt_sim.errors import BeltError
 from belt_sim.si import MM
 from belt_sim.watch.geometry import tilt, view_scale_of
-from belt_sim.watch.record import Overlay, record_curves, record_runs
+from belt_sim.watch.record import Overlay, record_runs
 from belt_sim.watch.rerun import PICTURES, RecordingFile, _free_port, live, to_file
 from belt_sim.watch.scene import Scene
 from studies.paper.case import YAW
@@ -118,7 +118,8 @@ def test_curves_measurement_and_residual_come_back(tmp_path):
     half = replace(curves(20.0, step=0.3), tilt=None)
     half.y[1:3] = np.nan
     measured = replace(half, y=half.y + 1e-3)
-    record_curves(tmp_path / "c.rrd", {"strip + taper": model}, measured, case=case(), run="r01")
+    overlay = Overlay(modelled={"strip + taper": model}, measured=measured, case=case())
+    record_runs(tmp_path / "c.rrd", {"r01": overlay})
     logged = read_back(tmp_path / "c.rrd")
     shown = logged["runs/r01/y/strip_taper:Scalars:scalars"]
     rows = np.rint(shown.travel_mm * MM / 0.1).astype(int)
