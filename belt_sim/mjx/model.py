@@ -28,6 +28,7 @@ from belt_sim.mujoco3d.machine import (
 from belt_sim.mujoco3d.mesh import BELT_MODELS
 from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.pulleys import TailPulley
+from belt_sim.mujoco3d.recording import ANGLES, EDGES, MOMENTS, POINTS, SAGS, TENSION, TILTS
 from belt_sim.mujoco3d.run_stages import Command, apply_command, run_stages
 from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays
 from belt_sim.pytrees import Numbers as Array
@@ -65,20 +66,12 @@ class MjxData(NamedTuple):
     reading: Array
 
 
-#: rows of Data.reading: y of points 1-4 [m], angles there [rad], entry moments [N m], slack-edge stresses [Pa], tilts
+#: rows of a reading: y of points 1-4 [m], angles there [rad], entry moments [N m], slack-edge stresses [Pa], tilts
 #: [rad], sags [m], tension [N], x of the tail pulley [m], travel [m], belt speed [m/s]
 READING: dict[str, Any] = {
-    "y": slice(0, 4),
-    "angle": slice(4, 8),
-    "moment": slice(8, 10),
-    "edge_stress": slice(10, 12),
-    "tilt": slice(12, 14),
-    "sag": slice(14, 16),
-    "tension": 16,
-    "tail_x": 17,
-    "travel": 18,
-    "speed": 19,
-}
+    "y": POINTS, "angle": ANGLES, "moment": MOMENTS, "edge_stress": EDGES, "tilt": TILTS, "sag": SAGS,
+    "tension": TENSION, "tail_x": 17, "travel": 18, "speed": 19,
+}  # fmt: skip
 
 
 def command(model: MjxModel, data: MjxData, speed: Array, yaw: Array, drag: Array | float = 1.0) -> Command:
@@ -118,38 +111,32 @@ def prepare(
     options = options or Options()
     several = parts or [SceneParts.from_case(case, options.friction) for case in cases]
     features = features or active_features(several)
-    own = [
-        fit_options(options, case, "flex") for case in cases
-    ]  # the step is implicit in bonds across their direction, too
+    own = [fit_options(options, c, "flex") for c in cases]  # the step is implicit in bonds across their direction, too
     spec, _ = build_scene(cases[0], BELT_MODELS[belt](), own[0], replace(several[0], edge_guides=()))
     if edit is not None:
         edit(spec)
     compiled = plain_model(spec, own[0].dt)
-    shared = to_mjx(compiled, compiled.qpos0)
-    scenes = [lay_out(c, BELT_MODELS[belt](), o, p) for c, o, p in zip(cases, own, several, strict=True)]
-    return [_prepare_one(scene, belt, features, compiled, *shared) for scene in scenes]
-
-
-def _prepare_one(
-    scene: SceneLayout, belt: str, features: ActiveFeatures, compiled: mujoco.MjModel, m: mjx.Model, d: mjx.Data
-) -> PreparedCase:
-    arrays = belt_arrays(scene, features)
-    wraps, pose = lay_pulleys(scene, arrays)
-    case = scene.case
-    m = with_numbers_of(m, scene, compiled)
-    tail = TailPulley.from_scene(scene, compiled, np.asarray(m.body_mass), np.asarray(m.dof_armature))
-    model = MjxModel(m, arrays, TailPulley(*map(np.array, tail)), np.array(max(scene.options.settle, 1e-9)))
-    data = MjxData(
-        mjx=d.replace(qpos=jnp.asarray(laid_coordinates(scene, *pose.spin))),
-        wraps=wraps,
-        pose=pose,
-        on_tail=np.array([-2.0 * float(case.tension_force), 0.0]),
-        travel=np.array(-scene.early),
-        compliance_yaw=np.zeros(2) if features.gives_way else None,
-        layer=np.zeros((2, 2, scene.mesh.lines, 2)) if features.layered else None,
-        reading=np.zeros(20),
-    )
-    return PreparedCase(case, scene, model, data, compiled)
+    shared_model, shared_data = to_mjx(compiled, compiled.qpos0)
+    prepared = []
+    for case, fitted, acting in zip(cases, own, several, strict=True):
+        scene = lay_out(case, BELT_MODELS[belt](), fitted, acting)
+        arrays = belt_arrays(scene, features)
+        wraps, pose = lay_pulleys(scene, arrays)
+        m = with_numbers_of(shared_model, scene, compiled)
+        tail = TailPulley.from_scene(scene, compiled, np.asarray(m.body_mass), np.asarray(m.dof_armature))
+        model = MjxModel(m, arrays, TailPulley(*map(np.array, tail)), np.array(max(fitted.settle, 1e-9)))
+        data = MjxData(
+            mjx=shared_data.replace(qpos=jnp.asarray(laid_coordinates(scene, *pose.spin))),
+            wraps=wraps,
+            pose=pose,
+            on_tail=np.array([-2.0 * float(case.tension_force), 0.0]),
+            travel=np.array(-scene.early),
+            compliance_yaw=np.zeros(2) if features.gives_way else None,
+            layer=np.zeros((2, 2, scene.mesh.lines, 2)) if features.layered else None,
+            reading=np.zeros(20),
+        )
+        prepared.append(PreparedCase(scene.case, scene, model, data, compiled))
+    return prepared
 
 
 def with_numbers_of(m: mjx.Model, scene: SceneLayout, compiled: mujoco.MjModel) -> mjx.Model:

@@ -40,7 +40,6 @@ from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.wrap import (
     HEAD,
     TAIL,
-    PoseArrays,
     land_stations,
     relax_layers,
     release_stations,
@@ -59,7 +58,9 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     q, v = d.qpos, d.qvel
     turned = None if data.compliance_yaw is None else _compliance_yaw(model, data, nodes_of(shape, q) + rest_of(model))
     applied, joints = _move_pulleys(model, data, command, d.qfrc_actuator, turned)
-    pose = _pose(model, data, command, joints, turned)
+    begun = jnp.minimum(d.time / (0.5 * model.settle), 1.0)  # a wobble sets in while the belt comes to rest
+    tail = jnp.stack([model.tail.x + joints[TAIL_SLIDE], joints[TAIL_SPIN]])
+    pose = pose_of(belt, command, tail, turned, begun * begun * (3.0 - 2.0 * begun))
     moved = jnp.abs(pose.spin[HEAD] - data.pose.spin[HEAD]) * belt.surfaces.radius[HEAD]
     shaped = jnp.where(data.travel >= 0.0, 1.0, 0.0)
     stands = (command.speed == 0.0) & (command.travel >= 0.0)
@@ -137,14 +138,6 @@ def _move_pulleys(
     joints = joints.at[TAIL_SPIN].add(h * (v[TAIL_SPIN] + h * moment / tail.inertia))
     joints = joints.at[HEAD_SPIN].set(sign * command.travel / belt.surfaces.radius[HEAD])
     return applied, joints.at[HEAD_YAW].set(yaw[HEAD]).at[TAIL_YAW].set(yaw[TAIL])
-
-
-def _pose(model: MjxModel, data: MjxData, command: Command, joints: Array, turned: Array | None) -> PoseArrays:
-    """Where the pulleys are after the step. A wobble sets in while the belt comes to rest."""
-    begun = jnp.minimum(data.mjx.time / (0.5 * model.settle), 1.0)
-    tail = jnp.stack([model.tail.x + joints[TAIL_SLIDE], joints[TAIL_SPIN]])
-    askew = begun * begun * (3.0 - 2.0 * begun)
-    return pose_of(model.belt, command, tail, turned, askew)
 
 
 def _implicit(

@@ -32,10 +32,14 @@ from belt_sim.mujoco3d.wrap import (
 
 _NEITHER = -1
 _FEWEST = 3  # links on a pulley
+_SIZES = 8  # stations of a wrap are filled up to a multiple of it, so that few sizes are compiled
 
 
 def lay_wraps(scene: SceneLayout, belt: BeltArrays, poses: list[PoseArrays]) -> list[WrapArrays]:
-    """The stations that were laid on the pulleys, anchored there; the pulleys are plain cylinders so far."""
+    """The stations laid on the pulleys, anchored where their nodes are, at their mean height.
+
+    The pulleys are plain cylinders so far.
+    """
     mesh, wraps = scene.mesh, []
     nodes = np.moveaxis(mesh.laid, 0, -1)
     for laid, surface, pose in zip((scene.loop.on_head, scene.loop.on_tail), surfaces_of(belt), poses, strict=True):
@@ -43,24 +47,17 @@ def lay_wraps(scene: SceneLayout, belt: BeltArrays, poses: list[PoseArrays]) -> 
         jump = np.flatnonzero(np.diff(on) > 1)
         first = int(on[jump[0] + 1]) - mesh.stations if len(jump) else int(on[0])
         last = int(on[jump[0]]) if len(jump) else int(on[-1])
-        wraps.append(lay_wrap(surface, pose, belt, nodes, first, last))
+        k = np.arange(first, last + 1) % mesh.stations
+        r, y, angle = np.zeros((3, mesh.lines, mesh.stations))
+        wrap = WrapArrays(first, last, r, y, angle, np.zeros(mesh.stations), np.zeros(2))
+        r[:, k], y[:, k], angle[:, k] = cylinder_coordinates(nodes[:, :, k], pose)
+        circle = radius_at(surface, 0.0, y[:, k])
+        r[:, k] = circle + (r[:, k] - circle).mean(axis=0)
+        wrap = update_tangents(wrap, pose, nodes, 1.0)
+        for end in (FIRST, LAST):
+            wrap = change_end(belt, wrap, surface, pose, None, nodes, end, 0.0)
+        wraps.append(wrap)
     return wraps
-
-
-def lay_wrap(
-    surface: SurfaceArrays, pose: PoseArrays, belt: BeltArrays, nodes: np.ndarray, first: int, last: int
-) -> WrapArrays:
-    """Stations first..last, anchored where their nodes [m], (m, 3, n), are, at their mean height."""
-    k, n = np.arange(first, last + 1) % nodes.shape[-1], nodes.shape[-1]
-    r, y, angle = np.zeros((3, len(nodes), n))
-    wrap = WrapArrays(first, last, r, y, angle, np.zeros(n), np.zeros(2))
-    r[:, k], y[:, k], angle[:, k] = cylinder_coordinates(nodes[:, :, k], pose)
-    circle = radius_at(surface, 0.0, y[:, k])
-    r[:, k] = circle + (r[:, k] - circle).mean(axis=0)
-    wrap = update_tangents(wrap, pose, nodes, 1.0)
-    for end in (FIRST, LAST):
-        wrap = change_end(belt, wrap, surface, pose, None, nodes, end, 0.0)
-    return wrap
 
 
 def change_end(
@@ -140,25 +137,15 @@ def slide_wrap(
     state.slip_increments[which] = np.zeros_like(increments)
     if np.all(np.hypot(across, along) <= limit):
         return 0.0
-    force = np.stack([across, along], axis=1)  # (m, 2, held), of the pulley on the nodes
-
-    moved = _slip(tangent, state.wraps[which].first, force, limit, increments[..., k])
+    more = -len(k) % _SIZES
+    force = np.pad(np.stack([across, along], axis=1), ((0, 0), (0, 0), (0, more)))  # of the pulley on the nodes
+    guess = np.pad(increments[..., k], ((0, 0), (0, 0), (0, more)))
+    limit = np.pad(limit, ((0, 0), (0, more)), constant_values=np.inf)
+    chain = _wrap_chain(tangent, state.wraps[which].first % 2, len(k), len(k) + more)
+    moved = np.asarray(_slip_increments(force, limit, chain, guess)[0])[..., : len(k)]
     state.slip_increments[which][..., k] = moved
     state.wraps[which] = slide_anchors(surface, state.wraps[which], state.shaped, k, moved)
     return float(moved[:, 0].mean())
-
-
-_SIZES = 8  # stations of a wrap are filled up to a multiple of it, so that few sizes are compiled
-
-
-def _slip(tangent: SlidingStiffness, first: int, force: np.ndarray, limit: np.ndarray, guess: np.ndarray) -> np.ndarray:
-    """Slip increments [m], (m, 2, k), of a wrap that begins with station ``first``; see ``slip_increments``."""
-    count = limit.shape[-1]
-    more = -count % _SIZES
-    force, guess = (np.pad(v, ((0, 0), (0, 0), (0, more))) for v in (force, guess))
-    limit = np.pad(limit, ((0, 0), (0, more)), constant_values=np.inf)
-    chain = _wrap_chain(tangent, first % 2, count, count + more)
-    return np.asarray(_slip_increments(force, limit, chain, guess)[0])[..., :count]
 
 
 _wrap_chain = jit_float64(wrap_chain, static_argnums=3)

@@ -10,7 +10,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.base import IN_MARCH, Effect, call_hook, overrides
 from belt_sim.effects.pipeline import as_indicated, asked_of_engine
-from belt_sim.errors import CannotRepresent, InputError, SimulationError
+from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.options import CONTACTS, Options
 from belt_sim.scene_parts import SceneParts
@@ -131,39 +131,24 @@ class SpaceModel:
         self.admit(effects)
 
         def engine(driven: Case, far: float) -> Curves:
-            found = computed
-            if found is None:
-                parts = self.parts(driven, effects)
-                if self.engine not in BATCH_ENGINES:
-                    return self._in_time(driven, far, parts, observers, scene_path)
-                found = self._on_jax(driven, far, parts, observers)
-            if isinstance(found, Exception):
-                raise found
-            return found
+            if isinstance(computed, Exception):
+                raise computed
+            return computed or self._compute(driven, far, self.parts(driven, effects), observers, scene_path)
 
         return as_indicated(engine, case, effects, travel)
 
-    def _in_time(
+    def _compute(
         self, case: Case, travel: float, parts: SceneParts, observers: Sequence[Observer], scene_path: Path | None
     ) -> Curves:
-        from belt_sim.mujoco3d.engine import simulate  # MuJoCo takes a while to load
+        """Run the engine on a case as driven."""
+        run: dict[str, Any] = {"belt": self.belt, "travel": travel, "options": self.options, "parts": parts}
+        if observers:
+            run["observers"] = observers
+        if self.engine not in BATCH_ENGINES:
+            from belt_sim.mujoco3d.engine import simulate  # MuJoCo takes a while to load
 
-        return simulate(
-            case,
-            belt=self.belt,
-            travel=travel,
-            options=self.options,
-            parts=parts,
-            scene_path=scene_path,
-            observers=observers,
-            control=self.control,
-            contact=self.contact,
-            edited=self.scene,
-        )
-
-    def _on_jax(
-        self, case: Case, travel: float, parts: SceneParts, observers: Sequence[Observer]
-    ) -> Curves | SimulationError:
+            run |= {"scene_path": scene_path, "control": self.control, "contact": self.contact, "edited": self.scene}
+            return simulate(case, **run)
         for name, wanted in (
             ("watch", self.engine == "quasi_static" and bool(observers)),
             ("model.control", self.control),
@@ -171,9 +156,7 @@ class SpaceModel:
         ):
             if wanted:
                 raise CannotRepresent(f"{name}: engine={self.engine} cannot do this; use engine=native")
-        watched: dict[str, Any] = {"observers": observers} if observers else {}
-        run = batch_engine(self.engine).simulate_batch
-        return run([case], belt=self.belt, travel=travel, options=self.options, parts=[parts], **watched)[0]
+        return batch_engine(self.engine).simulate(case, **run)
 
 
 def batch_engine(name: str) -> "BatchEngine":

@@ -109,7 +109,7 @@ def build_contact(
     Raises CannotRepresent for parts that are no plain cylinders.
     """
     _refuse_shapes(parts)
-    scene = lay_out(case, belt, options, parts, path=_on_the_circle)
+    scene = lay_out(case, belt, options, parts, path=lambda depth, *_: 0.0 * depth)  # straight onto the circle
     case, mesh, loop, spec = scene.case, scene.mesh, scene.loop, pulleys_specification(scene)
     set_contact_solver(spec, options.dt, parts.gravity)
     belt.tie(spec, mesh, case, options)
@@ -130,11 +130,6 @@ def _refuse_shapes(parts: SceneParts) -> None:
             "model.contact = mujoco: it has plain cylinders and a straight belt; use model.contact=held with effects "
             "that have a shape"
         )
-
-
-def _on_the_circle(depth, chord, radius):
-    """Height above the circle at which stations come and go: contact needs no path of its own."""
-    return 0.0 * depth
 
 
 def _add_defaults(spec: mujoco.MjSpec, contact: ContactLaw, chord: float) -> None:

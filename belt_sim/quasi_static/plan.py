@@ -50,34 +50,36 @@ def plan_run(settings: Settings, options: Options, travel: float, changes: bool)
     """Of a run over ``travel`` [m]; changes: something besides the yaw sets in at 0."""
     yaw = YawPlan.from_settings(settings)
     steps = max(options.steps, math.ceil(options.sample / (_LONGEST * options.dx)))
-    rows: list[tuple[bool, list[tuple[float, np.ndarray, float]]]] = []
+    commands: list[Command] = []
+    recorded: list[bool] = []
 
     def march(start: float, end: float, done: float) -> None:
-        count = max(math.ceil((end - start) / options.sample - 1e-9), 0)
-        places = start + (end - start) * (np.arange(count * steps) + 1.0) / max(count * steps, 1)
-        commands = [(float(s), yaw.angles(float(s), done), float(done >= 0.0)) for s in places]
-        rows.extend((start >= 0.0, commands[k * steps : (k + 1) * steps]) for k in range(count))
+        rows = max(math.ceil((end - start) / options.sample - 1e-9), 0)
+        places = start + (end - start) * (np.arange(rows * steps) + 1.0) / max(rows * steps, 1)
+        commands.extend(Command(s, yaw.angles(s, done), float(done >= 0.0)) for s in places.tolist())
+        recorded.extend([start >= 0.0] * rows)
 
-    def stand(at: float, done: float) -> None:
-        for row in range(_TURNING + 2):
-            commands = []
-            for k in range(steps):
-                part = smoothstep((row * steps + k + 1) / (_TURNING * steps))
-                share = 1.0 if done >= 0.0 else part if at >= 0.0 else 0.0
-                commands.append((at, yaw.angles_during_step(at, done, part), share))
-            rows.append((False, commands))
+    def rest(at: float, rows: int, counts: bool) -> None:
+        commands.extend([Command(at, yaw.angles(at, -math.inf), 0.0)] * (steps * rows))
+        recorded.extend([counts] * rows)
+
+    def turn(at: float, done: float) -> None:
+        for k in range((_TURNING + 2) * steps):
+            part = smoothstep((k + 1) / (_TURNING * steps))
+            share = 1.0 if done >= 0.0 else part if at >= 0.0 else 0.0
+            commands.append(Command(at, yaw.angles_during_step(at, done, part), share))
+        recorded.extend([False] * (_TURNING + 2))
 
     done, here = -math.inf, -options.run_in
-    rows.extend((False, [(here, yaw.angles(here, done), 0.0)] * steps) for _ in range(_RESTING))
+    rest(here, _RESTING, counts=False)
     for stop in sorted({s for s in yaw.stops(travel) if s > 0.0} | {0.0}):
         march(here, stop, done)
         if stop == 0.0:
-            rows.append((True, [(0.0, yaw.angles(0.0, done), 0.0)] * steps))
+            rest(0.0, 1, counts=True)
         if stop > 0.0 or changes or 0.0 in yaw.stops(travel):
-            stand(stop, done)
+            turn(stop, done)
             done = stop
         here = stop
     march(here, travel + 0.5 * options.sample, done)  # a row stands for its middle
-    recorded = np.array([r for r, _ in rows])
-    parts = [np.array([[c[k] for c in commands] for _, commands in rows]) for k in range(3)]
-    return TravelPlan(Command(*parts), recorded)
+    columns = (np.array(column, float) for column in zip(*(c[:3] for c in commands), strict=True))
+    return TravelPlan(Command(*(c.reshape(len(recorded), steps, *c.shape[1:]) for c in columns)), np.array(recorded))

@@ -169,13 +169,28 @@ def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
     """
     travel = np.asarray(curves.travel, float)
     stops = np.unique(np.append(np.arange(travel[0], travel[-1], every), travel[-1]))
-    y = _whole(np.asarray(curves.y, float))
+    known = _whole(np.asarray(curves.y, float))
     tilt = np.zeros((2, len(travel))) if curves.tilt is None else np.nan_to_num(np.asarray(curves.tilt, float))
     sag = (0.0, 0.0) if curves.sag is None else np.nan_to_num(np.asarray(curves.sag, float))
-    for stop in stops:
-        points = np.array([np.interp(stop, travel, row) for row in y])
+    a, settings = float(case.rig.centre_distance), case.settings
+    tail, head = float(case.rig.tail_radius), float(case.rig.head_radius)
+    for stop in map(float, stops):
+        y = np.array([np.interp(stop, travel, row) for row in known])
         mid = [float(np.interp(stop, travel, row)) for row in tilt]
-        yield _frame(case, float(stop), points, mid, sag)
+        yaws = yaw_at(settings.yaw, stop), yaw_at(settings.yaw_head, stop)
+        centre, half = _centre_line(case, y, mid, sag)
+        half[:, 0] = _edge_shift(case, centre, y, yaws)
+        yield Frame(
+            travel=stop,
+            time=stop / float(settings.speed),
+            left=centre + half,
+            right=centre - half,
+            points=np.column_stack([[a, a, 0.0, 0.0], y, [tail, -tail, -head, head]]),
+            yaw_tail=yaws[0],
+            yaw_head=yaws[1],
+            tail_x=a,
+            scalars={"tension": float(settings.tension), "tilt_upper": mid[0], "tilt_lower": mid[1]},
+        )
 
 
 def _whole(y: np.ndarray) -> np.ndarray:
@@ -194,28 +209,6 @@ def yaw_at(schedule: Schedule, travel: float) -> float:
     steps = over <= 0.0
     share = np.where(steps, travel >= at, np.clip((travel - at) / np.where(steps, 1.0, over), 0.0, 1.0))
     return float(share @ change)
-
-
-def _frame(case: Case, travel: float, y: np.ndarray, mid_tilt: list[float], sag) -> Frame:
-    """The belt at one instant, from y at points 1-4 [m], mid-span tilts [rad] and sags [m]."""
-    a, settings = float(case.rig.centre_distance), case.settings
-    yaws = yaw_at(settings.yaw, travel), yaw_at(settings.yaw_head, travel)
-    centre, half = _centre_line(case, y, mid_tilt, sag)
-    half[:, 0] = _edge_shift(case, centre, y, yaws)
-    z = float(case.rig.tail_radius), float(case.rig.head_radius)
-    corner = np.array([[a, y[0], z[0]], [a, y[1], -z[0]], [0.0, y[2], -z[1]], [0.0, y[3], z[1]]])
-    scalars = {"tension": float(settings.tension), "tilt_upper": mid_tilt[0], "tilt_lower": mid_tilt[1]}
-    return Frame(
-        travel=travel,
-        time=travel / float(settings.speed),
-        left=centre + half,
-        right=centre - half,
-        points=corner,
-        yaw_tail=yaws[0],
-        yaw_head=yaws[1],
-        tail_x=a,
-        scalars=scalars,
-    )
 
 
 def _centre_line(case: Case, y: np.ndarray, mid_tilt: list[float], sag) -> tuple[np.ndarray, np.ndarray]:

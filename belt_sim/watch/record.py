@@ -82,7 +82,7 @@ def root_of(run: str) -> str:
 def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay, pictures: int) -> None:
     """Log one run, the belt in space at most ``pictures`` times."""
     root, measured = root_of(run), overlay.measured
-    wanted = _measured_points(measured)
+    wanted = [True] * 4 if measured is None else np.isfinite(np.asarray(measured.y, float)).any(axis=1)
     for k, (name, curves) in enumerate(overlay.modelled.items()):
         colour = MODELS[k % len(MODELS)]
         _log_curves(recording, root, name, _fewer(curves), wanted, colour)
@@ -96,13 +96,6 @@ def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay, pictures
         length = overlay.length
         scene = Scene(recording, f"{root}/belt", overlay.case, view_scale_of(overlay.case, length))
         scene.frames(list(belt_frames(overlay.case, overlay.drawn, every=max(length / pictures, 0.1))))
-
-
-def _measured_points(measured: Curves | None) -> tuple[bool, ...]:
-    """Which of points 1-4 were measured; without a measurement all are of interest."""
-    if measured is None:
-        return (True,) * 4
-    return tuple(bool(np.isfinite(row).any()) for row in np.asarray(measured.y, float))
 
 
 def _fewer(curves: Curves) -> Curves:

@@ -186,8 +186,12 @@ class Scene:
         """
         thin = [thin_stations(frame, float(self.case.rig.tail_radius)) for frame in frames]
         drawn, stations = [enlarge(frame, self.scale) for frame in thin], len(thin[0].left)
-        series.set_instant(self.recording, frames[0].travel, frames[0].time)
-        self._triangles(stations)
+        self.recording.set_time(series.TRAVEL, sequence=series.millimetres(frames[0].travel))
+        self.recording.set_time(series.TIME, duration=frames[0].time)
+        if stations != self.stations:
+            triangles = rr.Mesh3D.from_fields(triangle_indices=geometry.ribbon_triangles(stations))
+            self.recording.log(f"{self.root}/belt/ribbon", triangles)
+            self.stations = stations
         index = [
             rr.TimeColumn(series.TRAVEL, sequence=[series.millimetres(frame.travel) for frame in frames]),
             rr.TimeColumn(series.TIME, duration=[frame.time for frame in frames]),
@@ -216,10 +220,3 @@ class Scene:
         reach[..., 0, 1], reach[..., 1, 1] = (f.accumulate(y)[-len(frames) :] for f in (np.minimum, np.maximum))
         self.reach = reach[-1, :, :, 1].T
         send("reach", rr.LineStrips3D.columns(strips=list(reach.reshape(-1, 2, 3).astype(np.float32))), 4)
-
-    def _triangles(self, stations: int) -> None:
-        """Of the ribbon between the edges, where they are others than before."""
-        if stations != self.stations:
-            triangles = rr.Mesh3D.from_fields(triangle_indices=geometry.ribbon_triangles(stations))
-            self.recording.log(f"{self.root}/belt/ribbon", triangles)
-            self.stations = stations

@@ -32,12 +32,6 @@ def millimetres(travel: float) -> int:
     return round(travel / MM)
 
 
-def set_instant(recording: rr.RecordingStream, travel: float, time: float) -> None:
-    """Let what is logged next belong to this travel [m] and time [s]."""
-    recording.set_time(TRAVEL, sequence=millimetres(travel))
-    recording.set_time(TIME, duration=time)
-
-
 def style(
     recording: rr.RecordingStream, path: str, names: Sequence[str], colours: Sequence[str], width: float = 2.0
 ) -> None:
