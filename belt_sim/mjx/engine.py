@@ -20,7 +20,7 @@ from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, 
 from belt_sim.mujoco3d.belt import ActiveFeatures
 from belt_sim.mujoco3d.loop import lay_loop
 from belt_sim.mujoco3d.options import Options, is_limp
-from belt_sim.mujoco3d.recording import curves_of, frame_of, observed
+from belt_sim.mujoco3d.recording import curves_of, frame_of, notify_observers
 from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.pytrees import Numbers as Array
 from belt_sim.scene_parts import SceneParts
@@ -95,7 +95,7 @@ def run(
         found = curves_of_steps(ready[0], plans[0], readings[0])
         return found.curves if isinstance(found, SimulationError) else found
 
-    with observed(observers, ready[0].case, travel, first_curves):
+    with notify_observers(observers, ready[0].case, travel, first_curves):
         for begin in range(0, max(len(p.travel) for p in plans), SEGMENT):
             commands = segment_of(plans, begin)
             data, reads = march(models, still, data, commands)

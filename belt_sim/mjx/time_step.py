@@ -127,11 +127,10 @@ def _move_pulleys(
     """Forces on all coordinates [N, N m], and the pulleys' joints after the step (5,); see machine.py."""
     belt, tail, h, sign = model.belt, model.tail, model.dt, model.belt.shape.sign
     q, v = data.mjx.qpos, data.mjx.qvel
-    rim, rates = sign * (command.speed - command.acceleration * h), (v[TAIL_SLIDE], v[TAIL_SPIN])
-    slide, moment = tail.forces(belt.load, data.on_tail, rates, rim, sign * command.acceleration)
+    slide, moment = tail.forces(belt, data.on_tail, (v[TAIL_SLIDE], v[TAIL_SPIN]), command, h)
     slide, moment = slide + actuators[TAIL_SLIDE], moment + actuators[TAIL_SPIN]
     applied = jnp.zeros_like(q).at[TAIL_SLIDE].set(slide).at[TAIL_SPIN].set(moment)
-    free = 1.0 - belt.length  # 0 where the slide is fixed
+    free = 1.0 - belt.slide_fixed  # 0 where the slide is fixed
     yaw = command.yaw if turned is None else command.yaw + turned
     joints = q[:STATION_JOINTS]
     joints = joints.at[TAIL_SLIDE].add(free * h * (v[TAIL_SLIDE] + h * slide / tail.mass))

@@ -13,7 +13,7 @@ from belt_sim.mujoco3d.calibration import calibrate
 from belt_sim.mujoco3d.elastic import Ties, TwistStiffness, membrane_law
 from belt_sim.mujoco3d.friction import SlidingStiffness, read_sliding_stiffness
 from belt_sim.mujoco3d.loads import GuideArrays, LoadArrays
-from belt_sim.mujoco3d.loop import sinking_chords
+from belt_sim.mujoco3d.loop import sink_chords
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.options import is_limp
@@ -53,22 +53,22 @@ def active_features(parts: Sequence[SceneParts]) -> ActiveFeatures:
 
 
 class LayerFibres(NamedTuple):
-    """plate [N m]: D of a fibre, per width; thickness [m]; modulus [Pa]; own [1]: share of the torsional stiffness that
-    is the fibres' tension, the rest resists that they lift off apart, 0 = like a thread; residual [1], shape (m,):
-    strain of the lines by residual stress, which the layer does not count."""
+    """plate [N m]: D of a fibre, per width; thickness [m]; modulus [Pa]; tension_share [1]: share of the torsional
+    stiffness that is the fibres' tension, the rest resists that they lift off apart, 0 = like a thread; residual [1],
+    shape (m,): strain of the lines by residual stress, which the layer does not count."""
 
     plate: Array
     thickness: Array
     modulus: Array
-    own: Array
+    tension_share: Array
     residual: Array
 
     @staticmethod
     def from_mesh(case: Case, mesh: Mesh, twist: TwistStiffness, strength: float) -> "LayerFibres":
         """Of a belt; strength [1] multiplies l^2 and l^3."""
-        belt, tense = case.belt, float(case.tension_force) * twist.tense
-        own = strength * tense / (tense + twist.still)
-        numbers = belt.plate_stiffness, belt.thickness, belt.youngs_modulus, own, mesh.residual_strain
+        belt, tense = case.belt, float(case.tension_force) * twist.strip_tension
+        share = strength * tense / (tense + twist.strip_torsion)
+        numbers = belt.plate_stiffness, belt.thickness, belt.youngs_modulus, share, mesh.residual_strain
         return LayerFibres(*map(np.array, numbers))
 
 
@@ -85,18 +85,18 @@ class BatchShape(NamedTuple):
     bonds: bool
     sign: int
     zone: int
-    held: int = 0
+    longest_wrap: int = 0
     limp: bool = False
     canted: bool = False
 
 
 class SurfaceArrays(NamedTuple):
     """Both pulleys, every field of shape (2,): head, tail. radius [m]; extra [m]: how much wider the stations' circle
-    is; sinking: chords along which a station sinks; the others as in belt_sim.scene_parts.PulleySurface."""
+    is; sink_chords: chords along which a station sinks; the others as in belt_sim.scene_parts.PulleySurface."""
 
     radius: Array
     extra: Array
-    sinking: Array
+    sink_chords: Array
     taper: Array
     crown: Array
     wobble: Array
@@ -112,9 +112,9 @@ class BeltArrays:
     """The numbers of one case, and the shape that it shares with others of a batch.
 
     chord [m]: of the straight belt at rest; mass [kg], stiffness [N] (EA), line_y [m], shape (m,): of the lines;
-    gravity [m/s2]; load [N]: on the tail pulley's slide; length [1]: 1 where the slide is fixed instead, else 0;
+    gravity [m/s2]; load [N]: on the tail pulley's slide; slide_fixed [1]: 1 where the slide is fixed instead, else 0;
     run_speed [m/s]; level [m]: of the spans' ends above the axes; friction [1], inf = it sticks;
-    area [m2], width [m], bending [N m2]; holding [N m/rad]: how stiffly both spans hold a pulley against turning,
+    area [m2], width [m], bending [N m2]; yaw_stiffness [N m/rad]: how stiffly both spans hold a pulley against turning,
     rather too large; sliding_stiffness, guides, fibres, loads: None where none of them acts in a batch.
     """
 
@@ -127,14 +127,14 @@ class BeltArrays:
     line_y: Array
     gravity: Array
     load: Array
-    length: Array
+    slide_fixed: Array
     run_speed: Array
     level: Array
     friction: Array
     area: Array
     width: Array
     bending: Array
-    holding: Array
+    yaw_stiffness: Array
     sliding_stiffness: SlidingStiffness | None = None
     guides: GuideArrays | None = None
     fibres: LayerFibres | None = None
@@ -157,8 +157,8 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures) -> BeltArrays:
         lines=mesh.lines,
         bonds=scene.kind != "flex",
         sign=int(np.sign(float(case.settings.direction))),
-        zone=int(surfaces.sinking.max()) + 2,
-        held=math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if features.slips else 0,
+        zone=int(surfaces.sink_chords.max()) + 2,
+        longest_wrap=math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if features.slips else 0,
         limp=is_limp(scene.kind, options),
         canted=features.canted,
     )
@@ -175,14 +175,14 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures) -> BeltArrays:
         line_y=mesh.line_y,
         gravity=parts.gravity,
         load=2.0 * float(case.tension_force),
-        length=float(options.tensioning == "length"),
+        slide_fixed=float(options.tensioning == "length"),
         run_speed=options.run_speed,
         level=scene.loop.radius_head,
         friction=parts.friction,
         area=float(case.belt.area),
         width=float(case.belt.width),
         bending=float(case.belt.bending_stiffness),
-        holding=8.0 * float(case.belt.bending_stiffness / case.rig.span_length),
+        yaw_stiffness=8.0 * float(case.belt.bending_stiffness / case.rig.span_length),
         sliding_stiffness=read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop) if features.slips else None,
         guides=GuideArrays.from_rollers(parts.edge_guides, features.guides) if features.guides else None,
         fibres=LayerFibres.from_mesh(case, mesh, twist, parts.lift_off) if features.layered else None,
@@ -198,7 +198,7 @@ def _surfaces(scene: SceneLayout) -> SurfaceArrays:
     same: dict[str, Any] = {f: np.array([getattr(s, f) for s in both], float) for f in SurfaceArrays._fields[3:]}
     radius = np.array([s.radius for s in both], float)
     wider = np.array([scene.loop.radius_head, scene.loop.radius_tail]) - radius
-    return SurfaceArrays(radius, wider, np.array([float(sinking_chords(chord, r)) for r in radius]), **same)
+    return SurfaceArrays(radius, wider, np.array([float(sink_chords(chord, r)) for r in radius]), **same)
 
 
 def _ties(scene: SceneLayout) -> Ties:

@@ -135,21 +135,21 @@ class TwistStiffness(NamedTuple):
     The strip has F b^2 / 12 + G b h^3 / 3; lines at y_j with shares w_j of the section have F sum(w_j y_j^2), and C is
     the rest: 8 % (40 N/mm2) to 16 % (7 N/mm2) for two lines. A twist also stretches the edges, by (y phi')^2 / 2. Of
     the strip that is a couple E h b^5 phi'^3 / 360, of lines EA phi'^3 (sum(w_j y_j^4) - sum(w_j y_j^2)^2) / 2, nothing
-    for two. tense, own [1/m], still [N/m]: b^2 / 12, sum(w_j y_j^2) and G b h^3 / 3, all over chord b'^2, b' the
-    outer lines' distance; locked [N/m]: of the residual stress, what the lines have by themselves, as ``still`` has the
-    strip's; cubic [N/m3]: what the lines lack of the couple, as a force on them over the cube of what a link of the one
-    rises more than the other.
+    for two. strip_tension, line_tension [1/m], strip_torsion [N/m]: b^2 / 12, sum(w_j y_j^2) and G b h^3 / 3, all over
+    chord b'^2, b' the outer lines' distance; line_residual [N/m]: of the residual stress, what the lines have by
+    themselves, as ``strip_torsion`` has the strip's; cubic [N/m3]: what the lines lack of the couple, as a force on
+    them over the cube of what a link of the one rises more than the other.
 
     A strip does not roll where it meets the pulley. The last landed station is up to half a chord before or behind that
     place, so that the next station rolls too little or too much, and the entry moment of a belt that tilts swings with
     every landing. The couples on that station are those of a link as long as its distance from the right place.
     """
 
-    tense: Array
-    own: Array
-    still: Array
+    strip_tension: Array
+    line_tension: Array
+    strip_torsion: Array
     cubic: Array
-    locked: Array
+    line_residual: Array
 
     @staticmethod
     def from_belt(belt: Belt, mesh: Mesh) -> "TwistStiffness":
@@ -164,11 +164,11 @@ class TwistStiffness(NamedTuple):
         stiffness = float(belt.youngs_modulus) * float(belt.area)
         stress_free = RESIDUAL_TORSION * stiffness * mesh.residual * width**2 / 12.0
         return TwistStiffness(
-            tense=per * width**2 / 12.0,
-            own=per * float(share @ mesh.line_y**2),
-            still=per * (float(belt.shear_modulus) * width * thickness**3 / 3.0 - stress_free),
+            strip_tension=per * width**2 / 12.0,
+            line_tension=per * float(share @ mesh.line_y**2),
+            strip_torsion=per * (float(belt.shear_modulus) * width * thickness**3 / 3.0 - stress_free),
             cubic=0.5 * stiffness * lacking / (apart * (mesh.chord * apart) ** 3),
-            locked=per * stiffness * float((share * mesh.line_y**2) @ mesh.residual_strain),
+            line_residual=per * stiffness * float((share * mesh.line_y**2) @ mesh.residual_strain),
         )
 
     def of_cells(self, chord: Array, ends: Array, behind: Array, tension: Array, cells: int) -> Array:
@@ -178,10 +178,10 @@ class TwistStiffness(NamedTuple):
         behind the tangent points; tension [N].
         """
         xp = library_of(behind)
-        whole = tension * self.tense + self.still
+        whole = tension * self.strip_tension + self.strip_torsion
         behind = xp.clip(behind, -0.5 * chord, 0.5 * chord)
         seems = whole * (chord / (chord - behind) - 1.0)
-        stiffness = xp.full(cells, whole - tension * self.own - self.locked)
+        stiffness = xp.full(cells, whole - tension * self.line_tension - self.line_residual)
         for end in (0, 1):
             stiffness = add_at(stiffness, (ends[:, end] - 1 + end) % cells, seems[:, end])
         return stiffness

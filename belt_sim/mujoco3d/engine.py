@@ -35,7 +35,7 @@ from belt_sim.mujoco3d.options import (
     is_limp,
 )
 from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, laid_poses, loads_on_pulleys
-from belt_sim.mujoco3d.recording import Recorder, observed
+from belt_sim.mujoco3d.recording import Recorder, notify_observers
 from belt_sim.mujoco3d.rolling_contact import Edited, build_contact, run_contact
 from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
 from belt_sim.mujoco3d.run_stages import Command, Stage, apply_command, run_stages
@@ -326,7 +326,7 @@ class SpaceRun:
     def go(self, travel: float, observers: Iterable[Observer] = ()) -> Curves:
         """All stages up to ``travel`` [m]."""
         recorder, solver = Recorder(self.scene, tuple(observers)), self.engine.solver
-        with observed(recorder.observers, self.scene.case, travel, recorder.curves, solver.model, solver.data):
+        with notify_observers(recorder.observers, self.scene.case, travel, recorder.curves, solver.model, solver.data):
             for stage in self.stages(travel):
                 self.run_stage(stage, recorder)
         return recorder.curves()

@@ -70,7 +70,7 @@ def _sinhc(u) -> np.ndarray:
 _SINKING = 4  # chords, at most
 
 
-def sinking_chords(chord: float, radius: float) -> int:
+def sink_chords(chord: float, radius: float) -> int:
     """Chords along which a station sinks; with two more at either end of half a wrap some stay on the circle."""
     return min(max(int(0.5 * math.pi * radius / chord) - 3, 1), _SINKING)
 
@@ -78,10 +78,10 @@ def sinking_chords(chord: float, radius: float) -> int:
 def lift(depth: Array, chord: Array, radius: Array, along: Array | None = None) -> Array:
     """Height above the circle [m] of stations that lie ``depth`` [m] behind the place where the belt meets the pulley.
 
-    Straight up to half a chord, then a cubic to 0 with the slope of either side; along: ``sinking_chords``.
+    Straight up to half a chord, then a cubic to 0 with the slope of either side; along: ``sink_chords``.
     """
     xp = library_of(depth)
-    along = sinking_chords(chord, radius) if along is None else along
+    along = sink_chords(chord, radius) if along is None else along
     straight = radius / xp.cos(xp.minimum(depth, 0.5 * chord) / radius) - radius
     t = _sunk_share(depth, chord, along)
     return straight * fade(depth, chord, along) + (0.5 * chord**2 / radius * along) * t * (1.0 - t) ** 2

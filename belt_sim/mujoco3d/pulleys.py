@@ -26,11 +26,7 @@ def laid_poses(scene: SceneLayout) -> list[PoseArrays]:
 
 
 def pose_of(
-    belt: BeltArrays,
-    command: Command,
-    tail: Array,
-    turned: Array | None = None,
-    askew: Array | float = 1.0,
+    belt: BeltArrays, command: Command, tail: Array, turned: Array | None = None, askew: Array | float = 1.0
 ) -> PoseArrays:
     """Where the pulleys are, with the tail pulley at x [m] and spin [rad] ``tail``.
 
@@ -76,15 +72,16 @@ class TailPulley(NamedTuple):
         return TailPulley(mass, inertia, drag, drag * radius**2, radius, float(scene.case.rig.centre_distance))
 
     def forces(
-        self, load: Array, on_tail: Array, rates: tuple[Array, Array], rim: Array, rim_acceleration: Array
+        self, belt: BeltArrays, on_tail: Array, rates: Array, command: Command, dt: Array, lead: Array = 0.0
     ) -> tuple[Array, Array]:
-        """Force [N] on the slide and moment [N m] about the axis.
+        """Force [N] on the slide and moment [N m] about the axis; the rim is to go steadily with the belt.
 
-        load [N]: that draws the slide; on_tail: force [N] and moment [N m] by the belt; rates [m/s], [rad/s]: of slide
-        and spin; rim [m/s], rim_acceleration [m/s2]: of a rim that goes steadily with the belt.
+        on_tail: force [N] and moment [N m] by the belt; rates [m/s], [rad/s]: of slide and spin; lead [m/s]: how much
+        faster than the belt the rim is to go.
         """
-        slide = load + on_tail[0] - self.slide_drag * rates[0]
-        moment = on_tail[1] + self.inertia * rim_acceleration / self.radius
+        rim = belt.shape.sign * (command.speed - command.acceleration * dt) + lead
+        slide = belt.load + on_tail[0] - self.slide_drag * rates[0]
+        moment = on_tail[1] + self.inertia * belt.shape.sign * command.acceleration / self.radius
         return slide, moment - self.spin_drag * (rates[1] - rim / self.radius)
 
 
@@ -103,14 +100,13 @@ class Pulleys:
         Returns forces [N or N m] on the joints, shape (5,); where a joint is commanded its rate is set instead.
         """
         (head, tail), rates, forces = state.poses, state.joint_rates, np.zeros(STATION_JOINTS)
-        motion, sign = command.tail_motion, self.belt.shape.sign
-        slide_speed = 0.0 if self.belt.length else None if motion is None else motion[0]
-        spin = sign * command.travel / self.scene.parts.head.radius
+        slide_speed, lead = (None, 0.0) if command.tail_motion is None else command.tail_motion
+        if self.belt.slide_fixed:
+            slide_speed = 0.0
+        spin = self.belt.shape.sign * command.travel / self.scene.parts.head.radius
         rates[HEAD_SPIN] = (spin - head.spin) / dt
-        rim = sign * (command.speed - command.acceleration * dt) + (0.0 if motion is None else motion[1])
-        slide_force, spin_moment = self.tail.forces(
-            self.belt.load, state.loads[TAIL], (rates[TAIL_SLIDE], rates[TAIL_SPIN]), rim, sign * command.acceleration
-        )
+        tail_rates = rates[TAIL_SLIDE], rates[TAIL_SPIN]
+        slide_force, spin_moment = self.tail.forces(self.belt, state.loads[TAIL], tail_rates, command, dt, lead)
         if slide_speed is not None:
             slide_force, rates[TAIL_SLIDE] = 0.0, slide_speed
         forces[TAIL_SLIDE], forces[TAIL_SPIN] = slide_force, spin_moment

@@ -93,20 +93,6 @@ def _section_forces(belt: BeltArrays, nodes: Array, first: Array, share: Array |
     return belt.stiffness @ strain, -belt.bending * (weight @ strain) / (weight @ belt.line_y)
 
 
-def belt_edges(scene: SceneLayout, slides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The real belt's edges at +b/2 and -b/2 [m], closed loops, shape (n + 1, 3), drawn out from the model's lines.
-
-    slides [m], shape (n, m, 3): of the nodes.
-    """
-    mesh = scene.mesh
-    nodes = mesh.rest + slides
-    centre, left = nodes.mean(axis=1), nodes[:, 0] - nodes.mean(axis=1)
-    if mesh.lines > 1:
-        left = left * (0.5 * float(scene.case.belt.width) / mesh.line_y[0])
-    loops = [np.concatenate([e, e[:1]]) for e in (centre + left, centre - left)]
-    return loops[0], loops[1]
-
-
 #: lateral slip [m] and share of sliding nodes on the head and the tail pulley, x of the tail pulley [m], steps made,
 #: speed of the belt [m/s]
 EXTRA = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "tail_x", "steps", "belt_speed")
@@ -116,7 +102,7 @@ _SCALARS = ("entry_moment_upper", "entry_moment_lower", "edge_stress_upper", "ed
 
 
 @contextmanager
-def observed(
+def notify_observers(
     observers: Sequence[Observer], case: Case, travel: float, curves: Callable[[], Curves], *scene: Any
 ) -> Iterator[None]:
     """Let observers watch a run over ``travel`` [m] from its start to its end, however it ends.
@@ -177,14 +163,14 @@ class Recorder:
         if self.observers and state.travel >= self.next_frame:
             self._frame(state, self._read(state, state.travel), every)
 
-    def due(self, travel: float) -> bool:
+    def is_due(self, travel: float) -> bool:
         """Whether ``step`` will read the belt at this travel [m]."""
         return self.start is not None and travel >= self.next_reading
 
     def step(self, state: RunState) -> None:
         """Called after every step of the run-in and the run."""
         self.steps += 1
-        if not self.due(state.travel):
+        if not self.is_due(state.travel):
             return
         options = self.scene.options
         self.next_reading = state.travel + options.sample / _READINGS_PER_SAMPLE
@@ -262,7 +248,11 @@ def frame_of(
 
     yaw [rad], shape (2,): head, tail; extra: more scalars, by name.
     """
-    left, right = belt_edges(scene, slides)
+    nodes = scene.mesh.rest + slides
+    centre, half = nodes.mean(axis=1), nodes[:, 0] - nodes.mean(axis=1)
+    if scene.mesh.lines > 1:  # the real belt's edges at +b/2 and -b/2, drawn out from the model's lines
+        half = half * (0.5 * float(scene.case.belt.width) / scene.mesh.line_y[0])
+    left, right = (np.concatenate([edge, edge[:1]]) for edge in (centre + half, centre - half))
     r_head, r_tail = scene.loop.radius_head, scene.loop.radius_tail
     places = ((tail_x, r_tail), (tail_x, -r_tail), (0.0, -r_head), (0.0, r_head))
     points = np.array([[px, y, pz] for (px, pz), y in zip(places, read[POINTS], strict=True)])

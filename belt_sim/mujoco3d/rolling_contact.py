@@ -32,7 +32,7 @@ from belt_sim.mujoco3d.mesh import BeltModel, Mesh, node_name
 from belt_sim.mujoco3d.mujoco_interface import compile_model, mjcf, set_contact_solver, silence_expected_warnings
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.pulleys import laid_poses
-from belt_sim.mujoco3d.recording import Recorder, observed
+from belt_sim.mujoco3d.recording import Recorder, notify_observers
 from belt_sim.mujoco3d.run_stages import YawPlan
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.wrap import HEAD, TAIL, WrapArrays
@@ -327,12 +327,12 @@ class ContactRun:
             extra = {k: v for k, v in (found.extra or {}).items() if not k.startswith(("slip", "sliding"))}
             return replace(found, extra=extra)
 
-        with observed(recorder.observers, self.scene.case, travel, curves, self.model, self.data):
+        with notify_observers(recorder.observers, self.scene.case, travel, curves, self.model, self.data):
             while self.state.travel < travel + 0.5 * self.scene.options.sample:
                 self.step()
                 if recorder.start is None and self.state.travel >= 0.0:
                     recorder.begin(self.place())
-                if recorder.due(self.state.travel):
+                if recorder.is_due(self.state.travel):
                     self.place()
                 recorder.step(self.state)
         return curves()

@@ -20,17 +20,11 @@ _FOLDING = 1e-16  # weight of the step itself against the distances: folds, whic
 _STATIONS_A_TURN = 7  # of the coil that the search begins with; with 40 a weld of 2 mrad is too much
 
 
-@dataclass(frozen=True)
-class CellDistances:
-    """Distances that a stress-free belt keeps: first, second (k,) numbers of nodes, length (k,) [m]."""
+def cell_distances(mesh: Mesh, curvature: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Numbers (k,) of one and of the other node, and stress-free distances (k,) [m], of all neighbouring nodes.
 
-    first: np.ndarray
-    second: np.ndarray
-    length: np.ndarray
-
-
-def cell_distances(mesh: Mesh, curvature: np.ndarray) -> CellDistances:
-    """All distances between neighbouring nodes: along, across and diagonally; curvature [1/m], shape (links,)."""
+    Along, across and diagonally; curvature [1/m], shape (links,).
+    """
     node = np.arange(mesh.stations * mesh.lines).reshape(mesh.stations, mesh.lines)
     here, there = node[: mesh.links], np.roll(node, -1, axis=0)[: mesh.links]
     along = mesh.chord * (1.0 - curvature[:, None] * mesh.line_y)
@@ -42,8 +36,8 @@ def cell_distances(mesh: Mesh, curvature: np.ndarray) -> CellDistances:
         (here[:, :-1], there[:, 1:], diagonal),
         (here[:, 1:], there[:, :-1], diagonal),
     )
-    first, second, length = (np.concatenate([p[k].ravel() for p in pairs]) for k in range(3))
-    return CellDistances(first=first, second=second, length=length)
+    one, other, length = (np.concatenate([p[k].ravel() for p in pairs]) for k in range(3))
+    return one, other, length
 
 
 def with_curvature(mesh: Mesh, curvature: np.ndarray) -> Mesh:
@@ -54,14 +48,14 @@ def with_curvature(mesh: Mesh, curvature: np.ndarray) -> Mesh:
     from scipy.sparse import bmat, coo_matrix, identity  # slow to import, and only cambered belts need it
     from scipy.sparse.linalg import spsolve
 
-    want, places = cell_distances(mesh, curvature), _coil(mesh).reshape(-1, 3)
-    row = np.arange(len(want.length))[:, None]
+    (one, other, wanted), places = cell_distances(mesh, curvature), _coil(mesh).reshape(-1, 3)
+    row = np.arange(len(wanted))[:, None]
     rows = np.broadcast_to(row, (len(row), 6)).ravel()
-    columns = np.concatenate([3 * want.second[:, None] + np.arange(3), 3 * want.first[:, None] + np.arange(3)], axis=1)
+    columns = np.concatenate([3 * other[:, None] + np.arange(3), 3 * one[:, None] + np.arange(3)], axis=1)
     for _ in range(_NEWTON_STEPS):
-        apart = places[want.second] - places[want.first]
+        apart = places[other] - places[one]
         length = np.linalg.norm(apart, axis=1)
-        excess = length - want.length
+        excess = length - wanted
         if np.abs(excess).max() < _CLOSE * mesh.chord:
             return replace(mesh, rest=places.reshape(mesh.rest.shape))
         unit = apart / length[:, None]

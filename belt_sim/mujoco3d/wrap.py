@@ -33,14 +33,7 @@ from belt_sim.mujoco3d.arrays import library_of, put
 from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays
 from belt_sim.mujoco3d.elastic import strains
 from belt_sim.mujoco3d.loop import chord_angle, fade, lift
-from belt_sim.mujoco3d.options import (
-    CATCH_DISTANCE,
-    FORGETTING,
-    HYSTERESIS,
-    RUNUP_LINKS,
-    SLACKEST_FIBRE,
-    SPAN_STATIONS,
-)
+from belt_sim.mujoco3d.options import CATCH_DISTANCE, FORGETTING, HYSTERESIS, RUNUP_LINKS, SLACKEST_FIBRE, SPAN_STATIONS
 from belt_sim.pytrees import Numbers as Array
 
 HEAD, TAIL = 0, 1
@@ -173,7 +166,7 @@ def sink_ends(
     flat = (r[:, 1:] - r[:, :-1]) ** 2 + 4.0 * r[:, 1:] * r[:, :-1] * xp.sin(0.5 * (angle[:, 1:] - angle[:, :-1])) ** 2
     lifted = wrap.landing_lift[off] * xp.exp(-moved / (FORGETTING * chord))
     inside = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1])[:-1], end)
-    high = lift(inside, chord, surface.radius, surface.sinking) + lifted
+    high = lift(inside, chord, surface.radius, surface.sink_chords) + lifted
     r = put(r, (slice(None), slice(zone)), radius_at(surface, shaped, wrap.y[:, off]) + high)
     turned = chord_angle(flat, r[:, :-1], r[:, 1:])
     behind = turned[:, ::-1].cumsum(axis=1)[:, ::-1]
@@ -258,7 +251,7 @@ def land_station(
     high = (r - circle).mean()
     inside = depth(wrap, surface, pose, after.angle.mean(), end) - left * nearer
     forgotten = xp.exp(-left * moved / (FORGETTING * chord))
-    lifted = (high - lift(inside, chord, surface.radius, surface.sinking)) * forgotten
+    lifted = (high - lift(inside, chord, surface.radius, surface.sink_chords)) * forgotten
     turned = chord_angle(square - (y - wrap.y[:, beside]) ** 2, circle + high, wrap.r[:, beside])
     new = {"r": circle + high, "y": y, "angle": wrap.angle[:, beside] + outward * turned}
 
@@ -304,7 +297,7 @@ def line_displacements(
     out = layer**2 / (2.0 * radius)
     drawn = layer**3 / (12.0 * radius**2) - out.mean() * (steeper - steeper.mean())
     both = xp.stack([out, drawn], axis=1)
-    return fibres.own * (both - both.mean(axis=0))
+    return fibres.tension_share * (both - both.mean(axis=0))
 
 
 def station_displacement(
@@ -318,7 +311,7 @@ def station_displacement(
     line_y, chord, xp = belt.line_y, belt.chord, library_of(inside)
     outward, (out, drawn), at = OUTWARDS[end], layer[end].T, wrap.tangent[end]
     turned = (drawn @ line_y) / (line_y @ line_y)
-    fading = xp.where(inside > -_AHEAD * chord, fade(inside, chord, surface.sinking), 0.0)
+    fading = xp.where(inside > -_AHEAD * chord, fade(inside, chord, surface.sink_chords), 0.0)
     ones = xp.ones_like(inside)
     x = out * xp.sin(at) - outward * drawn * xp.cos(at)
     z = out * xp.cos(at) + outward * drawn * xp.sin(at)

@@ -79,7 +79,7 @@ def newton_step(
     own = -jnp.stack([entry[size:, size:] @ moves[0], leave[:size, :size] @ moves[1]])
     lacking = lacking + jnp.einsum("eip,ei->p", moves, felt[..., 0])
     (a, b), (c, d) = jnp.einsum("eip,eiq->pq", moves, felt[..., 1:] + own)
-    fixed = belt.length
+    fixed = belt.slide_fixed
     a, b, first = jnp.where(fixed > 0, 1.0, a), jnp.where(fixed > 0, 0.0, b), jnp.where(fixed > 0, 0.0, lacking[0])
     tail = -jnp.stack([d * first - b * lacking[1], a * lacking[1] - c * first]) / (a * d - b * c)
     return found[:, 0] + jnp.einsum("ipn,p->in", found[:, 1:], tail), tail
@@ -94,7 +94,7 @@ def compliance_step(belt: BeltArrays, before: Array, turned: Array, moment: Arra
     compliance = belt.surfaces.yaw_compliance
     slowly = jnp.where(moved > 0.0, belt.run_speed * COMPLIANCE_TIME / jnp.where(moved > 0.0, moved, 1.0), 0.0)
     lacking = compliance * moment - turned - slowly * (turned - before)
-    return turned + lacking / (1.0 + slowly + compliance * belt.holding)
+    return turned + lacking / (1.0 + slowly + compliance * belt.yaw_stiffness)
 
 
 #: After the first a node is where it should be to a tenth of a mm at most; but the entry moment of a slack belt hangs

@@ -59,15 +59,15 @@ def slide_wrap(
     assert belt.sliding_stiffness is not None
     shape = belt.shape
     count = (wrap.last - wrap.first) % shape.stations + 1
-    at = jnp.arange(shape.held)
+    at = jnp.arange(shape.longest_wrap)
     k = (wrap.first + at) % shape.stations
     held = at < count
     outwards, across, along = surface_components(wrap, pose, k, pull[:, :, k])
     holding = -jnp.stack([across, along], axis=1)
     limit = jnp.where(held & jnp.isfinite(belt.friction), belt.friction * jnp.maximum(-outwards, 0.0), jnp.inf)
-    chain = wrap_chain(belt.sliding_stiffness, wrap.first, count, shape.held)
+    chain = wrap_chain(belt.sliding_stiffness, wrap.first, count, shape.longest_wrap)
     way, residual = slip_increments(jnp.where(held, holding, 0.0), limit, chain, slip.increment[:, :, k])
-    residual = jnp.where(count > shape.held, jnp.inf, residual)
+    residual = jnp.where(count > shape.longest_wrap, jnp.inf, residual)
     moved = slide_anchors(surface, wrap, shaped, k, way)
     lines = shape.lines
     return moved, SlipState(

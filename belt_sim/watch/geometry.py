@@ -219,12 +219,7 @@ def _centre_line(case: Case, y: np.ndarray, mid_tilt: list[float], sag) -> tuple
     bow, turn, none = 4.0 * u * (1.0 - u), np.pi * w, np.zeros_like(w)
     upper = (a * u, y[3] + (y[0] - y[3]) * u, head + (tail - head) * u - sag[0] * bow, mid_tilt[0] * bow)
     over_tail = (a + tail * np.sin(turn), y[0] + (y[1] - y[0]) * w, tail * np.cos(turn), none)
-    lower = (
-        a * (1 - u),
-        y[1] + (y[2] - y[1]) * u,
-        -tail + (tail - head) * u - sag[1] * bow,
-        mid_tilt[1] * bow,
-    )
+    lower = (a * (1 - u), y[1] + (y[2] - y[1]) * u, -tail + (tail - head) * u - sag[1] * bow, mid_tilt[1] * bow)
     over_head = (-head * np.sin(turn), y[2] + (y[3] - y[2]) * w, -head * np.cos(turn), none)
     pieces = [np.column_stack(piece) for piece in (upper, over_tail, lower, over_head)]
     x, lateral, z, tilt = np.concatenate(pieces).T

@@ -122,11 +122,7 @@ class Scene:
         reach = (0.5 + STUB) * width
         path, log = f"{self.root}/{name}", self.recording.log
         body = rr.Cylinders3D(
-            lengths=[width],
-            radii=[0.985 * radius],
-            rotation_axis_angles=[LYING],
-            colors=[PULLEY],
-            fill_mode="solid",
+            lengths=[width], radii=[0.985 * radius], rotation_axis_angles=[LYING], colors=[PULLEY], fill_mode="solid"
         )
         log(f"{path}/turned/pulley", body, static=True)
         axis = [[[0.0, -reach, 0.0], [0.0, reach, 0.0]]]

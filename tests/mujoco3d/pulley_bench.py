@@ -3,14 +3,14 @@
 import numpy as np
 
 from belt_sim.mujoco3d.belt import SurfaceArrays
-from belt_sim.mujoco3d.loop import sinking_chords
+from belt_sim.mujoco3d.loop import sink_chords
 from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays, anchor_places
 
 
 def surface(radius: float, chord: float, extra: float = 0.0, **shape: float) -> SurfaceArrays:
     """A plain cylinder but for ``shape``; radius, extra, chord [m]."""
     plain = dict.fromkeys(SurfaceArrays._fields, 0.0)
-    numbers = {"radius": radius, "extra": extra, "sinking": float(sinking_chords(chord, radius))}
+    numbers = {"radius": radius, "extra": extra, "sink_chords": float(sink_chords(chord, radius))}
     return SurfaceArrays(**plain | numbers | shape)
 
 

@@ -38,7 +38,10 @@ class Strip:
     def settle(self, steps: int, *, torsion: bool = False) -> np.ndarray:
         """Displacements [m] from the laid places after ``steps``; torsion: with the couples that lines lack."""
         twist, tension = TwistStiffness.from_belt(self.belt, self.mesh), float(self.case.tension_force)
-        stiffness = np.full(self.mesh.stations, tension * (twist.tense - twist.own) + twist.still - twist.locked)
+        stiffness = np.full(
+            self.mesh.stations,
+            tension * (twist.strip_tension - twist.line_tension) + twist.strip_torsion - twist.line_residual,
+        )
         for _ in range(steps):
             forces, height = self.pulls.copy(), (self.mesh.rest + self.motion.slides)[..., 2]
             if torsion:

@@ -51,9 +51,9 @@ def test_the_stress_free_loop_has_the_lengths_of_a_curved_belt(belt, across, eff
     mesh = scene.mesh
     s = scene.loop.chord * (np.arange(mesh.stations) + 0.5)
     curvature = scene.parts.camber(s)
-    want, nodes = cell_distances(mesh, curvature), mesh.rest.reshape(-1, 3)
-    found = np.linalg.norm(nodes[want.first] - nodes[want.second], axis=1)
-    np.testing.assert_allclose(found, want.length, atol=LENGTHS * mesh.chord)
+    (one, other, wanted), nodes = cell_distances(mesh, curvature), mesh.rest.reshape(-1, 3)
+    found = np.linalg.norm(nodes[one] - nodes[other], axis=1)
+    np.testing.assert_allclose(found, wanted, atol=LENGTHS * mesh.chord)
     turned = (mesh.lengths[:, -1] - mesh.lengths[:, 0]) / (mesh.line_y[0] - mesh.line_y[-1])
     natural = effect.angle if effect is WELD else KAPPA * mesh.chord * mesh.stations
     assert turned.sum() == pytest.approx(natural, rel=1e-3)  # the weld's bend is summed at 12 links

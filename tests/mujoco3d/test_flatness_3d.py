@@ -60,7 +60,7 @@ def torsional_stiffness(amplitude, across, belt):
         couples.append(float(y @ slope[3 * m + 2 :: 3] - (y * roll[k + 1]) @ slope[3 * m + 1 :: 3]))
     own, apart = np.mean(couples) / TWIST, float(np.ptp(scene.mesh.line_y))
     tension, twist = float(CASE.tension_force), arrays.twist
-    more = (tension * (twist.tense - twist.own) + twist.still - twist.locked) * apart**2
+    more = (tension * (twist.strip_tension - twist.line_tension) + twist.strip_torsion - twist.line_residual) * apart**2
     return (own + float(more)) * float(arrays.chord)
 
 
@@ -83,7 +83,7 @@ def test_none_of_it_is_the_belt_without_it_to_the_last_digit():
     for one, other in zip(belt_arrays(plain, ActiveFeatures()).ties,
                           belt_arrays(null, ActiveFeatures()).ties, strict=True):  # fmt: skip
         np.testing.assert_array_equal(one, other)
-    assert belt_arrays(null, ActiveFeatures()).twist.locked == 0.0
+    assert belt_arrays(null, ActiveFeatures()).twist.line_residual == 0.0
     assert null.mesh.residual == 0.0
 
 

@@ -43,7 +43,7 @@ def ready():
 def test_a_giving_pulley_comes_to_rest_where_the_moment_holds_it(ready):
     """With a moment that falls as it turns, whether it stands or runs."""
     belt = ready.belt
-    compliance, stiffness, turned = belt.surfaces.yaw_compliance, 0.7 * float(belt.holding), np.zeros(2)
+    compliance, stiffness, turned = belt.surfaces.yaw_compliance, 0.7 * float(belt.yaw_stiffness), np.zeros(2)
     for moved in [0.0] * 12 + [0.006] * 60:
         turned = np.asarray(compliance_step(belt, turned, turned, 100.0 - stiffness * turned, np.array(moved)))
         if moved == 0.0:
