@@ -183,7 +183,7 @@ def show_frame(
         return
     slides = np.moveaxis(np.asarray(nodes_of(ready.model.belt.shape, np.asarray(data.mjx[0])[0])), -1, 0)
     scalars = {"tail_x": tail_x, "steps": float(steps), "belt_speed": speed}
-    frame = frame_of(scene, read[:17], slides, travel, steps * scene.options.dt, yaw, tail_x, scalars)
+    frame = frame_of(scene, read[:17], slides, travel, steps * scene.options.dt, yaw, scalars)
     for observer in observers:
         observer.frame(frame)
 

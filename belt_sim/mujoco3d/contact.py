@@ -8,7 +8,7 @@ import numpy as np
 from belt_sim.errors import SimulationError
 from belt_sim.jax_setup import jit_float64
 from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays, surfaces_of
-from belt_sim.mujoco3d.friction import SlidingStiffness, slip_increments, wrap_chain
+from belt_sim.mujoco3d.friction import slip_increments, wrap_chain
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.options import SPAN_TIME
 from belt_sim.mujoco3d.state import RunState
@@ -91,26 +91,23 @@ def update_contact(
     pull: np.ndarray,
     dt: float,
     friction: float,
-    tangent: SlidingStiffness | None,
 ) -> None:
     """After a step, with held nodes on their anchors: let them slip, land and go.
 
-    nodes [m], pull [N], shape (m, 3, n): of belt and weight on the nodes; dt [s]; friction [1], inf = sticking;
-    tangent: None for a belt that never slips.
+    nodes [m], pull [N], shape (m, 3, n): of belt and weight on the nodes; dt [s]; friction [1], inf = sticking.
 
     When both belts slide as a whole they take turns, since each reckons with the other standing still.
 
     The forces between belt and pulleys are those that balance the belt's pull where it is, not those of the springs:
     the springs also make up for what the integrator's tangent misses of links that turn within a step.
     """
-    if math.isinf(friction):
-        tangent = None
-    if tangent is not None:
+    slips = math.isfinite(friction) and belt.sliding_stiffness is not None
+    if slips:
         sliding = all(state.sliding_share(pulley) > 0.5 for pulley in (HEAD, TAIL))
         state.waiting_pulley = _NEITHER if not sliding else TAIL if state.waiting_pulley == HEAD else HEAD
     for which, (pose, surface) in enumerate(zip(state.poses, surfaces, strict=True)):
-        if tangent is not None and state.waiting_pulley != which:
-            state.slip[which] += slide_wrap(belt, surface, state, which, pull, friction, tangent)
+        if slips and state.waiting_pulley != which:
+            state.slip[which] += slide_wrap(belt, surface, state, which, pull, friction)
         wrap = update_tangents(state.wraps[which], pose, nodes, dt / SPAN_TIME)
         layer = state.layers[which] if state.layers[which].any() else None
         for end in (FIRST, LAST):
@@ -119,13 +116,7 @@ def update_contact(
 
 
 def slide_wrap(
-    belt: BeltArrays,
-    surface: SurfaceArrays,
-    state: RunState,
-    which: int,
-    pull: np.ndarray,
-    friction: float,
-    tangent: SlidingStiffness,
+    belt: BeltArrays, surface: SurfaceArrays, state: RunState, which: int, pull: np.ndarray, friction: float
 ) -> float:
     """Move the anchors of nodes whose tangential force exceeds friction [1] x pressure; mean lateral slip [m].
 
@@ -141,7 +132,7 @@ def slide_wrap(
     force = np.pad(np.stack([across, along], axis=1), ((0, 0), (0, 0), (0, more)))  # of the pulley on the nodes
     guess = np.pad(increments[..., k], ((0, 0), (0, 0), (0, more)))
     limit = np.pad(limit, ((0, 0), (0, more)), constant_values=np.inf)
-    chain = _wrap_chain(tangent, state.wraps[which].first % 2, len(k), len(k) + more)
+    chain = _wrap_chain(belt.sliding_stiffness, state.wraps[which].first % 2, len(k), len(k) + more)
     moved = np.asarray(_slip_increments(force, limit, chain, guess)[0])[..., : len(k)]
     state.slip_increments[which][..., k] = moved
     state.wraps[which] = slide_anchors(surface, state.wraps[which], state.shaped, k, moved)

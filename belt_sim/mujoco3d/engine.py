@@ -19,7 +19,7 @@ from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays, active_features, belt_arrays, surfaces_of
 from belt_sim.mujoco3d.contact import lay_wraps, update_contact
 from belt_sim.mujoco3d.elastic import twist_forces
-from belt_sim.mujoco3d.friction import SlidingStiffness, read_sliding_stiffness
+from belt_sim.mujoco3d.friction import read_sliding_stiffness
 from belt_sim.mujoco3d.loads import guide_forces, load_forces
 from belt_sim.mujoco3d.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
 from belt_sim.mujoco3d.mesh import BELT_MODELS, drag_coefficients
@@ -107,8 +107,7 @@ NodeLoad: TypeAlias = Callable[["Engine", RunState, Springs], np.ndarray]
 
 @dataclass(frozen=True)
 class Engine:
-    """What acts on a state. tangent: None for a belt that only sticks; rest_lengths: None without camber and residual
-    stress; belt, surfaces: the case as arrays."""
+    """What acts on a state. belt, surfaces: the case as arrays; rest_lengths: None without camber, residual stress."""
 
     scene: SceneLayout
     solver: Solver
@@ -116,7 +115,6 @@ class Engine:
     surfaces: Sequence[SurfaceArrays]
     pulleys: Pulleys
     loads: tuple[NodeLoad, ...]
-    tangent: SlidingStiffness | None
     rest_lengths: RestLengths | None
 
     @staticmethod
@@ -132,13 +130,13 @@ class Engine:
             solver.set_rest_lengths(rest_lengths.lengths(0.0))
         slides = math.isfinite(parts.friction) or options.tensioning == "koller"
         inertia = mesh.mass / options.dt**2
-        tangent = (
-            in_float64(read_sliding_stiffness)(belt.ties, shape.bonds, mesh, scene.loop, inertia) if slides else None
-        )
+        if slides:
+            sliding = in_float64(read_sliding_stiffness)(belt.ties, shape.bonds, mesh, scene.loop, inertia)
+            belt = replace(belt, sliding_stiffness=sliding)
         surfaces = surfaces_of(belt)
         tail = TailPulley.from_scene(scene, solver.model, solver.model.body_mass, solver.model.dof_armature)
         pulleys, acting = Pulleys(scene, belt, surfaces, tail), tuple(f for f, acts in loads if acts)
-        return Engine(scene, solver, belt, surfaces, pulleys, acting, tangent, rest_lengths)
+        return Engine(scene, solver, belt, surfaces, pulleys, acting, rest_lengths)
 
     def lay(self) -> RunState:
         """The belt laid round the pulleys, at rest."""
@@ -182,7 +180,7 @@ class Engine:
             state.slides[held] = springs.rest[held]
         nodes, pull = scene.mesh.nodes(state.slides), self._pull(state)
         state.loads = loads_on_pulleys(state, nodes, pull)
-        update_contact(belt, self.surfaces, state, nodes, pull, dt, command.friction, self.tangent)
+        update_contact(belt, self.surfaces, state, nodes, pull, dt, command.friction)
         if belt.fibres is not None:
             pulleys = zip(state.wraps, self.surfaces, state.poses, strict=True)
             for layer, (wrap, surface, pose) in zip(state.layers, pulleys, strict=True):
@@ -336,7 +334,7 @@ class SpaceRun:
         scene, state = self.scene, self.state
         for command in stage.commands(state):
             apply_command(state, command, scene.options.dt)
-            if stage.is_recorded and recorder.start is None and state.travel >= 0.0:
+            if stage.is_recorded and not recorder.rows and state.travel >= 0.0:
                 recorder.begin(state)
                 state.shaped = 1.0
             self.engine.step(state, command)

@@ -134,7 +134,6 @@ class Recorder:
     observers: tuple[Observer, ...]
     rows: list[np.ndarray] = field(default_factory=list)
     window: list[np.ndarray] = field(default_factory=list)
-    start: np.ndarray | None = None
     steps: int = 0
     next_reading: float = 0.0
     next_row: float = 0.0
@@ -153,10 +152,9 @@ class Recorder:
 
     def begin(self, state: RunState) -> None:
         """Travel 0 has been reached: y counts from here."""
-        self.start = self._read(state, 0.0)
-        self.rows.append(self._row(self.start, 0.0))
+        self.rows.append(self._read(state, 0.0))
         self.next_row = self.scene.options.sample
-        self._frame(state, self.start, self.scene.options.frame)
+        self._frame(state, self.rows[0], self.scene.options.frame)
 
     def watch(self, state: RunState, every: float) -> None:
         """Called after every step of a stage before the run-in: a frame after every so many metres of travel."""
@@ -165,7 +163,7 @@ class Recorder:
 
     def is_due(self, travel: float) -> bool:
         """Whether ``step`` will read the belt at this travel [m]."""
-        return self.start is not None and travel >= self.next_reading
+        return bool(self.rows) and travel >= self.next_reading
 
     def step(self, state: RunState) -> None:
         """Called after every step of the run-in and the run."""
@@ -178,9 +176,8 @@ class Recorder:
         self.window.append(read)
         if state.travel >= self.next_row:
             self.next_row += options.sample
-            mean = np.mean(self.window, axis=0)
+            self.rows.append(np.mean(self.window, axis=0))
             self.window.clear()
-            self.rows.append(self._row(mean, mean[-1]))
         if state.travel >= self.next_frame:
             self._frame(state, read, options.frame)
 
@@ -198,19 +195,12 @@ class Recorder:
         tail_x = float(state.poses[TAIL].centre[0])
         return np.concatenate([read, state.slip, sliding, [tail_x, self.steps, state.speed, travel]])
 
-    def _row(self, mean: np.ndarray, travel: float) -> np.ndarray:
-        row = mean.copy()
-        row[POINTS] -= 0.0 if self.start is None else self.start[POINTS]
-        row[-1] = travel
-        return row
-
     def _frame(self, state: RunState, read: np.ndarray, every: float) -> None:
         self.next_frame = state.travel + every
         if not self.observers:
             return
         extra = dict(zip(EXTRA, map(float, read[READING_SIZE:-1]), strict=True))
-        x = float(state.poses[TAIL].centre[0])
-        frame = frame_of(self.scene, read, state.slides, state.travel, state.time, state.yaw, x, extra)
+        frame = frame_of(self.scene, read, state.slides, state.travel, state.time, state.yaw, extra)
         for observer in self.observers:
             observer.frame(frame)
 
@@ -235,20 +225,13 @@ def curves_of(readings: np.ndarray, travel: np.ndarray, extra: Mapping[str, np.n
 
 
 def frame_of(
-    scene: SceneLayout,
-    read: np.ndarray,
-    slides: np.ndarray,
-    travel: float,
-    time: float,
-    yaw: np.ndarray,
-    tail_x: float,
-    extra: Mapping[str, float],
+    scene: SceneLayout, read: Array, slides: Array, travel: float, time: float, yaw: Array, extra: dict[str, float]
 ) -> Frame:
     """A frame of a belt with its nodes at ``slides`` [m], shape (n, m, 3), and the reading ``read`` (recording.py).
 
-    yaw [rad], shape (2,): head, tail; extra: more scalars, by name.
+    yaw [rad], shape (2,): head, tail; extra: more scalars, by name, tail_x [m] among them.
     """
-    nodes = scene.mesh.rest + slides
+    nodes, tail_x = scene.mesh.rest + slides, extra["tail_x"]
     centre, half = nodes.mean(axis=1), nodes[:, 0] - nodes.mean(axis=1)
     if scene.mesh.lines > 1:  # the real belt's edges at +b/2 and -b/2, drawn out from the model's lines
         half = half * (0.5 * float(scene.case.belt.width) / scene.mesh.line_y[0])

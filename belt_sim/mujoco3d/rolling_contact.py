@@ -108,7 +108,12 @@ def build_contact(
 
     Raises CannotRepresent for parts that are no plain cylinders.
     """
-    _refuse_shapes(parts)
+    cylinders = all(p == PulleySurface(radius=p.radius) for p in (parts.head, parts.tail))
+    if not cylinders or parts.edge_guides or parts.sets_in or parts.residual:
+        raise CannotRepresent(
+            "model.contact = mujoco: it has plain cylinders and a straight belt; use model.contact=held with effects "
+            "that have a shape"
+        )
     scene = lay_out(case, belt, options, parts, path=lambda depth, *_: 0.0 * depth)  # straight onto the circle
     case, mesh, loop, spec = scene.case, scene.mesh, scene.loop, pulleys_specification(scene)
     set_contact_solver(spec, options.dt, parts.gravity)
@@ -121,15 +126,6 @@ def build_contact(
     _add_keys(spec, scene)
     _make_solid(spec, scene, contact)
     return spec, scene
-
-
-def _refuse_shapes(parts: SceneParts) -> None:
-    cylinders = all(p == PulleySurface(radius=p.radius) for p in (parts.head, parts.tail))
-    if not cylinders or parts.edge_guides or parts.sets_in or parts.residual:
-        raise CannotRepresent(
-            "model.contact = mujoco: it has plain cylinders and a straight belt; use model.contact=held with effects "
-            "that have a shape"
-        )
 
 
 def _add_defaults(spec: mujoco.MjSpec, contact: ContactLaw, chord: float) -> None:
@@ -330,7 +326,7 @@ class ContactRun:
         with notify_observers(recorder.observers, self.scene.case, travel, curves, self.model, self.data):
             while self.state.travel < travel + 0.5 * self.scene.options.sample:
                 self.step()
-                if recorder.start is None and self.state.travel >= 0.0:
+                if not recorder.rows and self.state.travel >= 0.0:
                     recorder.begin(self.place())
                 if recorder.is_due(self.state.travel):
                     self.place()

@@ -70,8 +70,11 @@ def enlarge(frame: Frame, scale: ViewScale) -> Frame:
     """
     left, right = np.asarray(frame.left, float), np.asarray(frame.right, float)
     centre, half = 0.5 * (left + right), 0.5 * (left - right)
-    points = np.asarray(frame.points, float)
-    centre, points = (_move_points(at, frame.tail_x, scale) for at in (centre, points))
+    points = np.array(frame.points, float)
+    for at in (centre, points):
+        x = np.clip(at[:, 0], 0.0, frame.tail_x)
+        at[:, 0] += x / scale.shortened - x
+        at[:, 1] *= scale.lateral
     half = half * [scale.plan, 1.0, scale.tilt]
     return replace(
         frame,
@@ -99,11 +102,6 @@ def thin_stations(frame: Frame, radius: float) -> Frame:
     kept = np.linspace(0.0, share[-1], count, endpoint=False)
     thin = [np.column_stack([np.interp(kept, share, column) for column in edge.T]) for edge in closed]
     return replace(frame, left=thin[0], right=thin[1])
-
-
-def _move_points(at: np.ndarray, tail_x: float, scale: ViewScale) -> np.ndarray:
-    x = np.clip(at[:, 0], 0.0, tail_x)
-    return np.column_stack([at[:, 0] - x + x / scale.shortened, at[:, 1] * scale.lateral, at[:, 2]])
 
 
 def _largest_yaw(case: Case) -> float:

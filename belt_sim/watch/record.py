@@ -2,8 +2,9 @@
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -83,19 +84,42 @@ def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay, pictures
     """Log one run, the belt in space at most ``pictures`` times."""
     root, measured = root_of(run), overlay.measured
     wanted = [True] * 4 if measured is None else np.isfinite(np.asarray(measured.y, float)).any(axis=1)
+
+    def log(kind: str, name: str, travel: Any, rows: Mapping[str, np.ndarray], colour: str, width: float) -> None:
+        """Time series of one name at once, those of the head pulley and the lower span paler.
+
+        Travel [m] at which none is finite was not measured and is left out; width [px].
+        """
+        known, path = np.isfinite(list(rows.values())).any(axis=0), f"{root}/{kind}/{path_part(name)}"
+        if not known.any():
+            return
+        values = np.column_stack(list(rows.values()))[known]
+        colours = [pale(colour) if label.startswith(("3", "4", "lower")) else colour for label in rows]
+        series.style(recording, path, list(rows), colours, width)
+        index = rr.TimeColumn(series.TRAVEL, sequence=np.rint(np.asarray(travel, float)[known] / MM).astype(np.int64))
+        shown = rr.Scalars.columns(scalars=values.ravel()).partition([len(rows)] * len(values))
+        rr.send_columns(path, [index], shown, recording=recording)
+
+    def log_curves(name: str, curves: Curves, colour: str, width: float = 2.0) -> None:
+        """Points 1-4 [mm], of which some were measured, and tilts [mrad]."""
+        log("y", name, curves.travel, points(np.asarray(curves.y, float), name), colour, width)
+        if curves.tilt is not None and np.any(curves.tilt):
+            upper, lower = np.asarray(curves.tilt, float) / MRAD
+            log("tilt", name, curves.travel, {f"upper {name}": upper, f"lower {name}": lower}, colour, width)
+
+    def points(y: np.ndarray, name: str) -> dict[str, np.ndarray]:
+        return {f"{k + 1} {name}": y[k] / MM for k in range(4) if wanted[k]}
+
     for k, (name, curves) in enumerate(overlay.modelled.items()):
         colour = MODELS[k % len(MODELS)]
-        _log_curves(recording, root, name, _fewer(curves), wanted, colour)
+        log_curves(name, _fewer(curves), colour)
         if measured is not None:
-            error = _residual(curves, measured)
-            labelled = _points(error, name, wanted)
-            _columns(recording, f"{root}/residual/{path_part(name)}", error.travel, labelled, colour)
+            log("residual", name, measured.travel, points(_residual(curves, measured), name), colour, 2.0)
     if measured is not None:
-        _log_curves(recording, root, MEASURED_NAME, measured, wanted, MEASURED_COLOUR, width=1.2)
+        log_curves(MEASURED_NAME, measured, MEASURED_COLOUR, width=1.2)
     if overlay.case is not None and overlay.modelled:
-        length = overlay.length
-        scene = Scene(recording, f"{root}/belt", overlay.case, view_scale_of(overlay.case, length))
-        scene.frames(list(belt_frames(overlay.case, overlay.drawn, every=max(length / pictures, 0.1))))
+        scene = Scene(recording, f"{root}/belt", overlay.case, view_scale_of(overlay.case, overlay.length))
+        scene.frames(list(belt_frames(overlay.case, overlay.drawn, every=max(overlay.length / pictures, 0.1))))
 
 
 def _fewer(curves: Curves) -> Curves:
@@ -107,59 +131,11 @@ def _fewer(curves: Curves) -> Curves:
     return Curves(travel=np.asarray(curves.travel, float)[rows], y=np.asarray(curves.y, float)[:, rows], tilt=tilt)
 
 
-def _log_curves(
-    recording: rr.RecordingStream,
-    root: str,
-    name: str,
-    curves: Curves,
-    wanted: Sequence[bool],
-    colour: str,
-    width: float = 2.0,
-) -> None:
-    """The points ``wanted`` of 1-4 [mm] and the tilts [mrad] of one set of curves."""
-    _columns(recording, f"{root}/y/{path_part(name)}", curves.travel, _points(curves, name, wanted), colour, width)
-    if curves.tilt is not None and np.any(curves.tilt):
-        upper, lower = np.asarray(curves.tilt, float) / MRAD
-        tilts = {f"upper {name}": (upper, False), f"lower {name}": (lower, True)}
-        _columns(recording, f"{root}/tilt/{path_part(name)}", curves.travel, tilts, colour, width)
-
-
-def _points(curves: Curves, name: str, wanted: Sequence[bool]) -> dict[str, tuple[np.ndarray, bool]]:
-    """label -> (y [mm], paler) of the points ``wanted``; those at the head pulley are paler."""
-    y = np.asarray(curves.y, float) / MM
-    return {f"{k + 1} {name}": (y[k], k > 1) for k in range(4) if wanted[k]}
-
-
-def _residual(curves: Curves, measured: Curves) -> Curves:
-    """model - measured at points 1-4 [m], at the travel of the measurement."""
-    at = np.asarray(measured.travel, float)
-    outside = {"left": np.nan, "right": np.nan}  # the model says nothing beyond its own travel
-    rows = [np.interp(at, np.asarray(curves.travel, float), row, **outside) for row in np.asarray(curves.y, float)]
-    return Curves(travel=at, y=np.array(rows) - np.asarray(measured.y, float))
-
-
-def _columns(
-    recording: rr.RecordingStream,
-    path: str,
-    travel: np.ndarray,
-    curves: Mapping[str, tuple[np.ndarray, bool]],
-    colour: str,
-    width: float = 2.0,
-) -> None:
-    """Time series of one name at once; travel at which none is finite was not measured and is left out.
-
-    curves: label -> (values, whether it is drawn paler); width [px].
-    """
-    values = np.column_stack([v for v, _ in curves.values()]) if curves else np.empty((len(travel), 0))
-    known = np.isfinite(values).any(axis=1)
-    if not known.any():
-        return
-    colours = [pale(colour) if paler else colour for _, paler in curves.values()]
-    series.style(recording, path, list(curves), colours, width)
-    millimetres = np.rint(np.asarray(travel, float)[known] / MM).astype(np.int64)
-    index = rr.TimeColumn(series.TRAVEL, sequence=millimetres)
-    shown = rr.Scalars.columns(scalars=values[known].ravel()).partition([len(curves)] * int(known.sum()))
-    rr.send_columns(path, [index], shown, recording=recording)
+def _residual(curves: Curves, measured: Curves) -> np.ndarray:
+    """model - measured at points 1-4 [m], at the travel of the measurement; NaN beyond the model's own travel."""
+    at, travel = np.asarray(measured.travel, float), np.asarray(curves.travel, float)
+    rows = [np.interp(at, travel, row, left=np.nan, right=np.nan) for row in np.asarray(curves.y, float)]
+    return np.array(rows) - np.asarray(measured.y, float)
 
 
 def _tab(run: str, overlay: Overlay) -> rrb.Container:

@@ -113,8 +113,12 @@ class Scene:
         radii = {"head": case.rig.head_radius, "tail": case.rig.tail_radius}
         for name, radius in radii.items():
             self._pulley(name, float(radius) - 0.5 * float(case.belt.thickness))
-        self._styles()
         self._signs()
+        colours, still = [rgb(c) for c in POINTS], {"static": True}
+        recording.log(f"{root}/belt/edges", rr.LineStrips3D.from_fields(colors=[rgb(INK)], radii=[EDGE]), **still)
+        dots = rr.Points3D.from_fields(colors=colours, radii=[DOT], labels=list("1234"), show_labels=True)
+        recording.log(f"{root}/points", dots, **still)
+        recording.log(f"{root}/reach", rr.LineStrips3D.from_fields(colors=colours, radii=[REACH]), **still)
 
     def _pulley(self, name: str, radius: float) -> None:
         """A grey cylinder along y, its axis, and a faint line where an aligned axis would be."""
@@ -164,15 +168,6 @@ class Scene:
             show_labels=True,
         )
         self.recording.log(f"{self.root}/signs/words", words, **static)
-
-    def _styles(self) -> None:
-        """What does not change of what moves: colours, sizes, labels."""
-        colours, static = [rgb(c) for c in POINTS], {"static": True}
-        log = self.recording.log
-        log(f"{self.root}/belt/edges", rr.LineStrips3D.from_fields(colors=[rgb(INK)], radii=[EDGE]), **static)
-        dots = rr.Points3D.from_fields(colors=colours, radii=[DOT], labels=list("1234"), show_labels=True)
-        log(f"{self.root}/points", dots, **static)
-        log(f"{self.root}/reach", rr.LineStrips3D.from_fields(colors=colours, radii=[REACH]), **static)
 
     def frames(self, frames: Sequence[Frame]) -> None:
         """Draw instants against travel, all with as many stations, as columns.

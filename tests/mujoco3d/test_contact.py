@@ -30,7 +30,7 @@ def stations(travel):
     return np.stack(lines, axis=1), s
 
 
-BELT = SimpleNamespace(chord=CHORD, mass=np.full(2, 0.1))
+BELT = SimpleNamespace(chord=CHORD, mass=np.full(2, 0.1), sliding_stiffness=None)
 CYLINDER = surface(R, CHORD)
 
 
@@ -68,7 +68,7 @@ def test_stations_land_where_the_belt_comes_in_and_go_where_it_leaves(sign):
     for travel in begun + sign * np.arange(0.0, 5.0, 0.1) * CHORD:
         nodes, s = nodes_at(travel)
         state.poses = [pose(spin=travel / R)]
-        contact.update_contact(BELT, [CYLINDER], state, nodes, np.zeros_like(nodes), STEP, np.inf, None)
+        contact.update_contact(BELT, [CYLINDER], state, nodes, np.zeros_like(nodes), STEP, np.inf)
         first.append(s[state.wraps[0].first] / CHORD)
         last.append((s[state.wraps[0].last] - ARC) / CHORD)
     for places in (first, last):  # in chords from where the belt meets the pulley
@@ -104,7 +104,8 @@ def test_belts_that_slide_on_both_pulleys_take_turns(monkeypatch):
         asked.clear()
         for which, slides in ((HEAD, head_slides), (TAIL, tail_slides)):
             state.slip_increments[which][:] = float(slides)
-        contact.update_contact(BELT, [CYLINDER] * 2, state, nodes, 0.0 * nodes, STEP, 0.2, "some")
+        belt = SimpleNamespace(**vars(BELT) | {"sliding_stiffness": "some"})
+        contact.update_contact(belt, [CYLINDER] * 2, state, nodes, 0.0 * nodes, STEP, 0.2)
         return set(asked)
 
     assert step(True, False) == step(False, True) == step(False, False) == {HEAD, TAIL}
@@ -127,13 +128,14 @@ def test_a_belt_presses_less_the_faster_it_runs():
     pull[:, 0, held], pull[:, 2, held] = -tension * CHORD / R * np.array([np.sin(turned), np.cos(turned)])
     pull[:, 1, held] = aside
     own, none = rigid * np.stack([np.eye(4)] * 2), np.zeros((2, 4, 4))
-    tangent = SlidingStiffness(own, after=none, relief_first=none, relief_last=none)
+    sliding = SlidingStiffness(own, after=none, relief_first=none, relief_last=none)
+    belt = SimpleNamespace(**vars(BELT) | {"sliding_stiffness": sliding})
     fast = np.sqrt(tension / (BELT.mass[0] / CHORD))
     for share in (0.0, 0.5, 0.999):
         limit = aside / (tension * CHORD / R * (1.0 - share**2))  # the friction at which it just holds
         for near, slides in ((1.001, False), (0.9, True)):
             state = running([wrap], [at], speed=share * fast)
-            moved = contact.slide_wrap(BELT, CYLINDER, state, 0, pull, near * limit, tangent)
+            moved = contact.slide_wrap(belt, CYLINDER, state, 0, pull, near * limit)
             assert (moved != 0.0) == slides
 
 

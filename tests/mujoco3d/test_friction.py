@@ -67,7 +67,7 @@ def test_sliding_nodes_are_held_with_their_limit_against_their_increment_and_oth
 def test_a_wrap_that_is_bent_and_pulled_at_its_ends_slides_as_coulomb_says(begun):
     """Limits fall to nothing at the ends; each pull starts from the slip of the one before."""
     count, rng = 15, np.random.default_rng(3)
-    chain, guess = wrap_chain(begun.engine.tangent, 0, count, count), np.zeros((2, 2, count))
+    chain, guess = wrap_chain(begun.engine.belt.sliding_stiffness, 0, count, count), np.zeros((2, 2, count))
     ends = 5.0 * np.minimum(1.0, 4.0 * np.minimum(np.linspace(0, 1, count), np.linspace(1, 0, count)))
     for pull in (1.0, 5.0, 20.0, 60.0):
         limit = np.stack([ends, ends]) * (1.0 + 0.1 * rng.normal(size=(2, count)))
@@ -89,7 +89,7 @@ def test_no_node_slides_below_its_limit():
 @in_float64
 def test_wrap_is_stiff_like_a_strip(begun, short_rig):
     """A wrap shifted sideways as a whole bends nothing in itself; a link stretches like a plate strip."""
-    tangent, count = begun.engine.tangent, 9
+    tangent, count = begun.engine.belt.sliding_stiffness, 9
     whole = assembled(wrap_chain(tangent, 0, count, count))
     assert whole == pytest.approx(whole.T, abs=1e-6 * np.abs(whole).max())
     assert np.linalg.eigvalsh(whole).min() > 0.0
@@ -105,7 +105,7 @@ def test_wrap_is_stiff_like_a_strip(begun, short_rig):
 
 def test_mujoco_holds_a_station_as_stiffly(begun):
     """What the flex itself does to a node of the upper span, and to the next one, when it moves in the belt's plane."""
-    scene, solver, tangent = begun.scene, begun.engine.solver, begun.engine.tangent
+    scene, solver, tangent = begun.scene, begun.engine.solver, begun.engine.belt.sliding_stiffness
     upper = np.flatnonzero(scene.loop.z > 0.0)
     station = int(upper[np.argmin(np.abs(scene.loop.x[upper] - scene.loop.x.mean()))])
     slides, in_plane = scene.mesh.laid - scene.mesh.rest, (1, 0)
