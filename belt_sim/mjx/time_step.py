@@ -56,7 +56,9 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     m, belt, shape, h = model.mjx, model.belt, model.belt.shape, model.dt
     d = apply_actuators(m, data.mjx)
     q, v = d.qpos, d.qvel
-    turned = None if data.compliance_yaw is None else _compliance_yaw(model, data, nodes_of(shape, q) + rest_of(model))
+    rest = nodes_of(shape, m.body_pos[m.nbody - shape.stations * shape.lines :].reshape(-1))  # stress-free places
+    before = rest + nodes_of(shape, q)
+    turned = None if data.compliance_yaw is None else _compliance_yaw(model, data, before)
     applied, joints = _move_pulleys(model, data, command, d.qfrc_actuator, turned)
     begun = jnp.minimum(d.time / (0.5 * model.settle), 1.0)  # a wobble sets in while the belt comes to rest
     tail = jnp.stack([model.tail.x + joints[TAIL_SLIDE], joints[TAIL_SPIN]])
@@ -67,12 +69,10 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     wraps = sink_wraps(belt, data.wraps, (data.pose, pose), moved, shaped, stands)
     places = cut_chain(wraps)
     twist = twist_of_cells(belt, wraps, pose, places, jnp.maximum(-0.5 * data.on_tail[0], 0.0))
-    # where the belt is, and where it would go by itself
-    rest, rates = rest_of(model), nodes_of(shape, v)
-    before = rest + nodes_of(shape, q)
+    rates = nodes_of(shape, v)
     back = (jnp.arange(shape.stations) - places.stations[0]) % shape.stations  # from the chain to stations' numbers
     anchors, free = anchor_positions(belt, wraps, pose, data.layer, places)[..., back], places.free[back]
-    predicted = jnp.where(free, before + h * rates, anchors)
+    predicted = jnp.where(free, before + h * rates, anchors)  # where the belt would go by itself
     drag = jnp.stack([command.drag[0], command.drag[1], command.drag[1]])[None, :, None]
     damping = belt.mass[:, None, None] * jnp.broadcast_to(drag, before.shape)
     nothing = jnp.zeros(STATION_JOINTS)
@@ -81,14 +81,9 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
         jnt_stiffness=flat_of(nothing, jnp.broadcast_to(jnp.where(free, 0.0, _HOLD), before.shape)),
         dof_damping=flat_of(nothing, damping),
     )
-    there = compute_multibody(
-        m,
-        d.replace(
-            qpos=flat_of(joints, predicted - rest),
-            qvel=flat_of((joints - q[:STATION_JOINTS]) / h, (predicted - before) / h),
-            qfrc_applied=applied,
-        ),
-    )
+    qvel = flat_of((joints - q[:STATION_JOINTS]) / h, (predicted - before) / h)
+    there = d.replace(qpos=flat_of(joints, predicted - rest), qvel=qvel, qfrc_applied=applied)
+    there = compute_multibody(m, there)
     after = _implicit(model, command, there, places, twist, (before, rates), damping)[..., back]
     goal = flat_of((joints - q[:STATION_JOINTS]) / h, (after - before) / h)
     d = read_sensors(m, advance(m, there.replace(qpos=q, qvel=v), (goal - v) / h))
@@ -105,12 +100,6 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     read = reading(belt, after, wraps.first, wraps.last, tail_x, command.share)
     read = jnp.concatenate([read, jnp.stack([tail_x, command.travel, command.speed])])
     return MjxData(d, wraps, pose, on_tail, command.travel, turned, layer, read)
-
-
-def rest_of(model: MjxModel) -> Array:
-    """Stress-free places of the nodes [m], (m, 3, n)."""
-    shape = model.belt.shape
-    return nodes_of(shape, model.mjx.body_pos[model.mjx.nbody - shape.stations * shape.lines :].reshape(-1))
 
 
 def _compliance_yaw(model: MjxModel, data: MjxData, nodes: Array) -> Array:

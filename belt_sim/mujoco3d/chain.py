@@ -32,16 +32,6 @@ class ChainLayout(NamedTuple):
     on_tail: Array
     ends: Array
 
-    @property
-    def entry(self) -> Array:
-        """Place of the tail's first station."""
-        return self.ends[TAIL, FIRST]
-
-    @property
-    def exit(self) -> Array:
-        """Place of the tail's last station."""
-        return self.ends[TAIL, LAST]
-
 
 def cut_chain(wraps: WrapArrays) -> ChainLayout:
     """The loop cut in the middle of the head's wrap."""

@@ -113,10 +113,6 @@ class Solver:
         self.model, self.data, self.shape = model, mujoco.MjData(model), shape
         self.base = model.nq - math.prod(shape)
 
-    def still(self, joints: np.ndarray, slides: np.ndarray) -> Motion:
-        """Everything at rest there."""
-        return Motion(joints.copy(), np.zeros(self.base), slides.copy(), np.zeros(self.shape))
-
     def step(self, motion: Motion, springs: Springs, forces: np.ndarray, joint_forces: np.ndarray) -> None:
         """Move ``motion`` on by a step; forces [N] on the nodes, shape (n, m, 3), joint_forces [N or N m], (p,)."""
         model, data, base = self.model, self.data, self.base

@@ -65,7 +65,7 @@ def lay_case(
         tension=np.array(float(case.tension_force)),
         travel=np.array(-scene.early),
         correction=np.array(0.0),
-        slip=SlipState.none(shape) if features.slips else None,
+        slip=SlipState(np.zeros((2, shape.lines, 2, shape.stations)), *np.zeros((3, 2))) if features.slips else None,
         kinks=RopeKinks.from_wrap(wraps, shape.sign) if shape.limp else None,
         compliance_yaw=np.zeros(2) if features.gives_way else None,
         layer=np.zeros((2, 2, shape.lines, 2)) if features.layered else None,

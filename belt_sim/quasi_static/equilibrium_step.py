@@ -67,21 +67,21 @@ def newton_step(
     levels: the factorised chain; cell [N/m], (6 m, 6 m, n): stiffness of the cells' stretch; on_nodes [N], (3 m, n);
     moves: ``tail_derivatives``; lacking (2,): force [N] and moment [N m] on the tail pulley, which are to become 0.
     """
-    size = len(on_nodes)
-    entry, leave = cell[:, :, places.entry - 1], cell[:, :, places.exit]
+    size, (first, last) = len(on_nodes), places.ends[TAIL]
+    entry, leave = cell[:, :, first - 1], cell[:, :, last]
     pulls = jnp.zeros((size, 2, on_nodes.shape[-1]))  # forces on the free nodes by slide and spin
-    pulls = pulls.at[:, :, places.entry - 1].add(-entry[:size, size:] @ moves[0])
-    pulls = pulls.at[:, :, places.exit + 1].add(-leave[size:, :size] @ moves[1])
+    pulls = pulls.at[:, :, first - 1].add(-entry[:size, size:] @ moves[0])
+    pulls = pulls.at[:, :, last + 1].add(-leave[size:, :size] @ moves[1])
     wanted = jnp.where(places.free, on_nodes, 0.0)[:, None]
     found = solve_chain(levels, jnp.concatenate([wanted, pulls], axis=1))
-    at_ends = [entry[size:, :size] @ found[..., places.entry - 1], leave[:size, size:] @ found[..., places.exit + 1]]
+    at_ends = [entry[size:, :size] @ found[..., first - 1], leave[:size, size:] @ found[..., last + 1]]
     felt = -jnp.stack(at_ends)  # by the tail's outermost stations: alone, with its slide, with its spin
     own = -jnp.stack([entry[size:, size:] @ moves[0], leave[:size, :size] @ moves[1]])
     lacking = lacking + jnp.einsum("eip,ei->p", moves, felt[..., 0])
     (a, b), (c, d) = jnp.einsum("eip,eiq->pq", moves, felt[..., 1:] + own)
     fixed = belt.slide_fixed
-    a, b, first = jnp.where(fixed > 0, 1.0, a), jnp.where(fixed > 0, 0.0, b), jnp.where(fixed > 0, 0.0, lacking[0])
-    tail = -jnp.stack([d * first - b * lacking[1], a * lacking[1] - c * first]) / (a * d - b * c)
+    a, b, force = jnp.where(fixed > 0, 1.0, a), jnp.where(fixed > 0, 0.0, b), jnp.where(fixed > 0, 0.0, lacking[0])
+    tail = -jnp.stack([d * force - b * lacking[1], a * lacking[1] - c * force]) / (a * d - b * c)
     return found[:, 0] + jnp.einsum("ipn,p->in", found[:, 1:], tail), tail
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.mujoco3d.belt import BatchShape, BeltArrays, SurfaceArrays
+from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays
 from belt_sim.mujoco3d.friction import slip_increments, wrap_chain
 from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays, slide_anchors, surface_components
 from belt_sim.pytrees import Numbers as Array
@@ -28,11 +28,6 @@ class SlipState(NamedTuple):
     total: Array
     sliding: Array
     residual: Array
-
-    @staticmethod
-    def none(shape: BatchShape) -> "SlipState":
-        """A belt that has not slid yet."""
-        return SlipState(np.zeros((2, shape.lines, 2, shape.stations)), np.zeros(2), np.zeros(2), np.zeros(2))
 
     def columns(self) -> Array:
         """Shape (5,), as COLUMNS."""
@@ -57,10 +52,8 @@ def slide_wrap(
 ) -> tuple[WrapArrays, SlipState]:
     """A wrap with its anchors moved; pull [N], (m, 3, n); shaped: 1 where the pulleys are what they are."""
     assert belt.sliding_stiffness is not None
-    shape = belt.shape
-    count = (wrap.last - wrap.first) % shape.stations + 1
-    at = jnp.arange(shape.longest_wrap)
-    k = (wrap.first + at) % shape.stations
+    shape, at = belt.shape, jnp.arange(belt.shape.longest_wrap)
+    count, k = (wrap.last - wrap.first) % shape.stations + 1, (wrap.first + at) % shape.stations
     held = at < count
     outwards, across, along = surface_components(wrap, pose, k, pull[:, :, k])
     holding = -jnp.stack([across, along], axis=1)
@@ -68,11 +61,10 @@ def slide_wrap(
     chain = wrap_chain(belt.sliding_stiffness, wrap.first, count, shape.longest_wrap)
     way, residual = slip_increments(jnp.where(held, holding, 0.0), limit, chain, slip.increment[:, :, k])
     residual = jnp.where(count > shape.longest_wrap, jnp.inf, residual)
-    moved = slide_anchors(surface, wrap, shaped, k, way)
-    lines = shape.lines
-    return moved, SlipState(
+    nodes = shape.lines * count
+    return slide_anchors(surface, wrap, shaped, k, way), SlipState(
         increment=jnp.zeros_like(slip.increment).at[:, :, k].set(way),
-        total=slip.total + way[:, 0].sum() / (lines * count),
-        sliding=(way != 0.0).any(axis=1).sum() / (lines * count),
+        total=slip.total + way[:, 0].sum() / nodes,
+        sliding=(way != 0.0).any(axis=1).sum() / nodes,
         residual=residual,
     )

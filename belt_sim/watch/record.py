@@ -75,14 +75,9 @@ def path_part(name: str) -> str:
     return re.sub(r"[^\w.-]+", "_", name)
 
 
-def root_of(run: str) -> str:
-    """Where a run is logged."""
-    return f"runs/{path_part(run)}"
-
-
 def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay, pictures: int) -> None:
     """Log one run, the belt in space at most ``pictures`` times."""
-    root, measured = root_of(run), overlay.measured
+    root, measured = f"runs/{path_part(run)}", overlay.measured
     wanted = [True] * 4 if measured is None else np.isfinite(np.asarray(measured.y, float)).any(axis=1)
 
     def log(kind: str, name: str, travel: Any, rows: Mapping[str, np.ndarray], colour: str, width: float) -> None:
@@ -140,7 +135,7 @@ def _residual(curves: Curves, measured: Curves) -> np.ndarray:
 
 def _tab(run: str, overlay: Overlay) -> rrb.Container:
     """One run: the points beside the residuals and the tilt, the belt in space above."""
-    root = root_of(run)
+    root = f"runs/{path_part(run)}"
     every = [*overlay.modelled.values(), *([overlay.measured] if overlay.measured is not None else [])]
     travel = max(float(curves.travel[-1]) for curves in every)
     plots = [plot(f"{root}/y", f"{run}: lateral position y of points 1-4 [mm] over travel [mm]", travel)]

@@ -76,4 +76,6 @@ def strip(
     slides = mesh.laid - mesh.rest
     springs = Springs(slides.copy(), np.zeros(shape))
     springs.stiffness[[0, -1] if both_ends else [0]] = HELD
-    return Strip(case, mesh, solver, solver.still(np.zeros(1), slides), springs, np.zeros(shape))
+    return Strip(
+        case, mesh, solver, Motion(*np.zeros((2, 1)), slides.copy(), np.zeros(shape)), springs, np.zeros(shape)
+    )
