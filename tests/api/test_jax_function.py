@@ -1,6 +1,7 @@
 """The march as JAX sees it: its derivatives are those of the curves, its batches are its cases."""
 
 from dataclasses import replace
+from functools import partial
 
 import jax
 import numpy as np
@@ -9,6 +10,9 @@ import pytest
 import belt_sim as bs
 from belt_sim.config import make_case
 from belt_sim.effects.load import load_effects
+from belt_sim.jax_setup import LEAST_EFFORT
+
+jit = partial(jax.jit, compiler_options=LEAST_EFFORT)  # each runs once or twice
 
 
 def _with_tension(case, tension):
@@ -20,8 +24,8 @@ def test_the_derivative_by_tension_is_that_of_the_curves(model):
     case, size = make_case(tension=10, travel=5), 1e3
     with jax.enable_x64(True):
         run = bs.jax_function(case, model, travel=5)
-        end = jax.jit(lambda tension: run(_with_tension(case, tension)).y[0, -1])
-        slope, above, below = jax.jit(jax.grad(end))(10e6), end(10e6 + size), end(10e6 - size)
+        end = jit(last := lambda tension: run(_with_tension(case, tension)).y[0, -1])
+        slope, above, below = jit(jax.grad(last))(10e6), end(10e6 + size), end(10e6 - size)
     assert float(slope) == pytest.approx(float(above - below) / (2 * size), rel=1e-5)
     assert float(slope) != 0.0
 
@@ -31,9 +35,9 @@ def test_the_derivative_by_an_effect_and_a_batch():
     (taper,) = load_effects([{"id": "taper", "kappa_t": 1e-6}])
     with jax.enable_x64(True):
         run = bs.jax_function(case, travel=3)
-        slope = jax.jit(jax.grad(lambda k: run(case, [replace(taper, kappa_t=k)]).y[0, -1]))(1e-6)
+        slope = jit(jax.grad(lambda k: run(case, [replace(taper, kappa_t=k)]).y[0, -1]))(1e-6)
         tensions = np.array([7e6, 20e6])
-        ends = jax.jit(jax.vmap(lambda t: run(_with_tension(case, t)).y[:, -1]))(tensions)
+        ends = jit(jax.vmap(lambda t: run(_with_tension(case, t)).y[:, -1]))(tensions)
     one = bs.simulate(case, model="strip", effects=[taper], travel=3).curves.y[0, -1]
     none = bs.simulate(case, model="strip", travel=3).curves.y[0, -1]
     assert float(slope) == pytest.approx((one - none) / 1e-6, rel=1e-6)  # the law is linear in the taper

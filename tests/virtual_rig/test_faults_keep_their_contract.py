@@ -18,7 +18,7 @@ SCENE = {name: cls for name, cls in FAULTS.items() if overrides(cls, "scene")}
 #: Slack and fast, either way round, with the yaw applied late.
 PLAN = plan_of(
     *(RunSetting(tension=7e6, yaw=YAW, speed=5.0, direction=d, yaw_at=1.0) for d in (1.0, -1.0)),
-    length=40.0,
+    length=32.0,
     spacing=1.0,
 )
 PLAN = Plan(**{**vars(PLAN), "signals": PLAN.signals | {"phi": "upper_mid_span"}})
