@@ -62,7 +62,7 @@ def examine(
 
     bootstraps: campaigns simulated with nothing missing; doubts: about the sheet; checked: data and sheet are right,
     whatever looks wrong; laws: the search for laws that no effect of the library is; tell: hears what is being done.
-    Raises InputError when the campaign has no signals, SimulationError when a larger set fits worse than a smaller one.
+    Raises InputError when the campaign has no signals, FitError when a larger set fits worse than a smaller one.
     """
     tell("laying out the campaign")
     tried = [c for c in classes if model.refusal(c) is None and is_long_enough(campaign, c)]

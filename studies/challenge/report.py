@@ -279,8 +279,8 @@ def write_page(top: Path, stored: Sequence[Stored]) -> Path:
 
 def _parts(stored: Sequence[Stored]) -> tuple[list[Stored], list[Stored], list[Stored]]:
     """Those of a whole machine, of changed spans, and of the belt in 3D."""
-    of = [[p for p in stored if p.about["source"] == name] for name in (SPAN, SPACE)]
-    return [p for p in stored if p.about["source"] not in (SPAN, SPACE)], *of
+    span, space = ([p for p in stored if p.about["source"] == name] for name in (SPAN, SPACE))
+    return [p for p in stored if p.about["source"] not in (SPAN, SPACE)], span, space
 
 
 def newest(stored: Sequence[Stored]) -> list[Stored]:

@@ -16,7 +16,7 @@ from belt_sim.diagnosis.fits.linearisation import Linearisation, linearise
 from belt_sim.diagnosis.fits.plausibility import has_diverged, is_plausible, prefer_plausible
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.linear_algebra import basis, project_out
-from belt_sim.errors import SimulationError
+from belt_sim.errors import FitError
 
 # Pairs of candidates, all at once in the linear range: where a third effect looks like the sum of two, a search that
 # adds one effect after the other takes the third and never sees the two.
@@ -203,9 +203,7 @@ class JointFits:
             self.starts[key] = fit
         gain = current.chi2 - fit.chi2
         if gain < -RISE:
-            raise SimulationError(
-                f"refit of {name} beside {current.ids}: chi2 rose by {-gain:.3g}; the optimiser failed"
-            )
+            raise FitError(f"refit of {name} beside {current.ids}: chi2 rose by {-gain:.3g}; the optimiser failed")
         return Trial(name, fit, max(gain, 0.0))
 
     def _fit(self, sets: Sequence[Ids]) -> None:
