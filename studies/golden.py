@@ -49,6 +49,7 @@ class Tolerance:
 
 
 IGNORED = math.inf
+OF_U = 0.05  # share of its u by which a fitted value may be off on another processor
 #: The first line that fits a field counts; a field that no line fits must be equal (numbers: to DIGITS digits).
 TOLERANCES = (
     Tolerance("*/sentence", 0, IGNORED, "wording is free: verdict and effects are fields of their own"),
@@ -62,11 +63,14 @@ TOLERANCES = (
     Tolerance("imports/*/rows", 1e-5, 1e-9, "averages over rows; files hold 9 digits"),
     Tolerance("imports/*white*", 1e-3, 1e-6, "an estimate; written to few digits"),
     Tolerance("imports/*wander*", 1e-2, 1e-6, "an estimate; written to few digits"),
-    Tolerance("diagnoses/*/value", 1e-3, 0, "fits stop at a change of chi2, well inside u"),
+    Tolerance("diagnoses/*/value", 1e-3, 0, "fits stop at a change of chi2, well inside u: OF_U of it is allowed too"),
     Tolerance("diagnoses/*/u", 1e-2, 0, "standard errors take derivatives at the fit"),
     Tolerance("diagnoses/*/interval_95", 1e-2, 0, "the same"),
     Tolerance("diagnoses/*threshold*", 2e-2, 0, "follows noise levels that are drawn"),
-    Tolerance("diagnoses/*gain*", 1e-3, 5e-2, "differences of chi2; decisions ask for 4.6 and more"),
+    Tolerance("diagnoses/*gain*", 1e-3, 0.1, "differences of chi2; decisions ask for 4.6 and more"),
+    Tolerance("diagnoses/*unknown_evidence", 1e-2, 1.0, "a maximum over courses of noise; decisions ask for 7"),
+    Tolerance("diagnoses/*log_posterior", 1e-3, 1.0, "the same"),
+    Tolerance("diagnoses/*held_out_rise", 1e-3, 5e-2, "differences of chi2; decisions ask for 2"),
     Tolerance("diagnoses/*probability*", 0, 3e-2, "exponentials of gains"),
     Tolerance("diagnoses/*sigma*", 1e-2, 1e-2, "separations are read to a tenth"),
     Tolerance("diagnoses/*", 1e-3, 1e-6, "root mean squares and settings that follow the fit"),
@@ -332,6 +336,8 @@ class Difference:
 def differences(was: Json, now: Json, field: str, exact: bool = False) -> Iterator[Difference]:
     """Every field below ``field`` that differs by more than its tolerance."""
     if isinstance(was, Mapping) and isinstance(now, Mapping):
+        if not exact:
+            was, now = rounded_to_u(was, now)
         for key in [*was, *(k for k in now if k not in was)]:
             if key not in now or key not in was:
                 if not ignored(f"{field}/{key}", exact):
@@ -350,6 +356,18 @@ def differences(was: Json, now: Json, field: str, exact: bool = False) -> Iterat
         yield from number_difference([was], [now], field, exact)
     elif was != now and not ignored(field, exact):
         yield Difference(field, was, now)
+
+
+def rounded_to_u(was: Json, now: Json) -> tuple[Json, Json]:
+    """Two mappings; a value that is a small share of its u off is as it was, and numbers that an effect is fitted with
+    where it gains no more than chance are left out: its gain is compared."""
+    if {"value", "u"} <= was.keys() & now.keys() and abs(was["value"] - now["value"]) <= OF_U * was["u"]:
+        return was, {**now, "value": was["value"]}
+    if {"gain", "threshold", "parameters"} <= was.keys() and (
+        was["threshold"] is None or was["gain"] <= was["threshold"]
+    ):
+        return without(was, ("parameters",)), without(now, ("parameters",))
+    return was, now
 
 
 def by_id(rows: Json) -> dict[str, Json]:

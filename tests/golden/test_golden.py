@@ -50,6 +50,8 @@ def test_every_part_has_its_golden_entries():
         ("diagnoses/x/verdict", "explained", "partly", True),
         ("diagnoses/x/sentence", "It lacks slip.", "Slip is missing.", False),
         ("diagnoses/x/effects", [{"id": "slip"}], [{"id": "slip"}, {"id": "taper"}], True),
+        ("diagnoses/x", {"value": 0.1, "u": 1.0}, {"value": 0.14, "u": 1.0}, False),
+        ("diagnoses/x", {"value": 0.1, "u": 1.0}, {"value": 0.16, "u": 1.0}, True),
         ("imports/x/runs", {"a": {"direction": 1.0}}, {"a": {"direction": -1.0}}, True),
         ("imports/x/runs", {"a": {}}, {}, True),
         ("scores/x/named", {"slip": 0.9}, {"slip": 0.85}, False),
