@@ -20,7 +20,7 @@ from belt_sim.provenance import provenance
 from belt_sim.results.words import join_words
 from studies.challenge.pictures import confusion_picture, reliability_picture
 from studies.challenge.registry import OWN
-from studies.challenge.score import NAMING, STOPS, HeldBack, ScoredCase, score_case
+from studies.challenge.score import NAMING, NEAR, STOPS, HeldBack, ScoredCase, score_case
 from studies.challenge.targets import (
     GOOD_REMOVAL,
     SEEN,
@@ -108,14 +108,15 @@ from `studies/challenge/stored`. `python -m studies.challenge count=40 first_see
 _PAGE_SPAN = """## Changes inside a span
 
 In {campaigns} further campaigns a span itself is another than the sheet says: its bending or twisting stiffness, or
-its tension, goes with the tension, the time or its own bend.
+its tension, goes with the tension, the time or its own bend. {outcomes}
 
 {conclusion}
 
 {targets}
 
-The distance of a wrong name is what it leaves of what is hidden, by the generator's own laws: with few tensions
-flatness, or a load cell that errs, does nearly what one change of a span does."""
+The distance of a wrong name is what it leaves of what is hidden, by the generator's own laws. Under 3 units of noise
+nobody can tell the two apart: with few tensions flatness, or a load cell that errs, does what one change of a span
+does. Such campaigns do not count in the table."""
 _PAGE_SPACE = """## Measured on the 3D belt
 
 In {campaigns} further campaigns the measurement comes from a belt in three dimensions. Pulley shapes, friction and
@@ -264,7 +265,9 @@ def _stored(content: dict[str, Any]) -> Stored:
 def write_page(top: Path, stored: Sequence[Stored]) -> Path:
     """Write the page for readers into a folder of documents: the newest answers alone, the conclusion first."""
     line, span, space = (_own(newest(part)) for part in _parts(stored))
-    in_span = _PAGE_SPAN.format(campaigns=len(span), conclusion=conclusion(span), targets=_short_targets(span))
+    in_span = _PAGE_SPAN.format(
+        campaigns=len(span), outcomes=_outcomes(span), conclusion=conclusion(span), targets=_short_targets(span)
+    )
     in_space = _PAGE_SPACE.format(campaigns=len(space), conclusion=conclusion(space)) if space else ""
     text = _PAGE.format(
         conclusion=conclusion(line),
@@ -275,6 +278,15 @@ def write_page(top: Path, stored: Sequence[Stored]) -> Path:
         space=in_space,
     )
     return write_text(top / "how_often_right.md", re.sub("\n{3,}", "\n\n", text))
+
+
+def _outcomes(cases: Sequence[ScoredCase]) -> str:
+    """In how many campaigns the unknown was told, imitated, told as something else, and overlooked."""
+    count = Counter(f.outcome for f in cases)
+    return (
+        f"Something unknown was told in {count['right']}; names that imitate it to less than {NEAR:g} units of noise "
+        f"in {count['lookalike']}; other names in {count['wrong']}; nothing in {count['missed']}."
+    )
 
 
 def _parts(stored: Sequence[Stored]) -> tuple[list[Stored], list[Stored], list[Stored]]:
