@@ -87,9 +87,7 @@ effect](how_far.md)).
 
 ## What a probability is worth
 
-Names by the probability that the answer gave them, over all versions (the newest alone has too few).
-
-{reliability}
+Names by the probability that the answer gave them, over all versions (the record has the table).
 
 ![Probability said against share truly hidden](images/challenge_reliability.png)
 
@@ -110,13 +108,12 @@ _PAGE_SPAN = """## Changes inside a span
 In {campaigns} further campaigns a span itself is another than the sheet says: its bending or twisting stiffness, or
 its tension, goes with the tension, the time or its own bend. {outcomes}
 
-{conclusion}
-
-{targets}
+{conclusion} The law has the right place in {place}, the right form in {form}.
 
 The distance of a wrong name is what it leaves of what is hidden, by the generator's own laws. Under 3 units of noise
 nobody can tell the two apart: with few tensions flatness, or a load cell that errs, does what one change of a span
-does. Such campaigns do not count in the table."""
+does."""
+_LAW = {"place": "place", "form": "law"}
 _PAGE_SPACE = """## Measured on the 3D belt
 
 In {campaigns} further campaigns the measurement comes from a belt in three dimensions. Pulley shapes, friction and
@@ -266,14 +263,16 @@ def write_page(top: Path, stored: Sequence[Stored]) -> Path:
     """Write the page for readers into a folder of documents: the newest answers alone, the conclusion first."""
     line, span, space = (_own(newest(part)) for part in _parts(stored))
     in_span = _PAGE_SPAN.format(
-        campaigns=len(span), outcomes=_outcomes(span), conclusion=conclusion(span), targets=_short_targets(span)
+        campaigns=len(span),
+        outcomes=_outcomes(span),
+        conclusion=conclusion(span),
+        **{name: with_interval([bool(getattr(f, of)) for f in _outside(span)]) for name, of in _LAW.items()},
     )
     in_space = _PAGE_SPACE.format(campaigns=len(space), conclusion=conclusion(space)) if space else ""
     text = _PAGE.format(
         conclusion=conclusion(line),
         targets=_short_targets(line),
         sizes=by_size(line, short=True).partition("\n\n")[2],
-        reliability=_reliability(_own(_parts(stored)[0])),
         span=in_span if span else "",
         space=in_space,
     )
@@ -337,15 +336,6 @@ def _short_targets(cases: Sequence[ScoredCase]) -> str:
     rows = [t for t in targets(cases) if t.found.trials]
     lines = [(*target_cells(t)[:4], reached[t.met]) for t in rows]
     return table(("figure", "target", "found", "95 % interval", "reached"), lines)
-
-
-def _reliability(cases: Sequence[ScoredCase]) -> str:
-    """Of names said with a probability in a bin: how many were hidden."""
-    bins = [(b.name, f"{b.said:.2f}", with_interval_of(b.true), count_text(b.alike)) for b in reliability(cases)]
-    if not bins:
-        return "No name was said."
-    head = ("probability said", "mean", "truly hidden", "hidden, or confusable as the answer says")
-    return table(head, bins)
 
 
 def write_record(top: Path, stored: Sequence[Stored]) -> Path:
