@@ -74,6 +74,7 @@ TOLERANCES = (
     Tolerance("diagnoses/*probability*", 0, 3e-2, "exponentials of gains"),
     Tolerance("diagnoses/*sigma*", 1e-2, 1e-2, "separations are read to a tenth"),
     Tolerance("diagnoses/*", 1e-3, 1e-6, "root mean squares and settings that follow the fit"),
+    Tolerance("scores/*/suspected", 0, IGNORED, "what is told beside a verdict: whether damage was caught is a field"),
     Tolerance("scores/*/named/*", 0, 0.1, "probabilities are counted in bins of a tenth"),
     Tolerance("scores/*/p", 1.0, 1e-3, "only its size counts"),
     Tolerance("scores/*/removed", 0, 0.05, "shares are told in percent of twenty"),
