@@ -338,7 +338,7 @@ def differences(was: Json, now: Json, field: str, exact: bool = False) -> Iterat
     """Every field below ``field`` that differs by more than its tolerance."""
     if isinstance(was, Mapping) and isinstance(now, Mapping):
         if not exact:
-            was, now = rounded_to_u(was, now)
+            was, now = without_what_u_allows(was, now)
         for key in [*was, *(k for k in now if k not in was)]:
             if key not in now or key not in was:
                 if not ignored(f"{field}/{key}", exact):
@@ -359,10 +359,11 @@ def differences(was: Json, now: Json, field: str, exact: bool = False) -> Iterat
         yield Difference(field, was, now)
 
 
-def rounded_to_u(was: Json, now: Json) -> tuple[Json, Json]:
-    """Two mappings; a value that is a small share of its u off is as it was, and numbers that an effect is fitted with
-    where it gains no more than chance are left out: its gain is compared."""
-    if {"value", "u"} <= was.keys() & now.keys() and abs(was["value"] - now["value"]) <= OF_U * was["u"]:
+def without_what_u_allows(was: Json, now: Json) -> tuple[Json, Json]:
+    """Two mappings to compare: a value that is off by a small share of its u is set to what it was, and the numbers of
+    an effect that gains no more than chance are left out, as its gain is compared."""
+    numbers = [c.get(name) for c in (was, now) for name in ("value", "u")]
+    if all(map(is_number, numbers)) and abs(was["value"] - now["value"]) <= OF_U * was["u"]:
         return was, {**now, "value": was["value"]}
     if {"gain", "threshold", "parameters"} <= was.keys() and (
         was["threshold"] is None or was["gain"] <= was["threshold"]

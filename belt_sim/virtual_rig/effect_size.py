@@ -201,7 +201,7 @@ def scale_fault(fault: Fault, factor: float) -> Fault:
 # Distance to the library: what the best one, and the best three of its effects leave over of a change.
 
 
-_ALIKE = 3.0  # noise units that a lookalike may leave over, but no more than
+ALIKE = 3.0  # noise units that a lookalike may leave over, but no more than
 _ALIKE_SHARE = 0.5  # of the effect's own size
 _BEAM = 6  # best sets of one size that are tried with one more effect
 
@@ -245,7 +245,7 @@ class LibrarySignatures:
             kept = sorted((self._remainder(names, inside, beyond), names) for names in sets)
             best.append(kept[0][0])
             singles = singles or {names[0]: left for left, names in kept}
-        allowed = min(_ALIKE, _ALIKE_SHARE * float(np.linalg.norm(target)))
+        allowed = min(ALIKE, _ALIKE_SHARE * float(np.linalg.norm(target)))
         alike = sorted(n for n, left in singles.items() if left < allowed)
         return LibraryDistance(lookalikes=alike, single=best[0], triple=best[2], largest=float(np.abs(change).max()))
 

@@ -6,13 +6,13 @@ from enum import StrEnum
 from typing import Any
 
 from belt_sim import si
+from belt_sim.virtual_rig.effect_size import ALIKE
 from studies.challenge.laws import law_right, place_right
 
 SURE = 0.9  # probability from which a name is said with confidence
 NAMING = ("explained", "partly")
 #: an error is reducible where the held-out error exceeds the noise floor by this factor
 REDUCIBLE = 1.1
-NEAR = 3.0  # noise units, under which nobody tells an unknown from the best known effects
 STOPS = "cannot_say"
 CRASH = "crash"  # in place of what could not be worked out
 MOST_REASONS = 3
@@ -191,11 +191,8 @@ def outcome_of(f: ScoredCase) -> str:
         return "right"
     if f.kind == "nothing":
         return "wrong"
-    if f.kind == "outside" and not _flagged(f):
-        alike = f.named and f.distance is not None and f.distance < NEAR
-        return "missed" if f.verdict == "adequate" else "lookalike" if alike else "wrong"
     if f.kind == "outside":
-        return "right"
+        return "right" if _flagged(f) else _not_flagged(f)
     if f.kind in ("dirty", "mistake"):
         return "crash" if f.verdict == "crash" else "right" if f.caught else "wrong"
     return _naming(f)
@@ -203,6 +200,12 @@ def outcome_of(f: ScoredCase) -> str:
 
 def _flagged(f: ScoredCase) -> bool:
     return f.verdict not in ("adequate", "explained", "crash", STOPS) and not f.false_names
+
+
+def _not_flagged(f: ScoredCase) -> str:
+    if f.verdict == "adequate":
+        return "missed"
+    return "lookalike" if f.named and f.distance is not None and f.distance < ALIKE else "wrong"
 
 
 def _naming(f: ScoredCase) -> str:
