@@ -15,7 +15,7 @@ import yaml
 from belt_sim.commands.command_line import HELP, SHOW, compose_request, help_text, import_arguments, known_keys
 from belt_sim.commands.run_dir import run_alone
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import CAMPAIGNS, CONF, MODELS, group_names, write_text
+from belt_sim.files import CONF, MODELS, group_names, sample_campaigns, write_text
 
 #: [bytes] of address space that JAX needs: with less, XLA ends the process in the midst of its work
 LEAST_MEMORY = 2_500_000_000
@@ -72,7 +72,9 @@ def use_one_blas_thread() -> None:
 def run(arguments: list[str]) -> int:
     """Run one command; returns the exit status."""
     if not arguments or arguments[0] in ("-h", "--help", "help"):
-        print(_help())
+        print("usage: belt-sim COMMAND [key=value ...] [-m key=a,b,c ...]\n")
+        print(*(f"  {name:12s} {what}" for name, what in COMMANDS.items()), sep="\n")
+        print("\nbelt-sim COMMAND --help shows every key of a command.")
         return 0 if arguments else 2
     if arguments[0] in ("--version", "-V", "version"):
         print(f"belt-sim {version('belt-sim')}")
@@ -85,13 +87,13 @@ def run(arguments: list[str]) -> int:
     if command == "completion":
         print(script(COMMANDS), end="")
         return 0
-    if command == "new-effect":
-        return _new_effect(arguments[1:])
-    if any(a in HELP for a in arguments):
+    if command != "new-effect" and any(a in HELP for a in arguments):
         print(help_text(command))
         return 0
     settings = import_arguments(arguments[1:]) if command == "import" else arguments[1:]
     try:
+        if command == "new-effect":
+            return _new_effect(settings)
         return _run_composed(command, settings)
     except BeltError as error:
         return _complain(str(error))
@@ -106,10 +108,7 @@ def run(arguments: list[str]) -> int:
 def _new_effect(arguments: list[str]) -> int:
     if len(arguments) != 1 or arguments[0].startswith("-"):
         return _complain("new-effect: give one name, as in belt-sim new-effect side_wind")
-    try:
-        path = new_effect(arguments[0])
-    except BeltError as error:
-        return _complain(str(error))
+    path = new_effect(arguments[0])
     print(f"{path}: change its law, then belt-sim simulate 'effects=[{{id: {path.as_posix()}, load: 0.01}}]'")
     print(f"to test it: python -c \"import belt_sim as bs; print(*bs.check_effect('{path.as_posix()}'), sep='\\n')\"")
     return 0
@@ -147,21 +146,13 @@ def _check_memory() -> None:
 
     limit = resource.getrlimit(resource.RLIMIT_AS)[0]
     if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY:
-        remedy = (
-            f"at least {LEAST_MEMORY / 1e9:g} GB of address space are needed; raise the limit (ulimit -v unlimited)"
-        )
-        raise InputError("ulimit -v", f"{limit / 1e9:.3g}", "GB", remedy)
+        needed = f"at least {LEAST_MEMORY / 1e9:g} GB of address space are needed"
+        raise InputError("ulimit -v", f"{limit / 1e9:.3g}", "GB", f"{needed}; raise the limit (ulimit -v unlimited)")
 
 
 def _complain(message: str, status: int = 1) -> int:
     print(f"belt-sim: {message}", file=sys.stderr)
     return status
-
-
-def _help() -> str:
-    rows = [f"  {name:12s} {what}" for name, what in COMMANDS.items()]
-    usage = "usage: belt-sim COMMAND [key=value ...] [-m key=a,b,c ...]"
-    return "\n".join([usage, "", *rows, "", "belt-sim COMMAND --help shows every key of a command."])
 
 
 def new_effect(name: str, folder: Path = Path()) -> Path:
@@ -174,9 +165,8 @@ def new_effect(name: str, folder: Path = Path()) -> Path:
     if name in library() or path.exists():
         raise InputError("NAME", name, "", "there is an effect or a file of that name; choose another")
     text = (MODELS / "effects" / "wind.py").read_text(encoding="utf-8")
-    text = text.replace("class Wind(", f"class {name.title().replace('_', '')}(").replace(
-        'id = "wind"', f'id = "{name}"'
-    )
+    text = text.replace("class Wind(", f"class {name.title().replace('_', '')}(")
+    text = text.replace('id = "wind"', f'id = "{name}"')
     return write_text(path, text.replace("An effect of one's own: a steady side wind", "A steady side wind"))
 
 
@@ -216,7 +206,7 @@ def words(command: str) -> list[str]:
     for group in (g for g in GROUPS if g in keys):
         found += [f"{group}={name}" for name in group_names(group)]
     if "campaign" in keys:
-        found += [f"campaign={p.parent.name}" for p in sorted(CAMPAIGNS.glob("*/campaign.yaml"))]
+        found += [f"campaign={name}" for name in sample_campaigns()]
     if command == "simulate":
         found += [f"+experiment={name}" for name in group_names("experiment")] + ["-m"]
     return [*found, "--help"]
@@ -240,17 +230,14 @@ def demo(run: Callable[[list[str]], int]) -> int:
     if status:
         return status
     print(f"\nDone in {time.perf_counter() - started:.0f} s. What to look at:")
-    for path, words in _products(folder, again):
+    products = {
+        folder / "report.html": "the whole diagnosis on one page",
+        folder / "effects.yaml": "the missing effect; simulate and compare accept it as effects=FILE",
+        folder / "where.png": "where the beam model fails",
+        again / "overlay.png": "measured and modelled, before and after",
+        folder / "comparison.rrd": "points, residuals and tilt against travel; open it with rerun FILE",
+    }
+    for path, words in products.items():
         if path.exists():
             print(f"  {path}  {words}")
     return 0
-
-
-def _products(folder: Path, again: Path) -> list[tuple[Path, str]]:
-    return [
-        (folder / "report.html", "the whole diagnosis on one page"),
-        (folder / "effects.yaml", "the missing effect; simulate and compare accept it as effects=FILE"),
-        (folder / "where.png", "where the beam model fails"),
-        (again / "overlay.png", "measured and modelled, before and after"),
-        (folder / "comparison.rrd", "points, residuals and tilt against travel; open it with rerun FILE"),
-    ]

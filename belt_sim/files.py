@@ -25,6 +25,11 @@ def group_names(group: str) -> list[str]:
     return sorted(path.stem for path in (CONF / group).glob("*.yaml"))
 
 
+def sample_campaigns() -> list[str]:
+    """Names of the campaigns that ship."""
+    return sorted(path.parent.name for path in CAMPAIGNS.glob("*/campaign.yaml"))
+
+
 DRAFTS = ".draft"  # a folder of files that a process has not finished
 
 

@@ -156,6 +156,7 @@ def _compare(request: Mapping[str, Any], say: Say) -> None:
     from belt_sim.api.inference import compare
     from belt_sim.campaign import read_campaign
     from belt_sim.commands.outputs import write_comparison
+    from belt_sim.reports import figures
     from belt_sim.reports.page import worst
 
     folder, campaign = Path(request["folder"]), read_campaign(request["campaign"])
@@ -163,10 +164,10 @@ def _compare(request: Mapping[str, Any], say: Say) -> None:
     found = compare(campaign, request["model"], request["effects"], config=dict(request))
     say(stage="drawing")
     write_comparison(folder, found, pictures=True)
-    tables = [vars(t) for t in found.tables()]
-    _leave(
-        folder, lines=list(found.lines()), tables=tables, panels=_panels(found), first=worst(found.drawings.overlays)
-    )
+    tables, overlays = [vars(t) for t in found.tables()], found.drawings.overlays
+    models = found.base_model, found.final_model
+    panels = [{"title": panel.title, "figure": figures.overlay(panel, *models)} for panel in overlays]
+    _leave(folder, lines=list(found.lines()), tables=tables, panels=panels, first=worst(overlays))
 
 
 def _diagnose(request: Mapping[str, Any], say: Say) -> None:
@@ -189,16 +190,6 @@ def _diagnose(request: Mapping[str, Any], say: Say) -> None:
     effects = [e.law or {"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]
     verdict = {"verdict": str(found.verdict)}
     _leave(folder, **verdict, lines=[found.sentence], effects=effects)
-
-
-def _panels(found: Any) -> list[dict[str, Any]]:
-    """Figures of measured and modelled curves, run by run."""
-    from belt_sim.reports import figures
-
-    return [
-        {"title": panel.title, "figure": figures.overlay(panel, found.base_model, found.final_model)}
-        for panel in found.drawings.overlays
-    ]
 
 
 def _leave(folder: Path, **content: Any) -> None:

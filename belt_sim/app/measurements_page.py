@@ -1,6 +1,7 @@
 """The page of one's own measurements: drop files, see what was understood, compare, diagnose, read, download."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,11 @@ from belt_sim.app.security import MAX_UPLOAD, MEBI, TOO_LARGE
 from belt_sim.app.session import GROUPS, OF_RUN, Import, Place, Session, read_shown
 from belt_sim.app.simulate_page import TITLES, effect_title
 from belt_sim.campaign import Campaign, Quantity, Run
-from belt_sim.campaign.read import FILES, sample_campaigns
+from belt_sim.campaign.read import FILES
 from belt_sim.campaign.types import PLACES
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
-from belt_sim.files import group_names
+from belt_sim.files import group_names, sample_campaigns
 from belt_sim.importing.types import ROLES
 from belt_sim.reports.imports import noise_table, run_noise_table, runs_table
 from belt_sim.results import words
@@ -68,12 +69,8 @@ class _Parts:
     @staticmethod
     def _now(session: Session) -> tuple[int, bool, int, str]:
         """The campaign, whether one is being imported, and how far the work is."""
-        return (
-            id(session.campaign),
-            session.importing is None,
-            len(session.jobs),
-            session.job.state if session.job else "",
-        )
+        state = session.job.state if session.job else ""
+        return id(session.campaign), session.importing is None, len(session.jobs), state
 
 
 def _drop(session: Session) -> Any:
@@ -93,14 +90,9 @@ def _drop(session: Session) -> Any:
     room = f"Up to {MAX_UPLOAD // MEBI} MB at a time; they stay on this machine."
     kinds = f"A logger's CSV or Excel files; or {', '.join(FILES)}, or a zip of them."
     with widgets.card("1. Drop your files", f"{kinds} {room}") as made:
-        upload = ui.upload(
-            multiple=True,
-            auto_upload=True,
-            max_total_size=MAX_UPLOAD,
-            label="Drop files here, or press +",
-            on_multi_upload=take_files,
-            on_rejected=tell_refusal,
-        )
+        heard: dict[str, Any] = {"on_multi_upload": take_files, "on_rejected": tell_refusal}
+        label = "Drop files here, or press +"
+        upload = ui.upload(multiple=True, auto_upload=True, max_total_size=MAX_UPLOAD, label=label, **heard)
         upload.props("data-name=drop")
         with ui.element("div").classes("line"):
             ui.label("No measurements at hand? A sample:").classes("soft small")
@@ -122,28 +114,22 @@ def asking(session: Session) -> None:
     busy = session.job is not None and session.job.running
     with widgets.card("3. Ask", "Compare shows where a model fails; diagnose finds which physical effect it lacks."):
         ui.select(TITLES, label="model").bind_value(session.inputs, "model").classes("w-full").props("data-name=model")
-        _chosen_effects(session)
+        if session.effects:
+            names = ", ".join(str(e["id"]) for e in session.effects)
+            with ui.element("div").classes("line"):
+                ui.label(f"Compare uses the effects of {session.effects_name}: {names}")
+                ui.button("Without them", on_click=lambda: session.take_effects([], "")).props("flat no-caps dense")
         with ui.expansion("More about the diagnosis").classes("w-full"):
-            names = {i: effect_title(i) for i in sorted(library(), key=effect_title)}
+            titles = {i: effect_title(i) for i in sorted(library(), key=effect_title)}
             which = "effects to try (none chosen: all that can be told)"
-            tried = ui.select(names, multiple=True, with_input=True, label=which).props("use-chips")
+            tried = ui.select(titles, multiple=True, with_input=True, label=which).props("use-chips")
             tried.bind_value(session.inputs, "candidates").classes("w-full").props("data-name=candidates")
             count = ui.number("synthetic repeats to tell chance by", min=MIN_BOOTSTRAPS, precision=0)
             count.bind_value(session.inputs, "bootstraps").classes("w-full").props("data-name=bootstraps")
         with ui.element("div").classes("line"):
-            ui.button("Compare", on_click=lambda: _start(session, "compare")).props("no-caps outline").set_enabled(
-                not busy
-            )
-            ui.button("Diagnose", on_click=lambda: _start(session, "diagnose")).props("no-caps").set_enabled(not busy)
-
-
-def _chosen_effects(session: Session) -> None:
-    if not session.effects:
-        return
-    names = ", ".join(str(e["id"]) for e in session.effects)
-    with ui.element("div").classes("line"):
-        ui.label(f"Compare uses the effects of {session.effects_name}: {names}")
-        ui.button("Without them", on_click=session.forget_effects).props("flat no-caps dense")
+            for name, look in (("Compare", "no-caps outline"), ("Diagnose", "no-caps")):
+                button = ui.button(name, on_click=partial(_start, session, name.lower())).props(look)
+                button.set_enabled(not busy)
 
 
 def _start(session: Session, task: str) -> None:
@@ -203,13 +189,9 @@ def _show_result(session: Session, job: Job) -> None:
         _show_comparison(content)
     with ui.element("div").classes("line"):
         ui.link("Download everything (zip)", f"/results/{number}/zip").props("data-name=download")
-        ui.label(f"also in {_short(job.folder)}").classes("soft small")
-
-
-def _short(folder: Path) -> Path:
-    """A folder as seen from where the app was started."""
-    here = Path.cwd()
-    return folder.relative_to(here) if folder.is_relative_to(here) else folder
+        here, folder = Path.cwd(), job.folder
+        there = folder.relative_to(here) if folder.is_relative_to(here) else folder
+        ui.label(f"also in {there}").classes("soft small")
 
 
 def _show_diagnosis(session: Session, number: int, content: dict[str, Any]) -> None:
@@ -220,10 +202,7 @@ def _show_diagnosis(session: Session, number: int, content: dict[str, Any]) -> N
     with ui.element("div").classes("line"):
         ui.link("Report in a tab of its own", f"/results/{number}/report", new_tab=True)
         if content["effects"]:
-
-            def again() -> None:
-                session.take_effects(content["effects"], "the diagnosis")
-
+            again = partial(session.take_effects, content["effects"], "the diagnosis")
             ui.button("Use what was found in compare", on_click=again).props("flat no-caps dense")
     source = f"/results/{number}/report"
     ui.element("iframe").classes("report").props(f'sandbox="allow-scripts" src="{source}" title="report"')
@@ -447,9 +426,9 @@ def _all_runs(campaign: Campaign) -> None:
 
 
 def _signals(campaign: Campaign) -> None:
-    rows = [
-        (s.name, s.at.replace("_", " "), *(words.thousandths(v) for v in (s.white, s.zero, s.wander_sd)))
-        for s in campaign.signals
-    ]
+    rows = []
+    for s in campaign.signals:
+        noise = [words.thousandths(v) for v in (s.white, s.zero, s.wander_sd)]
+        rows.append((s.name, s.at.replace("_", " "), *noise))
     columns = ("sensor", "place", "noise (mm or mrad)", "zero", "wander")
     widgets.table(Table("", columns, rows, left=("sensor", "place")))

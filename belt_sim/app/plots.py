@@ -7,6 +7,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, Run
 from belt_sim.reports.figures import CLEAR, FONT, numbers
+from belt_sim.results.errors import UNITS
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import KILO
 
@@ -67,20 +68,14 @@ def edges(shown: Simulation) -> dict[str, Any] | None:
     low = min(0.0, float(stress.min()))
     below = {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": min(2.0 * low, -0.5), "y1": 0, "layer": "below"}
     below |= {"fillcolor": "rgba(224,99,42,0.16)", "line": {"width": 0}}
-    return figure(
-        data,
-        "belt travel [m]",
-        "slacker edge [N/mm²]",
-        240,
-        shapes=[below],
-        yaxis={**AXIS, "rangemode": "tozero", "title": _title("slacker edge [N/mm²]")},
-    )
+    up = {**AXIS, "rangemode": "tozero", "title": _title("slacker edge [N/mm²]")}
+    return figure(data, "belt travel [m]", "", 240, shapes=[below], yaxis=up)
 
 
 def measured_figure(campaign: Campaign, run: Run) -> dict[str, Any]:
     """The signals of a run as they were recorded."""
     sheets = {s.name: s for s in campaign.signals}
-    units = sorted({_unit(sheets[name].kind) for name in run.signals})
+    units = sorted({UNITS[sheets[name].kind] for name in run.signals})
     data = []
     for k, (name, values) in enumerate(run.signals.items()):
         at = sheets[name].at.replace("_", " ")
@@ -89,10 +84,6 @@ def measured_figure(campaign: Campaign, run: Run) -> dict[str, Any]:
     end = float(run.travel[-1]) if len(run.travel) else 1.0
     along = {**AXIS, "range": [-0.01 * end, 1.01 * end], "title": _title("belt travel [m]")}
     return figure(data, "", f"reading [{' or '.join(units)}]", 320, xaxis=along)
-
-
-def _unit(kind: str) -> str:
-    return "mm" if kind == "lateral" else "mrad"
 
 
 def of_report(made: dict[str, Any]) -> dict[str, Any]:

@@ -71,23 +71,11 @@ def application(session: Session, port: int) -> FastAPI:
     measurements_page.add(session)
     _results(outer, session)
     pages_app.on_shutdown(session.close)
-    pages_app.on_exception(_tell)
-    ui.run_with(
-        outer,
-        title="belt_sim",
-        favicon=ICON,
-        dark=None,
-        tailwind=False,
-        reconnect_timeout=PATIENCE,
-        show_welcome_message=False,
-    )
+    pages_app.on_exception(traceback.print_exception)  # what broke in a page goes to the terminal, whole
+    look: dict[str, Any] = {"title": "belt_sim", "favicon": ICON, "dark": None, "tailwind": False}
+    ui.run_with(outer, **look, reconnect_timeout=PATIENCE, show_welcome_message=False)
     outer.add_middleware(Guard, port=port)
     return outer
-
-
-def _tell(error: Exception) -> None:
-    """What broke in a page goes to the terminal, whole."""
-    traceback.print_exception(error)
 
 
 def _results(outer: FastAPI, session: Session) -> None:

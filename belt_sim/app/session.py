@@ -1,6 +1,7 @@
 """State of the app: the campaign, the effects, work and results. One per server: tabs share it."""
 
 import asyncio
+import copy
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -81,12 +82,8 @@ class Import:
     @property
     def questions(self) -> list[Question]:
         """Open and answered questions that have no place in the tables of columns and runs."""
-        open_ = {q.path for q in self.proposal.missing} if self.proposal else set()
-        return [
-            q
-            for place, q in self.all_questions.items()
-            if (place in open_ or place in self.answers) and place[0] != "runs"
-        ]
+        put = {*self.answers, *(q.path for q in self.proposal.missing)} if self.proposal else {*self.answers}
+        return [q for place, q in self.all_questions.items() if place in put and place[0] != "runs"]
 
     @property
     def runs(self) -> list[str]:
@@ -99,12 +96,6 @@ class Import:
         given = self.answers.get(("runs", run, key))
         stated = self.proposal.mapping.get("runs", {}).get(run, {}) if self.proposal else {}
         return given if given is not None else str(stated.get(key) or "")
-
-    def write(self, folder: Path) -> Path:
-        """Leave the campaign in ``folder``."""
-        assert self.proposal is not None
-        write(self.proposal, folder)
-        return folder
 
 
 def begin(paths: Sequence[Path], mapping: Mapping[str, Any] | None = None) -> Import:
@@ -127,7 +118,7 @@ def read_mapping(name: str, data: bytes) -> dict[str, Any]:
 
 def nest_answers(base: Mapping[str, Any], answers: Mapping[Place, str]) -> dict[str, Any]:
     """The mapping with the answers in their places."""
-    whole = _copy(base)
+    whole = copy.deepcopy(dict(base))
     for place, text in answers.items():
         inner = whole
         for key in place[:-1]:
@@ -136,10 +127,6 @@ def nest_answers(base: Mapping[str, Any], answers: Mapping[Place, str]) -> dict[
             inner = inner[key]
         inner[place[-1]] = text
     return whole
-
-
-def _copy(value: Any) -> Any:
-    return {k: _copy(v) for k, v in value.items()} if isinstance(value, Mapping) else value
 
 
 TITLES = {"compare": "Comparison", "diagnose": "Diagnosis"}
@@ -227,11 +214,12 @@ class Session:
         """Make the campaign that the import comes to with the last answers."""
         if answers:
             self.answer(answers)
-        if self.importing is None or not self.importing.ready:
+        if self.importing is None or self.importing.proposal is None or not self.importing.ready:
             return
         self._drops += 1
+        folder = self.folder / f"campaign_{self._drops}"
         try:
-            folder = self.importing.write(self.folder / f"campaign_{self._drops}")
+            write(self.importing.proposal, folder)
         except BeltError as error:
             self.notify(*str(error).splitlines())
             return
@@ -259,13 +247,8 @@ class Session:
         return []
 
     def take_effects(self, effects: list[dict[str, Any]], name: str) -> None:
-        """Use these effects in comparisons."""
+        """Use these effects, from what is called ``name``, in comparisons."""
         self.effects, self.effects_name = effects, name
-        self.notify()
-
-    def forget_effects(self) -> None:
-        """Forget the effects."""
-        self.effects, self.effects_name = [], ""
         self.notify()
 
     def start(self, task: str, model: str, *, total: int = 0, **request: Any) -> Job:

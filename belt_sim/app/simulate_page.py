@@ -81,15 +81,10 @@ def reach(p: Parameter) -> tuple[float, float, float]:
     return low, high, min(max(p.null if p.modifier else p.scale, low), high)
 
 
-def slack(simulation: Simulation) -> str:
-    """What is to be said of a slack edge; empty when none is."""
-    return next((line for line in simulation.lines() if "edge goes slack" in line), "")
-
-
 def warnings(simulation: Simulation) -> list[str]:
-    """Everything to beware of, a sentence each."""
-    beyond = [f"{x.words} ({x.exceeded_by})" for x in simulation.beyond]
-    return [*filter(None, [slack(simulation)]), *beyond]
+    """Everything to beware of, a sentence each: a slack edge, limits of the model's validity."""
+    slack = [line for line in simulation.lines() if "edge goes slack" in line]
+    return [*slack, *(f"{x.words} ({x.exceeded_by})" for x in simulation.beyond)]
 
 
 RIGS = {"test_rig": "the paper's test rig", "rope_example": "the paper's rope example", "own": "my machine"}

@@ -10,12 +10,7 @@ from belt_sim.campaign.csv_tables import RunRows, read_runs, read_signals, read_
 from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
 from belt_sim.campaign.sheet import read_sheet
 from belt_sim.campaign.types import Campaign, Run, SteadyRate
-from belt_sim.files import CAMPAIGNS
-
-
-def sample_campaigns() -> list[str]:
-    """Return the names of the shipped campaigns."""
-    return sorted(p.parent.name for p in CAMPAIGNS.glob("*/campaign.yaml"))
+from belt_sim.files import CAMPAIGNS, sample_campaigns
 
 
 def campaign_folder(named: str | Path) -> Path:

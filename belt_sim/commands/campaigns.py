@@ -155,14 +155,9 @@ def virtual_rig(run_dir: RunDir) -> None:
             digest = write_blind(draft / "campaign", campaign, truth)
     print(f"campaign  {folder}")
     print(f"truth     sealed, sha256 {digest}")
-    print(f"next      belt-sim diagnose campaign={folder}{_model(config)}, then belt-sim reveal campaign={folder}")
-
-
-def _model(config: dict) -> str:
-    """The law beside which an effect of one's own choice is to be sought; what is drawn at random is not told."""
-    if config["hidden"] == "random" or config["engine"] != "line":
-        return ""
-    return f" model={config['base'] or BASE}"
+    told = config["hidden"] != "random" and config["engine"] == "line"  # what is drawn at random is not told
+    model = f" model={config['base'] or BASE}" if told else ""
+    print(f"next      belt-sim diagnose campaign={folder}{model}, then belt-sim reveal campaign={folder}")
 
 
 def _line(hidden: Any, config: dict) -> tuple[Campaign, Truth]:
@@ -186,9 +181,8 @@ def _on_machine(config: dict) -> Any:
     """The runs of the test rig on the machine and belt that were asked for, known as surely as its own."""
     rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
     if float(rig.gravity) != GRAVITY:
-        raise InputError(
-            "rig.gravity", f"{float(rig.gravity):g}", "m/s2", f"a campaign is measured on earth, {GRAVITY:g}"
-        )
+        remedy = f"a campaign is measured on earth, {GRAVITY:g}"
+        raise InputError("rig.gravity", f"{float(rig.gravity):g}", "m/s2", remedy)
     machine = {n: replace(q, value=float(getattr(rig, n))) for n, q in vars(TEST_RIG).items()}
     values = {n: float(getattr(belt, n)) for n in vars(TEST_BELT)}
     sheet = {n: replace(q, value=values[n], u=q.u * values[n] / q.value) for n, q in vars(TEST_BELT).items()}

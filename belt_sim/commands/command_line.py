@@ -23,7 +23,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import BeltError
-from belt_sim.files import CAMPAIGNS, CONF, group_names
+from belt_sim.files import CONF, group_names, sample_campaigns
 
 SWEEP = ("-m", "--multirun")
 HELP = ("-h", "--help")
@@ -54,9 +54,7 @@ class Request:
 
 def compose_request(command: str, arguments: Sequence[str], *, conf: Path = CONF, fixed: Sequence[str] = ()) -> Request:
     """The configurations that the arguments of a command mean; fixed: overrides that come before all others."""
-    refused = refusal(command, arguments, conf)
-    if refused:
-        raise BeltError(refused)
+    _refuse(command, arguments, conf)
     overrides = [_quote(a) for a in arguments if a not in SWEEP]
     multirun = any(a in SWEEP for a in arguments)
     if multirun and not any(a.startswith("hydra.sweep.dir=") for a in overrides):
@@ -155,24 +153,21 @@ def _one_line(error: BaseException, command: str, conf: Path) -> str:
 def _what_to_give(key: str, command: str, conf: Path) -> str:
     """Return in brackets what stands beside a key in its file, with the campaigns that ship."""
     meaning = dict(_settings(conf / f"{command}.yaml")).get(f"{key}=...", "").removeprefix("needed: ")
-    names = (
-        f": {', '.join(sorted(p.parent.name for p in CAMPAIGNS.glob('*/campaign.yaml')))}" if key == "campaign" else ""
-    )
+    names = f": {', '.join(sample_campaigns())}" if key == "campaign" else ""
     return f" ({meaning}{names})" if meaning else ""
 
 
-def refusal(command: str, arguments: Sequence[str], conf: Path = CONF) -> str | None:
-    """Why these arguments cannot be composed; None when they can."""
+def _refuse(command: str, arguments: Sequence[str], conf: Path) -> None:
+    """Raise BeltError for arguments that cannot be composed."""
     for argument in arguments:
         flag = argument.split("=")[0]
         if argument.startswith("-") and flag not in SWEEP:
-            return f"{argument}: no such flag{_nearest(flag, FLAGS)} (settings are written key=value)"
+            raise BeltError(f"{argument}: no such flag{_nearest(flag, FLAGS)} (settings are written key=value)")
         if argument.startswith("~"):
-            return f"{argument}: no key can be left out; give it another value, key=value"
+            raise BeltError(f"{argument}: no key can be left out; give it another value, key=value")
         added = argument.lstrip("+").split("=")[0].split("@")[0]
         if argument.startswith("+") and not (added.split(".")[0] in OPEN or (conf / added).is_dir()):
-            return f"{argument}: no such key{_nearest(added, known_keys(command, conf))}"
-    return None
+            raise BeltError(f"{argument}: no such key{_nearest(added, known_keys(command, conf))}")
 
 
 def known_keys(command: str, conf: Path = CONF) -> list[str]:
@@ -209,10 +204,8 @@ def help_text(command: str) -> str:
     rows += _settings(CONF / f"{command}.yaml")
     wide = max(len(key) for key, _ in rows)
     lines = [f"  {key:{wide}s}  {comment}".rstrip() for key, comment in rows]
-    usage = [
-        f"usage: belt-sim {command} [KEY=VALUE ...]",
-        f"       belt-sim {command} -m KEY=A,B,C   a sweep, a run a value",
-    ]
+    usage = [f"usage: belt-sim {command} [KEY=VALUE ...]"]
+    usage.append(f"       belt-sim {command} -m KEY=A,B,C   a sweep, a run a value")
     more = f"belt-sim {command} --cfg job KEY=VALUE ... shows the whole configuration and runs nothing."
     return "\n".join([*said, *usage, "", "keys, with what they are set to:", *lines, "", more])
 
@@ -227,11 +220,8 @@ def _settings(file: Path) -> list[tuple[str, str]]:
 def import_arguments(arguments: Sequence[str]) -> list[str]:
     """The arguments of ``import`` with its bare file names as files=[...], quoted as Hydra wants it."""
     after = {k + 1 for k, a in enumerate(arguments) if a in SHOW}
-    bare = [
-        a
-        for k, a in enumerate(arguments)
-        if k not in after and (Path(a).is_file() or not (a.startswith("-") or OVERRIDE.match(a)))
-    ]
+    loose = [a for k, a in enumerate(arguments) if k not in after]
+    bare = [a for a in loose if Path(a).is_file() or not (a.startswith("-") or OVERRIDE.match(a))]
     others = [a for a in arguments if a not in bare]
     quoted = ",".join("'" + a.replace("\\", "\\\\").replace("'", "\\'") + "'" for a in bare)
     return [*others, f"files=[{quoted}]"] if bare else others

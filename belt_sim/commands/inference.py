@@ -12,14 +12,14 @@ def check(run_dir: RunDir) -> None:
     from belt_sim.api import inference
     from belt_sim.files import write_json
     from belt_sim.reports.terminal import tell_check, tell_choice
-    from belt_sim.results.json import check_json
+    from belt_sim.results.json import file_json
 
     config, folder = run_dir.config, run_dir.path
     for key in ("travel", "step"):
         finite(key, config[key], "m", "give a length in metres", lambda x: x > 0)
     asked = {k: config[k] for k in ("effects", "travel", "step", "advise")}
     found = inference.check(run_dir.campaign, config["model"]["name"], **asked, config=config)
-    write_json(folder / "check.json", check_json(found))
+    write_json(folder / "check.json", file_json(found))
     if config["pictures"] and found.visible:
         from belt_sim.pictures.diagnosis import visible_picture
 

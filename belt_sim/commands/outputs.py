@@ -3,7 +3,7 @@
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,6 @@ from belt_sim.analytic.model import AnalyticModel
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.case import Case
 from belt_sim.curves import Curves, write_curves
-from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, SimulationError
 from belt_sim.files import write_json, write_text, write_with
 from belt_sim.frame import Frame, Observer
@@ -22,7 +21,7 @@ from belt_sim.model import Model, SteadyModel
 from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
-from belt_sim.results.json import comparison_json, diagnosis_json, discovery_json, drawings_json, run_json, summary_json
+from belt_sim.results.json import diagnosis_json, discovery_json, file_json, summary_json, to_json
 from belt_sim.results.simulation import Simulation
 
 PARTIAL = "curves_partial.csv"
@@ -91,9 +90,9 @@ def write_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
     """comparison.json (and the same as summary.json, which sweeps look for), per_run.csv and pictures."""
     from belt_sim.results.display import frame
 
-    content = comparison_json(c)
+    content = file_json(c)
     if c.per_run:
-        rows = [{k: v for k, v in run_json(r).items() if not isinstance(v, dict)} for r in c.per_run]
+        rows = [{k: v for k, v in to_json(r).items() if not isinstance(v, dict)} for r in c.per_run]
         write_with(folder / "per_run.csv", lambda path: frame(rows).to_csv(path, index=False))
     if pictures:
         draw(folder, c)
@@ -107,7 +106,7 @@ def write_diagnosis(folder: Path, d: Diagnosis) -> None:
     from belt_sim.effects.load import save_effects
     from belt_sim.reports.page import write_report
 
-    write_json(folder / "drawings.json", drawings_json(d.drawings))
+    write_json(folder / "drawings.json", file_json(d.drawings))
     spread = {e.id: {n: p.u for n, p in e.parameters.items()} for e in d.effects}
     write_text(folder / "effects.yaml", save_effects(effects_of(d.effects), spread))
     write_report(folder / "report.html", d)
@@ -121,13 +120,6 @@ def write_discovery(folder: Path, d: Discovery) -> None:
     if d.law_file:
         write_text(folder / "found_law.yaml", d.law_file)
     write_json(folder / "discovery.json", discovery_json(d))
-
-
-def write_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
-    """comparison.rrd: what was measured, the base model and the final model."""
-    from belt_sim.api.resolve import effects_of, fitted_model
-
-    record_campaign(folder / "comparison.rrd", campaign, fitted_model(d.base_model), effects_of(d.effects))
 
 
 def draw_diagnosis(folder: Path, d: Diagnosis) -> None:
@@ -153,11 +145,8 @@ WATCHED = ("native", "mjx")  # engines that show their instants as they go
 
 def in_time(model: Model | SteadyModel) -> bool:
     """Whether a run of the model goes through its instants one by one, so that it can be watched meanwhile."""
-    return not isinstance(model, AnalyticModel) and isinstance(model, Model) and _engine(model) in WATCHED
-
-
-def _engine(model: Model | SteadyModel) -> str:
-    return getattr(model, "engine", "native")
+    by_formula = isinstance(model, AnalyticModel) or not isinstance(model, Model)
+    return not by_formula and getattr(model, "engine", "native") in WATCHED
 
 
 def observers_of(model: Model | SteadyModel, watch: str | None, title: str, folder: Path) -> list[Observer]:
@@ -167,17 +156,15 @@ def observers_of(model: Model | SteadyModel, watch: str | None, title: str, fold
         raise InputError("watch", watch, "", "only a 3D belt of engine=native is MuJoCo's; use watch=rerun")
     if not in_time(model):
         return []
-    from belt_sim.watch.observers import ProgressObserver
+    from belt_sim.watch.observers import ProgressObserver, ViewerObserver
 
     watching: list[Observer] = [ProgressObserver(title), CurvesSoFar(folder)]
     if watch == "viewer":
-        from belt_sim.watch.observers import ViewerObserver
-
         watching.append(ViewerObserver())
     elif watch is not None:
-        from belt_sim.watch.rerun import live, to_file
+        from belt_sim.watch.rerun import RerunObserver
 
-        watching.append(to_file(folder / RECORDING) if watch == "rrd" else live())
+        watching.append(RerunObserver(folder / RECORDING if watch == "rrd" else None))
     return watching
 
 
@@ -194,10 +181,10 @@ def show(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: P
         return
     from belt_sim.watch.geometry import frames
     from belt_sim.watch.observers import has_display
-    from belt_sim.watch.rerun import live
+    from belt_sim.watch.rerun import RerunObserver
 
     if not in_time(model):
-        viewer = live()
+        viewer = RerunObserver()
         viewer.start(s.case, s.travel)
         for frame in frames(s.case, s.curves):
             viewer.frame(frame)
@@ -209,11 +196,10 @@ def show(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: P
             input("press Enter to close the viewer")
     else:
         print("the page is served until Ctrl-C")
-        try:
+        with suppress(KeyboardInterrupt):
             while True:
                 time.sleep(1.0)
-        except KeyboardInterrupt:
-            print()
+        print()
 
 
 def _record(s: Simulation, folder: Path) -> Path:
@@ -224,12 +210,13 @@ def _record(s: Simulation, folder: Path) -> Path:
     return folder / RECORDING
 
 
-def record_campaign(path: Path, campaign: Campaign, model: Model, effects: Sequence[Effect]) -> Path:
-    """One tab a run; the base model and, where there are effects, the model with them."""
+def write_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
+    """comparison.rrd, a tab a run: what was measured, the base model and, where effects were found, the final model."""
+    from belt_sim.api.resolve import effects_of, fitted_model
     from belt_sim.diagnosis.readings.samples import samples_of
     from belt_sim.watch.record import Overlay, record_runs
 
-    samples = samples_of(campaign)
+    samples, model, effects = samples_of(campaign), fitted_model(d.base_model), effects_of(d.effects)
     variants = {model.name: ()} | ({"with " + ", ".join(e.id for e in effects): effects} if effects else {})
 
     def overlay(r: int) -> Overlay:
@@ -240,8 +227,8 @@ def record_campaign(path: Path, campaign: Campaign, model: Model, effects: Seque
     runs = range(len(samples.runs))
     first = [overlay(r) for r in runs[:1]]  # compiles, before there are several threads
     overlays = [*first, *map_in_threads(overlay, runs[1:])]
-    record_runs(path, dict(zip((run.name for run in samples.runs), overlays, strict=True)))
-    return path
+    named = zip((run.name for run in samples.runs), overlays, strict=True)
+    record_runs(folder / "comparison.rrd", dict(named))
 
 
 def _measured_curves(samples: Any, r: int) -> Curves:
@@ -251,5 +238,4 @@ def _measured_curves(samples: Any, r: int) -> Curves:
             y[int(signal.at[-1]) - 1] = samples.y[r, s]
         elif signal.kind == "tilt":
             tilt[0 if signal.at.startswith("upper") else 1] = samples.y[r, s]
-    has_tilt = bool(np.isfinite(tilt).any())
-    return Curves(travel=samples.travel[r], y=y, tilt=tilt if has_tilt else None)
+    return Curves(travel=samples.travel[r], y=y, tilt=tilt if np.isfinite(tilt).any() else None)

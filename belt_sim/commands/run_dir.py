@@ -5,7 +5,6 @@ run in it, alone or as a case of a sweep.
 read and of every file that it wrote. A sweep keeps a case only where all of them still hold.
 """
 
-import importlib
 import os
 import shutil
 import sys
@@ -14,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 import yaml
@@ -136,8 +136,11 @@ class RunDir:
                 (self.path / name).unlink(missing_ok=True)
 
     def fail(self, message: str) -> None:
-        """Write down why the case has failed."""
-        write_text(self.path / FAILED, " ".join(message.split()) + "\n")
+        """Write down why the case has failed; a disk that takes nothing more does not stop the other cases."""
+        try:
+            write_text(self.path / FAILED, " ".join(message.split()) + "\n")
+        except OSError as error:
+            print(f"belt-sim: {self.path} = {error.strerror or error}", file=sys.stderr)
 
 
 def _written_by(record: Path, command: str) -> list[str]:
@@ -175,22 +178,27 @@ class Outcome:
     failure: str = ""
 
 
-#: module of belt_sim.commands -> the commands whose functions it has
-MODULES = {
-    "simulate": ("simulate", "scene", "export"),
-    "inference": ("check", "compare", "diagnose", "report"),
-    "campaigns": ("new", "import", "virtual-rig", "reveal"),
-    "map": ("map",),
-    "app": ("app",),
+#: command -> where its function is in belt_sim.commands
+TASKS = {
+    "simulate": "simulate:simulate",
+    "scene": "simulate:scene",
+    "export": "simulate:export",
+    "check": "inference:check",
+    "compare": "inference:compare",
+    "diagnose": "inference:diagnose",
+    "report": "inference:report",
+    "new": "campaigns:new",
+    "import": "campaigns:import_",
+    "virtual-rig": "campaigns:virtual_rig",
+    "reveal": "campaigns:reveal",
+    "map": "map:map_cases",
+    "app": "app:app",
 }
-_NAMES = {"import": "import_", "map": "map_cases", "virtual-rig": "virtual_rig"}
 
 
 def task(command: str) -> Callable[..., Any]:
     """The function behind a command, imported only when it is needed."""
-    module = next(name for name, commands in MODULES.items() if command in commands)
-    function = getattr(importlib.import_module(f"belt_sim.commands.{module}"), _NAMES.get(command, command))
-    return function  # type: ignore[no-any-return]
+    return resolve_name(f"belt_sim.commands.{TASKS[command]}")  # type: ignore[no-any-return]
 
 
 def run_alone(run: RunDir, **given: Any) -> float | None:
@@ -221,13 +229,5 @@ def run_case(run: RunDir, **given: Any) -> Outcome:
     except Exception as error:
         failure = f"{type(error).__name__}: {error}"
         traceback.print_exception(error, file=sys.stderr)
-    fail(run, failure)
+    run.fail(failure)
     return Outcome(failure=failure)
-
-
-def fail(run: RunDir, message: str) -> None:
-    """Write down why a case has failed; a disk that takes nothing more does not stop the other cases."""
-    try:
-        run.fail(message)
-    except OSError as error:
-        print(f"belt-sim: {run.path} = {error.strerror or error}", file=sys.stderr)

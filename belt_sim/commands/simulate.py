@@ -83,24 +83,18 @@ def simulate(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> fl
     case, stated = case_from(config), model_settings(config["model"])
     model = simulation.on_engine(model_of(by_tension(stated, [float(case.settings.tension)])), config["engine"])
     asked = {k: config[k] for k in ("effects", "travel")}
-    observers = observers_of(model, watch, _title(run_dir, model.name), folder)
+    title = f"{model.name}, {float(config['tension']):g} N/mm2"
+    title += "" if run_dir.case is None else f", job {run_dir.case}"  # several may run at once
+    observers = observers_of(model, watch, title, folder)
     with run_dir.outputs(RECORDING) as draft:
         with partial_curves_kept(folder, observers):
-            scene = draft / "scene.xml"
-            found = simulation.simulate(
-                case, model=model, **asked, observers=observers, scene_path=scene, computed=computed
-            )
+            asked |= {"observers": observers, "scene_path": draft / "scene.xml", "computed": computed}
+            found = simulation.simulate(case, model=model, **asked)
         write_simulation(draft, found, pictures=pictures, provenance=provenance(config))
         show(found, model, watch, folder)
     tell_choice(config, model.name)
     tell_simulation(found, folder)
     return _report_objective(folder, wanted)
-
-
-def _title(run_dir: RunDir, model: str) -> str:
-    """What a run is called while it runs; in a sweep with its number, as several may run at once."""
-    title = f"{model}, {float(run_dir.config['tension']):g} N/mm2"
-    return title if run_dir.case is None else f"{title}, job {run_dir.case}"
 
 
 def _report_objective(folder: Path, wanted: CentringGoal | None) -> float | None:

@@ -21,7 +21,7 @@ from hydra.core.override_parser.types import IntervalSweep
 from hydra.errors import HydraException
 
 from belt_sim.commands.command_line import Request, case_of
-from belt_sim.commands.run_dir import Outcome, RunDir, fail, run_case
+from belt_sim.commands.run_dir import Outcome, RunDir, run_case
 from belt_sim.curves import read_curves
 from belt_sim.errors import BeltError, whole
 from belt_sim.files import clear_drafts, read_json, write_text, write_with
@@ -39,8 +39,7 @@ def run_sweep(request: Request) -> int:
     if request.searcher != "basic":
         runs, outcomes = search(request)
     else:
-        runs = list(request.runs)
-        found = dict(_outcomes(request))
+        runs, found = list(request.runs), dict(_outcomes(request))
         outcomes = [found[k] for k in range(len(runs))]
     if runs and runs[0].command == "simulate":
         _tabulate(request, runs, outcomes)
@@ -110,11 +109,15 @@ def _run_in_processes(runs: Sequence[RunDir], workers: int, *, space: bool) -> I
             try:
                 yield k, job.result()
             except BrokenProcessPool:
-                if runs[k].why_not_done() is not None:
-                    fail(runs[k], LOST)
-                    yield k, Outcome(failure=LOST)
-                else:
-                    yield k, Outcome()
+                yield k, _outcome_of_lost(runs[k], LOST)
+
+
+def _outcome_of_lost(run: RunDir, message: str) -> Outcome:
+    """The outcome of a case whose process or job was lost; it has failed unless its files are there."""
+    if run.why_not_done() is None:
+        return Outcome()
+    run.fail(message)
+    return Outcome(failure=message)
 
 
 def _begin_worker(space: bool) -> None:
@@ -140,7 +143,8 @@ def _tabulate(request: Request, runs: Sequence[RunDir], outcomes: Sequence[Outco
         return
     rows, there = [], []
     for run, outcome in zip(runs, outcomes, strict=True):
-        row = {"run": run.path.name} | _swept(run, request.swept)
+        typed = dict(o.lstrip("+").split("=", 1) for o in run.overrides)
+        row = {"run": run.path.name} | {key: typed[key] for key in request.swept if key in typed}
         try:
             summary = {} if outcome.failure else read_json(run.path / "summary.json")
             rows.append(row | (_row(summary) if summary else {"failed": outcome.failure}))
@@ -157,12 +161,6 @@ def _tabulate(request: Request, runs: Sequence[RunDir], outcomes: Sequence[Outco
     failed = len(runs) - len(there)
     said = f"sweep of {len(runs)} runs" + (f", {failed} of them failed" if failed else "")
     print(f"{said}: {folder / 'sweep.csv'}", flush=True)
-
-
-def _swept(run: RunDir, swept: Sequence[str]) -> dict[str, str]:
-    """Swept keys of a case with its values as typed."""
-    typed = dict(o.lstrip("+").split("=", 1) for o in run.overrides)
-    return {key: typed[key] for key in swept if key in typed}
 
 
 def _row(summary: Mapping[str, Any]) -> dict[str, Any]:
@@ -205,13 +203,9 @@ def search(request: Request) -> tuple[list[RunDir], list[Outcome]]:
     trials = whole("hydra.sweeper.n_trials", settings["n_trials"])
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     direction = str(settings["direction"]).rpartition(".")[2]
-    study = optuna.create_study(
-        sampler=instantiate(settings["sampler"]),
-        direction=direction,
-        storage=settings["storage"],
-        study_name=settings["study_name"],
-        load_if_exists=True,
-    )
+    named = {name: settings[name] for name in ("storage", "study_name")}
+    sampler = instantiate(settings["sampler"])
+    study = optuna.create_study(sampler=sampler, direction=direction, **named, load_if_exists=True)
     fixed, ranges = _split(request)
     runs, outcomes = [], []
     for number in range(trials):
@@ -322,9 +316,4 @@ def _collect_outcomes(runs: Sequence[RunDir], job: Any) -> Iterator[Outcome]:
         yield from job.results()[0]
     except UncompletedJobError:
         message = f"job {job.job_id} was lost ({job.state}); run the same command again"
-        for run in runs:
-            if run.why_not_done() is None:
-                yield Outcome()
-            else:
-                fail(run, message)
-                yield Outcome(failure=message)
+        yield from (_outcome_of_lost(run, message) for run in runs)

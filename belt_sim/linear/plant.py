@@ -8,6 +8,7 @@ replaces each delay by a rational function: Pade's approximation, or a chain of 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import factorial
 from pathlib import Path
 from typing import Any
@@ -115,14 +116,8 @@ class PlantSchedule:
         def interpolate(name: str) -> np.ndarray:
             return PchipInterpolator(np.log(known), np.stack([getattr(p, name) for p in self.plants]))(np.log(asked))
 
-        return replace(
-            self.plants[0],
-            tension=float(asked),
-            now=interpolate("now"),
-            delayed=interpolate("delayed"),
-            drive=interpolate("drive"),
-            constant=interpolate("constant"),
-        )
+        coefficients: dict[str, Any] = {name: interpolate(name) for name in ("now", "delayed", "drive", "constant")}
+        return replace(self.plants[0], tension=float(asked), **coefficients)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,15 +162,10 @@ class StateSpace:
 
     def save_mat(self, path: Path | str) -> Path:
         """Write a MAT file (level 5) with A, B, C, D and what they are; Matlab: ``ss(A, B, C, D)``."""
+        plant = self.plant
         content = {"A": self.a, "B": self.b, "C": self.c, "D": self.d, "inputs": list(INPUTS), "outputs": list(OUTPUTS)}
-        about = {
-            "model": self.plant.model,
-            "tension_Pa": self.plant.tension,
-            "speed_m_per_s": self.plant.speed,
-            "delay": self.delay,
-            "order": self.order,
-            "per_metre": float(self.per_metre),
-        }
+        about = {"model": plant.model, "tension_Pa": plant.tension, "speed_m_per_s": plant.speed}
+        about |= {"delay": self.delay, "order": self.order, "per_metre": float(self.per_metre)}
         return write_with(Path(path), lambda p: savemat(p, content | about, appendmat=False))
 
 
@@ -191,17 +181,9 @@ def state_space(plant: LinearBelt, *, order: int = 3, delay: str = "pade", per_m
         shown = np.eye(1, n, state)
         rows.append(np.hstack([shown @ d_late, shown @ c_late]) if after else np.hstack([shown, 0 * shown @ c_late]))
     scale = 1.0 if per_metre else plant.speed
-    c = np.concatenate(rows)
-    return StateSpace(
-        plant=plant,
-        a=a * scale,
-        b=b * scale,
-        c=c,
-        d=np.zeros((len(OUTPUTS), len(INPUTS))),
-        order=order,
-        delay=delay,
-        per_metre=per_metre,
-    )
+    c, d = np.concatenate(rows), np.zeros((len(OUTPUTS), len(INPUTS)))
+    how: dict[str, Any] = {"order": order, "delay": delay, "per_metre": per_metre}
+    return StateSpace(plant=plant, a=a * scale, b=b * scale, c=c, d=d, **how)
 
 
 def rational_delay(length: float, order: int, kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -308,11 +290,8 @@ def _at_rest(case: Case, effects: tuple[Effect, ...], *, model: Composition):
     effects = (*model.built_in, *effects)
     spans = Spans.from_case(case, effects, apply_hook(effects, "span", model.span(case), case))
 
-    def rate(x, late, yaws):
-        return _rate(spans, x, late, yaws)
-
     zero = (jnp.zeros(4), jnp.zeros(4), jnp.zeros(2))
-    return rate(*zero), *jax.jacfwd(rate, argnums=(0, 1, 2))(*zero)
+    return _rate(spans, *zero), *jax.jacfwd(partial(_rate, spans), argnums=(0, 1, 2))(*zero)
 
 
 _derivatives = jit_float64(_at_rest, brief=True, static_argnames=("model",))
@@ -320,23 +299,18 @@ _derivatives = jit_float64(_at_rest, brief=True, static_argnames=("model",))
 
 def _rate(spans: Spans, x, late, yaws):
     """dx/ds of x = (y, alpha) at the tail's, then the head's run-up, when the wraps give ``late`` back."""
-    commanded = Yaw.without_roll(yaws[0], yaws[1])
-    y, off = x[0::2], _sticking_run_off(late)
-    yaw, alpha, zero = commanded, x[1::2], jnp.zeros(())
+    commanded, y, zero = Yaw.without_roll(yaws[0], yaws[1]), x[0::2], jnp.zeros(())
+    sticking = RunOff.without_slip(late[0::2], late[1::2], jnp.zeros(2))  # as they come off the tail, then off the head
+
+    def state_at(off, yaw):
+        alpha = spans.slope(y, off, yaw) - yaw.runup if spans.span.limp else x[1::2]
+        return alpha, spans.state(zero, zero, y, alpha, off, yaw)
+
+    alpha, state = state_at(sticking, commanded)
     for _ in range(_CORRECTIONS):
-        if spans.span.limp:
-            alpha = spans.slope(y, off, yaw) - yaw.runup
-        state = spans.state(zero, zero, y, alpha, off, yaw)
-        off = apply_hook(spans.effects, "wrap", _sticking_run_off(late), state, spans.case)
+        off = apply_hook(spans.effects, "wrap", sticking, state, spans.case)
         yaw = apply_hook(spans.effects, "yaw", commanded, state, spans.case)
-    if spans.span.limp:
-        alpha = spans.slope(y, off, yaw) - yaw.runup
-    state = spans.state(zero, zero, y, alpha, off, yaw)
+        alpha, state = state_at(off, yaw)
     push = apply_hook(spans.effects, "runup", RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2)), state, spans.case)
     moved = jnp.stack([-alpha + push.drift, -(state.kappa + push.turn)], axis=1)
     return moved.ravel()
-
-
-def _sticking_run_off(late) -> RunOff:
-    """The run-off of a belt that sticks: y and alpha as they come off the tail, then off the head."""
-    return RunOff.without_slip(late[0::2], late[1::2], jnp.zeros(2))

@@ -27,8 +27,7 @@ def bode_picture(path: str | os.PathLike, space: "StateSpace", highest: float) -
     at = slice(None, None, 16)
     exact, rational = plant.response(k)[:, :, 0], space.response(k[at])[:, :, 0]
     w = k * plant.speed
-    fig, axes = style.figure(8.0, 6.4, 2, 1, sharex=True)
-    gain, phase = axes[0][0], axes[1][0]
+    fig, [[gain], [phase]] = style.figure(8.0, 6.4, 2, 1, sharex=True)
     for n, colour in enumerate(POINTS):
         gain.loglog(w, np.abs(exact[:, n]) * DEGREE / MM, _LINES[n], color=colour, label=POINT_NAMES[n])
         gain.loglog(w[at], np.abs(rational[:, n]) * DEGREE / MM, "o", color=colour, markersize=3)

@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim import si
 from belt_sim.campaign import Campaign, Run
 from belt_sim.curves import Curves
 from belt_sim.pictures import style
 from belt_sim.pictures.style import CYCLE, FAINT, INK, MEASURED, POINT_NAMES, POINTS
 from belt_sim.results.errors import SteadyError
-from belt_sim.si import DEGREE, MM, N_PER_MM2
+from belt_sim.si import DEGREE, MM, MM_PER_M, N_PER_MM2
 
 DASHES = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
 
@@ -25,8 +24,7 @@ def curves_picture(path: str | os.PathLike, curves: Mapping[str, Curves], title:
 
     One set of curves: one plot, a colour a point. Several: a plot a point, a colour a set.
     """
-    draw = _one if len(curves) == 1 else _several
-    fig = draw(curves)
+    fig = (_one if len(curves) == 1 else _several)(curves)
     return style.finish(fig, path, title or ", ".join(curves))
 
 
@@ -79,7 +77,7 @@ class Rates:
 
 @style.picture
 def rates_picture(
-    path: str | os.PathLike, models: Mapping[str, Rates], title: str, measured: Rates | None = None, note: str = ""
+    path: str | os.PathLike, models: Mapping[str, Rates], title: str, measured: Rates | None = None
 ) -> Path:
     """Draw late rates against tension: a line a model, named at its end; measured rates as dots with bars of 2u."""
     fig, [[ax]] = style.figure(8.4, 4.8)
@@ -100,8 +98,6 @@ def rates_picture(
         ax.annotate(name, (last, at), xytext=(6, 0), textcoords="offset points", color=colour, va="center")
     ax.margins(x=0.02)
     ax.set(xlabel="tension [N/mm$^2$]", ylabel="late rate dy/ds [mm per m of travel]")
-    if note:
-        ax.set_title(note, fontsize=style.FONT, fontweight="normal")
     return style.finish(fig, path, title)
 
 
@@ -117,8 +113,8 @@ def steady_picture(path: str | os.PathLike | None, rows: Sequence[SteadyError], 
     """Draw measured and modelled late rates of the first measured point of a campaign; name: of the model."""
     point = min(r.point for r in rows)
     mine = sorted((r for r in rows if r.point == point), key=lambda r: r.tension)
-    tension = np.array([r.tension for r in mine]) / si.N_PER_MM2
-    modelled, measured, u = np.array([(r.modelled, r.measured, r.u) for r in mine]).T / si.MM_PER_M
+    tension = np.array([r.tension for r in mine]) / N_PER_MM2
+    modelled, measured, u = np.array([(r.modelled, r.measured, r.u) for r in mine]).T / MM_PER_M
     shown = {name: Rates(tension=tension, rate=modelled)}
     return rates_picture(path, shown, title, measured=Rates(tension=tension, rate=measured, u=u))
 
@@ -129,21 +125,23 @@ ACROSS, MOST = 4, 24
 @style.picture
 def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Path:
     """A panel a run: readings [mm or mrad] over travel [m]; a dashed line where the yaw is applied."""
-    shown = [r for r in campaign.runs if len(r.travel)][:MOST]
-    if not shown:
+    recorded = [r for r in campaign.runs if len(r.travel)]
+    if not recorded:
         return _rates(path, campaign)
+    shown, kinds = recorded[:MOST], {s.kind for s in campaign.signals}
+    label = "y [mm]" if kinds == {"lateral"} else "roll [mrad]" if kinds == {"tilt"} else "y [mm], roll [mrad]"
     across = min(ACROSS, len(shown))
     down = -(-len(shown) // across)
     fig, axes = style.panels(3.1 * across + 0.6, 2.3 * down + 1.2, down, across, len(shown), sharex=True)
     for k, (ax, run) in enumerate(zip(axes, shown, strict=True)):
         _panel(ax, run, campaign)
         if k % across == 0:
-            ax.set_ylabel(_ylabel(campaign))
+            ax.set_ylabel(label)
         if k + across >= len(shown):
             ax.set_xlabel("belt travel [m]")
             ax.tick_params(labelbottom=True)
     fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower left", ncols=6)
-    left = len([r for r in campaign.runs if len(r.travel)]) - len(shown)
+    left = len(recorded) - len(shown)
     return style.finish(fig, path, campaign.title[:90] + (f" ({left} more runs)" if left else ""))
 
 
@@ -153,19 +151,14 @@ def _panel(ax, run: Run, campaign: Campaign) -> None:
         colour = POINTS[int(signal.at[-1]) - 1] if signal.at.startswith("point") else CYCLE[4 + k % 3]
         name = f"{signal.name} at {signal.at.replace('_', ' ')}"
         values = np.full(len(run.travel), np.nan) if y is None else y / MM
-        marker = "." if np.isfinite(values).sum() < 30 else None
         there = np.isfinite(values)
+        marker = "." if there.sum() < 30 else None
         ax.plot(run.travel[there], values[there], color=colour, label=name, linewidth=1.3, marker=marker)
     ax.axvline(run.yaw_at, color=FAINT, linestyle="--", linewidth=1.0)
     repeat = f", repeats {run.repeat_of}" if run.repeat_of else ""
     turned = ", reversed" if run.direction < 0 else ""
     settings = f"{run.tension / N_PER_MM2:.3g} N/mm2, {run.yaw / DEGREE:+.3g} deg{turned}{repeat}"
     ax.set_title(f"{run.name[:28]}\n{settings}", fontsize=style.FONT - 2)
-
-
-def _ylabel(campaign: Campaign) -> str:
-    kinds = {s.kind for s in campaign.signals}
-    return "y [mm]" if kinds == {"lateral"} else "roll [mrad]" if kinds == {"tilt"} else "y [mm], roll [mrad]"
 
 
 def _rates(path: str | os.PathLike | None, campaign: Campaign) -> Path:

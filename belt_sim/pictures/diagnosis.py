@@ -10,7 +10,7 @@ import numpy as np
 from belt_sim.pictures import style
 from belt_sim.pictures.style import AFTER, BEFORE, CYCLE, FAINT, INK, MEASURED
 from belt_sim.results.check import WELL, Visible
-from belt_sim.results.discovery import Discovery, UnknownCourse
+from belt_sim.results.discovery import Discovery
 from belt_sim.results.drawings import Drift, FailureMap, Panel
 from belt_sim.results.findings import Candidate
 from belt_sim.si import shop_unit
@@ -91,9 +91,8 @@ def where_map_picture(path: str | os.PathLike, maps: Sequence[FailureMap], title
     size = 5.6 * columns + 0.8, rows * (0.42 * most + 1.1) + 1.1
     fig, axes = style.panels(*size, rows, columns, len(maps))
     meshes = [_map(ax, one) for ax, one in zip(axes, maps, strict=True)]
-    bar = fig.colorbar(
-        meshes[-1], ax=axes, label="(model - measured) / its standard uncertainty, E/u_val", shrink=0.9, extend="both"
-    )
+    words = "(model - measured) / its standard uncertainty, E/u_val"
+    bar = fig.colorbar(meshes[-1], ax=axes, label=words, shrink=0.9, extend="both")
     bar.set_ticks([-FULL, -5, -SAYS_NOTHING, 0, SAYS_NOTHING, 5, FULL])
     bar.outline.set_visible(False)
     style.title(fig, title)
@@ -107,13 +106,12 @@ def _map(ax, one: FailureMap):
     ratio = np.asarray(one.ratio, float)
     shown = np.ma.masked_invalid(np.sign(ratio) * np.maximum(np.abs(ratio) - SAYS_NOTHING, 0.0))
     rows = np.arange(len(one.tension) + 1)
-    full = FULL - SAYS_NOTHING
     ax.set_facecolor("#e4e7eb")
     look = {"cmap": _dead_zone(), "vmin": -FULL, "vmax": FULL, "edgecolors": "white"}
     mesh = ax.pcolormesh(one.edges, rows, np.ma.masked_invalid(ratio), **look)
     middle = 0.5 * (np.asarray(one.edges)[1:] + np.asarray(one.edges)[:-1])
     for i, j in np.argwhere(np.isfinite(ratio)):
-        strong = abs(float(shown[i, j])) > 0.55 * full
+        strong = abs(float(shown[i, j])) > 0.55 * (FULL - SAYS_NOTHING)
         number = f"{ratio[i, j]:.0f}" if abs(ratio[i, j]) >= 1.0 else "·"
         colour = "white" if strong else INK
         ax.text(middle[j], i + 0.5, number, color=colour, fontsize=style.FONT - 2, ha="center", va="center")
@@ -170,8 +168,7 @@ def _drift(ax, before: Drift, after: Drift | None, labels: Mapping[str, str]) ->
     ax.set_xticks(ticks, [f"{t:.4g}" for t in ticks])
     ax.set_xticks([], minor=True)
     ax.margins(y=0.1)
-    label = f"{axis_label(before.parameter, before.unit)}, bars 2u"
-    ax.set(xlabel="tension [N/mm$^2$]", ylabel=label)
+    ax.set(xlabel="tension [N/mm$^2$]", ylabel=f"{axis_label(before.parameter, before.unit)}, bars 2u")
 
 
 #: The axis is linear up to one threshold and logarithmic beyond.
@@ -211,11 +208,8 @@ def ranking_picture(
     ticks = [0.0, 0.5, *[t for p in range(8) for t in (10**p, 3 * 10**p) if t < top]]
     ax.set_xticks(ticks, [f"{t:.4g}" for t in ticks])
     ax.set_xticks([], minor=True)
-    ax.set(
-        xlim=(0.0, top),
-        ylim=(-0.6, len(labels) + 0.2),
-        xlabel="chi-square gain / gain from which it is likelier than no effect",
-    )
+    ax.set(xlim=(0.0, top), ylim=(-0.6, len(labels) + 0.2))
+    ax.set_xlabel("chi-square gain / gain from which it is likelier than no effect")
     ax.set_yticks(rows, labels)
     for name, tick in zip(gains, ax.get_yticklabels(), strict=True):
         tick.set_fontweight("bold" if name in chosen else "normal")
@@ -259,17 +253,13 @@ def axis_label(name: str, unit: str) -> str:
 def law_axes(d: Discovery) -> tuple[tuple[float, str], tuple[float, str]]:
     """Factor from SI and label of the two axes of a law's picture: its variable, and the unknown u."""
     factor, unit = shop_unit(d.unit)
-    if d.law is None:
-        return (1.0, "belt travel [m]"), (factor, axis_label(UNKNOWN, unit))
-    if "yaw" in d.law.variable:
-        return (1.0, "belt travel [m]"), (
-            1.0,
-            axis_label(UNKNOWN, "share of the yaw" if d.unit == "rad" else f"{d.unit} per rad"),
-        )
-    if d.law.variable_unit == "1":
-        return (1.0, "belt travel [m]"), (factor, axis_label(UNKNOWN, unit))
-    scale, of = (1e3, "mm/s") if d.law.variable_unit == "m/s" else shop_unit(d.law.variable_unit)
-    return (scale, axis_label(d.law.variable, of)), (factor, axis_label(UNKNOWN, unit))
+    along, label = (1.0, "belt travel [m]"), axis_label(UNKNOWN, unit)
+    if d.law is not None and "yaw" in d.law.variable:
+        factor, label = 1.0, axis_label(UNKNOWN, "share of the yaw" if d.unit == "rad" else f"{d.unit} per rad")
+    elif d.law is not None and d.law.variable_unit != "1":
+        scale, of = (1e3, "mm/s") if d.law.variable_unit == "m/s" else shop_unit(d.law.variable_unit)
+        along = scale, axis_label(d.law.variable, of)
+    return along, (factor, label)
 
 
 @style.picture
@@ -285,10 +275,8 @@ def evidence_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
         ax.annotate(f"{p.gain:.0f}, {p.pool}", (max(p.gain, 0.0), row), xytext=(4, 0), textcoords="offset points",
                     va="center")  # fmt: skip
     ax.set_yticks(rows, [f"{p.words} (law)" if here else p.words for p, here in zip(shown, stands, strict=True)])
-    ax.set(
-        xlabel="gain in log evidence over nothing missing; even or odd in the yaw",
-        xlim=(0.0, 1.25 * max([*gains, 1.0])),
-    )
+    ax.set_xlabel("gain in log evidence over nothing missing; even or odd in the yaw")
+    ax.set_xlim(0.0, 1.25 * max([*gains, 1.0]))
     ax.grid(False, axis="y")
     return style.finish(fig, path, "Where an unknown input may act")
 
@@ -300,19 +288,16 @@ def unknown_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     many = len(d.courses) > len(CYCLE)
     fig, [[ax]] = style.figure(8.0, 4.4)
     for k, c in enumerate(d.courses):
-        _course(ax, c, factor, CYCLE[k % len(CYCLE)], many)
+        colour, sd = CYCLE[k % len(CYCLE)], 2.0 * c.sd
+        band: Any = {"alpha": 0.10 if many else 0.18, "linewidth": 0}
+        ax.fill_between(c.travel, factor * (c.u - sd), factor * (c.u + sd), color=colour, **band)
+        ax.plot(c.travel, factor * c.u, color=colour, label=c.label)
     ax.axhline(0.0, color=INK, linewidth=0.8)
     ax.set(xlabel="belt travel [m]", ylabel=axis_label(UNKNOWN, unit))
     if not many:
         fig.legend(loc="outside lower center", ncols=min(len(d.courses), 4))
     words = next((p.words for p in d.places if d.law is None or p.words in d.law.place), d.places[0].words)
     return style.finish(fig, path, f"Unknown input at one place: {words}")
-
-
-def _course(ax, c: UnknownCourse, factor: float, colour: str, plain: bool) -> None:
-    low, high = factor * (c.u - 2.0 * c.sd), factor * (c.u + 2.0 * c.sd)
-    ax.fill_between(c.travel, low, high, color=colour, alpha=0.10 if plain else 0.18, linewidth=0)
-    ax.plot(c.travel, factor * c.u, color=colour, label=c.label)
 
 
 @style.picture

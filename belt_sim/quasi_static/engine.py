@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.case import Case
+from belt_sim.case import Case, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, SimulationError
 from belt_sim.jax_setup import in_float64
@@ -19,23 +19,71 @@ from belt_sim.mujoco3d.mesh import BELT_MODELS
 from belt_sim.mujoco3d.options import Options, fit_options, is_limp
 from belt_sim.mujoco3d.recording import curves_of, reading
 from belt_sim.mujoco3d.rope import RopeKinks
-from belt_sim.mujoco3d.run_stages import Command
+from belt_sim.mujoco3d.run_stages import Command, YawPlan, smoothstep
 from belt_sim.mujoco3d.wrap import TAIL
 from belt_sim.pytrees import Numbers as Array
-from belt_sim.quasi_static.equilibrium_step import step
-from belt_sim.quasi_static.friction import COLUMNS, TOLERANCE, SlipState, worst_residual
-from belt_sim.quasi_static.plan import TravelPlan, TravelState, plan_run
+from belt_sim.quasi_static.equilibrium_step import SlipState, TravelState, step
 from belt_sim.scene_parts import SceneParts
+
+#: columns of a run with friction
+COLUMNS = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "friction_residual")
+TOLERANCE = 0.01  # of the largest limit: what friction may contradict Coulomb's law by in any step
+
+_RESTING = 4  # rows at rest in which the spans find their places
+_TURNING = 4  # rows in which a yaw step is made, and two more after it
+_LONGEST = 0.7  # chords in a step: no more than one station lands in it at either end
+
+
+def plan_run(settings: Settings, options: Options, travel: float, changes: bool) -> tuple[Command, np.ndarray]:
+    """Commands of a run over ``travel`` [m] in rows of k steps, arrays of shape (rows, k, ...), and which rows stand in
+    the curves, shape (rows,), with one at rest at travel 0 before the yaw; changes: something besides the yaw sets in
+    at 0."""
+    yaw = YawPlan.from_settings(settings)
+    steps = max(options.steps, math.ceil(options.sample / (_LONGEST * options.dx)))
+    commands: list[Command] = []
+    recorded: list[bool] = []
+
+    def march(start: float, end: float, done: float) -> None:
+        rows = max(math.ceil((end - start) / options.sample - 1e-9), 0)
+        places = start + (end - start) * (np.arange(rows * steps) + 1.0) / max(rows * steps, 1)
+        commands.extend(Command(s, yaw.angles(s, done), float(done >= 0.0)) for s in places.tolist())
+        recorded.extend([start >= 0.0] * rows)
+
+    def rest(at: float, rows: int, counts: bool) -> None:
+        commands.extend([Command(at, yaw.angles(at, -math.inf), 0.0)] * (steps * rows))
+        recorded.extend([counts] * rows)
+
+    def turn(at: float, done: float) -> None:
+        for k in range((_TURNING + 2) * steps):
+            part = smoothstep((k + 1) / (_TURNING * steps))
+            share = 1.0 if done >= 0.0 else part if at >= 0.0 else 0.0
+            commands.append(Command(at, yaw.angles_during_step(at, done, part), share))
+        recorded.extend([False] * (_TURNING + 2))
+
+    done, here = -math.inf, -options.run_in
+    rest(here, _RESTING, counts=False)
+    for stop in sorted({s for s in yaw.stops(travel) if s > 0.0} | {0.0}):
+        march(here, stop, done)
+        if stop == 0.0:
+            rest(0.0, 1, counts=True)
+        if stop > 0.0 or changes or 0.0 in yaw.stops(travel):
+            turn(stop, done)
+            done = stop
+        here = stop
+    march(here, travel + 0.5 * options.sample, done)  # a row stands for its middle
+    columns = (np.array(column, float) for column in zip(*(c[:3] for c in commands), strict=True))
+    return Command(*(c.reshape(len(recorded), steps, *c.shape[1:]) for c in columns)), np.array(recorded)
 
 
 @dataclass(frozen=True)
 class TravelCase:
-    """A case ready to be traced: what it shares with others of its mesh, its arrays, its state laid, its plan."""
+    """A case ready to be traced: its arrays, its state laid; commands, recorded: of ``plan_run``."""
 
     case: Case
     belt: BeltArrays
     state: TravelState
-    plan: TravelPlan
+    commands: Command
+    recorded: np.ndarray
 
     @property
     def stations(self) -> int:
@@ -46,7 +94,7 @@ class TravelCase:
     def kind(self) -> Hashable:
         """Cases of one kind can be run at once."""
         sizes = (np.shape(leaf) for leaf in jax.tree.leaves((self.belt, self.state)))
-        return self.belt.shape, self.plan.commands.travel.shape[1], tuple(sizes)
+        return self.belt.shape, self.commands.travel.shape[1], tuple(sizes)
 
 
 def lay_case(
@@ -70,7 +118,7 @@ def lay_case(
         compliance_yaw=np.zeros(2) if features.gives_way else None,
         layer=np.zeros((2, 2, shape.lines, 2)) if features.layered else None,
     )
-    return TravelCase(case, arrays, state, plan_run(case.settings, options, travel, parts.sets_in))
+    return TravelCase(case, arrays, state, *plan_run(case.settings, options, travel, parts.sets_in))
 
 
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
@@ -83,7 +131,7 @@ def refuse(belt: str, options: Options, parts: SceneParts) -> None:
 
 def in_batches(ready: Sequence[TravelCase], chunk: int | None) -> Iterator[list[Curves | SimulationError]]:
     """Curves of cases of one kind, chunk by chunk; see BatchEngine."""
-    rows = max(len(r.plan.recorded) for r in ready)
+    rows = max(len(r.recorded) for r in ready)
     devices = jax.device_count()
     fit = devices * cases_per_chunk(ready[0].stations, ready[0].belt.shape.lines)
     size = min(chunk or fit, math.ceil(len(ready) / devices) * devices)
@@ -102,7 +150,7 @@ def _run_chunk(filled: Sequence[TravelCase], rows: int, devices: int) -> np.ndar
         more = np.broadcast_to(commands[-1:, -1:], (rows - len(commands), *commands.shape[1:]))
         return np.concatenate([commands, more])
 
-    trees = [(r.belt, r.state, jax.tree.map(stand_still, r.plan.commands)) for r in filled]
+    trees = [(r.belt, r.state, jax.tree.map(stand_still, r.commands)) for r in filled]
     arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
     if devices > 1 and len(filled) % devices == 0:
         over = jax.sharding.NamedSharding(jax.make_mesh((devices,), ("cases",)), jax.sharding.PartitionSpec("cases"))
@@ -110,9 +158,16 @@ def _run_chunk(filled: Sequence[TravelCase], rows: int, devices: int) -> np.ndar
     return np.asarray(run_batch(*arrays))
 
 
+def worst_residual(table: np.ndarray, recorded: np.ndarray) -> np.ndarray:
+    """The largest residual since travel 0 at every recorded row of a table (rows, 20 or 25), yaw steps included."""
+    begun = table[int(np.argmax(recorded)) : len(recorded), 24:]
+    found = np.maximum.accumulate(begun.max(axis=1, initial=0.0))
+    return found[recorded[int(np.argmax(recorded)) :]]
+
+
 def run_curves(run: TravelCase, table: np.ndarray) -> Curves | SimulationError:
     """Curves from the rows (rows, 20 or more) of ``run_batch``."""
-    recorded = run.plan.recorded
+    recorded = run.recorded
     rows, residual = table[: len(recorded)][recorded], worst_residual(table, recorded)
     good = is_on_pulleys(rows, float(run.case.belt.width)) & ~(residual > TOLERANCE)
     end = len(rows) if good.all() else int(np.argmin(good))
@@ -138,15 +193,17 @@ def run_batch(belt: BeltArrays, state: TravelState, commands: Command) -> Array:
 
 def run_case(belt: BeltArrays, state: TravelState, commands: Command) -> Array:
     """Rows of mean readings of one case, shape (rows, 20): readings (recording.py), x of the tail pulley [m], travel
-    [m], and by how much a node was corrected at most [m]; with friction 5 more (friction.py), the last of which is
-    the largest, too. commands: arrays of shape (rows, steps, ...)."""
+    [m], and by how much a node was corrected at most [m]; with friction COLUMNS, the last of which is the largest,
+    too. commands: arrays of shape (rows, steps, ...)."""
 
     def one(state: TravelState, command: Command) -> tuple[TravelState, Array]:
         state = step(belt, state, command)
         tail_x = state.pose.centre[TAIL, 0]
         read = reading(belt, state.nodes, state.wraps.first, state.wraps.last, tail_x, command.share)
-        most = [] if state.slip is None else [state.slip.columns()]
-        return state, jnp.concatenate([read, jnp.stack([tail_x, state.travel, state.correction]), *most])
+        columns = [read, jnp.stack([tail_x, state.travel, state.correction])]
+        if (slip := state.slip) is not None:
+            columns += [slip.total, slip.sliding, slip.residual.max(keepdims=True)]
+        return state, jnp.concatenate(columns)
 
     def row(state: TravelState, commands: Command) -> tuple[TravelState, Array]:
         state, reads = jax.lax.scan(one, state, commands)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from belt_sim.mujoco3d.belt import BeltArrays
+from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays
 from belt_sim.mujoco3d.block_tridiagonal import Level, factorise, solve_chain
 from belt_sim.mujoco3d.chain import (
     ChainLayout,
@@ -29,6 +29,7 @@ from belt_sim.mujoco3d.chain import (
     tail_derivatives,
     twist_of_cells,
 )
+from belt_sim.mujoco3d.friction import slip_increments, wrap_chain
 from belt_sim.mujoco3d.loads import guide_forces, load_forces
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, KINK_STATIONS, LAYER_TIME, SPAN_TIME
 from belt_sim.mujoco3d.pulleys import pose_of, yaw_moments
@@ -43,11 +44,39 @@ from belt_sim.mujoco3d.wrap import (
     relax_layers,
     release_stations,
     sink_wraps,
+    slide_anchors,
+    surface_components,
     update_tangents,
 )
 from belt_sim.pytrees import Numbers as Array
-from belt_sim.quasi_static.friction import slide_wrap
-from belt_sim.quasi_static.plan import TravelState
+
+
+class SlipState(NamedTuple):
+    """Of both pulleys. increment [m], (2, m, 2, n): of the last step, along the axis, along the turn; total [m], (2,):
+    mean lateral slip so far; sliding (2,): share of held nodes that slid; residual (2,): force that contradicts
+    Coulomb's law in the last step, in the largest limit."""
+
+    increment: Array
+    total: Array
+    sliding: Array
+    residual: Array
+
+
+class TravelState(NamedTuple):
+    """nodes [m], (m, 3, n); wraps, pose: of head and tail; tension [N]: mean of the spans; travel [m]; correction [m]:
+    by how much the step's last Newton iteration moved a node at most; slip: None if it sticks; kinks: of a limp belt;
+    turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in layer.py, or None."""
+
+    nodes: Array
+    wraps: WrapArrays
+    pose: PoseArrays
+    tension: Array
+    travel: Array
+    correction: Array
+    slip: SlipState | None = None
+    kinks: RopeKinks | None = None
+    compliance_yaw: Array | None = None
+    layer: Array | None = None
 
 
 def newton_step(
@@ -235,6 +264,38 @@ def step(belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
         layer = relax_layers(belt, layer, wraps, pose, nodes, command.share, filter_share(LAYER_TIME))
     after = found.tension, command.travel, found.correction, slip, kinks, found.compliance_yaw, layer
     return TravelState(nodes, wraps, pose, *after)
+
+
+def slide_wrap(
+    belt: BeltArrays,
+    pull: Array,
+    shaped: Array,
+    wrap: WrapArrays,
+    surface: SurfaceArrays,
+    pose: PoseArrays,
+    slip: SlipState,
+) -> tuple[WrapArrays, SlipState]:
+    """A wrap with the anchors moved of nodes that pull harder than friction allows; the next step starts from there.
+
+    pull [N], (m, 3, n); shaped: 1 where the pulleys are what they are.
+    """
+    assert belt.sliding_stiffness is not None
+    shape, at = belt.shape, jnp.arange(belt.shape.longest_wrap)
+    count, k = (wrap.last - wrap.first) % shape.stations + 1, (wrap.first + at) % shape.stations
+    held = at < count
+    outwards, across, along = surface_components(wrap, pose, k, pull[:, :, k])
+    holding = -jnp.stack([across, along], axis=1)
+    limit = jnp.where(held & jnp.isfinite(belt.friction), belt.friction * jnp.maximum(-outwards, 0.0), jnp.inf)
+    chain = wrap_chain(belt.sliding_stiffness, wrap.first, count, shape.longest_wrap)
+    way, residual = slip_increments(jnp.where(held, holding, 0.0), limit, chain, slip.increment[:, :, k])
+    residual = jnp.where(count > shape.longest_wrap, jnp.inf, residual)
+    nodes = shape.lines * count
+    return slide_anchors(surface, wrap, shaped, k, way), SlipState(
+        increment=jnp.zeros_like(slip.increment).at[:, :, k].set(way),
+        total=slip.total + way[:, 0].sum() / nodes,
+        sliding=(way != 0.0).any(axis=1).sum() / nodes,
+        residual=residual,
+    )
 
 
 def end_offsets(

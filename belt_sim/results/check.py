@@ -121,17 +121,11 @@ class Check(Display):
 
 def visible_table(visible: Sequence[Visible]) -> Table:
     """The smallest size of every effect that would show."""
-    rows = [
-        (
-            v.effect,
-            v.parameter,
-            *(words.number(None if size is None else factor * size, 2) for size in (v.smallest, v.largest_plausible)),
-            unit,
-            v.word,
-        )
-        for v in visible
-        for factor, unit in [display_unit(v.effect, v.parameter, v.unit)]
-    ]
+    rows = []
+    for v in visible:
+        factor, unit = display_unit(v.effect, v.parameter, v.unit)
+        sizes = [words.number(s and factor * s, 2) for s in (v.smallest, v.largest_plausible)]
+        rows.append((v.effect, v.parameter, *sizes, unit, v.word))
     columns = ("effect", "number", "shows from", "a machine has up to", "unit", "seen")
     hidden = [k for k, v in enumerate(visible) if v.share >= 1.0]
     title = "What would show (nine times in ten)"
@@ -140,15 +134,10 @@ def visible_table(visible: Sequence[Visible]) -> Table:
 
 def pairs_table(pairs: Sequence[Pair]) -> Table:
     """Pairs that look alike, the most alike first, and the best further run for each."""
-    rows = [
-        (
-            " - ".join(p.effects),
-            words.number(p.sigma, 2),
-            p.action or words.NONE,
-            words.number(p.sigma_after or None, 2),
-        )
-        for p in pairs[:SHOWN_PAIRS]
-    ]
+    rows = []
+    for p in pairs[:SHOWN_PAIRS]:
+        best = p.action or words.NONE, words.number(p.sigma_after or None, 2)
+        rows.append((" - ".join(p.effects), words.number(p.sigma, 2), *best))
     more = f", {SHOWN_PAIRS} of {len(pairs)}" if len(pairs) > SHOWN_PAIRS else ""
     title = f"What could not be told apart at 12 sigma{more}"
     columns = ("pair", "sigma apart", "best further run", "sigma with it")

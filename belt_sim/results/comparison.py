@@ -67,8 +67,7 @@ class Comparison(Display):
 
     def tables(self) -> Sequence[Table]:
         """Run by run, and the steady rates."""
-        tables = [runs_table(self)] if self.per_run else []
-        return [*tables, steady_table(self)] if self.steady else tables
+        return [*([runs_table(self)] if self.per_run else []), *([steady_table(self)] if self.steady else [])]
 
     def to_pandas(self) -> Any:
         """A row a run and signal in SI; of a campaign of steady rates, a row a run and point."""
@@ -87,19 +86,8 @@ def _flat(row: RunError) -> dict[str, Any]:
 
 def runs_table(c: Comparison) -> Table:
     """Error of every run and signal, and the late rates that people compare."""
-    columns = (
-        "run",
-        "signal",
-        "N/mm2",
-        "yaw deg",
-        "use",
-        "unit",
-        "rms",
-        "with effects",
-        "floor",
-        "late rate",
-        "measured",
-    )
+    settings = ("run", "signal", "N/mm2", "yaw deg", "use", "unit")
+    columns = (*settings, "rms", "with effects", "floor", "late rate", "measured")
     rows = []
     for r in c.per_run:
         after = words.column(r.after) if c.effects else "-"
@@ -113,15 +101,9 @@ def runs_table(c: Comparison) -> Table:
 def steady_table(c: Comparison) -> Table:
     """Measured and modelled late rates of steady.csv; marked where the model is off."""
     columns = ("run", "point", "N/mm2", "measured", "u", "modelled", "|E|/u")
-    rows = [
-        (
-            r.run,
-            str(r.point),
-            words.tension(r.tension),
-            *(words.column(v) for v in (r.measured, r.u, r.modelled)),
-            words.decimal(r.ratio, 1),
-        )
-        for r in c.steady
-    ]
+    rows = []
+    for r in c.steady:
+        rates = [words.column(v) for v in (r.measured, r.u, r.modelled)]
+        rows.append((r.run, str(r.point), words.tension(r.tension), *rates, words.decimal(r.ratio, 1)))
     marked = [k for k, r in enumerate(c.steady) if r.ratio > STEADY_K]
     return Table(f"steady rates in mm per m, {c.final_model}", columns, rows, marked=marked)

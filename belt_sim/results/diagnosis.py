@@ -165,18 +165,10 @@ def _fall(error: Errors) -> list[str]:
 def ranking_table(ranking: Sequence[Candidate]) -> Table:
     """Every candidate, a line each."""
     columns = ("effect", "chi2 gain", "threshold", "held-out rms mm", "plausible", "probability", "note")
-    rows = [
-        (
-            c.id,
-            words.decimal(c.gain, 1),
-            "-" if c.threshold is None else words.decimal(c.threshold, 1),
-            words.column(c.held_out_rms),
-            "yes" if c.plausible else "no",
-            words.decimal(c.probability, 3),
-            c.note,
-        )
-        for c in ranking
-    ]
+    rows = []
+    for c in ranking:
+        gains = words.decimal(c.gain, 1), words.decimal(c.threshold, 1), words.column(c.held_out_rms)
+        rows.append((c.id, *gains, "yes" if c.plausible else "no", words.decimal(c.probability, 3), c.note))
     return Table("candidates", columns, rows, left=("effect", "note"))
 
 
@@ -184,6 +176,5 @@ def error_table(error: Errors) -> Table:
     """The fall of the error, over all and by held-out condition."""
     changes = error.rows() | error.left_out()
     rows = [(name, words.column(row.before), words.column(row.after)) for name, row in changes.items()]
-    return Table(
-        f"error (noise floor {words.decimal(1e3 * error.noise_floor, 3)} mm)", ("rms in mm", "before", "after"), rows
-    )
+    title = f"error (noise floor {words.decimal(1e3 * error.noise_floor, 3)} mm)"
+    return Table(title, ("rms in mm", "before", "after"), rows)

@@ -20,7 +20,6 @@ from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
 from belt_sim.results.drawings import Drawings
-from belt_sim.results.errors import RunError
 from belt_sim.results.fields import IN_SI, effect_json, round_setting
 from belt_sim.results.simulation import POINTS, SPANS, Simulation
 
@@ -29,13 +28,8 @@ RUNS = "belt-run-errors/2"  # version 1 called every unit mm
 DRAWINGS, DISCOVERY, CHECK = "belt-drawings/1", "belt-discovery/2", "belt-check/1"
 DISCOVERY_1 = "belt-discovery/1"  # held the law as code; what else it held is read
 DIGITS, DISCOVERY_DIGITS = 6, 8  # significant digits of a drawing, of a discovery
-WRITTEN: dict[str, Any] = {
-    CHECK: Check,
-    COMPARISON: Comparison,
-    DIAGNOSIS: Diagnosis,
-    DISCOVERY: Discovery,
-    DRAWINGS: Drawings,
-}
+WRITTEN: dict[str, Any] = {CHECK: Check, COMPARISON: Comparison, DIAGNOSIS: Diagnosis, DISCOVERY: Discovery}
+WRITTEN |= {DRAWINGS: Drawings}
 
 Json = dict[str, Any]
 
@@ -90,34 +84,20 @@ def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> Json:
     return content | details | {"provenance": dict(provenance)}
 
 
-def comparison_json(c: Comparison) -> Json:
-    """Return the content of comparison.json."""
-    content: Json = {"schema": COMPARISON} | to_json(c)
-    return content | ({"runs_schema": RUNS} if "per_run" in content else {})
-
-
-def check_json(c: Check) -> Json:
-    """Return the content of check.json; numbers in SI."""
-    content: Json = {"schema": CHECK} | to_json(c)
-    return content
+def file_json(result: Check | Comparison | Drawings) -> Json:
+    """Return the content of check.json (numbers in SI), comparison.json or drawings.json, from which a report can be
+    written again without the diagnosis."""
+    content: Json = to_json(result)
+    if isinstance(result, Drawings):
+        content = round_numbers(content, DIGITS)
+    name = next(name for name, kind in WRITTEN.items() if kind is type(result))
+    return {"schema": name} | content | ({"runs_schema": RUNS} if "per_run" in content else {})
 
 
 def diagnosis_json(d: Diagnosis) -> Json:
     """Return the content of diagnosis.json; parameters in SI."""
     content: Json = {"schema": DIAGNOSIS, "runs_schema": RUNS} | to_json(d)
     return content | ({"discovery": discovery_json(d.discovery)} if d.discovery is not None else {})
-
-
-def drawings_json(drawn: Drawings) -> Json:
-    """Return the content of drawings.json, so that a report can be written again without the diagnosis."""
-    content: Json = round_numbers(to_json(drawn), DIGITS)
-    return {"schema": DRAWINGS} | content
-
-
-def run_json(r: RunError) -> Json:
-    """Return one row of per_run; before, after and floor in ``unit``."""
-    row: Json = to_json(r)
-    return row
 
 
 def discovery_json(d: Discovery) -> Json:

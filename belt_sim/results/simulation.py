@@ -12,6 +12,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent
 from belt_sim.results import words
 from belt_sim.results.display import Display, Table, dataset, frame
+from belt_sim.si import N_PER_MM2
 from belt_sim.validity import Limit, warning
 
 POINTS = (1, 2, 3, 4)
@@ -50,19 +51,13 @@ class Simulation(Display):
         """
         if self.curves is None:
             return True
-        before = Curves(
-            travel=np.asarray(self.curves.travel)[: -self._late], y=np.asarray(self.curves.y)[:, : -self._late]
-        )
+        travel = np.asarray(self.curves.travel)
+        late = int(np.sum(travel > travel[-1] - LATE_SHARE * (travel[-1] - travel[0])))  # records in the last share
+        before = Curves(travel=travel[:-late], y=np.asarray(self.curves.y)[:, :-late])
         if len(before.travel) < 3:
             return False
         rates = np.concatenate([self.rates, late_rates(before, LATE_SHARE / (1.0 - LATE_SHARE))])
         return bool(np.ptp(rates) <= max(SETTLED * abs(rates.mean()), SETTLED_RATE))
-
-    @property
-    def _late(self) -> int:
-        """Records in the last share of the travel."""
-        travel = np.asarray(self.curves.travel)  # type: ignore[union-attr]
-        return int(np.sum(travel > travel[-1] - LATE_SHARE * (travel[-1] - travel[0])))
 
     @property
     def offsets(self) -> tuple[float, float] | None:
@@ -84,11 +79,8 @@ class Simulation(Display):
     @property
     def title(self) -> str:
         """Model, effects and tension."""
-        return f"{' + '.join([self.model, *(e.id for e in self.effects)])}, {self._tension} N/mm2"
-
-    @property
-    def _tension(self) -> str:
-        return words.tension(float(self.case.settings.tension))
+        tension = words.tension(float(self.case.settings.tension))
+        return f"{' + '.join([self.model, *(e.id for e in self.effects)])}, {tension} N/mm2"
 
     @property
     def note(self) -> str:
@@ -107,23 +99,20 @@ class Simulation(Display):
         rates = "  ".join(f"{k}: {words.column(r, sign=True)}" for k, r in zip(POINTS, self.rates, strict=True))
         said = [f"{self.title}: late rates in mm per m at points {rates}"]
         if not self.is_settled:
-            steady = (
-                "" if self.steady_rate is None else f"; the steady rate is {words.column(self.steady_rate, sign=True)}"
-            )
+            known = self.steady_rate is not None
+            steady = f"; the steady rate is {words.column(self.steady_rate, sign=True)}" if known else ""
             said.append(f"not settled: these are slopes over the last fifth of the travel{steady}")
         slack = self.slackest_edge
         if slack is not None and slack < 0:
-            stress = words.decimal(slack / 1e6, 1)
+            stress = words.decimal(slack / N_PER_MM2, 1)
             said.append(f"a belt edge goes slack ({stress} N/mm2): linear models overrate its bending there")
         return [*said, *filter(None, (self.warning, self.note))]
 
     def tables(self) -> Sequence[Table]:
         """Rates and last positions, a point a row."""
         last = [None] * 4 if self.curves is None else np.asarray(self.curves.y)[:, -1]
-        rows = [
-            (str(k), words.column(r, sign=True), words.column(y, sign=True))
-            for k, r, y in zip(POINTS, self.rates, last, strict=True)
-        ]
+        both = zip(POINTS, self.rates, last, strict=True)
+        rows = [(str(k), words.column(rate, sign=True), words.column(y, sign=True)) for k, rate, y in both]
         return [Table("", ("point", "late rate [mm per m]", f"y at {self.travel:g} m [mm]"), rows)]
 
     def to_pandas(self) -> Any:

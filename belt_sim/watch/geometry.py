@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from belt_sim.case import Case, Schedule
+from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.frame import Frame
+from belt_sim.laws.drive import angle_at
 from belt_sim.pictures.style import DIVERGING, rgb
 
 #: Factors a picture may have.
@@ -175,7 +176,7 @@ def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
     for stop in map(float, stops):
         y = np.array([np.interp(stop, travel, row) for row in known])
         mid = [float(np.interp(stop, travel, row)) for row in tilt]
-        yaws = yaw_at(settings.yaw, stop), yaw_at(settings.yaw_head, stop)
+        yaws = float(angle_at(settings.yaw, stop)), float(angle_at(settings.yaw_head, stop))
         centre, half = _centre_line(case, y, mid, sag)
         half[:, 0] = _edge_shift(case, centre, y, yaws)
         yield Frame(
@@ -199,14 +200,6 @@ def _whole(y: np.ndarray) -> np.ndarray:
         known = np.isfinite(row)
         out[k] = np.interp(np.arange(len(row)), np.flatnonzero(known), row[known]) if known.any() else 0.0
     return out
-
-
-def yaw_at(schedule: Schedule, travel: float) -> float:
-    """Angle of a yaw schedule at this travel [rad]."""
-    at, over, change = (np.atleast_1d(np.asarray(v, float)) for v in (schedule.at, schedule.over, schedule.change))
-    steps = over <= 0.0
-    share = np.where(steps, travel >= at, np.clip((travel - at) / np.where(steps, 1.0, over), 0.0, 1.0))
-    return float(share @ change)
 
 
 def _centre_line(case: Case, y: np.ndarray, mid_tilt: list[float], sag) -> tuple[np.ndarray, np.ndarray]:

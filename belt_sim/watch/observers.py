@@ -63,11 +63,10 @@ class _Lines:
         tenth = int(done / self.total / LINE_EVERY + 1e-9) if self.total > 0 else 0
         if tenth <= self.said:
             return
-        self.said = tenth
-        elapsed = time.monotonic() - self.began
+        self.said, elapsed = tenth, time.monotonic() - self.began
         left = elapsed * (self.total / done - 1.0)
         parts = [f"{100 * done / self.total:3.0f} %", note, f"{elapsed:.0f} s gone", f"{left:.0f} s left"]
-        line = f"{self.title}: " + ", ".join(p for p in parts if p)
+        line = f"{self.title}: {', '.join(filter(None, parts))}"
         self.console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
@@ -141,20 +140,16 @@ class ProgressObserver:
 
     def __init__(self, title: str = "belt", console: Console | None = None) -> None:
         self.title, self.console = title, console
-        self.update: Callable[[float, str], None] | None = None
-        self.close: Callable[[], None] | None = None
-        self.travel, self.began = 0.0, 0.0
-        self.before: tuple[float, float] | None = None
+        self.close: Callable[[], None] = lambda: None
 
     def start(self, case: Case, travel: float) -> None:
         """Begin the bar."""
-        self.travel, self.began, self.before = travel, time.monotonic(), None
+        self.travel, self.began = travel, time.monotonic()
+        self.before: tuple[float, float] | None = None
         self.update, self.close = _begin(self.console, self.title, travel)
 
     def frame(self, frame: Frame) -> None:
         """Move the bar on."""
-        if self.update is None:
-            return
         speed = ""
         if self.before is not None and frame.time > self.before[1]:
             speed = f" at {(frame.travel - self.before[0]) / (frame.time - self.before[1]):.2f} m/s"
@@ -165,8 +160,7 @@ class ProgressObserver:
 
     def finish(self, curves: Curves) -> None:
         """End the bar."""
-        if self.close is not None:
-            self.close()
+        self.close()
 
 
 _LOOK_EVERY = 0.1  # [s]

@@ -109,7 +109,9 @@ def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay, pictures
         colour = MODELS[k % len(MODELS)]
         log_curves(name, _fewer(curves), colour)
         if measured is not None:
-            log("residual", name, measured.travel, points(_residual(curves, measured), name), colour, 2.0)
+            at, known = np.asarray(measured.travel, float), np.asarray(curves.travel, float)
+            modelled = [np.interp(at, known, y, left=np.nan, right=np.nan) for y in np.asarray(curves.y, float)]
+            log("residual", name, at, points(np.array(modelled) - np.asarray(measured.y), name), colour, 2.0)
     if measured is not None:
         log_curves(MEASURED_NAME, measured, MEASURED_COLOUR, width=1.2)
     if overlay.case is not None and overlay.modelled:
@@ -124,13 +126,6 @@ def _fewer(curves: Curves) -> Curves:
     rows = rows if rows[-1] == n - 1 else np.append(rows, n - 1)
     tilt = None if curves.tilt is None else np.asarray(curves.tilt, float)[:, rows]
     return Curves(travel=np.asarray(curves.travel, float)[rows], y=np.asarray(curves.y, float)[:, rows], tilt=tilt)
-
-
-def _residual(curves: Curves, measured: Curves) -> np.ndarray:
-    """model - measured at points 1-4 [m], at the travel of the measurement; NaN beyond the model's own travel."""
-    at, travel = np.asarray(measured.travel, float), np.asarray(curves.travel, float)
-    rows = [np.interp(at, travel, row, left=np.nan, right=np.nan) for row in np.asarray(curves.y, float)]
-    return np.array(rows) - np.asarray(measured.y, float)
 
 
 def _tab(run: str, overlay: Overlay) -> rrb.Container:

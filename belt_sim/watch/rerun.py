@@ -48,14 +48,16 @@ class RecordingFile:
 
 
 class RerunObserver:
-    """Logs numbers each ``every`` [m], the belt at most PICTURES times, to a file or, without one, to a live viewer.
+    """Logs numbers each ``every`` [m] of travel, the belt at most PICTURES times.
 
-    A viewer gets every instant as it comes. A file gets all at the end as columns, which a viewer reads in a fraction
-    of the time.
+    path: of the file (.rrd, open it with `rerun PATH`), which gets all at the end as columns, as a viewer reads them in
+    a fraction of the time; None: a live viewer gets every instant as it comes, Rerun's own window or, where there is no
+    display, a web viewer whose address is printed to standard error.
     """
 
-    def __init__(self, file: RecordingFile | None, every: float = EVERY) -> None:
-        self.file, self.every, self.every_picture = file, every, every
+    def __init__(self, path: str | os.PathLike | None = None, *, every: float = EVERY) -> None:
+        self.file = None if path is None else RecordingFile(path)
+        self.every = self.every_picture = every
         self.recording: rr.RecordingStream | None = None
         self.scenes: list[Scene] = []
         self.rows: list[tuple[float, float, dict[str, float]]] = []
@@ -64,7 +66,7 @@ class RerunObserver:
         self.last = self.last_picture = float("-inf")
 
     def start(self, case: Case, travel: float) -> None:
-        """Open the file or a viewer, send the blueprint and everything that does not move; raises BeltError."""
+        """Open the file or a viewer, send the blueprint and all that does not move; raises BeltError."""
         self.recording, scale = rr.RecordingStream(APPLICATION), view_scale_of(case, travel)
         if self.file is None:
             _open_viewer(self.recording)
@@ -102,19 +104,6 @@ class RerunObserver:
                 self.file.close()
 
 
-def to_file(path: str | os.PathLike, *, every: float = EVERY) -> RerunObserver:
-    """Observer that writes ``path`` (.rrd), numbers each ``every`` [m]; open it with `rerun PATH`."""
-    return RerunObserver(RecordingFile(path), every)
-
-
-def live() -> RerunObserver:
-    """Observer that shows the run in Rerun's own window or, where there is no display, in a web viewer.
-
-    The viewer's address is printed to standard error. ``start`` raises BeltError when no viewer can be opened.
-    """
-    return RerunObserver(None)
-
-
 def _open_viewer(recording: rr.RecordingStream) -> None:
     """Send the recording to a window, or serve it and a web viewer from this process, for as long as it lives."""
     try:
@@ -124,8 +113,7 @@ def _open_viewer(recording: rr.RecordingStream) -> None:
         address = rr.serve_grpc(recording=recording, grpc_port=_free_port(DATA_PORT))
         web_port = _free_port(VIEWER_PORT)
         rr.serve_web_viewer(web_port=web_port, open_browser=False, connect_to=address)
-        line = f"watch = rerun: open http://localhost:{web_port}/?url={address} in a browser"
-        print(line, file=sys.stderr)
+        print(f"watch = rerun: open http://localhost:{web_port}/?url={address} in a browser", file=sys.stderr)
     except (RuntimeError, OSError, ValueError) as cause:
         reason = str(cause).strip().splitlines()[0]
         raise BeltError(f"watch = rerun: no viewer could be opened ({reason}); use watch=rrd") from cause

@@ -48,10 +48,10 @@ def step_time(cases: int, dx: float) -> dict[str, Any]:
     runs, and the bytes a second that the memory brings at the same time."""
     options = Options(dx=dx, run_in=TRAVEL)
     ready = [prepare_case(case_at(t), travel=TRAVEL, options=options) for t in np.geomspace(10, 60, cases)]
-    arrays = jax.tree.map(lambda *v: np.stack(v), *[(r.belt, r.state, r.plan.commands) for r in ready])
+    arrays = jax.tree.map(lambda *v: np.stack(v), *[(r.belt, r.state, r.commands) for r in ready])
     arrays = jax.device_put(arrays)
     march = run_batch.lower(*arrays).compile()
-    steps = ready[0].plan.commands.travel.size
+    steps = ready[0].commands.travel.size
     taken = min(_seconds(march, *arrays) for _ in range(REPEATS)) / steps
     moved = float((march.cost_analysis() or {}).get("bytes accessed", np.nan))  # the loop's body is counted once
     row = {"device": str(jax.devices()[0].device_kind), "cases": cases, "stations": ready[0].stations}

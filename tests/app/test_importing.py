@@ -10,6 +10,7 @@ pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-
 from belt_sim.app.measurements_page import AnswerForm
 from belt_sim.app.session import begin, nest_answers, read_mapping
 from belt_sim.campaign import CampaignError, read_campaign
+from belt_sim.importing import write
 
 MACHINE = {("machine",): "test_rig", ("belt",): "paper_belt"}
 
@@ -36,7 +37,8 @@ def test_answers_lead_to_a_campaign(logged, tmp_path):
     (run,) = [r for r in now.runs if not now.setting(r, "yaw")]
     now.answer({("runs", run, "yaw"): "0.042 deg"})
     assert now.ready
-    campaign = read_campaign(now.write(tmp_path / "out"))
+    write(now.proposal, tmp_path / "out")
+    campaign = read_campaign(tmp_path / "out")
     assert [round(r.tension / 1e6) for r in campaign.runs] == [10, 20]
     assert campaign.runs[0].yaw == pytest.approx(-campaign.runs[1].yaw)
 

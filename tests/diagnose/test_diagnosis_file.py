@@ -13,7 +13,7 @@ from belt_sim.errors import InputError
 from belt_sim.files import write_json
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.drawings import Drawings
-from belt_sim.results.json import diagnosis_json, drawings_json, read_diagnosis, run_json
+from belt_sim.results.json import diagnosis_json, file_json, read_diagnosis, to_json
 
 NAMES = ("nothing", "sag_roll", "two", "stranger")
 
@@ -57,7 +57,7 @@ def test_lengths_are_in_mm_and_parameters_in_si():
 
 def test_a_tilt_is_in_mrad():
     run = replace(diagnosed("sag_roll").per_run[0], kind="tilt", before=2.5e-3)
-    row = run_json(run)
+    row = to_json(run)
     assert (row["unit"], row["before"]) == ("mrad", pytest.approx(2.5))
     assert "late_rate_mrad_per_m" in row["measured"]
     content = diagnosis_json(replace(diagnosed("sag_roll"), per_run=(run,)))
@@ -80,8 +80,8 @@ def same(a, b) -> bool:
 def written(folder, d: Diagnosis):
     """The folder with the two files of a diagnosis."""
     write_json(folder / "diagnosis.json", diagnosis_json(d))
-    check(drawings_json(d.drawings))
-    write_json(folder / "drawings.json", drawings_json(d.drawings))
+    check(file_json(d.drawings))
+    write_json(folder / "drawings.json", file_json(d.drawings))
     return folder
 
 

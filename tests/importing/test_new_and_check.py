@@ -12,7 +12,7 @@ from belt_sim.campaign import CampaignError, read_campaign
 from belt_sim.campaign.read import is_plan, read_plan
 from belt_sim.errors import BeltError
 from belt_sim.foresight.harm import harm_warnings
-from belt_sim.results.json import check_json
+from belt_sim.results.json import file_json
 
 SETTINGS = {
     "rig": "test_rig",
@@ -128,7 +128,7 @@ def test_what_the_plan_lacks_is_said(checked):
 
 
 def test_check_json_follows_its_schema(checked):
-    follows_its_schema(check_json(checked))
+    follows_its_schema(file_json(checked))
 
 
 @pytest.mark.parametrize(
@@ -159,7 +159,7 @@ def test_a_broken_folder_is_refused_with_every_fault(plan, tmp_path):
 
 
 def test_check_json_is_json(checked):
-    assert json.loads(json.dumps(check_json(checked), allow_nan=False))["schema"] == "belt-check/1"
+    assert json.loads(json.dumps(file_json(checked), allow_nan=False))["schema"] == "belt-check/1"
 
 
 def test_a_half_measured_campaign_says_what_is_there_what_is_missing_and_what_it_can_tell(plan, tmp_path):
@@ -182,4 +182,4 @@ def test_a_half_measured_campaign_says_what_is_there_what_is_missing_and_what_it
     assert f"still missing: {', '.join(found.missing)}" in str(found)
     assert {v.effect for v in found.visible} == set(FEW)
     assert not any("is repeated" not in d.sentence and "repeat_of" in d.sentence for d in found.doubts)
-    follows_its_schema(check_json(found))
+    follows_its_schema(file_json(found))

@@ -88,7 +88,7 @@ def test_the_full_rig_is_beside_mujoco(tension, friction):
 def test_the_derivative_by_the_yaw_is_that_of_differences():
     """Forwards through all steps of a sticking belt; landings take place where they did."""
     ready = prepare_case(paper_case(60.0, rig=ROPE_EXAMPLE), travel=0.6, options=COARSE)
-    commands = jax.tree.map(jnp.asarray, ready.plan.commands)
+    commands = jax.tree.map(jnp.asarray, ready.commands)
 
     def last(scale):
         yawed = commands._replace(yaw=commands.yaw * scale)
@@ -104,7 +104,7 @@ def test_the_derivative_by_the_yaw_is_that_of_differences():
 def test_the_derivative_by_a_taper_is_that_of_differences():
     """Of the tail pulley, about one that is slightly conical already."""
     ready = prepare_case(paper_case(60.0, rig=ROPE_EXAMPLE), travel=0.6, options=COARSE)
-    belt, state, commands = jax.tree.map(jnp.asarray, (ready.belt, ready.state, ready.plan.commands))
+    belt, state, commands = jax.tree.map(jnp.asarray, (ready.belt, ready.state, ready.commands))
 
     @jax.jit
     def last(taper):
@@ -130,8 +130,8 @@ def test_the_derivative_by_the_tension_is_that_of_differences():
             return here + change * 0.5 * (high - low)
 
         belt, state = jax.tree.map(moved, below, middle, above)
-        return run_case(belt, state, jax.tree.map(jnp.asarray, at[1].plan.commands))[-1, 0]
+        return run_case(belt, state, jax.tree.map(jnp.asarray, at[1].commands))[-1, 0]
 
     _, slope = jax.jvp(last, (jnp.array(0.0),), (jnp.array(1.0),))
-    whole = [run_case(*jax.tree.map(jnp.asarray, (r.belt, r.state, r.plan.commands)))[-1, 0] for r in at]
+    whole = [run_case(*jax.tree.map(jnp.asarray, (r.belt, r.state, r.commands)))[-1, 0] for r in at]
     assert float(slope) == pytest.approx(float(whole[2] - whole[0]) / 2.0, rel=2e-2)

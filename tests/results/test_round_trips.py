@@ -26,7 +26,7 @@ from belt_sim.results.findings import (
     RunSettings,
     Unknown,
 )
-from belt_sim.results.json import diagnosis_json, diagnosis_of, drawings_json
+from belt_sim.results.json import diagnosis_json, diagnosis_of, file_json
 
 OLD = Path(__file__).parents[1] / "golden" / "version_0_1" / "diagnosis"
 UNITS = 1e-9  # relative: to mm or degrees, written with 12 digits, and back
@@ -213,7 +213,7 @@ def test_a_stored_file_is_written_again_as_it_was():
     for new, row in zip(now["ranking"], CONTENT["ranking"], strict=True):
         assert new["probability"] == row["selection_frequency"]
         assert holds(new, {k: v for k, v in row.items() if k != "selection_frequency"})
-    assert holds(drawings_json(BASE.drawings), DRAWN)
+    assert holds(file_json(BASE.drawings), DRAWN)
 
 
 @settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -222,7 +222,7 @@ def test_any_result_follows_the_schema_and_is_read_back(parts):
     result = replace(SMALL, **parts)
     content = diagnosis_json(result)
     check(content)
-    back = diagnosis_of(json.loads(json.dumps(content, allow_nan=False)), drawings_json(SMALL.drawings), "here")
+    back = diagnosis_of(json.loads(json.dumps(content, allow_nan=False)), file_json(SMALL.drawings), "here")
     for name in PARTS:
         assert same(getattr(result, name), getattr(back, name)), name
     assert same(diagnosis_json(back), content)

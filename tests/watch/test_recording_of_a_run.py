@@ -8,7 +8,7 @@ from read_back import read_back
 from belt_sim.mujoco3d import Options, simulate
 from belt_sim.si import MM
 from belt_sim.watch.geometry import tilt
-from belt_sim.watch.rerun import to_file
+from belt_sim.watch.rerun import RerunObserver
 from studies.paper.case import ROPE_EXAMPLE
 
 TRAVEL, EVERY = 0.3, 0.05  # [m]
@@ -27,7 +27,7 @@ def run(tmp_path_factory):
     """(what the file says, the curves) of 0.3 m on the short rig."""
     path = tmp_path_factory.mktemp("run") / "belt.rrd"
     case = paper_case(60, -YAW, ROPE_EXAMPLE)
-    curves = simulate(case, travel=TRAVEL, options=SHORT, observers=(to_file(path, every=EVERY),))
+    curves = simulate(case, travel=TRAVEL, options=SHORT, observers=(RerunObserver(path, every=EVERY),))
     return read_back(path), curves
 
 

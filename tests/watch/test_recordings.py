@@ -14,7 +14,7 @@ from belt_sim.errors import BeltError
 from belt_sim.si import MM
 from belt_sim.watch.geometry import tilt, view_scale_of
 from belt_sim.watch.record import Overlay, record_runs
-from belt_sim.watch.rerun import PICTURES, RecordingFile, _free_port, live, to_file
+from belt_sim.watch.rerun import PICTURES, RecordingFile, RerunObserver, _free_port
 from belt_sim.watch.scene import Scene
 from studies.paper.case import YAW
 
@@ -26,7 +26,7 @@ TRAVEL = 3.0
 def recorded(tmp_path_factory):
     """A short run in a file, and its frames."""
     path = tmp_path_factory.mktemp("watch") / "run.rrd"
-    shown, observer = list(frames(TRAVEL)), to_file(path)
+    shown, observer = list(frames(TRAVEL)), RerunObserver(path)
     observer.start(case(), TRAVEL)
     for frame in shown:
         observer.frame(frame)
@@ -104,7 +104,7 @@ def test_instants_as_columns_say_what_they_say_one_by_one(tmp_path):
 
 
 def test_frames_closer_than_asked_for_are_left_out(tmp_path):
-    observer = to_file(tmp_path / "thin.rrd", every=0.5)
+    observer = RerunObserver(tmp_path / "thin.rrd", every=0.5)
     observer.start(case(), TRAVEL)
     for frame in frames(TRAVEL, every=0.1):
         observer.frame(frame)
@@ -136,7 +136,7 @@ def test_curves_measurement_and_residual_come_back(tmp_path):
 
 def test_a_folder_that_cannot_be_written_is_one_line(tmp_path):
     (tmp_path / "file").write_text("")
-    observer = to_file(tmp_path / "file" / "run.rrd")
+    observer = RerunObserver(tmp_path / "file" / "run.rrd")
     with pytest.raises(BeltError, match="cannot be written") as error:
         observer.start(case(), TRAVEL)
     assert "\n" not in str(error.value)
@@ -146,7 +146,7 @@ def test_no_viewer_is_one_line(monkeypatch):
     monkeypatch.setenv("DISPLAY", ":77")
     monkeypatch.setattr("rerun.RecordingStream.spawn", lambda self: (_ for _ in ()).throw(RuntimeError("no\nviewer")))
     with pytest.raises(BeltError, match="use watch=rrd") as error:
-        live().start(case(), TRAVEL)
+        RerunObserver().start(case(), TRAVEL)
     assert "\n" not in str(error.value)
 
 
@@ -160,7 +160,7 @@ def test_two_runs_may_be_watched_at_once():
 
 
 def test_slip_and_sag_have_their_own_plots(tmp_path):
-    observer = to_file(tmp_path / "slip.rrd")
+    observer = RerunObserver(tmp_path / "slip.rrd")
     observer.start(case(), TRAVEL)
     numbers = {"slip_head": 3e-6, "sag_upper": 0.122, "something_new": 7.0}
     observer.frame(replace(next(frames(TRAVEL)), scalars=numbers))
@@ -180,14 +180,14 @@ def test_no_recording_is_one_line(tmp_path):
 
 
 def test_an_observer_never_started_ignores_frames():
-    observer = live()
+    observer = RerunObserver()
     observer.frame(next(frames(1.0)))
     observer.finish(curves(1.0))
 
 
 def test_a_recording_of_a_long_run_and_of_a_campaign_stays_small(tmp_path):
     """60 m in space; ten runs of a campaign, as a diagnosis leaves it."""
-    observer = to_file(tmp_path / "long.rrd")
+    observer = RerunObserver(tmp_path / "long.rrd")
     observer.start(case(), 60.0)
     for frame in frames(60.0):
         observer.frame(frame)

@@ -7,8 +7,8 @@ import pytest
 from moving_belt import case, curves, frames
 
 from belt_sim.case import Schedule
+from belt_sim.laws.drive import angle_at
 from belt_sim.watch import geometry
-from belt_sim.watch.geometry import yaw_at
 
 
 def test_tilt_is_the_roll_of_the_section():
@@ -98,7 +98,7 @@ def test_colours_are_white_without_tilt_and_red_or_blue_with():
 
 def test_yaw_steps_and_ramps():
     schedule = Schedule.step(1e-3, 1.0).then(Schedule.ramp(2e-3, 4.0, 2.0))
-    assert [yaw_at(schedule, s) for s in (0.0, 1.0, 3.0, 5.0, 9.0)] == pytest.approx([0, 1e-3, 1e-3, 2e-3, 3e-3])
+    assert [angle_at(schedule, s) for s in (0.0, 1.0, 3.0, 5.0, 9.0)] == pytest.approx([0, 1e-3, 1e-3, 2e-3, 3e-3])
 
 
 def test_unmeasured_points_do_not_spoil_the_picture():

@@ -72,7 +72,7 @@ def test_nobody_at_the_terminal_is_told_where_the_recording_lies(simulation, tmp
 
         frame = finish = lambda self, shown: None
 
-    monkeypatch.setattr(rerun, "live", Viewer)
+    monkeypatch.setattr(rerun, "RerunObserver", Viewer)
     monkeypatch.setattr("sys.stdin", io.StringIO())
     from belt_sim.analytic.model import MODELS
 
