@@ -1,7 +1,7 @@
 """Known mistakes in a campaign's sheet, each as a hypothesis with the campaign as it would be without it."""
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Literal
 
@@ -9,56 +9,70 @@ import numpy as np
 
 from belt_sim.campaign.types import PLACES, Campaign, Quantity, Run
 
-MistakeKind = Literal[
-    "yaw_place",
-    "yaw_sign",
-    "yaw_unit",
-    "direction",
-    "radius",
-    "width",
-    "thickness",
-    "modulus",
-    "tension",
-    "centre_distance",
-    "travel_unit",
-    "points",
-    "reading_unit",
-]
+#: kind of mistake -> what to check: {where} it is, its {size}, {why} it may have been made
+WORDS = {
+    "yaw_place": "where the yaw was applied: {where} the belt begins to move {size} m after the stated yaw_at",
+    "yaw_sign": "the sign of the yaw: {where} the belt moves as after a yaw of the other sign",
+    "yaw_unit": "the unit of the yaw: {where} the belt moves as after {size} times the yaw ({why}?)",
+    "direction": "the direction of travel: {where} the belt moves as if it ran the other way",
+    "points": "where the sensors stand: {where} {why}",
+    "radius": "the pulleys' radius: the belt moves as over pulleys of {size} times the radius ({why}?)",
+    "centre_distance": "the centre distance: the belt moves as on {size} times the stated one ({why}?)",
+    "width": "the belt's width (or its modulus, or the tensions): it is as stiff as one {size} times as wide",
+    "thickness": "the belt's thickness: it hangs and bends as one {size} times as thick",
+    "modulus": "Young's modulus: the belt is as stiff as one of {size} times the stated modulus",
+    "tension": "the tensions: the belt moves as at {size} times the stated ones ({why}?)",
+    "travel_unit": "the unit of the travel: the belt moves as over {size} times the stated travel ({why}?)",
+    "reading_unit": "the unit of the readings: they are as {size} times the stated ones ({why}?)",
+}
 #: How much later than stated a yaw may have come, as a share of a span; sizes between these are refined.
 DELAYS = (0.03, 0.07, 0.15, 0.3, 0.6, 1.0, 2.0)
 #: Widths that a slip of the hand makes of the true one, over the stated one.
 WIDTHS = (0.1, 0.5, 0.8, 1.25, 2.0, 10.0)
 FEET, INCH, KILOPOND = 0.3048, 25.4, 9.80665
+LONGEST = 1000.0  # [m]
 
 
 @dataclass(frozen=True, kw_only=True)
 class SheetMistake:
     """One mistake: what to check, and the campaign without it.
 
-    size: of the mistake, in the unit of its sentence; runs: names of the runs concerned (() for all); build: size,
-    runs -> the corrected campaign; continuous: whether sizes between those tried make sense; by_run: whether some of
-    the runs alone may be concerned.
+    stated: the campaign with the mistake; size: of the mistake, in the unit of its sentence; why: the slip that makes
+    this size; runs: names of the runs concerned (() for all); places: signal -> place at which it reads, of ``points``.
     """
 
-    kind: MistakeKind
+    stated: Campaign
+    kind: str
     size: float
-    words: str
-    build: Callable[[float, Sequence[str]], Campaign]
+    why: str = ""
     runs: tuple[str, ...] = ()
-    signals: tuple[str, ...] = ()
-    continuous: bool = False
-    by_run: bool = False
+    places: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Names of the signals that stand elsewhere."""
+        return tuple(self.places)
+
+    @property
+    def continuous(self) -> bool:
+        """Whether sizes between those tried make sense."""
+        return self.kind in ("yaw_place", "width")
+
+    @property
+    def by_run(self) -> bool:
+        """Whether some of the runs alone may be concerned."""
+        return self.kind in ("yaw_place", "yaw_sign", "direction")
 
     @property
     def campaign(self) -> Campaign:
         """The campaign as it would be if this mistake was made."""
-        return self.build(self.size, self.runs)
+        return _CORRECTIONS[self.kind](self)
 
     @property
     def sentence(self) -> str:
         """What to check, and what speaks for it."""
         where = f"in run{'s' if len(self.runs) > 1 else ''} {', '.join(self.runs)}" if self.runs else "in all runs"
-        return self.words.format(where=where, size=f"{self.size:.3g}")
+        return "check " + WORDS[self.kind].format(where=where, size=f"{self.size:.3g}", why=self.why)
 
     @property
     def log_jacobian(self) -> float:
@@ -74,158 +88,103 @@ class SheetMistake:
         return replace(self, size=size)
 
 
+# What undoes a mistake, by its kind.
+
+
+def _change_runs(change: Callable[[Run, SheetMistake], Run]) -> Callable[[SheetMistake], Campaign]:
+    def correct(m: SheetMistake) -> Campaign:
+        runs = (change(r, m) if not m.runs or r.name in m.runs else r for r in m.stated.runs)
+        return replace(m.stated, runs=tuple(runs))
+
+    return correct
+
+
+def _scale_runs(*names: str) -> Callable[[SheetMistake], Campaign]:
+    return _change_runs(lambda r, m: replace(r, **{n: m.size * getattr(r, n) for n in names}))
+
+
+def _scale_sheet(part: Literal["machine", "belt"], *names: str) -> Callable[[SheetMistake], Campaign]:
+    def correct(m: SheetMistake) -> Campaign:
+        sheet = getattr(m.stated, part)
+        numbers = {n: getattr(sheet, n) for n in names}
+        scaled = {n: Quantity(value=q.value * m.size, u=q.u * m.size) for n, q in numbers.items()}
+        return replace(m.stated, **{part: replace(sheet, **scaled)})
+
+    return correct
+
+
+def _scale_readings(run: Run, m: SheetMistake) -> Run:
+    lateral = {s.name for s in m.stated.signals if s.kind == "lateral"}
+    return replace(run, signals={n: m.size * y if n in lateral else y for n, y in run.signals.items()})
+
+
+def _move_sensors(m: SheetMistake) -> Campaign:
+    return replace(m.stated, signals=tuple(replace(s, at=m.places.get(s.name, s.at)) for s in m.stated.signals))
+
+
+_CORRECTIONS: dict[str, Callable[[SheetMistake], Campaign]] = {
+    "yaw_place": _change_runs(lambda r, m: replace(r, yaw_at=r.yaw_at + m.size)),
+    "yaw_sign": _scale_runs("yaw", "yaw_head"),
+    "yaw_unit": _scale_runs("yaw", "yaw_head"),
+    "direction": _scale_runs("direction"),
+    "points": _move_sensors,
+    "radius": _scale_sheet("machine", "head_radius", "tail_radius"),
+    "centre_distance": _scale_sheet("machine", "centre_distance"),
+    "width": _scale_sheet("belt", "width"),
+    "thickness": _scale_sheet("belt", "thickness"),
+    "modulus": _scale_sheet("belt", "youngs_modulus"),
+    "tension": _scale_runs("tension"),
+    "travel_unit": _scale_runs("travel", "yaw_at", "yaw_at_u"),
+    "reading_unit": _change_runs(_scale_readings),
+}
+
+
+# Which mistakes a sheet could hold.
+
+
 def sheet_mistakes(campaign: Campaign) -> tuple[SheetMistake, ...]:
     """Return every known mistake that this campaign's sheet could hold."""
-    return (
-        *_of_yaws(campaign),
-        *_of_directions(campaign),
-        *_of_points(campaign),
-        *_of_machine(campaign),
-        *_of_belt(campaign),
-        *_of_units(campaign),
-    )
+    scales = [SheetMistake(stated=campaign, kind=kind, size=size, why=why) for kind, size, why in _sizes(campaign)]
+    places = [SheetMistake(stated=campaign, kind="points", size=1.0, why=w, places=p) for p, w in _exchanges(campaign)]
+    return (*scales, *places)
 
 
-def _with_runs(campaign: Campaign, change: Callable[[Run], Run], runs: Sequence[str] = ()) -> Campaign:
-    """The campaign with some runs (all, if none is named) changed."""
-    return replace(campaign, runs=tuple(change(r) if not runs or r.name in runs else r for r in campaign.runs))
-
-
-def _of_yaws(campaign: Campaign) -> Iterable[SheetMistake]:
-    span = campaign.machine.centre_distance.value
-
-    def with_later_yaw(size: float, runs: Sequence[str]) -> Campaign:
-        return _with_runs(campaign, lambda r: replace(r, yaw_at=r.yaw_at + size), runs)
-
-    def with_opposite_yaw(_: float, runs: Sequence[str]) -> Campaign:
-        return _with_runs(campaign, lambda r: replace(r, yaw=-r.yaw, yaw_head=-r.yaw_head), runs)
-
-    def with_scaled_yaw(size: float, runs: Sequence[str]) -> Campaign:
-        return _with_runs(campaign, lambda r: replace(r, yaw=size * r.yaw, yaw_head=size * r.yaw_head), runs)
-
-    words = "check where the yaw was applied: {where} the belt begins to move {size} m after the stated yaw_at"
-    for share in DELAYS:
-        yield SheetMistake(
-            kind="yaw_place", size=share * span, words=words, build=with_later_yaw, continuous=True, by_run=True
-        )
-    if any(r.yaw for r in campaign.runs):
-        words = "check the sign of the yaw: {where} the belt moves as after a yaw of the other sign"
-        yield SheetMistake(kind="yaw_sign", size=-1.0, words=words, build=with_opposite_yaw, by_run=True)
-        for size, names in ((0.18 / np.pi, "mrad as degrees"), (np.pi / 0.18, "degrees as mrad")):
-            words = f"check the unit of the yaw: {{where}} the belt moves as after {{size}} times the yaw ({names}?)"
-            yield SheetMistake(kind="yaw_unit", size=size, words=words, build=with_scaled_yaw)
-
-
-def _of_directions(campaign: Campaign) -> Iterable[SheetMistake]:
-    def reversed_runs(_: float, runs: Sequence[str]) -> Campaign:
-        return _with_runs(campaign, lambda r: replace(r, direction=-r.direction), runs)
-
-    words = "check the direction of travel: {where} the belt moves as if it ran the other way"
-    yield SheetMistake(kind="direction", size=-1.0, words=words, build=reversed_runs, by_run=True)
-
-
-def _of_points(campaign: Campaign) -> Iterable[SheetMistake]:
-    lateral = [s for s in campaign.signals if s.kind == "lateral"]
-    taken = {s.at for s in lateral}
-
-    def mistake(places: dict[str, str]) -> SheetMistake:
-        said = " and ".join(f"{name} reads as at {at}" for name, at in places.items())
-
-        def build(_: float, __: Sequence[str]) -> Campaign:
-            signals = (replace(s, at=places.get(s.name, s.at)) for s in campaign.signals)
-            return replace(campaign, signals=tuple(signals))
-
-        words = f"check where the sensors stand: {{where}} {said}"
-        return SheetMistake(kind="points", size=1.0, words=words, build=build, signals=tuple(places))
-
-    for a, b in combinations(lateral, 2):
-        if a.at != b.at:
-            yield mistake({a.name: b.at, b.name: a.at})
-    for signal in lateral:
-        for place, kind in PLACES.items():
-            if kind == "lateral" and place not in taken:
-                yield mistake({signal.name: place})
-
-
-def _scale(quantity: Quantity, factor: float) -> Quantity:
-    return Quantity(value=quantity.value * factor, u=quantity.u * factor)
-
-
-def _of_machine(campaign: Campaign) -> Iterable[SheetMistake]:
+def _sizes(campaign: Campaign) -> Iterator[tuple[str, float, str]]:
+    """Yield kinds and sizes of mistakes in a number, and the slips that make them."""
     machine = campaign.machine
-
-    def radii(size: float, _: Sequence[str]) -> Campaign:
-        scaled = {name: _scale(getattr(machine, name), size) for name in ("head_radius", "tail_radius")}
-        return replace(campaign, machine=replace(machine, **scaled))
-
-    def distance(size: float, _: Sequence[str]) -> Campaign:
-        changed = replace(machine, centre_distance=_scale(machine.centre_distance, size))
-        return replace(campaign, machine=changed)
-
-    both = machine.head_radius.value + machine.tail_radius.value
-    words = "check the pulleys' radius: the belt moves as over pulleys of {size} times the radius (%s?)"
-    yield SheetMistake(kind="radius", size=0.5, words=words % "the diameter is stated as the radius", build=radii)
-    if 2.0 * both < machine.centre_distance.value:
-        yield SheetMistake(kind="radius", size=2.0, words=words % "half the radius is stated", build=radii)
-    words = "check the centre distance: the belt moves as on {size} times the stated one (%s?)"
-    for size, said in ((FEET, "feet as metres"), (1.0 / FEET, "metres as feet"), (0.5, "both spans as one")):
-        if both < size * machine.centre_distance.value < 1000.0:
-            yield SheetMistake(kind="centre_distance", size=size, words=words % said, build=distance)
-
-
-def _of_belt(campaign: Campaign) -> Iterable[SheetMistake]:
-    belt = campaign.belt
-
-    def mistake(name: str, kind: MistakeKind, size: float, words: str, continuous: bool) -> SheetMistake:
-        def build(size: float, _: Sequence[str]) -> Campaign:
-            return replace(campaign, belt=replace(belt, **{name: _scale(getattr(belt, name), size)}))
-
-        return SheetMistake(kind=kind, size=size, words=words, build=build, continuous=continuous)
-
-    words = "check the belt's width (or its modulus, or the tensions): it is as stiff as one {size} times as wide"
+    span, radii = machine.centre_distance.value, machine.head_radius.value + machine.tail_radius.value
+    for share in DELAYS:
+        yield "yaw_place", share * span, ""
+    if any(r.yaw for r in campaign.runs):
+        yield "yaw_sign", -1.0, ""
+        yield "yaw_unit", 0.18 / np.pi, "mrad as degrees"
+        yield "yaw_unit", np.pi / 0.18, "degrees as mrad"
+    yield "direction", -1.0, ""
+    yield "radius", 0.5, "the diameter is stated as the radius"
+    if 2.0 * radii < span:
+        yield "radius", 2.0, "half the radius is stated"
+    for size, why in ((FEET, "feet as metres"), (1.0 / FEET, "metres as feet"), (0.5, "both spans as one")):
+        if radii < size * span < LONGEST:
+            yield "centre_distance", size, why
     for size in WIDTHS:
-        yield mistake("width", "width", size, words, True)
+        yield "width", size, ""
     for size in (0.1, 10.0):
-        words = "check the belt's thickness: it hangs and bends as one {size} times as thick"
-        yield mistake("thickness", "thickness", size, words, False)
-        words = "check Young's modulus: the belt is as stiff as one of {size} times the stated modulus"
-        yield mistake("youngs_modulus", "modulus", size, words, False)
+        yield "thickness", size, ""
+        yield "modulus", size, ""
+        yield "tension", size, "a decimal point"
+    yield "tension", 0.5, "the pulley's load, which both spans share"
+    yield "tension", KILOPOND, "kgf for N"
+    yield "tension", 1.0 / KILOPOND, "N for kgf"
+    for size, why in ((FEET, "feet as metres"), (1.0 / FEET, "metres as feet"), (0.1, "dm"), (10.0, "a decimal point")):
+        yield "travel_unit", size, why
+    for size, why in ((INCH, "inch as mm"), (1.0 / INCH, "mm as inch"), (10.0, "cm as mm"), (0.1, "mm as cm")):
+        yield "reading_unit", size, why
 
 
-def _of_units(campaign: Campaign) -> Iterable[SheetMistake]:
-    def tensions(size: float, _: Sequence[str]) -> Campaign:
-        return _with_runs(campaign, lambda r: replace(r, tension=size * r.tension))
-
-    def travel(size: float, _: Sequence[str]) -> Campaign:
-        return _with_runs(
-            campaign, lambda r: replace(r, travel=size * r.travel, yaw_at=size * r.yaw_at, yaw_at_u=size * r.yaw_at_u)
-        )
-
-    def readings(size: float, _: Sequence[str]) -> Campaign:
-        lateral = {s.name for s in campaign.signals if s.kind == "lateral"}
-
-        def change(run: Run) -> Run:
-            return replace(run, signals={n: size * y if n in lateral else y for n, y in run.signals.items()})
-
-        return _with_runs(campaign, change)
-
-    words = "check the tensions: the belt moves as at {size} times the stated ones (%s?)"
-    for size, said in (
-        (0.5, "the pulley's load, which both spans share"),
-        (0.1, "a decimal point"),
-        (10.0, "a decimal point"),
-        (KILOPOND, "kgf for N"),
-        (1.0 / KILOPOND, "N for kgf"),
-    ):
-        yield SheetMistake(kind="tension", size=size, words=words % said, build=tensions)
-    words = "check the unit of the travel: the belt moves as over {size} times the stated travel (%s?)"
-    for size, said in (
-        (FEET, "feet as metres"),
-        (1.0 / FEET, "metres as feet"),
-        (0.1, "dm"),
-        (10.0, "a decimal point"),
-    ):
-        yield SheetMistake(kind="travel_unit", size=size, words=words % said, build=travel)
-    words = "check the unit of the readings: they are as {size} times the stated ones (%s?)"
-    for size, said in ((INCH, "inch as mm"), (1.0 / INCH, "mm as inch"), (10.0, "cm as mm"), (0.1, "mm as cm")):
-        yield SheetMistake(kind="reading_unit", size=size, words=words % said, build=readings)
+def _exchanges(campaign: Campaign) -> Iterator[tuple[dict[str, str], str]]:
+    """Yield the places of lateral sensors that stand elsewhere than stated, and that in words."""
+    lateral = [s for s in campaign.signals if s.kind == "lateral"]
+    free = [place for place, kind in PLACES.items() if kind == "lateral" and place not in {s.at for s in lateral}]
+    pairs = [{a.name: b.at, b.name: a.at} for a, b in combinations(lateral, 2) if a.at != b.at]
+    for places in [*pairs, *({s.name: place} for s in lateral for place in free)]:
+        yield places, " and ".join(f"{name} reads as at {at}" for name, at in places.items())

@@ -4,20 +4,19 @@ import os
 import secrets
 import shutil
 from collections.abc import Callable, Mapping
-from itertools import compress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
-from belt_sim.campaign.csv_tables import KNOWN, RATES
+from belt_sim.campaign.csv_tables import NUMBERS, RATES
 from belt_sim.campaign.plausible import BELT
 from belt_sim.campaign.read import FILES, read_campaign
 from belt_sim.campaign.sheet import SCHEMA
 from belt_sim.campaign.types import Campaign, Quantity, Run, SignalSheet
 from belt_sim.errors import InputError
-from belt_sim.si import DEGREE, MM_PER_M, N_PER_MM2, UNITS
+from belt_sim.si import MM_PER_M, UNITS
 
 #: Significant digits written: below the last bit of a float, so that 0.012 mm stays 0.012.
 DIGITS = 15
@@ -85,10 +84,7 @@ def _texts(campaign: Campaign) -> dict[str, str]:
         texts["signals.csv"] = _signals(campaign)
     if campaign.steady:
         header = ",".join(("run", *RATES, "u_rate"))
-        rows = [
-            ",".join([rate.run, *_cells(rate.rates, MM_PER_M), *_cells(np.array([rate.u]), MM_PER_M)])
-            for rate in campaign.steady
-        ]
+        rows = [",".join([r.run, *_cells(np.array([*r.rates, r.u]), MM_PER_M)]) for r in campaign.steady]
         texts["steady.csv"] = "\n".join([header, *rows, ""])
     return texts
 
@@ -136,29 +132,16 @@ def _cells(si: np.ndarray, scale: float = 1.0) -> list[str]:
 
 
 def runs_text(runs: tuple[Run, ...]) -> str:
-    """runs.csv."""
-    columns = [
-        [run.name for run in runs],
-        _cells(np.array([run.tension for run in runs]), N_PER_MM2),
-        _cells(np.array([run.yaw for run in runs]), DEGREE),
-        _cells(np.array([run.yaw_head for run in runs]), DEGREE),
-        _cells(np.array([run.speed for run in runs])),
-        [f"{run.direction:g}" for run in runs],
-        _cells(np.array([run.yaw_at for run in runs])),
-        _cells(np.array([run.yaw_at_u for run in runs])),
-        _cells(np.array([np.nan if run.start is None else run.start for run in runs])),
-        [run.repeat_of or "" for run in runs],
-        [run.use for run in runs],
-        [run.started for run in runs],
-    ]
-    optional = {
-        "u_yaw_at_m": any(run.yaw_at_u for run in runs),
-        "start_m": any(run.start is not None for run in runs),
-        "started": any(run.started for run in runs),
-    }
-    stated = [optional.get(name, True) for name in KNOWN]
-    rows = (",".join(compress(row, stated)) for row in zip(*columns, strict=True))
-    return "\n".join([",".join(compress(KNOWN, stated)), *rows, ""])
+    """runs.csv; columns that no run states are left out."""
+    columns = {"run": [run.name for run in runs]}
+    for column, (name, bounds, _) in NUMBERS.items():
+        values = np.array([getattr(run, name) for run in runs], dtype=float)
+        columns[column] = _cells(values, UNITS[bounds.unit][1])
+    columns["direction"] = [f"{run.direction:g}" for run in runs]
+    columns |= {name: [getattr(run, name) or "" for run in runs] for name in ("repeat_of", "use", "started")}
+    blank = {"u_yaw_at_m": "0.0", "start_m": "", "started": ""}
+    stated = {n: cells for n, cells in columns.items() if n not in blank or set(cells) - {blank[n]}}
+    return "\n".join([",".join(stated), *(",".join(row) for row in zip(*stated.values(), strict=True)), ""])
 
 
 def _signals(campaign: Campaign) -> str:

@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from belt_sim.campaign import Campaign, Run
 from belt_sim.campaign.types import Source
@@ -11,7 +12,7 @@ from belt_sim.errors import InputError
 from belt_sim.importing.mapping import SCHEMA, MappingEntry, mapping_of
 from belt_sim.importing.roles import Columns, UsedColumn, resolve_columns
 from belt_sim.importing.runs import (
-    KINDS,
+    RANGES,
     READ_AGAIN,
     AssembledRun,
     RatedRuns,
@@ -23,7 +24,7 @@ from belt_sim.importing.runs import (
     snap_settings,
 )
 from belt_sim.importing.sheets import belt_of, machine_of, settings_of, signals_of
-from belt_sim.importing.travel import Track, count_from_yaw, cut_repeats, resample, step_for
+from belt_sim.importing.travel import TIME, count_from_yaw, cut_repeats, resample, signals_in, step_for
 from belt_sim.importing.types import ColumnUse, LoggedTables, Note, Proposal, Question
 from belt_sim.importing.units import UNITS, size_of
 
@@ -113,32 +114,33 @@ def _runs(made: list[AssembledRun], entry: MappingEntry) -> tuple[list[Run], lis
     if not made:
         return [], [], 0.0
     notes: list[Note] = []
-    step = size_of(entry.step_m, "m", "step_m") if entry.step_m else step_for([m.track for m in made])
-    tracks = [resample(m.track, step) for m in made]
+    step = size_of(entry.step_m, "m", "step_m") if entry.step_m else step_for([m.record for m in made])
+    records = [resample(m.record, step) for m in made]
     if step > 0.0:
-        rows, left = (sum(len(t.travel) for t in some) for some in ([m.track for m in made], tracks))
+        rows, left = (sum(map(len, some)) for some in ([m.record for m in made], records))
         notes.append(Note("", f"{rows} rows were averaged over steps of {step:g} m, {left} are left"))
     runs = snap_settings([_run(m) for m in made], [m.settings for m in made])
     notes += [Note(r.name, AT_ONCE) for r, m in zip(runs, made, strict=True) if r.yaw and "yaw_at" not in m.settings]
     runs, repeats = mark_repeats(runs, [m.entry.repeat_of is not None for m in made])
-    notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in repeats] + _note_blanks(tracks)
+    notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in repeats] + _note_blanks(made, records)
     at = {r.name: k for k, r in enumerate(runs)}
     groups = [[k, *(at[r.name] for r in runs if r.repeat_of == first.name)] for k, first in enumerate(runs)]
-    tracks = cut_repeats([g for g in groups if len(g) > 1], tracks)
+    records = cut_repeats([g for g in groups if len(g) > 1], records)
     if entry.start == "yaw":
-        tracks, said = count_from_yaw(tracks, [r.yaw_at for r in runs])
+        records, said = count_from_yaw(records, [r.yaw_at for r in runs])
         notes += [Note("", text) for text in said]
-    out = [
-        replace(run, travel=track.travel, time=track.time, signals=track.signals)
-        for run, track in zip(runs, tracks, strict=True)
-    ]
+    out = []
+    for run, record in zip(runs, records, strict=True):
+        time = record[TIME].to_numpy() if TIME in record else None
+        signals = {name: record[name].to_numpy() for name in signals_in(record)}
+        out.append(replace(run, travel=record.index.to_numpy(), time=time, signals=signals))
     return out, notes, step
 
 
-def _note_blanks(tracks: list[Track]) -> list[Note]:
+def _note_blanks(made: list[AssembledRun], records: list[pd.DataFrame]) -> list[Note]:
     """Runs without a signal that others have: a column of that name may be missing in their file."""
-    names = dict.fromkeys(n for t in tracks for n in t.signals)
-    lacking = {t.name: [n for n in names if n not in t.signals] for t in tracks}
+    names = dict.fromkeys(n for record in records for n in signals_in(record))
+    lacking = {m.key: [n for n in names if n not in record] for m, record in zip(made, records, strict=True)}
     text = "has no {}, which other runs have; is its column called otherwise there?"
     return [Note(run, text.format(" and no ".join(blank))) for run, blank in lacking.items() if blank]
 
@@ -146,9 +148,9 @@ def _note_blanks(tracks: list[Track]) -> list[Note]:
 def _run(made: AssembledRun) -> Run:
     values: dict[str, Any] = {k: s.value for k, s in made.settings.items() if k != "yaw_at_time"}
     for key, value in values.items():
-        bounds = KINDS[key][2]
+        bounds = RANGES[key]
         if np.isfinite(value) and not bounds.holds(value):
-            shown = value / UNITS[bounds.unit or "1"][1]
+            shown = value / UNITS[bounds.unit][1]
             remedy = f"must be {bounds.low:g} to {bounds.high:g} {bounds.unit}; it came from {made.settings[key]}"
             raise InputError(f"runs.{made.key}.{key}", f"{shown:.6g}", bounds.unit, remedy)
     entry = made.entry

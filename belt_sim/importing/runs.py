@@ -9,6 +9,7 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from belt_sim.campaign import Run, plausible
 from belt_sim.campaign.csv_tables import REPEAT_TOLERANCE
@@ -18,22 +19,22 @@ from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import MappingEntry, RunEntry
 from belt_sim.importing.roles import DAY, UsedColumn
-from belt_sim.importing.travel import FEWEST, LoggedBlock, Track, Travel, blocks_of, merge_tracks, run_name, travel_of
+from belt_sim.importing.travel import FEWEST, TIME, LoggedBlock, Travel, blocks_of, merge_records, run_name, travel_of
 from belt_sim.importing.types import LoggedTable, Question
 from belt_sim.importing.units import UNITS, quantity
 from belt_sim.si import DEGREE, N_PER_MM2
 
-#: setting -> dimensions of its unit, unit when none is written, range
-KINDS: dict[str, tuple[tuple[str, ...], str, plausible.Range]] = {
-    "tension": (("stress", "force"), "N/mm2", plausible.TENSION),
-    "yaw": (("angle",), "deg", plausible.YAW),
-    "yaw_head": (("angle",), "deg", plausible.YAW),
-    "speed": (("speed",), "m/s", plausible.SPEED),
-    "direction": (("number",), "1", plausible.DIRECTION),
-    "yaw_at": (("length",), "m", plausible.TRAVEL),
-    "yaw_at_u": (("length",), "m", plausible.YAW_AT_U),
-    "yaw_at_time": (("time",), "s", plausible.TIME),
-    "start": (("length",), "m", plausible.TRAVEL),
+#: setting -> its range, in the unit that a number without one has
+RANGES = {
+    "tension": plausible.TENSION,
+    "yaw": plausible.YAW,
+    "yaw_head": plausible.YAW,
+    "speed": plausible.SPEED,
+    "direction": plausible.DIRECTION,
+    "yaw_at": plausible.TRAVEL,
+    "yaw_at_u": plausible.YAW_AT_U,
+    "yaw_at_time": plausible.TIME,
+    "start": plausible.TRAVEL,
 }
 RATES = ("rate1", "rate2", "rate3", "rate4")
 #: A yaw that moves by less than this share of its largest value stands still.
@@ -82,14 +83,21 @@ class Setting:
 Settings = dict[str, Setting]
 
 
+def _setting(key: str, value: float, origin: Origin, words: str = "") -> Setting:
+    """A setting that nobody has written down, its text in the usual unit."""
+    unit = RANGES[key].unit
+    text = f"{value / UNITS[unit][1]:.6g} {unit}".strip()
+    return Setting(value=value, text=text, origin=origin, words=words)
+
+
 @dataclass(frozen=True, kw_only=True)
 class AssembledRun:
-    """One run as far as it is known: key, its name in the mapping; entry: what the mapping says of it; started: date
-    and time of day of its first row, "" where only seconds were logged."""
+    """One run as far as it is known: key, its name in the mapping; entry: what the mapping says of it; record: time and
+    signals over the travel; started: date and time of day of its first row, "" where only seconds were logged."""
 
     key: str
     entry: RunEntry
-    track: Track
+    record: pd.DataFrame
     settings: Settings
     file: str
     started: str
@@ -151,7 +159,7 @@ def _assemble(
     entry = mapping.runs.get(block.name, RunEntry())
     known = _mapping_settings(entry, f"runs.{block.name}", section)
     for key, value in listed.get(block.name, {}).items():
-        known.setdefault(key, Setting(value=value, text=_value_text(key, value), origin=Origin.TABLE))
+        known.setdefault(key, _setting(key, value, Origin.TABLE))
     known = _mapping_settings(mapping.all_runs, "all_runs", section) | known
     named = _name_settings(block.text, section)
     speed = (named | known).get("speed")
@@ -161,21 +169,22 @@ def _assemble(
     if len(travel.keep) < FEWEST:
         raise block.refuse(0, "rows", len(travel.keep), "", f"run {block.name} has too few rows with time or travel")
     known = _column_settings(block, travel, section, known) | known
-    known = _travel_settings(travel, known) | named | known
+    known = _travel_settings(travel) | named | known
     if "yaw_at_time" in known and travel.time is not None and "yaw_at" not in known:
         where = float(np.interp(known["yaw_at_time"].value, travel.time, travel.travel))
-        known["yaw_at"] = Setting(value=where, text=f"{where:.6g} m", origin=Origin.YAW_TIME)
+        known["yaw_at"] = _setting("yaw_at", where, Origin.YAW_TIME)
     notes = (*travel.notes, f"yaw_at is {known['yaw_at']}") if "yaw_at" in known else travel.notes
     signals = {u.name: u.si(block.rows[travel.keep]) for u in block.used if u.role == "signal"}
     signals = {n: y for n, y in signals.items() if np.isfinite(y).any()}
     if mapping.spikes == "leave_out":
         signals, said = _leave_out_spikes(block, travel.keep, signals)
         notes = (*notes, *said)
-    track = Track(name=block.name, travel=travel.travel, time=travel.time, signals=signals)
+    timed = {} if travel.time is None else {TIME: travel.time}
+    record = pd.DataFrame(timed | signals, index=travel.travel)
     file = block.table.file.name
     started = _clock_time(block, int(travel.keep[0]))
     return AssembledRun(
-        key=block.name, entry=entry, track=track, settings=known, file=file, started=started, notes=notes
+        key=block.name, entry=entry, record=record, settings=known, file=file, started=started, notes=notes
     )
 
 
@@ -209,7 +218,9 @@ def _join_files(parts: list[AssembledRun]) -> AssembledRun:
     settings = {k: s for p in reversed(parts) for k, s in p.settings.items()}
     notes = tuple(dict.fromkeys(n for p in parts for n in p.notes))
     files = ", ".join(dict.fromkeys(p.file for p in parts))
-    return replace(parts[0], track=merge_tracks([p.track for p in parts]), settings=settings, notes=notes, file=files)
+    return replace(
+        parts[0], record=merge_records([p.record for p in parts]), settings=settings, notes=notes, file=files
+    )
 
 
 # ---- settings
@@ -217,7 +228,7 @@ def _join_files(parts: list[AssembledRun]) -> AssembledRun:
 
 def _mapping_settings(entry: RunEntry, where: str, section: float) -> Settings:
     """Settings that the mapping states; section [m2]: of the belt, for a tension given as a force."""
-    texts = {key: getattr(entry, key) for key in KINDS if getattr(entry, key) is not None}
+    texts = {key: getattr(entry, key) for key in RANGES if getattr(entry, key) is not None}
     return {
         k: Setting(value=_number(t, k, f"{where}.{k}", section), text=t, origin=Origin.MAPPING)
         for k, t in texts.items()
@@ -231,7 +242,7 @@ def _name_settings(name: str, section: float) -> Settings:
         seen = pattern.search(name)
         if seen:
             number, unit = seen.group(1).replace(",", "."), seen.group(2).lower()
-            usual = KINDS[key][1]
+            usual = RANGES[key].unit
             if key == "yaw":
                 unit = unit if unit in ("mrad", "urad", "mdeg") else usual
             else:
@@ -244,8 +255,9 @@ def _name_settings(name: str, section: float) -> Settings:
 
 def _number(text: str, key: str, where: str, section: float) -> float:
     """A setting [SI]; raises InputError for what cannot be."""
-    kinds, default, bounds = KINDS[key]
-    value, _, unit = quantity(text, kinds, default, where)
+    bounds = RANGES[key]
+    kinds = (bounds.dimension, "force") if key == "tension" else (bounds.dimension,)
+    value, _, unit = quantity(text, kinds, bounds.unit or "1", where)
     dimension, scale = UNITS[unit]
     if dimension == "force":
         return _stress(value * scale, section, where)
@@ -262,11 +274,6 @@ def _stress(force: float, section: float, where: str) -> float:
     return force / section
 
 
-def _value_text(key: str, value: float) -> str:
-    unit = KINDS[key][1]
-    return f"{value / UNITS[unit][1]:.6g} {unit}".removesuffix(" 1")
-
-
 def _table_settings(
     tables: list[tuple[LoggedTable, tuple[UsedColumn, ...]]], section: float
 ) -> dict[str, dict[str, float]]:
@@ -278,7 +285,7 @@ def _table_settings(
         for row, label in enumerate(labels):
             own = found.setdefault(run_name(label), {})
             for u in used:
-                value = float(u.si()[row]) if u.role in KINDS else np.nan
+                value = float(u.si()[row]) if u.role in RANGES else np.nan
                 if np.isfinite(value):
                     own[u.role] = _stress(value, section, u.column.name) if UNITS[u.unit][0] == "force" else value
     return found
@@ -299,40 +306,33 @@ def _column_settings(block: LoggedBlock, travel: Travel, section: float, known: 
         if values is None:
             continue
         level, at = _step(block, key, values, keep, key in known)
-        level = _round(level)
-        found[key] = Setting(value=level, text=f"{level / DEGREE:g} deg", origin=Origin.COLUMN)
+        found[key] = _setting(key, _round(level), Origin.COLUMN)
         if at and not {"yaw_at", "yaw_at_time"} & {*known, *found}:
             where, apart = 0.5 * (s[at - 1] + s[at]), s[at] - s[at - 1]
-            words, u = f"the step of {key}, somewhere within {apart:.2g} m", _round(apart / np.sqrt(12.0))
-            found["yaw_at"] = Setting(value=where, text=f"{where:.6g} m", origin=Origin.STEP, words=words)
-            found["yaw_at_u"] = Setting(value=u, text=f"{u:g} m", origin=Origin.STEP, words=words)
+            words = f"the step of {key}, somewhere within {apart:.2g} m"
+            found["yaw_at"] = _setting("yaw_at", where, Origin.STEP, words)
+            found["yaw_at_u"] = _setting("yaw_at_u", _round(apart / np.sqrt(12.0)), Origin.STEP, words)
     values = logged_values("tension")
     if values is not None:
         mean = float(np.nanmean(values))
         if any(u.role == "tension" and UNITS[u.unit][0] == "force" for u in block.used):
             mean = _stress(mean, section, "tension")
-        mean = _round(mean)
-        found["tension"] = Setting(value=mean, text=f"{mean / N_PER_MM2:g} N/mm2", origin=Origin.MEAN)
+        found["tension"] = _setting("tension", _round(mean), Origin.MEAN)
     values = logged_values("start")
     if values is not None:
         first = _round(float(values[np.isfinite(values)][0]), START_DIGITS)
-        found["start"] = Setting(value=first, text=f"{first:g} m", origin=Origin.COLUMN)
+        found["start"] = _setting("start", first, Origin.COLUMN)
     values = logged_values("direction")
     if values is not None:
         sign = float(np.sign(np.nanmedian(values))) or 1.0
-        found["direction"] = Setting(value=sign, text=f"{sign:g}", origin=Origin.COLUMN)
+        found["direction"] = _setting("direction", sign, Origin.COLUMN)
     return found
 
 
-def _travel_settings(travel: Travel, known: Settings) -> Settings:
+def _travel_settings(travel: Travel) -> Settings:
     """Direction and speed as the record of travel shows them."""
-    found: Settings = {}
-    if travel.direction < 0.0:
-        found["direction"] = Setting(value=-1.0, text="-1", origin=Origin.SIGN)
-    if travel.speed > 0.0:
-        speed = _round(travel.speed)
-        found["speed"] = Setting(value=speed, text=f"{speed:g} m/s", origin=Origin.PACE)
-    return found
+    found = {"direction": _setting("direction", -1.0, Origin.SIGN)} if travel.direction < 0.0 else {}
+    return found | ({"speed": _setting("speed", _round(travel.speed), Origin.PACE)} if travel.speed > 0.0 else {})
 
 
 def _step(block: LoggedBlock, key: str, values: np.ndarray, keep: np.ndarray, stated: bool) -> tuple[float, int]:
@@ -452,7 +452,7 @@ def rates_of(
         found.missing.extend([question] if question else [])
         for row, (key, stated) in enumerate(_table_settings([(table, used)], section).items()):
             entry = mapping.runs.get(key, RunEntry())
-            settings = {k: Setting(value=v, text="", origin=Origin.COLUMN) for k, v in stated.items()}
+            settings = {k: _setting(k, v, Origin.COLUMN) for k, v in stated.items()}
             settings = _mapping_settings(mapping.all_runs, "all_runs", section) | settings
             settings |= _mapping_settings(entry, f"runs.{key}", section)
             found.names.append(key)

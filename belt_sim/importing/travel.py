@@ -1,9 +1,10 @@
 """Which rows are one run, how far the belt has travelled at each, and records on one grid of travel."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from belt_sim.campaign.problems import CampaignError, Problem
 from belt_sim.importing.roles import UsedColumn
@@ -205,40 +206,32 @@ DECIMALS = 10
 ALIKE = 0.1
 
 
-@dataclass(frozen=True, kw_only=True)
-class Track:
-    """One run on its travel [m], shape (n,): time [s] or None, signals name -> (n,), nan where blank."""
-
-    name: str
-    travel: np.ndarray
-    time: np.ndarray | None
-    signals: dict[str, np.ndarray]
-
-    def cut(self, count: int) -> "Track":
-        time = None if self.time is None else self.time[:count]
-        signals = {n: y[:count] for n, y in self.signals.items()}
-        return replace(self, travel=self.travel[:count], time=time, signals=signals)
+#: Column of the time [s] in the record of a run, a table over the travel [m] whose other columns are the signals.
+TIME = "time_s"
 
 
-def step_for(tracks: list[Track]) -> float:
+def signals_in(record: pd.DataFrame) -> list[str]:
+    """The names of the signals of a record."""
+    return [str(name) for name in record.columns if name != TIME]
+
+
+def step_for(records: list[pd.DataFrame]) -> float:
     """A step [m] that keeps some hundred samples a run; 0 where records are so sparse that they stay as they are."""
-    spacing = [float(np.median(np.diff(np.unique(t.travel)))) for t in tracks if len(np.unique(t.travel)) > 2]
-    if not spacing or _on_one_grid(tracks):
+    places = [np.unique(record.index) for record in records]
+    spacing = [float(np.median(np.diff(travel))) for travel in places if len(travel) > 2]
+    if not spacing or _on_one_grid(records):
         return 0.0
-    longest = max(float(t.travel[-1]) for t in tracks)
+    longest = max(float(record.index[-1]) for record in records)
     step = _nice(max(longest / AIMED, UNEVEN * 2.0 * max(spacing)))
     return step if step <= longest / LEFT else 0.0
 
 
-def _on_one_grid(tracks: list[Track]) -> bool:
+def _on_one_grid(records: list[pd.DataFrame]) -> bool:
     """Whether all records stand at the same travels already, and not at too many of them."""
-    first = max(tracks, key=lambda t: len(t.travel)).travel
+    first = max(records, key=len).index
     if len(first) > 4 * AIMED:
         return False
-    return all(
-        len(np.unique(t.travel)) == len(t.travel) and np.allclose(t.travel, first[: len(t.travel)], atol=1e-6)
-        for t in tracks
-    )
+    return all(r.index.is_unique and np.allclose(r.index, first[: len(r)], atol=1e-6) for r in records)
 
 
 def _nice(step: float) -> float:
@@ -247,71 +240,42 @@ def _nice(step: float) -> float:
     return float(next(f"{f * power:.6g}" for f in (1.0, 2.0, 5.0, 10.0) if f * power >= step * (1.0 - 1e-9)))
 
 
-def resample(track: Track, step: float) -> Track:
+def resample(record: pd.DataFrame, step: float) -> pd.DataFrame:
     """Averages over bins of ``step`` [m] about its multiples; with step 0 only rows of one travel fall together."""
-    if step > 0.0:
-        bins = np.rint(track.travel / step).astype(int)
-    else:
-        bins = np.unique(track.travel, return_inverse=True)[1].reshape(-1)
-    places, where = np.unique(bins, return_inverse=True)
-    count = len(places)
-    travel = places * step if step > 0.0 else _mean(track.travel, where, count)
-    keep = np.ones(count, dtype=bool)
-    if step > 0.0 and count > 2 and track.travel[-1] < travel[-1] - 0.25 * step:
-        keep[-1] = False  # a bin that is hardly begun
-    return Track(
-        name=track.name,
-        travel=np.round(travel, 9)[keep],
-        time=None if track.time is None else _mean(track.time, where, count)[keep],
-        signals={n: _mean(y, where, count)[keep] for n, y in track.signals.items()},
-    )
+    travel = record.index.to_numpy()
+    means = record.groupby(np.rint(travel / step) * step if step > 0.0 else travel).mean()
+    hardly_begun = step > 0.0 and len(means) > 2 and travel[-1] < means.index[-1] - 0.25 * step
+    means.index = np.round(means.index, 9)
+    return means.iloc[:-1] if hardly_begun else means
 
 
-def _mean(values: np.ndarray, where: np.ndarray, count: int) -> np.ndarray:
-    """Mean of the finite values of each bin, shape (count,)."""
-    there = np.isfinite(values)
-    number = np.bincount(where[there], minlength=count)
-    total = np.bincount(where[there], weights=values[there], minlength=count)
-    return np.where(number > 0, total / np.maximum(number, 1), np.nan)
-
-
-def merge_tracks(tracks: list[Track]) -> Track:
+def merge_records(records: list[pd.DataFrame]) -> pd.DataFrame:
     """Records of one run from several files or curves, on all their travels."""
-    if len(tracks) == 1:
-        return tracks[0]
-    travel = np.unique(np.concatenate([t.travel for t in tracks]))
-    names = dict.fromkeys(n for t in tracks for n in t.signals)
-    signals = {n: np.full(len(travel), np.nan) for n in names}
-    timed = all(t.time is not None for t in tracks)
-    time = np.full(len(travel), np.nan) if timed else None
-    for track in tracks:
-        at = np.searchsorted(travel, track.travel)
-        if time is not None and track.time is not None:
-            time[at] = track.time
-        for name, y in track.signals.items():
-            signals[name][at] = np.where(np.isfinite(y), y, signals[name][at])
-    return Track(name=tracks[0].name, travel=travel, time=time, signals=signals)
+    if len(records) == 1:
+        return records[0]
+    merged = pd.concat(records).groupby(level=0).last()
+    return merged if all(TIME in r for r in records) else merged.drop(columns=TIME, errors="ignore")
 
 
-def cut_repeats(groups: list[list[int]], tracks: list[Track]) -> list[Track]:
+def cut_repeats(groups: list[list[int]], records: list[pd.DataFrame]) -> list[pd.DataFrame]:
     """Repeats (groups of positions) cut to the shortest, where they differ by little, so that they compare."""
-    out = list(tracks)
+    out = list(records)
     for group in groups:
-        counts = [len(tracks[k].travel) for k in group]
+        counts = [len(records[k]) for k in group]
         if max(counts) - min(counts) <= ALIKE * max(counts):
             for k in group:
-                out[k] = tracks[k].cut(min(counts))
+                out[k] = records[k].iloc[: min(counts)]
     return out
 
 
-def count_from_yaw(tracks: list[Track], yaw_at: list[float]) -> tuple[list[Track], list[str]]:
+def count_from_yaw(records: list[pd.DataFrame], yaw_at: list[float]) -> tuple[list[pd.DataFrame], list[str]]:
     """Readings counted from where each point was when the yaw was applied [m], and what was taken off, in words."""
-    out: list[Track] = []
+    out: list[pd.DataFrame] = []
     off: dict[str, list[float]] = {}
-    for track, at in zip(tracks, yaw_at, strict=True):
-        starts = {name: _reading_at_yaw(track.travel, y, at) for name, y in track.signals.items()}
-        signals = {name: np.round(y - starts[name], DECIMALS) for name, y in track.signals.items()}
-        out.append(replace(track, signals=signals))
+    for record, at in zip(records, yaw_at, strict=True):
+        travel = record.index.to_numpy()
+        starts = {name: _reading_at_yaw(travel, record[name].to_numpy(), at) for name in signals_in(record)}
+        out.append(record.assign(**{name: np.round(record[name] - y, DECIMALS) for name, y in starts.items()}))
         for name, start in starts.items():
             off.setdefault(name, []).append(1e3 * start)
     told = [f"{name} {min(x):.4g} to {max(x):.4g}" for name, x in off.items() if max(map(abs, x)) > 1e-3]
