@@ -298,13 +298,13 @@ def _columns(form: AnswerForm, now: Import) -> None:
     """A row a column: role, unit, place, sign, and why that is thought."""
     if now.proposal is None:
         return
-    uses = {use.column: use for use in reversed(now.proposal.columns)}
+    uses = {use.column.name: use for use in reversed(now.proposal.columns)}
     with ui.element("div").classes("grid columns"):
         for head in ("column", "is", "unit", "measured at", "sign", "because of"):
             ui.label(head).classes("soft small")
         for use in reversed(uses.values()):
-            place: Place = ("columns", use.column)
-            ui.label(use.column).classes("" if use.sure or use.role == "ignore" else "guess")
+            place: Place = ("columns", use.column.name)
+            ui.label(use.column.name).classes("" if use.sure or use.role == "ignore" else "guess")
             form.select((*place, "role"), {r: r for r in ROLES}, use.role)
             form.input((*place, "unit"), use.unit, "mm")
             form.select((*place, "at"), WHERE, use.at)

@@ -6,19 +6,20 @@ for question in proposal.missing: ...   # put an answer at question.path of the 
 write(proposal, "my_campaign")
 """
 
-from belt_sim.importing.build import understand
+from belt_sim.importing.build import Proposal, understand
+from belt_sim.importing.roles import UsedColumn
 from belt_sim.importing.tables import read
-from belt_sim.importing.types import Column, ColumnUse, LoggedTable, LoggedTables, NoiseRead, Proposal, Question
+from belt_sim.importing.types import Column, LoggedTable, LoggedTables, NoiseRead, Question
 from belt_sim.importing.write import mapping_text, write
 
 __all__ = [
     "Column",
-    "ColumnUse",
     "LoggedTable",
     "LoggedTables",
     "NoiseRead",
     "Proposal",
     "Question",
+    "UsedColumn",
     "mapping_text",
     "read",
     "understand",

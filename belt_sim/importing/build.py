@@ -1,12 +1,12 @@
 """Tables and a mapping -> the campaign, the mapping as it was used, and the questions that are still open."""
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from belt_sim.campaign import Campaign, Run
+from belt_sim.campaign import Campaign, CampaignError, Run
 from belt_sim.campaign.types import Source
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import SCHEMA, MappingEntry, mapping_of
@@ -25,10 +25,35 @@ from belt_sim.importing.runs import (
 )
 from belt_sim.importing.sheets import belt_of, machine_of, settings_of, signals_of
 from belt_sim.importing.travel import TIME, count_from_yaw, cut_repeats, resample, signals_in, step_for
-from belt_sim.importing.types import ColumnUse, LoggedTables, Note, Proposal, Question
+from belt_sim.importing.types import LoggedTables, NoiseRead, Note, Question
 from belt_sim.importing.units import UNITS, size_of
 
 AT_ONCE = "the yaw is taken to act from the first reading on; else state where it was set: all_runs: {yaw_at: 5 m}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Proposal:
+    """missing: questions without an answer yet; unknown: questions about columns that are left out as long as nobody
+    answers; campaign: None while an answer is missing that it cannot do without; mapping: everything that was used, so
+    that the import can be repeated; noise: signal -> what was read off; comments: key of campaign.yaml -> remark to be
+    written beside it; notes: what was done.
+    """
+
+    logged: LoggedTables
+    columns: tuple[UsedColumn, ...]
+    missing: tuple[Question, ...]
+    campaign: Campaign | None
+    mapping: dict[str, Any]
+    unknown: tuple[Question, ...] = ()
+    noise: dict[str, NoiseRead] = field(default_factory=dict)
+    comments: dict[str, str] = field(default_factory=dict)
+    notes: tuple[Note, ...] = ()
+
+    def complete(self) -> Campaign:
+        """The campaign; raises CampaignError with one line for every answer that is missing."""
+        if self.campaign is None:
+            raise CampaignError([q.problem for q in self.missing])
+        return self.campaign
 
 
 def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
@@ -64,7 +89,7 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
         )
     return Proposal(
         logged=logged,
-        columns=_column_uses(columns.used),
+        columns=tuple(u for own in columns.used.values() for u in own),
         missing=tuple(dict.fromkeys(missing)),
         unknown=tuple(columns.unknown),
         campaign=campaign,
@@ -90,23 +115,6 @@ def _find_runs(
     if not (made or rated.runs or missing or open_):
         raise InputError("files", "no run", "", "no run was found in them; is the right column the run or the travel?")
     return made, rated, missing
-
-
-def _column_uses(used: dict[str, tuple[UsedColumn, ...]]) -> tuple[ColumnUse, ...]:
-    def use(table: str, u: UsedColumn) -> ColumnUse:
-        stated = bool(u.entry.role or u.entry.unit or u.entry.at)
-        return ColumnUse(
-            table=table,
-            column=u.column.name,
-            role=u.role,
-            unit=u.unit,
-            at=u.at,
-            signal=u.name,
-            sure=u.column.sure or stated,
-            why="the mapping" if stated else u.column.why,
-        )
-
-    return tuple(use(table, u) for table, columns in used.items() for u in columns)
 
 
 def _runs(made: list[AssembledRun], entry: MappingEntry) -> tuple[list[Run], list[Note], float]:

@@ -24,11 +24,10 @@ LENGTHS = np.exp(np.linspace(np.log(0.3), np.log(20.0), 40))  # [m]
 
 @dataclass(frozen=True)
 class Trace:
-    """Noise of one signal along the travel [m], shape (n,); share: its variance over that of one run."""
+    """Noise of one signal along the travel [m], shape (n,)."""
 
     travel: np.ndarray
     values: np.ndarray
-    share: float = 1.0
 
 
 def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
@@ -38,7 +37,8 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
     white = float(np.median([*by_run.values()])) if own else 0.0
     told = f"the scatter from sample to sample in {len(own)} run{'s' if len(own) != 1 else ''}"
     pairs = _pairs(own, signal)
-    traces, source = [_detrend(t) for t in pairs], f"{len(pairs)} pair{'s' if len(pairs) != 1 else ''} of repeats"
+    traces = [_detrend(t) for t in pairs if len(t.travel) >= FEWEST]
+    source = f"{len(traces)} pair{'s' if len(traces) != 1 else ''} of repeats"
     if not traces:
         traces = [_smooth_residual(r, signal, span) for r in own]
         traces = [t for t in traces if len(t.travel) >= FEWEST]
@@ -47,7 +47,7 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
     steps = [resolution(_there(r, signal)) for r in own]
     white = max(white, min((s for s in steps if s > 0.0), default=0.0) / float(np.sqrt(12.0)), 1e-9)
     wander = wander if wander > FAINT * white else 0.0
-    zero, zero_from = _zero(own, signal, white, wander)
+    zero, zero_from = _zero(pairs, white, wander)
     return NoiseRead(
         white=white,
         wander=wander,
@@ -76,25 +76,19 @@ def _trace(run: Run, signal: str) -> Trace:
 
 
 def _pairs(runs: list[Run], signal: str) -> list[Trace]:
-    """Differences of repeats from their first run, of which each run has half the variance."""
-    first = {r.name: r for r in runs}
+    """Differences of repeats from their first run over the square root of 2: each run has half of their variance."""
+    traces = {r.name: _trace(r, signal) for r in runs}
     found = []
     for run in runs:
-        other = first.get(run.repeat_of or "")
-        if other is None:
+        a, b = traces[run.name], traces.get(run.repeat_of or "")
+        if b is None or not len(b.travel):
             continue
-        a, b = _trace(run, signal), _trace(other, signal)
-        if min(len(a.travel), len(b.travel)) < FEWEST:
-            continue
-        near = np.isin(np.round(a.travel, 6), np.round(b.travel, 6))
-        if near.sum() < 0.5 * len(a.travel):
-            inside = (a.travel >= b.travel[0]) & (a.travel <= b.travel[-1])
-            difference = a.values[inside] - np.interp(a.travel[inside], b.travel, b.values)
-            found.append(Trace(a.travel[inside], difference / np.sqrt(2.0)))
-            continue
-        at = np.searchsorted(np.round(b.travel, 6), np.round(a.travel[near], 6))
-        found.append(Trace(a.travel[near], (a.values[near] - b.values[at]) / np.sqrt(2.0)))
-    return [t for t in found if len(t.travel) >= FEWEST]
+        rows = np.isin(np.round(a.travel, 6), np.round(b.travel, 6))
+        if rows.sum() < 0.5 * len(a.travel):
+            rows = (a.travel >= b.travel[0]) & (a.travel <= b.travel[-1])
+        difference = a.values[rows] - np.interp(a.travel[rows], b.travel, b.values)
+        found.append(Trace(a.travel[rows], difference / np.sqrt(2.0)))
+    return found
 
 
 def _detrend(trace: Trace) -> Trace:
@@ -155,19 +149,15 @@ def _structure(traces: list[Trace]) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     return np.array(lags), np.array(halves), np.array(weights)
 
 
-def _zero(runs: list[Run], signal: str, white: float, wander: float) -> tuple[float, str]:
+def _zero(pairs: list[Trace], white: float, wander: float) -> tuple[float, str]:
     """One sigma of where y = 0 is: how far repeats lie apart, or what noise makes of it."""
-    first = {r.name: r for r in runs}
     apart = []
-    for run in runs:
-        other = first.get(run.repeat_of or "")
-        a = _trace(run, signal)
-        reach = a.travel <= a.travel[0] + 0.1 * np.ptp(a.travel) if len(a.travel) else np.empty(0, dtype=bool)
-        if other is not None and reach.sum() >= 3:
-            b = _trace(other, signal)
-            apart.append(
-                float(np.mean(a.values[reach] - np.interp(a.travel[reach], b.travel, b.values))) / np.sqrt(2.0)
-            )
+    for pair in pairs:
+        reach = (
+            pair.travel <= pair.travel[0] + 0.1 * np.ptp(pair.travel) if len(pair.travel) else np.empty(0, dtype=bool)
+        )
+        if reach.sum() >= 3:
+            apart.append(float(np.mean(pair.values[reach])))
     least = float(np.hypot(0.5 * white, wander))
     if len(apart) > 1:
         return max(float(np.sqrt(np.mean(np.square(apart)))), least), f"where {len(apart)} repeats begin"

@@ -212,8 +212,9 @@ def _kind(columns: list[Column]) -> TableKind:
 
 @dataclass(frozen=True, kw_only=True)
 class UsedColumn:
-    """A column with its role and its factor to SI, sign included; name: of the signal in the campaign."""
+    """A column of a table with its role, and its factor to SI, sign included; name: of the signal in the campaign."""
 
+    table: str
     column: Column
     role: str
     unit: str
@@ -221,6 +222,21 @@ class UsedColumn:
     at: str = ""
     name: str = ""
     entry: ColumnEntry = field(default_factory=ColumnEntry)
+
+    @property
+    def stated(self) -> bool:
+        """Whether the mapping says what the column is."""
+        return bool(self.entry.role or self.entry.unit or self.entry.at)
+
+    @property
+    def sure(self) -> bool:
+        """Whether the mapping or the file itself says what it is."""
+        return self.column.sure or self.stated
+
+    @property
+    def why(self) -> str:
+        """Where role and unit come from, in words."""
+        return "the mapping" if self.stated else self.column.why
 
     def si(self, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Numbers [SI]; of a force [N]; of an axis of a digitised picture, the value at each pixel."""
@@ -279,7 +295,7 @@ def resolve_columns(logged: LoggedTables, mapping: MappingEntry) -> Columns:
             entry = mapping.columns.get(column.name, ColumnEntry())
             if column.name in along and entry.role is None:
                 entry = entry.model_copy(update={"role": "travel"})
-            one = _resolve(column, entry, taken[entry.run])
+            one = _resolve(table.name, column, entry, taken[entry.run])
             found.append(one)
             question = _place_question(column)
             if one.role == "signal" and not one.at:
@@ -300,7 +316,7 @@ def resolve_columns(logged: LoggedTables, mapping: MappingEntry) -> Columns:
     return Columns(used=used, missing=list(missing.values()), unknown=left, notes=list(notes.values()))
 
 
-def _resolve(column: Column, entry: ColumnEntry, taken: list[str]) -> UsedColumn:
+def _resolve(table: str, column: Column, entry: ColumnEntry, taken: list[str]) -> UsedColumn:
     where = f"columns.{column.name}"
     role = entry.role or ("signal" if entry.at else column.role) or "ignore"
     at = (entry.at or column.at) if role == "signal" else ""
@@ -312,7 +328,7 @@ def _resolve(column: Column, entry: ColumnEntry, taken: list[str]) -> UsedColumn
     if column.is_text and role not in ("run", "ignore"):
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
     if not ROLES[role]:
-        return UsedColumn(column=column, role=role, unit="", factor=1.0, entry=entry)
+        return UsedColumn(table=table, column=column, role=role, unit="", factor=1.0, entry=entry)
     unit = _unit(column, entry, (SIGNAL_DIMENSION[kind],) if kind else ROLES[role], where)
     name = ""
     if role == "signal":
@@ -323,7 +339,7 @@ def _resolve(column: Column, entry: ColumnEntry, taken: list[str]) -> UsedColumn
         except InputError as error:
             raise InputError(f"{where}.name", name, "", error.remedy) from None
     scale = UNITS[unit][1] * entry.factor * entry.sign
-    return UsedColumn(column=column, role=role, unit=unit, factor=scale, at=at, name=name, entry=entry)
+    return UsedColumn(table=table, column=column, role=role, unit=unit, factor=scale, at=at, name=name, entry=entry)
 
 
 def _unit(column: Column, entry: ColumnEntry, kinds: tuple[str, ...], where: str) -> str:

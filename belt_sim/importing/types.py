@@ -1,4 +1,4 @@
-"""What a logger's files hold, and what an import makes of them: tables, columns, questions, the proposal."""
+"""What a logger's files hold, and what an import asks and reads off them: tables, columns, questions, noise."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -6,8 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from belt_sim.campaign import Campaign
-from belt_sim.campaign.problems import CampaignError, Problem
+from belt_sim.campaign.problems import Problem
 
 TableKind = Literal["record", "settings", "rates"]
 
@@ -147,20 +146,6 @@ def _key(key: str) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ColumnUse:
-    """What a column of the files became: role, unit, place, name of the signal; why: where that comes from."""
-
-    table: str
-    column: str
-    role: str
-    unit: str
-    at: str = ""
-    signal: str = ""
-    sure: bool = False
-    why: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
 class NoiseRead:
     """What was read off one signal: white, wander, zero [SI], wander length [m], each with where it comes from.
 
@@ -175,28 +160,3 @@ class NoiseRead:
     wander_from: str
     zero_from: str
     by_run: dict[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Proposal:
-    """missing: questions without an answer yet; unknown: questions about columns that are left out as long as nobody
-    answers; campaign: None while an answer is missing that it cannot do without; mapping: everything that was used, so
-    that the import can be repeated; noise: signal -> what was read off; comments: key of campaign.yaml -> remark to be
-    written beside it; notes: what was done.
-    """
-
-    logged: LoggedTables
-    columns: tuple[ColumnUse, ...]
-    missing: tuple[Question, ...]
-    campaign: Campaign | None
-    mapping: dict[str, Any]
-    unknown: tuple[Question, ...] = ()
-    noise: dict[str, NoiseRead] = field(default_factory=dict)
-    comments: dict[str, str] = field(default_factory=dict)
-    notes: tuple[Note, ...] = ()
-
-    def complete(self) -> Campaign:
-        """The campaign; raises CampaignError with one line for every answer that is missing."""
-        if self.campaign is None:
-            raise CampaignError([q.problem for q in self.missing])
-        return self.campaign

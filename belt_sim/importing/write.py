@@ -7,8 +7,8 @@ import yaml
 
 from belt_sim.campaign import Campaign, write_campaign
 from belt_sim.campaign.write import sheet_tree
+from belt_sim.importing.build import Proposal
 from belt_sim.importing.mapping import FILE
-from belt_sim.importing.types import Proposal
 
 #: key of the sheet -> what it is
 MEANING = {

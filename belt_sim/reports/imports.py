@@ -7,8 +7,8 @@ import numpy as np
 from rich.console import Console
 
 from belt_sim.campaign import Campaign
+from belt_sim.importing import Proposal
 from belt_sim.importing.new_campaign import PlannedRun
-from belt_sim.importing.types import Proposal
 from belt_sim.reports.terminal import console, rich_table
 from belt_sim.results.display import Table
 from belt_sim.si import DEGREE, MM, N_PER_MM2
@@ -47,8 +47,8 @@ def columns_table(proposal: Proposal) -> Table:
     alike: dict[tuple[str, ...], list[str]] = {}
     marked: list[int] = []
     for use in proposal.columns:
-        became = f"{use.signal} at {use.at}" if use.signal and use.at else use.role
-        row = (use.column, became, use.unit, use.why if use.sure else f"{use.why} (a guess)")
+        became = f"{use.name} at {use.at}" if use.name and use.at else use.role
+        row = (use.column.name, became, use.unit, use.why if use.sure else f"{use.why} (a guess)")
         if row not in alike and use.role != "ignore" and not use.sure:
             marked.append(len(alike))
         alike.setdefault(row, []).append(use.table)
