@@ -108,6 +108,11 @@ class SceneParts:
         """With fields of the surface of ``pulley`` ("head" or "tail") replaced."""
         return replace(self, **{pulley: replace(getattr(self, pulley), **values)})
 
+    def add_to_pulley(self, pulley: str, **values: float) -> "SceneParts":
+        """With values added to fields of the surface of ``pulley`` ("head" or "tail")."""
+        there = vars(getattr(self, pulley))
+        return self.with_pulley(pulley, **{name: there[name] + value for name, value in values.items()})
+
     def with_camber(self, camber: Camber) -> "SceneParts":
         """With a natural curvature [1/m] added to what the belt has."""
         there = self.camber

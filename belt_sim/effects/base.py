@@ -1,12 +1,13 @@
 """The contract of an effect: a frozen dataclass of SI parameters that changes one of the five laws.
 
-A new effect is one file: subclass ``Effect``, decorate with ``@effect``, give ``id``, ``law`` and ``reference``,
+A new effect is one file: subclass ``Effect``, decorate with ``@effect``, give ``law`` and ``reference``,
 declare its numbers with ``parameter``, and override the hook of its law. Every hook returns its first argument changed;
 with null parameters it must return it unchanged, bit for bit. The hook ``scene`` is the geometric half of an effect: it
 gives the parts of a 3D scene (``belt_sim.scene_parts``) with its own change; the 3D models refuse an effect that acts
 between drive and sensor without it.
 """
 
+import re
 import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
@@ -102,6 +103,7 @@ CHECK_DIAMETERS = "Measure the {pulley} pulley's diameter at both sides and in t
 class Effect:
     """Base of all effects; see the module's text."""
 
+    #: its name in files and on the command line; empty: of the class, ``YawDrift`` is yaw_drift
     id: ClassVar[str] = ""
     #: the effect in a few words; empty: the first line of its file
     title: ClassVar[str] = ""
@@ -209,6 +211,8 @@ def effect(cls):
     if "seen" in vars(cls):  # what the hook was called in version 0.1
         cls.sensor_travel = cls.seen
         del cls.seen
+    if "id" not in vars(cls):
+        cls.id = re.sub("(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
     if "__dataclass_fields__" not in vars(cls):
         cls = dataclass(frozen=True, kw_only=True)(cls)
     declared = {f.name: f.metadata["parameter"] for f in fields(cls) if "parameter" in f.metadata}

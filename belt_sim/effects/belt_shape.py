@@ -40,7 +40,6 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
     twenty a fifth. It is linear in the reading: a fit needs no march for it, and takes as many harmonics as show.
     """
 
-    id = "edge_profile"
     title = "Edge profile: the belt's own edge is not straight"
     law = "sensor"
     reference = "physics sheet, section 7; spectrum as measured on a laboratory conveyor, 1.9 mm peak to peak"
@@ -80,6 +79,19 @@ def _phase(seen, case):
     return 2 * jnp.pi * (direction * seen[None] - along[:, None]) / rig.belt_length
 
 
+def _add_natural(bend, added, natural):
+    """Return ``bend`` with a natural curvature: what it adds at the run-up, the run-off and to the tilt, and itself at
+    the run-up and the run-off."""
+    return replace(
+        bend,
+        runup=bend.runup + added[0],
+        runoff=bend.runoff + added[1],
+        natural_runup=bend.natural_runup + natural[0],
+        natural_runoff=bend.natural_runoff + natural[1],
+        tilt=bend.tilt + added[2],
+    )
+
+
 @effect
 class Camber(Effect):
     """The bending moment is EI (kappa - kappa_c) all round the belt; kappa_c > 0: the edge at +y is the shorter one.
@@ -89,7 +101,6 @@ class Camber(Effect):
     kappa_c Lambda / (1 + Lambda), Lambda of ``belt_sim.laws.span.sag_softening``.
     """
 
-    id = "camber"
     title = "Camber: a belt that is evenly curved in its own plane when nothing holds it"
     law = "span"
     reference = "physics sheet, sections 3 and 7; Benson 2002 (JDSMC 124(1) 25)"
@@ -112,15 +123,7 @@ class Camber(Effect):
         return rows @ weights * (span.length / (rows.shape[1] - 1) / 3.0)
 
     def bend(self, bend, boundary, known, case):
-        runup, runoff, tilt = self.kappa_c * known
-        return replace(
-            bend,
-            runup=bend.runup + runup,
-            runoff=bend.runoff + runoff,
-            natural_runup=bend.natural_runup + self.kappa_c,
-            natural_runoff=bend.natural_runoff + self.kappa_c,
-            tilt=bend.tilt + tilt,
-        )
+        return _add_natural(bend, self.kappa_c * known, (self.kappa_c, self.kappa_c))
 
     def scene(self, parts, case):
         return parts.with_camber(lambda s: np.full(np.shape(s), self.kappa_c)) if self.kappa_c else parts
@@ -161,7 +164,6 @@ class Weld(Effect):
     ``at``: the middle of the weld at travel 0, from point 4 on by the points 1, 2 and 3. It leaves no drift.
     """
 
-    id = "weld"
     title = "A weld: the belt is curved in its own plane over a short length, which passes once every belt length"
     law = "span"
     reference = "physics sheet, section 7; Benson 2002 (JDSMC 124(1) 25) for splices"
@@ -208,16 +210,9 @@ class Weld(Effect):
         place = place - jnp.stack([0.0 * to_point_3, rig.span_length + rig.wrap_tail])  # from each span's run-off
         place = jnp.mod(place + 0.5 * self.length, rig.belt_length) - 0.5 * self.length
         there = (place >= known.x[0]) & (place <= known.x[-1])
-        runup, runoff, tilt = self.angle * jnp.where(there, _interpolate_rows(known.x, known.added, place), 0.0)
+        added = self.angle * jnp.where(there, _interpolate_rows(known.x, known.added, place), 0.0)
         ends = [self.angle / self.length * raised_cosine((place - x) / self.length) for x in (rig.span_length, 0.0)]
-        return replace(
-            bend,
-            runup=bend.runup + runup,
-            runoff=bend.runoff + runoff,
-            natural_runup=bend.natural_runup + ends[0],
-            natural_runoff=bend.natural_runoff + ends[1],
-            tilt=bend.tilt + tilt,
-        )
+        return _add_natural(bend, added, ends)
 
     def scene(self, parts, case):
         around = float(case.rig.belt_length)

@@ -11,7 +11,6 @@ from belt_sim.effects.base import CHECK_MODEL, Cause, Effect, effect, parameter
 class SoftCover(Effect):
     """The edge under more tension sinks deeper and runs on a smaller radius: extra turn c M per metre of travel."""
 
-    id = "soft_cover"
     title = "Soft cover, rolling-radius compliance: the belt turns under its own entry moment"
     law = "run-up"
     reference = "physics sheet, section 7"
@@ -40,7 +39,6 @@ class TractionLoss(Effect):
     Below ``onset`` nothing is lost. Rates of one tension and yaw that differ with speed and nothing else give it away.
     """
 
-    id = "traction_loss"
     title = "Traction lost above a speed: a film of air or liquid between belt and pulley"
     law = "run-up"
     reference = "Knox and Sweeney 1971 (Ind. Eng. Chem. Process Des. Dev. 10(2) 201), air films; here linear"
@@ -79,7 +77,6 @@ class LiftOff(Effect):
     between the ends is not felt by the layer.
     """
 
-    id = "lift_off"
     title = "Lift-off: a belt that resists bending leaves its pulley along a layer, fibre by fibre at different heights"
     law = "run-up"
     reference = "plate under tension on a cylinder, any textbook; checked against shell elements on cylinders"
@@ -139,7 +136,6 @@ class Slip(Effect):
     landed and leaves as bent as the next span wants it; M is the difference.
     """
 
-    id = "slip"
     title = "Finite friction: the belt turns on a pulley at a change of yaw, and wherever it leaves one"
     law = "run-up"
     reference = "Coulomb friction of a wrap; zones solved in tests/agreement/test_slip.py, 3D belt with friction"

@@ -54,12 +54,6 @@ class GenericLaw(Effect):
     content: ClassVar[SizedLaw]
     numbers: ClassVar[tuple[LawNumber, ...]]
 
-    def as_law(self) -> SizedLaw:
-        """Return the law with the numbers of this effect."""
-        values = {n.name: float(getattr(self, n.name)) for n in self.numbers}
-        sizes = tuple(values[n.name] for n in self.numbers if not n.modifier)
-        return SizedLaw(self.content.law.with_numbers(values), sizes, self.content.tension)
-
     def terms(self, *kinds: str) -> list[tuple[int, Term]]:
         """Return the terms at places of these kinds, with their positions in the law."""
         return [(k, t) for k, t in enumerate(self.content.law.terms) if t.place.kind in kinds]
@@ -275,7 +269,7 @@ def _scene(self, parts, case):
         value = float(self.strength(k, 1.0 if y else _independent(t, 0.0, case), 0.0, case))
         name, value = ("yaw_offset", value) if t.place.kind == "yaw" else ("crown", -value) if y else ("taper", value)
         for pulley in (PULLEYS[p or 0] for _, p in t.place.parts):
-            parts = parts.with_pulley(pulley, **{name: getattr(getattr(parts, pulley), name) + value})
+            parts = parts.add_to_pulley(pulley, **{name: value})
     return parts
 
 

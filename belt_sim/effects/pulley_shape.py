@@ -16,7 +16,6 @@ _BULGE = "‰ of the radius 1 m from the middle"  # of R (1 - c y^2/2)
 class Taper(Effect):
     """kappa_t = (dR/dy)/R turns the landing belt: dtheta_u/ds = -(kappa_u + kappa_t), towards the larger radius."""
 
-    id = "taper"
     title = "Taper: a pulley that is a cone"
     law = "run-up"
     reference = "physics sheet, section 7"
@@ -36,7 +35,6 @@ class Taper(Effect):
 class Crown(Effect):
     """R(y) = R (1 - c y^2/2): a taper kappa_t = -c y that centres the belt."""
 
-    id = "crown"
     title = "Crown: pulleys that are thicker in the middle"
     law = "run-up"
     reference = "physics sheet, section 7"
@@ -51,8 +49,7 @@ class Crown(Effect):
         return replace(runup, turn=runup.turn - jnp.stack([self.c, self.c_head]) * state.y)
 
     def scene(self, parts, case):
-        tail, head = parts.tail.crown + self.c, parts.head.crown + self.c_head
-        return parts.with_pulley("tail", crown=tail).with_pulley("head", crown=head)
+        return parts.add_to_pulley("tail", crown=self.c).add_to_pulley("head", crown=self.c_head)
 
 
 @effect
@@ -62,7 +59,6 @@ class PulleyDeflection(Effect):
     Where a crown holds the belt in the middle (kappa_t = -c y), this drives it out, the more the tighter it is.
     """
 
-    id = "pulley_deflection"
     title = "Pulley deflection: shells and axles that bend under the belt's pull"
     law = "run-up"
     reference = "physics sheet, section 7 (crown); beam between two bearings under an even load"
@@ -84,17 +80,14 @@ class PulleyDeflection(Effect):
         return replace(runup, turn=runup.turn + self.compliance * case.tension_force * state.y)
 
     def scene(self, parts, case):
-        hollow = self.compliance * float(case.tension_force)
-        for pulley in ("tail", "head"):
-            parts = parts.with_pulley(pulley, crown=getattr(parts, pulley).crown - hollow)
-        return parts
+        crown = -self.compliance * float(case.tension_force)
+        return parts.add_to_pulley("tail", crown=crown).add_to_pulley("head", crown=crown)
 
 
 @effect
 class BuildUp(Effect):
     """The tail pulley's taper grows with the belt that has passed: kappa_t = rate s, whatever the speed."""
 
-    id = "build_up"
     title = "Build-up: dirt that grows on one side of a pulley as the belt brings it"
     law = "run-up"
     reference = "physics sheet, section 7 (taper); makers' guides: carry-back on return pulleys"
@@ -120,7 +113,6 @@ class RunUpPoints(Effect):
     """The span meets the pulley psi = q L/(2 F) before its top: yaw beta cos(psi), roll beta sin(psi) at the tail and
     -beta_h sin(psi) at the head pulley, where the span slopes the other way."""
 
-    id = "run_up_points"
     title = "Real positions of the run-up and run-off points of a sagging span"
     law = "drive"
     reference = "paper Fig. 10; physics sheet, section 6"

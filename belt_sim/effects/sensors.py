@@ -23,7 +23,6 @@ def _drift(point: int):
 class SensorGain(Effect):
     """An edge sensor shows (1 + g) y."""
 
-    id = "sensor_gain"
     title = "Gain error of the edge sensors"
     law = "sensor"
     reference = "physics sheet, section 7"
@@ -45,7 +44,6 @@ class SensorGain(Effect):
 class SensorOffset(Effect):
     """An edge sensor shows y + c, the same c in every run."""
 
-    id = "sensor_offset"
     title = "Zero error common to all runs of an edge sensor"
     law = "sensor"
     reference = "physics sheet, section 7"
@@ -68,7 +66,6 @@ class SensorOffset(Effect):
 class SensorDrift(Effect):
     """An edge sensor shows y + d t. The drift is constant in time, so per metre it falls with speed."""
 
-    id = "sensor_drift"
     title = "Drift of the edge sensors in time"
     law = "sensor"
     reference = "physics sheet, section 7"
@@ -94,7 +91,6 @@ class SensorDelay(Effect):
     At one speed it is a shift of the travel's zero and changes no late rate.
     """
 
-    id = "sensor_delay"
     title = "Delay of the edge sensors"
     law = "sensor"
     reference = "dead time, any textbook on measurement"
@@ -115,7 +111,6 @@ class SensorDelay(Effect):
 class EncoderScale(Effect):
     """The encoder shows (1 + e) times the true travel, which changes all rates and periods."""
 
-    id = "encoder_scale"
     title = "Encoder scale: a metre on the display is not a metre of belt"
     law = "sensor"
     reference = "physics sheet, section 7"

@@ -1,11 +1,12 @@
-"""Loads on the spans: a leaning machine, idlers, scrapers, what the belt carries."""
+"""Loads on the spans: a leaning machine, idlers, scrapers, what the belt carries, edge guides."""
 
 from dataclasses import replace
 
+import jax
 import jax.numpy as jnp
 
 from belt_sim.case import Case
-from belt_sim.effects.base import Cause, Effect, effect, parameter
+from belt_sim.effects.base import METRES, Cause, Effect, effect, parameter
 from belt_sim.laws.influence import (
     add_load,
     couple_at,
@@ -15,6 +16,7 @@ from belt_sim.laws.influence import (
     span_fields,
     spread_force,
     spread_roll,
+    supports,
 )
 
 
@@ -27,7 +29,6 @@ class MachineTilt(Effect):
     canted; the wraps, which friction holds, feel nothing of it.
     """
 
-    id = "machine_tilt"
     title = "Machine tilt: a machine that leans to one side about its long axis"
     law = "span"
     reference = "clamped span under an even side load, any textbook; physics sheet, section 3 for the hanging strip"
@@ -67,7 +68,6 @@ class IdlerSkew(Effect):
     A support with friction on one side only does the same.
     """
 
-    id = "idler_skew"
     title = "Idler skew: a roller under the upper span that does not stand square"
     law = "span"
     reference = "clamped span under a side force, any textbook; makers' guides: skewed and seized idlers"
@@ -101,7 +101,6 @@ class SideDrag(Effect):
     neglected.
     """
 
-    id = "side_drag"
     title = "Side drag: a scraper or skirt that rubs on one edge of the upper span"
     law = "span"
     reference = "clamped span under a couple, any textbook; makers' guides: scrapers and skirts"
@@ -137,7 +136,6 @@ class OffCentreLoad(Effect):
     additional sag is neglected.
     """
 
-    id = "off_centre_load"
     title = "Off-centre load: what the upper span carries lies on one side"
     law = "span"
     reference = "physics sheet, section 3 (strip) with a rolling couple; makers' guides: off-centre loading"
@@ -156,3 +154,70 @@ class OffCentreLoad(Effect):
 
     def scene(self, parts, case):
         return replace(parts, roll=parts.roll - self.moment)
+
+
+_NEAREST = 0.25  # [m] to a pulley: nearer, a step of the march no longer follows the span's stiffness
+
+
+@effect
+class EdgeGuide(Effect):
+    """Two rollers, one at each edge, ``gap`` away from the belt in the middle: P = k max(0, |y| - gap), inwards.
+
+    The belt beside the roller is where its ends and P put it, y = y_ends - P give, so that P = k (|y_ends| - gap) /
+    (1 + k give). P bends the span's run-up back until the belt no longer runs sideways: y saturates. ``at`` counts
+    from the tail pulley's axis; a sticking belt does not move on the pulleys themselves.
+    """
+
+    title = "Edge guides: rollers beside the spans that push the belt's edge back"
+    law = "span"
+    reference = "physics sheet, section 7; clamped beam with an elastic stop, any textbook"
+    parity = "odd"
+    cause = Cause(
+        "a guide roller pushes the belt back at its edge",
+        ("upper", "lower"),
+        "Look for contact and wear at the guide rollers, and swing them away for one run.",
+    )
+    stiffness: float = parameter("N/m", "rollers of the upper span", plausible=(10.0, 1e8), scale=1e5)
+    stiffness_lower: float = parameter("N/m", "rollers of the lower span", plausible=(10.0, 1e8), scale=1e5)
+    gap: float = parameter(
+        "m",
+        "play between edge and roller",
+        plausible=(0.0, 0.02),
+        scale=1e-3,
+        modifier=True,
+        # so close that a search does not end where only the next reading touches
+        grid=(0.0, 1.5e-4, 3e-4, 4.5e-4, 6.5e-4, 1e-3, 1.5e-3, 2.2e-3, 4e-3, 8e-3),
+    )
+    at: float = parameter(
+        "m",
+        "distance from the tail pulley's axis",
+        plausible=(0.25, 50.0),
+        scale=1.0,
+        modifier=True,
+        grid=(0.25, 0.5, 1.0, 2.0, 4.0, 8.0),
+        shop=METRES,
+    )
+
+    def influence(self, span, case):
+        fields = span_fields(span)
+        share = self._from_tail(span.length) / span.length
+        near_runoff, near_runup = supports(span, share, fields)
+        return jax.tree.map(lambda *of_spans: jnp.stack(of_spans), near_runup, near_runoff)
+
+    def _from_tail(self, length):
+        return jnp.clip(self.at, _NEAREST, length - _NEAREST)
+
+    def bend(self, bend, boundary, known, case):
+        place = boundary.start + jnp.sum(known.place * boundary.ends.T, axis=1)
+        stiff = jnp.stack([self.stiffness, self.stiffness_lower])
+        stiff = jnp.where(boundary.direction > 0, stiff, stiff[::-1])  # the first span runs up the tail pulley
+        push = -stiff * (place - jnp.clip(place, -self.gap, self.gap)) / (1.0 + stiff * known.give)
+        return add_load(bend, known, push)
+
+    def scene(self, parts, case):
+        x = float(case.rig.centre_distance) - float(self._from_tail(case.rig.span_length))
+        for span, stiffness in (("upper", self.stiffness), ("lower", self.stiffness_lower)):
+            if stiffness > 0.0:
+                for side in (1.0, -1.0):
+                    parts = parts.with_guide(span=span, x=x, gap=self.gap, side=side, stiffness=stiffness)
+        return parts

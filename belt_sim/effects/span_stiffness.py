@@ -11,7 +11,6 @@ from belt_sim.effects.base import CHECK_MODEL, Cause, Effect, effect, parameter
 class SagRoll(Effect):
     """Adds kappa = y'' + phi Z to a beam of second order; strength multiplies Z = q/F (1 = the full strip law)."""
 
-    id = "sag_roll"
     title = "Sag-roll coupling: a hanging belt relieves its in-plane bending by tilting"
     law = "span"
     reference = "physics sheet, section 3 (strip); edge ropes of Ritzinger 1997 and Ernst 1965 describe the same sag"
@@ -29,7 +28,6 @@ class SagRoll(Effect):
 class Shear(Effect):
     """K^2 = (F/EI) / (1 + n F/(G A)); n = (12 + 11 nu)/(10 + 10 nu) for a rectangle (paper eq. 8)."""
 
-    id = "shear"
     title = "Shear flexibility of short, wide spans"
     law = "span"
     reference = "paper eq. 8; Cowper 1966 for n"
@@ -55,7 +53,6 @@ class Flatness(Effect):
     is then taken as 0.
     """
 
-    id = "flatness"
     title = "Flatness: residual stress of the rolled strip changes how easily a span twists"
     law = "span"
     reference = "residual stress of rolled strip: Fischer et al. 2000 (Int. J. Mech. Sci. 42); T by virtual work"

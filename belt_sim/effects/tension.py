@@ -9,7 +9,6 @@ from belt_sim.effects.base import CHECK_MODEL, PERCENT, Cause, Effect, effect, p
 class TensionBias(Effect):
     """sigma_true = sigma (1 + gain) + bias."""
 
-    id = "tension_bias"
     title = "Load-cell gain or bias: the tension is not what the display says"
     law = "drive"
     reference = "physics sheet, section 7"
@@ -26,7 +25,6 @@ class TensionBias(Effect):
 class SpeedTension(Effect):
     """The tension that counts in the spans is sigma - share rho v^2."""
 
-    id = "speed_tension"
     title = "Centrifugal tension: a fast belt pulls on itself, not on the pulleys"
     law = "drive"
     reference = "physics sheet, sections 7 and 9"

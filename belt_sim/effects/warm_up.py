@@ -37,7 +37,6 @@ class YawDrift(Effect):
     It grows with time, so per metre it falls with speed. It keeps its sign when the yaw changes sign.
     """
 
-    id = "yaw_drift"
     title = "Warming up turns the steered pulley"
     law = "drive"
     reference = "first-order warming of a machine frame, any textbook on thermal drift of machine tools"
@@ -62,7 +61,6 @@ class TaperDrift(Effect):
     One kelvin between the ends of a steel pulley of 0.2 m is a taper of 6e-5 1/m, half of what equals the paper's yaw.
     """
 
-    id = "taper_drift"
     title = "Warming up makes the steered pulley a cone"
     law = "run-up"
     reference = "physics sheet, section 7 (taper); expansion of steel 1.2e-5 1/K"

@@ -1,11 +1,14 @@
-"""Axes of the pulleys: zero errors of the yaw, play, compliance, unequal tensioners, cant."""
+"""Axes of the pulleys: zero errors of the yaw, play, compliance, unequal tensioners, cant, wobble."""
 
+import math
 from dataclasses import replace
 
+import jax
 import jax.numpy as jnp
+import numpy as np
 
 from belt_sim.case import Schedule
-from belt_sim.effects.base import Cause, Effect, effect, parameter
+from belt_sim.effects.base import PERCENT, Cause, Effect, effect, parameter
 from belt_sim.laws.runup import sag_angle
 
 
@@ -17,7 +20,6 @@ def _zero_error():
 class YawOffsetTail(Effect):
     """The yaw of the tail pulley is beta + beta_0: the lines w(beta) of all tensions cross at -beta_0."""
 
-    id = "yaw_offset_tail"
     title = "Zero error of the tail pulley's yaw"
     law = "drive"
     reference = "physics sheet, section 7"
@@ -34,14 +36,13 @@ class YawOffsetTail(Effect):
         return replace(yaw, tail=yaw.tail + self.beta_0)
 
     def scene(self, parts, case):
-        return parts.with_pulley("tail", yaw_offset=parts.tail.yaw_offset + self.beta_0)
+        return parts.add_to_pulley("tail", yaw_offset=self.beta_0)
 
 
 @effect
 class YawOffsetHead(Effect):
     """The yaw of the head pulley is beta_h + beta_0."""
 
-    id = "yaw_offset_head"
     title = "Zero error of the head pulley's yaw"
     law = "drive"
     reference = "physics sheet, section 7"
@@ -65,7 +66,6 @@ class YawOffsetHead(Effect):
 class YawBacklash(Effect):
     """The tail pulley follows its command through a play of +-half; it starts in the middle of the play."""
 
-    id = "yaw_backlash"
     title = "Yaw backlash: play in the steering"
     law = "drive"
     reference = "physics sheet, section 7; play operator of Prandtl"
@@ -94,7 +94,6 @@ class YawCompliance(Effect):
     M itself grows with the yaw, by D = 2 EI dkappa/dtheta_u, both spans alike; the equation is solved for the yaw.
     """
 
-    id = "yaw_compliance"
     title = "Yaw compliance: the belt's bending moment turns the steered pulley back"
     law = "drive"
     reference = "physics sheet, section 7"
@@ -123,7 +122,6 @@ class UnequalTension(Effect):
     At one tension it is a zero error of the yaw (yaw_offset_tail); two tensions tell them apart.
     """
 
-    id = "unequal_tension"
     title = "Unequal tension: tensioners left and right do not pull alike"
     law = "drive"
     reference = "equilibrium of an axle on two unequal springs"
@@ -142,8 +140,7 @@ class UnequalTension(Effect):
         return replace(yaw, tail=yaw.tail + self.yaw_per_force * case.tension_force)
 
     def scene(self, parts, case):
-        turned = self.yaw_per_force * float(case.tension_force)
-        return parts.with_pulley("tail", yaw_offset=parts.tail.yaw_offset + turned)
+        return parts.add_to_pulley("tail", yaw_offset=self.yaw_per_force * float(case.tension_force))
 
 
 @effect
@@ -155,7 +152,6 @@ class Cant(Effect):
     through the rest of its wrap.
     """
 
-    id = "cant"
     title = "Cant: a pulley axis that is not level"
     law = "wrap"
     reference = "Zhang 2011 (10.1115/1.4004975); physics sheet, section 7"
@@ -182,3 +178,96 @@ class Cant(Effect):
 
     def scene(self, parts, case):
         return parts.with_pulley("tail", cant=self.gamma).with_pulley("head", cant=self.gamma_head)
+
+
+_RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # a radian of phase apart after some thirty turns
+_RUNS_UP = np.array([-1.0, 1.0])  # forwards on top of the tail and below the head, backwards the other way
+_QUARTER = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)  # a quarter of a turn, in three parts
+_TERMS = 8  # of the series, within pi/4
+
+
+def cos_sin(angle):
+    """Return cosine and sine of ``angle`` [rad], exact to 3e-16 up to 1e5 rad.
+
+    XLA calls the library's sine number by number; this series vectorises over many runs at once. The barrier keeps XLA
+    from evaluating it again for each use.
+    """
+    quarters = jnp.round(angle * (1.0 / (_QUARTER[0] + _QUARTER[1])))
+    rest = ((angle - quarters * _QUARTER[0]) - quarters * _QUARTER[1]) - quarters * _QUARTER[2]
+    square = rest * rest
+    cos = sin = 1.0
+    for k in range(_TERMS, 0, -1):
+        cos = 1.0 - square * cos * (1.0 / ((2 * k - 1) * (2 * k)))
+        sin = 1.0 - square * sin * (1.0 / (2 * k * (2 * k + 1)))
+    sin = rest * sin
+    place = quarters - 4.0 * jnp.floor(0.25 * quarters)  # 0..3
+    odd, back = (place == 1.0) | (place == 3.0), place >= 2.0
+    over = (place == 1.0) | (place == 2.0)
+    first, second = jnp.where(odd, sin, cos), jnp.where(odd, cos, sin)
+    return jax.lax.optimization_barrier((jnp.where(over, -first, first), jnp.where(back, -second, second)))
+
+
+def _part(meaning):
+    return parameter("rad", meaning, plausible=(-2e-3, 2e-3), scale=1e-4)
+
+
+def _radius(pulley):
+    meaning = f"relative error of the stated radius of the {pulley} pulley"
+    return parameter("1", meaning, plausible=(-0.01, 0.01), scale=1e-3, modifier=True, grid=_RADII, shop=PERCENT)
+
+
+@effect
+class Wobble(Effect):
+    """The surface swings as one piece about the bearings' line, period 2 pi R; it leaves no drift.
+
+    Its direction is beta_cos cos(s/R) + beta_sin sin(s/R), as of an axle that is yawed; but the axis also rises by
+    gamma = beta_cos sin(s/R) - beta_sin cos(s/R) towards +y where it runs up (falls on reversed travel), which takes
+    the surface aside by R gamma where the belt lies. Both together never carry the belt sideways: dy/ds = -theta, and
+    the belt feels a taper gamma/R that turns (docs/theory.md). At the start it lies straight on the surface.
+
+    After fifty turns a radius that is off by a few per mille has shifted the phase by a radian, so the radii's own
+    errors belong to the effect.
+    """
+
+    title = "Wobble: a pulley that sits askew on its shaft, or a shaft that is bent"
+    law = "run-up"
+    reference = "geometry of a cylinder askew: docs/theory.md"
+    parity = "even"
+    comes_round = True
+    cause = Cause(
+        "the {pulley} pulley sits askew on its shaft",
+        ("tail", "head"),
+        "Turn the {pulley} pulley by hand and read a dial gauge at both sides.",
+    )
+    beta_cos: float = _part("askew: yaw of the tail pulley's surface at travel 0")
+    beta_sin: float = _part("the same a quarter of a turn later")
+    beta_cos_head: float = _part("askew: yaw of the head pulley's surface at travel 0")
+    beta_sin_head: float = _part("the same a quarter of a turn later, head pulley")
+    radius_error: float = _radius("tail")
+    radius_error_head: float = _radius("head")
+
+    def yaw(self, yaw, state, case):
+        rig, errors = case.rig, jnp.stack([self.radius_error, self.radius_error_head])
+        radius = jnp.stack([rig.tail_radius, rig.head_radius]) * (1.0 + errors)
+        across, along = jnp.stack([self.beta_cos, self.beta_cos_head]), jnp.stack([self.beta_sin, self.beta_sin_head])
+        cos, sin = cos_sin((state.travel + case.settings.start) / radius)
+        swing, rise = across * cos + along * sin, across * sin - along * cos
+        aside = radius * rise * _RUNS_UP
+        return replace(
+            yaw,
+            tail=yaw.tail + swing[0],
+            head=yaw.head + swing[1],
+            roll_runup=yaw.roll_runup + state.direction * rise,
+            roll_runoff=yaw.roll_runoff + state.direction * rise[::-1],
+            aside_runup=yaw.aside_runup + aside,
+            aside_runoff=yaw.aside_runoff - aside[::-1],
+        )
+
+    def scene(self, parts, case):
+        for pulley, cos, sin in (
+            ("tail", self.beta_cos, self.beta_sin),
+            ("head", self.beta_cos_head, self.beta_sin_head),
+        ):
+            phase = math.atan2(-sin * float(case.settings.direction), cos)
+            parts = parts.with_pulley(pulley, wobble=math.hypot(cos, sin), wobble_phase=phase)
+        return parts

@@ -2,7 +2,7 @@
 
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting, grid
-from belt_sim.virtual_rig.random_campaigns import random_campaign, random_nothing_campaign, random_unmodelled_campaign
+from belt_sim.virtual_rig.random_campaigns import random_campaign
 from belt_sim.virtual_rig.sealed_truth import Truth, reveal, write_blind
 
 __all__ = [
@@ -13,8 +13,6 @@ __all__ = [
     "grid",
     "make_campaign",
     "random_campaign",
-    "random_nothing_campaign",
-    "random_unmodelled_campaign",
     "reveal",
     "write_blind",
 ]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from functools import cache
 from itertools import product
-from typing import Any, ClassVar, Protocol, dataclass_transform
+from typing import Any, ClassVar, dataclass_transform
 
 import numpy as np
 
@@ -48,17 +48,6 @@ def shape(default: float, draw: Callable, grid: Callable = lambda plan: ()) -> A
     which, along with its sizes, the fault is nearly linear.
     """
     return field(default=default, metadata={"draw": draw, "grid": grid})
-
-
-class Past(Protocol):
-    """What a fault may ask of the belt's past."""
-
-    @property
-    def line(self) -> Line:
-        """What runs."""
-
-    def state_at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
-        """Rows first:last of (y, alpha tail, y, alpha head) at travel s, shape (..., batch) -> (rows, ..., batch)."""
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(size, shape))
@@ -115,8 +104,8 @@ class Fault:
         """(y, alpha) at the run-ups of tail and head at travels s <= 0 (..., batch), shape (4, ..., batch)."""
         return 0.0
 
-    def recall(self, s: float, past: Past):
-        """The same from the past of the belt, shape (2, batch)."""
+    def recall(self, s: float, past):
+        """The same from the past of the belt (a ``march.DelayHistory``), shape (2, batch)."""
         return 0.0
 
     def slide(self, s: float, line: Line, alpha):
@@ -203,12 +192,6 @@ def overrides(fault: Fault | type[Fault], hook: str) -> bool:
     """Whether a fault has a hook of its own."""
     cls = fault if isinstance(fault, type) else type(fault)
     return getattr(cls, hook) is not getattr(Fault, hook)
-
-
-def add_to_pulley(parts: SceneParts, pulley: str, **more: float) -> SceneParts:
-    """With more of a pulley's departures from a true cylinder: as on the line, those of several faults add up."""
-    there = vars(getattr(parts, pulley))
-    return parts.with_pulley(pulley, **{name: there[name] + value for name, value in more.items()})
 
 
 class UnmodelledFault(Fault):

@@ -18,7 +18,7 @@ from belt_sim.virtual_rig.sealed_truth import Truth
 
 BASES = BASE, RANDOM_BASE = "beam_th2", "strip"
 #: Readings are written to this resolution [m or rad], far below their noise.
-RESOLUTION = {"lateral": 1e-7, "tilt": 1e-7}
+RESOLUTION = 1e-7
 _SALT_BYTES = 16
 
 
@@ -89,11 +89,8 @@ def build_campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str, r
     runs = []
     for k, setting in enumerate(plan.runs):
         repeat = None if setting.repeat_of is None else _name(setting.repeat_of)
-        steps = [RESOLUTION[sheet.kind] for sheet in sheets]
-        signals = {
-            sheet.name: np.round(readings[j, :, k] / step) * step
-            for j, (sheet, step) in enumerate(zip(sheets, steps, strict=True))
-        }
+        rounded = np.round(readings[:, :, k] / RESOLUTION) * RESOLUTION
+        signals = {sheet.name: row for sheet, row in zip(sheets, rounded, strict=True)}
         stated = {n: v for n, v in vars(setting).items() if n not in ("repeat_of", "start")}
         runs.append(Run(name=_name(k), repeat_of=repeat, travel=plan.travel, signals=signals, **stated))
     return Campaign(
@@ -117,7 +114,6 @@ def describe_truth(
     seed, base, what: HiddenFaults, noise: Noise, errors: TrueErrors, dirt, salt: str, plan: str = "", unstated=()
 ) -> Truth:
     """What is sealed beside a campaign; unstated: further settings that its file does not state."""
-    unstated = dict(unstated)
     told = ("scale", "heavy_tails") + (() if noise.true_length is None else ("true_length", "smooth"))
     unknown = next((f for f in what.faults if isinstance(f, UnmodelledFault)), UnmodelledFault())
     effects = [
@@ -137,17 +133,11 @@ def describe_truth(
         distance=_round_digits(what.distance, 6),
         noise={n: getattr(noise, n) for n in told},
         machine=dict(errors.machine),
-        settings={
-            "tension_rel": np.asarray(errors.tension_rel).tolist(),
-            "yaw": np.asarray(errors.yaw).tolist(),
-            **unstated,
-        },
+        settings={n: np.asarray(getattr(errors, n)).tolist() for n in ("tension_rel", "yaw")} | dict(unstated),
         dirty=dirt,
         salt=salt,
         plan=plan,
-        place=unknown.place,
-        variable=unknown.variable,
-        form=unknown.form,
+        **{n: getattr(unknown, n) for n in ("place", "variable", "form")},
         also=[list(pair) for pair in unknown.also],
     )
 
@@ -166,11 +156,10 @@ def check_base(base: str, faults: Sequence[Fault] = ()) -> str:
     if base not in BASES:
         raise InputError("base", base, "", f"use one of {', '.join(BASES)}")
     for fault in faults:
+        others = " or ".join(b for b in BASES if b not in (*fault.idle_on, *fault.part_of))
         if base in fault.idle_on:
-            others = " or ".join(b for b in BASES if b not in fault.idle_on)
             raise InputError("hidden", fault.id, "", f"does not act on base {base}; use base {others}")
         if base in fault.part_of:
-            others = " or ".join(b for b in BASES if b not in fault.part_of)
             raise InputError("hidden", fault.id, "", f"is part of base {base} already; use base {others}")
     return base
 

@@ -10,7 +10,7 @@ wants (``slip_turn``); and it lets a run-off go all the time, as far as the mome
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
 
@@ -22,7 +22,6 @@ from belt_sim.virtual_rig.load import UnitLoad
 from belt_sim.virtual_rig.span import Sections, SpanResponse
 
 
-@dataclass(frozen=True)
 class DelayHistory:
     """The computed past: nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head.
 
@@ -32,19 +31,22 @@ class DelayHistory:
     wraps; initial: with which it did not begin straight; applied_loads: the loads on the spans.
     """
 
-    line: Line
-    nodes: np.ndarray
-    state: np.ndarray
-    slope: np.ndarray
-    tail_yaw: np.ndarray
-    head_yaw: np.ndarray
-    bent: np.ndarray
-    gone: np.ndarray
-    spans: tuple[SpanResponse, SpanResponse]
-    faults: tuple[Fault, ...] = ()
-    initial: tuple[Fault, ...] = ()
-    applied_loads: list["AppliedLoad"] = field(default_factory=list)
-    changed_spans: tuple[list["SpanTable"], list["SpanTable"]] = field(default_factory=lambda: ([], []))
+    def __init__(self, line: Line, faults: Sequence[Fault], reach: float) -> None:
+        self.line, self.nodes = line, _nodes(line, reach)
+        count, batch = len(self.nodes), len(line.stress)
+        self.state, self.slope, self.gone = np.zeros((3, count, 4, batch))
+        self.tail_yaw, self.head_yaw = np.zeros((2, count, batch))
+        self.bent = np.zeros((count, 2, batch))
+        self.spans = (line.span(), line.span(to_tail=False))
+        self.faults = [f for f in faults if overrides(f, "creep")]
+        self.initial = [f for f in faults if overrides(f, "initial_state")]
+        self.applied_loads = [
+            AppliedLoad(f, load, (line.direction > 0) == load.upper, np.zeros(batch), np.zeros((count, batch)))
+            for f in faults
+            for load in f.loads(line)
+        ]
+        changing = [f for f in faults if overrides(f, "sections")]
+        self.changed_spans = tuple([SpanTable(f, line, to_tail) for f in changing] for to_tail in (True, False))
 
     def state_at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
         """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch)."""
@@ -219,34 +221,13 @@ _SHARES = (0.0, 0.5, 1.0)  # of the way from the least tension to the most; a re
 
 def march(line: Line, faults: Sequence[Fault], reach: float) -> DelayHistory:
     """Run a batch of lines over ``reach`` metres of travel."""
-    nodes, batch = _nodes(line, reach), len(line.stress)
-    past = DelayHistory(
-        line=line,
-        nodes=nodes,
-        state=np.zeros((len(nodes), 4, batch)),
-        slope=np.zeros((len(nodes), 4, batch)),
-        tail_yaw=np.zeros((len(nodes), batch)),
-        head_yaw=np.zeros((len(nodes), batch)),
-        bent=np.zeros((len(nodes), 2, batch)),
-        gone=np.zeros((len(nodes), 4, batch)),
-        spans=(line.span(), line.span(to_tail=False)),
-        faults=tuple(f for f in faults if overrides(f, "creep")),
-        initial=tuple(f for f in faults if overrides(f, "initial_state")),
-        applied_loads=[
-            AppliedLoad(f, load, (line.direction > 0) == load.upper, np.zeros(batch), np.zeros((len(nodes), batch)))
-            for f in faults
-            for load in f.loads(line)
-        ],
-        changed_spans=(
-            [SpanTable(f, line, True) for f in faults if overrides(f, "sections")],
-            [SpanTable(f, line, False) for f in faults if overrides(f, "sections")],
-        ),
-    )
+    past = DelayHistory(line, faults, reach)
     equation = _DelayEquation(past, faults)
-    y = sum((f.initial_state(np.zeros(batch), line) for f in past.initial), np.zeros((4, batch)))
-    for k in range(len(nodes) - 1):
+    y = sum((f.initial_state(np.zeros(len(line.stress)), line) for f in past.initial), np.zeros_like(past.state[0]))
+    last = len(past.nodes) - 1
+    for k in range(last):
         y = equation.step(k, y)
-    equation.store(len(nodes) - 1, y, k)
+    equation.store(last, y, last - 1)
     return past
 
 
@@ -258,9 +239,7 @@ class _DelayEquation:
         hooks = ("yaw", "yaw_head", "turn", "recall", "slide", "tension")
         self.of = {hook: [f for f in faults if overrides(f, hook)] for hook in hooks}
         line = past.line
-        self.here = past.wrap_exit_without_slip(
-            np.zeros(past.state.shape[2])
-        )  # what leaves the pulleys at the node at hand
+        self.here = past.wrap_exit_without_slip(np.zeros(len(line.stress)))  # what leaves the pulleys at this node
         self.sticks = ~np.isfinite(line.friction)
         self.slips = not self.sticks.all()
         self.soft = 1 + line.cover * line.bending

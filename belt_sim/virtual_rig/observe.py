@@ -13,8 +13,6 @@ from belt_sim.virtual_rig.line import Line, line_from
 from belt_sim.virtual_rig.march import DelayHistory, march
 from belt_sim.virtual_rig.plan import Noise, Plan
 
-RIG_DATA = ("centre_distance", "head_radius", "tail_radius")
-BELT_DATA = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
 _BEFORE = 1e-6  # [m] before the yaw is applied
 
 
@@ -29,14 +27,15 @@ class TrueErrors:
 
 def stated_data(plan: Plan) -> dict:
     """Machine data as stated: name -> Quantity."""
-    rig = {name: getattr(plan.machine, name) for name in RIG_DATA}
-    return rig | {name: getattr(plan.belt, name) for name in BELT_DATA}
+    return vars(plan.machine) | vars(plan.belt)
 
 
 def true_machine(plan: Plan, errors: TrueErrors, gravity: float = GRAVITY) -> tuple[Rig, Belt]:
     """Machine and belt of a plan as they really are."""
     data = {name: q.value + errors.machine.get(name, 0.0) for name, q in stated_data(plan).items()}
-    return Rig(**{name: data[name] for name in RIG_DATA}, gravity=gravity), Belt(**{n: data[n] for n in BELT_DATA})
+    return Rig(**{n: data[n] for n in vars(plan.machine)}, gravity=gravity), Belt(
+        **{n: data[n] for n in vars(plan.belt)}
+    )
 
 
 def true_line(plan: Plan, base: str, errors: TrueErrors) -> Line:

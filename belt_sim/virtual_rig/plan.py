@@ -110,17 +110,8 @@ class Noise:
         """What the file states of one signal."""
         if not place.startswith("point_"):
             return SignalSheet(name=name, at=place, kind="tilt", unit="mrad", white=self.tilt_white)
-        return SignalSheet(
-            name=name,
-            at=place,
-            kind="lateral",
-            unit="mm",
-            white=self.white,
-            zero=self.zero,
-            gain=self.gain,
-            wander_sd=self.wander_sd,
-            wander_length=self.wander_length,
-        )
+        errors = {n: getattr(self, n) for n in ("white", "zero", "gain", "wander_sd", "wander_length")}
+        return SignalSheet(name=name, at=place, kind="lateral", unit="mm", **errors)
 
     def with_true_level(self) -> "Noise":
         """The noise as it is, stated so."""

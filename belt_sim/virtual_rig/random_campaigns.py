@@ -205,13 +205,3 @@ def random_campaign(
         if kind != "outside" or (what.distance or 0.0) >= REACHED * OUTSIDE[0]:
             break  # a plan that measures little tells no unmodelled fault from the library
     return measure_campaign(chosen, noise, base, what, seed, streams, TITLE, f"{name} {number}")
-
-
-def random_unmodelled_campaign(seed: int, blind: bool | None = True) -> tuple[Campaign, Truth]:
-    """One campaign with something hidden that the library has not; its best three effects leave 6 to 30 over."""
-    return random_campaign(seed, kind="outside", blind=blind)
-
-
-def random_nothing_campaign(seed: int) -> tuple[Campaign, Truth]:
-    """One campaign with nothing hidden."""
-    return random_campaign(seed, kind="nothing")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from belt_sim.virtual_rig.fault import TAIL, Fault, add_to_pulley, any_phase, shape, size, time_constant, warm_up
+from belt_sim.virtual_rig.fault import TAIL, Fault, any_phase, shape, size, time_constant, warm_up
 
 # Yaw of the pulleys: set, offset, drifting, yielding.
 
@@ -19,7 +19,7 @@ class YawOffsetTailFault(Fault):
         return replace(line, offset_tail=line.offset_tail + self.beta_0)
 
     def scene(self, parts, case):
-        return add_to_pulley(parts, "tail", yaw_offset=self.beta_0)
+        return parts.add_to_pulley("tail", yaw_offset=self.beta_0)
 
 
 class YawOffsetHeadFault(Fault):
@@ -32,7 +32,7 @@ class YawOffsetHeadFault(Fault):
         return replace(line, offset_head=line.offset_head + self.beta_0)
 
     def scene(self, parts, case):
-        return add_to_pulley(parts, "head", yaw_offset=self.beta_0)
+        return parts.add_to_pulley("head", yaw_offset=self.beta_0)
 
 
 class YawBacklashFault(Fault):
@@ -54,7 +54,7 @@ class YawComplianceFault(Fault):
         return replace(line, compliance=line.compliance + self.c_m)
 
     def scene(self, parts, case):
-        return add_to_pulley(parts, "tail", yaw_compliance=self.c_m)
+        return parts.add_to_pulley("tail", yaw_compliance=self.c_m)
 
 
 class YawDriftFault(Fault):
@@ -79,7 +79,7 @@ class UnequalTensionFault(Fault):
 
     def scene(self, parts, case):
         force = float(case.settings.tension * case.belt.area)
-        return add_to_pulley(parts, "tail", yaw_offset=self.yaw_per_force * force)
+        return parts.add_to_pulley("tail", yaw_offset=self.yaw_per_force * force)
 
 
 # Shape and mounting of the pulleys.
@@ -95,7 +95,7 @@ class TaperFault(Fault):
         return self.kappa_t * TAIL
 
     def scene(self, parts, case):
-        return add_to_pulley(parts, "tail", taper=self.kappa_t)
+        return parts.add_to_pulley("tail", taper=self.kappa_t)
 
 
 class TaperDriftFault(Fault):
@@ -129,7 +129,7 @@ class CrownFault(Fault):
         return -self.c * y * TAIL
 
     def scene(self, parts, case):
-        return add_to_pulley(parts, "tail", crown=self.c)
+        return parts.add_to_pulley("tail", crown=self.c)
 
 
 class PulleyDeflectionFault(Fault):
@@ -143,7 +143,7 @@ class PulleyDeflectionFault(Fault):
 
     def scene(self, parts, case):
         crown = -self.compliance * float(case.settings.tension * case.belt.area)
-        return add_to_pulley(add_to_pulley(parts, "head", crown=crown), "tail", crown=crown)
+        return parts.add_to_pulley("head", crown=crown).add_to_pulley("tail", crown=crown)
 
 
 class CantFault(Fault):
@@ -156,7 +156,7 @@ class CantFault(Fault):
         return replace(line, cant=line.cant + self.gamma)
 
     def scene(self, parts, case):
-        return add_to_pulley(parts, "tail", cant=self.gamma)
+        return parts.add_to_pulley("tail", cant=self.gamma)
 
 
 class WobbleFault(Fault):

@@ -3,8 +3,9 @@
 import math
 import multiprocessing
 import secrets
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -178,26 +179,16 @@ def measure(runs: Sequence[SceneRun], workers: int | None = None) -> list[Curves
     Raises SimulationError when a run diverges; runs that have not begun are then left out.
     """
     workers = min(workers or cores(), len(runs))
-    found: dict[int, Curves] = {}
-    with progress(sum(run.travel for run in runs), "measuring in 3D") as done:
-        for k, curves in _each(runs, workers):
-            found[k] = curves
-            done(runs[k].travel)
-    return [found[k] for k in range(len(runs))]
-
-
-def _each(runs: Sequence[SceneRun], workers: int) -> Iterator[tuple[int, Curves]]:
-    """Number and curves of every run, as they finish."""
-    if workers == 1:
-        yield from ((k, run_scene(run)) for k, run in enumerate(runs))
-        return
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        waiting = {pool.submit(run_scene, run): k for k, run in enumerate(runs)}
-        try:
-            for finished in as_completed(waiting):
-                yield waiting[finished], finished.result()
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+    found = []
+    with progress(sum(run.travel for run in runs), "measuring in 3D") as done, ExitStack() as stack:
+        each: Iterable[Curves] = map(run_scene, runs)
+        if workers > 1:
+            spawn = multiprocessing.get_context("spawn")
+            each = stack.enter_context(ProcessPoolExecutor(workers, mp_context=spawn)).map(run_scene, runs)
+        for run, curves in zip(runs, each, strict=True):
+            found.append(curves)
+            done(run.travel)
+    return found
 
 
 def engine_for(case: Case, faults: Sequence[Fault], options: Options) -> str:

@@ -107,6 +107,6 @@ def add_follow_up_run(
     shown = {}
     for sheet, values in zip(signals, readings, strict=True):
         noisy = add_noise(values, plan.travel, sheet, noise, rng)[:, 0]
-        shown[sheet.name] = np.round(noisy / RESOLUTION[sheet.kind]) * RESOLUTION[sheet.kind]
+        shown[sheet.name] = np.round(noisy / RESOLUTION) * RESOLUTION
     fresh = replace(run, name=f"r{len(campaign.runs) + 1:02d}", travel=plan.travel, signals=shown)
     return replace(campaign, signals=tuple(signals), runs=(*campaign.runs, fresh), sha256="")

@@ -9,7 +9,7 @@ from typing import Any
 
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig import Truth, random_campaign, random_nothing_campaign, random_unmodelled_campaign
+from belt_sim.virtual_rig import Truth, random_campaign
 from studies.challenge.fresh_campaigns import (
     FRESH_PLANS,
     fresh_campaign,
@@ -22,8 +22,8 @@ from studies.challenge.space_campaigns import random_space_campaign
 Draw = Callable[[int], tuple[Campaign, Truth]]
 SOURCES: dict[str, Draw] = {
     "mix": random_campaign,
-    "strangers": random_unmodelled_campaign,
-    "nothing": random_nothing_campaign,
+    "strangers": partial(random_campaign, kind="outside"),
+    "nothing": partial(random_campaign, kind="nothing"),
     "space": random_space_campaign,
     "span": random_span_campaign,
     "flatness": random_flatness_campaign,

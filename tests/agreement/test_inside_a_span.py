@@ -11,8 +11,8 @@ from scipy.linalg import expm
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.belt_shape import Camber, Weld, raised_cosine
-from belt_sim.effects.edge_guide import EdgeGuide
 from belt_sim.effects.pulley_shape import Taper
+from belt_sim.effects.span_loads import EdgeGuide
 from belt_sim.jax_setup import in_float64
 from belt_sim.laws.influence import natural_curvature_rows, span_fields, supports
 from belt_sim.laws.span import beam_first_order, beam_second_order, strip

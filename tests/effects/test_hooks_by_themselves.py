@@ -12,7 +12,7 @@ from belt_sim.analytic.spans import span_responses
 from belt_sim.effects.belt_shape import Weld, WeldPassage
 from belt_sim.effects.load import load_classes
 from belt_sim.effects.span_stiffness import Shear
-from belt_sim.effects.wobble import Wobble
+from belt_sim.effects.yaw import Wobble
 from belt_sim.files import ROOT
 from belt_sim.laws.influence import BoundaryValues, no_bend
 from belt_sim.laws.runup import State, Yaw

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from belt_sim.effects.wobble import cos_sin
+from belt_sim.effects.yaw import cos_sin
 from belt_sim.jax_setup import in_float64
 
 

@@ -6,7 +6,7 @@ from paper_cases import YAW, paper_case
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
-from belt_sim.effects.edge_guide import EdgeGuide
+from belt_sim.effects.span_loads import EdgeGuide
 from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.model import SpaceModel
 from studies.paper.case import ROPE_EXAMPLE

@@ -7,9 +7,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from belt_sim.effects.belt_shape import Camber, Weld
-from belt_sim.effects.edge_guide import EdgeGuide
 from belt_sim.effects.pulley_shape import Crown, Taper
 from belt_sim.effects.sensors import EncoderScale, SensorGain
+from belt_sim.effects.span_loads import EdgeGuide
 from belt_sim.effects.tension import TensionBias
 from belt_sim.effects.yaw import Cant, YawOffsetTail
 from belt_sim.mujoco3d import Options, simulate

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig import Noise, random_campaign, random_nothing_campaign, random_unmodelled_campaign
+from belt_sim.virtual_rig import Noise, random_campaign
 from belt_sim.virtual_rig.effect_size import LibrarySignatures, detectability_of
 from belt_sim.virtual_rig.hidden_faults import MIX, OUTSIDE
 from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT, UNMODELLED, fault_from_spec
@@ -100,11 +100,11 @@ def test_an_unmodelled_fault_has_its_words_and_its_distance(blind):
 
 @pytest.mark.long
 def test_unmodelled_faults_come_by_their_own_name():
-    assert [random_unmodelled_campaign(seed)[1].kind for seed in range(3)] == ["outside"] * 3
+    assert [random_campaign(seed, kind="outside")[1].kind for seed in range(3)] == ["outside"] * 3
 
 
 def test_nothing_is_nothing():
-    _, truth = random_nothing_campaign(1)
+    _, truth = random_campaign(1, kind="nothing")
     assert (truth.kind, truth.effects, truth.place) == ("nothing", [], "")
 
 
