@@ -24,19 +24,15 @@ from belt_sim.effects.law_terms import (
     BY_THE_BELT,
     CARRIED,
     PULLEYS,
+    SENSOR,
     SPAN,
     SPANS,
     STIFFNESS,
+    TENSION,
     TRAVEL,
     Form,
     Law,
     Place,
-    pulley_place,
-    sensor_place,
-    span_place,
-    stiffness_place,
-    tension_place,
-    travel_place,
 )
 
 
@@ -141,20 +137,20 @@ def campaign_places(samples: Samples) -> tuple[Place, ...]:
     """
     found: list[Place] = []
     for kind in AT_PULLEYS:
-        found += [pulley_place(kind, where) for where in (*PULLEYS, "both")]
+        found += [Place(kind, where) for where in (*PULLEYS, "both")]
         if kind in BY_THE_BELT and samples.end > float(samples.cases.rig.belt_length):
-            found.append(pulley_place(kind, CARRIED))
-    found.append(tension_place())
+            found.append(Place(kind, CARRIED))
+    found.append(Place(TENSION))
     for kind, (of_both, _) in STIFFNESS.items():
-        found += [stiffness_place(kind, where) for where in (("both", *SPANS) if of_both else SPANS)]
+        found += [Place(kind, where) for where in (("both", *SPANS) if of_both else SPANS)]
     if len({r.direction for r in samples.runs}) > 1:
-        found += [span_place(where) for where in SPANS]
-    points = {s.name: int(s.at[-1]) for s in samples.signals if s.kind == "lateral"}
-    found += [sensor_place(name, {name: point}) for name, point in points.items()]
-    if len(points) > 1:
-        found.append(sensor_place("all", points))
-    if points:
-        found.append(travel_place(list(points)))
+        found += [Place(SPAN, where) for where in SPANS]
+    sensors = tuple((s.name, int(s.at[-1])) for s in samples.signals if s.kind == "lateral")
+    found += [Place(SENSOR, sensor[0], (sensor,)) for sensor in sensors]
+    if len(sensors) > 1:
+        found.append(Place(SENSOR, "all", sensors))
+    if sensors:
+        found.append(Place(TRAVEL, sensors=sensors))
     return tuple(found)
 
 

@@ -25,7 +25,6 @@ from belt_sim.effects.law_terms import (
     Term,
     fixed_places,
     number_name,
-    sensor_place,
 )
 from belt_sim.errors import InputError, finite, flag
 
@@ -167,7 +166,7 @@ def _place_of(one: Mapping[str, Any], where: str) -> Place:
     if len(set(points)) < len(points):
         _refuse(where, "points", points, "name each point once")
     known = {f"point {p}": p for p in points}
-    return sensor_place("all" if len(known) > 1 else next(iter(known)), known)
+    return Place(SENSOR, "all" if len(known) > 1 else next(iter(known)), tuple(known.items()))
 
 
 def _variables(place: Place) -> list[str]:

@@ -8,7 +8,7 @@ The search for laws (``belt_sim.discovery``) fits such terms, and ``belt_sim.eff
 them. The functions of SHAPES and COURSES hold for NumPy and JAX arrays alike.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -37,7 +37,14 @@ STIFFNESS = {
 }
 #: kind of place whose input is a relative change of what bends a span -> what that is
 RELATIVE = {TENSION: TENSION, "pull": TENSION, "bending": "bending", "torsion": "torsion"}
-_RUN_UPS = (("turn_tail", 0), ("turn_head", 1))
+_ALIKE = {"both": "both pulleys alike", CARRIED: "both pulleys (as the belt carries it)"}
+_WORDS = {
+    SPAN: "bend of the {} span where it runs up",
+    TENSION: "tension of the belt",
+    TRAVEL: "travel that the encoder shows",
+    SENSOR: "reading of {}",
+}
+_UNITS = {SPAN: "1/m", TRAVEL: "m", SENSOR: "m"}
 
 #: variable -> its unit and its words
 VARIABLES = {
@@ -162,16 +169,43 @@ class Place:
     """A place at which physics can be missing.
 
     kind: of AT_PULLEYS, STIFFNESS, span, tension, travel or sensor; where: tail, head, both, carried (both, as the belt
-    carries it), upper, lower, the name of a sensor, all; words; unit: of what acts there; parts: its entries of the
-    march (channel, pulley 0 or 1), or (sensor, None); points: of its sensors, 1 to 4.
+    carries it), upper, lower, the name of a sensor, all; sensors: names of those that show what acts there, and their
+    points, 1 to 4.
     """
 
     kind: str
-    where: str
-    words: str
-    unit: str
-    parts: tuple[tuple[str, int | None], ...]
-    points: tuple[int, ...] = ()
+    where: str = ""
+    sensors: tuple[tuple[str, int], ...] = ()
+
+    @property
+    def words(self) -> str:
+        """The place in words."""
+        if self.kind in AT_PULLEYS:
+            return AT_PULLEYS[self.kind][0].format(_ALIKE.get(self.where, f"the {self.where} pulley"))
+        if self.kind in STIFFNESS:
+            of_both, of_one = STIFFNESS[self.kind]
+            return of_both if self.where == "both" else of_one.format(self.where)
+        one = self.kind != SENSOR or len(self.sensors) == 1
+        return _WORDS[self.kind].format(self.where) if one else "readings of all sensors alike"
+
+    @property
+    def unit(self) -> str:
+        """Unit of what acts there."""
+        return AT_PULLEYS[self.kind][1] if self.kind in AT_PULLEYS else _UNITS.get(self.kind, "1")
+
+    @property
+    def parts(self) -> tuple[tuple[str, int | None], ...]:
+        """Its entries of the march, (channel, pulley 0 or 1), or (sensor, None)."""
+        if self.kind in (SENSOR, TRAVEL):
+            return tuple((name, None) for name, _ in self.sensors)
+        if self.kind in AT_PULLEYS:
+            return tuple((f"{self.kind}_{p}", k) for k, p in enumerate(PULLEYS) if self.where in (p, *_ALIKE))
+        return ("turn_tail", 0), ("turn_head", 1)
+
+    @property
+    def points(self) -> tuple[int, ...]:
+        """Points of the sensors whose reading it is."""
+        return tuple(point for _, point in self.sensors) if self.kind == SENSOR else ()
 
     @property
     def name(self) -> str:
@@ -194,50 +228,13 @@ class Place:
         return replace(self, where="both") if self.where in SPANS else self
 
 
-def pulley_place(kind: str, where: str) -> Place:
-    """The place of a kind of AT_PULLEYS at the tail or head pulley, at both alike, or carried by the belt."""
-    text, unit = AT_PULLEYS[kind]
-    both = tuple((f"{kind}_{p}", k) for k, p in enumerate(PULLEYS))
-    if where in PULLEYS:
-        return Place(kind, where, text.format(f"the {where} pulley"), unit, (both[PULLEYS.index(where)],))
-    alike = "both pulleys alike" if where == "both" else "both pulleys (as the belt carries it)"
-    return Place(kind, where, text.format(alike), unit, both)
-
-
-def tension_place() -> Place:
-    """The tension of the whole belt."""
-    return Place(TENSION, "", "tension of the belt", "1", _RUN_UPS)
-
-
-def stiffness_place(kind: str, where: str) -> Place:
-    """A relative change of both spans or of one."""
-    of_both, one = STIFFNESS[kind]
-    return Place(kind, where, of_both if where == "both" else one.format(where), "1", _RUN_UPS)
-
-
-def span_place(where: str) -> Place:
-    """The bend of one span where it runs up a pulley."""
-    return Place(SPAN, where, f"bend of the {where} span where it runs up", AT_PULLEYS["turn"][1], _RUN_UPS)
-
-
-def sensor_place(where: str, points: Mapping[str, int]) -> Place:
-    """The reading of a sensor, or of several alike; points: sensor -> point 1 to 4."""
-    words = f"reading of {where}" if len(points) == 1 else "readings of all sensors alike"
-    return Place(SENSOR, where, words, "m", tuple((name, None) for name in points), tuple(points.values()))
-
-
-def travel_place(sensors: Sequence[str] = ()) -> Place:
-    """The travel that the encoder shows."""
-    return Place(TRAVEL, "", "travel that the encoder shows", "m", tuple((name, None) for name in sensors))
-
-
 def fixed_places() -> dict[str, Place]:
     """Every place that does not depend on the sensors, by name."""
-    found = [pulley_place(kind, where) for kind in AT_PULLEYS for where in (*PULLEYS, "both")]
-    found += [pulley_place(kind, CARRIED) for kind in BY_THE_BELT]
-    found += [stiffness_place(kind, where) for kind, (both, _) in STIFFNESS.items() for where in ("both", *SPANS)
-              if both or where in SPANS]  # fmt: skip
-    return {p.name: p for p in (*found, *(span_place(s) for s in SPANS), tension_place(), travel_place())}
+    found = [Place(kind, where) for kind in AT_PULLEYS for where in (*PULLEYS, "both")]
+    found += [Place(kind, CARRIED) for kind in BY_THE_BELT]
+    found += [Place(kind, "both") for kind, (of_both, _) in STIFFNESS.items() if of_both]
+    found += [Place(kind, where) for kind in (*STIFFNESS, SPAN) for where in SPANS]
+    return {p.name: p for p in (*found, Place(TENSION), Place(TRAVEL))}
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from belt_sim.api.resolve import effects_of
 from belt_sim.effects.base import overrides
 from belt_sim.effects.generic_law import law_effect
 from belt_sim.effects.law_file import law_entry, law_of_entry, yaml_number
-from belt_sim.effects.law_terms import COURSES, SHAPES, VARIABLES, Form, Law, SizedLaw, Term, fixed_places, sensor_place
+from belt_sim.effects.law_terms import COURSES, SHAPES, VARIABLES, Form, Law, Place, SizedLaw, Term, fixed_places
 from belt_sim.effects.load import load_effects, save_effects
 from belt_sim.errors import BeltError, CannotRepresent
 from belt_sim.results.findings import FoundEffect
@@ -26,9 +26,9 @@ CURVES = json.loads(
 )  # of the Python code once written of a law
 EVERY = 50  # records
 PLACES = fixed_places() | {
-    "sensor_y1": sensor_place("y1", {"y1": 1}),
-    "sensor_y4": sensor_place("y4", {"y4": 4}),
-    "sensor_all": sensor_place("all", {"y1": 1, "y4": 4}),
+    "sensor_y1": Place("sensor", "y1", (("y1", 1),)),
+    "sensor_y4": Place("sensor", "y4", (("y4", 4),)),
+    "sensor_all": Place("sensor", "all", (("y1", 1), ("y4", 4))),
 }
 #: law -> (place, form, exponent of the tension, sizes) of its terms
 LAWS = {
