@@ -17,7 +17,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.decision.decide import explanations
 from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids
-from belt_sim.diagnosis.evidence import search_sets
+from belt_sim.diagnosis.examine import search_sets
 from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.workbench import workbench
 from studies.application import application
@@ -70,7 +70,7 @@ def gathered(campaign: Campaign, base: str, hidden: Ids, seed: int) -> EvidenceT
         return None
     nothing = bench.fit([bench.start((), bench.forward.null())])[0]
     near = linearise(bench, nothing, [c.id for c in bench.forward.classes])
-    search = search_sets(bench, near, POLICY, (SIMULATED, seed), lambda text: None)
+    search = search_sets(bench, near, (SIMULATED, seed), lambda text: None)
     search.fits.fit_all([tuple(sorted(hidden)), *(search.fits.best_pairs(PAIRS) if len(hidden) > 1 else [])])
     return search.table()
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, Suspicion
 from belt_sim.diagnosis.decision.decide import Decision, needed_gain
+from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.errors.failure_map import locate_failure
 from belt_sim.diagnosis.errors.model_errors import errors_of, run_errors
 from belt_sim.diagnosis.errors.unknown_shape import describe_unknown
@@ -96,7 +97,7 @@ def _sentence(d: Findings) -> str:
         hidden = [n for n in d.search.fits.names if n not in d.table.visible]
         return decision.verdict.sentence(model, ()) + _what_would_show(len(d.table.visible), hidden)
     named = [_name_with_alike(decision, name) for name in decision.named]
-    alike = decision.like_one_change_of_the_span(d.policy)
+    alike = decision.like_one_change_of_the_span(POLICY)
     more = f" Or one change of the span, in its bending or twisting, may stand in the place of {join_words(alike)}."
     return decision.verdict.sentence(model, named, _damage(d.suspicions)) + (more if alike else "")
 
@@ -158,7 +159,7 @@ def _candidate(d: Findings, trial: Trial, probability: float, without: float) ->
     """without: -2 log predictive density of what is held out, with no effect."""
     bench, fit = d.fitted_bench, trial.fit
     held, plausible = held_out(bench, fit), is_plausible(bench.forward, fit)
-    needed = needed_gain(row_of(bench, fit, checked=False), d.table, d.policy)
+    needed = needed_gain(row_of(bench, fit, checked=False), d.table, POLICY)
     note = "held-out error falls" if held.chi2 < without else "held-out error stays"
     note = note if plausible else "implausible value"
     return Candidate(

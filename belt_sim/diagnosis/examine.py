@@ -1,24 +1,63 @@
 """A diagnosis from end to end: sets of effects are fitted, what is beyond them is sought, one decision is made."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
 
 from belt_sim.analytic.composition import Composition
+from belt_sim.analytic.model import MODELS
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
-from belt_sim.diagnosis.decision.decide import Decision, decide
-from belt_sim.diagnosis.decision.policy import POLICY, Policy
-from belt_sim.diagnosis.decision.table import EvidenceTable, Ids
+from belt_sim.diagnosis.decision.decide import Decision, decide, explanations, would_show
+from belt_sim.diagnosis.decision.policy import POLICY
+from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, LawEvidence, OtherModel, UnknownEvidence
 from belt_sim.diagnosis.errors.misreadings import find_faults, free_zeros
-from belt_sim.diagnosis.evidence import LawFinder, LawResult, gather, search_sets
 from belt_sim.diagnosis.fits.belt_starts import find_starts
 from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.linearisation import linearise
-from belt_sim.diagnosis.fits.workbench import Workbench, workbench
-from belt_sim.diagnosis.readings.sensor_places import first_place_inside_span, shapes_a_span
-from belt_sim.diagnosis.search.best_first import Search
+from belt_sim.diagnosis.fits.linearisation import Linearisation, linearise
+from belt_sim.diagnosis.fits.null_simulation import chance_inflation
+from belt_sim.diagnosis.fits.workbench import Workbench, predict_alone, workbench
+from belt_sim.diagnosis.readings.sensor_places import first_place_inside_span, shapes_a_span, shows_places
+from belt_sim.diagnosis.search.best_first import Search, row_of
 from belt_sim.effects.base import Effect
+from belt_sim.results.discovery import Discovery
 
 BOOTSTRAPS = 100
+BASE_MODELS = ("beam_th1", "beam_th2", "strip", "strip_lift_off")
+DESCRIBED = 0.8  # of the chi2 beyond noise: a base model that explains less leaves something unexplained itself
+
+
+# What a search for laws beyond the library hands to the diagnosis, which does not import the search.
+
+
+class LawResult(Protocol):
+    """What a search has found beside a fit: perhaps a law."""
+
+    @property
+    def law(self) -> LawEvidence | None:
+        """The law as the march has it; None where none describes what is there."""
+
+    @property
+    def fit(self) -> Fit | None:
+        """The joint fit with the law; None where there is no law."""
+
+    @property
+    def bench(self) -> Workbench:
+        """The workbench of that fit."""
+
+    def describe(self, probability: float, config: object = None) -> Discovery:
+        """The result; probability: that something unknown is there."""
+
+
+class LawFinder(Protocol):
+    """A search for laws beyond the library."""
+
+    def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
+        """What is seen beside a fit in the linear range; among: effects of all fits that are looked at."""
+
+    def law(self, bench: Workbench, fit: Fit) -> LawResult:
+        """The law of what is seen beside a fit."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +75,6 @@ class Findings:
     decision: Decision
     named: Fit
     suspicions: tuple[Suspicion, ...]
-    policy: Policy = POLICY
     law: LawResult | None = None
 
     @property
@@ -55,7 +93,6 @@ def examine(
     doubts: Sequence[Suspicion] = (),
     checked: bool = False,
     laws: LawFinder | None = None,
-    policy: Policy = POLICY,
     tell: Callable[[str], None] = lambda text: None,
 ) -> Findings:
     """Which of ``classes`` the ``model`` lacks, judged on ``campaign``.
@@ -75,34 +112,108 @@ def examine(
         suspect = tuple(replace(s, severity="look") for s in suspect)
     if (freed := free_zeros(bench.campaign, suspect)).signals != bench.campaign.signals:
         bench, nothing = _lay_out(freed, model, tried)
-    damaged = any(s.severity == "stop" for s in suspect)
-    if damaged:  # nothing is added: only what is there is judged
-        search = Search(bench, linearise(bench, nothing, ()), nothing, 1.0, policy)
+    found: dict[Ids, LawResult] = {}
+    if any(s.severity == "stop" for s in suspect):  # nothing is added: only what is there is judged
+        search = Search(bench, linearise(bench, nothing, ()), 1.0)
         table = replace(search.table(), damaged=True)
+        decision = decide(table, POLICY)
     else:
         linearisation = linearise(bench, nothing, [c.id for c in tried])
         if (turned := find_starts(bench, linearisation)) is not None:
             bench, nothing = _lay_out(turned, model, tried)
             linearisation = linearise(bench, nothing, [c.id for c in tried])
-        search = search_sets(bench, linearisation, policy, (bootstraps, seed), tell)
+        search = search_sets(bench, linearisation, (bootstraps, seed), tell)
         tell("looking for what is beyond the library")
-        table = gather(search, nothing, bench, laws, policy)
-    decision, found = decide(table, policy), dict[Ids, LawResult]()
-    if laws is not None and not damaged and decision.suspects_something_unknown(policy):
-        tell("looking for the law of what is left")
-        found = _find_laws(search, table, decision, laws)
-        decision = decide(table := _add_laws(table, found), policy)
+        table = _gather(search, bench, nothing, laws)
+        decision = decide(table, POLICY)
+        if laws is not None and decision.suspects_something_unknown(POLICY):
+            tell("looking for the law of what is left")
+            found = _find_laws(search, table, decision, laws)
+            table = _add_laws(table, found)
+            decision = decide(table, POLICY)
     named = search.fits.fit(tuple(decision.named))
     return Findings(
-        bench=bench, nothing=nothing, search=search, table=table, decision=decision, named=named, policy=policy,
-        suspicions=tuple(suspect), law=found.get(frozenset(named.ids)) if decision.tells_of_unknown else None,
+        bench=bench, nothing=nothing, search=search, table=table, decision=decision, named=named, suspicions=suspect,
+        law=found.get(frozenset(named.ids)) if decision.tells_of_unknown else None,
     )  # fmt: skip
+
+
+def is_long_enough(campaign: Campaign, cls: type[Effect]) -> bool:
+    """Whether a record of the campaign covers the belt revolutions that an effect needs to be recognised."""
+    longest = max((run.travel[-1] for run in campaign.runs if len(run.travel)), default=0.0)
+    return longest >= cls.min_revolutions * case_of(campaign, campaign.runs[0]).rig.belt_length
 
 
 def _lay_out(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> tuple[Workbench, Fit]:
     """The campaign laid out at the base model, and the fit of no effect there."""
     bench = workbench(campaign, model, classes)
     return bench, bench.fit([bench.start((), bench.forward.null())])[0]
+
+
+def search_sets(
+    bench: Workbench, linearisation: Linearisation, chance: tuple[int, int], tell: Callable[[str], None]
+) -> Search:
+    """All sets of effects that are worth a joint fit, about the likeliest of them.
+
+    linearisation: about the fit of no effect; chance: how many campaigns are simulated with nothing missing, and their
+    seed.
+    """
+    tell("asking what chance does")
+    search = Search(bench, linearisation, chance_inflation(bench, linearisation, *chance))
+    tell("fitting sets of effects")
+    search.run()
+    return search
+
+
+def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | None) -> EvidenceTable:
+    """The table of a finished search, with a row for every set beside which something unknown is looked for: nothing,
+    and the likeliest, whole or less one.
+
+    bench, nothing: the workbench on which the search began, and the fit of no effect there; laws: None where nobody
+    looks beyond the library.
+    """
+    fits, table = search.fits, search.table()
+    likeliest = explanations(table, POLICY)[0].effects  # another than in the search, where held-out data speak
+    beside = [(), likeliest, *(tuple(i for i in likeliest if i != name) for name in likeliest)]
+    if {frozenset(ids) for ids in beside} - {row.ids for row in table.rows}:
+        fits.fit_all(beside)
+        table = search.table()
+    table = replace(
+        table,
+        additive=frozenset(c.id for c in bench.forward.classes if c.is_additive()),
+        other_models=tuple(_other_models(bench, nothing, search, frozenset(likeliest))),
+    )
+    if laws is None:
+        return table
+    rows = {t.id: row_of(fits.bench, t.fit, checked=False) for t in fits.trials(())}
+    there = {row.ids for row in table.rows}
+    sets = [ids for ids in dict.fromkeys(beside) if frozenset(ids) in there]
+    return replace(
+        table,
+        visible=frozenset(name for name, row in rows.items() if would_show(row, table, POLICY)),
+        unknown=tuple(laws.evidence_of_unknown(fits.bench, fits.fit(ids), likeliest) for ids in sets),
+    )
+
+
+def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) -> list[OtherModel]:
+    """The other base models with nothing fitted, those that explain most of what this one does not.
+
+    likeliest: effects; a model that is the base model with just these says the same, and is none.
+    """
+    asked = bench.forward.model
+    beyond_noise = max(nothing.chi2 - float(np.isfinite(bench.fitted.y).sum()), 1e-9)
+    others = [m for m in (MODELS[n] for n in BASE_MODELS if n != asked.name) if shows_places(bench.samples.signals, m)]
+    found = []
+    for model in others:
+        values = predict_alone(bench.campaign, model)
+        gain = nothing.chi2 - float(bench.metric.chi2(bench.fitted.y - values))
+        same = likeliest and likeliest <= model.contains - asked.contains
+        if np.isfinite(gain) and gain > DESCRIBED * beyond_noise and not same:
+            chi2 = float(search.fits.bench.metric.chi2(bench.fitted.y - values))
+            lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
+            rms = float(np.sqrt(np.nanmean((bench.samples.y - values)[:, lateral] ** 2)))
+            found.append(OtherModel(name=f"model={model.name}", chi2=chi2, rms=rms, tried=len(others)))
+    return found
 
 
 def _find_laws(search: Search, table: EvidenceTable, decision: Decision, laws: LawFinder) -> dict[Ids, LawResult]:
@@ -115,14 +226,8 @@ def _find_laws(search: Search, table: EvidenceTable, decision: Decision, laws: L
     return {ids: laws.law(search.fits.bench, fit) for ids, fit in fits.items()}
 
 
-def _add_laws(table: EvidenceTable, found: Mapping[Ids, LawResult]) -> EvidenceTable:
+def _add_laws(table: EvidenceTable, found: dict[Ids, LawResult]) -> EvidenceTable:
     """The table with the evidence of laws in the march."""
     in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
     rows = [replace(b, laws=(*b.laws, in_march[b.ids])) if b.ids in in_march else b for b in table.unknown]
     return replace(table, unknown=tuple(rows))
-
-
-def is_long_enough(campaign: Campaign, cls: type[Effect]) -> bool:
-    """Whether a record of the campaign covers the belt revolutions that an effect needs to be recognised."""
-    longest = max((run.travel[-1] for run in campaign.runs if len(run.travel)), default=0.0)
-    return longest >= cls.min_revolutions * case_of(campaign, campaign.runs[0]).rig.belt_length

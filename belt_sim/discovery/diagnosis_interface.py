@@ -1,4 +1,4 @@
-"""The search for unknown laws as a diagnosis asks for it (``belt_sim.diagnosis.evidence``)."""
+"""The search for unknown laws as a diagnosis asks for it (``belt_sim.diagnosis.examine``)."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

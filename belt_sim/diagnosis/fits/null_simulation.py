@@ -4,8 +4,6 @@ Readings are simulated with nuisances, and with noise at levels that the reading
 those believed in, as the readings themselves are. So how far off belief may be is in the draws.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from belt_sim.diagnosis.fits.linearisation import Linearisation
@@ -17,23 +15,20 @@ BATCH = 100  # campaigns drawn at a time: 250 of a long record take 0.8 GB more
 SINGLE = np.float32  # of what is drawn: rounded, it is another draw a hair's breadth aside
 
 
-def chance_inflation(
-    bench: Workbench, linearisation: Linearisation, base: np.ndarray, names: Sequence[str], count: int, seed: int
-) -> float:
-    """Mean chi2 that candidates ``names`` gain by chance, over their degrees of freedom; at least 1.
+def chance_inflation(bench: Workbench, linearisation: Linearisation, count: int, seed: int) -> float:
+    """Mean chi2 that candidates gain by chance, over their degrees of freedom; at least 1, more where noise levels are
+    uncertain.
 
-    base (R, S, n): predictions with nothing missing; count: of simulated campaigns. It is more than 1 where noise
-    levels are uncertain.
+    linearisation: about the fit with nothing missing; count: of simulated campaigns.
     """
-    source = NoiseSource(bench, bench.samples.y - base, np.random.default_rng(seed))
-    columns = {n: bench.metric.whiten(linearisation.shapes_of(bench, n)) for n in names}
-    bases = {n: (half[0], int(rank[0])) for n, c in columns.items() for half, rank in [inverse_roots((c @ c.T)[None])]}
-    total = dict.fromkeys(names, 0.0)
+    source = NoiseSource(bench, bench.samples.y - linearisation.fit.values, np.random.default_rng(seed))
+    columns = [bench.metric.whiten(linearisation.shapes_of(bench, c.id)) for c in bench.forward.classes]
+    halves, ranks = zip(*(inverse_roots((c @ c.T)[None]) for c in columns), strict=True) if columns else ((), ())
+    total = np.zeros(len(columns))
     for start in range(0, count, BATCH):
         white = bench.metric.whiten(source.draw(min(BATCH, count - start)))
-        for n in names:
-            total[n] += float(np.sum((white @ columns[n].T @ bases[n][0]) ** 2))
-    found = [total[n] / count / rank for n, (_, rank) in bases.items() if rank]
+        total += [np.sum((white @ c.T @ half[0]) ** 2) for c, half in zip(columns, halves, strict=True)]
+    found = [gain / count / rank[0] for gain, rank in zip(total, ranks, strict=True) if rank[0]]
     return max(1.0, float(np.mean(found))) if found else 1.0
 
 

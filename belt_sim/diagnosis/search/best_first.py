@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 
 from belt_sim.diagnosis.decision.decide import explanations
-from belt_sim.diagnosis.decision.policy import Policy
+from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, Row
 from belt_sim.diagnosis.fits.belt_starts import places_tried
 from belt_sim.diagnosis.fits.fit import Fit
@@ -23,13 +23,11 @@ MAX_EFFECTS = 4
 class Search:
     """fits: about the likeliest set that was found."""
 
-    def __init__(
-        self, bench: Workbench, linearisation: Linearisation, nothing: Fit, inflation: float, policy: Policy
-    ) -> None:
-        self.inflation, self.policy = inflation, policy
-        self.count = len(bench.forward.classes)
+    def __init__(self, bench: Workbench, linearisation: Linearisation, inflation: float) -> None:
+        """linearisation: about the fit of no effect; inflation: as in ``EvidenceTable``."""
+        self.inflation, self.count = inflation, len(bench.forward.classes)
         price = 2.0 * float(np.log(max(self.count, 1))) + 4.0  # of one size, one in so many candidates [chi2]
-        self.fits = JointFits(bench, price, linearisation, fits={frozenset(): nothing})
+        self.fits = JointFits(bench, price, linearisation, fits={frozenset(): linearisation.fit})
         self.about: Ids = frozenset()
 
     def run(self) -> None:
@@ -37,7 +35,6 @@ class Search:
 
         Explanations are compared about one point: noise levels, and with them what a gain counts, differ elsewhere.
         """
-        self.fits.trials(())
         self.fits.fit_all(self.fits.best_pairs(PAIRS))
         for _ in range(ROUNDS):
             best = self._likeliest()
@@ -60,7 +57,7 @@ class Search:
 
     def _likeliest(self) -> Ids:
         """The likeliest set about where the search stands."""
-        return frozenset(explanations(self.table(checked=False), self.policy)[0].effects)
+        return frozenset(explanations(self.table(checked=False), POLICY)[0].effects)
 
     def _move(self, best: Ids) -> None:
         """Take noise, settings and all subsets about a set."""

@@ -5,7 +5,6 @@ A candidate beside a set is screened by what its column takes of the residual; t
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import combinations, pairwise
 from typing import Self
 
@@ -32,49 +31,36 @@ NESTING = 1.0  # chi2, by which a pair must be ahead of its members
 ALIKE_PAIRS = 1e-9  # of the largest eigenvalue of columns of unit length: those below are sums of the others
 
 
-@dataclass(frozen=True)
-class Pairs:
-    """places: candidate -> its columns; gram (K, K): whitened products of all columns; known: gains of effects that
-    bend, and of pairs with one of them, where that effect was fitted.
+def leading_pairs(
+    shapes: Mapping[str, np.ndarray], residual: np.ndarray, price: float, count: int, known: Mapping[frozenset, float]
+) -> list[Ids]:
+    """At most ``count`` pairs of candidates that promise more than any candidate alone, best first.
+
+    shapes: candidate -> whitened shapes (k, N); residual (N,); price: chi2 that each effect must earn; known: gains of
+    nonlinear effects, and of pairs with one of them, where that effect was fitted.
     """
+    gains = linear_gains(shapes, residual)
+    scores = {ids: max(gain, known.get(frozenset(ids), 0.0)) - price * len(ids) for ids, gain in gains.items()}
+    alone = max((s for ids, s in scores.items() if len(ids) == 1), default=-np.inf)
+    ahead: list[Ids] = [ids for ids, score in scores.items() if len(ids) == 2 and score > alone + NESTING]
+    return sorted(ahead, key=lambda ids: -scores[ids])[:count]
 
-    places: Mapping[str, Sequence[int]]
-    gram: np.ndarray
-    known: Mapping[frozenset, float] = field(default_factory=dict)
 
-    def best(self, moments: np.ndarray, price: float, count: int) -> list[Ids]:
-        """At most so many pairs that promise more than any effect alone, best first.
-
-        moments (K,): products of columns and residual; price: chi2 that each effect must earn.
-        """
-        scores = {ids: gain - price * len(ids) for ids, gain in self._gains(moments).items()}
-        alone = max((s for ids, s in scores.items() if len(ids) == 1), default=-np.inf)
-        ahead: list[Ids] = [ids for ids, score in scores.items() if len(ids) == 2 and score > alone + NESTING]
-        return sorted(ahead, key=lambda ids: -scores[ids])[:count]
-
-    def _gains(self, moments: np.ndarray) -> dict[Ids, float]:
-        found: dict[Ids, float] = {}
-        for sets, rows, inverse in self._inverses:
-            along = moments[rows]
-            found |= zip(sets, np.einsum("mk,mkl,ml->m", along, inverse, along).tolist(), strict=True)
-        return {ids: max(gain, self.known.get(frozenset(ids), 0.0)) for ids, gain in found.items()}
-
-    @cached_property
-    def _inverses(self) -> list[tuple[list[Ids], np.ndarray, np.ndarray]]:
-        """Singles and pairs with as many columns as one another, these columns (m, k), inverses of their products."""
-        few = [n for n, rows in self.places.items() if 0 < len(rows) <= FEW]
-        of_size: dict[int, list[Ids]] = {}
-        for ids in [(n,) for n in few] + list(combinations(few, 2)):
-            of_size.setdefault(sum(len(self.places[i]) for i in ids), []).append(ids)
-        size = np.sqrt(np.maximum(np.diag(self.gram), 0.0))
-        scale = np.where(size > 0.0, 1.0 / np.where(size > 0.0, size, 1.0), 0.0)
-        found = []
-        for sets in of_size.values():
-            rows = np.array([[k for i in ids for k in self.places[i]] for ids in sets])
-            unit = scale[rows][:, :, None] * scale[rows][:, None, :]
-            products = self.gram[rows[:, :, None], rows[:, None, :]] * unit
-            found.append((sets, rows, np.linalg.pinv(products, rcond=ALIKE_PAIRS, hermitian=True) * unit))
-        return found
+def linear_gains(shapes: Mapping[str, np.ndarray], residual: np.ndarray) -> dict[Ids, float]:
+    """chi2 that every candidate of FEW numbers, and every pair of them, takes of a residual (N,) in the linear range;
+    shapes: candidate -> whitened shapes (k, N).
+    """
+    few = {n: rows for n, rows in shapes.items() if 0 < len(rows) <= FEW}
+    rows = np.concatenate([np.empty((0, len(residual))), *few.values()])
+    unit = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
+    gram, moments, ends = unit @ unit.T, unit @ residual, np.cumsum([0, *map(len, few.values())])
+    places = {n: np.arange(*pair) for n, pair in zip(few, pairwise(ends), strict=True)}
+    found: dict[Ids, float] = {}
+    for ids in [*((n,) for n in few), *combinations(few, 2)]:
+        own = np.concatenate([places[i] for i in ids])
+        inverse = np.linalg.pinv(gram[np.ix_(own, own)], rcond=ALIKE_PAIRS, hermitian=True)
+        found[ids] = float(moments[own] @ inverse @ moments[own])
+    return found
 
 
 def marginal_gains(columns: np.ndarray, residual: np.ndarray, others: Mapping[str, np.ndarray]) -> dict[str, float]:
@@ -82,12 +68,8 @@ def marginal_gains(columns: np.ndarray, residual: np.ndarray, others: Mapping[st
     derivatives are ``columns`` (K, N), refitted along.
     """
     own = basis(columns)
-    further = {name: basis(project_out(rows, own)) for name, rows in others.items()}
-    return {name: _projected_chi2(rows, residual) + _projected_chi2(own, residual) for name, rows in further.items()}
-
-
-def _projected_chi2(rows: np.ndarray, residual: np.ndarray) -> float:
-    return float(np.sum((rows @ residual) ** 2))
+    spans = {name: np.concatenate([own, basis(project_out(rows, own))]) for name, rows in others.items()}
+    return {name: float(np.sum((span @ residual) ** 2)) for name, span in spans.items()}
 
 
 REFITTED = 6  # candidates a round; the others keep what their columns promise
@@ -111,8 +93,7 @@ class JointFits:
 
     price: chi2 that one effect must promise; linearisation: what is about the base fit; starts: set -> where a fit may
     begin (trials that were not carried to their end, and all that was fitted elsewhere); fits: set -> its best joint
-    fit; tried: set -> every other candidate beside it; nonlinear_gains: gains of single effects that are not linear,
-    and of pairs with one.
+    fit; tried: set -> every other candidate beside it.
     """
 
     bench: Workbench
@@ -121,7 +102,6 @@ class JointFits:
     starts: dict[frozenset, Fit] = field(default_factory=dict)
     fits: dict[frozenset, Fit] = field(default_factory=dict)
     tried: dict[frozenset, list[Trial]] = field(default_factory=dict)
-    nonlinear_gains: dict[frozenset, float] = field(default_factory=dict)
 
     @property
     def names(self) -> Ids:
@@ -130,31 +110,29 @@ class JointFits:
 
     def fit(self, ids: Ids) -> Fit:
         """The best joint fit of a set that was found."""
-        self._fit([ids])
+        self.fit_all([ids])
         return self.fits[frozenset(ids)]
 
     def fit_all(self, sets: Sequence[Ids]) -> None:
-        """Fit those of ``sets`` that were not yet."""
-        self._fit(sets)
+        """Fit those of ``sets`` that were not yet, from where they stood before, or else from the nearest superset."""
+        new = {frozenset(ids): ids for ids in sets if frozenset(ids) not in self.fits}
+        begun = [(key, start) for key, ids in new.items() for start in self._starts_of(key, ids)]
+        best: dict[frozenset, Fit] = {}
+        for (key, _), fit in zip(begun, self.bench.fit([start for _, start in begun]) if begun else [], strict=True):
+            if key not in best or (fit.is_converged, -fit.chi2) > (best[key].is_converged, -best[key].chi2):
+                best[key] = fit
+        self.fits |= dict(zip(best, prefer_plausible(self.bench, list(best.values())), strict=True))
 
     def best_pairs(self, count: int) -> list[Ids]:
-        """The best pairs of candidates, in the linear range, that promise more than any effect does."""
-        pairs, moments = self._pairs(self.linearisation)
-        return pairs.best(moments, self.price, count)
-
-    def _pairs(self, linearisation: Linearisation) -> tuple[Pairs, np.ndarray]:
-        """All pairs of candidates about the base model, and the products of their columns with what that leaves."""
-        shapes = {n: self.bench.metric.whiten(linearisation.shapes_of(self.bench, n)) for n in self.names}
-        ends = np.cumsum([0, *map(len, shapes.values())])
-        rows = np.concatenate(list(shapes.values()))
-        places = {n: range(a, b) for n, (a, b) in zip(shapes, pairwise(ends), strict=True)}
-        for t in self.tried.get(frozenset(), []):  # there is none about another set: what was found before is kept
-            if t.gain > self.price and t.id in linearisation.weak:
-                others = {n: s for n, s in shapes.items() if n != t.id}
-                gains = marginal_gains(t.fit.columns, t.fit.residual, others)
-                self.nonlinear_gains[frozenset([t.id])] = t.gain
-                self.nonlinear_gains |= {frozenset([t.id, n]): t.gain + gain for n, gain in gains.items()}
-        return Pairs(places, rows @ rows.T, self.nonlinear_gains), rows @ self.fit(()).residual
+        """At most ``count`` pairs of candidates that promise more in the linear range than any effect alone."""
+        shapes = {n: self.bench.metric.whiten(self.linearisation.shapes_of(self.bench, n)) for n in self.names}
+        known: dict[frozenset, float] = {}
+        for t in self.trials(()):
+            if t.gain > self.price and t.id in self.linearisation.weak:
+                gains = marginal_gains(t.fit.columns, t.fit.residual, {n: s for n, s in shapes.items() if n != t.id})
+                known |= {frozenset([t.id]): t.gain}
+                known |= {frozenset([t.id, n]): t.gain + gain for n, gain in gains.items()}
+        return leading_pairs(shapes, self.fit(()).residual, self.price, count, known)
 
     def move_to(self, ids: Ids) -> Self:
         """The same with nuisances and noise taken at the fit of a set, which is another there: until it stays."""
@@ -178,11 +156,9 @@ class JointFits:
         if key not in self.tried:
             current = self.fit(ids)
             others = [n for n in self.names if n not in key]
-            linearisation = (
-                self.linearisation
-                if current is self.linearisation.fit
-                else linearise(self.bench, current, others, self.linearisation)
-            )
+            linearisation = self.linearisation
+            if current is not linearisation.fit:
+                linearisation = linearise(self.bench, current, others, linearisation)
             beside = screen(self.bench, linearisation, others, self.price, self._known_fits(key, others))
             self.tried[key] = [self._trial(current, name, fit) for name, fit in beside.items()]
         return self.tried[key]
@@ -206,43 +182,29 @@ class JointFits:
             raise FitError(f"refit of {name} beside {current.ids}: chi2 rose by {-gain:.3g}; the optimiser failed")
         return Trial(name, fit, max(gain, 0.0))
 
-    def _fit(self, sets: Sequence[Ids]) -> None:
-        """Refit those sets that were not yet, from where they stood before, or else from the nearest superset."""
-        new = {frozenset(ids): ids for ids in sets if frozenset(ids) not in self.fits}
-        begun = [(key, start) for key, ids in new.items() for start in self._starts_of(key, ids)]
-        best: dict[frozenset, Fit] = {}
-        for (key, _), fit in zip(begun, self.bench.fit([start for _, start in begun]) if begun else [], strict=True):
-            if key not in best or (fit.is_converged, -fit.chi2) > (best[key].is_converged, -best[key].chi2):
-                best[key] = fit
-        self.fits |= dict(zip(best, prefer_plausible(self.bench, list(best.values())), strict=True))
-
     def _starts_of(self, key: frozenset, ids: Ids) -> list[Fit]:
         """Where a set begins: where it stood, and where the best larger one has its effects, which may add nothing to
         them; or else at null, and where each of them stood by itself: a gap or a place that is off by far keeps a refit
         from the best point.
         """
-        null = self.bench.forward.null()
         if key in self.starts:
             larger = sorted((f for k, f in self.fits.items() if key and k > key), key=lambda f: f.chi2)[:1]
-            return [
-                self.starts[key],
-                *(self.bench.start(ids, self._numbers(null, dict.fromkeys(key, f))) for f in larger),
-            ]
+            return [self.starts[key], *(self._start_from(ids, dict.fromkeys(key, f)) for f in larger)]
         fits = self.starts | self.fits
         larger = [f for k, f in self.starts.items() if k > key]
         if larger:
-            return [self.bench.start(ids, self._numbers(null, dict.fromkeys(key, larger[-1])))]
+            return [self._start_from(ids, dict.fromkeys(key, larger[-1]))]
         single = {n: fits[frozenset([n])] for n in key if frozenset([n]) in fits}
-        alone = [self.bench.start(ids, self._numbers(null, single))] if len(key) > 1 and single else []
-        return [self.bench.start(ids, null), *alone]
+        alone = [self._start_from(ids, single)] if len(key) > 1 and single else []
+        return [self._start_from(ids, {}), *alone]
 
-    def _numbers(self, vector: np.ndarray, known: Mapping[str, Fit]) -> np.ndarray:
-        """A vector with the numbers of some effects as fits have them."""
-        vector = vector.copy()
+    def _start_from(self, ids: Ids, known: Mapping[str, Fit]) -> Fit:
+        """A fit of ``ids`` to begin at null, with the numbers of some effects as other fits have them."""
+        vector = self.bench.forward.null()
         for name, fit in known.items():
             where = self.bench.forward.index(name)
             vector[where] = fit.vector[where]
-        return vector
+        return self.bench.start(ids, vector)
 
 
 def _agree(one: Fit, other: Fit) -> bool:
@@ -267,11 +229,9 @@ def screen(
     promise = {n: linearisation.fit.chi2 - f.chi2 for n, f in found.items()}
     hopeful = [n for n in names if promise[n] > PROMISING * price]
     first = sorted(hopeful, key=lambda n: -promise[n])[:REFITTED]
-    doubtful = {
-        *linearisation.weak,
-        *find_nonlinear(bench, linearisation, {n: found[n] for n in hopeful if n not in first}),
-    }
-    chosen = [n for n in hopeful if n in first or n in doubtful]  # one step says little of what is not linear
+    bent = find_nonlinear(bench, linearisation, {n: found[n] for n in hopeful if n not in first})
+    # one step says little of what is not linear
+    chosen = [n for n in hopeful if n in first or n in linearisation.weak or n in bent]
     return found | fit_best(bench, linearisation, chosen, price, known)
 
 
@@ -292,18 +252,14 @@ def fit_best(
     ends = [k for k in race.leaders(fits) if not fits[k].is_converged]
     for k, fit in zip(ends, bench.fit([fits[k] for k in ends]) if ends else [], strict=True):
         fits[k] = fit
-    best = _best(bench, linearisation, owners, fits)
-    ahead = [n for n, f in best.items() if f.is_converged and linearisation.fit.chi2 - f.chi2 > price]
-    return best | dict(zip(ahead, prefer_plausible(bench, [best[n] for n in ahead]), strict=True))
-
-
-def _best(bench: Workbench, linearisation: Linearisation, owners: Sequence[str], fits: Sequence[Fit]) -> dict[str, Fit]:
-    """The best fit of every owner, of those that have not diverged; at null where these are worse than without it."""
     best: dict[str, Fit] = {}
     for name, fit in zip(owners, fits, strict=True):
         if not has_diverged(fit) and (name not in best or _better(bench, fit, best[name])):
             best[name] = fit
-    return {n: f if f.chi2 <= linearisation.fit.chi2 else linearisation.with_effect(bench, n) for n, f in best.items()}
+    without = linearisation.fit.chi2
+    best = {n: f if f.chi2 <= without else linearisation.with_effect(bench, n) for n, f in best.items()}
+    ahead = [n for n, f in best.items() if f.is_converged and without - f.chi2 > price]
+    return best | dict(zip(ahead, prefer_plausible(bench, [best[n] for n in ahead]), strict=True))
 
 
 def _better(bench: Workbench, one: Fit, other: Fit) -> bool:
@@ -320,11 +276,6 @@ HORIZON = 20.0  # steps as good as the next that a fit behind others is given
 BEHIND = 0.3  # share of the best score so far; a valley is slow where it bends, and what is ahead now may lose
 MET = 0.02  # of a number, or its scale: two fits of a candidate so near each other go the same way
 TRIED = 2  # steps that every fit is given
-
-
-def _have_met(one: Fit, other: Fit) -> bool:
-    """Whether two fits of one set have met."""
-    return bool(np.allclose(one.vector, other.vector, rtol=MET, atol=MET))
 
 
 @dataclass(frozen=True)
@@ -350,17 +301,15 @@ class Race:
                 # a step that failed made the next ones short
                 at_once = predicted_gain(replace(fit, radius=np.inf), self.sides)
                 reach = fit.chi2 - max(HORIZON * predicted_gain(fit, self.sides), at_once)
-                met = any(n == name and _have_met(fit, other) for n, other in seen)
+                met = any(n == name and np.allclose(fit.vector, f.vector, rtol=MET, atol=MET) for n, f in seen)
                 fit.settled = met or self._score(name, reach) < least
             seen.append((name, fit))
 
     def leaders(self, fits: Sequence[Fit]) -> list[int]:
         """Which fits are the best of candidates near the front, or as good."""
         best, least = self._front(fits)
-        close = [
-            self._score(n, best[n]) > least and f.chi2 < best[n] + ALIKE for n, f in zip(self.owners, fits, strict=True)
-        ]
-        return [k for k, leads in enumerate(close) if leads]
+        near = {n for n, chi2 in best.items() if self._score(n, chi2) > least}
+        return [k for k, n in enumerate(self.owners) if n in near and fits[k].chi2 < best[n] + ALIKE]
 
     def _front(self, fits: Sequence[Fit]) -> tuple[dict[str, float], float]:
         """The best chi2 of every candidate, and the score below which none is near the front."""
@@ -397,25 +346,18 @@ def find_nonlinear(bench: Workbench, linearisation: Linearisation, stepped: Mapp
     """
     null, (low, high) = bench.forward.null(), bench.forward.sides
     ends = {n: np.clip(f.vector, low, high) for n, f in stepped.items()}
-    asked = [n for n in stepped if _is_nonlinear(bench, n) and (ends[n] != null)[bench.forward.index(n)].any()]
+    places = {n: bench.forward.index(n) for n in stepped}
+    asked = [n for n, k in places.items() if not bench.forward.linear[k].all() and (ends[n] != null)[k].any()]
     if not asked:
         return []
     there = bench.forward.values(np.stack([ends[n] for n in asked]))
-    foreseen = np.stack([_predict_linear(stepped[n], ends[n]) for n in asked])
+    steps = [(stepped[n], (ends[n] - stepped[n].vector)[stepped[n].free]) for n in asked]
+    foreseen = np.stack([f.values + np.einsum("k,krsn->rsn", step, f.slopes) for f, step in steps])
     does, by_slopes = (bench.metric.whiten(v - linearisation.fit.values) for v in (there, foreseen))
     with np.errstate(over="ignore", invalid="ignore"):  # a step may end anywhere
         off, size = (np.linalg.norm(rows, axis=1) for rows in (does - by_slopes, by_slopes))
     known = np.isfinite(there).all(axis=(1, 2, 3))
     return [n for n, o, s, k in zip(asked, off, size, known, strict=True) if not (k and o <= BENT * s)]
-
-
-def _is_nonlinear(bench: Workbench, name: str) -> bool:
-    return not all(bench.forward.linear[k] for k in bench.forward.index(name))
-
-
-def _predict_linear(fit: Fit, vector: np.ndarray) -> np.ndarray:
-    """What a step's derivatives have at another point."""
-    return fit.values + np.einsum("k,krsn->rsn", (vector - fit.vector)[fit.free], fit.slopes)
 
 
 def _gauss_newton_step(start: Fit) -> Fit:
