@@ -39,7 +39,7 @@ def spanned(bench: Workbench) -> dict[str, np.ndarray]:
     """Orthonormal columns (N, k) of every effect that these readings can see."""
     null, found = bench.forward.null(), {}
     for name in (c.id for c in bench.forward.classes):
-        rows = bench.metric.whiten(bench.slopes(null, bench.forward.index(name)))
+        rows = bench.metric.whiten(bench.forward.expand(null, bench.forward.index(name))[1])
         seen = rows[np.linalg.norm(rows, axis=1) > FAINT]
         if len(seen):
             found[name] = np.linalg.qr(seen.T)[0]

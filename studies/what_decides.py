@@ -63,10 +63,8 @@ def fit_of(bench: Workbench, e: Explanation) -> Fit:
     for k in free:
         vector[k] = e.size / bench.forward.slots[k].scale
     start = bench.start([e.effect] if e.effect else [], vector, free)
-    directions = np.eye(bench.forward.size)[free] if free else np.zeros((1, bench.forward.size))
-    values, slopes = bench.forward.values_and_slopes(np.repeat(vector[None], len(directions), axis=0), directions)
-    columns = bench.metric.whiten(slopes[: len(free)]) if free else np.empty((0, bench.metric.whiten(values[0]).size))
-    return replace(start, values=values[0], columns=columns)
+    values, slopes = bench.forward.expand(vector, free)
+    return replace(start, values=values, columns=bench.metric.whiten(slopes))
 
 
 def separations(campaign: Campaign, config: dict[str, Any]) -> dict[str, Any]:

@@ -36,7 +36,7 @@ from belt_sim.diagnosis.errors.misreadings import free_zeros
 from belt_sim.diagnosis.errors.model_errors import overall_errors, run_errors
 from belt_sim.diagnosis.examine import BOOTSTRAPS, Findings, examine
 from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.workbench import Workbench, workbench
+from belt_sim.diagnosis.fits.workbench import Workbench, linear_response, workbench
 from belt_sim.diagnosis.next_run import next_runs
 from belt_sim.discovery.describe import describe as describe_discovery
 from belt_sim.discovery.diagnosis_interface import LawSearch, unknown_evidence
@@ -45,7 +45,6 @@ from belt_sim.discovery.search_data import search_data_of
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, whole
 from belt_sim.foresight.doubts import doubts, pairs, visible
-from belt_sim.foresight.layout import lay_out
 from belt_sim.foresight.sheet_evidence import sheet_evidence
 from belt_sim.jax_setup import one_blas_thread
 from belt_sim.model import Model, SteadyModel
@@ -236,7 +235,7 @@ def check(
     if not any(len(r.travel) for r in read.runs) or not any(s.kind == "lateral" for s in read.signals):
         only = Doubt(kind="plan", sentence="there are no curves of a point: a model can be compared, nothing diagnosed")
         return Check(**common, noise="Steady rates only.", doubts=(*found, only), visible=(), pairs=())
-    bench, fit = lay_out(read, chosen, candidates_of(effects, chosen), planned=planned)
+    bench, fit = linear_response(read, chosen, candidates_of(effects, chosen), planned=planned)
     seen = visible(bench, fit)
     return Check(
         **common,

@@ -17,7 +17,7 @@ from belt_sim.diagnosis.fits.belt_starts import find_starts
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.linearisation import Linearisation, linearise
 from belt_sim.diagnosis.fits.null_simulation import chance_inflation
-from belt_sim.diagnosis.fits.workbench import Workbench, predict_alone, workbench
+from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.readings.sensor_places import first_place_inside_span, shapes_a_span, shows_places
 from belt_sim.diagnosis.search.best_first import Search, row_of
 from belt_sim.effects.base import Effect
@@ -205,7 +205,8 @@ def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids
     others = [m for m in (MODELS[n] for n in BASE_MODELS if n != asked.name) if shows_places(bench.samples.signals, m)]
     found = []
     for model in others:
-        values = predict_alone(bench.campaign, model)
+        alone = workbench(bench.campaign, model, ()).forward
+        values = alone.values(alone.null()[None])[0]
         gain = nothing.chi2 - float(bench.metric.chi2(bench.fitted.y - values))
         same = likeliest and likeliest <= model.contains - asked.contains
         if np.isfinite(gain) and gain > DESCRIBED * beyond_noise and not same:

@@ -6,9 +6,9 @@ promise something again by numbers that march: a crown far from its null follows
 so. Where no single change promises enough, two at once are tried.
 """
 
-from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from belt_sim.campaign import Run, SignalSheet, case_of
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.noise.metric import Metric, metric_of, nuisance_shapes
-from belt_sim.diagnosis.readings.forward import NUISANCES, Forward
+from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import Samples, stack_cases
 from belt_sim.jax_setup import map_in_threads
 from belt_sim.results.findings import APART, RESOLVED, NextRun, RunSettings
@@ -50,64 +50,53 @@ class Action:
         )
 
 
+REVERSED, LONGER, TURNED = "run with travel reversed", "run twice as long", "turn the belt over"
+
+
 def menu(template: Run) -> list[Action]:
     """Actions derived from one run of the campaign, on a record as long as that run's unless said otherwise."""
-    base = _fresh(template)
-    return [_make_action(base, *c) for c in [*_changes(base), _LONGER]]
+    base = _without_readings(template)
+    return [_make_action(base, *change) for change in _changes(base).items()]
 
 
 def twofold(template: Run) -> list[Action]:
     """Two changes at once: each on a record twice as long, and each tension with travel reversed."""
-    base = _fresh(template)
-    changes = {c[0]: c for c in _changes(base)}
-    longer = [(c, _LONGER) for words, c in changes.items() if words != "turn the belt over"]
-    back = [(c, changes["run with travel reversed"]) for words, c in changes.items() if "tension" in words]
-    return [_make_action(base, *_both(one, other)) for one, other in longer + back]
+    base = _without_readings(template)
+    changes = _changes(base)
+    pairs = [(one, LONGER) for one in changes if one not in (LONGER, TURNED)]
+    pairs += [(one, REVERSED) for one in changes if "tension" in one]
+    return [_make_action(base, f"{a}, {b.removeprefix('run ')}", changes[a] | changes[b]) for a, b in pairs]
 
 
-Change = tuple[str, Callable[[Run], Run], dict[str, bool]]
-_LONGER: Change = "run twice as long", lambda r: replace(r, travel=2.0 * r.travel), {}
-
-
-def _changes(base: Run) -> list[Change]:
-    """Words of every change, what it does to a run, and what else it takes."""
+def _changes(base: Run) -> dict[str, dict[str, Any]]:
+    """Words of every change, and the fields of a run or an action that it sets."""
     yaw = base.yaw if base.yaw else OPPOSITE_YAW
-    tension = base.tension
-    return [
-        ("run at opposite yaw", lambda r: replace(r, yaw=-yaw), {}),
-        ("run at zero yaw", lambda r: replace(r, yaw=0.0), {}),
-        ("run at twice the yaw", lambda r: replace(r, yaw=2 * yaw), {}),
-        ("run at lower tension", lambda r: replace(r, tension=0.6 * tension), {}),
-        ("run at higher tension", lambda r: replace(r, tension=1.7 * tension), {}),
-        ("run with travel reversed", lambda r: replace(r, direction=-r.direction), {}),
-        ("run at twice the speed", lambda r: replace(r, speed=2 * r.speed), {}),
-        ("run at half the speed", lambda r: replace(r, speed=0.5 * r.speed), {}),
-        ("put sensors at all four points", lambda r: r, {"all_points": True}),
-        ("turn the belt over", lambda r: r, {"turned_over": True}),
-    ]
+    return {
+        "run at opposite yaw": {"yaw": -yaw},
+        "run at zero yaw": {"yaw": 0.0},
+        "run at twice the yaw": {"yaw": 2 * yaw},
+        "run at lower tension": {"tension": 0.6 * base.tension},
+        "run at higher tension": {"tension": 1.7 * base.tension},
+        REVERSED: {"direction": -base.direction},
+        "run at twice the speed": {"speed": 2 * base.speed},
+        "run at half the speed": {"speed": 0.5 * base.speed},
+        "put sensors at all four points": {"all_points": True},
+        TURNED: {"turned_over": True},
+        LONGER: {"travel": 2.0 * base.travel},
+    }
 
 
-def _both(one: Change, other: Change) -> Change:
-    words = f"{one[0]}, {other[0].removeprefix('run ')}"
-    return words, lambda r: other[1](one[1](r)), one[2] | other[2]
-
-
-def _fresh(template: Run) -> Run:
+def _without_readings(template: Run) -> Run:
     """A run like another, without readings."""
-    end = float(template.travel[-1])
-    travel = np.linspace(0.0, end, SAMPLES)
+    travel = np.linspace(0.0, float(template.travel[-1]), SAMPLES)
     return replace(template, travel=travel, time=None, signals={}, repeat_of=None, use="fit")
 
 
-def _make_action(base: Run, words: str, change: Callable[[Run], Run], more: dict[str, bool]) -> Action:
-    run = change(base)
-    return Action(f"{words} ({_settings(run)})", run, **more)
-
-
-def _settings(run: Run) -> str:
-    direction = "" if run.direction > 0 else ", reversed"
-    yaw = f"yaw {run.yaw / si.DEGREE:+.3g} deg"
-    return f"{run.tension / si.N_PER_MM2:.3g} N/mm2, {yaw}, {run.speed:g} m/s, {run.travel[-1]:.0f} m{direction}"
+def _make_action(base: Run, words: str, change: dict[str, Any]) -> Action:
+    run = replace(base, **{name: x for name, x in change.items() if name not in ("all_points", "turned_over")})
+    tension, yaw = f"{run.tension / si.N_PER_MM2:.3g} N/mm2", f"yaw {run.yaw / si.DEGREE:+.3g} deg"
+    told = f"{tension}, {yaw}, {run.speed:g} m/s, {run.travel[-1]:.0f} m{'' if run.direction > 0 else ', reversed'}"
+    return Action(f"{words} ({told})", run, "all_points" in change, "turned_over" in change)
 
 
 STEPS = 8  # of a refit
@@ -164,15 +153,12 @@ class Outlook:
 
     def __init__(self, bench: Workbench, chosen: Fit, actions: list[Action] | None = None) -> None:
         """actions: by default those of the menu."""
-        self.bench = bench
+        self.bench, self.chosen = bench, chosen
         self.actions = actions or menu(bench.samples.runs[_liveliest(bench, chosen)])
         self.samples = _hypothetical(bench, self.actions)
-        forward = bench.forward
-        self.forward = Forward(
-            self.samples, forward.model, forward.classes, forward.step, forward.terms, brief=forward.brief
-        )
-        self.chosen = chosen
-        self.metric = self._metric(chosen.vector)
+        own = bench.forward
+        self.forward = Forward(self.samples, own.model, own.classes, own.step, own.terms, brief=own.brief)
+        self.metric = self._metric()
 
     def separations(self, a: Fit, b: Fit) -> tuple[float, np.ndarray]:
         """sigma without a further run, and with each action (actions,), whichever of the two is right.
@@ -184,28 +170,21 @@ class Outlook:
         predicted = [self.predict(fit, fit.free) for fit in (a, b)]
         stays = np.logical_and.reduce([_finite(x) for values, along in predicted for x in (values, *along)])
         (there_a, along_a), (there_b, along_b) = ([_where(stays, x) for x in both] for both in predicted)
-        new = self.white(there_a - there_b)
-        refitted = [
-            (fit.columns.reshape(len(fit.free), known.size), self.white(along))
-            for fit, along in ((a, along_a), (b, along_b))
-        ]
-        before = min(_rest(known, columns) for columns, _ in refitted)
-        after = [
-            min(
-                _rest(np.concatenate([known, new[r]]), np.concatenate([columns, further[:, r]], axis=1))
-                for columns, further in refitted
-            )
-            if stays[r]
-            else before
-            for r in range(len(self.actions))
-        ]
-        return before, np.array(after)
+        new, further = self.white(there_a - there_b), [self.white(along_a), self.white(along_b)]
+        own = [fit.columns.reshape(len(fit.free), known.size) for fit in (a, b)]
+        before = min(_rest(known, columns) for columns in own)
+        after = np.full(len(self.actions), before)
+        for r in np.flatnonzero(stays):
+            apart = np.concatenate([known, new[r]])
+            along = [np.concatenate([x, more[:, r]], axis=1) for x, more in zip(own, further, strict=True)]
+            after[r] = min(_rest(apart, columns) for columns in along)
+        return before, after
 
     def single(self, action: int) -> "Outlook":
         """One of the actions by itself."""
         one = copy(self)
         one.actions, one.samples = [self.actions[action]], self.samples.of_runs(np.array([action]))
-        one.metric = one._metric(self.chosen.vector)
+        one.metric = one._metric()
         return one
 
     def separation_after_refit(self, right: Fit, other: Fit) -> float:
@@ -232,46 +211,29 @@ class Outlook:
 
     def here(self, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
         """Values (R, S, n) and slopes (k, R, S, n) of the campaign's own runs; a fit that has ended has them."""
-        if fit.is_converged:
-            return fit.values, fit.slopes
-        directions = np.eye(self.bench.forward.size)[fit.free]
-        values, slopes = self.bench.forward.values_and_slopes(
-            np.repeat(fit.vector[None], len(directions), axis=0), directions
-        )
-        return values[0], slopes
+        return (fit.values, fit.slopes) if fit.is_converged else self.bench.forward.expand(fit.vector, fit.free)
 
     def predict(self, fit: Fit, free: list[int]) -> tuple[np.ndarray, np.ndarray]:
         """Values (R, S, n) and slopes (k, R, S, n) of every action; a belt turned over carries its effects along."""
-        count = max(1, len(free))
-        directions = np.zeros((count, self.forward.size))
-        for k, position in enumerate(free):
-            directions[k, position] = 1.0
-        flip = self._flip()
-        values, slopes = self.forward.values_and_slopes(
-            np.repeat(fit.vector[None], count, axis=0), directions, self.samples
-        )
-        turned = np.flatnonzero([a.turned_over for a in self.actions])
-        samples, over = self.samples.of_runs(turned), np.repeat((fit.vector * flip)[None], count, axis=0)
-        values[:, turned], slopes[:, turned] = self.forward.values_and_slopes(over, directions * flip, samples)
-        return values[0], slopes[: len(free)]
-
-    def _flip(self) -> np.ndarray:
-        turns = [s.effect.on_belt and not s.only_shapes for s in self.forward.slots]
-        signs = [-1.0 if t else 1.0 for t in turns]
-        return np.array(signs + [1.0] * len(NUISANCES))
+        values, slopes = self.forward.expand(fit.vector, free, self.samples)
+        over = np.flatnonzero([a.turned_over for a in self.actions])
+        sign = np.ones(self.forward.size)
+        sign[[k for k, s in enumerate(self.forward.slots) if s.effect.on_belt and not s.only_shapes]] = -1.0
+        there, along = self.forward.expand(sign * fit.vector, free, self.samples.of_runs(over))
+        values[over], slopes[:, over] = there, sign[free, None, None, None] * along
+        return values, slopes
 
     def white(self, x: np.ndarray) -> np.ndarray:
         """Whitened action by action: (..., actions, m)."""
         white = self.metric.whiten(x)
         return white.reshape(*white.shape[:-1], len(self.actions), white.shape[-1] // len(self.actions))
 
-    def _metric(self, vector: np.ndarray) -> Metric:
-        directions = np.eye(self.forward.size)[-len(NUISANCES) :]
-        vectors = np.repeat(vector[None], len(NUISANCES), axis=0)
-        values, slopes = self.forward.values_and_slopes(vectors, directions, self.samples)
-        stays = np.logical_and.reduce([_finite(x) for x in (values[0], *slopes)])
-        values, slopes = _where(stays, values), _where(stays, slopes)
-        shapes, shared = nuisance_shapes(self.bench.campaign, self.samples, values[0], slopes)
+    def _metric(self) -> Metric:
+        values, slopes = self.forward.expand(self.chosen.vector, self.forward.nuisances, self.samples)
+        stays = np.logical_and.reduce([_finite(x) for x in (values, *slopes)])
+        shapes, shared = nuisance_shapes(
+            self.bench.campaign, self.samples, _where(stays, values), _where(stays, slopes)
+        )
         return metric_of(self.samples, self.bench.levels, shapes, 0.0 * shared)
 
 

@@ -16,10 +16,10 @@ from belt_sim.analytic.model import MODELS
 from belt_sim.campaign import Campaign, Suspicion
 from belt_sim.campaign.quality.record import Severity
 from belt_sim.campaign.sheet_doubts import SheetMistake, sheet_mistakes
+from belt_sim.diagnosis.fits.workbench import linear_response
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.library import library
-from belt_sim.foresight.layout import lay_out
 
 #: Faults that are free in every layout.
 USUAL = ("yaw_offset_tail", "yaw_offset_head", "taper")
@@ -145,7 +145,7 @@ class _Layout:
     def __init__(self, campaign: Campaign, model: Composition) -> None:
         self.model = model
         classes = [cls for name, cls in library().items() if name in USUAL and model.refusal(cls) is None]
-        self.bench, fit = lay_out(campaign, model, classes, planned=False)
+        self.bench, fit = linear_response(campaign, model, classes, planned=False)
         self.counts = np.isfinite(self.bench.samples.y).sum(axis=(1, 2))
         self.count = int(self.counts.sum())
         sound = np.isfinite(fit.columns).all(axis=1)

@@ -9,6 +9,7 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import metric_of
+from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.base import Parameter
@@ -54,6 +55,8 @@ class Sum:
 
     def values_and_slopes(self, vectors, directions):
         return self.values(vectors), self.values(directions)
+
+    expand = Forward.expand
 
 
 def linear_bench(runs, signal=WHITE, *, count=40, per_bin=1.0, levels=None, y=None, shapes=None) -> Workbench:

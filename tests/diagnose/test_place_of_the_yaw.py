@@ -39,7 +39,7 @@ def gain_of_delay(campaign: Campaign) -> float:
     """What a delay of the sensors alone takes off chi2, in the linear range."""
     bench = workbench(campaign, STRIP, DELAY)
     null = bench.forward.null()
-    (column,) = bench.metric.whiten(bench.slopes(null, bench.forward.index("sensor_delay")))
+    (column,) = bench.metric.whiten(bench.forward.expand(null, bench.forward.index("sensor_delay"))[1])
     left = bench.metric.whiten(bench.fitted.y - bench.forward.values(null[None])[0])
     return float((column @ left) ** 2 / (column @ column))
 

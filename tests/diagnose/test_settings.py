@@ -4,11 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_campaign import bench, campaign
+from small_campaign import bench
 
-from belt_sim.analytic.model import MODELS
 from belt_sim.diagnosis.fits import workbench
-from belt_sim.diagnosis.noise.settings import FURTHEST, expand_at_likely_settings
 
 OFF = 2.0  # sigma
 TENSION, YAW = 0.06, 3e-5  # one sigma of a careless setting
@@ -43,7 +41,7 @@ def test_what_is_left_of_careless_settings_is_their_prior(careless, monkeypatch)
     levels = replace(careless.levels, white=(0.2, 0.2), wander=(0.2, 0.2))  # hardly any: the readings have none
     moved = careless.moved_to(null)
     again = moved.moved_to(null)
-    monkeypatch.setattr(workbench, "expand_at_likely_settings", lambda campaign, fitted, forward, *rest: forward)
+    monkeypatch.setattr(workbench, "expand_at_likely_settings", lambda bench, vector: bench.forward)
     settled_once, settled_twice, linear = (left(at(b, levels)) for b in (moved, again, careless.moved_to(null)))
     assert settled_once < exact < linear
     assert abs(settled_twice - settled_once) < 0.02 * (linear - settled_once)
@@ -51,16 +49,5 @@ def test_what_is_left_of_careless_settings_is_their_prior(careless, monkeypatch)
 
 def test_settings_stay_within_what_may_occur(careless):
     far = replace(careless, fitted=replace(careless.fitted, y=careless.fitted.y + 0.01))
-    forward = expand_at_likely_settings(
-        far.campaign, far.fitted, far.forward, far.metric, far.shapes, far.shared, far.forward.null()
-    )
-    assert np.abs(forward.tension).max() <= FURTHEST * TENSION * (1 + 1e-12)
-
-
-def test_a_model_by_itself_says_what_it_says_on_a_workbench_of_its_own():
-    """Where its runs were set, though nothing that a fit needs there is worked out."""
-    measured, strip = campaign("sag_roll"), MODELS["strip"]
-    other = workbench.workbench(measured, strip, ())
-    assert np.any(other.forward.tension)
-    told = other.forward.values(other.forward.null()[None])[0]
-    np.testing.assert_array_equal(workbench.predict_alone(measured, strip), told)
+    forward = workbench.expand_at_likely_settings(far, far.forward.null())
+    assert np.abs(forward.tension).max() <= workbench.FURTHEST * TENSION * (1 + 1e-12)

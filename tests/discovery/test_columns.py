@@ -45,7 +45,7 @@ def marched():
         index = bench.forward.index(cls.id)
         sizes = [k for k in index if bench.forward.slots[k].name in ("size", "cos", "sin")]
         scale = np.array([bench.forward.slots[k].scale for k in sizes])
-        found[name] = bench.slopes(null, sizes) / scale[:, None, None, None]
+        found[name] = bench.forward.expand(null, sizes)[1] / scale[:, None, None, None]
     return found
 
 
@@ -72,7 +72,7 @@ def test_the_march_answers_late_as_it_answers_early():
     vector[names.index("half")] = data.design.grid[1]
     for name in ("yaw_tail", "turn_head", "shift_tail"):
         k = names.index(name)
-        slope = bench.slopes(vector, [k]) / bench.forward.slots[k].scale
+        slope = bench.forward.expand(vector, [k])[1] / bench.forward.slots[k].scale
         late = data.projector.whiten(slope)[0]
         own = data.design.rows[name][cell]
         assert np.linalg.norm(late - own) < SIZE * np.linalg.norm(late)

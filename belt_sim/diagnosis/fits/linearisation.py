@@ -45,7 +45,7 @@ def shapes_at(bench: Workbench, fit: Fit, positions: Sequence[int], shows: Mappi
     """
     slopes: dict[int, np.ndarray] = dict.fromkeys(positions, np.zeros_like(fit.values))
     asked = [k for k in positions if not bench.forward.slots[k].only_shapes]
-    rows = bench.slopes(fit.vector, asked)
+    rows = bench.forward.expand(fit.vector, asked)[1]
     slopes |= dict(zip(asked, rows, strict=True))
     length = np.linalg.norm(bench.metric.whiten(rows), axis=1)
     faint = [k for k, seen in zip(asked, length, strict=True) if seen < STRONG and not bench.forward.linear[k]]

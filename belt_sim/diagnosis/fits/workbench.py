@@ -10,9 +10,8 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import Fit, Race, Sides, fit_sets
 from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.levels import LevelFinder
-from belt_sim.diagnosis.noise.metric import Metric, metric_of, nuisance_shapes
-from belt_sim.diagnosis.noise.settings import expand_at_likely_settings
-from belt_sim.diagnosis.readings.additive_effects import choose_harmonics
+from belt_sim.diagnosis.noise.metric import Metric, length_sigma, metric_of, nuisance_shapes
+from belt_sim.diagnosis.readings.additive_effects import choose_harmonics, columns
 from belt_sim.diagnosis.readings.forward import NUISANCES, Forward, MarchError, march_error
 from belt_sim.diagnosis.readings.samples import Samples, samples_of
 from belt_sim.effects.base import Effect
@@ -48,25 +47,22 @@ class Workbench:
 
         Itself where a belt runs away at ``vector``, or a hair beside it.
         """
-        here = _shapes(self.campaign, self.samples, self.forward, vector)
-        return self._with_shapes(self.forward, *here)._at_likely_settings(vector) if _finite(*here) else self
+        here = self._laid_out_by(self.forward, vector)
+        return self if here is self else here._at_likely_settings(vector)
 
     def _at_likely_settings(self, vector: np.ndarray) -> "Workbench":
         """The workbench, laid out at ``vector``, with every run's settings where they most likely were."""
-        forward = self.forward_at_likely_settings(vector)
-        if forward is self.forward:
+        forward = expand_at_likely_settings(self, vector)
+        return self if forward is self.forward else self._laid_out_by(forward, vector)
+
+    def _laid_out_by(self, forward: Forward, vector: np.ndarray) -> "Workbench":
+        """The workbench with nuisances as they are at ``vector``: what settings did to one of two repeats is not noise.
+
+        Itself where a belt runs away there.
+        """
+        shapes, shared, values = _nuisances_at(self.campaign, self.samples, forward, vector)
+        if not _finite(shapes, shared, values):
             return self
-        there = _shapes(self.campaign, self.samples, forward, vector)
-        return self._with_shapes(forward, *there) if _finite(*there) else self
-
-    def forward_at_likely_settings(self, vector: np.ndarray) -> Forward:
-        """The model with every run's settings where they most likely were; the workbench is laid out at ``vector``."""
-        return expand_at_likely_settings(
-            self.campaign, self.fitted, self.forward, self.metric, self.shapes, self.shared, vector
-        )
-
-    def _with_shapes(self, forward: Forward, shapes: np.ndarray, shared: np.ndarray, values: np.ndarray) -> "Workbench":
-        """The workbench where nuisances have these shapes: what settings did to one of two repeats is not noise."""
         finder = self.finder if self.keeps_noise else self.finder.at_shapes(shapes)
         levels = self.levels if self.keeps_noise else finder(self.samples.y - values)
         metric = metric_of(self.fitted, levels, shapes, shared)
@@ -83,11 +79,6 @@ class Workbench:
         """Joint refits on the fitted runs."""
         return fit_sets(self.forward, self.metric, starts, y, race, sides)
 
-    def slopes(self, vector: np.ndarray, positions: Sequence[int]) -> np.ndarray:
-        """Derivatives of the predictions at ``vector`` along ``positions``, shape (k, R, S, n)."""
-        directions = np.eye(self.forward.size)[list(positions)]
-        return self.forward.values_and_slopes(np.repeat(vector[None], len(directions), axis=0), directions)[1]
-
 
 def workbench(
     campaign: Campaign,
@@ -99,33 +90,14 @@ def workbench(
 
     terms: effect id -> harmonics that are fitted; by default as many as show.
     """
-    bench, _ = _lay_out_as_stated(campaign, model, classes, terms)
-    return bench._at_likely_settings(bench.forward.null()) if _finite(bench.shapes, bench.shared) else bench
-
-
-def predict_alone(campaign: Campaign, model: Composition) -> np.ndarray:
-    """What ``model`` by itself says of all runs (R, S, n), their settings where they most likely were."""
-    bench, stated = _lay_out_as_stated(campaign, model, ())
-    if not _finite(bench.shapes, bench.shared):
-        return stated
-    found = bench.forward_at_likely_settings(bench.forward.null()).values(bench.forward.null()[None])[0]
-    return found if np.isfinite(found).all() else stated
-
-
-def _lay_out_as_stated(
-    campaign: Campaign,
-    model: Composition,
-    classes: Sequence[type[Effect]],
-    terms: Mapping[str, int] | None = None,
-) -> tuple[Workbench, np.ndarray]:
-    """The workbench with settings as they are stated, and what the model by itself says there."""
     samples = samples_of(campaign)
-    march = march_error(samples, model, _noise_only(samples))
+    still = np.zeros((1, *samples.y.shape))
+    march = march_error(samples, model, metric_of(samples, Levels(), still, still).whiten)  # every setting is exact
     forward = Forward(samples, model, classes, march.step, terms)
-    vector = forward.null()
-    shapes, shared, values = _shapes(campaign, samples, forward, vector)
+    null = forward.null()
+    shapes, shared, values = _nuisances_at(campaign, samples, forward, null)
+    reachable = _candidate_shapes(forward, null)
     turned = [k for k, s in enumerate(_sizes(forward)) if forward.slots[s].effect.comes_round]
-    reachable = _candidate_shapes(forward, vector)
     coming_round = reachable[turned] if any(run.start_u for run in samples.runs) else None
     finder = LevelFinder(samples, shapes, np.concatenate([shared, reachable]), coming_round)
     levels = finder(samples.y - values)
@@ -136,18 +108,33 @@ def _lay_out_as_stated(
     if terms != forward.terms:
         forward = Forward(samples, model, classes, march.step, terms)
     bench = Workbench(
-        campaign=campaign,
-        samples=samples,
-        fitted=fitted,
-        forward=forward,
-        levels=levels,
-        finder=finder,
-        shapes=shapes,
-        shared=shared,
-        metric=metric,
-        march=march,
-    )
-    return bench, values
+        campaign=campaign, samples=samples, fitted=fitted, forward=forward, levels=levels, finder=finder,
+        shapes=shapes, shared=shared, metric=metric, march=march,
+    )  # fmt: skip
+    return bench._at_likely_settings(forward.null()) if _finite(shapes, shared) else bench
+
+
+def linear_response(
+    campaign: Campaign, model: Composition, classes: Sequence[type[Effect]], *, planned: bool
+) -> tuple[Workbench, Fit]:
+    """The campaign on the workbench with nothing wrong, and the derivatives of its readings along every parameter.
+
+    Noise is as stated; of a measured campaign with repeats, as these show it.
+    """
+    samples = samples_of(campaign)
+    forward = Forward(samples, model, classes)
+    free = list(range(len(forward.slots)))
+    values, slopes = forward.expand(forward.null(), range(forward.size))
+    shapes, shared = nuisance_shapes(campaign, samples, values, slopes[len(free) :])
+    finder = LevelFinder(samples, shapes)
+    levels = finder(samples.y - values) if finder.repeats and not planned else Levels()
+    bench = Workbench(
+        campaign=campaign, samples=samples, fitted=samples, forward=forward, levels=levels, finder=finder,
+        shapes=shapes, shared=shared, metric=metric_of(samples, levels, shapes, shared),
+    )  # fmt: skip
+    own = slopes[: len(free)]
+    fit = Fit(ids=(), free=free, vector=forward.null(), columns=bench.metric.whiten(own), slopes=own, values=values)
+    return bench, fit
 
 
 def _finite(*arrays: np.ndarray) -> bool:
@@ -155,20 +142,14 @@ def _finite(*arrays: np.ndarray) -> bool:
     return all(bool(np.isfinite(x).all()) for x in arrays)
 
 
-def _noise_only(samples: Samples):
-    """Whitening by the stated noise, every setting taken as exact."""
-    still = np.zeros_like(samples.y)
-    return metric_of(samples, Levels(), still[None], still[None]).whiten
-
-
-def _shapes(
+def _nuisances_at(
     campaign: Campaign, samples: Samples, forward: Forward, vector: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    directions = np.eye(forward.size)[-len(NUISANCES) :]
+    """Shapes of nuisances at ``vector`` as in ``nuisance_shapes``, and the predictions (R, S, n) there."""
     asked = len(NUISANCES) if any(run.start_u for run in samples.runs) else NUISANCES.index("start")
-    values, slopes = forward.values_and_slopes(np.repeat(vector[None], asked, axis=0), directions[:asked])
+    values, slopes = forward.expand(vector, forward.nuisances[:asked])
     slopes[1] /= 1.0 + forward.tension[:, None, None]
-    return *nuisance_shapes(campaign, samples, values[0], slopes), values[0]
+    return *nuisance_shapes(campaign, samples, values, slopes), values
 
 
 def _candidate_shapes(forward: Forward, vector: np.ndarray) -> np.ndarray:
@@ -185,3 +166,68 @@ def _candidate_shapes(forward: Forward, vector: np.ndarray) -> np.ndarray:
 def _sizes(forward: Forward) -> list[int]:
     """Positions of all numbers that do something by themselves."""
     return [k for k, s in enumerate(forward.slots) if not s.only_shapes]
+
+
+# How runs were really set, within what the campaign leaves open: tension, yaw, and the belt's length (Gauss-Newton).
+#
+# Predictions are taken where the runs most likely stood, and carried back to what is stated along the derivatives there.
+# Errors then enter linearly to a higher order: on wide belts the second order of the settings alone is seen, and after a
+# dozen turns that of the length, in the short waves of an edge.
+
+ROUNDS = 2
+FURTHEST = 2.5  # sigma: further off, what the model lacks is taken for a setting
+SEEN = 0.1  # whitened length, below which the second order does not matter
+
+
+def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
+    """The model expanded where the runs were most likely set, at ``vector``; itself where that changes nothing."""
+    forward, metric, shared, y = bench.forward, bench.metric, bench.shared, bench.fitted.y
+    length = length_sigma(bench.campaign, float(np.max(forward.samples.cases.rig.belt_length)))
+    sigma = np.array([bench.campaign.settings.tension_rel, bench.campaign.settings.yaw_u, length])
+    before = forward.values(vector[None])[0]
+    expanded, values = forward, before
+    others, by_length = (shared[:-1], shared[-1]) if length > 0.0 else (shared, np.zeros_like(before))
+    for _ in range(ROUNDS):
+        free = _shapes_that_go_round(expanded, vector)
+        longer = _longer(metric, np.concatenate([others, by_length[None]]), free, y - values)
+        off = _most_likely(metric, bench.shapes, y - values - longer * by_length)
+        there = forward.set_to(*(sigma[:2, None] * off), length * longer)
+        slopes = there.expand(vector, [there.nuisances[NUISANCES.index(n)] for n in ("tension", "yaw", "belt_length")])[
+            1
+        ]
+        slopes[0] /= 1.0 + there.tension[:, None, None]
+        slopes *= sigma[:, None, None, None]
+        by_length = slopes[2]
+        expanded = there.minus(np.einsum("kr,krsn->rsn", off, slopes[:2]) + longer * by_length)
+        values = expanded.values(vector[None])[0]
+    if not np.isfinite(values).all() or np.linalg.norm(metric.noise_white(values - before)) < SEEN:
+        return forward
+    return expanded
+
+
+def _most_likely(metric: Metric, shapes: np.ndarray, errors: np.ndarray) -> np.ndarray:
+    """Tension and yaw (2, R) in sigmas after errors (R, S, n) and the prior; shapes (K, R, S, n): all nuisances."""
+    columns, residual = metric.noise_white(shapes).swapaxes(0, 1), metric.noise_white(errors)
+    normal = columns @ columns.swapaxes(1, 2) + np.eye(len(shapes))
+    found = np.linalg.solve(normal, columns @ residual[..., None])[..., 0]
+    return np.clip(found[:, :2].T, -FURTHEST, FURTHEST)
+
+
+def _longer(metric: Metric, shared: np.ndarray, free: np.ndarray, errors: np.ndarray) -> float:
+    """The belt's length in sigmas after errors (R, S, n) and the prior, whatever sizes the shapes ``free`` (k, R, S, n)
+    have; shared (m, R, S, n): its own shape the last.
+    """
+    own = replace(metric, shared=(metric.shared[0][:0], np.zeros(0)))
+    white = np.concatenate([own.whiten(shared), own.whiten(errors)[None]])
+    taken = np.linalg.qr(own.whiten(free).T)[0]
+    white -= (white @ taken) @ taken.T
+    found = np.linalg.solve(white[:-1] @ white[:-1].T + np.eye(len(shared)), white[:-1] @ white[-1])
+    return float(np.clip(found[-1], -FURTHEST, FURTHEST))
+
+
+def _shapes_that_go_round(forward: Forward, vector: np.ndarray) -> np.ndarray:
+    """Shapes (k, R, S, n) of the linear effects that are there, whose numbers are fitted to the length as it is."""
+    acting = forward.effects_at(vector, [c.id for c in forward.classes])
+    there = [c for c in forward.classes if c.is_additive() and np.any(vector[forward.index(c.id)])]
+    found = [columns(forward.samples, c, acting)[: len(forward.index(c.id))] for c in there]
+    return np.concatenate([np.zeros((0, *forward.samples.y.shape)), *found])

@@ -98,6 +98,7 @@ class Forward:
         self.slots = tuple(Slot(c, name) for c in self.classes for name in parameter_names(c, self.terms))
         self.linear = np.array([s.effect.is_additive() for s in self.slots] + [False] * len(NUISANCES))
         self.size = len(self.slots) + len(NUISANCES)
+        self.nuisances = range(len(self.slots), self.size)
         self._null = np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
         ends = [s.side for s in self.slots] + [(-np.inf, np.inf)] * len(NUISANCES)
         self.sides = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
@@ -190,6 +191,14 @@ class Forward:
         if read.any():
             slopes[read] = slopes_of_additive(self, vector[read], directions[read], samples or self.samples)
         return values, slopes
+
+    def expand(self, vector: np.ndarray, positions: Sequence[int], samples: Samples | None = None):
+        """Predictions (R, S, n) at a parameter vector (size,), and derivatives (k, R, S, n) along some positions."""
+        directions = np.zeros((max(1, len(positions)), self.size))
+        directions[np.arange(len(positions)), np.array(positions, dtype=int)] = 1.0
+        points = np.repeat(vector[None], len(directions), axis=0)
+        values, slopes = self.values_and_slopes(points, directions, samples)
+        return values[0], slopes[: len(positions)]
 
     def _active_groups(self, vector: np.ndarray) -> list[Groups]:
         """Groups of effects that are not null at each of (C, size), as far as that makes a difference to a march."""
