@@ -170,10 +170,11 @@ def _sizes(forward: Forward) -> list[int]:
 
 # How runs were really set, within what the campaign leaves open: tension, yaw, and the belt's length (Gauss-Newton).
 #
-# Predictions are taken where the runs most likely stood, and carried back to what is stated along the derivatives there.
-# Errors then enter linearly to a higher order: on wide belts the second order of the settings alone is seen, and after a
-# dozen turns that of the length, in the short waves of an edge.
+# Predictions are taken where the runs most likely stood, and carried back to what is stated along the derivatives
+# there. Errors then enter linearly to a higher order: on wide belts the second order of the settings alone is seen, and
+# after a dozen turns that of the length, in the short waves of an edge.
 
+SETTINGS = ("tension", "yaw", "belt_length")
 ROUNDS = 2
 FURTHEST = 2.5  # sigma: further off, what the model lacks is taken for a setting
 SEEN = 0.1  # whitened length, below which the second order does not matter
@@ -191,10 +192,9 @@ def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
         free = _shapes_that_go_round(expanded, vector)
         longer = _longer(metric, np.concatenate([others, by_length[None]]), free, y - values)
         off = _most_likely(metric, bench.shapes, y - values - longer * by_length)
-        there = forward.set_to(*(sigma[:2, None] * off), length * longer)
-        slopes = there.expand(vector, [there.nuisances[NUISANCES.index(n)] for n in ("tension", "yaw", "belt_length")])[
-            1
-        ]
+        tension, yaw = sigma[:2, None] * off
+        there = forward.set_to(tension, yaw, length * longer)
+        _, slopes = there.expand(vector, [there.nuisances[NUISANCES.index(name)] for name in SETTINGS])
         slopes[0] /= 1.0 + there.tension[:, None, None]
         slopes *= sigma[:, None, None, None]
         by_length = slopes[2]
