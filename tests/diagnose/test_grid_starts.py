@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.fits.linearisation import Alternatives, best_of_grid
+from belt_sim.diagnosis.fits.linearisation import Grid, best_of_grid
 from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.effects.base import Parameter
 
@@ -24,15 +24,13 @@ def best(columns, residual, sides=(-np.inf, np.inf), most=2):
     """The best of points with a column (N,) each."""
     points = [((1, float(k)),) for k in range(len(columns))]
     forward = SimpleNamespace(
-        index=lambda name: [0, 1],
-        grids=lambda name: {1: tuple(range(len(columns)))},
         slots=[Slot(EFFECT, "force"), Slot(EFFECT, "place")],
         sides=tuple(np.array([side, side]) for side in sides),
     )
     bench = SimpleNamespace(forward=forward, metric=SimpleNamespace(whiten=lambda rows: rows))
     fit = SimpleNamespace(columns=np.zeros((0, N)), free=[], residual=residual, vector=np.zeros(2))
-    grid = Alternatives(np.array(columns), tuple(np.array([k]) for k in range(len(columns))))
-    return best_of_grid(bench, fit, "push", grid, points, most)
+    grid = Grid(points, [0], np.array(columns), np.arange(len(columns))[:, None])
+    return best_of_grid(bench, fit, grid, most)
 
 
 def test_points_that_do_the_same_are_one_start():

@@ -25,56 +25,54 @@ Point = tuple[tuple[int, float], ...]
 
 
 @dataclass(frozen=True)
-class Alternatives:
-    """columns (m, R, S, n): shapes of an effect's parameters at all points of its grid, each once; choices: for every
-    point, which of the columns (k,) stand there.
+class Grid:
+    """Shapes of an effect's parameters at all points of its grid.
+
+    points: pairs of position and value; free (k,): positions of the parameters that are not on the grid; columns
+    (m, R, S, n): their shapes, each once; choices (points, k): which of the columns stand at every point.
     """
 
+    points: Sequence[Point]
+    free: Sequence[int]
     columns: np.ndarray
-    choices: tuple[np.ndarray, ...]
+    choices: np.ndarray
 
-    def __len__(self) -> int:
-        return len(self.choices)
+    def shapes_at(self, point: int) -> dict[int, np.ndarray]:
+        """Position -> shape of each parameter at a point; none of what is on the grid."""
+        none = dict.fromkeys((position for position, _ in self.points[point]), np.zeros(self.columns.shape[1:]))
+        return none | dict(zip(self.free, self.columns[self.choices[point]], strict=True))
 
 
 def shapes_at(bench: Workbench, fit: Fit, positions: Sequence[int], shows: Mapping[int, Sequence[float]] | None = None):
     """Slopes by position at ``fit``, secants where slopes vanish; of each of those predictions at the (position, size)
     that promises most; and its sizes that are worth trying about other fits too.
 
-    shows: such sizes, about another fit; by default all are tried.
+    shows: such sizes, about another fit; by default all are tried, the smaller ones where the largest shows, or is too
+    much for a belt.
     """
-    slopes: dict[int, np.ndarray] = dict.fromkeys(positions, np.zeros_like(fit.values))
     asked = [k for k in positions if not bench.forward.slots[k].only_shapes]
-    rows = bench.forward.expand(fit.vector, asked)[1]
-    slopes |= dict(zip(asked, rows, strict=True))
+    _, rows = bench.forward.expand(fit.vector, asked)
+    slopes = dict.fromkeys(positions, np.zeros_like(fit.values)) | dict(zip(asked, rows, strict=True))
     length = np.linalg.norm(bench.metric.whiten(rows), axis=1)
     faint = [k for k, seen in zip(asked, length, strict=True) if seen < STRONG and not bench.forward.linear[k]]
-    of_known = {k: shows[k] for k in faint if shows is not None and k in shows}
-    moved = _changes(bench, fit, [(k, size) for k, sizes in of_known.items() for size in sizes])
-    moved |= _changes_by_size(bench, fit, [k for k in faint if k not in of_known])
-    first: dict[int, float] = {}
-    best: dict[int, tuple[float, float]] = {}
-    for k, size in sorted(moved):
-        white = bench.metric.whiten(moved[k, size])
-        if not _is_visible(moved[k, size][None], white[None])[0]:
-            continue
-        first.setdefault(k, size)
-        fall = fit.chi2 - float(np.sum((fit.residual - white) ** 2))  # of chi2, were the parameter of that size
-        best[k] = max(best.get(k, (-np.inf, 0.0)), (fall, -size))
-    secants = {k: moved[k, size] for k, size in first.items()}
-    sized = {(k, -size): fit.values + moved[k, -size] for k, (_, size) in best.items()}
-    found = dict(shows or {}) | {k: tuple(sorted({first[k], -best[k][1]})) for k in first if k not in of_known}
+    known = {k: sizes for k, sizes in (shows or {}).items() if k in faint}
+    moved = _changes(bench, fit, [(k, size) for k in faint for size in known.get(k, SIZES[-1:])])
+    more = [k for k, size in moved if k not in known and not _is_nothing(bench, moved[k, size])]
+    moved |= _changes(bench, fit, [(k, size) for k in more for size in SIZES[:-1]])
+    secants, sized, found = {}, {}, dict(shows or {})
+    for k in faint:
+        white = {s: bench.metric.whiten(moved[k, s]) for s in SIZES if (k, s) in moved}
+        seen = [s for s, w in white.items() if _is_visible(moved[k, s][None], w[None])[0]]
+        if seen:
+            best = min(seen, key=lambda s: float(np.sum((fit.residual - white[s]) ** 2)))  # were it of that size
+            secants[k], sized[k, best] = moved[k, seen[0]], fit.values + moved[k, best]
+            found.setdefault(k, tuple(sorted({seen[0], best})))
     return slopes | secants, sized, found
 
 
-def _changes_by_size(bench: Workbench, fit: Fit, faint: Sequence[int]) -> dict[tuple[int, float], np.ndarray]:
-    """What sizes of parameters that do not show by their slopes do to the predictions, by (position, size); the smaller
-    ones where the largest shows, or is too much for a belt.
-    """
-    moved = _changes(bench, fit, [(k, SIZES[-1]) for k in faint])
-    white = {key: np.linalg.norm(bench.metric.whiten(m)) for key, m in moved.items()}
-    more = [k for k, size in moved if white[k, size] > STRONG or not np.isfinite(moved[k, size]).all()]
-    return moved | _changes(bench, fit, [(k, size) for k in more for size in SIZES[:-1]])
+def _is_nothing(bench: Workbench, moved: np.ndarray) -> bool:
+    """Whether a change of the predictions (R, S, n) is one, and is not seen."""
+    return bool(np.isfinite(moved).all() and np.linalg.norm(bench.metric.whiten(moved)) <= STRONG)
 
 
 def _changes(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> dict[tuple[int, float], np.ndarray]:
@@ -87,38 +85,37 @@ def _changes(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> 
     return dict(zip(tried, bench.forward.values(points) - fit.values, strict=True))
 
 
-def shapes_on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, tuple[Alternatives, list[Point]]]:
-    """Shapes of effects about ``fit`` at every point of their grids, and these points as pairs of position and value.
+def shapes_on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, Grid]:
+    """Shapes of effects about ``fit`` at every point of their grids.
 
     A parameter that feels only one of several numbers on a grid (the swing of one pulley) is computed for that alone;
     two points of each number tell.
     """
     grids = {n: g for n in names if (g := bench.forward.grids(n))}
-    others = {n: [k for k in bench.forward.index(n) if k not in g] for n, g in grids.items()}
-    axes = {n: {k: [((k, value),) for value in values] for k, values in g.items()} for n, g in grids.items()}
-    several = [n for n in grids if len(grids[n]) > 1]
-    alone = [(p, point) for n in several for axis in axes[n].values() for point in axis[:2] for p in others[n]]
+    free = {n: [k for k in bench.forward.index(n) if k not in g] for n, g in grids.items()}
+    points: dict[str, list[Point]] = {
+        n: list(product(*([(k, value) for value in values] for k, values in g.items()))) for n, g in grids.items()
+    }
+    ends = {n: {k: [((k, v),) for v in values[:2]] for k, values in g.items()} for n, g in grids.items() if len(g) > 1}
+    alone = [(p, point) for n, axes in ends.items() for pair in axes.values() for point in pair for p in free[n]]
     shapes = _shapes_of(bench, fit, alone)
     felt = {
-        p: [k for k, axis in axes[n].items() if n not in several or _differ([shapes[p, point] for point in axis[:2]])]
-        for n in grids
-        for p in others[n]
-    }
-    points: dict[str, list[Point]] = {
-        n: list(product(*([point[0] for point in axis] for axis in axes[n].values()))) for n in grids
+        p: [k for k, pair in axes.items() if _differ([shapes[p, point] for point in pair])]
+        for n, axes in ends.items()
+        for p in free[n]
     }
 
-    def seen_by(p: int, point: Point) -> Point:
-        return tuple(pair for pair in point if pair[0] in felt[p]) or point[:1]
+    def felt_by(p: int, point: Point) -> Point:
+        return tuple(pair for pair in point if p not in felt or pair[0] in felt[p]) or point[:1]
 
-    asked = {(p, seen_by(p, point)) for n in grids for point in points[n] for p in others[n]}
+    rows = {n: [[(p, felt_by(p, point)) for p in free[n]] for point in points[n]] for n in grids}
+    asked = {key for of_effect in rows.values() for row in of_effect for key in row}
     shapes |= _shapes_of(bench, fit, sorted(asked - set(shapes)))
     found = {}
     for n in grids:
-        rows = [[(p, seen_by(p, point)) for p in others[n]] for point in points[n]]
-        place = {key: k for k, key in enumerate(dict.fromkeys(key for row in rows for key in row))}
-        choices = tuple(np.array([place[key] for key in row]) for row in rows)
-        found[n] = Alternatives(np.stack([shapes[key] for key in place]), choices), points[n]
+        place = {key: k for k, key in enumerate(dict.fromkeys(key for row in rows[n] for key in row))}
+        choices = np.array([[place[key] for key in row] for row in rows[n]])
+        found[n] = Grid(points[n], free[n], np.stack([shapes[key] for key in place]), choices)
     return found
 
 
@@ -171,20 +168,23 @@ def _differ(rows: Sequence[np.ndarray]) -> bool:
 ALIKE = 0.5  # chi2 between two predictions, below which they say the same
 
 
-def best_of_grid(
-    bench: Workbench, fit: Fit, name: str, alternatives: Alternatives, tried: Sequence[Point], most: int
-) -> list[int]:
-    """At most so many points of an effect's grid by what they promise in the linear range, best first, no two alike.
+def best_of_grid(bench: Workbench, fit: Fit, grid: Grid, most: int) -> list[int]:
+    """At most so many points of a grid by what they promise in the linear range, best first, no two alike.
 
-    tried: the points themselves. A number that a machine has on one side of null only promises nothing on the other.
+    A number that a machine has on one side of null only promises nothing on the other.
     """
-    columns = bench.metric.whiten(alternatives.columns)
+    columns, choices = bench.metric.whiten(grid.columns), grid.choices
     own = fit.columns.reshape(len(fit.free), columns.shape[1])
     onto = columns @ own.T @ pseudo_inverse((own @ own.T)[None])[0][0]
     gram, pull = columns @ columns.T - onto @ (own @ columns.T), columns @ fit.residual - onto @ (own @ fit.residual)
-    choices = np.stack(alternatives.choices)
-    free = [k for k in bench.forward.index(name) if k not in bench.forward.grids(name)]
-    steps, sigma = _steps(bench, fit, free, gram[choices[:, :, None], choices[:, None, :]], pull[choices])
+    grams, pulls = gram[choices[:, :, None], choices[:, None, :]], pull[choices]
+    inverses, _ = pseudo_inverse(grams)
+    steps = np.einsum("pkl,pl->pk", inverses, pulls)
+    sigma = np.sqrt(np.maximum(np.diagonal(inverses, axis1=1, axis2=2), 0.0))
+    free, slots = list(grid.free), [bench.forward.slots[p] for p in grid.free]
+    low, high = (side[free] - fit.vector[free] for side in bench.forward.sides)
+    for k in np.flatnonzero(np.any((steps < low) | (steps > high), axis=1)):
+        steps[k] = bounded_step(grams[k], pulls[k], low, high)
     does = np.zeros((len(choices), len(gram)))
     np.add.at(does, (np.arange(len(choices))[:, None], choices), steps)
     gains = 2.0 * does @ pull - np.sum((does @ gram) * does, axis=1)
@@ -194,7 +194,6 @@ def best_of_grid(
         return bool(apart @ gram @ apart < ALIKE)
 
     def possible(k: int) -> bool:
-        slots = [bench.forward.slots[p] for p in free]
         return is_possible(slots, fit.vector[free] + steps[k], sigma[k])
 
     found: list[int] = []
@@ -207,37 +206,25 @@ def best_of_grid(
     return found
 
 
-def _steps(
-    bench: Workbench, fit: Fit, free: Sequence[int], gram: np.ndarray, pull: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """The best numbers (p, k) at every point, on the side of null where a machine has them, and their sigmas."""
-    inverted, _ = pseudo_inverse(gram)
-    steps = np.einsum("pkl,pl->pk", inverted, pull)
-    low, high = (side[list(free)] - fit.vector[list(free)] for side in bench.forward.sides)
-    for k in np.flatnonzero(np.any((steps < low) | (steps > high), axis=1)):
-        steps[k] = bounded_step(gram[k], pull[k], low, high)
-    return steps, np.sqrt(np.maximum(np.diagonal(inverted, axis1=1, axis2=2), 0.0))
-
-
 STARTS = 3  # points of a grid from which a refit starts
 
 
 @dataclass(frozen=True)
 class Linearisation:
-    """slopes: position in the parameter vector -> shape (R, S, n) per unit; where the derivative at null vanishes while
-    a plausible size moves the readings, the secant to that size stands in its place, and weak (effect id -> points,
-    each pairs of position and value) says from where a search may start. alternatives: effect id -> shapes of its
-    parameters at every point of its grid; tried: these points; points: the best of them, which are starts as well, and
-    shaped: point -> shapes of the parameters there. sized: position and size -> predictions with that parameter of that
-    size; shows: sizes of a parameter that are worth trying where its derivative vanishes.
+    """What every effect would do to the predictions of a fit.
+
+    slopes: position in the parameter vector -> shape (R, S, n) per unit; where the derivative at null vanishes while a
+    plausible size moves the readings, the secant to that size stands in its place, and weak (effect id -> points, each
+    pairs of position and value) says from where a search may start. grids: of effects that have one; shaped: the best
+    points of these, which are starts as well -> shapes of the parameters there, by position; sized: position and size
+    -> predictions with that parameter of that size; shows: sizes of a parameter that are worth trying where its
+    derivative vanishes.
     """
 
     fit: Fit
     slopes: dict[int, np.ndarray]
     weak: dict[str, list[Point]]
-    alternatives: dict[str, Alternatives] = field(default_factory=dict)
-    tried: dict[str, list[Point]] = field(default_factory=dict)
-    points: dict[str, list[Point]] = field(default_factory=dict)
+    grids: dict[str, Grid] = field(default_factory=dict)
     shaped: dict[Point, dict[int, np.ndarray]] = field(default_factory=dict)
     sized: dict[tuple[int, float], np.ndarray] = field(default_factory=dict)
     shows: dict[int, tuple[float, ...]] = field(default_factory=dict)
@@ -278,7 +265,7 @@ class Linearisation:
     def linear_starts(self, bench: Workbench, name: str) -> list[Fit]:
         """Where one step may begin: from null, and from the best points of a grid, whose shapes are known there."""
         null = self.with_effect(bench, name)
-        return [null, *(self._start_at(bench, null, p) for p in self.points.get(name, []) if p in self.shaped)]
+        return [null, *(self._start_at(bench, null, p) for p in self.weak.get(name, []) if p in self.shaped)]
 
     def _start_at(self, bench: Workbench, null: Fit, point: Point) -> Fit:
         """The fit ``null`` with numbers at a point, as far as it is known there: without a prediction of its own."""
@@ -316,24 +303,11 @@ def linearise(bench: Workbench, fit: Fit, ids: Sequence[str], before: Linearisat
     if not positions:
         return Linearisation(fit, {}, {})
     slopes, sized, shows = shapes_at(bench, fit, positions, None if before is None else before.shows)
-    if before is None:
-        grids = shapes_on_grids(bench, fit, ids)
-    else:
-        grids = {i: (before.alternatives[i], before.tried[i]) for i in ids if i in before.alternatives}
-    best = {i: best_of_grid(bench, fit, i, *grid, STARTS) for i, grid in grids.items()}
-    points = {i: [grids[i][1][k] for k in best[i]] for i in grids}
-    shaped = {grids[i][1][k]: _shapes_at_point(bench, i, grids[i][0], k) for i in grids for k in best[i]}
-    weak = {i: [(s,) for s in sized if s[0] in bench.forward.index(i)] + points.get(i, []) for i in ids}
-    return Linearisation(
-        fit, slopes, {i: found for i, found in weak.items() if found},
-        alternatives={i: found for i, (found, _) in grids.items()}, tried={i: tried for i, (_, tried) in grids.items()},
-        points=points, shaped=shaped, sized=sized, shows=shows,
-    )  # fmt: skip
-
-
-def _shapes_at_point(bench: Workbench, name: str, grid: Alternatives, point: int) -> dict[int, np.ndarray]:
-    """Position -> shape of each parameter of an effect at a point of its grid; none of what is on the grid."""
-    tried = bench.forward.grids(name)
-    others = [k for k in bench.forward.index(name) if k not in tried]
-    shapes = dict.fromkeys(tried, np.zeros(grid.columns.shape[1:]))
-    return shapes | dict(zip(others, grid.columns[grid.choices[point]], strict=True))
+    grids = (
+        shapes_on_grids(bench, fit, ids) if before is None else {i: before.grids[i] for i in ids if i in before.grids}
+    )
+    best = {i: best_of_grid(bench, fit, grid, STARTS) for i, grid in grids.items()}
+    shaped = {i: {grids[i].points[k]: grids[i].shapes_at(k) for k in chosen} for i, chosen in best.items()}
+    weak = {i: [(s,) for s in sized if s[0] in bench.forward.index(i)] + list(shaped.get(i, ())) for i in ids}
+    starts = {point: shapes for of_effect in shaped.values() for point, shapes in of_effect.items()}
+    return Linearisation(fit, slopes, {i: found for i, found in weak.items() if found}, grids, starts, sized, shows)
