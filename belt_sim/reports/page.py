@@ -4,7 +4,6 @@ import importlib.util
 import math
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -49,26 +48,27 @@ def render(diagnosis: Diagnosis) -> str:
     page.filters.update(number=words.number, milli=words.thousandths, plain=words.plain, degrees=words.degrees)
     page.filters.update(tenths=lambda gain: words.decimal(gain, 1 if gain is not None and gain < 100.0 else 0))
     page.filters.update(listed=words.join_words, rows=words.rows, capital=lambda text: text[:1].upper() + text[1:])
+    found = diagnosis.discovery if diagnosis.discovery is not None and diagnosis.discovery.found else None
     cards = [plant_card(e) for e in diagnosis.effects]
     return page.get_template("report.html.j2").render(
         d=diagnosis,
         schema=DIAGNOSIS,
-        plots=_plots(diagnosis),
+        plots=_plots(diagnosis, found),
         bars=bars(diagnosis.ranking),
         falls=falls(diagnosis.error),
-        discovery=discovery_of(diagnosis),
-        weights=weights(discovery_of(diagnosis)),
-        tensions=tensions(discovery_of(diagnosis)),
+        discovery=found,
+        weights=weights(found) if found else [],
+        tensions=tensions(found) if found else [],
+        place_note=place_note(found) if found else "",
         final=diagnosis.final_model != diagnosis.base_model,
         headline=headline(diagnosis),
         lead=plant_headline(diagnosis, cards),
         cards=cards,
-        marked=marked_parts(diagnosis, cards),
+        marked=marked_parts(cards, found),
         advice=run_advice,
         number_texts=number_texts,
         where=where_sentence(diagnosis),
         fails=not _nowhere(diagnosis),
-        place_note=place_note(discovery_of(diagnosis)),
         full=f"{FULL:g}",
         names=[panel.title for panel in diagnosis.drawings.overlays],
         maps=[one.title for one in diagnosis.drawings.maps],
@@ -76,60 +76,42 @@ def render(diagnosis: Diagnosis) -> str:
     )
 
 
-def _plots(d: Diagnosis) -> dict:
+def _plots(d: Diagnosis, found: Any) -> dict:
     """Every figure of the page, by the id of its place; ``overlays`` is a list to choose from."""
-    drawn = d.drawings
+    law = [figures.course(found.courses, found.unit)] if found and found.courses else []
     return {
-        "overlays": [figures.overlay(panel, d.base_model, d.final_model) for panel in drawn.overlays],
-        "first": worst(drawn.overlays),
-        "where": [figures.where(one) for one in drawn.maps],
-        "drift": [figures.drift(*pair) for pair in drawn.drifts],
-        "law": discovered_plots(discovery_of(d)),
+        "overlays": [figures.overlay(panel, d.base_model, d.final_model) for panel in d.drawings.overlays],
+        "first": worst(d.drawings.overlays),
+        "where": [figures.where(one) for one in d.drawings.maps],
+        "drift": [figures.drift(*pair) for pair in d.drawings.drifts],
+        "law": [*law, figures.law(found)] if found and found.against else law,
     }
-
-
-def discovery_of(d: Diagnosis) -> Any:
-    """What was discovered; None where nothing was, or nobody looked."""
-    found = d.discovery
-    return found if found is not None and found.found else None
-
-
-def discovered_plots(found: Any) -> list[dict]:
-    """The unknown against travel, and against the variable of its law."""
-    if found is None:
-        return []
-    plots = [figures.course(found.courses, found.unit)] if found.courses else []
-    return [*plots, figures.law(found)] if found.against else plots
 
 
 def tensions(found: Any) -> list[dict]:
     """The tensions of an unknown's course, with the number of their colour."""
-    there = figures.tensions_of(found.courses or found.against) if found is not None else []
+    there = figures.tensions_of(found.courses or found.against)
     return [{"words": f"{t / 1e6:g} N/mm²", "colour": k % len(figures.CYCLE) + 1} for k, t in enumerate(there)]
 
 
 def weights(found: Any) -> list[dict]:
     """Places of an unknown, best first: lengths [%] of their gains in log evidence."""
-    best = found.places[:SHOWN_PLACES] if found is not None else ()
+    best, chosen = found.places[:SHOWN_PLACES], found.law.place if found.law is not None else ""
     full = max([1e-9, *(p.gain for p in best)])
-    chosen = found.law.place if best and found.law is not None else ""
+    lengths = [round(100.0 * max(p.gain, 0.0) / full, 1) for p in best]
     return [
-        {"words": p.words, "gain": p.gain, "length": round(100.0 * max(p.gain, 0.0) / full, 1)}
-        | {"chosen": p.words in chosen}
-        for p in best
+        {"words": p.words, "gain": p.gain, "length": length, "chosen": p.words in chosen}
+        for p, length in zip(best, lengths, strict=True)
     ]
 
 
 def place_note(found: Any) -> str:
     """Why a law may stand at a place that these bars do not rank first; empty where it stands at the first."""
-    if found is None or found.law is None or not found.places:
-        return ""
-    first = found.places[0]
-    if first.words in found.law.place:
+    if found.law is None or not found.places or found.places[0].words in found.law.place:
         return ""
     return (
-        f"A smooth unknown of any shape fits best at another place ({first.words}); the formula was sought at every "
-        "place, and predicts best where it stands. Take the place as uncertain."
+        f"A smooth unknown of any shape fits best at another place ({found.places[0].words}); the formula was sought "
+        "at every place, and predicts best where it stands. Take the place as uncertain."
     )
 
 
@@ -137,11 +119,10 @@ def place_note(found: Any) -> str:
 PLACE_PARTS = {"tail": "tail", "head": "head", "upper": "upper", "lower": "lower", "sensor": "sensors", "span": "upper"}
 
 
-def marked_parts(d: Diagnosis, cards: "Sequence[Card]") -> list[str]:
+def marked_parts(cards: Sequence[dict[str, Any]], found: Any) -> list[str]:
     """Parts of the sketch that are marked: where the named effects are, else where the unknown acts."""
-    parts = [part for c in cards for part in c.parts]
-    found = discovery_of(d)
-    if not parts and found is not None and found.law is not None:
+    parts = [part for c in cards for part in c["parts"]]
+    if not parts and found and found.law is not None:
         parts = [part for word, part in PLACE_PARTS.items() if word in found.law.place]
     return list(dict.fromkeys(parts))
 
@@ -169,17 +150,22 @@ def headline(d: Diagnosis) -> str:
 def falls(error: Errors) -> list[dict]:
     """The error before and after, over all and by held-out condition: lengths [%] on one linear scale, and values."""
     rows = {"held out, zeros and settings taken off": error.own, "held out": error.held_out, "fitted": error.fit}
-    rows |= error.left_out()
-    there = {name: change for name, change in rows.items() if change is not None}
+    there = {name: change for name, change in (rows | error.left_out()).items() if change is not None}
     values = [v for change in there.values() for v in (change.before, change.after) if np.isfinite(v)]
     full = max([error.noise_floor, *values, 1e-12])
 
     def length(value: float) -> float:
         return round(100.0 * value / full, 1) if np.isfinite(value) else 0.0
 
+    floors = {name: c.floor if isinstance(c, OwnChange) else error.noise_floor for name, c in there.items()}
     return [
-        {"label": name, "change": c, "before": length(c.before), "after": length(c.after)}
-        | {"floor": length(c.floor if isinstance(c, OwnChange) else error.noise_floor)}
+        {
+            "label": name,
+            "change": c,
+            "before": length(c.before),
+            "after": length(c.after),
+            "floor": length(floors[name]),
+        }
         for name, c in there.items()
     ]
 
@@ -211,6 +197,7 @@ def _plotly() -> str:
 # words of an effect stand in its class (Effect.cause).
 
 
+EITHER = "tail or head"
 SURE, LIKELY = 0.99, 0.9  # probabilities from which an explanation is called nearly certain, likely
 
 
@@ -224,56 +211,35 @@ PARTS_OF_LAW = {
 }
 
 
-@dataclass(frozen=True)
-class Card:
-    """A named effect for people at the machine.
+def plant_card(e: FoundEffect) -> dict[str, Any]:
+    """Return the card of a named effect for people at the machine.
 
     fault: the clause of the headline; about: what the effect is, from its own file; parts: ids of the sketch; sizes: a
     line a number; sure: how sure; unsure: marked as such; others: what it may be instead; check: what to do.
     """
-
-    id: str
-    fault: str
-    about: str
-    parts: tuple[str, ...]
-    sizes: tuple[str, ...]
-    sure: str
-    unsure: bool
-    others: tuple[str, ...]
-    check: str
-    of_model: bool
-    stamp: str
-
-
-def plant_card(e: FoundEffect) -> Card:
-    """Return the card of a named effect."""
     cls = library().get(e.id)
     cause = cls.cause if cls is not None else None
     pulley = _pulley(e)
     parts = cause.parts if cause else PARTS_OF_LAW.get(getattr(cls, "law", ""), ())
-    if pulley and set(parts) >= {"tail", "head"}:
-        parts = (pulley,)
-    title = title_of(cls) if cls is not None else f"The effect {e.id} of your own"
-    check = cause.check if cause else "See the effect's own file."
-    return Card(
-        id=e.id,
-        fault=cause.phrase.format(pulley=pulley or "tail or head") if cause else f"the effect {e.id} acts",
-        about=title,
-        parts=parts,
-        sizes=_sizes(e),
-        sure=sureness(e.probability),
-        unsure=e.probability < LIKELY,
-        others=tuple(map(fault_of, e.confusable_with)),
-        check=check.format(pulley=pulley or "tail or head"),
-        of_model=bool(cause and cause.of_model),
-        stamp=e.stamp,
-    )
+    return {
+        "id": e.id,
+        "fault": cause.phrase.format(pulley=pulley or EITHER) if cause else f"the effect {e.id} acts",
+        "about": title_of(cls) if cls is not None else f"The effect {e.id} of your own",
+        "parts": (pulley,) if pulley and set(parts) >= {"tail", "head"} else parts,
+        "sizes": _sizes(e),
+        "sure": sureness(e.probability),
+        "unsure": e.probability < LIKELY,
+        "others": [fault_of(ids) for ids in e.confusable_with],
+        "check": cause.check.format(pulley=pulley or EITHER) if cause else "See the effect's own file.",
+        "of_model": bool(cause and cause.of_model),
+        "stamp": e.stamp,
+    }
 
 
 def fault_of(ids: Sequence[str]) -> str:
     """Return the faults of effects that act together, with their ids in brackets."""
     classes, name = [library().get(one) for one in ids], words.join_effects(ids)
-    said = [c.cause.phrase.format(pulley="tail or head") for c in classes if c is not None and c.cause is not None]
+    said = [c.cause.phrase.format(pulley=EITHER) for c in classes if c is not None and c.cause is not None]
     return f"{' and '.join(said)} ({name})" if said else name
 
 
@@ -301,7 +267,7 @@ def _pulley(e: FoundEffect) -> str | None:
     return "head" if max(known, key=lambda n: known[n]).endswith("_head") else "tail"
 
 
-def plant_headline(d: Diagnosis, cards: list[Card]) -> str:
+def plant_headline(d: Diagnosis, cards: Sequence[dict[str, Any]]) -> str:
     """Return what is wrong, in one sentence of the plant."""
     if d.verdict is Verdict.CANNOT_SAY:
         wrong = any(s.severity == "stop" for s in d.suspicions)
@@ -309,20 +275,19 @@ def plant_headline(d: Diagnosis, cards: list[Card]) -> str:
             "The data look damaged, or the sheet is wrong" if wrong else "These readings are too few to show a fault"
         )
         return f"{cause}, so nothing can be said of the machine yet"
-    at_machine = [c.fault for c in cards if not c.of_model and not c.unsure]
-    perhaps = [c.fault for c in cards if not c.of_model and c.unsure]
-    left_out = [c.fault for c in cards if c.of_model]
-    said = f"Most likely {words.join_words(at_machine)}" if at_machine else ""
-    if perhaps:
-        said = f"{said}. Perhaps also {words.join_words(perhaps)}" if said else f"Perhaps {words.join_words(perhaps)}"
-    if left_out and said:
-        said += f". Besides, {words.join_words(left_out)}, which the model leaves out"
-    elif left_out:
-        said = f"The machine shows no fault. The model leaves out that {words.join_words(left_out)}"
-    if d.verdict is Verdict.PARTLY and said:
-        return f"{said}. Something unknown acts as well"
+    at_machine = [c["fault"] for c in cards if not c["of_model"] and not c["unsure"]]
+    perhaps = [c["fault"] for c in cards if not c["of_model"] and c["unsure"]]
+    left_out = [c["fault"] for c in cards if c["of_model"]]
+    said = [f"Most likely {words.join_words(at_machine)}"] if at_machine else []
+    said += [f"Perhaps {'also ' if said else ''}{words.join_words(perhaps)}"] if perhaps else []
+    if left_out:
+        said += (
+            [f"Besides, {words.join_words(left_out)}, which the model leaves out"]
+            if said
+            else ["The machine shows no fault", f"The model leaves out that {words.join_words(left_out)}"]
+        )
     if said:
-        return said
+        return ". ".join([*said, *(["Something unknown acts as well"] if d.verdict is Verdict.PARTLY else [])])
     if d.verdict is Verdict.ADEQUATE:
         return "No fault shows: the belt moves as the model says"
     return "Something moves the belt that none of the known causes explains"

@@ -38,15 +38,15 @@ def test_every_effect_of_the_library_has_words_and_parts_of_the_sketch():
 
 def test_the_pulley_is_the_one_whose_number_stands_out():
     found = plant_card(TAPER)
-    assert found.parts == ("head",)
-    assert found.fault == "the head pulley is conical"
+    assert found["parts"] == ("head",)
+    assert found["fault"] == "the head pulley is conical"
     assert plant_headline(Said(Verdict.EXPLAINED), [found]) == "Most likely the head pulley is conical"
 
 
 def test_an_improbable_cause_is_marked_and_said_to_be_possible_only():
     unsure = plant_card(replace(TAPER, probability=LIKELY - 0.01, confusable_with=(("crown", "cant"),)))
-    assert unsure.unsure
-    assert "(crown + cant)" in unsure.others[0]
+    assert unsure["unsure"]
+    assert "(crown + cant)" in unsure["others"][0]
     assert plant_headline(Said(Verdict.EXPLAINED), [unsure]).startswith("Perhaps")
 
 
@@ -66,7 +66,7 @@ def test_numbers_are_in_units_of_the_shop(unit, value, said):
 
 def test_an_effect_may_have_its_own_unit():
     camber = FoundEffect(id="camber", numbers={}, parameters={"kappa_c": CAMBER}, probability=0.99)
-    assert plant_card(camber).sizes == ("natural curvature: 1.23 ± 0.25 mm of bow over 10 m",)
+    assert plant_card(camber)["sizes"] == ("natural curvature: 1.23 ± 0.25 mm of bow over 10 m",)
     assert "kappa_c = 1.23 ± 0.25 mm of bow over 10 m" in str(camber)
 
 
