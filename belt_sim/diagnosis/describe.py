@@ -13,7 +13,7 @@ from belt_sim.diagnosis.errors.model_errors import errors_of, run_errors
 from belt_sim.diagnosis.errors.unknown_shape import describe_unknown
 from belt_sim.diagnosis.examine import Findings
 from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.heldout import held_out
+from belt_sim.diagnosis.fits.heldout import held_out, lateral_rms
 from belt_sim.diagnosis.fits.intervals import profile_intervals
 from belt_sim.diagnosis.fits.plausibility import estimate_all, estimates, estimates_of_single_sizes, is_plausible
 from belt_sim.diagnosis.fits.workbench import Workbench
@@ -44,7 +44,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         effects=_effects(d),
         ranking=_rank_candidates(d),
         considered=decision.explanations,
-        error=errors_of(final, d.nothing, held_out(d.bench, d.nothing), fit, held_out(final, fit)),
+        error=errors_of(d.bench, d.nothing, final, fit),
         where=locate_failure(d.bench, d.nothing.values),
         confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in rivals(d)),
         next_runs=(),
@@ -148,7 +148,7 @@ def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
     """Every candidate by itself, those first that are likeliest to be there, alone or with others."""
     fits, rows = d.search.fits, d.decision.explanations
     tried = fits.trials(()) if d.decision.verdict != Verdict.CANNOT_SAY else []
-    without = held_out(d.fitted_bench, fits.fit(())).chi2
+    without = sum(c.surprise for c in held_out(d.fitted_bench, fits.fit(())).values())
     found = [_candidate(d, t, min(sum(e.probability for e in rows if t.id in e.effects), 1.0), without) for t in tried]
     rms = {other.name: other.rms for other in d.table.other_models}
     instead = [_as_candidate(e, rms[e.instead]) for e in rows if e.instead]
@@ -160,13 +160,14 @@ def _candidate(d: Findings, trial: Trial, probability: float, without: float) ->
     bench, fit = d.fitted_bench, trial.fit
     held, plausible = held_out(bench, fit), is_plausible(bench.forward, fit)
     needed = needed_gain(row_of(bench, fit, checked=False), d.table, POLICY)
-    note = "held-out error falls" if held.chi2 < without else "held-out error stays"
+    falls = sum(c.surprise for c in held.values()) < without
+    note = "held-out error falls" if falls else "held-out error stays"
     note = note if plausible else "implausible value"
     return Candidate(
         id=trial.id,
         gain=trial.gain,
         threshold=needed,
-        held_out_rms=held.rms,
+        held_out_rms=lateral_rms(held.values()),
         parameters=estimates(bench.forward, fit)[trial.id],
         plausible=plausible,
         probability=probability,

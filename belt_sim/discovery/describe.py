@@ -6,7 +6,6 @@ import numpy as np
 
 from belt_sim.diagnosis.describe import label
 from belt_sim.diagnosis.errors.model_errors import errors_of
-from belt_sim.diagnosis.fits.heldout import held_out
 from belt_sim.discovery.form_dictionary import travel_of, variable
 from belt_sim.discovery.latent_input import LatentInput
 from belt_sim.discovery.law_search import FEWEST, SearchOutcome
@@ -207,7 +206,7 @@ def _law_curve(found: SearchOutcome, line: np.ndarray, by_travel: bool) -> np.nd
 def _errors(found: SearchOutcome) -> Errors:
     assert found.best is not None
     s, r = found.data, found.best
-    return errors_of(r.bench, s.fit, held_out(s.bench, s.fit), r.fit, held_out(r.bench, r.fit))
+    return errors_of(s.bench, s.fit, r.bench, r.fit)
 
 
 def worse_predictions(error: Errors) -> str:

@@ -13,7 +13,6 @@ import numpy as np
 
 from belt_sim.diagnosis.errors.model_errors import errors_of
 from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.heldout import held_out
 from belt_sim.diagnosis.fits.plausibility import has_diverged
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.forward import Forward
@@ -241,9 +240,7 @@ class MarchTrials:
     def predicts(self, made: MarchFit) -> bool:
         """Whether the held-out error does not rise with a law."""
         s = self.data
-        error = errors_of(
-            made.bench, s.fit, held_out(s.bench, s.fit), made.fit, held_out(made.bench, made.fit)
-        ).held_out
+        error = errors_of(s.bench, s.fit, made.bench, made.fit).held_out
         return error is None or error.after <= error.before
 
     def indistinguishable(self, won: MarchFit) -> list[CloseLaw]:

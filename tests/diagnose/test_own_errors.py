@@ -7,7 +7,6 @@ import pytest
 from linear_bench import SPREAD, linear_bench
 
 from belt_sim.diagnosis.errors.model_errors import ErrorsWithoutNuisances, errors_of
-from belt_sim.diagnosis.fits.heldout import held_out
 from belt_sim.diagnosis.noise.metric import metric_of
 
 COUNT, ZERO = 40, 1e-3  # a zero of a hundred times the noise
@@ -40,7 +39,7 @@ def test_a_right_effect_takes_the_error_to_the_floor_whatever_the_zeros_are(draw
     """In plain rms the zeros hide it."""
     bench = bench_with_zeros(drawn + np.linspace(0.0, 1e-4, COUNT))
     base, found = (bench.fit([bench.start(ids, bench.forward.null())])[0] for ids in ((), ("a",)))
-    error = errors_of(bench, base, held_out(bench, base), found, held_out(bench, found))
+    error = errors_of(bench, base, bench, found)
     assert error.own.before > 2.5 * error.own.floor
     assert error.own.after == pytest.approx(error.own.floor, rel=0.2)
     assert error.held_out.after > 0.9 * error.held_out.before

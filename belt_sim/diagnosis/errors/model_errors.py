@@ -1,6 +1,7 @@
 """The error of a model against a campaign, run by run and over all, beside what the uncertainties alone make it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from belt_sim import si
 from belt_sim.curves import LATE_SHARE
 from belt_sim.diagnosis.errors.failure_map import validation_uncertainty
 from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.heldout import HeldOut
+from belt_sim.diagnosis.fits.heldout import Condition, held_out, lateral_rms
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.noise.metric import metric_of
 from belt_sim.results.errors import Change, Errors, Features, OwnChange, RunError
@@ -75,19 +76,18 @@ def overall_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> E
 
     None when there is no lateral signal.
     """
-    lateral = np.array([s.kind == "lateral" for s in bench.samples.signals])
-    if not np.isfinite(bench.samples.y[:, lateral]).any():
+    samples = bench.samples
+    there = np.isfinite(samples.y) & np.array([s.kind == "lateral" for s in samples.signals])[None, :, None]
+    if not there.any():
         return None
-    fitted = np.array([r.use == "fit" for r in bench.samples.runs])
-    floor = validation_uncertainty(bench)[:, lateral][np.isfinite(bench.samples.y[:, lateral])]
-    rows = {}
-    for name, mask in (("fit", fitted), ("held_out", ~fitted)):
-        if mask.any():
-            y = bench.samples.y[mask][:, lateral]
-            first, then = (_rms(y - values[mask][:, lateral]) for values in (before, after))
-            rows[name] = Change(before=first, after=then)
-    noise = float(np.sqrt(np.mean(floor**2)))
-    return Errors(noise_floor=noise, fit=rows.get("fit"), held_out=rows.get("held_out"))
+    fitted = np.array([r.use == "fit" for r in samples.runs])[:, None, None]
+
+    def change(kept: np.ndarray) -> Change | None:
+        first, then = (_rms((samples.y - values)[kept]) for values in (before, after))
+        return Change(before=first, after=then) if kept.any() else None
+
+    floor = _rms(validation_uncertainty(bench)[there])
+    return Errors(noise_floor=floor, fit=change(there & fitted), held_out=change(there & ~fitted))
 
 
 def _rms(x: np.ndarray) -> float:
@@ -141,22 +141,25 @@ class ErrorsWithoutNuisances:
         march = 0.0 if self.bench.march is None else self.bench.march.error**2
         return _rms(np.sqrt(np.maximum(variance, 0.0) + march)[self.there])
 
-    def rms(self, held: HeldOut, names: Sequence[str]) -> float:
-        """Of the lateral errors of the held-out conditions ``names`` [m]."""
-        parts = [held.conditions[n] for n in names]
-        return _rms(np.concatenate([self.remove_nuisances(c.left, c.out)[self.there[c.out]] for c in parts]))
+    def rms(self, left_out: Iterable[Condition]) -> float:
+        """Of the lateral errors of held-out conditions [m]."""
+        return _rms(np.concatenate([self.remove_nuisances(c.errors, c.out)[self.there[c.out]] for c in left_out]))
 
 
-def errors_of(bench: Workbench, base: Fit, base_held: HeldOut, fit: Fit, held: HeldOut) -> Errors:
-    """The fall of the error from ``base`` to ``fit``, on ``bench``, over the conditions that hold-out can test."""
+def errors_of(base_bench: Workbench, base: Fit, bench: Workbench, fit: Fit) -> Errors:
+    """The fall of the error from ``base`` to ``fit``, each on its workbench, over conditions that hold-out can test."""
     over_all = overall_errors(bench, base.values, fit.values)
     assert over_all is not None  # a diagnosis has a lateral signal
-    own, tested = ErrorsWithoutNuisances(bench), held.testable_conditions
-    return Errors(
-        noise_floor=over_all.noise_floor,
-        fit=over_all.fit,
-        held_out=Change(before=base_held.rms_over(tested), after=held.rms_over(tested)),
-        by_condition={n: Change(before=base_held.by_condition[n], after=rms) for n, rms in held.by_condition.items()},
-        untestable=held.untestable,
-        own=OwnChange(before=own.rms(base_held, tested), after=own.rms(held, tested), floor=own.floor),
+    own, without, left_out = ErrorsWithoutNuisances(bench), held_out(base_bench, base), held_out(bench, fit)
+    untestable = tuple(name for name, c in left_out.items() if not c.testable)
+    tested = [name for name in left_out if name not in untestable] or list(left_out)
+    before, after = ([held[name] for name in tested] for held in (without, left_out))
+    return replace(
+        over_all,
+        held_out=Change(before=lateral_rms(before), after=lateral_rms(after)),
+        by_condition={
+            name: Change(before=lateral_rms([without[name]]), after=lateral_rms([c])) for name, c in left_out.items()
+        },
+        untestable=untestable,
+        own=OwnChange(before=own.rms(before), after=own.rms(after), floor=own.floor),
     )

@@ -6,8 +6,8 @@ a parameter is known as well as a real machine allows (plausibility.prior_sigma)
 the rest does not know what the effects do to it.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,15 +32,12 @@ def shrink_harmonics(slots: Sequence[Slot], numbers: np.ndarray, variance: np.nd
     found = sigma.copy()
     for cls in {s.effect for s in slots if s.effect.is_additive()}:
         rows = np.array([s.effect is cls for s in slots])
-        found[rows] = np.minimum(sigma[rows], _common_size(numbers[rows], variance[rows]))
+        square, own = numbers[rows] ** 2, variance[rows]
+        tried = SIZES * np.sqrt(np.median(own) + np.median(square))
+        total = tried[:, None] ** 2 + own
+        size = tried[np.argmin(np.sum(square / total + np.log(total), axis=1))]
+        found[rows] = np.minimum(sigma[rows], size)
     return found
-
-
-def _common_size(numbers: np.ndarray, variance: np.ndarray) -> float:
-    """One sigma of the Gaussian about zero from which ``numbers`` (k,) of ``variance`` (k,) most likely come."""
-    tried = SIZES * np.sqrt(np.median(variance) + np.median(numbers**2))
-    total = tried[:, None] ** 2 + variance
-    return float(tried[np.argmin(np.sum(numbers**2 / total + np.log(total), axis=1))])
 
 
 KNOWN = 0.5  # what the numbers do to left-out readings is known from the other runs when its u is below this share of
@@ -51,54 +48,22 @@ VISIBLE = 2.0  # sigma by which left-out readings have to be uncertain before an
 
 @dataclass(frozen=True)
 class Condition:
-    """One condition left out: -2 log of the density that the rest predicted for it (surprise), errors (m,) [m] of its
-    lateral readings, what one sigma of each refitted number moves there (k, m), which record (run and signal) each
-    reading is of (m,), and whether the rest knows what the numbers do there; out (R,): its runs; left (r, S, n): all
-    their errors.
+    """One condition left out: -2 log of the density that the rest predicted for it (surprise; without free parameters
+    the squared length of the whitened error), its runs out (R,), all their errors (r, S, n), those of lateral readings
+    (m,) [m], and whether the rest knows what the numbers do there: else leaving it out tests nothing.
     """
 
     surprise: float
-    errors: np.ndarray
-    moved: np.ndarray
-    record: np.ndarray
     out: np.ndarray
-    left: np.ndarray
-    testable: bool = True
-
-    @property
-    def rms(self) -> float:
-        """Of the errors [m]."""
-        return float(np.sqrt(np.mean(self.errors**2))) if self.errors.size else float("nan")
+    errors: np.ndarray
+    lateral: np.ndarray
+    testable: bool
 
 
-@dataclass(frozen=True)
-class HeldOut:
-    """chi2: -2 log of the density that the refits predicted for the left-out readings, up to a constant (without
-    free parameters the squared length of the whitened error); rms [m]: of the lateral signals; conditions by name.
-    """
-
-    chi2: float
-    rms: float
-    conditions: dict[str, Condition] = field(default_factory=dict)
-
-    @property
-    def by_condition(self) -> dict[str, float]:
-        """rms [m] of every condition."""
-        return {name: c.rms for name, c in self.conditions.items()}
-
-    @property
-    def testable_conditions(self) -> tuple[str, ...]:
-        """Conditions that test something; all where none does."""
-        return tuple(n for n in self.conditions if n not in self.untestable) or tuple(self.conditions)
-
-    def rms_over(self, names: Sequence[str]) -> float:
-        """rms [m] over some conditions."""
-        return float(np.sqrt(np.mean(np.concatenate([self.conditions[n].errors for n in names]) ** 2)))
-
-    @property
-    def untestable(self) -> tuple[str, ...]:
-        """Conditions that alone show what the effects do there, so that leaving them out tests nothing."""
-        return tuple(name for name, c in self.conditions.items() if not c.testable)
+def lateral_rms(left_out: Iterable[Condition]) -> float:
+    """rms [m] of the lateral errors of some conditions; nan where there are none."""
+    errors = np.concatenate([c.lateral for c in left_out])
+    return float(np.sqrt(np.mean(errors**2))) if errors.size else float("nan")
 
 
 def conditions(bench: Workbench) -> dict[str, np.ndarray]:
@@ -123,19 +88,10 @@ def conditions(bench: Workbench) -> dict[str, np.ndarray]:
     return kept or {"all": fitted}
 
 
-def held_out(bench: Workbench, fit: Fit) -> HeldOut:
+def held_out(bench: Workbench, fit: Fit) -> dict[str, Condition]:
     """Prediction error of ``fit`` on each condition when that condition is left out."""
     before = prior_of_fit(bench, fit)
-    found = {name: _predict_left_out(bench, fit, out, *before) for name, out in conditions(bench).items()}
-    errors = np.concatenate([c.errors for c in found.values()])
-    rms = float(np.sqrt(np.sum(errors**2) / max(errors.size, 1)))
-    return HeldOut(sum(c.surprise for c in found.values()), rms, found)
-
-
-def lateral_readings(bench: Workbench, out: np.ndarray) -> np.ndarray:
-    """Which readings (r, S, n) of the runs ``out`` (R,) are of lateral signals and there."""
-    lateral = np.array([s.kind == "lateral" for s in bench.samples.signals])
-    return np.isfinite(bench.samples.y[out]) & lateral[None, :, None]
+    return {name: _predict_left_out(bench, fit, out, *before) for name, out in conditions(bench).items()}
 
 
 def prior_of_fit(bench: Workbench, fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -152,25 +108,18 @@ def prior_of_fit(bench: Workbench, fit: Fit) -> tuple[np.ndarray, np.ndarray, np
 def _predict_left_out(
     bench: Workbench, fit: Fit, out: np.ndarray, allowed: np.ndarray, sigma: np.ndarray, away: np.ndarray
 ) -> Condition:
-    runs, there = len(bench.samples.runs), lateral_readings(bench, out)
-    record = np.broadcast_to(np.arange(there[..., 0].size).reshape(there.shape[:2])[..., None], there.shape)[there]
-    blocks = fit.residual.reshape(runs, -1)
-    if not fit.free:
-        left = blocks[out].ravel()
-        errors = bench.samples.y[out] - fit.values[out]
-        return Condition(float(left @ left), errors[there], np.empty((0, len(record))), record, out, errors)
-    columns = fit.columns.reshape(len(fit.free), runs, blocks.shape[1])
-    here, rest = (columns[:, m].reshape(len(fit.free), -1) for m in (out, ~out))
+    samples, count = bench.samples, len(fit.free)
+    blocks = fit.residual.reshape(len(samples.runs), -1)
+    columns = fit.columns.reshape(count, *blocks.shape)
+    here, rest = (columns[:, m].reshape(count, blocks[m].size) for m in (out, ~out))
     step, root = _refit(rest, blocks[~out].ravel(), sigma, away, step_bounds(fit, bench.forward.sides))
-    left = blocks[out].ravel() - step @ here
-    errors = bench.samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
+    errors = samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
+    lateral = np.array([s.kind == "lateral" for s in samples.signals])
     return Condition(
-        surprise=_surprise(left, here, rest, sigma),
-        errors=errors[there],
-        moved=root @ fit.slopes[:, out][:, there],
-        record=record,
+        surprise=_surprise(blocks[out].ravel() - step @ here, here, rest, sigma),
         out=out,
-        left=errors,
+        errors=errors,
+        lateral=errors[np.isfinite(samples.y[out]) & lateral[None, :, None]],
         testable=_is_known(here, root, allowed, away, [bench.forward.slots[k].effect.id for k in fit.free]),
     )
 
@@ -219,10 +168,8 @@ def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.nd
 
     def knows(own: np.ndarray) -> bool:
         least = float(np.linalg.norm(root[:, own] @ here[own]))
-        before, whole = (
-            float(np.linalg.norm(sigma[own, None] * here[own])),
-            float(np.linalg.norm(away[own] @ here[own])),
-        )
+        before = float(np.linalg.norm(sigma[own, None] * here[own]))
+        whole = float(np.linalg.norm(away[own] @ here[own]))
         return least < VISIBLE or min(off, least) < min(KNOWN * before, whole)
 
     return off < VISIBLE or all(knows(np.array([o == name for o in owners])) for name in set(owners))

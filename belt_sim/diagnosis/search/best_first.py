@@ -11,7 +11,7 @@ from belt_sim.diagnosis.fits.belt_starts import places_tried
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.heldout import held_out, prior_of_fit
 from belt_sim.diagnosis.fits.linearisation import Linearisation
-from belt_sim.diagnosis.fits.plausibility import is_plausible, prior_sigma
+from belt_sim.diagnosis.fits.plausibility import is_plausible
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.search.joint_fits import JointFits
 
@@ -73,15 +73,12 @@ def row_of(bench: Workbench, fit: Fit, checked: bool) -> Row:
     """What a decision needs to know of a fit; checked: with what it predicts of left-out conditions."""
     slots = [bench.forward.slots[k] for k in fit.free]
     columns = fit.columns.reshape(len(slots), len(fit.residual))
-    left_out = held_out(bench, fit).conditions if checked else {}
-    away, sigma = fit.vector[fit.free] - bench.forward.null()[fit.free], prior_sigma(bench.forward, fit.free)
-    harmonics = np.array([s.effect.is_additive() for s in slots], dtype=np.bool_)
-    if harmonics.any():
-        sigma = np.where(harmonics, prior_of_fit(bench, fit)[1], sigma)
+    left_out = held_out(bench, fit) if checked else {}
+    _, sigma, away = prior_of_fit(bench, fit)
     scanned = {position: len(values) for name in fit.ids for position, values in bench.forward.grids(name).items()}
     turned = places_tried(bench) if any(s.effect.comes_round for s in slots) else ()
     kept = [k for k, position in enumerate(fit.free) if position not in scanned]
-    sized = np.array([not s.only_shapes for s in slots], dtype=bool) & ~harmonics
+    sized = np.array([not (s.only_shapes or s.effect.is_additive()) for s in slots], dtype=bool)
     return Row(
         ids=frozenset(fit.ids),
         chi2=float(fit.chi2),
