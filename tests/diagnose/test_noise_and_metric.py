@@ -9,6 +9,7 @@ from small_campaign import bench, repeated_bench
 
 from belt_sim.campaign import Quantity
 from belt_sim.diagnosis.errors.failure_map import cells, validation_uncertainty
+from belt_sim.diagnosis.noise import levels
 from belt_sim.diagnosis.noise.covariance import Levels, Reach, covariance
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import metric_of, nuisance_shapes, stiffness_sigma
@@ -78,14 +79,13 @@ def test_repeats_tell_both_noise_levels(white, wander):
     assert np.mean(np.log([f.wander for f in found])) == pytest.approx(np.log(wander), abs=STEP)
 
 
-def test_what_the_model_lacks_does_not_change_the_noise_levels():
+def test_what_the_model_lacks_does_not_change_the_noise_levels(monkeypatch):
     """Repeats share whatever is missing from the model, so it cancels; single runs that hold far more are not asked."""
     b = repeated_bench()
     drawn = errors(b, 1, np.random.default_rng(6))[0]
     missing = 5e-3 * np.sin(b.samples.travel)[:, None, :]
+    monkeypatch.setattr(levels, "scatter", lambda samples, groups, s: [])
     repeats_alone = LevelFinder(b.samples, b.shapes)
-    for signal in repeats_alone.signals:
-        signal.fast = ()
     assert b.finder(drawn + missing) == repeats_alone(drawn)
 
 
@@ -109,14 +109,13 @@ def test_noise_is_found_beside_the_settings_as_predictions_are_expanded():
     assert moved.levels == moved.finder(b.samples.y - moved.forward.values(b.forward.null()[None])[0])
 
 
-def test_where_repeats_and_single_runs_agree_all_runs_tell_the_white_noise():
+def test_where_repeats_and_single_runs_agree_all_runs_tell_the_white_noise(monkeypatch):
     """Two repeats of 40 readings leave a tenth open; what is fast in all runs leaves less."""
     b = repeated_bench()
+    monkeypatch.setattr(levels, "scatter", lambda samples, groups, s: [])
     repeats_alone = LevelFinder(b.samples, b.shapes)
-    for signal in repeats_alone.signals:
-        signal.fast = ()
     drawn = errors(b, 30, np.random.default_rng(9))
-    width = [np.std(np.log([lv.white for lv in finder.many(drawn)])) for finder in (b.finder, repeats_alone)]
+    width = [np.std(np.log([lv.white for lv in map(finder, drawn)])) for finder in (b.finder, repeats_alone)]
     assert width[0] < 0.9 * width[1]
 
 

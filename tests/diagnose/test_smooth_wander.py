@@ -10,8 +10,7 @@ from scipy.linalg import toeplitz
 
 from belt_sim.diagnosis.fits.null_simulation import NoiseSource
 from belt_sim.diagnosis.noise.covariance import Levels
-from belt_sim.diagnosis.noise.levels import LevelFinder
-from belt_sim.diagnosis.noise.signal_levels import of_wander
+from belt_sim.diagnosis.noise.levels import LevelFinder, of_wander
 
 LENGTH, COUNT = 20, 160  # samples
 REPEATS = tuple(run() for _ in range(4))
@@ -46,7 +45,7 @@ def test_single_runs_tell_it_too_beside_all_that_candidates_could_do(correlation
     bench = linear_bench(SPREAD[: len(REPEATS)], SIGNAL, count=COUNT)
     bend = np.broadcast_to(np.linspace(-1.0, 1.0, COUNT) ** 2, (1, *bench.samples.y.shape))
     finder = LevelFinder(bench.samples, 0.0 * bend, 1e-3 * bend)
-    assert np.mean([lv.smooth == smooth for lv in finder.many(np.stack(drawn))]) >= 0.9
+    assert np.mean([lv.smooth == smooth for lv in map(finder, drawn)]) >= 0.9
 
 
 def test_what_is_fast_in_every_run_helps_two_repeats_to_tell():
@@ -58,7 +57,7 @@ def test_what_is_fast_in_every_run_helps_two_repeats_to_tell():
         bench = linear_bench(runs[seen], SIGNAL, count=COUNT)
         slow = rng.standard_normal((12, len(runs), 1, COUNT)) @ root.T
         y = SIGNAL.wander_sd * slow + SIGNAL.white * rng.standard_normal(slow.shape)
-        share.append(np.mean(bench.finder.smooth_share(y[:, seen])))
+        share.append(np.mean([bench.finder.smooth_share(each[seen]) for each in y]))
     assert share[1] > share[0] + 0.2
 
 
@@ -66,7 +65,7 @@ def test_where_readings_do_not_tell_both_kinds_are_drawn():
     """Of the same readings some draws are smooth, as many as that is probable, and each kind has levels of its own."""
     y = readings(SLOPED, np.random.default_rng(5))[:2, :, :40]
     finder = linear_bench(REPEATS[:2], SIGNAL, count=40, y=y).finder
-    share = finder.smooth_share(y[None])[0]
+    share = finder.smooth_share(y)
     levels, smooth = finder.draw(y, 4000, np.random.default_rng(6))
     assert 0.05 < share < 0.95
     assert np.mean(smooth) == pytest.approx(share, abs=0.03)

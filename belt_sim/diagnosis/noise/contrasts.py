@@ -44,21 +44,35 @@ class Contrast:
         return _bin_size(len(self.keep))
 
     def project(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Readings (B, R, S, n) -> slow (B, m) and fast (B, windows, f), with the stated white noise of unit size."""
-        sums = np.einsum("r,brn->bn", self.weights, errors[:, list(self.runs), self.signal][..., self.keep])
+        """Readings (R, S, n) -> slow (m,) and fast (windows, f), with the stated white noise of unit size."""
+        sums = np.array(self.weights) @ errors[list(self.runs), self.signal][:, self.keep]
         sums = sums * (np.sqrt(self.per_bin) / max(self.sheet.white, FLOOR))
         slow = np.sqrt(self.bin_size) * _bin_means(sums, self.bin_size) @ self.free
-        windows = 0 if self.bin_size == 1 else sums.shape[1] // WINDOW
-        return slow, sums[:, : windows * WINDOW].reshape(len(sums), windows, WINDOW) @ _FAST
+        return slow, sums[: self._windows * WINDOW].reshape(-1, WINDOW) @ _FAST
+
+    @property
+    def _windows(self) -> int:
+        """Windows in which what is fast is looked for: none where no samples are averaged."""
+        return 0 if self.bin_size == 1 else len(self.keep) // WINDOW
 
     def modes(self, reach: Reach) -> "Modes":
         """In which modes wander of this reach is independent."""
-        q = self.bin_size
-        kernel, fast = _wander(self.sheet, self.travel.tobytes(), self.per_bin, q, reach)
-        slow = np.linalg.eigh(self.free.T @ kernel @ self.free)
-        windows = 0 if q == 1 else len(self.keep) // WINDOW
-        ratios = np.concatenate([slow[0], np.tile(fast[0], windows)])
-        return Modes(np.maximum(ratios, 0.0), slow[1], fast[1])
+        kernel, (ratios, fast) = _wander(self.sheet, self.travel.tobytes(), self.per_bin, self.bin_size, reach)
+        own, slow = np.linalg.eigh(self.free.T @ kernel @ self.free)
+        return Modes(np.maximum(np.concatenate([own, np.tile(ratios, self._windows)]), 0.0), slow, fast)
+
+
+@dataclass(frozen=True)
+class Modes:
+    """ratios: variance of wander over that of white noise in every mode, as stated; slow (m, m), fast (f, f): modes."""
+
+    ratios: np.ndarray
+    slow: np.ndarray
+    fast: np.ndarray
+
+    def squares(self, slow: np.ndarray, fast: np.ndarray) -> np.ndarray:
+        """Squares (modes,) of what was read (``Contrast.project``)."""
+        return np.concatenate([slow @ self.slow, (fast @ self.fast).ravel()]) ** 2
 
 
 @lru_cache(maxsize=256)
@@ -66,10 +80,16 @@ def _wander(sheet: SignalSheet, travel: bytes, per_bin: float, q: int, reach: Re
     """Covariance (b, b) of a wander's bins over the stated white noise, and variances and modes of what is fast in it:
     the same wherever predictions are taken.
     """
-    size, at = per_bin / max(sheet.white, FLOOR) ** 2, np.frombuffer(travel)
-    kernel = size * wander_kernel(sheet, at, reach)
-    near = size * wander_kernel(sheet, float(np.median(np.diff(at))) * np.arange(WINDOW), reach)
-    return q * _bin_covariance(kernel, q), np.linalg.eigh(_FAST.T @ near @ _FAST)
+    at = np.frombuffer(travel)
+    kernel = per_bin / max(sheet.white, FLOOR) ** 2 * wander_kernel(sheet, at, reach)
+    return q * _bin_covariance(kernel, q), _fast_modes(sheet, float(np.median(np.diff(at))), per_bin, reach)
+
+
+def _fast_modes(sheet: SignalSheet, spacing: float, per_bin: float, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
+    """Variance of wander over that of white noise in every fast mode (f,), and the modes (f, f), as stated."""
+    near = per_bin / max(sheet.white, FLOOR) ** 2 * wander_kernel(sheet, spacing * np.arange(WINDOW), reach)
+    ratios, modes = np.linalg.eigh(_FAST.T @ near @ _FAST)
+    return np.maximum(ratios, 0.0), modes
 
 
 @dataclass(frozen=True)
@@ -93,18 +113,15 @@ class Scatter:
         return len(self.weights) * (len(self.keep) // WINDOW)
 
     def project(self, errors: np.ndarray) -> np.ndarray:
-        """Readings (B, R, S, n) -> (B, windows, f), with the stated white noise of unit size."""
-        here = errors[:, :, self.signal][..., self.keep[: len(self.keep) // WINDOW * WINDOW]]
+        """Readings (R, S, n) -> (windows, f), with the stated white noise of unit size."""
+        here = errors[:, self.signal][:, self.keep[: len(self.keep) // WINDOW * WINDOW]]
         there = np.where(np.isfinite(here), here, 0.0)  # what runs of no weight here have not measured
-        rows = np.matmul(self.weights, there) * (np.sqrt(self.per_bin) / max(self.sheet.white, FLOOR))
-        return rows.reshape(len(rows), -1, WINDOW) @ _FAST
+        rows = self.weights @ there * (np.sqrt(self.per_bin) / max(self.sheet.white, FLOOR))
+        return rows.reshape(-1, WINDOW) @ _FAST
 
     def modes(self, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
         """Variance of wander over that of white noise in every mode (f,), and the modes (f, f), as stated."""
-        size = self.per_bin / max(self.sheet.white, FLOOR) ** 2
-        near = size * wander_kernel(self.sheet, self.spacing * np.arange(WINDOW), reach)
-        ratios, modes = np.linalg.eigh(_FAST.T @ near @ _FAST)
-        return np.maximum(ratios, 0.0), modes
+        return _fast_modes(self.sheet, self.spacing, self.per_bin, reach)
 
 
 def scatter(samples: Samples, groups: Sequence[tuple[int, ...]], s: int) -> list[Scatter]:
@@ -125,20 +142,6 @@ def scatter(samples: Samples, groups: Sequence[tuple[int, ...]], s: int) -> list
             spacing = float(np.median(np.diff(np.frombuffer(travel)[places])))
             scatters.append(Scatter(np.stack(weights), s, samples.signals[s], places, spacing, per_bin))
     return scatters
-
-
-@dataclass(frozen=True)
-class Modes:
-    """ratios: variance of wander over that of white noise in every mode, as stated; slow (m, m), fast (f, f): modes."""
-
-    ratios: np.ndarray
-    slow: np.ndarray
-    fast: np.ndarray
-
-    def squares(self, read: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-        """Squares (B, modes) of what was read."""
-        slow, fast = read[0] @ self.slow, read[1] @ self.fast
-        return np.concatenate([slow, fast.reshape(len(slow), -1)], axis=1) ** 2
 
 
 def contrast(
@@ -173,9 +176,9 @@ def _bin_size(count: int) -> int:
 
 
 def _bin_means(rows: np.ndarray, q: int) -> np.ndarray:
-    """Means of every ``q`` samples of rows (k, n)."""
-    whole = rows.shape[1] // q * q
-    return rows[:, :whole].reshape(len(rows), -1, q).mean(axis=2)
+    """Means of every ``q`` samples of rows (..., n)."""
+    whole = rows.shape[-1] // q * q
+    return rows[..., :whole].reshape(*rows.shape[:-1], -1, q).mean(axis=-1)
 
 
 def _bin_covariance(kernel: np.ndarray, q: int) -> np.ndarray:

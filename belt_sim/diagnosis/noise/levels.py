@@ -14,11 +14,9 @@ from functools import cached_property
 
 import numpy as np
 
-from belt_sim.campaign import Run
-from belt_sim.diagnosis.noise.contrasts import Contrast, contrast, scatter
-from belt_sim.diagnosis.noise.covariance import Levels
-from belt_sim.diagnosis.noise.metric import AT_ONCE
-from belt_sim.diagnosis.noise.signal_levels import LENGTH_SPREAD, LEVEL_SPREAD, Level, SignalLevels, favours
+from belt_sim.campaign import Run, SignalSheet
+from belt_sim.diagnosis.noise.contrasts import Contrast, Scatter, contrast, scatter
+from belt_sim.diagnosis.noise.covariance import FLOOR, SMOOTH, Levels, Reach
 from belt_sim.diagnosis.readings.samples import Samples
 
 
@@ -59,6 +57,180 @@ def single_runs(samples: Samples, columns: np.ndarray) -> list[Contrast]:
     return [c for c in made if c is not None]
 
 
+# Levels of one signal.
+
+#: stated levels may be off by this much either way (one sigma of their logarithm); data sheets are no better
+LEVEL_SPREAD = 0.35
+FACTORS = np.exp(np.linspace(np.log(0.2), np.log(5.0), 35))
+TOGETHER = 0.6  # the same of both levels together, where something was read off
+LENGTH_SPREAD = 0.8  # the same of the wander length, which few data sheets give at all
+LENGTH_STEP = 1.5  # from one length of the grid to the next
+LENGTHS = (0.7, 14.0)  # [m] that the grid covers, the stated length apart
+MOST = 1.2  # sigmas from the data sheet, of levels of which nothing is known
+MODES = 24  # of a record, into which its Fourier modes are put together
+BEYOND = 9.2  # chi2 (a likelihood ratio of 100) against repeats, beyond which what runs show is not taken for noise
+TIE = 1e-6  # weight of the data sheet where noise says nothing of a level
+
+
+Level = tuple[float, float, float]
+
+
+class SignalLevels:
+    """How probable levels of one signal are on a grid of lengths, white factors and wander factors, with one kind of
+    wander.
+    """
+
+    def __init__(
+        self, signal: SignalSheet, contrasts: list[Contrast], fast: Sequence[Scatter] = (), *, smooth: bool = False
+    ) -> None:
+        """fast: what every run shows by itself, beside contrasts of repeats; smooth: the wander is."""
+        self.contrasts, self.lengths = contrasts, _lengths(signal)
+        self.fast = list(fast) if contrasts else []
+        logs = np.log(FACTORS)
+        both = np.linalg.inv(TOGETHER**2 + LEVEL_SPREAD**2 * np.eye(2))
+        prior = both[0, 0] * (logs[:, None] ** 2 + logs**2) + 2.0 * both[0, 1] * logs[:, None] * logs
+        by_length = np.log(self.lengths) ** 2 / LENGTH_SPREAD**2
+        self.prior = by_length[:, None, None] + prior
+        self.grids, self.fast_grids = [], []
+        for k, reach in enumerate(Reach(float(x), smooth) for x in self.lengths):
+            modes = [c.modes(reach) for c in contrasts]
+            classes, of = _classes(np.concatenate([*(m.ratios for m in modes), np.empty(0)]))
+            variance = _variance(classes)
+            self.prior[k] += np.log(variance) @ np.bincount(of, minlength=len(classes))
+            self.grids.append((modes, of, 1.0 / variance))
+            self.fast_grids.append([(own, _variance(ratios)) for ratios, own in (f.modes(reach) for f in self.fast)])
+        if contrasts:
+            self.spectra, self.modes_of = _spectra(signal, contrasts[0], self.lengths, smooth)
+
+    def cost(self, errors: np.ndarray) -> np.ndarray:
+        """-2 log probability (lengths, white factors, wander factors) after readings (R, S, n)."""
+        cost = self.cost_of_contrasts(errors)
+        if self.fast:
+            fast = self.cost_of_every_run(errors)
+            cost += _noise_or_not(fast, fast.min())
+        return cost
+
+    def cost_of_contrasts(self, errors: np.ndarray) -> np.ndarray:
+        """The same of contrasts and the data sheet alone."""
+        cost, read = self.prior.copy(), [c.project(errors) for c in self.contrasts]
+        for k, (modes, of, weights) in enumerate(self.grids):
+            squares = np.concatenate([*(m.squares(*z) for m, z in zip(modes, read, strict=True)), np.empty(0)])
+            cost[k] += weights @ np.bincount(of, squares, minlength=weights.shape[2])
+        return cost
+
+    def cost_of_every_run(self, errors: np.ndarray) -> np.ndarray:
+        """The same of what is fast in every run, were it noise."""
+        cost = np.zeros_like(self.prior)
+        read = [part.project(errors) for part in self.fast]
+        products = [z.T @ z for z in read]  # of all windows together: there are few directions, and many windows
+        for k, grids in enumerate(self.fast_grids):
+            for part, product, (modes, variance) in zip(self.fast, products, grids, strict=True):
+                squares = np.sum((product @ modes) * modes, axis=0)
+                cost[k] += part.count * np.log(variance).sum(axis=2) + (1.0 / variance) @ squares
+        return cost
+
+    def mean(self, errors: np.ndarray) -> np.ndarray:
+        """The mean (K,) of the spectra that the readings (R, S, n) leave possible.
+
+        White noise and a short wander stand in for each other along a bent ridge; levels averaged one by one lie
+        inside the bend, where noise is smaller than anywhere on the ridge. So spectra are averaged.
+        """
+        cost = self.cost(errors).ravel()
+        weight = np.exp(-0.5 * (cost - cost.min()))
+        return weight @ self.spectra / weight.sum()
+
+    def nearest(self, mean: np.ndarray) -> Level:
+        """(white, wander, length) on the grid whose spectrum stands best for a ``mean`` (K,): that from which normal
+        noise of the mean one is hardest to tell (Kullback and Leibler).
+        """
+        apart = (1.0 / self.spectra) @ (mean * self.modes_of) + np.log(self.spectra) @ self.modes_of
+        k, i, j = np.unravel_index(np.argmin(apart + TIE * self.prior.ravel()), self.prior.shape)
+        return float(FACTORS[i]), float(FACTORS[j]), float(self.lengths[k])
+
+    def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Levels (count, 3) by their probability, spread over the cells of the grid."""
+        if not self.contrasts:
+            spread = np.array([LEVEL_SPREAD, LEVEL_SPREAD, LENGTH_SPREAD])
+            return np.exp(spread * rng.standard_normal((count, 3)).clip(-MOST, MOST))
+        cost = self.cost(errors)
+        weight = np.exp(-0.5 * (cost - cost.min())).ravel()
+        k, i, j = np.unravel_index(rng.choice(weight.size, size=count, p=weight / weight.sum()), cost.shape)
+        steps = np.log([FACTORS[1] / FACTORS[0]] * 2 + [LENGTH_STEP])
+        within = np.exp(steps * (rng.random((count, 3)) - 0.5))
+        return np.stack([FACTORS[i], FACTORS[j], self.lengths[k]], axis=1) * within
+
+
+def _variance(ratios: np.ndarray) -> np.ndarray:
+    """Variance (white factors, wander factors, k) of modes with such ratios (k,) of wander to white noise."""
+    return FACTORS[:, None, None] ** 2 + FACTORS[None, :, None] ** 2 * ratios
+
+
+def _noise_or_not(cost: np.ndarray, least: float) -> np.ndarray:
+    """-2 log probability of what is fast in every run, from that were it noise and the ``least`` of it.
+
+    A few repeats tell a level to a tenth, all runs to a hundredth; but runs may hold a short wave that no model has. So
+    either it is noise, or by odds of exp(-BEYOND/2) it is not, and repeats are believed alone.
+    """
+    return -2.0 * np.logaddexp(-0.5 * (cost - least), -0.5 * BEYOND)
+
+
+def favours(one: SignalLevels, other: SignalLevels, errors: np.ndarray) -> float:
+    """2 log odds of one kind of wander against another, all levels together, after readings (R, S, n); 0 of readings
+    without any noise, as of a campaign that is planned.
+    """
+    if not any(np.any(part) for c in one.contrasts for part in c.project(errors)):
+        return 0.0
+    costs = [kind.cost_of_contrasts(errors) for kind in (one, other)]
+    if one.fast:
+        fast = [kind.cost_of_every_run(errors) for kind in (one, other)]
+        least = min(float(cost.min()) for cost in fast)
+        costs = [cost + _noise_or_not(further, least) for cost, further in zip(costs, fast, strict=True)]
+    first, second = (2.0 * np.logaddexp.reduce(-0.5 * cost, axis=None) for cost in costs)
+    return float(first - second)
+
+
+def _spectra(
+    signal: SignalSheet, contrast: Contrast, lengths: np.ndarray, smooth: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Variance (G, K) of the Fourier modes of one record at every point of the grid, and of how many modes each of
+    the K stands for.
+    """
+    count = len(contrast.travel)
+    first = np.unique(np.geomspace(1, count, MODES).astype(int))
+    last = np.append(first[1:], count + 1)
+    turn = np.pi * 0.5 * (first + last - 1) / count  # of the phase from sample to sample
+    spacing = float(np.median(np.diff(contrast.travel)))
+    steps = spacing / (lengths * max(signal.wander_length, 1e-6))[:, None]
+    wander = signal.wander_sd**2 * of_wander((SMOOTH if smooth else 1.0) * steps, turn, smooth)
+    white = max(signal.white, FLOOR) ** 2 / contrast.per_bin
+    f2 = FACTORS**2
+    spectra = f2[:, None, None] * white + f2[:, None] * wander[:, None, None, :]
+    return spectra.reshape(-1, len(first)), (last - first).astype(float)
+
+
+def of_wander(steps: np.ndarray, turn: np.ndarray, smooth: bool) -> np.ndarray:
+    """Variance (G, K) of modes that turn by so much (K,) a sample, of wander of unit size whose exponential falls by
+    ``steps`` (G, 1) a sample; smooth: it is Matern's.
+    """
+    rise, apart = np.sinh(steps), np.cosh(steps) - np.cos(turn)
+    return rise / apart - smooth * steps * (1.0 - np.cosh(steps) * np.cos(turn)) / apart**2
+
+
+def _lengths(signal: SignalSheet) -> np.ndarray:
+    """Factors on the stated wander length."""
+    steps = LENGTH_STEP ** np.arange(-8.0, 9.0)
+    lengths = steps * max(signal.wander_length, 1e-6)
+    inside = (lengths >= LENGTHS[0]) & (lengths <= LENGTHS[1])
+    return steps[inside | (steps == 1.0)] if signal.wander_sd > 0 else np.ones(1)
+
+
+def _classes(ratios: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ratios of wander to white noise in classes a quarter apart in logarithm: the classes, and which is whose."""
+    steps = np.round(4.0 * np.log(np.maximum(ratios, 1e-8)))
+    names, of = np.unique(steps, return_inverse=True)
+    return np.exp(names / 4.0), of.reshape(-1)
+
+
 RARER = 6.0  # chi2 (a likelihood ratio of 20) that a smooth wander has to earn, in all signals together
 UNTRUSTED = 2.0  # sigmas from the data sheet at which levels without repeats may be a stranger's
 
@@ -97,55 +269,42 @@ class LevelFinder:
 
     def __call__(self, errors: np.ndarray) -> Levels:
         """Levels to be expected after what a model leaves of the readings (R, S, n)."""
-        return self.many(errors[None])[0]
-
-    def many(self, errors: np.ndarray) -> list[Levels]:
-        """The same for many sets of readings (B, R, S, n)."""
         share = self.smooth_share(errors)
-        read = [self._estimate(pair, errors, share) for pair in zip(self.signals, self.smooth, strict=True)]
-        best = [_mean_of_alike([read[s] for s in alike], read[k]) for k, alike in enumerate(self.signals_alike)]
-        found = []
-        for k in range(len(errors)):
-            white, wander, length = zip(*(b[k] for b in best), strict=True)
-            far = self.repeats == 0 and _far_off(white, wander, length)
-            found.append(
-                Levels(
-                    white=white,
-                    wander=wander,
-                    length=length,
-                    smooth=bool(share[k] > 0.5),
-                    repeats=self.repeats,
-                    read=any(signal.contrasts for signal in self.signals),
-                    trusted=not far,
-                )
-            )
-        return found
+        read = [self._estimate(*pair, errors, share) for pair in zip(self.signals, self.smooth, strict=True)]
+        best = [
+            np.exp(np.mean(np.log([read[s] for s in alike]), axis=0)).tolist() if alike else read[k]
+            for k, alike in enumerate(self.signals_alike)
+        ]
+        white, wander, length = zip(*best, strict=True)
+        off = np.abs(np.log([*white, *wander])) > UNTRUSTED * LEVEL_SPREAD
+        far = off.any() or (np.abs(np.log(length)) > UNTRUSTED * LENGTH_SPREAD).any()
+        return Levels(
+            white=white,
+            wander=wander,
+            length=length,
+            smooth=share > 0.5,
+            repeats=self.repeats,
+            read=any(signal.contrasts for signal in self.signals),
+            trusted=not (self.repeats == 0 and far),
+        )
 
-    def smooth_share(self, errors: np.ndarray) -> np.ndarray:
-        """Probability (B,) that the wander is smooth, after what a model leaves of readings (B, R, S, n)."""
-        pairs = zip(self.smooth, self.signals, strict=True)
-        odds = sum((favours(*pair, errors) for pair in pairs), np.full(len(errors), -RARER))
-        return 1.0 / (1.0 + np.exp(-0.5 * odds.clip(-100.0, 100.0)))
+    def smooth_share(self, errors: np.ndarray) -> float:
+        """Probability that the wander is smooth, after what a model leaves of readings (R, S, n)."""
+        odds = sum(favours(*pair, errors) for pair in zip(self.smooth, self.signals, strict=True)) - RARER
+        return float(1.0 / (1.0 + np.exp(-0.5 * np.clip(odds, -100.0, 100.0))))
 
-    def _estimate(self, pair: tuple[SignalLevels, SignalLevels], errors: np.ndarray, share: np.ndarray) -> list[Level]:
-        """Of one signal, in every set: of the likelier kind the levels nearest to the mean spectrum of all of both."""
-        found: list[Level] = []
-        for start in range(0, len(errors), AT_ONCE):
-            part, odds = errors[start : start + AT_ONCE], share[start : start + AT_ONCE]
-            if not pair[0].contrasts:
-                found += [(1.0, 1.0, 1.0)] * len(part)
-                continue
-            rough, smooth = (signal.mean(part) for signal in pair)
-            mean = (1.0 - odds)[:, None] * rough + odds[:, None] * smooth
-            both = zip(*(signal.nearest(mean) for signal in pair), odds, strict=True)
-            found += [of_smooth if odd > 0.5 else of_rough for of_rough, of_smooth, odd in both]
-        return found
+    def _estimate(self, rough: SignalLevels, smooth: SignalLevels, errors: np.ndarray, share: float) -> Level:
+        """Of one signal: of the likelier kind the levels nearest to the mean spectrum of all of both."""
+        if not rough.contrasts:
+            return 1.0, 1.0, 1.0
+        likelier = smooth if share > 0.5 else rough
+        return likelier.nearest((1.0 - share) * rough.mean(errors) + share * smooth.mean(errors))
 
     def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Levels (count, S, 3) that the readings (R, S, n) leave possible, by their probability, and whether the wander
         is smooth (count,).
         """
-        smooth = rng.random(count) < self.smooth_share(errors[None])[0]
+        smooth = rng.random(count) < self.smooth_share(errors)
         each = np.empty((count, len(self.signals), 3))
         for kind, signals in ((smooth, self.smooth), (~smooth, self.signals)):
             for k, signal in enumerate(signals if kind.any() else []):
@@ -164,17 +323,3 @@ class LevelFinder:
             [] if signal.contrasts else [r for r in read if stated[r] == stated[k]]
             for k, signal in enumerate(self.signals)
         ]
-
-
-def _mean_of_alike(others: list[list[Level]], own: list[Level]) -> list[Level]:
-    """(white, wander, length) of one signal in every set of readings: the means of others, in logarithm, if any."""
-    if not others:
-        return own
-    means = np.exp(np.mean(np.log(others), axis=0))
-    return [(float(a), float(b), float(c)) for a, b, c in means]
-
-
-def _far_off(white: Sequence[float], wander: Sequence[float], length: Sequence[float]) -> bool:
-    """Whether levels are so far from the data sheet that something else may be in them."""
-    off = np.abs(np.log([*white, *wander])) > UNTRUSTED * LEVEL_SPREAD
-    return bool(off.any() or (np.abs(np.log(length)) > UNTRUSTED * LENGTH_SPREAD).any())
