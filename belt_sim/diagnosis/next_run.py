@@ -157,7 +157,7 @@ class Outlook:
         self.actions = actions or menu(bench.samples.runs[_liveliest(bench, chosen)])
         self.samples = _hypothetical(bench, self.actions)
         own = bench.forward
-        self.forward = Forward(self.samples, own.model, own.classes, own.step, own.terms, brief=own.brief)
+        self.forward = Forward(self.samples, own.model, own.classes, own.step, own.terms)
         self.metric = self._metric()
 
     def separations(self, a: Fit, b: Fit) -> tuple[float, np.ndarray]:

@@ -123,7 +123,7 @@ def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:
     effect = law_effect(SizedLaw(scored.law, tuple(float(s) for s in sizes), data.tension))
     old = data.bench.forward
     chosen = [c for c in old.classes if c.id in data.fit.ids]
-    forward = Forward(data.bench.samples, old.model, [*chosen, effect], old.step, old.terms, brief=True)
+    forward = Forward(data.bench.samples, old.model, [*chosen, effect], old.step, old.terms)
     bench = replace(data.bench, forward=forward, keeps_noise=True)
     vector, free, own = forward.null(), [], []
     for cls in chosen:

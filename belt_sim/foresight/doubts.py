@@ -13,11 +13,12 @@ from belt_sim.campaign import Campaign, suspicions
 from belt_sim.campaign.quality.kinematics import span_of
 from belt_sim.campaign.quality.record import records_of
 from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.plausibility import prior_sigma
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.next_run import Outlook
 from belt_sim.diagnosis.readings.candidates import SLOWEST
 from belt_sim.foresight.harm import harm_warnings
-from belt_sim.foresight.sheet_evidence import sheet_suspicions
+from belt_sim.foresight.sheet_evidence import sheet_evidence
 from belt_sim.results.check import Doubt, Pair, Visible
 from belt_sim.results.findings import RESOLVED
 
@@ -30,7 +31,9 @@ def doubts(campaign: Campaign, model: Composition, *, planned: bool) -> tuple[Do
     found = []
     if not planned:
         slips = suspicions(campaign)
-        for s in (*slips, *sheet_suspicions(campaign, model, slips)):
+        settled = any(s.severity == "stop" for s in slips)
+        of_sheet = () if settled else sheet_evidence(campaign, model)
+        for s in (*slips, *(e.suspicion for e in of_sheet)):
             found.append(Doubt(kind=s.kind, sentence=str(s), stops=s.severity == "stop"))
     found += [Doubt(kind="harm", sentence=s) for s in harm_warnings(campaign)]
     found += [Doubt(kind="noise", sentence=s) for s in noisy_runs(campaign)]
@@ -95,56 +98,41 @@ def _sheet(campaign: Campaign) -> list[Doubt]:
 
 
 FALSE_ALARM, MISSED = 0.05, 0.1
-
-
-def detectable_size(candidates: int) -> float:
-    """Whitened size that shows: chance of all ``candidates`` together, and luck, allowed for."""
-    chance = math.sqrt(float(stats.chi2.isf(FALSE_ALARM / max(candidates, 1), 1)))
-    return chance + float(stats.norm.isf(MISSED))
+NOTHING = 1e-9  # whitened size of a column that is not there
 
 
 def visible(bench: Workbench, fit: Fit) -> list[Visible]:
     """Every effect by the parameter that shows best, those that show best first."""
-    least = detectable_size(len(bench.forward.classes))
-    found = [_visible(bench, fit, cls.id, least) for cls in bench.forward.classes]
+    chance = stats.chi2.isf(FALSE_ALARM / max(len(bench.forward.classes), 1), 1)  # of all candidates together
+    least = math.sqrt(float(chance)) + float(stats.norm.isf(MISSED))  # whitened size that shows
+    found = []
+    for cls in bench.forward.classes:
+        best, strength = _best_column(bench, fit, cls.id)
+        slot = bench.forward.slots[best]
+        most, share = prior_sigma(bench.forward, [best])[0] * slot.scale, least / strength if strength else math.inf
+        found.append(
+            Visible(
+                effect=cls.id,
+                parameter=slot.name,
+                unit=slot.parameter.unit,
+                meaning=slot.parameter.meaning,
+                smallest=share * most if strength else None,
+                largest_plausible=most,
+                share=share,
+            )
+        )
     return sorted(found, key=lambda v: v.share)
 
 
-def best_column(bench: Workbench, fit: Fit, name: str) -> int:
-    """Position of the parameter of an effect that shows best, for what a machine could have of it."""
-    return min(bench.forward.index(name), key=lambda k: _share(bench, fit, k, 1.0))
-
-
-def reach(bench: Workbench, position: int) -> float:
-    """The largest plausible size of a parameter, in units of its scale, about null."""
-    slot = bench.forward.slots[position]
-    declared = slot.parameter
-    return max(abs(bound - declared.null) for bound in declared.plausible) / slot.scale
-
-
-def _share(bench: Workbench, fit: Fit, position: int, least: float) -> float:
-    """Smallest visible size over the largest that a machine could have; infinite where nothing shows."""
-    slot = bench.forward.slots[position]
-    length = float(np.linalg.norm(fit.columns[position]))
-    if slot.only_shapes or length < 1e-9 * least:
-        return math.inf
-    return least / (length * reach(bench, position))
-
-
-def _visible(bench: Workbench, fit: Fit, name: str, least: float) -> Visible:
-    best = best_column(bench, fit, name)
-    slot = bench.forward.slots[best]
-    declared, share = slot.parameter, _share(bench, fit, best, least)
-    most = reach(bench, best) * slot.scale
-    return Visible(
-        effect=name,
-        parameter=slot.name,
-        unit=declared.unit,
-        meaning=declared.meaning,
-        smallest=share * most if math.isfinite(share) else None,
-        largest_plausible=most,
-        share=share,
-    )
+def _best_column(bench: Workbench, fit: Fit, name: str) -> tuple[int, float]:
+    """Position of the parameter of an effect that shows best, and its whitened size at the largest that a machine could
+    have; 0 where nothing shows.
+    """
+    own = bench.forward.index(name)
+    length = np.linalg.norm(fit.columns[own], axis=1)
+    sized = np.array([not bench.forward.slots[k].only_shapes for k in own])
+    strength = np.where(sized & (length > NOTHING), length * prior_sigma(bench.forward, own), 0.0)
+    return own[int(np.argmax(strength))], float(np.max(strength))
 
 
 #: Size at which a pair is judged, in whitened units: an effect that is plain to see.
@@ -154,51 +142,41 @@ PLAIN = 12.0
 def pairs(bench: Workbench, fit: Fit, seen: list[Visible], *, advise: bool) -> list[Pair]:
     """Pairs of visible effects: the one, at PLAIN, leaves less than RESOLVED when the other is fitted in its place."""
     names = [v.effect for v in seen if v.share < 1.0]
-    outlook = _further(bench, fit) if advise and names else None
-    alike = []
-    for a, b in combinations(names, 2):
-        sigma = _separation(bench, fit, a, b)
-        if sigma < RESOLVED:
-            alike.append((sigma, a, b))
+    alike = [(_separation(bench, fit, a, b), a, b) for a, b in combinations(names, 2)]
+    alike = sorted(pair for pair in alike if pair[0] < RESOLVED)
+    advice = _advice(bench, fit, [(a, b) for _, a, b in alike]) if advise and alike else {}
     found = []
-    for sigma, a, b in sorted(alike):
-        action, after = _best(bench, fit, outlook, a, b) if outlook else ("", 0.0)
+    for sigma, a, b in alike:
+        action, after = advice.get((a, b), ("", 0.0))
         found.append(Pair(effects=(a, b), sigma=sigma, action=action, sigma_after=after))
     return found
 
 
-def _separation(bench: Workbench, fit: Fit, a: str, b: str, extra: np.ndarray | None = None) -> float:
-    """Sigmas by which one at PLAIN differs from the other fitted in its place, whichever is less; extra (k, m): columns
-    of a further run."""
-    columns = fit.columns if extra is None else np.concatenate([fit.columns, extra], axis=1)
+def _separation(bench: Workbench, fit: Fit, a: str, b: str, columns: np.ndarray | None = None) -> float:
+    """Sigmas by which one at PLAIN differs from the other fitted in its place, whichever is less; columns (k, m): those
+    of the fit, and of a further run."""
+    columns = fit.columns if columns is None else columns
     left = []
     for own, other in ((a, b), (b, a)):
-        best = best_column(bench, fit, own)
-        size = PLAIN / np.linalg.norm(fit.columns[best])
+        best, _ = _best_column(bench, fit, own)
         span = columns[bench.forward.index(other)]
-        span = span[np.linalg.norm(span, axis=1) > 1e-9 * np.linalg.norm(span)]
-        target = size * columns[best]
+        span = span[np.linalg.norm(span, axis=1) > NOTHING * np.linalg.norm(span)]
+        target = PLAIN / np.linalg.norm(fit.columns[best]) * columns[best]
         fitted = np.linalg.lstsq(span.T, target, rcond=1e-9)[0] if len(span) else np.zeros(0)
         left.append(float(np.linalg.norm(target - fitted @ span)))
     return min(left)
 
 
-def _further(bench: Workbench, fit: Fit) -> tuple[list[str], np.ndarray]:
-    """Words of every action of the menu, and the whitened columns of its run (k, actions, m); SLOWEST effects are
-    left out, a second compilation for each of them would take longer than all else."""
+def _advice(bench: Workbench, fit: Fit, alike: list[tuple[str, str]]) -> dict[tuple[str, str], tuple[str, float]]:
+    """The action of the menu that tells each pair apart best, and the sigma after it; none of pairs with SLOWEST
+    effects, as a second compilation for each of them would take longer than all else."""
     light = [k for k, s in enumerate(bench.forward.slots) if s.effect.id not in SLOWEST]
     outlook = Outlook(bench, replace(fit, free=light, columns=fit.columns[light], slopes=fit.slopes[light]))
-    slopes = outlook.white(outlook.predict(fit, light)[1])
-    columns = np.full((len(fit.free), *slopes.shape[1:]), np.nan)
-    columns[light] = slopes
-    return [a.words for a in outlook.actions], columns
-
-
-def _best(bench: Workbench, fit: Fit, further: tuple[list[str], np.ndarray], a: str, b: str) -> tuple[str, float]:
-    words, columns = further
-    rows = [*bench.forward.index(a), *bench.forward.index(b)]
-    if np.isnan(columns[rows]).any():
-        return "", 0.0
-    after = [_separation(bench, fit, a, b, columns[:, k]) for k in range(len(words))]
-    best = int(np.argmax(after))
-    return words[best], after[best]
+    further = np.zeros((len(outlook.actions), len(fit.free), outlook.samples.y[0].size))
+    further[:, light] = outlook.white(outlook.predict(fit, light)[1]).swapaxes(0, 1)
+    found = {}
+    for a, b in alike:
+        if not SLOWEST & {a, b}:
+            after = [_separation(bench, fit, a, b, np.concatenate([fit.columns, f], axis=1)) for f in further]
+            found[a, b] = outlook.actions[int(np.argmax(after))].words, max(after)
+    return found

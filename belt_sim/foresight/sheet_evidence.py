@@ -48,15 +48,14 @@ FINALISTS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class SheetEvidence:
-    """mistake; share: of the unexplained chi2 of the runs that it concerns, which it removes; left: chi2 a reading that
-    it leaves of these; certain: whether it removes so much, and more than mistakes in anything else, that
-    nothing else should be searched for; gain: chi2 over that of the sheet without faults."""
+    """mistake; share: of the unexplained chi2 of the runs that it concerns, which it removes; certain: whether it
+    removes so much, and more than mistakes in anything else, that nothing else should be searched for; gain: chi2 over
+    that of the sheet without faults."""
 
     mistake: SheetMistake
     share: float
-    left: float
     certain: bool
-    gain: float = 0.0
+    gain: float
 
     @property
     def suspicion(self) -> Suspicion:
@@ -99,33 +98,28 @@ def sheet_evidence(
         return ()
     like_a_model = ranked[0][1].kind in LIKE_A_MODEL and rival - best < (1.0 - BELIEVED) * excess
     clear = _is_clear(ranked, total) and not like_a_model
-    alone = float(np.sum(stated.alone))
-    evidence = []
+    alone, evidence = float(np.sum(stated.alone)), []
+    one = ranked[0][1].runs if len(ranked[0][1].runs) == 1 else None  # the run that the best mistake concerns
     for chi2, m in ranked:
         own = np.array([not m.runs or r.name in m.runs for r in curved.runs])
         numbers, unexplained = int(stated.counts[own].sum()), float(np.sum((stated.chi2 - stated.counts)[own]))
         removed, unexplained = total - chi2, max(unexplained, 1.0)
         share, left = min(removed / unexplained, 1.0), max((unexplained - removed) / numbers + 1.0, 0.0)
-        first = m is ranked[0][1] or (_same_run(m, ranked[0][1]) and chi2 - best < DECISIVE)
+        first = m is ranked[0][1] or (m.runs == one and chi2 - best < DECISIVE)
         asked = max(unexplained, removed) >= (UNEXPLAINED - 1.0) * numbers
         certain = clear and first and asked and (share > NEARLY_ALL or (share > BELIEVED and left < LEFT))
         if share > MENTIONED:
-            evidence.append(SheetEvidence(mistake=m, share=share, left=left, certain=certain, gain=alone - chi2))
+            evidence.append(SheetEvidence(mistake=m, share=share, certain=certain, gain=alone - chi2))
     return tuple(evidence)
-
-
-def _same_run(a: SheetMistake, b: SheetMistake) -> bool:
-    """Whether two mistakes concern one and the same run."""
-    return len(a.runs) == 1 and a.runs == b.runs
 
 
 def _is_clear(ranked: Sequence[tuple[float, SheetMistake]], total: float) -> bool:
     """Whether the best mistake beats the stated sheet and all others, but those that do the same or concern the same
     run, and is more than a fault of the machine."""
     (chi2, best), *rest = ranked
-    stiffness = best.kind in STIFFNESS
+    stiffness, one = best.kind in STIFFNESS, best.runs if len(best.runs) == 1 else None
     factor = best.size**2 if best.kind == "width" else best.size
-    alike = [m for _, m in rest if _same_run(m, best) or (stiffness and m.kind in STIFFNESS)]
+    alike = [m for _, m in rest if m.runs == one or (stiffness and m.kind in STIFFNESS)]
     others = [total, *(c for c, m in rest if m not in alike)]
     return min(others) - chi2 > DECISIVE and not (stiffness and 1.0 / OFF < factor < OFF)
 
@@ -156,6 +150,10 @@ class _Layout:
     def total(self, mistake: SheetMistake | None = None) -> float:
         """chi2 of all runs; of a mistake in the unit of readings with their scale allowed for."""
         return float(np.sum(self.chi2)) - (2.0 * mistake.log_jacobian * self.count if mistake else 0.0)
+
+    def total_without(self, mistake: SheetMistake) -> float:
+        """The same of the campaign with a mistake undone, by the nuisances of this layout."""
+        return float(np.sum(self.chi2_by_run(mistake.campaign))) - 2.0 * mistake.log_jacobian * self.count
 
     def deviance(self, mistake: SheetMistake, stated: "_Layout") -> float:
         """chi2 of all runs with a mistake undone, and how much more ln det of the noise is than that of ``stated``: two
@@ -194,7 +192,7 @@ class _Layout:
 
 def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple[float, SheetMistake]:
     """chi2 with the mistake in all runs, or in those alone in which it helps."""
-    chi2 = float(np.sum(stated.chi2_by_run(mistake.campaign))) - 2.0 * mistake.log_jacobian * stated.count
+    chi2 = stated.total_without(mistake)
     if not mistake.by_run:
         return chi2, mistake
     # which runs it helps is asked without faults: one that is free would take the mistake of some runs to all
@@ -202,30 +200,18 @@ def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple
     helped = [r.name for r, a, b in zip(campaign.runs, stated.alone, alone, strict=True) if a - b > OF_RUN]
     oddest = campaign.runs[int(np.argmax(np.nan_to_num(stated.alone - alone, nan=-np.inf)))].name
     parts = [list(names) for names in {tuple(helped), (oddest,)} if 0 < len(names) < len(campaign.runs)]
-    tried = [(float(np.sum(stated.chi2_by_run(m.campaign))), m) for m in map(mistake.of_runs, parts)]
+    tried = [(stated.total_without(m), m) for m in map(mistake.of_runs, parts)]
     return min([(chi2, mistake), *tried], key=lambda f: f[0])
 
 
 def _refine(chi2: float, mistake: SheetMistake, stated: _Layout) -> tuple[float, SheetMistake]:
     """The mistake of the size that fits best, where its size is free."""
-    if not mistake.continuous or chi2 > float(np.sum(stated.chi2)):
+    if not mistake.continuous or chi2 > stated.total():
         return chi2, mistake
 
     def misfit(logarithm: float) -> float:
-        return min(float(np.sum(stated.chi2_by_run(mistake.of_size(float(np.exp(logarithm))).campaign))), 1e300)
+        return min(stated.total_without(mistake.of_size(float(np.exp(logarithm)))), 1e300)
 
     at = float(np.log(mistake.size))
     best = minimize_scalar(misfit, bounds=(at - REACH, at + REACH), method="bounded", options={"maxiter": REFINED})
     return (float(best.fun), mistake.of_size(float(np.exp(best.x)))) if best.fun < chi2 else (chi2, mistake)
-
-
-def sheet_suspicions(
-    campaign: Campaign,
-    model: Composition,
-    known: Sequence[Suspicion] = (),
-    tell: Callable[[str], None] = lambda text: None,
-) -> tuple[Suspicion, ...]:
-    """Return the mistakes as suspicions; nothing is asked where ``known`` ones stop the diagnosis already."""
-    if any(s.severity == "stop" for s in known):
-        return ()
-    return tuple(e.suspicion for e in sheet_evidence(campaign, model, tell))

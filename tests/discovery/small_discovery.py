@@ -68,7 +68,7 @@ def described(hidden: str = "", seed: int = 3) -> Discovery:
 
 def forward_with(bench: Workbench, *classes: type[Effect]) -> Forward:
     """Predictions with laws in the march, runs set as they are on a workbench."""
-    return Forward(bench.forward.samples, MODEL, classes, bench.forward.step, brief=True)
+    return Forward(bench.forward.samples, MODEL, classes, bench.forward.step)
 
 
 def effect_of(data: SearchData, law: Law, sizes, id: str = ID) -> type[GenericLaw]:

@@ -51,12 +51,11 @@ def validation_uncertainty(bench: Workbench) -> np.ndarray:
     white = np.array([s.white for s in samples.signals])[None, :] / np.sqrt(samples.per_bin)[:, None]
     wander = np.array([s.wander_sd for s in samples.signals])[None, :]
     noise = (np.asarray(levels.white) * white) ** 2 + (np.asarray(levels.wander) * wander) ** 2
-    march = 0.0 if bench.march is None else bench.march.error**2
     shapes = np.sum(bench.shapes**2, axis=0)
     for s, signal in enumerate(samples.signals):  # a zero that is read off the record is as uncertain as a reading
         read = zero_is_read(samples, signal)
         shapes[read, s] += (noise[:, s] - zero_sigmas(samples, signal) ** 2)[read, None]
-    return np.sqrt(noise[..., None] + np.maximum(shapes, 0.0) + np.sum(bench.shared**2, axis=0) + march)
+    return np.sqrt(noise[..., None] + np.maximum(shapes, 0.0) + np.sum(bench.shared**2, axis=0) + bench.march_error**2)
 
 
 def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:

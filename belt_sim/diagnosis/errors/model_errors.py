@@ -138,8 +138,7 @@ class ErrorsWithoutNuisances:
             variance[:, s] = (wander * signal.wander_sd) ** 2
             variance[:, s] += ((white * signal.white) ** 2 / samples.per_bin)[:, None]
         variance -= np.einsum("krsn,rkl,lrsn->rsn", self.shapes, self.posterior, self.shapes)
-        march = 0.0 if self.bench.march is None else self.bench.march.error**2
-        return _rms(np.sqrt(np.maximum(variance, 0.0) + march)[self.there])
+        return _rms(np.sqrt(np.maximum(variance, 0.0) + self.bench.march_error**2)[self.there])
 
     def rms(self, left_out: Iterable[Condition]) -> float:
         """Of the lateral errors of held-out conditions [m]."""

@@ -12,7 +12,7 @@ from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import Metric, length_sigma, metric_of, nuisance_shapes
 from belt_sim.diagnosis.readings.additive_effects import choose_harmonics, columns
-from belt_sim.diagnosis.readings.forward import NUISANCES, Forward, MarchError, march_error
+from belt_sim.diagnosis.readings.forward import NUISANCES, Forward, choose_step
 from belt_sim.diagnosis.readings.samples import Samples, samples_of
 from belt_sim.effects.base import Effect
 
@@ -22,8 +22,8 @@ class Workbench:
     """A campaign laid out for a model.
 
     samples: every run; fitted: the same with hold-out runs blanked; shapes, shared: nuisances at the current point;
-    metric judges the fitted runs; march: the step of the march and the error that it leaves; keeps_noise: levels are
-    not read anew where it is moved to.
+    metric judges the fitted runs; march_error (R, S, n): what the step of the march leaves; keeps_noise: levels are not
+    read anew where it is moved to.
     """
 
     campaign: Campaign
@@ -35,7 +35,7 @@ class Workbench:
     shapes: np.ndarray
     shared: np.ndarray
     metric: Metric
-    march: MarchError | None = None
+    march_error: np.ndarray | float = 0.0
     keeps_noise: bool = False
 
     def metric_at(self, levels: Levels) -> Metric:
@@ -92,8 +92,9 @@ def workbench(
     """
     samples = samples_of(campaign)
     still = np.zeros((1, *samples.y.shape))
-    march = march_error(samples, model, metric_of(samples, Levels(), still, still).whiten)  # every setting is exact
-    forward = Forward(samples, model, classes, march.step, terms)
+    exact = metric_of(samples, Levels(), still, still)  # every setting is
+    step, error = choose_step(samples, model, exact.whiten)
+    forward = Forward(samples, model, classes, step, terms)
     null = forward.null()
     shapes, shared, values = _nuisances_at(campaign, samples, forward, null)
     reachable = _candidate_shapes(forward, null)
@@ -106,10 +107,10 @@ def workbench(
     metric = metric_of(fitted, levels, shapes, shared)
     terms = choose_harmonics(forward, fitted, metric.roots, values) if terms is None else forward.terms
     if terms != forward.terms:
-        forward = Forward(samples, model, classes, march.step, terms)
+        forward = Forward(samples, model, classes, step, terms)
     bench = Workbench(
         campaign=campaign, samples=samples, fitted=fitted, forward=forward, levels=levels, finder=finder,
-        shapes=shapes, shared=shared, metric=metric, march=march,
+        shapes=shapes, shared=shared, metric=metric, march_error=error,
     )  # fmt: skip
     return bench._at_likely_settings(forward.null()) if _finite(shapes, shared) else bench
 

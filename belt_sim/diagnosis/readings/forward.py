@@ -13,7 +13,7 @@ compilation serves campaigns of any number of runs, samples, travel and step.
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache, partial
 
 import jax
@@ -67,7 +67,7 @@ def members(classes: Sequence[type[Effect]], groups: Groups) -> list[type[Effect
     return [c for c in classes if group_of(c) in {READ, *groups}]
 
 
-STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``march_error``)
+STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``choose_step``)
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
 ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
 SLOTS = 16  # the same of the wrap's history
@@ -86,12 +86,8 @@ class Forward:
         classes: Sequence[type[Effect]],
         step: float = STEP,
         terms: Mapping[str, int] | None = None,
-        like: "Forward | None" = None,
-        brief: bool = False,
     ) -> None:
-        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved;
-        like: another with as much room, whose compiled code serves this one too; brief: it is asked so little that
-        compiling is to be quick."""
+        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved."""
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
         check_places(samples, model, self.classes)
         self.terms = harmonics_of(classes, samples) if terms is None else dict(terms)
@@ -107,8 +103,7 @@ class Forward:
         travel = samples.end * REACH + 0.5
         steps, _, slots = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._march = travel / steps, steps
-        self.brief = brief
-        self._room: tuple[int, int] = room_for(steps, slots) if like is None else like._room
+        self._room = room_for(steps, slots)
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.longer = 0.0
         self.offset: np.ndarray | float = 0.0
@@ -220,7 +215,7 @@ class Forward:
         kept = [k for k, s in enumerate(self.slots) if s.effect in within]
         others = places_of(samples)
         tilts = bool(others) or any(s.at.endswith("mid_span") for s in samples.signals)
-        march = _compile_march(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts, self.brief, others)
+        march = _compile_march(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts, others)
         scales = [self.slots[k].scale for k in kept] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
         vector = vector[:, [*kept, *range(len(self.slots), self.size)]] * scales
         return plan_batches(march, vector, _attenuation([self.slots[k] for k in kept], samples), samples, self._march)
@@ -260,7 +255,6 @@ def _compile_march(
     room: int,
     history: int,
     tilts: bool,
-    brief: bool,
     others: tuple[SensorPlace, ...] = (),
 ):
     """Predictions at a batch of points and runs; tilts: of roll as well, which a march feels; others: places of sensors
@@ -268,7 +262,7 @@ def _compile_march(
     only = ("y", "tilt") if tilts else ("y",)
     one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only, others=others)
     seldom = any(issubclass(s.effect, GenericLaw) for s in slots)  # a program of this campaign alone
-    return jit_float64(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None)), brief=brief and seldom)
+    return jit_float64(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None)), brief=seldom)
 
 
 def room_for(steps: int, slots: int) -> tuple[int, int]:
@@ -309,21 +303,13 @@ HALVINGS = 3
 ORDER = 4.0  # error of a step over that of half the step: the march is of second order
 
 
-@dataclass(frozen=True, kw_only=True)
-class MarchError:
-    """step [m] that was taken; error (R, S, n) [m or rad] that it leaves; size: its length, whitened."""
-
-    step: float
-    error: np.ndarray
-    size: float
-
-
-def march_error(samples: Samples, model: Composition, whiten) -> MarchError:
-    """The longest step, of STEP and its halves, whose error is no longer than WANTED; ``whiten`` as in ``Metric``."""
-    finer = Forward(samples, model, (), STEP / 2)
-    coarse, fine = (f.values(f.null()[None])[0] for f in (Forward(samples, model, (), STEP, like=finer), finer))
+def choose_step(samples: Samples, model: Composition, whiten) -> tuple[float, np.ndarray]:
+    """The longest step [m], of STEP and its halves, whose error is no longer than WANTED, and that error (R, S, n)
+    [m or rad]; ``whiten`` as in ``Metric``.
+    """
+    both = (Forward(samples, model, (), step) for step in (STEP, STEP / 2))
+    coarse, fine = (f.values(f.null()[None])[0] for f in both)
     error = (coarse - fine) * ORDER / (ORDER - 1.0)
     size = float(np.linalg.norm(whiten(error)))
     halvings = 0 if size <= WANTED else min(int(np.ceil(np.log(size / WANTED) / np.log(ORDER))), HALVINGS)
-    part = ORDER**-halvings
-    return MarchError(step=STEP / 2**halvings, error=part * error, size=part * size)
+    return STEP / 2**halvings, ORDER**-halvings * error
