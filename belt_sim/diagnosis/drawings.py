@@ -107,7 +107,7 @@ GPA = 1e9
 LIMIT = 3.0  # a model that asks for more than three times the stated value, or less than a third, is shown there
 
 
-def stiffness_drift(bench: Workbench, vector: np.ndarray, name: str = "Young's modulus") -> Drift | None:
+def stiffness_drift(bench: Workbench, vector: np.ndarray) -> Drift | None:
     """Young's modulus [GPa] that each level of tension asks for by itself; None with fewer than two tensions.
 
     Only F/EI enters a beam: a wrong tension, width or thickness shows here as well.
@@ -128,7 +128,7 @@ def stiffness_drift(bench: Workbench, vector: np.ndarray, name: str = "Young's m
         beyond = factor in (1.0 / LIMIT, LIMIT)  # no interval is drawn about a value off the chart
         u.append(0.0 if beyond else min(np.sqrt(fit.covariance[0, 0]), 0.5 * factor) * stated.value / GPA)
     return Drift(
-        parameter=name,
+        parameter="Young's modulus",
         unit="GPa",
         tension=tensions / si.N_PER_MM2,
         value=np.array(value),

@@ -32,10 +32,27 @@ def confirm_signs(bench: Workbench, values: np.ndarray, suspicions: Sequence[Sus
     does not is to be looked at only: a fault of the machine larger than the yaw turns readings as well.
     """
     signs = [s for s in suspicions if s.kind == "wrong_sign" and s.severity == "stop"]
-    left = _ExcessChi2(bench, values) if signs else None
-    return tuple(
-        replace(s, severity="look") if left and s in signs and not left.is_undone_by(s) else s for s in suspicions
-    )
+    refuted = [s for s in signs if not _is_undone(bench, values, s)]
+    return tuple(replace(s, severity="look") if s in refuted else s for s in suspicions)
+
+
+def _is_undone(bench: Workbench, values: np.ndarray, told: Suspicion) -> bool:
+    """Whether a turned sign, of one run or all, of one signal or all or the one that fits, accounts for most."""
+    samples, before = bench.samples, _excess_chi2(bench, values, bench.fitted.y)
+    runs = [r for r, run in enumerate(samples.runs) if told.run in (None, run.name) and run.use == "fit"]
+    lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
+    for turned in ([k for k in lateral if samples.signals[k].name == told.signal], lateral, *([k] for k in lateral)):
+        y = bench.fitted.y.copy()
+        y[np.ix_(runs, turned)] *= -1.0
+        if np.sum(_excess_chi2(bench, values, y)[runs]) < UNDONE * np.sum(before[runs]):
+            return True
+    return not runs
+
+
+def _excess_chi2(bench: Workbench, values: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """chi2 of readings y (R, S, n) beyond their number, run by run (R,)."""
+    white = bench.metric.whiten(y - values).reshape(len(y), -1)
+    return np.sum(white**2, axis=1) - np.isfinite(bench.fitted.y).sum(axis=(1, 2))
 
 
 def find_faults(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
@@ -51,12 +68,14 @@ def find_misread_run(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, .
 
     What a machine does shows in more than one record; what a hand did is undone to within noise.
     """
-    left = _ExcessChi2(bench, values)
-    spread = WITHIN * np.sqrt(2.0 * left.count)
+    before, count = _excess_chi2(bench, values, bench.fitted.y), np.isfinite(bench.fitted.y).sum(axis=(1, 2))
+    spread = WITHIN * np.sqrt(2.0 * count)
     gains, found = defaultdict[tuple, list[float]](list), []
-    for r, told, read in left.ways:
-        after = left.with_alternative((r, told, read))
-        gain = float(np.sum(left.before - after))
+    for r, told, read in _alternative_readings(bench):
+        y = bench.fitted.y.copy()
+        y[r] = read
+        after = _excess_chi2(bench, values, y)
+        gain = float(np.sum(before - after))
         gains[told.kind, told.signal].append(gain)
         if gain > CLEARED and after[r] - spread[r] < LEFT * gain:
             found.append((gain, r, told))
@@ -67,47 +86,10 @@ def find_misread_run(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, .
     return (told,) if max(others, default=0.0) < ALONE * gain else ()
 
 
-Alternative = tuple[int, Suspicion, np.ndarray]  # a run, what was done to it, and its readings (S, n) with that undone
-
-
-class _ExcessChi2:
-    """chi2 beyond the number of readings, run by run (R,), of the readings as they are and read another way."""
-
-    def __init__(self, bench: Workbench, values: np.ndarray) -> None:
-        self.bench, self.values = bench, values
-        self.count = np.isfinite(bench.fitted.y).sum(axis=(1, 2))
-        self.ways = list(_alternative_readings(bench))
-        self.before = self._of_readings(bench.fitted.y)
-
-    def with_alternative(self, way: Alternative) -> np.ndarray:
-        """With one run read another way."""
-        y = self.bench.fitted.y.copy()
-        y[way[0]] = way[2]
-        return self._of_readings(y)
-
-    def is_undone_by(self, told: Suspicion) -> bool:
-        """Whether a turned sign, of one run or all, of one signal or all or the one that fits, accounts for most."""
-        samples = self.bench.samples
-        runs = [r for r, run in enumerate(samples.runs) if told.run in (None, run.name) and run.use == "fit"]
-        lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
-        for turned in (
-            [k for k in lateral if samples.signals[k].name == told.signal],
-            lateral,
-            *([k] for k in lateral),
-        ):
-            y = self.bench.fitted.y.copy()
-            y[np.ix_(runs, turned)] *= -1.0
-            if np.sum(self._of_readings(y)[runs]) < UNDONE * np.sum(self.before[runs]):
-                return True
-        return not runs
-
-    def _of_readings(self, y: np.ndarray) -> np.ndarray:
-        white = self.bench.metric.whiten(y - self.values).reshape(len(y), -1)
-        return np.sum(white**2, axis=1) - self.count
-
-
-def _alternative_readings(bench: Workbench) -> Iterator[Alternative]:
-    """The readings of single runs with a sign turned (of one signal, of the yaw), or with two signals exchanged."""
+def _alternative_readings(bench: Workbench) -> Iterator[tuple[int, Suspicion, np.ndarray]]:
+    """A run with a sign turned (of one signal, of the yaw) or with two signals exchanged: which, what was done to it,
+    and its readings (S, n) with that undone.
+    """
     y = bench.fitted.y
     lateral = [s for s, signal in enumerate(bench.samples.signals) if signal.kind == "lateral"]
     for r, run in enumerate(bench.samples.runs):
