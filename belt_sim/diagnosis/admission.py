@@ -10,7 +10,7 @@ from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.march import march
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.case import Case
-from belt_sim.curves import Curves, late_rates
+from belt_sim.curves import late_rates
 from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.effects.base import Effect, call_hook
@@ -59,14 +59,10 @@ def _check_null_limit(cls: type[Effect], model: Composition, case: Case) -> None
     within = march(case, model, (null,), travel=TRAVEL)
     read = [indicate(without, case, effects, without.travel) for effects in ((), (null,))]
     alike = np.array_equal if is_unfused() else partial(np.allclose, rtol=1e-12, atol=1e-18)
-    pairs = [*zip(_leaves(without), _leaves(within), strict=True), *zip(*map(_leaves, read), strict=True)]
+    pairs = [pair for two in ((without, within), read) for pair in zip(*map(jax.tree.leaves, two), strict=True)]
     parts = SceneParts.from_case(case)
     if not all(alike(a, b) for a, b in pairs) or call_hook(null, "scene", parts, case) != parts:
         raise InputError(f"{cls.id}.null()", "changes the curves", "", "every hook must return its input when null")
-
-
-def _leaves(curves: Curves) -> list:
-    return jax.tree.leaves(curves)
 
 
 def _contribution(cls: type[Effect], model: Composition, case: Case) -> np.ndarray:

@@ -15,7 +15,7 @@ from belt_sim.diagnosis.examine import Findings
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.heldout import held_out, lateral_rms
 from belt_sim.diagnosis.fits.intervals import profile_intervals
-from belt_sim.diagnosis.fits.plausibility import estimate_all, estimates, estimates_of_single_sizes, is_plausible
+from belt_sim.diagnosis.fits.plausibility import estimates, estimates_of_single_sizes, is_plausible
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.next_run import Rival
 from belt_sim.diagnosis.search.best_first import row_of
@@ -125,7 +125,7 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
     decision, bench, named = d.decision, d.fitted_bench, d.named
     seen = estimates(bench.forward, named)
     if decision.verdict == Verdict.EXPLAINED:  # elsewhere numbers are effective ones
-        every = estimate_all(bench.forward, named)
+        every = estimates(bench.forward, named, every=True)
         seen = profile_intervals(bench, named, {i: own or every[i] for i, own in seen.items()})
     there = {e.id: e for e in bench.forward.effects_at(named.vector, named.ids)}
     return tuple(

@@ -8,31 +8,29 @@ DEPENDENT = 1e-12  # of the largest eigenvalue of columns of unit length: those 
 SMALL = 1e-6  # of the largest direction of several rows; what is smaller is not in these readings
 
 
-def pseudo_inverse(gram: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Inverses (U, k, k) over the columns that can be seen and told apart, and how many those are (U,)."""
-    half, rank = inverse_roots(gram)
-    return half @ half.swapaxes(-1, -2), rank
+def pseudo_inverse(gram: np.ndarray) -> np.ndarray:
+    """Inverses (U, k, k) over the columns that can be seen and told apart."""
+    half = inverse_roots(gram)
+    return half @ half.swapaxes(-1, -2)
 
 
-def inverse_roots(gram: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def inverse_roots(gram: np.ndarray) -> np.ndarray:
     """The same inverses as products of such halves (U, k, k) and their transposes: a column of one is a sum of columns
     that is of unit length and at a right angle to the others, or zero.
     """
     if not gram.shape[-1]:
-        return np.zeros(gram.shape), np.zeros(len(gram), dtype=int)
+        return np.zeros(gram.shape)
     size = np.sqrt(np.maximum(np.diagonal(gram, axis1=1, axis2=2), 0.0))
     scale = np.where(size > FAINT, 1.0 / np.maximum(size, FAINT), 0.0)
     values, vectors = np.linalg.eigh(gram * scale[:, :, None] * scale[:, None, :])
     kept = values > DEPENDENT * np.maximum(values[:, -1:], 1e-300)
     roots = np.sqrt(np.where(kept, 1.0 / np.where(kept, values, 1.0), 0.0))
-    return scale[:, :, None] * vectors * roots[:, None, :], kept.sum(axis=1)
+    return scale[:, :, None] * vectors * roots[:, None, :]
 
 
 def basis(rows: np.ndarray) -> np.ndarray:
     """Orthonormal rows that span ``rows`` (k, ...) flattened, by the small Gram matrix."""
-    if not len(rows):
-        return rows.reshape(0, rows.shape[-1])
-    rows = rows.reshape(len(rows), -1)
+    rows = rows.reshape(len(rows), int(np.prod(rows.shape[1:])))
     size = np.linalg.norm(rows, axis=1, keepdims=True)
     rows = rows[size[:, 0] > SMALL] / size[size[:, 0] > SMALL]
     if not len(rows):
@@ -42,18 +40,10 @@ def basis(rows: np.ndarray) -> np.ndarray:
     return (vectors[:, keep] / np.sqrt(values[keep])).T @ rows
 
 
-def project_out(rows: np.ndarray, inside: np.ndarray) -> np.ndarray:
-    """Rows (k, N) without what lies along orthonormal ``bounded_step``."""
-    inside = inside.astype(rows.dtype)
-    return rows - (rows @ inside.T) @ inside if len(inside) else rows
-
-
 # The best step of a fit where numbers have to stay on their sides.
 
 FEW_UNKNOWNS = 16  # numbers, up to which it costs nothing to look at all directions of a system
-WELL_CONDITIONED = (
-    1e-6  # of the largest direction of a system: where it has more of all, any way to solve it is as exact
-)
+WELL_CONDITIONED = 1e-6  # of the largest direction of a system: with more of all, any way to solve it is as exact
 NEGLIGIBLE = 1e-10  # the same, what is as good as none
 LEAST_GAIN = 1e-6  # chi2, which letting go of a held number has to be worth
 

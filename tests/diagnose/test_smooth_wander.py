@@ -8,7 +8,7 @@ import pytest
 from linear_bench import SPACING, SPREAD, WHITE, linear_bench, run
 from scipy.linalg import toeplitz
 
-from belt_sim.diagnosis.fits.null_simulation import NoiseSource
+from belt_sim.diagnosis.fits.null_simulation import draw_noise
 from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.levels import LevelFinder, of_wander
 
@@ -76,8 +76,7 @@ def test_chance_draws_a_smooth_wander_as_it_is():
     """Between neighbours it differs with the square of their distance, where a rough one does with the distance."""
     bench = linear_bench(REPEATS, SIGNAL, count=COUNT, levels=Levels(smooth=True))
     finder = SimpleNamespace(draw=lambda y, count, rng: (np.tile([1.0, 0.5, 1.0], (count, 1, 1)), np.ones(count, bool)))
-    source = NoiseSource(replace(bench, finder=finder), bench.samples.y, np.random.default_rng(2))
-    errors = source.draw(1500)
+    errors = draw_noise(replace(bench, finder=finder), bench.samples.y, 1500, np.random.default_rng(2))
     white, wander = SIGNAL.white**2, (0.5 * SIGNAL.wander_sd) ** 2
     assert np.mean(errors**2) == pytest.approx(white + wander, rel=0.03)
     for apart in (1, 10, 30):

@@ -9,7 +9,6 @@ from linear_bench import SPREAD, WHITE, linear_bench
 
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.plausibility import (
-    estimate_all,
     estimates,
     estimates_of_single_sizes,
     is_plausible,
@@ -126,7 +125,7 @@ def test_a_well_known_number_beyond_any_machine_stays_impossible():
     fit = at(bench, 0.0)
     assert prefer_plausible(bench, [fit])[0] is fit
     assert not is_plausible(bench.forward, fit)
-    assert estimate_all(bench.forward, fit)["bent"]["c"].value == pytest.approx(3.0, rel=0.02)
+    assert estimates(bench.forward, fit, every=True)["bent"]["c"].value == pytest.approx(3.0, rel=0.02)
 
 
 def test_what_is_known_only_together_is_said_so():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_discovery import fitted, surveyed
 
-from belt_sim.diagnosis.fits.null_simulation import NoiseSource
+from belt_sim.diagnosis.fits.null_simulation import draw_noise
 from belt_sim.discovery import form_products
 from belt_sim.discovery.design import single_precision
 from belt_sim.discovery.latent_input import LENGTHS, basis_at
@@ -15,7 +15,7 @@ FEWER = 0.02  # of the largest; straight lines between every fourth knot
 
 def test_draws_are_whitened_in_single_precision_as_in_double():
     bench, fit = fitted("yaw_creep")
-    drawn = NoiseSource(bench, bench.samples.y - fit.values, np.random.default_rng(1)).draw(5)
+    drawn = draw_noise(bench, bench.samples.y - fit.values, 5, np.random.default_rng(1))
     assert drawn.dtype == np.float32
     white, exact = bench.metric.whiten(drawn), bench.metric.whiten(drawn.astype(float))
     assert (white.dtype, exact.dtype) == (np.float32, np.float64)

@@ -14,6 +14,7 @@ import numpy as np
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.plausibility import covariance_of, is_constrained
 from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.results.findings import COVERAGE_95, Estimate
 
 LINEAR = 0.15  # share by which the root of a rise may differ from the parabola's
@@ -29,46 +30,44 @@ def profile_intervals(bench: Workbench, fit: Fit, found: Found) -> dict[str, dic
     """The estimates ``found`` of a fit, with intervals of their own where 1.96 u either way is not what chi2 says; only
     those of which the readings then say something.
     """
-    slots = [bench.forward.slots[p] for p in fit.free]
+    slots, covariance = [bench.forward.slots[p] for p in fit.free], covariance_of(fit.columns)
     rows = [k for k, s in enumerate(slots) if s.name in found.get(s.effect.id, {})]
-    sides = [_Side(bench, fit, k, way) for k in rows for way in (-1.0, 1.0)]
-    for side, rise in zip(sides, _rises(bench, fit, sides), strict=True):
-        side.record(rise)
-    crooked = {side.row for side in sides if side.is_nonquadratic}
+    sides = [_Side(fit, k, slots[k], covariance[k], way) for k in rows for way in (-1.0, 1.0)]
+    rises = zip(sides, _rises(bench, fit, sides), strict=True)
+    crooked = {side.row for side, rise in rises if not side.is_quadratic(rise)}
     for _ in range(ROUNDS if crooked else 0):
         due = [side for side in sides if side.row in crooked and not side.is_bracketed]
-        held = [bench.start(fit.ids, side.start(), [p for p in fit.free if p != fit.free[side.row]]) for side in due]
+        held = [bench.start(fit.ids, side.start(), [p for p in fit.free if p != side.position]) for side in due]
         for side, other in zip(due, bench.fit(held) if held else [], strict=True):
             side.record(np.sqrt(max(other.chi2 - fit.chi2, 0.0)), other.vector)
     told = {i: dict(numbers) for i, numbers in found.items()}
     for low, high in zip(sides[::2], sides[1::2], strict=True):
+        slot = slots[low.row]
+        own = told[slot.effect.id]
         if low.row in crooked:
-            slot = slots[low.row]
             ends = sorted(float(side.end * slot.scale) for side in (low, high))
-            own = told[slot.effect.id]
             own[slot.name] = replace(own[slot.name], interval=(ends[0], ends[1]))
-    for slot in slots:
-        own = told.get(slot.effect.id, {})
-        if slot.name in own and not is_constrained(slot, own[slot.name]):
+        if not is_constrained(slot, own[slot.name]):
             del own[slot.name]
     return told
 
 
 class _Side:
-    """One number of a fit on one side of its value, in units of its scale: what rise of chi2 is known where."""
+    """One number of a fit on one side of its value, in units of its scale: what rise of chi2 is known where.
 
-    def __init__(self, bench: Workbench, fit: Fit, row: int, way: float) -> None:
-        slot = bench.forward.slots[fit.free[row]]
-        covariance = covariance_of(fit.columns)
-        self.row, self.position, self.way, self.best = row, fit.free[row], way, fit.vector
-        self.value, self.u = float(fit.vector[self.position]), float(np.sqrt(covariance[row, row]))
+    parabola: the point at which a parabola has the rise that ends the interval, or the bound of what machines have.
+    """
+
+    def __init__(self, fit: Fit, row: int, slot: Slot, covariance: np.ndarray, way: float) -> None:
+        """covariance (k,): of this number with all."""
+        self.row, self.position, self.way, self.inside = row, fit.free[row], way, fit.vector
+        self.value, self.u = float(fit.vector[self.position]), float(np.sqrt(covariance[row]))
         bound = way * (slot.parameter.plausible[int(way > 0)] / slot.scale - self.value)
         self.most = bound if bound > 0.0 else COVERAGE_95 * self.u  # what no machine has needs no interval
         self.at = min(COVERAGE_95 * self.u, self.most)
-        self.along = np.zeros_like(fit.vector)
-        self.along[fit.free] = covariance[row] / max(covariance[row, row], 1e-300)
+        self.parabola = fit.vector.copy()
+        self.parabola[fit.free] += way * self.at * covariance / max(covariance[row], 1e-300)
         self.rises: list[tuple[float, float]] = [(0.0, 0.0)]
-        self.inside, self.quadratic_rise = fit.vector, np.inf
 
     def start(self) -> np.ndarray:
         """Where to begin a fit with the number held at the next place: from the farthest that is within."""
@@ -76,14 +75,9 @@ class _Side:
         nearest[self.position] = self.value + self.way * self.at
         return nearest
 
-    def quadratic_point(self) -> np.ndarray:
-        """The point that a parabola has there."""
-        return self.best + self.way * self.at * self.along
-
-    @property
-    def is_nonquadratic(self) -> bool:
-        """Whether the first place says that chi2 is no parabola."""
-        return not abs(self.quadratic_rise - self.at / max(self.u, 1e-300)) < LINEAR * COVERAGE_95
+    def is_quadratic(self, rise: float) -> bool:
+        """Whether the root of the rise of chi2 at the first place is what a parabola has there."""
+        return abs(rise - self.at / max(self.u, 1e-300)) < LINEAR * COVERAGE_95
 
     @property
     def is_bracketed(self) -> bool:
@@ -97,11 +91,8 @@ class _Side:
         open_ended = all(rise < COVERAGE_95 - CLOSE for _, rise in self.rises)
         return self.value + self.way * (self.most if open_ended else self.at)
 
-    def record(self, rise: float, vector: np.ndarray | None = None) -> None:
+    def record(self, rise: float, vector: np.ndarray) -> None:
         """Root of the rise of chi2 at the place asked for; the next place follows from all that are known."""
-        if vector is None:
-            self.quadratic_rise = rise
-            return
         self.rises.append((self.at, rise))
         if rise <= COVERAGE_95:
             self.inside = max(self.inside, vector, key=lambda v: self.way * v[self.position])
@@ -123,7 +114,7 @@ def _rises(bench: Workbench, fit: Fit, sides: list[_Side]) -> list[float]:
     """Root of the rise of chi2 at the point that a parabola has on each side."""
     if not sides:
         return []
-    values = bench.forward.values(np.stack([side.quadratic_point() for side in sides]))
+    values = bench.forward.values(np.stack([side.parabola for side in sides]))
     with np.errstate(over="ignore", invalid="ignore"):  # a step too far may end anywhere
         chi2 = bench.metric.chi2(bench.fitted.y - values)
     there = np.isfinite(values).all(axis=(1, 2, 3))

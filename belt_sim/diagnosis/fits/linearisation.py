@@ -175,10 +175,10 @@ def best_of_grid(bench: Workbench, fit: Fit, grid: Grid, most: int) -> list[int]
     """
     columns, choices = bench.metric.whiten(grid.columns), grid.choices
     own = fit.columns.reshape(len(fit.free), columns.shape[1])
-    onto = columns @ own.T @ pseudo_inverse((own @ own.T)[None])[0][0]
+    onto = columns @ own.T @ pseudo_inverse((own @ own.T)[None])[0]
     gram, pull = columns @ columns.T - onto @ (own @ columns.T), columns @ fit.residual - onto @ (own @ fit.residual)
     grams, pulls = gram[choices[:, :, None], choices[:, None, :]], pull[choices]
-    inverses, _ = pseudo_inverse(grams)
+    inverses = pseudo_inverse(grams)
     steps = np.einsum("pkl,pl->pk", inverses, pulls)
     sigma = np.sqrt(np.maximum(np.diagonal(inverses, axis1=1, axis2=2), 0.0))
     free, slots = list(grid.free), [bench.forward.slots[p] for p in grid.free]

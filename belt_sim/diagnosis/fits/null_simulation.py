@@ -21,62 +21,48 @@ def chance_inflation(bench: Workbench, linearisation: Linearisation, count: int,
 
     linearisation: about the fit with nothing missing; count: of simulated campaigns.
     """
-    source = NoiseSource(bench, bench.samples.y - linearisation.fit.values, np.random.default_rng(seed))
+    errors, rng = bench.samples.y - linearisation.fit.values, np.random.default_rng(seed)
     columns = [bench.metric.whiten(linearisation.shapes_of(bench, c.id)) for c in bench.forward.classes]
-    halves, ranks = zip(*(inverse_roots((c @ c.T)[None]) for c in columns), strict=True) if columns else ((), ())
+    halves = [inverse_roots((c @ c.T)[None])[0] for c in columns]
     total = np.zeros(len(columns))
     for start in range(0, count, BATCH):
-        white = bench.metric.whiten(source.draw(min(BATCH, count - start)))
-        total += [np.sum((white @ c.T @ half[0]) ** 2) for c, half in zip(columns, halves, strict=True)]
-    found = [gain / count / rank[0] for gain, rank in zip(total, ranks, strict=True) if rank[0]]
+        white = bench.metric.whiten(draw_noise(bench, errors, min(BATCH, count - start), rng))
+        total += [np.sum((white @ c.T @ half) ** 2) for c, half in zip(columns, halves, strict=True)]
+    ranks = [np.count_nonzero(np.any(half, axis=0)) for half in halves]
+    found = [gain / count / rank for gain, rank in zip(total, ranks, strict=True) if rank]
     return max(1.0, float(np.mean(found))) if found else 1.0
 
 
-class NoiseSource:
-    """Draws of everything that may differ when nothing is missing, as readings (count, R, S, n)."""
+def draw_noise(bench: Workbench, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Draws (count, R, S, n) in single precision of everything that may differ when nothing is missing, at levels that
+    the readings leave possible; errors (R, S, n): what the current model leaves of these.
+    """
+    samples, signals = bench.samples, bench.samples.signals
+    levels, smooth = bench.finder.draw(errors, count, rng)
+    white = np.array([s.white for s in signals]) / np.sqrt(samples.per_bin)[:, None]
+    found = rng.standard_normal((count, *samples.y.shape), SINGLE)
+    found *= (white * levels[:, None, :, 0]).astype(SINGLE)[..., None]
+    stated = np.array([max(s.wander_length, 1e-6) for s in signals])
+    apart, of = np.unique(np.diff(samples.travel, axis=1), axis=0, return_inverse=True)
+    steps, of = (apart.T[:, :, None, None] / (levels[..., 2] * stated).T).astype(SINGLE), of.reshape(-1)
+    size = (levels[..., 1] * np.array([s.wander_sd for s in signals])).astype(SINGLE)
+    if not smooth.all():
+        rough = rough_wander(steps[..., ~smooth], of, size[~smooth].T, rng)
+        found[~smooth] += rough.transpose(3, 1, 2, 0)
+    if smooth.any():
+        sloped = smooth_wander(steps[..., smooth][:, of].transpose(3, 1, 2, 0), rng)
+        found[smooth] += size[smooth][:, None, :, None] * sloped
+    found += _draw_nuisances(bench, count, rng)
+    return found
 
-    def __init__(self, bench: Workbench, errors: np.ndarray, rng: np.random.Generator) -> None:
-        """errors (R, S, n): what the current model leaves of the readings."""
-        self.bench, self.errors, self.rng = bench, errors, rng
 
-    def draw(self, count: int) -> np.ndarray:
-        """Errors at levels that the readings leave possible, in single precision."""
-        bench, rng = self.bench, self.rng
-        samples = bench.samples
-        levels, smooth = bench.finder.draw(self.errors, count, rng)
-        white = np.array([s.white for s in samples.signals]) / np.sqrt(samples.per_bin)[:, None]
-        errors = rng.standard_normal((count, *samples.y.shape), SINGLE)
-        errors *= (white * levels[:, None, :, 0]).astype(SINGLE)[..., None]
-        errors += self._wander(levels[..., 1], levels[..., 2], smooth)
-        errors += self._nuisances(count)
-        return errors
-
-    def _nuisances(self, count: int) -> np.ndarray:
-        """What nuisances of every run, and those that all runs share, make of readings (count, R, S, n)."""
-        bench, rng = self.bench, self.rng
-        shape, own = bench.samples.y.shape, bench.shapes.astype(SINGLE).swapaxes(0, 1)
-        runs = rng.standard_normal((len(own), count, own.shape[1]), SINGLE) @ own.reshape(*own.shape[:2], -1)
-        shared = bench.shared.astype(SINGLE).reshape(len(bench.shared), -1)
-        found = rng.standard_normal((count, len(shared)), SINGLE) @ shared
-        return found.reshape(count, *shape) + runs.swapaxes(0, 1).reshape(count, *shape)
-
-    def _wander(self, size: np.ndarray, length: np.ndarray, smooth: np.ndarray) -> np.ndarray:
-        """Wander (count, R, S, n) at factors (count, S) on its size and length, by recursion along the travel; smooth
-        (count,): of which kind it is.
-        """
-        samples = self.bench.samples
-        stated = np.array([max(s.wander_length, 1e-6) for s in samples.signals])
-        apart, of = np.unique(np.diff(samples.travel, axis=1), axis=0, return_inverse=True)
-        steps, of = (apart.T[:, :, None, None] / (length * stated).T).astype(SINGLE), of.reshape(-1)
-        sd = (size * np.array([s.wander_sd for s in samples.signals])).astype(SINGLE)
-        if not smooth.any():
-            return rough_wander(steps, of, sd.T, self.rng).transpose(3, 1, 2, 0)
-        found = np.empty((len(size), *samples.y.shape), SINGLE)
-        if not smooth.all():
-            found[~smooth] = rough_wander(steps[..., ~smooth], of, sd[~smooth].T, self.rng).transpose(3, 1, 2, 0)
-        sloped = smooth_wander(steps[..., smooth][:, of].transpose(3, 1, 2, 0), self.rng)
-        found[smooth] = sd[smooth][:, None, :, None] * sloped
-        return found
+def _draw_nuisances(bench: Workbench, count: int, rng: np.random.Generator) -> np.ndarray:
+    """What nuisances of every run, and those that all runs share, make of readings (count, R, S, n)."""
+    shape, own = bench.samples.y.shape, bench.shapes.astype(SINGLE).swapaxes(0, 1)
+    runs = rng.standard_normal((len(own), count, own.shape[1]), SINGLE) @ own.reshape(*own.shape[:2], -1)
+    shared = bench.shared.astype(SINGLE).reshape(len(bench.shared), -1)
+    found = rng.standard_normal((count, len(shared)), SINGLE) @ shared
+    return found.reshape(count, *shape) + runs.swapaxes(0, 1).reshape(count, *shape)
 
 
 def rough_wander(steps: np.ndarray, of: np.ndarray, size: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -17,27 +17,21 @@ ROUNDED = 1e-9  # share of a bound, by which a number that a fit put there may h
 EDGE = 2.0  # what a machine could have is a judgement, good to this factor
 
 
-def estimates(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
-    """Effect id -> parameter -> Estimate, where the readings say more of a number than its plausible range does."""
-    return _by_effect(fit, [(s, e) for s, e in _judge(*_numbers_with_sigma(forward, fit)) if is_constrained(s, e)])
-
-
-def estimate_all(forward: Forward, fit: Fit) -> dict[str, dict[str, Estimate]]:
-    """Effect id -> parameter -> Estimate whatever the readings say of it."""
-    return _by_effect(fit, _judge(*_numbers_with_sigma(forward, fit)))
+def estimates(forward: Forward, fit: Fit, *, every: bool = False) -> dict[str, dict[str, Estimate]]:
+    """Effect id -> parameter -> Estimate, where the readings say more of a number than its plausible range does; every:
+    of all numbers, whatever the readings say of them.
+    """
+    told: dict[str, dict[str, Estimate]] = {i: {} for i in fit.ids}
+    for slot, estimate in _judge(*_numbers_with_sigma(forward, fit)):
+        if every or is_constrained(slot, estimate):
+            told[slot.effect.id][slot.name] = estimate
+    return told
 
 
 def is_constrained(slot: Slot, estimate: Estimate) -> bool:
     """Whether readings exclude something of what a machine could have."""
     (low, high), (least, most) = slot.parameter.plausible, estimate.interval_95
     return least > low or most < high
-
-
-def _by_effect(fit: Fit, found: Sequence[tuple[Slot, Estimate]]) -> dict[str, dict[str, Estimate]]:
-    told: dict[str, dict[str, Estimate]] = {i: {} for i in fit.ids}
-    for slot, estimate in found:
-        told[slot.effect.id][slot.name] = estimate
-    return told
 
 
 def _numbers_with_sigma(forward: Forward, fit: Fit) -> tuple[list[Slot], np.ndarray, np.ndarray]:
@@ -97,17 +91,13 @@ def is_possible(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray, e
     ``everywhere``: in the linear range it may be anything as well.
     """
     seen = spread > 0.0
-    judged = _judge([s for s, there in zip(slots, seen, strict=True) if there], values[seen], spread[seen])
-    if not all(e.plausible for s, e in judged if is_constrained(s, e)):
-        return False
-    loose = [(s, e) for s, e in judged if not is_constrained(s, e)]
-    return not everywhere or all(_is_within(plausible_bounds(s), e.value / s.scale) for s, e in loose)
-
-
-def _is_within(bounds: tuple[float, float], x: float) -> bool:
-    """Whether a number is within bounds: on one, give or take what is lost on the way there, too."""
-    lost = ROUNDED * max(map(abs, bounds))
-    return bounds[0] - lost <= x <= bounds[1] + lost
+    for slot, e in _judge([s for s, there in zip(slots, seen, strict=True) if there], values[seen], spread[seen]):
+        low, high = plausible_bounds(slot)
+        lost = ROUNDED * max(abs(low), abs(high))  # on the way to a bound
+        within = low - lost <= e.value / slot.scale <= high + lost
+        if not (e.plausible if is_constrained(slot, e) else within or not everywhere):
+            return False
+    return True
 
 
 def has_diverged(fit: Fit) -> bool:
@@ -120,12 +110,8 @@ def prior_sigma(forward: Forward, free: Sequence[int]) -> np.ndarray:
     """What is known of parameters before any reading: one sigma (k,) about null in units of their scales, from what a
     real machine could have.
     """
-    reach = []
-    for position in free:
-        slot = forward.slots[position]
-        declared = slot.parameter
-        reach.append(max(abs(bound - declared.null) for bound in declared.plausible) / slot.scale)
-    return np.array(reach)
+    declared = [forward.slots[position].parameter for position in free]
+    return np.array([max(abs(bound - p.null) for bound in p.plausible) / p.scale for p in declared])
 
 
 # Whether a machine that could be real explains the readings as well as the best fit does.

@@ -14,7 +14,7 @@ from belt_sim.diagnosis.fits.fit import Fit, predicted_gain
 from belt_sim.diagnosis.fits.linearisation import Linearisation, linearise
 from belt_sim.diagnosis.fits.plausibility import has_diverged, is_plausible, prefer_plausible
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.linear_algebra import basis, project_out
+from belt_sim.diagnosis.linear_algebra import basis
 from belt_sim.errors import FitError
 
 # Pairs of candidates, all at once in the linear range: where a third effect looks like the sum of two, a search that
@@ -68,7 +68,7 @@ def marginal_gains(columns: np.ndarray, residual: np.ndarray, others: Mapping[st
     derivatives are ``columns`` (K, N), refitted along.
     """
     own = basis(columns)
-    spans = {name: np.concatenate([own, basis(project_out(rows, own))]) for name, rows in others.items()}
+    spans = {name: np.concatenate([own, basis(rows - (rows @ own.T) @ own)]) for name, rows in others.items()}
     return {name: float(np.sum((span @ residual) ** 2)) for name, span in spans.items()}
 
 
