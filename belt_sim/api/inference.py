@@ -277,13 +277,13 @@ def compare(
     bench = workbench(campaign, fitted_model(chosen), [type(e) for e in acting])
     base, final = bench.forward.null(), parameter_vector(bench, acting)
     before, after = bench.forward.values(np.stack([base, final]))
-    shown = (final, after) if acting else None
+    shown = (bench, final, after) if acting else None
     return Comparison(
         **common,
         error=overall_errors(bench, before, after),
         where=locate_failure(bench, after),
         per_run=run_errors(bench, before, after),
-        drawings=drawings(bench, (base, before), shown, mapped=after) if drawn else Drawings(),
+        drawings=drawings((bench, base, before), shown, mapped=after) if drawn else Drawings(),
         beyond=(
             *map(str, leave_out_bad_readings(campaign)[1]),
             *validity_warnings(campaign, fitted_model(chosen), [e.id for e in acting]),

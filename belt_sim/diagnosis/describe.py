@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.campaign import Campaign, Suspicion
+from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.decision.decide import Decision, needed_gain
 from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.errors.failure_map import locate_failure
@@ -25,7 +25,7 @@ from belt_sim.effects.law_file import law_entry
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis, Verdict, other_model
 from belt_sim.results.errors import CampaignLabel
-from belt_sim.results.findings import Candidate, Confusable, Explanation, FoundEffect, NoiseLevels, Unknown
+from belt_sim.results.findings import Candidate, Confusable, FoundEffect, NoiseLevels, Unknown
 from belt_sim.results.words import join_effects, join_words
 
 ALIKE_SHOWN = 3  # look-alikes in a sentence
@@ -97,9 +97,10 @@ def _sentence(d: Findings) -> str:
         hidden = [n for n in d.search.fits.names if n not in d.table.visible]
         return decision.verdict.sentence(model, ()) + _what_would_show(len(d.table.visible), hidden)
     named = [_name_with_alike(decision, name) for name in decision.named]
+    gravest = min(d.suspicions, key=lambda s: s.severity != "stop", default="")
     alike = decision.like_one_change_of_the_span(POLICY)
     more = f" Or one change of the span, in its bending or twisting, may stand in the place of {join_words(alike)}."
-    return decision.verdict.sentence(model, named, _damage(d.suspicions)) + (more if alike else "")
+    return decision.verdict.sentence(model, named, str(gravest)) + (more if alike else "")
 
 
 def _what_would_show(visible: int, hidden: list[str]) -> str:
@@ -107,11 +108,6 @@ def _what_would_show(visible: int, hidden: list[str]) -> str:
     effects = f"{visible} of {visible + len(hidden)} effects" if visible + len(hidden) > 1 else "The effect"
     many = f" {effects} would show at a plausible size"
     return f"{many}; these would not: {', '.join(hidden)}." if hidden else f"{many}."
-
-
-def _damage(suspicions: tuple[Suspicion, ...]) -> str:
-    """The gravest of what looks wrong in the data, in a sentence; empty when nothing does."""
-    return str(min(suspicions, key=lambda s: s.severity != "stop")) if suspicions else ""
 
 
 def _name_with_alike(decision: Decision, name: str) -> str:
@@ -151,7 +147,12 @@ def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
     without = sum(c.surprise for c in held_out(d.fitted_bench, fits.fit(())).values())
     found = [_candidate(d, t, min(sum(e.probability for e in rows if t.id in e.effects), 1.0), without) for t in tried]
     rms = {other.name: other.rms for other in d.table.other_models}
-    instead = [_as_candidate(e, rms[e.instead]) for e in rows if e.instead]
+    instead = [
+        Candidate(
+            id=e.instead, gain=e.gain, threshold=0.0, held_out_rms=rms[e.instead], parameters={}, plausible=True,
+            probability=e.probability, note=f"use {e.instead} first",
+        ) for e in rows if e.instead
+    ]  # fmt: skip
     return tuple(sorted([*instead, *found], key=lambda c: (-round(c.probability, 6), -c.gain)))
 
 
@@ -175,14 +176,6 @@ def _candidate(d: Findings, trial: Trial, probability: float, without: float) ->
     )
 
 
-def _as_candidate(e: Explanation, rms: float) -> Candidate:
-    """Another base model, among the candidates."""
-    return Candidate(
-        id=e.instead, gain=e.gain, threshold=0.0, held_out_rms=rms, parameters={}, plausible=True,
-        probability=e.probability, note=f"use {e.instead} first",
-    )  # fmt: skip
-
-
 def _unknown(d: Findings) -> Unknown | None:
     """The look of what is beyond the named effects."""
     decision = d.decision
@@ -200,10 +193,7 @@ def _unknown(d: Findings) -> Unknown | None:
 
 
 def _noise(d: Findings) -> NoiseLevels:
+    """The noise levels, one factor for all signals."""
     levels = d.fitted_bench.levels
-    return NoiseLevels(white_factor=_mean(levels.white), wander_factor=_mean(levels.wander), repeats=levels.repeats)
-
-
-def _mean(factors: float | tuple[float, ...]) -> float:
-    """One factor for all signals."""
-    return float(np.exp(np.mean(np.log(factors))))
+    white, wander = (float(np.exp(np.mean(np.log(factors)))) for factors in (levels.white, levels.wander))
+    return NoiseLevels(white_factor=white, wander_factor=wander, repeats=levels.repeats)

@@ -79,26 +79,21 @@ def maps(bench: Workbench, values: np.ndarray) -> tuple[FailureMap, ...]:
 def drawings_of(d: Findings) -> Drawings:
     """Everything that a diagnosis draws: base model and final model, and where the base model fails."""
     base, chosen = d.nothing, d.named
-    final = (chosen.vector, chosen.values) if chosen.ids else None
-    return drawings(d.bench, (base.vector, base.values), final, mapped=base.values, final_bench=d.fitted_bench)
+    final = (d.fitted_bench, chosen.vector, chosen.values) if chosen.ids else None
+    return drawings((d.bench, base.vector, base.values), final, mapped=base.values)
 
 
-def drawings(
-    bench: Workbench,
-    base: tuple[np.ndarray, np.ndarray],
-    final: tuple[np.ndarray, np.ndarray] | None,
-    *,
-    mapped: np.ndarray,
-    final_bench: Workbench | None = None,
-) -> Drawings:
-    """base, final: a parameter vector and its predictions (R, S, n), before and after; mapped: predictions that the
-    maps judge; final_bench: laid out at the final point, where it is another.
+Predicted = tuple[Workbench, np.ndarray, np.ndarray]
+
+
+def drawings(base: Predicted, final: Predicted | None, *, mapped: np.ndarray) -> Drawings:
+    """base, final: a workbench, a parameter vector and its predictions (R, S, n), before and after; mapped: predictions
+    that the maps judge.
     """
-    before = stiffness_drift(bench, base[0])
-    after = stiffness_drift(final_bench or bench, final[0]) if final else None
+    before, after = stiffness_drift(*base[:2]), stiffness_drift(*final[:2]) if final else None
     return Drawings(
-        overlays=overlays(bench, base[1], final[1] if final else None),
-        maps=maps(bench, mapped),
+        overlays=overlays(base[0], base[2], final[2] if final else None),
+        maps=maps(base[0], mapped),
         drifts=((before, after),) if before is not None else (),
     )
 

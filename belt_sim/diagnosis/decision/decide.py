@@ -14,7 +14,7 @@ from math import comb, log
 import numpy as np
 
 from belt_sim.diagnosis.decision.policy import Policy
-from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, OtherModel, Row, UnknownEvidence
+from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, Row, UnknownEvidence
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.results.findings import Explanation
 
@@ -119,47 +119,38 @@ def _compare(table: EvidenceTable, policy: Policy) -> Iterator[Explanation]:
             more = log(policy.unknown) + (log(policy.further) if b.ids else 0.0)  # it is one fault more
             seen = log_evidence(b, table.inflation, policy)
             yield replace(alone, unknown=True, unknown_evidence=seen, prior=alone.prior - more, refused="")
-    for other in table.other_models:
-        yield _explain_by_model(other, nothing, table, policy)
+    for other in table.other_models:  # nothing is fitted
+        gain = nothing.chi2 - other.chi2
+        prior, likelihood = -log(policy.further) - log(other.tried), 0.5 * gain / table.inflation
+        yield Explanation(
+            effects=(), instead=other.name, gain=gain, likelihood=likelihood, parameters=0, occam=0.0, prior=prior
+        )
 
 
 def _explain_by_effects(row: Row, nothing: Row, table: EvidenceTable, policy: Policy) -> Explanation:
-    count = len(row.ids)
-    prior = -log(comb(table.candidates, count)) - log(policy.further) * (count - 1) if count else 0.0
-    rise = sum(value - nothing.held_out[name] for name, value in row.held_out.items()) if count else 0.0
-    refused = "predicts what is held out worse than nothing does" if count and rise > policy.held_out else ""
+    rise = sum(value - nothing.held_out[name] for name, value in row.held_out.items()) if row.ids else 0.0
+    refused = "predicts what is held out worse than nothing does" if row.ids and rise > policy.held_out else ""
     return Explanation(
         effects=tuple(sorted(row.ids)),
         gain=nothing.chi2 - row.chi2,
         likelihood=0.5 * (nothing.chi2 - row.chi2) / table.inflation,
         parameters=len(row.away) + len(row.scanned),
         occam=occam(row, table.inflation, policy),
-        prior=prior,
+        prior=_log_prior(len(row.ids), table, policy),
         held_out_rise=rise,
         implausible=not row.plausible,
         refused=refused if row.plausible else "no machine has such numbers",
     )
 
 
-def _explain_by_model(other: OtherModel, nothing: Row, table: EvidenceTable, policy: Policy) -> Explanation:
-    """Of another base model: nothing is fitted."""
-    prior = -log(policy.further) - log(other.tried)
-    gain = nothing.chi2 - other.chi2
-    return Explanation(
-        effects=(),
-        instead=other.name,
-        gain=gain,
-        likelihood=0.5 * gain / table.inflation,
-        parameters=0,
-        occam=0.0,
-        prior=prior,
-    )
-
-
 def needed_gain(row: Row, table: EvidenceTable, policy: Policy) -> float:
     """The chi2 gain from which a row's effects are likelier than that nothing is missing."""
-    prior = log(comb(table.candidates, len(row.ids))) + log(policy.further) * (len(row.ids) - 1)
-    return 2.0 * table.inflation * (occam(row, table.inflation, policy) + prior)
+    return 2.0 * table.inflation * (occam(row, table.inflation, policy) - _log_prior(len(row.ids), table, policy))
+
+
+def _log_prior(count: int, table: EvidenceTable, policy: Policy) -> float:
+    """log prior odds of one set of so many of the candidates against that nothing is missing."""
+    return -log(comb(table.candidates, count)) - log(policy.further) * (count - 1) if count else 0.0
 
 
 def would_show(row: Row, table: EvidenceTable, policy: Policy) -> bool:
@@ -243,12 +234,10 @@ def _confusable(ids: Ids, sets: Iterable[Ids]) -> dict[str, tuple[tuple[str, ...
 
     Where several effects give way to others, these stand in the place of each of them.
     """
-    found: dict[str, list[tuple[str, ...]]] = {}
+    found: dict[str, dict[tuple[str, ...], None]] = {}
     for other in sets:
         gone, come = sorted(ids - other), sorted(other - ids)
-        for name in gone if come else ():
-            found.setdefault(name, []).append(tuple(come))
-        if not gone and come:
-            last = max(ids)
-            found.setdefault(last, []).append((last, *come))
-    return {name: tuple(dict.fromkeys(others)) for name, others in found.items()}
+        if come:
+            for name in gone or [max(ids)]:
+                found.setdefault(name, {})[(*come,) if gone else (name, *come)] = None
+    return {name: tuple(others) for name, others in found.items()}

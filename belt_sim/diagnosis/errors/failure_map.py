@@ -92,18 +92,11 @@ def window_edges(bench: Workbench) -> np.ndarray:
     return np.linspace(0.0, bench.samples.end, WINDOWS + 1)
 
 
-def worst_cell(found: list[Cell]) -> Cell:
-    """The cell in which the model is furthest beyond what the measurement can say."""
-    return max(found, key=lambda c: c.ratio)
-
-
-def worst_sentence(found: list[Cell], kinds: Mapping[str, Kind]) -> str:
-    """The worst cell in a sentence."""
-    c = worst_cell(found)
-    where = (
-        f"{c.signal} of run {c.run} ({c.tension:g} N/mm2, yaw {_sign(c.sign)}, {c.window[0]:.0f}-{c.window[1]:.0f} m)"
-    )
-    if c.ratio <= family_k(len(found)):
+def worst_sentence(c: Cell, count: int, kinds: Mapping[str, Kind]) -> str:
+    """The worst of ``count`` cells in a sentence."""
+    sign = {1: "> 0", -1: "< 0", 0: "= 0"}[c.sign]
+    where = f"{c.signal} of run {c.run} ({c.tension:g} N/mm2, yaw {sign}, {c.window[0]:.0f}-{c.window[1]:.0f} m)"
+    if c.ratio <= family_k(count):
         return f"Nowhere beyond the uncertainty of the comparison; closest in {where}: E = {c.ratio:.1f} u_val."
     size = f"{KILO * c.rms:.2g} {UNITS[kinds[c.signal]]}"
     return f"Worst in {where}: off by {size}, {c.ratio:.0f} times what the measurement leaves open."
@@ -122,10 +115,8 @@ def boundary(found: list[Cell]) -> tuple[float | None, str]:
         return None, f"Inadequate at every tension measured ({span})."
     flips = np.flatnonzero(np.diff(good.astype(int)))
     if len(flips) > 1:
-        return (
-            None,
-            f"Inadequate at {', '.join(f'{t:g}' for t, g in zip(tensions, good, strict=True) if not g)} N/mm2.",
-        )
+        bad = ", ".join(f"{t:g}" for t, fits in zip(tensions, good, strict=True) if not fits)
+        return None, f"Inadequate at {bad} N/mm2."
     n = int(flips[0])
     part = (np.log(k) - np.log(worst[n])) / (np.log(worst[n + 1]) - np.log(worst[n]))
     at = float(np.exp(np.log(tensions[n]) + part * np.log(tensions[n + 1] / tensions[n])))
@@ -136,14 +127,10 @@ def boundary(found: list[Cell]) -> tuple[float | None, str]:
 def locate_failure(bench: Workbench, values: np.ndarray) -> Where:
     """The worst cell, the boundary in tension, and both in a sentence, for predictions ``values`` (R, S, n)."""
     found = cells(bench, values)
-    worst, (at, words) = worst_cell(found), boundary(found)
+    worst, (at, words) = max(found, key=lambda c: c.ratio), boundary(found)
     return Where(
         worst=Worst(run=worst.run, signal=worst.signal, travel=worst.window, ratio=worst.ratio),
-        sentence=worst_sentence(found, {s.name: s.kind for s in bench.samples.signals}),
+        sentence=worst_sentence(worst, len(found), {s.name: s.kind for s in bench.samples.signals}),
         boundary=None if at is None else at * si.N_PER_MM2,
         boundary_sentence=words,
     )
-
-
-def _sign(sign: int) -> str:
-    return {1: "> 0", -1: "< 0", 0: "= 0"}[sign]

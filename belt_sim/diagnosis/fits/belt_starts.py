@@ -117,16 +117,11 @@ def find_starts(bench: Workbench, linearisation: Linearisation) -> Campaign | No
     starts, gain = turning.align(length * np.arange(count) / count)
     if 0.5 * (gain - same) <= CHANCE * (len(runs) - 1) * np.log(count):
         return None
-    least, most = length / count / EVEN, length / EVEN
-    named = {
-        run.name: (float(s % length), float(np.clip(WIDER * u, least, most)) if u else 0.0)
-        for run, (s, u) in zip(runs, starts, strict=True)
-    }
-    changed = (
-        replace(r, start=named[r.name][0], start_u=named[r.name][1]) if r.name in named else r
-        for r in bench.campaign.runs
-    )
-    return replace(bench.campaign, runs=tuple(changed))
+    u = np.clip(WIDER * starts[:, 1], length / count / EVEN, length / EVEN) * (starts[:, 1] > 0.0)
+    found = {run.name: (float(s), float(off)) for run, s, off in zip(runs, starts[:, 0] % length, u, strict=True)}
+    stated = {run.name: (run.start, run.start_u) for run in bench.campaign.runs} | found
+    turned = [replace(r, start=stated[r.name][0], start_u=stated[r.name][1]) for r in bench.campaign.runs]
+    return replace(bench.campaign, runs=tuple(turned))
 
 
 def places_tried(bench: Workbench) -> tuple[int, ...]:

@@ -90,8 +90,10 @@ def fit_sets(
         _advance(forward, metric, active, target, sides)
         if race is not None:
             race(fits)
-        else:
-            _require_derivatives(fits)
+            continue
+        for fit in fits:  # derivatives are due where a fit has ended with learned ones
+            if fit.settled and not fit.exact:
+                fit.due, fit.settled = np.ones(len(fit.free), dtype=bool), False
     return fits
 
 
@@ -102,18 +104,12 @@ def _resume(start: Fit) -> Fit:
     return replace(start, vector=np.array(start.vector), due=due, settled=False, failed=0, taken=0)
 
 
-def _require_derivatives(fits: Sequence[Fit]) -> None:
-    """Derivatives are due where a fit has ended with learned ones."""
-    for fit in fits:
-        if fit.settled and not fit.exact:
-            fit.due, fit.settled = np.ones(len(fit.free), dtype=bool), False
-
-
 def _advance(forward, metric, fits: list[Fit], target, sides: Sides) -> None:
     """The derivatives that are due, one prediction for every fit that has them all."""
     begin = [bool(f.due.any()) or not np.isfinite(f.chi2) for f in fits]
     points = [f.vector if b else _proposal(f, sides) for f, b in zip(fits, begin, strict=True)]
-    along = [_directions(f, forward.size) for f in fits]
+    still, every = np.zeros((1, forward.size)), np.eye(forward.size)
+    along = [every[np.array(f.free)[f.due]] if f.due.any() else still for f in fits]
     at = np.concatenate([np.repeat(p[None], len(d), axis=0) for p, d in zip(points, along, strict=True)])
     values, slopes = forward.values_and_slopes(at, np.concatenate(along))
     start = 0
@@ -124,13 +120,6 @@ def _advance(forward, metric, fits: list[Fit], target, sides: Sides) -> None:
             _take_derivatives(fit, metric, values[here][0], slopes[here][: int(fit.due.sum())], target, sides)
         else:
             _accept_or_reject(fit, point, metric, values[here][0], target, sides)
-
-
-def _directions(fit: Fit, size: int) -> np.ndarray:
-    """Along every free parameter whose derivative is due, otherwise one row of zeros."""
-    if not fit.due.any():
-        return np.zeros((1, size))
-    return np.eye(size)[np.array(fit.free)[fit.due]]
 
 
 def _take_derivatives(fit: Fit, metric, values, slopes, target, sides) -> None:

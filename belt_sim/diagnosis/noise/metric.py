@@ -35,25 +35,24 @@ class Metric:
         many, (runs, signals, n) = int(np.prod(x.shape[:-3])), x.shape[-3:]
         each = filled.reshape(many, runs, signals, n).transpose(1, 2, 0, 3)
         # all of them by one matrix product a record
-        white = np.matmul(each, self._in_precision(x.dtype).roots.swapaxes(-1, -2)).transpose(2, 0, 1, 3)
+        roots = (self._single if x.dtype == np.float32 else self).roots
+        white = np.matmul(each, roots.swapaxes(-1, -2)).transpose(2, 0, 1, 3)
         return white.reshape(*x.shape[:-2], signals * n)
 
     def whiten(self, x: np.ndarray) -> np.ndarray:
         """Unit-covariance vector (..., N) of readings or shapes (..., R, S, n)."""
         many = int(np.prod(x.shape[:-3]))
         each, found = x.reshape(many, *x.shape[-3:]), np.empty((many, int(np.prod(x.shape[-3:]))), x.dtype)
-        own = self._in_precision(x.dtype)
+        own = self._single if x.dtype == np.float32 else self
         for start in range(0, many, AT_ONCE):
             white = own.noise_white(each[start : start + AT_ONCE])
-            found[start : start + AT_ONCE] = _shrink(_shrink_runs(white, *own.local), *own.shared)
+            alone, (directions, share) = _shrink_runs(white, *own.local), own.shared
+            found[start : start + AT_ONCE] = alone - ((alone @ directions.T) * share) @ directions
         return found.reshape(*x.shape[:-3], found.shape[1])
-
-    def _in_precision(self, dtype: np.dtype) -> "Metric":
-        """The same in single precision where that is asked for."""
-        return self._single if dtype == np.float32 else self
 
     @cached_property
     def _single(self) -> "Metric":
+        """The same in single precision."""
         if self.roots.dtype == np.float32:
             return self
         local, shared = ((a.astype(np.float32), b.astype(np.float32)) for a, b in (self.local, self.shared))
@@ -62,10 +61,6 @@ class Metric:
     def chi2(self, residual: np.ndarray) -> np.ndarray:
         """Squared length of whitened residuals (..., R, S, n) -> (...)."""
         return np.sum(self.whiten(residual) ** 2, axis=-1)
-
-
-def _shrink(x: np.ndarray, directions: np.ndarray, share: np.ndarray) -> np.ndarray:
-    return x - ((x @ directions.T) * share) @ directions
 
 
 def _shrink_runs(x: np.ndarray, directions: np.ndarray, share: np.ndarray) -> np.ndarray:
@@ -114,13 +109,8 @@ def zero_sigmas(samples: Samples, signal: SignalSheet) -> np.ndarray:
 
 def stiffness_sigma(campaign: Campaign) -> float:
     """Relative uncertainty of F/EI beyond the tension's own: E, and the width (1/b^2)."""
-    belt = campaign.belt
-    return float(
-        np.hypot(
-            belt.youngs_modulus.u / belt.youngs_modulus.value,
-            2.0 * belt.width.u / belt.width.value,
-        )
-    )
+    modulus, width = campaign.belt.youngs_modulus, campaign.belt.width
+    return float(np.hypot(modulus.u / modulus.value, 2.0 * width.u / width.value))
 
 
 def length_sigma(campaign: Campaign, length: float) -> float:

@@ -1,7 +1,7 @@
 """Runs at points as one list of rows, computed a fixed number at a time, those of several programs side by side."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache, partial
 from itertools import zip_longest
@@ -40,11 +40,9 @@ def _do(batches: Sequence[Callable[[], None]]) -> None:
     """Do batches side by side."""
     if len(batches) == 1:
         batches[0]()
-        return
-    begun = [_pool().submit(batch) for batch in batches]
-    wait(begun)
-    for done in begun:
-        done.result()
+    else:
+        for done in [_pool().submit(batch) for batch in batches]:
+            done.result()
 
 
 @cache
