@@ -13,6 +13,7 @@ from belt_sim.case import Case
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.workbench import workbench
+from belt_sim.diagnosis.linear_algebra import basis
 from belt_sim.effects.base import Effect, call_hook
 from belt_sim.effects.library import library
 from belt_sim.effects.pipeline import indicate
@@ -24,6 +25,7 @@ TRAVEL = 40.0  # [m]
 PARITY = 0.05  # share of the contribution that may have the other parity: run-up nonlinearities are smaller
 EXPONENT = 0.2  # late rates follow a power law only in the limit of high tension
 ALIKE = 0.98  # collinearity from which data cannot tell two effects apart
+SEEN = 0.1  # whitened length of a shape that can be seen at all
 SHOWN = 3
 HIGH_TENSION = (4e8, 8e8)  # [Pa]
 
@@ -111,19 +113,14 @@ def _check_collinearity(cls: type[Effect], model: Composition, campaign: Campaig
     base = bench.fit([bench.start((), bench.forward.null())])[0]
     ids = [cls.id, *(c.id for c in others)]
     linearisation = linearise(bench, base, ids)
-    bases = {i: _orthonormal(bench.metric.whiten(linearisation.shapes_of(bench, i))) for i in ids}
+    shapes = {i: bench.metric.whiten(linearisation.shapes_of(bench, i)) for i in ids}
+    bases = {i: basis(rows[np.linalg.norm(rows, axis=1) > SEEN]) for i, rows in shapes.items()}
     own = bases.pop(cls.id)
-    if not own.shape[1]:
+    if not len(own):
         raise InputError(cls.id, "no change", "", "at its scale these readings cannot see it; give a larger scale")
-    cosines = {i: float(np.linalg.norm(b.T @ own, ord=2)) for i, b in bases.items() if b.shape[1]}
+    cosines = {i: float(np.linalg.norm(b @ own.T, ord=2)) for i, b in bases.items() if len(b)}
     worst = sorted(cosines, key=lambda i: -cosines[i])[:SHOWN]
     return [
         f"{cls.id}: collinearity {cosines[i]:.4f} with {i}" + (": your data cannot tell" if cosines[i] > ALIKE else "")
         for i in worst
     ]
-
-
-def _orthonormal(rows: np.ndarray) -> np.ndarray:
-    """Columns (N, k) spanning rows that can be seen at all."""
-    seen = rows[np.linalg.norm(rows, axis=1) > 0.1]
-    return np.linalg.qr(seen.T)[0] if len(seen) else np.empty((rows.shape[1], 0))

@@ -18,8 +18,7 @@ from belt_sim.diagnosis.fits.intervals import profile_intervals
 from belt_sim.diagnosis.fits.plausibility import estimates, estimates_of_single_sizes, is_plausible
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.next_run import Rival
-from belt_sim.diagnosis.search.best_first import row_of
-from belt_sim.diagnosis.search.joint_fits import Trial
+from belt_sim.diagnosis.search import Trial, row_of
 from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.effects.law_file import law_entry
 from belt_sim.provenance import provenance

@@ -19,7 +19,7 @@ from belt_sim.diagnosis.fits.linearisation import Linearisation, linearise
 from belt_sim.diagnosis.fits.null_simulation import chance_inflation
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.readings.sensor_places import first_place_inside_span, shapes_a_span, shows_places
-from belt_sim.diagnosis.search.best_first import Search, row_of
+from belt_sim.diagnosis.search import Search, row_of
 from belt_sim.effects.base import Effect
 from belt_sim.results.discovery import Discovery
 

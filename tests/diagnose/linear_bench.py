@@ -6,9 +6,8 @@ import numpy as np
 
 from belt_sim.campaign import SignalSheet
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.levels import LevelFinder
-from belt_sim.diagnosis.noise.metric import metric_of
+from belt_sim.diagnosis.noise.metric import Levels, metric_of
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.diagnosis.readings.samples import Samples

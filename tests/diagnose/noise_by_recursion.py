@@ -3,7 +3,7 @@
 import numpy as np
 
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.covariance import Levels
+from belt_sim.diagnosis.noise.metric import Levels
 
 
 def errors(

@@ -11,8 +11,7 @@ from small_campaign import CLASSES, MODEL, SHAPE, bench, campaign, examined, q_o
 from belt_sim.diagnosis.fits.heldout import conditions
 from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.diagnosis.search.best_first import MAX_EFFECTS
-from belt_sim.diagnosis.search.joint_fits import fit_best
+from belt_sim.diagnosis.search import MAX_EFFECTS, fit_best
 from studies.paper.case import TEST_RIG
 
 NESTED = 0.05  # in chi2; the fit ends when a round gains less than 0.02

@@ -8,8 +8,7 @@ from linear_bench import SPREAD, WHITE, linear_bench
 
 from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.errors.misreadings import confirm_signs, find_faults, find_misread_run
-from belt_sim.diagnosis.noise.covariance import Levels
-from belt_sim.diagnosis.noise.metric import metric_of
+from belt_sim.diagnosis.noise.metric import Levels, metric_of
 
 COUNT = 40
 S = np.arange(COUNT) / COUNT

@@ -10,9 +10,8 @@ from small_campaign import bench, repeated_bench
 from belt_sim.campaign import Quantity
 from belt_sim.diagnosis.errors.failure_map import cells, validation_uncertainty
 from belt_sim.diagnosis.noise import levels
-from belt_sim.diagnosis.noise.covariance import Levels, Reach, covariance
 from belt_sim.diagnosis.noise.levels import LevelFinder
-from belt_sim.diagnosis.noise.metric import metric_of, nuisance_shapes, stiffness_sigma
+from belt_sim.diagnosis.noise.metric import Levels, Reach, covariance, metric_of, nuisance_shapes, stiffness_sigma
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES
 
 DRAWS = 600

@@ -11,7 +11,7 @@ from belt_sim.diagnosis.fits.fit import Fit, fit_sets
 from belt_sim.diagnosis.fits.linearisation import Linearisation
 from belt_sim.diagnosis.fits.plausibility import has_diverged
 from belt_sim.diagnosis.readings.parameter_vector import Slot
-from belt_sim.diagnosis.search.joint_fits import JointFits, fit_best
+from belt_sim.diagnosis.search import JointFits, fit_best
 
 SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
 UNIT = SimpleNamespace(whiten=lambda x: x.reshape(*x.shape[:-3], -1))

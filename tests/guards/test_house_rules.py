@@ -77,7 +77,7 @@ def test_arrows_point_one_way(part):
 
 
 #: Parts of a diagnosis, from the ground up: each knows those before it and no other.
-STOREYS = ("readings", "noise", "fits", "errors", "decision", "search")
+STOREYS = ("readings", "noise", "fits", "errors", "decision")
 
 
 def test_a_diagnosis_has_these_storeys():
@@ -88,7 +88,7 @@ def test_a_diagnosis_has_these_storeys():
 def test_a_storey_of_a_diagnosis_stands_on_those_below(storey):
     above = {
         f"belt_sim.diagnosis.{s}"
-        for s in (*STOREYS[STOREYS.index(storey) + 1 :], "examine", "describe", "drawings", "admission")
+        for s in (*STOREYS[STOREYS.index(storey) + 1 :], "search", "examine", "describe", "drawings", "admission")
     }
     for path in (ROOT / "belt_sim" / "diagnosis" / storey).glob("*.py"):
         assert not {m for m in imported(path) if m.startswith("belt_sim.diagnosis.")} & above, path.name

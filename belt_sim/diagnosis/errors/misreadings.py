@@ -11,7 +11,7 @@ from belt_sim.campaign import Campaign, Suspicion
 from belt_sim.campaign.quality.cross_run import check_starts, counted_from_yaw
 from belt_sim.campaign.quality.record import records_of
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.covariance import FREE_ZERO
+from belt_sim.diagnosis.noise.metric import FREE_ZERO
 
 CLEARED = 30.0  # chi2 that one record read another way has to clear; no chance among all records does that
 ALONE = 0.1  # share of it that the same may clear in another run: what an effect does, it does in several

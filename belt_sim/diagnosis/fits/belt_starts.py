@@ -14,7 +14,7 @@ import numpy as np
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.linearisation import Linearisation
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.covariance import Levels
+from belt_sim.diagnosis.noise.metric import Levels
 
 HARMONICS = 12  # of the belt's length, at most
 LARGEST = 1e-3  # [m], one sigma of the first harmonic of what comes round; that of others falls with their number

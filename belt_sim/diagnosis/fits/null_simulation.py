@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.diagnosis.fits.linearisation import Linearisation
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.linear_algebra import inverse_roots
-from belt_sim.diagnosis.noise.covariance import SMOOTH
+from belt_sim.diagnosis.noise.metric import SMOOTH
 
 BATCH = 100  # campaigns drawn at a time: 250 of a long record take 0.8 GB more
 SINGLE = np.float32  # of what is drawn: rounded, it is another draw a hair's breadth aside

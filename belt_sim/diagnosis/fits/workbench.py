@@ -8,9 +8,8 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import Fit, Race, Sides, fit_sets
-from belt_sim.diagnosis.noise.covariance import Levels
 from belt_sim.diagnosis.noise.levels import LevelFinder
-from belt_sim.diagnosis.noise.metric import Metric, length_sigma, metric_of, nuisance_shapes
+from belt_sim.diagnosis.noise.metric import Levels, Metric, length_sigma, metric_of, nuisance_shapes
 from belt_sim.diagnosis.readings.additive_effects import choose_harmonics, columns
 from belt_sim.diagnosis.readings.forward import NUISANCES, Forward, choose_step
 from belt_sim.diagnosis.readings.samples import Samples, samples_of

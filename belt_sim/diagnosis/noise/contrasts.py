@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from belt_sim.campaign import SignalSheet
-from belt_sim.diagnosis.noise.covariance import FLOOR, Reach, wander_kernel
+from belt_sim.diagnosis.noise.metric import FLOOR, Reach, wander_kernel
 from belt_sim.diagnosis.readings.samples import Samples
 
 LEAST = 12  # readings of a contrast

@@ -16,7 +16,7 @@ import numpy as np
 
 from belt_sim.campaign import Run, SignalSheet
 from belt_sim.diagnosis.noise.contrasts import Contrast, Scatter, contrast, scatter
-from belt_sim.diagnosis.noise.covariance import FLOOR, SMOOTH, Levels, Reach
+from belt_sim.diagnosis.noise.metric import FLOOR, SMOOTH, Levels, Reach
 from belt_sim.diagnosis.readings.samples import Samples
 
 

@@ -1,4 +1,5 @@
-"""Joint fits of sets of effects to the readings of a campaign, each once.
+"""Best-first search over joint fits of sets of effects: beside the likeliest set every other candidate, then others in
+the place of its members.
 
 A candidate beside a set is screened by what its column takes of the residual; those that promise most are refitted.
 """
@@ -10,12 +11,68 @@ from typing import Self
 
 import numpy as np
 
+from belt_sim.diagnosis.decision.decide import explanations
+from belt_sim.diagnosis.decision.policy import POLICY
+from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, Row
+from belt_sim.diagnosis.fits.belt_starts import places_tried
 from belt_sim.diagnosis.fits.fit import Fit, predicted_gain
+from belt_sim.diagnosis.fits.heldout import held_out, prior_of_fit
 from belt_sim.diagnosis.fits.linearisation import Linearisation, linearise
 from belt_sim.diagnosis.fits.plausibility import has_diverged, is_plausible, prefer_plausible
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.linear_algebra import basis
 from belt_sim.errors import FitError
+
+ROUNDS = 8
+PAIRS = 3  # that are fitted because they promise more together than any effect alone
+MAX_EFFECTS = 4
+
+
+class Search:
+    """fits: about the likeliest set that was found."""
+
+    def __init__(self, bench: Workbench, linearisation: Linearisation, inflation: float) -> None:
+        """linearisation: about the fit of no effect; inflation: as in ``EvidenceTable``."""
+        self.inflation, self.count = inflation, len(bench.forward.classes)
+        price = 2.0 * float(np.log(max(self.count, 1))) + 4.0  # of one size, one in so many candidates [chi2]
+        self.fits = JointFits(bench, price, linearisation, fits={frozenset(): linearisation.fit})
+        self.about: Ids = frozenset()
+
+    def run(self) -> None:
+        """Grow the likeliest set, then look in the place of each of its members, until nothing is likelier.
+
+        Explanations are compared about one point: noise levels, and with them what a gain counts, differ elsewhere.
+        """
+        self.fits.fit_all(self.fits.best_pairs(PAIRS))
+        for _ in range(ROUNDS):
+            best = self._likeliest()
+            if best != self.about:
+                self._move(best)
+            ids = self.fits.fits[best].ids
+            if len(best) < MAX_EFFECTS:
+                self.fits.trials(ids)
+            if self._likeliest() == best:
+                for name in ids:
+                    self.fits.trials(tuple(i for i in ids if i != name))
+                if self._likeliest() == best:
+                    break
+
+    def table(self, checked: bool = True) -> EvidenceTable:
+        """All that is fitted, about where the search stands; checked: with what is predicted of left-out conditions."""
+        fits = [f for f in self.fits.fits.values() if np.isfinite(f.chi2)]
+        rows = tuple(row_of(self.fits.bench, f, checked) for f in fits)
+        return EvidenceTable(candidates=self.count, inflation=self.inflation, damaged=False, rows=rows)
+
+    def _likeliest(self) -> Ids:
+        """The likeliest set about where the search stands."""
+        return frozenset(explanations(self.table(checked=False), POLICY)[0].effects)
+
+    def _move(self, best: Ids) -> None:
+        """Take noise, settings and all subsets about a set."""
+        ids = self.fits.fits[best].ids
+        self.fits, self.about = self.fits.move_to(ids), best
+        self.fits.fit_all([part for k in range(len(ids) + 1) for part in combinations(ids, k)])
+
 
 # Pairs of candidates, all at once in the linear range: where a third effect looks like the sum of two, a search that
 # adds one effect after the other takes the third and never sees the two.
@@ -25,7 +82,7 @@ from belt_sim.errors import FitError
 
 
 FEW = 4  # numbers of an effect, at most; one with more (a free edge profile) looks like no sum of others
-Ids = tuple[str, ...]
+Names = tuple[str, ...]
 
 NESTING = 1.0  # chi2, by which a pair must be ahead of its members
 ALIKE_PAIRS = 1e-9  # of the largest eigenvalue of columns of unit length: those below are sums of the others
@@ -33,7 +90,7 @@ ALIKE_PAIRS = 1e-9  # of the largest eigenvalue of columns of unit length: those
 
 def leading_pairs(
     shapes: Mapping[str, np.ndarray], residual: np.ndarray, price: float, count: int, known: Mapping[frozenset, float]
-) -> list[Ids]:
+) -> list[Names]:
     """At most ``count`` pairs of candidates that promise more than any candidate alone, best first.
 
     shapes: candidate -> whitened shapes (k, N); residual (N,); price: chi2 that each effect must earn; known: gains of
@@ -42,11 +99,11 @@ def leading_pairs(
     gains = linear_gains(shapes, residual)
     scores = {ids: max(gain, known.get(frozenset(ids), 0.0)) - price * len(ids) for ids, gain in gains.items()}
     alone = max((s for ids, s in scores.items() if len(ids) == 1), default=-np.inf)
-    ahead: list[Ids] = [ids for ids, score in scores.items() if len(ids) == 2 and score > alone + NESTING]
+    ahead: list[Names] = [ids for ids, score in scores.items() if len(ids) == 2 and score > alone + NESTING]
     return sorted(ahead, key=lambda ids: -scores[ids])[:count]
 
 
-def linear_gains(shapes: Mapping[str, np.ndarray], residual: np.ndarray) -> dict[Ids, float]:
+def linear_gains(shapes: Mapping[str, np.ndarray], residual: np.ndarray) -> dict[Names, float]:
     """chi2 that every candidate of FEW numbers, and every pair of them, takes of a residual (N,) in the linear range;
     shapes: candidate -> whitened shapes (k, N).
     """
@@ -55,7 +112,7 @@ def linear_gains(shapes: Mapping[str, np.ndarray], residual: np.ndarray) -> dict
     unit = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
     gram, moments, ends = unit @ unit.T, unit @ residual, np.cumsum([0, *map(len, few.values())])
     places = {n: np.arange(*pair) for n, pair in zip(few, pairwise(ends), strict=True)}
-    found: dict[Ids, float] = {}
+    found: dict[Names, float] = {}
     for ids in [*((n,) for n in few), *combinations(few, 2)]:
         own = np.concatenate([places[i] for i in ids])
         inverse = np.linalg.pinv(gram[np.ix_(own, own)], rcond=ALIKE_PAIRS, hermitian=True)
@@ -104,16 +161,16 @@ class JointFits:
     tried: dict[frozenset, list[Trial]] = field(default_factory=dict)
 
     @property
-    def names(self) -> Ids:
+    def names(self) -> Names:
         """All candidates."""
         return tuple(c.id for c in self.bench.forward.classes)
 
-    def fit(self, ids: Ids) -> Fit:
+    def fit(self, ids: Names) -> Fit:
         """The best joint fit of a set that was found."""
         self.fit_all([ids])
         return self.fits[frozenset(ids)]
 
-    def fit_all(self, sets: Sequence[Ids]) -> None:
+    def fit_all(self, sets: Sequence[Names]) -> None:
         """Fit those of ``sets`` that were not yet, from where they stood before, or else from the nearest superset."""
         new = {frozenset(ids): ids for ids in sets if frozenset(ids) not in self.fits}
         begun = [(key, start) for key, ids in new.items() for start in self._starts_of(key, ids)]
@@ -123,7 +180,7 @@ class JointFits:
                 best[key] = fit
         self.fits |= dict(zip(best, prefer_plausible(self.bench, list(best.values())), strict=True))
 
-    def best_pairs(self, count: int) -> list[Ids]:
+    def best_pairs(self, count: int) -> list[Names]:
         """At most ``count`` pairs of candidates that promise more in the linear range than any effect alone."""
         shapes = {n: self.bench.metric.whiten(self.linearisation.shapes_of(self.bench, n)) for n in self.names}
         known: dict[frozenset, float] = {}
@@ -134,7 +191,7 @@ class JointFits:
                 known |= {frozenset([t.id, n]): t.gain + gain for n, gain in gains.items()}
         return leading_pairs(shapes, self.fit(()).residual, self.price, count, known)
 
-    def move_to(self, ids: Ids) -> Self:
+    def move_to(self, ids: Names) -> Self:
         """The same with nuisances and noise taken at the fit of a set, which is another there: until it stays."""
         moved = self._move_once(ids)
         for _ in range(MOVES):
@@ -143,14 +200,14 @@ class JointFits:
             self, moved = moved, moved._move_once(ids)
         return moved
 
-    def _move_once(self, ids: Ids) -> Self:
+    def _move_once(self, ids: Names) -> Self:
         bench = self.bench.moved_to(self.fit(ids).vector)
         known = {key: f for key, f in self.starts.items() if key not in self.fits}
         known |= {key: f for key, f in self.fits.items() if np.isfinite(f.chi2)}
         starts = {key: _transfer(f, bench) for key, f in known.items()}
         return replace(self, bench=bench, starts=starts, fits={}, tried={})
 
-    def trials(self, ids: Ids) -> list[Trial]:
+    def trials(self, ids: Names) -> list[Trial]:
         """Every other candidate beside ``ids``."""
         key = frozenset(ids)
         if key not in self.tried:
@@ -182,7 +239,7 @@ class JointFits:
             raise FitError(f"refit of {name} beside {current.ids}: chi2 rose by {-gain:.3g}; the optimiser failed")
         return Trial(name, fit, max(gain, 0.0))
 
-    def _starts_of(self, key: frozenset, ids: Ids) -> list[Fit]:
+    def _starts_of(self, key: frozenset, ids: Names) -> list[Fit]:
         """Where a set begins: where it stood, and where the best larger one has its effects, which may add nothing to
         them; or else at null, and where each of them stood by itself: a gap or a place that is off by far keeps a refit
         from the best point.
@@ -198,7 +255,7 @@ class JointFits:
         alone = [self._start_from(ids, single)] if len(key) > 1 and single else []
         return [self._start_from(ids, {}), *alone]
 
-    def _start_from(self, ids: Ids, known: Mapping[str, Fit]) -> Fit:
+    def _start_from(self, ids: Names, known: Mapping[str, Fit]) -> Fit:
         """A fit of ``ids`` to begin at null, with the numbers of some effects as other fits have them."""
         vector = self.bench.forward.null()
         for name, fit in known.items():
@@ -373,4 +430,31 @@ def _gauss_newton_step(start: Fit) -> Fit:
         residual=residual,
         chi2=float(residual @ residual),
         values=start.values + np.einsum("k,krsn->rsn", step, start.slopes),
+    )
+
+
+# A joint fit as a row of the table of evidence.
+
+
+def row_of(bench: Workbench, fit: Fit, checked: bool) -> Row:
+    """What a decision needs to know of a fit; checked: with what it predicts of left-out conditions."""
+    slots = [bench.forward.slots[k] for k in fit.free]
+    columns = fit.columns.reshape(len(slots), len(fit.residual))
+    left_out = held_out(bench, fit) if checked else {}
+    _, sigma, away = prior_of_fit(bench, fit)
+    scanned = {position: len(values) for name in fit.ids for position, values in bench.forward.grids(name).items()}
+    turned = places_tried(bench) if any(s.effect.comes_round for s in slots) else ()
+    kept = [k for k, position in enumerate(fit.free) if position not in scanned]
+    sized = np.array([not (s.only_shapes or s.effect.is_additive()) for s in slots], dtype=bool)
+    return Row(
+        ids=frozenset(fit.ids),
+        chi2=float(fit.chi2),
+        gram=(columns @ columns.T)[np.ix_(kept, kept)],
+        away=away[kept],
+        sigma=sigma[kept],
+        owner=tuple(slots[k].effect.id for k in kept),
+        sized=sized[kept],
+        scanned=(*scanned.values(), *turned),
+        plausible=not slots or is_plausible(bench.forward, fit),
+        held_out={n: c.surprise for n, c in left_out.items() if c.testable},
     )

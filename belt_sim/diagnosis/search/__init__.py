@@ -1,1 +1,0 @@
-"""The search: joint fits of sets of effects, the likeliest first."""
