@@ -40,16 +40,12 @@ def couple_at(line: Line, upper: bool, share) -> UnitLoad:
 
 def uniform_force(line: Line, upper: bool) -> UnitLoad:
     """1 N/m towards +y all along."""
-    h = line.span_length / 2**DOUBLINGS
-    pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)
-    return _spread_load(line, upper, [0, 1], pair)
+    return _spread_load(line, upper, [0, 1])
 
 
 def uniform_roll_couple(line: Line, upper: bool) -> UnitLoad:
     """1 N m per m about the long axis all along, lifting the side y > 0."""
-    h = line.span_length / 2**DOUBLINGS
-    pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)
-    return _spread_load(line, upper, [2, 3], pair)
+    return _spread_load(line, upper, [2, 3])
 
 
 def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
@@ -63,8 +59,10 @@ def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
     return curvature_along(nodes, line.span_length, line.sag_roll * line.sag_curvature)[..., 0]
 
 
-def _spread_load(line: Line, upper: bool, fields: list[int], pair: np.ndarray) -> UnitLoad:
-    """The same load on every element: ``pair``, shape (batch, 4), goes to these fields of its two nodes."""
+def _spread_load(line: Line, upper: bool, fields: list[int]) -> UnitLoad:
+    """1 a metre on these fields, a value and its slope, of every element's two nodes."""
+    h = line.span_length / 2**DOUBLINGS
+    pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)
     loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
     loads[:, :-1, fields] += pair[:, None, :2]
     loads[:, 1:, fields] += pair[:, None, 2:]
@@ -110,7 +108,8 @@ def _solve(line: Line, upper: bool, loads: np.ndarray) -> tuple[np.ndarray, np.n
     stiffness = element(line.span_length / 2**DOUBLINGS, line.bending, line.force, line.torsion, coupling)
     a, b = stiffness[:, :4, :4], stiffness[:, :4, 4:]
     c, d = stiffness[:, 4:, :4], stiffness[:, 4:, 4:]
-    off, up = _compliance(line, upper)
+    pairs = zip(line.end_compliance(True), line.end_compliance(False), strict=True)
+    off, up = (_on_span(line, upper, tail, head) for tail, head in pairs)
     first = _end(a, b, loads[:, 0], off)
     last = _end(d, c, loads[:, -1], up)
     count = loads.shape[1]
@@ -142,13 +141,3 @@ def _end(own: np.ndarray, other: np.ndarray, load: np.ndarray, yields: np.ndarra
     force[:, _COUPLES] = -np.einsum("bij,bj->bi", yields, load[:, _COUPLES])
     diagonal[:, _FREE], beside[:, _FREE], force[:, _FREE] = own[:, _FREE], other[:, _FREE], load[:, _FREE]
     return diagonal, beside, force
-
-
-def _compliance(line: Line, upper: bool) -> tuple[np.ndarray, np.ndarray]:
-    """How run-off and run-up of a span give way, (batch, 2, 2) each."""
-    if not np.any(line.layer):
-        held = np.zeros((len(line.stress), 2, 2))
-        return held, held
-    pairs = zip(line.end_compliance(True), line.end_compliance(False), strict=True)
-    off, up = (_on_span(line, upper, tail, head) for tail, head in pairs)
-    return off, up
