@@ -1,6 +1,6 @@
 """Measured campaigns on disk, format belt-campaign/1: read, validate, write, and look for dirty data."""
 
-from belt_sim.campaign.problems import CampaignError, Problem
+from belt_sim.campaign.problems import CampaignError
 from belt_sim.campaign.quality import leave_out_bad_readings, suspicions
 from belt_sim.campaign.quality.record import Suspicion
 from belt_sim.campaign.read import read_campaign
@@ -23,7 +23,6 @@ __all__ = [
     "Campaign",
     "CampaignError",
     "Machine",
-    "Problem",
     "Quantity",
     "Run",
     "SettingsSheet",

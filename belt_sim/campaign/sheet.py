@@ -37,9 +37,11 @@ NAME = re.compile(r"\w[\w.+ -]*")
 
 
 class Entry(BaseModel):
-    """A mapping of the sheet: unknown keys and non-finite numbers are refused."""
+    """A mapping of a file: unknown keys and non-finite numbers are refused; ``schema_`` is the key schema."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, allow_inf_nan=False, alias_generator=lambda name: name.rstrip("_")
+    )
 
 
 class QuantityEntry(Entry):
@@ -192,10 +194,6 @@ class CampaignEntry(Entry):
     belt: BeltEntry
     signals: dict[Annotated[str, AfterValidator(check_signal_name)], SignalEntry] = {}
     settings: SettingsEntry = SettingsEntry()
-
-    model_config = ConfigDict(
-        extra="forbid", frozen=True, allow_inf_nan=False, alias_generator=lambda name: name.rstrip("_")
-    )
 
 
 FILE = "campaign.yaml"

@@ -75,7 +75,10 @@ def _entries(spec: Any) -> list:
     if isinstance(spec, (str, Path)):
         text = str(spec)
         if text.endswith((".yaml", ".yml")):
-            return _read_yaml(Path(text))
+            path = Path(text)
+            if not path.is_file():
+                raise InputError("effects", text, "", "no such file; a diagnosis writes one as effects.yaml")
+            return [_relative_to(path, item) for item in entries_of(path.read_bytes(), text)]
         return [text]
     if isinstance(spec, Mapping):
         return _as_list(spec["effects"]) if "effects" in spec else [spec]
@@ -108,12 +111,6 @@ def split_entry(item: Any) -> tuple[str, dict[str, Any]]:
     if not isinstance(parameters, Mapping):
         raise InputError(f"effects.{item['id']}.parameters", parameters, "", "write name: number, one a line")
     return str(item["id"]), numbers | {str(k): v for k, v in parameters.items()}
-
-
-def _read_yaml(path: Path) -> list:
-    if not path.is_file():
-        raise InputError("effects", str(path), "", "no such file; a diagnosis writes one as effects.yaml")
-    return [_relative_to(path, item) for item in entries_of(path.read_bytes(), str(path))]
 
 
 def entries_of(data: bytes, name: str) -> list:
@@ -150,8 +147,12 @@ def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
     for name, value in numbers.items():
         if name not in cls.parameters:
             raise InputError(f"effects.{cls.id}.{name}", value, "", f"its parameters are {', '.join(cls.parameters)}")
-        unit, remedy = cls.parameters[name].unit, "give a finite number (write 2.0e-5, not 2e-5)"
-        _refuse_absurd(cls, name, finite(f"effects.{cls.id}.{name}", value, unit, remedy))
+        where, parameter = f"effects.{cls.id}.{name}", cls.parameters[name]
+        finite(where, value, parameter.unit, "give a finite number (write 2.0e-5, not 2e-5)")
+        low, high = parameter.plausible
+        if abs(value) > (most := BEYOND * max(abs(low), abs(high))):
+            remedy = f"give at most {most:g} {parameter.unit}; {low:g} to {high:g} is plausible"
+            raise InputError(where, f"{value:g}", parameter.unit, remedy)
     built = cls(**{n: float(v) for n, v in numbers.items()})
     if built.is_null():
         example = next(iter(cls.parameters))
@@ -159,16 +160,6 @@ def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
             "effects", cls.id, "", f"it would do nothing; give numbers, e.g. effects=[{{id:{cls.id},{example}:...}}]"
         )
     return built
-
-
-def _refuse_absurd(cls: type[Effect], name: str, value: float) -> None:
-    """No machine is a hundred times beyond what is plausible."""
-    parameter = cls.parameters[name]
-    most = BEYOND * max(abs(p) for p in parameter.plausible)
-    if abs(value) > most:
-        low, high = parameter.plausible
-        remedy = f"give at most {most:g} {parameter.unit}; {low:g} to {high:g} is plausible"
-        raise InputError(f"effects.{cls.id}.{name}", f"{value:g}", parameter.unit, remedy)
 
 
 # Effects in a user's own Python file: what is wrong with one is said in a line with file, line and remedy.

@@ -7,21 +7,8 @@ write(proposal, "my_campaign")
 """
 
 from belt_sim.importing.build import Proposal, understand
-from belt_sim.importing.roles import UsedColumn
 from belt_sim.importing.tables import read
-from belt_sim.importing.types import Column, LoggedTable, LoggedTables, NoiseRead, Question
+from belt_sim.importing.types import LoggedTables, Question
 from belt_sim.importing.write import mapping_text, write
 
-__all__ = [
-    "Column",
-    "LoggedTable",
-    "LoggedTables",
-    "NoiseRead",
-    "Proposal",
-    "Question",
-    "UsedColumn",
-    "mapping_text",
-    "read",
-    "understand",
-    "write",
-]
+__all__ = ["LoggedTables", "Proposal", "Question", "mapping_text", "read", "understand", "write"]

@@ -4,10 +4,11 @@ from collections.abc import Mapping as AnyMapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
+from pydantic import AfterValidator, BeforeValidator, ValidationError, model_validator
 
 from belt_sim.campaign.marked_yaml import REMEDIES, MarkedYaml, parse, validation_problem
 from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
+from belt_sim.campaign.sheet import Entry
 from belt_sim.campaign.types import place_text
 from belt_sim.errors import InputError
 from belt_sim.importing.types import ROLES
@@ -20,26 +21,20 @@ FILE = "mapping.yaml"
 Text = Annotated[str, BeforeValidator(lambda v: v if v is None else str(v))]
 
 
-class MappingPart(BaseModel):
-    """A mapping of the file: unknown keys are refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class SourceMapping(MappingPart):
+class SourceMapping(Entry):
     kind: Literal["measured", "digitised", "synthetic"] = "measured"
     reference: str = ""
     licence: str = ""
 
 
-class MachineMapping(MappingPart):
+class MachineMapping(Entry):
     centre_distance: Text | None = None
     pulley_radius: Text | None = None
     head_radius: Text | None = None
     tail_radius: Text | None = None
 
 
-class BeltMapping(MappingPart):
+class BeltMapping(Entry):
     width: Text | None = None
     thickness: Text | None = None
     youngs_modulus: Text | None = None
@@ -47,19 +42,19 @@ class BeltMapping(MappingPart):
     poisson_ratio: Text | None = None
 
 
-class FormatEntry(MappingPart):
+class FormatEntry(Entry):
     separator: str | None = None
     decimal: Literal[".", ","] | None = None
     encoding: str | None = None
     missing: list[float] | float | None = None
 
 
-class WanderMapping(MappingPart):
+class WanderMapping(Entry):
     sd: Text
     length_m: Text
 
 
-class AxisEntry(MappingPart):
+class AxisEntry(Entry):
     """Two marks of an axis of a digitised picture; u: one sigma of reading it, in pixels."""
 
     pixel: tuple[float, float]
@@ -94,7 +89,7 @@ def _factor(factor: float) -> float:
     return factor
 
 
-class ColumnEntry(MappingPart):
+class ColumnEntry(Entry):
     role: Annotated[str, AfterValidator(_role)] | None = None
     unit: str | None = None
     at: Annotated[str | None, BeforeValidator(place_text)] = None
@@ -110,7 +105,7 @@ class ColumnEntry(MappingPart):
     axis: AxisEntry | None = None
 
 
-class RunEntry(MappingPart):
+class RunEntry(Entry):
     name: str | None = None
     tension: Text | None = None
     yaw: Text | None = None
@@ -126,12 +121,12 @@ class RunEntry(MappingPart):
     skip: bool = False
 
 
-class SettingsMapping(MappingPart):
+class SettingsMapping(Entry):
     tension_rel: Text | None = None
     yaw: Text | None = None
 
 
-class MappingEntry(MappingPart):
+class MappingEntry(Entry):
     schema_: Literal["belt-mapping/1"] = "belt-mapping/1"
     title: str | None = None
     source: SourceMapping = SourceMapping()
@@ -145,10 +140,6 @@ class MappingEntry(MappingPart):
     step_m: Text | None = None
     start: Literal["yaw", "as_logged"] = "yaw"
     spikes: Literal["leave_out", "keep"] = "leave_out"
-
-    model_config = ConfigDict(
-        extra="forbid", frozen=True, allow_inf_nan=False, alias_generator=lambda name: name.rstrip("_")
-    )
 
 
 def mapping_of(stated: Any) -> MappingEntry:

@@ -85,16 +85,19 @@ def _lead_of(tail: Record, head: Record, span: float) -> Lead | None:
 def check_leads(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     """Return exchanged columns, turned signs and slipped yaw units, from the lead of the tail over the head."""
     span = span_of(campaign)
-    of_run: dict[str, dict[str, Record]] = defaultdict(dict)
-    for record in records:
-        of_run[record.run.name].setdefault(record.sheet.at, record)
     found: dict[tuple[str | None, str | None], Suspicion] = {}
     for tail, head in TAIL_AND_HEAD:
-        pairs = [(r[tail], r[head]) for r in of_run.values() if tail in r and head in r]
-        leads = [lead for pair in pairs if (lead := _lead_of(*pair, span)) is not None]
+        leads = [lead for pair in _pairs(records, tail, head) if (lead := _lead_of(*pair, span)) is not None]
         for suspicion in _judge(leads):
             found.setdefault((suspicion.run, suspicion.kind), suspicion)
     return list(found.values())
+
+
+def _pairs(records: list[Record], one: str, other: str) -> list[tuple[Record, Record]]:
+    """Return the records of two places in every run that has both; of two sensors at a place, the first."""
+    at, also = ({r.run.name: r for r in reversed(records) if r.sheet.at == place} for place in (one, other))
+    runs = dict.fromkeys(r.run.name for r in records)
+    return [(at[run], also[run]) for run in runs if run in at and run in also]
 
 
 def _judge(leads: list[Lead]) -> list[Suspicion]:
@@ -202,15 +205,9 @@ def check_wraps(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     """Return exchanged points of one pulley: the run-off must repeat the run-up one wrapped arc later, not earlier."""
     machine = campaign.machine
     arcs = {("point_1", "point_2"): machine.tail_radius.value, ("point_3", "point_4"): machine.head_radius.value}
-    of_run: dict[str, dict[str, Record]] = defaultdict(dict)
-    for record in records:
-        of_run[record.run.name].setdefault(record.sheet.at, record)
     found = []
     for places, radius in arcs.items():
-        for of_place in of_run.values():
-            if not all(place in of_place for place in places):
-                continue
-            up, off = (of_place[place] for place in places)
+        for up, off in _pairs(records, *places):
             if up.run.direction < 0:
                 up, off = off, up
             early = _misfit(up, off, math.pi * radius)
@@ -235,13 +232,10 @@ def _misfit(up: Record, off: Record, arc: float) -> float:
 def check_places(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     """Return signals stated at one place that differ, and signals stated at two places that agree."""
     of_pair: dict[tuple[str, str], list[tuple[Record, Record]]] = defaultdict(list)
-    of_run: dict[str, list[Record]] = defaultdict(list)
-    for record in records:
-        of_run[record.run.name].append(record)
-    for own in of_run.values():
-        for a, b in combinations(own, 2):
-            if a.sheet.kind == b.sheet.kind == "lateral" and min(len(a.travel), len(b.travel)) >= FEWEST:
-                of_pair[a.sheet.name, b.sheet.name].append((a, b))
+    judged = [r for r in records if r.sheet.kind == "lateral" and len(r.travel) >= FEWEST]
+    for a, b in combinations(judged, 2):
+        if a.run.name == b.run.name:
+            of_pair[a.sheet.name, b.sheet.name].append((a, b))
     found = []
     for names, pairs in of_pair.items():
         sentence = _same(pairs) if pairs[0][0].sheet.at == pairs[0][1].sheet.at else _different(campaign, pairs)
