@@ -82,7 +82,6 @@ def require_text(text: str) -> str:
 
 
 Line = Annotated[str, AfterValidator(to_one_line)]
-CentreDistance = Annotated[QuantityEntry, in_range(plausible.CENTRE_DISTANCE)]
 Radius = Annotated[QuantityEntry, in_range(plausible.RADIUS)]
 
 
@@ -93,7 +92,7 @@ class SourceEntry(Entry):
 
 
 class MachineEntry(Entry):
-    centre_distance: CentreDistance
+    centre_distance: Annotated[QuantityEntry, in_range(plausible.CENTRE_DISTANCE)]
     pulley_radius: Radius | None = None
     head_radius: Radius | None = None
     tail_radius: Radius | None = None
@@ -239,7 +238,9 @@ def read_sheet(text: str, problems: list[Problem]) -> tuple[Campaign | None, fro
     try:
         entry = CampaignEntry.model_validate(marked.tree)
     except ValidationError as error:
-        problems.extend(_problem(details, marked) for details in error.errors())
+        for details in error.errors():
+            path: Path = tuple(str(part) for part in details["loc"] if part != "[key]")
+            problems.append(validation_problem(details, path, marked, FILE, CampaignEntry, examples=EXAMPLES))
         return None, names
     sheet = _sheet(entry) if len(problems) == before else None
     if sheet is not None:
@@ -260,11 +261,6 @@ def _beyond_their_ends(sheet: Campaign, marked: MarkedYaml) -> list[Problem]:
             line = marked.line(("signals", signal.name, "at"))
             found.append(Problem(file=FILE, line=line, name=name, value=place.distance, unit="m", remedy=remedy))
     return found
-
-
-def _problem(details, marked: MarkedYaml) -> Problem:
-    path: Path = tuple(str(part) for part in details["loc"] if part != "[key]")
-    return validation_problem(details, path, marked, FILE, CampaignEntry, examples=EXAMPLES)
 
 
 def _sheet(entry: CampaignEntry) -> Campaign:

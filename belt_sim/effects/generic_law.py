@@ -198,14 +198,10 @@ def _wrap(self, runoff, state, case):
     return runoff
 
 
-def _kinds(self: GenericLaw) -> list[str]:
-    """The relative changes of the spans that a law has: tension, bending, torsion."""
-    return list(dict.fromkeys(t.place.relative for _, t in self.terms(*RELATIVE)))
-
-
 def _influence(self, span, case):
     """Return the curvature at the run-up per unit of the boundary values, and what each change adds."""
-    return response(span).runup, [curvatures_by_change(span, case, kind) for kind in _kinds(self)]
+    changes = dict.fromkeys(t.place.relative for _, t in self.terms(*RELATIVE))  # tension, bending, torsion
+    return response(span).runup, [curvatures_by_change(span, case, kind) for kind in changes]
 
 
 def _bend(self, bend, boundary, known, case):

@@ -33,7 +33,9 @@ class Trace:
 def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
     """Noise of one signal from all runs that have it; span [m]."""
     own = [r for r in runs if signal in r.signals and np.isfinite(r.signals[signal]).sum() >= 3]
-    by_run = {r.name: _white(_there(r, signal)) for r in own}
+    there = {r.name: r.signals[signal][np.isfinite(r.signals[signal])] for r in own}
+    # by the median second difference, by their rms where most are rounded away
+    by_run = {name: scatter(y) or float(np.sqrt(np.mean(np.diff(y, 2) ** 2) / 6.0)) for name, y in there.items()}
     white = float(np.median([*by_run.values()])) if own else 0.0
     told = f"the scatter from sample to sample in {len(own)} run{'s' if len(own) != 1 else ''}"
     pairs = _pairs(own, signal)
@@ -44,7 +46,7 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
         traces = [t for t in traces if len(t.travel) >= FEWEST]
         source = "what a smooth curve leaves of single runs: a lower bound; repeat a run to know better"
     wander, length, white = _levels(traces, white)
-    steps = [resolution(_there(r, signal)) for r in own]
+    steps = map(resolution, there.values())
     white = max(white, min((s for s in steps if s > 0.0), default=0.0) / float(np.sqrt(12.0)), 1e-9)
     wander = wander if wander > FAINT * white else 0.0
     zero, zero_from = _zero(pairs, white, wander)
@@ -58,16 +60,6 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
         zero_from=zero_from,
         by_run=by_run,
     )
-
-
-def _there(run: Run, signal: str) -> np.ndarray:
-    """The readings that are not blank."""
-    return run.signals[signal][np.isfinite(run.signals[signal])]
-
-
-def _white(y: np.ndarray) -> float:
-    """Scatter from sample to sample by the median second difference, by their rms where most are rounded away."""
-    return scatter(y) or float(np.sqrt(np.mean(np.diff(y, 2) ** 2) / 6.0))
 
 
 def _trace(run: Run, signal: str) -> Trace:

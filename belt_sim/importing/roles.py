@@ -163,7 +163,8 @@ def _directions(values: np.ndarray) -> np.ndarray | None:
 def _join_dates(columns: list[Column]) -> list[Column]:
     """A column of dates and one of times of day as one time, so that a night does not begin a new run."""
     times = [k for k, c in enumerate(columns) if c.role == "time" and not c.is_text]
-    dates = [k for k in times if _whole_days(columns[k].values)]
+    there = {k: columns[k].values[np.isfinite(columns[k].values)] for k in times}
+    dates = [k for k, s in there.items() if len(s) and np.all((s > DAY) & (s % DAY == 0.0))]
     clocks = [k for k in times if k not in dates and np.nanmax(columns[k].values) < DAY]
     if not dates or not clocks:
         return columns
@@ -171,11 +172,6 @@ def _join_dates(columns: list[Column]) -> list[Column]:
     columns[dates[0]] = replace(date, role="ignore", unit="", why=f"in {clock.name} with the time of day")
     columns[clocks[0]] = replace(clock, values=date.values + clock.values, why=f"its name, with {date.name}")
     return columns
-
-
-def _whole_days(values: np.ndarray) -> bool:
-    there = values[np.isfinite(values)]
-    return len(there) > 0 and bool(np.all(there > DAY) and np.all(there % DAY == 0.0))
 
 
 def _unit_by_size(column: Column, role: str) -> tuple[str, str]:

@@ -66,7 +66,9 @@ def measure_campaign(
     readings, dirt = _readings(plan, noise, base, errors, what, streams[3])
     campaign = build_campaign(plan, noise, readings, title, "belt-sim virtual-rig engine=line")
     salt = streams[4].bytes(_SALT_BYTES).hex()
-    return campaign, describe_truth(seed, base, what, noise, errors, dirt, salt, name, unstated_settings(plan))
+    unstated = {"start": [run.start for run in plan.runs]} if any(run.start for run in plan.runs) else {}
+    unstated |= {"zero_at_start": [1.0]} if plan.zero_at_start else {}
+    return campaign, describe_truth(seed, base, what, noise, errors, dirt, salt, name, unstated)
 
 
 def _readings(plan: Plan, noise: Noise, base: str, errors: TrueErrors, what: HiddenFaults, rng):
@@ -102,12 +104,6 @@ def build_campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str, r
         settings=noise.settings,
         runs=tuple(runs),
     )
-
-
-def unstated_settings(plan: Plan) -> dict[str, list[float]]:
-    """What a plan keeps from its file: where on the belt every run starts [m], and zeros set at the record's start."""
-    start = {"start": [run.start for run in plan.runs]} if any(run.start for run in plan.runs) else {}
-    return start | ({"zero_at_start": [1.0]} if plan.zero_at_start else {})
 
 
 def describe_truth(

@@ -140,20 +140,16 @@ def check_starts(
             sentence += "; take its readings from where the point was when the yaw was applied"
             found.append(Suspicion(run, (signal,), "shifted", sentence))
         rest = [run for run in score if run not in off]
-        forgotten = curvature_share == 0.0 and all(r.sheet.zero == 0.0 for r in records if r.sheet.name == signal)
+        zeros = {r.sheet.zero for r in records if r.sheet.name == signal}
+        forgotten = curvature_share == 0.0 and zeros == {0.0}
         limit = FORGOTTEN if forgotten else UNSTATED
         if len(rest) >= FEWEST_RUNS and np.sqrt(np.mean([min(score[r], 20.0) ** 2 for r in rest])) > limit:
-            found.append(_zero_suspicion(signal, [starts[r][0] for r in rest], records))
+            size, zero = float(np.sqrt(np.mean([starts[r][0] ** 2 for r in rest]))), max(zeros)
+            stated = f"states zero: {zero / MM:g} mm" if zero > 0.0 else "states no zero"
+            sentence = f"its runs begin {size / MM:.2g} mm (rms) off y = 0, while the sheet {stated}: "
+            sentence += "the zero of every run is what is left when belt and effects are fitted"
+            found.append(Suspicion(None, (signal,), "zero", sentence, "look"))
     return found
-
-
-def _zero_suspicion(signal: str, starts: list[float], records: list[Record]) -> Suspicion:
-    zero = next(r.sheet.zero for r in records if r.sheet.name == signal)
-    size = float(np.sqrt(np.mean(np.square(starts))))
-    stated = f"states zero: {zero / MM:g} mm" if zero > 0.0 else "states no zero"
-    sentence = f"its runs begin {size / MM:.2g} mm (rms) off y = 0, while the sheet {stated}: "
-    sentence += "the zero of every run is what is left when belt and effects are fitted"
-    return Suspicion(None, (signal,), "zero", sentence, "look")
 
 
 def counted_from_yaw(records: list[Record]) -> list[Record]:

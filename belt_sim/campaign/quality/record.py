@@ -321,7 +321,8 @@ def check_noise(records: list[Record]) -> list[Suspicion]:
     found = []
     for signal, of_run in ratios.items():
         off = {run: r for run, r in of_run.items() if _is_other_magnitude(r)}
-        odd = {run for run, r in of_run.items() if _is_other_magnitude(r / _usual(of_run, run))}
+        others = {run: [r for name, r in of_run.items() if name != run] or [1.0] for run in of_run}
+        odd = {run for run, r in of_run.items() if _is_other_magnitude(r / float(np.median(others[run])))}
         alone = {run: r for run, r in off.items() if run in odd} if odd <= set(off) else off
         if len(alone) < len(off):
             typical = float(np.median(list(of_run.values())))
@@ -337,12 +338,6 @@ def check_noise(records: list[Record]) -> list[Suspicion]:
 def _is_other_magnitude(ratio: float) -> bool:
     """Return whether a ratio is of another magnitude."""
     return not 1.0 / NOISE_FACTOR < ratio < NOISE_FACTOR
-
-
-def _usual(of_run: dict[str, float], run: str) -> float:
-    """Return the median ratio of scatter to stated noise in the other runs; 1 if there is none."""
-    others = [r for name, r in of_run.items() if name != run]
-    return float(np.median(others)) if others else 1.0
 
 
 def _size_out_of_scale(signal: str, records: list[Record]) -> bool:
