@@ -56,46 +56,42 @@ def parse(text: str, file: str, problems: list[Problem]) -> MarkedYaml | None:
     if root is None:
         problems.append(Problem(file=file, remedy="the file is empty; state schema, title, machine, belt"))
         return None
-    walk = _Walk(file, problems)
-    return MarkedYaml(walk.plain(root, ()), walk.lines)
+    return _walk(root, file, problems)
 
 
-class _Walk:
-    def __init__(self, file: str, problems: list[Problem]) -> None:
-        self.file, self.problems = file, problems
-        self.lines: dict[Path, int] = {}
-        self._seen: set[int] = set()
+def _walk(root: yaml.Node, file: str, problems: list[Problem]) -> MarkedYaml:
+    """The values under a node, with their lines."""
+    lines: dict[Path, int] = {}
+    seen: set[int] = set()
 
-    def plain(self, node: yaml.Node, path: Path) -> object:
+    def refuse(line: int, path: Path, remedy: str) -> None:
+        problems.append(Problem(file=file, line=line, name=".".join(path), remedy=remedy))
+
+    def plain(node: yaml.Node, path: Path) -> object:
         line = node.start_mark.line + 1
-        self.lines.setdefault(path, line)
-        if id(node) in self._seen:
-            self._refuse(line, path, "write the value out; anchors and aliases are not read here")
+        lines.setdefault(path, line)
+        if id(node) in seen:
+            refuse(line, path, "write the value out; anchors and aliases are not read here")
             return None
-        self._seen.add(id(node))
-        if isinstance(node, yaml.MappingNode):
-            return self._mapping(node, path)
+        seen.add(id(node))
         if isinstance(node, yaml.SequenceNode):
-            return [self.plain(item, (*path, str(i))) for i, item in enumerate(node.value)]
-        return None if node.tag == "tag:yaml.org,2002:null" else node.value
-
-    def _mapping(self, node: yaml.MappingNode, path: Path) -> dict[str, object]:
+            return [plain(item, (*path, str(i))) for i, item in enumerate(node.value)]
+        if not isinstance(node, yaml.MappingNode):
+            return None if node.tag == "tag:yaml.org,2002:null" else node.value
         out: dict[str, object] = {}
         for key, value in node.value:
             line = key.start_mark.line + 1
+            inner = (*path, str(key.value))
             if not isinstance(key, yaml.ScalarNode):
-                self._refuse(line, path, "a key must be one word")
-                continue
-            inner = (*path, key.value)
-            if key.value in out:
-                self._refuse(line, inner, f"stated twice, first in line {self.lines[inner]}; keep one")
-                continue
-            self.lines[inner] = line
-            out[key.value] = self.plain(value, inner)
+                refuse(line, path, "a key must be one word")
+            elif key.value in out:
+                refuse(line, inner, f"stated twice, first in line {lines[inner]}; keep one")
+            else:
+                lines[inner] = line
+                out[key.value] = plain(value, inner)
         return out
 
-    def _refuse(self, line: int, path: Path, remedy: str) -> None:
-        self.problems.append(Problem(file=self.file, line=line, name=".".join(path), remedy=remedy))
+    return MarkedYaml(plain(root, ()), lines)
 
 
 #: pydantic's type of error -> what to do about it.

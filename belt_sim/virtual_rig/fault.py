@@ -202,15 +202,12 @@ class UnmodelledFault(Fault):
     time_since_step, yaw, curvature, contact_angle, y, belt_phase, pulley_phase, wave, speed or tension; form, how:
     constant, linear, power, saturating, threshold, exponential, periodic or random; also: other pairs (variable, form)
     that are as right.
-
-    blind: made for blind tests, after the development set that a fitter may have seen.
     """
 
     place: ClassVar[str] = ""
     variable: ClassVar[str] = ""
     form: ClassVar[str] = ""
     also: ClassVar[tuple[tuple[str, str], ...]] = ()
-    blind: ClassVar[bool] = True
 
 
 # Numbers of a plan from which shapes are drawn.

@@ -57,7 +57,6 @@ class FrameTwist(UnmodelledFault):
 class YawCreep(UnmodelledFault):
     """The steering relaxes after its step: share (1 - exp(-t/time)) of the yaw is added in time."""
 
-    blind = False
     place, variable, form = "yaw_tail", "time_since_step", "exponential"
     also = (("time_since_step", "saturating"), ("travel", "exponential"))
     share: float = size("1", 0.2, 3.0)
@@ -85,7 +84,6 @@ class RingingYaw(UnmodelledFault):
 class StrangeWave(UnmodelledFault):
     """The tail pulley's yaw swings with a wavelength that belongs to no part of the machine."""
 
-    blind = False
     place, variable, form = "yaw_tail", "wave", "periodic"
     amplitude: float = size("rad", 1e-4, 5e-3)
     wavelength: float = shape(7.3, lambda plan, rng: rng.uniform(3.0, 9.0))
@@ -129,7 +127,6 @@ class ThermostatHead(UnmodelledFault):
 class QuadraticContact(UnmodelledFault):
     """The tail pulley turns the belt by c y^2 per metre."""
 
-    blind = False
     place, variable, form = "runup_tail", "y", "power"
     c: float = size("1/m3", 0.05, 50.0)
 
@@ -152,7 +149,6 @@ class SoftShoulder(UnmodelledFault):
 class DeadZone(UnmodelledFault):
     """Curvature below kappa_d does not turn the belt on the pulley."""
 
-    blind = False
     place, variable, form = "runup_both", "curvature", "threshold"
     also = (("curvature", "saturating"),)
     kappa_d: float = size("1/m", 1e-5, 5e-4, positive=True)
@@ -218,7 +214,6 @@ class Rut(UnmodelledFault):
 class WalkingAngle(UnmodelledFault):
     """The contact angle on the tail pulley takes a random walk of its own in every run."""
 
-    blind = False
     place, variable, form = "runup_tail", "travel", "random"
     size: float = size("rad/m^0.5", 5e-6, 1e-3, positive=True)
     seed: int = shape(0, any_seed)
@@ -233,7 +228,6 @@ class WalkingAngle(UnmodelledFault):
 class AdhesionLoss(UnmodelledFault):
     """From travel ``after`` on, the belt climbs faster or slower sideways than it should by ``share``."""
 
-    blind = False
     place, variable, form = "runup_both", "travel", "threshold"
     also = (("travel", "saturating"), ("time_since_step", "threshold"))
     share: float = size("1", 0.15, 2.0)
@@ -246,7 +240,6 @@ class AdhesionLoss(UnmodelledFault):
 class MidStick(UnmodelledFault):
     """In mid run the belt runs straight for a while, sideways held by ``share``."""
 
-    blind = False
     place, variable, form = "runup_both", "travel", "threshold"
     also = (("time_since_step", "threshold"),)
     share: float = size("1", 0.5, 1.0, positive=True)
@@ -326,7 +319,6 @@ class WrapSlide(UnmodelledFault):
 class TensionDecay(UnmodelledFault):
     """The belt loses ``share`` of its tension over ``length`` metres of travel."""
 
-    blind = False
     place, variable, form = "tension", "travel", "exponential"
     also = (("travel", "saturating"), ("time_since_step", "exponential"))
     share: float = size("1", 0.15, 0.6, positive=True)
@@ -378,7 +370,6 @@ class TensionBeat(UnmodelledFault):
 class SensorCubic(UnmodelledFault):
     """The sensor at point 1 shows y + c y^3."""
 
-    blind = False
     place, variable, form = "sensor_y1", "y", "power"
     c: float = size("1/m2", 1000.0, 1e5)
 
@@ -420,7 +411,6 @@ class StickyGauge(UnmodelledFault):
 class WarmingStand(UnmodelledFault):
     """The sensors' stand moves with the square root of time, as heat does."""
 
-    blind = False
     place, variable, form = "sensor_all", "time_since_step", "power"
     also = (("travel", "power"), ("time_since_step", "saturating"))
     c: float = size("m/s^0.5", 3e-5, 2e-3)

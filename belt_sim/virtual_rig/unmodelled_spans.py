@@ -59,7 +59,6 @@ class StickyRest(UnmodelledFault):
 class WindSteps(UnmodelledFault):
     """Wind presses on both spans, changing every 9 m: p bends a clamped span by p L^2/(12 EI) at its end."""
 
-    blind = False
     place, variable, form = "span", "travel", "random"
     pressure: float = size("N/m", 0.03, 5.0, positive=True)
     seed: int = shape(0, any_seed)

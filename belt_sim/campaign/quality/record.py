@@ -71,11 +71,6 @@ class Record:
         return scatter(self.readings)
 
     @property
-    def digit(self) -> float:
-        """Smallest step between distinct readings, an upper bound of invisible scatter; 0 if all are equal."""
-        return resolution(self.readings)
-
-    @property
     def drift_error(self) -> float:
         """One sigma of zero, wander and white noise together."""
         return math.hypot(self.sheet.zero, self.sheet.wander_sd, self.sheet.white)
@@ -315,7 +310,7 @@ def check_noise(records: list[Record]) -> list[Suspicion]:
     """
     ratios: dict[str, dict[str, float]] = defaultdict(dict)
     for record in records:
-        noise = record.measured_noise or record.digit  # a slip may leave no more of it than the last digits show
+        noise = record.measured_noise or resolution(record.readings)  # a slip may leave no more than the last digits
         if len(record.readings) >= FEWEST and noise > 0.0:
             ratios[record.sheet.name][record.run.name] = noise / record.stated_noise
     found = []
