@@ -10,6 +10,7 @@ from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from belt_sim.campaign.quality.kinematics import span_of
 from belt_sim.campaign.quality.record import Record, Severity, Suspicion
@@ -293,6 +294,4 @@ def _oscillates(record: Record) -> bool:
 
 def _smooth(record: Record) -> np.ndarray:
     """Return the readings averaged over a fiftieth of the record."""
-    width = max(1, len(record.readings) // 50)
-    padded = np.pad(record.readings, width // 2, mode="edge")
-    return np.convolve(padded, np.ones(width) / width, mode="same")[width // 2 :][: len(record.readings)]
+    return uniform_filter1d(record.readings, max(1, len(record.readings) // 50), mode="nearest")
