@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from belt_sim.campaign import Run, plausible
-from belt_sim.campaign.csv_tables import REPEAT_TOLERANCE
+from belt_sim.campaign.csv_tables import NUMBERS, RATES, REPEAT_TOLERANCE
 from belt_sim.campaign.problems import did_you_mean
 from belt_sim.campaign.quality.record import spike_mask
 from belt_sim.campaign.types import SteadyRate
@@ -25,18 +25,7 @@ from belt_sim.importing.units import UNITS, quantity
 from belt_sim.si import DEGREE, N_PER_MM2
 
 #: setting -> its range, in the unit that a number without one has
-RANGES = {
-    "tension": plausible.TENSION,
-    "yaw": plausible.YAW,
-    "yaw_head": plausible.YAW,
-    "speed": plausible.SPEED,
-    "direction": plausible.DIRECTION,
-    "yaw_at": plausible.TRAVEL,
-    "yaw_at_u": plausible.YAW_AT_U,
-    "yaw_at_time": plausible.TIME,
-    "start": plausible.TRAVEL,
-}
-RATES = ("rate1", "rate2", "rate3", "rate4")
+RANGES = {name: bounds for name, bounds, _ in NUMBERS.values()} | {"yaw_at_time": plausible.TIME}
 #: A yaw that moves by less than this share of its largest value stands still.
 STILL = 0.05
 #: Digits that a logged setting is rounded to; and those of one setting, within SAME of each other in several runs.

@@ -82,10 +82,6 @@ class LoggedTable:
     kind: TableKind = "record"
     notes: tuple[Note, ...] = ()
 
-    def column(self, name: str) -> Column | None:
-        """The column of that name."""
-        return next((c for c in self.columns if c.name == name), None)
-
 
 @dataclass(frozen=True, kw_only=True)
 class LoggedTables:
