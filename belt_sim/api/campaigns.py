@@ -23,11 +23,10 @@ def new_campaign(folder: Path, config: Mapping[str, Any]) -> Campaign:
     rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
     asked = config["tensions"]
     tensions = tensions_for(rig, belt) if asked is None else sorted(_numbers("tensions", asked, "N/mm2", MAX_TENSION))
-    yaw = (
-        yaw_for(rig, belt, tensions)
-        if config["yaw"] is None
-        else _numbers("yaw", [config["yaw"]], "degrees", MAX_YAW / 2.0)[0]
-    )
+    if config["yaw"] is None:
+        yaw = yaw_for(rig, belt, tensions)
+    else:
+        yaw = _numbers("yaw", [config["yaw"]], "degrees", MAX_YAW / 2.0)[0]
     travel = travel_for(rig)
     planned = plan_for(tensions, yaw, _numbers("speed", [config["speed"]], "m/s", 25.0)[0])
     places = config["signals"] if isinstance(config["signals"], list) else [config["signals"]]
@@ -65,7 +64,11 @@ def import_files(
     for every answer that is missing.
     """
     entry = mapping_of(mapping)
-    logged = read([name for f in files for name in expand_pattern(f)], entry.format.model_dump(exclude_none=True))
+    names: list[str] = []
+    for file in files:  # * and ? stand for several where the shell has left them
+        found = [] if Path(file).exists() or not set("*?") & set(file) else sorted(glob(file))
+        names += found or [file]
+    logged = read(names, entry.format.model_dump(exclude_none=True))
     proposal = understand(logged, entry)
     if draft is not None:
         path = Path(draft)
@@ -88,12 +91,6 @@ def import_files(
         understood_picture(folder / PICTURE, campaign)
     tell_written(folder, pictures)
     return campaign
-
-
-def expand_pattern(file: str) -> list[str]:
-    """The files that a name with * or ? stands for, where the shell has left it as it is; else the name itself."""
-    found = [] if Path(file).exists() or not set("*?") & set(file) else sorted(glob(file))
-    return found or [file]
 
 
 def draft_text(proposal: Proposal) -> str:

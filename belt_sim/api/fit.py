@@ -40,7 +40,6 @@ class FitResult(Display):
         return [*numbers, f"rms {before:.4f} -> {after:.4f} mm"]
 
     def tables(self) -> Sequence[Table]:
-        """Values and uncertainties."""
         return [Table("numbers, ± 1 sigma", ("name", "value"), list(self._texts().items()), left=("name", "value"))]
 
     def _texts(self) -> dict[str, str]:

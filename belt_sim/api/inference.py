@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.analytic.model import AnalyticModel
 from belt_sim.api.resolve import (
     ModelSpec,
     analytic_model,
@@ -96,7 +95,8 @@ def diagnose(
         raise InputError("hold_out", "all runs", "", "leave at least one run to fit to")
     chosen = fitted_model(campaign_model(model, campaign))
     classes = candidates_of(effects, chosen, leave_out)
-    admitted = _admission(classes, chosen, campaign)
+    own = [cls for cls in classes if getattr(cls, "source_file", None)]  # of the user's own
+    admitted = tuple(line for cls in own for line in admit(cls, chosen, campaign))
     if beside_points(campaign):
         admitted = (*admitted, f"{', '.join(beside_points(campaign))}: not at points 1-4, so no unknown law is sought")
     for line in admitted:
@@ -150,17 +150,10 @@ def _advice(findings: Findings, tell: Callable[[str], None]) -> list[NextRun]:
 
 def _drawings(findings: Findings) -> Drawings:
     """What a report draws: where no effect was named and a law was found, the curves of that."""
-    drawn = drawings_of(findings)
-    final = final_model(findings)[1]
+    drawn, final = drawings_of(findings), final_model(findings)[1]
     if final is findings.named:
         return drawn
     return replace(drawn, overlays=overlays(findings.bench, findings.nothing.values, final.values))
-
-
-def _admission(classes: Sequence[type[Effect]], model: AnalyticModel, campaign: Campaign) -> tuple[str, ...]:
-    """What the admission test says of effects of one's own; raises InputError naming the first thing that is wrong."""
-    own = [c for c in classes if getattr(c, "source_file", None)]
-    return tuple(line for cls in own for line in admit(cls, model, campaign))
 
 
 @one_blas_thread
@@ -181,9 +174,8 @@ def discover(
     campaign = campaign_of(campaign)
     _need_a_point(campaign)
     if others := beside_points(campaign):
-        raise InputError(
-            "signals", ", ".join(others), "", "laws are sought at points 1-4 only; leave these signals out"
-        )
+        remedy = "laws are sought at points 1-4 only; leave these signals out"
+        raise InputError("signals", ", ".join(others), "", remedy)
     chosen, acting = fitted_model(campaign_model(model, campaign)), effects_of(effects)
     refuse(chosen, acting)
     bench = workbench(campaign, chosen, [type(e) for e in acting])
@@ -193,9 +185,9 @@ def discover(
     tell("fitted what is known")
     data = search_data_of(bench, fit)
     probability = probability_of_unknown(unknown_evidence(data), POLICY)
-    if 1.0 - probability > POLICY.alarm:
-        return describe_discovery(SearchOutcome(data=data, latent_inputs=()), probability, config=config)
-    return describe_discovery(search_law(data, tell), probability, config=config)
+    nothing = 1.0 - probability > POLICY.alarm
+    found = SearchOutcome(data=data, latent_inputs=()) if nothing else search_law(data, tell)
+    return describe_discovery(found, probability, config=config)
 
 
 PLANNED_TRAVEL, PLANNED_STEP = 60.0, 0.5  # [m] that a planned run is recorded over, and between its readings
@@ -237,13 +229,8 @@ def check(
         return Check(**common, noise="Steady rates only.", doubts=(*found, only), visible=(), pairs=())
     bench, fit = linear_response(read, chosen, candidates_of(effects, chosen), planned=planned)
     seen = visible(bench, fit)
-    return Check(
-        **common,
-        noise=bench.levels.sentence,
-        doubts=found,
-        visible=tuple(seen),
-        pairs=tuple(pairs(bench, fit, seen, advise=advise)),
-    )
+    alike = tuple(pairs(bench, fit, seen, advise=advise))
+    return Check(**common, noise=bench.levels.sentence, doubts=found, visible=tuple(seen), pairs=alike)
 
 
 STEADY_TRAVEL = 300.0  # [m]; the strip's transient at 7 N/mm2 is longer than 100 m
@@ -278,16 +265,14 @@ def compare(
     base, final = bench.forward.null(), parameter_vector(bench, acting)
     before, after = bench.forward.values(np.stack([base, final]))
     shown = (bench, final, after) if acting else None
+    limits = validity_warnings(campaign, fitted_model(chosen), [e.id for e in acting])
     return Comparison(
         **common,
         error=overall_errors(bench, before, after),
         where=locate_failure(bench, after),
         per_run=run_errors(bench, before, after),
         drawings=drawings((bench, base, before), shown, mapped=after) if drawn else Drawings(),
-        beyond=(
-            *map(str, leave_out_bad_readings(campaign)[1]),
-            *validity_warnings(campaign, fitted_model(chosen), [e.id for e in acting]),
-        ),
+        beyond=(*map(str, leave_out_bad_readings(campaign)[1]), *limits),
     )
 
 
@@ -308,21 +293,12 @@ def steady_errors(
     rows = []
     for stated in campaign.steady:
         run = runs[stated.run]
+        common: dict[str, Any] = {"run": run.name, "tension": run.tension, "u": stated.u}
         modelled = _late_rates(case_of(campaign, run), model, effects)
         for point, (measured, rate) in enumerate(zip(stated.rates, modelled, strict=True), start=1):
-            if np.isfinite(measured):
-                rows.append(
-                    SteadyError(
-                        run=run.name,
-                        point=point,
-                        tension=run.tension,
-                        measured=float(measured),
-                        modelled=float(rate),
-                        u=stated.u,
-                        ratio=float(abs(rate - measured) / stated.u),
-                    )
-                )
-    return tuple(rows)
+            rates: dict[str, Any] = {"measured": float(measured), "modelled": float(rate)}
+            rows.append(SteadyError(**common, point=point, **rates, ratio=float(abs(rate - measured) / stated.u)))
+    return tuple(row for row in rows if np.isfinite(row.measured))
 
 
 def _late_rates(case: Case, model: Model | SteadyModel, effects: Sequence[Effect]) -> np.ndarray:

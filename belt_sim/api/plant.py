@@ -26,12 +26,10 @@ def linearise(
     chosen, acting = fitted_model(model), effects_of(effects)
     tension = settings.get("tension")
     if not isinstance(tension, Sequence) or isinstance(tension, str):
-        plant: LinearBelt = linear_belt(case_or_settings(case, settings), chosen, acting)
-        return plant
+        return linear_belt(case_or_settings(case, settings), chosen, acting)  # type: ignore[no-any-return]
     first = case_or_settings(case, settings | {"tension": tension[0]})
     cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
-    plants: list[LinearBelt] = [linear_belt(c, chosen, acting) for c in cases]
-    return PlantSchedule.from_plants(plants)
+    return PlantSchedule.from_plants([linear_belt(c, chosen, acting) for c in cases])
 
 
 def export(
@@ -56,8 +54,11 @@ def export(
     from belt_sim.pictures.bode import bode_picture
 
     finite("highest", highest, "rad/m", "give a positive number", lambda x: x > 0)
-    _check_name("fmu", fmu)
-    _check_name("mat", mat)
+    for kind, name in (("fmu", fmu), ("mat", mat)):
+        bare = name is None or (isinstance(name, str) and Path(name).name == name and Path(name).suffix == f".{kind}")
+        if not bare:
+            remedy = f"give a file name ending in .{kind} (it is put in the run folder), or null"
+            raise InputError(kind, name, "", remedy)
     if fmi not in (2, 3):
         raise InputError("fmi", fmi, "", "use 2 or 3, the version of the FMI standard")
     folder = Path(folder)
@@ -75,9 +76,3 @@ def export(
     lines.append(str(bode_picture(folder / "bode.png", metres, float(highest))))
     lines.append(str(write_json(folder / "plant.json", plant_json(metres, float(highest), provenance(config)))))
     return lines
-
-
-def _check_name(kind: str, name: Any) -> None:
-    """Raise InputError unless ``name`` is None or a bare file name that ends in .``kind``."""
-    if name is not None and (not isinstance(name, str) or Path(name).name != name or Path(name).suffix != f".{kind}"):
-        raise InputError(kind, name, "", f"give a file name ending in .{kind} (it is put in the run folder), or null")

@@ -44,13 +44,11 @@ class Picture:
 
     @property
     def axes(self) -> list[Any]:
-        """The axes of the figure, for lines and words of one's own."""
         return list(self.figure.axes)
 
     def save(self, path: str | os.PathLike[str], dpi: float | None = None) -> Path:
         """Write the picture to ``path`` (.png, .svg, .pdf); dpi: dots per inch of a PNG."""
-        written: Path = save(self.figure, path, dpi)
-        return written
+        return save(self.figure, path, dpi)  # type: ignore[no-any-return]
 
     def _repr_png_(self) -> bytes:
         with tempfile.TemporaryDirectory() as scratch:
@@ -90,9 +88,8 @@ def _of_several(results: Sequence[Simulation]) -> dict[str, Draw]:
     curves: dict[str, Any] = {}
     for k, s in enumerate(results, start=1):
         if not isinstance(s, Simulation) or s.curves is None:
-            raise InputError(
-                "result", repr(s), "", "several results are drawn together if each is a simulation of curves"
-            )
+            remedy = "several results are drawn together if each is a simulation of curves"
+            raise InputError("result", repr(s), "", remedy)
         name = s.title.replace("mm2", "mm²")
         curves[name if name not in curves else f"{name} ({k})"] = s.curves
     return {"curves": lambda p: curves_picture(p, curves, "Points 1-4 against belt travel")} if curves else {}
@@ -179,14 +176,7 @@ def _maps(result: Any, sentence: str) -> dict[str, Draw]:
     return there
 
 
-def draw_discovery(folder: Path, d: Discovery) -> None:
-    """The pictures of a discovery that there are."""
-    for name, draw in discovery_by_kind(d).items():
-        draw(folder / f"{name}.png")
-
-
 def discovery_by_kind(d: Discovery) -> dict[str, Draw]:
-    """The pictures of a discovery, by name."""
     there: dict[str, Draw] = {"evidence": lambda p: evidence_picture(p, d)}
     if d.courses:
         there["unknown"] = lambda p: unknown_picture(p, d)

@@ -41,12 +41,10 @@ class Job:
 
     @property
     def running(self) -> bool:
-        """Whether it still goes on."""
         return self.state == "running"
 
     @property
     def seconds(self) -> float:
-        """How long it has been going on, or took."""
         return (self.ended or time.monotonic()) - self.began
 
     @property
@@ -89,7 +87,6 @@ class Job:
             self.state, self.failure, self.ended = state, failure, time.monotonic()
 
     async def stop(self) -> None:
-        """End the process."""
         self._end("stopped")
         if self._process is None or self._process.returncode is not None:
             return
@@ -151,7 +148,6 @@ def _leave_with_the_asker() -> None:
 
 
 def _compare(request: Mapping[str, Any], say: Say) -> None:
-    """A comparison into the folder."""
     say(stage="reading")
     from belt_sim.api.inference import compare
     from belt_sim.campaign import read_campaign
@@ -171,7 +167,6 @@ def _compare(request: Mapping[str, Any], say: Say) -> None:
 
 
 def _diagnose(request: Mapping[str, Any], say: Say) -> None:
-    """A diagnosis into the folder."""
     say(stage="reading")
     from belt_sim.api.inference import diagnose
     from belt_sim.campaign import read_campaign

@@ -29,8 +29,6 @@ OFTEN = 0.4  # [s] between two looks at the session
 
 
 def add(session: Session) -> None:
-    """Serve the page."""
-
     @ui.page("/measurements", title="belt_sim")
     def page() -> None:
         widgets.frame("/measurements")
@@ -163,7 +161,6 @@ def job_view(session: Session) -> None:
 
 
 def _running(job: Job) -> None:
-    """Stage, bar, seconds, and a way to stop."""
     bar = ui.linear_progress(0.0, show_value=False, size="10px").props("rounded").props("data-name=bar")
     line = ui.label("").classes("soft").props("data-name=stage")
 
@@ -331,7 +328,6 @@ def _questions(form: AnswerForm, now: Import) -> None:
 
 
 def _runs(form: AnswerForm, now: Import) -> None:
-    """A row a run: how it was set."""
     if not now.runs:
         return
     with ui.element("div").classes("scroll"), ui.element("div").classes("grid runs"):
@@ -344,7 +340,6 @@ def _runs(form: AnswerForm, now: Import) -> None:
 
 
 def _understood(now: Import) -> None:
-    """Runs, noise, curves and remarks."""
     assert now.proposal is not None
     assert now.proposal.campaign is not None
     recorded = {r.name: r for r in now.proposal.campaign.runs if r.signals}

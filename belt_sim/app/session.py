@@ -62,12 +62,10 @@ class Import:
 
     @property
     def files(self) -> list[Path]:
-        """The files that were read."""
         return list(dict.fromkeys(table.file for table in self.logged.tables))
 
     @property
     def ready(self) -> bool:
-        """Whether a campaign can be made."""
         return self.proposal is not None and self.proposal.campaign is not None and not self.errors
 
     @property
@@ -87,12 +85,10 @@ class Import:
 
     @property
     def runs(self) -> list[str]:
-        """Names of the runs that were found."""
         found = list(self.proposal.mapping.get("runs", {})) if self.proposal else []
         return list(dict.fromkeys([*found, *(place[1] for place in self.all_questions if place[0] == "runs")]))
 
     def setting(self, run: str, key: str) -> str:
-        """What is known of a run, as text."""
         given = self.answers.get(("runs", run, key))
         stated = self.proposal.mapping.get("runs", {}).get(run, {}) if self.proposal else {}
         return given if given is not None else str(stated.get(key) or "")
@@ -155,7 +151,6 @@ class Session:
 
     @property
     def job(self) -> Job | None:
-        """The latest work."""
         return self.jobs[-1] if self.jobs else None
 
     def notify(self, *messages: str) -> None:
@@ -164,7 +159,6 @@ class Session:
         self.version += 1
 
     def drop(self, files: list[tuple[str, bytes]]) -> None:
-        """Take dropped files."""
         tray = upload.sort_files(files)
         messages = list(tray.messages)
         if tray.loggers or tray.mapping:
@@ -205,7 +199,6 @@ class Session:
         return []
 
     def answer(self, answers: Mapping[Place, Any]) -> None:
-        """Tell the import what the files do not say."""
         if self.importing is not None:
             self.importing.answer(answers)
             self.notify(*self.importing.errors)
@@ -232,7 +225,6 @@ class Session:
         self.notify()
 
     def sample(self, name: str) -> None:
-        """Open a campaign that ships."""
         self.finished_import = None
         self.notify(*self._open(campaign_folder(name)))
 
@@ -273,7 +265,6 @@ class Session:
         self.notify(*job.failure.splitlines())
 
     async def close(self) -> None:
-        """End what still goes on."""
         for job in self.jobs:
             if job.running:
                 await job.stop()

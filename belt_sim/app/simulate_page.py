@@ -71,7 +71,6 @@ def choices(model: str) -> dict[str, str]:
 
 
 def effect_title(effect_id: str) -> str:
-    """Return an effect of the library in a few words."""
     return title_of(library()[effect_id])
 
 
@@ -132,8 +131,6 @@ class View:
 
 
 def add() -> None:
-    """Serve the page."""
-
     @ui.page("/", title="belt_sim")
     def page() -> None:
         view = View()

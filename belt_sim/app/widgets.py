@@ -15,7 +15,6 @@ CSS = (Path(__file__).parent / "widgets.css").read_text(encoding="utf-8")
 
 
 def frame(here: str) -> None:
-    """Header with the pages."""
     ui.add_css(CSS)
     ui.page_title(f"belt_sim: {PAGES[here]}")
     with ui.header(fixed=False).classes("top"), ui.element("div").classes("inner"):
@@ -49,7 +48,6 @@ def facts(rows: Mapping[str, str], kind: str = "") -> None:
 
 
 def table(t: Table) -> None:
-    """A plain table that scrolls within its card."""
     ui.html(t.html(), sanitize=False).classes("scroll")
 
 

@@ -158,7 +158,6 @@ def _what_to_give(key: str, command: str, conf: Path) -> str:
 
 
 def _refuse(command: str, arguments: Sequence[str], conf: Path) -> None:
-    """Raise BeltError for arguments that cannot be composed."""
     for argument in arguments:
         flag = argument.split("=")[0]
         if argument.startswith("-") and flag not in SWEEP:

@@ -124,11 +124,12 @@ def write_discovery(folder: Path, d: Discovery) -> None:
 
 def draw_diagnosis(folder: Path, d: Diagnosis) -> None:
     """The still pictures of a diagnosis, and of what was discovered."""
-    from belt_sim.api.plot import draw_discovery
+    from belt_sim.api.plot import discovery_by_kind
 
     draw(folder, d)
     if d.discovery is not None and d.discovery.found:
-        draw_discovery(folder, d.discovery)
+        for kind, drawn in discovery_by_kind(d.discovery).items():
+            drawn(folder / f"{kind}.png")
 
 
 def draw(folder: Path, result: Simulation | Comparison | Diagnosis) -> None:

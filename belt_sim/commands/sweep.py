@@ -308,7 +308,6 @@ def _wait(job: Any) -> None:
 
 
 def _collect_outcomes(runs: Sequence[RunDir], job: Any) -> Iterator[Outcome]:
-    """Outcomes of the cases of a job; of a job that was lost, why."""
     from submitit.core.utils import UncompletedJobError
 
     try:

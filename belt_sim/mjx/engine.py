@@ -4,6 +4,7 @@ import math
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -54,7 +55,6 @@ class TimeCase:
 
     @cached_property
     def stations(self) -> int:
-        """Of its mesh."""
         rig = replace(self.case.rig, gravity=self.parts.gravity)
         return len(lay_loop(replace(self.case, rig=rig), self.options.dx).x)
 
@@ -183,7 +183,8 @@ def show_frame(
         return
     slides = np.moveaxis(np.asarray(nodes_of(ready.model.belt.shape, np.asarray(data.mjx[0])[0])), -1, 0)
     scalars = {"tail_x": tail_x, "steps": float(steps), "belt_speed": speed}
-    frame = frame_of(scene, read[:17], slides, travel, steps * scene.options.dt, yaw, scalars)
+    now = SimpleNamespace(slides=slides, travel=travel, time=steps * scene.options.dt, yaw=yaw)
+    frame = frame_of(scene, read[:17], now, scalars)
     for observer in observers:
         observer.frame(frame)
 

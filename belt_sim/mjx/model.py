@@ -30,7 +30,7 @@ from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.pulleys import TailPulley
 from belt_sim.mujoco3d.recording import ANGLES, EDGES, MOMENTS, POINTS, SAGS, TENSION, TILTS
 from belt_sim.mujoco3d.run_stages import Command, apply_command, run_stages
-from belt_sim.mujoco3d.wrap import PoseArrays, WrapArrays
+from belt_sim.mujoco3d.wrap import BeltOnPulley
 from belt_sim.pytrees import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
@@ -51,18 +51,16 @@ class MjxModel(NamedTuple):
 
 
 class MjxData(NamedTuple):
-    """What moves. mjx: MJX's data, which MuJoCo's renderer and viewer take through mjx.get_data; wraps, pose: of head
-    and tail; on_tail (2,): force along x [N] and moment about its axis [N m] that the belt does to the tail pulley;
-    travel [m]: of the belt; turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in
-    mujoco3d/wrap.py, None without one; reading (20,): of the instruments, READING says what of."""
+    """What moves. mjx: MJX's data, which MuJoCo's renderer and viewer take through mjx.get_data; pulleys: head and
+    tail; on_tail (2,): force along x [N] and moment about its axis [N m] that the belt does to the tail pulley;
+    travel [m]: of the belt; compliance_yaw [rad], (2,): by which the pulleys give way, None if they do not;
+    reading (20,): of the instruments, READING says what of."""
 
     mjx: mjx.Data
-    wraps: WrapArrays
-    pose: PoseArrays
+    pulleys: BeltOnPulley
     on_tail: Array
     travel: Array
     compliance_yaw: Array | None
-    layer: Array | None
     reading: Array
 
 
@@ -121,18 +119,16 @@ def prepare(
     for case, fitted, acting in zip(cases, own, several, strict=True):
         scene = lay_out(case, BELT_MODELS[belt](), fitted, acting)
         arrays = belt_arrays(scene, features)
-        wraps, pose = lay_pulleys(scene, arrays)
+        pulleys = lay_pulleys(scene, arrays)
         m = with_numbers_of(shared_model, scene, compiled)
         tail = TailPulley.from_scene(scene, compiled, np.asarray(m.body_mass), np.asarray(m.dof_armature))
         model = MjxModel(m, arrays, TailPulley(*map(np.array, tail)), np.array(max(fitted.settle, 1e-9)))
         data = MjxData(
-            mjx=shared_data.replace(qpos=jnp.asarray(laid_coordinates(scene, *pose.spin))),
-            wraps=wraps,
-            pose=pose,
+            mjx=shared_data.replace(qpos=jnp.asarray(laid_coordinates(scene, *pulleys.pose.spin))),
+            pulleys=pulleys,
             on_tail=np.array([-2.0 * float(case.tension_force), 0.0]),
             travel=np.array(-scene.early),
             compliance_yaw=np.zeros(2) if features.gives_way else None,
-            layer=np.zeros((2, 2, scene.mesh.lines, 2)) if features.layered else None,
             reading=np.zeros(20),
         )
         prepared.append(PreparedCase(scene.case, scene, model, data, compiled))

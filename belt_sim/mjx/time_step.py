@@ -63,15 +63,17 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     begun = jnp.minimum(d.time / (0.5 * model.settle), 1.0)  # a wobble sets in while the belt comes to rest
     tail = jnp.stack([model.tail.x + joints[TAIL_SLIDE], joints[TAIL_SPIN]])
     pose = pose_of(belt, command, tail, turned, begun * begun * (3.0 - 2.0 * begun))
-    moved = jnp.abs(pose.spin[HEAD] - data.pose.spin[HEAD]) * belt.surfaces.radius[HEAD]
+    came_from = data.pulleys.pose
+    moved = jnp.abs(pose.spin[HEAD] - came_from.spin[HEAD]) * belt.surfaces.radius[HEAD]
     shaped = jnp.where(data.travel >= 0.0, 1.0, 0.0)
     stands = (command.speed == 0.0) & (command.travel >= 0.0)
-    wraps = sink_wraps(belt, data.wraps, (data.pose, pose), moved, shaped, stands)
-    places = cut_chain(wraps)
-    twist = twist_of_cells(belt, wraps, pose, places, jnp.maximum(-0.5 * data.on_tail[0], 0.0))
+    pulleys = data.pulleys._replace(surface=belt.surfaces, pose=pose)
+    pulleys = pulleys._replace(wrap=sink_wraps(belt, pulleys, came_from, moved, shaped, stands))
+    places = cut_chain(pulleys.wrap)
+    twist = twist_of_cells(belt, pulleys, places, jnp.maximum(-0.5 * data.on_tail[0], 0.0))
     rates = nodes_of(shape, v)
     back = (jnp.arange(shape.stations) - places.stations[0]) % shape.stations  # from the chain to stations' numbers
-    anchors, free = anchor_positions(belt, wraps, pose, data.layer, places)[..., back], places.free[back]
+    anchors, free = anchor_positions(belt, pulleys, places)[..., back], places.free[back]
     predicted = jnp.where(free, before + h * rates, anchors)  # where the belt would go by itself
     drag = jnp.stack([command.drag[0], command.drag[1], command.drag[1]])[None, :, None]
     damping = belt.mass[:, None, None] * jnp.broadcast_to(drag, before.shape)
@@ -87,26 +89,27 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     after = _implicit(model, command, there, places, twist, (before, rates), damping)[..., back]
     goal = flat_of((joints - q[:STATION_JOINTS]) / h, (after - before) / h)
     d = read_sensors(m, advance(m, there.replace(qpos=q, qvel=v), (goal - v) / h))
-    chain, moves = after[..., places.stations], tail_derivatives(wraps, pose)
+    chain, moves = after[..., places.stations], tail_derivatives(pulleys.wrap, pose)
     _, at_ends = chain_forces(belt, chain, places, twist, command.share)
     on_tail = loads_on_tail(belt, chain, places, pose, moves, at_ends)
-    wraps = jax.vmap(lambda w, p: update_tangents(w, p, after, h / SPAN_TIME))(wraps, pose)
-    wraps = land_stations(belt, wraps, (data.pose, before), (pose, after), data.layer, moved, shaped)
-    wraps = release_stations(belt, wraps, pose)
-    layer = data.layer
-    if layer is not None:
-        layer = relax_layers(belt, layer, wraps, pose, after, command.share, jnp.minimum(h / LAYER_TIME, 1.0))
+    wraps = jax.vmap(lambda w, p: update_tangents(w, p, after, h / SPAN_TIME))(pulleys.wrap, pose)
+    pulleys = pulleys._replace(wrap=wraps)
+    pulleys = pulleys._replace(wrap=land_stations(belt, pulleys, (came_from, before), after, moved, shaped))
+    pulleys = pulleys._replace(wrap=release_stations(belt, pulleys))
+    if pulleys.layer is not None:
+        layer = relax_layers(belt, pulleys, after, command.share, jnp.minimum(h / LAYER_TIME, 1.0))
+        pulleys = pulleys._replace(layer=layer)
     tail_x = pose.centre[TAIL, 0]
-    read = reading(belt, after, wraps.first, wraps.last, tail_x, command.share)
+    read = reading(belt, after, pulleys.wrap.first, pulleys.wrap.last, tail_x, command.share)
     read = jnp.concatenate([read, jnp.stack([tail_x, command.travel, command.speed])])
-    return MjxData(d, wraps, pose, on_tail, command.travel, turned, layer, read)
+    return MjxData(d, pulleys, on_tail, command.travel, turned, read)
 
 
 def _compliance_yaw(model: MjxModel, data: MjxData, nodes: Array) -> Array:
     """Yaw by compliance [rad], (2,), which follows the belt's moment on a pulley."""
     belt = model.belt
     pull = pull_on_nodes(belt, nodes, jnp.where(data.travel >= 0.0, 1.0, 0.0))
-    wanted = belt.surfaces.yaw_compliance * yaw_moments(data.wraps, data.pose, nodes, pull)
+    wanted = belt.surfaces.yaw_compliance * yaw_moments(data.pulleys, nodes, pull)
     return data.compliance_yaw + (wanted - data.compliance_yaw) * jnp.minimum(model.dt / COMPLIANCE_TIME, 1.0)
 
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -194,11 +194,9 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures) -> BeltArrays:
 
 def _surfaces(scene: SceneLayout) -> SurfaceArrays:
     both = (scene.parts.head, scene.parts.tail)
-    chord = scene.mesh.chord
-    same: dict[str, Any] = {f: np.array([getattr(s, f) for s in both], float) for f in SurfaceArrays._fields[3:]}
-    radius = np.array([s.radius for s in both], float)
+    radius, *same = (np.array([getattr(s, f) for s in both], float) for f in ("radius", *SurfaceArrays._fields[3:]))
     wider = np.array([scene.loop.radius_head, scene.loop.radius_tail]) - radius
-    return SurfaceArrays(radius, wider, np.array([float(sink_chords(chord, r)) for r in radius]), **same)
+    return SurfaceArrays(radius, wider, np.array([float(sink_chords(scene.mesh.chord, r)) for r in radius]), *same)
 
 
 def _ties(scene: SceneLayout) -> Ties:
@@ -217,17 +215,14 @@ def _ties(scene: SceneLayout) -> Ties:
     if mesh.residual:
         straight = _edge_lengths(chord * (1.0 - mesh.residual_strain)[:, None], w)
     law, spring = np.zeros((strips, 2, 6, 6)), np.zeros((strips, 6))
-    for j in range(strips):
-        if scene.kind == "flex":
-            width = float(mesh.line_y[0] - mesh.line_y[-1])
-            belt, thick = case.belt, float(case.belt.area) / width
-            law[j] = membrane_law(chord, w[j], thick, float(belt.youngs_modulus), float(belt.poisson_ratio))
-        else:
-            lattice = calibrate(case.belt, chord, mesh.lines, scene.options.bonds)
-            along = mesh.line_stiffness / chord
-            cross = lattice.diagonal / diagonal[j]
-            spring[j] = lattice.transverse / w[j], 0.0, cross, cross, 0.0, along[j]
-            spring[j, 1] = along[-1] if j == strips - 1 else 0.0
+    if scene.kind == "flex":
+        thick, belt = float(case.belt.area) / float(mesh.line_y[0] - mesh.line_y[-1]), case.belt
+        elastic = thick, float(belt.youngs_modulus), float(belt.poisson_ratio)
+        law[:] = [membrane_law(chord, width, *elastic) for width in w]
+    else:
+        lattice, along = calibrate(case.belt, chord, mesh.lines, scene.options.bonds), mesh.line_stiffness / chord
+        spring[:, 0], spring[:, 5], spring[-1, 1] = lattice.transverse / w, along[:-1], along[-1]
+        spring[:, 2:4] = (lattice.diagonal / diagonal)[:, None]
     return Ties(law, spring, straight, natural)
 
 

@@ -14,6 +14,7 @@ from belt_sim.mujoco3d.wrap import (
     HEAD,
     LAST,
     TAIL,
+    BeltOnPulley,
     PoseArrays,
     WrapArrays,
     anchor_places,
@@ -48,9 +49,7 @@ def divide_chain(wraps: WrapArrays, stations: Array) -> ChainLayout:
     return ChainLayout(stations, free, (at >= entry) & (at <= leaves), ends)
 
 
-def anchor_positions(
-    belt: BeltArrays, wraps: WrapArrays, pose: PoseArrays, layer: Array | None, places: ChainLayout
-) -> Array:
+def anchor_positions(belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayout) -> Array:
     """Where the chain's stations are held by the pulley that holds them [m], (m, 3, n); of free ones it says nothing.
 
     Reckoned once a station and not for both pulleys: sines are what a step is slow at.
@@ -59,14 +58,13 @@ def anchor_positions(
     def by_pulley(values: Array) -> Array:
         return jnp.where(places.on_tail, values[TAIL], values[HEAD])
 
+    wraps, pose = pulleys.wrap, pulleys.pose
     r, y, angle = (by_pulley(v[..., places.stations]) for v in (wraps.r, wraps.y, wraps.angle))
     turned, axes = angle + by_pulley(pose.spin[:, None]), by_pulley(pose.axes[..., None])
     found = anchor_places(r, y, turned, axes, by_pulley(pose.centre[..., None]))
-    if layer is None:
+    if pulleys.layer is None:
         return found
-    displaced = partial(layer_displacements, belt, k=places.stations)
-    moved = jax.vmap(displaced)(wraps, belt.surfaces, pose, layer)
-    return found + by_pulley(moved)
+    return found + by_pulley(jax.vmap(partial(layer_displacements, belt, k=places.stations))(pulleys))
 
 
 def chain_forces(
@@ -124,10 +122,9 @@ def pull_on_nodes(belt: BeltArrays, nodes: Array, share: Array) -> Array:
     return pull.at[:, 2].add(-belt.mass[:, None] * belt.gravity)
 
 
-def twist_of_cells(belt: BeltArrays, wraps: WrapArrays, pose: PoseArrays, places: ChainLayout, tension: Array) -> Array:
+def twist_of_cells(belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayout, tension: Array) -> Array:
     """Stiffness of the couples on the sections of the chain [N/m], (n,), at a tension [N]; see TwistStiffness."""
-    ends = [jax.vmap(partial(outer_depth, end=end))(wraps, belt.surfaces, pose) for end in (FIRST, LAST)]
-    behind = jnp.stack(ends, axis=1)
+    behind = jnp.stack([jax.vmap(partial(outer_depth, end=end))(pulleys) for end in (FIRST, LAST)], axis=1)
     return belt.twist.of_cells(belt.chord, places.ends, behind, tension, len(places.stations))
 
 

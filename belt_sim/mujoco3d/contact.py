@@ -18,6 +18,7 @@ from belt_sim.mujoco3d.wrap import (
     LAST,
     OUTWARDS,
     TAIL,
+    BeltOnPulley,
     PoseArrays,
     WrapArrays,
     approach_of,
@@ -55,32 +56,22 @@ def lay_wraps(scene: SceneLayout, belt: BeltArrays, poses: list[PoseArrays]) -> 
         r[:, k] = circle + (r[:, k] - circle).mean(axis=0)
         wrap = update_tangents(wrap, pose, nodes, 1.0)
         for end in (FIRST, LAST):
-            wrap = change_end(belt, wrap, surface, pose, None, nodes, end, 0.0)
+            wrap = change_end(belt, BeltOnPulley(wrap, surface, pose), nodes, end, 0.0)
         wraps.append(wrap)
     return wraps
 
 
-def change_end(
-    belt: BeltArrays,
-    wrap: WrapArrays,
-    surface: SurfaceArrays,
-    pose: PoseArrays,
-    layer: np.ndarray | None,
-    nodes: np.ndarray,
-    end: int,
-    shaped: float,
-) -> WrapArrays:
+def change_end(belt: BeltArrays, pulley: BeltOnPulley, nodes: np.ndarray, end: int, shaped: float) -> WrapArrays:
     """The wrap after a station has landed at ``end``, or one has been let go, where they have come far enough."""
-    approach = approach_of(belt, wrap, surface, pose, layer, nodes, end)
+    approach, wrap = approach_of(belt, pulley, nodes, end), pulley.wrap
     if approach.is_caught(belt.chord):
-        wrap = land_station(wrap, surface, pose, approach, approach, end, belt.chord, 0.0, shaped)
+        wrap = land_station(pulley, approach, approach, end, belt.chord, 0.0, shaped)
         return wrap._replace(first=int(wrap.first), last=int(wrap.last))
-    if not is_released(wrap, surface, pose, end, belt.chord):
+    if not is_released(pulley, end, belt.chord):
         return wrap
     if wrap.last - wrap.first < _FEWEST:
         raise SimulationError("the belt leaves a pulley: tension too low for its weight; raise settings.tension")
-    outer = (wrap.first, wrap.last)[end]
-    return wrap._replace(**{("first", "last")[end]: outer - OUTWARDS[end]})
+    return wrap.with_outer(end, wrap.outer(end) - OUTWARDS[end])
 
 
 def update_contact(
@@ -111,7 +102,7 @@ def update_contact(
         wrap = update_tangents(state.wraps[which], pose, nodes, dt / SPAN_TIME)
         layer = state.layers[which] if state.layers[which].any() else None
         for end in (FIRST, LAST):
-            wrap = change_end(belt, wrap, surface, pose, layer, nodes, end, state.shaped)
+            wrap = change_end(belt, BeltOnPulley(wrap, surface, pose, layer), nodes, end, state.shaped)
         state.wraps[which] = wrap
 
 
@@ -123,7 +114,8 @@ def slide_wrap(
     A return mapping on the holding forces of a wrap, as one system, without inertia. pull [N], (m, 3, n).
     """
     k, increments = state.held_stations(which), state.slip_increments[which]
-    outwards, across, along = (-v for v in surface_components(state.wraps[which], state.poses[which], k, pull[:, :, k]))
+    pulley = BeltOnPulley(state.wraps[which], surface, state.poses[which])
+    outwards, across, along = (-v for v in surface_components(pulley, k, pull[:, :, k]))
     limit = friction * np.maximum(outwards - belt.mass[:, None] * state.speed**2 / surface.radius, 0.0)
     state.slip_increments[which] = np.zeros_like(increments)
     if np.all(np.hypot(across, along) <= limit):
@@ -132,10 +124,10 @@ def slide_wrap(
     force = np.pad(np.stack([across, along], axis=1), ((0, 0), (0, 0), (0, more)))  # of the pulley on the nodes
     guess = np.pad(increments[..., k], ((0, 0), (0, 0), (0, more)))
     limit = np.pad(limit, ((0, 0), (0, more)), constant_values=np.inf)
-    chain = _wrap_chain(belt.sliding_stiffness, state.wraps[which].first % 2, len(k), len(k) + more)
+    chain = _wrap_chain(belt.sliding_stiffness, pulley.wrap.first % 2, len(k), len(k) + more)
     moved = np.asarray(_slip_increments(force, limit, chain, guess)[0])[..., : len(k)]
     state.slip_increments[which][..., k] = moved
-    state.wraps[which] = slide_anchors(surface, state.wraps[which], state.shaped, k, moved)
+    state.wraps[which] = slide_anchors(pulley, state.shaped, k, moved)
     return float(moved[:, 0].mean())
 
 

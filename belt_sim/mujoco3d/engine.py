@@ -46,6 +46,7 @@ from belt_sim.mujoco3d.wrap import (
     HEAD,
     LAST,
     TAIL,
+    BeltOnPulley,
     anchor_places,
     layer_displacements,
     layer_of_fibres,
@@ -61,8 +62,8 @@ def section_couples(engine: "Engine", state: RunState, springs: Springs) -> np.n
     belt, rest = engine.belt, engine.scene.mesh.rest
     tension = max(-0.5 * float(state.loads[TAIL, 0]), 0.0)
     ends = np.array([[w.first, w.last] for w in state.wraps])
-    pulleys = list(zip(state.wraps, engine.surfaces, state.poses, strict=True))
-    behind = np.array([[outer_depth(*pulley, end) for end in (FIRST, LAST)] for pulley in pulleys])
+    pulleys = [engine.pulley(state, which) for which in (HEAD, TAIL)]
+    behind = np.array([[outer_depth(pulley, end) for end in (FIRST, LAST)] for pulley in pulleys])
     stiffness = belt.twist.of_cells(belt.chord, ends, behind, tension, len(rest))
     roll = rest[:, 0, 2] - rest[:, -1, 2] + state.slides[:, 0, 2] - state.slides[:, -1, 2]
     couple = twist_forces(roll, stiffness, belt.twist.cubic)
@@ -90,7 +91,7 @@ def sway_drag(engine: "Engine", state: RunState, springs: Springs) -> np.ndarray
         return forces
     for begins, ends in ((HEAD, TAIL), (TAIL, HEAD)):
         wrap, first = state.wraps[ends], state.run_off_stations[begins]
-        landed = (wrap.first, wrap.last)[run_up_end(sign)]
+        landed = wrap.outer(run_up_end(sign))
         links = sign * (landed - first) % mesh.stations
         k = (first + sign * np.arange(1, links + 1)) % mesh.stations
         theta = (y[k[-1]] - y[k[0]]) / (mesh.chord * (links - 1))
@@ -119,7 +120,6 @@ class Engine:
 
     @staticmethod
     def from_scene(scene: SceneLayout, solver: Solver) -> "Engine":
-        """For a compiled scene."""
         mesh, options, parts = scene.mesh, scene.options, scene.parts
         belt = belt_arrays(scene, active_features([parts])._replace(slips=False))
         belt, shape = jax.tree.map(lambda v: v if v.ndim else float(v), belt), belt.shape
@@ -154,7 +154,7 @@ class Engine:
             slip_increments=[np.zeros((mesh.lines, 2, mesh.stations)) for _ in wraps],
             travel=-scene.early,
             kinks=[RopeKinks.from_wrap(wrap, sign) for wrap in wraps],
-            run_off_stations=[(wrap.first, wrap.last)[run_off_end(sign)] for wrap in wraps],
+            run_off_stations=[wrap.outer(run_off_end(sign)) for wrap in wraps],
             kink_slope=np.zeros((2, mesh.lines)),
         )
         state.loads = loads_on_pulleys(state, mesh.nodes(state.slides), self._pull(state))
@@ -182,10 +182,13 @@ class Engine:
         state.loads = loads_on_pulleys(state, nodes, pull)
         update_contact(belt, self.surfaces, state, nodes, pull, dt, command.friction)
         if belt.fibres is not None:
-            pulleys = zip(state.wraps, self.surfaces, state.poses, strict=True)
-            for layer, (wrap, surface, pose) in zip(state.layers, pulleys, strict=True):
-                wanted = layer_of_fibres(belt, state.share, nodes, wrap, surface, pose)
+            for which, layer in enumerate(state.layers):
+                wanted = layer_of_fibres(belt, self.pulley(state, which), state.share, nodes)
                 layer += (wanted - layer) * min(dt / LAYER_TIME, 1.0)
+
+    def pulley(self, state: RunState, which: int) -> BeltOnPulley:
+        """The belt on the head or the tail pulley."""
+        return BeltOnPulley(state.wraps[which], self.surfaces[which], state.poses[which], state.layers[which])
 
     def _pull(self, state: RunState) -> np.ndarray:
         """Forces of belt and weight [N] on the nodes, shape (m, 3, n)."""
@@ -198,16 +201,17 @@ class Engine:
         beside the spans."""
         mesh, belt, shape, springs = self.scene.mesh, self.belt, self.belt.shape, Springs.none(state.slides.shape)
         for which, pose in enumerate(state.poses):
-            wrap, surface, moved = state.wraps[which], self.surfaces[which], state.rolled[which]
             for end in (FIRST, LAST):
-                wrap = sink_ends(belt, wrap, surface, pose, end, moved, state.shaped)
+                pulley = self.pulley(state, which)
+                state.wraps[which] = sink_ends(belt, pulley, end, state.rolled[which], state.shaped)
             if shape.limp:
-                wrap, state.kinks[which] = hold_run_up_end(wrap, surface, pose, state.kinks[which], shape.sign)
-            state.wraps[which], k = wrap, state.held_stations(which)
+                held = hold_run_up_end(self.pulley(state, which), state.kinks[which], shape.sign)
+                state.wraps[which], state.kinks[which] = held
+            wrap, k = state.wraps[which], state.held_stations(which)
             turned = wrap.angle[:, k] + pose.spin
             places = anchor_places(wrap.r[:, k], wrap.y[:, k], turned, pose.axes[..., None], pose.centre[:, None])
             if belt.fibres is not None:
-                places += layer_displacements(belt, wrap, surface, pose, state.layers[which], k)
+                places += layer_displacements(belt, self.pulley(state, which), k)
             springs.rest[k] = np.moveaxis(places, -1, 0) - mesh.rest[k]
             springs.stiffness[k] = self.scene.options.hold_stiffness
             if shape.limp:
@@ -224,7 +228,7 @@ class Engine:
         wrap, pose, kink, sign = state.wraps[which], state.poses[which], state.kinks[which], self.belt.shape.sign
         n, mesh = self.belt.shape.stations, self.scene.mesh
         springs.rest[kink.station % n] -= kink.offset * pose.axes[:, 1]
-        last = (wrap.first, wrap.last)[run_off_end(sign)]
+        last = wrap.outer(run_off_end(sign))
         free, far = (mesh.rest[k] + state.slides[k] for k in ((last + sign * i) % n for i in (1, KINK_STATIONS)))
         move, state.kink_slope[which] = run_off_line(wrap, pose, sign, free, far, self.belt.chord)
         aside = move[:, None] * pose.axes[:, 1]
@@ -308,9 +312,8 @@ class SpaceRun:
         case: Case, belt: str, options: Options, parts: SceneParts | None = None, scene_path: Path | None = None
     ) -> "SpaceRun":
         """Build the scene (and write its MJCF) with the belt laid round the pulleys; options: fitted to the case."""
-        spec, scene = build_scene(
-            case, BELT_MODELS[belt](), options, parts or SceneParts.from_case(case, options.friction)
-        )
+        parts = parts or SceneParts.from_case(case, options.friction)
+        spec, scene = build_scene(case, BELT_MODELS[belt](), options, parts)
         model = compile_model(spec)
         if scene_path is not None:
             write_text(scene_path, mjcf(spec))
@@ -318,7 +321,6 @@ class SpaceRun:
         return SpaceRun(scene, engine, engine.lay())
 
     def stages(self, travel: float) -> list[Stage]:
-        """What it consists of, in order."""
         return run_stages(self.scene, self.engine.belt.load, travel)
 
     def go(self, travel: float, observers: Iterable[Observer] = ()) -> Curves:
@@ -330,7 +332,6 @@ class SpaceRun:
         return recorder.curves()
 
     def run_stage(self, stage: Stage, recorder: Recorder) -> None:
-        """All steps of a stage."""
         scene, state = self.scene, self.state
         for command in stage.commands(state):
             apply_command(state, command, scene.options.dt)

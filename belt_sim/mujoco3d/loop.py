@@ -143,10 +143,7 @@ class HangingBelt:
         """At the case's tension and gravity, on the pulleys themselves."""
         a, curvature = float(case.rig.centre_distance), float(case.sag_curvature)
         head, tail = float(case.rig.head_radius), float(case.rig.tail_radius)
-        upper, lower = (
-            Catenary.from_circles(a, head, tail, curvature),
-            Catenary.from_circles(a, -head, -tail, curvature),
-        )
+        upper, lower = (Catenary.from_circles(a, side * head, side * tail, curvature) for side in (1.0, -1.0))
         on_head = math.pi + lower.slopes[0] - upper.slopes[0]
         on_tail = math.pi - lower.slopes[1] + upper.slopes[1]
         return HangingBelt(upper, lower, head * on_head, tail * on_tail)
@@ -164,8 +161,7 @@ def free_length(case: Case) -> float:
 
 def station_radius(radius: float, chord: float) -> float:
     """Radius of the circle on which chords of an equal-sided polygon turn by chord / radius each."""
-    half = 0.5 * chord / radius
-    return 0.5 * chord / math.sin(half)
+    return 0.5 * chord / math.sin(0.5 * chord / radius)
 
 
 def lay_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> LaidLoop:

@@ -65,12 +65,10 @@ class SpaceModel:
 
     @property
     def name(self) -> str:
-        """As in configurations."""
         return f"mujoco_{self.belt}"
 
     @property
     def title(self) -> str:
-        """In words."""
         return _TITLES[self.belt]
 
     @property
@@ -140,7 +138,6 @@ class SpaceModel:
     def _compute(
         self, case: Case, travel: float, parts: SceneParts, observers: Sequence[Observer], scene_path: Path | None
     ) -> Curves:
-        """Run the engine on a case as driven."""
         run: dict[str, Any] = {"belt": self.belt, "travel": travel, "options": self.options, "parts": parts}
         if observers:
             run["observers"] = observers
@@ -149,18 +146,14 @@ class SpaceModel:
 
             run |= {"scene_path": scene_path, "control": self.control, "contact": self.contact, "edited": self.scene}
             return simulate(case, **run)
-        for name, wanted in (
-            ("watch", self.engine == "quasi_static" and bool(observers)),
-            ("model.control", self.control),
-            ("model.contact", self.contact != CONTACTS[0]),
-        ):
-            if wanted:
-                raise CannotRepresent(f"{name}: engine={self.engine} cannot do this; use engine=native")
+        wanted = {"watch": self.engine == "quasi_static" and bool(observers)}
+        wanted |= {"model.control": self.control, "model.contact": self.contact != CONTACTS[0]}
+        for name in (name for name, asked in wanted.items() if asked):
+            raise CannotRepresent(f"{name}: engine={self.engine} cannot do this; use engine=native")
         return batch_engine(self.engine).simulate(case, **run)
 
 
 def batch_engine(name: str) -> "BatchEngine":
-    """An engine on JAX."""
     engine: BatchEngine = import_module(f"belt_sim.{name}.engine").ENGINE  # JAX and MJX take a while to load
     return engine
 

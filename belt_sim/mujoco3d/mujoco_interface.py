@@ -46,7 +46,6 @@ class Springs:
 
     @staticmethod
     def none(shape: tuple[int, ...]) -> "Springs":
-        """Nothing is held."""
         return Springs(np.zeros(shape), np.zeros(shape))
 
 
@@ -128,7 +127,6 @@ class Solver:
 
     @property
     def has_diverged(self) -> bool:
-        """Whether an acceleration has grown without bound."""
         return bool(self.data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number) or not np.isfinite(self.data.qpos[-1])
 
     def damp(self, damping: np.ndarray) -> None:

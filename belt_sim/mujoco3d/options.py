@@ -39,7 +39,6 @@ RESIDUAL_TORSION = 0.8
 #: belt widths: a belt that has run further sideways has left its pulleys
 RUNAWAY = 3.0
 
-
 #: The three belts: a limp chain, particles tied by bonds, a two-dimensional membrane.
 BELTS = ("rope", "grid", "flex")
 BONDS = ("longitudinal", "transverse", "diagonal")
@@ -105,13 +104,10 @@ class Options:
     def from_settings(settings: Mapping[str, Any]) -> "Options":
         """From the numbers of a configuration; None keeps the recommended value. Raises InputError for a wrong one."""
         known = {f.name: f.default for f in fields(Options)}
-        given: dict[str, Any] = {}
-        for key, value in settings.items():
-            if key not in known:
-                raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}")
-            if value is not None:
-                given[key] = _convert(f"model.{key}", value, known[key])
-        return Options(**given)
+        for key in (name for name in settings if name not in known):
+            raise InputError(f"model.{key}", settings[key], "", f"use one of {', '.join(known)}")
+        given = {key: value for key, value in settings.items() if value is not None}
+        return Options(**{key: _convert(f"model.{key}", value, known[key]) for key, value in given.items()})
 
     @property
     def run_speed(self) -> float:
@@ -207,9 +203,7 @@ def _belt_speed(options: Options, case: Case) -> float:
     name = "settings.speed" if as_the_case else "options.belt_speed"
     pace = float(case.settings.speed if as_the_case else options.belt_speed)
     if not 0.0 < pace <= waves / _SHAKEN:
-        raise InputError(
-            name, f"{pace:.3g}", "m/s",
-            f"give at most {waves / _SHAKEN:.2f}, above which landings shake a belt of this tension, or leave "
-            f"options.belt_speed out for {accurate_speed(waves):.2f} m/s",
-        )  # fmt: skip
+        most = f"give at most {waves / _SHAKEN:.2f}, above which landings shake a belt of this tension"
+        remedy = f"{most}, or leave options.belt_speed out for {accurate_speed(waves):.2f} m/s"
+        raise InputError(name, f"{pace:.3g}", "m/s", remedy)
     return pace

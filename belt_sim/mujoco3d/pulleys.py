@@ -14,7 +14,7 @@ from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, TAIL_DAMPING_RATIO
 from belt_sim.mujoco3d.run_stages import Command, smoothstep
 from belt_sim.mujoco3d.state import RunState
-from belt_sim.mujoco3d.wrap import HEAD, TAIL, PoseArrays, WrapArrays, axes_of, roll_anchors
+from belt_sim.mujoco3d.wrap import HEAD, TAIL, BeltOnPulley, PoseArrays, axes_of, roll_anchors
 from belt_sim.pytrees import Numbers as Array
 
 
@@ -38,16 +38,17 @@ def pose_of(
     return PoseArrays(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([rolled[HEAD], tail[1]]))
 
 
-def yaw_moments(wraps: WrapArrays, pose: PoseArrays, nodes: Array, pull: Array) -> Array:
+def yaw_moments(pulleys: BeltOnPulley, nodes: Array, pull: Array) -> Array:
     """Moments about z [N m] that the belt does to head and tail, (2,); nodes [m], pull [N], (m, 3, n)."""
     n = nodes.shape[-1]
 
-    def one(wrap: WrapArrays, pose: PoseArrays) -> Array:
-        held = (jnp.arange(n) - wrap.first) % n <= (wrap.last - wrap.first) % n
-        arms = nodes - pose.centre[:, None]
+    def one(pulley: BeltOnPulley) -> Array:
+        first, last = pulley.wrap.first, pulley.wrap.last
+        held = (jnp.arange(n) - first) % n <= (last - first) % n
+        arms = nodes - pulley.pose.centre[:, None]
         return jnp.where(held, arms[:, 0] * pull[:, 1] - arms[:, 1] * pull[:, 0], 0.0).sum()
 
-    return jax.vmap(one)(wraps, pose)
+    return jax.vmap(one)(pulleys)
 
 
 class TailPulley(NamedTuple):
@@ -121,24 +122,21 @@ class Pulleys:
         state.compliance_yaw += (compliance * state.loads[:, 2] - state.compliance_yaw) * min(dt / COMPLIANCE_TIME, 1.0)
         turned = state.yaw + state.compliance_yaw
         askew = smoothstep(state.time / max(0.5 * self.scene.options.settle, dt))
-        for which, (pose, surface, spin, x) in enumerate(
-            zip(state.poses, self.surfaces, spins, (0.0, tail_x), strict=True)
-        ):
+        both = zip(state.poses, self.surfaces, spins, (0.0, tail_x), strict=True)
+        for which, (pose, surface, spin, x) in enumerate(both):
             axes = axes_of(surface, turned[which], state.share, spin, askew)
             state.rolled[which] = abs(spin - pose.spin) * surface.radius
             state.poses[which] = PoseArrays(np.array([x, 0.0, 0.0]), axes, spin)
             if state.speed == 0.0 and state.travel >= 0.0 and axes[2, 1] != pose.axes[2, 1]:
-                rolled = axes[2, 1] - pose.axes[2, 1]
-                state.wraps[which] = roll_anchors(surface, state.wraps[which], state.poses[which], rolled)
+                pulley = BeltOnPulley(state.wraps[which], surface, state.poses[which])
+                state.wraps[which] = roll_anchors(pulley, axes[2, 1] - pose.axes[2, 1])
         state.joints[[HEAD_YAW, TAIL_YAW]] = turned
         state.joint_rates[[HEAD_YAW, TAIL_YAW]] = 0.0
 
     def read(self, state: RunState) -> None:
         """After a step: the tail pulley is where it was brought."""
-        x = self.tail.x + state.joints[TAIL_SLIDE]
-        state.poses[TAIL] = state.poses[TAIL]._replace(
-            centre=np.array([x, 0.0, 0.0]), spin=float(state.joints[TAIL_SPIN])
-        )
+        centre = np.array([self.tail.x + state.joints[TAIL_SLIDE], 0.0, 0.0])
+        state.poses[TAIL] = state.poses[TAIL]._replace(centre=centre, spin=float(state.joints[TAIL_SPIN]))
 
 
 def loads_on_pulleys(state: RunState, nodes: np.ndarray, pull: np.ndarray) -> np.ndarray:

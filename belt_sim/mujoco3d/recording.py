@@ -23,15 +23,8 @@ from belt_sim.mujoco3d.wrap import HEAD, TAIL
 from belt_sim.pytrees import Numbers as Array
 
 #: rows of a reading
-POINTS, ANGLES, MOMENTS, EDGES, TILTS, SAGS, TENSION = (
-    slice(0, 4),
-    slice(4, 8),
-    slice(8, 10),
-    slice(10, 12),
-    slice(12, 14),
-    slice(14, 16),
-    16,
-)
+POINTS, ANGLES, MOMENTS, EDGES = slice(0, 4), slice(4, 8), slice(8, 10), slice(10, 12)
+TILTS, SAGS, TENSION = slice(12, 14), slice(14, 16), 16
 READING_SIZE = 17
 
 
@@ -53,18 +46,10 @@ def reading(belt: BeltArrays, nodes: Array, first: Array, last: Array, tail_x: A
     middles = [((last[HEAD] + first[TAIL]) // 2) % n, ((last[TAIL] + lower_head) // 2) % n]
     across = [nodes[0, :, k] - nodes[-1, :, k] for k in middles]
     heights = [nodes[:, 2, k].mean() for k in middles]
-    return xp.stack(
-        [
-            *(y for y, _ in found),
-            *(sign * slope for _, slope in found),
-            *(moment for _, moment in forces),
-            *edges,
-            *(xp.arctan2(a[2], a[1]) for a in across),
-            belt.level - heights[0],
-            -belt.level - heights[1],
-            forces[0][0],
-        ]
-    )
+    y, slopes = zip(*found, strict=True)
+    tilts, sags = [xp.arctan2(a[2], a[1]) for a in across], [belt.level - heights[0], -belt.level - heights[1]]
+    moments, angles = [moment for _, moment in forces], [sign * slope for slope in slopes]
+    return xp.stack([*y, *angles, *moments, *edges, *tilts, *sags, forces[0][0]])
 
 
 def _at_axis(belt: BeltArrays, nodes: Array, station: Array, x: Array) -> tuple[Array, Array]:
@@ -141,7 +126,6 @@ class Recorder:
 
     @cached_property
     def arrays(self) -> BeltArrays:
-        """The belt that is read."""
         return belt_arrays(self.scene, ActiveFeatures(cambered=self.scene.parts.camber is not None))
 
     def reading(self, state: RunState) -> np.ndarray:
@@ -200,12 +184,11 @@ class Recorder:
         if not self.observers:
             return
         extra = dict(zip(EXTRA, map(float, read[READING_SIZE:-1]), strict=True))
-        frame = frame_of(self.scene, read, state.slides, state.travel, state.time, state.yaw, extra)
+        frame = frame_of(self.scene, read, state, extra)
         for observer in self.observers:
             observer.frame(frame)
 
     def curves(self) -> Curves:
-        """Curves of what has been run so far."""
         table = np.array(self.rows).T if self.rows else np.empty((READING_SIZE + len(EXTRA) + 1, 0))
         return curves_of(table, table[-1], dict(zip(EXTRA, table[READING_SIZE:-1], strict=True)))
 
@@ -224,14 +207,12 @@ def curves_of(readings: np.ndarray, travel: np.ndarray, extra: Mapping[str, np.n
     )
 
 
-def frame_of(
-    scene: SceneLayout, read: Array, slides: Array, travel: float, time: float, yaw: Array, extra: dict[str, float]
-) -> Frame:
-    """A frame of a belt with its nodes at ``slides`` [m], shape (n, m, 3), and the reading ``read`` (recording.py).
+def frame_of(scene: SceneLayout, read: Array, at: Any, extra: dict[str, float]) -> Frame:
+    """A frame of a belt with the reading ``read``; extra: more scalars, by name, tail_x [m] among them.
 
-    yaw [rad], shape (2,): head, tail; extra: more scalars, by name, tail_x [m] among them.
+    at: has ``slides`` [m], shape (n, m, 3), of its nodes, ``travel`` [m], ``time`` [s], and ``yaw`` [rad], shape (2,).
     """
-    nodes, tail_x = scene.mesh.rest + slides, extra["tail_x"]
+    nodes, tail_x = scene.mesh.rest + at.slides, extra["tail_x"]
     centre, half = nodes.mean(axis=1), nodes[:, 0] - nodes.mean(axis=1)
     if scene.mesh.lines > 1:  # the real belt's edges at +b/2 and -b/2, drawn out from the model's lines
         half = half * (0.5 * float(scene.case.belt.width) / scene.mesh.line_y[0])
@@ -241,6 +222,6 @@ def frame_of(
     points = np.array([[px, y, pz] for (px, pz), y in zip(places, read[POINTS], strict=True)])
     scalars = dict(zip(_SCALARS, map(float, read[MOMENTS.start : READING_SIZE]), strict=True))
     return Frame(
-        travel=travel, time=time, left=left, right=right, points=points, yaw_tail=float(yaw[1]),
-        yaw_head=float(yaw[0]), tail_x=tail_x, scalars={**scalars, **extra},
+        travel=at.travel, time=at.time, left=left, right=right, points=points, yaw_tail=float(at.yaw[1]),
+        yaw_head=float(at.yaw[0]), tail_x=tail_x, scalars={**scalars, **extra},
     )  # fmt: skip

@@ -69,19 +69,13 @@ STORY = """ A steel belt on two pulleys, carried and tracked by MuJoCo's contact
 class ContactLaw:
     """How a node meets a pulley.
 
-    timeconst [s]; solimp: impedance where contact begins and from a depth [m] on, that
-    depth, midpoint and power; friction [1], inf = sticking.
+    timeconst [s]; solimp: impedance where contact begins and from a depth [m] on, that depth, midpoint and power;
+    friction [1], inf = sticking.
     """
 
     timeconst: float
     solimp: tuple[float, float, float, float, float]
     friction: float
-
-    @staticmethod
-    def for_time_step(dt: float, friction: float, tendons: bool) -> "ContactLaw":
-        """As stiff as a step of ``dt`` [s] can bear, for a belt of tendons or of a membrane."""
-        steps, solimp = _TENDONS if tendons else _MEMBRANE
-        return ContactLaw(steps * dt, solimp, friction)
 
     def depth(self, load: float, mass: float) -> float:
         """How far a node sinks in under ``load`` [N]: load = mass p d / ((1 - d) (d_max t_c)^2), mass [kg] as in
@@ -118,7 +112,8 @@ def build_contact(
     case, mesh, loop, spec = scene.case, scene.mesh, scene.loop, pulleys_specification(scene)
     set_contact_solver(spec, options.dt, parts.gravity)
     belt.tie(spec, mesh, case, options)
-    contact = contact or ContactLaw.for_time_step(options.dt, parts.friction, bool(spec.tendons))
+    steps, solimp = _TENDONS if spec.tendons else _MEMBRANE
+    contact = contact or ContactLaw(steps * options.dt, solimp, parts.friction)
     _add_defaults(spec, contact, loop.chord)
     _dress_nodes(spec, mesh, case)
     _add_actuators(spec, case, options)
@@ -305,13 +300,11 @@ class ContactRun:
         mesh, qpos, qvel = self.scene.mesh, self.data.qpos, self.data.qvel
         n, m = mesh.stations, mesh.lines
         nothing = np.zeros((m, 0))  # what holds a station is MuJoCo's contact: the wraps say only which lie there
-        return RunState(
-            joints=qpos[:STATION_JOINTS], joint_rates=qvel[:STATION_JOINTS],
-            slides=qpos[STATION_JOINTS:].reshape(n, m, 3), slide_rates=qvel[STATION_JOINTS:].reshape(n, m, 3),
-            poses=laid_poses(self.scene), travel=-self.scene.early, layers=[],
-            wraps=[WrapArrays(0, 0, nothing, nothing, nothing, np.zeros(0), np.zeros(2)) for _ in range(2)],
-            slip_increments=[np.zeros((m, 2, n)) for _ in range(2)],
-        )  # fmt: skip
+        joints, rates = qpos[:STATION_JOINTS], qvel[:STATION_JOINTS]
+        slides, slide_rates = (v[STATION_JOINTS:].reshape(n, m, 3) for v in (qpos, qvel))
+        wraps = [WrapArrays(0, 0, nothing, nothing, nothing, np.zeros(0), np.zeros(2)) for _ in range(2)]
+        slip = [np.zeros((m, 2, n)) for _ in range(2)]
+        return RunState(joints, rates, slides, slide_rates, laid_poses(self.scene), wraps, [], slip, -self.scene.early)
 
     def go(self, travel: float, observers: Sequence[Observer] = ()) -> Curves:
         """Run in, then ``travel`` [m]; a yaw step is made while the belt runs, within options.yaw_time."""

@@ -19,9 +19,17 @@ Belts with bending stiffness have no kink and need none of this.
 from typing import NamedTuple
 
 from belt_sim.mujoco3d.arrays import add_at, library_of
-from belt_sim.mujoco3d.belt import SurfaceArrays
 from belt_sim.mujoco3d.options import FURTHEST_KINK
-from belt_sim.mujoco3d.wrap import FIRST, LAST, OUTWARDS, PoseArrays, WrapArrays, cylinder_coordinates, outer_depth
+from belt_sim.mujoco3d.wrap import (
+    FIRST,
+    LAST,
+    OUTWARDS,
+    BeltOnPulley,
+    PoseArrays,
+    WrapArrays,
+    cylinder_coordinates,
+    outer_depth,
+)
 from belt_sim.pytrees import Numbers as Array
 
 
@@ -46,17 +54,15 @@ class RopeKinks(NamedTuple):
     @staticmethod
     def from_wrap(wrap: WrapArrays, sign: int) -> "RopeKinks":
         """Of a belt laid on a pulley that is square to it."""
-        outer = (wrap.first, wrap.last)[run_up_end(sign)]
-        return RopeKinks(outer, 0.0 * wrap.tangent[..., 0], 0.0 * wrap.tangent[..., 0])
+        return RopeKinks(wrap.outer(run_up_end(sign)), 0.0 * wrap.tangent[..., 0], 0.0 * wrap.tangent[..., 0])
 
 
-def hold_run_up_end(
-    wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, kink: RopeKinks, sign: int
-) -> tuple[WrapArrays, RopeKinks]:
+def hold_run_up_end(pulley: BeltOnPulley, kink: RopeKinks, sign: int) -> tuple[WrapArrays, RopeKinks]:
     """Before a step: the span's end stays at the tangent point while the pulley at its run-up is yawed."""
+    wrap, pose = pulley.wrap, pulley.pose
     xp, end = library_of(wrap.y), run_up_end(sign)
-    outer, yaw = (wrap.first, wrap.last)[end], xp.arctan2(-pose.axes[0, 1], pose.axes[1, 1])
-    inside = outer_depth(wrap, surface, pose, end)
+    outer, yaw = wrap.outer(end), xp.arctan2(-pose.axes[0, 1], pose.axes[1, 1])
+    inside = outer_depth(pulley, end)
     ahead = -OUTWARDS[end] * inside * xp.cos(wrap.tangent[end])  # along x
     taken = (yaw - kink.yaw) * ahead
     offset = xp.where(outer == kink.station, kink.offset, 0.0) + xp.where(inside < 0.0, 0.0, taken)
@@ -73,7 +79,7 @@ def run_off_line(
     free [m], (m, 3): first free nodes; far [m], (m, 3): nodes further along the span, to which it runs straight.
     """
     xp, n = library_of(wrap.y), wrap.y.shape[-1]
-    last = (wrap.first, wrap.last)[run_off_end(sign)]
+    last = wrap.outer(run_off_end(sign))
     k, landed = last % n, (last - sign) % n
     r, y, angle = wrap.r[:, k], wrap.y[:, k], wrap.angle[:, k]
     slope = (wrap.y[:, landed] - y) / chord

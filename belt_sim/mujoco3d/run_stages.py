@@ -59,7 +59,6 @@ class YawPlan:
 
     @staticmethod
     def from_settings(settings: Settings) -> "YawPlan":
-        """Of the settings of a case."""
         return YawPlan(_schedule_entries(settings.yaw_head), _schedule_entries(settings.yaw))
 
     def stops(self, until: float) -> set[float]:
@@ -127,11 +126,7 @@ def run_stages(scene: SceneLayout, load: float, travel: float) -> list[Stage]:
 
 
 def _rest(
-    scene: SceneLayout,
-    friction: float,
-    state: Any,
-    tail_motion: tuple[float, float] | None = None,
-    reset_slip: bool = False,
+    scene: SceneLayout, friction: float, state: Any, tail_motion: Array = None, reset_slip: bool = False
 ) -> Iterator[Command]:
     """The spans hang to rest and the tail pulley finds its place; in the first half the belt sticks.
 
@@ -176,9 +171,8 @@ def _run(scene: SceneLayout, end: float, state: Any) -> Iterator[Command]:
     for stop in [*sorted(plan.stops(end) | ({0.0} if parts.sets_in else set())), math.inf]:
         arrived = False
         while not arrived and state.travel < end + 0.5 * options.sample:
-            travel, speed = accelerate(
-                state.travel, state.speed, stop, options.run_speed, options.acceleration, options.dt
-            )
+            fastest = options.run_speed, options.acceleration
+            travel, speed = accelerate(state.travel, state.speed, stop, *fastest, options.dt)
             acceleration, arrived = (speed - state.speed) / options.dt, travel == stop
             yaw, share = plan.angles(travel, done), float(done >= 0.0)
             yield Command(travel, yaw, share, speed, acceleration, drag, parts.friction)

@@ -59,9 +59,8 @@ def with_curvature(mesh: Mesh, curvature: np.ndarray) -> Mesh:
         if np.abs(excess).max() < _CLOSE * mesh.chord:
             return replace(mesh, rest=places.reshape(mesh.rest.shape))
         unit = apart / length[:, None]
-        slope = coo_matrix(
-            (np.concatenate([unit, -unit], axis=1).ravel(), (rows, columns.ravel())), (len(row), places.size)
-        )
+        slopes = np.concatenate([unit, -unit], axis=1).ravel()
+        slope = coo_matrix((slopes, (rows, columns.ravel())), (len(row), places.size))
         square = bmat([[_FOLDING * identity(places.size), slope.T], [slope, -identity(len(row))]], format="csc")
         step = spsolve(square, np.concatenate([np.zeros(places.size), excess]))
         places -= step[: places.size].reshape(-1, 3)

@@ -16,14 +16,11 @@ would have; where it comes at a steeper angle than the others, by psi, it is dra
 25 mm apart do not resolve a layer of 7-16 mm. It is a condition, therefore: each line of nodes comes and goes displaced
 by these two lengths, counted from their mean over the width, with sigma and psi those of its own links beside the
 pulley in this instant. How much the belt tilts there follows from the rest of the model.
-
-The forces between belt and pulleys are those that balance the belt's pull where it is (loads.pull_on_nodes), not those
-of the springs: the springs also make up for what the integrator's tangent misses of links that turn within a step.
 """
 
 import math
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -66,6 +63,27 @@ class WrapArrays(NamedTuple):
     landing_lift: Array
     tangent: Array
 
+    def outer(self, end: int) -> Array:
+        """Number of the outermost station at ``end``."""
+        return (self.first, self.last)[end]
+
+    def with_outer(self, end: int, station: Array) -> "WrapArrays":
+        """The wrap with this outermost station at ``end``."""
+        return self._replace(last=station) if end else self._replace(first=station)
+
+
+class BeltOnPulley(NamedTuple):
+    """The stations on a pulley, its surface, where it is, and what the bending layer displaces there, None without one.
+
+    layer [m], (2, m, 2): by how much the lines are displaced outwards and into the pulley at ``first`` and at ``last``.
+    Both pulleys at once have a leading axis of head and tail in every array.
+    """
+
+    wrap: WrapArrays
+    surface: SurfaceArrays
+    pose: PoseArrays
+    layer: Array | None = None
+
 
 def wrapped_angle(angle: Array) -> Array:
     """The same direction between -pi and pi [rad]."""
@@ -92,34 +110,31 @@ def radius_at(surface: SurfaceArrays, shaped: Array | float, y: Array) -> Array:
     return surface.radius + shaped * surface.radius * uneven + surface.extra
 
 
-def roll_anchors(surface: SurfaceArrays, wrap: WrapArrays, pose: PoseArrays, rolled: Array) -> WrapArrays:
+def roll_anchors(pulley: BeltOnPulley, rolled: Array) -> WrapArrays:
     """The anchors after the axis has rolled by a small angle [rad] under a belt at rest, which does not go with it:
     where a cant begins to act, the belt has been laid straight on the canted pulley."""
+    wrap, surface, pose, _ = pulley
     there = wrap.y + rolled * wrap.r * library_of(wrap.r).cos(wrap.angle + pose.spin)
     wider = radius_at(surface, 1.0, there) - radius_at(surface, 1.0, wrap.y)
     return wrap._replace(y=there, r=wrap.r + wider)
 
 
-def slide_anchors(
-    surface: SurfaceArrays, wrap: WrapArrays, shaped: Array | float, k: Array, increment: Array
-) -> WrapArrays:
+def slide_anchors(pulley: BeltOnPulley, shaped: Array | float, k: Array, increment: Array) -> WrapArrays:
     """The anchors of stations k moved on the surface by slip increments [m], (m, 2, k): along the axis, the turn."""
-    y, r = wrap.y[:, k], wrap.r[:, k]
+    wrap, surface = pulley.wrap, pulley.surface
+    at = (slice(None), k)
+    y, r = wrap.y[at], wrap.r[at]
     there = y + increment[:, 0]
     wider = radius_at(surface, shaped, there) - radius_at(surface, shaped, y)
-    at = (slice(None), k)
-    return wrap._replace(
-        y=put(wrap.y, at, there),
-        angle=put(wrap.angle, at, wrap.angle[at] + increment[:, 1] / r),
-        r=put(wrap.r, at, r + wider),
-    )
+    angle = put(wrap.angle, at, wrap.angle[at] + increment[:, 1] / r)
+    return wrap._replace(y=put(wrap.y, at, there), angle=angle, r=put(wrap.r, at, r + wider))
 
 
-def surface_components(wrap: WrapArrays, pose: PoseArrays, k: Array, vectors: Array) -> tuple[Array, Array, Array]:
+def surface_components(pulley: BeltOnPulley, k: Array, vectors: Array) -> tuple[Array, Array, Array]:
     """Parts (m, k) of world vectors (m, 3, k) at the anchors of stations k: outwards, along the axis, the turn."""
-    xp, turned = library_of(vectors), wrap.angle[:, k] + pose.spin
+    xp, turned = library_of(vectors), pulley.wrap.angle[:, k] + pulley.pose.spin
     sin, cos = xp.sin(turned), xp.cos(turned)
-    x, y, z = (pose.axes.T @ vectors).swapaxes(0, 1)
+    x, y, z = (pulley.pose.axes.T @ vectors).swapaxes(0, 1)
     return x * sin + z * cos, y, x * cos - z * sin
 
 
@@ -141,31 +156,32 @@ def anchor_places(r: Array, y: Array, turned: Array, axes: Array, centre: Array)
     return xp.stack([sum(axes[i, j] * local[j] for j in range(3)) + centre[i] for i in range(3)], axis=1)
 
 
-def depth(wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, angle: Array, end: int) -> Array:
+def depth(pulley: BeltOnPulley, angle: Array, end: int) -> Array:
     """How far behind the belt's tangent at ``end`` stations of material angle ``angle`` [rad] lie [m]."""
+    wrap, surface, pose, _ = pulley
     return -OUTWARDS[end] * wrapped_angle(angle + pose.spin - wrap.tangent[end]) * surface.radius
 
 
-def outer_depth(wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, end: int) -> Array:
+def outer_depth(pulley: BeltOnPulley, end: int) -> Array:
     """How far behind the belt's tangent at ``end`` the outermost held station lies [m]."""
-    k = (wrap.first, wrap.last)[end] % wrap.r.shape[-1]
-    return depth(wrap, surface, pose, 0.5 * (wrap.angle[0, k] + wrap.angle[-1, k]), end)
+    wrap = pulley.wrap
+    k = wrap.outer(end) % wrap.r.shape[-1]
+    return depth(pulley, 0.5 * (wrap.angle[0, k] + wrap.angle[-1, k]), end)
 
 
-def sink_ends(
-    belt: BeltArrays, wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, end: int, moved: Array, shaped: Array
-) -> WrapArrays:
+def sink_ends(belt: BeltArrays, pulley: BeltOnPulley, end: int, moved: Array, shaped: Array) -> WrapArrays:
     """The outermost stations at ``end`` on their path for the pulley's present place.
 
     moved [m]: how far the pulley has turned since the last time.
     """
+    wrap, surface = pulley.wrap, pulley.surface
     xp, chord, zone = library_of(wrap.r), belt.chord, belt.shape.zone  # stations that may be off the circle
-    outward, outer, n = OUTWARDS[end], (wrap.first, wrap.last)[end], wrap.r.shape[-1]
-    k = (outer - outward * np.arange(zone + 1)) % n
+    outward, n = OUTWARDS[end], wrap.r.shape[-1]
+    k = (wrap.outer(end) - outward * np.arange(zone + 1)) % n
     off, r, angle = k[:-1], wrap.r[:, k], wrap.angle[:, k]
     flat = (r[:, 1:] - r[:, :-1]) ** 2 + 4.0 * r[:, 1:] * r[:, :-1] * xp.sin(0.5 * (angle[:, 1:] - angle[:, :-1])) ** 2
     lifted = wrap.landing_lift[off] * xp.exp(-moved / (FORGETTING * chord))
-    inside = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1])[:-1], end)
+    inside = depth(pulley, 0.5 * (angle[0] + angle[-1])[:-1], end)
     high = lift(inside, chord, surface.radius, surface.sink_chords) + lifted
     r = put(r, (slice(None), slice(zone)), radius_at(surface, shaped, wrap.y[:, off]) + high)
     turned = chord_angle(flat, r[:, :-1], r[:, 1:])
@@ -184,8 +200,8 @@ def update_tangents(wrap: WrapArrays, pose: PoseArrays, nodes: Array, share: Arr
     nodes [m], (m, 3, n).
     """
     xp, n, tangent = library_of(nodes), nodes.shape[-1], []
-    for end, outer in enumerate((wrap.first, wrap.last)):
-        inner, beyond = ((outer + i * OUTWARDS[end]) % n for i in (1, SPAN_STATIONS))
+    for end in (FIRST, LAST):
+        inner, beyond = ((wrap.outer(end) + i * OUTWARDS[end]) % n for i in (1, SPAN_STATIONS))
         along = (nodes[:, :, beyond] - nodes[:, :, inner]).sum(axis=0) * OUTWARDS[end]
         local = along @ pose.axes
         ahead = xp.arctan2(-local[2], local[0]) - wrap.tangent[end]
@@ -193,9 +209,9 @@ def update_tangents(wrap: WrapArrays, pose: PoseArrays, nodes: Array, share: Arr
     return wrap._replace(tangent=xp.stack(tangent))
 
 
-def is_released(wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, end: int, chord: Array) -> Array:
+def is_released(pulley: BeltOnPulley, end: int, chord: Array) -> Array:
     """Whether the outermost station at ``end`` has come far enough to be free."""
-    return outer_depth(wrap, surface, pose, end) < -(CATCH_DISTANCE + HYSTERESIS) * chord
+    return outer_depth(pulley, end) < -(CATCH_DISTANCE + HYSTERESIS) * chord
 
 
 class Approach(NamedTuple):
@@ -213,26 +229,16 @@ class Approach(NamedTuple):
         return self.depth > -CATCH_DISTANCE * chord
 
 
-def approach_of(
-    belt: BeltArrays, wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, layer: Array, nodes: Array, end: int
-) -> Approach:
+def approach_of(belt: BeltArrays, pulley: BeltOnPulley, nodes: Array, end: int) -> Approach:
     """The station next to ``end`` of a belt with nodes [m], (m, 3, n)."""
-    pair = thread_places(belt, wrap, surface, pose, layer, nodes, end)
-    r, y, angle = cylinder_coordinates(pair[..., 0], pose)
-    behind = depth(wrap, surface, pose, 0.5 * (angle[0] + angle[-1]), end)
+    pair = thread_places(belt, pulley, nodes, end)
+    r, y, angle = cylinder_coordinates(pair[..., 0], pulley.pose)
+    behind = depth(pulley, 0.5 * (angle[0] + angle[-1]), end)
     return Approach(behind, r, y, angle, ((pair[..., 0] - pair[..., 1]) ** 2).sum(axis=1))
 
 
 def land_station(
-    wrap: WrapArrays,
-    surface: SurfaceArrays,
-    pose: PoseArrays,
-    before: Approach,
-    after: Approach,
-    end: int,
-    chord: Array,
-    moved: Array,
-    shaped: Array | float,
+    pulley: BeltOnPulley, before: Approach, after: Approach, end: int, chord: Array, moved: Array, shaped: Array | float
 ) -> WrapArrays:
     """With the station next to ``end``, where it has come close enough in the step: at its mean height and at its
     distance from the one landed before, edge by edge.
@@ -240,8 +246,8 @@ def land_station(
     before, after: that station at both ends of the step, of ``moved`` [m]. It is caught on the way between them, where
     it comes close enough, as if steps were short; else a slack belt would be as the step catches it, early or late.
     """
-    xp, outward, n = library_of(wrap.r), OUTWARDS[end], wrap.r.shape[-1]
-    outer = (wrap.first, wrap.last)[end]
+    wrap, surface = pulley.wrap, pulley.surface
+    xp, outward, outer, n = library_of(wrap.r), OUTWARDS[end], wrap.outer(end), wrap.r.shape[-1]
     k, beside = (outer + outward) % n, outer % n
     lands, nearer = after.is_caught(chord), after.depth - before.depth
     passed = lands & (nearer > 0.0) & (before.depth < -CATCH_DISTANCE * chord)
@@ -249,46 +255,45 @@ def land_station(
     _, r, y, _, square = (b - left * (b - a) for a, b in zip(before, after, strict=True))
     circle = radius_at(surface, shaped, y)
     high = (r - circle).mean()
-    inside = depth(wrap, surface, pose, after.angle.mean(), end) - left * nearer
+    inside = depth(pulley, after.angle.mean(), end) - left * nearer
     forgotten = xp.exp(-left * moved / (FORGETTING * chord))
     lifted = (high - lift(inside, chord, surface.radius, surface.sink_chords)) * forgotten
     turned = chord_angle(square - (y - wrap.y[:, beside]) ** 2, circle + high, wrap.r[:, beside])
-    new = {"r": circle + high, "y": y, "angle": wrap.angle[:, beside] + outward * turned}
 
-    def if_landed(there: Array, here: Array) -> Array:
-        return xp.where(lands, there, here)
+    def landed(values: Array, at: Any, there: Array) -> Array:
+        return put(values, at, xp.where(lands, there, values[at]))
 
     at = (slice(None), k)
-    anchors = {f: put(v := getattr(wrap, f), at, if_landed(new[f], v[at])) for f in new}
-    heights = put(wrap.landing_lift, k, if_landed(lifted, wrap.landing_lift[k]))
-    return wrap._replace(landing_lift=heights, **anchors, **{("first", "last")[end]: if_landed(outer + outward, outer)})
+    wrap = wrap.with_outer(end, xp.where(lands, outer + outward, outer))
+    return wrap._replace(
+        landing_lift=landed(wrap.landing_lift, k, lifted),
+        r=landed(wrap.r, at, circle + high),
+        y=landed(wrap.y, at, y),
+        angle=landed(wrap.angle, at, wrap.angle[:, beside] + outward * turned),
+    )
 
 
-# The bending layer. Its displacements [m], (2, m, 2): how far the lines are displaced outwards and into the pulley at
-# ``first`` and at ``last``; the anchors of a wrap are those without it.
+# The bending layer; the anchors of a wrap are those without it.
 
 _AHEAD = 2.0  # chords before the tangent point: what lies further is on the other side of the pulley
 
 
-def layer_of_fibres(
-    belt: BeltArrays, share: Array | float, nodes: Array, wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays
-) -> Array:
+def layer_of_fibres(belt: BeltArrays, pulley: BeltOnPulley, share: Array | float, nodes: Array) -> Array:
     """Displacements (2, m, 2) [m] that the fibres beside a pulley lead to; share: of the layer and of the camber."""
-    ends = [line_displacements(belt, share, nodes, wrap, surface.radius, pose, end) for end in (FIRST, LAST)]
+    ends = [line_displacements(belt, pulley, share, nodes, end) for end in (FIRST, LAST)]
     return share * library_of(nodes).stack(ends)
 
 
-def line_displacements(
-    belt: BeltArrays, share: Array | float, nodes: Array, wrap: WrapArrays, radius: Array, pose: PoseArrays, end: int
-) -> Array:
+def line_displacements(belt: BeltArrays, pulley: BeltOnPulley, share: Array | float, nodes: Array, end: int) -> Array:
     """How far the lines are outside the circle, and drawn into the pulley, beyond their mean [m], (m, 2).
 
-    nodes [m], (m, 3, n); share: of the camber; radius [m].
+    nodes [m], (m, 3, n); share: of the camber.
     """
-    xp, fibres, n = library_of(nodes), belt.fibres, nodes.shape[-1]
+    wrap, surface, pose, _ = pulley
+    xp, fibres, radius = library_of(nodes), belt.fibres, surface.radius
     assert fibres is not None
     begin = wrap.first - 1 - RUNUP_LINKS if end == FIRST else wrap.last + 1
-    k = (begin + np.arange(RUNUP_LINKS + 1)) % n
+    k = (begin + np.arange(RUNUP_LINKS + 1)) % nodes.shape[-1]
     strain = strains(belt.ties, nodes, k, share) - fibres.residual
     stress = fibres.modulus * xp.maximum(strain, SLACKEST_FIBRE * xp.maximum(strain.mean(), 1e-12))
     local = (nodes[:, :, k[-1]] - nodes[:, :, k[0]]) @ pose.axes
@@ -300,116 +305,94 @@ def line_displacements(
     return fibres.tension_share * (both - both.mean(axis=0))
 
 
-def station_displacement(
-    belt: BeltArrays, wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, layer: Array, inside: Array, end: int
-) -> Array:
+def station_displacement(belt: BeltArrays, pulley: BeltOnPulley, inside: Array, end: int) -> Array:
     """By how much the layer at ``end`` displaces stations ``inside`` [m] behind the tangent point, (k,): (m, 3, k) [m].
 
     Sections that are drawn in unequally turn, and with them the line that they stand on; wholly on the straight part
     of the path, less along the stations that sink onto the circle.
     """
+    assert pulley.layer is not None
     line_y, chord, xp = belt.line_y, belt.chord, library_of(inside)
-    outward, (out, drawn), at = OUTWARDS[end], layer[end].T, wrap.tangent[end]
+    outward, (out, drawn), at = OUTWARDS[end], pulley.layer[end].T, pulley.wrap.tangent[end]
     turned = (drawn @ line_y) / (line_y @ line_y)
-    fading = xp.where(inside > -_AHEAD * chord, fade(inside, chord, surface.sink_chords), 0.0)
+    fading = xp.where(inside > -_AHEAD * chord, fade(inside, chord, pulley.surface.sink_chords), 0.0)
     ones = xp.ones_like(inside)
     x = out * xp.sin(at) - outward * drawn * xp.cos(at)
     z = out * xp.cos(at) + outward * drawn * xp.sin(at)
     aside = xp.broadcast_to(-turned * inside, (len(line_y), *inside.shape))
     local = xp.stack([x[:, None] * ones, aside, z[:, None] * ones], axis=1)
-    return xp.einsum("mjk,ij->mik", fading * local, pose.axes)
+    return xp.einsum("mjk,ij->mik", fading * local, pulley.pose.axes)
 
 
-def layer_displacements(
-    belt: BeltArrays, wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, layer: Array, k: Array
-) -> Array:
+def layer_displacements(belt: BeltArrays, pulley: BeltOnPulley, k: Array) -> Array:
     """By how much the layer displaces the anchors of stations k [m], (m, 3, k); those inside the wrap not at all."""
-    angle = wrap.angle[:, k].mean(axis=0)
-    first, last = (
-        station_displacement(belt, wrap, surface, pose, layer, depth(wrap, surface, pose, angle, end), end)
-        for end in (FIRST, LAST)
-    )
+    angle = pulley.wrap.angle[:, k].mean(axis=0)
+    first, last = (station_displacement(belt, pulley, depth(pulley, angle, end), end) for end in (FIRST, LAST))
     return first + last
 
 
-def thread_places(
-    belt: BeltArrays, wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, layer: Array, nodes: Array, end: int
-) -> Array:
+def thread_places(belt: BeltArrays, pulley: BeltOnPulley, nodes: Array, end: int) -> Array:
     """Where the station next to ``end`` and the outermost held one would be without the layer [m], (m, 3, 2)."""
-    k = ((wrap.first, wrap.last)[end] + OUTWARDS[end] * np.array([1, 0])) % nodes.shape[-1]
+    k = (pulley.wrap.outer(end) + OUTWARDS[end] * np.array([1, 0])) % nodes.shape[-1]
     pair = nodes[:, :, k]
-    if layer is None:
+    if pulley.layer is None:
         return pair
-    angle = cylinder_coordinates(pair, pose)[2].mean(axis=0)
-    inside = depth(wrap, surface, pose, angle, end)
-    return pair - station_displacement(belt, wrap, surface, pose, layer, inside, end)
+    angle = cylinder_coordinates(pair, pulley.pose)[2].mean(axis=0)
+    return pair - station_displacement(belt, pulley, depth(pulley, angle, end), end)
 
 
-# Both pulleys at once, compiled: every leaf of wraps and poses with a leading axis of head and tail.
+# Both pulleys at once, compiled.
 
 
 def sink_wraps(
-    belt: BeltArrays, wraps: WrapArrays, poses: tuple[PoseArrays, PoseArrays], moved: Array, shaped: Array, rests: Array
+    belt: BeltArrays, pulleys: BeltOnPulley, before: PoseArrays, moved: Array, shaped: Array, rests: Array
 ) -> WrapArrays:
-    """The stations on the pulleys on their paths for where the pulleys will be.
+    """The stations on pulleys that have come from ``before``, on their paths for where the pulleys are.
 
-    poses: at both ends of the step; moved [m]: in the step; rests: whether the belt is at rest, which then does not
-    roll with an axis that begins to be canted.
+    moved [m]: how far the pulleys turn in the step; rests: whether the belt is at rest, which then does not roll with
+    an axis that begins to be canted.
     """
-    (before, pose), shape = poses, belt.shape
-    if shape.canted:
-        rolled = jnp.where(rests, pose.axes[:, 2, 1] - before.axes[:, 2, 1], 0.0)
-        wraps = jax.vmap(roll_anchors)(belt.surfaces, wraps, pose, rolled)
+    wraps = pulleys.wrap
+    if belt.shape.canted:
+        rolled = jnp.where(rests, pulleys.pose.axes[:, 2, 1] - before.axes[:, 2, 1], 0.0)
+        wraps = jax.vmap(roll_anchors)(pulleys, rolled)
     for end in (FIRST, LAST):
         sink = partial(sink_ends, belt, end=end, moved=moved, shaped=shaped)
-        wraps = jax.vmap(sink)(wraps, belt.surfaces, pose)
+        wraps = jax.vmap(sink)(pulleys._replace(wrap=wraps))
     return wraps
 
 
-def release_stations(belt: BeltArrays, wraps: WrapArrays, pose: PoseArrays) -> WrapArrays:
+def release_stations(belt: BeltArrays, pulleys: BeltOnPulley) -> WrapArrays:
     """The wraps without their outermost stations, where these have come far enough to be free."""
 
-    def one(wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, end: int) -> WrapArrays:
-        outer, goes = (wrap.first, wrap.last)[end], is_released(wrap, surface, pose, end, belt.chord)
-        return wrap._replace(**{("first", "last")[end]: outer - OUTWARDS[end] * goes})
+    def release(pulley: BeltOnPulley, end: int) -> WrapArrays:
+        goes = is_released(pulley, end, belt.chord)
+        return pulley.wrap.with_outer(end, pulley.wrap.outer(end) - OUTWARDS[end] * goes)
 
     for end in (FIRST, LAST):
-        wraps = jax.vmap(partial(one, end=end))(wraps, belt.surfaces, pose)
-    return wraps
+        pulleys = pulleys._replace(wrap=jax.vmap(partial(release, end=end))(pulleys))
+    return pulleys.wrap
 
 
 def land_stations(
-    belt: BeltArrays,
-    wraps: WrapArrays,
-    before: tuple[PoseArrays, Array],
-    after: tuple[PoseArrays, Array],
-    layers: Array | None,
-    moved: Array,
-    shaped: Array,
+    belt: BeltArrays, pulleys: BeltOnPulley, before: tuple[PoseArrays, Array], nodes: Array, moved: Array, shaped: Array
 ) -> WrapArrays:
-    """The wraps with the stations that they have caught in a step of ``moved`` [m].
+    """The wraps with the stations that they have caught in a step of ``moved`` [m] to ``nodes`` [m], (m, 3, n).
 
-    before, after: poses and nodes [m], (m, 3, n), at both ends of the step; shaped: 1 where the pulleys are what they
-    are, 0 while they are plain cylinders.
+    before: poses and nodes at the step's beginning; shaped: 1 where the pulleys are what they are, 0 while they are
+    plain cylinders.
     """
 
-    def one(
-        wrap: WrapArrays, surface: SurfaceArrays, pose: PoseArrays, old: PoseArrays, layer: Array | None, end: int
-    ) -> WrapArrays:
-        was, now = (
-            approach_of(belt, wrap, surface, at, layer, nodes, end)
-            for at, nodes in ((old, before[1]), (pose, after[1]))
-        )
-        return land_station(wrap, surface, pose, was, now, end, belt.chord, moved, shaped)
+    def land(pulley: BeltOnPulley, old: PoseArrays, end: int) -> WrapArrays:
+        was = approach_of(belt, pulley._replace(pose=old), before[1], end)
+        return land_station(pulley, was, approach_of(belt, pulley, nodes, end), end, belt.chord, moved, shaped)
 
     for end in (FIRST, LAST):
-        wraps = jax.vmap(partial(one, end=end))(wraps, belt.surfaces, after[0], before[0], layers)
-    return wraps
+        pulleys = pulleys._replace(wrap=jax.vmap(partial(land, end=end))(pulleys, before[0]))
+    return pulleys.wrap
 
 
-def relax_layers(
-    belt: BeltArrays, layers: Array, wraps: WrapArrays, pose: PoseArrays, nodes: Array, share: Array, rate: Array
-) -> Array:
+def relax_layers(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array, share: Array, rate: Array) -> Array:
     """Displacements (2, 2, m, 2) [m] moved by ``rate`` of the way to what the fibres beside the pulleys say."""
-    wanted = jax.vmap(lambda w, s, p: layer_of_fibres(belt, share, nodes, w, s, p))(wraps, belt.surfaces, pose)
-    return layers + rate * (wanted - layers)
+    wanted = jax.vmap(lambda pulley: layer_of_fibres(belt, pulley, share, nodes))(pulleys)
+    return pulleys.layer + rate * (wanted - pulleys.layer)

@@ -53,7 +53,6 @@ def overlay_picture(
 
 
 def _panel(ax, panel: Panel, labels: Mapping[str, str]) -> None:
-    """One run and signal."""
     centre = panel.base if panel.final is None else panel.final
     band = {"color": FAINT, "alpha": 0.35, "linewidth": 0}
     ax.fill_between(panel.travel, centre - panel.band, centre + panel.band, label="uncertainty (2u)", **band)

@@ -87,7 +87,6 @@ class TravelCase:
 
     @property
     def stations(self) -> int:
-        """Of its mesh."""
         return self.belt.shape.stations
 
     @property
@@ -105,18 +104,16 @@ def lay_case(
     scene = lay_out(case, BELT_MODELS[belt](), options, parts)
     arrays = belt_arrays(scene, features)
     shape = arrays.shape
-    wraps, pose = lay_pulleys(scene, arrays)
+    pulleys = lay_pulleys(scene, arrays)
     state = TravelState(
         nodes=np.moveaxis(scene.mesh.laid, 0, -1),
-        wraps=wraps,
-        pose=pose,
+        pulleys=pulleys,
         tension=np.array(float(case.tension_force)),
         travel=np.array(-scene.early),
         correction=np.array(0.0),
         slip=SlipState(np.zeros((2, shape.lines, 2, shape.stations)), *np.zeros((3, 2))) if features.slips else None,
-        kinks=RopeKinks.from_wrap(wraps, shape.sign) if shape.limp else None,
+        kinks=RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None,
         compliance_yaw=np.zeros(2) if features.gives_way else None,
-        layer=np.zeros((2, 2, shape.lines, 2)) if features.layered else None,
     )
     return TravelCase(case, arrays, state, *plan_run(case.settings, options, travel, parts.sets_in))
 
@@ -143,8 +140,6 @@ def in_batches(ready: Sequence[TravelCase], chunk: int | None) -> Iterator[list[
 
 @in_float64
 def _run_chunk(filled: Sequence[TravelCase], rows: int, devices: int) -> np.ndarray:
-    """Rows of mean readings of a chunk, shape (cases, rows, 20)."""
-
     def stand_still(commands: Array) -> Array:
         """Up to as many rows as the longest run has."""
         more = np.broadcast_to(commands[-1:, -1:], (rows - len(commands), *commands.shape[1:]))
@@ -198,8 +193,8 @@ def run_case(belt: BeltArrays, state: TravelState, commands: Command) -> Array:
 
     def one(state: TravelState, command: Command) -> tuple[TravelState, Array]:
         state = step(belt, state, command)
-        tail_x = state.pose.centre[TAIL, 0]
-        read = reading(belt, state.nodes, state.wraps.first, state.wraps.last, tail_x, command.share)
+        wraps, tail_x = state.pulleys.wrap, state.pulleys.pose.centre[TAIL, 0]
+        read = reading(belt, state.nodes, wraps.first, wraps.last, tail_x, command.share)
         columns = [read, jnp.stack([tail_x, state.travel, state.correction])]
         if (slip := state.slip) is not None:
             columns += [slip.total, slip.sliding, slip.residual.max(keepdims=True)]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays
+from belt_sim.mujoco3d.belt import BeltArrays
 from belt_sim.mujoco3d.block_tridiagonal import Level, factorise, solve_chain
 from belt_sim.mujoco3d.chain import (
     ChainLayout,
@@ -38,7 +38,7 @@ from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.wrap import (
     HEAD,
     TAIL,
-    PoseArrays,
+    BeltOnPulley,
     WrapArrays,
     land_stations,
     relax_layers,
@@ -63,20 +63,18 @@ class SlipState(NamedTuple):
 
 
 class TravelState(NamedTuple):
-    """nodes [m], (m, 3, n); wraps, pose: of head and tail; tension [N]: mean of the spans; travel [m]; correction [m]:
-    by how much the step's last Newton iteration moved a node at most; slip: None if it sticks; kinks: of a limp belt;
-    turned [rad], (2,): yaw by which the pulleys give way, None if they do not; layer: as in layer.py, or None."""
+    """nodes [m], (m, 3, n); pulleys: head and tail; tension [N]: mean of the spans; travel [m]; correction [m]: by how
+    much the step's last Newton iteration moved a node at most; slip: None if it sticks; kinks: of a limp belt;
+    compliance_yaw [rad], (2,): yaw by which the pulleys give way, None if they do not."""
 
     nodes: Array
-    wraps: WrapArrays
-    pose: PoseArrays
+    pulleys: BeltOnPulley
     tension: Array
     travel: Array
     correction: Array
     slip: SlipState | None = None
     kinks: RopeKinks | None = None
     compliance_yaw: Array | None = None
-    layer: Array | None = None
 
 
 def newton_step(
@@ -145,26 +143,20 @@ class Equilibrium(NamedTuple):
 
 
 def find_equilibrium(
-    belt: BeltArrays,
-    wraps: WrapArrays,
-    nodes: Array,
-    tail: Array,
-    places: ChainLayout,
-    state: TravelState,
-    command: Command,
+    belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array, places: ChainLayout, state: TravelState, command: Command,
     aside: Array | float,
-) -> Equilibrium:
-    """Newton iterations from where the step has led the chain, ``nodes`` [m], (m, 3, n), and the tail pulley.
+) -> Equilibrium:  # fmt: skip
+    """Newton iterations from where the step has led the pulleys and the chain, ``nodes`` [m], (m, 3, n).
 
     The tension that stiffens the belt across its direction is that of its last equilibrium. aside [m]: by how much held
     stations stand aside of their anchors.
     """
-    taut, moved = state.nodes[..., places.stations], command.travel - state.travel
+    taut, moved, wraps = state.nodes[..., places.stations], command.travel - state.travel, pulleys.wrap
 
     def iteration(found: Equilibrium, more: Array) -> tuple[Equilibrium, None]:
         turned, pose = found.compliance_yaw, pose_of(belt, command, found.tail, found.compliance_yaw)
         nodes, moves = found.nodes, tail_derivatives(wraps, pose)
-        twist = twist_of_cells(belt, wraps, pose, places, state.tension)
+        twist = twist_of_cells(belt, pulleys._replace(pose=pose), places, state.tension)
         on_nodes, at_ends = chain_forces(belt, nodes, places, twist, command.share)
         on_nodes = on_nodes.reshape(nodes.shape).at[:, 2].add(-belt.mass[:, None] * belt.gravity)
         on_diagonal = None
@@ -182,12 +174,14 @@ def find_equilibrium(
         nodes, tail = nodes + change.reshape(nodes.shape), found.tail + tail_change
         if turned is not None:
             there = jnp.zeros_like(nodes).at[..., places.stations].set(nodes)
-            moment = yaw_moments(wraps, pose, there, pull_on_nodes(belt, there, command.share))
+            moment = yaw_moments(pulleys._replace(pose=pose), there, pull_on_nodes(belt, there, command.share))
             turned = jnp.where(more, compliance_step(belt, state.compliance_yaw, turned, moment, moved), turned)
-        anchors = anchor_positions(belt, wraps, pose_of(belt, command, tail, turned), state.layer, places) + aside
+        pose = pose_of(belt, command, tail, turned)
+        anchors = anchor_positions(belt, pulleys._replace(pose=pose), places) + aside
         nodes, tension = jnp.where(places.free, nodes, anchors), -0.5 * on_tail[0]
         return Equilibrium(nodes, tail, tension, jnp.abs(change).max(), turned), None
 
+    tail = jnp.stack([pulleys.pose.centre[TAIL, 0], pulleys.pose.spin[TAIL]])
     begin = Equilibrium(nodes, tail, state.tension, state.correction, state.compliance_yaw)
     count = ITERATIONS if state.compliance_yaw is None else ITERATIONS + _YIELDING
     return jax.lax.scan(iteration, begin, jnp.arange(count) < count - 1)[0]
@@ -229,68 +223,68 @@ def step(belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
     """The state after a step."""
     moved, sign = command.travel - state.travel, belt.shape.sign
     shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
-    spin = state.pose.spin[TAIL] + sign * moved / belt.surfaces.radius[TAIL]
-    tail = jnp.stack([state.pose.centre[TAIL, 0], spin])
-    pose, wraps, kinks = pose_of(belt, command, tail, state.compliance_yaw), state.wraps, state.kinks
+    spin = state.pulleys.pose.spin[TAIL] + sign * moved / belt.surfaces.radius[TAIL]
+    tail = jnp.stack([state.pulleys.pose.centre[TAIL, 0], spin])
+    pose = pose_of(belt, command, tail, state.compliance_yaw)
+    pulleys = state.pulleys._replace(surface=belt.surfaces, pose=pose)
+    kinks, before = state.kinks, state.pulleys.pose
     if kinks is not None:
-        wraps, kinks = jax.vmap(partial(hold_run_up_end, sign=sign))(wraps, belt.surfaces, pose, kinks)
-    wraps = sink_wraps(belt, wraps, (state.pose, pose), moved, shaped, (moved == 0.0) & (state.travel >= 0.0))
-    places = cut_chain(wraps)
+        wraps, kinks = jax.vmap(partial(hold_run_up_end, sign=sign))(pulleys, kinks)
+        pulleys = pulleys._replace(wrap=wraps)
+    rests = (moved == 0.0) & (state.travel >= 0.0)
+    pulleys = pulleys._replace(wrap=sink_wraps(belt, pulleys, before, moved, shaped, rests))
+    places = cut_chain(pulleys.wrap)
     taut, chords = state.nodes[..., places.stations], moved / belt.chord
-    anchors = anchor_positions(belt, wraps, pose, state.layer, places)
+    anchors = anchor_positions(belt, pulleys, places)
     nodes = predict(belt, taut, jnp.where(places.free, taut, anchors), places, chords)
-    wraps = release_stations(belt, wraps, pose)
-    places = divide_chain(wraps, places.stations)
-    if state.layer is not None:
-        anchors = anchor_positions(belt, wraps, pose, state.layer, places)
-    aside = 0.0
-    if kinks is not None:
-        aside = end_offsets(belt, wraps, pose, places, taut, chords, kinks)
+    pulleys = pulleys._replace(wrap=release_stations(belt, pulleys))
+    places = divide_chain(pulleys.wrap, places.stations)
+    if pulleys.layer is not None:
+        anchors = anchor_positions(belt, pulleys, places)
+    aside = 0.0 if kinks is None else end_offsets(belt, pulleys, places, taut, chords, kinks)
     nodes = jnp.where(places.free, nodes, anchors + aside)
-    found = find_equilibrium(belt, wraps, nodes, tail, places, state, command, aside)
+    found = find_equilibrium(belt, pulleys, nodes, places, state, command, aside)
     nodes = jnp.zeros_like(nodes).at[..., places.stations].set(found.nodes)
-    pose, slip = pose_of(belt, command, found.tail, found.compliance_yaw), state.slip
+    pulleys, slip = pulleys._replace(pose=pose_of(belt, command, found.tail, found.compliance_yaw)), state.slip
     if slip is not None:
         pull = pull_on_nodes(belt, nodes, command.share)
-        wraps, slip = jax.vmap(partial(slide_wrap, belt, pull, shaped))(wraps, belt.surfaces, pose, slip)
+        wraps, slip = jax.vmap(partial(slide_wrap, belt, pull, shaped))(pulleys, slip)
+        pulleys = pulleys._replace(wrap=wraps)
 
     def filter_share(time: float) -> Array:
         return jnp.where(moved > 0.0, jnp.minimum(moved / (belt.run_speed * time), 1.0), 1.0)
 
-    wraps = jax.vmap(lambda w, p: update_tangents(w, p, nodes, filter_share(SPAN_TIME)))(wraps, pose)
-    layer, before = state.layer, (state.pose, state.nodes)
-    wraps = land_stations(belt, wraps, before, (pose, nodes), layer, moved, shaped)
-    if layer is not None:
-        layer = relax_layers(belt, layer, wraps, pose, nodes, command.share, filter_share(LAYER_TIME))
-    after = found.tension, command.travel, found.correction, slip, kinks, found.compliance_yaw, layer
-    return TravelState(nodes, wraps, pose, *after)
+    turned = jax.vmap(lambda w, p: update_tangents(w, p, nodes, filter_share(SPAN_TIME)))
+    pulleys = pulleys._replace(wrap=turned(pulleys.wrap, pulleys.pose))
+    pulleys = pulleys._replace(wrap=land_stations(belt, pulleys, (before, state.nodes), nodes, moved, shaped))
+    if pulleys.layer is not None:
+        layer = relax_layers(belt, pulleys, nodes, command.share, filter_share(LAYER_TIME))
+        pulleys = pulleys._replace(layer=layer)
+    return TravelState(
+        nodes, pulleys, found.tension, command.travel, found.correction, slip, kinks, found.compliance_yaw
+    )
 
 
 def slide_wrap(
-    belt: BeltArrays,
-    pull: Array,
-    shaped: Array,
-    wrap: WrapArrays,
-    surface: SurfaceArrays,
-    pose: PoseArrays,
-    slip: SlipState,
+    belt: BeltArrays, pull: Array, shaped: Array, pulley: BeltOnPulley, slip: SlipState
 ) -> tuple[WrapArrays, SlipState]:
     """A wrap with the anchors moved of nodes that pull harder than friction allows; the next step starts from there.
 
     pull [N], (m, 3, n); shaped: 1 where the pulleys are what they are.
     """
     assert belt.sliding_stiffness is not None
+    wrap = pulley.wrap
     shape, at = belt.shape, jnp.arange(belt.shape.longest_wrap)
     count, k = (wrap.last - wrap.first) % shape.stations + 1, (wrap.first + at) % shape.stations
     held = at < count
-    outwards, across, along = surface_components(wrap, pose, k, pull[:, :, k])
+    outwards, across, along = surface_components(pulley, k, pull[:, :, k])
     holding = -jnp.stack([across, along], axis=1)
     limit = jnp.where(held & jnp.isfinite(belt.friction), belt.friction * jnp.maximum(-outwards, 0.0), jnp.inf)
     chain = wrap_chain(belt.sliding_stiffness, wrap.first, count, shape.longest_wrap)
     way, residual = slip_increments(jnp.where(held, holding, 0.0), limit, chain, slip.increment[:, :, k])
     residual = jnp.where(count > shape.longest_wrap, jnp.inf, residual)
     nodes = shape.lines * count
-    return slide_anchors(surface, wrap, shaped, k, way), SlipState(
+    return slide_anchors(pulley, shaped, k, way), SlipState(
         increment=jnp.zeros_like(slip.increment).at[:, :, k].set(way),
         total=slip.total + way[:, 0].sum() / nodes,
         sliding=(way != 0.0).any(axis=1).sum() / nodes,
@@ -299,22 +293,17 @@ def slide_wrap(
 
 
 def end_offsets(
-    belt: BeltArrays,
-    wraps: WrapArrays,
-    poses: PoseArrays,
-    places: ChainLayout,
-    taut: Array,
-    moved: Array,
-    kinks: RopeKinks,
+    belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayout, taut: Array, moved: Array, kinks: RopeKinks
 ) -> Array:
     """By how much held stations of the chain of a limp belt stand aside of their anchors [m], shape (m, 3, n).
 
     taut [m], (m, 3, n): the chain in its last equilibrium; moved [1]: chords that it has been led on since.
     """
     sign, found = belt.shape.sign, jnp.zeros_like(taut)
-    for pulley in (HEAD, TAIL):
-        wrap, pose, kink = (jax.tree.map(lambda v, p=pulley: v[p], tree) for tree in (wraps, poses, kinks))
-        last, first = places.ends[pulley, run_off_end(sign)], places.ends[pulley, run_up_end(sign)]
+    for which in (HEAD, TAIL):
+        pulley, kink = jax.tree.map(lambda values, which=which: values[which], (pulleys, kinks))
+        wrap, pose = pulley.wrap, pulley.pose
+        last, first = places.ends[which, run_off_end(sign)], places.ends[which, run_up_end(sign)]
         free, next_free, far = (taut[..., last + i * sign] for i in (1, 2, KINK_STATIONS))
         move, _ = run_off_line(wrap, pose, sign, free + moved * (next_free - free), far, belt.chord)
         found = found.at[..., last].add(move[:, None] * pose.axes[:, 1])

@@ -34,7 +34,6 @@ class Visible:
     @computed_field(alias="seen")  # type: ignore[prop-decorator]
     @property
     def word(self) -> str:
-        """How well the effect is seen."""
         if self.smallest is None:
             return "not at all"
         return "well" if self.share < WELL else "when large" if self.share < 1.0 else "not at a plausible size"
@@ -110,7 +109,6 @@ class Check(Display):
         return f"{len(self.pairs)} pairs could not be told apart even where they are plain to see (12 sigma){more}."
 
     def tables(self) -> Sequence[Table]:
-        """Effects by how well they show, and pairs."""
         tables = [visible_table(self.visible)] if self.visible else []
         return [*tables, pairs_table(self.pairs)] if self.pairs else tables
 

@@ -42,7 +42,6 @@ class Comparison(Display):
 
     @property
     def final_model(self) -> str:
-        """The base model with its effects."""
         return " + ".join([self.base_model, *(e.id for e in self.effects)])
 
     def lines(self) -> Sequence[str]:
@@ -66,7 +65,6 @@ class Comparison(Display):
         return [*said, f"got worse: {', '.join(worse)}" if worse else "no run got worse"]
 
     def tables(self) -> Sequence[Table]:
-        """Run by run, and the steady rates."""
         return [*([runs_table(self)] if self.per_run else []), *([steady_table(self)] if self.steady else [])]
 
     def to_pandas(self) -> Any:

@@ -29,7 +29,6 @@ class Verdict(StrEnum):
 
     @property
     def headline(self) -> str:
-        """The verdict as a headline of two to four words."""
         return _HEADLINES[self]
 
     @property
@@ -123,7 +122,6 @@ class Diagnosis(Display):
 
     @property
     def final_model(self) -> str:
-        """The base model with what was found."""
         found = ["the discovered law"] if self.law_instead else [e.id for e in self.effects]
         return " + ".join([self.base_model, *found])
 
@@ -136,7 +134,6 @@ class Diagnosis(Display):
         return [*said, *self.beyond, *(str(n) for n in self.next_runs[:1])]
 
     def tables(self) -> Sequence[Table]:
-        """Candidates and errors."""
         return [ranking_table(self.ranking), error_table(self.error)]
 
     def to_pandas(self) -> Any:
@@ -163,7 +160,6 @@ def _fall(error: Errors) -> list[str]:
 
 
 def ranking_table(ranking: Sequence[Candidate]) -> Table:
-    """Every candidate, a line each."""
     columns = ("effect", "chi2 gain", "threshold", "held-out rms mm", "plausible", "probability", "note")
     rows = []
     for c in ranking:
@@ -173,7 +169,6 @@ def ranking_table(ranking: Sequence[Candidate]) -> Table:
 
 
 def error_table(error: Errors) -> Table:
-    """The fall of the error, over all and by held-out condition."""
     changes = error.rows() | error.left_out()
     rows = [(name, words.column(row.before), words.column(row.after)) for name, row in changes.items()]
     title = f"error (noise floor {words.decimal(1e3 * error.noise_floor, 3)} mm)"

@@ -55,7 +55,6 @@ class Display:
 
 
 def frame(rows: Any) -> Any:
-    """Return a pandas DataFrame of columns or rows."""
     import pandas as pd
 
     return pd.DataFrame(rows)

@@ -60,7 +60,6 @@ class Errors:
         return {f"without {n}{note if n in self.untestable else ''}": row for n, row in self.by_condition.items()}
 
     def rows(self) -> dict[str, Change]:
-        """The changes that there are, by name."""
         return {name: row for name, row in (("fit", self.fit), ("held_out", self.held_out)) if row is not None}
 
 
@@ -98,7 +97,6 @@ class RunError:
 
     @property
     def unit(self) -> str:
-        """The unit in which people read it: mm, or mrad of a tilt."""
         return UNITS[self.kind]
 
     @model_serializer

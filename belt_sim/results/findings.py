@@ -186,7 +186,6 @@ class Explanation:
 
     @property
     def of_effects(self) -> bool:
-        """Whether it is of effects, or of none."""
         return not self.instead
 
     @property
@@ -296,5 +295,4 @@ class NoiseLevels:
     @computed_field  # type: ignore[prop-decorator]
     @property
     def source(self) -> str:
-        """Where the levels come from."""
         return "repeated runs" if self.repeats else "as stated in the campaign"

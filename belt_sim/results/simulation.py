@@ -78,7 +78,6 @@ class Simulation(Display):
 
     @property
     def title(self) -> str:
-        """Model, effects and tension."""
         tension = words.tension(float(self.case.settings.tension))
         return f"{' + '.join([self.model, *(e.id for e in self.effects)])}, {tension} N/mm2"
 
@@ -109,7 +108,6 @@ class Simulation(Display):
         return [*said, *filter(None, (self.warning, self.note))]
 
     def tables(self) -> Sequence[Table]:
-        """Rates and last positions, a point a row."""
         last = [None] * 4 if self.curves is None else np.asarray(self.curves.y)[:, -1]
         both = zip(POINTS, self.rates, last, strict=True)
         rows = [(str(k), words.column(rate, sign=True), words.column(y, sign=True)) for k, rate, y in both]

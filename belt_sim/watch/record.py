@@ -42,12 +42,10 @@ class Overlay:
 
     @property
     def drawn(self) -> Curves:
-        """The curves whose belt is drawn in space."""
         return list(self.modelled.values())[-1]
 
     @property
     def length(self) -> float:
-        """Travel [m] of these."""
         return float(self.drawn.travel[-1] - self.drawn.travel[0])
 
 

@@ -89,7 +89,6 @@ class RerunObserver:
             self._send(self.recording)
 
     def _send(self, recording: rr.RecordingStream) -> None:
-        """Send what has been gathered."""
         series.columns(recording, self.rows, self.styled)
         for scene in self.scenes if self.pictures else ():
             scene.frames(self.pictures)

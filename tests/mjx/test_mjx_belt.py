@@ -134,7 +134,7 @@ def test_the_belt_starts_and_stops_as_commanded():
     for k in range(150):
         speed = jnp.array(min(k / 50, 1.0) if k < 100 else max(1.0 - (k - 100) / 25, 0.0))
         data = RUN(ready.model, data, command(ready.model, data, speed, yaw))
-        spins.append(float(data.pose.spin[1]))
+        spins.append(float(data.pulleys.pose.spin[1]))
     radius = float(ready.case.rig.tail_radius)
     turned = radius * (spins[-1] - spins[0])
     assert turned == pytest.approx(float(data.travel - ready.data.travel), rel=0.02)

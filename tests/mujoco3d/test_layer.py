@@ -15,7 +15,16 @@ from belt_sim.mujoco3d.belt import LayerFibres
 from belt_sim.mujoco3d.elastic import Ties, TwistStiffness
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.mujoco3d.wrap import FIRST, LAST, OUTWARDS, depth, line_displacements, station_displacement, thread_places
+from belt_sim.mujoco3d.wrap import (
+    FIRST,
+    LAST,
+    OUTWARDS,
+    BeltOnPulley,
+    depth,
+    line_displacements,
+    station_displacement,
+    thread_places,
+)
 from studies.paper.case import ROPE_EXAMPLE
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")
@@ -67,13 +76,14 @@ def test_a_bent_belt_tilts_and_turns_at_the_tangent_point(tension, end, across):
     case = paper_case(tension)
     belt, nodes, wrap = beside_a_pulley(case, end, across, kappa=KAPPA)
     layer = np.zeros((2, across, 2))
-    layer[end] = line_displacements(belt, 1.0, nodes, wrap, R, pose(), end)
+    pulley = BeltOnPulley(wrap, CYLINDER, pose(), layer)
+    layer[end] = line_displacements(belt, pulley, 1.0, nodes, end)
     out, drawn = layer[end].T
     lift, lean, torsion = of_the_law(case)
     moment, y = float(case.belt.bending_stiffness) * KAPPA, belt.line_y
     assert np.polyfit(y, out, 1)[0] == pytest.approx(lift * moment / torsion, rel=FIBRES)
     assert np.polyfit(y, drawn, 1)[0] == pytest.approx(lean * moment / torsion, rel=FIBRES)
-    moved = station_displacement(belt, wrap, CYLINDER, pose(), layer, np.zeros(1), end)[..., 0]
+    moved = station_displacement(belt, pulley, np.zeros(1), end)[..., 0]
     side = -OUTWARDS[end]
     assert np.polyfit(y, moved[:, 2], 1)[0] == pytest.approx(side * lift * moment / torsion, rel=FIBRES)
     assert moved[:, 0] == pytest.approx(drawn)  # into the tail pulley, at x > 0 of upper and lower span
@@ -84,7 +94,7 @@ def test_a_bent_belt_tilts_and_turns_at_the_tangent_point(tension, end, across):
 def test_a_twisted_belt_is_drawn_in_less_where_it_comes_steeper(end):
     case = paper_case(10)
     belt, nodes, wrap = beside_a_pulley(case, end, 2, twist=TWIST)
-    out, drawn = line_displacements(belt, 1.0, nodes, wrap, R, pose(), end).T
+    out, drawn = line_displacements(belt, BeltOnPulley(wrap, CYLINDER, pose()), 1.0, nodes, end).T
     lift, _, torsion = of_the_law(case)
     own = float(case.tension_force) * float(case.belt.width) ** 2 / 12.0 / torsion
     steeper = TWIST if end == FIRST else -TWIST  # the lower span's outside is below
@@ -97,17 +107,18 @@ def test_a_landing_station_is_put_back_by_what_the_layer_displaces_it(end):
     belt, nodes, wrap = beside_a_pulley(paper_case(10), end, 2)
     wrap.angle[:] = wrap.tangent[end]
     pair, layer = nodes[..., [HELD + OUTWARDS[end], HELD]], np.zeros((2, 2, 2))
-    np.testing.assert_array_equal(thread_places(belt, wrap, CYLINDER, pose(), None, nodes, end), pair)
+    np.testing.assert_array_equal(thread_places(belt, BeltOnPulley(wrap, CYLINDER, pose()), nodes, end), pair)
     layer[end] = [[2e-5, 1e-6], [-2e-5, -1e-6]]
-    thread = thread_places(belt, wrap, CYLINDER, pose(), layer, nodes, end)
+    pulley = BeltOnPulley(wrap, CYLINDER, pose(), layer)
+    thread = thread_places(belt, pulley, nodes, end)
 
     def displaced(*inside):
-        return station_displacement(belt, wrap, CYLINDER, pose(), layer, np.array(inside), end)
+        return station_displacement(belt, pulley, np.array(inside), end)
 
     assert thread + displaced(-CHORD, 0.0) == pytest.approx(pair, abs=2e-9)
     assert displaced(-CHORD)[:, 1, 0] == pytest.approx(1e-6 / belt.line_y[0] * CHORD * np.ones(2))
     assert displaced(6 * CHORD) == pytest.approx(0.0)
-    assert depth(wrap, CYLINDER, pose(), wrap.tangent[end], end) == pytest.approx(0.0)
+    assert depth(pulley, wrap.tangent[end], end) == pytest.approx(0.0)
 
 
 @pytest.mark.evidence(

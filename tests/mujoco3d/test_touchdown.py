@@ -11,6 +11,7 @@ from belt_sim.mujoco3d.wrap import (
     FIRST,
     LAST,
     OUTWARDS,
+    BeltOnPulley,
     approach_of,
     is_released,
     land_station,
@@ -48,8 +49,8 @@ def test_landing_keeps_chord_and_mean_height(shape):
     beside, nodes = places(wrap, at)[..., 0], np.zeros((2, 3, 12))
     there = beside + np.array([-0.0242, 1e-5, -0.0062]) + [[0.0, 0.0, 2e-6], [0.0, 0.0, -2e-6]]
     nodes[..., 0], nodes[..., 1] = there, beside
-    approach = approach_of(BELT, wrap, cylinder, at, None, nodes, FIRST)
-    landed = land_station(wrap, cylinder, at, approach, approach, FIRST, CHORD, 0.0, 1.0)
+    approach = approach_of(BELT, BeltOnPulley(wrap, cylinder, at), nodes, FIRST)
+    landed = land_station(BeltOnPulley(wrap, cylinder, at), approach, approach, FIRST, CHORD, 0.0, 1.0)
     placed = places(landed, at)
     assert landed.first == 0
     length = np.linalg.norm(there - beside, axis=1)
@@ -78,7 +79,7 @@ def test_turning_pulley_keeps_lengths_and_lets_the_span_end_on_one_line(end):
     start = tangent - outward * 0.5 * CHORD / R - wrap.angle[0, station]
 
     def sunk(spin):
-        return sink_ends(BELT, wrap, cylinder, pose(spin=spin), end, 0.0, 1.0), pose(spin=spin)
+        return sink_ends(BELT, BeltOnPulley(wrap, cylinder, pose(spin=spin)), end, 0.0, 1.0), pose(spin=spin)
 
     for _ in range(8):  # from the circle onto the path
         wrap, at = sunk(start)
@@ -88,8 +89,9 @@ def test_turning_pulley_keeps_lengths_and_lets_the_span_end_on_one_line(end):
         heights.append(r * np.cos(angle - tangent))
         assert chords(wrap, at) == pytest.approx(lengths, abs=ROUNDING)
     assert np.ptp(heights) < STRAIGHT
-    assert not is_released(wrap, cylinder, at, end, CHORD)
-    assert is_released(wrap, cylinder, pose(spin=at.spin + outward * 0.05 * CHORD / R), end, CHORD)
+    assert not is_released(BeltOnPulley(wrap, cylinder, at), end, CHORD)
+    turned = pose(spin=at.spin + outward * 0.05 * CHORD / R)
+    assert is_released(BeltOnPulley(wrap, cylinder, turned), end, CHORD)
 
 
 def test_a_station_is_caught_half_a_chord_before_the_tangent():
@@ -98,4 +100,4 @@ def test_a_station_is_caught_half_a_chord_before_the_tangent():
     for chords_before, caught in ((0.6, False), (0.4, True)):
         a = wrap.tangent[0] - chords_before * CHORD / R
         nodes[..., 0] = [[R * np.sin(a), y, R * np.cos(a)] for y in (0.058, -0.058)]
-        assert approach_of(BELT, wrap, cylinder, at, None, nodes, FIRST).is_caught(CHORD) == caught
+        assert approach_of(BELT, BeltOnPulley(wrap, cylinder, at), nodes, FIRST).is_caught(CHORD) == caught
