@@ -58,7 +58,7 @@ def on_the_cpu() -> None:
 
 def native(asked: Asked) -> tuple[Curves, float]:
     """By MuJoCo, step by step; and CPU time [s]."""
-    from belt_sim.mujoco3d import simulate
+    from belt_sim.mujoco3d.engine import simulate
 
     begun = time.process_time()
     curves = simulate(asked.case, travel=TRAVEL, options=asked.options)

@@ -14,7 +14,8 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import SimulationError
-from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.engine import simulate
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import accurate_speed, string_speed
 from belt_sim.quasi_static.engine import simulate_batch

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from belt_sim.analytic.march import march_traced, plan_steps
-from belt_sim.analytic.model import AnalyticModel
 from belt_sim.api.resolve import ModelSpec, by_tension, effects_of, fitted_model, model_of, refuse, validity_limits
 from belt_sim.case import Case
 from belt_sim.config import CaseSettings, case_from, case_or_settings, model_settings
@@ -15,7 +14,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError, InputError, SimulationError
 from belt_sim.frame import Observer
 from belt_sim.model import Model, SteadyModel
-from belt_sim.mujoco3d.model import BATCH_ENGINES, SpaceModel, batch_engine
+from belt_sim.mujoco3d.model import BATCH_ENGINES, SpaceModel, batch_engine, engine_named
 from belt_sim.mujoco3d.options import CONTACTS
 from belt_sim.results.simulation import Simulation
 
@@ -54,26 +53,12 @@ def simulate(
     if not isinstance(chosen, Model):
         refuse(chosen, acting, "; leave it out or use model=beam_th2 or strip")
         return Simulation(**common, curves=None, steady_rate=steady)
-    if isinstance(chosen, AnalyticModel):
-        curves = chosen.run(case, acting, travel=travel, observers=observers)
-        return Simulation(**common, curves=curves, steady_rate=steady)
-    return _in_space(chosen, acting, common, observers, scene_path, computed)
-
-
-def _in_space(
-    model: Any,
-    effects: Sequence[Effect],
-    common: dict[str, Any],
-    observers: Sequence[Observer],
-    scene: Path | None,
-    computed: Any,
-) -> Simulation:
-    """A run in three dimensions, with its numerical settings; its steady rate is its late rate once it has settled."""
-    run = {"travel": common["travel"], "observers": observers, "scene_path": scene, "computed": computed}
-    curves = model.run(common["case"], effects, **run)
-    scene = scene if scene and scene.is_file() else None
-    details = {"options": asdict(model.options), "engine": model.engine, "contact": model.contact}
-    details |= {"scene": scene.name} if scene else {}
+    run: dict[str, Any] = {"travel": float(travel), "observers": observers}
+    if not isinstance(chosen, SpaceModel):
+        return Simulation(**common, curves=chosen.run(case, acting, **run), steady_rate=steady)
+    curves = chosen.run(case, acting, **run, scene_path=scene_path, computed=computed)
+    details = {"options": asdict(chosen.options), "engine": chosen.engine, "contact": chosen.contact}
+    details |= {"scene": scene_path.name} if scene_path and scene_path.is_file() else {}
     found = Simulation(**common, curves=curves, details=details)
     return replace(found, steady_rate=float(found.rates.mean())) if found.is_settled else found
 
@@ -82,8 +67,6 @@ def on_engine(model: Model | SteadyModel, engine: str | None) -> Model | SteadyM
     """The model run by ``engine``; raises InputError for an analytic model asked for anything but "native"."""
     if engine is None or (engine == "native" and not hasattr(model, "engine")):
         return model
-    from belt_sim.mujoco3d.model import SpaceModel, engine_named
-
     if not isinstance(model, SpaceModel):
         raise InputError("engine", engine, "", f"leave it out: model={model.name} is not a belt in three dimensions")
     return replace(model, engine=engine_named(engine))
@@ -140,7 +123,6 @@ def scene(case: Case | None = None, *, model: ModelSpec = "mujoco_flex", **setti
     """
     case = case_or_settings(case, settings)
     from belt_sim.mujoco3d.engine import contact_scene
-    from belt_sim.mujoco3d.model import SpaceModel
 
     chosen = model_of(model)
     if not isinstance(chosen, SpaceModel):

@@ -28,26 +28,19 @@ MODELS = tuple(name for name in ANALYTIC if name != "ritzinger")  # those that h
 SCALES = 10.0  # how far a slider of an effect reaches, in scales of its parameter
 
 
-@dataclass(frozen=True)
-class SliderSettings:
-    """Tension [N/mm2], yaw [degrees], travel [m]; effects: id -> parameter -> number; rig, belt: names or numbers."""
+def simulate_sliders(
+    *, model: str, tension: float, yaw: float, travel: float, effects: Mapping[str, Mapping[str, float]], **machine: Any
+) -> Simulation:
+    """The simulation; raises InputError, CannotRepresent, SimulationError.
 
-    model: str
-    tension: float
-    yaw: float
-    travel: float
-    effects: Mapping[str, Mapping[str, float]]
-    rig: Any = "test_rig"
-    belt: Any = "paper_belt"
-
-
-def simulate_sliders(asked: SliderSettings) -> Simulation:
-    """The simulation; raises InputError, CannotRepresent, SimulationError."""
-    case = make_case(rig=asked.rig, belt=asked.belt, tension=asked.tension, yaw=asked.yaw)
-    acting = [make_effect(i, numbers) for i, numbers in asked.effects.items()]
-    whole = simulate(case, model={"name": asked.model, "keep": KEEP}, effects=acting, travel=LONGEST)
+    tension [N/mm2], yaw [degrees], travel [m]; effects: id -> parameter -> number; machine: rig and belt, as names or
+    numbers.
+    """
+    case = make_case(tension=tension, yaw=yaw, **machine)
+    acting = [make_effect(i, numbers) for i, numbers in effects.items()]
+    whole = simulate(case, model={"name": model, "keep": KEEP}, effects=acting, travel=LONGEST)
     assert whole.curves is not None
-    return replace(whole, travel=asked.travel, curves=cut_curves(whole.curves, asked.travel))
+    return replace(whole, travel=travel, curves=cut_curves(whole.curves, travel))
 
 
 def cut_curves(curves: Curves, travel: float) -> Curves:
@@ -116,7 +109,7 @@ class View:
     is_stale: bool = False
     busy: bool = False
 
-    def settings_for(self, model: str) -> SliderSettings:
+    def settings_for(self, model: str) -> dict[str, Any]:
         """What the sliders say, for a model; effects that it cannot have are left out."""
         there = choices(model)
         machine: dict[str, Any] = {}
@@ -127,7 +120,8 @@ class View:
         else:
             machine["rig"] = self.rig
         effects = {i: numbers for i, numbers in self.effects.items() if i in there}
-        return SliderSettings(model, self.tension, self.yaw, self.travel, effects, **machine)
+        sliders = {"tension": self.tension, "yaw": self.yaw, "travel": self.travel}
+        return {"model": model, "effects": effects, **sliders, **machine}
 
 
 def add() -> None:
@@ -269,7 +263,7 @@ async def _once(view: View) -> None:
 
 async def _simulate(view: View, model: str) -> Simulation | None:
     """Computed beside the page; what takes long, as a model that is compiled for the first time, is seen to go on."""
-    work = asyncio.ensure_future(run.io_bound(simulate_sliders, view.settings_for(model)))
+    work = asyncio.ensure_future(run.io_bound(simulate_sliders, **view.settings_for(model)))
     await asyncio.wait({work}, timeout=LONG)
     view.places["busy"].set_visibility(not work.done())
     try:

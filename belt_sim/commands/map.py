@@ -103,7 +103,7 @@ PLACES = (1.0, 10.0)  # [m] of travel
 _MANNER = ("out", "pictures", "workers", "show")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class CaseMap:
     """A map as it was asked for, checked, before any of it is made. config: as asked; part: cases a file."""
 
@@ -154,15 +154,9 @@ def case_map(config: Mapping[str, Any]) -> CaseMap:
     asked = _map_task(model, axes, plain, corners, bool(effects))
     if config["show"] not in (None, *columns_of(asked)):
         raise InputError("show", config["show"], "", f"use one of {', '.join(columns_of(asked))}")
-    return CaseMap(
-        config=config,
-        plan=plan,
-        case=case,
-        effects=effects,
-        asked=asked,
-        part=whole("part", config["part"]),
-        workers=cores() if config["workers"] is None else whole("workers", config["workers"]),
-    )
+    part, workers = whole("part", config["part"]), config["workers"]
+    workers = cores() if workers is None else whole("workers", workers)
+    return CaseMap(config, plan, case, effects, asked, part, workers)
 
 
 def _corners(axes: Sequence[Axis], plain: Mapping[str, Any], case: Case, effects: tuple[Effect, ...]) -> list[Case]:
@@ -191,19 +185,13 @@ def _with_values(plain: Mapping[str, Any], values: Mapping[str, float]) -> dict[
 def _map_task(
     model: AnalyticModel, axes: Sequence[Axis], plain: Mapping[str, Any], corners: Sequence[Case], effects: bool
 ) -> MapTask:
-    travel = plain["travel"]
-    plan = (0, 0, 0)
-    if travel is not None:
-        plans = [plan_steps(c, travel=travel, step=model.step, keep=model.keep) for c in corners]
-        plan = (*plans[0][:2], max(p[2] for p in plans))
-    return MapTask(
-        model=model,
-        keys=tuple(a.key for a in axes),
-        travel=None if travel is None else float(travel),
-        at=() if travel is None else _places(plain["at"], float(travel)),
-        plan=plan,
-        steady=not effects,
-    )
+    keys = tuple(a.key for a in axes)
+    if plain["travel"] is None:
+        return MapTask(model, keys, None, (), (0, 0, 0), steady=not effects)
+    travel = float(plain["travel"])
+    plans = [plan_steps(c, travel=travel, step=model.step, keep=model.keep) for c in corners]
+    plan = (*plans[0][:2], max(p[2] for p in plans))
+    return MapTask(model, keys, travel, _places(plain["at"], travel), plan, steady=not effects)
 
 
 def _places(at: Any, travel: float) -> tuple[float, ...]:

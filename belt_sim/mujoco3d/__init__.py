@@ -8,20 +8,6 @@ mujoco_interface (all that is assumed of MuJoCo); rolling_contact is MuJoCo's co
 that effects act on.
 """
 
-from typing import TYPE_CHECKING, Any
-
 from belt_sim.mujoco3d.options import BELTS, Options
 
-if TYPE_CHECKING:
-    from belt_sim.mujoco3d.engine import simulate
-
-__all__ = ["BELTS", "Options", "simulate"]
-
-
-def __getattr__(name: str) -> Any:
-    """``simulate`` brings MuJoCo with it, which takes a while to load."""
-    if name != "simulate":
-        raise AttributeError(name)
-    from belt_sim.mujoco3d.engine import simulate
-
-    return simulate
+__all__ = ["BELTS", "Options"]

@@ -4,6 +4,7 @@ of a belt that only curves are known of.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -54,8 +55,11 @@ def view_scale_of(case: Case, travel: float) -> ViewScale:
     long = max(DRAWN_LENGTH * width, DRAWN_DIAMETERS * 2.0 * float(case.rig.tail_radius))
     shortened = next((s for s in SHORTENINGS if length / s <= long), SHORTENINGS[-1])
     yaw = max(_largest_yaw(case), 1e-9)
-    lateral = min(DRAWN_WIDTHS * width / (0.5 * yaw * max(travel, 1e-3)), DRAWN_YAW / (yaw * shortened))
-    return ViewScale(lateral=_factor(lateral), tilt=_factor(DRAWN_TILT / full_colour_tilt(case)), shortened=shortened)
+    most = min(DRAWN_WIDTHS * width / (0.5 * yaw * max(travel, 1e-3)), DRAWN_YAW / (yaw * shortened))
+    lateral, tilt = (
+        max((f for f in FACTORS if f <= wanted), default=1) for wanted in (most, DRAWN_TILT / full_colour_tilt(case))
+    )
+    return ViewScale(lateral=lateral, tilt=tilt, shortened=shortened)
 
 
 def full_colour_tilt(case: Case) -> float:
@@ -77,15 +81,9 @@ def enlarge(frame: Frame, scale: ViewScale) -> Frame:
         at[:, 0] += x / scale.shortened - x
         at[:, 1] *= scale.lateral
     half = half * [scale.plan, 1.0, scale.tilt]
-    return replace(
-        frame,
-        left=centre + half,
-        right=centre - half,
-        points=points,
-        yaw_tail=frame.yaw_tail * scale.plan,
-        yaw_head=frame.yaw_head * scale.plan,
-        tail_x=frame.tail_x / scale.shortened,
-    )
+    drawn: dict[str, Any] = {"yaw_tail": frame.yaw_tail * scale.plan, "yaw_head": frame.yaw_head * scale.plan}
+    drawn |= {"left": centre + half, "right": centre - half, "points": points}
+    return replace(frame, **drawn, tail_x=frame.tail_x / scale.shortened)
 
 
 def thin_stations(frame: Frame, radius: float) -> Frame:
@@ -106,11 +104,7 @@ def thin_stations(frame: Frame, radius: float) -> Frame:
 
 
 def _largest_yaw(case: Case) -> float:
-    return max(abs(float(case.settings.yaw.last())), abs(float(case.settings.yaw_head.last())))
-
-
-def _factor(wanted: float) -> int:
-    return max((s for s in FACTORS if s <= wanted), default=1)
+    return max(abs(float(yaw.last())) for yaw in (case.settings.yaw, case.settings.yaw_head))
 
 
 #: A cross-section narrower than this [m] is a rope's: it has no tilt.

@@ -7,35 +7,34 @@ pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-
 
 from belt_sim.analytic import march
 from belt_sim.api.simulate import simulate
-from belt_sim.app.simulate_page import SliderSettings, choices, reach, simulate_sliders, warnings
+from belt_sim.app.simulate_page import choices, reach, simulate_sliders, warnings
 from belt_sim.effects.library import library
 
 TAPER = {"taper": {"kappa_t": 2e-5}}
 
 
-def asked(**changes) -> SliderSettings:
-    return SliderSettings(
-        **{"model": "strip", "tension": 10.0, "yaw": -0.042, "travel": 40.0, "effects": TAPER} | changes
-    )
+def simulated(**changes):
+    sliders = {"model": "strip", "tension": 10.0, "yaw": -0.042, "travel": 40.0, "effects": TAPER}
+    return simulate_sliders(**sliders | changes)
 
 
 def test_a_shorter_travel_is_the_start_of_the_longest():
-    shown = simulate_sliders(asked())
+    shown = simulated()
     alone = simulate(model="strip", tension=10.0, yaw=-0.042, travel=40.0, effects=[{"id": "taper", "kappa_t": 2e-5}])
     np.testing.assert_allclose(shown.curves.y, np.asarray(alone.curves.y)[:, ::2], atol=1e-9)
     assert shown.curves.travel[-1] == pytest.approx(40.0)
 
 
 def test_moving_a_slider_compiles_nothing(monkeypatch):
-    simulate_sliders(asked())
+    simulated()
     monkeypatch.setattr(march, "_steps_traced", None)  # nothing can be traced anew
-    first = simulate_sliders(asked(tension=11.0, yaw=0.1, travel=25.0))
-    second = simulate_sliders(asked(tension=30.0, yaw=0.1, effects={"taper": {"kappa_t": -1e-5}}))
+    first = simulated(tension=11.0, yaw=0.1, travel=25.0)
+    second = simulated(tension=30.0, yaw=0.1, effects={"taper": {"kappa_t": -1e-5}})
     assert not np.array_equal(first.curves.y[:, 50], second.curves.y[:, 50])
 
 
 def test_slack_edges_and_limits_are_told():
-    said = " ".join(warnings(simulate_sliders(asked(model="beam_th2", tension=3.0, yaw=0.2))))
+    said = " ".join(warnings(simulated(model="beam_th2", tension=3.0, yaw=0.2)))
     assert "edge goes slack" in said
     assert "use strip" in said
 

@@ -20,7 +20,8 @@ from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.jax_setup import LEAST_EFFORT, in_float64
 from belt_sim.mjx import READING, command, prepare, simulate_batch, stack_cases, step
 from belt_sim.mjx.model import plan_run
-from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.engine import simulate
 from belt_sim.mujoco3d.machine import TAIL_SLIDE
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import string_speed

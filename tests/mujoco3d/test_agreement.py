@@ -6,7 +6,8 @@ import pytest
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.yaw import Cant, YawCompliance, YawOffsetHead, YawOffsetTail
-from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.engine import simulate
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import BONDS
 

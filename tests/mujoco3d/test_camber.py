@@ -11,7 +11,8 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.curves import late_rates
 from belt_sim.effects.belt_shape import Camber, Weld
 from belt_sim.errors import CannotRepresent
-from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.engine import simulate
 from belt_sim.mujoco3d.machine import build_scene
 from belt_sim.mujoco3d.mesh import Grid, Membrane
 from belt_sim.mujoco3d.model import SpaceModel

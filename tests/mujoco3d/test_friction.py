@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from belt_sim.jax_setup import LEAST_EFFORT, in_float64
-from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.engine import SpaceRun
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.engine import SpaceRun, simulate
 from belt_sim.mujoco3d.friction import slip_increments, wrap_chain
 from belt_sim.mujoco3d.options import fit_options
 

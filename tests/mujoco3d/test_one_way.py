@@ -12,7 +12,8 @@ from belt_sim.effects.sensors import EncoderScale, SensorGain
 from belt_sim.effects.span_loads import EdgeGuide
 from belt_sim.effects.tension import TensionBias
 from belt_sim.effects.yaw import Cant, YawOffsetTail
-from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.engine import simulate
 from belt_sim.mujoco3d.model import SpaceModel
 
 TRAVEL, SLOW = 0.3, 0.9  # [m]; the encoder shows so much of the belt's travel

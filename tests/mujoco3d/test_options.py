@@ -9,7 +9,8 @@ from paper_cases import paper_case
 
 from belt_sim.errors import InputError
 from belt_sim.files import CONF
-from belt_sim.mujoco3d import BELTS, Options, simulate
+from belt_sim.mujoco3d import BELTS, Options
+from belt_sim.mujoco3d.engine import simulate
 from belt_sim.mujoco3d.options import SLOWNESS, fit_options, string_speed
 from belt_sim.registry import model_named
 

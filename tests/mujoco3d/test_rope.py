@@ -8,7 +8,8 @@ import pytest
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.errors import CannotRepresent
-from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.engine import simulate
 from belt_sim.mujoco3d.options import BONDS
 
 START = 0.002  # of y_1 after 1.4 m; a kink that begins beside the tangent point is 1 % off, a span that rings 9 %

@@ -6,7 +6,7 @@ from paper_cases import YAW, paper_case
 
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
-from belt_sim.mujoco3d import simulate
+from belt_sim.mujoco3d.engine import simulate
 
 #: of the largest y: 1.1 % is said, to the digit printed, and needed at 10 N/mm2, where the late rates differ by 2 %;
 #: 0.2 to 0.7 % at the other tensions

@@ -8,8 +8,8 @@ import pytest
 from paper_cases import YAW, paper_case
 
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d import Options, simulate
-from belt_sim.mujoco3d.engine import SpaceRun
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.engine import SpaceRun, simulate
 from belt_sim.mujoco3d.loop import Catenary, HangingBelt, free_length, lay_loop, lift
 from belt_sim.mujoco3d.options import fit_options
 from belt_sim.mujoco3d.recording import Recorder

@@ -7,7 +7,8 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim.effects.load import load_effects
-from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.engine import simulate
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.quasi_static.engine import prepare_case, simulate_batch
 from belt_sim.quasi_static.equilibrium_step import compliance_step

@@ -9,7 +9,8 @@ from paper_cases import paper_case
 from belt_sim.analytic.march import march
 from belt_sim.analytic.model import analytic_model
 from belt_sim.errors import CannotRepresent
-from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.engine import simulate
 from belt_sim.mujoco3d.options import BONDS
 from belt_sim.quasi_static.engine import simulate_batch
 from studies.paper.case import ROPE_EXAMPLE

@@ -14,7 +14,8 @@ from belt_sim.case import Schedule
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import in_float64
-from belt_sim.mujoco3d import Options, simulate
+from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d.engine import simulate
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.quasi_static.engine import prepare_case, run_case, simulate_batch
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG
