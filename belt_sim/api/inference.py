@@ -23,7 +23,6 @@ from belt_sim.api.resolve import (
 from belt_sim.campaign import Campaign, Run, case_of, leave_out_bad_readings, suspicions
 from belt_sim.campaign.read import is_plan, read_begun, read_plan
 from belt_sim.campaign.types import sensor_place
-from belt_sim.case import Case
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.decision.decide import probability_of_unknown
@@ -288,25 +287,25 @@ def parameter_vector(bench: Workbench, effects: Sequence[Effect]) -> np.ndarray:
 def steady_errors(
     campaign: Campaign, model: Model | SteadyModel, effects: Sequence[Effect] = ()
 ) -> tuple[SteadyError, ...]:
-    """Measured and modelled late rates of every run and point in steady.csv, against the stated uncertainty."""
+    """Measured and modelled late rates of every run and point in steady.csv, against the stated uncertainty.
+
+    The model's are those of its closed form, or of a long run where effects act.
+    """
     runs = {r.name: r for r in campaign.runs}
     rows = []
     for stated in campaign.steady:
         run = runs[stated.run]
         common: dict[str, Any] = {"run": run.name, "tension": run.tension, "u": stated.u}
-        modelled = _late_rates(case_of(campaign, run), model, effects)
+        case = case_of(campaign, run)
+        if effects and isinstance(model, Model):
+            modelled = late_rates(model.run(case, effects, travel=STEADY_TRAVEL))
+        else:
+            assert isinstance(model, SteadyModel)
+            modelled = np.full(4, model.steady_rate(case))
         for point, (measured, rate) in enumerate(zip(stated.rates, modelled, strict=True), start=1):
             rates: dict[str, Any] = {"measured": float(measured), "modelled": float(rate)}
             rows.append(SteadyError(**common, point=point, **rates, ratio=float(abs(rate - measured) / stated.u)))
     return tuple(row for row in rows if np.isfinite(row.measured))
-
-
-def _late_rates(case: Case, model: Model | SteadyModel, effects: Sequence[Effect]) -> np.ndarray:
-    """Late rates of points 1-4 [m/m]: in closed form, or by a long run where effects act."""
-    if effects and isinstance(model, Model):
-        return late_rates(model.run(case, effects, travel=STEADY_TRAVEL))
-    assert isinstance(model, SteadyModel)
-    return np.full(4, model.steady_rate(case))
 
 
 def check_effect(

@@ -121,6 +121,7 @@ def main() -> None:
     try:
         with redirect_stdout(sys.stderr):  # what others print goes to the log
             _of_the_library(request["effects"] or [])
+            say(stage="reading")
             _TASKS[request["task"]](request, say)
         say(finished=True)
     except BeltError as error:
@@ -148,16 +149,14 @@ def _leave_with_the_asker() -> None:
 
 
 def _compare(request: Mapping[str, Any], say: Say) -> None:
-    say(stage="reading")
     from belt_sim.api.inference import compare
-    from belt_sim.campaign import read_campaign
     from belt_sim.commands.outputs import write_comparison
     from belt_sim.reports import figures
     from belt_sim.reports.page import worst
 
-    folder, campaign = Path(request["folder"]), read_campaign(request["campaign"])
+    folder = Path(request["folder"])
     say(stage="computing every run")
-    found = compare(campaign, request["model"], request["effects"], config=dict(request))
+    found = compare(request["campaign"], request["model"], request["effects"], config=dict(request))
     say(stage="drawing")
     write_comparison(folder, found, pictures=True)
     tables, overlays = [vars(t) for t in found.tables()], found.drawings.overlays
@@ -167,18 +166,16 @@ def _compare(request: Mapping[str, Any], say: Say) -> None:
 
 
 def _diagnose(request: Mapping[str, Any], say: Say) -> None:
-    say(stage="reading")
     from belt_sim.api.inference import diagnose
-    from belt_sim.campaign import read_campaign
     from belt_sim.commands.outputs import draw_diagnosis, write_diagnosis
 
-    folder, campaign = Path(request["folder"]), read_campaign(request["campaign"])
+    folder = Path(request["folder"])
     asked = {k: request[k] for k in ("effects", "bootstraps", "seed")}
 
     def progress(replicates: int, stage: str) -> None:
         say(done=replicates, **({"stage": stage} if stage else {}))
 
-    found = diagnose(campaign, request["model"], **asked, progress=progress, config=dict(request))
+    found = diagnose(request["campaign"], request["model"], **asked, progress=progress, config=dict(request))
     say(stage="drawing")
     write_diagnosis(folder, found)
     draw_diagnosis(folder, found)

@@ -244,21 +244,17 @@ async def _compute(view: View) -> None:
     try:
         while view.is_stale:
             view.is_stale = False
-            await _once(view)
+            try:
+                shown = await _simulate(view, view.model)
+                beside = await _simulate(view, view.beside) if view.beside else None
+            except BeltError as error:
+                _say(view, str(error).splitlines(), [])
+            else:
+                if shown is not None:  # None: the server is being closed
+                    _show(view, shown, beside)
             await asyncio.sleep(0.03)
     finally:
         view.busy = False
-
-
-async def _once(view: View) -> None:
-    try:
-        shown = await _simulate(view, view.model)
-        beside = await _simulate(view, view.beside) if view.beside else None
-    except BeltError as error:
-        _say(view, str(error).splitlines(), [])
-        return
-    if shown is not None:  # None: the server is being closed
-        _show(view, shown, beside)
 
 
 async def _simulate(view: View, model: str) -> Simulation | None:

@@ -164,7 +164,7 @@ def _corners(axes: Sequence[Axis], plain: Mapping[str, Any], case: Case, effects
     ends = [(float(a.values.min()), float(a.values.max())) for a in axes]
     keys = [a.key for a in axes]
     for corner in product(*ends):
-        case_from({"travel": 1.0, **_with_values(plain, dict(zip(keys, corner, strict=True)))})
+        case_from(_with_values(plain, dict(zip(keys, corner, strict=True))))
     units = [a.unit for a in axes]
     return [place_values(case, effects, keys, np.array(c) * units)[0] for c in product(*ends)]
 

@@ -120,7 +120,10 @@ class RunDir:
         names = sorted(str(p.relative_to(draft)) for p in draft.rglob("*") if p.is_file())
         names.sort(key=lambda name: name == "summary.json")
         record = self.path / NOTES / "run.json"
-        before = _written_by(record, self.command)
+        before: list[str] = []  # what the command's last run left
+        with suppress(OSError, BeltError, KeyError, TypeError):  # no record, or a damaged one
+            content = read_json(record)
+            before = [str(name) for name in content["files"]] if content["command"] == self.command else []
         files = {name: file_hash(draft / name) for name in names} | {n: file_hash(self.path / n) for n in beside}
         content = {"schema": SCHEMA, "command": self.command, "config_sha256": config_hash(self.config)}
         write_json(record, {**content, "code_sha256": code_hash(), "inputs": dict(read), "files": files})
@@ -132,8 +135,9 @@ class RunDir:
             except OSError as error:
                 raise BeltError(f"{place}: {error.strerror}; move it away") from None
         for name in set(before) - set(files):
-            with suppress(OSError):
-                (self.path / name).unlink(missing_ok=True)
+            if not Path(name).is_absolute() and ".." not in Path(name).parts:
+                with suppress(OSError):
+                    (self.path / name).unlink(missing_ok=True)
 
     def fail(self, message: str) -> None:
         """Write down why the case has failed; a disk that takes nothing more does not stop the other cases."""
@@ -141,16 +145,6 @@ class RunDir:
             write_text(self.path / FAILED, " ".join(message.split()) + "\n")
         except OSError as error:
             print(f"belt-sim: {self.path} = {error.strerror or error}", file=sys.stderr)
-
-
-def _written_by(record: Path, command: str) -> list[str]:
-    """Files that the last run of a command left; none where the record is not there or damaged."""
-    try:
-        content = read_json(record)
-        names = [str(name) for name in content["files"]] if content["command"] == command else []
-    except (OSError, BeltError, KeyError, TypeError):
-        return []
-    return [name for name in names if not Path(name).is_absolute() and ".." not in Path(name).parts]
 
 
 @contextmanager

@@ -297,21 +297,16 @@ def submit_jobs(bundles: Sequence[Sequence[RunDir]], settings: Mapping[str, Any]
         raise BeltError(f"hydra.launcher: {' '.join(str(error).split())}") from error
 
 
-def _wait(job: Any) -> None:
-    """Until the job has ended. A lost one leaves no file: submitit by itself asks Slurm ever less often."""
-    asked = time.monotonic()
-    while not job.done():
-        time.sleep(0.5)
-        if time.monotonic() - asked > ASKED_EVERY:
-            job.done(force_check=True)
-            asked = time.monotonic()
-
-
 def _collect_outcomes(runs: Sequence[RunDir], job: Any) -> Iterator[Outcome]:
     from submitit.core.utils import UncompletedJobError
 
+    asked = time.monotonic()
     try:
-        _wait(job)
+        while not job.done():
+            time.sleep(0.5)
+            if time.monotonic() - asked > ASKED_EVERY:  # by itself submitit asks Slurm ever less often
+                job.done(force_check=True)
+                asked = time.monotonic()
         yield from job.results()[0]
     except UncompletedJobError:
         message = f"job {job.job_id} was lost ({job.state}); run the same command again"

@@ -53,7 +53,15 @@ def lay_out(case: Case, belt: BeltModel, options: Options, parts: SceneParts, *,
     if apart is not None:
         laid, loop = apart.slack, lay_loop(apart.slack, options.dx, len(loop.x), path=path)
     early = options.run_in + (apart.travel if apart else 0.0)
-    mesh = _add_camber(belt.mesh(laid, loop, options), loop, parts, laid, early)
+    mesh = belt.mesh(laid, loop, options)
+    if parts.camber is not None:
+        if mesh.lines == 1:
+            raise CannotRepresent(
+                "camber: a rope of particles has no width that could be curved; use belt=flex or grid"
+            )
+        shift = float(np.sign(float(case.settings.direction))) * early  # each link lies where it does at travel 0
+        middle = loop.chord * (np.arange(mesh.stations) + 0.5) + shift
+        mesh = with_curvature(mesh, parts.camber(middle % (loop.chord * mesh.stations)))
     if parts.residual:
         mesh = replace(mesh, residual=parts.residual / float(case.belt.youngs_modulus))
         _refuse_slack_lines(mesh, case, options, belt.kind)
@@ -93,17 +101,6 @@ def laid_coordinates(scene: SceneLayout, head_spin: float = 0.0, tail_spin: floa
     joints[TAIL_SLIDE] = scene.loop.centre_distance - float(scene.case.rig.centre_distance)
     joints[HEAD_SPIN], joints[TAIL_SPIN] = head_spin, tail_spin
     return np.concatenate([joints, (scene.mesh.laid - scene.mesh.rest).ravel()])
-
-
-def _add_camber(mesh: Mesh, loop: LaidLoop, parts: SceneParts, case: Case, early: float) -> Mesh:
-    """The mesh with the natural curvature that the belt has where each link lies at travel 0."""
-    if parts.camber is None:
-        return mesh
-    if mesh.lines == 1:
-        raise CannotRepresent("camber: a rope of particles has no width that could be curved; use belt=flex or grid")
-    shift = float(np.sign(float(case.settings.direction))) * early
-    middle = loop.chord * (np.arange(mesh.stations) + 0.5) + shift
-    return with_curvature(mesh, parts.camber(middle % (loop.chord * mesh.stations)))
 
 
 def _refuse_slack_lines(mesh: Mesh, case: Case, options: Options, kind: str) -> None:

@@ -67,7 +67,11 @@ class YawPlan:
 
     def angles(self, travel: float, done: float) -> np.ndarray:
         """Yaw [rad] of both at ``travel`` [m] when the steps up to travel ``done`` [m] have been made, shape (2,)."""
-        return np.array([_yaw_angle(entries, travel, done) for entries in (self.head, self.tail)])
+
+        def share(at: float, over: float) -> float:
+            return min(max((travel - at) / over, 0.0), 1.0) if over > 0.0 else float(at <= done)
+
+        return np.array([sum(c * share(at, over) for at, over, c in entries) for entries in (self.head, self.tail)])
 
     def angles_during_step(self, travel: float, done: float, share: float) -> np.ndarray:
         """Yaw [rad] of both when ``share`` (0..1) of the step at ``travel`` [m] has been made, shape (2,)."""
@@ -78,16 +82,6 @@ class YawPlan:
 def _schedule_entries(schedule: Schedule) -> _Entries:
     columns = (np.asarray(v, float).tolist() for v in (schedule.at, schedule.over, schedule.change))
     return tuple(zip(*columns, strict=True))
-
-
-def _yaw_angle(entries: _Entries, travel: float, done: float) -> float:
-    total = 0.0
-    for at, over, change in entries:
-        if over <= 0.0:
-            total += change if at <= done else 0.0
-        else:
-            total += change * min(max((travel - at) / over, 0.0), 1.0)
-    return total
 
 
 def smoothstep(u: float) -> float:

@@ -172,7 +172,12 @@ def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
         mid = [float(np.interp(stop, travel, row)) for row in tilt]
         yaws = float(angle_at(settings.yaw, stop)), float(angle_at(settings.yaw_head, stop))
         centre, half = _centre_line(case, y, mid, sag)
-        half[:, 0] = _edge_shift(case, centre, y, yaws)
+        slopes = (y[0] - y[3]) / a, (y[1] - y[2]) / a
+        span = np.where(
+            centre[:, 2] > 0.0, slopes[0], slopes[1]
+        )  # across the belt there, along the pulley on the wraps
+        turned = np.where(centre[:, 0] >= a, yaws[0], np.where(centre[:, 0] <= 0.0, yaws[1], span))
+        half[:, 0] = -0.5 * float(case.belt.width) * turned
         yield Frame(
             travel=stop,
             time=stop / float(settings.speed),
@@ -211,12 +216,3 @@ def _centre_line(case: Case, y: np.ndarray, mid_tilt: list[float], sag) -> tuple
     half_width = 0.5 * float(case.belt.width)
     half = np.column_stack([np.zeros_like(x), half_width * np.cos(tilt), half_width * np.sin(tilt)])
     return np.column_stack([x, lateral, z]), half
-
-
-def _edge_shift(case: Case, centre: np.ndarray, y: np.ndarray, yaws: tuple[float, float]) -> np.ndarray:
-    """x of the half cross-section [m]: across the belt in the spans, along the pulley on the wraps."""
-    a, half_width = float(case.rig.centre_distance), 0.5 * float(case.belt.width)
-    slopes = (y[0] - y[3]) / a, (y[1] - y[2]) / a
-    x, z = centre[:, 0], centre[:, 2]
-    span = np.where(z > 0.0, slopes[0], slopes[1])
-    return -half_width * np.where(x >= a, yaws[0], np.where(x <= 0.0, yaws[1], span))
