@@ -31,14 +31,13 @@ def check(run_dir: RunDir) -> None:
 def compare(run_dir: RunDir) -> None:
     """Compare and leave comparison.json, summary.json, tables and pictures in the run folder."""
     from belt_sim.api import inference
-    from belt_sim.campaign import read_campaign
     from belt_sim.commands.outputs import write_comparison
     from belt_sim.reports.terminal import tell_choice, tell_comparison
 
     config = run_dir.config
+    asked, pictures = (run_dir.campaign, config["model"]["name"], config["effects"]), config["pictures"]
     with run_dir.outputs() as draft:
-        campaign, pictures = read_campaign(run_dir.campaign), config["pictures"]
-        found = inference.compare(campaign, config["model"]["name"], config["effects"], drawn=pictures, config=config)
+        found = inference.compare(*asked, drawn=pictures, config=config)
         write_comparison(draft, found, pictures=pictures)
     tell_choice(config, found.base_model)
     tell_comparison(found, run_dir.path)

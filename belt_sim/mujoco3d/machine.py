@@ -56,9 +56,8 @@ def lay_out(case: Case, belt: BeltModel, options: Options, parts: SceneParts, *,
     mesh = belt.mesh(laid, loop, options)
     if parts.camber is not None:
         if mesh.lines == 1:
-            raise CannotRepresent(
-                "camber: a rope of particles has no width that could be curved; use belt=flex or grid"
-            )
+            why = "a rope of particles has no width that could be curved; use belt=flex or grid"
+            raise CannotRepresent(f"camber: {why}")
         shift = float(np.sign(float(case.settings.direction))) * early  # each link lies where it does at travel 0
         middle = loop.chord * (np.arange(mesh.stations) + 0.5) + shift
         mesh = with_curvature(mesh, parts.camber(middle % (loop.chord * mesh.stations)))

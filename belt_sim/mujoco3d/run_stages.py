@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from belt_sim.case import Schedule, Settings
+from belt_sim.case import Settings
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.options import REST_DRAG, accelerate
 from belt_sim.mujoco3d.tensioning import FRICTION
@@ -59,7 +59,9 @@ class YawPlan:
 
     @staticmethod
     def from_settings(settings: Settings) -> "YawPlan":
-        return YawPlan(_schedule_entries(settings.yaw_head), _schedule_entries(settings.yaw))
+        both = ((s.at, s.over, s.change) for s in (settings.yaw_head, settings.yaw))
+        columns = ([np.asarray(v, float).tolist() for v in schedule] for schedule in both)
+        return YawPlan(*(tuple(zip(*of_one, strict=True)) for of_one in columns))
 
     def stops(self, until: float) -> set[float]:
         """Travels [m] of the steps within the run."""
@@ -77,11 +79,6 @@ class YawPlan:
         """Yaw [rad] of both when ``share`` (0..1) of the step at ``travel`` [m] has been made, shape (2,)."""
         before = self.angles(travel, done)
         return before + share * (self.angles(travel, travel) - before)
-
-
-def _schedule_entries(schedule: Schedule) -> _Entries:
-    columns = (np.asarray(v, float).tolist() for v in (schedule.at, schedule.over, schedule.change))
-    return tuple(zip(*columns, strict=True))
 
 
 def smoothstep(u: float) -> float:

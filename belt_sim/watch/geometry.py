@@ -173,9 +173,7 @@ def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
         yaws = float(angle_at(settings.yaw, stop)), float(angle_at(settings.yaw_head, stop))
         centre, half = _centre_line(case, y, mid, sag)
         slopes = (y[0] - y[3]) / a, (y[1] - y[2]) / a
-        span = np.where(
-            centre[:, 2] > 0.0, slopes[0], slopes[1]
-        )  # across the belt there, along the pulley on the wraps
+        span = np.where(centre[:, 2] > 0.0, *slopes)  # across the belt there, along the pulley on the wraps
         turned = np.where(centre[:, 0] >= a, yaws[0], np.where(centre[:, 0] <= 0.0, yaws[1], span))
         half[:, 0] = -0.5 * float(case.belt.width) * turned
         yield Frame(

@@ -96,7 +96,7 @@ def test_belts_that_slide_on_both_pulleys_take_turns(monkeypatch):
         return (1.0, 10.0)[which]
 
     monkeypatch.setattr(contact, "slide_wrap", slipped)
-    monkeypatch.setattr(contact, "change_end", lambda belt, wrap, *others: wrap)
+    monkeypatch.setattr(contact, "change_end", lambda belt, pulley, *others: pulley.wrap)
     nodes, wrap, at = laid()
     state = running([wrap, wrap], [at, at], speed=0.5)
 
