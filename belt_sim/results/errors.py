@@ -4,13 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from pydantic import PlainSerializer, model_serializer, model_validator
+from pydantic import BeforeValidator, Field, PlainSerializer, model_serializer, model_validator
 
 from belt_sim import si
 from belt_sim.campaign.types import Kind
 from belt_sim.results.display import dataset
-from belt_sim.results.fields import SETTING_DIGITS, file_field, round_setting
-from belt_sim.results.words import KILO
+from belt_sim.results.fields import SETTING_DIGITS, file_field
 
 WORSE = 1.05  # of an error, above which it has risen: a refit without a condition is one step, good to some per cent
 UNITS: dict[Kind, str] = {"lateral": "mm", "tilt": "mrad"}
@@ -69,9 +68,22 @@ class Features:
     overshoot beyond the late line [m or rad]; None where the record does not show it.
     """
 
-    late_rate: float | None = None
+    late_rate: Annotated[float | None, file_field("late_rate", si.MM)] = None
     first_move: float | None = None
-    overshoot: float | None = None
+    overshoot: Annotated[float | None, file_field("overshoot", si.MM)] = None
+
+
+def _feature_names(unit: str) -> tuple[str, str, str]:
+    """Names of the three in a row of per_run."""
+    return f"late_rate_{unit}_per_m", f"travel_to_first_0.1{unit}_m", f"overshoot_{unit}"
+
+
+StoredKind = Annotated[
+    Kind,
+    Field(alias="unit"),
+    BeforeValidator(lambda unit: {known: kind for kind, known in UNITS.items()}[unit]),
+    PlainSerializer(lambda kind: UNITS[kind], return_type=str),
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,58 +96,38 @@ class RunError:
 
     run: str
     signal: str
-    kind: Kind
-    tension: float
-    yaw: float
+    tension: Annotated[float, file_field("tension_n_per_mm2", si.N_PER_MM2, digits=SETTING_DIGITS)]
+    yaw: Annotated[float, file_field("yaw_deg", si.DEGREE, digits=SETTING_DIGITS)]
     use: str
-    before: float
-    after: float
-    floor: float
+    kind: StoredKind
+    before: Annotated[float, file_field("before", si.MM)]
+    after: Annotated[float, file_field("after", si.MM)]
+    floor: Annotated[float, file_field("floor", si.MM)]
     worse: bool
     measured: Features
     modelled: Features
 
     @property
     def unit(self) -> str:
+        """The unit in which people read it: mm, or mrad of a tilt."""
         return UNITS[self.kind]
 
-    @model_serializer
-    def _to_file(self) -> dict[str, Any]:
-        """Return a row of per_run: the errors and features in ``unit``, which also stands in the names of features."""
-        row = {
-            "run": self.run,
-            "signal": self.signal,
-            "tension_n_per_mm2": round_setting(self.tension / si.N_PER_MM2),
-            "yaw_deg": round_setting(self.yaw / si.DEGREE),
-            "use": self.use,
-            "unit": self.unit,
-            **{name: KILO * getattr(self, name) for name in ("before", "after", "floor")},
-            "worse": self.worse,
-        }
+    @model_serializer(mode="wrap")
+    def _to_file(self, handler: Any) -> dict[str, Any]:
+        """Return a row of per_run; the unit stands in the names of the features, too."""
+        row: dict[str, Any] = handler(self)
         for name in ("measured", "modelled"):
-            f = getattr(self, name)
-            values = [f.late_rate and KILO * f.late_rate, f.first_move, f.overshoot and KILO * f.overshoot]
-            row[name] = dict(zip(_feature_names(self.unit), values, strict=True))
+            row[name] = dict(zip(_feature_names(self.unit), row[name].values(), strict=True))
         return row
 
     @model_validator(mode="before")
     @classmethod
     def _from_file(cls, row: Any) -> Any:
-        """Return the fields of a row that ``_to_file`` has written."""
-        unit = row["unit"]
-        fields = {name: row[name] for name in ("run", "signal", "use", "worse")}
-        fields |= {"kind": {known: kind for kind, known in UNITS.items()}[unit]}
-        fields |= {"tension": row["tension_n_per_mm2"] * si.N_PER_MM2, "yaw": row["yaw_deg"] * si.DEGREE}
-        fields |= {name: row[name] / KILO for name in ("before", "after", "floor")}
+        features = {}
         for name in ("measured", "modelled"):
-            rate, first, overshoot = (row[name][key] for key in _feature_names(unit))
-            read = {"late_rate": rate and rate / KILO, "first_move": first, "overshoot": overshoot and overshoot / KILO}
-            fields[name] = read
-        return fields
-
-
-def _feature_names(unit: str) -> tuple[str, str, str]:
-    return f"late_rate_{unit}_per_m", f"travel_to_first_0.1{unit}_m", f"overshoot_{unit}"
+            values = [row[name][key] for key in _feature_names(row["unit"])]
+            features[name] = dict(zip(("late_rate", "first_move", "overshoot"), values, strict=True))
+        return row | features
 
 
 @dataclass(frozen=True, kw_only=True)
