@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.api.campaigns import import_files as import_files
-    from belt_sim.api.fit import fit as fit
     from belt_sim.api.inference import check as check
     from belt_sim.api.inference import check_effect as check_effect
     from belt_sim.api.inference import compare as compare
     from belt_sim.api.inference import diagnose as diagnose
     from belt_sim.api.inference import discover as discover
+    from belt_sim.api.inference import fit as fit
     from belt_sim.api.plant import export as export
     from belt_sim.api.plant import linearise as linearise
     from belt_sim.api.plot import plot as plot
@@ -59,8 +59,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
 #: module -> names of it that this package offers
 _HOMES: dict[str, tuple[str, ...]] = {
     "belt_sim.api.campaigns": ("import_files",),
-    "belt_sim.api.fit": ("fit",),
-    "belt_sim.api.inference": ("check", "check_effect", "compare", "diagnose", "discover"),
+    "belt_sim.api.inference": ("check", "check_effect", "compare", "diagnose", "discover", "fit"),
     "belt_sim.api.plant": ("export", "linearise"),
     "belt_sim.api.plot": ("plot", "report"),
     "belt_sim.api.simulate": ("jax_function", "scene", "simulate"),

@@ -18,6 +18,7 @@ from mujoco import mjx
 
 from belt_sim.mjx.mjx_interface import advance, apply_actuators, compute_multibody, node_masses, read_sensors
 from belt_sim.mjx.model import MjxData, MjxModel, flat_of, nodes_of
+from belt_sim.mujoco3d.belt import guide_forces, load_forces
 from belt_sim.mujoco3d.block_tridiagonal import factorise, solve_chain
 from belt_sim.mujoco3d.chain import (
     ChainLayout,
@@ -31,7 +32,6 @@ from belt_sim.mujoco3d.chain import (
     tail_derivatives,
     twist_of_cells,
 )
-from belt_sim.mujoco3d.loads import guide_forces, load_forces
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
 from belt_sim.mujoco3d.pulleys import pose_of, yaw_moments
@@ -116,7 +116,7 @@ def _compliance_yaw(model: MjxModel, data: MjxData, nodes: Array) -> Array:
 def _move_pulleys(
     model: MjxModel, data: MjxData, command: Command, actuators: Array, turned: Array | None
 ) -> tuple[Array, Array]:
-    """Forces on all coordinates [N, N m], and the pulleys' joints after the step (5,); see machine.py."""
+    """Forces on all coordinates [N, N m], and the pulleys' joints after the step, (5,) as in machine.py."""
     belt, tail, h, sign = model.belt, model.tail, model.dt, model.belt.shape.sign
     q, v = data.mjx.qpos, data.mjx.qvel
     slide, moment = tail.forces(belt, data.on_tail, (v[TAIL_SLIDE], v[TAIL_SPIN]), command, h)

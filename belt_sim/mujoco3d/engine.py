@@ -16,11 +16,18 @@ from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import write_text
 from belt_sim.frame import Observer
 from belt_sim.jax_setup import in_float64
-from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays, active_features, belt_arrays, surfaces_of
+from belt_sim.mujoco3d.belt import (
+    BeltArrays,
+    SurfaceArrays,
+    active_features,
+    belt_arrays,
+    guide_forces,
+    load_forces,
+    surfaces_of,
+)
 from belt_sim.mujoco3d.contact import lay_wraps, update_contact
 from belt_sim.mujoco3d.elastic import twist_forces
 from belt_sim.mujoco3d.friction import read_sliding_stiffness
-from belt_sim.mujoco3d.loads import guide_forces, load_forces
 from belt_sim.mujoco3d.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
 from belt_sim.mujoco3d.mesh import BELT_MODELS, drag_coefficients
 from belt_sim.mujoco3d.mujoco_interface import Solver, Springs, compile_model, mjcf

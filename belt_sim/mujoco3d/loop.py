@@ -112,7 +112,7 @@ _TURN_SWEEPS = 12  # so is the place of the tail pulley's first station
 
 @dataclass(frozen=True)
 class LaidLoop:
-    """Stations in the order in which the upper span runs from head to tail, where they will run (path.py).
+    """Stations in the order in which the upper span runs from head to tail, where they will run.
 
     x, z [m], shape (n,); on_head, on_tail: which of them lie on the pulleys, shape (n,); chord [m] between
     neighbours, loaded; radius_head, radius_tail [m]: circles of the stations on the pulleys, wider than the pulleys
@@ -167,7 +167,7 @@ def station_radius(radius: float, chord: float) -> float:
 def lay_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> LaidLoop:
     """The loop at the case's tension and gravity with stations about dx [m] apart, or with so many stations.
 
-    path(depth, chord, radius): height [m] above the circle at which stations come and go, as path.lift.
+    path(depth, chord, radius): height [m] above the circle at which stations come and go, as ``lift``.
 
     Raises InputError when a pulley would carry too few stations.
     """

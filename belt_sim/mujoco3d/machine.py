@@ -121,7 +121,7 @@ def _refuse_slack_lines(mesh: Mesh, case: Case, options: Options, kind: str) -> 
 
 
 def _draw_guide(spec: mujoco.MjSpec, name: str, guide: GuideRoller, case: Case) -> None:
-    """A standing roller, only seen; what it does to the belt is in loads.py."""
+    """A standing roller, only seen; what it does to the belt is ``belt.guide_forces``."""
     level = float(case.rig.tail_radius) * (1.0 if guide.span == "upper" else -1.0)
     y = guide.side * (0.5 * float(case.belt.width) + guide.gap + _ROLLER[0])
     geom = spec.worldbody.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[guide.x, y, level])

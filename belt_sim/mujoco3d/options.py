@@ -55,7 +55,7 @@ class Options:
     """Numerical settings of a run; the defaults are those of the error budget in studies/notes/three_dimensions.md.
 
     dx [m]: distance of stations along the belt; across: nodes over the width (2 carry the exact EI and tension
-    torsion); dt [s]; belt_speed [m/s] of the run, None = as fast as is accurate (options.py), "case" = that of
+    torsion); dt [s]; belt_speed [m/s] of the run, None = ``accurate_speed``, "case" = that of
     the case; friction [1]: Coulomb coefficient between belt and pulleys, inf = sticking; bonds: which bonds tie the
     grid; tensioning: how the belt gets its tension, see TENSIONINGS; run_in [m]: travel before 0, straight;
     acceleration [m/s2]; settle [s]: time at rest for the sag, and half of it after a yaw step; yaw_time [s]: duration
@@ -111,7 +111,7 @@ class Options:
 
     @property
     def run_speed(self) -> float:
-        """Belt speed [m/s] of options that were fitted to a case (options.py)."""
+        """Belt speed [m/s] of options that were fitted to a case (``fit_options``)."""
         assert isinstance(self.belt_speed, float)
         return self.belt_speed
 

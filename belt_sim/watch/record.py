@@ -14,11 +14,10 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.pictures.style import AFTER, BEFORE, CYCLE, pale
 from belt_sim.si import MM
-from belt_sim.watch import series
 from belt_sim.watch.geometry import frames as belt_frames
 from belt_sim.watch.geometry import view_scale_of
 from belt_sim.watch.rerun import APPLICATION, RecordingFile
-from belt_sim.watch.scene import Scene, plot, scale_words, space, time_panel
+from belt_sim.watch.scene import TRAVEL, Scene, plot, scale_words, space, style_series, time_panel
 
 MRAD = 1e-3
 MEASURED_NAME = "measured"
@@ -88,8 +87,8 @@ def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay, pictures
             return
         values = np.column_stack(list(rows.values()))[known]
         colours = [pale(colour) if label.startswith(("3", "4", "lower")) else colour for label in rows]
-        series.style(recording, path, list(rows), colours, width)
-        index = rr.TimeColumn(series.TRAVEL, sequence=np.rint(np.asarray(travel, float)[known] / MM).astype(np.int64))
+        style_series(recording, path, list(rows), colours, width)
+        index = rr.TimeColumn(TRAVEL, sequence=np.rint(np.asarray(travel, float)[known] / MM).astype(np.int64))
         shown = rr.Scalars.columns(scalars=values.ravel()).partition([len(rows)] * len(values))
         rr.send_columns(path, [index], shown, recording=recording)
 

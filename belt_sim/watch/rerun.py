@@ -11,10 +11,9 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import BeltError
 from belt_sim.frame import Frame
-from belt_sim.watch import series
 from belt_sim.watch.geometry import TRUE, view_scale_of
 from belt_sim.watch.observers import has_display
-from belt_sim.watch.scene import DRAWN_ROOT, TRUE_ROOT, Scene, of_run
+from belt_sim.watch.scene import DRAWN_ROOT, TRUE_ROOT, Scene, frame_numbers, of_run, send_series
 
 APPLICATION = "belt-sim"
 DATA_PORT, VIEWER_PORT = 9876, 9090  # Rerun's own defaults
@@ -81,7 +80,7 @@ class RerunObserver:
         if self.recording is None or frame.travel - self.last < self.every * (1.0 - 1e-6):
             return
         self.last = frame.travel
-        self.rows.append((frame.travel, frame.time, series.numbers(frame)))
+        self.rows.append((frame.travel, frame.time, frame_numbers(frame)))
         if frame.travel - self.last_picture >= self.every_picture * (1.0 - 1e-6):
             self.last_picture = frame.travel
             self.pictures.append(frame)
@@ -89,7 +88,7 @@ class RerunObserver:
             self._send(self.recording)
 
     def _send(self, recording: rr.RecordingStream) -> None:
-        series.columns(recording, self.rows, self.styled)
+        send_series(recording, self.rows, self.styled)
         for scene in self.scenes if self.pictures else ():
             scene.frames(self.pictures)
         self.rows, self.pictures = [], []

@@ -1,9 +1,9 @@
-"""The belt, its pulleys and the four points in Rerun's space, and how a recording opens: the machine large, the time
-series below it.
+"""The belt, its pulleys and the four points in Rerun's space, the time series of a run, and how a recording opens: the
+machine large, the time series below it.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 import numpy as np
@@ -12,11 +12,73 @@ import rerun.blueprint as rrb
 
 from belt_sim.case import Case
 from belt_sim.frame import Frame
-from belt_sim.pictures.style import FAINT, INK, POINTS, rgb
-from belt_sim.si import MM
-from belt_sim.watch import geometry, series
-from belt_sim.watch.geometry import TRUE, ViewScale, enlarge, full_colour_tilt, thin_stations
-from belt_sim.watch.series import TRAVEL
+from belt_sim.pictures.style import BLUE, CYCLE, FAINT, GREEN, INK, POINT_NAMES, POINTS, RED, rgb
+from belt_sim.si import MM, N_PER_MM2
+from belt_sim.watch import geometry
+from belt_sim.watch.geometry import TRUE, ViewScale, enlarge, full_colour_tilt, mid_span_tilt, thin_stations
+
+# Time series, in the units that people read.
+
+TRAVEL = "travel [mm]"  # Rerun's timelines count whole numbers and have no units of length
+TIME = "time"
+
+#: SI name -> (plot, label, colour, SI units in one unit drawn)
+KNOWN: dict[str, tuple[str, str, str, float]] = {
+    **{f"y{k + 1}": ("y", POINT_NAMES[k].replace(" end", "").replace(" pulley", ""), POINTS[k], MM) for k in range(4)},
+    "tension": ("tension", "tension", GREEN, N_PER_MM2),
+    "tilt_upper": ("tilt", "upper", BLUE, 1e-3),
+    "tilt_lower": ("tilt", "lower", RED, 1e-3),
+    "entry_moment_upper": ("moment", "upper run-up", BLUE, 1.0),
+    "entry_moment_lower": ("moment", "lower run-up", RED, 1.0),
+    "slip_head": ("slip", "head pulley", BLUE, 1e-6),
+    "slip_tail": ("slip", "tail pulley", RED, 1e-6),
+    "sag_upper": ("sag", "upper span", BLUE, MM),
+    "sag_lower": ("sag", "lower span", RED, MM),
+}
+
+
+def millimetres(travel: float) -> int:
+    """A travel [m] on its timeline."""
+    return round(travel / MM)
+
+
+def style_series(
+    recording: rr.RecordingStream, path: str, names: Sequence[str], colours: Sequence[str], width: float = 2.0
+) -> None:
+    """Names, colours and line width [px] of the curves of one path."""
+    lines = rr.SeriesLines(names=names, colors=[rgb(c) for c in colours], widths=[width] * len(names))
+    recording.log(path, lines, static=True)
+
+
+def frame_numbers(frame: Frame) -> dict[str, float]:
+    """y1-y4, the mid-span tilts and every named number of a frame, by name, in SI."""
+    upper, lower = mid_span_tilt(frame)
+    points = {f"y{k + 1}": float(frame.points[k, 1]) for k in range(4)}
+    return {**points, "tilt_upper": upper, "tilt_lower": lower, **frame.scalars}
+
+
+def send_series(
+    recording: rr.RecordingStream, rows: Sequence[tuple[float, float, Mapping[str, float]]], styled: set[str]
+) -> None:
+    """Send (travel [m], time [s], numbers) of instants, a column a number; ``styled`` gathers names that have a style.
+
+    A number that is not known is drawn in SI in a plot of its own.
+    """
+    for name in dict.fromkeys(name for _, _, row in rows for name in row):
+        unknown = "further", f"{name} [SI]", CYCLE[len(styled) % len(CYCLE)], 1.0
+        plot, label, colour, unit = KNOWN.get(name, unknown)
+        path = f"series/{plot}/{name}"
+        if name not in styled:
+            style_series(recording, path, [label], [colour])
+            styled.add(name)
+        there = [(travel, time, row[name]) for travel, time, row in rows if name in row]
+        index = [
+            rr.TimeColumn(TRAVEL, sequence=[millimetres(travel) for travel, _, _ in there]),
+            rr.TimeColumn(TIME, duration=[time for _, time, _ in there]),
+        ]
+        values = rr.Scalars.columns(scalars=[value / unit for _, _, value in there])
+        rr.send_columns(path, index, values, recording=recording)
+
 
 TRUE_ROOT = "machine/true"
 DRAWN_ROOT = "machine/drawn"
@@ -177,15 +239,15 @@ class Scene:
         """
         thin = [thin_stations(frame, float(self.case.rig.tail_radius)) for frame in frames]
         drawn, stations = [enlarge(frame, self.scale) for frame in thin], len(thin[0].left)
-        self.recording.set_time(series.TRAVEL, sequence=series.millimetres(frames[0].travel))
-        self.recording.set_time(series.TIME, duration=frames[0].time)
+        self.recording.set_time(TRAVEL, sequence=millimetres(frames[0].travel))
+        self.recording.set_time(TIME, duration=frames[0].time)
         if stations != self.stations:
             triangles = rr.Mesh3D.from_fields(triangle_indices=geometry.ribbon_triangles(stations))
             self.recording.log(f"{self.root}/belt/ribbon", triangles)
             self.stations = stations
         index = [
-            rr.TimeColumn(series.TRAVEL, sequence=[series.millimetres(frame.travel) for frame in frames]),
-            rr.TimeColumn(series.TIME, duration=[frame.time for frame in frames]),
+            rr.TimeColumn(TRAVEL, sequence=[millimetres(frame.travel) for frame in frames]),
+            rr.TimeColumn(TIME, duration=[frame.time for frame in frames]),
         ]
 
         def send(path: str, columns: rr.ComponentColumnList, each: int = 1) -> None:
