@@ -79,20 +79,20 @@ def run_in_batches(
 
     What cannot be marched comes first, with None: its own run says why.
     """
-    ready: dict[int, tuple[str, Any]] = {}
+    without: list[int] = []
+    alike: dict[Any, list[tuple[int, Any]]] = {}
     for number, config in enumerate(configs):
         made = _prepare(config)
-        if made is not None:
-            ready[number] = config["engine"], made
-    without = [k for k in range(len(configs)) if k not in ready]
+        if made is None:
+            without.append(number)
+        else:
+            alike.setdefault((config["engine"], made.kind), []).append((number, made))
     if without:
         yield without, [None] * len(without)
-    alike: dict[Any, list[int]] = {}
-    for number, (engine, made) in ready.items():
-        alike.setdefault((engine, made.kind), []).append(number)
-    for (engine, _), numbers in alike.items():
+    for (engine, _), members in alike.items():
+        numbers, ready = zip(*members, strict=True)
         begin = 0
-        for curves in batch_engine(engine).in_batches([ready[k][1] for k in numbers], batch):
+        for curves in batch_engine(engine).in_batches(ready, batch):
             yield numbers[begin : begin + len(curves)], curves
             begin += len(curves)
 

@@ -160,7 +160,7 @@ class Session:
 
     def drop(self, files: list[tuple[str, bytes]]) -> None:
         tray = upload.sort_files(files)
-        messages = list(tray.messages)
+        messages = tray.messages
         if tray.loggers or tray.mapping:
             messages += self._import_from(tray)
         if tray.campaign:

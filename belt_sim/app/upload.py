@@ -29,48 +29,42 @@ MAPPING = "mapping.yaml"  # how a logger's files were understood before
 LONGEST_NAME = 120  # characters
 
 
-@dataclass(frozen=True)
+@dataclass
 class Tray:
     """Dropped files sorted: of a campaign, of a logger, effects and a mapping (name, bytes); messages: what not."""
 
-    campaign: Mapping[str, bytes] = field(default_factory=dict)
-    loggers: Mapping[str, bytes] = field(default_factory=dict)
+    campaign: dict[str, bytes] = field(default_factory=dict)
+    loggers: dict[str, bytes] = field(default_factory=dict)
     effects: tuple[str, bytes] | None = None
     mapping: tuple[str, bytes] | None = None
-    messages: tuple[str, ...] = ()
+    messages: list[str] = field(default_factory=list)
 
 
 def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
     """Sort files by their names; every one that cannot be used has its line."""
-    campaign: dict[str, bytes] = {}
-    loggers: dict[str, bytes] = {}
-    effects, mapping, messages = None, None, []
+    tray = Tray()
     for name, data in dropped:
         last = last_name(name)
+        known = last.lower()
         try:
-            if last.lower() in FILES:
-                campaign[last.lower()] = data
-            elif last.lower().endswith(".zip"):
-                campaign |= unpack(last, data)
-            elif last.lower() == MAPPING:
-                mapping = (last, data)
-            elif last.lower().endswith((".yaml", ".yml")):
-                effects = (last, data)
-            elif last.lower().endswith(LOGGERS):
-                loggers[safe(last)] = data
+            if known in FILES:
+                tray.campaign[known] = data
+            elif known.endswith(".zip"):
+                tray.campaign |= unpack(last, data)
+            elif known == MAPPING:
+                tray.mapping = (last, data)
+            elif known.endswith((".yaml", ".yml")):
+                tray.effects = (last, data)
+            elif known.endswith(LOGGERS):
+                tray.loggers[safe(last)] = data
+            elif known.endswith(".py"):
+                raise InputError("file", quote(last), "", NO_CODE)
             else:
-                raise _unknown(last)
+                wanted = f"{', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or an effects.yaml"
+                raise InputError("file", quote(last), "", f"drop {wanted}")
         except BeltError as error:
-            messages.append(str(error))
-    return Tray(campaign=campaign, loggers=loggers, effects=effects, mapping=mapping, messages=tuple(messages))
-
-
-def _unknown(name: str) -> InputError:
-    """Why a file of this name is of no use."""
-    if name.lower().endswith(".py"):
-        return InputError("file", quote(name), "", NO_CODE)
-    wanted = f"{', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or an effects.yaml"
-    return InputError("file", quote(name), "", f"drop {wanted}")
+            tray.messages.append(str(error))
+    return tray
 
 
 def last_name(name: str) -> str:

@@ -145,14 +145,15 @@ def _tabulate(request: Request, runs: Sequence[RunDir], outcomes: Sequence[Outco
     for run, outcome in zip(runs, outcomes, strict=True):
         typed = dict(o.lstrip("+").split("=", 1) for o in run.overrides)
         row = {"run": run.path.name} | {key: typed[key] for key in request.swept if key in typed}
-        try:
-            summary = {} if outcome.failure else read_json(run.path / "summary.json")
-            rows.append(row | (_row(summary) if summary else {"failed": outcome.failure}))
-        except (BeltError, OSError, KeyError, TypeError) as error:
-            outcome = Outcome(failure=f"summary.json is damaged: {error}")
-            rows.append(row | {"failed": outcome.failure})
+        told: dict[str, Any] = {"failed": outcome.failure}
         if not outcome.failure:
-            there.append((run.path, summary))
+            try:
+                summary = read_json(run.path / "summary.json")
+                told = _row(summary)
+                there.append((run.path, summary))
+            except (BeltError, OSError, KeyError, TypeError) as error:
+                told = {"failed": f"summary.json is damaged: {error}"}
+        rows.append(row | told)
     rows.sort(key=lambda row: row.get("failed") is not None)
     table = pd.DataFrame(rows)
     write_with(folder / "sweep.csv", lambda path: table.to_csv(path, index=False))

@@ -346,24 +346,23 @@ def thread_places(belt: BeltArrays, pulley: BeltOnPulley, nodes: Array, end: int
 
 def sink_wraps(
     belt: BeltArrays, pulleys: BeltOnPulley, before: PoseArrays, moved: Array, shaped: Array, rests: Array
-) -> WrapArrays:
-    """The stations on pulleys that have come from ``before``, on their paths for where the pulleys are.
+) -> BeltOnPulley:
+    """With the stations on pulleys that have come from ``before`` on their paths for where the pulleys are.
 
     moved [m]: how far the pulleys turn in the step; rests: whether the belt is at rest, which then does not roll with
     an axis that begins to be canted.
     """
-    wraps = pulleys.wrap
     if belt.shape.canted:
         rolled = jnp.where(rests, pulleys.pose.axes[:, 2, 1] - before.axes[:, 2, 1], 0.0)
-        wraps = jax.vmap(roll_anchors)(pulleys, rolled)
+        pulleys = pulleys._replace(wrap=jax.vmap(roll_anchors)(pulleys, rolled))
     for end in (FIRST, LAST):
         sink = partial(sink_ends, belt, end=end, moved=moved, shaped=shaped)
-        wraps = jax.vmap(sink)(pulleys._replace(wrap=wraps))
-    return wraps
+        pulleys = pulleys._replace(wrap=jax.vmap(sink)(pulleys))
+    return pulleys
 
 
-def release_stations(belt: BeltArrays, pulleys: BeltOnPulley) -> WrapArrays:
-    """The wraps without their outermost stations, where these have come far enough to be free."""
+def release_stations(belt: BeltArrays, pulleys: BeltOnPulley) -> BeltOnPulley:
+    """Without the outermost stations, where these have come far enough to be free."""
 
     def release(pulley: BeltOnPulley, end: int) -> WrapArrays:
         goes = is_released(pulley, end, belt.chord)
@@ -371,13 +370,13 @@ def release_stations(belt: BeltArrays, pulleys: BeltOnPulley) -> WrapArrays:
 
     for end in (FIRST, LAST):
         pulleys = pulleys._replace(wrap=jax.vmap(partial(release, end=end))(pulleys))
-    return pulleys.wrap
+    return pulleys
 
 
 def land_stations(
     belt: BeltArrays, pulleys: BeltOnPulley, before: tuple[PoseArrays, Array], nodes: Array, moved: Array, shaped: Array
-) -> WrapArrays:
-    """The wraps with the stations that they have caught in a step of ``moved`` [m] to ``nodes`` [m], (m, 3, n).
+) -> BeltOnPulley:
+    """With the stations that the pulleys have caught in a step of ``moved`` [m] to ``nodes`` [m], (m, 3, n).
 
     before: poses and nodes at the step's beginning; shaped: 1 where the pulleys are what they are, 0 while they are
     plain cylinders.
@@ -389,10 +388,12 @@ def land_stations(
 
     for end in (FIRST, LAST):
         pulleys = pulleys._replace(wrap=jax.vmap(partial(land, end=end))(pulleys, before[0]))
-    return pulleys.wrap
+    return pulleys
 
 
-def relax_layers(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array, share: Array, rate: Array) -> Array:
-    """Displacements (2, 2, m, 2) [m] moved by ``rate`` of the way to what the fibres beside the pulleys say."""
+def relax_layers(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array, share: Array, rate: Array) -> BeltOnPulley:
+    """With the layers, if any, moved by ``rate`` of the way to what the fibres beside the pulleys say."""
+    if pulleys.layer is None:
+        return pulleys
     wanted = jax.vmap(lambda pulley: layer_of_fibres(belt, pulley, share, nodes))(pulleys)
-    return pulleys.layer + rate * (wanted - pulleys.layer)
+    return pulleys._replace(layer=pulleys.layer + rate * (wanted - pulleys.layer))

@@ -231,12 +231,12 @@ def step(belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
         wraps, kinks = jax.vmap(partial(hold_run_up_end, sign=sign))(pulleys, kinks)
         pulleys = pulleys._replace(wrap=wraps)
     rests = (moved == 0.0) & (state.travel >= 0.0)
-    pulleys = pulleys._replace(wrap=sink_wraps(belt, pulleys, before, moved, shaped, rests))
+    pulleys = sink_wraps(belt, pulleys, before, moved, shaped, rests)
     places = cut_chain(pulleys.wrap)
     taut, chords = state.nodes[..., places.stations], moved / belt.chord
     anchors = anchor_positions(belt, pulleys, places)
     nodes = predict(belt, taut, jnp.where(places.free, taut, anchors), places, chords)
-    pulleys = pulleys._replace(wrap=release_stations(belt, pulleys))
+    pulleys = release_stations(belt, pulleys)
     places = divide_chain(pulleys.wrap, places.stations)
     if pulleys.layer is not None:
         anchors = anchor_positions(belt, pulleys, places)
@@ -255,10 +255,8 @@ def step(belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
 
     turned = jax.vmap(lambda w, p: update_tangents(w, p, nodes, filter_share(SPAN_TIME)))
     pulleys = pulleys._replace(wrap=turned(pulleys.wrap, pulleys.pose))
-    pulleys = pulleys._replace(wrap=land_stations(belt, pulleys, (before, state.nodes), nodes, moved, shaped))
-    if pulleys.layer is not None:
-        layer = relax_layers(belt, pulleys, nodes, command.share, filter_share(LAYER_TIME))
-        pulleys = pulleys._replace(layer=layer)
+    pulleys = land_stations(belt, pulleys, (before, state.nodes), nodes, moved, shaped)
+    pulleys = relax_layers(belt, pulleys, nodes, command.share, filter_share(LAYER_TIME))
     return TravelState(
         nodes, pulleys, found.tension, command.travel, found.correction, slip, kinks, found.compliance_yaw
     )
