@@ -47,17 +47,12 @@ def case_from(cfg: Mapping[str, Any]) -> Case:
         speed=check_range(cfg, "speed"),
         direction=float(direction),
     )
-    _within_travel(settings, check_range(cfg, "travel"))
-    return Case(rig=rig, belt=belt, settings=settings)
-
-
-def _within_travel(settings: Settings, travel: float) -> None:
-    """A yaw that comes after the end was not meant."""
-    for name in ("yaw", "yaw_head"):
-        late = [float(at) for at in np.asarray(getattr(settings, name).at) if at > 0.0 and at >= travel]
-        if late:
+    travel = check_range(cfg, "travel")
+    for name in ("yaw", "yaw_head"):  # one that comes after the end was not meant
+        for at in (float(at) for at in np.asarray(getattr(settings, name).at) if at > 0.0 and at >= travel):
             remedy = f"the travel ends at {travel:g} m; make it longer or leave this step out"
-            raise InputError(f"{name}.at", f"{late[0]:g}", "m", remedy)
+            raise InputError(f"{name}.at", f"{at:g}", "m", remedy)
+    return Case(rig=rig, belt=belt, settings=settings)
 
 
 class CaseSettings(TypedDict, total=False):
@@ -141,9 +136,8 @@ def rig_from(asked: Any) -> Rig:
         raise InputError("rig.centre_distance", centre, "m", "the pulleys overlap; move them apart")
     if abs(radii[0] - radii[1]) > 0.1 * centre:
         raise InputError("rig.head_radius", radii[0], "m", "radii may differ by a tenth of the centre distance")
-    return Rig(
-        centre_distance=centre, head_radius=radii[0], tail_radius=radii[1], gravity=check_range(flat, "rig.gravity")
-    )
+    gravity = check_range(flat, "rig.gravity")
+    return Rig(centre_distance=centre, head_radius=radii[0], tail_radius=radii[1], gravity=gravity)
 
 
 def belt_from(asked: Any) -> Belt:

@@ -53,15 +53,10 @@ class SpaceModel:
     @staticmethod
     def from_settings(belt: str, settings: Mapping[str, Any]) -> "SpaceModel":
         """From the numbers of a configuration; raises InputError for one that is no option."""
+        own = {k: v for k, v in settings.items() if k in ("control", "engine", "contact", "scene") and v}
         numbers = {k: v for k, v in settings.items() if k not in ("control", "engine", "contact", "scene")}
-        return SpaceModel(
-            belt=belt,
-            options=Options.from_settings(numbers),
-            control=bool(settings.get("control", False)),
-            engine=engine_named(settings.get("engine")),
-            contact=settings.get("contact") or CONTACTS[0],
-            scene=settings.get("scene"),
-        )
+        engine = engine_named(own.pop("engine", None))
+        return SpaceModel(belt=belt, options=Options.from_settings(numbers), engine=engine, **own)
 
     @property
     def name(self) -> str:

@@ -203,17 +203,15 @@ def predict(belt: BeltArrays, nodes: Array, held: Array, places: ChainLayout, ch
             for k, j in ((start, start), (end, end - 1))
         )
         s = (at - start) / (end - start)
-        if shape.limp:
-            moved = along + (1.0 - s) * first[..., None] + s * last[..., None]
-            found = jnp.where((at > start) & (at < end), moved, found)
-            continue
-        length = (held[..., end] - held[..., start])[:, 0].mean()
-        turns = [(v[-1, 0] - v[0, 0]) / (line_y[0] - line_y[-1]) for v in (first, last)]
-        turn = turns[0] * (1.0 - 4.0 * s + 3.0 * s**2) + turns[1] * (3.0 * s**2 - 2.0 * s)
-        aside = length * (turns[0] * (s - 2.0 * s**2 + s**3) + turns[1] * (s**3 - s**2))
-        first, last = (v.at[:, 0].set(v[:, 0].mean()) for v in (first, last))
+        if not shape.limp:
+            length = (held[..., end] - held[..., start])[:, 0].mean()
+            turns = [(v[-1, 0] - v[0, 0]) / (line_y[0] - line_y[-1]) for v in (first, last)]
+            turn = turns[0] * (1.0 - 4.0 * s + 3.0 * s**2) + turns[1] * (3.0 * s**2 - 2.0 * s)
+            aside = length * (turns[0] * (s - 2.0 * s**2 + s**3) + turns[1] * (s**3 - s**2))
+            first, last = (v.at[:, 0].set(v[:, 0].mean()) for v in (first, last))
         moved = along + (1.0 - s) * first[..., None] + s * last[..., None]
-        moved = moved.at[:, 1].add(aside).at[:, 0].add(-line_y[:, None] * turn)
+        if not shape.limp:
+            moved = moved.at[:, 1].add(aside).at[:, 0].add(-line_y[:, None] * turn)
         found = jnp.where((at > start) & (at < end), moved, found)
     return found
 
