@@ -31,16 +31,24 @@ _KEYS = {"from", "to", "count", "spacing"}
 class Axis:
     """One number that varies. key: as on the command line (tension, belt.thickness, taper.kappa_t);
 
-    column: of the table; values: what a grid visits, shape (n,), as people write them; unit: one of them in SI;
-    ratio: whether a sample spreads evenly over its logarithm; listed: whether only ``values`` themselves may be met.
+    values: what a grid visits, shape (n,), as people write them; ratio: whether a sample spreads evenly over its
+    logarithm; listed: whether only ``values`` themselves may be met.
     """
 
     key: str
-    column: str
     values: np.ndarray
-    unit: float = 1.0
     ratio: bool = False
     listed: bool = False
+
+    @property
+    def column(self) -> str:
+        """Name of its column in the table."""
+        return SETTINGS[self.key][0] if self.key in SETTINGS else self.key.replace(".", "_")
+
+    @property
+    def unit(self) -> float:
+        """One of ``values`` in SI."""
+        return SETTINGS[self.key][1] if self.key in SETTINGS else 1.0
 
     def values_at(self, share: np.ndarray) -> np.ndarray:
         """Values at ``share`` (0..1) of the way from the first to the last."""
@@ -52,48 +60,35 @@ class Axis:
 
 def axes_of(config: Mapping[str, Any], sampled: bool) -> tuple[tuple[Axis, ...], dict[str, Any]]:
     """The axes of a map, and the configuration with the first value of each in its place (of an effect, the last)."""
-    plain, axes = dict(config), []
-    for key, (column, unit) in SETTINGS.items():
-        if key in config and (axis := _axis(key, column, unit, config[key], sampled)):
-            axes.append(axis)
-            plain[key] = float(axis.values[0])
-    for group, names in GROUPS.items():
-        plain[group] = dict(config[group])
-        for name in names:
-            if axis := _axis(f"{group}.{name}", f"{group}_{name}", 1.0, config[group].get(name), sampled):
-                axes.append(axis)
-                plain[group][name] = float(axis.values[0])
-    plain["effects"], found = _of_effects(config["effects"], sampled)
-    if not axes + found:
-        raise InputError("tension", config["tension"], "", "let something vary, e.g. tension=[7,10,20]")
-    return (*axes, *found), plain
-
-
-def _of_effects(asked: Any, sampled: bool) -> tuple[Any, list[Axis]]:
-    if not isinstance(asked, Sequence) or isinstance(asked, str):
-        return asked, []
-    plain: list[Any] = []
+    plain: dict[str, Any] = {**config, **{group: dict(config[group]) for group in GROUPS}}
     axes: list[Axis] = []
-    for entry in asked:
-        numbers = dict(entry) if isinstance(entry, Mapping) else {}
-        for name, spec in numbers.items():
-            if axis := _axis(f"{numbers.get('id')}.{name}", f"{numbers.get('id')}_{name}", 1.0, spec, sampled):
-                axes.append(axis)
-                numbers[name] = float(axis.values[-1]) or float(axis.values[0])
-        plain.append(numbers or entry)
-    return plain, axes
+    stated = [(key, plain, key) for key in SETTINGS]
+    stated += [(f"{group}.{name}", plain[group], name) for group, names in GROUPS.items() for name in names]
+    for key, owner, name in stated:
+        if axis := _axis(key, owner.get(name), sampled):
+            axes.append(axis)
+            owner[name] = float(axis.values[0])
+    if isinstance(config["effects"], Sequence) and not isinstance(config["effects"], str):
+        plain["effects"] = [dict(entry) if isinstance(entry, Mapping) else entry for entry in config["effects"]]
+        for entry in plain["effects"]:
+            for name, spec in entry.items() if isinstance(entry, dict) else ():
+                if axis := _axis(f"{entry.get('id')}.{name}", spec, sampled):
+                    axes.append(axis)
+                    entry[name] = float(axis.values[-1]) or float(axis.values[0])
+    if not axes:
+        raise InputError("tension", config["tension"], "", "let something vary, e.g. tension=[7,10,20]")
+    return tuple(axes), plain
 
 
-def _axis(key: str, column: str, unit: float, spec: Any, sampled: bool) -> Axis | None:
+def _axis(key: str, spec: Any, sampled: bool) -> Axis | None:
     """The axis that ``spec`` means; None for a number that does not vary, and for a schedule of yaw."""
     if isinstance(spec, Mapping):
-        values = _range(key, spec, sampled)
-        return Axis(key=key, column=column, values=values, unit=unit, ratio=spec.get("spacing") == "ratio")
+        return Axis(key=key, values=_range(key, spec, sampled), ratio=spec.get("spacing") == "ratio")
     if not isinstance(spec, Sequence) or isinstance(spec, str) or any(isinstance(x, Mapping) for x in spec):
         return None
     if not spec:
         raise InputError(key, "[]", "", "give at least one value")
-    return Axis(key=key, column=column, values=np.array([finite(key, x) for x in spec]), unit=unit, listed=True)
+    return Axis(key=key, values=np.array([finite(key, x) for x in spec]), listed=True)
 
 
 def _range(key: str, spec: Mapping[str, Any], sampled: bool) -> np.ndarray:
@@ -158,17 +153,12 @@ class CasePlan:
         if self.cases is None:
             where = np.unravel_index(np.arange(start, stop), self.shape)
             return np.stack([a.values[k] for a, k in zip(self.axes, where, strict=True)])
-        shares = _sobol(len(self.axes), self.seed, start, stop)
+        from scipy.stats import qmc  # slow to import
+
+        engine = qmc.Sobol(len(self.axes), seed=self.seed)
+        if start:
+            engine.fast_forward(start)
+        with warnings.catch_warnings():  # of a count that is no power of two
+            warnings.simplefilter("ignore", UserWarning)
+            shares = engine.random(stop - start)
         return np.stack([a.values_at(column) for a, column in zip(self.axes, shares.T, strict=True)])
-
-
-def _sobol(dimensions: int, seed: int, start: int, stop: int) -> np.ndarray:
-    """Points start .. stop of Sobol's sequence, shape (n, dimensions)."""
-    from scipy.stats import qmc  # slow to import
-
-    engine = qmc.Sobol(dimensions, seed=seed)
-    if start:
-        engine.fast_forward(start)
-    with warnings.catch_warnings():  # of a count that is no power of two
-        warnings.simplefilter("ignore", UserWarning)
-        return engine.random(stop - start)

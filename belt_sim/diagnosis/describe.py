@@ -180,14 +180,12 @@ def _unknown(d: Findings) -> Unknown | None:
     decision = d.decision
     if not decision.tells_of_unknown:
         return None
-    e = decision.likeliest_unknown
-    ids = decision.likeliest_effects
-    known = next(x for x in decision.explanations if x.of_effects and not x.unknown and frozenset(x.effects) == ids)
-    odds = e.log_posterior - known.log_posterior
+    known = decision.likeliest_known
+    odds = decision.likeliest_unknown.log_posterior - known.log_posterior
     times = "more than a million" if odds > np.log(1e6) else f"{np.exp(odds):.0f}"
     why = f"something unknown is {times} times likelier"
     law = d.law.law.words if d.law is not None and d.law.law is not None else "no law of one or two terms"
-    nearest = (join_words(sorted(ids)), why) if ids else None
+    nearest = (join_words(known.effects), why) if known.effects else None
     return describe_unknown(d.fitted_bench, d.named, (f"something beyond the library ({law})",), nearest)
 
 

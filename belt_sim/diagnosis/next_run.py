@@ -28,26 +28,11 @@ OPPOSITE_YAW = 0.042 * si.DEGREE
 
 @dataclass(frozen=True)
 class Action:
-    """A further run: its settings; whether sensors stand at all four points; whether the belt is turned over."""
+    """A further run: in words, as a run without readings, and its settings for who follows the advice."""
 
     words: str
     run: Run
-    all_points: bool = False
-    turned_over: bool = False
-
-    @property
-    def settings(self) -> RunSettings:
-        """The same without words, for who follows the advice."""
-        run = self.run
-        return RunSettings(
-            tension=float(run.tension),
-            yaw=float(run.yaw),
-            speed=float(run.speed),
-            direction=float(run.direction),
-            travel=float(run.travel[-1]),
-            all_points=self.all_points,
-            turned_over=self.turned_over,
-        )
+    settings: RunSettings
 
 
 REVERSED, LONGER, TURNED = "run with travel reversed", "run twice as long", "turn the belt over"
@@ -93,10 +78,12 @@ def _without_readings(template: Run) -> Run:
 
 
 def _make_action(base: Run, words: str, change: dict[str, Any]) -> Action:
-    run = replace(base, **{name: x for name, x in change.items() if name not in ("all_points", "turned_over")})
+    others = {name: change[name] for name in ("all_points", "turned_over") if name in change}
+    run = replace(base, **{name: x for name, x in change.items() if name not in others})
+    stated: dict[str, Any] = {name: float(getattr(run, name)) for name in ("tension", "yaw", "speed", "direction")}
     tension, yaw = f"{run.tension / si.N_PER_MM2:.3g} N/mm2", f"yaw {run.yaw / si.DEGREE:+.3g} deg"
     told = f"{tension}, {yaw}, {run.speed:g} m/s, {run.travel[-1]:.0f} m{'' if run.direction > 0 else ', reversed'}"
-    return Action(f"{words} ({told})", run, "all_points" in change, "turned_over" in change)
+    return Action(f"{words} ({told})", run, RunSettings(**stated, travel=float(run.travel[-1]), **others))
 
 
 STEPS = 8  # of a refit
@@ -216,7 +203,7 @@ class Outlook:
     def predict(self, fit: Fit, free: list[int]) -> tuple[np.ndarray, np.ndarray]:
         """Values (R, S, n) and slopes (k, R, S, n) of every action; a belt turned over carries its effects along."""
         values, slopes = self.forward.expand(fit.vector, free, self.samples)
-        over = np.flatnonzero([a.turned_over for a in self.actions])
+        over = np.flatnonzero([a.settings.turned_over for a in self.actions])
         sign = np.ones(self.forward.size)
         sign[[k for k, s in enumerate(self.forward.slots) if s.effect.on_belt and not s.only_shapes]] = -1.0
         there, along = self.forward.expand(sign * fit.vector, free, self.samples.of_runs(over))
@@ -266,7 +253,7 @@ def _hypothetical(bench: Workbench, actions: list[Action]) -> Samples:
     travel = np.stack([a.run.travel for a in actions])
     y = np.zeros((len(actions), len(signals), travel.shape[1]))
     for r, action in enumerate(actions):
-        if not action.all_points:
+        if not action.settings.all_points:
             y[r, len(bench.samples.signals) :] = np.nan
     return Samples(
         runs=tuple(a.run for a in actions),

@@ -90,8 +90,8 @@ def test_closed_forms_alone(belt):
 
 
 def test_a_sample_is_even_and_any_stretch_of_it_comes_alone():
-    force = Axis(key="tension", column="t", values=np.array([5.0, 80.0]), ratio=True)
-    step = Axis(key="yaw", column="y", values=np.array([-1.0, 0.0, 1.0]), listed=True)
+    force = Axis(key="tension", values=np.array([5.0, 80.0]), ratio=True)
+    step = Axis(key="yaw", values=np.array([-1.0, 0.0, 1.0]), listed=True)
     plan = CasePlan(axes=(force, step), cases=1024, seed=3)
     whole = plan.stretch(0, 1024)
     assert (plan.stretch(700, 900) == whole[:, 700:900]).all()

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from belt_sim.diagnosis.readings.additive_effects import bin_attenuation
+from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.belt_shape import EdgeProfile
 from belt_sim.effects.pulley_shape import Taper
@@ -24,7 +25,7 @@ def test_the_average_of_a_wave_over_a_bin_is_as_large_as_the_fit_takes_it_for():
         runs=(), signals=(), cases=SimpleNamespace(rig=SimpleNamespace(belt_length=LENGTH)), travel=travel, time=travel,
         y=np.zeros((2, 0, BINS)), yaw_at=np.zeros(2), per_bin=np.array([float(MANY), 1.0]),
     )  # fmt: skip
-    asked = [(Taper, "kappa_t"), *((EdgeProfile, name) for name in ("cos1", "sin9", "cos24", "sin40"))]
+    asked = [Slot(Taper, "kappa_t"), *(Slot(EdgeProfile, name) for name in ("cos1", "sin9", "cos24", "sin40"))]
     shown = bin_attenuation(asked, samples)
     for share, k in zip(shown[0], (0, 1, 9, 24, 40), strict=True):
         wave = np.exp(2j * np.pi * k * dense / LENGTH)

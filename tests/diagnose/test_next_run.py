@@ -85,7 +85,7 @@ def test_two_changes_at_once_are_tried_where_one_is_not_enough(one_sided, monkey
 def test_an_action_by_itself_says_what_it_says_among_others(one_sided):
     bench, offset, gain = one_sided
     outlook = Outlook(bench, offset)
-    turned = next(k for k, a in enumerate(outlook.actions) if a.turned_over)
+    turned = next(k for k, a in enumerate(outlook.actions) if a.settings.turned_over)
     for k in (0, turned):
         _, among = outlook.separations(offset, gain)
         _, alone = outlook.single(k).separations(offset, gain)

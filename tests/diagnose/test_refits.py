@@ -14,7 +14,12 @@ from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.diagnosis.search import JointFits, fit_best
 
 SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
-UNIT = SimpleNamespace(whiten=lambda x: x.reshape(*x.shape[:-3], -1))
+
+
+def unit(readings):
+    """A metric of so many readings, all null, that leaves them as they are."""
+    samples = SimpleNamespace(y=np.zeros((1, 1, readings)))
+    return SimpleNamespace(samples=samples, whiten=lambda x: x.reshape(*x.shape[:-3], -1))
 
 
 class Saturating:
@@ -31,7 +36,7 @@ class Saturating:
 @pytest.mark.parametrize("start", [-3.0, -1.0, 0.3, 1.6, 3.0])
 def test_a_refit_goes_down_and_never_up(start):
     begun = Fit(ids=("a",), free=[0], vector=np.array([start]))
-    fit = fit_sets(Saturating(), UNIT, [begun], np.zeros((1, 1, 1)))[0]
+    fit = fit_sets(Saturating(), unit(1), [begun])[0]
     assert fit.chi2 < 0.03
     assert fit.vector[0] == pytest.approx(0.0, abs=2e-3)
     assert fit.chi2 == pytest.approx(float(fit.residual @ fit.residual), rel=1e-12)
@@ -55,7 +60,7 @@ class Bent:
 def test_steps_along_a_bent_valley_are_as_long_as_they_may_be():
     """Guard: a step that had to be shorter was once damped so far that a refit crawled and ran out of rounds."""
     begun = Fit(ids=("a",), free=[0, 1], vector=np.array([-1.0, 0.5]))
-    fit = fit_sets(Bent(), UNIT, [begun], np.zeros((1, 1, 2)))[0]
+    fit = fit_sets(Bent(), unit(2), [begun])[0]
     assert fit.is_converged
     assert fit.chi2 < 0.03
 
@@ -74,7 +79,8 @@ def test_a_number_that_a_machine_has_on_one_side_of_null_stays_there():
     assert held.is_converged
     assert held.vector == pytest.approx([0.0, alone.vector[1]], abs=1e-3)
     assert held.chi2 == pytest.approx(alone.chi2, abs=0.05)
-    pushed = bench.fit([bench.start(("one",), np.zeros(2))], y=-one)[0]
+    pushed = replace(bench, metric=replace(bench.metric, samples=replace(bench.samples, y=-one)))
+    pushed = pushed.fit([bench.start(("one",), np.zeros(2))])[0]
     assert (pushed.is_converged, pushed.vector[0]) == (True, 0.0)
 
 

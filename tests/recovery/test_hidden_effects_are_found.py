@@ -92,8 +92,8 @@ def test_a_set_that_leaves_too_much_is_not_named_but_said_to_be_nearest():
     d = examine(made, MODEL, candidates_of(ALIKE, MODEL), seed=SEED, laws=LawSearch())
     found = describe(d, seed=SEED)
     assert (found.verdict, found.effects) == (Verdict.NONE_KNOWN, ())
-    assert d.decision.likeliest_effects
-    assert all(name in found.unknown.nearest for name in d.decision.likeliest_effects)
+    assert d.decision.likeliest_known.effects
+    assert all(name in found.unknown.nearest for name in d.decision.likeliest_known.effects)
     assert "likelier" in found.unknown.why
 
 

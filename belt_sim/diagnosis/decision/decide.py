@@ -45,9 +45,9 @@ class Decision:
         return self.verdict in (Verdict.PARTLY, Verdict.NONE_KNOWN) and not self.instead
 
     @property
-    def likeliest_effects(self) -> Ids:
-        """The likeliest set of named effects with nothing beside it."""
-        return frozenset(next(e.effects for e in self.explanations if e.of_effects and not e.unknown))
+    def likeliest_known(self) -> Explanation:
+        """The likeliest of named effects with nothing beside them."""
+        return next(e for e in self.explanations if e.of_effects and not e.unknown)
 
     @property
     def likeliest_unknown(self) -> Explanation:

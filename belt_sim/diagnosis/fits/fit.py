@@ -71,7 +71,6 @@ def fit_sets(
     forward: Forward,
     metric: Metric,
     starts: Sequence[Fit],
-    y: np.ndarray | None = None,
     race: Race | None = None,
     sides: Sides | None = None,
 ) -> list[Fit]:
@@ -80,14 +79,13 @@ def fit_sets(
     race: settles, after every round, what is not worth another; what it settles keeps the derivatives that it has, and
     so does all that ends. sides: lowest and highest value of every number, by default what its effect is declared with.
     """
-    target = metric.samples.y if y is None else y
     sides = forward.sides if sides is None else sides
     fits = [_resume(f) for f in starts]
     for _ in range(MAX_ROUNDS):
         active = [f for f in fits if not f.settled]
         if not active:
             break
-        _advance(forward, metric, active, target, sides)
+        _advance(forward, metric, active, sides)
         if race is not None:
             race(fits)
             continue
@@ -104,7 +102,7 @@ def _resume(start: Fit) -> Fit:
     return replace(start, vector=np.array(start.vector), due=due, settled=False, failed=0, taken=0)
 
 
-def _advance(forward, metric, fits: list[Fit], target, sides: Sides) -> None:
+def _advance(forward, metric, fits: list[Fit], sides: Sides) -> None:
     """The derivatives that are due, one prediction for every fit that has them all."""
     begin = [bool(f.due.any()) or not np.isfinite(f.chi2) for f in fits]
     points = [f.vector if b else _proposal(f, sides) for f, b in zip(fits, begin, strict=True)]
@@ -117,17 +115,17 @@ def _advance(forward, metric, fits: list[Fit], target, sides: Sides) -> None:
         here = slice(start, start + len(rows))
         start += len(rows)
         if b:
-            _take_derivatives(fit, metric, values[here][0], slopes[here][: int(fit.due.sum())], target, sides)
+            _take_derivatives(fit, metric, values[here][0], slopes[here][: int(fit.due.sum())], sides)
         else:
-            _accept_or_reject(fit, point, metric, values[here][0], target, sides)
+            _accept_or_reject(fit, point, metric, values[here][0], sides)
 
 
-def _take_derivatives(fit: Fit, metric, values, slopes, target, sides) -> None:
+def _take_derivatives(fit: Fit, metric, values, slopes, sides) -> None:
     """Derivatives that are due at the point where the fit stands; at its start the residual too."""
     begins = not np.isfinite(fit.chi2)
     if begins:
         with np.errstate(over="ignore", invalid="ignore"):  # a start may lie anywhere
-            residual = metric.whiten(target - values)
+            residual = metric.whiten(metric.samples.y - values)
             chi2 = float(residual @ residual)
         if not (np.isfinite(values).all() and np.isfinite(chi2)):  # whitening takes nan for a reading that is missing
             fit.settled = True
@@ -145,10 +143,10 @@ def _take_derivatives(fit: Fit, metric, values, slopes, target, sides) -> None:
     fit.settled = not k or (not begins and predicted_gain(fit, sides) < _negligible_gain(fit))
 
 
-def _accept_or_reject(fit: Fit, proposal, metric, values, target, sides) -> None:
+def _accept_or_reject(fit: Fit, proposal, metric, values, sides) -> None:
     """Take a proposal if it lowers chi2; otherwise a shorter step comes next, at last with derivatives that hold."""
     with np.errstate(over="ignore", invalid="ignore"):  # a step too far may end anywhere
-        residual = metric.whiten(target - values)
+        residual = metric.whiten(metric.samples.y - values)
         chi2 = float(residual @ residual)
     step = (proposal - fit.vector)[fit.free]
     foreseen = fit.residual - step @ fit.columns

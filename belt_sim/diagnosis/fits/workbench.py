@@ -72,11 +72,9 @@ class Workbench:
         positions = [k for i in ids for k in self.forward.index(i)] if free is None else list(free)
         return Fit(ids=tuple(ids), free=positions, vector=np.array(vector))
 
-    def fit(
-        self, starts: Sequence[Fit], y: np.ndarray | None = None, race: Race | None = None, sides: Sides | None = None
-    ) -> list[Fit]:
+    def fit(self, starts: Sequence[Fit], race: Race | None = None, sides: Sides | None = None) -> list[Fit]:
         """Joint refits on the fitted runs."""
-        return fit_sets(self.forward, self.metric, starts, y, race, sides)
+        return fit_sets(self.forward, self.metric, starts, race, sides)
 
 
 def workbench(

@@ -34,13 +34,6 @@ FEWEST = 3  # harmonics that are always asked for
 SMOOTH = 6.0  # knots a belt length: slower movements are the belt's, and must not count as harmonics
 
 
-def resolvable_harmonics(cls: type[Effect], samples: Samples) -> int:
-    """How many harmonics of the belt length the lateral readings can be asked for (not more than the effect has)."""
-    lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
-    readings = np.isfinite(samples.y[:, lateral]).sum()
-    return int(np.clip(readings / (2 * READINGS_A_NUMBER), FEWEST, len(cls.parameters) // 2))
-
-
 def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual: np.ndarray) -> int:
     """How many harmonics a residual (R, S, n) calls for, beside all that moves slowly.
 
@@ -65,7 +58,8 @@ def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarra
             slow_ones += own.shape[1]
     columns, residual = np.concatenate(white), np.concatenate(left)
     gains = np.cumsum(np.square(np.linalg.qr(columns)[0].T @ residual))[1::2]
-    gains /= _noise_excess(residual @ residual - gains[-1], len(residual) - columns.shape[1] - slow_ones)
+    if (free := len(residual) - columns.shape[1] - slow_ones) > 0:  # an edge that is there may have passed for noise
+        gains /= np.clip((residual @ residual - gains[-1]) / free, 1e-3, 1.0)
     harmonics = np.arange(1, len(gains) + 1)
     readings = np.isfinite(samples.y).sum()
     if not np.any(chdtrc(2 * harmonics, gains) < 1.0 / readings):
@@ -73,11 +67,6 @@ def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarra
     alone = harmonics[np.diff(gains, prepend=0.0) > 2.0 * np.log(readings)]
     best = max([harmonics[np.argmax(gains - 2 * 2 * harmonics)], *alone])
     return int(min(max(FEWEST, best), len(gains)))
-
-
-def _noise_excess(chi2_left: float, numbers: int) -> float:
-    """By what factor noise was taken to have too much variance, if so: an edge that is there may have passed for it."""
-    return min(1.0, max(chi2_left, 1e-3 * numbers) / numbers) if numbers > 0 else 1.0
 
 
 def _slow_splines(travel: np.ndarray, spacing: float) -> np.ndarray:
@@ -89,8 +78,11 @@ def _slow_splines(travel: np.ndarray, spacing: float) -> np.ndarray:
 
 
 def harmonics_of(classes: Sequence[type[Effect]], samples: Samples) -> dict[str, int]:
-    """Harmonics of every linear effect that the samples resolve."""
-    return {c.id: resolvable_harmonics(c, samples) for c in classes if c.is_additive()}
+    """Harmonics of the belt length that the lateral readings can be asked for, of every linear effect (not more than it
+    has)."""
+    lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
+    most = np.isfinite(samples.y[:, lateral]).sum() / (2 * READINGS_A_NUMBER)
+    return {c.id: int(np.clip(most, FEWEST, len(c.parameters) // 2)) for c in classes if c.is_additive()}
 
 
 def parameter_names(cls: type[Effect], terms: Mapping[str, int]) -> list[str]:
@@ -108,8 +100,7 @@ def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> n
     """
     runs, signals, n = samples.y.shape
     shapes = np.zeros((len(cls.parameters), runs, signals, n))
-    by_bins = bin_attenuation([(cls, name) for name in cls.parameters], samples).T[:, :, None]
-
+    by_bins = bin_attenuation([Slot(cls, name) for name in cls.parameters], samples).T[:, :, None]
     others = places_of(samples)
 
     def one(settings, stated):
@@ -125,12 +116,14 @@ def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> n
     return shapes
 
 
-def bin_attenuation(parameters: Sequence[tuple[type[Effect], str]], samples: Samples) -> np.ndarray:
-    """How much of every parameter the readings of each run show, (R, k): of a harmonic what the mean over a bin leaves,
-    of all else the whole."""
-    places = {cls: {name: k for k, name in enumerate(cls.parameters)} for cls, _ in parameters if cls.is_additive()}
-    harmonics = [1 + places[cls][name] // 2 if cls.is_additive() else 0 for cls, name in parameters]
-    return samples.bin_attenuation(np.array(harmonics))
+def bin_attenuation(slots: Sequence[Slot], samples: Samples, others: int = 0) -> np.ndarray:
+    """How much of every parameter, and of so many ``others`` behind them, the readings of each run show, (R, k): of a
+    harmonic what the mean over a bin leaves, of all else the whole."""
+    places = {
+        s.effect: {name: k for k, name in enumerate(s.effect.parameters)} for s in slots if s.effect.is_additive()
+    }
+    harmonics = [1 + places[s.effect][s.name] // 2 if s.effect in places else 0 for s in slots]
+    return samples.bin_attenuation(np.array([*harmonics, *[0] * others]))
 
 
 def _columns_of_run(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.ndarray, others) -> jax.Array:
@@ -179,13 +172,11 @@ def _cached_columns(forward, samples: Samples, cls: type[Effect], acting: Sequen
     if samples is not forward.samples:
         return columns(samples, cls, acting)
     key = cls, *(e for e in acting if overrides(e, ("encoder", "sensor_travel") if type(e) is cls else READ_BY))
-    known = forward.columns
-    found = known.get(key)
+    found = forward.columns.get(key)
     if found is None:  # other threads may ask as well, and forget what is kept
-        found = columns(samples, cls, acting)
-        if len(known) >= KEPT:
-            known.clear()
-        known[key] = found
+        if len(forward.columns) >= KEPT:
+            forward.columns.clear()
+        found = forward.columns[key] = columns(samples, cls, acting)
     return found
 
 

@@ -11,6 +11,7 @@ Points and runs are marched as one list of rows, a fixed number at a time, over 
 compilation serves campaigns of any number of runs, samples, travel and step.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
@@ -215,10 +216,12 @@ class Forward:
         kept = [k for k, s in enumerate(self.slots) if s.effect in within]
         others = places_of(samples)
         tilts = bool(others) or any(s.at.endswith("mid_span") for s in samples.signals)
-        march = _compile_march(self.model, tuple(self.slots[k] for k in kept), *self._room, tilts, others)
-        scales = [self.slots[k].scale for k in kept] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
+        slots = tuple(self.slots[k] for k in kept)
+        march = _compile_march(self.model, slots, *self._room, tilts, others)
+        scales = [s.scale for s in slots] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
         vector = vector[:, [*kept, *range(len(self.slots), self.size)]] * scales
-        return plan_batches(march, vector, _attenuation([self.slots[k] for k in kept], samples), samples, self._march)
+        shown = bin_attenuation(slots, samples, len(NUISANCES))
+        return plan_batches(march, vector, shown, samples, self._march)
 
     def _add_readings(self, vector: np.ndarray, samples: Samples) -> tuple[np.ndarray, Work]:
         """What effects that only add to the readings add to them, by one program for any harmonics: of each of (C,)
@@ -232,7 +235,8 @@ class Forward:
                 numbers[:, place[slot]] = vector[:, k] * slot.scale
         different, of = np.unique(numbers, axis=0, return_inverse=True)
         program = compile_additions(slots, self._added, places_of(samples))
-        return of.reshape(-1), plan_batches(program, different, _attenuation(slots, samples), samples)
+        shown = bin_attenuation(slots, samples, len(NUISANCES))
+        return of.reshape(-1), plan_batches(program, different, shown, samples)
 
     def effects_at(self, vector: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
         """The effects ``ids`` with the numbers of a parameter vector."""
@@ -240,12 +244,6 @@ class Forward:
         for slot, value in zip(self.slots, vector, strict=False):
             numbers[slot.effect.id][slot.name] = float(value) * slot.scale
         return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)
-
-
-def _attenuation(slots: Sequence[Slot], samples: Samples) -> np.ndarray:
-    """How much of each number, and of each nuisance behind them, every run shows, (R, k)."""
-    shown = bin_attenuation([(s.effect, s.name) for s in slots], samples)
-    return np.concatenate([shown, np.ones((len(shown), len(NUISANCES)))], axis=1)
 
 
 @lru_cache(PROGRAMS)
@@ -267,14 +265,8 @@ def _compile_march(
 
 def room_for(steps: int, slots: int) -> tuple[int, int]:
     """Records and slots of the wrap's history that compiled code has, for so many."""
-    return _double_until(ROOM, steps + 2), _double_until(SLOTS, slots)
-
-
-def _double_until(size: int, least: int) -> int:
-    """``size``, doubled until it is at least ``least``."""
-    while size < least:
-        size *= 2
-    return size
+    first, second = (2 ** math.ceil(math.log2(max(x, 1.0))) for x in ((steps + 2) / ROOM, slots / SLOTS))
+    return ROOM * first, SLOTS * second
 
 
 def _one_run(
