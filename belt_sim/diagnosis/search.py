@@ -195,7 +195,9 @@ class JointFits:
         """The same with nuisances and noise taken at the fit of a set, which is another there: until it stays."""
         moved = self._move_once(ids)
         for _ in range(MOVES):
-            if _agree(self.fits[frozenset(ids)], moved.fit(ids)):
+            fit = moved.fit(ids)
+            apart = (fit.vector - self.fits[frozenset(ids)].vector)[fit.free] @ fit.columns
+            if apart @ apart < RISE:  # the same, as far as readings tell
                 break
             self, moved = moved, moved._move_once(ids)
         return moved
@@ -204,7 +206,10 @@ class JointFits:
         bench = self.bench.moved_to(self.fit(ids).vector)
         known = {key: f for key, f in self.starts.items() if key not in self.fits}
         known |= {key: f for key, f in self.fits.items() if np.isfinite(f.chi2)}
-        starts = {key: _transfer(f, bench) for key, f in known.items()}
+        starts = {}
+        for key, f in known.items():
+            columns = bench.metric.whiten(f.slopes) if f.free else f.columns
+            starts[key] = replace(f, chi2=np.inf, columns=columns, exact=False, settled=False)
         return replace(self, bench=bench, starts=starts, fits={}, tried={})
 
     def trials(self, ids: Names) -> list[Trial]:
@@ -262,20 +267,6 @@ class JointFits:
             where = self.bench.forward.index(name)
             vector[where] = fit.vector[where]
         return self.bench.start(ids, vector)
-
-
-def _agree(one: Fit, other: Fit) -> bool:
-    """Whether two fits of one set have the same numbers, as far as readings tell."""
-    if not other.free:
-        return True
-    apart = (other.vector - one.vector)[other.free] @ other.columns.reshape(len(other.free), -1)
-    return bool(apart @ apart < RISE)
-
-
-def _transfer(fit: Fit, bench: Workbench) -> Fit:
-    """A fit to go on from on another workbench, with the derivatives that it had."""
-    columns = bench.metric.whiten(fit.slopes) if fit.free else fit.columns
-    return replace(fit, chi2=np.inf, columns=columns, exact=False, settled=False)
 
 
 def screen(

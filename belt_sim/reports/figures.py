@@ -19,6 +19,7 @@ INK, BEFORE, AFTER, FAINT = "--ink", "--before", "--after", "--faint"
 FONT = {"family": "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13, "color": INK}
 AXIS = {"gridcolor": "--line", "zerolinecolor": FAINT, "linecolor": FAINT, "automargin": True}
 CLEAR = "rgba(0,0,0,0)"
+DOTS = {"color": INK, "size": 4, "opacity": 0.55}
 CYCLE = tuple(f"--c{k}" for k in range(1, 7))  # tensions, in order
 #: from far below zero to far above it, with what says nothing in the middle
 DIVERGING = ((0.0, "--far-below"), (0.25, "--below"), (0.5, "--middle"), (0.75, "--above"), (1.0, "--far-above"))
@@ -45,7 +46,7 @@ def overlay(panel: Panel, base: str, final: str) -> dict[str, Any]:
     data = [
         *_band(travel, centre - band, centre + band, "y"),
         _line(travel, panel.base, base, BEFORE, "y", dash="dash"),
-        _dots(travel, panel.measured),
+        {**_line(travel, panel.measured, "measured", INK, "y"), "mode": "markers", "marker": DOTS},
         *_band(travel, -band, band, "y2"),
         _line(travel, panel.base - panel.measured, base, BEFORE, "y2"),
     ]
@@ -71,11 +72,6 @@ def _line(x: list, y, name: str, colour: str, axis: str, *, dash: str = "solid")
     return {"type": "scatter", "x": x, "y": numbers(y), "mode": "lines", "name": name, "line": look, "yaxis": axis}
 
 
-def _dots(x: list, y) -> dict:
-    marker = {"color": INK, "size": 4, "opacity": 0.55}
-    return {"type": "scatter", "x": x, "y": numbers(y), "mode": "markers", "name": "measured", "marker": marker}
-
-
 def _band(x: list, low, high, axis: str) -> list[dict]:
     """The region in which model and measurement cannot be told apart."""
     hidden = {"type": "scatter", "x": x, "yaxis": axis, "mode": "lines", "line": {"width": 0}, "hoverinfo": "skip"}
@@ -94,23 +90,8 @@ def colour_scale() -> list[list]:
 
 def where(one: FailureMap) -> dict[str, Any]:
     """A heat map of E/u_val over tension and travel; what was not measured is left empty."""
-    bare = {"showgrid": False, "zeroline": False, "automargin": True}
-    layout = _layout(
-        90 + 32 * len(one.tension),
-        xaxis={**bare, "tickvals": numbers(np.asarray(one.edges)), "title": {"text": "belt travel [m]", "standoff": 4}},
-        yaxis={**bare, "type": "category", "title": {"text": "tension [N/mm²]", "standoff": 4}},
-        plot_bgcolor="--track",
-        coloraxis={"colorscale": colour_scale(), "cmin": -FULL, "cmax": FULL, "showscale": False},
-    )
-    return {"data": [_heat(one)], "layout": layout}
-
-
-def _heat(one: FailureMap) -> dict[str, Any]:
-    """The number in each cell, the whole story on hovering."""
-    ratio = np.asarray(one.ratio, float)
-    told = f"{one.title}<br>%{{y}} N/mm²<br>travel about %{{x}} m<br>E/u_val = %{{z:.1f}}<extra></extra>"
-    edges = np.asarray(one.edges, float)
-    return {
+    ratio, edges = np.asarray(one.ratio, float), np.asarray(one.edges, float)
+    heat = {
         "type": "heatmap",
         "x": numbers(0.5 * (edges[1:] + edges[:-1])),
         "y": [f"{t:g}" for t in one.tension],
@@ -121,9 +102,18 @@ def _heat(one: FailureMap) -> dict[str, Any]:
         "xgap": 2,
         "ygap": 2,
         "coloraxis": "coloraxis",
-        "hovertemplate": told,
+        "hovertemplate": f"{one.title}<br>%{{y}} N/mm²<br>travel about %{{x}} m<br>E/u_val = %{{z:.1f}}<extra></extra>",
         "hoverongaps": False,
     }
+    bare = {"showgrid": False, "zeroline": False, "automargin": True}
+    layout = _layout(
+        90 + 32 * len(one.tension),
+        xaxis={**bare, "tickvals": numbers(edges), "title": {"text": "belt travel [m]", "standoff": 4}},
+        yaxis={**bare, "type": "category", "title": {"text": "tension [N/mm²]", "standoff": 4}},
+        plot_bgcolor="--track",
+        coloraxis={"colorscale": colour_scale(), "cmin": -FULL, "cmax": FULL, "showscale": False},
+    )
+    return {"data": [heat], "layout": layout}
 
 
 def drift(before: Drift, after: Drift | None) -> dict[str, Any]:
