@@ -128,8 +128,7 @@ def examine(
         decision = decide(table, POLICY)
         if laws is not None and decision.suspects_something_unknown(POLICY):
             tell("looking for the law of what is left")
-            found = _find_laws(search, table, decision, laws)
-            table = _add_laws(table, found)
+            table, found = _add_laws(search, table, decision, laws)
             decision = decide(table, POLICY)
     named = search.fits.fit(tuple(decision.named))
     return Findings(
@@ -217,18 +216,17 @@ def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids
     return found
 
 
-def _find_laws(search: Search, table: EvidenceTable, decision: Decision, laws: LawFinder) -> dict[Ids, LawResult]:
-    """The laws beside nothing, and beside the effects that may stay with something unknown.
+def _add_laws(
+    search: Search, table: EvidenceTable, decision: Decision, laws: LawFinder
+) -> tuple[EvidenceTable, dict[Ids, LawResult]]:
+    """The table with the evidence of laws in the march, and these laws: beside nothing, and beside the effects that may
+    stay with something unknown.
 
     A crooked edge takes on part of an unknown that comes round with the belt: only a law alone tells that it is none.
     """
     beside = frozenset(decision.likeliest_unknown.effects) & table.additive
     fits = {ids: search.fits.fit(tuple(sorted(ids))) for ids in {beside, frozenset()}}
-    return {ids: laws.law(search.fits.bench, fit) for ids, fit in fits.items()}
-
-
-def _add_laws(table: EvidenceTable, found: dict[Ids, LawResult]) -> EvidenceTable:
-    """The table with the evidence of laws in the march."""
+    found = {ids: laws.law(search.fits.bench, fit) for ids, fit in fits.items()}
     in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
     rows = [replace(b, laws=(*b.laws, in_march[b.ids])) if b.ids in in_march else b for b in table.unknown]
-    return replace(table, unknown=tuple(rows))
+    return replace(table, unknown=tuple(rows)), found

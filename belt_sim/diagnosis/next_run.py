@@ -107,15 +107,11 @@ def next_runs(bench: Workbench, chosen: Fit, pairs: list[Rival], keep: int = 3) 
         return []
     template = bench.samples.runs[_liveliest(bench, chosen)]
     advice = _best(Outlook(bench, chosen, menu(template)), chosen, pairs, keep)
-    unsure = [p for p in pairs if max(a.sigma_after for a in advice if _separates(a, p)) < APART]
+    unsure = [p for p in pairs if max(a.sigma_after for a in advice if a.separates == (p.effect, p.other)) < APART]
     if unsure:
         advice += _best(Outlook(bench, chosen, twofold(template)), chosen, unsure, keep)
     advice = sorted(advice, key=lambda a: -a.sigma_after)
     return [a for k, a in enumerate(advice) if sum(a.separates == b.separates for b in advice[:k]) < keep]
-
-
-def _separates(advice: NextRun, pair: Rival) -> bool:
-    return advice.separates == (pair.effect, pair.other)
 
 
 def _best(outlook: "Outlook", chosen: Fit, pairs: list[Rival], keep: int) -> list[NextRun]:

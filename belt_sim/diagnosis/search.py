@@ -46,9 +46,10 @@ class Search:
         self.fits.fit_all(self.fits.best_pairs(PAIRS))
         for _ in range(ROUNDS):
             best = self._likeliest()
-            if best != self.about:
-                self._move(best)
             ids = self.fits.fits[best].ids
+            if best != self.about:  # noise, settings and all subsets are taken about it
+                self.fits, self.about = self.fits.move_to(ids), best
+                self.fits.fit_all([part for k in range(len(ids) + 1) for part in combinations(ids, k)])
             if len(best) < MAX_EFFECTS:
                 self.fits.trials(ids)
             if self._likeliest() == best:
@@ -66,12 +67,6 @@ class Search:
     def _likeliest(self) -> Ids:
         """The likeliest set about where the search stands."""
         return frozenset(explanations(self.table(checked=False), POLICY)[0].effects)
-
-    def _move(self, best: Ids) -> None:
-        """Take noise, settings and all subsets about a set."""
-        ids = self.fits.fits[best].ids
-        self.fits, self.about = self.fits.move_to(ids), best
-        self.fits.fit_all([part for k in range(len(ids) + 1) for part in combinations(ids, k)])
 
 
 # Pairs of candidates, all at once in the linear range: where a third effect looks like the sum of two, a search that

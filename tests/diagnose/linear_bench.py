@@ -1,5 +1,6 @@
 """A workbench whose model is a sum of shapes: what is right can be written down, and nothing is compiled."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -73,3 +74,8 @@ def linear_bench(runs, signal=WHITE, *, count=40, per_bin=1.0, levels=None, y=No
         finder=LevelFinder(samples, still[None]), shapes=still[None], shared=still[None],
         metric=metric_of(samples, levels, still[None], still[None]),
     )  # fmt: skip
+
+
+def with_readings(bench, y):
+    """A workbench that fits to readings y (R, S, n), judged on the same scale."""
+    return replace(bench, metric=replace(bench.metric, samples=replace(bench.metric.samples, y=y)))

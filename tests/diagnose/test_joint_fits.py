@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from linear_bench import with_readings
 from noise_by_recursion import errors
 from small_campaign import CLASSES, MODEL, SHAPE, bench, campaign, examined, q_of
 
@@ -57,7 +58,7 @@ def test_an_effect_that_enters_linearly_is_fitted_in_one_step():
     b = bench()
     truth = q_of(b, "yaw_offset_tail", beta_0=3e-4)
     y = b.forward.values(truth[None])[0]
-    fit = b.fit([b.start(("yaw_offset_tail",), b.forward.null())], y)[0]
+    fit = with_readings(b, y).fit([b.start(("yaw_offset_tail",), b.forward.null())])[0]
     assert fit.chi2 < LINEAR
     (position,) = fit.free
     assert fit.vector[position] == pytest.approx(3.0, rel=1e-4)
@@ -69,7 +70,8 @@ def test_the_interval_is_the_scatter_of_the_estimate():
     b, rng = bench(), np.random.default_rng(3)
     levels, base = b.levels, b.forward.values(b.forward.null()[None])[0]
     starts = b.start(("yaw_offset_tail",), b.forward.null())
-    found = [b.fit([starts], base + e)[0] for e in errors(b, 40, rng, white=levels.white, wander=levels.wander)]
+    drawn = errors(b, 40, rng, white=levels.white, wander=levels.wander)
+    found = [with_readings(b, base + e).fit([starts])[0] for e in drawn]
     pulls = [f.vector[f.free[0]] / np.sqrt(f.covariance[0, 0]) for f in found]
     assert 0.65 < np.std(pulls) < 1.4  # 40 draws: +- 11 %, three of which are allowed
     assert abs(np.mean(pulls)) < 3 / np.sqrt(40)

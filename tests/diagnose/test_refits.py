@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from linear_bench import NUMBER, SPREAD, WHITE, linear_bench
+from linear_bench import NUMBER, SPREAD, WHITE, linear_bench, with_readings
 
 from belt_sim.diagnosis.fits.fit import Fit, fit_sets
 from belt_sim.diagnosis.fits.linearisation import Linearisation
@@ -79,8 +79,7 @@ def test_a_number_that_a_machine_has_on_one_side_of_null_stays_there():
     assert held.is_converged
     assert held.vector == pytest.approx([0.0, alone.vector[1]], abs=1e-3)
     assert held.chi2 == pytest.approx(alone.chi2, abs=0.05)
-    pushed = replace(bench, metric=replace(bench.metric, samples=replace(bench.samples, y=-one)))
-    pushed = pushed.fit([bench.start(("one",), np.zeros(2))])[0]
+    pushed = with_readings(bench, -one).fit([bench.start(("one",), np.zeros(2))])[0]
     assert (pushed.is_converged, pushed.vector[0]) == (True, 0.0)
 
 

@@ -187,16 +187,19 @@ def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
     expanded, values = forward, before
     others, by_length = (shared[:-1], shared[-1]) if length > 0.0 else (shared, np.zeros_like(before))
     for _ in range(ROUNDS):
-        free = _shapes_that_go_round(expanded, vector)
+        there = [c for c in forward.classes if c.is_additive() and np.any(vector[forward.index(c.id)])]
+        acting = expanded.effects_at(vector, [c.id for c in forward.classes])
+        around = [columns(expanded.samples, c, acting)[: len(forward.index(c.id))] for c in there]
+        free = np.concatenate([np.zeros((0, *y.shape)), *around])  # fitted to the length as it is
         longer = _longer(metric, np.concatenate([others, by_length[None]]), free, y - values)
         off = _most_likely(metric, bench.shapes, y - values - longer * by_length)
         tension, yaw = sigma[:2, None] * off
-        there = forward.set_to(tension, yaw, length * longer)
-        _, slopes = there.expand(vector, [there.nuisances[NUISANCES.index(name)] for name in SETTINGS])
-        slopes[0] /= 1.0 + there.tension[:, None, None]
+        moved = forward.set_to(tension, yaw, length * longer)
+        _, slopes = moved.expand(vector, [moved.nuisances[NUISANCES.index(name)] for name in SETTINGS])
+        slopes[0] /= 1.0 + moved.tension[:, None, None]
         slopes *= sigma[:, None, None, None]
         by_length = slopes[2]
-        expanded = there.minus(np.einsum("kr,krsn->rsn", off, slopes[:2]) + longer * by_length)
+        expanded = moved.minus(np.einsum("kr,krsn->rsn", off, slopes[:2]) + longer * by_length)
         values = expanded.values(vector[None])[0]
     if not np.isfinite(values).all() or np.linalg.norm(metric.noise_white(values - before)) < SEEN:
         return forward
@@ -221,11 +224,3 @@ def _longer(metric: Metric, shared: np.ndarray, free: np.ndarray, errors: np.nda
     white -= (white @ taken) @ taken.T
     found = np.linalg.solve(white[:-1] @ white[:-1].T + np.eye(len(shared)), white[:-1] @ white[-1])
     return float(np.clip(found[-1], -FURTHEST, FURTHEST))
-
-
-def _shapes_that_go_round(forward: Forward, vector: np.ndarray) -> np.ndarray:
-    """Shapes (k, R, S, n) of the linear effects that are there, whose numbers are fitted to the length as it is."""
-    acting = forward.effects_at(vector, [c.id for c in forward.classes])
-    there = [c for c in forward.classes if c.is_additive() and np.any(vector[forward.index(c.id)])]
-    found = [columns(forward.samples, c, acting)[: len(forward.index(c.id))] for c in there]
-    return np.concatenate([np.zeros((0, *forward.samples.y.shape)), *found])

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from belt_sim.campaign import Run, SignalSheet
+from belt_sim.campaign import SignalSheet
 from belt_sim.diagnosis.noise.contrasts import Contrast, Scatter, contrast, scatter
 from belt_sim.diagnosis.noise.metric import FLOOR, SMOOTH, Levels, Reach
 from belt_sim.diagnosis.readings.samples import Samples
@@ -24,12 +24,9 @@ def repeated_groups(samples: Samples) -> list[tuple[int, ...]]:
     """Indices of runs with the same settings, group by group, where there are two or more."""
     found: dict[tuple, list[int]] = {}
     for k, run in enumerate(samples.runs):
-        found.setdefault(_settings_of(run), []).append(k)
+        settings = run.tension, run.yaw, run.yaw_head, run.speed, run.direction, run.yaw_at
+        found.setdefault(settings, []).append(k)
     return [tuple(runs) for runs in found.values() if len(runs) > 1]
-
-
-def _settings_of(run: Run) -> tuple:
-    return run.tension, run.yaw, run.yaw_head, run.speed, run.direction, run.yaw_at
 
 
 def differences(samples: Samples, shapes: np.ndarray, group: tuple[int, ...]) -> list[Contrast]:
@@ -45,16 +42,6 @@ def differences(samples: Samples, shapes: np.ndarray, group: tuple[int, ...]) ->
         made = [contrast(samples, shapes, runs, tuple(weights), s) for s in range(len(samples.signals))]
         found += [c for c in made if c is not None]
     return found
-
-
-def single_runs(samples: Samples, columns: np.ndarray) -> list[Contrast]:
-    """Every run and signal, beside what columns (k, R, S, n) could do to it."""
-    made = [
-        contrast(samples, columns, (r,), (1.0,), s)
-        for r in range(len(samples.runs))
-        for s in range(len(samples.signals))
-    ]
-    return [c for c in made if c is not None]
 
 
 # Levels of one signal.
@@ -254,8 +241,10 @@ class LevelFinder:
         differing = shapes if coming_round is None else np.concatenate([shapes, coming_round])
         contrasts = [c for group in self.groups for c in differences(samples, differing, group)]
         self.repeats = len({c.runs for c in contrasts})
-        if columns is not None and not contrasts:
-            contrasts = single_runs(samples, np.concatenate([shapes, columns]))
+        if columns is not None and not contrasts:  # every run by itself, beside what all these could do to it
+            known, records = np.concatenate([shapes, columns]), np.ndindex(samples.y.shape[:2])
+            made = [contrast(samples, known, (r,), (1.0,), s) for r, s in records]
+            contrasts = [c for c in made if c is not None]
         of_signal = [[c for c in contrasts if c.signal == s] for s in range(len(samples.signals))]
         fast = [scatter(samples, self.groups, s) if self.repeats else [] for s in range(len(samples.signals))]
         each = list(zip(samples.signals, of_signal, fast, strict=True))

@@ -87,12 +87,6 @@ def wander_kernel(signal: SignalSheet, travel: np.ndarray, reach: Reach) -> np.n
     return signal.wander_sd**2 * (1.0 + SMOOTH * apart) * np.exp(-SMOOTH * apart)
 
 
-def whitener(cov: np.ndarray) -> np.ndarray:
-    """Inverse of the lower Cholesky factor: it turns noise of covariance ``cov`` into unit white noise."""
-    lower = cholesky(cov, lower=True)
-    return solve_triangular(lower, np.eye(len(cov)), lower=True)
-
-
 AT_ONCE = 64  # sets of readings that are worked on together: more do not stay within a processor's reach
 
 
@@ -210,7 +204,8 @@ def metric_of(samples: Samples, levels: Levels, shapes: np.ndarray, shared: np.n
             travel = samples.travel[r, keep]
             key = travel.tobytes() + bytes([s]) + np.float64(samples.per_bin[r]).tobytes()
             if key not in seen:
-                seen[key] = whitener(covariance(signal, travel, samples.per_bin[r], levels, s))
+                lower = cholesky(covariance(signal, travel, samples.per_bin[r], levels, s), lower=True)
+                seen[key] = solve_triangular(lower, np.eye(len(lower)), lower=True)
             roots[r, s][np.ix_(keep, keep)] = seen[key]
     none = np.zeros((0, 1)), np.zeros(0)
     bare = Metric(samples, levels, roots, none, none)
