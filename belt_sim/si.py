@@ -62,6 +62,11 @@ def shop_unit(unit: str) -> tuple[float, str]:
     return SHOP_UNITS.get(unit, (1.0, unit))
 
 
+def round_digits(value: float, digits: int) -> float:
+    """A number to so many significant digits."""
+    return float(f"{value:.{digits}g}")
+
+
 def to_si(value: float, unit: str, *, dimension: str, name: str) -> float:
     """Convert ``value`` in ``unit`` to SI; raises InputError when the unit is unknown or of another dimension."""
     known = [u for u, (dim, _) in UNITS.items() if dim == dimension and u]

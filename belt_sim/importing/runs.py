@@ -22,7 +22,7 @@ from belt_sim.importing.roles import DAY, UsedColumn
 from belt_sim.importing.travel import FEWEST, TIME, LoggedBlock, Travel, blocks_of, merge_records, run_name, travel_of
 from belt_sim.importing.types import LoggedTable, Question
 from belt_sim.importing.units import UNITS, quantity
-from belt_sim.si import DEGREE, N_PER_MM2
+from belt_sim.si import DEGREE, N_PER_MM2, round_digits
 
 #: setting -> its range, in the unit that a number without one has
 RANGES = {name: bounds for name, bounds, _ in NUMBERS.values()} | {"yaw_at_time": plausible.TIME}
@@ -295,21 +295,21 @@ def _column_settings(block: LoggedBlock, travel: Travel, section: float, known: 
         if values is None:
             continue
         level, at = _step(block, key, values, keep, key in known)
-        found[key] = _setting(key, _round(level), Origin.COLUMN)
+        found[key] = _setting(key, round_digits(level, DIGITS), Origin.COLUMN)
         if at and not {"yaw_at", "yaw_at_time"} & {*known, *found}:
             where, apart = 0.5 * (s[at - 1] + s[at]), s[at] - s[at - 1]
             words = f"the step of {key}, somewhere within {apart:.2g} m"
             found["yaw_at"] = _setting("yaw_at", where, Origin.STEP, words)
-            found["yaw_at_u"] = _setting("yaw_at_u", _round(apart / np.sqrt(12.0)), Origin.STEP, words)
+            found["yaw_at_u"] = _setting("yaw_at_u", round_digits(apart / np.sqrt(12.0), DIGITS), Origin.STEP, words)
     values = logged_values("tension")
     if values is not None:
         mean = float(np.nanmean(values))
         if any(u.role == "tension" and UNITS[u.unit][0] == "force" for u in block.used):
             mean = _stress(mean, section, "tension")
-        found["tension"] = _setting("tension", _round(mean), Origin.MEAN)
+        found["tension"] = _setting("tension", round_digits(mean, DIGITS), Origin.MEAN)
     values = logged_values("start")
     if values is not None:
-        first = _round(float(values[np.isfinite(values)][0]), START_DIGITS)
+        first = round_digits(float(values[np.isfinite(values)][0]), START_DIGITS)
         found["start"] = _setting("start", first, Origin.COLUMN)
     values = logged_values("direction")
     if values is not None:
@@ -321,7 +321,9 @@ def _column_settings(block: LoggedBlock, travel: Travel, section: float, known: 
 def _travel_settings(travel: Travel) -> Settings:
     """Direction and speed as the record of travel shows them."""
     found = {"direction": _setting("direction", -1.0, Origin.SIGN)} if travel.direction < 0.0 else {}
-    return found | ({"speed": _setting("speed", _round(travel.speed), Origin.PACE)} if travel.speed > 0.0 else {})
+    if travel.speed > 0.0:
+        found["speed"] = _setting("speed", round_digits(travel.speed, DIGITS), Origin.PACE)
+    return found
 
 
 def _step(block: LoggedBlock, key: str, values: np.ndarray, keep: np.ndarray, stated: bool) -> tuple[float, int]:
@@ -344,10 +346,6 @@ def _step(block: LoggedBlock, key: str, values: np.ndarray, keep: np.ndarray, st
         remedy = f"the yaw is not zero before its step; begin a run at zero yaw, or state {given}"
         raise block.refuse(int(keep[there[0]]), key, float(before / DEGREE), "deg", remedy)
     return after, int(there[at])
-
-
-def _round(x: float, digits: int = DIGITS) -> float:
-    return float(f"{x:.{digits}g}")
 
 
 def questions(name: str, settings: Settings, file: str) -> list[Question]:
@@ -379,7 +377,7 @@ def snap_settings(runs: list[Run], settings: list[Settings]) -> list[Run]:
         own = [k for k, s in enumerate(settings) if key in s and s[key].origin in logged]
         values = _group_values(np.array([getattr(runs[k], key) for k in own]))
         for k, value in zip(own, values, strict=True):
-            change: dict[str, Any] = {key: _round(value / unit, SAME_DIGITS) * unit}
+            change: dict[str, Any] = {key: round_digits(value / unit, SAME_DIGITS) * unit}
             runs = [*runs[:k], replace(runs[k], **change), *runs[k + 1 :]]
     return runs
 

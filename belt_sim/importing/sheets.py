@@ -10,6 +10,7 @@ from belt_sim.importing.noise import noise_of
 from belt_sim.importing.roles import WRITTEN, UsedColumn
 from belt_sim.importing.types import NoiseRead, Question
 from belt_sim.importing.units import UNITS, quantity, size_of
+from belt_sim.si import round_digits
 
 #: key -> unit without one, range, relative u that is assumed where none is stated, question
 MACHINE: dict[str, tuple[str, plausible.Range, float, str]] = {
@@ -104,12 +105,8 @@ def _quantities(
         if u is None and assumed:
             remarks[f"{key}.{name}"] = "u is assumed, none was stated"
         spread = assumed * si if u is None else u * UNITS[unit][1]
-        found[name] = Quantity(value=_clean(si), u=_clean(spread))
+        found[name] = Quantity(value=round_digits(si, 12), u=round_digits(spread, 12))
     return found, remarks, missing
-
-
-def _clean(x: float) -> float:
-    return float(f"{x:.12g}")
 
 
 #: Stated when the mapping says nothing: relative error of the tension, of the yaw [rad], of a sensor's scale.
@@ -158,16 +155,12 @@ def _sheet(name: str, u: UsedColumn, read: NoiseRead) -> SignalSheet:
         at=u.at,
         kind=kind,
         unit=WRITTEN[kind],
-        white=_round(si(own.white, "white", read.white if u.by_hand is None else u.by_hand)),
-        zero=_round(si(own.zero, "zero", read.zero)),
+        white=round_digits(si(own.white, "white", read.white if u.by_hand is None else u.by_hand), 3),
+        zero=round_digits(si(own.zero, "zero", read.zero), 3),
         gain=GAIN if own.gain is None else size_of(own.gain, "1", f"{where}.gain"),
-        wander_sd=_round(wander_sd),
+        wander_sd=round_digits(wander_sd, 3),
         wander_length=length,
     )
-
-
-def _round(x: float) -> float:
-    return float(f"{x:.3g}")
 
 
 def settings_of(entry: MappingEntry) -> tuple[SettingsSheet, dict[str, str]]:
