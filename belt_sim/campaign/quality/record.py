@@ -132,9 +132,10 @@ def leave_out_bad_readings(campaign: Campaign) -> tuple[Campaign, tuple[Suspicio
     for k, run in enumerate(campaign.runs):
         signals = dict(run.signals)
         for name, readings in run.signals.items():
-            for what, mask in _bad_readings(run, sheets[name], readings):
-                signals[name] = np.where(mask, np.nan, signals[name])
-                at = run.travel[mask]
+            for what, rows in _bad_readings(run, sheets[name], readings):
+                signals[name] = signals[name].copy()
+                signals[name][rows] = np.nan
+                at = run.travel[rows]
                 places = ", ".join(f"{s:.6g}" for s in at[:LISTED]) + (" ..." if len(at) > LISTED else "")
                 sentence = f"{len(at)} readings {what}, left out (travel {places} m)"
                 found.append(Suspicion(run.name, (name,), "dropout", sentence, "look"))
@@ -144,7 +145,7 @@ def leave_out_bad_readings(campaign: Campaign) -> tuple[Campaign, tuple[Suspicio
 
 
 def _bad_readings(run: Run, sheet: SignalSheet, readings: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield what is wrong with readings of a record that is sound but for them, and which (n,) they are."""
+    """Yield what is wrong with readings of a record that is sound but for them, and in which rows they stand."""
     there = np.flatnonzero(np.isfinite(readings))
     if len(there) < FEWEST:
         return
@@ -153,30 +154,39 @@ def _bad_readings(run: Run, sheet: SignalSheet, readings: np.ndarray) -> Iterato
     if last - first > MOST_STUCK * len(there):
         return
     if last > first:
-        kept = np.ones(len(there), dtype=bool)
-        kept[first:last] = False
-        mask = np.zeros(len(readings), dtype=bool)
-        mask[there[first:last]] = True
-        yield "in a row are one and the same value", mask
-        record = replace(record, travel=record.travel[kept], readings=record.readings[kept])
-        there = there[kept]
+        yield "in a row are one and the same value", there[first:last]
+        travel, kept, there = (np.delete(x, np.s_[first:last]) for x in (record.travel, record.readings, there))
+        record = replace(record, travel=travel, readings=kept)
     out = _jumps(record.readings, 0.1 * record.stated_noise)
     bad = out > SPIKE
     if (bad.sum() >= SPIKES or out.max() > LONE_SPIKE) and bad.mean() < MOST_SPIKES:
-        mask = np.zeros(len(readings), dtype=bool)
-        mask[there[bad]] = True
-        yield "jump away from their neighbours and back", mask
+        yield "jump away from their neighbours and back", there[bad]
 
 
 def check_record(record: Record) -> list[Suspicion]:
-    """Return at most one suspicion: stuck at a value, clipped, or interrupted by spikes."""
-    if len(record.readings) < FEWEST:
+    """Return at most one suspicion: stuck at a value, clipped, or jumping away from its neighbours and back."""
+    y, s = record.readings, record.travel + record.run.yaw_at
+    if len(y) < FEWEST:
         return []
-    for check in (_equal_readings, _clipping, _spikes):
-        sentence, kind = check(record)
-        if sentence:
-            return [Suspicion(record.run.name, (record.sheet.name,), kind, sentence)]
-    return []
+    first, end = _stuck_stretch(record)
+    extremes = ((y.max(), "above"), (y.min(), "below")) if y.min() != y.max() else ()
+    piled = [(value, side) for value, side in extremes if value != 0.0 and _is_piled(y, value)]
+    out = _jumps(y, 0.1 * record.stated_noise)
+    spikes = int((out > SPIKE).sum())
+    kind: SuspicionKind = "dropout"
+    if end > first:
+        what = "exactly 0" if y[first] == 0.0 else "one and the same value"
+        sentence = f"{end - first} readings in a row are {what}, from travel {s[first]:.6g} to {s[end - 1]:.6g} m"
+        sentence += ": the sensor dropped out or stuck"
+    elif piled:
+        kind, (value, side) = "clipped", piled[0]
+        sentence = f"{int((y == value).sum())} readings are exactly the extreme value and none is {side} it: clipped"
+    elif spikes >= SPIKES or out.max() > LONE_SPIKE:
+        sentence = f"{max(spikes, 1)} readings jump by more than {SPIKE:g} times the scatter, the largest at"
+        sentence += f" {s[int(np.argmax(out))]:.6g} m: the sensor drops out"
+    else:
+        return []
+    return [Suspicion(record.run.name, (record.sheet.name,), kind, sentence)]
 
 
 def _streaks(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -210,44 +220,12 @@ def _stuck_stretch(record: Record) -> tuple[int, int]:
     return (0, 0) if value != 0.0 and extreme and _is_piled(y, value) else (int(first), int(last) + 1)
 
 
-def _equal_readings(record: Record) -> tuple[str, SuspicionKind]:
-    """Describe the longest streak of equal readings."""
-    first, end = _stuck_stretch(record)
-    if end == first:
-        return "", "dropout"
-    begins, ends = record.travel[[first, end - 1]] + record.run.yaw_at
-    what = "exactly 0" if record.readings[first] == 0.0 else "one and the same value"
-    sentence = f"{end - first} readings in a row are {what}, from travel {begins:.6g} to {ends:.6g} m"
-    return f"{sentence}: the sensor dropped out or stuck", "dropout"
-
-
 def _is_piled(y: np.ndarray, value: float) -> bool:
     """Return whether readings pile up at an extreme, more than at the three values next to it."""
     levels, counts = np.unique(y, return_counts=True)
     count = int(counts[levels == value][0])
     neighbours = counts[1:4] if value == levels[0] else counts[-4:-1]
     return count >= PILE and count > PILE_FACTOR * (neighbours.max() if neighbours.size else 0)
-
-
-def _clipping(record: Record) -> tuple[str, SuspicionKind]:
-    y = record.readings
-    for value, side in ((y.max(), "above"), (y.min(), "below")):
-        if value != 0.0 and y.min() != y.max() and _is_piled(y, value):
-            count = int((y == value).sum())
-            return f"{count} readings are exactly the extreme value and none is {side} it: clipped", "clipped"
-    return "", "clipped"
-
-
-def _spikes(record: Record) -> tuple[str, SuspicionKind]:
-    """Describe readings that jump away from their neighbours and back, or to a fill value."""
-    out = _jumps(record.readings, 0.1 * record.stated_noise)
-    places = np.flatnonzero(out > SPIKE)
-    if len(places) >= SPIKES or (out > LONE_SPIKE).any():
-        at = record.travel[int(np.argmax(out))] + record.run.yaw_at
-        count = max(len(places), 1)
-        sentence = f"{count} readings jump by more than {SPIKE:g} times the scatter, the largest at {at:.6g} m"
-        return f"{sentence}: the sensor drops out", "dropout"
-    return "", "dropout"
 
 
 def _jumps(y: np.ndarray, least: float) -> np.ndarray:
