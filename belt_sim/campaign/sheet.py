@@ -279,14 +279,7 @@ def _sheet(entry: CampaignEntry) -> Campaign:
 def _signal(name: str, entry: SignalEntry) -> SignalSheet:
     kind, scale, wander = kind_at(entry.at), UNITS[entry.unit][1], entry.wander
     assert kind is not None
-    return SignalSheet(
-        name=name,
-        at=entry.at,
-        kind=kind,
-        unit=entry.unit,
-        white=entry.white * scale,
-        zero=entry.zero * scale,
-        gain=entry.gain,
-        wander_sd=wander.sd * scale if wander else 0.0,
-        wander_length=wander.length_m if wander else 1.0,
-    )
+    errors = {"white": entry.white * scale, "zero": entry.zero * scale, "gain": entry.gain}
+    if wander:
+        errors |= {"wander_sd": wander.sd * scale, "wander_length": wander.length_m}
+    return SignalSheet(name=name, at=entry.at, kind=kind, unit=entry.unit, **errors)

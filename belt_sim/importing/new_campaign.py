@@ -152,17 +152,9 @@ def template(
 def _signal(place: str) -> SignalSheet:
     kind = PLACES[place]
     name = f"y{place[-1]}" if kind == "lateral" else "tilt" if place.startswith("upper") else "tilt_lower"
-    return SignalSheet(
-        name=name,
-        at=place,
-        kind=kind,
-        unit="mm" if kind == "lateral" else "mrad",
-        white=WHITE if kind == "lateral" else 5.0 * WHITE,
-        zero=ZERO,
-        gain=GAIN,
-        wander_sd=WANDER,
-        wander_length=LENGTH,
-    )
+    unit, white = ("mm", WHITE) if kind == "lateral" else ("mrad", 5.0 * WHITE)
+    errors = {"zero": ZERO, "gain": GAIN, "wander_sd": WANDER, "wander_length": LENGTH}
+    return SignalSheet(name=name, at=place, kind=kind, unit=unit, white=white, **errors)
 
 
 def _quantity(value: float, relative: float) -> Quantity:
