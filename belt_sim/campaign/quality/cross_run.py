@@ -214,12 +214,14 @@ def check_guide(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     """Return signals that return to zero or oscillate in nearly all runs with a yaw."""
     span, found = span_of(campaign), []
     for name in dict.fromkeys(r.sheet.name for r in records if r.sheet.kind == "lateral"):
-        signal = [r for r in records if r.sheet.name == name]
-        own = [r for r in _subtract_edge(campaign, signal) if _is_judged(r, span)]
-        if len(own) < FEWEST_RECORDS:
+        signal = _subtract_edge(campaign, [r for r in records if r.sheet.name == name])
+        judged = [signs for r in signal if (signs := _guide_signs(r, span)) is not None]
+        if len(judged) < FEWEST_RECORDS:
             continue
-        for shows, words in ((_returns, "comes back to y = 0 against the yaw"), (_oscillates, "swings to and fro")):
-            if sum(shows(r) for r in own) >= MOST * len(own):
+        for shown, words in zip(
+            np.sum(judged, axis=0), ("comes back to y = 0 against the yaw", "swings to and fro"), strict=True
+        ):
+            if shown >= MOST * len(judged):
                 sentence = f"{words} in nearly all runs: a guide seems to steer the belt; switch it off, or record"
                 sentence += " what it does as yaw in runs.csv"
                 found.append(Suspicion(None, (name,), "guided", sentence))
@@ -250,48 +252,36 @@ def _waves(record: Record, length: float) -> np.ndarray:
     return np.concatenate([np.cos(phase), np.sin(phase)], axis=1)
 
 
-def _is_judged(record: Record, span: float) -> bool:
-    """Return whether a record is long enough and moves clearly beyond its errors."""
-    return (
-        record.run.yaw != 0.0
-        and len(record.travel) > 24
-        and record.travel[-1] > SPANS * span
-        and record.travel[0] < EARLY * record.travel[-1]
-        and float(np.abs(_smooth(record)).max()) > CLEAR_SWING * record.drift_error
-    )
+def _guide_signs(record: Record, span: float) -> tuple[bool, bool] | None:
+    """Return whether a record returns to zero after an early peak on the side of the yaw, and whether it oscillates.
+
+    None for one that is short or does not move clearly beyond its errors. It is averaged over a fiftieth of its length.
+    """
+    run, error, s = record.run, record.drift_error, record.travel
+    if run.yaw == 0.0 or len(s) <= 24 or s[-1] <= SPANS * span or s[0] >= EARLY * s[-1]:
+        return None
+    y = uniform_filter1d(record.readings, max(1, len(record.readings) // 50), mode="nearest")
+    if np.abs(y).max() <= CLEAR_SWING * error:
+        return None
+    part = s / s[-1]
+    early, late = y[part < EARLY], y[part > 1.0 - LATE]
+    peak = early[np.argmax(np.abs(early))]
+    returns = peak * run.yaw > 0.0 and abs(peak) > CLEAR_SWING * error
+    returns = returns and np.abs(late).max() < BACK * abs(peak) + error
+    later = y[part > EARLY]
+    swing = 0.5 * float(np.ptp(later))
+    drifted = abs(float(np.mean(later))) > HALTED * abs(run.yaw) * float(s[-1])
+    swings = not drifted and swing >= max(CLEAR_SWING * error, SWING * float(np.abs(y).max()))
+    return bool(returns), swings and _turns(later, swing / 2.0) >= TURNS
 
 
-def _returns(record: Record) -> bool:
-    """Return whether the signal has an early peak on the side of the yaw and then returns to zero."""
-    y, part = _smooth(record), record.travel / record.travel[-1]
-    peak = float(np.abs(y[part < EARLY]).max(initial=0.0))
-    late = y[part > 1.0 - LATE]
-    on_its_side = y[part < EARLY][np.argmax(np.abs(y[part < EARLY]))] * record.run.yaw > 0.0
-    return bool(
-        on_its_side
-        and peak > CLEAR_SWING * record.drift_error
-        and np.abs(late).max() < BACK * peak + record.drift_error
-    )
-
-
-def _oscillates(record: Record) -> bool:
-    """Return whether the smoothed late record turns back often, by much of what the belt has moved in all."""
-    y, part = _smooth(record), record.travel / record.travel[-1]
-    late = y[part > EARLY]
-    swing = 0.5 * float(np.ptp(late))
-    drifted = abs(float(np.mean(late))) > HALTED * abs(record.run.yaw) * float(record.travel[-1])
-    if drifted or swing < CLEAR_SWING * record.drift_error or swing < SWING * float(np.abs(y).max()):
-        return False
-    level, turns, up = late[0], 0, None
-    for value in late:  # a turn counts once the belt has come back by half a swing
-        if up is not True and value > level + swing / 2.0:
+def _turns(y: np.ndarray, least: float) -> int:
+    """Return how often readings change their direction; each time they come back by ``least``."""
+    level, turns, up = y[0], 0, None
+    for value in y:
+        if up is not True and value > level + least:
             turns, up, level = turns + 1, True, value
-        elif up is not False and value < level - swing / 2.0:
+        elif up is not False and value < level - least:
             turns, up, level = turns + 1, False, value
         level = max(level, value) if up is True else min(level, value) if up is False else level
-    return turns >= TURNS
-
-
-def _smooth(record: Record) -> np.ndarray:
-    """Return the readings averaged over a fiftieth of the record."""
-    return uniform_filter1d(record.readings, max(1, len(record.readings) // 50), mode="nearest")
+    return turns

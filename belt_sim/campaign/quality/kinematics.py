@@ -52,10 +52,6 @@ class Lead:
     drift: float
 
     @property
-    def run(self) -> str:
-        return self.tail.run.name
-
-    @property
     def side(self) -> float:
         return math.copysign(1.0, self.tail.run.yaw)
 
