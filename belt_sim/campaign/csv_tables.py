@@ -45,10 +45,7 @@ class CsvTable:
         """
         unit = bounds.unit if unit is None else unit
         cells, shown = self.columns[name], unit or bounds.label
-        try:
-            written = np.array([float(cell) if cell else math.nan for cell in cells])
-        except ValueError:
-            written = np.array([_number(cell) for cell in cells])
+        written = np.array([_number(cell) for cell in cells])
         empty = np.array([not cell for cell in cells], dtype=bool)
         typed = np.array(["_" in cell for cell in cells], dtype=bool) | (~np.isfinite(written) & ~empty)
         for row in rows_where(typed):

@@ -1,7 +1,6 @@
 """Data classes of a measured campaign: one machine, one belt, many runs, and the uncertainty of each number."""
 
 import re
-from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -184,7 +183,29 @@ class Campaign:
     sha256: str = ""
 
     def __repr__(self) -> str:
-        return _describe(self)
+        """One paragraph: runs, repeats and hold-outs, tensions, yaws, signals, travel, steady rates, origin."""
+        counts = {
+            "repeats": sum(r.repeat_of is not None for r in self.runs),
+            "held out": sum(r.use != "fit" for r in self.runs),
+        }
+        more = ", ".join(f"{n} {what}" for what, n in counts.items() if n)
+        yaws = np.array([r.yaw for r in self.runs]) / si.DEGREE
+        signs = {"> 0": yaws > 0.0, "< 0": yaws < 0.0, "= 0": yaws == 0.0}
+        counted = ", ".join(f"{there.sum()} at yaw {name}" for name, there in signs.items() if there.any())
+        tensions = _numbers(r.tension / si.N_PER_MM2 for r in self.runs)
+        said = [
+            f"{self.title}: {len(self.runs)} runs{f' ({more})' if more else ''}"
+            f" at {tensions} N/mm2, {counted} (|yaw| {_numbers(abs(yaws))} deg)"
+        ]
+        records = [r.travel for r in self.runs if len(r.travel)]
+        if records:
+            signals = ", ".join(f"{s.name} ({s.at.replace('_', ' ')}, {s.unit})" for s in self.signals)
+            least, most = (pick(travel[-1] for travel in records) for pick in (min, max))
+            reach = f"{least:.4g}" if most - least < 0.5 else f"{least:.4g} to {most:.4g}"
+            said.append(f"signals {signals} over {reach} m of travel, {sum(map(len, records))} samples")
+        if self.steady:
+            said.append(f"steady rates of {len(self.steady)} runs")
+        return "; ".join([*said, self.source.kind]) + "."
 
     def plot(self, path: str | None = None) -> Any:
         """The picture of all readings over travel, a panel a run; written to ``path`` if one is given."""
@@ -221,40 +242,9 @@ def case_of(campaign: Campaign, run: Run) -> Case:
     return Case(rig=Rig(**machine), belt=Belt(**belt), settings=settings)
 
 
-def _describe(c: Campaign) -> str:
-    """Return one paragraph: runs, repeats and hold-outs, tensions, yaws, signals, travel, steady rates, origin."""
-    repeats, held = sum(r.repeat_of is not None for r in c.runs), sum(r.use != "fit" for r in c.runs)
-    more = ", ".join(f"{n} {what}" for n, what in ((repeats, "repeats"), (held, "held out")) if n)
-    said = [
-        f"{c.title}: {len(c.runs)} runs{f' ({more})' if more else ''}"
-        f" at {_numbers(r.tension / si.N_PER_MM2 for r in c.runs)} N/mm2, {_yaws(c.runs)}"
-    ]
-    records = [r for r in c.runs if len(r.travel)]
-    if records:
-        signals = ", ".join(f"{s.name} ({s.at.replace('_', ' ')}, {s.unit})" for s in c.signals)
-        samples = sum(len(r.travel) for r in records)
-        said.append(f"signals {signals} over {_travel_range(records)} m of travel, {samples} samples")
-    if c.steady:
-        said.append(f"steady rates of {len(c.steady)} runs")
-    return "; ".join([*said, c.source.kind]) + "."
-
-
 def _numbers(values: Iterable[float]) -> str:
     """Format the distinct values in order: 7, 10 and 40; more than six as 7 to 40."""
     found = [f"{v:.4g}" for v in sorted({float(f"{v:.6g}") for v in values})]
     if len(found) > 6:
         return f"{found[0]} to {found[-1]}"
     return found[0] if len(found) == 1 else f"{', '.join(found[:-1])} and {found[-1]}"
-
-
-def _yaws(runs: Iterable[Run]) -> str:
-    """Format the number of runs by sign of the yaw, and the angles."""
-    yaws = np.array([r.yaw for r in runs]) / si.DEGREE
-    signs = Counter(int(s) for s in np.sign(yaws))
-    counted = ", ".join(f"{signs[s]} at yaw {name}" for s, name in ((1, "> 0"), (-1, "< 0"), (0, "= 0")) if signs[s])
-    return f"{counted} (|yaw| {_numbers(abs(yaws))} deg)"
-
-
-def _travel_range(runs: Iterable[Run]) -> str:
-    ends = [r.travel[-1] for r in runs]
-    return f"{min(ends):.4g}" if np.ptp(ends) < 0.5 else f"{min(ends):.4g} to {max(ends):.4g}"
