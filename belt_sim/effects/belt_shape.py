@@ -1,6 +1,6 @@
 """Shape of the belt: camber, an edge that is not straight, a weld."""
 
-from dataclasses import dataclass, make_dataclass, replace
+from dataclasses import make_dataclass, replace
 
 import jax
 import jax.numpy as jnp
@@ -8,7 +8,6 @@ import numpy as np
 
 from belt_sim.effects.base import METRES, Cause, Effect, effect, parameter
 from belt_sim.laws.influence import natural_curvature_rows, span_fields
-from belt_sim.pytrees import pytree
 
 HARMONICS = 40
 FALLS = 1.27  # measured edges: amplitudes fall as harmonic^-1.27
@@ -147,16 +146,6 @@ def _interpolate_rows(x, rows, where):
     return near * (1.0 - part) + far * part
 
 
-@pytree
-@dataclass(frozen=True, kw_only=True)
-class WeldPassage:
-    """What a weld of 1 rad adds at the run-up, the run-off [1/m] and to the tilt [rad], rows of ``added`` (3, n), with
-    its middle at x [m], (n,), from the run-off."""
-
-    x: jnp.ndarray
-    added: jnp.ndarray
-
-
 @effect
 class Weld(Effect):
     """Natural curvature angle / length (1 + cos) over ``length``: each passage of a run-up turns the belt.
@@ -190,6 +179,8 @@ class Weld(Effect):
     )
 
     def influence(self, span, case):
+        """Places x (n,) of a weld's middle from the run-off [m], and what a weld of 1 rad there adds at the run-up, the
+        run-off [1/m] and to the tilt [rad], shape (3, n)."""
         fields, piece = span_fields(span), self.length / len(_POINTS)
         rows = natural_curvature_rows(fields, span)
         shape = raised_cosine(_POINTS) / len(_POINTS)
@@ -200,17 +191,17 @@ class Weld(Effect):
             return _interpolate_rows(fields.x, rows, jnp.clip(place, 0.0, span.length)) @ (shape * inside)
 
         x = jnp.linspace(-0.5 * self.length, span.length + 0.5 * self.length, _PLACES)
-        return WeldPassage(x=x, added=jax.vmap(passage, out_axes=1)(x))
+        return x, jax.vmap(passage, out_axes=1)(x)
 
     def bend(self, bend, boundary, known, case):
-        rig = case.rig
+        rig, (middles, unit) = case.rig, known
         to_point_3 = 2.0 * rig.span_length + rig.wrap_tail
         place = jnp.where(boundary.direction > 0, self.at, to_point_3 - self.at) + boundary.travel
         place = place + case.settings.start
         place = place - jnp.stack([0.0 * to_point_3, rig.span_length + rig.wrap_tail])  # from each span's run-off
         place = jnp.mod(place + 0.5 * self.length, rig.belt_length) - 0.5 * self.length
-        there = (place >= known.x[0]) & (place <= known.x[-1])
-        added = self.angle * jnp.where(there, _interpolate_rows(known.x, known.added, place), 0.0)
+        there = (place >= middles[0]) & (place <= middles[-1])
+        added = self.angle * jnp.where(there, _interpolate_rows(middles, unit, place), 0.0)
         ends = [self.angle / self.length * raised_cosine((place - x) / self.length) for x in (rig.span_length, 0.0)]
         return _add_natural(bend, added, ends)
 

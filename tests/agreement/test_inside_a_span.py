@@ -182,13 +182,11 @@ def test_a_weld_that_is_half_on_a_pulley_bends_by_what_is_in_the_span():
     """Against the integral over the part of it that is there, of what each place adds."""
     case, weld = paper_case(10, 0.0), Weld(length=0.6)
     span = strip(case)
-    fields, passing = in_float64(span_fields)(span), in_float64(weld.influence)(span, case)
+    fields, (middles, added) = in_float64(span_fields)(span), in_float64(weld.influence)(span, case)
     rows, x = np.asarray(in_float64(natural_curvature_rows)(fields, span)), np.asarray(fields.x)
     ends = np.array([-0.2, 0.0, 0.13, 0.5 * x[-1], x[-1] - 0.07, x[-1] + 0.25])
-    for middle, found in zip(
-        ends, [[np.interp(m, passing.x, row) for row in passing.added] for m in ends], strict=True
-    ):
+    for middle, found in zip(ends, [[np.interp(m, middles, row) for row in added] for m in ends], strict=True):
         at = np.linspace(max(middle - 0.3, 0.0), min(middle + 0.3, x[-1]), 20001)
         shape = raised_cosine((at - middle) / weld.length, np) / weld.length
         right = [np.trapezoid(shape * np.interp(at, x, row), at) for row in rows]
-        assert np.all(np.abs(np.subtract(found, right)) < PIECES * np.abs(passing.added).max(axis=1)), middle
+        assert np.all(np.abs(np.subtract(found, right)) < PIECES * np.abs(added).max(axis=1)), middle

@@ -9,7 +9,7 @@ import pytest
 from paper_cases import BELT, RIG, paper_case
 
 from belt_sim.analytic.spans import span_responses
-from belt_sim.effects.belt_shape import Weld, WeldPassage
+from belt_sim.effects.belt_shape import Weld
 from belt_sim.effects.load import load_classes
 from belt_sim.effects.span_stiffness import Shear
 from belt_sim.effects.yaw import Wobble
@@ -32,7 +32,7 @@ SMALL = 1e-7  # products of angles below 1e-3
 
 def bends(weld, case, travel):
     """Natural curvature [1/m] at the run-ups on tail and head, then at the run-offs of the same spans, shape (4,)."""
-    still = WeldPassage(x=jnp.array([0.0, SPAN]), added=jnp.zeros((3, 2)))
+    still = jnp.array([0.0, SPAN]), jnp.zeros((3, 2))
     boundary = BoundaryValues(
         travel=jnp.asarray(travel), start=jnp.zeros(2), ends=jnp.zeros((5, 2)), direction=case.settings.direction
     )
