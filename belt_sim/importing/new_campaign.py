@@ -104,7 +104,7 @@ def plan_for(tensions: list[float], yaw: float, speed: float) -> list[PlannedRun
     return found
 
 
-def plan_text(planned: list[PlannedRun], travel: float, belt: Belt, warnings: Sequence[str] = ()) -> str:
+def plan_text(planned: list[PlannedRun], travel: float, warnings: Sequence[str] = ()) -> str:
     """The plan as a text beside the campaign; warnings: of runs that could harm the belt."""
     rows = [
         f"| {p.run.name} | {p.run.tension / N_PER_MM2:g} | {p.run.yaw / DEGREE:+.3g} | {p.run.speed:g} |"
@@ -144,7 +144,7 @@ def template(
         "campaign.yaml": sheet_text(campaign, _remarks(campaign)),
         "runs.csv": runs_text(campaign.runs),
         "signals.csv": ",".join(["run", "travel_m", *(s.name for s in signals)]) + "\n",
-        "plan.md": plan_text(planned, travel, belt, harm_warnings(campaign)),
+        "plan.md": plan_text(planned, travel, harm_warnings(campaign)),
     }
     return put_folder(texts, folder, overwrite=False, check=lambda f: read_plan(f, travel=travel, step=travel / 120.0))
 
