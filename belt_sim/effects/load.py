@@ -220,7 +220,7 @@ def _inspect(cls: type[Effect], path: Path) -> None:
             )
     for name, function in vars(cls).items():
         if inspect.isfunction(function) and not name.startswith("_"):
-            _inspect_hook(cls, name, function, path)
+            _inspect_hook(name, function, path)
     own = overrides(cls)
     if not own:
         raise wrong_file(path, here, f"{cls.__name__} overrides no hook; the hooks are {', '.join(HOOKS)}")
@@ -229,7 +229,7 @@ def _inspect(cls: type[Effect], path: Path) -> None:
         raise wrong_file(path, here, f"law = {cls.law!r} but {', '.join(sorted(own))} changes {' or '.join(laws)}")
 
 
-def _inspect_hook(cls: type[Effect], name: str, function: Callable[..., Any], path: Path) -> None:
+def _inspect_hook(name: str, function: Callable[..., Any], path: Path) -> None:
     line = function.__code__.co_firstlineno
     base = getattr(Effect, name, None)
     if base is None:

@@ -102,7 +102,7 @@ def assemble_runs(
     questions: list[Question] = []
     found: dict[str, list[AssembledRun]] = {}
     for table, used in records:
-        for columns, run in _views(table, used):
+        for columns, run in _views(used):
             blocks = blocks_of(table, columns)
             if run is not None:
                 rows = np.arange(len(table.lines))
@@ -124,7 +124,7 @@ _SPEED = Question(
 )
 
 
-def _views(table: LoggedTable, used: tuple[UsedColumn, ...]) -> list[tuple[tuple[UsedColumn, ...], str | None]]:
+def _views(used: tuple[UsedColumn, ...]) -> list[tuple[tuple[UsedColumn, ...], str | None]]:
     """The columns of each run of a table whose columns belong to different runs, or have travels of their own."""
     own = [u for u in used if u.entry.run or u.entry.against]
     travels = {u.entry.against for u in own if u.entry.against}
