@@ -29,46 +29,37 @@ OFTEN = 0.4  # [s] between two looks at the session
 
 
 def add(session: Session) -> None:
+    """Serve the page; each of its parts is drawn again when that changes which it shows."""
+
+    def version() -> int:
+        return session.version
+
+    def campaign() -> tuple[int, bool]:
+        return id(session.campaign), session.importing is None
+
+    def work() -> tuple[int, str]:
+        return len(session.jobs), session.job.state if session.job else ""
+
+    shown = {_show_notices: version, import_view: version, campaign_view: campaign, asking: version, job_view: work}
+
     @ui.page("/measurements", title="belt_sim")
     def page() -> None:
         widgets.frame("/measurements")
-        parts = _Parts(session)
-        ui.timer(OFTEN, parts.look)
+        parts = [(ui.refreshable(draw), state) for draw, state in shown.items()]
+        before = [state() for _, state in parts]
 
+        def look() -> None:
+            for k, (part, state) in enumerate(parts):
+                if before[k] != state():
+                    before[k] = state()
+                    part.refresh()
 
-class _Parts:
-    """Parts of the page that follow the session: drawn again when its version changes."""
-
-    def __init__(self, session: Session) -> None:
-        self.session, self.version, self.shown_state = session, session.version, self._now(session)
-        self.notices = ui.refreshable(_show_notices)
-        self.reading = ui.refreshable(import_view)
-        self.what = ui.refreshable(campaign_view)
-        self.ask = ui.refreshable(asking)
-        self.result = ui.refreshable(job_view)
+        (notices, _), *others = parts
         with _drop(session):
-            self.notices(session)
-        for part in (self.reading, self.what, self.ask, self.result):
+            notices(session)
+        for part, _ in others:
             part(session)
-
-    def look(self) -> None:
-        """Draw again what has changed."""
-        if self.version == self.session.version:
-            return
-        self.version, before = self.session.version, self.shown_state
-        self.shown_state = self._now(self.session)
-        if self.shown_state[:2] != before[:2]:
-            self.what.refresh()
-        if self.shown_state[2:] != before[2:]:
-            self.result.refresh()
-        for part in (self.reading, self.notices, self.ask):
-            part.refresh()
-
-    @staticmethod
-    def _now(session: Session) -> tuple[int, bool, int, str]:
-        """The campaign, whether one is being imported, and how far the work is."""
-        state = session.job.state if session.job else ""
-        return id(session.campaign), session.importing is None, len(session.jobs), state
+        ui.timer(OFTEN, look)
 
 
 def _drop(session: Session) -> Any:

@@ -18,6 +18,7 @@ from mujoco import mjx
 
 from belt_sim.mjx.mjx_interface import advance, apply_actuators, compute_multibody, node_masses, read_sensors
 from belt_sim.mjx.model import MjxData, MjxModel, flat_of, nodes_of
+from belt_sim.mujoco3d.arrays import smoothstep
 from belt_sim.mujoco3d.belt import guide_forces, load_forces
 from belt_sim.mujoco3d.block_tridiagonal import factorise, solve_chain
 from belt_sim.mujoco3d.chain import (
@@ -60,9 +61,9 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     before = rest + nodes_of(shape, q)
     turned = None if data.compliance_yaw is None else _compliance_yaw(model, data, before)
     applied, joints = _move_pulleys(model, data, command, d.qfrc_actuator, turned)
-    begun = jnp.minimum(d.time / (0.5 * model.settle), 1.0)  # a wobble sets in while the belt comes to rest
+    askew = smoothstep(d.time / (0.5 * model.settle))  # a wobble sets in while the belt comes to rest
     tail = jnp.stack([model.tail.x + joints[TAIL_SLIDE], joints[TAIL_SPIN]])
-    pose = pose_of(belt, command, tail, turned, begun * begun * (3.0 - 2.0 * begun))
+    pose = pose_of(belt, command, tail, turned, askew)
     came_from = data.pulleys.pose
     moved = jnp.abs(pose.spin[HEAD] - came_from.spin[HEAD]) * belt.surfaces.radius[HEAD]
     shaped = jnp.where(data.travel >= 0.0, 1.0, 0.0)

@@ -30,3 +30,9 @@ def add_at(array: Array, index: Any, values: Array) -> Array:
         copy[index] += values
         return copy
     return array.at[index].add(values)
+
+
+def smoothstep(u: Array) -> Array:
+    """From 0 at u = 0 to 1 at 1 and beyond, 3 u^2 - 2 u^3."""
+    u = library_of(u).minimum(u, 1.0)
+    return u * u * (3.0 - 2.0 * u)

@@ -9,10 +9,11 @@ import jax.numpy as jnp
 import mujoco
 import numpy as np
 
+from belt_sim.mujoco3d.arrays import smoothstep
 from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, TAIL_DAMPING_RATIO
-from belt_sim.mujoco3d.run_stages import Command, smoothstep
+from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.wrap import HEAD, TAIL, BeltOnPulley, PoseArrays, axes_of, roll_anchors
 from belt_sim.pytrees import Numbers as Array

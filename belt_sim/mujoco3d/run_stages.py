@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from belt_sim.case import Settings
+from belt_sim.mujoco3d.arrays import smoothstep
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.options import REST_DRAG, accelerate
 from belt_sim.mujoco3d.tensioning import FRICTION
@@ -79,12 +80,6 @@ class YawPlan:
         """Yaw [rad] of both when ``share`` (0..1) of the step at ``travel`` [m] has been made, shape (2,)."""
         before = self.angles(travel, done)
         return before + share * (self.angles(travel, travel) - before)
-
-
-def smoothstep(u: float) -> float:
-    """From 0 at u = 0 to 1 at 1 and beyond, 3 u^2 - 2 u^3."""
-    u = min(u, 1.0)
-    return u * u * (3.0 - 2.0 * u)
 
 
 class Stage(NamedTuple):

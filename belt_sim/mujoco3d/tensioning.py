@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.case import Case
+from belt_sim.mujoco3d.arrays import smoothstep
 from belt_sim.mujoco3d.loop import HangingBelt, LaidLoop, free_length, lay_loop
 from belt_sim.mujoco3d.options import SLOWNESS, string_speed
 
@@ -58,9 +59,7 @@ class KollerPlan:
 
     def places_at(self, travel: float) -> np.ndarray:
         """Centre distance [m], and what the tail pulley's rim has gained on the belt [m], after so much travel [m]."""
-        u = min(travel / (_MOVING * self.travel), 1.0)
-        even = np.linspace(0.0, 1.0, len(self.places))
-        u = u * u * (3.0 - 2.0 * u)
+        even, u = np.linspace(0.0, 1.0, len(self.places)), smoothstep(travel / (_MOVING * self.travel))
         return np.array([np.interp(u, even, self.places), self.upper[0] - np.interp(u, even, self.upper)])
 
 

@@ -12,6 +12,7 @@ from belt_sim.case import Case, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, SimulationError
 from belt_sim.jax_setup import in_float64
+from belt_sim.mujoco3d.arrays import smoothstep
 from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys, lay_pulleys
 from belt_sim.mujoco3d.belt import ActiveFeatures, BeltArrays, belt_arrays
 from belt_sim.mujoco3d.machine import lay_out
@@ -19,7 +20,7 @@ from belt_sim.mujoco3d.mesh import BELT_MODELS
 from belt_sim.mujoco3d.options import Options, fit_options, is_limp
 from belt_sim.mujoco3d.recording import curves_of, reading
 from belt_sim.mujoco3d.rope import RopeKinks
-from belt_sim.mujoco3d.run_stages import Command, YawPlan, smoothstep
+from belt_sim.mujoco3d.run_stages import Command, YawPlan
 from belt_sim.mujoco3d.wrap import TAIL
 from belt_sim.pytrees import Numbers as Array
 from belt_sim.quasi_static.equilibrium_step import SlipState, TravelState, step

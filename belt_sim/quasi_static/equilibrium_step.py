@@ -142,9 +142,14 @@ class Equilibrium(NamedTuple):
 
 
 def find_equilibrium(
-    belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array, places: ChainLayout, state: TravelState, command: Command,
+    belt: BeltArrays,
+    pulleys: BeltOnPulley,
+    nodes: Array,
+    places: ChainLayout,
+    state: TravelState,
+    command: Command,
     aside: Array | float,
-) -> Equilibrium:  # fmt: skip
+) -> Equilibrium:
     """Newton iterations from where the step has led the pulleys and the chain, ``nodes`` [m], (m, 3, n).
 
     The tension that stiffens the belt across its direction is that of its last equilibrium. aside [m]: by how much held
