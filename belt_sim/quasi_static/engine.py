@@ -154,17 +154,12 @@ def _run_chunk(filled: Sequence[TravelCase], rows: int, devices: int) -> np.ndar
     return np.asarray(run_batch(*arrays))
 
 
-def worst_residual(table: np.ndarray, recorded: np.ndarray) -> np.ndarray:
-    """The largest residual since travel 0 at every recorded row of a table (rows, 20 or 25), yaw steps included."""
-    begun = table[int(np.argmax(recorded)) : len(recorded), 24:]
-    found = np.maximum.accumulate(begun.max(axis=1, initial=0.0))
-    return found[recorded[int(np.argmax(recorded)) :]]
-
-
 def run_curves(run: TravelCase, table: np.ndarray) -> Curves | SimulationError:
     """Curves from the rows (rows, 20 or more) of ``run_batch``."""
-    recorded = run.recorded
-    rows, residual = table[: len(recorded)][recorded], worst_residual(table, recorded)
+    recorded, begin = run.recorded, int(np.argmax(run.recorded))
+    rows = table[: len(recorded)][recorded]
+    worst = table[begin : len(recorded), 24:].max(axis=1, initial=0.0)  # yaw steps included
+    residual = np.maximum.accumulate(worst)[recorded[begin:]]
     good = is_on_pulleys(rows, float(run.case.belt.width)) & ~(residual > TOLERANCE)
     end = len(rows) if good.all() else int(np.argmin(good))
     t = rows[:end].T
