@@ -205,7 +205,7 @@ def law(tension: float, yaw: float, dx: float, cover: float = 0.0) -> dict[str, 
     """y [mm] by the strip law with a soft cover of E I c = ``cover``.
 
     It is the law of a strip with the torsional stiffness of two lines of nodes, F b'^2 / 4. The lines lack 7-15 % of
-    the strip's (loads.py adds that in the native engine, MJCF cannot). A strip of another width with the same
+    the strip's (engine.py adds that in the native engine, MJCF cannot). A strip of another width with the same
     E b^3 h / 12 and b h has it.
     """
     case = case_of(Contact(tension=tension, yaw=yaw, dx=dx))
