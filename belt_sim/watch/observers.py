@@ -52,34 +52,29 @@ _REPLICATES, _STAGE = 0.1, 1.0 / 6.0  # shares of what is left of a work in stag
 LINE_EVERY = 0.10  # share of the work between two lines where there is no terminal
 
 
-class _Lines:
-    """Progress without a terminal: at most one line for each tenth of the work."""
-
-    def __init__(self, console: Console, title: str, total: float) -> None:
-        self.console, self.title, self.total = console, title, total
-        self.began, self.said = time.monotonic(), 0
-
-    def update(self, done: float, note: str) -> None:
-        tenth = int(done / self.total / LINE_EVERY + 1e-9) if self.total > 0 else 0
-        if tenth <= self.said:
-            return
-        self.said, elapsed = tenth, time.monotonic() - self.began
-        left = elapsed * (self.total / done - 1.0)
-        parts = [f"{100 * done / self.total:3.0f} %", note, f"{elapsed:.0f} s gone", f"{left:.0f} s left"]
-        line = f"{self.title}: {', '.join(filter(None, parts))}"
-        self.console.print(line, markup=False, highlight=False, soft_wrap=True)
-
-
 def _begin(
     console: Console | None, title: str, total: float
 ) -> tuple[Callable[[float, str], None], Callable[[], None]]:
-    """update(done, note) and close() of a bar on a terminal of one's own, of lines elsewhere.
+    """update(done, note) and close() of a bar on a terminal of one's own; elsewhere at most a line a tenth of the work.
 
     Both are on standard error, so that results can be piped.
     """
     console = console or Console(stderr=True)
+    began, said = time.monotonic(), 0
+
+    def print_line(done: float, note: str) -> None:
+        nonlocal said
+        tenth = int(done / total / LINE_EVERY + 1e-9) if total > 0 else 0
+        if tenth <= said:
+            return
+        said, elapsed = tenth, time.monotonic() - began
+        left = elapsed * (total / done - 1.0)
+        parts = [f"{100 * done / total:3.0f} %", note, f"{elapsed:.0f} s gone", f"{left:.0f} s left"]
+        line = f"{title}: {', '.join(filter(None, parts))}"
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+
     if not console.is_terminal or multiprocessing.parent_process() is not None:
-        return _Lines(console, title, total).update, lambda: None
+        return print_line, lambda: None
     share, note = TextColumn("{task.percentage:>3.0f} %"), TextColumn("{task.fields[note]}")
     times = TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn()
     bar = Progress(TextColumn("{task.description}"), BarColumn(bar_width=None), share, note, *times, console=console)
