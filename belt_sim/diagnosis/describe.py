@@ -10,7 +10,6 @@ from belt_sim.diagnosis.decision.decide import Decision, needed_gain
 from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.errors.failure_map import locate_failure
 from belt_sim.diagnosis.errors.model_errors import errors_of, run_errors
-from belt_sim.diagnosis.errors.unknown_shape import describe_unknown
 from belt_sim.diagnosis.examine import Findings
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.heldout import held_out, lateral_rms
@@ -18,13 +17,14 @@ from belt_sim.diagnosis.fits.intervals import profile_intervals
 from belt_sim.diagnosis.fits.plausibility import estimates, estimates_of_single_sizes, is_plausible
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.next_run import Rival
+from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.search import Trial, row_of
 from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.effects.law_file import law_entry
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis, Verdict, other_model
 from belt_sim.results.errors import CampaignLabel
-from belt_sim.results.findings import Candidate, Confusable, FoundEffect, NoiseLevels, Unknown
+from belt_sim.results.findings import Candidate, Confusable, FoundEffect, NoiseLevels, RequiredAngle, Unknown
 from belt_sim.results.words import join_effects, join_words
 
 ALIKE_SHOWN = 3  # look-alikes in a sentence
@@ -185,8 +185,18 @@ def _unknown(d: Findings) -> Unknown | None:
     times = "more than a million" if odds > np.log(1e6) else f"{np.exp(odds):.0f}"
     why = f"something unknown is {times} times likelier"
     law = d.law.law.words if d.law is not None and d.law.law is not None else "no law of one or two terms"
-    nearest = (join_words(known.effects), why) if known.effects else None
-    return describe_unknown(d.fitted_bench, d.named, (f"something beyond the library ({law})",), nearest)
+    bench, residual = d.fitted_bench, d.fitted_bench.samples.y - d.named.values
+    sign = np.array([np.sign(r.yaw) for r in bench.samples.runs])
+    return Unknown(
+        failed_tests=(f"something beyond the library ({law})",),
+        parity=_parity(bench, residual, sign),
+        tension_exponent=_exponent(bench.samples, residual),
+        onset=_onset(bench.samples, residual),
+        wavelength=_wavelength(bench.samples, residual),
+        required_angle=_required_angle(bench.samples, residual, sign),
+        nearest=join_words(known.effects) if known.effects else None,
+        why=why if known.effects else None,
+    )
 
 
 def _noise(d: Findings) -> NoiseLevels:
@@ -194,3 +204,77 @@ def _noise(d: Findings) -> NoiseLevels:
     levels = d.fitted_bench.levels
     white, wander = (float(np.exp(np.mean(np.log(factors)))) for factors in (levels.white, levels.wander))
     return NoiseLevels(white_factor=white, wander_factor=wander, repeats=levels.repeats)
+
+
+# What an unknown effect looks like: parity, tension exponent, onset, wavelength, required contact angle.
+
+
+def _parity(bench: Workbench, residual: np.ndarray, sign: np.ndarray) -> str:
+    """Whether most of the whitened residual turns over with the sign of yaw (odd), or stays (even)."""
+    if not (np.any(sign > 0) and np.any(sign < 0)):
+        return "unknown: only one sign of yaw was run"
+    white = bench.metric.whiten(np.where(np.isfinite(residual), residual, 0.0)).reshape(len(sign), -1)
+    plus, minus = white[sign > 0].mean(axis=0), white[sign < 0].mean(axis=0)
+    odd, even = float(np.sum((plus - minus) ** 2)), float(np.sum((plus + minus) ** 2))
+    share = odd / max(odd + even, 1e-12)
+    return "odd" if share > 0.8 else "even" if share < 0.2 else "mixed"
+
+
+def _exponent(samples: Samples, residual: np.ndarray) -> float | None:
+    """n of |residual| ~ tension^n, by least squares over tensions."""
+    stress = np.array([r.tension for r in samples.runs])
+    levels = np.unique(stress)
+    if len(levels) < 2:
+        return None
+    size = [np.sqrt(np.nanmean(residual[stress == t][:, 0] ** 2)) for t in levels]
+    return float(np.polyfit(np.log(levels), np.log(np.maximum(size, 1e-12)), 1)[0])
+
+
+def _onset(samples: Samples, residual: np.ndarray) -> float | None:
+    """First travel at which the worst run leaves its own zero by three sigma, smoothed over a metre [m]."""
+    blocks = np.nansum(residual[:, 0] ** 2, axis=1)
+    r = int(np.argmax(blocks))
+    signal = samples.signals[0]
+    travel, error = samples.travel[r], np.nan_to_num(residual[r, 0])
+    width = max(1, int(1.0 / max(np.median(np.diff(travel)), 1e-6)))
+    smooth = np.convolve(error - error[:width].mean(), np.ones(width) / width, mode="same")
+    limit = 3 * np.hypot(signal.white / np.sqrt(width), signal.wander_sd)
+    beyond = np.flatnonzero(np.abs(smooth) > limit)
+    return float(travel[beyond[0]]) if len(beyond) else None
+
+
+def _wavelength(samples: Samples, residual: np.ndarray) -> float | None:
+    """Wavelength of the strongest line in the residual of signal 1 [m]; None when there is no line."""
+    n = samples.y.shape[-1]
+    power = np.zeros(n // 2 + 1)
+    spacing = float(np.median(np.diff(samples.travel[0])))
+    trend = np.linspace(-1, 1, n)
+    for r in range(len(samples.runs)):
+        error = np.nan_to_num(residual[r, 0])
+        error = error - np.polyval(np.polyfit(trend, error, 3), trend)
+        power = power + np.abs(np.fft.rfft(error * np.hanning(n))) ** 2
+    frequency = np.fft.rfftfreq(n, spacing)
+    usable = frequency > 2.5 / (n * spacing)
+    if not usable.any():
+        return None
+    k = int(np.argmax(np.where(usable, power, 0.0)))
+    if power[k] < 12 * np.median(power[usable]):
+        return None
+    return float(1.0 / frequency[k])
+
+
+def _required_angle(samples: Samples, residual: np.ndarray, sign: np.ndarray) -> RequiredAngle | None:
+    """To first order, the contact angle that the run-up law would need: d(residual)/ds + residual/L."""
+    places = [s.at for s in samples.signals]
+    if "point_1" not in places:
+        return None
+    row = residual[:, places.index("point_1")]
+    weight = sign if np.any(sign) else np.ones(len(sign))
+    mean = np.nanmean(row * weight[:, None], axis=0)
+    travel = samples.travel[0]
+    knots = np.linspace(0.0, travel[-1], 13)
+    keep = np.isfinite(mean)
+    smooth = np.polynomial.Chebyshev.fit(travel[keep], mean[keep], 8)
+    length = float(samples.cases.rig.span_length)
+    angle = smooth.deriv()(knots) + smooth(knots) / length
+    return RequiredAngle(travel=knots, angle=angle)

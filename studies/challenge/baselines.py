@@ -83,7 +83,7 @@ def table_of(campaign: Campaign, base: str, effects: Sequence[str] | None = None
         changes = np.nan_to_num(values[1:] - values[0], nan=AWAY, posinf=AWAY, neginf=-AWAY).clip(-AWAY, AWAY)
     owner = [(s.effect.id, s.name, s.scale) for s in forward.slots]
     for cls in (c for c in classes if c.is_additive()):
-        names = additive_effects.parameter_names(cls, free)
+        names = list(cls.parameters)[: 2 * free[cls.id]]
         scales = [cls.parameters[name].scale for name in names]
         shapes = additive_effects.columns(samples, cls, ())[: len(names)]
         changes = np.concatenate([changes, shapes * np.reshape(scales, (-1, 1, 1, 1))])

@@ -6,7 +6,7 @@ declare its parameters in the order in which they are to be taken, in pairs (cos
 length. Of short waves the mean over a bin of readings shows less (``bin_attenuation``).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 
@@ -83,12 +83,6 @@ def harmonics_of(classes: Sequence[type[Effect]], samples: Samples) -> dict[str,
     lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
     most = np.isfinite(samples.y[:, lateral]).sum() / (2 * READINGS_A_NUMBER)
     return {c.id: int(np.clip(most, FEWEST, len(c.parameters) // 2)) for c in classes if c.is_additive()}
-
-
-def parameter_names(cls: type[Effect], terms: Mapping[str, int]) -> list[str]:
-    """Names of the parameters of an effect that stand in the parameter vector; terms: harmonics of linear effects."""
-    names = list(cls.parameters)
-    return names[: 2 * terms[cls.id]] if cls.is_additive() and cls.id in terms else names
 
 
 @in_float64
@@ -205,11 +199,6 @@ def select_addable(classes: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
     sensors = [c for c in classes if overrides(c, ("sensor",))]
     simple = all(c.is_additive() or c.id in AFFINE for c in sensors)
     return tuple(c for c in classes if c.is_additive()) if simple else ()
-
-
-def select_for_readings(classes: Sequence[type[Effect]], adding: Sequence[type[Effect]]) -> list[type[Effect]]:
-    """The effects on which it depends what ``adding`` add."""
-    return [c for c in classes if c in adding or overrides(c, READ_BY)]
 
 
 @lru_cache(PROGRAMS)

@@ -12,10 +12,13 @@ compilation serves campaigns of any number of runs, samples, travel and step.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from copy import copy
-from dataclasses import replace
-from functools import lru_cache, partial
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache, partial
+from itertools import zip_longest
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -23,26 +26,25 @@ import numpy as np
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.march import march_open, plan_steps
+from belt_sim.campaign.types import sensor_place
 from belt_sim.case import Case, Settings
 from belt_sim.curves import SensorPlace
 from belt_sim.diagnosis.readings.additive_effects import (
+    READ_BY,
     bin_attenuation,
     compile_additions,
     harmonics_of,
-    parameter_names,
     select_addable,
-    select_for_readings,
     slopes_of_additive,
 )
-from belt_sim.diagnosis.readings.batches import Work, finish, plan_batches
 from belt_sim.diagnosis.readings.candidates import SLOW
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, effects_and_case, lengthen_belt
-from belt_sim.diagnosis.readings.samples import Samples
+from belt_sim.diagnosis.readings.samples import MAX_SAMPLES, Samples
 from belt_sim.diagnosis.readings.sensor_places import check_places, places_of, reading_at
 from belt_sim.effects.base import Effect, overrides
 from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.effects.pipeline import indicate
-from belt_sim.jax_setup import PROGRAMS, jit_float64
+from belt_sim.jax_setup import PROGRAMS, WORKERS, jit_float64
 
 # Which effects are compiled into a march: few rows pay for what is null in them, and few programs serve all rows.
 #
@@ -63,9 +65,65 @@ def group_of(cls: type[Effect]) -> str:
     return LIGHT if overrides(cls, _AT_STEPS) else READ
 
 
-def members(classes: Sequence[type[Effect]], groups: Groups) -> list[type[Effect]]:
-    """Those of ``classes`` that are compiled, in their order."""
-    return [c for c in classes if group_of(c) in {READ, *groups}]
+# Runs at points as one list of rows, computed a fixed number at a time, those of several programs side by side.
+
+COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
+ROWS = 8  # runs at points a batch: requests are cut and padded to it, so that one shape is compiled; most are small
+
+PLACES = ("point_1", "point_2", "point_3", "point_4", "upper_mid_span", "lower_mid_span")
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a program shows of all runs at points, (C, R, S, n), once its batches are done."""
+
+    found: np.ndarray
+    batches: Sequence[Callable[[], None]]
+
+
+def finish(works: Sequence[Work]) -> None:
+    """Do all batches: first one of each program, so that each is compiled once and several side by side."""
+    turns = [[batch for batch in turn if batch is not None] for turn in zip_longest(*(w.batches for w in works))]
+    for batches in (turns[:1], turns[1:]):
+        here = [batch for turn in batches for batch in turn]
+        if len(here) == 1:
+            here[0]()
+        else:
+            for done in [_pool().submit(batch) for batch in here]:
+                done.result()
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    """The threads that batches run in, those of all requests: to begin and end two for each takes half as long as a
+    batch."""
+    return ThreadPoolExecutor(WORKERS, thread_name_prefix="batches")
+
+
+def plan_batches(
+    program: Callable[..., Any], vector: np.ndarray, shown: np.ndarray, samples: Samples, more: tuple = ()
+) -> Work:
+    """What a ``program`` of one run is to show of all runs at points (C, k); shown (R, k): how much of each number the
+    readings of a run show; more: arguments that all runs share."""
+    stand = [*PLACES, *places_of(samples)]  # rows of what a program shows
+    places = [stand.index(sensor_place(s.at) or s.at) for s in samples.signals]
+    runs, _, n = samples.y.shape
+    points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
+    cases, columns = samples.cases, np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
+    travel, time = samples.travel[:, columns], samples.time[:, columns]
+    found = np.empty((len(points), len(places), n))
+
+    def batch(start: int) -> None:
+        rows = np.minimum(np.arange(start, start + ROWS), len(points) - 1)
+        r = run[rows]
+        settings = jax.tree.map(lambda x: x[r], cases.settings)
+        of_rows = vector[points[rows]], shown[r], settings, travel[r], time[r], samples.yaw_at[r]
+        predicted = program(*of_rows, cases.rig, cases.belt, *more)
+        part = found[start : start + ROWS]
+        part[:] = np.asarray(predicted)[: len(part), places, :n]
+
+    batches = [partial(batch, start) for start in range(0, len(points), ROWS)]
+    return Work(found.reshape(len(vector), *samples.y.shape), batches)
 
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``choose_step``)
@@ -92,7 +150,8 @@ class Forward:
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
         check_places(samples, model, self.classes)
         self.terms = harmonics_of(classes, samples) if terms is None else dict(terms)
-        self.slots = tuple(Slot(c, name) for c in self.classes for name in parameter_names(c, self.terms))
+        names = {c: list(c.parameters)[: 2 * self.terms[c.id] if c.id in self.terms else None] for c in self.classes}
+        self.slots = tuple(Slot(c, name) for c in self.classes for name in names[c])
         self.linear = np.array([s.effect.is_additive() for s in self.slots] + [False] * len(NUISANCES))
         self.size = len(self.slots) + len(NUISANCES)
         self.nuisances = range(len(self.slots), self.size)
@@ -212,8 +271,7 @@ class Forward:
 
     def _march_groups(self, vector: np.ndarray, groups: Groups, samples: Samples) -> Work:
         """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
-        within = set(members(self.classes, groups))
-        kept = [k for k, s in enumerate(self.slots) if s.effect in within]
+        kept = [k for k, group in enumerate(self._groups) if group in {READ, *groups}]
         others = places_of(samples)
         tilts = bool(others) or any(s.at.endswith("mid_span") for s in samples.signals)
         slots = tuple(self.slots[k] for k in kept)
@@ -226,7 +284,8 @@ class Forward:
     def _add_readings(self, vector: np.ndarray, samples: Samples) -> tuple[np.ndarray, Work]:
         """What effects that only add to the readings add to them, by one program for any harmonics: of each of (C,)
         where it stands in what is found."""
-        slots = tuple(Slot(c, name) for c in select_for_readings(self.classes, self._added) for name in c.parameters)
+        acting = [c for c in self.classes if c in self._added or overrides(c, READ_BY)]
+        slots = tuple(Slot(c, name) for c in acting for name in c.parameters)
         numbers = np.tile([*(s.null for s in slots), *np.zeros(len(NUISANCES))], (len(vector), 1))
         numbers[:, len(slots) :] = vector[:, len(self.slots) :]
         place = {slot: k for k, slot in enumerate(slots)}
