@@ -29,9 +29,8 @@ from belt_sim.diagnosis.decision.decide import probability_of_unknown
 from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.describe import describe, final_model, label, rivals
 from belt_sim.diagnosis.drawings import drawings, drawings_of, overlays
-from belt_sim.diagnosis.errors.failure_map import locate_failure
 from belt_sim.diagnosis.errors.misreadings import free_zeros
-from belt_sim.diagnosis.errors.model_errors import overall_errors, run_errors
+from belt_sim.diagnosis.errors.model_errors import locate_failure, overall_errors, run_errors
 from belt_sim.diagnosis.examine import BOOTSTRAPS, Findings, examine
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, linear_response, workbench

@@ -8,8 +8,7 @@ import numpy as np
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.decision.decide import Decision, needed_gain
 from belt_sim.diagnosis.decision.policy import POLICY
-from belt_sim.diagnosis.errors.failure_map import locate_failure
-from belt_sim.diagnosis.errors.model_errors import errors_of, run_errors
+from belt_sim.diagnosis.errors.model_errors import errors_of, locate_failure, run_errors
 from belt_sim.diagnosis.examine import Findings
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.heldout import held_out, lateral_rms

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from belt_sim import si
-from belt_sim.diagnosis.errors.failure_map import K, cells, validation_uncertainty, window_edges
+from belt_sim.diagnosis.errors.model_errors import K, cells, validation_uncertainty, window_edges
 from belt_sim.diagnosis.examine import Findings
 from belt_sim.diagnosis.fits.fit import fit_sets
 from belt_sim.diagnosis.fits.workbench import Workbench

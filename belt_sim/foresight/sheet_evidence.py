@@ -86,9 +86,15 @@ def sheet_evidence(
         if chi2 < of_kind.get(found.kind, (np.inf, found))[0]:
             of_kind[found.kind] = chi2, found
     screened = sorted((_refine(chi2, m, stated) for chi2, m in of_kind.values()), key=lambda f: f[0])
-    undone = [(_Layout(m.campaign, model), m) for _, m in screened[:FINALISTS]]
-    exact = [(at.deviance(m, stated), m) for at, m in undone if at.gain_over(curved, m) > DECISIVE]
-    ranked = sorted([*((c, m) for c, m in exact if np.isfinite(c)), *screened[FINALISTS:]], key=lambda f: f[0])
+    exact = []
+    for _, m in screened[:FINALISTS]:
+        undone = _Layout(m.campaign, model)
+        # by one noise: what only reads another noise off the repeats gains nothing
+        gain = float(np.sum(undone.chi2_by_run(curved))) - undone.total(m)
+        # two repeats that differ by a mistake are noise until it is undone
+        deviance = undone.total(m) + undone.log_det() - stated.log_det()
+        exact += [(deviance, m)] if gain > DECISIVE and np.isfinite(deviance) else []
+    ranked = sorted([*exact, *screened[FINALISTS:]], key=lambda f: f[0])
     if not ranked:
         return ()
     best, rival = ranked[0][0], np.inf
@@ -155,17 +161,7 @@ class _Layout:
         """The same of the campaign with a mistake undone, by the nuisances of this layout."""
         return float(np.sum(self.chi2_by_run(mistake.campaign))) - 2.0 * mistake.log_jacobian * self.count
 
-    def deviance(self, mistake: SheetMistake, stated: "_Layout") -> float:
-        """chi2 of all runs with a mistake undone, and how much more ln det of the noise is than that of ``stated``: two
-        repeats that differ by a mistake are noise until it is undone."""
-        return self.total(mistake) + self._log_det() - stated._log_det()
-
-    def gain_over(self, campaign: Campaign, mistake: SheetMistake) -> float:
-        """chi2 that undoing a mistake of the stated campaign gains by one noise, that of this layout: what only reads
-        another noise off the repeats gains nothing."""
-        return float(np.sum(self.chi2_by_run(campaign))) - self.total(mistake)
-
-    def _log_det(self) -> float:
+    def log_det(self) -> float:
         """ln of the determinant of the noise's covariance."""
         diagonal = np.diagonal(self.bench.metric.roots, axis1=-2, axis2=-1)
         return -2.0 * float(np.sum(np.log(diagonal[diagonal > 0.0])))

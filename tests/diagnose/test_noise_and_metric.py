@@ -8,7 +8,7 @@ from noise_by_recursion import errors
 from small_campaign import bench, repeated_bench
 
 from belt_sim.campaign import Quantity
-from belt_sim.diagnosis.errors.failure_map import cells, validation_uncertainty
+from belt_sim.diagnosis.errors.model_errors import cells, validation_uncertainty
 from belt_sim.diagnosis.noise import levels
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import Levels, Reach, covariance, metric_of, nuisance_shapes, stiffness_sigma

@@ -5,7 +5,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.errors.failure_map import Cell, boundary, family_k, worst_sentence
+from belt_sim.diagnosis.errors.model_errors import Cell, boundary, family_k, worst_sentence
 
 KINDS = {"y1": "lateral", "tilt": "tilt"}
 

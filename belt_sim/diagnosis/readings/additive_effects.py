@@ -216,22 +216,16 @@ def _additions_of_run(vector, shown, settings: Settings, travel, time, yaw_at, r
 
     def add_to_readings(numbers, travel, time):
         effects, case = effects_and_case(numbers, slots, Case(rig=rig, belt=belt, settings=settings))
-        return _additions(effects, adding, case, travel, time, others)
+        seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, travel), case)
+        none = jnp.zeros((4, len(travel)))
+
+        def read_sensors(some):
+            reading = Reading(travel=travel, sensor_travel=seen, time=time, y=none, tilt=none[:2])
+            beside = [indicate_place(place, none[0], case, some, travel, seen, time)[None] for place in others]
+            return jnp.concatenate([apply_hook(some, "sensor", reading, case).y, *beside])
+
+        return read_sensors(effects) - read_sensors([e for e in effects if type(e) not in adding])
 
     zero = add_to_readings(vector, yaw_at[None], yaw_at[None] / settings.speed)
     found = add_to_readings(vector * shown, travel, time) - zero
     return jnp.concatenate([found[:4], jnp.zeros((2, found.shape[1])), found[4:]])
-
-
-def _additions(effects: Sequence[Effect], adding: Sequence[type[Effect]], case: Case, stated, time, others):
-    """What those of ``effects`` that are of the classes ``adding`` add to y at points 1-4 and at the ``others``, shape
-    (4 + k, n), at encoder travels ``stated`` [m] and times ``time`` [s], both (n,)."""
-    seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, stated), case)
-
-    def read_sensors(some):
-        none = jnp.zeros((4, len(stated)))
-        reading = Reading(travel=stated, sensor_travel=seen, time=time, y=none, tilt=none[:2])
-        beside = [indicate_place(place, none[0], case, some, stated, seen, time)[None] for place in others]
-        return jnp.concatenate([apply_hook(some, "sensor", reading, case).y, *beside])
-
-    return read_sensors(effects) - read_sensors([e for e in effects if type(e) not in adding])
