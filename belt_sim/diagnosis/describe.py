@@ -1,6 +1,5 @@
 """From findings to the result: what a diagnosis hands out."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -72,17 +71,12 @@ def rivals(d: Findings) -> list[Rival]:
     for effect, others in d.decision.confusable.items():
         for other in others:
             ids = frozenset(d.named.ids) - {effect} | set(other)
-            fit = fits.get(ids) or _nearest_fit(fits, effect, other)
+            come = set(other)  # else the best fit with these and without the effect
+            near = [f for i, f in fits.items() if come <= i and (effect in come or effect not in i)]
+            fit = fits.get(ids) or min(near, key=lambda f: f.chi2, default=None)
             if fit is not None:
                 found.append(Rival(effect, join_effects(other), float(np.sqrt(abs(fit.chi2 - d.named.chi2))), fit))
     return found
-
-
-def _nearest_fit(fits: dict[frozenset, Fit], effect: str, other: Sequence[str]) -> Fit | None:
-    """The best fit with ``other`` and without ``effect``."""
-    come = set(other)
-    there = [f for ids, f in fits.items() if come <= ids and (effect in come or effect not in ids)]
-    return min(there, key=lambda f: f.chi2, default=None)
 
 
 def _sentence(d: Findings) -> str:

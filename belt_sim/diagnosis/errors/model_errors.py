@@ -51,15 +51,20 @@ def family_k(count: int) -> float:
 
 def validation_uncertainty(bench: Workbench) -> np.ndarray:
     """u_val, one sigma, of every sample, shape (R, S, n) [m or rad]."""
-    samples, levels = bench.samples, bench.levels
-    white = np.array([s.white for s in samples.signals])[None, :] / np.sqrt(samples.per_bin)[:, None]
-    wander = np.array([s.wander_sd for s in samples.signals])[None, :]
-    noise = (np.asarray(levels.white) * white) ** 2 + (np.asarray(levels.wander) * wander) ** 2
+    samples, noise = bench.samples, _noise_variance(bench)
     shapes = np.sum(bench.shapes**2, axis=0)
     for s, signal in enumerate(samples.signals):  # a zero that is read off the record is as uncertain as a reading
         read = zero_is_read(samples, signal)
         shapes[read, s] += (noise[:, s] - zero_sigmas(samples, signal) ** 2)[read, None]
     return np.sqrt(noise[..., None] + np.maximum(shapes, 0.0) + np.sum(bench.shared**2, axis=0) + bench.march_error**2)
+
+
+def _noise_variance(bench: Workbench) -> np.ndarray:
+    """Variance of the noise in every run and signal (R, S), white and wander."""
+    samples, levels = bench.samples, bench.levels
+    white = np.asarray(levels.white) * [s.white for s in samples.signals]
+    wander = np.asarray(levels.wander) * [s.wander_sd for s in samples.signals]
+    return white**2 / samples.per_bin[:, None] + wander**2
 
 
 def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:
@@ -259,13 +264,8 @@ class ErrorsWithoutNuisances:
     @property
     def floor(self) -> float:
         """rms of the lateral errors of a perfect model [m]."""
-        samples, levels = self.bench.samples, self.bench.levels
-        variance = np.zeros(samples.y.shape)
-        for s, signal in enumerate(samples.signals):
-            white, wander, _ = levels.of_signal(s)
-            variance[:, s] = (wander * signal.wander_sd) ** 2
-            variance[:, s] += ((white * signal.white) ** 2 / samples.per_bin)[:, None]
-        variance -= np.einsum("krsn,rkl,lrsn->rsn", self.shapes, self.posterior, self.shapes)
+        known = np.einsum("krsn,rkl,lrsn->rsn", self.shapes, self.posterior, self.shapes)
+        variance = _noise_variance(self.bench)[..., None] - known
         return _rms(np.sqrt(np.maximum(variance, 0.0) + self.bench.march_error**2)[self.there])
 
     def rms(self, left_out: Iterable[Condition]) -> float:

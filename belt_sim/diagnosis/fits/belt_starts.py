@@ -140,13 +140,13 @@ def periodic_waves(bench: Workbench, linearisation: Linearisation) -> PeriodicWa
     lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
     length, direction = float(np.max(samples.cases.rig.belt_length)), np.asarray(samples.cases.settings.direction)
     harmonics = np.arange(1, HARMONICS + 1)
+    many = harmonics[:, None, None]
     phase = 2.0 * np.pi * direction[:, None] * samples.travel / length
     at_yaw = 2.0 * np.pi * direction * samples.yaw_at / length
     waves = np.zeros((len(lateral), HARMONICS, 2, *samples.y.shape))
-    for k, s in enumerate(lateral):
-        for h in harmonics:
-            for part, wave in enumerate((np.cos, np.sin)):
-                waves[k, h - 1, part, :, s] = LARGEST / h * (wave(h * phase) - wave(h * at_yaw)[:, None])
+    for part, wave in enumerate((np.cos, np.sin)):
+        for k, s in enumerate(lateral):
+            waves[k, :, part, :, s] = LARGEST / many * (wave(many * phase) - wave(many * at_yaw[:, None]))
     pairs = [waves.reshape(-1, *samples.y.shape)]
     rates = [np.tile(2.0 * np.pi * harmonics / length, len(lateral)) * direction[:, None]]
     classes = {c.id: c for c in bench.forward.classes}
