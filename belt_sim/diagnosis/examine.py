@@ -102,7 +102,9 @@ def examine(
     Raises InputError when the campaign has no signals, FitError when a larger set fits worse than a smaller one.
     """
     tell("laying out the campaign")
-    tried = [c for c in classes if model.refusal(c) is None and is_long_enough(campaign, c)]
+    longest = max((run.travel[-1] for run in campaign.runs if len(run.travel)), default=0.0)
+    length = case_of(campaign, campaign.runs[0]).rig.belt_length
+    tried = [c for c in classes if model.refusal(c) is None and longest >= c.min_revolutions * length]
     if first_place_inside_span(campaign.signals):
         tried = [c for c in tried if not shapes_a_span(c)]
     of_data = suspicions(campaign)
@@ -135,12 +137,6 @@ def examine(
         bench=bench, nothing=nothing, search=search, table=table, decision=decision, named=named, suspicions=suspect,
         law=found.get(frozenset(named.ids)) if decision.tells_of_unknown else None,
     )  # fmt: skip
-
-
-def is_long_enough(campaign: Campaign, cls: type[Effect]) -> bool:
-    """Whether a record of the campaign covers the belt revolutions that an effect needs to be recognised."""
-    longest = max((run.travel[-1] for run in campaign.runs if len(run.travel)), default=0.0)
-    return longest >= cls.min_revolutions * case_of(campaign, campaign.runs[0]).rig.belt_length
 
 
 def _lay_out(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> tuple[Workbench, Fit]:

@@ -124,9 +124,7 @@ def _take_derivatives(fit: Fit, metric, values, slopes, sides) -> None:
     """Derivatives that are due at the point where the fit stands; at its start the residual too."""
     begins = not np.isfinite(fit.chi2)
     if begins:
-        with np.errstate(over="ignore", invalid="ignore"):  # a start may lie anywhere
-            residual = metric.whiten(metric.samples.y - values)
-            chi2 = float(residual @ residual)
+        residual, chi2 = _misfit(metric, values)
         if not (np.isfinite(values).all() and np.isfinite(chi2)):  # whitening takes nan for a reading that is missing
             fit.settled = True
             return
@@ -145,9 +143,7 @@ def _take_derivatives(fit: Fit, metric, values, slopes, sides) -> None:
 
 def _accept_or_reject(fit: Fit, proposal, metric, values, sides) -> None:
     """Take a proposal if it lowers chi2; otherwise a shorter step comes next, at last with derivatives that hold."""
-    with np.errstate(over="ignore", invalid="ignore"):  # a step too far may end anywhere
-        residual = metric.whiten(metric.samples.y - values)
-        chi2 = float(residual @ residual)
+    residual, chi2 = _misfit(metric, values)
     step = (proposal - fit.vector)[fit.free]
     foreseen = fit.residual - step @ fit.columns
     foretold, length = fit.chi2 - float(foreseen @ foreseen), float(np.linalg.norm(step * _sizes(fit)))
@@ -170,6 +166,13 @@ def _accept_or_reject(fit: Fit, proposal, metric, values, sides) -> None:
     if not fit.due.any():
         negligible = _negligible_gain(fit)
         fit.settled = predicted_gain(fit, sides) < (TOLERANCE if gained > negligible else negligible)
+
+
+def _misfit(metric, values: np.ndarray) -> tuple[np.ndarray, float]:
+    """Whitened residual (N,) of predictions (R, S, n), and its chi2."""
+    with np.errstate(over="ignore", invalid="ignore"):  # a start, or a step too far, may lie anywhere
+        residual = metric.whiten(metric.samples.y - values)
+        return residual, float(residual @ residual)
 
 
 def _shorten_step(fit: Fit, foretold: float, length: float, bottom: float) -> None:

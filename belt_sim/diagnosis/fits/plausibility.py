@@ -65,15 +65,9 @@ def _judge(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> lis
 
 def plausible_bounds(slot: Slot) -> tuple[float, float]:
     """Lowest and highest that a number of a real machine could be, in units of its scale."""
-    declared = slot.parameter
-    null, (low, high) = declared.null, declared.plausible
-    lowest, highest = _with_slack(low - null, -EDGE), _with_slack(high - null, EDGE)
-    return (null + lowest) / slot.scale, (null + highest) / slot.scale
-
-
-def _with_slack(bound: float, factor: float) -> float:
-    """A bound relative to null, a factor further up, or down where that is negative."""
-    return bound * abs(factor) if bound * factor > 0.0 else bound / abs(factor)
+    low, high = (bound - slot.null for bound in slot.parameter.plausible)
+    lowest, highest = low * EDGE if low < 0.0 else low / EDGE, high * EDGE if high > 0.0 else high / EDGE
+    return (slot.null + lowest) / slot.scale, (slot.null + highest) / slot.scale
 
 
 def is_plausible(forward: Forward, fit: Fit) -> bool:
@@ -174,9 +168,8 @@ def _may_be_a_valley(bench: Workbench, fit: Fit, sides: Sides) -> bool:
 def _plausible_sides(bench: Workbench) -> Sides:
     """Lowest and highest of every number."""
     low, high = (np.array(side) for side in bench.forward.sides)
-    reached = np.array([plausible_bounds(slot) for slot in bench.forward.slots]).reshape(-1, 2)
-    low[: len(reached)] = np.maximum(low[: len(reached)], reached[:, 0])
-    high[: len(reached)] = np.minimum(high[: len(reached)], reached[:, 1])
+    for k, (lowest, highest) in enumerate(map(plausible_bounds, bench.forward.slots)):
+        low[k], high[k] = max(low[k], lowest), min(high[k], highest)
     return low, high
 
 
