@@ -216,15 +216,12 @@ class JointFits:
             linearisation = self.linearisation
             if current is not linearisation.fit:
                 linearisation = linearise(self.bench, current, others, linearisation)
-            beside = screen(self.bench, linearisation, others, self.price, self._known_fits(key, others))
+            fits = self.starts | self.fits
+            known = {n: f for own, f in fits.items() for n in others if n in own}  # beside something else
+            known |= {n: fits[key | {n}] for n in others if key | {n} in fits}
+            beside = screen(self.bench, linearisation, others, self.price, known)
             self.tried[key] = [self._trial(current, name, fit) for name, fit in beside.items()]
         return self.tried[key]
-
-    def _known_fits(self, key: frozenset, names: Sequence[str]) -> dict[str, Fit]:
-        """A fit with each of ``names`` beside ``key``, or else beside something else, where there is one."""
-        fits = self.starts | self.fits
-        found = {n: f for own, f in fits.items() for n in names if n in own}
-        return found | {n: fits[key | {n}] for n in names if key | {n} in fits}
 
     def _trial(self, current: Fit, name: str, fit: Fit) -> Trial:
         key = frozenset(fit.ids)

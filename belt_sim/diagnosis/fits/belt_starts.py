@@ -160,7 +160,8 @@ def periodic_waves(bench: Workbench, linearisation: Linearisation) -> PeriodicWa
     rows = np.concatenate([*pairs, (samples.y - linearisation.fit.values)[None]])
     grams, moments, left, count = [], [], 0.0, 0
     for r in range(len(samples.runs)):
-        white, beside = (_whitened_run(metric, x, r) for x in (rows, known))
+        filled = (np.where(np.isfinite(x[:, r]), x[:, r], 0.0) for x in (rows, known))
+        white, beside = (np.einsum("snm,ksm->ksn", metric.roots[r], x).reshape(len(x), -1) for x in filled)
         size, taken = np.linalg.svd(beside, full_matrices=False)[1:]
         taken = taken[size > 1e-6 * size.max(initial=1e-300)]
         white = white - (white @ taken.T) @ taken
@@ -170,9 +171,3 @@ def periodic_waves(bench: Workbench, linearisation: Linearisation) -> PeriodicWa
         left, count = left + rest, count + int(np.isfinite(samples.y[r]).sum()) - len(taken) - len(grams[-1])
     noise = max(1.0, left / max(count, 1))
     return PeriodicWaves(np.array(grams) / noise, np.array(moments) / noise, np.concatenate(rates, axis=1), noise)
-
-
-def _whitened_run(metric, rows: np.ndarray, r: int) -> np.ndarray:
-    """Rows (k, R, S, n) of one run, whitened by noise alone, (k, S n)."""
-    filled = np.where(np.isfinite(rows[:, r]), rows[:, r], 0.0)
-    return np.einsum("snm,ksm->ksn", metric.roots[r], filled).reshape(len(rows), -1)

@@ -52,17 +52,11 @@ def draw_noise(bench: Workbench, errors: np.ndarray, count: int, rng: np.random.
     if smooth.any():
         sloped = smooth_wander(steps[..., smooth][:, of].transpose(3, 1, 2, 0), rng)
         found[smooth] += size[smooth][:, None, :, None] * sloped
-    found += _draw_nuisances(bench, count, rng)
-    return found
-
-
-def _draw_nuisances(bench: Workbench, count: int, rng: np.random.Generator) -> np.ndarray:
-    """What nuisances of every run, and those that all runs share, make of readings (count, R, S, n)."""
-    shape, own = bench.samples.y.shape, bench.shapes.astype(SINGLE).swapaxes(0, 1)
+    own = bench.shapes.astype(SINGLE).swapaxes(0, 1)  # nuisances of every run, and those that all runs share
     runs = rng.standard_normal((len(own), count, own.shape[1]), SINGLE) @ own.reshape(*own.shape[:2], -1)
     shared = bench.shared.astype(SINGLE).reshape(len(bench.shared), -1)
-    found = rng.standard_normal((count, len(shared)), SINGLE) @ shared
-    return found.reshape(count, *shape) + runs.swapaxes(0, 1).reshape(count, *shape)
+    nuisances = (rng.standard_normal((count, len(shared)), SINGLE) @ shared).reshape(found.shape)
+    return found + (nuisances + runs.swapaxes(0, 1).reshape(found.shape))
 
 
 def rough_wander(steps: np.ndarray, of: np.ndarray, size: np.ndarray, rng: np.random.Generator) -> np.ndarray:
