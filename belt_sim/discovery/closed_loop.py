@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from belt_sim.discovery.design import curvature_per_change, curve_row, single_precision
-from belt_sim.discovery.form_dictionary import travel_of, variable
+from belt_sim.discovery.design import curve_row, single_precision, span_ends
+from belt_sim.discovery.form_dictionary import form_values, travel_of, variable
 from belt_sim.discovery.impulse_responses import CHANNELS, MOMENT, drift_at
-from belt_sim.discovery.linear_search import ScoredLaw, cost, fit_sizes
+from belt_sim.discovery.linear_search import ScoredLaw, cost, exponents_of, fit_sizes
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.states import States
-from belt_sim.effects.law_terms import WRAPPED, Form, Law, Term, stop
+from belt_sim.effects.law_terms import ROLLS, WRAPPED, Form, Law, Term, stop
 
 ITERATIONS = 60  # at most; those of a Volterra equation converge
 DAMPING = 0.3  # share of a step, where whole steps do not converge
@@ -30,6 +30,8 @@ LEAST_FALL, LEAST_SHARE = 0.05, 1e-4  # chi2 and share of it, between steps
 SHORTER = 4  # halvings of a step
 NUDGE = 1e-3  # of a number, for derivatives
 LONGEST = 3.0  # records, of a length
+STEEPEST = (-4.0, 4.0)  # exponents of the tension
+LARGE = (-0.9, -0.75, -0.5, 1.0, 4.0)  # relative changes of a span, far from each other in what they do
 NUMBERS = ("knee", "at", "wide")
 
 #: a law with some shape numbers, and its sizes
@@ -66,10 +68,7 @@ class LoopResponses:
         if name == "reading":
             row = curve_row(s.bench.samples.signals[where].at, s.bench.samples.runs[run].direction)
         pulse = s.responses.pulses[run, CHANNELS.index(channel)]
-        if name in s.states.changes:
-            seen = curvature_per_change(s.states.changes[name].per_end[run, None, :3], pulse[None, :MOMENT])[0, where]
-        else:
-            seen = pulse[row]
+        seen = span_ends(pulse[None])[0, where] if name == "ends" else pulse[row]
         found = s.responses.cell_responses(seen, grid + grid[1] - grid[0])[:, 1]
         return found / float(s.bench.samples.cases.belt.bending_stiffness) if name == "kappa" else found
 
@@ -80,7 +79,7 @@ def solve_loop(loop: LoopResponses, laws: Sequence[LawAndSizes], begin: States |
     data, law = loop.data, laws[0][0]
     base, reads = data.states, _law_variables(law, data.states)
     inputs = _inputs(data, laws)
-    largest = {r: float(np.abs(base.values(r[0])).max()) + 1e-12 for r in reads if r[0] != "reading_rate"}
+    largest = {r: float(np.abs(getattr(base, r[0])).max()) + 1e-12 for r in reads if r[0] != "reading_rate"}
     at = {read: _state_values(begin or base, read) for read in reads}
     still = _responses_to(loop, _channel_inputs(law, inputs(at), coupled=False), reads)
     unread = {read: _state_values(base, read) + still[read] for read in reads}
@@ -134,7 +133,8 @@ def states_with_law(loop: LoopResponses, law: Law, sizes: np.ndarray, states: St
     data = loop.data
     felt = _inputs(data, [(law, sizes)])({r: _state_values(states, r) for r in _law_variables(law, states)})
     sensors = [k for k, s in enumerate(data.bench.samples.signals) if s.kind == "lateral"]
-    reads = [(n, k) for n in ("y", "alpha", "kappa", *states.bent) for k in (0, 1)]
+    reads = [(n, k) for n in ("y", "alpha", "kappa") for k in (0, 1)]
+    reads += [("ends", k) for k in range(states.ends.shape[1])]
     reads += [(n, k) for k in sensors for n in ("reading", "reading_rate")]
     added = _responses_to(loop, _channel_inputs(law, felt), reads)
     return _replace_states(data.states, {r: _state_values(data.states, r)[:, 0] + added[r][:, 0] for r in reads})
@@ -151,7 +151,8 @@ def _inputs(
         count = t.sizes
         forms, own = [law.terms[k].form for law, _ in laws], sizes[:, left : left + count]
         left += count
-        factors.append([_independent_factor(data, t, forms, own, *part) for part in t.place.parts])
+        weight = np.stack([data.weight(law.terms[k].exponent) for law, _ in laws], axis=1)
+        factors.append([_independent_factor(data, t, forms, own, weight, *part) for part in t.place.parts])
 
     def inputs(at: dict[Variable, np.ndarray]) -> list[list[np.ndarray]]:
         found = []
@@ -169,9 +170,9 @@ def _inputs(
 
 
 def _independent_factor(
-    data: SearchData, t: Term, forms: list[Form], sizes: np.ndarray, channel: str, part: int | None
+    data: SearchData, t: Term, forms: list[Form], sizes: np.ndarray, weight: np.ndarray, channel: str, part: int | None
 ):
-    """Everything in a term's input (R, F, J) that does not depend on the state."""
+    """Everything in a term's input (R, F, J) that does not depend on the state; weight (R, F): by the tension."""
     states = data.states
     s = travel_of(states, t.form, part)[:, None]
     halves = [t.form, t.form.sine()][: sizes.shape[1]]
@@ -180,7 +181,7 @@ def _independent_factor(
             size[:, None] * half.course_value(s, np, _number_column(forms, "at"), _number_column(forms, "wide"))
             for half, size in zip(halves, sizes.T, strict=True)
         )
-    found = course * data.weight(t.exponent)[:, None, None]
+    found = course * weight[:, :, None]
     share = states.span_share(t.place, part)
     gain = np.asarray(share if t.place.relative else states.channel_gain(t.place, channel, part))
     found = found * (gain[:, None] if gain.ndim else gain)
@@ -192,12 +193,14 @@ def _independent_factor(
 def _coupled_input(
     states: States, t: Term, forms: list[Form], u: np.ndarray, at: dict[Variable, np.ndarray], channel, part
 ):
-    """A factor u times the shape of what the term reads, and times how far the span is bent that it changes."""
-    variable_read, bent = _variables_read(t, states, channel, part)
-    if variable_read is not None:
-        x = at[variable_read]
+    """A factor u times the shape of what the term reads; of a relative change, what it adds to the span it changes."""
+    if t.form.reads_belt:
+        x = at[_variable_read(t, states, channel, part)]
         u = u * _shape_values(forms, states.delay(x, part) if t.place.kind in WRAPPED and part is not None else x)
-    return u if bent is None else states.changes[t.place.relative].first_order_change(u) * at[bent]
+    if not t.place.relative:
+        return u
+    ends = [at[read] for read in _ends_of(part)]
+    return states.changes[t.place.relative].added(u, ends, int(channel in ROLLS))
 
 
 def _shape_values(forms: list[Form], x: np.ndarray) -> np.ndarray:
@@ -218,17 +221,21 @@ def _is_coupled(t: Term) -> bool:
     return t.form.reads_belt or bool(t.place.relative)
 
 
-def _variables_read(t: Term, states: States, channel: str, part: int | None) -> tuple[Variable | None, Variable | None]:
-    """The variable that a term reads, and how far what it changes bends the span; None where it does not."""
-    where = states.signals.index(channel) if part is None else part
-    variable_read = (t.form.variable, where) if t.form.reads_belt else None
-    return variable_read, (t.place.relative, where) if t.place.relative else None
+def _variable_read(t: Term, states: States, channel: str, part: int | None) -> Variable:
+    """The variable of the belt that a term reads at a part of its place."""
+    return t.form.variable, states.signals.index(channel) if part is None else part
+
+
+def _ends_of(pulley: int | None) -> list[Variable]:
+    """The boundary values of the span that runs up a pulley."""
+    return [("ends", 3 * int(pulley or 0) + k) for k in range(3)]
 
 
 def _law_variables(law: Law, states: States) -> list[Variable]:
     """What a law reads; with the rate of a signal the signal itself."""
-    every = [r for t in law.terms for part in t.place.parts for r in _variables_read(t, states, *part) if r is not None]
-    found = dict.fromkeys(every)
+    parts = [(t, part) for t in law.terms for part in t.place.parts]
+    found = dict.fromkeys(_variable_read(t, states, *part) for t, part in parts if t.form.reads_belt)
+    found |= dict.fromkeys(read for t, (_, pulley) in parts if t.place.relative for read in _ends_of(pulley))
     return list(dict.fromkeys([*found, *(("reading", where) for name, where in found if name == "reading_rate")]))
 
 
@@ -238,7 +245,7 @@ def _largest(x: dict[Variable, np.ndarray], unit: dict[Variable, float]) -> floa
 
 
 def _state_values(states: States, read: Variable) -> np.ndarray:
-    return states.values(read[0])[:, read[1], None]
+    return getattr(states, read[0])[:, read[1], None]
 
 
 def _channel_inputs(
@@ -251,7 +258,7 @@ def _channel_inputs(
         for t, parts in zip(law.terms, felt, strict=True)
         if coupled is None or _is_coupled(t) == coupled
         for u, (channel, pulley) in zip(parts, t.place.parts, strict=True)
-        if pulley is not None
+        if pulley is not None and channel in CHANNELS
     ]
 
 
@@ -296,11 +303,10 @@ def _at_zero(data: SearchData, added: np.ndarray) -> np.ndarray:
 
 def _replace_states(base: States, found: dict[Variable, np.ndarray]) -> States:
     """The states with some of them changed (R, J)."""
-    changed: dict[str, Any] = {name: base.values(name).copy() for name, _ in found}
+    changed: dict[str, Any] = {name: getattr(base, name).copy() for name, _ in found}
     for (name, where), x in found.items():
         changed[name][:, where] = x
-    bent = {kind: changed.pop(kind, x) for kind, x in base.bent.items()}
-    return replace(base, bent=bent, **changed)
+    return replace(base, **changed)
 
 
 @dataclass(frozen=True)
@@ -326,12 +332,27 @@ class ClosedLoopFit:
 
 
 def fit_closed_loop(loop: LoopResponses, law: Law, sizes, steps: int = STEPS) -> ClosedLoopFit | None:
-    """The law fitted in closed loop from ``sizes``; None where the belt runs away however small they are made."""
+    """The law fitted in closed loop from ``sizes``; None where the belt runs away however small they are made.
+
+    What a large change of a span does goes with the tension otherwise than the linear range has it: its exponent is
+    fitted, and then held at the nearest whole number.
+    """
+    if any(t.place.relative for t in law.terms) and len(exponents_of(loop.data)) > 1:
+        made = _fit_numbers(loop, law, np.array([*_numbers(law, sizes), *_exponents(law)]), steps)
+        if made is None:
+            return None
+        whole = [replace(t, exponent=round(t.exponent)) if t.place.relative else t for t in made.law.terms]
+        law, sizes = Law(tuple(whole)), made.sizes
+    return _fit_numbers(loop, law, _numbers(law, sizes), steps)
+
+
+def _fit_numbers(loop: LoopResponses, law: Law, numbers: np.ndarray, steps: int) -> ClosedLoopFit | None:
     projector = loop.data.projector
-    numbers, now = _reduce_sizes(loop, law, _numbers(law, sizes))
-    if now is None:
+    none = projector.chi2()
+    start = _start(loop, law, numbers, none)
+    if start is None:
         return None
-    none, chi2 = projector.chi2(), projector.chi2(projector.residual - now[0][0])
+    numbers, now, chi2 = start
     for _ in range(steps):
         found = _gauss_newton_step(loop, law, numbers, now, chi2)
         if found is None:
@@ -344,19 +365,46 @@ def fit_closed_loop(loop: LoopResponses, law: Law, sizes, steps: int = STEPS) ->
     return ClosedLoopFit(law, sizes, none - chi2, now[0][0], now[1])
 
 
-def _reduce_sizes(loop: LoopResponses, law: Law, numbers: np.ndarray) -> tuple[np.ndarray, LoopSolution | None]:
-    """Numbers with sizes halved until the belt does not run away, and what they make."""
-    for _ in range(2 * SHORTER):
-        now = _solve_sets(loop, law, numbers[None])
-        if now is not None:
-            return numbers, now
-        numbers = np.concatenate([0.5 * numbers[: _sizes(law)], numbers[_sizes(law) :]])
-    return numbers, None
+#: numbers of a law, what they make, and its chi2
+Point = tuple[np.ndarray, LoopSolution, float]
+
+
+def _start(loop: LoopResponses, law: Law, numbers: np.ndarray, none: float) -> Point | None:
+    """Numbers with sizes halved until the law explains something, or else the last with which the belt does not run
+    away; none: chi2 without it. Of a law that changes a span, what explains most of that and some large changes."""
+    found: Point | None = None
+    for k in range(2 * SHORTER):
+        found = _at(loop, law, _scaled(law, numbers, 0.5**k)) or found
+        if found is not None and found[2] < none:
+            break
+    largest = _largest_change(loop.data, law, numbers[: _sizes(law)])
+    large = [_at(loop, law, _scaled(law, numbers, change / largest)) for change in LARGE] if largest else []
+    return min((point for point in (found, *large) if point is not None), key=lambda point: point[2], default=None)
+
+
+def _at(loop: LoopResponses, law: Law, numbers: np.ndarray) -> Point | None:
+    """What numbers make; None where the belt runs away."""
+    now, projector = _solve_sets(loop, law, numbers[None]), loop.data.projector
+    return None if now is None else (numbers, now, projector.chi2(projector.residual - now[0][0]))
+
+
+def _scaled(law: Law, numbers: np.ndarray, factor: float) -> np.ndarray:
+    """Numbers with all sizes times a factor."""
+    return np.concatenate([factor * numbers[: _sizes(law)], numbers[_sizes(law) :]])
+
+
+def _largest_change(data: SearchData, law: Law, sizes: np.ndarray) -> float:
+    """The change of the largest size that a law of one term makes to a span; 0 of any other law."""
+    term = law.terms[0]
+    if len(law.terms) > 1 or not term.place.relative or term.form.is_wave:
+        return 0.0
+    change = sizes[0] * form_values(term.form, data.states, 0, None) * data.weight(term.exponent)[:, None]
+    return float(change.ravel()[np.argmax(np.abs(change))])
 
 
 def _gauss_newton_step(
     loop: LoopResponses, law: Law, numbers: np.ndarray, now: LoopSolution, chi2: float
-) -> tuple[np.ndarray, LoopSolution, float] | None:
+) -> Point | None:
     """Numbers after a Gauss-Newton step, what they make, and its chi2; None where no step helps."""
     projector = loop.data.projector
     moved = _perturb_numbers(law, numbers)
@@ -386,6 +434,11 @@ def _numbers(law: Law, sizes) -> np.ndarray:
     return np.array([*sizes, *(np.log(v) for v in shapes if v is not None)], dtype=float)
 
 
+def _exponents(law: Law) -> list[float]:
+    """The exponents of those terms of which they may be fitted, beside the other numbers."""
+    return [t.exponent for t in law.terms if t.place.relative]
+
+
 def _sizes(law: Law) -> int:
     return sum(t.sizes for t in law.terms)
 
@@ -399,20 +452,25 @@ def _perturb_numbers(law: Law, numbers: np.ndarray) -> np.ndarray:
 
 
 def _limit_step(data: SearchData, law: Law, old: np.ndarray, new: np.ndarray) -> np.ndarray:
-    """New numbers, shape numbers no further than a factor of two from the old, lengths no longer than some records."""
+    """New numbers, shape numbers no further than a factor of two from the old, exponents than one, lengths no longer
+    than some records."""
     count, names = _sizes(law), [n for t in law.terms for n in NUMBERS if getattr(t.form, n) is not None]
     longest = np.array([np.inf if n == "knee" else np.log(LONGEST * float(data.states.s[-1])) for n in names])
-    top = np.minimum(old[count:] + np.log(2.0), np.maximum(longest, old[count:]))
-    return np.concatenate([new[:count], np.clip(new[count:], old[count:] - np.log(2.0), top)])
+    end = count + len(names)
+    shape, whole = old[count:end], np.clip(np.clip(new[end:], old[end:] - 1.0, old[end:] + 1.0), *STEEPEST)
+    top = np.minimum(shape + np.log(2.0), np.maximum(longest, shape))
+    return np.concatenate([new[:count], np.clip(new[count:end], shape - np.log(2.0), top), whole])
 
 
 def _law_with(law: Law, numbers: np.ndarray) -> tuple[Law, np.ndarray]:
-    """The law with shape numbers from ``numbers``, and its sizes."""
+    """The law with shape numbers, and exponents where there are any, from ``numbers``, and its sizes."""
     count, terms = _sizes(law), []
-    left = list(np.exp(numbers[count:]))
+    left = list(numbers[count:])
     for t in law.terms:
-        changed: dict[str, Any] = {n: float(left.pop(0)) for n in NUMBERS if getattr(t.form, n) is not None}
+        changed: dict[str, Any] = {n: float(np.exp(left.pop(0))) for n in NUMBERS if getattr(t.form, n) is not None}
         terms.append(replace(t, form=replace(t.form, **changed)))
+    if left:
+        terms = [replace(t, exponent=float(left.pop(0))) if t.place.relative else t for t in terms]
     return Law(tuple(terms)), numbers[:count]
 
 

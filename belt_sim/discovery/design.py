@@ -15,7 +15,7 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.noise.metric import Metric
 from belt_sim.discovery.impulse_responses import CHANNELS, TILT, ImpulseResponses, Y
 from belt_sim.effects.base import Effect
-from belt_sim.effects.law_terms import Place
+from belt_sim.effects.law_terms import ROLLS, Place
 from belt_sim.effects.pipeline import true_travel
 from belt_sim.jax_setup import in_float64
 
@@ -110,11 +110,12 @@ def single_precision(x: np.ndarray) -> np.ndarray:
 def design_matrices(
     bench: Workbench, projector: ResidualProjector, responses: ImpulseResponses, effects: Sequence[Effect]
 ) -> DesignMatrices:
-    """Design matrices of all channels of the march and of every lateral sensor."""
+    """Design matrices of all channels of the march, of every lateral sensor and of the roll that tilt sensors show."""
     samples = bench.samples
     shown = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
     true = np.asarray(in_float64(true_travel)(effects, samples.cases, shown.T)).T if effects else shown
     names = [*CHANNELS, *(s.name for s in samples.signals if s.kind == "lateral")]
+    names += ROLLS if any(s.kind == "tilt" for s in samples.signals) else ()
     rows = {n: _run_by_run(projector.whiten(_responses_at(bench, responses, true, n))) for n in names}
     return DesignMatrices(rows=rows, grid=responses.grid, true=true)
 
@@ -129,7 +130,10 @@ def _responses_at(bench: Workbench, responses: ImpulseResponses, true: np.ndarra
     precision."""
     if channel in CHANNELS:
         return _channel(bench, responses, true, CHANNELS.index(channel))
-    return _sensor(bench, responses, true, [s.name for s in bench.samples.signals].index(channel))
+    rows = [[curve_row(s.at, r.direction) for s in bench.samples.signals] for r in bench.samples.runs]
+    if channel in ROLLS:
+        return _sensors(bench, responses, true, np.array(rows) == TILT + ROLLS.index(channel))
+    return _sensors(bench, responses, true, np.array([[s.name == channel for s in bench.samples.signals]] * len(rows)))
 
 
 def curve_row(at: str, direction: float) -> int:
@@ -152,25 +156,21 @@ def _channel(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, ch
     return found
 
 
-def _sensor(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, signal: int) -> np.ndarray:
+def _sensors(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, shows: np.ndarray) -> np.ndarray:
+    """What an input of height 1 in each cell adds to the signals that show it, run by run (R, S), as it is."""
     samples = bench.samples
-    runs, signals, n = samples.y.shape
     grid = responses.grid
-    found = np.zeros((len(grid), runs, signals, n), np.float32)
-    for r in range(runs):
+    found = np.zeros((len(grid), *samples.y.shape), np.float32)
+    for r, signal in zip(*np.nonzero(shows), strict=True):
         hats = np.maximum(0.0, 1.0 - np.abs(true[r][:, None] - grid[None]) / (grid[1] - grid[0]))
-        found[:, r, signal] = (hats[:-1] - hats[-1]).T
+        zero = hats[-1] if samples.signals[signal].kind == "lateral" else 0.0
+        found[:, r, signal] = (hats[:-1] - zero).T
     return found
 
 
-def curvature_per_change(per_end: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """What a relative change of what bends the spans adds to kappa at the run-ups (tail, head), (R, 2, J) [1/m].
-
-    per_end (R, 3): the same per unit of a span's boundary values; rows (R, 8, J): y and angle of the curves.
-    """
+def span_ends(rows: np.ndarray) -> np.ndarray:
+    """Boundary values (R, 6, J) of the spans that run up the tail and the head pulley, by ``ImpulseResponses.curves``
+    (R, 8 or more, J): y at run-up less y at run-off, angle at run-off and at run-up."""
     y, angle = rows[:, :4], rows[:, 4:8]
-    found = []
-    for up, off in ((0, 3), (1, 2)):
-        ends = np.stack([y[:, up] - y[:, off], angle[:, off], angle[:, up]], axis=1)
-        found.append(np.einsum("rk,rkj->rj", per_end, ends))
-    return np.stack(found, axis=1)
+    found = [(y[:, up] - y[:, off], angle[:, off], angle[:, up]) for up, off in ((0, 3), (1, 2))]
+    return np.stack([*found[0], *found[1]], axis=1)

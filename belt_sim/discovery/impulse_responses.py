@@ -7,6 +7,7 @@ small inputs and does not change with travel, so one pulse a run and channel giv
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -21,7 +22,7 @@ from belt_sim.effects.base import Effect, Parameter, apply_hook, effect, overrid
 from belt_sim.effects.law_terms import AT_PULLEYS, PULLEYS, RELATIVE
 from belt_sim.effects.pipeline import as_driven, true_travel
 from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
-from belt_sim.laws.span import curvatures_by_change, log_of_change
+from belt_sim.laws.span import log_of_change, response_by_change
 
 #: channel -> unit of its input; every kind at the tail and at the head pulley
 UNITS = {f"{kind}_{pulley}": unit for kind, (_, unit) in AT_PULLEYS.items() for pulley in PULLEYS}
@@ -187,21 +188,24 @@ def _sort_by_pulley(curves, case):
 
 @dataclass(frozen=True)
 class SpanChange:
-    """What a relative change of tension or of a stiffness adds to the curvature at the run-up of a span.
+    """What a relative change of tension or of a stiffness adds to a span: coefficients (R, 7, 2, 3) of powers 1 to 7 of
+    log(1 + change), of the curvature at the run-up and of the roll at mid-span, per unit of ``span_ends``."""
 
-    per_end (R, 5): per unit of the span's boundary values, at first order; growth (R, 7): coefficients of powers 1 to 7
-    of log(1 + change), by which that grows with a change that is not small.
-    """
+    coefficients: np.ndarray
 
-    per_end: np.ndarray
-    growth: np.ndarray
+    def per_change(self, ends: np.ndarray, row: int) -> np.ndarray:
+        """What a small change adds per unit (R, J), by the ends of a span (R, 3, J); row: 0 curvature, 1 roll."""
+        return np.einsum("ri,rij->rj", self.coefficients[:, 0, row], ends)
 
-    def first_order_change(self, change: np.ndarray) -> np.ndarray:
-        """The change (R, ...) of first order that adds as much as ``change`` does."""
+    def added(self, change: np.ndarray, ends: Sequence[np.ndarray], row: int) -> np.ndarray:
+        """What a change (R, F, J) adds, however large, by the three ends (R, F, J) of a span."""
         x = log_of_change(change, np)
-        found = np.zeros_like(x)
-        for c in self.growth.T[::-1]:
-            found = (found + c.reshape(-1, *[1] * (x.ndim - 1))) * x
+        found: Any = 0.0
+        for i, end in enumerate(ends):
+            factor = np.zeros_like(x)
+            for c in self.coefficients[:, ::-1, row, i].T:
+                factor = (factor + c[:, None, None]) * x
+            found = found + factor * end
         return found
 
 
@@ -214,7 +218,7 @@ def span_changes(bench: Workbench, fit: Fit) -> dict[str, SpanChange]:
     settings = jax.tree.map(lambda x: np.asarray(x)[rows], forward.samples.cases.settings)
     cases = replace(forward.samples.cases, settings=settings)
     made = _compile_changes(forward.model, tuple(map(type, effects)))(effects, cases)
-    return {kind: SpanChange(*(np.asarray(x)[:runs] for x in both)) for kind, both in made.items()}
+    return {kind: SpanChange(np.asarray(x)[:runs]) for kind, x in made.items()}
 
 
 @lru_cache(PROGRAMS)
@@ -222,15 +226,8 @@ def _compile_changes(model, classes):
     def one(effects, case):
         case = as_driven(case, effects)
         span = apply_hook((*model.built_in, *effects), "span", model.span(case), case)
-        size = jnp.array([span.length, 1.0, 1.0, 0.0, 0.0])  # of boundary values, to weigh them
-
-        def change(kind):
-            coefficients = curvatures_by_change(span, case, kind)[:, 0]  # at the run-up
-            weights = coefficients[0] * size**2
-            whole = jnp.sum(coefficients[0] * weights)
-            return coefficients[0], coefficients @ weights / jnp.where(whole > 0.0, whole, 1.0)
-
-        return {kind: change(kind) for kind in dict.fromkeys(RELATIVE.values())}
+        at, ends = jnp.array([0, 2]), slice(0, 3)  # run-up and middle; the ends of a belt do not roll
+        return {k: response_by_change(span, case, k)[:, at, ends] for k in dict.fromkeys(RELATIVE.values())}
 
     many = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0)))  # type: ignore[arg-type]
     return jit_float64(many, brief=True)

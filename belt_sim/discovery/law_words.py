@@ -250,7 +250,7 @@ def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
 def _change(data: SearchData, law: Law, numbers: Estimates) -> np.ndarray:
     """The relative change (R, J) that a law of a stiffness is, at the pulley where it is the larger."""
     found: list[np.ndarray] = []
-    for _, part in law.terms[0].place.parts:
+    for part in (0, 1):
         total: Any = 0.0
         for k, t in enumerate(law.with_numbers({name: value for name, (value, *_) in numbers.items()}).terms):
             halves = [("cos", t.form), ("sin", t.form.sine())] if t.form.is_wave else [("size", t.form)]

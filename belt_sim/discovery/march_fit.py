@@ -1,13 +1,11 @@
 """Laws fitted in the march itself: which are fitted there, and which the readings cannot tell from the best.
 
-The closed loop of the search is linear at fixed tension. What changes the tension changes the march itself, and what
-moves the encoder moves where it is read: of those it sees the first order only, and their laws may be worth much more
-in the march. Which of several places it is, too, the march says better than the linear range.
+The closed loop of the search has all that the belt does. What moves the encoder moves where it is read: of that it sees
+the first order only, and such laws may be worth much more in the march.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import product
 
 import numpy as np
 
@@ -16,22 +14,19 @@ from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.plausibility import has_diverged
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.forward import Forward
-from belt_sim.discovery.closed_loop import LoopResponses, fit_closed_loop
 from belt_sim.discovery.latent_input import LatentInput
 from belt_sim.discovery.linear_search import WITHIN, ScoredLaw, cost, fit_sizes
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import MODELLED, LawChoice
 from belt_sim.effects.generic_law import GenericLaw, law_effect
-from belt_sim.effects.law_terms import STIFFNESS, TENSION, TRAVEL, Form, Law, SizedLaw, Term, number_name
+from belt_sim.effects.law_terms import TRAVEL, Law, SizedLaw, number_name
 from belt_sim.jax_setup import map_in_threads
 
 ROUND = 2.0  # sigma
 FURTHEST = 10.0  # times the largest reading: a belt that a march takes further has run away
 HALVINGS = 20  # to a millionth, as good as nothing
 WORTH_TRYING = 0.5  # of the best law's gain, that a law of which the first order is known has to show
-LEADING = 5  # laws whose courses are tried for the tension
 FAMILIES = 4  # of laws of the travel: against an edge's short waves a long way is not of first order
-COURSES = 2  # of the tension that are put into the march: a pull that swings by half is not of first order
 ELSEWHERE = 2  # close laws at other places that are put into the march
 ANYWHERE = frozenset[str]()
 SHOWN = 12  # laws that are told beside the one that won
@@ -282,7 +277,7 @@ def best_in_march(
     """
     march = MarchTrials(data, choice, enough)
     march.fit([choice.best, *([choice.simple] if len(choice.best.law.terms) > 1 else [])])
-    march.fit(first_order_laws(data, choice, likeliest))
+    march.fit(laws_of_the_encoder(choice, likeliest))
     won = march.winner()
     if won is None:
         return None, ()
@@ -300,52 +295,12 @@ def laws_elsewhere(near: Sequence[CloseLaw], won: MarchFit) -> list[ScoredLaw]:
     return list(first.values())[:ELSEWHERE]
 
 
-def first_order_laws(data: SearchData, choice: LawChoice, likeliest: LatentInput) -> list[ScoredLaw]:
-    """Laws of the tension and of the encoder's travel of which the linear range may say too little.
-
-    Theirs is the likeliest place, or they explain a good part of what the best law does. A pull that changes is felt as
-    a turn where the belt is bent, in proportion: courses of laws that read the state are tried for it too.
-    """
-    found = []
-    for name in (TENSION, TRAVEL, *(p.name for p in data.places if p.kind in STIFFNESS)):
-        own = [s for s in choice.judged if len(s.law.terms) == 1 and s.law.terms[0].place.name == name]
-        tried = own[: FAMILIES if name == TRAVEL else 1]
-        tried += _courses_of(data, choice, likeliest)[:COURSES] if name == TENSION else []
-        promise = max((s.gain for s in tried), default=0.0)
-        if promise >= WORTH_TRYING * choice.best.gain or likeliest.place.name == name:
-            found += tried
-    return found
-
-
-def _courses_of(data: SearchData, choice: LawChoice, likeliest: LatentInput) -> list[ScoredLaw]:
-    """The courses of the leading laws as changes of the tension, fitted in closed loop, best first.
-
-    They begin where the belt is bent as the likeliest input has it: a pull acts where the belt is bent, and a large
-    one changes that.
-    """
-    there = [p for p in data.places if p.name == TENSION]
-    leading = [*choice.judged[:LEADING], *[s for s in choice.judged if _acts_like_a_pull(s.law)][:1]]
-    terms = [t for s in leading for t in s.law.terms if t.form.variable != "none" and not t.form.is_carried]
-    forms = {
-        f.family: f
-        for t in reversed(terms)
-        for f in (_course_alone(t.form),)
-        if f.course not in ("constant", "decaying_wave")
-    }
-    laws = [Law((Term(place, form),)) for place, form in product(there, forms.values())]
-    loop, read = LoopResponses(data), data.with_latent_input(likeliest)
-    made = [fit_closed_loop(loop, law, fit_sizes(read, read.columns(law))[1]) for law in laws]
-    return sorted((c.scored_law for c in made if c is not None), key=lambda s: -s.score)
-
-
-def _acts_like_a_pull(law: Law) -> bool:
-    """Whether a law turns the belt in proportion to how it is bent at both pulleys, as a change of the tension does."""
-    return [t.family[:3] for t in law.terms] == [("turn_both", "kappa", "linear")]
-
-
-def _course_alone(form: Form) -> Form:
-    """The course of a form alone."""
-    return Form("none", course=form.course, at=form.at, wide=form.wide, timed=form.timed)
+def laws_of_the_encoder(choice: LawChoice, likeliest: LatentInput) -> list[ScoredLaw]:
+    """Laws of the encoder's travel of which the linear range may say too little, where theirs is the likeliest place,
+    or they explain a good part of what the best law does."""
+    own = [s for s in choice.judged if [t.place.name for t in s.law.terms] == [TRAVEL]][:FAMILIES]
+    promise = max((s.gain for s in own), default=0.0)
+    return own if promise >= WORTH_TRYING * choice.best.gain or likeliest.place.name == TRAVEL else []
 
 
 def law_places(law: Law) -> frozenset[str]:

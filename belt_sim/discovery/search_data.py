@@ -24,6 +24,7 @@ from belt_sim.effects.law_terms import (
     BY_THE_BELT,
     CARRIED,
     PULLEYS,
+    ROLLS,
     SENSOR,
     SPAN,
     SPANS,
@@ -140,9 +141,10 @@ def campaign_places(samples: Samples) -> tuple[Place, ...]:
         found += [Place(kind, where) for where in (*PULLEYS, "both")]
         if kind in BY_THE_BELT and samples.end > float(samples.cases.rig.belt_length):
             found.append(Place(kind, CARRIED))
-    found.append(Place(TENSION))
+    tilts = tuple((s.name, 0) for s in samples.signals if s.kind == "tilt")
+    found.append(Place(TENSION, sensors=tilts))
     for kind, (of_both, _) in STIFFNESS.items():
-        found += [Place(kind, where) for where in (("both", *SPANS) if of_both else SPANS)]
+        found += [Place(kind, where, tilts) for where in (("both", *SPANS) if of_both else SPANS)]
     if len({r.direction for r in samples.runs}) > 1:
         found += [Place(SPAN, where) for where in SPANS]
     sensors = tuple((s.name, int(s.at[-1])) for s in samples.signals if s.kind == "lateral")
@@ -168,5 +170,5 @@ def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Sea
 
 def _is_visible(design: DesignMatrices, states: States, place: Place) -> bool:
     """Whether the readings show an input at a place at all, and the spans that it changes are bent."""
-    bent = not place.relative or bool(np.any(states.bent[place.relative]))
-    return bent and all(np.any(design.rows[channel]) for channel, _ in place.parts)
+    bent = not place.relative or any(np.any(states.channel_gain(place, *part)) for part in place.parts)
+    return bent and all(np.any(design.rows[channel]) for channel, _ in place.parts if channel not in ROLLS)

@@ -25,7 +25,7 @@ from belt_sim.discovery.linear_search import (
     two_term_laws,
 )
 from belt_sim.discovery.search_data import SearchData
-from belt_sim.effects.law_terms import BY_THE_BELT, STIFFNESS, Law, Place, Term
+from belt_sim.effects.law_terms import BY_THE_BELT, STIFFNESS, Form, Law, Place, Term
 
 SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
 PLACES, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
@@ -86,9 +86,26 @@ def _best_of_one_term(laws: Sequence[ClosedLoopFit]) -> ClosedLoopFit:
 def one_term_laws(loop: LoopResponses, read: SearchData) -> list[ClosedLoopFit]:
     """Laws of one term in closed loop, best first; read: the data with the states of a latent input."""
     ones = _fit_all(loop, [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (loop.data, read)])
+    ones = _merge(ones, _fit_all(loop, [(loop.data, steady_changes(loop.data))]))
     for places in PLACES:
         ones = _merge(ones, _fit_all(loop, _other_forms(loop, ones, places)))
     return ones
+
+
+def steady_changes(data: SearchData) -> list[ScoredLaw]:
+    """A steady change of the tension and of each stiffness, by the best exponent of the tension. None may rank high in
+    the linear range, which knows little of a large one; with the states that it makes, other forms are tried there."""
+    found = []
+    for place in data.places:
+        if place.relative:
+            laws = [Law((Term(place, Form("none"), n),)) for n in exponents_of(data)]
+            found.append(
+                max(
+                    (ScoredLaw(law, g, g - cost(law)) for law in laws for g in (gain_of(data, law),)),
+                    key=lambda s: s.score,
+                )
+            )
+    return found
 
 
 def laws_with_both_slopes(loop: LoopResponses, ones: Sequence[ClosedLoopFit]) -> list[ClosedLoopFit]:
@@ -135,7 +152,13 @@ def _simplify(data: SearchData, law: Law) -> Law:
     forms = [
         simpler_form(t.form, float(end / pace), float(cell / pace)) for t, pace in zip(law.terms, paces, strict=True)
     ]
-    return Law(tuple(replace(t, form=form or t.form) for t, form in zip(law.terms, forms, strict=True)))
+    terms = [replace(t, form=form or t.form) for t, form in zip(law.terms, forms, strict=True)]
+    return Law(tuple(replace(t, form=Form("none")) if _is_everywhere(t) else t for t in terms))
+
+
+def _is_everywhere(term: Term) -> bool:
+    """Whether what changes a span on a section of the belt does so on all of it."""
+    return term.form.is_carried and bool(term.place.relative) and (term.form.wide or 0.0) >= 1.0
 
 
 def different_laws(data: SearchData, laws: Sequence[ClosedLoopFit], count: int) -> list[ClosedLoopFit]:

@@ -7,10 +7,10 @@ from functools import cached_property
 import numpy as np
 
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.discovery.design import curvature_per_change, curve_row
+from belt_sim.discovery.design import curve_row, span_ends
 from belt_sim.discovery.impulse_responses import CHANNELS, MOMENT, ImpulseResponses, SpanChange, drift_at
 from belt_sim.discovery.latent_input import LatentInput
-from belt_sim.effects.law_terms import SPANS, TRAVEL, WRAPPED, Place
+from belt_sim.effects.law_terms import ROLLS, SPANS, TRAVEL, WRAPPED, Place
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,11 +19,12 @@ class States:
 
     Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw;
     yaw_set (R, J): 1 once it is set; since (R, J): travel since then; per signal (R, S, J): reading [m] and its rate
-    reading_rate [m/s]; tension [Pa], speed [m/s] (R,); changes: kind of relative change of the spans -> how it acts,
-    and bent: what one adds to kappa (R, 2, J); forward (R,): whether the upper span runs up the tail pulley; belt_part
-    (R, 2, J): the part of the belt that runs up, in belt lengths from the one that is at the tail pulley when a forward
-    run starts; head_delay, belt_length: travel [m] by which it reaches the head pulley after the tail pulley, and the
-    same pulley again; wraps: travel [m] by which it leaves the tail and the head pulley after it has run up.
+    reading_rate [m/s]; ends (R, 6, J): of the spans, as ``span_ends`` has them; tension [Pa], speed [m/s] (R,);
+    changes: kind of relative change of the spans -> how it acts; forward (R,): whether the upper span runs up the tail
+    pulley; belt_part (R, 2, J): the part of the belt that runs up, in belt lengths from the one that is at the tail
+    pulley when a forward run starts; head_delay, belt_length: travel [m] by which it reaches the head pulley after the
+    tail pulley, and the same pulley again; wraps: travel [m] by which it leaves the tail and the head pulley after it
+    has run up.
     """
 
     s: np.ndarray
@@ -37,7 +38,7 @@ class States:
     reading_rate: np.ndarray
     tension: np.ndarray
     speed: np.ndarray
-    bent: Mapping[str, np.ndarray]
+    ends: np.ndarray
     changes: Mapping[str, SpanChange]
     forward: np.ndarray
     belt_part: np.ndarray
@@ -69,7 +70,9 @@ class States:
     def channel_gain(self, place: Place, channel: str, pulley: int | None) -> np.ndarray | float:
         """What an input of 1 at a place is to one of its channels: 1, (R, J), or (R, 1)."""
         if place.relative:
-            return self.bent[place.relative][:, pulley] * self.span_share(place, pulley)
+            first = 3 * int(pulley or 0)
+            ends = self.ends[:, first : first + 3]
+            return self.changes[place.relative].per_change(ends, int(channel in ROLLS)) * self.span_share(place, pulley)
         if place.where in SPANS:
             return self.span_share(place, pulley)
         if place.name == TRAVEL:  # a belt that is further than the encoder says shows what comes later
@@ -81,10 +84,6 @@ class States:
         if place.where not in SPANS or pulley is None:
             return 1.0
         return (self.forward[:, None] == (SPANS[pulley] == place.where)).astype(float)
-
-    def values(self, name: str) -> np.ndarray:
-        """A variable (R, k, J), or what a kind of relative change adds to kappa."""
-        return self.bent[name] if name in self.bent else getattr(self, name)
 
     def channel_input(self, place: Place, u: np.ndarray, channel: str, pulley: int | None) -> np.ndarray:
         """What an input u (..., R, J) at a place is at one of its channels; of what the belt carries u is that at the
@@ -135,7 +134,7 @@ def states_of(
         reading_rate=np.gradient(reading, spacing, axis=-1) * speed[:, None, None],
         tension=np.asarray(settings.tension),
         speed=speed,
-        bent={kind: curvature_per_change(x.per_end[:, :3], rows) for kind, x in changes.items()},
+        ends=span_ends(rows),
         changes=changes,
         forward=forward,
         belt_part=belt_part_at(rig, forward, grid),
@@ -161,7 +160,7 @@ def _latent_response(responses: ImpulseResponses, base: States, latent: LatentIn
     inputs = latent.inputs(responses.grid)
     added = np.zeros((len(inputs), MOMENT + 2, len(responses.grid)))
     for channel, pulley in latent.place.parts:
-        if pulley is None:
+        if pulley is None or channel not in CHANNELS:
             continue
         k = CHANNELS.index(channel)
         for r, felt in enumerate(base.channel_input(latent.place, inputs, channel, pulley)):

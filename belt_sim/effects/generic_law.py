@@ -28,7 +28,7 @@ from belt_sim.effects.law_terms import (
     number_name,
 )
 from belt_sim.laws.drive import angle_at
-from belt_sim.laws.span import curvatures_by_change, log_of_change, response
+from belt_sim.laws.span import log_of_change, response, response_by_change
 
 ID = "generic_law"
 CLASSES = 256  # of effects that a process keeps
@@ -201,7 +201,7 @@ def _wrap(self, runoff, state, case):
 def _influence(self, span, case):
     """Return the curvature at the run-up per unit of the boundary values, and what each change adds."""
     changes = dict.fromkeys(t.place.relative for _, t in self.terms(*RELATIVE))  # tension, bending, torsion
-    return response(span).runup, [curvatures_by_change(span, case, kind) for kind in changes]
+    return response(span).runup, [response_by_change(span, case, kind) for kind in changes]
 
 
 def _bend(self, bend, boundary, known, case):
@@ -218,10 +218,10 @@ def _bend(self, bend, boundary, known, case):
             first = jnp.array([t.place.where == s for s in SPANS])
             added = jnp.where((case.settings.direction > 0) == first, added, 0.0)
         shares[t.place.relative] = shares[t.place.relative] + added if t.place.relative in shares else added
-    for share, curvatures in zip(shares.values(), known[1], strict=True):
+    for share, by_change in zip(shares.values(), known[1], strict=True):
         x = log_of_change(share) + jnp.zeros(2)
-        more = jnp.einsum("ks,kai,is->as", x ** jnp.arange(1, 8)[:, None], curvatures, boundary.ends)
-        bend = replace(bend, runup=bend.runup + more[0], runoff=bend.runoff + more[1])
+        more = jnp.einsum("ks,kai,is->as", x ** jnp.arange(1, 8)[:, None], by_change, boundary.ends)
+        bend = replace(bend, runup=bend.runup + more[0], runoff=bend.runoff + more[1], tilt=bend.tilt + more[2])
     return bend
 
 

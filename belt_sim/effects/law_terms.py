@@ -17,6 +17,8 @@ import jax.numpy as jnp
 import numpy as np
 
 PULLEYS = ("tail", "head")
+#: channels of the roll at mid-span of the spans that run up the tail and the head pulley, which moves nothing else
+ROLLS = tuple(f"roll_{pulley}" for pulley in PULLEYS)
 SPANS = ("upper", "lower")  # the first runs up the tail pulley where the belt travels forwards
 TENSION, TRAVEL, SPAN, SENSOR, CARRIED = "tension", "travel", "span", "sensor", "carried"
 #: kind of place at the pulleys -> its words, and the unit of what acts there
@@ -170,7 +172,7 @@ class Place:
 
     kind: of AT_PULLEYS, STIFFNESS, span, tension, travel or sensor; where: tail, head, both, carried (both, as the belt
     carries it), upper, lower, the name of a sensor, all; sensors: names of those that show what acts there, and their
-    points, 1 to 4.
+    points, 1 to 4 (0: of a sensor of tilt, which shows what a change of a span does to its roll).
     """
 
     kind: str
@@ -200,7 +202,8 @@ class Place:
             return tuple((name, None) for name, _ in self.sensors)
         if self.kind in AT_PULLEYS:
             return tuple((f"{self.kind}_{p}", k) for k, p in enumerate(PULLEYS) if self.where in (p, *_ALIKE))
-        return ("turn_tail", 0), ("turn_head", 1)
+        ends = tuple((f"turn_{p}", k) for k, p in enumerate(PULLEYS))
+        return ends + (tuple((roll, k) for k, roll in enumerate(ROLLS)) if self.relative and self.sensors else ())
 
     @property
     def points(self) -> tuple[int, ...]:

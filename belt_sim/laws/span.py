@@ -136,20 +136,20 @@ def with_change(span, case: Case, kind: str, share):
     )
 
 
-def curvatures_by_change(span: Span, case: Case, kind: str) -> jax.Array:
-    """What a relative change of ``kind`` adds to the curvatures, (7, 2, 5): coefficients of powers 1 to 7 of
-    ``log_of_change``, at run-up and run-off, per unit of the boundary values of a span.
+def response_by_change(span: Span, case: Case, kind: str) -> jax.Array:
+    """What a relative change of ``kind`` adds to the curvature at run-up and run-off and to the roll at mid-span,
+    (7, 3, 5): coefficients of powers 1 to 7 of ``log_of_change``, per unit of the boundary values of a span.
 
     They have the slope at no change and go through what the changes CHANGES do.
     """
 
-    def curvatures(logarithm):
+    def rows(logarithm):
         answer = response(with_change(span, case, kind, jnp.expm1(logarithm)))
-        return jnp.stack([answer.runup, answer.runoff])
+        return jnp.stack([answer.runup, answer.runoff, answer.mid_tilt])
 
     at = jnp.array(CHANGES)
-    none, slope = jax.jvp(curvatures, (0.0,), (1.0,))
-    does = jax.vmap(curvatures)(at) - none - at[:, None, None] * slope
+    none, slope = jax.jvp(rows, (0.0,), (1.0,))
+    does = jax.vmap(rows)(at) - none - at[:, None, None] * slope
     bent = jnp.linalg.inv(at[:, None] ** jnp.arange(2, 8))
     return jnp.concatenate([slope[None], jnp.tensordot(bent, does, axes=1)])
 

@@ -6,7 +6,7 @@ import pytest
 from small_discovery import surveyed
 
 from belt_sim.discovery.linear_search import ScoredLaw, cost
-from belt_sim.discovery.march_fit import COURSES, LEADING, MarchTrials, first_order_laws, law_places, laws_elsewhere
+from belt_sim.discovery.march_fit import MarchTrials, law_places, laws_elsewhere, laws_of_the_encoder
 from belt_sim.discovery.selection import LawChoice, _laws_at_other_places
 from belt_sim.effects.law_terms import Form, Law, Term
 
@@ -40,47 +40,18 @@ def chosen(*judged):
     return LawChoice(judged[0], judged, 1.0, judged[0], judged[0].gain)
 
 
-def test_the_course_of_what_bends_the_belt_is_tried_for_the_tension(data):
-    best = scored(law(data, ("turn_tail", Form("kappa", course="wave", at=WAVE))), 200.0)
-    faint = scored(law(data, ("tension", Form("none"))), 20.0)
-    choice = chosen(best, faint)
-    assert first_order_laws(data, choice, likely(data, "turn_tail")) == []
-    tried = [s.law.terms[0] for s in first_order_laws(data, choice, likely(data, "tension"))]
-    assert [(t.place.name, t.form.course) for t in tried] == [("tension", "constant"), ("tension", "wave")]
-    assert tried[1].form.at == pytest.approx(WAVE, rel=0.02)  # as the closed loop has it
-
-
-def test_of_laws_behind_the_leading_ones_what_acts_as_a_pull_does_is_tried_for_the_tension(data):
-    before = [scored(law(data, ("yaw_tail", Form("y"))), 200.0 - k) for k in range(LEADING)]
-    bent = scored(law(data, ("turn_both", Form("kappa", course="step", at=12.0))), 150.0)
-    tried = first_order_laws(data, chosen(*before, bent), likely(data, "tension"))
-    assert "step" in {s.law.terms[0].form.course for s in tried}
-
-
-def test_two_courses_are_tried_for_the_tension(data):
-    """A pull that swings by half is far from what the first order makes of it, by which courses are ranked."""
-    forms = (
-        Form("kappa", course="wave", at=WAVE),
-        Form("kappa", course="step", at=12.0),
-        Form("kappa", course="square_root"),
-    )
-    choice = chosen(*(scored(law(data, ("turn_both", f)), 200.0 - k) for k, f in enumerate(forms)))
-    tried = [s.law.terms[0] for s in first_order_laws(data, choice, likely(data, "tension"))]
-    assert len(tried) == COURSES == len({t.form.course for t in tried})
-
-
 def test_a_law_of_the_encoder_that_promises_half_is_tried(data):
     best = scored(law(data, ("drift_tail", Form("alpha", course="linear"))), 200.0)
     for score, count in ((150.0, 1), (50.0, 0)):
         other = scored(law(data, ("travel", Form("none", course="quadratic"))), score)
-        assert len(first_order_laws(data, chosen(best, other), likely(data, "drift_tail"))) == count
+        assert len(laws_of_the_encoder(chosen(best, other), likely(data, "drift_tail"))) == count
 
 
 def test_several_courses_of_the_encoder_are_tried(data):
     """Against an edge's short waves a long way is far from what the first order makes of it."""
     forms = [Form("none", course=c, at=a) for c, a in (("wave", WAVE), ("step", WAVE), ("quadratic", None))]
     choice = chosen(*(scored(law(data, ("travel", f)), 200.0 - 60.0 * k) for k, f in enumerate(forms)))
-    tried = first_order_laws(data, choice, likely(data, "drift_tail"))
+    tried = laws_of_the_encoder(choice, likely(data, "drift_tail"))
     assert [s.law.terms[0].form.course for s in tried] == ["wave", "step", "quadratic"]
 
 

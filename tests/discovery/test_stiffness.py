@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import jax
 import numpy as np
 import pytest
 from small_discovery import surveyed
@@ -11,10 +12,13 @@ from belt_sim.discovery.law_words import _by_how_much, formula
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
 from belt_sim.effects.law_terms import Form, Law, Term
+from belt_sim.jax_setup import in_float64
+from belt_sim.laws.span import response, strip, with_change
 
 SHARE, POWER = -0.1, -1.0
 SETTINGS = 0.15  # runs are not at the tension at which they were set, and two digits are told
 SIZE = 40.0  # sigma of what is hidden
+POWERS = 0.02  # of what a change does: between CHANGES seven powers of its logarithm stand for it
 LINEAR = 0.15  # of what a change of this size does: the loop has its steps on a grid of 0.2 m, the march half as long
 
 
@@ -41,14 +45,21 @@ def test_a_hidden_change_of_a_stiffness_is_found_at_its_place(name):
     assert choice.best.gain > 0.9 * choice.possible  # nuisances have taken their part
 
 
-def test_the_loop_has_a_change_that_is_not_small():
-    """Half the torsional stiffness does more than half of what none of it would do at first order."""
-    relative = surveyed().states.changes["torsion"]
-    runs = len(relative.growth)
-    first_order_change = relative.first_order_change(np.stack([np.full(runs, x) for x in (-0.8, -1e-4, 1.0)], axis=1))
-    assert np.all(first_order_change[:, 0] < -0.85)
-    assert first_order_change[:, 1] == pytest.approx(-1e-4, rel=1e-3)
-    assert np.all(first_order_change[:, 2] < 0.95)
+@pytest.mark.parametrize(("kind", "change"), [("torsion", -0.8), ("tension", -0.5), ("bending", 1.0)])
+def test_the_loop_has_a_change_of_any_size(kind, change):
+    """It adds to the curvature at the run-up what a span with that change has, and to the roll at mid-span."""
+    data = surveyed()
+    cases, ends = data.bench.samples.cases, data.states.ends[:, :3]
+    found = [
+        data.states.changes[kind].added(np.full_like(ends[:, :1], change), ends.swapaxes(0, 1)[:, :, None], row)
+        for row in (0, 1)
+    ]
+    for r in range(len(ends)):
+        case = replace(cases, settings=jax.tree.map(lambda x, r=r: np.asarray(x)[r], cases.settings))
+        before, after = (in_float64(response)(x) for x in (strip(case), with_change(strip(case), case, kind, change)))
+        for name, added in zip(("runup", "mid_tilt"), found, strict=True):
+            true = np.asarray(getattr(after, name) - getattr(before, name))[:3] @ ends[r]
+            assert added[r, 0] == pytest.approx(true, rel=POWERS, abs=POWERS * float(np.abs(true).max()))
 
 
 def test_by_how_much_a_stiffness_changes_is_told_at_every_tension():
