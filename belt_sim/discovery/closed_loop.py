@@ -349,7 +349,7 @@ def fit_closed_loop(loop: LoopResponses, law: Law, sizes, steps: int = STEPS) ->
 def _fit_numbers(loop: LoopResponses, law: Law, numbers: np.ndarray, steps: int) -> ClosedLoopFit | None:
     projector = loop.data.projector
     none = projector.chi2()
-    start = _start(loop, law, numbers, none)
+    start = _start(loop, law, numbers)
     if start is None:
         return None
     numbers, now, chi2 = start
@@ -369,17 +369,15 @@ def _fit_numbers(loop: LoopResponses, law: Law, numbers: np.ndarray, steps: int)
 Point = tuple[np.ndarray, LoopSolution, float]
 
 
-def _start(loop: LoopResponses, law: Law, numbers: np.ndarray, none: float) -> Point | None:
-    """Numbers with sizes halved until the law explains something, or else the last with which the belt does not run
-    away; none: chi2 without it. Of a law that changes a span, what explains most of that and some large changes."""
-    found: Point | None = None
-    for k in range(2 * SHORTER):
-        found = _at(loop, law, _scaled(law, numbers, 0.5**k)) or found
-        if found is not None and found[2] < none:
-            break
+def _start(loop: LoopResponses, law: Law, numbers: np.ndarray) -> Point | None:
+    """Numbers with sizes halved until the belt does not run away, and what they make. Of a law that changes a span,
+    what explains most of that, of less and of some large changes: the linear range knows little of them."""
+    halved = (_at(loop, law, _scaled(law, numbers, 0.5**k)) for k in range(2 * SHORTER))
+    first = next((point for point in halved if point is not None), None)
     largest = _largest_change(loop.data, law, numbers[: _sizes(law)])
-    large = [_at(loop, law, _scaled(law, numbers, change / largest)) for change in LARGE] if largest else []
-    return min((point for point in (found, *large) if point is not None), key=lambda point: point[2], default=None)
+    factors = [0.5, 0.25, *(change / largest for change in LARGE)] if largest else []
+    points = [first, *(_at(loop, law, _scaled(law, numbers, factor)) for factor in factors)]
+    return min((point for point in points if point is not None), key=lambda point: point[2], default=None)
 
 
 def _at(loop: LoopResponses, law: Law, numbers: np.ndarray) -> Point | None:
