@@ -177,7 +177,8 @@ def _shear(x: _LoadedCase) -> Limit:
     """Entry stiffness (4 + P)/(1 + P) EI/L, P = 12 EI n/(G A L^2): lower by 3 P/4; the strip has no shear."""
     belt = x.case.belt
     ratio = 12.0 * 1.2 * belt.bending_stiffness / (belt.shear_modulus * belt.area * x.case.rig.span_length**2)
-    return Limit("shear", float(0.75 * ratio / WRONG), "the spans are short and wide: shear bends them as well")
+    words = "the spans are short and wide: shear bends them as well; add effects=[shear]"
+    return Limit("shear", float(0.75 * ratio / WRONG), words)
 
 
 def _fast_belt(x: _LoadedCase) -> Limit:

@@ -45,6 +45,9 @@ class Spans:
         bent, bent_off = _apply(answer.runup, boundary) + bend.runup, _apply(answer.runoff, boundary) + bend.runoff
         if span.limp:
             bent, bent_off = 0.0 * bent, 0.0 * bent_off
+        moment, moment_off = span.bending * bent, span.bending * bent_off
+        turned = boundary.ends[2] - boundary.ends[0] / span.length  # against the chord
+        across = (moment - moment_off) / span.length + span.force * turned + bend.side_force
         return State(
             travel=travel,
             since=since + jnp.zeros(()),
@@ -52,8 +55,9 @@ class Spans:
             alpha=alpha,
             kappa=bent + bend.natural_runup,
             kappa_runoff=bent_off + bend.natural_runoff,
-            moment=span.bending * bent,
-            moment_runoff=span.bending * bent_off,
+            moment=moment,
+            moment_runoff=moment_off,
+            side_force=across / (1.0 + span.force * span.shear),
             added=bend.runup + bend.natural_runup,
             stiffness=(0.0 if span.limp else 1.0) * answer.runup[:, 2],
             bending=span.bending + jnp.zeros(()),

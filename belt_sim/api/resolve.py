@@ -131,8 +131,8 @@ def refuse(model: Model | SteadyModel, effects: Sequence[Effect | type[Effect]],
 _LAYER_IN_SPACE = (
     "the belt's own stiffness lifts it off the pulleys, which a belt in 3D has only with effects=[lift_off]"
 )
-#: limits that a belt in three dimensions does not have: it moves, shears, turns far and hangs as it is
-_NOT_IN_SPACE = ("flat_belt", "second_order", "shear", "deep_sag", "fast_belt")
+#: limits that a belt in three dimensions does not have: it moves, turns far and hangs as it is
+_NOT_IN_SPACE = ("flat_belt", "second_order", "deep_sag", "fast_belt")
 
 
 def validity_limits(case: Case, model: Any, effects: Sequence[str] = ()) -> tuple[Limit, ...]:

@@ -26,11 +26,18 @@ class SagRoll(Effect):
 
 @effect
 class Shear(Effect):
-    """K^2 = (F/EI) / (1 + n F/(G A)); n = (12 + 11 nu)/(10 + 10 nu) for a rectangle (paper eq. 8)."""
+    """A side force Q shears the belt by n Q/(G b h), and it lands along its sheared middle line.
+
+    Timoshenko's beam, y' = theta - n EI kappa'/(G b h): bends decay with K^2 = (F/EI)/(1 + n F/(G b h)), and the moment
+    4 EI/L per radian of a clamped end becomes (4 + P)/(1 + P) EI/L, P = 12 n EI/(G b h L^2). Where the belt runs up,
+    dy/ds = -alpha + n M'/(G b h), M' [N] the slope of its moment there, loads on the span included; alpha stays the
+    angle of the cross-sections, also on the pulley. Under an even side load the belt moves as if it had run
+    6 n EI/(G b h L) further. n = (12 + 11 nu)/(10 + 10 nu) for a rectangle; the membrane of the 3D belt has n = 1.
+    """
 
     title = "Shear flexibility of short, wide spans"
     law = "span"
-    reference = "paper eq. 8; Cowper 1966 for n"
+    reference = "paper eq. 8; Cowper 1966 for n; landing: shell elements that roll onto a pulley"
     parity = "odd"
     cause = Cause("a short, wide span gives way in shear", ("upper", "lower"), CHECK_MODEL, of_model=True)
     coefficient: float = parameter(
@@ -38,8 +45,13 @@ class Shear(Effect):
     )
 
     def span(self, span, case):
-        stiffness = case.belt.shear_modulus * case.belt.area
-        return replace(span, force=span.force / (1.0 + self.coefficient * span.force / stiffness))
+        return replace(span, shear=span.shear + self._angle_per_force(case))
+
+    def runup(self, runup, state, case):
+        return replace(runup, drift=runup.drift + self._angle_per_force(case) * state.side_force)
+
+    def _angle_per_force(self, case):
+        return self.coefficient / (case.belt.shear_modulus * case.belt.area)
 
 
 @effect

@@ -4,8 +4,8 @@ Loads. With a side load q(x) [N/m] and a rolling couple m(x) [N m/m] (about the 
 strip obeys EI kappa'' = F y'' + q, T phi'' = EI Z kappa - m. The equations are symmetric, so Betti's theorem holds: a
 load adds to the curvature at the run-up -1/EI times its work on the shape (y, phi) of a unit angle at the run-up, to
 the curvature at the run-off +1/EI times its work on that of a unit angle there, and to the roll of mid-span its work on
-the shape of a unit rolling couple there. Work is force times y, couple (about z, x along the travel) times y', rolling
-couple times phi.
+the shape of a unit rolling couple there. Work is force times y, couple (about z, x along the travel) times theta,
+rolling couple times phi.
 
 Natural curvature kappa_c(x), with the bending moment EI (kappa - kappa_c). It adds to the elastic curvature at the
 run-up the integral of -kappa_c k_u, at the run-off that of +kappa_c k_o, and to the roll of mid-span that of
@@ -19,7 +19,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.laws.span import Span, condense, inverse
+from belt_sim.laws.span import Span, condense, dimensionless, inverse
 from belt_sim.pytrees import pytree
 
 
@@ -29,7 +29,7 @@ class Bend:
     """Curvature and roll that effects inside the spans add, shape (2,): spans up the tail and the head pulley.
 
     runup, runoff: elastic curvature added at the ends [1/m]; natural_runup, natural_runoff: natural curvature of the
-    belt there [1/m]; tilt: roll added at mid-span [rad].
+    belt there [1/m]; tilt: roll added at mid-span [rad]; side_force: on the run-up end if both ends were hinged [N].
     """
 
     runup: jnp.ndarray
@@ -37,6 +37,7 @@ class Bend:
     natural_runup: jnp.ndarray
     natural_runoff: jnp.ndarray
     tilt: jnp.ndarray
+    side_force: jnp.ndarray
 
 
 @pytree
@@ -58,7 +59,7 @@ class SpanFields:
     unit angle at the run-off, per unit rolling couple at mid-span.
 
     per_runup, per_runoff: curvature per unit of those angles [1/m]; per_couple: curvature per unit of that couple
-    [1/(N m2)]; place, slope, roll (3, n): y, y' and phi per unit of each.
+    [1/(N m2)]; place, slope, angle, roll (3, n): y, y', theta and phi per unit of each.
     """
 
     x: jnp.ndarray
@@ -67,6 +68,7 @@ class SpanFields:
     per_couple: jnp.ndarray
     place: jnp.ndarray
     slope: jnp.ndarray
+    angle: jnp.ndarray
     roll: jnp.ndarray
 
 
@@ -76,7 +78,8 @@ class Support:
     """Response of a span to a side force at one place.
 
     place: y there less y at the run-off, per unit of the span's boundary values, shape (5,); per newton of push:
-    give [m/N] at the place, runup, runoff: curvature at the ends [1/(m N)], tilt of mid-span [rad/N].
+    give [m/N] at the place, runup, runoff: curvature at the ends [1/(m N)], tilt of mid-span [rad/N], side_force on
+    the run-up end if both ends were hinged [1].
     """
 
     place: jnp.ndarray
@@ -84,19 +87,20 @@ class Support:
     runup: jnp.ndarray
     runoff: jnp.ndarray
     tilt: jnp.ndarray
+    side_force: jnp.ndarray
 
 
 def no_bend() -> Bend:
     """Return spans without loads and natural curvature."""
     zero = jnp.zeros(2)
-    return Bend(runup=zero, runoff=zero, natural_runup=zero, natural_runoff=zero, tilt=zero)
+    return Bend(runup=zero, runoff=zero, natural_runup=zero, natural_runoff=zero, tilt=zero, side_force=zero)
 
 
 @jax.jit  # many effects ask for it: it is traced once for all of them
 def span_fields(span: Span) -> SpanFields:
     """Return the fields of a span, by undoing the doublings of ``condense``."""
-    kl2, g, roll, _ = _dimensionless(span)
-    *shorter, ((p, q), (r, s)) = condense(kl2, g, 0.5)
+    numbers, roll, scale = dimensionless(span)
+    *shorter, ((p, q), (r, s)) = condense(numbers, 0.5)
     meet = inverse(s - p)
     zero, turned = jnp.zeros(3), jnp.eye(3)[:, 1]  # of u = (y/L, theta, phi/roll)
     twisted = meet[:, 2] * span.length / (span.torsion * roll)
@@ -106,14 +110,16 @@ def span_fields(span: Span) -> SpanFields:
         between = inverse(s - p) @ (q @ values[1:] - r @ values[:-1])
         values = jnp.concatenate([jnp.stack([values[:-1], between], 1).reshape(-1, 3, 3), values[-1:]])
     left, right = p @ values[:-1] + q @ values[1:], r @ values[-2:-1] + s @ values[-1:]
-    bent = jnp.concatenate([left, right])[:, 0] / span.length
+    forces = jnp.concatenate([left, right])
+    bent, sheared = forces[:, 0] / span.length, numbers[2] * scale * forces[:, 1]
     return SpanFields(
         x=jnp.linspace(0.0, 1.0, len(bent)) * span.length,
         per_runup=bent[:, 0],
         per_runoff=bent[:, 1],
         per_couple=bent[:, 2],
         place=values[:, 0].T * span.length,
-        slope=values[:, 1].T,
+        slope=(values[:, 1] - sheared).T,
+        angle=values[:, 1].T,
         roll=values[:, 2].T * roll,
     )
 
@@ -128,14 +134,14 @@ def natural_curvature_rows(fields: SpanFields, span: Span):
 
 def supports(span: Span, share, fields: SpanFields) -> tuple[Support, Support]:
     """Return the responses to a side force at ``share`` (0..1) of the length from the run-off, and from the run-up."""
-    kl2, g, *_ = _dimensionless(span)
-    short, long = (condense(kl2, g, part)[-1] for part in (share, 1.0 - share))
+    numbers, *_ = dimensionless(span)
+    short, long = (condense(numbers, part)[-1] for part in (share, 1.0 - share))
     return _support(span, share, (short, long), fields), _support(span, 1.0 - share, (long, short), fields)
 
 
 def _support(span: Span, share, pieces, fields: SpanFields) -> Support:
     """Return the response to a load between two pieces, which share y, theta, phi; EI kappa' jumps by the load."""
-    *_, scale = _dimensionless(span)
+    *_, scale = dimensionless(span)
     ((_, q0), (_, s0)), ((p1, _), (r1, _)) = pieces
     meet = inverse(s0 - p1)
     pushed = -meet[:, 1] * span.length**2 / (span.bending * scale)
@@ -145,6 +151,7 @@ def _support(span: Span, share, pieces, fields: SpanFields) -> Support:
         runup=(r1 @ pushed)[0] / span.length,
         runoff=(q0 @ pushed)[0] / span.length,
         tilt=jnp.interp(share * span.length, fields.x, fields.place[2]),
+        side_force=share,
     )
 
 
@@ -155,58 +162,54 @@ def place_row(span: Span, share):
     """Return y at ``share`` (0..1) of the length, less y at the run-off, per unit of the boundary values (5,)."""
     if span.limp:
         return share * jnp.array([1.0, 0.0, 0.0, 0.0, 0.0])
-    kl2, g, *_ = _dimensionless(span)
+    numbers, *_ = dimensionless(span)
     within = jnp.clip(share, _NEAREST, 1.0 - _NEAREST)
-    row = _place_row(span, [condense(kl2, g, part)[-1] for part in (within, 1.0 - within)])
+    row = _place_row(span, [condense(numbers, part)[-1] for part in (within, 1.0 - within)])
     beyond = (share - within) * span.length  # along the angle of the end that is near
     return row + beyond * jnp.where(share < 0.5, jnp.eye(5)[1], jnp.eye(5)[2])
 
 
 def _place_row(span: Span, pieces):
     """Return y where two pieces meet, less y at the run-off, per unit of the boundary values, shape (5,)."""
-    _, _, roll, _ = _dimensionless(span)
+    _, roll, _ = dimensionless(span)
     ((_, _), (r0, s0)), ((p1, q1), (_, _)) = pieces
     meet = inverse(s0 - p1)
     held = jnp.stack([-meet @ r0, meet @ q1])[:, 0] * span.length  # y at the place per (y/L, theta, phi/roll), (2, 3)
     return jnp.stack([held[1, 0] / span.length, held[0, 1], held[1, 1], held[0, 2] / roll, held[1, 2] / roll])
 
 
-def _dimensionless(span: Span):
-    """Return (K L)^2, g, roll and scale of ``condensed``."""
-    kl2 = span.force * span.length**2 / span.bending
-    roll = jnp.sqrt(span.bending / span.torsion)
-    return kl2, span.length * span.sag_curvature * roll, roll, jnp.sqrt(1.0 + kl2)
-
-
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class LoadResponse:
-    """Response of a span to a unit load: elastic curvature at run-up and run-off [1/m], roll of mid-span [rad]."""
+    """Response of a span to a unit load: elastic curvature at run-up and run-off [1/m], roll of mid-span [rad], and
+    the side_force on the run-up end if both ends were hinged [N]."""
 
     runup: jnp.ndarray
     runoff: jnp.ndarray
     tilt: jnp.ndarray
+    side_force: jnp.ndarray
 
 
 def force_at(span: Span, share, fields: SpanFields) -> LoadResponse:
     """Return the response to one newton towards +y at ``share`` (0..1) of the length from the run-off."""
-    return _load_response(span, _interpolate(fields, fields.place, fields.slope, share))
+    return _load_response(span, _interpolate(fields, fields.place, fields.slope, share), share)
 
 
 def couple_at(span: Span, share, fields: SpanFields) -> LoadResponse:
     """Return the response to a couple of 1 N m that turns x (along the travel) towards y, at ``share``."""
     curved = jnp.stack([fields.per_runup, fields.per_runoff, fields.per_couple])
-    return _load_response(span, _interpolate(fields, fields.slope, curved - span.sag_curvature * fields.roll, share))
+    work = _interpolate(fields, fields.angle, curved - span.sag_curvature * fields.roll, share)
+    return _load_response(span, work, 1.0 / span.length)
 
 
 def spread_force(span: Span, fields: SpanFields) -> LoadResponse:
     """Return the response to one newton per metre towards +y along the whole span."""
-    return _load_response(span, _integral(fields.place, span))
+    return _load_response(span, _integral(fields.place, span), 0.5 * span.length)
 
 
 def spread_roll(span: Span, fields: SpanFields) -> LoadResponse:
     """Return the response to a rolling couple of 1 N m/m that raises the side y > 0 along the whole span."""
-    return _load_response(span, _integral(fields.roll, span))
+    return _load_response(span, _integral(fields.roll, span), 0.0)
 
 
 def add_load(bend: Bend, unit: LoadResponse, loads) -> Bend:
@@ -217,6 +220,7 @@ def add_load(bend: Bend, unit: LoadResponse, loads) -> Bend:
         natural_runup=bend.natural_runup,
         natural_runoff=bend.natural_runoff,
         tilt=bend.tilt + loads * unit.tilt,
+        side_force=bend.side_force + loads * unit.side_force,
     )
 
 
@@ -231,9 +235,10 @@ def share_from_runoff(place, direction):
     return jnp.where(direction > 0, place, 1.0 - place)
 
 
-def _load_response(span: Span, work) -> LoadResponse:
-    """Apply Betti's theorem; work (3,): of the load on the shapes of ``SpanFields``."""
-    return LoadResponse(runup=-work[0] / span.bending, runoff=work[1] / span.bending, tilt=work[2])
+def _load_response(span: Span, work, side_force) -> LoadResponse:
+    """Apply Betti's theorem; work (3,): of the load on the shapes of ``SpanFields``; side_force: by statics."""
+    runup, runoff = -work[0] / span.bending, work[1] / span.bending
+    return LoadResponse(runup=runup, runoff=runoff, tilt=work[2], side_force=side_force)
 
 
 def _interpolate(fields: SpanFields, values, slopes, share):

@@ -74,9 +74,10 @@ class State:
 
     travel, since: travel [m] now and one step before (below 0 at the start); y, alpha: at the run-ups, on the pulleys'
     surfaces [m, rad]; kappa, kappa_runoff: curvature at the ends [1/m]; moment, moment_runoff: EI times the elastic
-    part of kappa [N m]; added: part of kappa that the ends do not cause [1/m]; stiffness: d kappa / d theta_u of the
-    span [1/m]; bending: its EI [N m2]; turned: yaw of tail and head pulley for which this holds [rad]; left: rotation
-    of the belt on the pulley before each span [rad]; direction of travel (+1, -1).
+    part of kappa [N m]; side_force: dM/dx at the run-up, which shears the belt that lands there [N]; added: part of
+    kappa that the ends do not cause [1/m]; stiffness: d kappa / d theta_u of the span [1/m]; bending: its EI [N m2];
+    turned: yaw of tail and head pulley for which this holds [rad]; left: rotation of the belt on the pulley before each
+    span [rad]; direction of travel (+1, -1).
     """
 
     travel: jnp.ndarray
@@ -87,6 +88,7 @@ class State:
     kappa_runoff: jnp.ndarray
     moment: jnp.ndarray
     moment_runoff: jnp.ndarray
+    side_force: jnp.ndarray
     added: jnp.ndarray
     stiffness: jnp.ndarray
     bending: jnp.ndarray

@@ -7,6 +7,9 @@ cross-section,
 
 Z = 0 makes it the beam of second order, Z = 0 and F = 0 the beam of first order; a limp span is a straight line.
 In xi = x/L and with phi scaled by sqrt(EI/T), two numbers remain: (K L)^2 = F L^2/EI and g = L Z sqrt(EI/T).
+
+Where a side force shears the strip (Timoshenko), kappa = theta' + Z phi with the angle theta of the cross-sections, and
+y' = theta - shear EI kappa'. Then K^2 = (F/EI)/(1 + shear F), and shear EI/L^2 is a third number.
 """
 
 from dataclasses import dataclass, field, replace
@@ -28,7 +31,8 @@ LARGEST = (-3.1, 1.6)  # logarithms beyond which a change does no more
 @dataclass(frozen=True, kw_only=True)
 class Span:
     """Properties of a span: length [m], force [N] (tension in the bending equation), bending EI [N m2],
-    torsion T [N m2], sag_curvature Z [1/m]; limp (static): no bending stiffness at all, a straight line.
+    torsion T [N m2], sag_curvature Z [1/m], shear: angle by which a side force of 1 N shears it [rad/N]; limp (static):
+    no bending stiffness at all, a straight line.
     """
 
     length: float
@@ -36,6 +40,7 @@ class Span:
     bending: float
     torsion: float
     sag_curvature: float
+    shear: float = 0.0
     limp: bool = field(default=False, metadata={"static": True})
 
 
@@ -105,10 +110,8 @@ def response(span: Span) -> Response:
     The transfer matrix of a short piece comes from its series and becomes a relation between the values at its ends.
     Doubling that (static condensation) stays stable where the transfer matrix of the whole span would overflow.
     """
-    kl2 = span.force * span.length**2 / span.bending
-    roll = jnp.sqrt(span.bending / span.torsion)
-    g = span.length * span.sag_curvature * roll
-    (p, q), (r, s) = condense(kl2, g, 0.5)[-1]
+    numbers, roll, _ = dimensionless(span)
+    (p, q), (r, s) = condense(numbers, 0.5)[-1]
     middle = inverse(s - p)
     um0, um1 = -middle @ r, middle @ q  # middle values per unit of either end
     f0 = jnp.concatenate([p + q @ um0, q @ um1], axis=-1)  # values (y/L, theta, phi/roll) at run-off, run-up
@@ -159,15 +162,23 @@ def log_of_change(change, xp=jnp):
     return xp.clip(xp.log(xp.maximum(1.0 + change, 1e-3)), *LARGEST)
 
 
+def dimensionless(span: Span):
+    """Return the numbers (K L)^2, g and shear EI/L^2 of a span, and roll and scale of ``condense``."""
+    kl2 = span.force * span.length**2 / span.bending / (1.0 + span.force * span.shear)
+    roll = jnp.sqrt(span.bending / span.torsion)
+    numbers = kl2, span.length * span.sag_curvature * roll, span.shear * span.bending / span.length**2
+    return numbers, roll, jnp.sqrt(1.0 + kl2)
+
+
 @jax.jit
-def condense(kl2, g, share):
+def condense(numbers, share):
     """Return ((P, Q), (R, S)) of 1/32, 1/16, ... 1 times the ``share`` of a span, by repeated doubling.
 
     f_0 = P u_0 + Q u_1, f_1 = R u_0 + S u_1 between its two ends, with
     u = (y/L, theta, phi/roll), f = (kappa L, kappa' L^2/scale, phi' L/roll), roll = sqrt(EI/T), scale =
     sqrt(1 + (K L)^2); L is the length of the whole span.
     """
-    m = _system(kl2, g) * (share / 2.0 ** (_SQUARINGS + _DOUBLINGS))
+    m = _system(*numbers) * (share / 2.0 ** (_SQUARINGS + _DOUBLINGS))
 
     def grow(k, pair):
         term, total = pair
@@ -197,12 +208,12 @@ def inverse(m):
     return rows.T / (m[0] @ rows[0])
 
 
-def _system(kl2, g):
+def _system(kl2, g, shear):
     """Return the matrix of d/dxi of (y/L, theta, phi/roll; kappa L, kappa' L^2/scale, phi' L/roll)."""
     scale = jnp.sqrt(1.0 + kl2)
     zero, one = 0.0 * kl2, 1.0 + 0.0 * kl2
     rows = [
-        [zero, one, zero, zero, zero, zero],
+        [zero, one, zero, zero, -shear * scale, zero],
         [zero, zero, -g, one, zero, zero],
         [zero, zero, zero, zero, zero, one],
         [zero, zero, zero, zero, scale, zero],

@@ -68,8 +68,8 @@ class SpaceModel:
 
     @property
     def contains(self) -> frozenset[str]:
-        """A belt with weight and width hangs and tilts by itself."""
-        return frozenset() if self.belt == "rope" else frozenset({"sag_roll"})
+        """A belt with weight and width hangs, tilts and shears by itself."""
+        return frozenset() if self.belt == "rope" else frozenset({"sag_roll", "shear"})
 
     @property
     def outputs(self) -> frozenset[str]:

@@ -12,10 +12,12 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.span_loads import IdlerSkew, MachineTilt, OffCentreLoad, SideDrag
+from belt_sim.effects.span_stiffness import Shear
 from belt_sim.errors import CannotRepresent
 from belt_sim.laws.influence import couple_at, force_at, span_fields, spread_force, spread_roll
 from belt_sim.laws.span import beam_first_order, beam_second_order, response, sag_softening, strip
 from studies.closed_forms import sievers_coefficients
+from studies.paper.case import ROPE_EXAMPLE
 
 ELEMENTS = 1e-5  # forty cubic elements
 FIELDS = 1e-5  # Simpson's rule on 65 places
@@ -72,6 +74,26 @@ def test_a_stiff_beam_bears_loads_like_the_textbook(share):
     even = spread_force(span, fields)
     assert bending * even.runup == pytest.approx(length**2 / 12, rel=FIELDS)
     assert bending * even.runoff == pytest.approx(length**2 / 12, rel=FIELDS)
+
+
+@pytest.mark.evidence("shear", route="formula", what="clamped beam under yaw, force and couple, textbook, {FIELDS}")
+@pytest.mark.parametrize("share", SHARES)
+def test_a_sheared_beam_bears_ends_and_loads_like_the_textbook(share):
+    """Timoshenko's clamped beam, P = 12 n EI/(G A L^2): 4 + P and 2 - P over 1 + P; at x = a L a couple C brings the
+    side force 6 C a b/(L (1 + P)), a force moments that differ by a b (a - b)/(1 + P)."""
+    case = paper_case(40, rig=ROPE_EXAMPLE)
+    span = Shear(coefficient=1.2).span(beam_first_order(case), case)
+    length, bending = float(span.length), float(span.bending)
+    ratio = 12 * 1.2 * bending / (case.belt.shear_modulus * case.belt.area * length**2)
+    answer, fields, a, b = response(span), span_fields(span), share, 1.0 - share
+    near, far = (4 + ratio) / (1 + ratio), (2 - ratio) / (1 + ratio)
+    np.testing.assert_allclose(answer.runup[1:3] * length, [far, near], rtol=FIELDS)
+    np.testing.assert_allclose(answer.runup[0] * length**2, -6 / (1 + ratio), rtol=FIELDS)
+    force, couple = force_at(span, share, fields), couple_at(span, share, fields)
+    side_force = bending * (couple.runup - couple.runoff) / length + couple.side_force
+    assert side_force == pytest.approx(6 * a * b / (1 + ratio) / length, rel=FIELDS)
+    differ = bending * (force.runup - force.runoff) / length
+    assert differ == pytest.approx(a * b * (a - b) / (1 + ratio), rel=FIELDS, abs=FIELDS)
 
 
 @pytest.mark.evidence("machine_tilt", route="formula", what="a level machine with canted ends, {FIELDS}")
