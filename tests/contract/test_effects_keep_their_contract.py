@@ -148,9 +148,8 @@ def contributions():
 
 
 def with_and_without(cls, sign):
-    """(case, effects) in which an effect acts, and the same without it: some show in spans that hang, and shear
-    where the tension is large beside G, which on steel it never is."""
-    case = paper_case(100 if cls.id == "shear" else 10, sign * YAW)
+    """(case, effects) in which an effect acts, and the same without it: some show in spans that hang."""
+    case = paper_case(10, sign * YAW)
     others = tuple(
         SagRoll(strength=1.0) if ("sag" in cls.needs or cls.id == "camber") and type(e) is SagRoll else e for e in NULLS
     )
