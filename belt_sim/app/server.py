@@ -91,7 +91,7 @@ def _results(outer: FastAPI, session: Session) -> None:
         return answer(number, _report)
 
     @outer.get("/results/{number}/zip")
-    def zipped(number: int) -> Response:
+    def download(number: int) -> Response:
         return answer(number, _zip)
 
 

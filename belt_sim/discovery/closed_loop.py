@@ -200,7 +200,7 @@ def _coupled_input(
     if not t.place.relative:
         return u
     ends = [at[read] for read in _ends_of(part)]
-    return states.changes[t.place.relative].added(u, ends, int(channel in ROLLS))
+    return states.changes[t.place.relative].response_to(u, ends, int(channel in ROLLS))
 
 
 def _shape_values(forms: list[Form], x: np.ndarray) -> np.ndarray:
@@ -372,22 +372,21 @@ Point = tuple[np.ndarray, LoopSolution, float]
 def _start(loop: LoopResponses, law: Law, numbers: np.ndarray) -> Point | None:
     """Numbers with sizes halved until the belt does not run away, and what they make. Of a law that changes a span,
     what explains most of that, of less and of some large changes: the linear range knows little of them."""
-    halved = (_at(loop, law, _scaled(law, numbers, 0.5**k)) for k in range(2 * SHORTER))
+    halved = (_evaluate(loop, law, _scale_sizes(law, numbers, 0.5**k)) for k in range(2 * SHORTER))
     first = next((point for point in halved if point is not None), None)
     largest = _largest_change(loop.data, law, numbers[: _sizes(law)])
     factors = [0.5, 0.25, *(change / largest for change in LARGE)] if largest else []
-    points = [first, *(_at(loop, law, _scaled(law, numbers, factor)) for factor in factors)]
+    points = [first, *(_evaluate(loop, law, _scale_sizes(law, numbers, factor)) for factor in factors)]
     return min((point for point in points if point is not None), key=lambda point: point[2], default=None)
 
 
-def _at(loop: LoopResponses, law: Law, numbers: np.ndarray) -> Point | None:
+def _evaluate(loop: LoopResponses, law: Law, numbers: np.ndarray) -> Point | None:
     """What numbers make; None where the belt runs away."""
     now, projector = _solve_sets(loop, law, numbers[None]), loop.data.projector
     return None if now is None else (numbers, now, projector.chi2(projector.residual - now[0][0]))
 
 
-def _scaled(law: Law, numbers: np.ndarray, factor: float) -> np.ndarray:
-    """Numbers with all sizes times a factor."""
+def _scale_sizes(law: Law, numbers: np.ndarray, factor: float) -> np.ndarray:
     return np.concatenate([factor * numbers[: _sizes(law)], numbers[_sizes(law) :]])
 
 

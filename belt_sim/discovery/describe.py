@@ -30,13 +30,13 @@ def describe(found: SearchOutcome, probability: float, *, config: Any = None) ->
         "base_model": s.bench.forward.model.name,
         "campaign": label(s.bench.campaign),
         "beside": tuple(s.fit.ids),
-        "found": found.found,
+        "found": found.choice is not None,
         "probability": probability,
         "places": _places(found),
         "limits": limits(found),
         "provenance": provenance(config) | {"data_sha256": s.bench.campaign.sha256},
     }
-    if not found.found:
+    if found.choice is None:
         return Discovery(**common, sentence=_nothing_sentence(found, probability))
     common |= {"unit": found.latent.place.unit, "courses": _courses(found, found.latent)}
     if found.best is None:
@@ -74,7 +74,7 @@ def limits(found: SearchOutcome) -> tuple[str, ...]:
         said.append("one speed was run: travel cannot be told from time")
     if sum(s.kind == "lateral" for s in samples.signals) == 1:
         said.append("one sensor: an error of it cannot be told from a movement of the belt")
-    acts = () if not found.found else found.best.scored.law.terms if found.best else (found.latent,)
+    acts = () if found.choice is None else found.best.scored.law.terms if found.best else (found.latent,)
     if any(t.place.kind == "turn" for t in acts):
         said.append("a turn of the belt at a run-up cannot be told from a sideways push on the span before it")
     return tuple(said)

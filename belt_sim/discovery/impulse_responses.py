@@ -197,7 +197,7 @@ class SpanChange:
         """What a small change adds per unit (R, J), by the ends of a span (R, 3, J); row: 0 curvature, 1 roll."""
         return np.einsum("ri,rij->rj", self.coefficients[:, 0, row], ends)
 
-    def added(self, change: np.ndarray, ends: Sequence[np.ndarray], row: int) -> np.ndarray:
+    def response_to(self, change: np.ndarray, ends: Sequence[np.ndarray], row: int) -> np.ndarray:
         """What a change (R, F, J) adds, however large, by the three ends (R, F, J) of a span."""
         x = log_of_change(change, np)
         found: Any = 0.0

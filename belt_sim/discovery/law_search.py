@@ -27,11 +27,6 @@ class SearchOutcome:
     close: tuple[CloseLaw, ...] = ()
 
     @property
-    def found(self) -> bool:
-        """Whether something is missing."""
-        return self.choice is not None
-
-    @property
     def latent(self) -> LatentInput:
         """The latent input of greatest evidence; where a law was found, of those at its place."""
         if self.best is None:

@@ -220,19 +220,19 @@ class UsedColumn:
     entry: ColumnEntry = field(default_factory=ColumnEntry)
 
     @property
-    def stated(self) -> bool:
+    def is_stated(self) -> bool:
         """Whether the mapping says what the column is."""
         return bool(self.entry.role or self.entry.unit or self.entry.at)
 
     @property
     def sure(self) -> bool:
         """Whether the mapping or the file itself says what it is."""
-        return self.column.sure or self.stated
+        return self.column.sure or self.is_stated
 
     @property
     def why(self) -> str:
         """Where role and unit come from, in words."""
-        return "the mapping" if self.stated else self.column.why
+        return "the mapping" if self.is_stated else self.column.why
 
     def si(self, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Numbers [SI]; of a force [N]; of an axis of a digitised picture, the value at each pixel."""

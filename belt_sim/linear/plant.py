@@ -105,7 +105,7 @@ class PlantSchedule:
             raise InputError("tension", tensions, "N/mm2", "give at least two different ones")
         return PlantSchedule(ordered)
 
-    def at(self, tension: float) -> LinearBelt:
+    def plant_at(self, tension: float) -> LinearBelt:
         """The plant at ``tension`` [N/mm2], no further than the plants reach (InputError beyond)."""
         known = np.array([p.tension for p in self.plants])
         asked = tension * N_PER_MM2

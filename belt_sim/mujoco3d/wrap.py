@@ -260,16 +260,16 @@ def land_station(
     lifted = (high - lift(inside, chord, surface.radius, surface.sink_chords)) * forgotten
     turned = chord_angle(square - (y - wrap.y[:, beside]) ** 2, circle + high, wrap.r[:, beside])
 
-    def landed(values: Array, at: Any, there: Array) -> Array:
+    def put_if_landed(values: Array, at: Any, there: Array) -> Array:
         return put(values, at, xp.where(lands, there, values[at]))
 
     at = (slice(None), k)
     wrap = wrap.with_outer(end, xp.where(lands, outer + outward, outer))
     return wrap._replace(
-        landing_lift=landed(wrap.landing_lift, k, lifted),
-        r=landed(wrap.r, at, circle + high),
-        y=landed(wrap.y, at, y),
-        angle=landed(wrap.angle, at, wrap.angle[:, beside] + outward * turned),
+        landing_lift=put_if_landed(wrap.landing_lift, k, lifted),
+        r=put_if_landed(wrap.r, at, circle + high),
+        y=put_if_landed(wrap.y, at, y),
+        angle=put_if_landed(wrap.angle, at, wrap.angle[:, beside] + outward * turned),
     )
 
 

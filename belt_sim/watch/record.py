@@ -40,12 +40,12 @@ class Overlay:
     case: Case | None = None
 
     @property
-    def drawn(self) -> Curves:
+    def last_curves(self) -> Curves:
         return list(self.modelled.values())[-1]
 
     @property
     def length(self) -> float:
-        return float(self.drawn.travel[-1] - self.drawn.travel[0])
+        return float(self.last_curves.travel[-1] - self.last_curves.travel[0])
 
 
 def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay]) -> None:
@@ -113,7 +113,7 @@ def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay, pictures
         log_curves(MEASURED_NAME, measured, MEASURED_COLOUR, width=1.2)
     if overlay.case is not None and overlay.modelled:
         scene = Scene(recording, f"{root}/belt", overlay.case, view_scale_of(overlay.case, overlay.length))
-        scene.frames(list(belt_frames(overlay.case, overlay.drawn, every=max(overlay.length / pictures, 0.1))))
+        scene.frames(list(belt_frames(overlay.case, overlay.last_curves, every=max(overlay.length / pictures, 0.1))))
 
 
 def _fewer(curves: Curves) -> Curves:

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.fits.linearisation import Grid, best_of_grid
+from belt_sim.diagnosis.fits.linearisation import ShapeGrid, best_of_grid
 from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.effects.base import Parameter
 
@@ -29,7 +29,7 @@ def best(columns, residual, sides=(-np.inf, np.inf), most=2):
     )
     bench = SimpleNamespace(forward=forward, metric=SimpleNamespace(whiten=lambda rows: rows))
     fit = SimpleNamespace(columns=np.zeros((0, N)), free=[], residual=residual, vector=np.zeros(2))
-    grid = Grid(points, [0], np.array(columns), np.arange(len(columns))[:, None])
+    grid = ShapeGrid(points, [0], np.array(columns), np.arange(len(columns))[:, None])
     return best_of_grid(bench, fit, grid, most)
 
 

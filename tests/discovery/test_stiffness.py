@@ -51,7 +51,7 @@ def test_the_loop_has_a_change_of_any_size(kind, change):
     data = surveyed()
     cases, ends = data.bench.samples.cases, data.states.ends[:, :3]
     found = [
-        data.states.changes[kind].added(np.full_like(ends[:, :1], change), ends.swapaxes(0, 1)[:, :, None], row)
+        data.states.changes[kind].response_to(np.full_like(ends[:, :1], change), ends.swapaxes(0, 1)[:, :, None], row)
         for row in (0, 1)
     ]
     for r in range(len(ends)):

@@ -25,7 +25,7 @@ Point = tuple[tuple[int, float], ...]
 
 
 @dataclass(frozen=True)
-class Grid:
+class ShapeGrid:
     """Shapes of an effect's parameters at all points of its grid.
 
     points: pairs of position and value; free (k,): positions of the parameters that are not on the grid; columns
@@ -85,7 +85,7 @@ def _changes(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> 
     return dict(zip(tried, bench.forward.values(points) - fit.values, strict=True))
 
 
-def shapes_on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, Grid]:
+def shapes_on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, ShapeGrid]:
     """Shapes of effects about ``fit`` at every point of their grids.
 
     A parameter that feels only one of several numbers on a grid (the swing of one pulley) is computed for that alone;
@@ -115,7 +115,7 @@ def shapes_on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[st
     for n in grids:
         place = {key: k for k, key in enumerate(dict.fromkeys(key for row in rows[n] for key in row))}
         choices = np.array([[place[key] for key in row] for row in rows[n]])
-        found[n] = Grid(points[n], free[n], np.stack([shapes[key] for key in place]), choices)
+        found[n] = ShapeGrid(points[n], free[n], np.stack([shapes[key] for key in place]), choices)
     return found
 
 
@@ -168,7 +168,7 @@ def _differ(rows: Sequence[np.ndarray]) -> bool:
 ALIKE = 0.5  # chi2 between two predictions, below which they say the same
 
 
-def best_of_grid(bench: Workbench, fit: Fit, grid: Grid, most: int) -> list[int]:
+def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list[int]:
     """At most so many points of a grid by what they promise in the linear range, best first, no two alike.
 
     A number that a machine has on one side of null only promises nothing on the other.
@@ -224,7 +224,7 @@ class Linearisation:
     fit: Fit
     slopes: dict[int, np.ndarray]
     weak: dict[str, list[Point]]
-    grids: dict[str, Grid] = field(default_factory=dict)
+    grids: dict[str, ShapeGrid] = field(default_factory=dict)
     shaped: dict[Point, dict[int, np.ndarray]] = field(default_factory=dict)
     sized: dict[tuple[int, float], np.ndarray] = field(default_factory=dict)
     shows: dict[int, tuple[float, ...]] = field(default_factory=dict)
