@@ -18,7 +18,7 @@ from typing import Any
 from belt_sim.errors import InputError
 from belt_sim.files import MODELS, ROOT
 from studies.application import application
-from studies.browser import opened
+from studies.browser import open_tab
 
 PATIENCE = 120_000  # [ms] for anything that the page shows
 DIAGNOSED = 1200.0  # [s] for a diagnosis on a busy machine
@@ -29,7 +29,7 @@ CURVES = "[data-name={}] .scatterlayer path.js-line"
 
 
 @contextmanager
-def served() -> Iterator[str]:
+def serve_app() -> Iterator[str]:
     """The address of an app that writes into a folder which goes with it."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "belt_sim", "app", "open=false", f"hydra.run.dir={folder}"]
@@ -65,7 +65,7 @@ def simulate(page: Any, address: str) -> Any:
     return page.locator("main, .q-page").first
 
 
-def logged(page: Any, address: str) -> Any:
+def import_card(page: Any, address: str) -> Any:
     """The card of a logger's files, before what is asked has been answered."""
     page.goto(f"{address}/measurements")
     page.locator("input[type=file]").wait_for(state="attached")
@@ -108,7 +108,7 @@ def report(page: Any, address: str) -> Any:
     return page.locator("section", has_text="Diagnosis of")
 
 
-PICTURES = {"simulate": simulate, "import": logged, "report": report}
+PICTURES = {"simulate": simulate, "import": import_card, "report": report}
 
 
 def shoot(config: Mapping[str, Any]) -> None:
@@ -117,9 +117,9 @@ def shoot(config: Mapping[str, Any]) -> None:
     unknown = [n for n in config["names"] if n not in PICTURES]
     if unknown:
         raise InputError("names", unknown, "", f"use some of {', '.join(PICTURES)}")
-    with served() as address:
+    with serve_app() as address:
         for name in config["names"]:
-            with opened(*config["size"], dark=config["dark"]) as page:
+            with open_tab(*config["size"], dark=config["dark"]) as page:
                 page.set_default_timeout(PATIENCE)
                 seen = PICTURES[name](page, address)
                 seen.scroll_into_view_if_needed()

@@ -27,7 +27,7 @@ _POINTS = ((0, BLUE), (2, RED))
 
 
 @dataclass(frozen=True)
-class Beside:
+class ComparedRun:
     """One run. tension [N/mm2]; friction [1]; stations [m]: their distance; effects: their ids; travel [m], shape (n,);
     y, law [m], shape (4, n): 3D and strip law."""
 
@@ -40,7 +40,7 @@ class Beside:
     law: np.ndarray
 
 
-def read(path: Path) -> Beside:
+def read(path: Path) -> ComparedRun:
     """A run of the study and the strip law for its case."""
     content = json.loads(path.read_text(encoding="utf-8"))
     table = np.genfromtxt(path.with_suffix(".csv"), delimiter=",", names=True)
@@ -49,10 +49,10 @@ def read(path: Path) -> Beside:
     law = analytic_model("strip").run(case_from(config), effects, travel=float(travel[-1]))
     expected = np.array([np.interp(travel, law.travel, point) for point in law.y])
     stations, friction = float(options["dx"]), float(options["friction"])
-    return Beside(float(config["tension"]), friction, stations, tuple(e.id for e in effects), travel, y, expected)
+    return ComparedRun(float(config["tension"]), friction, stations, tuple(e.id for e in effects), travel, y, expected)
 
 
-def told(run: Beside, windows: Sequence[tuple[float, float]]) -> list[str]:
+def run_lines(run: ComparedRun, windows: Sequence[tuple[float, float]]) -> list[str]:
     """What is said of a run; windows [m]: travels over which slopes are compared."""
     apart, largest = np.abs(run.y - run.law), np.abs(run.law)
     own = ", ".join(f"{100 * share:.1f}" for share in apart.max(axis=1) / np.maximum(largest.max(axis=1), 1e-12))
@@ -79,13 +79,13 @@ def beside_the_law(config: dict[str, Any]) -> None:
         raise InputError("files", config["files"], "", "no such file; make some with python -m studies.space_run")
     runs = sorted((read(Path(f)) for f in found), key=lambda r: (r.tension, -r.friction))
     for r in runs:
-        print("\n".join(told(r, config["windows"])))
+        print("\n".join(run_lines(r, config["windows"])))
     if config["picture"]:
         print(picture(config["picture"], runs))
 
 
 @style.picture
-def picture(path: str | Path, runs: Sequence[Beside]) -> Path:
+def picture(path: str | Path, runs: Sequence[ComparedRun]) -> Path:
     """Points 1 and 3 of 3D runs (sticking: lines, slipping: dashes) over the strip law (thick and faint)."""
     tensions = sorted({r.tension for r in runs})
     rows = -(-len(tensions) // 2)

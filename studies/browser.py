@@ -13,7 +13,7 @@ SOFTWARE = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swifts
 
 
 @contextmanager
-def opened(width: int, height: int, *, dark: bool = False, webgl: bool = False) -> Iterator[Any]:
+def open_tab(width: int, height: int, *, dark: bool = False, webgl: bool = False) -> Iterator[Any]:
     """An empty tab of this size [px], webgl: that can draw in space; raises InputError where there is no browser."""
     from playwright.sync_api import sync_playwright
 

@@ -35,7 +35,7 @@ def nearest(case: Case, wanted: CentringGoal, by: float, config: Mapping[str, An
     travel, y = np.asarray(curves.travel), np.asarray(curves.y)  # type: ignore[union-attr]
     pieces = round(by / config["every"])
     width = round(config["every"] / (travel[1] - travel[0]))
-    rows = np.stack([_moved(y, k * width) - _moved(y, (k + 1) * width) for k in range(pieces)], axis=-1)
+    rows = np.stack([_delay(y, k * width) - _delay(y, (k + 1) * width) for k in range(pieces)], axis=-1)
     off = wanted.start
     late, all_of = rows[:, travel >= by][:, ::SPARE].reshape(-1, pieces), rows[:, ::SPARE].reshape(-1, pieces)
     one, none = np.ones((len(late), 1)), np.zeros((len(all_of), 1))
@@ -45,7 +45,7 @@ def nearest(case: Case, wanted: CentringGoal, by: float, config: Mapping[str, An
     return float(answer.x[-1])
 
 
-def _moved(y: np.ndarray, records: int) -> np.ndarray:
+def _delay(y: np.ndarray, records: int) -> np.ndarray:
     """y (4, n) later by so many records."""
     return np.hstack([np.zeros((4, records)), y[:, : y.shape[1] - records]])
 
@@ -71,7 +71,7 @@ def picture(path: Path, law: Curves, space: Curves | None, wanted: CentringGoal,
     return style.save(fig, path)
 
 
-def told(name: str, travel: np.ndarray, y: np.ndarray, wanted: CentringGoal) -> str:
+def run_line(name: str, travel: np.ndarray, y: np.ndarray, wanted: CentringGoal) -> str:
     """One line of a run, y (4, n) [m]."""
     centred = wanted.centring_travel(travel, y)
     rest = wanted.away(y)[travel >= centred].max()
@@ -87,10 +87,10 @@ def centring(config: dict[str, Any]) -> None:
         print(f"from {by:g} m on, any yaw: within {nearest(case, wanted, by, config) / MM:.2f} mm at best", flush=True)
     law = simulate(case, model=model_named("strip"), travel=config["travel"]).curves
     assert law is not None
-    print(told("strip law", np.asarray(law.travel), np.asarray(law.y), wanted))
+    print(run_line("strip law", np.asarray(law.travel), np.asarray(law.y), wanted))
     space = read_curves(Path(config["space"])) if config["space"] else None
     if space is not None:
-        print(told("3D", space.travel, space.y, wanted))
+        print(run_line("3D", space.travel, space.y, wanted))
     if config["picture"]:
         print(picture(Path(config["picture"]), law, space, wanted, case.settings.yaw))
 

@@ -44,7 +44,7 @@ class Lead:
         return -self.gain * (ratio * off - (ratio - 1.0) * self.slow)
 
 
-def steered(stage: Stage, recorder: Recorder, controller: Lead, steering: list[tuple[float, float]]) -> Stage:
+def add_controller(stage: Stage, recorder: Recorder, controller: Lead, steering: list[tuple[float, float]]) -> Stage:
     """The stage with a tail pulley that the controller turns as well, from travel 0 on.
 
     steering keeps travel [m] and the controller's angle [rad].
@@ -71,7 +71,7 @@ def in_space(config: dict[str, Any]) -> dict[str, np.ndarray]:
     for observer in recorder.observers:
         observer.start(case, config["travel"])
     for stage in run.stages(config["travel"]):
-        run.run_stage(steered(stage, recorder, controller, steering), recorder)
+        run.run_stage(add_controller(stage, recorder, controller, steering), recorder)
     curves, (at, angle) = recorder.curves(), np.array(steering).T
     yaw = np.interp(np.asarray(curves.travel), at, angle) / DEGREE
     return {"travel_m": curves.travel, "y1_mm": curves.y[0] / MM, "y3_mm": curves.y[2] / MM, "yaw_deg": yaw}

@@ -103,20 +103,22 @@ def run(contact: Contact) -> dict[str, float]:
     """y [mm] of points 1 and 3 at READ, penetration [um], drift without yaw [um/m], CPU seconds; nan: it failed."""
     began = time.process_time()
     if contact.held:
-        travel, (yawed, still), sunk = held(contact)
+        travel, (yawed, still), sunk = run_native(contact)
     else:
-        travel, (yawed, still), sunk = rolled_out(model_of(contact), contact)
+        travel, (yawed, still), sunk = run_contact(model_of(contact), contact)
     found = {"penetration": sunk * 1e6}
     for point in (1, 3):
         moved = yawed[:, point - 1] - still[:, point - 1]
-        start = at(travel, moved, -WINDOW)
+        start = window_mean(travel, moved, -WINDOW)
         for place in READ:
-            found[f"y{point}_{place:g}"] = (at(travel, moved, place) - start) / MM
-    found["drift"] = (at(travel, still[:, 0], READ[-1]) - at(travel, still[:, 0], -WINDOW)) * 1e6 / READ[-1]
+            found[f"y{point}_{place:g}"] = (window_mean(travel, moved, place) - start) / MM
+    found["drift"] = (
+        (window_mean(travel, still[:, 0], READ[-1]) - window_mean(travel, still[:, 0], -WINDOW)) * 1e6 / READ[-1]
+    )
     return found | {"cpu": time.process_time() - began}
 
 
-def held(contact: Contact) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], float]:
+def run_native(contact: Contact) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], float]:
     """The same of the engine that holds landed nodes, which needs no control run and knows no penetration."""
     model = {"name": "mujoco_flex", "dx": contact.dx * MM, "dt": contact.dt * 1e-3, "sample": 0.5 * WINDOW}
     curves = bs.simulate(case_of(contact), model=model, travel=READ[-1] + WINDOW).curves
@@ -151,7 +153,7 @@ def contact_law(contact: Contact) -> ContactLaw:
     return ContactLaw(contact.timeconst * 1e-3, solimp, contact.friction)
 
 
-def rolled_out(model: mujoco.MjModel, contact: Contact) -> tuple[np.ndarray, np.ndarray, float]:
+def run_contact(model: mujoco.MjModel, contact: Contact) -> tuple[np.ndarray, np.ndarray, float]:
     """Travel [m], shape (n,), y of points 1-4 with the yaw and without it [m], shape (2, n, 4), and how far nodes have
     sunk in at the end of the run-in, on average [m]."""
     with ThreadPoolExecutor(2) as pool:
@@ -195,7 +197,7 @@ def sensor(model: mujoco.MjModel, name: str) -> int:
     return int(model.sensor(name).adr[0])
 
 
-def at(travel: np.ndarray, y: np.ndarray, place: float) -> float:
+def window_mean(travel: np.ndarray, y: np.ndarray, place: float) -> float:
     """Mean of y over WINDOW of travel about ``place`` [m]."""
     return float(np.mean(y[np.abs(travel - place) <= 0.5 * WINDOW]))
 

@@ -17,12 +17,12 @@ from belt_sim.jax_setup import prepare
 from belt_sim.pictures import style
 from belt_sim.pictures.style import BLUE, RED
 from belt_sim.si import MM
-from studies.beside_the_law import Beside
+from studies.beside_the_law import ComparedRun
 
 COLUMNS = 4
 
 
-def read(folder: Path) -> Beside:
+def read(folder: Path) -> ComparedRun:
     """The 3D run of a case's folder, and the strip law at its tension and yaw."""
     said = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     table = np.genfromtxt(folder / "curves.csv", delimiter=",", names=True)
@@ -31,10 +31,10 @@ def read(folder: Path) -> Beside:
     law = bs.simulate(model="strip", tension=tension, yaw=yaw, travel=float(travel[-1]) + 0.1).curves
     assert law is not None
     expected = np.array([np.interp(travel, law.travel, point) for point in law.y])
-    return Beside(tension, np.inf, 0.025, (), travel, y, expected)
+    return ComparedRun(tension, np.inf, 0.025, (), travel, y, expected)
 
 
-def row(run: Beside) -> str:
+def row(run: ComparedRun) -> str:
     """One line of the table."""
     off = 100.0 * (run.y - run.law) / np.abs(run.law).max()
     at = " / ".join(f"{np.interp(s, run.travel, off[0]):.2f}" for s in (3.0, 10.0, run.travel[-1]))
@@ -42,7 +42,7 @@ def row(run: Beside) -> str:
 
 
 @style.picture
-def draw(path: Path, runs: list[Beside]) -> Path:
+def draw(path: Path, runs: list[ComparedRun]) -> Path:
     """A panel a tension: points 1 and 3 in 3D (thin) over the strip law (thick and faint)."""
     rows = -(-len(runs) // COLUMNS)
     fig, axes = style.figure(11.0, 2.1 * rows + 0.6, rows, COLUMNS, sharex=True)

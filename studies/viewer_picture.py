@@ -17,7 +17,7 @@ import rerun as rr
 
 from belt_sim.errors import InputError
 from studies.application import application
-from studies.browser import opened
+from studies.browser import open_tab
 
 BAR = 36  # [px], height of the viewer's own bar
 
@@ -34,7 +34,7 @@ class _Files(http.server.SimpleHTTPRequestHandler):
 
 
 @contextmanager
-def served(folder: Path) -> Iterator[str]:
+def serve_files(folder: Path) -> Iterator[str]:
     """The files of ``folder`` at an address of this machine."""
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_Files, directory=str(folder)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
@@ -54,7 +54,7 @@ def picture_of(config: Mapping[str, Any]) -> None:
         port = probe.getsockname()[1]
     rr.serve_web_viewer(web_port=port, open_browser=False)
     width, height = config["size"]
-    with served(file.parent) as address, opened(width, height + BAR, dark=config["dark"], webgl=True) as page:
+    with serve_files(file.parent) as address, open_tab(width, height + BAR, dark=config["dark"], webgl=True) as page:
         recording = quote(f"{address}/{file.name}", safe="")
         page.goto(f"http://127.0.0.1:{port}/?renderer=webgl&url={recording}", wait_until="commit")
         page.wait_for_timeout(1000 * config["wait"])

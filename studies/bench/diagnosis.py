@@ -104,21 +104,21 @@ def prediction_figures() -> dict[str, Any]:
     vectors = np.repeat(forward.null()[None], POINTS, axis=0)
     vectors[:, 0] = np.linspace(0.0, 1.0, POINTS)
     old, few = _old(forward), vectors[:OLD_POINTS]
-    firsts = _timed(lambda: old(few)), _timed(lambda: forward.values(few))
+    firsts = _seconds(lambda: old(few)), _seconds(lambda: forward.values(few))
     apart = float(np.abs(old(few) - forward.values(few)).max())
     return {
         "points": POINTS,
         "old_first_s": firsts[0],
         "new_first_s": firsts[1],
         "old_ms": 1e3
-        * _timed(lambda: [old(vectors[k : k + OLD_POINTS]) for k in range(0, POINTS, OLD_POINTS)])
+        * _seconds(lambda: [old(vectors[k : k + OLD_POINTS]) for k in range(0, POINTS, OLD_POINTS)])
         / POINTS,
-        "new_ms": 1e3 * _timed(lambda: forward.values(vectors)) / POINTS,
+        "new_ms": 1e3 * _seconds(lambda: forward.values(vectors)) / POINTS,
         "apart_m": apart,
     }
 
 
-def _timed(run: Callable[[], Any]) -> float:
+def _seconds(run: Callable[[], Any]) -> float:
     begun = time.process_time()
     run()
     return time.process_time() - begun

@@ -30,7 +30,7 @@ def batch_figures() -> dict[str, Any]:
     begun = time.perf_counter()
     y = run()
     first = time.perf_counter() - begun
-    seconds = min(_timed(run) for _ in range(REPEATS))
+    seconds = min(_seconds(run) for _ in range(REPEATS))
     found = [errors(y[t * len(YAWS) + k], truth(paper_case(TENSIONS[t], YAWS[k]))) for t, k in SAMPLE]
     return {
         "cases": len(y),
@@ -62,7 +62,7 @@ def _one_by_one(solve: Callable, timed: Callable) -> dict[str, Any]:
     cases = [paper_case(TENSIONS[t], YAWS[k]) for t, k in SAMPLE]
     found = [errors(solve(case), truth(case)) for case in cases]
     ready = [linear(case) for case in cases]
-    each = [min(_timed(partial(timed, c)) for _ in range(REPEATS)) for c in ready]
+    each = [min(_seconds(partial(timed, c)) for _ in range(REPEATS)) for c in ready]
     return {"per_case_ms": 1e3 * float(np.mean(each)), "error": _worst(found)}
 
 
@@ -70,7 +70,7 @@ def _worst(found: list[dict[str, float]]) -> dict[str, float]:
     return {name: max(e[name] for e in found) for name in found[0]}
 
 
-def _timed(run: Callable[[], Any]) -> float:
+def _seconds(run: Callable[[], Any]) -> float:
     begun = time.perf_counter()
     run()
     return time.perf_counter() - begun

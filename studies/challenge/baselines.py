@@ -88,12 +88,12 @@ def table_of(campaign: Campaign, base: str, effects: Sequence[str] | None = None
         shapes = additive_effects.columns(samples, cls, ())[: len(names)]
         changes = np.concatenate([changes, shapes * np.reshape(scales, (-1, 1, 1, 1))])
         owner += [(cls.id, name, scale) for name, scale in zip(names, scales, strict=True)]
-    flat = [_centred(x, there) for x in (samples.y - values[0], *changes)]
+    flat = [_subtract_means(x, there) for x in (samples.y - values[0], *changes)]
     stated = float(np.mean([math.hypot(s.white, s.wander_sd) for s in campaign.signals]))
     return Table(flat[0], np.array(flat[1:]), tuple(owner), stated)
 
 
-def _centred(x: np.ndarray, there: np.ndarray) -> np.ndarray:
+def _subtract_means(x: np.ndarray, there: np.ndarray) -> np.ndarray:
     """Readings (R, S, n) as one vector, each record about its own mean."""
     mean = np.nanmean(np.where(there, x, np.nan), axis=2, keepdims=True, where=there.any(axis=2, keepdims=True))
     return (x - mean)[there]

@@ -40,14 +40,14 @@ def least_error(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -> 
     if LINE not in campaign.source.reference:
         return None
     bench = workbench(campaign, fitted_model(truth.base), ())
-    left = bench.samples.y - samples_of(noise_free(campaign, truth), leave_out_bad=False).y
-    levels = bench.finder(left)
+    residual = bench.samples.y - samples_of(noise_free(campaign, truth), leave_out_bad=False).y
+    levels = bench.finder(residual)
     own = ErrorsWithoutNuisances(replace(bench, levels=levels, metric=bench.metric_at(levels)))
     found, untold = conditions(bench), error.get("held_out_untestable", error.get("untestable", ()))
     told = [out for name, out in found.items() if name not in untold] or list(found.values())
     return {
-        "plain_mm": _rms([left[out][own.there[out]] for out in told]),
-        "beside_settings_mm": _rms([own.remove_nuisances(left[out], out)[own.there[out]] for out in told]),
+        "plain_mm": _rms([residual[out][own.there[out]] for out in told]),
+        "beside_settings_mm": _rms([own.remove_nuisances(residual[out], out)[own.there[out]] for out in told]),
     }
 
 
@@ -116,14 +116,14 @@ def left_by_named(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -
     free = [(k, name) for k, e in enumerate(named) for name in e["parameters"] if name in known[k]]
     unit = [classes[k].sizes[n].typical if n in classes[k].sizes else 1.0 for k, n in free]
 
-    def left(values: np.ndarray) -> np.ndarray:
+    def residual(values: np.ndarray) -> np.ndarray:
         numbers = [dict(own) for own in known]
         for (k, name), value in zip(free, values * unit, strict=True):
             numbers[k][name] = float(value)
         faults = [cls(**own) for cls, own in zip(classes, numbers, strict=True)]
         return np.nan_to_num(bench.reduce(observe(plan, bench.base, faults) - bench.clean), nan=1e3)
 
-    best = least_squares(left, np.array([known[k][n] for k, n in free]) / unit, max_nfev=_STEPS)
+    best = least_squares(residual, np.array([known[k][n] for k, n in free]) / unit, max_nfev=_STEPS)
     return float(np.sqrt(2 * best.cost))
 
 

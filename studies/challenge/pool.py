@@ -33,7 +33,7 @@ class _Worker:
         self.task, self.began = task, float("inf")
         self.pipe.send(task)
 
-    def finished(self) -> bool:
+    def has_finished(self) -> bool:
         """Whether the process said that it finished; a pipe that broke says nothing."""
         try:
             while self.pipe.poll():
@@ -80,7 +80,7 @@ def share(
                 busy.append(worker)
             wait([w.pipe for w in busy], timeout=_LOOK_EVERY)
             for worker in list(busy):
-                finished = worker.finished()
+                finished = worker.has_finished()
                 trouble = "" if finished else worker.trouble(limit)
                 if not finished and not trouble:
                     continue

@@ -180,7 +180,7 @@ _WHO = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stored:
+class StoredScores:
     """One challenge: how it was run, its scores, and the scores of other methods on the same campaigns."""
 
     about: dict[str, Any]
@@ -193,7 +193,7 @@ class Stored:
         return ", ".join(c[:10] for c in self.about["commits"])
 
     @property
-    def unanswered(self) -> list[int]:
+    def unanswered_seeds(self) -> list[int]:
         """Seeds between the first and the last that have no answer."""
         first, last = self.about["seeds"]
         return sorted(set(range(first, last + 1)) - {f.seed for f in self.cases})
@@ -238,13 +238,13 @@ def _row(result: Mapping[str, Any]) -> dict[str, Any]:
     return row | {"others": {n: {k: o[k] for k in _OF_AN_ANSWER if k in o} for n, o in others.items()}}
 
 
-def read_stored(folder: Path) -> list[Stored]:
+def read_stored(folder: Path) -> list[StoredScores]:
     """Every file of scores in a folder, by name."""
     contents = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.json"))]
-    return [_stored(c) for c in contents if c.get("schema") == SCHEMA]
+    return [_parse_scores(c) for c in contents if c.get("schema") == SCHEMA]
 
 
-def _stored(content: dict[str, Any]) -> Stored:
+def _parse_scores(content: dict[str, Any]) -> StoredScores:
     cases: list[ScoredCase] = []
     others: dict[str, list[ScoredCase]] = {}
     for row in content.pop("rows"):
@@ -253,13 +253,13 @@ def _stored(content: dict[str, Any]) -> Stored:
         truth = {k: v for k, v in row.items() if k not in (*_OF_AN_ANSWER, *_OF_THE_DIAGNOSIS)}
         for name, other in answers.items():
             others.setdefault(name, []).append(ScoredCase.from_row(truth | other))
-    return Stored(about=content, cases=cases, others=others)
+    return StoredScores(about=content, cases=cases, others=others)
 
 
 # ---- the document
 
 
-def write_page(top: Path, stored: Sequence[Stored]) -> Path:
+def write_page(top: Path, stored: Sequence[StoredScores]) -> Path:
     """Write the page for readers into a folder of documents: the newest answers alone, the conclusion first."""
     line, span, space = (_own(newest(part)) for part in _parts(stored))
     laws = _outside(span)
@@ -290,13 +290,13 @@ def _outcomes(cases: Sequence[ScoredCase]) -> str:
     )
 
 
-def _parts(stored: Sequence[Stored]) -> tuple[list[Stored], list[Stored], list[Stored]]:
+def _parts(stored: Sequence[StoredScores]) -> tuple[list[StoredScores], list[StoredScores], list[StoredScores]]:
     """Those of a whole machine, of changed spans, and of the belt in 3D."""
     span, space = ([p for p in stored if p.about["source"] == name] for name in (SPAN, SPACE))
     return [p for p in stored if p.about["source"] not in (SPAN, SPACE)], span, space
 
 
-def newest(stored: Sequence[Stored]) -> list[Stored]:
+def newest(stored: Sequence[StoredScores]) -> list[StoredScores]:
     """Answers of the whole diagnosis by the code that answered the campaigns with the highest seeds."""
     answered = [p for p in stored if p.about["ablation"] == OWN]
     if not answered:
@@ -340,7 +340,7 @@ def _short_targets(cases: Sequence[ScoredCase]) -> str:
     return table(("figure", "target", "found", "95 % interval", "reached"), lines)
 
 
-def write_record(top: Path, stored: Sequence[Stored]) -> Path:
+def write_record(top: Path, stored: Sequence[StoredScores]) -> Path:
     """Write the record of all stored campaigns, and its pictures, into a folder of documents."""
     line, span, space = _parts(stored)
     own = _own(line)
@@ -348,17 +348,17 @@ def write_record(top: Path, stored: Sequence[Stored]) -> Path:
     parts = [_INTRO, _commands(line), target_table(own)]
     parts += [_side_by_side("## The same by source of campaigns", sources)]
     parts += [_side_by_side("## The same by commit of the code", codes), by_size(own), by_pair(own)]
-    parts += [by_effect(own), by_plan(own), _pictures(top, own), outside_library(own), compared(line), failures(own)]
+    parts += [by_effect(own), by_plan(own), _pictures(top, own), outside_library(own), comparison(line), failures(own)]
     parts += [_apart(_IN_SPAN, span), _apart(_IN_SPACE, space)]
     return write_text(top / RECORD, "\n".join(p for p in parts if p))
 
 
-def _own(stored: Sequence[Stored]) -> list[ScoredCase]:
+def _own(stored: Sequence[StoredScores]) -> list[ScoredCase]:
     """Answers of the whole diagnosis."""
     return [f for p in stored if p.about["ablation"] == OWN for f in p.cases]
 
 
-def _commands(stored: Sequence[Stored]) -> str:
+def _commands(stored: Sequence[StoredScores]) -> str:
     """How every file of scores was made, and what of its seeds has no answer."""
     lines, holes = [], []
     for p in stored:
@@ -367,8 +367,8 @@ def _commands(stored: Sequence[Stored]) -> str:
         settings += f" count={many} bootstraps={a['bootstraps']}"
         answered = f"{len(p.cases)} campaigns" if len(p.cases) == many else f"{len(p.cases)} of {many} answered"
         lines.append(f"python -m studies.challenge {settings}    # {answered}; commit {p.code}")
-        if p.unanswered and a["ablation"] == OWN:
-            holes.append(f"{len(p.unanswered)} of {a['source']} ({_ranges(p.unanswered)})")
+        if p.unanswered_seeds and a["ablation"] == OWN:
+            holes.append(f"{len(p.unanswered_seeds)} of {a['source']} ({_ranges(p.unanswered_seeds)})")
     text = "```\n" + "\n".join(lines) + "\n```\n"
     if holes:
         text += f"\nNot answered within the time there was, and in no figure: {'; '.join(holes)}.\n"
@@ -384,12 +384,12 @@ def _ranges(seeds: Sequence[int]) -> str:
     return ", ".join(ranges[:_LISTED]) + (", ..." if len(ranges) > _LISTED else "")
 
 
-def _apart(intro: str, stored: Sequence[Stored]) -> str:
+def _apart(intro: str, stored: Sequence[StoredScores]) -> str:
     """Campaigns that are in no figure above: the same tables, and every campaign with its answer; empty without any."""
     own = _own(stored)
     if not own:
         return ""
-    tables = [target_table(own), by_size(own), by_effect(own), outside_library(own), compared(stored), failures(own)]
+    tables = [target_table(own), by_size(own), by_effect(own), outside_library(own), comparison(stored), failures(own)]
     below = [text.replace("## ", "### ", 1) for text in tables if text]
     folded = ["<details><summary>all of them</summary>\n", _each(own), "</details>\n"]
     return "\n".join([intro, _commands(stored), *below, *folded])
@@ -465,7 +465,7 @@ def target_cells(row: Target) -> tuple[str, ...]:
     """One row of the table of targets as text: figure, target, found, interval, note."""
     low, high = row.found.interval
     interval = f"{low:.0%} - {high:.0%}" if row.found.trials else ""
-    return row.name, row.wanted, f"{row.found.count} of {row.found.trials}", interval, row.note
+    return row.name, row.goal, f"{row.found.count} of {row.found.trials}", interval, row.note
 
 
 def target_table(cases: Sequence[ScoredCase]) -> str:
@@ -476,7 +476,7 @@ def target_table(cases: Sequence[ScoredCase]) -> str:
     return f"## Targets\n\n{len(cases)} campaigns.\n\n{table(head, lines)}"
 
 
-def _side_by_side(title: str, stored: Sequence[tuple[str, Stored]]) -> str:
+def _side_by_side(title: str, stored: Sequence[tuple[str, StoredScores]]) -> str:
     """The targets for every group of one name; nothing where there is but one."""
     groups: dict[str, list[ScoredCase]] = {}
     for name, p in stored:
@@ -539,7 +539,7 @@ def by_plan(cases: Sequence[ScoredCase]) -> str:
     return "## By plan\n\n" + table(("plan", "campaigns", *_IN_SHORT, "time: median, 9 of 10"), lines) if lines else ""
 
 
-def compared(stored: Sequence[Stored]) -> str:
+def comparison(stored: Sequence[StoredScores]) -> str:
     """The diagnosis beside itself without its parts, and beside plain methods, on the same campaigns."""
     answers: dict[str, list[ScoredCase]] = {OWN: []}
     for p in stored:

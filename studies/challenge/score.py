@@ -192,13 +192,13 @@ def outcome_of(f: ScoredCase) -> str:
     if f.kind == "nothing":
         return "wrong"
     if f.kind == "outside":
-        return "right" if _flagged(f) else _not_flagged(f)
+        return "right" if _is_flagged(f) else _not_flagged(f)
     if f.kind in ("dirty", "mistake"):
         return "crash" if f.verdict == "crash" else "right" if f.caught else "wrong"
     return _naming(f)
 
 
-def _flagged(f: ScoredCase) -> bool:
+def _is_flagged(f: ScoredCase) -> bool:
     return f.verdict not in ("adequate", "explained", "crash", STOPS) and not f.false_names
 
 

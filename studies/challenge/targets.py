@@ -52,7 +52,7 @@ class Target:
     note: str = ""
 
     @property
-    def wanted(self) -> str:
+    def goal(self) -> str:
         """The target in words."""
         if self.at_most is not None:
             return f"<= {self.at_most:.0%}"
@@ -61,7 +61,7 @@ class Target:
     @property
     def met(self) -> bool | None:
         """Whether the share itself meets the target; None without trials or target."""
-        if not self.found.trials or not self.wanted:
+        if not self.found.trials or not self.goal:
             return None
         if self.at_most is not None:
             return self.found.value <= self.at_most

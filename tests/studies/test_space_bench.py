@@ -15,7 +15,7 @@ STEPS = 2000
 @pytest.mark.parametrize("across", [2, 3])
 def test_the_particles_carry_the_tension_and_the_mass_of_the_belt(across):
     case = SHORT.case()
-    belt = Particles.of(case, across)
+    belt = Particles.from_case(case, across)
     assert belt.mass.sum() == pytest.approx(float(case.belt.mass_per_length * case.rig.belt_length), rel=1e-3)
     kind, one, other = belt.bonds.T
     apart = belt.place[other] - belt.place[one]
@@ -29,7 +29,7 @@ def test_the_particles_carry_the_tension_and_the_mass_of_the_belt(across):
 
 @pytest.mark.skipif(program() is None, reason="LAMMPS is not installed")
 def test_lammps_is_stable_up_to_the_step_of_the_fastest_mode():
-    belt = Particles.of(SHORT.case(), 2)
+    belt = Particles.from_case(SHORT.case(), 2)
     limit = belt.largest_step()
     assert lammps_run(belt, dt=SAFE * limit, speed=1.0, steps=STEPS).stable
     assert not lammps_run(belt, dt=BEYOND * limit, speed=0.0, steps=STEPS, contact=False).stable

@@ -31,7 +31,7 @@ def explicit_figures(task: Task) -> dict[str, Any]:
     while high / low > 1.0 + WITHIN:
         middle = (low * high) ** 0.5
         low, high = (middle, high) if stable(model, free, middle) else (low, middle)
-    each = min(_timed(model, low) for _ in range(REPEATS))
+    each = min(_cpu_seconds_of_step(model, low) for _ in range(REPEATS))
     per_metre = 1.0 / (low * options.run_speed)
     return {
         "dt_s": low,
@@ -58,7 +58,7 @@ def explicit_model(run: SpaceRun) -> tuple[mujoco.MjModel, np.ndarray]:
     return model, ~placed
 
 
-def _laid(model: mujoco.MjModel, dt: float) -> mujoco.MjData:
+def _initial_state(model: mujoco.MjModel, dt: float) -> mujoco.MjData:
     model.opt.timestep = dt
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -67,7 +67,7 @@ def _laid(model: mujoco.MjModel, dt: float) -> mujoco.MjData:
 
 def stable(model: mujoco.MjModel, free: np.ndarray, dt: float) -> bool:
     """Whether speeds stay bounded over STEPS steps of ``dt`` [s] after a random kick."""
-    data = _laid(model, dt)
+    data = _initial_state(model, dt)
     data.qvel[free] = KICK * np.random.default_rng(0).standard_normal(int(free.sum()))
     warn = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(_ignore)  # of speeds that are not finite: that is what is asked for
@@ -83,9 +83,8 @@ def _ignore(message: str) -> None:
     pass
 
 
-def _timed(model: mujoco.MjModel, dt: float) -> float:
-    """CPU seconds of a step."""
-    data = _laid(model, dt)
+def _cpu_seconds_of_step(model: mujoco.MjModel, dt: float) -> float:
+    data = _initial_state(model, dt)
     begun = time.process_time()
     mujoco.mj_step(model, data, STEPS)
     return (time.process_time() - begun) / STEPS

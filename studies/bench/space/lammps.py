@@ -41,7 +41,7 @@ def lammps_figures(task: Task, across: int) -> dict[str, Any] | None:
     """Milliseconds a step with and without pulleys, and CPU seconds for the whole travel at SPEEDS; None without it."""
     if program() is None:
         return None
-    belt = Particles.of(task.case(), across)
+    belt = Particles.from_case(task.case(), across)
     limit = belt.largest_step()
     dt = SAFE * limit
     timed = [lammps_run(belt, dt=dt, speed=SPEEDS[0], steps=STEPS) for _ in range(REPEATS)]

@@ -41,7 +41,7 @@ class Particles:
     centre_distance: float
 
     @staticmethod
-    def of(case: Case, across: int) -> "Particles":
+    def from_case(case: Case, across: int) -> "Particles":
         """The belt of a case with ``across`` particles over its width, 25 mm apart."""
         options = Options(across=across)
         loop = lay_loop(case, options.dx)
