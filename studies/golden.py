@@ -180,7 +180,7 @@ def scores(only: str, folder: Path, count: int = PER_SOURCE) -> Iterator[tuple[s
         task = Task(seed=row["seed"], out=folder / source, source=source, bootstraps=400, others=False)
         if not task.file("results").exists():
             run_case(task)
-        yield name, scored(score_case(json.loads(task.file("results").read_text())).row())
+        yield name, select_facts(score_case(json.loads(task.file("results").read_text())).row())
 
 
 PARTS: dict[str, Callable[..., Iterator[tuple[str, Json]]]] = {
@@ -201,7 +201,7 @@ def published_scores() -> dict[str, Json]:
         for row in rows:
             if left[row["kind"]] > 0 and sum(k.startswith(row["source"]) for k in kept) < PER_SOURCE:
                 left[row["kind"]] -= 1
-                kept[f"{row['source']}_{row['seed']}"] = scored(row)
+                kept[f"{row['source']}_{row['seed']}"] = select_facts(row)
     return kept
 
 
@@ -279,7 +279,7 @@ def without(content: Json, keys: Iterable[str]) -> Json:
     return [without(v, keys) for v in content] if isinstance(content, list) else content
 
 
-def scored(row: Mapping[str, Any]) -> Json:
+def select_facts(row: Mapping[str, Any]) -> Json:
     """What is kept of a scored answer."""
     return {k: row[k] for k in FACTS if k in row}
 
@@ -295,17 +295,17 @@ def golden(part: str) -> dict[str, Json]:
 
 def write(part: str, content: Mapping[str, Json]) -> None:
     """Replace the golden entries of a part by these; others stay. One line an entry."""
-    entries = golden(part) | rounded(dict(content))
+    entries = golden(part) | round_numbers(dict(content))
     lines = [f"{json.dumps(k)}: {json.dumps(v, ensure_ascii=False)}" for k, v in entries.items()]
     (GOLDEN / f"{part}.json").write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
 
 
-def rounded(content: Json) -> Json:
+def round_numbers(content: Json) -> Json:
     """The content with its numbers at DIGITS significant digits."""
     if isinstance(content, Mapping):
-        return {str(k): rounded(v) for k, v in content.items()}
+        return {str(k): round_numbers(v) for k, v in content.items()}
     if isinstance(content, list):
-        return [rounded(v) for v in content]
+        return [round_numbers(v) for v in content]
     return float(f"{content:.{DIGITS}g}") if isinstance(content, float) and math.isfinite(content) else content
 
 
@@ -341,7 +341,7 @@ def differences(was: Json, now: Json, field: str, exact: bool = False) -> Iterat
             was, now = without_what_u_allows(was, now)
         for key in [*was, *(k for k in now if k not in was)]:
             if key not in now or key not in was:
-                if not ignored(f"{field}/{key}", exact):
+                if not is_ignored(f"{field}/{key}", exact):
                     yield Difference(f"{field}/{key}", was.get(key, "(absent)"), now.get(key, "(absent)"))
             else:
                 yield from differences(was[key], now[key], f"{field}/{key}", exact)
@@ -355,7 +355,7 @@ def differences(was: Json, now: Json, field: str, exact: bool = False) -> Iterat
                 yield from differences(*pair, f"{field}/{k}", exact)
     elif is_number(was) and is_number(now):
         yield from number_difference([was], [now], field, exact)
-    elif was != now and not ignored(field, exact):
+    elif was != now and not is_ignored(field, exact):
         yield Difference(field, was, now)
 
 
@@ -398,7 +398,7 @@ def tolerance(field: str) -> Tolerance | None:
     return next((t for t in TOLERANCES if fnmatch(field, t.fields)), None)
 
 
-def ignored(field: str, exact: bool) -> bool:
+def is_ignored(field: str, exact: bool) -> bool:
     given = tolerance(field)
     return not exact and given is not None and given.absolute == IGNORED
 
@@ -413,7 +413,7 @@ def compare(
         if name not in was:
             found.append(Difference(f"{part}/{name}", "(absent)", "computed"))
         else:
-            found.extend(differences(was[name], rounded(now), f"{part}/{name}", exact))
+            found.extend(differences(was[name], round_numbers(now), f"{part}/{name}", exact))
     return found
 
 

@@ -22,10 +22,10 @@ FAINT = 0.1  # standard deviations that a parameter's scale must move the readin
 
 def look_alikes(config: dict[str, Any]) -> None:
     """Print every pair above ``above``."""
-    campaign = _kept(make_campaign(seed=int(config["seed"]), base=config["base"])[0], config["tensions"])
+    campaign = _select_tensions(make_campaign(seed=int(config["seed"]), base=config["base"])[0], config["tensions"])
     model = analytic_model(config["base"])
     bench = workbench(campaign, model, tuple(candidates_of(None, model)))
-    bases = spanned(bench)
+    bases = effect_bases(bench)
     print(f"{len(campaign.runs)} runs, {len(campaign.signals)} signals\n\n| effect | beside | cosine |\n|---|---|---|")
     names = sorted(bases)
     pairs = [(cosine(bases[a], bases[b]), a, b) for k, a in enumerate(names) for b in names[k + 1 :]]
@@ -35,7 +35,7 @@ def look_alikes(config: dict[str, Any]) -> None:
     print("\nnot seen:", ", ".join(c.id for c in bench.forward.classes if c.id not in bases) or "none")
 
 
-def spanned(bench: Workbench) -> dict[str, np.ndarray]:
+def effect_bases(bench: Workbench) -> dict[str, np.ndarray]:
     """Orthonormal columns (N, k) of every effect that these readings can see."""
     null, found = bench.forward.null(), {}
     for name in (c.id for c in bench.forward.classes):
@@ -51,7 +51,7 @@ def cosine(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.linalg.norm(a.T @ b, ord=2))
 
 
-def _kept(campaign: Campaign, tensions: list[float] | None) -> Campaign:
+def _select_tensions(campaign: Campaign, tensions: list[float] | None) -> Campaign:
     """The campaign with the runs of these tensions only."""
     if tensions is None:
         return campaign

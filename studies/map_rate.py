@@ -22,7 +22,7 @@ from studies.application import application
 NAMES = {True: "march of the strip over {travel:g} m", False: "steady rate in closed form"}
 
 
-def measured(config: Mapping[str, Any], count: int) -> dict[str, Any]:
+def measure(config: Mapping[str, Any], count: int) -> dict[str, Any]:
     """What a map of ``count`` cases costs: seconds, CPU seconds, MiB on disk, largest MiB of memory so far."""
     made = case_map({**config, "cases": count})
     with tempfile.TemporaryDirectory() as scratch:
@@ -42,8 +42,8 @@ def rows(config: Mapping[str, Any]) -> pd.DataFrame:
     for travel in (None, config["travel"]):
         asked = {**plain, "travel": travel}
         for count in config["counts"]:
-            measured(asked, min(count, 1000))  # compiles for chunks of this size
-            found.append(measured(asked, count))
+            measure(asked, min(count, 1000))  # compiles for chunks of this size
+            found.append(measure(asked, count))
             print({k: round(v, 3) if isinstance(v, float) else v for k, v in found[-1].items()}, flush=True)
     return pd.DataFrame(found)
 

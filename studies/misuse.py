@@ -62,7 +62,7 @@ def mutate_cell(text: str, rng: random.Random) -> tuple[str, str]:
     cells = lines[row].split(",")
     column = rng.randrange(len(cells))
     before = cells[column]
-    cells[column] = _changed(before, rng)
+    cells[column] = _change_word(before, rng)
     lines[row] = ",".join(cells)
     return "\n".join([*lines, ""]), f"row {row} cell {column}: {before} -> {cells[column][:30]!r}"
 
@@ -146,14 +146,14 @@ def mutate_tree(tree: object, rng: random.Random) -> tuple[object, str]:
             before = [before]
         node[key] = before  # type: ignore[index]
     else:
-        word = _changed(f"{before}" if isinstance(before, int | float) else "x", rng)
+        word = _change_word(f"{before}" if isinstance(before, int | float) else "x", rng)
         number = _number(word)
         node[key] = rng.choice((None, True, word, word if number is None else number, -1, 0, 1e300))  # type: ignore[index]
     shown = node[key] if kind == "value" else ""  # type: ignore[index]
     return tree, f"{'.'.join(map(str, path))}: {kind} {str(shown)[:30]!r}"
 
 
-def _changed(before: str, rng: random.Random) -> str:
+def _change_word(before: str, rng: random.Random) -> str:
     return rng.choice(WORDS) if rng.random() < 0.5 else _times(before, rng.choice(FACTORS))
 
 
@@ -197,18 +197,18 @@ def mutate_campaign(folder: Path, rng: random.Random) -> str:
 
 def of_campaign(folder: Path, rng: random.Random) -> Case:
     """A damaged campaign, compared with a model."""
-    words = _damaged(folder, rng, rng.choice((1, 1, 1, 2, 3)))
+    words = _damage_copy(folder, rng, rng.choice((1, 1, 1, 2, 3)))
     model = rng.choice(("strip", "strip", "beam_th2", "rope", "ritzinger"))
     return Case(["compare", f"campaign={folder / 'c'}", f"model={model}", "pictures=false"], words)
 
 
 def of_reading(folder: Path, rng: random.Random) -> Case:
     """A damaged campaign, read, looked at, written and read again."""
-    return Case(["read", str(folder / "c")], _damaged(folder, rng, rng.choice((1, 1, 1, 2, 3))))
+    return Case(["read", str(folder / "c")], _damage_copy(folder, rng, rng.choice((1, 1, 1, 2, 3))))
 
 
 def of_check(folder: Path, rng: random.Random) -> Case:
-    words = _damaged(folder, rng, 1)
+    words = _damage_copy(folder, rng, 1)
     if rng.random() < 0.3:
         (folder / "c" / "signals.csv").unlink(missing_ok=True)
         words += "; a plan"
@@ -219,7 +219,7 @@ def of_check(folder: Path, rng: random.Random) -> Case:
 
 def of_diagnosis(folder: Path, rng: random.Random) -> Case:
     """A damaged or contradictory campaign, diagnosed with two candidates."""
-    words = _damaged(folder, rng, 1, mutate_column if rng.random() < 0.6 else None)
+    words = _damage_copy(folder, rng, 1, mutate_column if rng.random() < 0.6 else None)
     typed = ["diagnose", f"campaign={folder / 'c'}", "effects=[taper,tension_bias]", "bootstraps=100"]
     return Case([*typed, "pictures=false"], words)
 
@@ -289,7 +289,7 @@ def of_effects(folder: Path, rng: random.Random) -> Case:
 def of_json(folder: Path, rng: random.Random) -> Case:
     """A damaged JSON in a folder that is read: a run, a diagnosis, a map, a sealed truth."""
     kind = rng.choice(("diagnosis", "diagnosis", "map", "run"))
-    shutil.copytree(_made(kind), folder / kind)
+    shutil.copytree(_right_folder(kind), folder / kind)
     files = sorted((folder / kind).rglob("*.json"))
     file = rng.choice(files)
     text = file.read_text(encoding="utf-8")
@@ -309,7 +309,7 @@ def of_json(folder: Path, rng: random.Random) -> Case:
 
 def of_resume(folder: Path, rng: random.Random) -> Case:
     """A sweep that is made again after its campaign, its effects or a result has changed."""
-    campaign, runs, effects = _copied(folder), folder / "runs", folder / "effects.yaml"
+    campaign, runs, effects = _copy_campaign(folder), folder / "runs", folder / "effects.yaml"
     effects.write_text(yaml.safe_dump(EFFECTS), encoding="utf-8")
     typed = ["compare", "-m", f"campaign={campaign}", "model=strip,beam_th2", f"effects={effects}"]
     typed += ["pictures=false", f"hydra.sweep.dir={runs}"]
@@ -338,7 +338,7 @@ def of_resume(folder: Path, rng: random.Random) -> Case:
 _KEPT: dict[str, Path] = {}
 
 
-def _made(kind: str) -> Path:
+def _right_folder(kind: str) -> Path:
     """A right folder of a kind, made once."""
     if kind not in _KEPT:
         folder = Path(tempfile.mkdtemp(prefix="belt_misuse_")) / kind
@@ -378,7 +378,7 @@ def of_words(folder: Path, rng: random.Random) -> Case:
     command = rng.choice(("simulate", "simulate", "new", "map", "virtual-rig", "export"))
     typed = [command]
     for key in rng.sample((*NUMBERS[command], *MACHINE), rng.choice((1, 1, 2))):
-        typed.append(f"{key}={_changed(USUAL.get(key.split('.')[-1], '1'), rng)}")
+        typed.append(f"{key}={_change_word(USUAL.get(key.split('.')[-1], '1'), rng)}")
     given = {t.split("=")[0] for t in typed}
     if command == "simulate":
         typed += [f"model={rng.choice(('strip', 'rope', 'beam_th1', 'beam_th2', 'ritzinger'))}", "pictures=false"]
@@ -393,7 +393,7 @@ def of_words(folder: Path, rng: random.Random) -> Case:
 
 def of_refusals(folder: Path, rng: random.Random) -> Case:
     """A campaign with a slip that only a refusal is right for."""
-    _copied(folder)
+    _copy_campaign(folder)
     sheet, runs = folder / "c" / "campaign.yaml", folder / "c" / "runs.csv"
     slips: list[tuple[Path, str, str]] = [
         (sheet, "unit: GPa", "unit: mm"),
@@ -426,7 +426,7 @@ def of_refusals(folder: Path, rng: random.Random) -> Case:
     return Case(["compare", f"campaign={folder / 'c'}", "pictures=false"], f"{old} -> {new}", refused=True)
 
 
-def _copied(folder: Path) -> Path:
+def _copy_campaign(folder: Path) -> Path:
     campaign = folder / "c"
     campaign.mkdir()
     for path in (CAMPAIGNS / "slack_belt").glob("*.*"):
@@ -435,8 +435,8 @@ def _copied(folder: Path) -> Path:
     return campaign
 
 
-def _damaged(folder: Path, rng: random.Random, times: int, column: Callable | None = None) -> str:
-    campaign = _copied(folder)
+def _damage_copy(folder: Path, rng: random.Random, times: int, column: Callable | None = None) -> str:
+    campaign = _copy_campaign(folder)
     if column is not None:
         file = campaign / rng.choice(("runs.csv", "signals.csv"))
         text, words = column(file.read_text(encoding="utf-8"), rng)

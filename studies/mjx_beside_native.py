@@ -29,9 +29,7 @@ HEADER += ",tension_off_percent,native_cpu_s,native_steps"
 
 
 @dataclass(frozen=True)
-class Asked:
-    """A case of the table."""
-
+class TableCase:
     rig: str
     tension: float
     dt: float
@@ -47,8 +45,8 @@ class Asked:
         return Options(dt=self.dt)
 
 
-SHORT = [Asked("rope_example", t, dt) for t in (7.0, 20.0, 40.0) for dt in (1e-3, 5e-4, 2.5e-4)]
-CASES = [*SHORT, Asked("test_rig", 40.0, 1e-3)]
+SHORT = [TableCase("rope_example", t, dt) for t in (7.0, 20.0, 40.0) for dt in (1e-3, 5e-4, 2.5e-4)]
+CASES = [*SHORT, TableCase("test_rig", 40.0, 1e-3)]
 
 
 def on_the_cpu() -> None:
@@ -56,7 +54,7 @@ def on_the_cpu() -> None:
     jax.config.update("jax_platforms", "cpu")
 
 
-def native(asked: Asked) -> tuple[Curves, float]:
+def native(asked: TableCase) -> tuple[Curves, float]:
     """By MuJoCo, step by step; and CPU time [s]."""
     from belt_sim.mujoco3d.engine import simulate
 
@@ -65,11 +63,11 @@ def native(asked: Asked) -> tuple[Curves, float]:
     return curves, time.process_time() - begun
 
 
-def on_mjx(asked: list[Asked]) -> dict[Asked, Curves]:
+def on_mjx(asked: list[TableCase]) -> dict[TableCase, Curves]:
     """By MJX, those of one rig and step at once."""
     from belt_sim.mjx import simulate_batch
 
-    found: dict[Asked, Curves] = {}
+    found: dict[TableCase, Curves] = {}
     for key in dict.fromkeys((a.rig, a.dt) for a in asked):
         some = [a for a in asked if (a.rig, a.dt) == key]
         begun = time.perf_counter()
@@ -83,7 +81,7 @@ def on_mjx(asked: list[Asked]) -> dict[Asked, Curves]:
     return found
 
 
-def row(asked: Asked, mine: Curves, reference: Curves, cpu: float) -> str:
+def row(asked: TableCase, mine: Curves, reference: Curves, cpu: float) -> str:
     """One line of the table."""
     at = mine.travel[(mine.travel > BEGIN) & (mine.travel < reference.travel[-1])]
     y, wanted = (np.array([np.interp(at, c.travel, point) for point in c.y]) for c in (mine, reference))

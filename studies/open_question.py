@@ -85,7 +85,7 @@ def held_length(case: Case, pivot: float) -> float:
     return case.belt.youngs_modulus * grown / (1.0 + sag_softening(case))
 
 
-def supported(model: AnalyticModel) -> Rate:
+def with_supports(model: AnalyticModel) -> Rate:
     """A frictionless support every length / (1 + size) takes the sag: Z/(1 + size) in the strip, the span as it is."""
 
     def rate(case: Case, size: float) -> float:
@@ -109,10 +109,10 @@ def candidates(model: AnalyticModel) -> list[Candidate]:
     pair = "a pair of opposite yaws: the share stays when the yaw changes its sign"
     lifted = with_effect(model, lambda strength: LiftOff(strength=strength))
 
-    def bowed(case: Case, height: float) -> float:
+    def crossbow_rate(case: Case, height: float) -> float:
         return lifted(case, crossbow(case, height))
 
-    def coiled(case: Case, curvature: float) -> float:
+    def coil_set_rate(case: Case, curvature: float) -> float:
         return lifted(case, 1.0 - curvature * case.rig.tail_radius)
 
     return [
@@ -126,13 +126,14 @@ def candidates(model: AnalyticModel) -> list[Candidate]:
                   "both sags while it runs, and a run driven backwards"),
         Candidate("yaw compliance", 1.0, "urad/(N m)", 1e-6, with_effect(model, lambda c: YawCompliance(c_m=c)),
                   "a dial gauge on the axle during the yaw at 40 N/mm2"),
-        Candidate("coil set towards the pulley", 1.0, "1/m", 1.0, coiled, "turn the belt over"),
-        Candidate("crossbow", 1.0, "mm", 1e-3, bowed, "a straight edge across the hanging belt; turn the belt over"),
-        Candidate("one support a span", 1.0, "supports", 1.0, supported(model), "take the supports away"),
+        Candidate("coil set towards the pulley", 1.0, "1/m", 1.0, coil_set_rate, "turn the belt over"),
+        Candidate("crossbow", 1.0, "mm", 1e-3, crossbow_rate,
+                  "a straight edge across the hanging belt; turn the belt over"),
+        Candidate("one support a span", 1.0, "supports", 1.0, with_supports(model), "take the supports away"),
     ]  # fmt: skip
 
 
-def needed(c: Candidate, cases: dict[float, Case]) -> float | None:
+def size_needed(c: Candidate, cases: dict[float, Case]) -> float | None:
     """Size in the candidate's unit at which the slack belt is as fast as the tight one; None: not below 100 sizes."""
 
     def short(size: float) -> float:
@@ -161,7 +162,7 @@ def open_question(config: dict[str, Any]) -> None:
         back = replace(cases[SLACK], settings=replace(cases[SLACK].settings, yaw=_opposite(cases[SLACK])))
         other = (c.rate(back, c.size * c.scale) - c.rate(back, 0.0)) / MM_PER_M
         parity = "turns" if np.isclose(other, -change[SLACK], rtol=0.2) else "stays"
-        size = needed(c, cases) if config["sizes"] else None
+        size = size_needed(c, cases) if config["sizes"] else None
         reached = "–" if size is None else f"{size:.2g} {c.unit}"
         cells = [f"{change[t]:+.4f}" for t in tensions]
         table.add_row(c.name, f"{c.size:g} {c.unit}", *cells, parity, reached, c.decides)

@@ -55,14 +55,14 @@ def oracle(config: dict[str, Any]) -> None:
         if truth.kind not in KINDS or not sizes or size_class(min(sizes)) is None:
             continue
         hidden = frozenset(e["id"] for e in truth.effects)
-        evidence = gathered(campaign, truth.base, hidden, seed)
+        evidence = evidence_table(campaign, truth.base, hidden, seed)
         if evidence is not None:
             found.append(bound(evidence, hidden, seed, truth.kind, min(sizes)))
             print(found[-1], flush=True)
     print("\n" + table(HEAD, lines(found)))
 
 
-def gathered(campaign: Campaign, base: str, hidden: Ids, seed: int) -> EvidenceTable | None:
+def evidence_table(campaign: Campaign, base: str, hidden: Ids, seed: int) -> EvidenceTable | None:
     """The table of the diagnosis's search, of what is hidden, and of more pairs; None where that is no candidate."""
     model = fitted_model(base)
     bench = workbench(campaign, model, candidates_of(None, model))

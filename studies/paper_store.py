@@ -36,10 +36,10 @@ def store(file: Path, target: Path) -> Path:
     if shapes.is_file():
         copy = target.with_name(f"{target.stem}_shapes.csv")
         write_with(copy, lambda draft: draft.write_bytes(shapes.read_bytes()))
-    return write_text(target, json.dumps(made(report, target.stem), indent=2, allow_nan=False) + "\n")
+    return write_text(target, json.dumps(run_record(report, target.stem), indent=2, allow_nan=False) + "\n")
 
 
-def made(report: dict[str, Any], name: str) -> dict[str, Any]:
+def run_record(report: dict[str, Any], name: str) -> dict[str, Any]:
     """How a run was made and what it cost."""
     config, origin, options = report["config"], report["provenance"], report["options"]
     words = [w for w in origin["command"].split()[1:] if not w.startswith(PRIVATE) and not w.startswith("name=")]

@@ -46,7 +46,7 @@ class Plate:
     chord: float
 
     @staticmethod
-    def of(case: Case, chord: float, across: int) -> "Plate":
+    def from_case(case: Case, chord: float, across: int) -> "Plate":
         """Stations ``chord`` [m] apart with so many nodes."""
         belt, n = case.belt, round((SPAN + 2 * WRAPPED) / chord) + 1
         y, share = node_lines(matching_width(float(belt.width), chord, across, float(belt.poisson_ratio)), across)
@@ -58,7 +58,7 @@ class Plate:
     def y(self) -> np.ndarray:
         return self.flat[0, :, 1]
 
-    def laid(self) -> np.ndarray:
+    def initial_places(self) -> np.ndarray:
         """On the cylinders and along their common tangent z = 0, under tension [m], shape (n, m, 3)."""
         strain, radius = float(self.case.settings.tension / self.case.belt.youngs_modulus), self._radius
         places, x = self.flat.copy(), self.flat[..., 0] * (1.0 + strain)
@@ -82,7 +82,7 @@ class Plate:
 
 def rest(plate: Plate, moment: float) -> np.ndarray:
     """Places [m] at which the belt is in equilibrium under its force and a moment [N m], shape (n, m, 3)."""
-    places, pulls = plate.laid(), plate.pulls(moment)
+    places, pulls = plate.initial_places(), plate.pulls(moment)
     parts = [_triangles(plate), _bending(plate), _cylinders(plate)]
     free = np.arange(places[0].size, places.size)
 
@@ -188,10 +188,10 @@ def _cylinders(plate: Plate) -> Part:
     return Part(of_one, np.arange(n * m)[:, None], (axis, _SURFACE * area))
 
 
-def compared(tension: float, chord: float, across: int) -> tuple[float, float, float, float]:
+def compare(tension: float, chord: float, across: int) -> tuple[float, float, float, float]:
     """l^2/2R [m] and tilt [rad] at the tail by the closed form, and what the plate has of either [1]."""
     case = paper_case(tension * N_PER_MM2)
-    plate = Plate.of(case, chord, across)
+    plate = Plate.from_case(case, chord, across)
     belt, wide = case.belt, float(case.tension_force * case.belt.width) * MOMENT
     lift = float(belt.plate_stiffness / (case.settings.tension * belt.thickness) / (2.0 * case.rig.tail_radius))
     level, bent = rest(plate, 0.0), rest(plate, wide)
@@ -206,7 +206,7 @@ def compared(tension: float, chord: float, across: int) -> tuple[float, float, f
 def main() -> None:
     table = Table("N/mm2", "stations mm", "nodes", "l^2/2R mm", "plate / it", "tilt mrad", "plate / it")
     for tension, chord, across in RUNS:
-        lift, tilt, height_share, tilt_share = compared(tension, chord * MM, across)
+        lift, tilt, height_share, tilt_share = compare(tension, chord * MM, across)
         table.add_row(
             f"{tension:g}", f"{chord:g}", f"{across}", f"{lift / MM:.4f}", f"{height_share:.4f}", f"{tilt / MM:.4f}",
             f"{tilt_share:.4f}",

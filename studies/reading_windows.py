@@ -95,7 +95,7 @@ def windows(length: float, places: int) -> tuple[np.ndarray, np.ndarray]:
     return begin[short], end[short]
 
 
-def judged(own: Record, beam: Record, rope: np.ndarray, first: np.ndarray, length: float) -> dict[str, Any]:
+def judge(own: Record, beam: Record, rope: np.ndarray, first: np.ndarray, length: float) -> dict[str, Any]:
     """M2 (two numbers), M3, M4 at the steady rate, shares of windows with M3, with M3 and M4, and M6."""
     at = round(START / STEP)
     start = [(own.y[t][at] / own.y[TIGHT][at]) / (beam.y[t][at] / beam.y[TIGHT][at]) for t in SLACK]
@@ -125,22 +125,22 @@ def reading_windows(config: dict[str, Any]) -> None:
                   "with M4, steady beam", "M6 outside %", title=title)  # fmt: skip
     found = {}
     for name, change in candidates().items():
-        j = judged(record(strip, cases, change, travel), beam, rope, first, length)
+        j = judge(record(strip, cases, change, travel), beam, rope, first, length)
         found[name] = j
         table.add_row(
             name,
-            _marked(" ".join(f"{v:.2f}" for v in j["M2"]), max(j["M2"]) <= SLOWER),
-            _marked(" ".join(f"{v:.2f}" for v in j["M3"]), min(j["M3"]) >= A_LOT),
-            _marked(" ".join(f"{100 * v:+.0f}" for v in j["M4"]), max(map(abs, j["M4"])) <= QUITE),
+            _bold(" ".join(f"{v:.2f}" for v in j["M2"]), max(j["M2"]) <= SLOWER),
+            _bold(" ".join(f"{v:.2f}" for v in j["M3"]), min(j["M3"]) >= A_LOT),
+            _bold(" ".join(f"{100 * v:+.0f}" for v in j["M4"]), max(map(abs, j["M4"])) <= QUITE),
             *(f"{100 * j[k]:.1f} %" for k in ("M3 read", "both, same window", "both, steady beam")),
-            _marked(f"{100 * j['M6']:.0f}", j["M6"] <= OUTSIDE),
+            _bold(f"{100 * j['M6']:.0f}", j["M6"] <= OUTSIDE),
         )
     Console(width=150).print(table)
     if config["picture"]:
         draw(found, Path(config["picture"]))
 
 
-def _marked(text: str, holds: bool) -> str:
+def _bold(text: str, holds: bool) -> str:
     return f"[bold]{text}[/bold]" if holds else text
 
 

@@ -24,7 +24,7 @@ READ = ((10.0, 15.0), (15.0, 25.0))  # [m] of travel over which a record of 15 t
 
 
 @dataclass(frozen=True)
-class Moved:
+class YawResponse:
     """A belt after its yaw step: travel (n,) [m], y of point 1 (n,) [m], late: rate in closed form [m/m]."""
 
     travel: np.ndarray
@@ -42,20 +42,20 @@ class Moved:
         return np.array([*starts, *(self.slope(*places) for places in READ), self.late])
 
 
-def moved(case: Case, model: str, travel: float) -> Moved:
+def yaw_response(case: Case, model: str, travel: float) -> YawResponse:
     """The case run by an analytic model."""
     engine = analytic_model(model)
     curves = engine.run(case, travel=travel)
-    return Moved(np.asarray(curves.travel), np.asarray(curves.y)[0], engine.steady_rate(case))
+    return YawResponse(np.asarray(curves.travel), np.asarray(curves.y)[0], engine.steady_rate(case))
 
 
-def band(case: Case, model: str, travel: float, share: float, what: str) -> tuple[Moved, Moved]:
+def band(case: Case, model: str, travel: float, share: float, what: str) -> tuple[YawResponse, YawResponse]:
     """The case with ``what`` ("tension" or "modulus") lower and higher by ``share``."""
-    low, high = (moved(_changed(case, what, 1 + sign * share), model, travel) for sign in (-1, 1))
+    low, high = (yaw_response(_scale(case, what, 1 + sign * share), model, travel) for sign in (-1, 1))
     return low, high
 
 
-def _changed(case: Case, what: str, factor: float) -> Case:
+def _scale(case: Case, what: str, factor: float) -> Case:
     if what == "tension":
         return replace(case, settings=replace(case.settings, tension=case.settings.tension * factor))
     return replace(case, belt=replace(case.belt, youngs_modulus=case.belt.youngs_modulus * factor))
@@ -69,7 +69,7 @@ def sensitivity(config: dict[str, Any]) -> None:
     curves = {}
     for tension in config["tensions"]:
         case = case_from(config | {"tension": tension})
-        middle = moved(case, config["base"], config["travel"])
+        middle = yaw_response(case, config["base"], config["travel"])
         table.add_row(f"{tension:g}", "", *(f"{v / MM:.4f}" for v in middle.figures))
         for what in ("tension", "modulus"):
             pair = band(case, config["base"], config["travel"], config["share"], what)
@@ -86,7 +86,7 @@ def sensitivity(config: dict[str, Any]) -> None:
 def _rates(config: dict[str, Any], tension: float) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Rates read over READ and late [m/m]: lowest, middle, highest, by what is uncertain."""
     case = case_from(config | {"tension": float(tension)})
-    middle = moved(case, config["base"], READ[-1][1]).figures[2:]
+    middle = yaw_response(case, config["base"], READ[-1][1]).figures[2:]
     rates = {}
     for what in ("tension", "modulus"):
         both = np.array([m.figures[2:] for m in band(case, config["base"], READ[-1][1], config["share"], what)])

@@ -33,7 +33,7 @@ from studies.shapes import Shapes
 def space_run(config: dict[str, Any]) -> None:
     """Run, write, print the late rates; a run that fails leaves what it had."""
     for number in (signal.SIGALRM, signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, _stopped)
+        signal.signal(number, _stop)
     signal.alarm(int(config["limit"]))
     case, effects, model = case_from(config), load_effects(config["effects"]), space_model(config["model"])
     begun, failure = time.process_time(), None
@@ -72,7 +72,7 @@ def figures(curves: Curves) -> dict[str, Any]:
     return {"late_rates_mm_per_m": rates, "sag_mm": sags, "steps": steps, "memory_bytes": memory}
 
 
-def _stopped(number: int, _: object) -> None:
+def _stop(number: int, _: object) -> None:
     raise SimulationError(f"stopped by {signal.Signals(number).name}")
 
 

@@ -22,7 +22,7 @@ _UM = 1e-6
 _FIRST = 1.0  # [m] of travel over which tension and place are averaged
 
 
-class Before:
+class EarlyFrames:
     """Keeps the frames before travel 0: those of the tensioning."""
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class Before:
 
 def tensionings(config: dict[str, Any]) -> None:
     """Run the case once for each way, print a row each."""
-    case, watcher = case_from(config), Before()
+    case, watcher = case_from(config), EarlyFrames()
     for name in config["only"]:
         begun, model = time.process_time(), space_model(config["model"] | {"tensioning": name})
         curves = model.run(case, travel=float(config["travel"]), observers=(watcher,))

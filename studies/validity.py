@@ -35,26 +35,26 @@ def directions(case: Case, points: int) -> list[Direction]:
     """Yaw, length, width, thickness."""
     yaw = abs(float(case.settings.yaw.last())) / DEGREE
     return [
-        Direction("yaw [degrees]", np.geomspace(0.005, 1.0, points), _yawed, yaw),
-        Direction("centre distance [m]", np.geomspace(1.0, 40.0, points), _long, case.rig.centre_distance),
-        Direction("width [mm]", np.geomspace(40.0, 1500.0, points), _wide, case.belt.width / MM),
-        Direction("thickness [mm]", np.geomspace(0.05, 1.5, points), _thick, case.belt.thickness / MM),
+        Direction("yaw [degrees]", np.geomspace(0.005, 1.0, points), _set_yaw, yaw),
+        Direction("centre distance [m]", np.geomspace(1.0, 40.0, points), _set_distance, case.rig.centre_distance),
+        Direction("width [mm]", np.geomspace(40.0, 1500.0, points), _set_width, case.belt.width / MM),
+        Direction("thickness [mm]", np.geomspace(0.05, 1.5, points), _set_thickness, case.belt.thickness / MM),
     ]
 
 
-def _yawed(case: Case, degrees: float) -> Case:
+def _set_yaw(case: Case, degrees: float) -> Case:
     return replace(case, settings=replace(case.settings, yaw=Schedule.step(degrees * DEGREE)))
 
 
-def _long(case: Case, metres: float) -> Case:
+def _set_distance(case: Case, metres: float) -> Case:
     return replace(case, rig=replace(case.rig, centre_distance=metres))
 
 
-def _wide(case: Case, millimetres: float) -> Case:
+def _set_width(case: Case, millimetres: float) -> Case:
     return replace(case, belt=replace(case.belt, width=millimetres * MM))
 
 
-def _thick(case: Case, millimetres: float) -> Case:
+def _set_thickness(case: Case, millimetres: float) -> Case:
     return replace(case, belt=replace(case.belt, thickness=millimetres * MM))
 
 

@@ -48,7 +48,7 @@ def explanations(config: dict[str, Any]) -> list[Explanation]:
     ]  # fmt: skip
 
 
-def measured(tensions: Sequence[float], config: dict[str, Any]) -> Campaign:
+def campaign_of(tensions: Sequence[float], config: dict[str, Any]) -> Campaign:
     """Runs of the strip with nothing hidden; only their plan and their stated noise matter here."""
     yaw = config["yaw"] * DEGREE
     runs = tuple(RunSetting(tension=t * N_PER_MM2, yaw=yaw) for t in tensions)
@@ -92,7 +92,7 @@ def separations(campaign: Campaign, config: dict[str, Any]) -> dict[str, Any]:
 
 def what_decides(config: dict[str, Any]) -> None:
     """One run at the low tension; the four tensions of the paper."""
-    slack, all_four = (separations(measured(t, config), config) for t in ([config["slack"]], config["tensions"]))
+    slack, all_four = (separations(campaign_of(t, config), config) for t in ([config["slack"]], config["tensions"]))
     noise = Noise()
     stated = {"white_mm": 1e3 * noise.white, "wander_mm": 1e3 * noise.wander_sd, "zero_mm": 1e3 * noise.zero,
               "tension_relative": noise.tension_rel, "yaw_urad": 1e6 * noise.yaw_u}  # fmt: skip

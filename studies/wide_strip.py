@@ -150,7 +150,7 @@ class March:
     state: np.ndarray
 
     @staticmethod
-    def of(case: Case, fibres: str, travel: float) -> "March":
+    def from_case(case: Case, fibres: str, travel: float) -> "March":
         """After ``travel`` [m]."""
         run = March(WideSpan(case, fibres), WideSpan(case, fibres), np.zeros((round(travel / _STEP) + 1, 4)))
         for k in range(len(run.state) - 1):
@@ -181,7 +181,7 @@ def main() -> None:
     strip = analytic_model("strip").run(case, travel=TRAVELS[-1])
     rows = {"strip law": (strip.travel, strip.y[0], strip.y[2])}
     for fibres in FIBRES:
-        y = March.of(case, fibres, TRAVELS[-1]).state
+        y = March.from_case(case, fibres, TRAVELS[-1]).state
         rows[fibres] = (_STEP * np.arange(len(y)), y[:, 0], y[:, 2])
     for name, (travel, one, three) in rows.items():
         at = [f"{np.interp(s, travel, one) / MM:.4f} / {np.interp(s, travel, three) / MM:.4f}" for s in TRAVELS]

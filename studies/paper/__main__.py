@@ -16,7 +16,7 @@ from studies.application import application
 from studies.paper.plate import FIGURES, IN_SPACE, NOT_COMPUTED, Plate, chosen, compute
 from studies.paper.report import answer, criteria, document, lay_pictures, verdicts, what_decides, write_page
 from studies.paper.statements import Judgement, judge_models
-from studies.paper.stored import stored
+from studies.paper.stored_runs import stored_run
 
 
 def paper(config: Mapping[str, Any]) -> None:
@@ -31,7 +31,7 @@ def paper(config: Mapping[str, Any]) -> None:
     left_out = NOT_COMPUTED | {k: _why_not(k, in_space) for k in FIGURES if k not in numbers}
     judgements = judge_models(in_space=in_space)
     told, question = verdicts(judgements), answer(judgements)
-    write_json(folder / "paper.json", _written(plates, left_out, judgements, question, origin))
+    write_json(folder / "paper.json", _paper_json(plates, left_out, judgements, question, origin))
     parts = {"table": told.html() + criteria().html(), "question": "".join(f"<p>{escape(p)}</p>" for p in question)}
     made = [write_page(folder, plates, left_out, _origin(origin), parts)]
     if target is not None:
@@ -73,7 +73,7 @@ def _plates(folder: Path, numbers: Sequence[int], in_space: bool) -> list[Plate]
     return plates
 
 
-def _written(
+def _paper_json(
     plates: Sequence[Plate],
     left_out: Mapping[int, str],
     judgements: Mapping[str, Mapping[str, Judgement]],
@@ -87,7 +87,7 @@ def _written(
             "caption": p.caption,
             "file": p.file,
             "numbers": dict(p.numbers),
-            "stored_runs": {name: stored(name).made for name in p.stored},
+            "stored_runs": {name: stored_run(name).made for name in p.stored},
         }
         for p in plates
     }

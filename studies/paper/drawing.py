@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim.pictures import style
 from belt_sim.pictures.style import FAINT, INK
-from studies.paper.stored import Shape
+from studies.paper.stored_runs import Shape
 
 TRAVEL_LABEL = "belt travel x [m]"
 Y_LABEL = "lateral position y [mm]"

@@ -11,7 +11,7 @@ from belt_sim.files import PACKAGE, write_text, write_with
 from studies.paper.models import LOOKS
 from studies.paper.plate import Plate
 from studies.paper.statements import CONTRADICTED, REPRODUCED, SILENT, STATEMENTS, Judgement
-from studies.paper.stored import PLACE, stored
+from studies.paper.stored_runs import PLACE, stored_run
 
 
 @dataclass(frozen=True)
@@ -153,18 +153,18 @@ def write_page(
     css = Markup("\n".join(path.read_text(encoding="utf-8") for path in STYLES))
     told: dict[str, Any] = {name: Markup(html) for name, html in parts.items()}
     page = engine.get_template("page.html.j2").render(
-        css=css, plates=[_shown(p) for p in plates], left_out=sorted(left_out.items()), origin=origin, **told
+        css=css, plates=[_plate_fields(p) for p in plates], left_out=sorted(left_out.items()), origin=origin, **told
     )
     return write_text(folder / "index.html", page)
 
 
-def _shown(plate: Plate) -> dict[str, Any]:
+def _plate_fields(plate: Plate) -> dict[str, Any]:
     return {
         "number": plate.number,
         "title": plate.title,
         "caption": plate.caption,
         "file": plate.file,
-        "origins": [stored(name).origin for name in plate.stored],
+        "origins": [stored_run(name).origin for name in plate.stored],
     }
 
 
@@ -223,7 +223,7 @@ def _runs(plates: Sequence[Plate]) -> Table:
     names = sorted({name for p in plates for name in p.stored})
     rows = []
     for name in names:
-        made, shown = stored(name).made, [str(p.number) for p in plates if name in p.stored]
+        made, shown = stored_run(name).made, [str(p.number) for p in plates if name in p.stored]
         cells = (name, f"`{made['command']}`", str(made["commit"])[:7], f"{made['cpu_s']:.0f}", ", ".join(shown))
         rows.append(tuple(Cell(c) for c in cells))
     return Table(("run", "command", "commit", "CPU s", "in figure"), tuple(rows))

@@ -9,7 +9,7 @@ from belt_sim.curves import Curves
 from studies.closed_forms import edge_tilt
 from studies.paper.case import YAW
 from studies.paper.models import LOOKS, MEASURED, TRAVEL, case_at, moving, steady
-from studies.paper.stored import stored
+from studies.paper.stored_runs import stored_run
 
 GRID = np.round(np.arange(0.0, TRAVEL + 0.05, 0.1), 9)  # [m] of travel
 RECORDS = {7.0: "flex_7", 10.0: "flex_10", 20.0: "flex_20", 40.0: "flex_40"}
@@ -29,43 +29,43 @@ class Behaviour:
     rate: Mapping[float, float] = field(default_factory=dict)
     tilt: Mapping[float, float] = field(default_factory=dict)
 
-    def at(self, travel: float, tension: float) -> float:
+    def y_at(self, travel: float, tension: float) -> float:
         """y of point 1 [m]."""
         return float(np.interp(travel, GRID, self.y[tension]))
 
     def slope(self, begin: float, end: float, tension: float) -> float:
         """Mean dy/ds of point 1 between two travels [m/m]."""
-        return (self.at(end, tension) - self.at(begin, tension)) / (end - begin)
+        return (self.y_at(end, tension) - self.y_at(begin, tension)) / (end - begin)
 
 
 def behaviours(*, in_space: bool) -> dict[str, Behaviour]:
     """All models in the order of their looks, the stored belt in 3D last where it is wanted."""
-    found = {name: _of(name) for name in LOOKS if name != "mujoco_flex"}
-    return found | ({"mujoco_flex": _stored()} if in_space else {})
+    found = {name: _model_behaviour(name) for name in LOOKS if name != "mujoco_flex"}
+    return found | ({"mujoco_flex": _stored_behaviour()} if in_space else {})
 
 
-def _of(model: str) -> Behaviour:
+def _model_behaviour(model: str) -> Behaviour:
     rate = {t: -steady(model, t) for t in MEASURED}
     if model == "ritzinger":
         return Behaviour(rate=rate, tilt={t: abs(edge_tilt(case_at(t), abs(YAW))) for t in MEASURED})
     curves = {t: moving(model, t) for t in MEASURED}
-    y = {t: _sampled(c) for t, c in curves.items()}
+    y = {t: _y_on_grid(c) for t, c in curves.items()}
     if model == "rope":  # a line has no cross-section
         return Behaviour(y=y, rate=rate)
     tilt = {t: 0.0 if model in FLAT else _greatest_tilt(c) for t, c in curves.items()}
     return Behaviour(y=y, rate=rate, tilt=tilt)
 
 
-def _stored() -> Behaviour:
-    runs = {t: stored(name) for t, name in RECORDS.items()}
+def _stored_behaviour() -> Behaviour:
+    runs = {t: stored_run(name) for t, name in RECORDS.items()}
     return Behaviour(
-        y={t: _sampled(r.curves) for t, r in runs.items()},
-        rate={t: -stored(name).rates()[0] for t, name in SETTLED.items()},
+        y={t: _y_on_grid(r.curves) for t, r in runs.items()},
+        rate={t: -stored_run(name).rates()[0] for t, name in SETTLED.items()},
         tilt={t: _greatest_tilt(r.curves) for t, r in runs.items()},
     )
 
 
-def _sampled(curves: Curves) -> np.ndarray:
+def _y_on_grid(curves: Curves) -> np.ndarray:
     return -np.interp(GRID, np.asarray(curves.travel), np.asarray(curves.y)[0])
 
 
@@ -85,7 +85,7 @@ class Judgement:
     number: str = ""
 
     @staticmethod
-    def of(met: bool, number: str) -> "Judgement":
+    def decide(met: bool, number: str) -> "Judgement":
         """Reproduced where the criterion is met."""
         return Judgement(REPRODUCED if met else CONTRADICTED, number)
 
@@ -149,9 +149,9 @@ def judge_m2(model: Behaviour, beam: Behaviour) -> Judgement:
     """y_1 at M2_START over that at TIGHT: below the beam's, and the lower the slacker."""
     if not {*SLACK, TIGHT} <= set(model.y):
         return NOT_ADDRESSED
-    own, beams = ([b.at(M2_START, t) / b.at(M2_START, TIGHT) for t in SLACK] for b in (model, beam))
+    own, beams = ([b.y_at(M2_START, t) / b.y_at(M2_START, TIGHT) for t in SLACK] for b in (model, beam))
     met = all(a <= M2_SLOWER * b for a, b in zip(own, beams, strict=True)) and own[0] < own[1]
-    return Judgement.of(met, f"{own[0]:.2f} and {own[1]:.2f} of the start at 40")
+    return Judgement.decide(met, f"{own[0]:.2f} and {own[1]:.2f} of the start at 40")
 
 
 M2 = Statement(
@@ -184,7 +184,7 @@ def judge_m3_read(model: Behaviour, beam: Behaviour) -> Judgement:
 
 def _faster(rate: Callable[[float], float]) -> Judgement:
     own = [rate(t) / rate(TIGHT) for t in SLACK]
-    return Judgement.of(min(own) >= M3_A_LOT, f"{own[0]:.2f} and {own[1]:.2f} times the rate at 40")
+    return Judgement.decide(min(own) >= M3_A_LOT, f"{own[0]:.2f} and {own[1]:.2f} times the rate at 40")
 
 
 M3 = Statement(
@@ -215,7 +215,7 @@ def judge_m4(model: Behaviour, beam: Behaviour) -> Judgement:
     if not set(M4_TENSIONS) <= set(model.rate):
         return NOT_ADDRESSED
     off = [model.rate[t] / beam.rate[t] - 1.0 for t in M4_TENSIONS]
-    return Judgement.of(max(map(abs, off)) <= M4_QUITE, f"{100 * off[0]:+.0f} % at 20, {100 * off[1]:+.0f} % at 40")
+    return Judgement.decide(max(map(abs, off)) <= M4_QUITE, f"{100 * off[0]:+.0f} % at 20, {100 * off[1]:+.0f} % at 40")
 
 
 M4 = Statement(
@@ -238,7 +238,7 @@ def judge_m5(model: Behaviour, beam: Behaviour) -> Judgement:
     if not set(M5_SLACK) <= set(model.tilt):
         return NOT_ADDRESSED
     tilt = [model.tilt[t] for t in M5_SLACK]
-    return Judgement.of(min(tilt) >= M5_VISIBLE, f"{1e3 * tilt[0]:.0f} and {1e3 * tilt[1]:.0f} mrad")
+    return Judgement.decide(min(tilt) >= M5_VISIBLE, f"{1e3 * tilt[0]:.0f} and {1e3 * tilt[1]:.0f} mrad")
 
 
 def _sag(tension: float) -> float:
@@ -272,7 +272,7 @@ def judge_m6(model: Behaviour, beam: Behaviour) -> Judgement:
     rope, first = (-np.interp(GRID, *_point_1(name)) for name in ("rope", "beam_th1"))
     y = np.stack([model.y[t] for t in MEASURED])
     out = max(float((y - rope).max()), float((first - y).max()), 0.0) / float(rope.max())
-    return Judgement.of(out <= M6_OUTSIDE, f"{100 * out:.1f} % outside")
+    return Judgement.decide(out <= M6_OUTSIDE, f"{100 * out:.1f} % outside")
 
 
 def _point_1(name: str) -> tuple[np.ndarray, np.ndarray]:

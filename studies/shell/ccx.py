@@ -15,7 +15,7 @@ _UNREAD = ("frd", "cvg", "12d", "dat", "sta")
 
 
 @dataclass(frozen=True)
-class Printed:
+class PrintedTable:
     """One table of a .dat file: quantity ("displacements", "forces"), node set, total time; values (3,) by node."""
 
     quantity: str
@@ -24,17 +24,16 @@ class Printed:
     values: dict[int, np.ndarray]
 
 
-def installed() -> bool:
-    """Whether CalculiX can be called."""
+def is_installed() -> bool:
     return shutil.which("ccx") is not None
 
 
-def run(folder: Path, name: str, deck: str, limit: float = 1800.0) -> list[Printed]:
+def run(folder: Path, name: str, deck: str, limit: float = 1800.0) -> list[PrintedTable]:
     """What CalculiX prints for ``deck``, on one core; files NAME.* stay in ``folder``.
 
     A run that breaks off, or takes more than ``limit`` seconds, gives what it had printed; if none, SimulationError.
     """
-    if not installed():
+    if not is_installed():
         raise SimulationError(MISSING)
     folder.mkdir(parents=True, exist_ok=True)
     for ending in _UNREAD:
@@ -54,15 +53,15 @@ def run(folder: Path, name: str, deck: str, limit: float = 1800.0) -> list[Print
     return printed
 
 
-def read(path: Path) -> list[Printed]:
+def read(path: Path) -> list[PrintedTable]:
     """The tables of a .dat file, in the order of their times."""
-    tables: list[Printed] = []
+    tables: list[PrintedTable] = []
     if not path.exists():
         return tables
     for line in path.read_text(encoding="ascii").splitlines():
         words = line.split()
         if "for set" in line:
-            tables.append(Printed(words[0], line.split("for set")[1].split()[0], float(words[-1]), {}))
+            tables.append(PrintedTable(words[0], line.split("for set")[1].split()[0], float(words[-1]), {}))
         elif len(words) == 4 and tables and words[0].isdigit():
             tables[-1].values[int(words[0])] = np.array(words[1:], float)
     return [t for t in tables if t.values]

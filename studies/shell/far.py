@@ -26,7 +26,7 @@ LIMITS = ("slack_edge", "second_order")
 
 def far_study(config: dict[str, Any]) -> None:
     """The table."""
-    if not ccx.installed():
+    if not ccx.is_installed():
         print(f"skipped: {ccx.MISSING}")
         return
     case, mesh = case_from(config), Mesh(**config["mesh"])

@@ -71,7 +71,7 @@ def strip(corners: Sequence[float] | np.ndarray, width: float, across: int, *, q
     return Strip(x, np.linspace(-width / 2, width / 2, 2 * across + 1), True)
 
 
-def graded(length: float, finest: float, coarsest: float, growth: float = 1.25, even: int = 8) -> np.ndarray:
+def graded_lengths(length: float, finest: float, coarsest: float, growth: float = 1.25, even: int = 8) -> np.ndarray:
     """Lengths of elements that grow from both ends of ``length`` to its middle [m]; the first ``even`` are alike."""
     steps: list[float] = []
     while sum(steps) < length / 2:

@@ -129,7 +129,7 @@ def rolling_case(config: dict[str, Any], yaw: float) -> Case:
 
 def roll_study(config: dict[str, Any]) -> None:
     """The table."""
-    if not ccx.installed():
+    if not ccx.is_installed():
         print(f"skipped: {ccx.MISSING}")
         return
     roll = Roll(**config["roll"])

@@ -127,12 +127,12 @@ def _steps(case: Case, roll: Roll, belt: Strip, far: int) -> list[str]:
     still = ["*CLOAD,OP=NEW", f"{reference},1,{force * math.cos(begin):.12g}"]
     still += [f"{reference},3,{-force * math.sin(begin):.12g}"]
     lines += _step("1.,1.", 100, ["*BOUNDARY", *_clamp(belt, radius), *straight, "*CLOAD", f"{reference},1,{force:g}"])
-    lines += _step("0.1,1.,1e-7,0.2", 1000, _pulled("LAY", reference, force))
+    lines += _step("0.1,1.,1e-7,0.2", 1000, _pull("LAY", reference, force))
     lines += _step("1.,1.", 1000, ["*BOUNDARY", *yawed, *still])
     most = roll.increment / roll.rolled
     turned = ["*BOUNDARY,AMPLITUDE=ROLLY", f"{reference},2,2,1."]
     turned += ["*BOUNDARY,AMPLITUDE=ROLLX", f"{far},1,1,{yaw:.12g}", "*BOUNDARY,AMPLITUDE=ROLLZ"]
-    turned += [f"{far},3,3,{yaw:.12g}", *_pulled("ROLL", reference, force)]
+    turned += [f"{far},3,3,{yaw:.12g}", *_pull("ROLL", reference, force)]
     return lines + _step(f"{most / 2:.6g},1.,1e-7,{most:.6g}", 5000, turned)
 
 
@@ -142,7 +142,7 @@ def _table(name: str, begin: float, end: float, value: Callable[[float], float])
     return [f"*AMPLITUDE,NAME={name}"] + [f"{t:.6g},{value(begin + (end - begin) * t):.12g}" for t in at]
 
 
-def _pulled(name: str, reference: int, force: float) -> list[str]:
+def _pull(name: str, reference: int, force: float) -> list[str]:
     lines = [f"*CLOAD,OP=NEW,AMPLITUDE={name}X", f"{reference},1,{force:g}"]
     return [*lines, f"*CLOAD,AMPLITUDE={name}Z", f"{reference},3,{force:g}"]
 

@@ -32,7 +32,7 @@ _answers = jit_float64(span_responses)
 
 
 @dataclass(frozen=True)
-class Turned:
+class SpanState:
     """A span after its run-up end was turned: turn [rad]; entry and carried moment [N m]; tilt of mid-span [rad]."""
 
     turn: float
@@ -65,17 +65,17 @@ def by_shell(
     folder: Path,
     mesh: Mesh | None = None,
     residual: float = 0.0,
-) -> list[Turned]:
+) -> list[SpanState]:
     """The span turned by couples that would turn the strip law's by ``turns`` [rad], as far as CalculiX comes."""
     couples = [float(by_law(case, ends, residual)[0]) * t for t in turns]
     deck = span_deck(case, couples, ends, mesh, residual)
     name = f"span_{ends}_{case.settings.tension / 1e6:g}_{residual / 1e6:g}"
-    return turned(deck, ccx.run(folder, name, deck.text), couples, at_rest=3.0 if residual else 2.0)
+    return span_states(deck, ccx.run(folder, name, deck.text), couples, at_rest=3.0 if residual else 2.0)
 
 
-def turned(
-    deck: SpanDeck, printed: Sequence[ccx.Printed], couples: Sequence[float], at_rest: float = 2.0
-) -> list[Turned]:
+def span_states(
+    deck: SpanDeck, printed: Sequence[ccx.PrintedTable], couples: Sequence[float], at_rest: float = 2.0
+) -> list[SpanState]:
     """The states after gravity, less that at time ``at_rest``, before the couples; none where CalculiX broke off."""
     tables = {(p.quantity, p.nodes, round(p.time, 6)): p.values for p in printed}
     if ("displacements", "OUT", at_rest) not in tables:
@@ -86,10 +86,10 @@ def turned(
         for k, couple in enumerate(couples)
         if ("displacements", "OUT", at_rest + 1.0 + k) in tables
     ]
-    return [Turned(s.turn - rest.turn, s.entry, s.carried - rest.carried, s.tilt - rest.tilt) for s in states]
+    return [SpanState(s.turn - rest.turn, s.entry, s.carried - rest.carried, s.tilt - rest.tilt) for s in states]
 
 
-def _state(deck: SpanDeck, tables: dict[Any, Any], at: float, couple: float) -> Turned:
+def _state(deck: SpanDeck, tables: dict[Any, Any], at: float, couple: float) -> SpanState:
     held = tables["displacements", "DUM", at][deck.dummies["B2"]]
     carried = tables["forces", "DUM", at][deck.dummies["HA2"]]
     shape, belt = tables["displacements", "OUT", at], deck.belt
@@ -100,12 +100,12 @@ def _state(deck: SpanDeck, tables: dict[Any, Any], at: float, couple: float) -> 
         x.append(belt.x[i] + (one[0] + other[0]) / 2)
         across = belt.y[-1] - belt.y[0] + other[1] - one[1]
         tilt.append(np.arctan2(other[2] - one[2], across))
-    return Turned(float(held[2]), couple, float(carried[2]), float(np.interp((x[0] + x[-1]) / 2, x, tilt)))
+    return SpanState(float(held[2]), couple, float(carried[2]), float(np.interp((x[0] + x[-1]) / 2, x, tilt)))
 
 
 def span_study(config: dict[str, Any]) -> None:
     """The table."""
-    if not ccx.installed():
+    if not ccx.is_installed():
         print(f"skipped: {ccx.MISSING}")
         return
     columns = [f"{what}, {who}" for what in ("entry", "carry-over", "tilt") for who in ("shell", "law")]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.case import Case
-from studies.shell.mesh import Strip, equation, graded, node_set, steel, strip
+from studies.shell.mesh import Strip, equation, graded_lengths, node_set, steel, strip
 
 SPRING = 1e8  # [N/m, N m/rad], some 1e4 times what it measures
 HELD_ROWS = 2  # elements behind an end line that lie on the pulley
@@ -93,7 +93,7 @@ def _strip(case: Case, ends: str, mesh: Mesh) -> tuple[Strip, int, int]:
     length = case.rig.span_length + 2 * layer(case) * abs(side)
     arc = length if z == 0 else 2 / z * math.sinh(z * length / 2)
     strain = case.settings.tension / case.belt.youngs_modulus * (1 + (z * length) ** 2 / 12)
-    free = graded(arc * (1 - strain), mesh.finest, mesh.coarsest)
+    free = graded_lengths(arc * (1 - strain), mesh.finest, mesh.coarsest)
     held = HELD_ROWS if side else 0
     behind = [mesh.finest] * held
     corners = np.concatenate([[0.0], np.cumsum([*behind, *free, *behind])]) - mesh.finest * held
@@ -150,7 +150,7 @@ def _steps(
     strains: list[str],
 ) -> list[str]:
     """Tension, gravity, residual stress where there is one, couples."""
-    held, bent = _held(case, dummies), [f"{dummies['ONE']},1,1,{abs(SIDES[ends]):g}"]
+    held, bent = _supports(case, dummies), [f"{dummies['ONE']},1,1,{abs(SIDES[ends]):g}"]
     flat = [f"{dummies['ONE']},1,1,0."]
     pull = f"{dummies['B1']},1,{case.tension_force:.12g}"
     weight = ["*DLOAD", f"BELT,GRAV,{case.rig.gravity:g},0.,0.,-1."] if case.rig.gravity else []
@@ -165,7 +165,7 @@ def _steps(
     return lines
 
 
-def _held(case: Case, dummies: dict[str, int]) -> list[str]:
+def _supports(case: Case, dummies: dict[str, int]) -> list[str]:
     """What is held at both ends but the turn of the run-up: no displacement, no roll, the width as it shrinks."""
     shrink = -case.belt.poisson_ratio * case.settings.tension / case.belt.youngs_modulus
     lines = [f"{dummies['ONE']},2,3,0."]

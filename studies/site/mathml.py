@@ -24,17 +24,17 @@ def mathml(tex: str, block: bool) -> str:
 
 def visit_math(translator: Any, node: nodes.math) -> None:
     """A formula within a line."""
-    translator.body.append(_drawn(node, block=False))
+    translator.body.append(_render(node, block=False))
     raise nodes.SkipNode
 
 
 def visit_math_block(translator: Any, node: nodes.math_block) -> None:
     """A formula on lines of its own."""
-    translator.body.append(f'<div class="math">{_drawn(node, block=True)}</div>')
+    translator.body.append(f'<div class="math">{_render(node, block=True)}</div>')
     raise nodes.SkipNode
 
 
-def _drawn(node: nodes.Element, block: bool) -> str:
+def _render(node: nodes.Element, block: bool) -> str:
     """The node's LaTeX as MathML; what cannot be read is a warning, and warnings stop the build."""
     try:
         return mathml(node.astext(), block)

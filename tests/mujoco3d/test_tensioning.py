@@ -17,7 +17,7 @@ from belt_sim.mujoco3d.tensioning import KollerPlan
 from belt_sim.mujoco3d.wrap import TAIL
 from belt_sim.registry import model_named
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG
-from studies.tensionings import Before
+from studies.tensionings import EarlyFrames
 
 ROUNDING = 1e-9
 LINK = 5e-3  # [m]: the last of 400 points of a span of 2 m lies so far from where it touches
@@ -88,7 +88,7 @@ def test_the_plan_ends_where_the_same_belt_has_the_wanted_tension():
 @pytest.fixture(scope="module")
 def both():
     """The short rig laid under a force, and tensioned by Koller's procedure, with what was seen on the way."""
-    case, watcher = paper_case(60, -YAW, ROPE_EXAMPLE), Before()
+    case, watcher = paper_case(60, -YAW, ROPE_EXAMPLE), EarlyFrames()
     options = Options(**COARSE)
     force = simulate(case, travel=0.5, options=options)
     koller = simulate(case, travel=0.5, options=replace(options, tensioning="koller"), observers=(watcher,))

@@ -29,7 +29,7 @@ DAT = """
         12  1.000000E+01  2.000000E+00  3.000000E+00
 """
 
-needs_ccx = pytest.mark.skipif(not ccx.installed(), reason=ccx.MISSING)
+needs_ccx = pytest.mark.skipif(not ccx.is_installed(), reason=ccx.MISSING)
 
 
 def sections(deck: str) -> Counter:
@@ -37,7 +37,7 @@ def sections(deck: str) -> Counter:
 
 
 def test_graded_elements_fill_the_length_and_are_finest_at_the_ends():
-    steps = mesh.graded(11.28, 0.004, 0.08)
+    steps = mesh.graded_lengths(11.28, 0.004, 0.08)
     assert steps.sum() == pytest.approx(11.28)
     assert steps[0] == steps[-1] == steps.min()
     assert steps.max() < 0.08 * 1.05

@@ -53,10 +53,10 @@ def test_a_large_moment_takes_torsional_stiffness_away():
 def test_the_belt_in_3d_does_what_a_straight_section_does():
     case = short_wide_rig(LARGE)
     curves = simulate(case, travel=0.55, options=Options(run_in=0.3, settle=0.6))
-    state = March.of(case, "stretched", 0.6).state
+    state = March.from_case(case, "stretched", 0.6).state
     wide = [np.interp(0.5, _STEP * np.arange(len(state)), state[:, k]) for k in (0, 2)]
     seen = [np.interp(0.5, curves.travel, curves.y[k]) for k in (0, 2)]
     assert seen == pytest.approx(wide, rel=SPACE)
     small = replace(case, settings=replace(case.settings, yaw=Schedule.step(SMALL)))
-    linear = March.of(small, "stretched", 0.6).state * LARGE / SMALL
+    linear = March.from_case(small, "stretched", 0.6).state * LARGE / SMALL
     assert np.interp(0.5, _STEP * np.arange(len(linear)), linear[:, 0]) > (1 + 4 * SPACE) * wide[0]

@@ -9,7 +9,7 @@ from belt_sim.pictures.style import CYCLE, INK
 from studies.paper import drawing
 from studies.paper.models import LOOKS, MEASURED, MOVING, TRAVEL, moving, rate_mm_per_m, steady, y_mm
 from studies.paper.plate import Plate, column
-from studies.paper.stored import stored
+from studies.paper.stored_runs import stored_run
 
 NUMBER, TITLE = 12, "Comparison of models and measurement"
 ABOVE = ("beam_th2", "strip")  # together in the upper panel, as the paper draws all tensions in one
@@ -39,7 +39,7 @@ def plate(in_space: bool = True) -> Plate:
 
 
 def _in_space(tension: float) -> dict:
-    curves = stored(f"flex_{tension:g}").curves
+    curves = stored_run(f"flex_{tension:g}").curves
     early = np.asarray(curves.travel) <= TRAVEL
     return {
         "mujoco_flex_travel_m": column(np.asarray(curves.travel)[early]),

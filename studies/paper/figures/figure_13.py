@@ -9,7 +9,7 @@ from belt_sim.pictures.style import INK
 from studies.paper import drawing
 from studies.paper.models import LOOKS, MEASURED, MOVING, moving, rate_mm_per_m, read_rate, steady
 from studies.paper.plate import Plate, column
-from studies.paper.stored import SETTLED, stored
+from studies.paper.stored_runs import SETTLED, stored_run
 
 NUMBER, TITLE = 13, "Comparison of steady-state velocities"
 FINE = np.round(np.concatenate([np.arange(4.0, 15.0, 0.5), np.arange(15.0, 61.0, 1.5)]), 6)  # [N/mm2]
@@ -42,7 +42,7 @@ def plate(in_space: bool = True) -> Plate:
 
 
 def _in_space(tension: float) -> dict[str, float]:
-    run = stored(RECORDS[tension])
+    run = stored_run(RECORDS[tension])
     mean, ends = run.rates()[0], sorted(float(rate_mm_per_m(r)) for r in run.rates()[1:])
     return {
         "mm_per_m": float(rate_mm_per_m(mean)),

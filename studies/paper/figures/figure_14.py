@@ -14,7 +14,7 @@ from studies.paper.drawing import Oblique
 from studies.paper.models import case_at, moving, x_m
 from studies.paper.plate import Plate, column
 from studies.paper.span_shape import SpanShape, span_shape
-from studies.paper.stored import Shape, stored
+from studies.paper.stored_runs import Shape, stored_run
 
 NUMBER, TITLE = 14, "Low tensioned belt at 10 N/mm², deformation after yawing the pulley"
 TENSION, AT = 10.0, 3.0  # [N/mm2]; [m] of travel, near the greatest tilt of the upper span
@@ -61,7 +61,7 @@ def _machine_x(name: str, shape: SpanShape) -> np.ndarray:
 
 def _in_space() -> dict:
     """Tilt along both spans of the stored belt."""
-    shape = stored(IN_SPACE).shape_at(AT)
+    shape = stored_run(IN_SPACE).shape_at(AT)
     x, z = shape.middle[:, 0], shape.middle[:, 2]
     angle = tilt(shape.left, shape.right)
     found: dict = {"travel_m": shape.travel}

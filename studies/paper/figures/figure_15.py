@@ -11,7 +11,7 @@ from studies.paper.case import ROPE_EXAMPLE, YAW
 from studies.paper.drawing import Oblique
 from studies.paper.models import y_mm
 from studies.paper.plate import Plate, column
-from studies.paper.stored import Shape, stored
+from studies.paper.stored_runs import Shape, stored_run
 
 NUMBER, TITLE = 15, "Lateral movement of a particle chain"
 RUN, MOMENTS = "rope_100", (0.0, 5.0, 21.4)  # [m] of travel
@@ -21,7 +21,7 @@ DRAWN = Oblique(width=1.0, lateral=50.0, height=1.0, tilt=1.0, radius=ROPE_EXAMP
 
 def plate(in_space: bool = True) -> Plate:
     """Particles of the stored rope in 3D at three travels."""
-    run = stored(RUN)
+    run = stored_run(RUN)
     shapes = [run.shape_at(travel) for travel in MOMENTS]
     numbers = {"travel_m": column([s.travel for s in shapes]), "particles": len(shapes[0].left)}
     for k, shape in enumerate(shapes):

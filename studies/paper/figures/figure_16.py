@@ -13,7 +13,7 @@ from studies.closed_forms import steady_offsets
 from studies.paper import drawing
 from studies.paper.models import case_at, rate_mm_per_m, y_mm
 from studies.paper.plate import Plate, column
-from studies.paper.stored import stored
+from studies.paper.stored_runs import stored_run
 
 NUMBER, TITLE = 16, "Moving diagram for the upper rope span"
 RUN, TENSION = "rope_100", 100.0  # [N/mm2]
@@ -22,7 +22,7 @@ SHOWN = {1: "run-up point 1", 4: "run-off point 4"}
 
 def plate(in_space: bool = True) -> Plate:
     """Points 1 and 4 of the stored rope in 3D, and of the rope model."""
-    curves, case, model = stored(RUN).curves, case_at(TENSION, short=True), analytic_model("rope")
+    curves, case, model = stored_run(RUN).curves, case_at(TENSION, short=True), analytic_model("rope")
     law = model.run(case, travel=float(curves.travel[-1]))
     numbers = {"travel_m": column(curves.travel), "law_travel_m": column(law.travel)}
     for k in SHOWN:

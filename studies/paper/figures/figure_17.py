@@ -12,7 +12,7 @@ from studies.paper.case import ROPE_EXAMPLE, YAW
 from studies.paper.drawing import Oblique
 from studies.paper.models import y_mm
 from studies.paper.plate import Plate, column
-from studies.paper.stored import Stored, stored
+from studies.paper.stored_runs import StoredRun, stored_run
 
 NUMBER, TITLE = 17, "High and low tensioned particle chains on two pulleys"
 RUNS = {"rope_100": ("100 N/mm²", BLUE), "rope_1": ("1 N/mm²", RED)}
@@ -25,12 +25,12 @@ def plate(in_space: bool = True) -> Plate:
     """Both stored ropes at the same travel."""
     numbers: dict = {"travel_m": TURNS}
     for name in RUNS:
-        curves, shape = stored(name).curves, stored(name).shapes[-1]
+        curves, shape = stored_run(name).curves, stored_run(name).shapes[-1]
         y = [np.interp(TURNS, curves.travel, row) for row in np.asarray(curves.y)]
         x, across, z = shape.middle.T
         numbers[name] = {
             "points_1_to_4_y_mm": column(y_mm(y)),
-            "sag_mm": column(stored(name).made["sag_mm"]),
+            "sag_mm": column(stored_run(name).made["sag_mm"]),
             "x_m": column(shape.tail_x - x),
             "y_mm": column(y_mm(across)),
             "z_m": column(z),
@@ -44,11 +44,11 @@ def plate(in_space: bool = True) -> Plate:
         f"{numbers['greatest_difference_mm']:.3f} mm, {share:.1f} % of the way: about the same place, as in the paper."
     )
     return Plate(number=NUMBER, title=TITLE, caption=caption, numbers=numbers,
-                 draw=lambda p: _draw(p, [stored(name) for name in RUNS]), stored=tuple(RUNS))  # fmt: skip
+                 draw=lambda p: _draw(p, [stored_run(name) for name in RUNS]), stored=tuple(RUNS))  # fmt: skip
 
 
 @style.picture
-def _draw(path: Path, runs: list[Stored]) -> Path:
+def _draw(path: Path, runs: list[StoredRun]) -> Path:
     fig, [[ax]] = style.figure(8.6, 3.6)
     DRAWN.pulleys(ax, YAW)
     line = DRAWN.flat(np.array([[-0.2, 0.0, 0.0], [ROPE_EXAMPLE.centre_distance + 0.2, 0.0, 0.0]]))

@@ -12,7 +12,7 @@ from studies.paper.case import PAPER_BELT, TEST_RIG, YAW
 from studies.paper.drawing import Oblique
 from studies.paper.models import LOOKS, moving, y_mm
 from studies.paper.plate import Plate, column
-from studies.paper.stored import Shape, stored
+from studies.paper.stored_runs import Shape, stored_run
 
 DRAWN = Oblique(width=5.0, lateral=60.0, height=3.0, tilt=15.0, radius=TEST_RIG.tail_radius,
                 centre_distance=TEST_RIG.centre_distance, half_width=0.5 * PAPER_BELT.width)  # fmt: skip
@@ -32,7 +32,7 @@ RUNS = {
 def plate(number: int) -> Plate:
     """The stored run of a grid of bonded particles; beside it what the strip law says of points 1 and 4."""
     title, run_name, remark = RUNS[number]
-    run = stored(run_name)
+    run = stored_run(run_name)
     shape, law = run.shapes[-1], moving("strip", run.tension)
     within = np.asarray(law.travel) <= run.curves.travel[-1] + 1e-9
     numbers: dict = {"tension_N_per_mm2": run.tension, "travel_m": column(run.curves.travel),

@@ -13,7 +13,7 @@ from belt_sim.pictures.style import AMBER, BLUE, FAINT, INK, PINK
 from studies.paper import drawing
 from studies.paper.models import LOOKS, case_at, moving, y_mm
 from studies.paper.plate import Plate, column
-from studies.paper.stored import stored
+from studies.paper.stored_runs import stored_run
 
 NUMBER, TITLE = 19, "Different types of bond arrangement"
 TENSION, CHORD, PIECE = 40.0, 0.04, 0.48  # [N/mm2]; [m] between particles; [m], the piece that is drawn
@@ -54,7 +54,7 @@ def pushed_span(case: Case, chord: float, bonds: tuple[str, ...], force: float =
     lattice = calibrate(case.belt, chord, ACROSS, bonds)
     y = 0.5 * lattice.width * np.array([-1.0, 1.0])
     rest = np.stack(np.broadcast_arrays(np.arange(stations)[:, None] * chord, y), axis=2)
-    stiffness = _assembled(rest, _bonds(stations, lattice, bonds, 0.5 * float(case.tension_force)))
+    stiffness = _stiffness_matrix(rest, _bonds(stations, lattice, bonds, 0.5 * float(case.tension_force)))
     load = np.zeros((stations, ACROSS, 2))
     load[stations // 2, :, 1] = force / ACROSS
     free = np.ones(load.shape, bool)
@@ -75,7 +75,7 @@ def _bonds(stations: int, lattice: Lattice, bonds: tuple[str, ...], pull: float)
     return found
 
 
-def _assembled(rest: np.ndarray, bonds: list[tuple[int, int, float, float]]) -> np.ndarray:
+def _stiffness_matrix(rest: np.ndarray, bonds: list[tuple[int, int, float, float]]) -> np.ndarray:
     """Stiffness [N/m] of all particles, x and y of one after the other."""
     places = rest.reshape(-1, 2)
     whole = np.zeros((places.size, places.size))
@@ -94,8 +94,8 @@ def plate(in_space: bool = True) -> Plate:
     numbers: dict = {"tension_N_per_mm2": TENSION, "distance_of_particles_m": CHORD}
     pieces = {}
     for bonds, (run, name, _) in ARRANGEMENTS.items():
-        whole, pieces[name] = _pushed(bonds, None), _pushed(bonds, PIECE)
-        curves = stored(run).curves
+        whole, pieces[name] = _span_or_piece(bonds, None), _span_or_piece(bonds, PIECE)
+        curves = stored_run(run).curves
         numbers[name] = {
             "piece_give_um_per_N": 1e6 * pieces[name].give,
             "span_give_um_per_N": 1e6 * whole.give,
@@ -114,7 +114,7 @@ def plate(in_space: bool = True) -> Plate:
                  draw=lambda p: _draw(p, numbers, pieces))  # fmt: skip
 
 
-def _pushed(bonds: tuple[str, ...], length: float | None) -> PushedSpan:
+def _span_or_piece(bonds: tuple[str, ...], length: float | None) -> PushedSpan:
     """The whole span of the test rig, or a piece of it [m]."""
     case = case_at(TENSION)
     if length is not None:

@@ -6,7 +6,7 @@ import pytest
 from belt_sim.analytic.model import analytic_model
 from belt_sim.errors import InputError
 from studies.paper.models import case_at, moving
-from studies.paper.stored import names, stored
+from studies.paper.stored_runs import names, stored_run
 
 BESIDE_THE_LAW = {
     "flex_7": 0.02,
@@ -18,7 +18,7 @@ BESIDE_THE_LAW = {
 
 @pytest.mark.parametrize("name", names())
 def test_it_says_command_commit_and_cost(name):
-    run = stored(name)
+    run = stored_run(name)
     assert run.command.startswith(f"python -m studies.space_run name={name} ")
     assert f"tension={run.tension:g}" in run.command or run.tension == 40.0
     assert len(run.made["commit"]) == 40
@@ -30,7 +30,7 @@ def test_it_says_command_commit_and_cost(name):
 
 @pytest.mark.parametrize("name", BESIDE_THE_LAW)
 def test_the_membrane_is_near_the_strip_law(name):
-    run = stored(name)
+    run = stored_run(name)
     law = moving("strip", run.tension)
     y = np.interp(np.asarray(law.travel), np.asarray(run.curves.travel), np.asarray(run.curves.y)[0])
     y_law = np.asarray(law.y)[0]
@@ -39,11 +39,11 @@ def test_the_membrane_is_near_the_strip_law(name):
 
 @pytest.mark.parametrize("name", ["flex_7_far", "flex_10_far"])
 def test_the_far_runs_settle_at_the_laws_rate(name):
-    mean, slowest, fastest = stored(name).rates()
-    assert mean == pytest.approx(analytic_model("strip").steady_rate(case_at(stored(name).tension)), rel=0.03)
+    mean, slowest, fastest = stored_run(name).rates()
+    assert mean == pytest.approx(analytic_model("strip").steady_rate(case_at(stored_run(name).tension)), rel=0.03)
     assert min(slowest, fastest) <= mean <= max(slowest, fastest)
 
 
 def test_an_unknown_run_is_named():
     with pytest.raises(InputError, match="nothing_of_the_kind"):
-        stored("nothing_of_the_kind")
+        stored_run("nothing_of_the_kind")

@@ -38,7 +38,7 @@ class Shape:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stored:
+class StoredRun:
     """name; curves; shapes, in the order of travel; made: what NAME.json says."""
 
     name: str
@@ -74,7 +74,7 @@ class Stored:
 
 
 @cache
-def stored(name: str) -> Stored:
+def stored_run(name: str) -> StoredRun:
     """A stored run by its name; raises InputError when there is none."""
     path = PLACE / f"{name}.json"
     if not path.is_file():
@@ -82,7 +82,7 @@ def stored(name: str) -> Stored:
             "stored run", name, "", f"make it with studies/paper_store.py; {PLACE} has {', '.join(names())}"
         )
     made = json.loads(path.read_text(encoding="utf-8"))
-    return Stored(name=name, curves=_curves(path.with_suffix(".csv")), shapes=_shapes(path), made=made)
+    return StoredRun(name=name, curves=_curves(path.with_suffix(".csv")), shapes=_shapes(path), made=made)
 
 
 def names() -> list[str]:

@@ -1,6 +1,6 @@
 """Two versions of the diagnosis on the same campaigns, counted."""
 
-from studies.paired import rows
+from studies.two_versions import rows
 
 
 def test_each_kind_is_counted_by_who_was_right():

@@ -1,4 +1,4 @@
-"""Two versions of the diagnosis on the same campaigns: python -m studies.paired source=mix first_seed=9960020 count=20.
+"""Two versions of the diagnosis on the same campaigns: ``python -m studies.two_versions first_seed=9960020 count=20``.
 
 Campaigns whose answers by an earlier version are stored are drawn and answered again; one file each is kept in
 ``folder``, so that a stopped run goes on. The table counts what each version had right, and how likely so uneven a
@@ -31,7 +31,7 @@ KINDS = {
 }
 
 
-def paired(config: dict[str, Any]) -> None:
+def two_versions(config: dict[str, Any]) -> None:
     """Answer the campaigns that the configuration names, and print the table of all in the folder."""
     folder = Path(config["folder"])
     folder.mkdir(parents=True, exist_ok=True)
@@ -41,7 +41,7 @@ def paired(config: dict[str, Any]) -> None:
     for seed in range(first, first + int(config["count"])):
         file = folder / f"{config['source']}_{seed}.json"
         if (config["source"], seed) in earlier and not file.exists():
-            write_json(file, answered(config["source"], seed))
+            write_json(file, scored_answer(config["source"], seed))
             print(file, flush=True)
     found = [read_json(p) for p in sorted(folder.glob("*.json"))]
     cases = [(earlier[c["source"], c["seed"]], ScoredCase.from_row(c)) for c in found]
@@ -52,7 +52,7 @@ def paired(config: dict[str, Any]) -> None:
     print(f"sure and wrong: {sure[0]} earlier, {sure[1]} now, of {len(cases)}")
 
 
-def answered(name: str, seed: int) -> Mapping[str, Any]:
+def scored_answer(name: str, seed: int) -> Mapping[str, Any]:
     """The scored answer of the present version."""
     campaign, truth = source(name)(seed)
     answer = diagnosis_json(diagnose(campaign, truth.base, advise=False, progress=lambda replicates, stage: None))
@@ -78,4 +78,4 @@ def rows(found: Iterable[tuple[bool, bool, str]]) -> Iterator[tuple[str, ...]]:
 
 
 if __name__ == "__main__":
-    application("paired", paired)
+    application("two_versions", two_versions)
