@@ -46,13 +46,13 @@ def _end_curvatures(case: Case, effects: tuple, span: Span):
     return answer.runup, answer.runoff
 
 
-def _inside(span: Span):
+def _curvature_along_span(span: Span):
     """Places along a span, and its curvature there per unit of angle at the run-up."""
     fields = span_fields(span)
     return fields.x, fields.per_runup
 
 
-_answers, _fields = (jit_float64(function, brief=True) for function in (_end_curvatures, _inside))
+_answers, _fields = (jit_float64(function, brief=True) for function in (_end_curvatures, _curvature_along_span))
 
 
 @dataclass(frozen=True)

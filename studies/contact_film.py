@@ -43,7 +43,7 @@ def main() -> None:
 
 def shot():
     """Travel [m] and picture of every frame."""
-    model = lit(mujoco.MjSpec.from_file(str(MODELS / "scenes" / "short_rig.xml")))
+    model = add_background(mujoco.MjSpec.from_file(str(MODELS / "scenes" / "short_rig.xml")))
     data, seen = mujoco.MjData(model), mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("running").id)
     rig = make_case(rig="rope_example").rig
@@ -64,7 +64,7 @@ def shot():
                 yield travel, picture(model, data, seen, nodes, renderer, look, travel, y)
 
 
-def lit(spec: mujoco.MjSpec) -> mujoco.MjModel:
+def add_background(spec: mujoco.MjSpec) -> mujoco.MjModel:
     """The scene before a plain background, pulleys darker than the belt."""
     spec.add_texture(
         name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,

@@ -139,7 +139,7 @@ def models(only: str, folder: Path) -> Iterator[tuple[str, Json]]:
             model = json.loads((found / "summary.json").read_text())
             key = f"{name} {model['model']} {model['tension_n_per_mm2']:g}"
             curves = found / "curves.csv"
-            yield key, {"summary": without(model, UNSTABLE), "curves": columns(curves) if curves.exists() else None}
+            yield key, {"summary": drop_keys(model, UNSTABLE), "curves": columns(curves) if curves.exists() else None}
 
 
 def imports(only: str, folder: Path) -> Iterator[tuple[str, Json]]:
@@ -163,7 +163,7 @@ def diagnoses(only: str, folder: Path) -> Iterator[tuple[str, Json]]:
         out = folder / name
         settings = [f"campaign={CAMPAIGNS / name}", f"model={model}", "seed=0"]
         command("diagnose", *settings, "pictures=false", "watch=null", f"hydra.run.dir={out}")
-        yield name, without(json.loads((out / "diagnosis.json").read_text()), UNSTABLE)
+        yield name, drop_keys(json.loads((out / "diagnosis.json").read_text()), UNSTABLE)
 
 
 def scores(only: str, folder: Path, count: int = PER_SOURCE) -> Iterator[tuple[str, Json]]:
@@ -272,11 +272,11 @@ def number(text: str) -> float | str:
         return text
 
 
-def without(content: Json, keys: Iterable[str]) -> Json:
+def drop_keys(content: Json, keys: Iterable[str]) -> Json:
     """The content without these keys, at any depth."""
     if isinstance(content, Mapping):
-        return {k: without(v, keys) for k, v in content.items() if k not in keys}
-    return [without(v, keys) for v in content] if isinstance(content, list) else content
+        return {k: drop_keys(v, keys) for k, v in content.items() if k not in keys}
+    return [drop_keys(v, keys) for v in content] if isinstance(content, list) else content
 
 
 def select_facts(row: Mapping[str, Any]) -> Json:
@@ -368,7 +368,7 @@ def without_what_u_allows(was: Json, now: Json) -> tuple[Json, Json]:
     if {"gain", "threshold", "parameters"} <= was.keys() and (
         was["threshold"] is None or was["gain"] <= was["threshold"]
     ):
-        return without(was, ("parameters",)), without(now, ("parameters",))
+        return drop_keys(was, ("parameters",)), drop_keys(now, ("parameters",))
     return was, now
 
 

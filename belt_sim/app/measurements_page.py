@@ -262,7 +262,7 @@ def import_view(session: Session) -> None:
         return
     form = AnswerForm(now.draft)
 
-    async def again() -> None:
+    async def look_again() -> None:
         await run.io_bound(session.answer, dict(now.draft))
 
     async def take() -> None:
@@ -274,9 +274,9 @@ def import_view(session: Session) -> None:
         _questions(form, now)
         _runs(form, now)
         with ui.element("div").classes("line"):
-            ui.button("Look again", on_click=again).props("no-caps outline")
+            ui.button("Look again", on_click=look_again).props("no-caps outline")
         if now.ready:
-            _understood(now)
+            _show_proposal(now)
         with ui.element("div").classes("line"):
             ui.button("This is right: take it", on_click=take).props("no-caps").set_enabled(now.ready)
             ui.label(now.lacks).classes("soft small")
@@ -330,7 +330,7 @@ def _runs(form: AnswerForm, now: Import) -> None:
                 form.input(("runs", run, key), now.setting(run, key), EXAMPLES[key])
 
 
-def _understood(now: Import) -> None:
+def _show_proposal(now: Import) -> None:
     assert now.proposal is not None
     assert now.proposal.campaign is not None
     recorded = {r.name: r for r in now.proposal.campaign.runs if r.signals}

@@ -141,11 +141,11 @@ def add() -> None:
 
 def _sliders(view: View) -> None:
     def setting(name: str, label: str, low: float, high: float, step: float) -> None:
-        async def to(value: float) -> None:
+        async def move(value: float) -> None:
             setattr(view, name, value)
             await _compute(view)
 
-        labelled_slider(label, getattr(view, name), low, high, step, to, mark=name)
+        labelled_slider(label, getattr(view, name), low, high, step, move, mark=name)
 
     with widgets.card("What is set"):
         setting("tension", "tension [N/mm²]", 2.0, 80.0, 0.5)
@@ -154,13 +154,10 @@ def _sliders(view: View) -> None:
 
 
 def _choices(view: View) -> None:
-    async def moved() -> None:
-        await _compute(view)
-
     def pick(name: str, label: str, options: dict[str, str]) -> ui.select:
         async def choose(event: Any) -> None:
             setattr(view, name, event.value)
-            await moved()
+            await _compute(view)
 
         chooser = ui.select(options, value=getattr(view, name), label=label, on_change=choose)
         return chooser.classes("w-full").props(f"data-name={name}")
@@ -170,31 +167,31 @@ def _choices(view: View) -> None:
         pick("beside", "beside it, dotted", {"": "none"} | TITLES)
         rig = pick("rig", "machine", RIGS)
         with ui.element("div").classes("w-full").bind_visibility_from(rig, "value", value="own"):
-            _own_machine(view, moved)
+            _own_machine(view)
     with widgets.card("What may be wrong", "Add an effect and move its size."):
-        _effects(view, moved)
+        _effects(view)
 
 
-def _own_machine(view: View, moved: Any) -> None:
+def _own_machine(view: View) -> None:
     """Numbers of one's own machine and belt."""
     for name, (label, value, unit, _) in OWN.items():
 
-        async def to(event: Any, name: str = name) -> None:
+        async def move(event: Any, name: str = name) -> None:
             if event.value is not None:
                 view.own_numbers[name] = float(event.value)
-                await moved()
+                await _compute(view)
 
-        ui.number(f"{label} [{unit}]", value=value, on_change=to).props("dense debounce=400").classes("w-full")
+        ui.number(f"{label} [{unit}]", value=value, on_change=move).props("dense debounce=400").classes("w-full")
 
 
-def _effects(view: View, moved: Any) -> None:
+def _effects(view: View) -> None:
     """A list of effects, and a slider for each number of those chosen."""
     names = {i: effect_title(i) for i in sorted(library(), key=effect_title)}
 
-    async def chosen(event: Any) -> None:
+    async def choose(event: Any) -> None:
         view.effects = {i: view.effects.get(i) or _start(i) for i in event.value}
         sizes.refresh()
-        await moved()
+        await _compute(view)
 
     @ui.refreshable
     def sizes() -> None:
@@ -202,16 +199,16 @@ def _effects(view: View, moved: Any) -> None:
             ui.label(effect_title(effect_id)).classes("small")
             for name, p in library()[effect_id].parameters.items():
 
-                async def to(value: float, numbers: dict[str, float] = numbers, name: str = name) -> None:
+                async def move(value: float, numbers: dict[str, float] = numbers, name: str = name) -> None:
                     numbers[name] = value
-                    await moved()
+                    await _compute(view)
 
                 low, high, _ = reach(p)
                 unit = f" [{p.unit}]" if p.unit != "1" else ""
                 step = (high - low) / 200.0
-                labelled_slider(f"{p.meaning}{unit}", numbers[name], low, high, step, to, mark=f"{effect_id}.{name}")
+                labelled_slider(f"{p.meaning}{unit}", numbers[name], low, high, step, move, mark=f"{effect_id}.{name}")
 
-    select = ui.select(names, multiple=True, with_input=True, label="effects", value=[], on_change=chosen)
+    select = ui.select(names, multiple=True, with_input=True, label="effects", value=[], on_change=choose)
     select.props("use-chips").classes("w-full").props("data-name=effects")
     sizes()
 

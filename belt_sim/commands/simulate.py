@@ -36,13 +36,13 @@ class CentringGoal:
     within: float
     beyond: float
 
-    def away(self, y: np.ndarray) -> np.ndarray:
+    def largest_distance(self, y: np.ndarray) -> np.ndarray:
         """Distance of the farthest point from the middle [m], shape (n,), of y (4, n) [m]."""
         return np.asarray(np.abs(y + self.start).max(axis=0))
 
     def centring_travel(self, travel: np.ndarray, y: np.ndarray) -> float:
         """Travel [m] from which all of y (4, n) [m] stay within; the last where they do not."""
-        late = np.flatnonzero(self.away(y) > self.within)
+        late = np.flatnonzero(self.largest_distance(y) > self.within)
         return float(travel[0] if not len(late) else travel[min(late[-1] + 1, len(travel) - 1)])
 
     def overshoot(self, y: np.ndarray) -> float:
@@ -52,7 +52,7 @@ class CentringGoal:
     def count(self, travel: np.ndarray, y: np.ndarray) -> float:
         """What a search makes small: travel until centred, and more for overshoot and for what is left at the end."""
         over = max(self.overshoot(y) - self.beyond, 0.0)
-        left = max(float(self.away(y)[-1]) - self.within, 0.0)
+        left = max(float(self.largest_distance(y)[-1]) - self.within, 0.0)
         return self.centring_travel(travel, y) + (OVERSHOT * over + SHORT * left) / si.MM
 
 

@@ -68,7 +68,7 @@ def render(diagnosis: Diagnosis) -> str:
         advice=run_advice,
         number_texts=number_texts,
         where=where_sentence(diagnosis),
-        fails=not _nowhere(diagnosis),
+        fails=not _fails_nowhere(diagnosis),
         full=f"{FULL:g}",
         names=[panel.title for panel in diagnosis.drawings.overlays],
         maps=[one.title for one in diagnosis.drawings.maps],
@@ -127,14 +127,14 @@ def marked_parts(cards: Sequence[dict[str, Any]], found: Any) -> list[str]:
     return list(dict.fromkeys(parts))
 
 
-def _nowhere(d: Diagnosis) -> bool:
+def _fails_nowhere(d: Diagnosis) -> bool:
     """Whether no single run, signal and stretch of travel is beyond the uncertainty."""
     return d.where.sentence.startswith("Nowhere")
 
 
 def where_sentence(d: Diagnosis) -> str:
     """Where the base model fails; a misfit that only all runs together show is said to be that."""
-    if not (_nowhere(d) and d.verdict is not Verdict.ADEQUATE):
+    if not (_fails_nowhere(d) and d.verdict is not Verdict.ADEQUATE):
         return d.where.sentence
     return f"No single stretch is beyond its uncertainty: only all runs together show the misfit. {d.where.sentence}"
 

@@ -83,14 +83,13 @@ def _point_load(line: Line, upper: bool, share, *, slope: bool) -> UnitLoad:
     for node, part in ((k, chosen[:, :2]), (k + 1, chosen[:, 2:])):
         loads[lanes, node, :2] += part
 
-    def there(nodes):
-        """y at the place, from nodes (batch, n, 4, ...)."""
+    def y_at_place(nodes):  # of shape (batch, n, 4, ...)
         pair = np.concatenate([nodes[lanes, k, :2], nodes[lanes, k + 1, :2]], axis=1)
         return np.einsum("bi,bi...->b...", value, pair)
 
     nodes, run_up, run_off = _solve(line, upper, loads)
     free = _on_span(line, upper, line.span().nodes, line.span(to_tail=False).nodes)
-    return UnitLoad(upper, run_up, run_off, nodes[:, count // 2, 2], there(free).T, there(nodes))
+    return UnitLoad(upper, run_up, run_off, nodes[:, count // 2, 2], y_at_place(free).T, y_at_place(nodes))
 
 
 def _on_span(line: Line, upper: bool, to_tail: np.ndarray, to_head: np.ndarray) -> np.ndarray:

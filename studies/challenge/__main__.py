@@ -102,7 +102,7 @@ def print_targets(cases: Sequence[ScoredCase], folder: Path) -> None:
     for name in ("figure", "target", "found", "95 % interval", "note"):
         shown.add_column(name, justify="left" if name in ("figure", "note") else "right")
     for row in targets(cases):
-        shown.add_row(*target_cells(row), style="red" if row.met is False else None)
+        shown.add_row(*target_cells(row), style="red" if row.is_met is False else None)
     out.print(shown)
     out.print(str(folder), soft_wrap=True)
 

@@ -262,7 +262,7 @@ def _parse_scores(content: dict[str, Any]) -> StoredScores:
 def write_page(top: Path, stored: Sequence[StoredScores]) -> Path:
     """Write the page for readers into a folder of documents: the newest answers alone, the conclusion first."""
     line, span, space = (_own(newest(part)) for part in _parts(stored))
-    laws = _outside(span)
+    laws = _far_unknowns(span)
     in_span = _PAGE_SPAN.format(
         campaigns=len(span),
         outcomes=_outcomes(span),
@@ -326,7 +326,7 @@ def conclusion(cases: Sequence[ScoredCase]) -> str:
         (
             "**The catalogue lacks the effect** (distance of 8 and more): it says that something unknown acts "
             "in {} campaigns.",
-            [f.right for f in _outside(cases)],
+            [f.right for f in _far_unknowns(cases)],
         ),
     ]
     return "\n".join(f"- {words.format(with_interval(flags))}" for words, flags in said if flags)
@@ -336,7 +336,7 @@ def _short_targets(cases: Sequence[ScoredCase]) -> str:
     """The table of targets without notes."""
     reached = {True: "yes", False: "**no**", None: ""}
     rows = [t for t in targets(cases) if t.found.trials]
-    lines = [(*target_cells(t)[:4], reached[t.met]) for t in rows]
+    lines = [(*target_cells(t)[:4], reached[t.is_met]) for t in rows]
     return table(("figure", "target", "found", "95 % interval", "reached"), lines)
 
 
@@ -349,7 +349,7 @@ def write_record(top: Path, stored: Sequence[StoredScores]) -> Path:
     parts += [_side_by_side("## The same by source of campaigns", sources)]
     parts += [_side_by_side("## The same by commit of the code", codes), by_size(own), by_pair(own)]
     parts += [by_effect(own), by_plan(own), _pictures(top, own), outside_library(own), comparison(line), failures(own)]
-    parts += [_apart(_IN_SPAN, span), _apart(_IN_SPACE, space)]
+    parts += [_separate_tables(_IN_SPAN, span), _separate_tables(_IN_SPACE, space)]
     return write_text(top / RECORD, "\n".join(p for p in parts if p))
 
 
@@ -384,7 +384,7 @@ def _ranges(seeds: Sequence[int]) -> str:
     return ", ".join(ranges[:_LISTED]) + (", ..." if len(ranges) > _LISTED else "")
 
 
-def _apart(intro: str, stored: Sequence[StoredScores]) -> str:
+def _separate_tables(intro: str, stored: Sequence[StoredScores]) -> str:
     """Campaigns that are in no figure above: the same tables, and every campaign with its answer; empty without any."""
     own = _own(stored)
     if not own:
@@ -424,7 +424,7 @@ def _large(cases: Sequence[ScoredCase]) -> list[ScoredCase]:
     return of_kind(cases, "library", "two", least=SEEN)
 
 
-def _outside(cases: Sequence[ScoredCase]) -> list[ScoredCase]:
+def _far_unknowns(cases: Sequence[ScoredCase]) -> list[ScoredCase]:
     return [f for f in of_kind(cases, "outside") if (f.distance or 0.0) >= _FAR]
 
 
@@ -445,7 +445,7 @@ FIGURES: dict[str, Callable[[Sequence[ScoredCase]], list[bool]]] = {
     "false alarms": lambda cases: [not f.right for f in of_kind(cases, "nothing")],
     "right, d >= 6": lambda cases: [f.right for f in _large(cases)],
     "confidently wrong, d >= 6": lambda cases: [confidently_wrong(f) for f in _large(cases)],
-    "unknown flagged": lambda cases: [f.right for f in _outside(cases)],
+    "unknown flagged": lambda cases: [f.right for f in _far_unknowns(cases)],
     "flagged as unknown": lambda cases: [f.right for f in cases],
     "false names": lambda cases: [bool(f.false_names) for f in cases],
     "place right": lambda cases: [bool(f.place) for f in _law_told(cases)],
@@ -472,7 +472,7 @@ def target_table(cases: Sequence[ScoredCase]) -> str:
     """The targets, and whether they are reached."""
     head = ("figure", "target", "found", "95 % interval", "reached", "note")
     reached = {True: "yes", False: "**no**", None: ""}
-    lines = [(*target_cells(t)[:4], reached[t.met], t.note) for t in targets(cases) if t.found.trials]
+    lines = [(*target_cells(t)[:4], reached[t.is_met], t.note) for t in targets(cases) if t.found.trials]
     return f"## Targets\n\n{len(cases)} campaigns.\n\n{table(head, lines)}"
 
 

@@ -59,7 +59,7 @@ class Target:
         return f">= {self.at_least:.0%}" if self.at_least is not None else ""
 
     @property
-    def met(self) -> bool | None:
+    def is_met(self) -> bool | None:
         """Whether the share itself meets the target; None without trials or target."""
         if not self.found.trials or not self.goal:
             return None
@@ -82,7 +82,7 @@ def of_kind(rows: Iterable[ScoredCase], *kinds: str, least: float = 0.0) -> list
 
 def targets(rows: Sequence[ScoredCase]) -> list[Target]:
     """All rows of the table, in the order of the document that sets them."""
-    return [*_naming(rows), *_outside(rows), *_numbers(rows), *_discovery(rows)]
+    return [*_naming(rows), *_unknown_laws(rows), *_numbers(rows), *_discovery(rows)]
 
 
 def _naming(rows: Sequence[ScoredCase]) -> list[Target]:
@@ -111,7 +111,7 @@ def _naming(rows: Sequence[ScoredCase]) -> list[Target]:
     ]
 
 
-def _outside(rows: Sequence[ScoredCase]) -> list[Target]:
+def _unknown_laws(rows: Sequence[ScoredCase]) -> list[Target]:
     strange, dirty = of_kind(rows, "outside"), of_kind(rows, "dirty")
     near = [f for f in strange if f.distance is not None and 8 <= f.distance <= 12]
     far = [f for f in strange if f.distance is not None and f.distance > 12]

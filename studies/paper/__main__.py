@@ -13,7 +13,7 @@ from belt_sim.files import write_json, write_text
 from belt_sim.provenance import provenance
 from belt_sim.watch.observers import progress
 from studies.application import application
-from studies.paper.plate import FIGURES, IN_SPACE, NOT_COMPUTED, Plate, chosen, compute
+from studies.paper.plate import FIGURES, IN_SPACE, NOT_COMPUTED, Plate, compute, select_figures
 from studies.paper.report import answer, criteria, document, lay_pictures, verdicts, what_decides, write_page
 from studies.paper.statements import Judgement, judge_models
 from studies.paper.stored_runs import stored_run
@@ -26,7 +26,7 @@ def paper(config: Mapping[str, Any]) -> None:
         raise InputError("fast", config["fast"], "", "use true or false")
     target = _document(config["document"])
     in_space = not config["fast"]
-    numbers = chosen(config["figures"], in_space=in_space)
+    numbers = select_figures(config["figures"], in_space=in_space)
     plates = _plates(folder, numbers, in_space)
     left_out = NOT_COMPUTED | {k: _why_not(k, in_space) for k in FIGURES if k not in numbers}
     judgements = judge_models(in_space=in_space)

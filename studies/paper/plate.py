@@ -60,7 +60,7 @@ def compute(number: int, *, in_space: bool = True) -> Plate:
     return plate
 
 
-def chosen(figures: object, *, in_space: bool) -> list[int]:
+def select_figures(figures: object, *, in_space: bool) -> list[int]:
     """The numbers asked for (None: all that can be had); raises InputError for one that there is none of."""
     there = FIGURES if in_space else ANALYTIC
     if figures is None:

@@ -36,6 +36,6 @@ def test_lammps_is_stable_up_to_the_step_of_the_fastest_mode():
 
 
 def test_explicit_steps_fail_above_five_microseconds():
-    model, free = explicit.explicit_model(SHORT.laid()[0])
+    model, free = explicit.explicit_model(SHORT.begin()[0])
     assert explicit.stable(model, free, 4e-6)
     assert not explicit.stable(model, free, 6e-6)

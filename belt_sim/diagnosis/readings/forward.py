@@ -186,7 +186,7 @@ class Forward:
         found.columns = {}
         return found
 
-    def minus(self, offset: np.ndarray) -> "Forward":
+    def subtract(self, offset: np.ndarray) -> "Forward":
         """The same with ``offset`` (R, S, n) taken off all predictions of its own runs."""
         found = copy(self)
         found.offset = offset

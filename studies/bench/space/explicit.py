@@ -25,7 +25,7 @@ _PLACED = 1e6  # [kg]
 
 def explicit_figures(task: Task) -> dict[str, Any]:
     """Largest stable step [s], milliseconds a step, steps and CPU seconds a metre at the product's belt speed."""
-    run, options = task.laid()
+    run, options = task.begin()
     model, free = explicit_model(run)
     low, high = 1e-7, 1e-4
     while high / low > 1.0 + WITHIN:

@@ -46,7 +46,7 @@ def measure(task: Task, travel: float, dt: float = Options().dt) -> dict[str, An
     STEADY_SHARE of what was run; late rates only of whole runs.
     """
     begun, marks = time.process_time(), Marks()
-    run, options = task.laid(dt)
+    run, options = task.begin(dt)
     marks.data = run.engine.solver.data
     curves = run.go(travel, (marks,))
     cpu = time.process_time() - begun

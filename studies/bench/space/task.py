@@ -28,7 +28,7 @@ class Task:
         """The paper's belt after a yaw step at travel 0."""
         return paper_case(self.tension * N_PER_MM2, rig=self.rig)
 
-    def laid(self, dt: float = Options().dt) -> tuple[SpaceRun, Options]:
+    def begin(self, dt: float = Options().dt) -> tuple[SpaceRun, Options]:
         """The membrane laid on its pulleys, ready to go, and its resolved options; dt [s]."""
         case = self.case()
         options = fit_options(Options(dt=dt), case, "flex")

@@ -51,7 +51,7 @@ def _in_space(tension: float) -> dict:
 def _draw(path: Path, n: dict) -> Path:
     below = [f"{t:g}" for t in MEASURED]
     fig, axes = drawing.mosaic(9.6, 8.4, [["all"] * 4, below], height_ratios=[1.15, 1.0])
-    _together(axes["all"], n)
+    _all_tensions(axes["all"], n)
     for k, name in enumerate(below):
         _each(axes[name], n["travel_m"], n[f"{name}_N_per_mm2"])
         axes[name].set_title(f"{name} N/mm²")
@@ -65,7 +65,7 @@ def _draw(path: Path, n: dict) -> Path:
     return style.save(fig, path)
 
 
-def _together(ax, n: dict) -> None:
+def _all_tensions(ax, n: dict) -> None:
     for k, tension in enumerate(MEASURED):
         at, colour = n[f"{tension:g}_N_per_mm2"], CYCLE[k]
         ax.plot(n["travel_m"], at["beam_th2_y1_mm"], color=colour, linewidth=1.2, linestyle=(0, (4, 2)))

@@ -240,7 +240,7 @@ def test_every_kind_of_campaign_moves_its_own_row():
     assert found["unknown effect flagged, distance 8-12"] == (1, 1)
     assert found["unknown effect flagged, distance > 12"] == (1, 1)
     assert found["truth named or in the confusable set, d >= 6"] == (3, 3)
-    met = {t.name: t.met for t in targets(rows)}
+    met = {t.name: t.is_met for t in targets(rows)}
     assert met["false alarm when nothing is hidden"] is False
     assert met["right effect first, d = 6"] is True
     assert met["two effects, exact set"] is None

@@ -10,7 +10,7 @@ from studies.paper.case import ROPE_EXAMPLE, TEST_RIG, YAW
 from studies.paper.figures import figure_02, figure_06, figure_08, figure_09, figure_10, figure_14
 from studies.paper.figures.figure_19 import pushed_span
 from studies.paper.models import case_at, moving
-from studies.paper.plate import ANALYTIC, FIGURES, NOT_COMPUTED, chosen, compute
+from studies.paper.plate import ANALYTIC, FIGURES, NOT_COMPUTED, compute, select_figures
 from studies.paper.span_shape import span_shape
 
 
@@ -22,12 +22,12 @@ def test_every_figure_of_the_paper_is_computed_or_named_with_a_reason():
 
 
 def test_choosing():
-    assert chosen(None, in_space=False) == list(ANALYTIC)
-    assert chosen([13, 12], in_space=True) == [12, 13]
-    assert chosen(6, in_space=True) == [6]
+    assert select_figures(None, in_space=False) == list(ANALYTIC)
+    assert select_figures([13, 12], in_space=True) == [12, 13]
+    assert select_figures(6, in_space=True) == [6]
     for wrong, in_space in ((11, True), (18, False), (99, True), ("x", True), (True, True)):
         with pytest.raises(InputError):
-            chosen([wrong], in_space=in_space)
+            select_figures([wrong], in_space=in_space)
 
 
 def test_figure_2_ends_with_the_offset_and_the_slope_that_it_names():
