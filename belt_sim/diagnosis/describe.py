@@ -55,7 +55,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
 
 def final_model(d: Findings) -> tuple[Workbench, Fit]:
     """The workbench and fit of what was found: effects, or the law where none was named."""
-    if d.law is not None and d.law.fit is not None and not d.named.ids:
+    if d.law is not None and d.law.fit is not None and d.law.bench is not None and not d.named.ids:
         return d.law.bench, d.law.fit
     return d.fitted_bench, d.named
 

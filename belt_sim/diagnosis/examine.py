@@ -31,23 +31,18 @@ DESCRIBED = 0.8  # of the chi2 beyond noise: a base model that explains less lea
 # What a search for laws beyond the library hands to the diagnosis, which does not import the search.
 
 
-class LawResult(Protocol):
-    """What a search has found beside a fit: perhaps a law."""
+@dataclass(frozen=True)
+class LawResult:
+    """What a search has found beside a fit.
 
-    @property
-    def law(self) -> LawEvidence | None:
-        """The law as the march has it; None where none describes what is there."""
+    describe: (probability that something unknown is there, configuration) -> the result; law: as the march has it, with
+    the joint fit and its workbench; None where no law describes what is there.
+    """
 
-    @property
-    def fit(self) -> Fit | None:
-        """The joint fit with the law; None where there is no law."""
-
-    @property
-    def bench(self) -> Workbench:
-        """The workbench of that fit."""
-
-    def describe(self, probability: float, config: object = None) -> Discovery:
-        """The result; probability: that something unknown is there."""
+    describe: Callable[[float, object], Discovery]
+    law: LawEvidence | None = None
+    fit: Fit | None = None
+    bench: Workbench | None = None
 
 
 class LawFinder(Protocol):

@@ -23,7 +23,7 @@ KEPT = 120  # points of a curve against a variable, a tension
 DRAWN = 600  # points of the law as a line
 
 
-def describe(found: SearchOutcome, probability: float, *, config: Any = None) -> Discovery:
+def describe(found: SearchOutcome, probability: float, config: Any = None) -> Discovery:
     """What was discovered, as a result; probability: that something unknown is there."""
     s = found.data
     common: dict[str, Any] = {

@@ -1,51 +1,22 @@
 """The search for unknown laws as a diagnosis asks for it (``belt_sim.diagnosis.examine``)."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from belt_sim.diagnosis.decision.table import LawEvidence, UnknownEvidence
+from belt_sim.diagnosis.examine import LawResult
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.describe import describe
-from belt_sim.discovery.law_search import SearchOutcome, search_law
+from belt_sim.discovery.law_search import search_law
 from belt_sim.discovery.law_words import formula
 from belt_sim.discovery.linear_search import ScoredLaw, distinct_families, exponents_of, single_term_laws
 from belt_sim.discovery.search_data import SearchData, search_data_of
-from belt_sim.results.discovery import Discovery
 
 LAWS = 12  # that are compared in the linear range
-
-
-@dataclass(frozen=True)
-class MarchedLaw:
-    """What a search has found beside a fit."""
-
-    outcome: SearchOutcome
-
-    @property
-    def law(self) -> LawEvidence | None:
-        """The law as the march has it; None where none describes what is there."""
-        made = self.outcome.best
-        return None if made is None else _law(ScoredLaw(made.scored.law, made.gain, made.worth))
-
-    @property
-    def fit(self) -> Fit | None:
-        """The joint fit with the law; None where there is no law."""
-        made = self.outcome.best
-        return None if made is None else made.fit
-
-    @property
-    def bench(self) -> Workbench:
-        """The workbench of that fit."""
-        made = self.outcome.best
-        return self.outcome.data.bench if made is None else made.bench
-
-    def describe(self, probability: float, config: Any = None) -> Discovery:
-        """The result; probability: that something unknown is there."""
-        return describe(self.outcome, probability, config=config)
 
 
 @dataclass(frozen=True)
@@ -58,9 +29,15 @@ class LawSearch:
         """What is seen beside a fit in the linear range."""
         return unknown_evidence(search_data_of(bench, fit, among))
 
-    def law(self, bench: Workbench, fit: Fit) -> MarchedLaw:
+    def law(self, bench: Workbench, fit: Fit) -> LawResult:
         """The law of what is seen beside a fit."""
-        return MarchedLaw(search_law(search_data_of(bench, fit), self.tell))
+        outcome = search_law(search_data_of(bench, fit), self.tell)
+        result, made = LawResult(partial(describe, outcome)), outcome.best
+        if made is None:
+            return result
+        return replace(
+            result, law=_law(ScoredLaw(made.scored.law, made.gain, made.worth)), fit=made.fit, bench=made.bench
+        )
 
 
 def unknown_evidence(data: SearchData) -> UnknownEvidence:

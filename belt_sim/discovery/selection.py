@@ -93,19 +93,9 @@ def one_term_laws(loop: LoopResponses, read: SearchData) -> list[ClosedLoopFit]:
 
 
 def steady_changes(data: SearchData) -> list[ScoredLaw]:
-    """A steady change of the tension and of each stiffness, by the best exponent of the tension. None may rank high in
-    the linear range, which knows little of a large one; with the states that it makes, other forms are tried there."""
-    found = []
-    for place in data.places:
-        if place.relative:
-            laws = [Law((Term(place, Form("none"), n),)) for n in exponents_of(data)]
-            found.append(
-                max(
-                    (ScoredLaw(law, g, g - cost(law)) for law in laws for g in (gain_of(data, law),)),
-                    key=lambda s: s.score,
-                )
-            )
-    return found
+    """A steady change of the tension and of each stiffness. None may rank high in the linear range, which knows little
+    of a large one; with the states that it makes, other forms are tried there."""
+    return [ScoredLaw(Law((Term(place, Form("none")),)), 0.0, 0.0) for place in data.places if place.relative]
 
 
 def laws_with_both_slopes(loop: LoopResponses, ones: Sequence[ClosedLoopFit]) -> list[ClosedLoopFit]:
