@@ -14,7 +14,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from belt_sim.discovery.design import curve_row, single_precision, span_ends
-from belt_sim.discovery.form_dictionary import form_values, travel_of, variable
+from belt_sim.discovery.form_dictionary import travel_of, variable
 from belt_sim.discovery.impulse_responses import CHANNELS, MOMENT, drift_at
 from belt_sim.discovery.linear_search import ScoredLaw, cost, exponents_of, fit_sizes
 from belt_sim.discovery.search_data import SearchData
@@ -49,12 +49,13 @@ class LoopResponses:
     data: SearchData
     kept: dict = field(default_factory=dict)
 
-    def spectrum(self, name: str, where: int, channel: str) -> np.ndarray:
-        """Spectrum (R, 1, w) of what an input in one cell of a channel adds to a variable at a pulley or sensor."""
-        key = (name, where, channel)
+    def spectra(self, reads: tuple[Variable, ...], channel: str) -> np.ndarray:
+        """Spectra (k, R, 1, w) of what an input in one cell of a channel adds to variables at pulleys or sensors."""
+        key = (reads, channel)
         if key not in self.kept:
-            rows = np.stack([self._row(r, *key) for r in range(len(self.data.states.tension))])
-            self.kept[key] = rfft(single_precision(rows), self.length)[:, None]
+            runs = range(len(self.data.states.tension))
+            rows = np.stack([[self._row(r, *read, channel) for r in runs] for read in reads])
+            self.kept[key] = rfft(single_precision(rows), self.length)[:, :, None]
         return self.kept[key]
 
     @property
@@ -172,7 +173,8 @@ def _inputs(
 def _independent_factor(
     data: SearchData, t: Term, forms: list[Form], sizes: np.ndarray, weight: np.ndarray, channel: str, part: int | None
 ):
-    """Everything in a term's input (R, F, J) that does not depend on the state; weight (R, F): by the tension."""
+    """Everything in a term's input (R, F, J) that does not depend on the state; weight (R, F): by the tension. Of a
+    change of a span that does not either: what it adds per unit of each of the span's ends (3, R, F, J)."""
     states = data.states
     s = travel_of(states, t.form, part)[:, None]
     halves = [t.form, t.form.sine()][: sizes.shape[1]]
@@ -187,7 +189,13 @@ def _independent_factor(
     found = found * (gain[:, None] if gain.ndim else gain)
     if t.form.reads_belt:
         return found
-    return found * _shape_values(forms, variable(states, t.form.variable, part, channel)[:, None])
+    found = found * _shape_values(forms, variable(states, t.form.variable, part, channel)[:, None])
+    return _per_end(states, t, found, channel) if t.place.relative else found
+
+
+def _per_end(states: States, t: Term, change: np.ndarray, channel: str) -> np.ndarray:
+    """What a change of a span adds to a channel per unit of each of the span's ends, (3, R, F, J)."""
+    return states.changes[t.place.relative].per_end(change, int(channel in ROLLS))
 
 
 def _coupled_input(
@@ -199,8 +207,10 @@ def _coupled_input(
         u = u * _shape_values(forms, states.delay(x, part) if t.place.kind in WRAPPED and part is not None else x)
     if not t.place.relative:
         return u
-    ends = [at[read] for read in _ends_of(part)]
-    return states.changes[t.place.relative].response_to(u, ends, int(channel in ROLLS))
+    if not _acts(states, t, part):
+        return np.zeros_like(u[..., :1, :1] if t.form.reads_belt else u[0, :, :1, :1])
+    per_end = _per_end(states, t, u, channel) if t.form.reads_belt else u
+    return sum(factor * at[read] for factor, read in zip(per_end, _ends_of(part), strict=True))
 
 
 def _shape_values(forms: list[Form], x: np.ndarray) -> np.ndarray:
@@ -231,11 +241,17 @@ def _ends_of(pulley: int | None) -> list[Variable]:
     return [("ends", 3 * int(pulley or 0) + k) for k in range(3)]
 
 
+def _acts(states: States, t: Term, pulley: int | None) -> bool:
+    """Whether the span that a term acts on runs up a pulley in any run."""
+    return bool(np.any(states.span_share(t.place, pulley)))
+
+
 def _law_variables(law: Law, states: States) -> list[Variable]:
     """What a law reads; with the rate of a signal the signal itself."""
     parts = [(t, part) for t in law.terms for part in t.place.parts]
     found = dict.fromkeys(_variable_read(t, states, *part) for t, part in parts if t.form.reads_belt)
-    found |= dict.fromkeys(read for t, (_, pulley) in parts if t.place.relative for read in _ends_of(pulley))
+    changed = [pulley for t, (_, pulley) in parts if t.place.relative and _acts(states, t, pulley)]
+    found |= dict.fromkeys(read for pulley in changed for read in _ends_of(pulley))
     return list(dict.fromkeys([*found, *(("reading", where) for name, where in found if name == "reading_rate")]))
 
 
@@ -258,7 +274,7 @@ def _channel_inputs(
         for t, parts in zip(law.terms, felt, strict=True)
         if coupled is None or _is_coupled(t) == coupled
         for u, (channel, pulley) in zip(parts, t.place.parts, strict=True)
-        if pulley is not None and channel in CHANNELS
+        if pulley is not None and channel in CHANNELS and np.any(u)
     ]
 
 
@@ -271,18 +287,15 @@ def _responses_to(
         return dict.fromkeys(reads, np.zeros((len(states.tension), 1, cells)))
     spacing, found = states.s[1] - states.s[0], {}
     first = np.where(np.arange(cells) > 0, 1.0, 0.5).astype(np.float32)  # half a cell
-    there = [(channel, rfft(single_precision(u) * first, loop.length)) for channel, u in acting]
-
-    def response_at(name: str, where: int) -> np.ndarray:
-        whole = sum(u * loop.spectrum(name, where, channel) for channel, u in there)
-        return irfft(whole, loop.length)[..., :cells]
-
+    rows = tuple(dict.fromkeys(("y" if name == "alpha" else name, k) for name, k in reads if name != "reading_rate"))
+    whole = sum(rfft(single_precision(u) * first, loop.length) * loop.spectra(rows, channel) for channel, u in acting)
+    responses = dict(zip(rows, irfft(whole, loop.length)[..., :cells], strict=True))
     for name, where in reads:
         if name == "alpha":  # dy/ds = -alpha + drift
             drift = sum(u for channel, u in acting if channel == drift_at(where))
-            found[name, where] = drift - np.gradient(response_at("y", where), spacing, axis=-1)
+            found[name, where] = drift - np.gradient(responses["y", where], spacing, axis=-1)
         elif name != "reading_rate":
-            found[name, where] = response_at(name, where)
+            found[name, where] = responses[name, where]
         if ("reading_rate", where) in reads and name == "reading":
             found["reading_rate", where] = (
                 np.gradient(found[name, where], spacing, axis=-1) * states.speed[:, None, None]
@@ -370,8 +383,8 @@ Point = tuple[np.ndarray, LoopSolution, float]
 
 
 def _start(loop: LoopResponses, law: Law, numbers: np.ndarray) -> Point | None:
-    """Numbers with sizes halved until the belt does not run away, and what they make. Of a law that changes a span,
-    what explains most of that, of less and of some large changes: the linear range knows little of them."""
+    """Numbers with sizes halved until the belt does not run away, and what they make. Of a steady change of
+    a span, what explains most of that, of less and of some large changes: the linear range knows little of them."""
     halved = (_evaluate(loop, law, _scale_sizes(law, numbers, 0.5**k)) for k in range(2 * SHORTER))
     first = next((point for point in halved if point is not None), None)
     largest = _largest_change(loop.data, law, numbers[: _sizes(law)])
@@ -391,12 +404,10 @@ def _scale_sizes(law: Law, numbers: np.ndarray, factor: float) -> np.ndarray:
 
 
 def _largest_change(data: SearchData, law: Law, sizes: np.ndarray) -> float:
-    """The change of the largest size that a law of one term makes to a span; 0 of any other law."""
+    """The largest of a steady change of a span; 0 of any other law."""
     term = law.terms[0]
-    if len(law.terms) > 1 or not term.place.relative or term.form.is_wave:
-        return 0.0
-    change = sizes[0] * form_values(term.form, data.states, 0, None) * data.weight(term.exponent)[:, None]
-    return float(change.ravel()[np.argmax(np.abs(change))])
+    steady = len(law.terms) == 1 and bool(term.place.relative) and term.form.family == Form("none").family
+    return float(sizes[0] * np.max(data.weight(term.exponent))) if steady else 0.0
 
 
 def _gauss_newton_step(

@@ -7,7 +7,6 @@ small inputs and does not change with travel, so one pulse a run and channel giv
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -197,15 +196,12 @@ class SpanChange:
         """What a small change adds per unit (R, J), by the ends of a span (R, 3, J); row: 0 curvature, 1 roll."""
         return np.einsum("ri,rij->rj", self.coefficients[:, 0, row], ends)
 
-    def response_to(self, change: np.ndarray, ends: Sequence[np.ndarray], row: int) -> np.ndarray:
-        """What a change (R, F, J) adds, however large, by the three ends (R, F, J) of a span."""
+    def per_end(self, change: np.ndarray, row: int) -> np.ndarray:
+        """What a change (R, F, J) adds, however large, per unit of each of the three ends, (3, R, F, J)."""
         x = log_of_change(change, np)
-        found: Any = 0.0
-        for i, end in enumerate(ends):
-            factor = np.zeros_like(x)
-            for c in self.coefficients[:, ::-1, row, i].T:
-                factor = (factor + c[:, None, None]) * x
-            found = found + factor * end
+        found = np.zeros((self.coefficients.shape[-1], *x.shape))
+        for c in self.coefficients[:, ::-1, row].swapaxes(0, 1):
+            found = (found + c.T[:, :, None, None]) * x
         return found
 
 

@@ -50,16 +50,14 @@ def test_the_loop_has_a_change_of_any_size(kind, change):
     """It adds to the curvature at the run-up what a span with that change has, and to the roll at mid-span."""
     data = surveyed()
     cases, ends = data.bench.samples.cases, data.states.ends[:, :3]
-    found = [
-        data.states.changes[kind].response_to(np.full_like(ends[:, :1], change), ends.swapaxes(0, 1)[:, :, None], row)
-        for row in (0, 1)
-    ]
+    per_end = [data.states.changes[kind].per_end(np.full_like(ends[:, :1], change), row) for row in (0, 1)]
+    found = [np.einsum("irfj,rij->rj", factors, ends) for factors in per_end]
     for r in range(len(ends)):
         case = replace(cases, settings=jax.tree.map(lambda x, r=r: np.asarray(x)[r], cases.settings))
         before, after = (in_float64(response)(x) for x in (strip(case), with_change(strip(case), case, kind, change)))
         for name, added in zip(("runup", "mid_tilt"), found, strict=True):
             true = np.asarray(getattr(after, name) - getattr(before, name))[:3] @ ends[r]
-            assert added[r, 0] == pytest.approx(true, rel=POWERS, abs=POWERS * float(np.abs(true).max()))
+            assert added[r] == pytest.approx(true, rel=POWERS, abs=POWERS * float(np.abs(true).max()))
 
 
 def test_by_how_much_a_stiffness_changes_is_told_at_every_tension():
