@@ -283,7 +283,7 @@ def _responses_to(
 ) -> dict[Variable, np.ndarray]:
     """What inputs (R, F, J) add to what is read, (R, F, J)."""
     states, cells = loop.data.states, len(loop.data.states.s)
-    if not acting:
+    if not acting or not reads:
         return dict.fromkeys(reads, np.zeros((len(states.tension), 1, cells)))
     spacing, found = states.s[1] - states.s[0], {}
     first = np.where(np.arange(cells) > 0, 1.0, 0.5).astype(np.float32)  # half a cell
