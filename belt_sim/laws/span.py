@@ -62,8 +62,12 @@ class Response:
 
 def torsional_stiffness(case: Case):
     """Return T = F b^2/12 + G b h^3/3 [N m2]: tension in the twisted edges, and St. Venant torsion of a thin strip."""
-    belt = case.belt
-    return case.tension_force * belt.width**2 / 12 + belt.shear_modulus * belt.width * belt.thickness**3 / 3
+    return case.tension_force * case.belt.width**2 / 12 + thin_strip_torsion(case)
+
+
+def thin_strip_torsion(case: Case):
+    """Return G b h^3/3 [N m2], St. Venant torsion of a thin strip."""
+    return case.belt.shear_modulus * case.belt.width * case.belt.thickness**3 / 3
 
 
 def beam_second_order(case: Case) -> Span:
@@ -130,10 +134,11 @@ def response(span: Span) -> Response:
 
 def with_change(span, case: Case, kind: str, share):
     """A span whose bending stiffness, torsional stiffness or tension (force, sag, and what tension adds to torsion) is
-    larger by ``share``."""
+    larger by ``share``. A strip that is not flat has lost torsion already: less than that of a thin strip none has."""
     if kind in ("bending", "torsion"):
         return replace(span, **{kind: getattr(span, kind) * (1.0 + share)})
     torsion = span.torsion + share * case.tension_force * case.belt.width**2 / 12.0
+    torsion = jnp.maximum(torsion, jnp.minimum(span.torsion, thin_strip_torsion(case)))
     return replace(
         span, force=span.force * (1.0 + share), torsion=torsion, sag_curvature=span.sag_curvature / (1.0 + share)
     )

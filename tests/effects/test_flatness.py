@@ -7,7 +7,8 @@ from paper_cases import paper_case
 from belt_sim.analytic.model import analytic_model
 from belt_sim.curves import late_rates
 from belt_sim.effects.span_stiffness import Flatness
-from belt_sim.laws.span import strip
+from belt_sim.jax_setup import in_float64
+from belt_sim.laws.span import response_by_change, strip, thin_strip_torsion, with_change
 
 FIBRES = 4001
 INTEGRATION = 1e-5  # relative: trapezoids over 4,000 fibres
@@ -56,3 +57,11 @@ def test_long_edges_make_a_slack_belt_run_faster_and_leave_a_tight_one_alone():
 
     assert rate(7, *flat) > 1.25 * rate(7)
     assert rate(40, *flat) == pytest.approx(rate(40), rel=TIGHT)
+
+
+def test_a_strip_that_is_not_flat_may_lose_most_of_its_tension():
+    """Long edges have taken what the tension adds to the torsion: a law that takes the tension too leaves the rest."""
+    case = paper_case(10)
+    flat = Flatness(amplitude=1.2e7).span(strip(case), case)
+    assert float(with_change(flat, case, "tension", -0.9).torsion) == pytest.approx(float(thin_strip_torsion(case)))
+    assert np.isfinite(np.asarray(in_float64(response_by_change)(flat, case, kind="tension"))).all()
