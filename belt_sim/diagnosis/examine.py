@@ -4,11 +4,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+import jax
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.model import MODELS
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
+from belt_sim.case import Case
 from belt_sim.diagnosis.decision.decide import Decision, decide, explanations, would_show
 from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, LawEvidence, OtherModel, UnknownEvidence
@@ -21,6 +23,8 @@ from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.readings.sensor_places import first_place_inside_span, shapes_a_span, shows_places
 from belt_sim.diagnosis.search import Search, row_of
 from belt_sim.effects.base import Effect
+from belt_sim.effects.pipeline import as_driven
+from belt_sim.jax_setup import in_float64
 from belt_sim.results.discovery import Discovery
 
 BOOTSTRAPS = 100
@@ -178,11 +182,20 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
     rows = {t.id: row_of(fits.bench, t.fit, checked=False) for t in fits.trials(())}
     there = {row.ids for row in table.rows}
     sets = [ids for ids in dict.fromkeys(beside) if frozenset(ids) in there]
+    sets = [ids for ids in sets if keeps_tension(fits.bench, fits.fit(ids))]
     return replace(
         table,
         visible=frozenset(name for name, row in rows.items() if would_show(row, table, POLICY)),
         unknown=tuple(laws.evidence_of_unknown(fits.bench, fits.fit(ids), likeliest) for ids in sets),
     )
+
+
+def keeps_tension(bench: Workbench, fit: Fit) -> bool:
+    """Whether a fit leaves a tension in every run: a span that is pressed has a solution, but nothing beside it has."""
+    effects = bench.forward.effects_at(fit.vector, fit.ids)
+    over_runs = Case(rig=None, belt=None, settings=0)  # type: ignore[arg-type]
+    driven = jax.vmap(lambda case: as_driven(case, effects).settings.tension, in_axes=(over_runs,))
+    return bool(np.all(np.asarray(in_float64(driven)(bench.forward.samples.cases)) > 0.0))
 
 
 def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) -> list[OtherModel]:

@@ -7,7 +7,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from small_campaign import repeated_bench
 
+from belt_sim.diagnosis.examine import keeps_tension
+from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.readings import forward
 from belt_sim.effects.base import Parameter
 from belt_sim.results.diagnosis import error_table
@@ -54,3 +57,13 @@ def test_an_error_of_a_batch_is_told_when_all_have_ended():
     with pytest.raises(ZeroDivisionError):
         forward.finish(works)
     assert ended == [1]
+
+
+def test_a_load_cell_may_not_leave_a_span_pressed():
+    """Such a span has a solution, so that a fit may end there; nothing is sought beside it."""
+    bench = repeated_bench()
+    (gain,) = (k for k, s in enumerate(bench.forward.slots) if (s.effect.id, s.name) == ("tension_bias", "gain"))
+    for size, kept in ((-0.5, True), (-1.5, False)):
+        vector = bench.forward.null()
+        vector[gain] = size / bench.forward.slots[gain].scale
+        assert keeps_tension(bench, Fit(ids=("tension_bias",), free=[gain], vector=vector)) is kept
