@@ -21,7 +21,7 @@ from belt_sim.results.words import join_words
 from belt_sim.virtual_rig.effect_size import ALIKE
 from studies.challenge.pictures import confusion_picture, reliability_picture
 from studies.challenge.registry import OWN
-from studies.challenge.score import NAMING, STOPS, HeldBack, ScoredCase, score_case
+from studies.challenge.score import CRASH, NAMING, STOPS, HeldBack, ScoredCase, score_case
 from studies.challenge.targets import (
     GOOD_REMOVAL,
     SEEN,
@@ -282,11 +282,12 @@ def write_page(top: Path, stored: Sequence[StoredScores]) -> Path:
 
 
 def _outcomes(cases: Sequence[ScoredCase]) -> str:
-    """In how many campaigns the unknown was told, imitated, told as something else, and overlooked."""
+    """In how many campaigns the unknown was told, imitated, told as something else and overlooked, and crashes."""
     count = Counter(f.outcome for f in cases)
     return (
         f"Something unknown was told in {count['right']}; names that imitate it to less than {ALIKE:g} units of noise "
-        f"in {count['lookalike']}; other names in {count['wrong']}; nothing in {count['missed']}."
+        f"in {count['lookalike']}; other names in {count['wrong']}; nothing in {count['missed']}; "
+        f"{count[CRASH]} crashed."
     )
 
 
