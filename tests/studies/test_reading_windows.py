@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studies.reading_windows import STEP, TENSIONS, TIGHT, Record, judged, windows
+from studies.reading_windows import STEP, TENSIONS, TIGHT, Record, judge, windows
 
 RATES = {7.0: 0.3, 10.0: 0.2, 20.0: 0.12, TIGHT: 0.1}
 PLACES = 121
@@ -24,7 +24,7 @@ def test_windows_are_two_to_twenty_metres_long_and_end_in_time():
 def test_a_belt_of_constant_rates_is_read_alike_in_every_window(slack, share):
     own, beam = straight(RATES | {7.0: slack}), straight(dict.fromkeys(TENSIONS, 0.1) | {20.0: 0.12})
     bounds = straight(dict.fromkeys(TENSIONS, 1.0)).y[TIGHT], np.zeros(PLACES)
-    found = judged(own, beam, *bounds, length=30.0)
+    found = judge(own, beam, *bounds, length=30.0)
     assert found["M3 read"] == found["both, same window"] == share
     np.testing.assert_allclose(found["M3"], [slack / 0.1, 2.0])
     np.testing.assert_allclose(found["M4"], 0.0, atol=1e-12)
