@@ -181,17 +181,19 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
         return table
     rows = {t.id: row_of(fits.bench, t.fit, checked=False) for t in fits.trials(())}
     there = {row.ids for row in table.rows}
-    sets = [ids for ids in dict.fromkeys(beside) if frozenset(ids) in there]
-    sets = [ids for ids in sets if keeps_tension(fits.bench, fits.fit(ids))]
+    made = [fits.fit(ids) for ids in dict.fromkeys(beside) if frozenset(ids) in there]
     return replace(
         table,
         visible=frozenset(name for name, row in rows.items() if would_show(row, table, POLICY)),
-        unknown=tuple(laws.evidence_of_unknown(fits.bench, fits.fit(ids), likeliest) for ids in sets),
+        unknown=tuple(
+            laws.evidence_of_unknown(fits.bench, fit, likeliest) for fit in made if keeps_tension(fits.bench, fit)
+        ),
     )
 
 
 def keeps_tension(bench: Workbench, fit: Fit) -> bool:
-    """Whether a fit leaves a tension in every run: a span that is pressed has a solution, but nothing beside it has."""
+    """Whether a fit leaves the belt under tension in every run. The equations of a compressed span have a solution, so
+    that a fit may end there, but its impulse responses are not finite."""
     effects = bench.forward.effects_at(fit.vector, fit.ids)
     over_runs = Case(rig=None, belt=None, settings=0)  # type: ignore[arg-type]
     driven = jax.vmap(lambda case: as_driven(case, effects).settings.tension, in_axes=(over_runs,))

@@ -1,7 +1,9 @@
 """The closed loop without a march: a law that reads the state which it moves, solved with the impulse responses.
 
 At fixed tension the march is linear in small inputs, so that state = base + responses(u(state)): a Volterra equation.
-Fixed-point iteration solves it along every run for many sets of numbers at once; each iteration is a convolution.
+A change of a span's tension or stiffness, however large, is such an input too: the curvature that it adds by how the
+span's ends stand. Fixed-point iteration solves it along every run for many sets of numbers at once; each iteration is a
+convolution.
 Gauss-Newton steps fit the numbers. A law is judged by what it does, not by how well it goes with the measured state,
 which holds the work of the unknown itself. Arrays are (R, F, J): runs, sets of numbers, cells.
 """
@@ -31,7 +33,13 @@ SHORTER = 4  # halvings of a step
 NUDGE = 1e-3  # of a number, for derivatives
 LONGEST = 3.0  # records, of a length
 STEEPEST = (-4.0, 4.0)  # exponents of the tension
-LARGE = (-0.9, -0.75, -0.5, 1.0, 4.0)  # relative changes of a span, far from each other in what they do
+LARGE = (
+    -0.9,
+    -0.75,
+    -0.5,
+    1.0,
+    4.0,
+)  # relative changes of a span at which a fit may begin: chi2 has several minima
 NUMBERS = ("knee", "at", "wide")
 
 #: a law with some shape numbers, and its sizes
@@ -354,8 +362,8 @@ def fit_closed_loop(loop: LoopResponses, law: Law, sizes, steps: int = STEPS) ->
         made = _fit_numbers(loop, law, np.array([*_numbers(law, sizes), *_exponents(law)]), steps)
         if made is None:
             return None
-        whole = [replace(t, exponent=round(t.exponent)) if t.place.relative else t for t in made.law.terms]
-        law, sizes = Law(tuple(whole)), made.sizes
+        terms = [replace(t, exponent=float(round(t.exponent))) if t.place.relative else t for t in made.law.terms]
+        law, sizes = Law(tuple(terms)), made.sizes
     return _fit_numbers(loop, law, _numbers(law, sizes), steps)
 
 
@@ -383,8 +391,8 @@ Point = tuple[np.ndarray, LoopSolution, float]
 
 
 def _start(loop: LoopResponses, law: Law, numbers: np.ndarray) -> Point | None:
-    """Numbers with sizes halved until the belt does not run away, and what they make. Of a steady change of
-    a span, what explains most of that, of less and of some large changes: the linear range knows little of them."""
+    """Where a fit begins: the numbers, with sizes halved until the belt does not run away. A steady change of a span
+    begins with the size that explains most, of that, half and a quarter of it and LARGE."""
     halved = (_evaluate(loop, law, _scale_sizes(law, numbers, 0.5**k)) for k in range(2 * SHORTER))
     first = next((point for point in halved if point is not None), None)
     largest = _largest_change(loop.data, law, numbers[: _sizes(law)])
@@ -404,7 +412,7 @@ def _scale_sizes(law: Law, numbers: np.ndarray, factor: float) -> np.ndarray:
 
 
 def _largest_change(data: SearchData, law: Law, sizes: np.ndarray) -> float:
-    """The largest of a steady change of a span; 0 of any other law."""
+    """The steady relative change of a span that is a law's whole work, at the tension where it is largest; else 0."""
     term = law.terms[0]
     steady = len(law.terms) == 1 and bool(term.place.relative) and term.form.family == Form("none").family
     return float(sizes[0] * np.max(data.weight(term.exponent))) if steady else 0.0
@@ -443,7 +451,7 @@ def _numbers(law: Law, sizes) -> np.ndarray:
 
 
 def _exponents(law: Law) -> list[float]:
-    """The exponents of those terms of which they may be fitted, beside the other numbers."""
+    """The exponents of the tension that are fitted: those of terms that change a span."""
     return [t.exponent for t in law.terms if t.place.relative]
 
 
@@ -460,14 +468,14 @@ def _perturb_numbers(law: Law, numbers: np.ndarray) -> np.ndarray:
 
 
 def _limit_step(data: SearchData, law: Law, old: np.ndarray, new: np.ndarray) -> np.ndarray:
-    """New numbers, shape numbers no further than a factor of two from the old, exponents than one, lengths no longer
-    than some records."""
+    """New numbers: each shape number within a factor of two of the old one, each exponent within 1 of it, and no length
+    longer than some records."""
     count, names = _sizes(law), [n for t in law.terms for n in NUMBERS if getattr(t.form, n) is not None]
     longest = np.array([np.inf if n == "knee" else np.log(LONGEST * float(data.states.s[-1])) for n in names])
     end = count + len(names)
-    shape, whole = old[count:end], np.clip(np.clip(new[end:], old[end:] - 1.0, old[end:] + 1.0), *STEEPEST)
+    shape, exponents = old[count:end], np.clip(np.clip(new[end:], old[end:] - 1.0, old[end:] + 1.0), *STEEPEST)
     top = np.minimum(shape + np.log(2.0), np.maximum(longest, shape))
-    return np.concatenate([new[:count], np.clip(new[count:end], shape - np.log(2.0), top), whole])
+    return np.concatenate([new[:count], np.clip(new[count:end], shape - np.log(2.0), top), exponents])
 
 
 def _law_with(law: Law, numbers: np.ndarray) -> tuple[Law, np.ndarray]:

@@ -130,10 +130,12 @@ def _responses_at(bench: Workbench, responses: ImpulseResponses, true: np.ndarra
     precision."""
     if channel in CHANNELS:
         return _channel(bench, responses, true, CHANNELS.index(channel))
-    rows = [[curve_row(s.at, r.direction) for s in bench.samples.signals] for r in bench.samples.runs]
-    if channel in ROLLS:
-        return _sensors(bench, responses, true, np.array(rows) == TILT + ROLLS.index(channel))
-    return _sensors(bench, responses, true, np.array([[s.name == channel for s in bench.samples.signals]] * len(rows)))
+    row = TILT + ROLLS.index(channel) if channel in ROLLS else None
+    shows = [
+        [s.name == channel if row is None else curve_row(s.at, r.direction) == row for s in bench.samples.signals]
+        for r in bench.samples.runs
+    ]
+    return _sensors(bench, responses, true, np.array(shows))
 
 
 def curve_row(at: str, direction: float) -> int:
@@ -157,7 +159,7 @@ def _channel(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, ch
 
 
 def _sensors(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, shows: np.ndarray) -> np.ndarray:
-    """What an input of height 1 in each cell adds to the signals that show it, run by run (R, S), as it is."""
+    """What an input of height 1 in each cell adds to the readings of the signals that show it itself; shows (R, S)."""
     samples = bench.samples
     grid = responses.grid
     found = np.zeros((len(grid), *samples.y.shape), np.float32)

@@ -1,7 +1,7 @@
 """Laws fitted in the march itself: which are fitted there, and which the readings cannot tell from the best.
 
-The closed loop of the search has all that the belt does. What moves the encoder moves where it is read: of that it sees
-the first order only, and such laws may be worth much more in the march.
+The closed loop follows whatever acts on the belt to all orders. A law of the encoder moves the travel at which the belt
+is read: of that the loop has the first order only, so such a law may explain much more in the march.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ from belt_sim.jax_setup import map_in_threads
 ROUND = 2.0  # sigma
 FURTHEST = 10.0  # times the largest reading: a belt that a march takes further has run away
 HALVINGS = 20  # to a millionth, as good as nothing
-WORTH_TRYING = 0.5  # of the best law's gain, that a law of which the first order is known has to show
+WORTH_TRYING = 0.5  # of the best law's gain, that a law of the encoder has to show
 FAMILIES = 4  # of laws of the travel: against an edge's short waves a long way is not of first order
 ELSEWHERE = 2  # close laws at other places that are put into the march
 ANYWHERE = frozenset[str]()
@@ -296,8 +296,8 @@ def laws_elsewhere(near: Sequence[CloseLaw], won: MarchFit) -> list[ScoredLaw]:
 
 
 def laws_of_the_encoder(choice: LawChoice, likeliest: LatentInput) -> list[ScoredLaw]:
-    """Laws of the encoder's travel of which the linear range may say too little, where theirs is the likeliest place,
-    or they explain a good part of what the best law does."""
+    """The best laws of the encoder, where it is the likeliest place or they explain a good part of what the best law
+    does."""
     own = [s for s in choice.judged if [t.place.name for t in s.law.terms] == [TRAVEL]][:FAMILIES]
     promise = max((s.gain for s in own), default=0.0)
     return own if promise >= WORTH_TRYING * choice.best.gain or likeliest.place.name == TRAVEL else []

@@ -93,8 +93,8 @@ def one_term_laws(loop: LoopResponses, read: SearchData) -> list[ClosedLoopFit]:
 
 
 def steady_changes(data: SearchData) -> list[ScoredLaw]:
-    """A steady change of the tension and of each stiffness. None may rank high in the linear range, which knows little
-    of a large one; with the states that it makes, other forms are tried there."""
+    """A steady change of the tension and of each stiffness, without a score: to first order a large one looks like
+    something else. Other forms are then tried at its place, with the states that it makes."""
     return [ScoredLaw(Law((Term(place, Form("none")),)), 0.0, 0.0) for place in data.places if place.relative]
 
 
@@ -147,7 +147,7 @@ def _simplify(data: SearchData, law: Law) -> Law:
 
 
 def _is_everywhere(term: Term) -> bool:
-    """Whether what changes a span on a section of the belt does so on all of it."""
+    """Whether the section of the belt that changes a span is the whole belt."""
     return term.form.is_carried and bool(term.place.relative) and (term.form.wide or 0.0) >= 1.0
 
 

@@ -134,7 +134,8 @@ def response(span: Span) -> Response:
 
 def with_change(span, case: Case, kind: str, share):
     """A span whose bending stiffness, torsional stiffness or tension (force, sag, and what tension adds to torsion) is
-    larger by ``share``. A strip that is not flat has lost torsion already: less than that of a thin strip none has."""
+    larger by ``share``. Residual stress may have taken most of what tension adds to torsion: St. Venant's part, or what
+    there is if that is less, stays."""
     if kind in ("bending", "torsion"):
         return replace(span, **{kind: getattr(span, kind) * (1.0 + share)})
     torsion = span.torsion + share * case.tension_force * case.belt.width**2 / 12.0

@@ -59,8 +59,8 @@ def test_an_error_of_a_batch_is_told_when_all_have_ended():
     assert ended == [1]
 
 
-def test_a_load_cell_may_not_leave_a_span_pressed():
-    """Such a span has a solution, so that a fit may end there; nothing is sought beside it."""
+def test_a_load_cell_may_not_leave_a_span_compressed():
+    """The equations of such a span have a solution, so that a fit may end there; nothing is sought beside it."""
     bench = repeated_bench()
     (gain,) = (k for k, s in enumerate(bench.forward.slots) if (s.effect.id, s.name) == ("tension_bias", "gain"))
     for size, kept in ((-0.5, True), (-1.5, False)):

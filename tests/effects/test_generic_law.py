@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,9 @@ CURVES = json.loads(
     (Path(__file__).parent / "laws_as_code.json").read_text()
 )  # of the Python code once written of a law
 EVERY = 50  # records
+BETWEEN_CHANGES = (
+    0.06  # of what a change does in 25 m: powers stand for it, within 2 % of a span's response (test_stiffness)
+)
 PLACES = fixed_places() | {
     "sensor_y1": Place("sensor", "y1", (("y1", 1),)),
     "sensor_y4": Place("sensor", "y4", (("y4", 4),)),
@@ -85,8 +89,8 @@ def law_of(name: str) -> SizedLaw:
     return SizedLaw(Law(terms), tuple(size for *_, sizes in LAWS[name] for size in sizes), 1e7)
 
 
-def case_of(direction: float):
-    return bs.make_case(rig="test_rig", tension=10, yaw=[{"at": 3.0, "yaw": -0.042}], direction=direction)
+def case_of(direction: float, tension: float = 10):
+    return bs.make_case(rig="test_rig", tension=tension, yaw=[{"at": 3.0, "yaw": -0.042}], direction=direction)
 
 
 def curves_of(content: SizedLaw, direction: float) -> np.ndarray:
@@ -140,6 +144,16 @@ def test_the_yaw_is_read_along_the_readings_of_a_sensor():
     added = np.deg2rad(-0.042) * 0.5
     assert with_law[0, -1] - without[0, -1] == pytest.approx(added, abs=1e-9)
     assert np.array_equal(with_law[1:], without[1:])
+
+
+def test_a_law_of_the_tension_moves_and_tilts_the_belt_as_that_tension_does():
+    """4 N/mm2 less of 10, as a law and as the case's own tension."""
+    law = SizedLaw(Law((Term(PLACES["tension"], Form("none"), 0.0),)), (-0.4,), 1e7)
+    run = partial(analytic_model("strip").run, travel=25.0)
+    plain, by_law, by_case = run(case_of(1)), run(case_of(1), (law_effect(law)(),)), run(case_of(1, tension=6))
+    for name in ("y", "tilt"):
+        change, true = (np.asarray(getattr(x, name) - getattr(plain, name)) for x in (by_law, by_case))
+        assert np.abs(change - true).max() < BETWEEN_CHANGES * np.abs(true).max()
 
 
 def test_laws_stand_beside_other_effects(tmp_path):
