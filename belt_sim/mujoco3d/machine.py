@@ -69,19 +69,20 @@ def lay_out(case: Case, belt: BeltModel, options: Options, parts: SceneParts, *,
 
 def build_scene(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, SceneLayout]:
     """The scene, and its specification, not yet compiled."""
-    scene = lay_out(case, belt, options, parts)
-    spec = pulleys_specification(scene)
+    spec, scene = begin_scene(case, belt, options, parts)
     set_solver(spec, options.dt, parts.gravity)
     add_dummy_equality(spec, "head-yaw")
     for k, guide in enumerate(parts.edge_guides):
         _draw_guide(spec, f"guide-{k}", guide, case)
-    belt.tie(spec, scene.mesh, scene.case, options)
-    spec.add_key(name="laid", qpos=laid_coordinates(scene))
     return spec, scene
 
 
-def pulleys_specification(scene: SceneLayout) -> mujoco.MjSpec:
-    """A scene of both pulleys, light, and cameras that see the whole machine from the side (sag) and from above."""
+def begin_scene(
+    case: Case, belt: BeltModel, options: Options, parts: SceneParts, *, path=lift
+) -> tuple[mujoco.MjSpec, SceneLayout]:
+    """The belt laid round both pulleys (key frame "laid"), light, and cameras that see the whole machine from the side
+    (sag) and from above; nothing that holds the belt there. path: as of ``lay_out``."""
+    scene = lay_out(case, belt, options, parts, path=path)
     spec, length = mujoco.MjSpec(), float(scene.case.rig.centre_distance)
     spec.modelname = "belt on two pulleys"
     spec.stat.extent = 2.0
@@ -91,7 +92,9 @@ def pulleys_specification(scene: SceneLayout) -> mujoco.MjSpec:
     spec.worldbody.add_camera(name="above", pos=[length / 2, 0, far], xyaxes=[1, 0, 0, 0, 1, 0])
     _add_station(spec, "head", 0.0, scene.parts.head, scene.loop.radius_head, scene)
     _add_station(spec, "tail", length, scene.parts.tail, scene.loop.radius_tail, scene)
-    return spec
+    belt.tie(spec, scene.mesh, scene.case, options)
+    spec.add_key(name="laid", qpos=laid_coordinates(scene))
+    return spec, scene
 
 
 def laid_coordinates(scene: SceneLayout, head_spin: float = 0.0, tail_spin: float = 0.0) -> np.ndarray:

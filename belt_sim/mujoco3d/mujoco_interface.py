@@ -16,6 +16,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from belt_sim.errors import SimulationError
+
 #: flex.elastic2d = "stretch": membrane stiffness only; plate bending acts over 7-16 mm
 STRETCH_ONLY = 2
 #: what MuJoCo says, in an MjSpec, of a flex without equalities; the stiffness of ours is elastic2d's alone
@@ -104,6 +106,12 @@ def silence_expected_warnings() -> Iterator[None]:
             before(text)
 
 
+def refuse_divergence(data: mujoco.MjData) -> None:
+    """Raise SimulationError where the last step made coordinates or accelerations infinite."""
+    if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number or not np.isfinite(data.qpos[-1]):
+        raise SimulationError(f"the belt's acceleration grew without bound at {data.time:.3f} s: halve options.dt")
+
+
 class Solver:
     """A compiled model whose last joints are the nodes' slides, three a node, and the memory of its integrator."""
 
@@ -113,7 +121,10 @@ class Solver:
         self.base = model.nq - math.prod(shape)
 
     def step(self, motion: Motion, springs: Springs, forces: np.ndarray, joint_forces: np.ndarray) -> None:
-        """Move ``motion`` on by a step; forces [N] on the nodes, shape (n, m, 3), joint_forces [N or N m], (p,)."""
+        """Move ``motion`` on by a step; forces [N] on the nodes, shape (n, m, 3), joint_forces [N or N m], (p,).
+
+        Raises SimulationError when the motion grows without bound.
+        """
         model, data, base = self.model, self.data, self.base
         data.qpos[:base], data.qpos[base:] = motion.joints, motion.slides.ravel()
         data.qvel[:base], data.qvel[base:] = motion.joint_rates, motion.slide_rates.ravel()
@@ -122,12 +133,9 @@ class Solver:
         model.eq_data[0, 0] = motion.joints[0]
         with silence_expected_warnings():
             mujoco.mj_step(model, data)
+        refuse_divergence(data)
         motion.joints[:], motion.slides[:] = data.qpos[:base], data.qpos[base:].reshape(self.shape)
         motion.joint_rates[:], motion.slide_rates[:] = data.qvel[:base], data.qvel[base:].reshape(self.shape)
-
-    @property
-    def has_diverged(self) -> bool:
-        return bool(self.data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number) or not np.isfinite(self.data.qpos[-1])
 
     def damp(self, damping: np.ndarray) -> None:
         """Damping of the nodes' slides [N s/m], shape (n, m, 3), from now on."""

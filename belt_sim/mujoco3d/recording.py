@@ -146,8 +146,8 @@ class Recorder:
             self._frame(state, self._read(state, state.travel), every)
 
     def is_due(self, travel: float) -> bool:
-        """Whether ``step`` will read the belt at this travel [m]."""
-        return bool(self.rows) and travel >= self.next_reading
+        """Whether ``step`` will read the belt at this travel [m], from travel 0 on."""
+        return travel >= self.next_reading
 
     def step(self, state: RunState) -> None:
         """Called after every step of the run-in and the run."""

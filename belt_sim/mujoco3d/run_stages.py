@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from belt_sim.case import Settings
+from belt_sim.case import Schedule, Settings
 from belt_sim.mujoco3d.arrays import smoothstep
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.options import REST_DRAG, accelerate
@@ -59,10 +59,15 @@ class YawPlan:
     tail: _Entries
 
     @staticmethod
-    def from_settings(settings: Settings) -> "YawPlan":
-        both = ((s.at, s.over, s.change) for s in (settings.yaw_head, settings.yaw))
-        columns = ([np.asarray(v, float).tolist() for v in schedule] for schedule in both)
-        return YawPlan(*(tuple(zip(*of_one, strict=True)) for of_one in columns))
+    def from_settings(settings: Settings, step_over: float = 0.0) -> "YawPlan":
+        """step_over [m]: travel over which a step is made, 0 = it is made at rest."""
+
+        def entries(schedule: Schedule) -> _Entries:
+            at, over, change = (np.asarray(v, float) for v in (schedule.at, schedule.over, schedule.change))
+            over = np.where(over > 0.0, over, step_over)
+            return tuple(zip(at.tolist(), over.tolist(), change.tolist(), strict=True))
+
+        return YawPlan(entries(settings.yaw_head), entries(settings.yaw))
 
     def stops(self, until: float) -> set[float]:
         """Travels [m] of the steps within the run."""
