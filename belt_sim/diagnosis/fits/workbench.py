@@ -10,7 +10,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import Fit, Race, Sides, fit_sets
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import Levels, Metric, length_sigma, metric_of, nuisance_shapes
-from belt_sim.diagnosis.readings.additive_effects import choose_harmonics, columns
+from belt_sim.diagnosis.readings.additive_effects import choose_harmonics, columns_at
 from belt_sim.diagnosis.readings.forward import NUISANCES, Forward, choose_step
 from belt_sim.diagnosis.readings.samples import Samples, samples_of
 from belt_sim.effects.base import Effect
@@ -188,9 +188,8 @@ def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
     others, by_length = (shared[:-1], shared[-1]) if length > 0.0 else (shared, np.zeros_like(before))
     for _ in range(ROUNDS):
         there = [c for c in forward.classes if c.is_additive() and np.any(vector[forward.index(c.id)])]
-        acting = expanded.effects_at(vector, [c.id for c in forward.classes])
-        around = [columns(expanded.samples, c, acting)[: len(forward.index(c.id))] for c in there]
-        free = np.concatenate([np.zeros((0, *y.shape)), *around])  # fitted to the length as it is
+        shapes = [columns_at(expanded, c, vector) for c in there]
+        free = np.concatenate([np.zeros((0, *y.shape)), *shapes])  # fitted to the length as it is
         longer = _longer(metric, np.concatenate([others, by_length[None]]), free, y - values)
         off = _most_likely(metric, bench.shapes, y - values - longer * by_length)
         tension, yaw = sigma[:2, None] * off

@@ -23,7 +23,7 @@ from belt_sim.diagnosis.readings.candidates import AFFINE
 from belt_sim.diagnosis.readings.parameter_vector import Slot, effects_and_case
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.readings.sensor_places import indicate_place, places_of, travel_lead
-from belt_sim.effects.base import Effect, apply_hook, overrides, uses
+from belt_sim.effects.base import Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import true_travel
 from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
 from belt_sim.laws.drive import Reading
@@ -123,27 +123,24 @@ def bin_attenuation(slots: Sequence[Slot], samples: Samples, others: int = 0) ->
 def _columns_of_run(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.ndarray, others) -> jax.Array:
     """Columns (k, 4 + j, n) at encoder travels (n,), at points 1-4 and j others, as the sensors after ``cls`` show
     them."""
-    seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, jnp.asarray(stated)), case)
-    own = cls.columns(seen, case)
-    beside = [cls.columns(seen + travel_lead(p, case), case)[:, p.point] for p in others]
-    after = [e for e in uses(effects, "sensor") if type(e) is not cls]  # in proportion to y: gains, not offsets
-    if not after:
-        return jnp.concatenate([own, *(rows[:, None] for rows in beside)], axis=1)
+    travel = jnp.asarray(stated)
+    seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, travel), case)
+    at_others = [cls.columns(seen + travel_lead(place, case), case)[:, place.point, None] for place in others]
+    own = jnp.concatenate([cls.columns(seen, case), *at_others], axis=1)
+    after = [e for e in effects if type(e) is not cls]
+    read = partial(_read_sensors, after, case, others, travel, seen, 0.0 * seen)
+    return jax.vmap(read)(own) - read(jnp.zeros_like(own[0]))  # in proportion to y: gains, not offsets
 
-    def indicate(y):
-        reading = Reading(
-            travel=jnp.asarray(stated), sensor_travel=seen, time=0.0 * seen, y=y, tilt=jnp.zeros((2, len(stated)))
-        )
-        return apply_hook(after, "sensor", reading, case).y
 
-    def read_beside(place, y):
-        return indicate_place(place, y, case, after, jnp.asarray(stated), seen, 0.0 * seen)
-
-    found = [jax.vmap(indicate)(own) - indicate(jnp.zeros_like(own[0]))]
-    for place, rows in zip(others, beside, strict=True):
-        one = partial(read_beside, place)
-        found.append((jax.vmap(one)(rows) - one(jnp.zeros_like(rows[0])))[:, None])
-    return jnp.concatenate(found, axis=1)
+def _read_sensors(effects: Sequence[Effect], case: Case, others, travel, seen, time, y) -> jax.Array:
+    """Readings (4 + j, n) of true positions y (4 + j, n) [m] at points 1-4 and j others; travel, seen [m], time [s]
+    (n,): as in ``Reading``."""
+    reading = Reading(travel=travel, sensor_travel=seen, time=time, y=y[:4], tilt=jnp.zeros((2, len(travel))))
+    rows = [
+        indicate_place(place, row, case, effects, travel, seen, time)[None]
+        for place, row in zip(others, y[4:], strict=True)
+    ]
+    return jnp.concatenate([apply_hook(effects, "sensor", reading, case).y, *rows])
 
 
 def slopes_of_additive(forward, vector: np.ndarray, directions: np.ndarray, samples: Samples) -> np.ndarray:
@@ -152,35 +149,36 @@ def slopes_of_additive(forward, vector: np.ndarray, directions: np.ndarray, samp
     found = np.zeros((len(vector), *samples.y.shape))
     points, of = np.unique(vector, axis=0, return_inverse=True)
     for k, point in enumerate(points):
-        acting = forward.effects_at(point, [c.id for c in forward.classes])
         rows = np.flatnonzero(of.reshape(-1) == k)
         for cls in (c for c in forward.classes if c.is_additive()):
             own = forward.index(cls.id)
             sizes = directions[np.ix_(rows, own)] * [forward.slots[j].scale for j in own]
-            found[rows] += np.tensordot(sizes, _cached_columns(forward, samples, cls, acting)[: len(own)], axes=1)
+            found[rows] += np.tensordot(sizes, columns_at(forward, cls, point, samples), axes=1)
     return found
 
 
-def _cached_columns(forward, samples: Samples, cls: type[Effect], acting: Sequence[Effect]) -> np.ndarray:
-    """``columns``, once for all points at which encoder and sensors are alike."""
-    if samples is not forward.samples:
-        return columns(samples, cls, acting)
+def columns_at(forward, cls: type[Effect], vector: np.ndarray, samples: Samples | None = None) -> np.ndarray:
+    """Columns (k, R, S, n) of the parameters of ``cls`` that a ``Forward`` has, with encoder and sensors as they are at
+    ``vector`` (size,): of its own samples computed once for all points at which these are alike."""
+    acting = forward.effects_at(vector, [c.id for c in forward.classes])
+    count = len(forward.index(cls.id))
+    if samples is not None and samples is not forward.samples:
+        return columns(samples, cls, acting)[:count]
     key = cls, *(e for e in acting if overrides(e, ("encoder", "sensor_travel") if type(e) is cls else READ_BY))
     found = forward.columns.get(key)
     if found is None:  # other threads may ask as well, and forget what is kept
         if len(forward.columns) >= KEPT:
             forward.columns.clear()
-        found = forward.columns[key] = columns(samples, cls, acting)
-    return found
+        found = forward.columns[key] = columns(forward.samples, cls, acting)
+    return found[:count]
 
 
 def choose_harmonics(forward, samples: Samples, roots: np.ndarray, values: np.ndarray) -> dict[str, int]:
-    """Harmonics of every linear effect that the readings call for beside predictions ``values`` (R, S, n)."""
-    acting = forward.effects_at(forward.null(), [c.id for c in forward.classes])
+    """Harmonics of every linear effect that the readings call for beside predictions ``values`` (R, S, n); samples:
+    those of ``forward``, some of them blanked."""
+    null, residual = forward.null(), samples.y - values
     return {
-        c.id: significant_harmonics(
-            samples, roots, columns(samples, c, acting)[: len(forward.index(c.id))], samples.y - values
-        )
+        c.id: significant_harmonics(samples, roots, columns_at(forward, c, null), residual)
         for c in forward.classes
         if c.is_additive()
     }
@@ -217,14 +215,12 @@ def _additions_of_run(vector, shown, settings: Settings, travel, time, yaw_at, r
     def add_to_readings(numbers, travel, time):
         effects, case = effects_and_case(numbers, slots, Case(rig=rig, belt=belt, settings=settings))
         seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, travel), case)
-        none = jnp.zeros((4, len(travel)))
-
-        def read_sensors(some):
-            reading = Reading(travel=travel, sensor_travel=seen, time=time, y=none, tilt=none[:2])
-            beside = [indicate_place(place, none[0], case, some, travel, seen, time)[None] for place in others]
-            return jnp.concatenate([apply_hook(some, "sensor", reading, case).y, *beside])
-
-        return read_sensors(effects) - read_sensors([e for e in effects if type(e) not in adding])
+        none = jnp.zeros((4 + len(others), len(travel)))
+        whole, without = (
+            _read_sensors(some, case, others, travel, seen, time, none)
+            for some in (effects, [e for e in effects if type(e) not in adding])
+        )
+        return whole - without
 
     zero = add_to_readings(vector, yaw_at[None], yaw_at[None] / settings.speed)
     found = add_to_readings(vector * shown, travel, time) - zero
