@@ -10,19 +10,17 @@ from belt_sim.campaign import Campaign, CampaignError, Run
 from belt_sim.campaign.types import Source
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import SCHEMA, MappingEntry, mapping_of
-from belt_sim.importing.roles import Columns, UsedColumn, resolve_columns
+from belt_sim.importing.roles import UsedColumn, UsedTable, resolve_columns
 from belt_sim.importing.runs import (
-    RANGES,
-    READ_AGAIN,
     AssembledRun,
     RatedRuns,
     assemble_runs,
     check_run_names,
     mark_repeats,
-    questions,
     rates_of,
     snap_settings,
 )
+from belt_sim.importing.settings import RANGES, READ_AGAIN, questions
 from belt_sim.importing.sheets import belt_of, machine_of, settings_of, signals_of
 from belt_sim.importing.travel import TIME, count_from_yaw, cut_repeats, resample, signals_in, step_for
 from belt_sim.importing.types import LoggedTables, NoiseRead, Note, Question
@@ -63,16 +61,17 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     """
     entry = mapping_of(mapping)
     columns = resolve_columns(logged, entry)
+    used = tuple(u for table in columns.tables for u in table.columns)
     machine, remarks, of_machine = machine_of(entry)
     belt, of_belt, about_belt = belt_of(entry)
     section = belt.width.value * belt.thickness.value if belt else float("nan")
     missing = columns.missing + of_machine + about_belt
-    made, rated, about_runs = _find_runs(logged, columns, entry, section, missing)
+    made, rated, about_runs = _find_runs(columns.tables, entry, section, missing)
     notes = (
         [n for t in logged.tables for n in t.notes] + columns.notes + [Note(m.key, n) for m in made for n in m.notes]
     )
     runs, more, step = _runs(made, entry)
-    signals, noise, of_signals = signals_of(runs, columns.used, machine.centre_distance.value if machine else 10.0)
+    signals, noise, of_signals = signals_of(runs, used, machine.centre_distance.value if machine else 10.0)
     settings, of_settings = settings_of(entry)
     missing += about_runs
     campaign = None
@@ -89,11 +88,11 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
         )
     return Proposal(
         logged=logged,
-        columns=tuple(u for own in columns.used.values() for u in own),
+        columns=used,
         missing=tuple(dict.fromkeys(missing)),
         unknown=tuple(columns.unknown),
         campaign=campaign,
-        mapping=mapping_used(entry, columns.used, made, step),
+        mapping=mapping_used(entry, used, made, step),
         noise=noise,
         comments=remarks | of_belt | of_signals | of_settings,
         notes=tuple(notes + more),
@@ -101,11 +100,10 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
 
 
 def _find_runs(
-    logged: LoggedTables, columns: Columns, entry: MappingEntry, section: float, open_: list[Question]
+    tables: list[UsedTable], entry: MappingEntry, section: float, open_: list[Question]
 ) -> tuple[list[AssembledRun], RatedRuns, list[Question]]:
     """Runs of records, runs of rates, and questions about them; open_: questions that are there already."""
-    tables = [(t, columns.used[t.name]) for t in logged.tables]
-    rated = rates_of([(t, u) for t, u in tables if t.kind == "rates"], entry, section)
+    rated = rates_of(tables, entry, section)
     if any(q.path[-1] == "role" for q in open_):
         return [], rated, rated.missing
     made, asked, names = assemble_runs(tables, entry, section)
@@ -171,12 +169,12 @@ def _run(made: AssembledRun) -> Run:
 
 
 def mapping_used(
-    entry: MappingEntry, used: dict[str, tuple[UsedColumn, ...]], made: list[AssembledRun], step: float
+    entry: MappingEntry, used: tuple[UsedColumn, ...], made: list[AssembledRun], step: float
 ) -> dict[str, Any]:
     """The mapping with all that was recognised, so that the import can be repeated: plain data for ``understand``."""
     stated = _plain(entry.model_dump(by_alias=True, exclude_unset=True))
     columns: dict[str, Any] = {}
-    for u in (u for own in used.values() for u in own):
+    for u in used:
         if u.column.name not in columns:
             seen = (
                 {"role": u.role} | ({"unit": u.unit} if u.unit else {}) | ({"at": u.at, "name": u.name} if u.at else {})

@@ -240,6 +240,11 @@ class UsedColumn:
         return self.factor * (values if self.entry.axis is None else _on_axis(values, self.entry.axis))
 
     @property
+    def is_force(self) -> bool:
+        """Whether a tension is logged as a force."""
+        return self.role == "tension" and UNITS[self.unit][0] == "force"
+
+    @property
     def labels(self) -> list[str]:
         """The cells as texts, "" where blank."""
         cells = self.column.values.tolist()
@@ -263,11 +268,23 @@ def _on_axis(pixels: np.ndarray, axis: AxisEntry) -> np.ndarray:
     return np.exp(values) if axis.log else values
 
 
+@dataclass(frozen=True)
+class UsedTable:
+    """A table, and its columns as they are used."""
+
+    logged: LoggedTable
+    columns: tuple[UsedColumn, ...]
+
+    def column(self, role: str) -> UsedColumn | None:
+        """The first column with this role; None where there is none."""
+        return next((u for u in self.columns if u.role == role), None)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Columns:
-    """used: table -> its columns; missing: questions that must be answered; unknown: of columns that are left out."""
+    """missing: questions that must be answered; unknown: of columns that are left out."""
 
-    used: dict[str, tuple[UsedColumn, ...]]
+    tables: list[UsedTable]
     missing: list[Question]
     unknown: list[Question]
     notes: list[Note]
@@ -283,7 +300,7 @@ def resolve_columns(logged: LoggedTables, mapping: MappingEntry) -> Columns:
     missing: dict[tuple[str, ...], Question] = {}
     unknown: dict[tuple[str, ...], Question] = {}
     notes: dict[str, Note] = {}
-    used: dict[str, tuple[UsedColumn, ...]] = {}
+    tables: list[UsedTable] = []
     for table in logged.tables:
         found: list[UsedColumn] = []
         taken: dict[str | None, list[str]] = defaultdict(lambda: [e.name for e in mapping.columns.values() if e.name])
@@ -303,13 +320,13 @@ def resolve_columns(logged: LoggedTables, mapping: MappingEntry) -> Columns:
             if one.unit and column.sure and column.unit and UNITS[column.unit] != UNITS[one.unit] and entry.unit:
                 text = f"the file says {column.unit}, the mapping {one.unit}; the mapping is taken"
                 notes.setdefault(column.name, Note(column.name, text))
-        used[table.name] = tuple(found)
+        tables.append(UsedTable(table, tuple(found)))
         if table.kind == "record":
             for question in _missing_roles(table, found):
                 missing.setdefault(question.path, question)
     asked = {q.path[1] for q in missing.values()}
     left = [q for q in unknown.values() if q.path[1] not in asked]
-    return Columns(used=used, missing=list(missing.values()), unknown=left, notes=list(notes.values()))
+    return Columns(tables=tables, missing=list(missing.values()), unknown=left, notes=list(notes.values()))
 
 
 def _resolve(table: str, column: Column, entry: ColumnEntry, taken: list[str]) -> UsedColumn:

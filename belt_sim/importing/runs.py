@@ -1,82 +1,38 @@
-"""Runs with their settings: by the mapping, by columns, by a table of runs, or by the name of the file."""
+"""Runs of all records and of tables of rates, each with its settings; repeats among them."""
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
-from enum import Enum
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from belt_sim.campaign import Run, plausible
-from belt_sim.campaign.csv_tables import NUMBERS, RATES, REPEAT_TOLERANCE
+from belt_sim.campaign import Run
+from belt_sim.campaign.csv_tables import RATES, REPEAT_TOLERANCE
 from belt_sim.campaign.problems import did_you_mean
 from belt_sim.campaign.quality.record import spike_mask
 from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import MappingEntry, RunEntry
-from belt_sim.importing.roles import DAY, UsedColumn
-from belt_sim.importing.travel import FEWEST, TIME, LoggedBlock, Travel, blocks_of, merge_records, run_name, travel_of
-from belt_sim.importing.types import LoggedTable, Question
+from belt_sim.importing.roles import DAY, UsedTable
+from belt_sim.importing.settings import (
+    Origin,
+    Settings,
+    column_settings,
+    name_settings,
+    questions,
+    stated_settings,
+    table_settings,
+    travel_settings,
+    yaw_settings,
+    yaw_time_settings,
+)
+from belt_sim.importing.travel import FEWEST, TIME, LoggedBlock, blocks_of, merge_records, run_name, travel_of
+from belt_sim.importing.types import Question
 from belt_sim.importing.units import UNITS, quantity
 from belt_sim.si import DEGREE, N_PER_MM2, round_digits
-
-#: setting -> its range, in the unit that a number without one has
-RANGES = {name: bounds for name, bounds, _ in NUMBERS.values()} | {"yaw_at_time": plausible.TIME}
-#: A yaw that moves by less than this share of its largest value stands still.
-STILL = 0.05
-#: Digits that a logged setting is rounded to; and those of one setting, within SAME of each other in several runs.
-DIGITS, SAME_DIGITS, SAME = 4, 3, 0.01
-START_DIGITS = 7  # of up to 20000 m
-_NAMED = {
-    "tension": re.compile(r"(\d+(?:[.,]\d+)?) ?_?(N_?(?:/|p|per)?_?mm-?[2²]|MPa)", re.IGNORECASE),
-    "yaw": re.compile(r"([+-]?(?<![\d.,])\d+(?:[.,]\d+)?) ?_?(mrad|urad|mdeg|deg|grad|°)", re.IGNORECASE),
-    "speed": re.compile(r"(\d+(?:[.,]\d+)?) ?_?(m_?(?:/|p|per)_?s|m_?(?:/|p|per)_?min)(?![a-z0-9])", re.IGNORECASE),
-}
-
-
-class Origin(Enum):
-    """Where a setting of a run comes from."""
-
-    MAPPING = "the mapping"
-    TABLE = "the table of runs"
-    NAME = "its name"
-    COLUMN = "its column"
-    MEAN = "the mean of its column"
-    STEP = "the step of the yaw"
-    SIGN = "the sign of travel or speed"
-    PACE = "travel over time"
-    YAW_TIME = "the time of the yaw"
-
-
-#: What is read off the record again when the import is repeated.
-READ_AGAIN = {Origin.COLUMN, Origin.MEAN, Origin.STEP, Origin.SIGN, Origin.PACE}
-
-
-@dataclass(frozen=True, kw_only=True)
-class Setting:
-    """value [SI]; text: as it goes into the mapping; words: where it comes from."""
-
-    value: float
-    text: str
-    origin: Origin
-    words: str = ""
-
-    def __str__(self) -> str:
-        return self.words or self.origin.value
-
-
-Settings = dict[str, Setting]
-
-
-def _setting(key: str, value: float, origin: Origin, words: str = "") -> Setting:
-    """A setting that nobody has written down, its text in the usual unit."""
-    unit = RANGES[key].unit
-    text = f"{value / UNITS[unit][1]:.6g} {unit}".strip()
-    return Setting(value=value, text=text, origin=origin, words=words)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,25 +50,18 @@ class AssembledRun:
 
 
 def assemble_runs(
-    tables: list[tuple[LoggedTable, tuple[UsedColumn, ...]]], mapping: MappingEntry, section: float
+    tables: list[UsedTable], mapping: MappingEntry, section: float
 ) -> tuple[list[AssembledRun], list[Question], list[str]]:
     """Runs of all records, questions, and all names that the mapping may speak of; section [m2] of the belt."""
-    records = [(t, u) for t, u in tables if t.kind == "record"]
-    listed = _table_settings([(t, u) for t, u in tables if t.kind == "settings"], section)
+    listed = table_settings([t for t in tables if t.logged.kind == "settings"], section)
     questions: list[Question] = []
     found: dict[str, list[AssembledRun]] = {}
-    for table, used in records:
-        for columns, run in _views(used):
-            blocks = blocks_of(table, columns)
-            if run is not None:
-                rows = np.arange(len(table.lines))
-                blocks = [LoggedBlock(table=table, used=columns, rows=rows, name=run_name(run), text=run)]
-            for block in blocks:
-                made = _assemble(block, mapping, listed, section)
-                if made is None:
-                    questions.append(_SPEED)
-                elif not made.entry.skip:
-                    found.setdefault(block.name, []).append(made)
+    for block in (b for t in tables if t.logged.kind == "record" for b in _blocks(t)):
+        made = _assemble(block, mapping, listed, section)
+        if made is None:
+            questions.append(_SPEED)
+        elif not made.entry.skip:
+            found.setdefault(block.name, []).append(made)
     names = [*dict.fromkeys([*found, *mapping.runs])] if questions else [*found]
     return [_join_files(parts) for parts in found.values()], questions[:1], [*names, *listed]
 
@@ -124,54 +73,55 @@ _SPEED = Question(
 )
 
 
-def _views(used: tuple[UsedColumn, ...]) -> list[tuple[tuple[UsedColumn, ...], str | None]]:
-    """The columns of each run of a table whose columns belong to different runs, or have travels of their own."""
-    own = [u for u in used if u.entry.run or u.entry.against]
+def _blocks(table: UsedTable) -> list[LoggedBlock]:
+    """The runs of a table; its columns may belong to different runs, or have travels of their own."""
+    own = [u for u in table.columns if u.entry.run or u.entry.against]
     travels = {u.entry.against for u in own if u.entry.against}
-    base = tuple(u for u in used if u not in own and u.column.name not in travels)
-    found: list[tuple[tuple[UsedColumn, ...], str | None]] = []
+    base = tuple(u for u in table.columns if u not in own and u.column.name not in travels)
+    found: list[LoggedBlock] = []
     for u in own:
         shared = tuple(b for b in base if b.role != "signal")
         if u.entry.against:
-            along = next((v for v in used if v.column.name == u.entry.against), None)
+            along = next((v for v in table.columns if v.column.name == u.entry.against), None)
             if along is None:
                 raise InputError(f"columns.{u.column.name}.against", u.entry.against, "", "names no column of its file")
             shared = (*(b for b in shared if b.role not in ("time", "travel")), along)
-        found.append(((*shared, u), u.entry.run))
-    return [*found, (base, None)] if not own or any(b.role == "signal" for b in base) else found
+        part, run = replace(table, columns=(*shared, u)), u.entry.run
+        if run is None:
+            found += blocks_of(part)
+        else:
+            found.append(LoggedBlock(table=part, rows=np.arange(len(table.logged.lines)), name=run_name(run), text=run))
+    others = blocks_of(replace(table, columns=base)) if not own or any(b.role == "signal" for b in base) else []
+    return found + others
 
 
 def _assemble(
-    block: LoggedBlock, mapping: MappingEntry, listed: Mapping[str, Mapping[str, float]], section: float
+    block: LoggedBlock, mapping: MappingEntry, listed: Mapping[str, Settings], section: float
 ) -> AssembledRun | None:
-    """One run; None where its travel takes a speed that nobody has told. The first source of a setting counts."""
+    """One run; None where its travel takes a speed that nobody has told."""
     entry = mapping.runs.get(block.name, RunEntry())
-    known = _mapping_settings(entry, f"runs.{block.name}", section)
-    for key, value in listed.get(block.name, {}).items():
-        known.setdefault(key, _setting(key, value, Origin.TABLE))
-    known = _mapping_settings(mapping.all_runs, "all_runs", section) | known
-    named = _name_settings(block.text, section)
-    speed = (named | known).get("speed")
+    # of each setting the last source that has it counts
+    own = stated_settings(entry, f"runs.{block.name}", section)
+    stated = stated_settings(mapping.all_runs, "all_runs", section) | listed.get(block.name, {}) | own
+    named = name_settings(block.text, section)
+    speed = (named | stated).get("speed")
     travel = travel_of(block, speed.value if speed else None)
     if travel is None:
         return None
     if len(travel.keep) < FEWEST:
         raise block.refuse(0, "rows", len(travel.keep), "", f"run {block.name} has too few rows with time or travel")
-    known = _column_settings(block, travel, section, known) | known
-    known = _travel_settings(travel) | named | known
-    if "yaw_at_time" in known and travel.time is not None and "yaw_at" not in known:
-        where = float(np.interp(known["yaw_at_time"].value, travel.time, travel.travel))
-        known["yaw_at"] = _setting("yaw_at", where, Origin.YAW_TIME)
+    logged = yaw_settings(block, travel, stated) | column_settings(block, travel, section)
+    known = travel_settings(travel) | named | logged | stated
+    known |= yaw_time_settings(travel, known)
     notes = (*travel.notes, f"yaw_at is {known['yaw_at']}") if "yaw_at" in known else travel.notes
-    signals = {u.name: u.si(block.rows[travel.keep]) for u in block.used if u.role == "signal"}
+    signals = {u.name: u.si(block.rows[travel.keep]) for u in block.table.columns if u.role == "signal"}
     signals = {n: y for n, y in signals.items() if np.isfinite(y).any()}
     if mapping.spikes == "leave_out":
         signals, said = _leave_out_spikes(block, travel.keep, signals)
         notes = (*notes, *said)
     timed = {} if travel.time is None else {TIME: travel.time}
     record = pd.DataFrame(timed | signals, index=travel.travel)
-    file = block.table.file.name
-    started = _clock_time(block, int(travel.keep[0]))
+    file, started = block.table.logged.file.name, _clock_time(block, int(travel.keep[0]))
     return AssembledRun(
         key=block.name, entry=entry, record=record, settings=known, file=file, started=started, notes=notes
     )
@@ -195,7 +145,8 @@ def _leave_out_spikes(
 
 def _clock_time(block: LoggedBlock, row: int) -> str:
     """Date and time of day of a row of the run."""
-    seconds = next((u.si(block.rows)[row] for u in block.used if u.role == "time" and u.column.stamp), np.nan)
+    times = (u for u in block.table.columns if u.role == "time" and u.column.stamp)
+    seconds = next((u.si(block.rows)[row] for u in times), np.nan)
     if not np.isfinite(seconds):
         return ""
     moment = datetime(1970, 1, 1) + timedelta(seconds=float(seconds))
@@ -212,154 +163,6 @@ def _join_files(parts: list[AssembledRun]) -> AssembledRun:
     )
 
 
-# ---- settings
-
-
-def _mapping_settings(entry: RunEntry, where: str, section: float) -> Settings:
-    """Settings that the mapping states; section [m2]: of the belt, for a tension given as a force."""
-    texts = {key: getattr(entry, key) for key in RANGES if getattr(entry, key) is not None}
-    return {
-        k: Setting(value=_number(t, k, f"{where}.{k}", section), text=t, origin=Origin.MAPPING)
-        for k, t in texts.items()
-    }
-
-
-def _name_settings(name: str, section: float) -> Settings:
-    """Settings that the name of a file or run states: ``lauf3_10Nmm2_-0,042grad`` -> tension and yaw."""
-    found: Settings = {}
-    for key, pattern in _NAMED.items():
-        seen = pattern.search(name)
-        if seen:
-            number, unit = seen.group(1).replace(",", "."), seen.group(2).lower()
-            usual = RANGES[key].unit
-            if key == "yaw":
-                unit = unit if unit in ("mrad", "urad", "mdeg") else usual
-            else:
-                unit = "m/min" if "min" in unit else usual
-            text = f"{number} {unit}"
-            value = _number(text, key, key, section)
-            found[key] = Setting(value=value, text=text, origin=Origin.NAME, words=f"the name {name}")
-    return found
-
-
-def _number(text: str, key: str, where: str, section: float) -> float:
-    """A setting [SI]; raises InputError for what cannot be."""
-    bounds = RANGES[key]
-    kinds = (bounds.dimension, "force") if key == "tension" else (bounds.dimension,)
-    value, _, unit = quantity(text, kinds, bounds.unit or "1", where)
-    dimension, scale = UNITS[unit]
-    if dimension == "force":
-        return _stress(value * scale, section, where)
-    si = bounds.check(value, unit, name=where)
-    if key == "direction" and abs(value) != 1.0:
-        raise InputError(where, f"{value:g}", "", "must be 1 (upper span runs from head to tail) or -1")
-    return si
-
-
-def _stress(force: float, section: float, where: str) -> float:
-    """Tension [Pa] of a force [N] in one strand."""
-    if not section:
-        raise InputError(where, f"{force:g}", "N", "a force needs the belt's width and thickness; state belt")
-    return force / section
-
-
-def _table_settings(
-    tables: list[tuple[LoggedTable, tuple[UsedColumn, ...]]], section: float
-) -> dict[str, dict[str, float]]:
-    """Run -> settings [SI] that tables of runs state."""
-    found: dict[str, dict[str, float]] = {}
-    for table, used in tables:
-        run = next((u for u in used if u.role == "run"), None)
-        labels = [f"r{k}" for k in range(1, len(table.lines) + 1)] if run is None else run.labels
-        for row, label in enumerate(labels):
-            own = found.setdefault(run_name(label), {})
-            for u in used:
-                value = float(u.si()[row]) if u.role in RANGES else np.nan
-                if np.isfinite(value):
-                    own[u.role] = _stress(value, section, u.column.name) if UNITS[u.unit][0] == "force" else value
-    return found
-
-
-def _column_settings(block: LoggedBlock, travel: Travel, section: float, known: Settings) -> Settings:
-    """Settings that columns of the record hold: the mean tension, the direction, the yaw with the place of its
-    step, where on the belt the run starts."""
-    found: Settings = {}
-    keep, s = travel.keep, travel.travel
-
-    def logged_values(role: str) -> np.ndarray | None:
-        values = block.values(role)
-        return None if values is None or not np.isfinite(values[keep]).any() else values[keep]
-
-    for key in ("yaw", "yaw_head"):
-        values = logged_values(key)
-        if values is None:
-            continue
-        level, at = _step(block, key, values, keep, key in known)
-        found[key] = _setting(key, round_digits(level, DIGITS), Origin.COLUMN)
-        if at and not {"yaw_at", "yaw_at_time"} & {*known, *found}:
-            where, apart = 0.5 * (s[at - 1] + s[at]), s[at] - s[at - 1]
-            words = f"the step of {key}, somewhere within {apart:.2g} m"
-            found["yaw_at"] = _setting("yaw_at", where, Origin.STEP, words)
-            found["yaw_at_u"] = _setting("yaw_at_u", round_digits(apart / np.sqrt(12.0), DIGITS), Origin.STEP, words)
-    values = logged_values("tension")
-    if values is not None:
-        mean = float(np.nanmean(values))
-        if any(u.role == "tension" and UNITS[u.unit][0] == "force" for u in block.used):
-            mean = _stress(mean, section, "tension")
-        found["tension"] = _setting("tension", round_digits(mean, DIGITS), Origin.MEAN)
-    values = logged_values("start")
-    if values is not None:
-        first = round_digits(float(values[np.isfinite(values)][0]), START_DIGITS)
-        found["start"] = _setting("start", first, Origin.COLUMN)
-    values = logged_values("direction")
-    if values is not None:
-        sign = float(np.sign(np.nanmedian(values))) or 1.0
-        found["direction"] = _setting("direction", sign, Origin.COLUMN)
-    return found
-
-
-def _travel_settings(travel: Travel) -> Settings:
-    """Direction and speed as the record of travel shows them."""
-    found = {"direction": _setting("direction", -1.0, Origin.SIGN)} if travel.direction < 0.0 else {}
-    if travel.speed > 0.0:
-        found["speed"] = _setting("speed", round_digits(travel.speed, DIGITS), Origin.PACE)
-    return found
-
-
-def _step(block: LoggedBlock, key: str, values: np.ndarray, keep: np.ndarray, stated: bool) -> tuple[float, int]:
-    """Level of a yaw after its step, and the row of the step (0: it stood there from the beginning)."""
-    there = np.flatnonzero(np.isfinite(values))
-    y = values[there]
-    ends = max(1, len(y) // 50)
-    before, after = float(np.median(y[:ends])), float(np.median(y[-ends:]))
-    change = after - before
-    if abs(change) <= STILL * np.abs(y).max():
-        return float(np.median(y)), 0
-    beyond = (y - before) / change > 0.5
-    at = int(np.argmax(beyond))
-    if not stated and np.mean(beyond[at:]) < 0.98:
-        again = at + int(np.argmin(beyond[at:]))
-        remedy = "the yaw moves more than once; cut the record into runs, one yaw step each"
-        raise block.refuse(int(keep[there[again]]), key, float(y[again] / DEGREE), "deg", remedy)
-    if not stated and abs(before) > STILL * abs(after):
-        given = f"runs: {{{block.name}: {{{key}: ...}}}}"
-        remedy = f"the yaw is not zero before its step; begin a run at zero yaw, or state {given}"
-        raise block.refuse(int(keep[there[0]]), key, float(before / DEGREE), "deg", remedy)
-    return after, int(there[at])
-
-
-def questions(name: str, settings: Settings, file: str) -> list[Question]:
-    """Questions on settings of a run that nothing tells."""
-    asked = {
-        "tension": (f"at which tension was run {name} ({file})?", "10 N/mm2"),
-        "yaw": (
-            f"to which yaw was the tail pulley turned in run {name} ({file}; 0 for a run without yaw)?",
-            "-0.042 deg",
-        ),
-    }
-    return [Question(path=("runs", name, k), text=t, example=e) for k, (t, e) in asked.items() if k not in settings]
-
-
 def check_run_names(mapping: MappingEntry, names: list[str]) -> None:
     """Raises InputError for a run of the mapping that no file has."""
     for name in mapping.runs:
@@ -369,17 +172,20 @@ def check_run_names(mapping: MappingEntry, names: list[str]) -> None:
 
 # ---- repeats
 
+#: Digits of one setting that was logged, within SAME of each other in several runs.
+SAME_DIGITS, SAME = 3, 0.01
+
 
 def snap_settings(runs: list[Run], settings: list[Settings]) -> list[Run]:
     """Runs with settings that were logged and are meant to be the same brought together."""
+    found, logged = list(runs), {Origin.COLUMN, Origin.MEAN, Origin.PACE}
     for key, unit in (("tension", N_PER_MM2), ("yaw", DEGREE), ("yaw_head", DEGREE), ("speed", 1.0)):
-        logged = {Origin.COLUMN, Origin.MEAN, Origin.PACE}
         own = [k for k, s in enumerate(settings) if key in s and s[key].origin in logged]
-        values = _group_values(np.array([getattr(runs[k], key) for k in own]))
+        values = _group_values(np.array([getattr(found[k], key) for k in own]))
         for k, value in zip(own, values, strict=True):
             change: dict[str, Any] = {key: round_digits(value / unit, SAME_DIGITS) * unit}
-            runs = [*runs[:k], replace(runs[k], **change), *runs[k + 1 :]]
-    return runs
+            found[k] = replace(found[k], **change)
+    return found
 
 
 def _group_values(values: np.ndarray) -> np.ndarray:
@@ -428,22 +234,19 @@ class RatedRuns:
     names: list[str] = field(default_factory=list)
 
 
-def rates_of(
-    tables: list[tuple[LoggedTable, tuple[UsedColumn, ...]]], mapping: MappingEntry, section: float
-) -> RatedRuns:
+def rates_of(tables: list[UsedTable], mapping: MappingEntry, section: float) -> RatedRuns:
     """Everything that tables of rates state."""
     found = RatedRuns()
-    for table, used in tables:
-        rates = {u.role: u.si() for u in used if u.role in RATES}
-        u, question = _rate_spread(used)
+    for table in (t for t in tables if t.logged.kind == "rates"):
+        rates = {u.role: u.si() for u in table.columns if u.role in RATES}
+        u, question = _rate_spread(table)
         found.missing.extend([question] if question else [])
-        for row, (key, stated) in enumerate(_table_settings([(table, used)], section).items()):
+        for row, (key, listed) in enumerate(table_settings([table], section).items()):
             entry = mapping.runs.get(key, RunEntry())
-            settings = {k: _setting(k, v, Origin.COLUMN) for k, v in stated.items()}
-            settings = _mapping_settings(mapping.all_runs, "all_runs", section) | settings
-            settings |= _mapping_settings(entry, f"runs.{key}", section)
+            settings = stated_settings(mapping.all_runs, "all_runs", section) | listed
+            settings |= stated_settings(entry, f"runs.{key}", section)
             found.names.append(key)
-            found.missing.extend(questions(key, settings, table.file.name))
+            found.missing.extend(questions(key, settings, table.logged.file.name))
             if entry.skip or {"tension", "yaw"} - set(settings):
                 continue
             numbers: dict[str, Any] = {k: s.value for k, s in settings.items() if not k.startswith("yaw_at")}
@@ -454,12 +257,12 @@ def rates_of(
     return found
 
 
-def _rate_spread(used: tuple[UsedColumn, ...]) -> tuple[np.ndarray | None, Question | None]:
+def _rate_spread(table: UsedTable) -> tuple[np.ndarray | None, Question | None]:
     """One sigma [m/m] of the rates, row by row."""
-    column = next((u for u in used if u.role == "u_rate"), None)
+    column = table.column("u_rate")
     if column is not None:
         return column.si(), None
-    rate = next(u for u in used if u.role in RATES)
+    rate = next(u for u in table.columns if u.role in RATES)
     u = rate.by_hand
     if rate.entry.white is not None:
         value, _, unit = quantity(rate.entry.white, ("angle",), "mm/m", f"columns.{rate.column.name}.white")

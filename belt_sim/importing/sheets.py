@@ -114,11 +114,11 @@ TENSION_REL, YAW_U, GAIN = 0.01, 5e-6, 0.005
 
 
 def signals_of(
-    runs: list[Run], used: dict[str, tuple[UsedColumn, ...]], span: float
+    runs: list[Run], used: tuple[UsedColumn, ...], span: float
 ) -> tuple[tuple[SignalSheet, ...], dict[str, NoiseRead], dict[str, str]]:
     """Sheets of the signals, what was read off them, and remarks on each number."""
     found: dict[str, UsedColumn] = {}
-    for u in (u for own in used.values() for u in own if u.role == "signal" and u.at):
+    for u in (u for u in used if u.role == "signal" and u.at):
         found.setdefault(u.name, u)
     sheets: list[SignalSheet] = []
     noise: dict[str, NoiseRead] = {}

@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 
 from belt_sim.campaign.problems import CampaignError, Problem
-from belt_sim.importing.roles import UsedColumn
-from belt_sim.importing.types import LoggedTable
+from belt_sim.importing.roles import UsedTable
 
 #: A run begins anew where time or travel falls back to within this share of where the file began.
 RESTART = 0.05
@@ -19,45 +18,39 @@ FEWEST = 3  # rows of a run
 class LoggedBlock:
     """rows of one table that are one run; name: as proposed; text: what may state its settings (file or run name)."""
 
-    table: LoggedTable
-    used: tuple[UsedColumn, ...]
+    table: UsedTable
     rows: np.ndarray
     name: str
     text: str
 
     def values(self, role: str) -> np.ndarray | None:
         """Numbers [SI] of the column with this role, None where there is none."""
-        found = next((u for u in self.used if u.role == role), None)
+        found = self.table.column(role)
         return None if found is None else found.si(self.rows)
 
     def line(self, k: int) -> int:
-        return int(self.table.lines[self.rows[k]])
+        return int(self.table.logged.lines[self.rows[k]])
 
     def refuse(self, k: int, name: str, value: object, unit: str, remedy: str) -> CampaignError:
         """The error of row ``k`` of the run."""
-        file, line = str(self.table.file), self.line(k)
+        file, line = str(self.table.logged.file), self.line(k)
         return CampaignError([Problem(file=file, line=line, name=name, value=value, unit=unit, remedy=remedy)])
 
 
-def blocks_of(table: LoggedTable, used: tuple[UsedColumn, ...]) -> list[LoggedBlock]:
+def blocks_of(table: UsedTable) -> list[LoggedBlock]:
     """The runs of one table: by its run column, else where the file, its time or its travel begins anew."""
-    run = next((u for u in used if u.role == "run"), None)
-    rows = np.arange(len(table.lines))
+    run, name = table.column("run"), table.logged.name
+    rows = np.arange(len(table.logged.lines))
     if run is not None:
-        order = dict.fromkeys(n for n in run.labels if n)
         of_row = np.array(run.labels, dtype=object)
-        return [
-            LoggedBlock(table=table, used=used, rows=rows[of_row == name], name=run_name(name), text=name)
-            for name in order
-        ]
-    cuts = sorted({*table.starts, *_restarts(table, used)})
+        labels = dict.fromkeys(label for label in run.labels if label)
+        return [LoggedBlock(table=table, rows=rows[of_row == n], name=run_name(n), text=n) for n in labels]
+    cuts = sorted({*table.logged.starts, *_restarts(table)})
     parts = [p for p in np.split(rows, cuts) if len(p) >= FEWEST]
     if len(parts) < 2:
-        return [LoggedBlock(table=table, used=used, rows=rows, name=run_name(table.name), text=table.name)]
-    names = [f"{run_name(table.name)}_{k}" for k in range(1, len(parts) + 1)]
-    return [
-        LoggedBlock(table=table, used=used, rows=p, name=n, text=table.name) for p, n in zip(parts, names, strict=True)
-    ]
+        return [LoggedBlock(table=table, rows=rows, name=run_name(name), text=name)]
+    numbered = ((f"{run_name(name)}_{k}", part) for k, part in enumerate(parts, start=1))
+    return [LoggedBlock(table=table, rows=part, name=n, text=name) for n, part in numbered]
 
 
 def run_name(text: str) -> str:
@@ -67,13 +60,13 @@ def run_name(text: str) -> str:
     return f"r{kept}" if kept[:1].isdigit() or not kept else kept
 
 
-def _restarts(table: LoggedTable, used: tuple[UsedColumn, ...]) -> list[int]:
+def _restarts(table: UsedTable) -> list[int]:
     """Rows at which time or travel falls back to where it began."""
     for role in ("travel", "time"):
-        key = next((u for u in used if u.role == role), None)
+        key = table.column(role)
         if key is None:
             continue
-        values = key.si(np.arange(len(table.lines)))
+        values = key.si()
         there = np.flatnonzero(np.isfinite(values))
         steps = np.diff(values[there])
         if len(there) < FEWEST or np.mean(steps < 0.0) > 0.5:  # it falls throughout

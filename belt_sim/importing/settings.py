@@ -1,0 +1,233 @@
+"""Settings of a run, one function a source: the mapping, tables of runs, names, columns, and the travel itself."""
+
+import re
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from belt_sim.campaign import plausible
+from belt_sim.campaign.csv_tables import NUMBERS
+from belt_sim.errors import InputError
+from belt_sim.importing.mapping import RunEntry
+from belt_sim.importing.roles import UsedTable
+from belt_sim.importing.travel import LoggedBlock, Travel, run_name
+from belt_sim.importing.types import Question
+from belt_sim.importing.units import UNITS, quantity
+from belt_sim.si import DEGREE, round_digits
+
+#: setting -> its range, in the unit that a number without one has
+RANGES = {name: bounds for name, bounds, _ in NUMBERS.values()} | {"yaw_at_time": plausible.TIME}
+#: A yaw that moves by less than this share of its largest value stands still.
+STILL = 0.05
+#: Digits that a logged setting is rounded to, and those of a place on the belt, of up to 20000 m.
+DIGITS, START_DIGITS = 4, 7
+
+
+class Origin(Enum):
+    """Where a setting of a run comes from."""
+
+    MAPPING = "the mapping"
+    TABLE = "the table of runs"
+    NAME = "its name"
+    COLUMN = "its column"
+    MEAN = "the mean of its column"
+    STEP = "the step of the yaw"
+    SIGN = "the sign of travel or speed"
+    PACE = "travel over time"
+    YAW_TIME = "the time of the yaw"
+
+
+#: What is read off the record again when the import is repeated.
+READ_AGAIN = {Origin.COLUMN, Origin.MEAN, Origin.STEP, Origin.SIGN, Origin.PACE}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """value [SI]; text: as it goes into the mapping; words: where it comes from."""
+
+    value: float
+    text: str
+    origin: Origin
+    words: str = ""
+
+    def __str__(self) -> str:
+        return self.words or self.origin.value
+
+
+Settings = dict[str, Setting]
+
+
+def unwritten(key: str, value: float, origin: Origin, words: str = "") -> Setting:
+    """A setting [SI] that nobody has written down, its text in the usual unit."""
+    unit = RANGES[key].unit
+    text = f"{value / UNITS[unit][1]:.6g} {unit}".strip()
+    return Setting(value=value, text=text, origin=origin, words=words)
+
+
+# ---- stated: by the mapping, by a table of runs, by a name
+
+
+def stated_settings(entry: RunEntry, where: str, section: float) -> Settings:
+    """Settings that the mapping states at ``where``; section [m2]: of the belt, for a tension given as a force."""
+    texts = {key: getattr(entry, key) for key in RANGES if getattr(entry, key) is not None}
+    return {
+        k: Setting(value=_number(t, k, f"{where}.{k}", section), text=t, origin=Origin.MAPPING)
+        for k, t in texts.items()
+    }
+
+
+def table_settings(tables: list[UsedTable], section: float) -> dict[str, Settings]:
+    """Run -> settings that tables of runs state, one row a run."""
+    found: dict[str, Settings] = {}
+    for table in tables:
+        run = table.column("run")
+        labels = [f"r{k}" for k in range(1, len(table.logged.lines) + 1)] if run is None else run.labels
+        for row, label in enumerate(labels):
+            own = found.setdefault(run_name(label), {})
+            for u in table.columns:
+                value = float(u.si()[row]) if u.role in RANGES else np.nan
+                if np.isfinite(value):
+                    value = _stress(value, section, u.column.name) if u.is_force else value
+                    own[u.role] = unwritten(u.role, value, Origin.TABLE)
+    return found
+
+
+_NAMED = {
+    "tension": re.compile(r"(\d+(?:[.,]\d+)?) ?_?(N_?(?:/|p|per)?_?mm-?[2²]|MPa)", re.IGNORECASE),
+    "yaw": re.compile(r"([+-]?(?<![\d.,])\d+(?:[.,]\d+)?) ?_?(mrad|urad|mdeg|deg|grad|°)", re.IGNORECASE),
+    "speed": re.compile(r"(\d+(?:[.,]\d+)?) ?_?(m_?(?:/|p|per)_?s|m_?(?:/|p|per)_?min)(?![a-z0-9])", re.IGNORECASE),
+}
+
+
+def name_settings(name: str, section: float) -> Settings:
+    """Settings that the name of a file or run states: ``lauf3_10Nmm2_-0,042grad`` -> tension and yaw."""
+    found: Settings = {}
+    for key, pattern in _NAMED.items():
+        seen = pattern.search(name)
+        if seen:
+            number, unit = seen.group(1).replace(",", "."), seen.group(2).lower()
+            unit = "m/min" if "min" in unit else unit if unit in ("mrad", "urad", "mdeg") else RANGES[key].unit
+            text = f"{number} {unit}"
+            value = _number(text, key, key, section)
+            found[key] = Setting(value=value, text=text, origin=Origin.NAME, words=f"the name {name}")
+    return found
+
+
+def _number(text: str, key: str, where: str, section: float) -> float:
+    """A setting [SI]; raises InputError for what cannot be."""
+    bounds = RANGES[key]
+    kinds = (bounds.dimension, "force") if key == "tension" else (bounds.dimension,)
+    value, _, unit = quantity(text, kinds, bounds.unit or "1", where)
+    dimension, scale = UNITS[unit]
+    if dimension == "force":
+        return _stress(value * scale, section, where)
+    si = bounds.check(value, unit, name=where)
+    if key == "direction" and abs(value) != 1.0:
+        raise InputError(where, f"{value:g}", "", "must be 1 (upper span runs from head to tail) or -1")
+    return si
+
+
+def _stress(force: float, section: float, where: str) -> float:
+    """Tension [Pa] of a force [N] in one strand."""
+    if not section:
+        raise InputError(where, f"{force:g}", "N", "a force needs the belt's width and thickness; state belt")
+    return force / section
+
+
+# ---- read off the record: its columns, its travel
+
+
+def yaw_settings(block: LoggedBlock, travel: Travel, known: Settings) -> Settings:
+    """The yaw that columns hold, and the place of its step where ``known`` has none."""
+    found: Settings = {}
+    for key in ("yaw", "yaw_head"):
+        values = _logged_values(block, travel, key)
+        if values is None:
+            continue
+        level, at = _step(block, key, values, travel.keep, key in known)
+        found[key] = unwritten(key, round_digits(level, DIGITS), Origin.COLUMN)
+        if at and not {"yaw_at", "yaw_at_time"} & {*known, *found}:
+            before, after = travel.travel[at - 1 : at + 1]
+            words = f"the step of {key}, somewhere within {after - before:.2g} m"
+            u = round_digits((after - before) / np.sqrt(12.0), DIGITS)
+            found["yaw_at"] = unwritten("yaw_at", 0.5 * (before + after), Origin.STEP, words)
+            found["yaw_at_u"] = unwritten("yaw_at_u", u, Origin.STEP, words)
+    return found
+
+
+def column_settings(block: LoggedBlock, travel: Travel, section: float) -> Settings:
+    """The mean tension, the direction, and where on the belt the run starts, of columns that hold them."""
+    found: Settings = {}
+    tension, start, direction = (_logged_values(block, travel, k) for k in ("tension", "start", "direction"))
+    if tension is not None:
+        mean = float(np.nanmean(tension))
+        if any(u.is_force for u in block.table.columns):
+            mean = _stress(mean, section, "tension")
+        found["tension"] = unwritten("tension", round_digits(mean, DIGITS), Origin.MEAN)
+    if start is not None:
+        first = round_digits(float(start[np.isfinite(start)][0]), START_DIGITS)
+        found["start"] = unwritten("start", first, Origin.COLUMN)
+    if direction is not None:
+        sign = float(np.sign(np.nanmedian(direction))) or 1.0
+        found["direction"] = unwritten("direction", sign, Origin.COLUMN)
+    return found
+
+
+def travel_settings(travel: Travel) -> Settings:
+    """Direction and speed as the record of travel shows them."""
+    found = {"direction": unwritten("direction", -1.0, Origin.SIGN)} if travel.direction < 0.0 else {}
+    if travel.speed > 0.0:
+        found["speed"] = unwritten("speed", round_digits(travel.speed, DIGITS), Origin.PACE)
+    return found
+
+
+def yaw_time_settings(travel: Travel, known: Settings) -> Settings:
+    """The place of the yaw where only its time is known."""
+    if "yaw_at_time" not in known or travel.time is None or "yaw_at" in known:
+        return {}
+    where = float(np.interp(known["yaw_at_time"].value, travel.time, travel.travel))
+    return {"yaw_at": unwritten("yaw_at", where, Origin.YAW_TIME)}
+
+
+def _logged_values(block: LoggedBlock, travel: Travel, role: str) -> np.ndarray | None:
+    """Numbers [SI] of a column at the rows that are used; None where it holds none."""
+    values = block.values(role)
+    return None if values is None or not np.isfinite(values[travel.keep]).any() else values[travel.keep]
+
+
+def _step(block: LoggedBlock, key: str, values: np.ndarray, keep: np.ndarray, stated: bool) -> tuple[float, int]:
+    """Level of a yaw after its step, and the row of the step (0: it stood there from the beginning)."""
+    there = np.flatnonzero(np.isfinite(values))
+    y = values[there]
+    ends = max(1, len(y) // 50)
+    before, after = float(np.median(y[:ends])), float(np.median(y[-ends:]))
+    change = after - before
+    if abs(change) <= STILL * np.abs(y).max():
+        return float(np.median(y)), 0
+    beyond = (y - before) / change > 0.5
+    at = int(np.argmax(beyond))
+    if not stated and np.mean(beyond[at:]) < 0.98:
+        again = at + int(np.argmin(beyond[at:]))
+        remedy = "the yaw moves more than once; cut the record into runs, one yaw step each"
+        raise block.refuse(int(keep[there[again]]), key, float(y[again] / DEGREE), "deg", remedy)
+    if not stated and abs(before) > STILL * abs(after):
+        given = f"runs: {{{block.name}: {{{key}: ...}}}}"
+        remedy = f"the yaw is not zero before its step; begin a run at zero yaw, or state {given}"
+        raise block.refuse(int(keep[there[0]]), key, float(before / DEGREE), "deg", remedy)
+    return after, int(there[at])
+
+
+# ---- what nothing tells
+
+
+def questions(name: str, settings: Settings, file: str) -> list[Question]:
+    """Questions on settings of a run that nothing tells."""
+    asked = {
+        "tension": (f"at which tension was run {name} ({file})?", "10 N/mm2"),
+        "yaw": (
+            f"to which yaw was the tail pulley turned in run {name} ({file}; 0 for a run without yaw)?",
+            "-0.042 deg",
+        ),
+    }
+    return [Question(path=("runs", name, k), text=t, example=e) for k, (t, e) in asked.items() if k not in settings]
