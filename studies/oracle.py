@@ -20,6 +20,7 @@ from belt_sim.diagnosis.decision.table import EvidenceTable, Ids
 from belt_sim.diagnosis.examine import search_sets
 from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.workbench import workbench
+from belt_sim.diagnosis.search import add_fits, add_pairs, tabulate
 from studies.application import application
 from studies.challenge.registry import source
 from studies.challenge.report import table, with_interval
@@ -71,8 +72,9 @@ def evidence_table(campaign: Campaign, base: str, hidden: Ids, seed: int) -> Evi
     nothing = bench.fit([bench.start((), bench.forward.null())])[0]
     near = linearise(bench, nothing, [c.id for c in bench.forward.classes])
     search = search_sets(bench, near, (SIMULATED, seed), lambda text: None)
-    search.fits.fit_all([tuple(sorted(hidden)), *(search.fits.best_pairs(PAIRS) if len(hidden) > 1 else [])])
-    return search.table()
+    if len(hidden) > 1:
+        search = add_pairs(search, PAIRS)
+    return tabulate(add_fits(search, [tuple(sorted(hidden))]))
 
 
 def bound(evidence: EvidenceTable, hidden: Ids, seed: int, kind: str, size: float) -> Bound:

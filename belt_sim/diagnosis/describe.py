@@ -16,7 +16,7 @@ from belt_sim.diagnosis.fits.plausibility import estimates, estimates_of_single_
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.next_run import Rival
 from belt_sim.diagnosis.readings.samples import Samples
-from belt_sim.diagnosis.search import Trial, row_of
+from belt_sim.diagnosis.search import NOTHING, Trial, row_of
 from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.effects.law_file import law_entry
 from belt_sim.provenance import provenance
@@ -67,7 +67,7 @@ def label(campaign: Campaign) -> CampaignLabel:
 
 def rivals(d: Findings) -> list[Rival]:
     """What the verdict cannot be told apart from, with the fits."""
-    found, fits = [], d.search.fits.fits
+    found, fits = [], d.search.fits
     for effect, others in d.decision.confusable.items():
         for other in others:
             ids = frozenset(d.named.ids) - {effect} | set(other)
@@ -86,7 +86,7 @@ def _sentence(d: Findings) -> str:
     if decision.verdict == Verdict.CANNOT_SAY and not any(s.severity == "stop" for s in d.suspicions):
         return SILENT
     if decision.verdict == Verdict.ADEQUATE and d.table.visible is not None:
-        hidden = [n for n in d.search.fits.names if n not in d.table.visible]
+        hidden = [n for n in d.search.names if n not in d.table.visible]
         return decision.verdict.sentence(model, ()) + _what_would_show(len(d.table.visible), hidden)
     named = [_name_with_alike(decision, name) for name in decision.named]
     gravest = min(d.suspicions, key=lambda s: s.severity != "stop", default="")
@@ -134,10 +134,10 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
 
 def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
     """Every candidate by itself, those first that are likeliest to be there, alone or with others."""
-    fits, rows = d.search.fits, d.decision.explanations
-    tried = fits.trials(()) if d.decision.verdict != Verdict.CANNOT_SAY else []
-    without = sum(c.surprise for c in held_out(d.fitted_bench, fits.fit(())).values())
-    found = [_candidate(d, t, min(sum(e.probability for e in rows if t.id in e.effects), 1.0), without) for t in tried]
+    rows = d.decision.explanations
+    trials = d.search.trials[NOTHING] if d.decision.verdict != Verdict.CANNOT_SAY else []
+    without = sum(c.surprise for c in held_out(d.fitted_bench, d.search.fits[NOTHING]).values())
+    found = [_candidate(d, t, min(sum(e.probability for e in rows if t.id in e.effects), 1.0), without) for t in trials]
     rms = {other.name: other.rms for other in d.table.other_models}
     instead = [
         Candidate(

@@ -21,7 +21,7 @@ from belt_sim.diagnosis.fits.linearisation import Linearisation, linearise
 from belt_sim.diagnosis.fits.null_simulation import chance_inflation
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.readings.sensor_places import first_place_inside_span, shapes_a_span, shows_places
-from belt_sim.diagnosis.search import Search, row_of
+from belt_sim.diagnosis.search import NOTHING, Search, add_fits, add_trials, begin_search, row_of, run_search, tabulate
 from belt_sim.effects.base import Effect
 from belt_sim.effects.pipeline import as_driven
 from belt_sim.jax_setup import in_float64
@@ -79,7 +79,7 @@ class Findings:
     @property
     def fitted_bench(self) -> Workbench:
         """The campaign laid out at the named effects."""
-        return self.search.fits.bench
+        return self.search.bench
 
 
 def examine(
@@ -115,8 +115,8 @@ def examine(
         bench, nothing = _lay_out(freed, model, tried)
     found: dict[Ids, LawResult] = {}
     if any(s.severity == "stop" for s in suspect):  # nothing is added: only what is there is judged
-        search = Search(bench, linearise(bench, nothing, ()), 1.0)
-        table = replace(search.table(), damaged=True)
+        search = begin_search(bench, linearise(bench, nothing, ()), 1.0)
+        table = replace(tabulate(search), damaged=True)
         decision = decide(table, POLICY)
     else:
         linearisation = linearise(bench, nothing, [c.id for c in tried])
@@ -125,13 +125,14 @@ def examine(
             linearisation = linearise(bench, nothing, [c.id for c in tried])
         search = search_sets(bench, linearisation, (bootstraps, seed), tell)
         tell("looking for what is beyond the library")
-        table = _gather(search, bench, nothing, laws)
+        search, table = _gather(search, bench, nothing, laws)
         decision = decide(table, POLICY)
         if laws is not None and decision.suspects_something_unknown(POLICY):
             tell("looking for the law of what is left")
-            table, found = _add_laws(search, table, decision, laws)
+            search, table, found = _add_laws(search, table, decision, laws)
             decision = decide(table, POLICY)
-    named = search.fits.fit(tuple(decision.named))
+    search = add_fits(search, [tuple(decision.named)])
+    named = search.fits[frozenset(decision.named)]
     return Findings(
         bench=bench, nothing=nothing, search=search, table=table, decision=decision, named=named, suspicions=suspect,
         law=found.get(frozenset(named.ids)) if decision.tells_of_unknown else None,
@@ -153,40 +154,40 @@ def search_sets(
     seed.
     """
     tell("asking what chance does")
-    search = Search(bench, linearisation, chance_inflation(bench, linearisation, *chance))
+    search = begin_search(bench, linearisation, chance_inflation(bench, linearisation, *chance))
     tell("fitting sets of effects")
-    search.run()
-    return search
+    return run_search(search)
 
 
-def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | None) -> EvidenceTable:
-    """The table of a finished search, with a row for every set beside which something unknown is looked for: nothing,
-    and the likeliest, whole or less one.
+def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | None) -> tuple[Search, EvidenceTable]:
+    """The search and its table, with every candidate by itself, and a row for every set beside which something unknown
+    is looked for: nothing, and the likeliest, whole or less one.
 
     bench, nothing: the workbench on which the search began, and the fit of no effect there; laws: None where nobody
     looks beyond the library.
     """
-    fits, table = search.fits, search.table()
+    table = tabulate(search)
     likeliest = explanations(table, POLICY)[0].effects  # another than in the search, where held-out data speak
     beside = [(), likeliest, *(tuple(i for i in likeliest if i != name) for name in likeliest)]
     if {frozenset(ids) for ids in beside} - {row.ids for row in table.rows}:
-        fits.fit_all(beside)
-        table = search.table()
+        search = add_fits(search, beside)
+        table = tabulate(search)
     table = replace(
         table,
         additive=frozenset(c.id for c in bench.forward.classes if c.is_additive()),
         other_models=tuple(_other_models(bench, nothing, search, frozenset(likeliest))),
     )
+    search = add_trials(search, ())
     if laws is None:
-        return table
-    rows = {t.id: row_of(fits.bench, t.fit, checked=False) for t in fits.trials(())}
+        return search, table
+    rows = {t.id: row_of(search.bench, t.fit, checked=False) for t in search.trials[NOTHING]}
     there = {row.ids for row in table.rows}
-    made = [fits.fit(ids) for ids in dict.fromkeys(beside) if frozenset(ids) in there]
-    return replace(
+    fits = [search.fits[frozenset(ids)] for ids in dict.fromkeys(beside) if frozenset(ids) in there]
+    return search, replace(
         table,
         visible=frozenset(name for name, row in rows.items() if would_show(row, table, POLICY)),
         unknown=tuple(
-            laws.evidence_of_unknown(fits.bench, fit, likeliest) for fit in made if keeps_tension(fits.bench, fit)
+            laws.evidence_of_unknown(search.bench, fit, likeliest) for fit in fits if keeps_tension(search.bench, fit)
         ),
     )
 
@@ -215,7 +216,7 @@ def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids
         gain = nothing.chi2 - float(bench.metric.chi2(bench.fitted.y - values))
         same = likeliest and likeliest <= model.contains - asked.contains
         if np.isfinite(gain) and gain > DESCRIBED * beyond_noise and not same:
-            chi2 = float(search.fits.bench.metric.chi2(bench.fitted.y - values))
+            chi2 = float(search.bench.metric.chi2(bench.fitted.y - values))
             lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
             rms = float(np.sqrt(np.nanmean((bench.samples.y - values)[:, lateral] ** 2)))
             found.append(OtherModel(name=f"model={model.name}", chi2=chi2, rms=rms, tried=len(others)))
@@ -224,15 +225,15 @@ def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids
 
 def _add_laws(
     search: Search, table: EvidenceTable, decision: Decision, laws: LawFinder
-) -> tuple[EvidenceTable, dict[Ids, LawResult]]:
-    """The table with the evidence of laws in the march, and these laws: beside nothing, and beside the effects that may
-    stay with something unknown.
+) -> tuple[Search, EvidenceTable, dict[Ids, LawResult]]:
+    """The search, its table with the evidence of laws in the march, and these laws: beside nothing, and beside the
+    effects that may stay with something unknown.
 
     A crooked edge takes on part of an unknown that comes round with the belt: only a law alone tells that it is none.
     """
     beside = frozenset(decision.likeliest_unknown.effects) & table.additive
-    fits = {ids: search.fits.fit(tuple(sorted(ids))) for ids in {beside, frozenset()}}
-    found = {ids: laws.law(search.fits.bench, fit) for ids, fit in fits.items()}
+    search = add_fits(search, [tuple(sorted(beside)), ()])
+    found = {ids: laws.law(search.bench, search.fits[ids]) for ids in dict.fromkeys([beside, NOTHING])}
     in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
     rows = [replace(b, laws=(*b.laws, in_march[b.ids])) if b.ids in in_march else b for b in table.unknown]
-    return replace(table, unknown=tuple(rows)), found
+    return search, replace(table, unknown=tuple(rows)), found

@@ -11,8 +11,9 @@ from small_campaign import CLASSES, MODEL, SHAPE, bench, campaign, examined, q_o
 
 from belt_sim.diagnosis.fits.heldout import conditions
 from belt_sim.diagnosis.fits.linearisation import linearise
+from belt_sim.diagnosis.fits.screening import fit_best
 from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.diagnosis.search import MAX_EFFECTS, fit_best
+from belt_sim.diagnosis.search import MAX_EFFECTS, NOTHING
 from studies.paper.case import TEST_RIG
 
 NESTED = 0.05  # in chi2; the fit ends when a round gains less than 0.02
@@ -99,7 +100,7 @@ def test_the_largest_yaw_is_left_out_where_there_are_smaller_ones():
 def test_the_search_ends_at_the_truth_and_has_tried_what_is_beside_it():
     found = examined("two")
     assert set(found.named.ids) == {"taper", "yaw_offset_tail"}
-    assert all(len(ids) <= MAX_EFFECTS for ids in found.search.fits.fits)
+    assert all(len(ids) <= MAX_EFFECTS for ids in found.search.fits)
     revolutions = SHAPE["length"] / TEST_RIG.belt_length
-    tried = {t.id for t in found.search.fits.trials(())}
+    tried = {t.id for t in found.search.trials[NOTHING]}
     assert tried == {c.id for c in CLASSES if c.min_revolutions <= revolutions}

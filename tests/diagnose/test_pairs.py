@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.search import leading_pairs, linear_gains, marginal_gains
+from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.screening import leading_pairs, linear_gains, marginal_gains
 
 RNG = np.random.default_rng(3)
 A, B, OTHER = RNG.standard_normal((3, 200))
@@ -41,7 +42,9 @@ def test_a_pair_with_an_effect_that_bends_is_seen_by_what_it_does_where_it_was_f
     """At null ``bends`` moves nothing; fitted by itself it takes A, and beside it ``b`` takes the rest."""
     at_null, residual = {"bends": 1e-3 * MORE[:1], "b": B[None], "sum": SUM[None]}, 3.0 * A + 3.0 * B
     gain = float((A @ residual) ** 2 / (A @ A))
-    further = marginal_gains(A[None], residual - (A @ residual) / (A @ A) * A, {"b": B[None]})["b"]
+    left = residual - (A @ residual) / (A @ A) * A
+    fit = Fit(ids=("bends",), free=[0], vector=np.zeros(1), columns=A[None], residual=left)
+    further = marginal_gains(fit, {"b": B[None]})["b"]
     wanted = float(residual @ residual)  # of both together, all of it
     assert gain + further == pytest.approx(wanted)
     known = {frozenset(["bends"]): gain, frozenset(["bends", "b"]): gain + further}

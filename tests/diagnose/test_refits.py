@@ -10,8 +10,9 @@ from linear_bench import NUMBER, SPREAD, WHITE, linear_bench, with_readings
 from belt_sim.diagnosis.fits.fit import Fit, fit_sets
 from belt_sim.diagnosis.fits.linearisation import Linearisation
 from belt_sim.diagnosis.fits.plausibility import has_diverged
+from belt_sim.diagnosis.fits.screening import fit_best
 from belt_sim.diagnosis.readings.parameter_vector import Slot
-from belt_sim.diagnosis.search import JointFits, fit_best
+from belt_sim.diagnosis.search import NOTHING, Search, add_fits, keep_trials, move_to
 
 SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
 
@@ -164,16 +165,16 @@ class Sliding:
 
 def test_settings_are_moved_until_they_stay():
     """Of a tension that is a quarter off, what is linear about none of it says too much."""
-    moved = JointFits(Sliding(), 5.0, NOWHERE).move_to(("a",))
-    assert moved.bench.about == pytest.approx(9.1)
-    assert moved.fit(("a",)).vector[0] == pytest.approx(9.73)
+    moved = move_to(Search(bench=Sliding(), linearisation=NOWHERE), ("a",))
+    assert (moved.bench.about, moved.reference) == (pytest.approx(9.1), {"a"})
+    assert moved.fits[frozenset("a")].vector[0] == pytest.approx(9.73)
 
 
 def test_settings_are_moved_back_to_where_nothing_is_missing():
     """After a set that was dropped: nothing is fitted then that could slide."""
-    moved = JointFits(Sliding(9.1), 5.0, NOWHERE).move_to(())
-    assert moved.bench.about == 0.0
-    assert moved.fit(()).free == []
+    moved = move_to(Search(bench=Sliding(9.1), linearisation=NOWHERE, reference=frozenset("a")), ())
+    assert (moved.bench.about, moved.reference) == (0.0, NOTHING)
+    assert moved.fits[NOTHING].free == []
 
 
 class Slow(Sliding):
@@ -193,17 +194,20 @@ class Slow(Sliding):
 @pytest.mark.parametrize("moves", [0, 1, 2])
 def test_what_a_search_has_found_is_not_looked_for_anew(moves):
     """Neither because it ran out of rounds, nor because settings moved twice before anybody asked for it."""
-    refits = JointFits(Slow(), 5.0, NOWHERE)
+    search = add_fits(Search(bench=Slow(), linearisation=NOWHERE), [()])
     found = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0, taken=24)
-    assert refits._trial(refits.fit(()), "a", found).gain == 99.0
+    search = keep_trials(search, NOTHING, {"a": found})
+    assert [t.gain for t in search.trials[NOTHING]] == [99.0]
     for _ in range(moves):
-        refits = refits.move_to(())
-    assert refits.fit(("a",)).vector[0] == 9.0
-    assert refits.fit(()).chi2 - refits.fit(("a",)).chi2 == 99.0
+        search = move_to(search, ())
+    fits = add_fits(search, [(), ("a",)]).fits
+    assert fits[frozenset("a")].vector[0] == 9.0
+    assert fits[NOTHING].chi2 - fits[frozenset("a")].chi2 == 99.0
 
 
 def test_a_pair_begins_where_its_members_stood_by_themselves_too():
     """Guard: from null alone a guide in a pair never came to where the belt touches it."""
     alone = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0)
-    refits = JointFits(Slow(), 5.0, NOWHERE, starts={frozenset("a"): alone})
-    assert refits.fit(()).chi2 - refits.fit(("a", "b")).chi2 == 99.0
+    search = Search(bench=Slow(), linearisation=NOWHERE, starts={frozenset("a"): alone})
+    fits = add_fits(search, [(), ("a", "b")]).fits
+    assert fits[NOTHING].chi2 - fits[frozenset("ab")].chi2 == 99.0
