@@ -7,16 +7,16 @@ from typing import Any
 
 from nicegui import run, ui
 
-from belt_sim import si
 from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.app import plots, widgets
 from belt_sim.app.jobs import Job
 from belt_sim.app.security import MAX_UPLOAD, MEBI, TOO_LARGE
 from belt_sim.app.session import GROUPS, OF_RUN, Import, Place, Session, read_shown
 from belt_sim.app.simulate_page import TITLES, effect_title
-from belt_sim.campaign import Campaign, Quantity, Run
+from belt_sim.campaign import Campaign
 from belt_sim.campaign.read import FILES
 from belt_sim.campaign.types import PLACES
+from belt_sim.campaign.write import sheet_tree
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
 from belt_sim.files import group_names, sample_campaigns
@@ -333,9 +333,7 @@ def _runs(form: AnswerForm, now: Import) -> None:
 def _show_proposal(now: Import) -> None:
     assert now.proposal is not None
     assert now.proposal.campaign is not None
-    recorded = {r.name: r for r in now.proposal.campaign.runs if r.signals}
-    if recorded:
-        curves(now.proposal.campaign, recorded)
+    _curves(now.proposal.campaign)
     with ui.expansion("All runs, the noise that was read off, remarks").classes("w-full"):
         widgets.table(runs_table(now.proposal.campaign))
         if now.proposal.noise:
@@ -350,16 +348,6 @@ def _name(place: Place) -> str:
     return ".".join("".join(c if c.isalnum() or c == "_" else "_" for c in key) for key in place)
 
 
-MACHINE = {"centre_distance": ("pulleys apart", 1.0, "m"), "head_radius": ("head radius", 1.0, "m")}
-MACHINE |= {"tail_radius": ("tail radius", 1.0, "m")}
-BELT = {
-    "width": ("belt width", si.MM, "mm"),
-    "thickness": ("belt thickness", si.MM, "mm"),
-    "youngs_modulus": ("Young's modulus", 1e9, "GPa"),
-    "density": ("density", 1.0, "kg/m³"),
-}
-
-
 def campaign_view(session: Session) -> None:
     """Draw the card of the current campaign; nothing without one."""
     campaign = session.campaign
@@ -369,19 +357,20 @@ def campaign_view(session: Session) -> None:
         widgets.facts(_machine_facts(campaign), "wide")
         for found in session.suspicions:
             widgets.notice(f"{found.kind.replace('_', ' ')}: {found}")
-        recorded = {r.name: r for r in campaign.runs if r.signals}
-        if recorded:
-            curves(campaign, recorded)
+        _curves(campaign)
         if session.finished_import is not None:
             with ui.element("div").classes("line"):
                 ui.button("Change how the files were read", on_click=session.back_to_import).props("flat no-caps dense")
         with ui.expansion("All runs and sensors").classes("w-full"):
-            _all_runs(campaign)
+            widgets.table(runs_table(campaign))
             _signals(campaign)
 
 
-def curves(campaign: Campaign, recorded: dict[str, Run]) -> None:
-    """The curves of one run, to be chosen."""
+def _curves(campaign: Campaign) -> None:
+    """The curves of one run, to be chosen; nothing without a record."""
+    recorded = {r.name: r for r in campaign.runs if r.signals}
+    if not recorded:
+        return
     first = next(iter(recorded))
     labels = {n: f"{n}: {words.tension(r.tension)} N/mm², yaw {words.yaw(r.yaw)}°" for n, r in recorded.items()}
     chooser = ui.select(labels, value=first, label="run").classes("w-full")
@@ -390,25 +379,10 @@ def curves(campaign: Campaign, recorded: dict[str, Run]) -> None:
 
 
 def _machine_facts(campaign: Campaign) -> dict[str, str]:
-    """Machine and belt, with their uncertainties."""
-
-    def text(q: Quantity, size: float, unit: str) -> str:
-        return words.with_u(q.value / size, q.u / size, unit)
-
-    machine = {label: text(getattr(campaign.machine, n), s, u) for n, (label, s, u) in MACHINE.items()}
-    if campaign.machine.head_radius == campaign.machine.tail_radius:
-        machine = {"pulleys apart": machine["pulleys apart"], "pulley radius": machine["head radius"]}
-    return machine | {label: text(getattr(campaign.belt, n), s, u) for n, (label, s, u) in BELT.items()}
-
-
-def _all_runs(campaign: Campaign) -> None:
-    rows = []
-    for r in campaign.runs:
-        travel = words.number(float(r.travel[-1])) if len(r.travel) else words.NONE
-        settings = (words.tension(r.tension), words.yaw(r.yaw), words.number(r.speed), f"{r.direction:+g}")
-        rows.append((r.name, *settings, travel, str(len(r.travel)), r.repeat_of or "", r.use.replace("_", " ")))
-    columns = ("run", "N/mm²", "yaw °", "m/s", "direction", "travel m", "samples", "repeats", "use")
-    widgets.table(Table("", columns, rows, left=("run", "repeats", "use")))
+    """Machine and belt, as campaign.yaml states them."""
+    tree = sheet_tree(campaign)
+    numbers = {**tree["machine"], **tree["belt"]}
+    return {n.replace("_", " "): words.with_u(q["value"], q["u"], q.get("unit", "")) for n, q in numbers.items()}
 
 
 def _signals(campaign: Campaign) -> None:

@@ -1,7 +1,7 @@
 """Sort uploaded files into campaigns, effects and logger files; anything else is refused in one line.
 
 A file is known by its last name only, so that no path in a name or in a zip leads anywhere else; nothing is unpacked
-but the files of a campaign, and no more of them than ``LARGEST``.
+but the files of a campaign, and no more of them than ``MAX_UPLOAD``.
 """
 
 import zipfile
@@ -15,17 +15,15 @@ from belt_sim.app.security import MAX_UPLOAD, MEBI
 from belt_sim.campaign.marked_yaml import parse
 from belt_sim.campaign.problems import CampaignError, Problem, quote
 from belt_sim.campaign.read import FILES
+from belt_sim.campaign.sheet import FILE as SHEET
 from belt_sim.effects.generic_law import ID as LAW
 from belt_sim.effects.library import library
 from belt_sim.effects.load import entries_of, load_effects, split_entry
 from belt_sim.errors import BeltError, InputError
+from belt_sim.importing.mapping import FILE as MAPPING
 
-SHEET = "campaign.yaml"
-LARGEST = MAX_UPLOAD  # bytes of a campaign, unpacked
 MOST_MEMBERS = 2000  # of a zip
-PIECE = MEBI
 LOGGERS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".xlsx")
-MAPPING = "mapping.yaml"  # how a logger's files were understood before
 LONGEST_NAME = 120  # characters
 
 
@@ -97,17 +95,17 @@ def unpack(name: str, data: bytes) -> dict[str, bytes]:
 
 
 def _members(archive: zipfile.ZipFile, name: str, wanted: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:
-    """Wanted members and their bytes, stopping where they grow beyond ``LARGEST`` (whatever the zip says of itself)."""
-    room = LARGEST
+    """Wanted members and their bytes, up to ``MAX_UPLOAD`` in all, whatever the zip says of itself."""
+    room = MAX_UPLOAD
     for member in archive.namelist():
         if member not in wanted:
             continue
         pieces = []
         with archive.open(member) as stream:
-            while piece := stream.read(PIECE):
+            while piece := stream.read(MEBI):
                 room -= len(piece)
                 if room < 0:
-                    remedy = f"unpacks to more than {LARGEST // MEBI} MB; thin the signals out"
+                    remedy = f"unpacks to more than {MAX_UPLOAD // MEBI} MB; thin the signals out"
                     raise InputError("zip", quote(name), "", remedy)
                 pieces.append(piece)
         yield wanted[member], b"".join(pieces)

@@ -13,7 +13,7 @@ from belt_sim.campaign.write import put_folder, runs_text
 from belt_sim.case import Belt, Rig
 from belt_sim.errors import InputError
 from belt_sim.foresight.harm import harm_warnings, safe_yaw
-from belt_sim.importing.sheets import BELT, MACHINE
+from belt_sim.importing.sheets import BELT, GAIN, MACHINE, TENSION_REL, YAW_U
 from belt_sim.importing.write import sheet_text
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 
@@ -30,9 +30,7 @@ at rest in its track to begin with. If time is short, take them from the top, bu
 yaws the belt drifts by about {drift}; stop before an edge touches anything. What is not measured: take its row out of
 runs.csv.
 
-{warnings}| run | N/mm2 | yaw deg | m/s | direction | good for |
-| --- | --- | --- | --- | --- | --- |
-{rows}
+{warnings}{table}
 
 Before measuring: `belt-sim check campaign=THIS_FOLDER` says what these runs could tell. Afterwards fill in signals.csv,
 or let `belt-sim import` write a campaign from the logger's files.
@@ -104,22 +102,36 @@ def plan_for(tensions: list[float], yaw: float, speed: float) -> list[PlannedRun
     return found
 
 
-def plan_text(planned: list[PlannedRun], travel: float, warnings: Sequence[str] = ()) -> str:
-    """The plan as a text beside the campaign; warnings: of runs that could harm the belt."""
-    rows = [
-        f"| {p.run.name} | {p.run.tension / N_PER_MM2:g} | {p.run.yaw / DEGREE:+.3g} | {p.run.speed:g} |"
-        f" {p.run.direction:+.0f} | {p.good_for} |"
+PLAN_COLUMNS = ("run", "N/mm2", "yaw deg", "m/s", "direction", "good for")
+
+
+def plan_rows(planned: Sequence[PlannedRun]) -> list[tuple[str, ...]]:
+    """The plan as rows of PLAN_COLUMNS."""
+    return [
+        (
+            p.run.name,
+            f"{p.run.tension / N_PER_MM2:g}",
+            f"{p.run.yaw / DEGREE:+.3g}",
+            f"{p.run.speed:g}",
+            f"{p.run.direction:+.0f}",
+            p.good_for,
+        )
         for p in planned
     ]
+
+
+def plan_text(planned: list[PlannedRun], travel: float, warnings: Sequence[str] = ()) -> str:
+    """The plan as a text beside the campaign; warnings: of runs that could harm the belt."""
+    rows = [PLAN_COLUMNS, ("---",) * len(PLAN_COLUMNS), *plan_rows(planned)]
+    table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
     most = max(abs(p.run.yaw) for p in planned if p.run.yaw) / 2.0
     drift = f"{DRIFT_PER_YAW * most * travel / MM:.2g} mm"
     told = "".join(f"**Warning**: {w}.\n\n" for w in warnings)
-    return _PLAN.format(travel=f"{travel:g}", drift=drift, rows="\n".join(rows), warnings=told)
+    return _PLAN.format(travel=f"{travel:g}", drift=drift, table=table, warnings=told)
 
 
-#: Sensors as they usually are, to be replaced: white, zero, wander [m] or [rad] and its length [m], gain.
-WHITE, ZERO, WANDER, LENGTH, GAIN = 2e-5, 1e-4, 5e-5, 3.0, 0.005
-TENSION_REL, YAW_U = 0.01, 5e-6
+#: Sensors as they usually are, to be replaced: white, zero, wander [m] or [rad] and its length [m].
+WHITE, ZERO, WANDER, LENGTH = 2e-5, 1e-4, 5e-5, 3.0
 TYPICAL = "typical, REPLACE by your sensor's"
 
 

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from belt_sim.campaign import Campaign
 from belt_sim.importing import Proposal
-from belt_sim.importing.new_campaign import PlannedRun
+from belt_sim.importing.new_campaign import PLAN_COLUMNS, PlannedRun, plan_rows
 from belt_sim.reports.terminal import console, rich_table
 from belt_sim.results.display import Table
 from belt_sim.si import DEGREE, MM, N_PER_MM2
@@ -75,11 +75,24 @@ def runs_table(campaign: Campaign) -> Table:
             f"{len(r.travel)}",
             "" if r.start is None else f"{r.start:.6g}",
             r.repeat_of or "",
+            "" if r.use == "fit" else r.use.replace("_", " "),
         )
         for r in campaign.runs
     ]
-    columns = ("run", "N/mm2", "yaw deg", "m/s", "direction", "yaw at m", "travel m", "samples", "start m", "repeats")
-    return Table(title="Runs", columns=columns, rows=rows, left=("run", "repeats"))
+    columns = (
+        "run",
+        "N/mm2",
+        "yaw deg",
+        "m/s",
+        "direction",
+        "yaw at m",
+        "travel m",
+        "samples",
+        "start m",
+        "repeats",
+        "use",
+    )
+    return Table(title="Runs", columns=columns, rows=rows, left=("run", "repeats", "use"))
 
 
 def noise_table(proposal: Proposal) -> Table:
@@ -105,19 +118,7 @@ def run_noise_table(proposal: Proposal) -> Table:
 
 def tell_plan(planned: Sequence[PlannedRun], folder: Path, travel: float) -> None:
     """The planned runs and what each is good for."""
-    rows = [
-        (
-            p.run.name,
-            f"{p.run.tension / N_PER_MM2:g}",
-            f"{p.run.yaw / DEGREE:+.3g}",
-            f"{p.run.speed:g}",
-            f"{p.run.direction:+.0f}",
-            p.good_for,
-        )
-        for p in planned
-    ]
-    columns = ("run", "N/mm2", "yaw deg", "m/s", "direction", "good for")
     title = f"Runs to measure, {travel:g} m each"
-    console().print(rich_table(Table(title=title, columns=columns, rows=rows, left=("run", "good for"))))
+    console().print(rich_table(Table(title, PLAN_COLUMNS, plan_rows(planned), left=("run", "good for"))))
     print(f"campaign  {folder} (campaign.yaml: replace what says REPLACE; plan.md: this table)")
     print(f"next      belt-sim check campaign={folder} travel={travel:g}")

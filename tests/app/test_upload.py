@@ -38,8 +38,8 @@ def test_no_name_leads_out_of_the_folder(tmp_path):
 
 
 def test_a_zip_that_swells_is_stopped(monkeypatch):
-    monkeypatch.setattr(upload, "LARGEST", 2 * upload.PIECE)
-    data = zipped({"campaign.yaml": b"a", "signals.csv": b"0" * (3 * upload.PIECE)})
+    monkeypatch.setattr(upload, "MAX_UPLOAD", 2 * upload.MEBI)
+    data = zipped({"campaign.yaml": b"a", "signals.csv": b"0" * (3 * upload.MEBI)})
     (line,) = upload.sort_files([("bomb.zip", data)]).messages
     assert "bomb.zip" in line
     assert "2 MB" in line
