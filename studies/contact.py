@@ -26,7 +26,6 @@ from belt_sim.config import make_case
 from belt_sim.jax_setup import prepare
 from belt_sim.laws.span import torsional_stiffness
 from belt_sim.mujoco3d.calibration import matching_width
-from belt_sim.mujoco3d.mesh import Membrane
 from belt_sim.mujoco3d.mujoco_interface import compile_model
 from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.rolling_contact import ContactLaw, build_contact
@@ -139,9 +138,7 @@ def model_of(contact: Contact) -> mujoco.MjModel:
     case = case_of(contact)
     asked = Options(dx=contact.dx * MM, dt=contact.dt * 1e-3, belt_speed=contact.speed, friction=contact.friction)
     options = fit_options(asked, case, "flex")
-    spec, _ = build_contact(
-        case, Membrane(), options, SceneParts.from_case(case, contact.friction), contact_law(contact)
-    )
+    spec, _ = build_contact(case, "flex", options, SceneParts.from_case(case, contact.friction), contact_law(contact))
     model = compile_model(spec)
     model.opt.impratio = contact.impratio
     return model

@@ -25,7 +25,6 @@ from belt_sim.mujoco3d.machine import (
     lay_out,
     station_mass,
 )
-from belt_sim.mujoco3d.mesh import BELT_MODELS
 from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.pulleys import TailPulley
 from belt_sim.mujoco3d.recording import ANGLES, EDGES, MOMENTS, POINTS, SAGS, TENSION, TILTS
@@ -110,14 +109,14 @@ def prepare(
     several = parts or [SceneParts.from_case(case, options.friction) for case in cases]
     features = features or active_features(several)
     own = [fit_options(options, c, "flex") for c in cases]  # the step is implicit in bonds across their direction, too
-    spec, _ = build_scene(cases[0], BELT_MODELS[belt](), own[0], replace(several[0], edge_guides=()))
+    spec, _ = build_scene(cases[0], belt, own[0], replace(several[0], edge_guides=()))
     if edit is not None:
         edit(spec)
     compiled = plain_model(spec, own[0].dt)
     shared_model, shared_data = to_mjx(compiled, compiled.qpos0)
     prepared = []
     for case, fitted, acting in zip(cases, own, several, strict=True):
-        scene = lay_out(case, BELT_MODELS[belt](), fitted, acting)
+        scene = lay_out(case, belt, fitted, acting)
         arrays = belt_arrays(scene, features)
         pulleys = lay_pulleys(scene, arrays)
         m = with_numbers_of(shared_model, scene, compiled)

@@ -13,8 +13,8 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.mujoco3d.arrays import library_of
-from belt_sim.mujoco3d.calibration import calibrate
-from belt_sim.mujoco3d.elastic import Ties, TwistStiffness, membrane_law
+from belt_sim.mujoco3d.calibration import calibrate, membrane_law
+from belt_sim.mujoco3d.elastic import Ties, TwistStiffness
 from belt_sim.mujoco3d.friction import SlidingStiffness, read_sliding_stiffness
 from belt_sim.mujoco3d.loop import sink_chords
 from belt_sim.mujoco3d.machine import SceneLayout
@@ -242,7 +242,7 @@ def _surfaces(scene: SceneLayout) -> SurfaceArrays:
 
 
 def _ties(scene: SceneLayout) -> Ties:
-    """Six edges a quadrilateral, in the order of elastic.EDGES; a bond is counted once. A rope has its links alone."""
+    """Six edges a quadrilateral, in the order of EDGES; a bond is counted once. A rope has its links alone."""
     case, mesh = scene.case, scene.mesh
     strips, chord = mesh.lines - 1, mesh.chord
     if scene.kind == "rope":

@@ -64,15 +64,41 @@ def calibrate(belt: Belt, chord: float, across: int, bonds: tuple[str, ...]) -> 
     return Lattice(width=width, lines=lines, transverse=tie, diagonal=diagonal, poisson_ratio=poisson)
 
 
-_CELLS = 2  # diagonals alternate from cell to cell
-_CLOSE = 1e-12  # of the width
-_WIDTH_SWEEPS = 60
+#: corners a, b, c, d = 0 .. 3 at the ends of the six edges of a quadrilateral: a, b of a station, c, d of the next
+EDGES = ((0, 1), (1, 3), (0, 3), (1, 2), (2, 3), (0, 2))
+#: by which the corners enter an edge, shape (6, 4)
+SIGNS = np.array([[float(k == end) - float(k == start) for k in range(4)] for start, end in EDGES])
 
 
 def zigzag(i: int, j: int) -> list[list[tuple[int, int]]]:
     """The two triangles of the cell between stations i, i + 1 and lines j, j + 1: (station, line) of their corners."""
     a, b, c, d = (i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1)
     return [[a, b, c], [b, d, c]] if (i + j) % 2 else [[a, b, d], [a, d, c]]
+
+
+def membrane_law(chord: float, width: float, thickness: float, modulus: float, poisson_ratio: float) -> np.ndarray:
+    """The energy of a rectangle of two triangles by its squared lengths [N/m3], shape (2, 6, 6): i + j even and odd.
+
+    chord, width [m]: its sides; thickness [m]; modulus [Pa].
+    """
+    places = np.array([[0.0, width], [0.0, 0.0], [chord, width], [chord, 0.0]])
+    plane = np.array([[1.0, poisson_ratio, 0.0], [poisson_ratio, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - poisson_ratio)]])
+    plane *= modulus / (1.0 - poisson_ratio**2)
+    found = np.zeros((2, 6, 6))
+    for odd in (0, 1):
+        for triangle in zigzag(odd, 0):
+            corners = [2 * (station - odd) + line for station, line in triangle]
+            pairs = [tuple(sorted((corners[i], corners[(i + 1) % 3]))) for i in range(3)]
+            edges = [EDGES.index(p) for p in pairs]
+            d = np.array([places[b] - places[a] for a, b in pairs])
+            strain = np.linalg.inv(2.0 * np.stack([d[:, 0] ** 2, d[:, 1] ** 2, d[:, 0] * d[:, 1]], axis=1))
+            found[odd][np.ix_(edges, edges)] += 0.5 * chord * width * thickness * strain.T @ plane @ strain
+    return found
+
+
+_CELLS = 2  # diagonals alternate from cell to cell
+_CLOSE = 1e-12  # of the width
+_WIDTH_SWEEPS = 60
 
 
 def matching_width(width: float, chord: float, across: int, poisson_ratio: float) -> float:
@@ -92,34 +118,23 @@ def matching_width(width: float, chord: float, across: int, poisson_ratio: float
 def stiffness_ratio(slenderness: float, across: int, poisson_ratio: float) -> float:
     """EI of the mesh over that of a strip as wide; slenderness: distance of stations over the width."""
     y = 0.5 - np.arange(across) / (across - 1)
-    law = np.array([[1.0, poisson_ratio, 0.0], [poisson_ratio, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - poisson_ratio)]])
-    law /= 1.0 - poisson_ratio**2
+    law = membrane_law(slenderness, 1.0 / (across - 1), 1.0, 1.0, poisson_ratio)
     unknowns = 2 * _CELLS * across + 1  # the repeating movement, and a stretch of the whole
     stiffness, load, energy = np.zeros((unknowns, unknowns)), np.zeros(unknowns), 0.0
     for i in range(_CELLS):
         for j in range(across - 1):
-            for corners in zigzag(i, j):
-                x = np.array([[slenderness * s, y[line]] for s, line in corners])
-                strain, area = _strains(x)
-                moves = np.zeros((6, unknowns))
-                for k, (station, line) in enumerate(corners):
-                    node = 2 * (station % _CELLS * across + line)
-                    moves[2 * k, node] = moves[2 * k + 1, node + 1] = 1.0
-                    moves[2 * k, -1] = x[k, 0]
-                bent = np.stack([-x[:, 0] * x[:, 1], 0.5 * x[:, 0] ** 2], axis=1).ravel()
-                rows, given = strain @ moves, strain @ bent
-                stiffness += area * rows.T @ law @ rows
-                load += area * rows.T @ law @ given
-                energy += area * float(given @ law @ given)
+            corners = [(i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1)]
+            x = np.array([[slenderness * s, y[line]] for s, line in corners])
+            moves = np.zeros((4, 2, unknowns))  # of the corners, by the unknowns
+            for k, (station, line) in enumerate(corners):
+                node = 2 * (station % _CELLS * across + line)
+                moves[k, 0, node] = moves[k, 1, node + 1] = 1.0
+                moves[k, 0, -1] = x[k, 0]
+            bent = np.stack([-x[:, 0] * x[:, 1], 0.5 * x[:, 0] ** 2], axis=1)
+            edges = 2.0 * SIGNS @ x  # a squared length grows by this times what its ends move apart
+            rows, given = np.einsum("kx,kp,pxu->ku", edges, SIGNS, moves), (edges * (SIGNS @ bent)).sum(axis=1)
+            stiffness += rows.T @ law[(i + j) % 2] @ rows
+            load += rows.T @ law[(i + j) % 2] @ given
+            energy += float(given @ law[(i + j) % 2] @ given)
     least = energy - load @ np.linalg.lstsq(stiffness, load, rcond=1e-12)[0]
     return float(12.0 * least / (_CELLS * slenderness))
-
-
-def _strains(x: np.ndarray) -> tuple[np.ndarray, float]:
-    """Strains (xx, yy, 2 xy) per unit of the corners' displacements, shape (3, 6), and the area; x (3, 2)."""
-    (x1, y1), (x2, y2), (x3, y3) = x
-    twice = (x2 - x1) * (y3 - y1) - (x3 - x1) * (y2 - y1)
-    b, c = np.array([y2 - y3, y3 - y1, y1 - y2]) / twice, np.array([x3 - x2, x1 - x3, x2 - x1]) / twice
-    rows = np.zeros((3, 6))
-    rows[0, 0::2], rows[1, 1::2], rows[2, 0::2], rows[2, 1::2] = b, c, c, b
-    return rows, 0.5 * abs(twice)

@@ -12,15 +12,10 @@ import numpy as np
 
 from belt_sim.case import Belt
 from belt_sim.mujoco3d.arrays import add_at, library_of
+from belt_sim.mujoco3d.calibration import EDGES, SIGNS
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.options import RESIDUAL_TORSION
 from belt_sim.pytrees import Numbers as Array
-
-#: corners a, b, c, d = 0 .. 3 at the ends of the six edges of a quadrilateral
-EDGES = ((0, 1), (1, 3), (0, 3), (1, 2), (2, 3), (0, 2))
-_SIGNS = np.zeros((6, 4))
-for _k, (_from, _to) in enumerate(EDGES):
-    _SIGNS[_k, _from], _SIGNS[_k, _to] = -1.0, 1.0
 
 
 class Ties(NamedTuple):
@@ -62,7 +57,7 @@ def stretch_energy(
         free = free if free.shape[-1] == 1 else free[:, stations]
         odd = (stations + j) % 2 == 1
         by_square, law = _law(ties, j, bonds, (apart * apart).sum(axis=1), free, odd)
-        by_corner = _SIGNS[:, :, None, None] * (2.0 * apart)[:, None]  # squared lengths by the corners' places
+        by_corner = SIGNS[:, :, None, None] * (2.0 * apart)[:, None]  # squared lengths by the corners' places
         by_corner = by_corner.reshape(6, 12, n)
         rows = np.concatenate([3 * v + np.arange(3) for v in (j, j + 1, lines + j, lines + j + 1)])
         slope = slope.at[rows].add((by_square[:, None] * by_corner).sum(axis=0))
@@ -123,7 +118,7 @@ def _curvature(by_square: Array, law: Array, by_corner: Array) -> Array:
     # sums written out: XLA's loops over a leading axis are ten times slower on a CPU
     weighted = sum(law[:, k, None] * by_corner[None, k] for k in range(6))
     material = sum(by_corner[k][:, None] * weighted[k][None] for k in range(6))
-    pairs = np.einsum("kp,kq->kpq", _SIGNS, _SIGNS)
+    pairs = np.einsum("kp,kq->kpq", SIGNS, SIGNS)
     turning = sum(2.0 * by_square[k] * pairs[k][..., None] for k in range(6))  # (4, 4, n)
     spread = turning[:, None, :, None] * np.eye(3)[None, :, None, :, None]
     return material + spread.reshape(12, 12, -1)
@@ -204,22 +199,3 @@ def twist_energy(places: Array, stiffness: Array, cubic: Array) -> CellEnergy:
     more = jnp.roll(roll, -1) - roll
     square = np.outer(by_height, by_height)[..., None]
     return CellEnergy(slope, square * (stiffness + 3.0 * cubic * more**2))
-
-
-def membrane_law(chord: float, width: float, thickness: float, modulus: float, poisson_ratio: float) -> np.ndarray:
-    """The energy of a rectangle of two triangles by its squared lengths [N/m3], shape (2, 6, 6): even and odd.
-
-    chord, width [m]: its sides; thickness [m]; modulus [Pa].
-    """
-    places = np.array([[0.0, width], [0.0, 0.0], [chord, width], [chord, 0.0]])
-    plane = np.array([[1.0, poisson_ratio, 0.0], [poisson_ratio, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - poisson_ratio)]])
-    plane *= modulus / (1.0 - poisson_ratio**2)
-    found = np.zeros((2, 6, 6))
-    for odd, triangles in enumerate((((0, 1, 3), (0, 3, 2)), ((0, 1, 2), (1, 3, 2)))):
-        for corners in triangles:
-            pairs = [tuple(sorted((corners[i], corners[(i + 1) % 3]))) for i in range(3)]
-            edges = [EDGES.index(p) for p in pairs]
-            d = np.array([places[b] - places[a] for a, b in pairs])
-            strain = np.linalg.inv(2.0 * np.stack([d[:, 0] ** 2, d[:, 1] ** 2, d[:, 0] * d[:, 1]], axis=1))
-            found[odd][np.ix_(edges, edges)] += 0.5 * chord * width * thickness * strain.T @ plane @ strain
-    return found

@@ -29,7 +29,7 @@ from belt_sim.mujoco3d.contact import lay_wraps, update_contact
 from belt_sim.mujoco3d.elastic import twist_forces
 from belt_sim.mujoco3d.friction import read_sliding_stiffness
 from belt_sim.mujoco3d.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
-from belt_sim.mujoco3d.mesh import BELT_MODELS, drag_coefficients
+from belt_sim.mujoco3d.mesh import drag_coefficients
 from belt_sim.mujoco3d.mujoco_interface import Solver, Springs, compile_model, mjcf
 from belt_sim.mujoco3d.options import (
     BELTS,
@@ -287,7 +287,7 @@ def simulate(
     def run(case: Case, path: Path | None = None, observers: Sequence[Observer] = ()) -> Curves:
         if held:
             return SpaceRun.begin(case, belt, options, parts, path).go(travel, observers)
-        return run_contact(case, BELT_MODELS[belt](), travel, options, parts, path, observers, edited)
+        return run_contact(case, belt, travel, options, parts, path, observers, edited)
 
     curves = run(case, scene_path, observers)
     if not control:
@@ -302,7 +302,7 @@ def simulate(
 def contact_scene(case: Case, belt: str, options: Options) -> mujoco.MjSpec:
     """The specification of a case's scene that MuJoCo's contacts carry."""
     options = fit_options(contact_options(options), case, belt)
-    return build_contact(case, BELT_MODELS[belt](), options, SceneParts.from_case(case, options.friction))[0]
+    return build_contact(case, belt, options, SceneParts.from_case(case, options.friction))[0]
 
 
 @dataclass
@@ -319,7 +319,7 @@ class SpaceRun:
     ) -> "SpaceRun":
         """Build the scene (and write its MJCF) with the belt laid round the pulleys; options: fitted to the case."""
         parts = parts or SceneParts.from_case(case, options.friction)
-        spec, scene = build_scene(case, BELT_MODELS[belt](), options, parts)
+        spec, scene = build_scene(case, belt, options, parts)
         model = compile_model(spec)
         if scene_path is not None:
             write_text(scene_path, mjcf(spec))

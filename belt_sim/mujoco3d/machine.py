@@ -13,7 +13,7 @@ from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent
 from belt_sim.files import MODELS
 from belt_sim.mujoco3d.loop import LaidLoop, lay_loop, lift
-from belt_sim.mujoco3d.mesh import BeltModel, Mesh
+from belt_sim.mujoco3d.mesh import BELT_MODELS, Mesh
 from belt_sim.mujoco3d.mujoco_interface import add_dummy_equality, set_solver
 from belt_sim.mujoco3d.options import RESIDUAL_TORSION, Options
 from belt_sim.mujoco3d.stress_free import with_curvature
@@ -45,7 +45,7 @@ class SceneLayout:
     koller: KollerPlan | None = None
 
 
-def lay_out(case: Case, belt: BeltModel, options: Options, parts: SceneParts, *, path=lift) -> SceneLayout:
+def lay_out(case: Case, belt: str, options: Options, parts: SceneParts, *, path=lift) -> SceneLayout:
     """The scene: the belt's nodes laid round the pulleys, which they come onto along ``path`` (loop.py)."""
     case = replace(case, rig=replace(case.rig, gravity=parts.gravity))
     loop, laid = lay_loop(case, options.dx, path=path), case
@@ -53,7 +53,7 @@ def lay_out(case: Case, belt: BeltModel, options: Options, parts: SceneParts, *,
     if apart is not None:
         laid, loop = apart.slack, lay_loop(apart.slack, options.dx, len(loop.x), path=path)
     early = options.run_in + (apart.travel if apart else 0.0)
-    mesh = belt.mesh(laid, loop, options)
+    mesh = BELT_MODELS[belt].mesh(laid, loop, options)
     if parts.camber is not None:
         if mesh.lines == 1:
             why = "a rope of particles has no width that could be curved; use belt=flex or grid"
@@ -63,11 +63,11 @@ def lay_out(case: Case, belt: BeltModel, options: Options, parts: SceneParts, *,
         mesh = with_curvature(mesh, parts.camber(middle % (loop.chord * mesh.stations)))
     if parts.residual:
         mesh = replace(mesh, residual=parts.residual / float(case.belt.youngs_modulus))
-        _refuse_slack_lines(mesh, case, options, belt.kind)
-    return SceneLayout(case, belt.kind, options, parts, mesh, loop, early, apart)
+        _refuse_slack_lines(mesh, case, options, belt)
+    return SceneLayout(case, belt, options, parts, mesh, loop, early, apart)
 
 
-def build_scene(case: Case, belt: BeltModel, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, SceneLayout]:
+def build_scene(case: Case, belt: str, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, SceneLayout]:
     """The scene, and its specification, not yet compiled."""
     spec, scene = begin_scene(case, belt, options, parts)
     set_solver(spec, options.dt, parts.gravity)
@@ -78,7 +78,7 @@ def build_scene(case: Case, belt: BeltModel, options: Options, parts: SceneParts
 
 
 def begin_scene(
-    case: Case, belt: BeltModel, options: Options, parts: SceneParts, *, path=lift
+    case: Case, belt: str, options: Options, parts: SceneParts, *, path=lift
 ) -> tuple[mujoco.MjSpec, SceneLayout]:
     """The belt laid round both pulleys (key frame "laid"), light, and cameras that see the whole machine from the side
     (sag) and from above; nothing that holds the belt there. path: as of ``lay_out``."""
@@ -92,7 +92,7 @@ def begin_scene(
     spec.worldbody.add_camera(name="above", pos=[length / 2, 0, far], xyaxes=[1, 0, 0, 0, 1, 0])
     _add_station(spec, "head", 0.0, scene.parts.head, scene.loop.radius_head, scene)
     _add_station(spec, "tail", length, scene.parts.tail, scene.loop.radius_tail, scene)
-    belt.tie(spec, scene.mesh, scene.case, options)
+    BELT_MODELS[belt].tie(spec, scene.mesh, scene.case, options)
     spec.add_key(name="laid", qpos=laid_coordinates(scene))
     return spec, scene
 

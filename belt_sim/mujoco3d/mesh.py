@@ -6,7 +6,6 @@ triangles. Grid and membrane are as wide as bends like the real strip (calibrati
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -73,18 +72,6 @@ class Mesh:
         return np.moveaxis(self.rest + slides, 0, -1)
 
 
-class BeltModel(Protocol):
-    """Builds one kind of belt: "rope", "grid" or "flex"."""
-
-    kind: str
-
-    def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
-        """Where the nodes are."""
-
-    def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
-        """Add what holds the nodes together."""
-
-
 def node_lines(width: float, across: int) -> tuple[np.ndarray, np.ndarray]:
     """Lateral positions [m] of the node lines, from +width/2 to -width/2, and each line's share of the section."""
     if across == 1:
@@ -146,8 +133,6 @@ def add_nodes(spec: mujoco.MjSpec, mesh: Mesh, *, sites: bool) -> None:
 class Chain:
     """One line of particles; every link is a spatial tendon of stiffness EA / length."""
 
-    kind = "rope"
-
     def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         belt = case.belt
         return lay_mesh(case, loop, float(belt.width), 1, float(belt.poisson_ratio), _stretch_stiffness(case))
@@ -172,8 +157,6 @@ def add_bond(spec: mujoco.MjSpec, mesh: Mesh, one: tuple[int, int], other: tuple
 
 class Grid:
     """Every bond is a spatial tendon, a spring along the line between two nodes."""
-
-    kind = "grid"
 
     def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         m = options.across
@@ -205,8 +188,6 @@ class Grid:
 class Membrane:
     """Flex triangles between the stations, diagonals alternating so that the mesh has no preferred side."""
 
-    kind = "flex"
-
     def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         if options.across < 2:
             raise InputError("options.across", options.across, "nodes", "a membrane needs 2 or more")
@@ -232,4 +213,5 @@ class Membrane:
         flex.rgba = [0.75, 0.78, 0.82, 1.0]
 
 
-BELT_MODELS: dict[str, type[BeltModel]] = {belt.kind: belt for belt in (Chain, Grid, Membrane)}
+#: kind of belt -> where its nodes are (``mesh``), and what holds them together (``tie``)
+BELT_MODELS: dict[str, Chain | Grid | Membrane] = {"rope": Chain(), "grid": Grid(), "flex": Membrane()}

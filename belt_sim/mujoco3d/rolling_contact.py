@@ -16,7 +16,7 @@ from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent
 from belt_sim.mujoco3d.loop import LaidLoop
 from belt_sim.mujoco3d.machine import SceneLayout, begin_scene
-from belt_sim.mujoco3d.mesh import BeltModel, node_name
+from belt_sim.mujoco3d.mesh import node_name
 from belt_sim.mujoco3d.mujoco_interface import compile_model, set_contact_solver, silence_expected_warnings
 from belt_sim.mujoco3d.options import Options
 from belt_sim.scene_parts import PulleySurface, SceneParts
@@ -62,7 +62,7 @@ class ContactLaw:
 
 
 def build_contact(
-    case: Case, belt: BeltModel, options: Options, parts: SceneParts, contact: ContactLaw | None = None
+    case: Case, belt: str, options: Options, parts: SceneParts, contact: ContactLaw | None = None
 ) -> tuple[mujoco.MjSpec, SceneLayout]:
     """The scene and its specification, not yet compiled; options: fitted to the case; contact: None = the stiffest.
 

@@ -15,7 +15,6 @@ from belt_sim.errors import InputError
 from belt_sim.files import write_text
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.machine import HEAD_SPIN, STATION_JOINTS, TAIL_SLIDE, SceneLayout
-from belt_sim.mujoco3d.mesh import BeltModel
 from belt_sim.mujoco3d.mujoco_interface import compile_model, mjcf, refuse_divergence
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.pulleys import laid_poses
@@ -33,7 +32,7 @@ Edited: TypeAlias = mujoco.MjSpec | str | Path
 
 def run_contact(
     case: Case,
-    belt: BeltModel,
+    belt: str,
     travel: float,
     options: Options,
     parts: SceneParts,

@@ -16,7 +16,6 @@ from belt_sim.mujoco3d.arrays import smoothstep
 from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys, lay_pulleys
 from belt_sim.mujoco3d.belt import ActiveFeatures, BeltArrays, belt_arrays
 from belt_sim.mujoco3d.machine import lay_out
-from belt_sim.mujoco3d.mesh import BELT_MODELS
 from belt_sim.mujoco3d.options import Options, fit_options, is_limp
 from belt_sim.mujoco3d.recording import curves_of, reading
 from belt_sim.mujoco3d.rope import RopeKinks
@@ -102,7 +101,7 @@ def lay_case(
 ) -> TravelCase:
     """The belt of a case laid round its pulleys, to be run over ``travel`` [m]; see BatchEngine."""
     options = fit_options(options, case, belt)
-    scene = lay_out(case, BELT_MODELS[belt](), options, parts)
+    scene = lay_out(case, belt, options, parts)
     arrays = belt_arrays(scene, features)
     shape = arrays.shape
     pulleys = lay_pulleys(scene, arrays)

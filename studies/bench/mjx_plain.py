@@ -15,12 +15,10 @@ from belt_sim.config import make_case
 from belt_sim.jax_setup import in_float64, prepare
 from belt_sim.mjx import mjx_interface  # remembers bodies of coordinates: without it tracing takes minutes
 from belt_sim.mujoco3d.machine import build_scene
-from belt_sim.mujoco3d.mesh import BeltModel, Chain, Grid
 from belt_sim.mujoco3d.mujoco_interface import compile_model
 from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.scene_parts import SceneParts
 
-BELTS: dict[str, type[BeltModel]] = {"rope": Chain, "grid": Grid}
 STEPS = 20
 DT = 5e-6  # [s], near the largest stable one
 
@@ -31,7 +29,7 @@ def main(kind: str) -> None:
     assert mjx_interface.SLOW
     case = make_case(rig="rope_example", tension=40.0, yaw=-0.042, travel=2.0)
     options = fit_options(Options(), case, kind)
-    spec, scene = build_scene(case, BELTS[kind](), options, SceneParts.from_case(case, np.inf))
+    spec, scene = build_scene(case, kind, options, SceneParts.from_case(case, np.inf))
     for element in list(spec.equalities):
         spec.delete(element)
     model = compile_model(spec)

@@ -14,7 +14,6 @@ from belt_sim.mjx import mjx_interface
 from belt_sim.mjx.mjx_interface import advance, compute_multibody, node_masses, plain_model, to_mjx
 from belt_sim.mjx.model import prepare
 from belt_sim.mujoco3d.machine import STATION_JOINTS, build_scene
-from belt_sim.mujoco3d.mesh import Membrane
 from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.scene_parts import SceneParts
 from studies.paper.case import ROPE_EXAMPLE
@@ -26,7 +25,7 @@ COMPUTE = jax.jit(compute_multibody, compiler_options=LEAST_EFFORT)
 
 def scene(tension=40.0):
     case = paper_case(tension, rig=ROPE_EXAMPLE)
-    return build_scene(case, Membrane(), fit_options(COARSE, case, "flex"), SceneParts.from_case(case, np.inf))
+    return build_scene(case, "flex", fit_options(COARSE, case, "flex"), SceneParts.from_case(case, np.inf))
 
 
 @pytest.fixture(scope="module")

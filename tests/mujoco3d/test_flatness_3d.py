@@ -13,7 +13,6 @@ from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.belt import ActiveFeatures, belt_arrays
 from belt_sim.mujoco3d.elastic import stretch_energy
 from belt_sim.mujoco3d.machine import lay_out
-from belt_sim.mujoco3d.mesh import BELT_MODELS
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import fit_options
 from studies.paper.case import ROPE_EXAMPLE
@@ -28,7 +27,7 @@ CASE = paper_case(TENSION, rig=ROPE_EXAMPLE)
 def scene_of(amplitude, across, belt="flex", case=CASE, **options):
     settings = Options(dx=0.04, across=across, **options)
     parts = SpaceModel(belt=belt, options=settings).parts(case, [Flatness(amplitude=amplitude * 1e6)])
-    return lay_out(case, BELT_MODELS[belt](), fit_options(settings, case, belt), parts)
+    return lay_out(case, belt, fit_options(settings, case, belt), parts)
 
 
 @pytest.mark.parametrize("across", [2, 3, 5, 7])
@@ -77,7 +76,7 @@ def test_a_belt_twists_as_easily_as_the_law_says(belt, across, near):
 
 def test_none_of_it_is_the_belt_without_it_to_the_last_digit():
     """Every array of the engines on JAX, and the mesh of the native one."""
-    plain = lay_out(CASE, BELT_MODELS["flex"](), fit_options(Options(dx=0.04, across=3), CASE, "flex"),
+    plain = lay_out(CASE, "flex", fit_options(Options(dx=0.04, across=3), CASE, "flex"),
                     SpaceModel(options=Options(dx=0.04, across=3)).parts(CASE, []))  # fmt: skip
     null = scene_of(0.0, 3)
     for one, other in zip(belt_arrays(plain, ActiveFeatures()).ties,
