@@ -18,6 +18,7 @@ from belt_sim.campaign.read import FILES, campaign_folder
 from belt_sim.diagnosis.examine import BOOTSTRAPS
 from belt_sim.errors import BeltError, InputError
 from belt_sim.importing import LoggedTables, Proposal, Question, read, understand, write
+from belt_sim.importing.types import inner_mapping
 
 Place = tuple[str, ...]  # keys in the mapping, from the outside in
 GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the name of one that is known
@@ -116,12 +117,7 @@ def nest_answers(base: Mapping[str, Any], answers: Mapping[Place, str]) -> dict[
     """The mapping with the answers in their places."""
     whole = copy.deepcopy(dict(base))
     for place, text in answers.items():
-        inner = whole
-        for key in place[:-1]:
-            if not isinstance(inner.get(key), dict):
-                inner[key] = {}
-            inner = inner[key]
-        inner[place[-1]] = text
+        inner_mapping(whole, place[:-1])[place[-1]] = text
     return whole
 
 

@@ -24,11 +24,10 @@ def frame(here: str) -> None:
 
 
 @contextmanager
-def card(title: str = "", why: str = "") -> Any:
+def card(title: str, why: str = "") -> Any:
     """A card with a heading and a line beneath it."""
     with ui.element("section").classes("card") as made:
-        if title:
-            ui.html(f"<h2>{html.escape(title)}</h2>", sanitize=False)
+        ui.html(f"<h2>{html.escape(title)}</h2>", sanitize=False)
         if why:
             ui.label(why).classes("soft small")
         yield made

@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BeforeValidator, ValidationError, model_val
 
 from belt_sim.campaign.marked_yaml import REMEDIES, MarkedYaml, parse, validation_problem
 from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
-from belt_sim.campaign.sheet import Entry
+from belt_sim.campaign.sheet import Entry, SourceEntry
 from belt_sim.campaign.types import place_text
 from belt_sim.errors import InputError
 from belt_sim.importing.types import ROLES
@@ -21,10 +21,8 @@ FILE = "mapping.yaml"
 Text = Annotated[str, BeforeValidator(lambda v: v if v is None else str(v))]
 
 
-class SourceMapping(Entry):
+class SourceMapping(SourceEntry):
     kind: Literal["measured", "digitised", "synthetic"] = "measured"
-    reference: str = ""
-    licence: str = ""
 
 
 class MachineMapping(Entry):

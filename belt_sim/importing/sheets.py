@@ -41,22 +41,15 @@ def machine_of(mapping: MappingEntry) -> tuple[Machine | None, dict[str, str], l
     """The machine, remarks on its numbers, and what is missing."""
     written = _number_texts(mapping.machine, "rig", "machine")
     found, remarks, missing = _quantities(written, MACHINE, "machine")
-    if not missing:
-        pairs = {k for k in ("head_radius", "tail_radius") if k in found}
-        if len(pairs) == 1 or (pairs and "pulley_radius" in found):
-            raise InputError(
-                "machine", ", ".join(pairs), "", "state either pulley_radius, or both head_radius and tail_radius"
-            )
-    if "head_radius" in found or "tail_radius" in found:
-        missing = [q for q in missing if q.path[-1] != "pulley_radius"]
+    own = [k for k in ("head_radius", "tail_radius") if k in found]
+    if len(own) == 1 or (own and "pulley_radius" in found):
+        remedy = "state either pulley_radius, or both head_radius and tail_radius"
+        raise InputError("machine", ", ".join(own), "", remedy)
+    missing = [q for q in missing if not (own and q.path[-1] == "pulley_radius")]
     if missing:
         return None, remarks, missing
-    common = found.get("pulley_radius")
-    machine = Machine(
-        centre_distance=found["centre_distance"],
-        head_radius=found.get("head_radius") or common,  # type: ignore[arg-type]
-        tail_radius=found.get("tail_radius") or common,  # type: ignore[arg-type]
-    )
+    head, tail = (found[k] for k in own or ("pulley_radius", "pulley_radius"))
+    machine = Machine(centre_distance=found["centre_distance"], head_radius=head, tail_radius=tail)
     if machine.head_radius.value + machine.tail_radius.value >= machine.centre_distance.value:
         value = machine.centre_distance.value
         raise InputError("machine.centre_distance", value, "m", "the pulleys overlap; check the radii")

@@ -70,7 +70,7 @@ _DATE = re.compile(
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """names: columns, as written; units: of a units row ("" where none); first: line of the first data row, from 1;
+    """names: columns, no two alike; units: of a units row ("" where none); first: line of the first data row, from 1;
     header: line of the header (0: none)."""
 
     separator: str
@@ -193,12 +193,11 @@ def _read_text(file: Path, data: bytes, form: Mapping[str, Any]) -> LoggedTable:
         remedy = "no table of numbers is seen in it (columns by tabs, semicolons, commas, bars or blanks)"
         raise refuse(file, f"{remedy}; export it as CSV, or name format: {{separator: ..., decimal: ...}}")
     kept, numbers, again, notes = _rows(file, lines, layout)
-    names = unique(layout.names)
     try:
         frame = pd.read_csv(
             io.StringIO("\n".join(kept)),
             header=None,
-            names=names,
+            names=layout.names,
             index_col=False,
             sep=r"\s+" if layout.separator == " " else layout.separator,
             decimal=layout.decimal,
@@ -285,7 +284,7 @@ def _read_workbook(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:
         layout = of_rows(frame.head(HEAD_LINES).to_numpy().tolist(), ".")
         if layout is None or len(layout.names) < 2:
             continue
-        data = frame.iloc[layout.first - 1 :].set_axis(unique(layout.names), axis=1)
+        data = frame.iloc[layout.first - 1 :].set_axis(layout.names, axis=1)
         data = data[(data != "").any(axis=1)]
         lines = data.index.to_numpy() + 1
         place = f"{file.name} [{sheet}]"
@@ -341,7 +340,7 @@ def of_rows(rows: Sequence[Sequence[str]], decimal: str, separator: str = ";") -
     names = tuple(f"column_{k + 1}" for k in range(width))
     if above and _is_header(rows[above[-1]], width, decimal):
         header = above[-1] + 1
-        names = tuple(c.strip() for c in _pad(rows[above[-1]], width))
+        names = unique([c.strip() for c in _pad(rows[above[-1]], width)])
     cells = [c for row in rows[first:] for c in row if c.strip()]
     thousands = {",": ".", ".": ","}[decimal]
     odd = [c for c in cells if thousands in c and not is_time(c)]
@@ -366,7 +365,7 @@ def split(line: str, separator: str) -> list[str]:
     return line.split(separator)
 
 
-def unique(names: Sequence[str]) -> list[str]:
+def unique(names: Sequence[str]) -> tuple[str, ...]:
     """Names of columns, no two alike: a second ``y`` becomes ``y (b)`` (a number would name a place)."""
     found: list[str] = []
     for k, name in enumerate(names):
@@ -375,7 +374,7 @@ def unique(names: Sequence[str]) -> list[str]:
         while name in found:
             name = f"{base} ({next(letters, f'no {k + 1}')})"
         found.append(name)
-    return found
+    return tuple(found)
 
 
 def _score(lines: Sequence[str], separator: str, decimal: str) -> float:
@@ -493,7 +492,8 @@ def _values(cells: pd.Series, decimal: str, lines: np.ndarray, place: str) -> tu
     filled = ~texts.map(is_missing).to_numpy(dtype=bool)
     sample = [str(c) for c in texts[filled].iloc[:SAMPLE]]
     numbers = sum(is_number(c, ".") or is_number(c, ",") or has_thousands(c, decimal) for c in sample)
-    if sum(map(is_time, sample)) > 0.5 * len(sample):
+    are_times = sum(map(is_time, sample)) > 0.5 * len(sample)
+    if are_times:
         values = seconds(texts.where(filled))
         bad, remedy = filled & ~np.isfinite(values), "is neither a date nor a time of day; mend this cell"
     elif numbers > 0.5 * len(sample):
@@ -509,4 +509,4 @@ def _values(cells: pd.Series, decimal: str, lines: np.ndarray, place: str) -> tu
     if bad.any():
         k = int(np.argmax(bad))
         raise refuse(place, remedy, line=int(lines[k]), name=str(cells.name), value=str(cells.iloc[k]))
-    return values, sum(map(is_time, sample)) > 0.5 * len(sample)
+    return values, are_times

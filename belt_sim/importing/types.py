@@ -118,14 +118,11 @@ class Question:
 
     def put(self, mapping: dict[str, Any], answer: str | None) -> None:
         """Write an answer into the mapping; of a place, a role may be given instead."""
-        path = (*self.path[:-1], "role") if self.path[-1] == "at" and answer in ROLES else self.path
-        for key in path[:-1]:
-            if not isinstance(mapping.get(key), dict):
-                mapping[key] = {}
-            mapping = mapping[key]
-        if path[-1] == "at" and mapping.get("role") == "ignore":
-            del mapping["role"]  # where it measures says what it is
-        mapping[path[-1]] = answer
+        key = "role" if self.path[-1] == "at" and answer in ROLES else self.path[-1]
+        inner = inner_mapping(mapping, self.path[:-1])
+        if key == "at" and inner.get("role") == "ignore":
+            del inner["role"]  # where it measures says what it is
+        inner[key] = answer
 
     @property
     def problem(self) -> Problem:
@@ -135,6 +132,15 @@ class Question:
             written = f"{_key(key)}: {written}" if key is self.path[-1] else f"{_key(key)}: {{{written}}}"
         choice = f" (one of {', '.join(self.options)})" if self.options else ""
         return Problem(file="mapping", name=self.key, remedy=f"{self.text}{choice}; give it as  {written}")
+
+
+def inner_mapping(mapping: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
+    """The mapping at a path of keys, put there where none is."""
+    for key in path:
+        if not isinstance(mapping.get(key), dict):
+            mapping[key] = {}
+        mapping = mapping[key]
+    return mapping
 
 
 def _key(key: str) -> str:

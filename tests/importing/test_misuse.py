@@ -127,6 +127,7 @@ WRONG = {
     "tension_too_large": ({"runs": {"a": {"tension": "10 GPa"}}}, ["runs.a.tension = 10 GPa", "must be"]),
     "width_in_metres": ({"belt": MAPPING["belt"] | {"width": "200 m"}}, ["belt.width = 200 m", "must be"]),
     "no_number": ({"runs": {"a": {"yaw": "left"}}}, ["runs.a.yaw = left", "no number"]),
+    "one_radius": ({"machine": {"centre_distance": "10 m", "head_radius": "0.2 m"}}, ["both head_radius and tail"]),
     "pulleys_overlap": ({"machine": {"centre_distance": "0.3 m", "pulley_radius": "170 mm"}}, ["overlap"]),
     "direction": ({"runs": {"a": {"direction": 2}}}, ["direction = 2", "1 "]),
     "signal_name": ({"columns": {"y1 [mm]": {"name": "run"}}}, ["choose another name"]),
