@@ -20,7 +20,7 @@ from belt_sim.importing.runs import (
     rates_of,
     snap_settings,
 )
-from belt_sim.importing.settings import RANGES, READ_AGAIN, questions
+from belt_sim.importing.settings import RANGES, questions
 from belt_sim.importing.sheets import belt_of, machine_of, settings_of, signals_of
 from belt_sim.importing.travel import TIME, count_from_yaw, cut_repeats, resample, signals_in, step_for
 from belt_sim.importing.types import LoggedTables, NoiseRead, Note, Question
@@ -157,7 +157,9 @@ def _run(made: AssembledRun) -> Run:
         bounds = RANGES[key]
         if np.isfinite(value) and not bounds.holds(value):
             shown = value / UNITS[bounds.unit][1]
-            remedy = f"must be {bounds.low:g} to {bounds.high:g} {bounds.unit}; it came from {made.settings[key]}"
+            remedy = (
+                f"must be {bounds.low:g} to {bounds.high:g} {bounds.unit}; it came from {made.settings[key].source}"
+            )
             raise InputError(f"runs.{made.key}.{key}", f"{shown:.6g}", bounds.unit, remedy)
     entry = made.entry
     unknown = {"tension": np.nan, "yaw": np.nan}
@@ -182,7 +184,7 @@ def mapping_used(
             columns[u.column.name] = seen | _plain(u.entry.model_dump(exclude_unset=True))
     runs: dict[str, Any] = {}
     for run in made:
-        known = {k: s.text for k, s in run.settings.items() if s.origin not in READ_AGAIN}
+        known = {k: s.text for k, s in run.settings.items() if s.text}
         known = {k: v for k, v in known.items() if getattr(entry.all_runs, k, None) is None}
         runs[run.key] = known | _plain(run.entry.model_dump(exclude_unset=True))
     runs = {k: v for k, v in (runs | {n: r for n, r in stated.get("runs", {}).items() if n not in runs}).items() if v}

@@ -62,13 +62,10 @@ def yaw_for(rig: Rig, belt: Belt, tensions: list[float]) -> float:
     """A yaw [deg] that moves the belt by a tenth of its width over a record; less where twice as much would harm it."""
     wanted = DRIFT * belt.width / (DRIFT_PER_YAW * travel_for(rig)) / DEGREE
     harmless = safe_yaw(rig, belt, [t * N_PER_MM2 for t in tensions]) / DEGREE / 2.0
-    return float(f"{wanted:.2g}") if wanted < harmless else _rounded_down(harmless)
-
-
-def _rounded_down(x: float) -> float:
-    """A number cut to two digits."""
-    step = 10.0 ** (math.floor(math.log10(x)) - 1)
-    return float(f"{math.floor(x / step) * step:.2g}")
+    if wanted < harmless:
+        return float(f"{wanted:.2g}")
+    step = 10.0 ** (math.floor(math.log10(harmless)) - 1)
+    return float(f"{math.floor(harmless / step) * step:.2g}")  # cut to two digits
 
 
 def plan_for(tensions: list[float], yaw: float, speed: float) -> list[PlannedRun]:
@@ -107,17 +104,11 @@ PLAN_COLUMNS = ("run", "N/mm2", "yaw deg", "m/s", "direction", "good for")
 
 def plan_rows(planned: Sequence[PlannedRun]) -> list[tuple[str, ...]]:
     """The plan as rows of PLAN_COLUMNS."""
-    return [
-        (
-            p.run.name,
-            f"{p.run.tension / N_PER_MM2:g}",
-            f"{p.run.yaw / DEGREE:+.3g}",
-            f"{p.run.speed:g}",
-            f"{p.run.direction:+.0f}",
-            p.good_for,
-        )
-        for p in planned
-    ]
+    rows: list[tuple[str, ...]] = []
+    for p in planned:
+        tension, yaw = f"{p.run.tension / N_PER_MM2:g}", f"{p.run.yaw / DEGREE:+.3g}"
+        rows.append((p.run.name, tension, yaw, f"{p.run.speed:g}", f"{p.run.direction:+.0f}", p.good_for))
+    return rows
 
 
 def plan_text(planned: list[PlannedRun], travel: float, warnings: Sequence[str] = ()) -> str:

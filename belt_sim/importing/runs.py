@@ -18,7 +18,6 @@ from belt_sim.errors import InputError
 from belt_sim.importing.mapping import MappingEntry, RunEntry
 from belt_sim.importing.roles import DAY, UsedTable
 from belt_sim.importing.settings import (
-    Origin,
     Settings,
     column_settings,
     name_settings,
@@ -113,7 +112,7 @@ def _assemble(
     logged = yaw_settings(block, travel, stated) | column_settings(block, travel, section)
     known = travel_settings(travel) | named | logged | stated
     known |= yaw_time_settings(travel, known)
-    notes = (*travel.notes, f"yaw_at is {known['yaw_at']}") if "yaw_at" in known else travel.notes
+    notes = (*travel.notes, f"yaw_at is {known['yaw_at'].source}") if "yaw_at" in known else travel.notes
     signals = {u.name: u.si(block.rows[travel.keep]) for u in block.table.columns if u.role == "signal"}
     signals = {n: y for n, y in signals.items() if np.isfinite(y).any()}
     if mapping.spikes == "leave_out":
@@ -178,9 +177,9 @@ SAME_DIGITS, SAME = 3, 0.01
 
 def snap_settings(runs: list[Run], settings: list[Settings]) -> list[Run]:
     """Runs with settings that were logged and are meant to be the same brought together."""
-    found, logged = list(runs), {Origin.COLUMN, Origin.MEAN, Origin.PACE}
+    found = list(runs)
     for key, unit in (("tension", N_PER_MM2), ("yaw", DEGREE), ("yaw_head", DEGREE), ("speed", 1.0)):
-        own = [k for k, s in enumerate(settings) if key in s and s[key].origin in logged]
+        own = [k for k, s in enumerate(settings) if key in s and not s[key].text]
         values = _group_values(np.array([getattr(found[k], key) for k in own]))
         for k, value in zip(own, values, strict=True):
             change: dict[str, Any] = {key: round_digits(value / unit, SAME_DIGITS) * unit}

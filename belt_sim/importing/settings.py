@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
@@ -24,45 +23,17 @@ STILL = 0.05
 DIGITS, START_DIGITS = 4, 7
 
 
-class Origin(Enum):
-    """Where a setting of a run comes from."""
-
-    MAPPING = "the mapping"
-    TABLE = "the table of runs"
-    NAME = "its name"
-    COLUMN = "its column"
-    MEAN = "the mean of its column"
-    STEP = "the step of the yaw"
-    SIGN = "the sign of travel or speed"
-    PACE = "travel over time"
-    YAW_TIME = "the time of the yaw"
-
-
-#: What is read off the record again when the import is repeated.
-READ_AGAIN = {Origin.COLUMN, Origin.MEAN, Origin.STEP, Origin.SIGN, Origin.PACE}
-
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Setting:
-    """value [SI]; text: as it goes into the mapping; words: where it comes from."""
+    """value [SI]; source: where it comes from, in words; text: as it goes into the mapping, "" of one that was logged,
+    which is read off the record again when the import is repeated."""
 
     value: float
-    text: str
-    origin: Origin
-    words: str = ""
-
-    def __str__(self) -> str:
-        return self.words or self.origin.value
+    source: str
+    text: str = ""
 
 
 Settings = dict[str, Setting]
-
-
-def unwritten(key: str, value: float, origin: Origin, words: str = "") -> Setting:
-    """A setting [SI] that nobody has written down, its text in the usual unit."""
-    unit = RANGES[key].unit
-    text = f"{value / UNITS[unit][1]:.6g} {unit}".strip()
-    return Setting(value=value, text=text, origin=origin, words=words)
 
 
 # ---- stated: by the mapping, by a table of runs, by a name
@@ -71,10 +42,7 @@ def unwritten(key: str, value: float, origin: Origin, words: str = "") -> Settin
 def stated_settings(entry: RunEntry, where: str, section: float) -> Settings:
     """Settings that the mapping states at ``where``; section [m2]: of the belt, for a tension given as a force."""
     texts = {key: getattr(entry, key) for key in RANGES if getattr(entry, key) is not None}
-    return {
-        k: Setting(value=_number(t, k, f"{where}.{k}", section), text=t, origin=Origin.MAPPING)
-        for k, t in texts.items()
-    }
+    return {k: Setting(_number(t, k, f"{where}.{k}", section), "the mapping", t) for k, t in texts.items()}
 
 
 def table_settings(tables: list[UsedTable], section: float) -> dict[str, Settings]:
@@ -89,7 +57,7 @@ def table_settings(tables: list[UsedTable], section: float) -> dict[str, Setting
                 value = float(u.si()[row]) if u.role in RANGES else np.nan
                 if np.isfinite(value):
                     value = _stress(value, section, u.column.name) if u.is_force else value
-                    own[u.role] = unwritten(u.role, value, Origin.TABLE)
+                    own[u.role] = Setting(value, "the table of runs", _text(u.role, value))
     return found
 
 
@@ -109,9 +77,14 @@ def name_settings(name: str, section: float) -> Settings:
             number, unit = seen.group(1).replace(",", "."), seen.group(2).lower()
             unit = "m/min" if "min" in unit else unit if unit in ("mrad", "urad", "mdeg") else RANGES[key].unit
             text = f"{number} {unit}"
-            value = _number(text, key, key, section)
-            found[key] = Setting(value=value, text=text, origin=Origin.NAME, words=f"the name {name}")
+            found[key] = Setting(_number(text, key, key, section), f"the name {name}", text)
     return found
+
+
+def _text(key: str, value: float) -> str:
+    """A setting [SI] as text in its usual unit."""
+    unit = RANGES[key].unit
+    return f"{value / UNITS[unit][1]:.6g} {unit}".strip()
 
 
 def _number(text: str, key: str, where: str, section: float) -> float:
@@ -146,13 +119,12 @@ def yaw_settings(block: LoggedBlock, travel: Travel, known: Settings) -> Setting
         if values is None:
             continue
         level, at = _step(block, key, values, travel.keep, key in known)
-        found[key] = unwritten(key, round_digits(level, DIGITS), Origin.COLUMN)
+        found[key] = Setting(round_digits(level, DIGITS), "its column")
         if at and not {"yaw_at", "yaw_at_time"} & {*known, *found}:
             before, after = travel.travel[at - 1 : at + 1]
             words = f"the step of {key}, somewhere within {after - before:.2g} m"
             u = round_digits((after - before) / np.sqrt(12.0), DIGITS)
-            found["yaw_at"] = unwritten("yaw_at", 0.5 * (before + after), Origin.STEP, words)
-            found["yaw_at_u"] = unwritten("yaw_at_u", u, Origin.STEP, words)
+            found |= {"yaw_at": Setting(0.5 * (before + after), words), "yaw_at_u": Setting(u, words)}
     return found
 
 
@@ -164,21 +136,19 @@ def column_settings(block: LoggedBlock, travel: Travel, section: float) -> Setti
         mean = float(np.nanmean(tension))
         if any(u.is_force for u in block.table.columns):
             mean = _stress(mean, section, "tension")
-        found["tension"] = unwritten("tension", round_digits(mean, DIGITS), Origin.MEAN)
+        found["tension"] = Setting(round_digits(mean, DIGITS), "the mean of its column")
     if start is not None:
-        first = round_digits(float(start[np.isfinite(start)][0]), START_DIGITS)
-        found["start"] = unwritten("start", first, Origin.COLUMN)
+        found["start"] = Setting(round_digits(float(start[np.isfinite(start)][0]), START_DIGITS), "its column")
     if direction is not None:
-        sign = float(np.sign(np.nanmedian(direction))) or 1.0
-        found["direction"] = unwritten("direction", sign, Origin.COLUMN)
+        found["direction"] = Setting(float(np.sign(np.nanmedian(direction))) or 1.0, "its column")
     return found
 
 
 def travel_settings(travel: Travel) -> Settings:
     """Direction and speed as the record of travel shows them."""
-    found = {"direction": unwritten("direction", -1.0, Origin.SIGN)} if travel.direction < 0.0 else {}
+    found = {"direction": Setting(-1.0, "the sign of travel or speed")} if travel.direction < 0.0 else {}
     if travel.speed > 0.0:
-        found["speed"] = unwritten("speed", round_digits(travel.speed, DIGITS), Origin.PACE)
+        found["speed"] = Setting(round_digits(travel.speed, DIGITS), "travel over time")
     return found
 
 
@@ -187,7 +157,7 @@ def yaw_time_settings(travel: Travel, known: Settings) -> Settings:
     if "yaw_at_time" not in known or travel.time is None or "yaw_at" in known:
         return {}
     where = float(np.interp(known["yaw_at_time"].value, travel.time, travel.travel))
-    return {"yaw_at": unwritten("yaw_at", where, Origin.YAW_TIME)}
+    return {"yaw_at": Setting(where, "the time of the yaw", _text("yaw_at", where))}
 
 
 def _logged_values(block: LoggedBlock, travel: Travel, role: str) -> np.ndarray | None:

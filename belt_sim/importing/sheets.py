@@ -110,50 +110,52 @@ def signals_of(
     runs: list[Run], used: tuple[UsedColumn, ...], span: float
 ) -> tuple[tuple[SignalSheet, ...], dict[str, NoiseRead], dict[str, str]]:
     """Sheets of the signals, what was read off them, and remarks on each number."""
-    found: dict[str, UsedColumn] = {}
-    for u in (u for u in used if u.role == "signal" and u.at):
-        found.setdefault(u.name, u)
     sheets: list[SignalSheet] = []
     noise: dict[str, NoiseRead] = {}
     remarks: dict[str, str] = {}
-    for name, u in found.items():
-        if not any(name in r.signals for r in runs):
+    for u in (u for u in used if u.role == "signal" and u.at):
+        if u.name in noise or not any(u.name in r.signals for r in runs):
             continue
-        read = noise[name] = noise_of(name, runs, span)
-        sheets.append(_sheet(name, u, read))
-        sources = {
-            "white": f"from {read.white_from}" if u.by_hand is None else "one sigma of reading the picture",
-            "zero": f"from {read.zero_from}",
-            "gain": "assumed, no data tell it; state the sensor's accuracy",
-            "wander": f"from {read.wander_from}" if u.by_hand is None else "none, read by hand",
-        }
-        stated = {key for key in sources if getattr(u.entry, key) is not None}
-        remarks |= {f"signals.{name}.{k}": "stated" if k in stated else words for k, words in sources.items()}
+        noise[u.name] = noise_of(u.name, runs, span)
+        sheet, sources = _sheet(u, noise[u.name])
+        sheets.append(sheet)
+        remarks |= {f"signals.{u.name}.{key}": source for key, source in sources.items()}
     return tuple(sheets), noise, remarks
 
 
-def _sheet(name: str, u: UsedColumn, read: NoiseRead) -> SignalSheet:
+def _sheet(u: UsedColumn, read: NoiseRead) -> tuple[SignalSheet, dict[str, str]]:
+    """The sheet of a signal, and where each of its numbers comes from."""
     own, where, kind = u.entry, f"columns.{u.column.name}", kind_at(u.at)
     assert kind is not None
-
-    def si(text: str | None, key: str, otherwise: float) -> float:
-        return otherwise if text is None else size_of(text, WRITTEN[kind], f"{where}.{key}")
-
-    wander_sd, length = (read.wander, read.length) if u.by_hand is None else (0.0, 1.0)
+    unit, length = WRITTEN[kind], read.length
+    found = {
+        "white": (read.white, f"from {read.white_from}"),
+        "zero": (read.zero, f"from {read.zero_from}"),
+        "gain": (GAIN, "assumed, no data tell it; state the sensor's accuracy"),
+        "wander": (read.wander, f"from {read.wander_from}"),
+    }
+    if u.by_hand is not None:
+        found |= {"white": (u.by_hand, "one sigma of reading the picture"), "wander": (0.0, "none, read by hand")}
+        length = 1.0
+    for key, text in (("white", own.white), ("zero", own.zero), ("gain", own.gain)):
+        if text is not None:
+            found[key] = size_of(text, "1" if key == "gain" else unit, f"{where}.{key}"), "stated"
     if own.wander is not None:
-        wander_sd = size_of(own.wander.sd, WRITTEN[kind], f"{where}.wander.sd")
+        found["wander"] = size_of(own.wander.sd, unit, f"{where}.wander.sd"), "stated"
         length = size_of(own.wander.length_m, "m", f"{where}.wander.length_m")
-    return SignalSheet(
-        name=name,
+    white, zero, gain, wander = (value for value, _ in found.values())
+    sheet = SignalSheet(
+        name=u.name,
         at=u.at,
         kind=kind,
-        unit=WRITTEN[kind],
-        white=round_digits(si(own.white, "white", read.white if u.by_hand is None else u.by_hand), 3),
-        zero=round_digits(si(own.zero, "zero", read.zero), 3),
-        gain=GAIN if own.gain is None else size_of(own.gain, "1", f"{where}.gain"),
-        wander_sd=round_digits(wander_sd, 3),
+        unit=unit,
+        white=round_digits(white, 3),
+        zero=round_digits(zero, 3),
+        gain=gain,
+        wander_sd=round_digits(wander, 3),
         wander_length=length,
     )
+    return sheet, {key: source for key, (_, source) in found.items()}
 
 
 def settings_of(entry: MappingEntry) -> tuple[SettingsSheet, dict[str, str]]:
