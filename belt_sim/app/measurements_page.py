@@ -297,7 +297,7 @@ def _columns(form: AnswerForm, now: Import) -> None:
             form.input((*place, "unit"), use.unit, "mm")
             form.select((*place, "at"), WHERE, use.at)
             form.select((*place, "sign"), {"1": "+", "-1": "−"}, now.answers.get((*place, "sign"), "1"))
-            ui.label(use.why if use.sure else f"{use.why} (a guess)").classes("soft small")
+            ui.label(use.why).classes("soft small")
     ui.label(POINTS).classes("soft small")
 
 

@@ -36,7 +36,7 @@ def read_campaign(folder: str | Path) -> Campaign:
     Raises:
         CampaignError: with every violation found.
     """
-    return _read(folder, whole=True)[0]
+    return _read(folder)[0]
 
 
 def read_begun(folder: str | Path) -> tuple[Campaign, tuple[Run, ...]]:
@@ -47,17 +47,23 @@ def read_begun(folder: str | Path) -> tuple[Campaign, tuple[Run, ...]]:
     return _read(folder, whole=False)
 
 
-def _read(folder: str | Path, *, whole: bool) -> tuple[Campaign, tuple[Run, ...]]:
-    """Return the campaign and its runs without data; whole: refuse such runs."""
+def _read(folder: str | Path, *, whole: bool = True, measured: bool = True) -> tuple[Campaign, tuple[Run, ...]]:
+    """Return the campaign and its runs without data; whole: refuse such runs; measured: read the data."""
     folder = campaign_folder(folder)
     problems: list[Problem] = []
-    contents = contents_of(folder, problems)
+    contents = contents_of(folder, problems, measured=measured)
     texts = {name: text for name, data in contents.items() if (text := text_of(name, data, problems)) is not None}
     sheet, names = read_sheet(texts["campaign.yaml"], problems) if "campaign.yaml" in texts else (None, None)
     rows = read_runs(texts["runs.csv"], problems) if "runs.csv" in texts else None
-    sheets = sheet.signals if sheet else None
-    recorded = read_signals(texts["signals.csv"], names, sheets, rows, problems) if "signals.csv" in texts else {}
-    steady = read_steady(texts["steady.csv"], rows, problems) if "steady.csv" in texts else ()
+    recorded: dict[str, Run] = {}
+    steady: tuple[SteadyRate, ...] = ()
+    if measured and "signals.csv" in texts:
+        recorded = read_signals(texts["signals.csv"], names, sheet.signals if sheet else None, rows, problems)
+    if measured and "steady.csv" in texts:
+        steady = read_steady(texts["steady.csv"], rows, problems)
+    if not measured and sheet is not None and not sheet.signals:
+        remedy = "no signal is planned; state at least one"
+        problems.append(Problem(file="campaign.yaml", name="signals", remedy=remedy))
     if rows is not None and not problems:
         _check_records(rows, recorded, steady, problems, whole=whole)
     if problems or sheet is None or rows is None:
@@ -174,19 +180,9 @@ def read_plan(folder: str | Path, *, travel: float, step: float) -> Campaign:
 
     All readings are 0 and have no meaning. Raises CampaignError with every violation.
     """
-    problems: list[Problem] = []
-    contents = contents_of(campaign_folder(folder), problems, measured=False)
-    texts = {n: t for n, data in contents.items() if (t := text_of(n, data, problems)) is not None}
-    sheet = read_sheet(texts["campaign.yaml"], problems)[0] if "campaign.yaml" in texts else None
-    rows = read_runs(texts["runs.csv"], problems) if "runs.csv" in texts else None
-    if sheet is not None and not sheet.signals:
-        problems.append(
-            Problem(file="campaign.yaml", name="signals", remedy="no signal is planned; state at least one")
-        )
-    if problems or sheet is None or rows is None:
-        raise CampaignError(problems)
+    sheet, planned = _read(folder, whole=False, measured=False)
     runs = []
-    for run in rows.runs.values():
+    for run in planned:
         way = np.arange(0.0, run.yaw_at + travel + step / 2.0, step)
         runs.append(replace(run, travel=way, signals={s.name: np.zeros(len(way)) for s in sheet.signals}))
-    return replace(sheet, runs=tuple(runs), sha256=hash_of(contents))
+    return replace(sheet, runs=tuple(runs))

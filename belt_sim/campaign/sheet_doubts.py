@@ -1,6 +1,6 @@
 """Known mistakes in a campaign's sheet, each as a hypothesis with the campaign as it would be without it."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Literal
@@ -49,11 +49,6 @@ class SheetMistake:
     places: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def signals(self) -> tuple[str, ...]:
-        """Names of the signals that stand elsewhere."""
-        return tuple(self.places)
-
-    @property
     def continuous(self) -> bool:
         """Whether sizes between those tried make sense."""
         return self.kind in ("yaw_place", "width")
@@ -78,14 +73,6 @@ class SheetMistake:
     def log_jacobian(self) -> float:
         """ln of what a reading is multiplied by: smaller readings fit any model better, but are less likely."""
         return float(np.log(self.size)) if self.kind == "reading_unit" else 0.0
-
-    def of_runs(self, runs: Sequence[str]) -> "SheetMistake":
-        """The same mistake in some runs only."""
-        return replace(self, runs=tuple(runs))
-
-    def of_size(self, size: float) -> "SheetMistake":
-        """The same mistake of another size."""
-        return replace(self, size=size)
 
 
 # What undoes a mistake, by its kind.

@@ -63,7 +63,7 @@ class SheetEvidence:
         run = self.mistake.runs[0] if len(self.mistake.runs) == 1 else None
         sentence = f"{self.mistake.sentence}; that explains {self.share:.0%} of what the model leaves"
         severity: Severity = "stop" if self.certain else "look"
-        return Suspicion(run=run, signals=self.mistake.signals, kind="sheet", sentence=sentence, severity=severity)
+        return Suspicion(run, tuple(self.mistake.places), "sheet", sentence, severity)
 
 
 def sheet_evidence(
@@ -195,8 +195,8 @@ def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple
     alone = stated.chi2_by_run(mistake.campaign, faults=False)
     helped = [r.name for r, a, b in zip(campaign.runs, stated.alone, alone, strict=True) if a - b > OF_RUN]
     oddest = campaign.runs[int(np.argmax(np.nan_to_num(stated.alone - alone, nan=-np.inf)))].name
-    parts = [list(names) for names in {tuple(helped), (oddest,)} if 0 < len(names) < len(campaign.runs)]
-    tried = [(stated.total_without(m), m) for m in map(mistake.of_runs, parts)]
+    parts = [names for names in {tuple(helped), (oddest,)} if 0 < len(names) < len(campaign.runs)]
+    tried = [(stated.total_without(m), m) for m in (replace(mistake, runs=names) for names in parts)]
     return min([(chi2, mistake), *tried], key=lambda f: f[0])
 
 
@@ -206,8 +206,8 @@ def _refine(chi2: float, mistake: SheetMistake, stated: _Layout) -> tuple[float,
         return chi2, mistake
 
     def misfit(logarithm: float) -> float:
-        return min(stated.total_without(mistake.of_size(float(np.exp(logarithm)))), 1e300)
+        return min(stated.total_without(replace(mistake, size=float(np.exp(logarithm)))), 1e300)
 
     at = float(np.log(mistake.size))
     best = minimize_scalar(misfit, bounds=(at - REACH, at + REACH), method="bounded", options={"maxiter": REFINED})
-    return (float(best.fun), mistake.of_size(float(np.exp(best.x)))) if best.fun < chi2 else (chi2, mistake)
+    return (float(best.fun), replace(mistake, size=float(np.exp(best.x)))) if best.fun < chi2 else (chi2, mistake)

@@ -232,7 +232,7 @@ class UsedColumn:
     @property
     def why(self) -> str:
         """Where role and unit come from, in words."""
-        return "the mapping" if self.is_stated else self.column.why
+        return "the mapping" if self.is_stated else self.column.why + ("" if self.column.sure else " (a guess)")
 
     def si(self, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Numbers [SI]; of a force [N]; of an axis of a digitised picture, the value at each pixel."""

@@ -48,7 +48,7 @@ def columns_table(proposal: Proposal) -> Table:
     marked: list[int] = []
     for use in proposal.columns:
         became = f"{use.name} at {use.at}" if use.name and use.at else use.role
-        row = (use.column.name, became, use.unit, use.why if use.sure else f"{use.why} (a guess)")
+        row = (use.column.name, became, use.unit, use.why)
         if row not in alike and use.role != "ignore" and not use.sure:
             marked.append(len(alike))
         alike.setdefault(row, []).append(use.table)
