@@ -1,10 +1,9 @@
 """A run in three dimensions: case in, curves out. One step is pulleys, springs, forces, MuJoCo, contact."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeAlias
 
 import jax
 import mujoco
@@ -64,9 +63,9 @@ from belt_sim.mujoco3d.wrap import (
 from belt_sim.scene_parts import SceneParts
 
 
-def section_couples(engine: "Engine", state: RunState, springs: Springs) -> np.ndarray:
+def section_couples(engine: "Engine", state: RunState) -> np.ndarray:
     """The couples on the sections of the free spans that lines lack (elastic.TwistStiffness), as vertical forces on the
-    outer nodes; ``springs`` hold the landed sections."""
+    outer nodes, (n, m, 3) [N]."""
     belt, rest = engine.belt, engine.scene.mesh.rest
     tension = max(-0.5 * float(state.loads[TAIL, 0]), 0.0)
     ends = np.array([[w.first, w.last] for w in state.wraps])
@@ -81,14 +80,14 @@ def section_couples(engine: "Engine", state: RunState, springs: Springs) -> np.n
     return forces
 
 
-def span_loads(engine: "Engine", state: RunState, springs: Springs) -> np.ndarray:
-    """Loads at a place of the spans or all along them, as they set in."""
+def span_loads(engine: "Engine", state: RunState) -> np.ndarray:
+    """Loads at a place of the spans or all along them, as they set in, (n, m, 3) [N]."""
     nodes = engine.scene.mesh.nodes(state.slides)
     return state.share * np.moveaxis(load_forces(engine.belt, nodes), -1, 0)
 
 
 def sway_drag(engine: "Engine", state: RunState, springs: Springs) -> np.ndarray:
-    """What is added to the drag of the slides of a limp belt's nodes, so that it acts against waves only.
+    """What is added to the drag of a limp belt's slides, (n, m, 3) [N], so that it acts against waves only.
 
     It is drag times the sideways speed of a straight span, which is linear between its ends: at the tangent point
     (theta its direction) that is v (theta + slope), at the run-up it is the pulley's.
@@ -110,10 +109,6 @@ def sway_drag(engine: "Engine", state: RunState, springs: Springs) -> np.ndarray
     return forces
 
 
-#: forces [N] on the nodes in a step, (n, m, 3), beside those of the belt; the springs hold nodes during the step
-NodeLoad: TypeAlias = Callable[["Engine", RunState, Springs], np.ndarray]
-
-
 @dataclass(frozen=True)
 class Engine:
     """What acts on a state. belt, surfaces: the case as arrays; rest_lengths: None without camber, residual stress."""
@@ -123,7 +118,6 @@ class Engine:
     belt: BeltArrays
     surfaces: Sequence[SurfaceArrays]
     pulleys: Pulleys
-    loads: tuple[NodeLoad, ...]
     rest_lengths: RestLengths | None
 
     @staticmethod
@@ -131,20 +125,17 @@ class Engine:
         mesh, options, parts = scene.mesh, scene.options, scene.parts
         belt = belt_arrays(scene, active_features([parts])._replace(slips=False))
         belt, shape = jax.tree.map(lambda v: v if v.ndim else float(v), belt), belt.shape
-        loads = (section_couples, mesh.lines > 1), (span_loads, belt.loads is not None), (sway_drag, shape.limp)
         curved = parts.camber is not None or mesh.residual
         rest_lengths = RestLengths.from_mesh(mesh, solver) if curved else None
         if rest_lengths is not None and mesh.residual:
             solver.set_rest_lengths(rest_lengths.lengths(0.0))
-        slides = math.isfinite(parts.friction) or options.tensioning == "koller"
-        inertia = mesh.mass / options.dt**2
-        if slides:
+        if math.isfinite(parts.friction) or options.tensioning == "koller":
+            inertia = mesh.mass / options.dt**2
             sliding = in_float64(read_sliding_stiffness)(belt.ties, shape.bonds, mesh, scene.loop, inertia)
             belt = replace(belt, sliding_stiffness=sliding)
         surfaces = surfaces_of(belt)
         tail = TailPulley.from_scene(scene, solver.model, solver.model.body_mass, solver.model.dof_armature)
-        pulleys, acting = Pulleys(scene, belt, surfaces, tail), tuple(f for f, acts in loads if acts)
-        return Engine(scene, solver, belt, surfaces, pulleys, acting, rest_lengths)
+        return Engine(scene, solver, belt, surfaces, Pulleys(scene, belt, surfaces, tail), rest_lengths)
 
     def lay(self) -> RunState:
         """The belt laid round the pulleys, at rest."""
@@ -174,8 +165,12 @@ class Engine:
         joint_forces = self.pulleys.advance(state, command, dt)
         springs = self._springs(state)
         forces = np.zeros_like(state.slides)
-        for load in self.loads:
-            forces += load(self, state, springs)
+        if scene.mesh.lines > 1:
+            forces += section_couples(self, state)
+        if belt.loads is not None:
+            forces += span_loads(self, state)
+        if belt.shape.limp:
+            forces += sway_drag(self, state, springs)
         if self.rest_lengths is not None:
             solver.set_rest_lengths(self.rest_lengths.lengths(state.share))
         solver.damp(drag_coefficients(scene.mesh, *command.drag))
