@@ -6,6 +6,7 @@ And the forces on the nodes beside the belt's own: edge guides, loads at a place
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import jax
@@ -183,10 +184,10 @@ class BeltArrays:
     loads: LoadArrays | None = None
     shape: BatchShape = field(metadata={"static": True})
 
-
-def surfaces_of(belt: BeltArrays) -> list[SurfaceArrays]:
-    """The surfaces of head and tail in plain numbers."""
-    return [SurfaceArrays(*(float(values[pulley]) for values in belt.surfaces)) for pulley in (0, 1)]
+    @cached_property
+    def each_surface(self) -> list[SurfaceArrays]:
+        """The surfaces of head and tail in plain numbers."""
+        return [SurfaceArrays(*(float(values[pulley]) for values in self.surfaces)) for pulley in (0, 1)]
 
 
 def belt_arrays(scene: SceneLayout, features: ActiveFeatures) -> BeltArrays:

@@ -1,13 +1,12 @@
 """The belt on its pulleys in the engine in time: which stations lie there, and how they slide."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from belt_sim.errors import SimulationError
 from belt_sim.jax_setup import jit_float64
-from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays, surfaces_of
+from belt_sim.mujoco3d.belt import BeltArrays
 from belt_sim.mujoco3d.friction import slip_increments, wrap_chain
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.options import SPAN_TIME
@@ -43,7 +42,7 @@ def lay_wraps(scene: SceneLayout, belt: BeltArrays, poses: list[PoseArrays]) -> 
     """
     mesh, wraps = scene.mesh, []
     nodes = np.moveaxis(mesh.laid, 0, -1)
-    for laid, surface, pose in zip((scene.loop.on_head, scene.loop.on_tail), surfaces_of(belt), poses, strict=True):
+    for laid, surface, pose in zip((scene.loop.on_head, scene.loop.on_tail), belt.each_surface, poses, strict=True):
         on = np.flatnonzero(laid)
         jump = np.flatnonzero(np.diff(on) > 1)
         first = int(on[jump[0] + 1]) - mesh.stations if len(jump) else int(on[0])
@@ -75,13 +74,7 @@ def change_end(belt: BeltArrays, pulley: BeltOnPulley, nodes: np.ndarray, end: i
 
 
 def update_contact(
-    belt: BeltArrays,
-    surfaces: Sequence[SurfaceArrays],
-    state: RunState,
-    nodes: np.ndarray,
-    pull: np.ndarray,
-    dt: float,
-    friction: float,
+    belt: BeltArrays, state: RunState, nodes: np.ndarray, pull: np.ndarray, dt: float, friction: float
 ) -> None:
     """After a step, with held nodes on their anchors: let them slip, land and go.
 
@@ -96,9 +89,9 @@ def update_contact(
     if slips:
         sliding = all(state.sliding_share(pulley) > 0.5 for pulley in (HEAD, TAIL))
         state.waiting_pulley = _NEITHER if not sliding else TAIL if state.waiting_pulley == HEAD else HEAD
-    for which, (pose, surface) in enumerate(zip(state.poses, surfaces, strict=True)):
+    for which, (pose, surface) in enumerate(zip(state.poses, belt.each_surface, strict=True)):
         if slips and state.waiting_pulley != which:
-            state.slip[which] += slide_wrap(belt, surface, state, which, pull, friction)
+            state.slip[which] += slide_wrap(belt, state, which, pull, friction)
         wrap = update_tangents(state.wraps[which], pose, nodes, dt / SPAN_TIME)
         layer = state.layers[which] if state.layers[which].any() else None
         for end in (FIRST, LAST):
@@ -106,14 +99,13 @@ def update_contact(
         state.wraps[which] = wrap
 
 
-def slide_wrap(
-    belt: BeltArrays, surface: SurfaceArrays, state: RunState, which: int, pull: np.ndarray, friction: float
-) -> float:
+def slide_wrap(belt: BeltArrays, state: RunState, which: int, pull: np.ndarray, friction: float) -> float:
     """Move the anchors of nodes whose tangential force exceeds friction [1] x pressure; mean lateral slip [m].
 
     A return mapping on the holding forces of a wrap, as one system, without inertia. pull [N], (m, 3, n).
     """
     k, increments = state.held_stations(which), state.slip_increments[which]
+    surface = belt.each_surface[which]
     pulley = BeltOnPulley(state.wraps[which], surface, state.poses[which])
     outwards, across, along = (-v for v in surface_components(pulley, k, pull[:, :, k]))
     limit = friction * np.maximum(outwards - belt.mass[:, None] * state.speed**2 / surface.radius, 0.0)

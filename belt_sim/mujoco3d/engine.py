@@ -17,12 +17,10 @@ from belt_sim.frame import Observer
 from belt_sim.jax_setup import in_float64
 from belt_sim.mujoco3d.belt import (
     BeltArrays,
-    SurfaceArrays,
     active_features,
     belt_arrays,
     guide_forces,
     load_forces,
-    surfaces_of,
 )
 from belt_sim.mujoco3d.contact import lay_wraps, update_contact
 from belt_sim.mujoco3d.elastic import twist_forces
@@ -111,12 +109,11 @@ def sway_drag(engine: "Engine", state: RunState, springs: Springs) -> np.ndarray
 
 @dataclass(frozen=True)
 class Engine:
-    """What acts on a state. belt, surfaces: the case as arrays; rest_lengths: None without camber, residual stress."""
+    """What acts on a state. belt: the case as arrays; rest_lengths: None without camber, residual stress."""
 
     scene: SceneLayout
     solver: Solver
     belt: BeltArrays
-    surfaces: Sequence[SurfaceArrays]
     pulleys: Pulleys
     rest_lengths: RestLengths | None
 
@@ -133,9 +130,8 @@ class Engine:
             inertia = mesh.mass / options.dt**2
             sliding = in_float64(read_sliding_stiffness)(belt.ties, shape.bonds, mesh, scene.loop, inertia)
             belt = replace(belt, sliding_stiffness=sliding)
-        surfaces = surfaces_of(belt)
         tail = TailPulley.from_scene(scene, solver.model, solver.model.body_mass, solver.model.dof_armature)
-        return Engine(scene, solver, belt, surfaces, Pulleys(scene, belt, surfaces, tail), rest_lengths)
+        return Engine(scene, solver, belt, Pulleys(scene, belt, tail), rest_lengths)
 
     def lay(self) -> RunState:
         """The belt laid round the pulleys, at rest."""
@@ -181,7 +177,7 @@ class Engine:
             state.slides[held] = springs.rest[held]
         nodes, pull = scene.mesh.nodes(state.slides), self._pull(state)
         state.loads = loads_on_pulleys(state, nodes, pull)
-        update_contact(belt, self.surfaces, state, nodes, pull, dt, command.friction)
+        update_contact(belt, state, nodes, pull, dt, command.friction)
         if belt.fibres is not None:
             for which, layer in enumerate(state.layers):
                 wanted = layer_of_fibres(belt, self.pulley(state, which), state.share, nodes)
@@ -189,7 +185,7 @@ class Engine:
 
     def pulley(self, state: RunState, which: int) -> BeltOnPulley:
         """The belt on the head or the tail pulley."""
-        return BeltOnPulley(state.wraps[which], self.surfaces[which], state.poses[which], state.layers[which])
+        return BeltOnPulley(state.wraps[which], self.belt.each_surface[which], state.poses[which], state.layers[which])
 
     def _pull(self, state: RunState) -> np.ndarray:
         """Forces of belt and weight [N] on the nodes, shape (m, 3, n)."""

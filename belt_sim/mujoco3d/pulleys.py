@@ -1,6 +1,5 @@
 """The pulleys: where they are, how they are driven, and how the belt loads them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,7 +9,7 @@ import mujoco
 import numpy as np
 
 from belt_sim.mujoco3d.arrays import smoothstep
-from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays
+from belt_sim.mujoco3d.belt import BeltArrays
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, TAIL_DAMPING_RATIO
 from belt_sim.mujoco3d.run_stages import Command
@@ -93,7 +92,6 @@ class Pulleys:
 
     scene: SceneLayout
     belt: BeltArrays
-    surfaces: Sequence[SurfaceArrays]
     tail: TailPulley
 
     def advance(self, state: RunState, command: Command, dt: float) -> np.ndarray:
@@ -119,11 +117,11 @@ class Pulleys:
 
     def _turn(self, state: RunState, spins: tuple[float, float], tail_x: float, dt: float) -> None:
         """Move the poses; a belt at rest does not roll with an axis that begins to be canted."""
-        compliance = np.array([surface.yaw_compliance for surface in self.surfaces])
+        compliance = np.array([surface.yaw_compliance for surface in self.belt.each_surface])
         state.compliance_yaw += (compliance * state.loads[:, 2] - state.compliance_yaw) * min(dt / COMPLIANCE_TIME, 1.0)
         turned = state.yaw + state.compliance_yaw
         askew = smoothstep(state.time / max(0.5 * self.scene.options.settle, dt))
-        both = zip(state.poses, self.surfaces, spins, (0.0, tail_x), strict=True)
+        both = zip(state.poses, self.belt.each_surface, spins, (0.0, tail_x), strict=True)
         for which, (pose, surface, spin, x) in enumerate(both):
             axes = axes_of(surface, turned[which], state.share, spin, askew)
             state.rolled[which] = abs(spin - pose.spin) * surface.radius

@@ -30,8 +30,8 @@ def stations(travel):
     return np.stack(lines, axis=1), s
 
 
-BELT = SimpleNamespace(chord=CHORD, mass=np.full(2, 0.1), sliding_stiffness=None)
 CYLINDER = surface(R, CHORD)
+BELT = SimpleNamespace(chord=CHORD, mass=np.full(2, 0.1), sliding_stiffness=None, each_surface=[CYLINDER])
 
 
 def nodes_at(travel):
@@ -68,7 +68,7 @@ def test_stations_land_where_the_belt_comes_in_and_go_where_it_leaves(sign):
     for travel in begun + sign * np.arange(0.0, 5.0, 0.1) * CHORD:
         nodes, s = nodes_at(travel)
         state.poses = [pose(spin=travel / R)]
-        contact.update_contact(BELT, [CYLINDER], state, nodes, np.zeros_like(nodes), STEP, np.inf)
+        contact.update_contact(BELT, state, nodes, np.zeros_like(nodes), STEP, np.inf)
         first.append(s[state.wraps[0].first] / CHORD)
         last.append((s[state.wraps[0].last] - ARC) / CHORD)
     for places in (first, last):  # in chords from where the belt meets the pulley
@@ -91,7 +91,7 @@ def test_belts_that_slide_on_both_pulleys_take_turns(monkeypatch):
     """On one pulley only it slides on in every step; how far counts for its own pulley."""
     asked = []
 
-    def slipped(belt, cylinder, state, which, *others):
+    def slipped(belt, state, which, *others):
         asked.append(which)
         return (1.0, 10.0)[which]
 
@@ -104,8 +104,8 @@ def test_belts_that_slide_on_both_pulleys_take_turns(monkeypatch):
         asked.clear()
         for which, slides in ((HEAD, head_slides), (TAIL, tail_slides)):
             state.slip_increments[which][:] = float(slides)
-        belt = SimpleNamespace(**vars(BELT) | {"sliding_stiffness": "some"})
-        contact.update_contact(belt, [CYLINDER] * 2, state, nodes, 0.0 * nodes, STEP, 0.2)
+        belt = SimpleNamespace(**vars(BELT) | {"sliding_stiffness": "some", "each_surface": [CYLINDER] * 2})
+        contact.update_contact(belt, state, nodes, 0.0 * nodes, STEP, 0.2)
         return set(asked)
 
     assert step(True, False) == step(False, True) == step(False, False) == {HEAD, TAIL}
@@ -135,7 +135,7 @@ def test_a_belt_presses_less_the_faster_it_runs():
         limit = aside / (tension * CHORD / R * (1.0 - share**2))  # the friction at which it just holds
         for near, slides in ((1.001, False), (0.9, True)):
             state = running([wrap], [at], speed=share * fast)
-            moved = contact.slide_wrap(belt, CYLINDER, state, 0, pull, near * limit)
+            moved = contact.slide_wrap(belt, state, 0, pull, near * limit)
             assert (moved != 0.0) == slides
 
 

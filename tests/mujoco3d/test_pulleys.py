@@ -29,8 +29,8 @@ SURFACES = [surface(p.radius, 0.025, yaw_compliance=p.yaw_compliance) for p in (
 def machine(sign=1, load=0.0, fixed=0.0, surfaces=SURFACES, **changed):
     scene = SimpleNamespace(parts=PARTS, options=SimpleNamespace(settle=0.0))
     tail = TailPulley(mass=20.0, inertia=0.3, slide_drag=400.0, spin_drag=6.0, radius=PARTS.tail.radius, x=APART)
-    belt = SimpleNamespace(shape=SimpleNamespace(sign=sign), load=load, slide_fixed=fixed)
-    return Pulleys(scene, belt, surfaces, tail._replace(**changed))
+    belt = SimpleNamespace(shape=SimpleNamespace(sign=sign), load=load, slide_fixed=fixed, each_surface=surfaces)
+    return Pulleys(scene, belt, tail._replace(**changed))
 
 
 def still(stations=4):
