@@ -40,7 +40,8 @@ Settings = dict[str, Setting]
 
 
 def stated_settings(entry: RunEntry, where: str, section: float) -> Settings:
-    """Settings that the mapping states at ``where``; section [m2]: of the belt, for a tension given as a force."""
+    """Settings that the mapping states at ``where``; section [m2]: of the belt, for a tension given as a force, nan
+    where it is not known yet."""
     texts = {key: getattr(entry, key) for key in RANGES if getattr(entry, key) is not None}
     return {k: Setting(_number(t, k, f"{where}.{k}", section), "the mapping", t) for k, t in texts.items()}
 
@@ -56,7 +57,7 @@ def table_settings(tables: list[UsedTable], section: float) -> dict[str, Setting
             for u in table.columns:
                 value = float(u.si()[row]) if u.role in RANGES else np.nan
                 if np.isfinite(value):
-                    value = _stress(value, section, u.column.name) if u.is_force else value
+                    value = value / section if u.is_force else value
                     own[u.role] = Setting(value, "the table of runs", _text(u.role, value))
     return found
 
@@ -94,18 +95,11 @@ def _number(text: str, key: str, where: str, section: float) -> float:
     value, _, unit = quantity(text, kinds, bounds.unit or "1", where)
     dimension, scale = UNITS[unit]
     if dimension == "force":
-        return _stress(value * scale, section, where)
+        return value * scale / section
     si = bounds.check(value, unit, name=where)
     if key == "direction" and abs(value) != 1.0:
         raise InputError(where, f"{value:g}", "", "must be 1 (upper span runs from head to tail) or -1")
     return si
-
-
-def _stress(force: float, section: float, where: str) -> float:
-    """Tension [Pa] of a force [N] in one strand."""
-    if not section:
-        raise InputError(where, f"{force:g}", "N", "a force needs the belt's width and thickness; state belt")
-    return force / section
 
 
 # ---- read off the record: its columns, its travel
@@ -133,9 +127,7 @@ def column_settings(block: LoggedBlock, travel: Travel, section: float) -> Setti
     found: Settings = {}
     tension, start, direction = (_logged_values(block, travel, k) for k in ("tension", "start", "direction"))
     if tension is not None:
-        mean = float(np.nanmean(tension))
-        if any(u.is_force for u in block.table.columns):
-            mean = _stress(mean, section, "tension")
+        mean = float(np.nanmean(tension)) / (section if any(u.is_force for u in block.table.columns) else 1.0)
         found["tension"] = Setting(round_digits(mean, DIGITS), "the mean of its column")
     if start is not None:
         found["start"] = Setting(round_digits(float(start[np.isfinite(start)][0]), START_DIGITS), "its column")
