@@ -184,6 +184,9 @@ def _independent_factor(
     """Everything in a term's input (R, F, J) that does not depend on the state; weight (R, F): by the tension. Of a
     change of a span that does not either: what it adds per unit of each of the span's ends (3, R, F, J)."""
     states = data.states
+    if t.place.is_stretch:
+        at, wide = (np.array([getattr(f, n) for f in forms])[:, None] for n in ("at", "wide"))
+        return states.stretch_per_end(t.place, channel, int(part or 0), (weight * sizes[:, 0])[..., None], at, wide)
     s = travel_of(states, t.form, part)[:, None]
     halves = [t.form, t.form.sine()][: sizes.shape[1]]
     with np.errstate(over="ignore"):  # of what has faded away

@@ -141,7 +141,7 @@ def rare_forms(states: States, kind: str, periods: Sequence[float]) -> list[Form
         largest = float(np.abs(states.reading).max())
         return found + [Form("reading", shape="stick", knee=b * largest) for b in STICKS]
     if kind in STIFFNESS:
-        return found + _amplitude_forms(states) + belt_sections(kind)
+        return found + _amplitude_forms(states)
     return found if kind in COURSES_ONLY else found + _direction_forms(states) + _oscillating_forms(states, periods)
 
 

@@ -226,12 +226,14 @@ def _rows(data: SearchData, place: Place, channel: str, part: int | None, block:
     states, where = data.states, channel if part is None else part
 
     def compute() -> np.ndarray:
+        op = data.design.rows[channel].swapaxes(0, 1)
+        if place.is_stretch:
+            return single_precision(states.stretch_input(place, channel, int(part or 0), block.everything)) @ op
         inputs = data.compute_once(
             ("inputs", where, place.kind in WRAPPED, block),
             lambda: single_precision(form_inputs(states.variables_at(place), block.everything, part, channel)),
             states,
         )
-        op = data.design.rows[channel].swapaxes(0, 1)
         gain = states.channel_gain(place.of_all_spans, channel, part) if place.relative else None
         return inputs @ (op if gain is None else op * single_precision(np.asarray(gain))[..., None])
 

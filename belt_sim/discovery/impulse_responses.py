@@ -18,9 +18,10 @@ from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.forward import ROWS, room_for
 from belt_sim.effects.base import Effect, Parameter, apply_hook, effect, overrides
-from belt_sim.effects.law_terms import AT_PULLEYS, PULLEYS, RELATIVE
+from belt_sim.effects.law_terms import AT_PULLEYS, BY_THE_BELT, PULLEYS, RELATIVE
 from belt_sim.effects.pipeline import as_driven, true_travel
 from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
+from belt_sim.laws.influence import StretchResponse, stretch_response
 from belt_sim.laws.span import log_of_change, response_by_change
 
 #: channel -> unit of its input; every kind at the tail and at the head pulley
@@ -188,9 +189,11 @@ def _sort_by_pulley(curves, case):
 @dataclass(frozen=True)
 class SpanChange:
     """What a relative change of tension or of a stiffness adds to a span: coefficients (R, 7, 2, 3) of powers 1 to 7 of
-    log(1 + change), of the curvature at the run-up and of the roll at mid-span, per unit of ``span_ends``."""
+    log(1 + change), of the curvature at the run-up and of the roll at mid-span, per unit of ``span_ends``; stretch
+    (R, ...): what the same does on a stretch of the belt; None of tension."""
 
     coefficients: np.ndarray
+    stretch: StretchResponse | None
 
     def per_change(self, ends: np.ndarray, row: int) -> np.ndarray:
         """What a small change adds per unit (R, J), by the ends of a span (R, 3, J); row: 0 curvature, 1 roll."""
@@ -214,7 +217,8 @@ def span_changes(bench: Workbench, fit: Fit) -> dict[str, SpanChange]:
     settings = jax.tree.map(lambda x: np.asarray(x)[rows], forward.samples.cases.settings)
     cases = replace(forward.samples.cases, settings=settings)
     made = _compile_changes(forward.model, tuple(map(type, effects)))(effects, cases)
-    return {kind: SpanChange(np.asarray(x)[:runs]) for kind, x in made.items()}
+    made = jax.tree.map(lambda x: np.asarray(x)[:runs], made)
+    return {kind: SpanChange(*both) for kind, both in made.items()}
 
 
 @lru_cache(PROGRAMS)
@@ -223,7 +227,10 @@ def _compile_changes(model, classes):
         case = as_driven(case, effects)
         span = apply_hook((*model.built_in, *effects), "span", model.span(case), case)
         at, ends = jnp.array([0, 2]), slice(0, 3)  # run-up and middle; the ends of a belt do not roll
-        return {k: response_by_change(span, case, k)[:, at, ends] for k in dict.fromkeys(RELATIVE.values())}
+        return {
+            k: (response_by_change(span, case, k)[:, at, ends], stretch_response(span, k) if k in BY_THE_BELT else None)
+            for k in dict.fromkeys(RELATIVE.values())
+        }
 
     many = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0)))  # type: ignore[arg-type]
     return jit_float64(many, brief=True)

@@ -32,6 +32,7 @@ class SearchOutcome:
         if self.best is None:
             return self.latent_inputs[0]
         place = self.best.scored.law.terms[0].place
+        place = place.of_all_spans if place.is_stretch else place
         return self.data.latent_inputs_at(place)[0] if place.is_carried else self._latent_input_at(place.name)
 
     def _latent_input_at(self, name: str) -> LatentInput:

@@ -203,7 +203,7 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, wo
     """
     said = _place_and_terms(data, made)
     numbers = made.estimates()
-    said += _section_middles(data, made.scored.law, numbers) + _known_products(made, numbers)
+    said += _section_middles(made.scored.law, numbers) + _known_products(made, numbers)
     said += f"; {law.parity} in yaw" if law.parity != "mixed" else "; neither odd nor even in yaw"
     value, u = made.exponent
     powers = [numbers[n][0] for n in ("exponent", "exponent_2") if n in numbers]
@@ -219,11 +219,22 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, wo
 
 def _place_and_terms(data: SearchData, made: MarchFit) -> str:
     law, numbers = made.scored.law, made.estimates()
+    if law.terms[0].place.is_stretch and len(law.terms) == 1:
+        return f"The {law.terms[0].place.words} is {_as_belt(data, law.terms[0], numbers)}: {formula(law, numbers)}"
     if len({t.place.name for t in law.terms}) == 1 and law.terms[0].place.kind in STIFFNESS:
         how = _by_how_much(data, law, numbers)
         return f"The {law.terms[0].place.words} is {how}: relative change {formula(law, numbers)}"
     by_place = dict.fromkeys(t.place.words for t in law.terms)
     return f"The {words.join_words(list(by_place))} lacks {formula(law, numbers)}"
+
+
+def _as_belt(data: SearchData, term: Term, numbers: Estimates) -> str:
+    """How a stretch of another stiffness differs, as so much more or less belt would."""
+    size, u, _ = numbers["size"]
+    length = float(data.bench.samples.cases.rig.span_length)
+    how, more = ("lower", "more") if size < 0.0 else ("higher", "less")
+    does = "twists" if term.place.relative == "torsion" else "bends"
+    return f"{how}, and {does} as {words.with_u(length * abs(size), length * u, 'm')} {more} of the belt would"
 
 
 def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
@@ -260,15 +271,12 @@ def _change(data: SearchData, law: Law, numbers: Estimates) -> np.ndarray:
     return np.maximum(np.where(np.abs(found[0]) >= np.abs(found[1]), *found), -1.0)
 
 
-def _section_middles(data: SearchData, law: Law, numbers: Estimates) -> str:
+def _section_middles(law: Law, numbers: Estimates) -> str:
     """Where on the belt the stretches of a law are, to be found there; empty where it has none."""
     said = ""
     for k, t in enumerate(law.terms):
         if t.form.is_carried:
             value, u, _ = numbers[number_name("at", k)]
-            if t.place.kind in STIFFNESS:  # it is at work while it is in the span, and runs up at the end of that
-                rig = data.bench.samples.cases.rig
-                value += 0.5 * float(rig.span_length) / float(rig.belt_length)
             said += f"; the middle of the stretch runs up the tail pulley {words.with_u(value % 1.0, u)} "
             said += "belt lengths after the start of a forward run"
     return said

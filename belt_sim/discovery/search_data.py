@@ -99,6 +99,9 @@ class SearchData:
         """Whitened columns (F, R, m) of forms of size 1 at a place, without dependence on tension."""
         inputs, states = [], self.states.variables_at(place)
         for channel, part in place.parts:
+            if place.is_stretch:
+                inputs.append(states.stretch_input(place, channel, int(part or 0), forms).swapaxes(0, 1))
+                continue
             one = np.stack([form_values(f, states, part, channel) for f in forms])
             inputs.append(one * self.states.channel_gain(place, channel, part))
         return self.design.place_columns(place, inputs)
@@ -139,9 +142,9 @@ def campaign_places(samples: Samples) -> tuple[Place, ...]:
     found: list[Place] = []
     for kind in AT_PULLEYS:
         found += [Place(kind, where) for where in (*PULLEYS, "both")]
-        if kind in BY_THE_BELT and samples.end > float(samples.cases.rig.belt_length):
-            found.append(Place(kind, CARRIED))
     tilts = tuple((s.name, 0) for s in samples.signals if s.kind == "tilt")
+    if samples.end > float(samples.cases.rig.belt_length):
+        found += [Place(kind, CARRIED, tilts if kind in STIFFNESS else ()) for kind in BY_THE_BELT]
     found.append(Place(TENSION, sensors=tilts))
     for kind, (of_both, _) in STIFFNESS.items():
         found += [Place(kind, where, tilts) for where in (("both", *SPANS) if of_both else SPANS)]

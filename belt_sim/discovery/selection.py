@@ -25,7 +25,7 @@ from belt_sim.discovery.linear_search import (
     two_term_laws,
 )
 from belt_sim.discovery.search_data import SearchData
-from belt_sim.effects.law_terms import BY_THE_BELT, STIFFNESS, Form, Law, Place, Term
+from belt_sim.effects.law_terms import BY_THE_BELT, Form, Law, Place, Term
 
 SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
 PLACES, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
@@ -95,7 +95,8 @@ def one_term_laws(loop: LoopResponses, read: SearchData) -> list[ClosedLoopFit]:
 def steady_changes(data: SearchData) -> list[ScoredLaw]:
     """A steady change of the tension and of each stiffness, without a score: to first order a large one looks like
     something else. Other forms are then tried at its place, with the states that it makes."""
-    return [ScoredLaw(Law((Term(place, Form("none")),)), 0.0, 0.0) for place in data.places if place.relative]
+    places = [place for place in data.places if place.relative and not place.is_stretch]
+    return [ScoredLaw(Law((Term(place, Form("none")),)), 0.0, 0.0) for place in places]
 
 
 def laws_with_both_slopes(loop: LoopResponses, ones: Sequence[ClosedLoopFit]) -> list[ClosedLoopFit]:
@@ -143,12 +144,7 @@ def _simplify(data: SearchData, law: Law) -> Law:
         simpler_form(t.form, float(end / pace), float(cell / pace)) for t, pace in zip(law.terms, paces, strict=True)
     ]
     terms = [replace(t, form=form or t.form) for t, form in zip(law.terms, forms, strict=True)]
-    return Law(tuple(replace(t, form=Form("none")) if _is_everywhere(t) else t for t in terms))
-
-
-def _is_everywhere(term: Term) -> bool:
-    """Whether the section of the belt that changes a span is the whole belt."""
-    return term.form.is_carried and bool(term.place.relative) and (term.form.wide or 0.0) >= 1.0
+    return Law(tuple(terms))
 
 
 def different_laws(data: SearchData, laws: Sequence[ClosedLoopFit], count: int) -> list[ClosedLoopFit]:
@@ -217,7 +213,7 @@ def _may_act_at(place: Place, steady: bool, carried: bool) -> bool:
     """Whether a term may act at a place; carried: it goes round with the belt, so that it is not alike at both
     pulleys."""
     if carried:
-        return (steady and place.kind in STIFFNESS) or (place.kind in BY_THE_BELT and place.where != "both")
+        return place.kind in BY_THE_BELT and place.where != "both" and (steady or not place.relative)
     return not place.is_carried and (steady or place.kind not in COURSES_ONLY)
 
 

@@ -1,16 +1,21 @@
 """States: what a law may read along each run, on the grid of an unknown's input."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from operator import itemgetter
 
+import jax
 import numpy as np
 
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.design import curve_row, span_ends
 from belt_sim.discovery.impulse_responses import CHANNELS, MOMENT, ImpulseResponses, SpanChange, drift_at
 from belt_sim.discovery.latent_input import LatentInput
-from belt_sim.effects.law_terms import ROLLS, SPANS, TRAVEL, WRAPPED, Place
+from belt_sim.effects.law_terms import COURSES, ROLLS, SPANS, TRAVEL, WRAPPED, Form, Place
+from belt_sim.laws.influence import stretch_adds, stretch_ends
+
+LITTLE = 1e-6  # size of a law of a stretch, to which its work goes with its size
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +83,35 @@ class States:
         if place.name == TRAVEL:  # a belt that is further than the encoder says shows what comes later
             return np.gradient(self.reading[:, self.signals.index(channel)], self.s[1] - self.s[0], axis=-1)
         return 1.0
+
+    def stretch_per_end(
+        self, place: Place, channel: str, pulley: int, change: np.ndarray, at: np.ndarray, wide: np.ndarray
+    ) -> np.ndarray:
+        """What stretches of another stiffness add to a channel per unit of the ends of the span, (3, R, F, J).
+
+        change (R, F, 1), at, wide (F, 1): the numbers of laws of a stretch (``belt_sim.effects.law_terms``).
+        """
+        response, found = self.changes[place.relative].stretch, []
+        for run, part in enumerate(self.belt_part[:, pulley]):
+            own = jax.tree.map(itemgetter(run), response)
+            behind = (at - part) * (1.0 if self.forward[run] else -1.0)
+            lies = stretch_ends(own.x[-1], self.belt_length, behind, wide, np)
+            jump, length = -change[run] * own.x[-1], wide * self.belt_length
+            added = stretch_adds(own, jump, length, lies, np)
+            if channel in ROLLS or own.ends is None:
+                found.append(added[2 if channel in ROLLS else 0])
+            else:  # and where it runs up itself
+                running_up = jump / length * COURSES["belt_section"][1](part, at, wide, np)
+                found.append(added[0] + running_up * (added[0] + own.ends[0][:, None, None]))
+        return np.stack(found, axis=1)
+
+    def stretch_input(self, place: Place, channel: str, pulley: int, forms: Sequence[Form]) -> np.ndarray:
+        """What laws of a stretch, of size 1, add to a channel, (R, F, J), as far as that goes with the size."""
+        at, wide = (np.array([getattr(f, n) for f in forms])[:, None] for n in ("at", "wide"))
+        little = np.full((len(self.tension), len(forms), 1), LITTLE)
+        first = 3 * pulley
+        added = self.stretch_per_end(place, channel, pulley, little, at, wide) / LITTLE
+        return np.einsum("irfj,rij->rfj", added, self.ends[:, first : first + 3])
 
     def span_share(self, place: Place, pulley: int | None) -> np.ndarray | float:
         """Of what acts on one span: 1 in the runs (R, 1) in which that span runs up a pulley; else 1."""

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.effects.base import METRES, Cause, Effect, effect, parameter
-from belt_sim.laws.influence import natural_curvature_rows, span_fields
+from belt_sim.laws.influence import interpolate_rows, natural_curvature_rows, span_fields
 
 HARMONICS = 40
 FALLS = 1.27  # measured edges: amplitudes fall as harmonic^-1.27
@@ -78,7 +78,7 @@ def _phase(seen, case):
     return 2 * jnp.pi * (direction * seen[None] - along[:, None]) / rig.belt_length
 
 
-def _add_natural(bend, added, natural):
+def add_natural(bend, added, natural):
     """Return ``bend`` with a natural curvature: what it adds at the run-up, the run-off and to the tilt, and itself at
     the run-up and the run-off."""
     return replace(
@@ -122,7 +122,7 @@ class Camber(Effect):
         return rows @ weights * (span.length / (rows.shape[1] - 1) / 3.0)
 
     def bend(self, bend, boundary, known, case):
-        return _add_natural(bend, self.kappa_c * known, (self.kappa_c, self.kappa_c))
+        return add_natural(bend, self.kappa_c * known, (self.kappa_c, self.kappa_c))
 
     def scene(self, parts, case):
         return parts.with_camber(lambda s: np.full(np.shape(s), self.kappa_c)) if self.kappa_c else parts
@@ -135,15 +135,6 @@ _POINTS = (np.arange(16) + 0.5) / 16 - 0.5  # middles of pieces of a weld, which
 def raised_cosine(u, xp=jnp):
     """1 + cos(2 pi u) for |u| < 1/2, else 0: a bend of mean 1 over its own length; xp: jax.numpy or numpy."""
     return xp.where(xp.abs(u) < 0.5, 1.0 + xp.cos(2.0 * xp.pi * u), 0.0)
-
-
-def _interpolate_rows(x, rows, where):
-    """Rows (k, n) at equally spaced x (n,), read at ``where`` by straight lines: no search, which a march feels."""
-    place = (where - x[0]) / (x[-1] - x[0]) * (len(x) - 1)
-    left = jnp.clip(jnp.floor(place), 0.0, len(x) - 2.0)
-    part, left = place - left, left.astype(jnp.int32)
-    near, far = (rows.at[:, k].get(mode="promise_in_bounds", wrap_negative_indices=False) for k in (left, left + 1))
-    return near * (1.0 - part) + far * part
 
 
 @effect
@@ -188,7 +179,7 @@ class Weld(Effect):
         def passage(middle):
             place = middle + self.length * _POINTS
             inside = jnp.clip(0.5 + jnp.minimum(place, span.length - place) / piece, 0.0, 1.0)  # share of each piece
-            return _interpolate_rows(fields.x, rows, jnp.clip(place, 0.0, span.length)) @ (shape * inside)
+            return interpolate_rows(fields.x, rows, jnp.clip(place, 0.0, span.length)) @ (shape * inside)
 
         x = jnp.linspace(-0.5 * self.length, span.length + 0.5 * self.length, _PLACES)
         return x, jax.vmap(passage, out_axes=1)(x)
@@ -201,9 +192,9 @@ class Weld(Effect):
         place = place - jnp.stack([0.0 * to_point_3, rig.span_length + rig.wrap_tail])  # from each span's run-off
         place = jnp.mod(place + 0.5 * self.length, rig.belt_length) - 0.5 * self.length
         there = (place >= middles[0]) & (place <= middles[-1])
-        added = self.angle * jnp.where(there, _interpolate_rows(middles, unit, place), 0.0)
+        added = self.angle * jnp.where(there, interpolate_rows(middles, unit, place), 0.0)
         ends = [self.angle / self.length * raised_cosine((place - x) / self.length) for x in (rig.span_length, 0.0)]
-        return _add_natural(bend, added, ends)
+        return add_natural(bend, added, ends)
 
     def scene(self, parts, case):
         around = float(case.rig.belt_length)

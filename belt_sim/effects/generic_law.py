@@ -13,7 +13,9 @@ import jax
 import jax.numpy as jnp
 
 from belt_sim.effects.base import Effect, Parameter, effect
+from belt_sim.effects.belt_shape import add_natural
 from belt_sim.effects.law_terms import (
+    COURSES,
     PULLEYS,
     RELATIVE,
     SENSOR,
@@ -28,6 +30,7 @@ from belt_sim.effects.law_terms import (
     number_name,
 )
 from belt_sim.laws.drive import angle_at
+from belt_sim.laws.influence import stretch_adds, stretch_ends, stretch_response
 from belt_sim.laws.span import log_of_change, response, response_by_change
 
 ID = "generic_law"
@@ -199,18 +202,27 @@ def _wrap(self, runoff, state, case):
 
 
 def _influence(self, span, case):
-    """Return the curvature at the run-up per unit of the boundary values, and what each change adds."""
-    changes = dict.fromkeys(t.place.relative for _, t in self.terms(*RELATIVE))  # tension, bending, torsion
-    return response(span).runup, [response_by_change(span, case, kind) for kind in changes]
+    """Return the curvature at the run-up per unit of the boundary values, and what each change of whole spans and of a
+    stretch of the belt adds, by its kind (tension, bending, torsion)."""
+    whole, stretches = (
+        dict.fromkeys(t.place.relative for _, t in self.terms(*RELATIVE) if t.place.is_stretch == stretch)
+        for stretch in (False, True)
+    )
+    changes = {kind: response_by_change(span, case, kind) for kind in whole}
+    return response(span).runup, changes, {kind: stretch_response(span, kind) for kind in stretches}
 
 
 def _bend(self, bend, boundary, known, case):
+    curvature, changes, stretches = known
     shares: dict[str, Any] = {}
     for k, t in self.terms(*RELATIVE):
+        if t.place.is_stretch:
+            bend = _bend_stretch(self, k, bend, boundary, stretches[t.place.relative], case)
+            continue
         if t.form.variable == "y":
             x = boundary.start + boundary.ends[0]
         elif t.form.variable == "kappa":
-            x = known[0] @ boundary.ends + bend.runup
+            x = curvature @ boundary.ends + bend.runup
         else:
             x = _independent(t, boundary.travel, case)
         added = self.strength(k, x, _course_variable(t, boundary.travel, case), case)
@@ -218,11 +230,28 @@ def _bend(self, bend, boundary, known, case):
             first = jnp.array([t.place.where == s for s in SPANS])
             added = jnp.where((case.settings.direction > 0) == first, added, 0.0)
         shares[t.place.relative] = shares[t.place.relative] + added if t.place.relative in shares else added
-    for share, by_change in zip(shares.values(), known[1], strict=True):
+    for kind, share in shares.items():
         x = log_of_change(share) + jnp.zeros(2)
-        more = jnp.einsum("ks,kai,is->as", x ** jnp.arange(1, 8)[:, None], by_change, boundary.ends)
+        more = jnp.einsum("ks,kai,is->as", x ** jnp.arange(1, 8)[:, None], changes[kind], boundary.ends)
         bend = replace(bend, runup=bend.runup + more[0], runoff=bend.runoff + more[1], tilt=bend.tilt + more[2])
     return bend
+
+
+def _bend_stretch(self, k: int, bend, boundary, response, case):
+    """Add what the k-th term, the stiffness of a stretch of the belt, does to both spans."""
+    at, wide = (getattr(self, number_name(n, k)) for n in ("at", "wide"))
+    slack = (case.settings.tension / self.content.tension) ** getattr(self, number_name("exponent", k))
+    jump = -getattr(self, number_name("size", k)) * slack * case.rig.span_length
+    length, part = wide * case.rig.belt_length, _belt_part(case, boundary.travel)
+    behind = (at - part) * case.settings.direction
+    lies = stretch_ends(case.rig.span_length, case.rig.belt_length, behind, wide)
+    added = jnp.einsum("ais,is->as", stretch_adds(response, jump, length, lies), boundary.ends[:3])
+    if response.ends is None:
+        return add_natural(bend, added, (0.0, 0.0))
+    leaves = part - case.settings.direction * case.rig.span_length / case.rig.belt_length  # the part at the run-off
+    here = (COURSES["belt_section"][1](place, at, wide, jnp) for place in (part, leaves))
+    ends = zip(here, response.ends @ boundary.ends[:3] + added[:2], strict=True)
+    return add_natural(bend, added, [jump / length * inside * elastic for inside, elastic in ends])
 
 
 def _encoder(self, travel, case):

@@ -171,6 +171,8 @@ def _place_of(one: Mapping[str, Any], where: str) -> Place:
 
 def _variables(place: Place) -> list[str]:
     """The variables that a term at a place can read."""
+    if place.is_stretch:
+        return ["none"]
     beyond = ("reading", "reading_rate") if place.kind == SENSOR else () if place.kind == TRAVEL else ("y", "kappa")
     at_pulleys = place.kind not in (SENSOR, TRAVEL, *RELATIVE)
     return ["none", "yaw_set", "beta", "sigma", *beyond, *(("alpha",) if at_pulleys else ())]

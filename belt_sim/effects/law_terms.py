@@ -29,7 +29,6 @@ AT_PULLEYS = {
     "shift": ("sideways shift over the wrap of {}", "m"),
     "twist": ("twist over the wrap of {}", "rad"),
 }
-BY_THE_BELT = ("turn", "drift")  # kinds of what a section of the belt can do where it runs up
 WRAPPED = ("shift", "twist")  # kinds of what happens to a belt while it lies on a pulley
 #: kind of relative change of a span's own stiffness -> its words, of both spans (where there is one) and of one
 STIFFNESS = {
@@ -37,6 +36,8 @@ STIFFNESS = {
     "bending": ("bending stiffness of both spans", "bending stiffness of the {} span"),
     "torsion": ("torsional stiffness of both spans", "torsional stiffness of the {} span"),
 }
+#: kinds of what a section of the belt can do: where it runs up, and in the spans
+BY_THE_BELT = ("turn", "drift", "bending", "torsion")
 #: kind of place whose input is a relative change of what bends a span -> what that is
 RELATIVE = {TENSION: TENSION, "pull": TENSION, "bending": "bending", "torsion": "torsion"}
 _ALIKE = {"both": "both pulleys alike", CARRIED: "both pulleys (as the belt carries it)"}
@@ -186,6 +187,8 @@ class Place:
             return AT_PULLEYS[self.kind][0].format(_ALIKE.get(self.where, f"the {self.where} pulley"))
         if self.kind in STIFFNESS:
             of_both, of_one = STIFFNESS[self.kind]
+            if self.is_stretch:
+                return of_both.replace("both spans", "a stretch of the belt")
             return of_both if self.where == "both" else of_one.format(self.where)
         one = self.kind != SENSOR or len(self.sensors) == 1
         return _WORDS[self.kind].format(self.where) if one else "readings of all sensors alike"
@@ -221,14 +224,23 @@ class Place:
         return self.where == CARRIED and self.kind in BY_THE_BELT
 
     @property
+    def is_stretch(self) -> bool:
+        """Whether it is the stiffness of a stretch of the belt.
+
+        Its input, minus 1 times the integral of (the belt's stiffness over its own, less 1) along the stretch over the
+        length of a span, goes with its size for a small change only, and not with the course in the spans.
+        """
+        return self.is_carried and bool(self.relative)
+
+    @property
     def relative(self) -> str:
         """What its input is a relative change of: tension, bending or torsion; empty: of nothing."""
         return RELATIVE.get(self.kind, "")
 
     @property
     def of_all_spans(self) -> "Place":
-        """The same of both spans, where it is of one."""
-        return replace(self, where="both") if self.where in SPANS else self
+        """The same of both spans, where it is of one or of a stretch of the belt."""
+        return replace(self, where="both") if self.where in SPANS or self.is_stretch else self
 
 
 def fixed_places() -> dict[str, Place]:

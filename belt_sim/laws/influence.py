@@ -14,6 +14,7 @@ flat span changes no curvature, as k_u and k_o integrate to 1 and -1. In a hangi
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -59,7 +60,7 @@ class SpanFields:
     unit angle at the run-off, per unit rolling couple at mid-span.
 
     per_runup, per_runoff: curvature per unit of those angles [1/m]; per_couple: curvature per unit of that couple
-    [1/(N m2)]; place, slope, angle, roll (3, n): y, y', theta and phi per unit of each.
+    [1/(N m2)]; place, slope, angle, roll, twist (3, n): y, y', theta, phi and phi' per unit of each.
     """
 
     x: jnp.ndarray
@@ -70,6 +71,24 @@ class SpanFields:
     slope: jnp.ndarray
     angle: jnp.ndarray
     roll: jnp.ndarray
+    twist: jnp.ndarray
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class StretchResponse:
+    """What a stretch of another stiffness does to a span, by where it lies.
+
+    x (n,): equally spaced places from the run-off [m]; integrals (10, n): from the run-off to each, of what a unit jump
+    of the angle there (bending) or of the roll (torsion) adds to the elastic curvature at run-up and run-off and to the
+    roll at mid-span, times the curvature (twist) there per unit of the first three boundary values of the span, (9, n);
+    and of what that jump takes of the curvature (twist) where it is [1/m]; ends (2, 3): curvature at run-up and run-off
+    per unit of the boundary values; None of torsion, which does not change how the belt itself runs up.
+    """
+
+    x: jnp.ndarray
+    integrals: jnp.ndarray
+    ends: jnp.ndarray | None
 
 
 @pytree
@@ -121,6 +140,7 @@ def span_fields(span: Span) -> SpanFields:
         slope=(values[:, 1] - sheared).T,
         angle=values[:, 1].T,
         roll=values[:, 2].T * roll,
+        twist=forces[:, 2].T * roll / span.length,
     )
 
 
@@ -130,6 +150,74 @@ def natural_curvature_rows(fields: SpanFields, span: Span):
     Rows: elastic curvature at the run-up and the run-off [1/m], roll of mid-span [rad].
     """
     return jnp.stack([-fields.per_runup, fields.per_runoff, span.bending * fields.per_couple])
+
+
+@partial(jax.jit, static_argnames="kind")
+def stretch_response(span: Span, kind: str) -> StretchResponse:
+    """Return what a stretch of another bending stiffness (kind bending) or torsional stiffness (torsion) does."""
+    fields, twists = span_fields(span), kind == "torsion"
+    curved = jnp.stack([fields.per_runup, fields.per_runoff, fields.per_couple])
+    up, off, couple = fields.twist if twists else curved
+    stiffness = span.torsion if twists else span.bending
+    added = stiffness * jnp.stack([-up / span.bending, off / span.bending, couple])
+    there = jnp.stack([-(up + off) / span.length, off, up])
+    each = jnp.concatenate([(added[:, None] * there).reshape(9, -1), _own_release(span)[None, int(twists)]])
+    steps = 0.5 * (each[:, 1:] + each[:, :-1]) * (fields.x[1] - fields.x[0])
+    integrals = jnp.concatenate([jnp.zeros((10, 1)), jnp.cumsum(steps, axis=1)], axis=1)
+    return StretchResponse(x=fields.x, integrals=integrals, ends=None if twists else there[:, jnp.array([-1, 0])].T)
+
+
+def _own_release(span: Span):
+    """Return what a unit jump of the angle takes of the curvature at its own place [1/m], and one of the roll of the
+    rate of twist, (2, n)."""
+    numbers, *_ = dimensionless(span)
+    pieces = condense(numbers, 0.5)
+    (p, q), (r, s) = pieces[0]
+
+    def longer(ends, _):
+        left, right = ends  # stiffness at the free end of what lies behind it, and before it
+        return (s + r @ inverse(left - p) @ q, p + q @ inverse(right - s) @ r), ends
+
+    _, (left, right) = jax.lax.scan(longer, (s, p), length=2 ** len(pieces))
+    behind, before = left[:-1], right[-2::-1]
+    inside = -jax.vmap(lambda a, b: a @ inverse(a - b) @ b)(behind, before)
+    release = jnp.concatenate([-right[-1:], inside, left[-1:]])
+    return jnp.stack([release[:, 0, 1], release[:, 2, 2]]) / span.length
+
+
+def stretch_ends(length, around, behind, wide, xp=jnp):
+    """Return where a stretch of the belt begins and ends within a span, counted from its run-off [m]; both at one end
+    of the span while it is elsewhere.
+
+    length, around: of the span and of the belt [m]; behind: by how much the middle of the stretch has yet to run up;
+    wide: its length, both in belt lengths.
+    """
+    middle = length - (xp.mod(behind + 0.5 * wide, 1.0) - 0.5 * wide) * around
+    return tuple(xp.clip(middle + side * wide * around, 0.0, length) for side in (-0.5, 0.5))
+
+
+def stretch_adds(response: StretchResponse, jump, wide, place, xp=jnp):
+    """Return what a stretch adds to the elastic curvature at run-up and run-off and to the roll at mid-span, per unit
+    of the first three boundary values, (3, 3, ...).
+
+    jump: integral of (EI / its own EI - 1) along it [m], at least that of a rigid one; wide: its length [m]; place: of
+    ``stretch_ends`` [m]. What the jumps along a stretch take of the curvature in it lies between what they do each by
+    themselves, where it is short, and all of it, where it is long.
+    """
+    low, high = (interpolate_rows(response.x, response.integrals, end, xp) for end in place)
+    mean = (high - low) / wide
+    jump, own = xp.maximum(jump, -wide), xp.maximum(mean[9], 0.0)
+    return xp.reshape(jump / (1.0 + jump * own / (1.0 + own * wide)) * mean[:9], (3, 3, *mean.shape[1:]))
+
+
+def interpolate_rows(x, rows, where, xp=jnp):
+    """Return rows (k, n) at equally spaced x (n,), read at ``where`` (...) by straight lines, (k, ...): no search,
+    which a march feels."""
+    place = (where - x[0]) / (x[-1] - x[0]) * (len(x) - 1)
+    left = xp.clip(xp.floor(place), 0.0, len(x) - 2.0)
+    part, left = place - left, left.astype(int)
+    near, far = (xp.take(rows, k, axis=1, mode="clip") for k in (left, left + 1))
+    return near * (1.0 - part) + far * part
 
 
 def supports(span: Span, share, fields: SpanFields) -> tuple[Support, Support]:
