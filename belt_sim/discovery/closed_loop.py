@@ -77,9 +77,14 @@ class LoopResponses:
         if name == "reading":
             row = curve_row(s.bench.samples.signals[where].at, s.bench.samples.runs[run].direction)
         pulse = s.responses.pulses[run, CHANNELS.index(channel)]
-        seen = span_ends(pulse[None])[0, where] if name == "ends" else pulse[row]
-        found = s.responses.cell_responses(seen, grid + grid[1] - grid[0])[:, 1]
-        return found / float(s.bench.samples.cases.belt.bending_stiffness) if name == "kappa" else found
+        ends, seen, cases = span_ends(pulse[None])[0], pulse[row], s.bench.samples.cases
+        if name == "ends":
+            seen = ends[where]
+        elif name == "kappa_mean":
+            seen = (ends[3 * where + 2] - ends[3 * where + 1]) / float(cases.rig.span_length)
+        elif name == "kappa":
+            seen = seen / float(cases.belt.bending_stiffness)
+        return s.responses.cell_responses(seen, grid + grid[1] - grid[0])[:, 1]
 
 
 def solve_loop(loop: LoopResponses, laws: Sequence[LawAndSizes], begin: States | None = None) -> LoopSolution | None:
@@ -142,7 +147,7 @@ def states_with_law(loop: LoopResponses, law: Law, sizes: np.ndarray, states: St
     data = loop.data
     felt = _inputs(data, [(law, sizes)])({r: _state_values(states, r) for r in _law_variables(law, states)})
     sensors = [k for k, s in enumerate(data.bench.samples.signals) if s.kind == "lateral"]
-    reads = [(n, k) for n in ("y", "alpha", "kappa") for k in (0, 1)]
+    reads = [(n, k) for n in ("y", "alpha", "kappa", "kappa_mean") for k in (0, 1)]
     reads += [("ends", k) for k in range(states.ends.shape[1])]
     reads += [(n, k) for k in sensors for n in ("reading", "reading_rate")]
     added = _responses_to(loop, _channel_inputs(law, felt), reads)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from belt_sim.discovery.states import States
-from belt_sim.effects.law_terms import SPAN, STIFFNESS, TENSION, TRAVEL, Form
+from belt_sim.effects.law_terms import ONE_SIDED, SPAN, STIFFNESS, TENSION, TRAVEL, Form
 
 WITH_KNEE = ("saturation", "dead_zone")  # shapes with a knee that are tried of what reads the state
 STEADY = ("constant", "linear", "square_root")
@@ -104,11 +104,13 @@ def _tension_thresholds(states: States) -> list[Form]:
 
 
 def _amplitude_forms(states: States) -> list[Form]:
-    """What grows with how far the belt goes or is bent, on either side alike."""
-    found = [Form(n, shape=s) for n in ("y", "kappa") for s in ("magnitude", "square")]
-    for n in ("y", "kappa"):
+    """What grows with how far the belt goes or is bent, on either side alike; and what is there on one side only."""
+    found = []
+    for n in ("y", "kappa", "kappa_mean"):
         largest = float(np.abs(getattr(states, n)).max())
+        found += [Form(n, shape=s) for s in ("magnitude", "square")]
         found += [Form(n, shape="magnitude_beyond", knee=b * largest) for b in KNEES]
+        found += [Form(n, shape=s, knee=b * largest) for s in ONE_SIDED for b in KNEES[:2]]
     return found
 
 

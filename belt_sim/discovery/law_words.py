@@ -8,7 +8,7 @@ import numpy as np
 from belt_sim.discovery.form_dictionary import form_values
 from belt_sim.discovery.march_fit import Estimates, MarchFit
 from belt_sim.discovery.search_data import SearchData
-from belt_sim.effects.law_terms import SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Law, Term, number_name
+from belt_sim.effects.law_terms import ONE_SIDED, SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Law, Term, number_name
 from belt_sim.results import words
 from belt_sim.results.discovery import FoundLaw
 from belt_sim.results.errors import Change
@@ -27,6 +27,7 @@ SYMBOLS = {
     "y": "y",
     "alpha": "α",
     "kappa": "κ",
+    "kappa_mean": "κ̄",
     "reading": "y",
     "reading_rate": "dy/dt",
 }
@@ -62,6 +63,8 @@ def _term(t: Term, k: int, numbers: Estimates) -> str:
         "dead_zone": f"the part of {x} beyond ±{knee}",
         "magnitude": f"|{x}|",
         "magnitude_beyond": f"the part of |{x}| beyond {knee}",
+        "positive": f"where {x} is above 0 (by {knee} and more)",
+        "negative": f"where {x} is below 0 (by {knee} and more)",
         "below": f"(1 − {x}/({knee})) below {knee}",
         "above": f"({x}/({knee}) − 1) above {knee}",
     }[form.shape]
@@ -178,7 +181,9 @@ def _stiffness(t: Term) -> str:
         return "something between the pulleys that carries part of the pull: a support, a scraper, a bearing"
     if t.form.course != "constant":
         return "a belt that warms up, settles or cracks"
-    if t.form.variable in ("y", "kappa"):
+    if t.form.variable in ("y", "kappa", "kappa_mean"):
+        if t.form.shape in ONE_SIDED:
+            return "an edge that is cracked, or touches something, so that the belt is weaker to one side"
         return "edges that go slack, or touch something, where the belt goes far"
     return "a cross-section unlike the sheet's: residual stress, curl, worn or cracked edges"
 

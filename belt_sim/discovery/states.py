@@ -22,20 +22,21 @@ LITTLE = 1e-6  # size of a law of a stretch, to which its work goes with its siz
 class States:
     """Along every run, on the grid s (J,) [m].
 
-    Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up; beta (R, J) [rad]: commanded yaw;
-    yaw_set (R, J): 1 once it is set; since (R, J): travel since then; per signal (R, S, J): reading [m] and its rate
-    reading_rate [m/s]; ends (R, 6, J): of the spans, as ``span_ends`` has them; tension [Pa], speed [m/s] (R,);
-    changes: kind of relative change of the spans -> how it acts; forward (R,): whether the upper span runs up the tail
-    pulley; belt_part (R, 2, J): the part of the belt that runs up, in belt lengths from the one that is at the tail
-    pulley when a forward run starts; head_delay, belt_length: travel [m] by which it reaches the head pulley after the
-    tail pulley, and the same pulley again; wraps: travel [m] by which it leaves the tail and the head pulley after it
-    has run up.
+    Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up, kappa_mean [1/m]: mean of the span
+    that does; beta (R, J) [rad]: commanded yaw; yaw_set (R, J): 1 once it is set; since (R, J): travel since then; per
+    signal (R, S, J): reading [m] and its rate reading_rate [m/s]; ends (R, 6, J): of the spans, as ``span_ends`` has
+    them; tension [Pa], speed [m/s] (R,); changes: kind of relative change of the spans -> how it acts; forward (R,):
+    whether the upper span runs up the tail pulley; belt_part (R, 2, J): the part of the belt that runs up, in belt
+    lengths from the one that is at the tail pulley when a forward run starts; head_delay, belt_length: travel [m] by
+    which it reaches the head pulley after the tail pulley, and the same pulley again; wraps: travel [m] by which it
+    leaves the tail and the head pulley after it has run up.
     """
 
     s: np.ndarray
     y: np.ndarray
     alpha: np.ndarray
     kappa: np.ndarray
+    kappa_mean: np.ndarray
     beta: np.ndarray
     yaw_set: np.ndarray
     since: np.ndarray
@@ -161,6 +162,7 @@ def states_of(
         y=y[:, :2],
         alpha=drift - np.gradient(y[:, :2], spacing, axis=-1),
         kappa=rows[:, MOMENT : MOMENT + 2] / bending,
+        kappa_mean=(rows[:, 4:6] - rows[:, [7, 6]]) / float(rig.span_length),
         beta=np.where(since >= 0.0, (yaw + head)[:, None], 0.0),
         yaw_set=np.where(since >= 0.0, 1.0, 0.0),
         since=np.maximum(since, 0.0),

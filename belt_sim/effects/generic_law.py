@@ -223,6 +223,8 @@ def _bend(self, bend, boundary, known, case):
             x = boundary.start + boundary.ends[0]
         elif t.form.variable == "kappa":
             x = curvature @ boundary.ends + bend.runup
+        elif t.form.variable == "kappa_mean":
+            x = (boundary.ends[2] - boundary.ends[1]) / case.rig.span_length
         else:
             x = _independent(t, boundary.travel, case)
         added = self.strength(k, x, _course_variable(t, boundary.travel, case), case)

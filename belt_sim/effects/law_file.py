@@ -175,7 +175,8 @@ def _variables(place: Place) -> list[str]:
         return ["none"]
     beyond = ("reading", "reading_rate") if place.kind == SENSOR else () if place.kind == TRAVEL else ("y", "kappa")
     at_pulleys = place.kind not in (SENSOR, TRAVEL, *RELATIVE)
-    return ["none", "yaw_set", "beta", "sigma", *beyond, *(("alpha",) if at_pulleys else ())]
+    own = ("alpha",) if at_pulleys else ("kappa_mean",) if place.relative else ()
+    return ["none", "yaw_set", "beta", "sigma", *beyond, *own]
 
 
 def _check_course(form: Form, place: Place, where: str) -> None:

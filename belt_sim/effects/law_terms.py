@@ -58,6 +58,7 @@ VARIABLES = {
     "y": ("m", "the belt's place y on the pulley"),
     "alpha": ("rad", "the contact angle α"),
     "kappa": ("1/m", "the curvature κ at the run-up (the entry moment)"),
+    "kappa_mean": ("1/m", "the mean curvature κ̄ of the span that runs up"),
     "reading": ("m", "the place y that the sensor sees"),
     "reading_rate": ("m/s", "the speed dy/dt that the sensor sees"),
 }
@@ -112,10 +113,13 @@ SHAPES: dict[str, tuple[str, Callable[..., Any]]] = {
     "magnitude": ("|x|", lambda x, knee, s, xp: xp.abs(x)),
     "magnitude_beyond": ("the part of |x| beyond knee", lambda x, knee, s, xp: xp.maximum(xp.abs(x) - knee, 0.0)),
     "below": ("1 - x / knee below knee, 0 above", lambda x, knee, s, xp: xp.maximum(1.0 - x / knee, 0.0)),
+    "positive": ("from 0 to 1 where x becomes positive", lambda x, knee, s, xp: 0.5 * (1.0 + xp.tanh(x / knee))),
+    "negative": ("from 0 to 1 where x becomes negative", lambda x, knee, s, xp: 0.5 * (1.0 - xp.tanh(x / knee))),
     "above": ("x / knee - 1 above knee, 0 below", lambda x, knee, s, xp: xp.maximum(x / knee - 1.0, 0.0)),
 }
 WITHOUT_KNEE = ("linear", "signed_square", "square", "cube", "magnitude")
 ODD_SHAPES = ("linear", "signed_square", "cube", "saturation", "dead_zone", "stick")
+ONE_SIDED = ("positive", "negative")
 _POWER = {"signed_square": 2, "square": 2, "cube": 3}
 
 #: course -> its formula in words, and the function (s, at, wide, xp) of travel [m] or time [s]; of a section of the
@@ -327,17 +331,21 @@ class Term:
         return 2 if self.form.is_wave else 1
 
     @property
-    def is_odd(self) -> bool:
-        """Whether what it adds changes its sign with the yaw."""
+    def parity(self) -> str:
+        """odd, even or mixed: how what it adds changes with the sign of the yaw."""
+        if self.form.shape in ONE_SIDED:
+            return "mixed"
         of_motion = bool(self.place.relative) or self.place.kind == TRAVEL  # in proportion to what moves or is bent
         reads = self.form.variable not in ("none", "yaw_set", "sigma")
-        return (self.form.shape in ODD_SHAPES) != of_motion if reads else of_motion
+        odd = (self.form.shape in ODD_SHAPES) != of_motion if reads else of_motion
+        return "odd" if odd else "even"
 
     @property
     def size_unit(self) -> str:
         """Unit of its size."""
         variable, place = VARIABLES[self.form.variable][0], self.place.unit
-        variable = "" if variable == "1" or self.form.variable == "sigma" else variable
+        plain = variable == "1" or self.form.variable == "sigma" or self.form.shape in ONE_SIDED
+        variable = "" if plain else variable
         power = _POWER.get(self.form.shape, 1)
         course = {"linear": "/m", "quadratic": "/m^2", "square_root": "/m^0.5"}.get(self.form.course, "")
         course = course.replace("m", "s") if self.form.timed else course
@@ -361,8 +369,8 @@ class Law:
     @property
     def parity(self) -> str:
         """odd, even or mixed: how what the law adds changes with the sign of the yaw."""
-        found = {t.is_odd for t in self.terms}
-        return "mixed" if len(found) > 1 else "odd" if found.pop() else "even"
+        found = {t.parity for t in self.terms}
+        return "mixed" if len(found) > 1 else found.pop()
 
     def with_numbers(self, values: Mapping[str, float]) -> "Law":
         """The law with knees, courses and exponents of ``values``, named as by ``law_numbers``."""

@@ -54,8 +54,9 @@ def _number(cls: type[Fault], name: str, value: Any) -> float:
     if name not in allowed:
         raise InputError(f"hidden {cls.id}", name, "", f"its parameters are {', '.join(allowed)}")
     finite(f"hidden {cls.id}.{name}", value, "", "give a number in SI")
-    unit, limit = (cls.sizes[name].unit, cls.sizes[name].limit) if name in cls.sizes else ("", float("inf"))
-    if not abs(value) <= limit or (cls.positive and value < 0):
-        low = 0 if cls.positive else -limit
-        raise InputError(f"hidden {cls.id}.{name}", value, unit, f"must lie between {low:g} and {limit:g}")
+    if name in cls.sizes:
+        limit, low = cls.sizes[name].limit, 0.0 if cls.positive else -cls.sizes[name].limit
+        if not low <= value <= limit:
+            remedy = f"must lie between {low:g} and {limit:g}"
+            raise InputError(f"hidden {cls.id}.{name}", value, cls.sizes[name].unit, remedy)
     return value

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from small_discovery import both_ways, effect_of, forward_with
 
+from belt_sim.discovery.closed_loop import LoopResponses, solve_loop
 from belt_sim.discovery.describe import _drawn_travel, _law_curve
 from belt_sim.discovery.form_dictionary import form_values
 from belt_sim.discovery.law_words import formula, sentence
@@ -18,6 +19,7 @@ from belt_sim.results.errors import Change
 from studies.challenge.laws import generator_place, pairs
 
 GREASE = Form("alpha", course="belt_section", at=1.2, wide=0.1)
+CARRIED = ["turn_carried", "drift_carried", "bending_carried", "torsion_carried"]
 BENT = Form("none", course="belt_section", at=0.8, wide=0.1)
 
 
@@ -25,9 +27,19 @@ def law_of(data: SearchData, place: str, form: Form) -> Law:
     return Law((Term(next(p for p in data.places if p.name == place), form),))
 
 
+def marched(bench, data: SearchData, law: Law, size: float) -> np.ndarray:
+    """Whitened readings that a law adds in the march."""
+    forward = forward_with(bench, effect_of(data, law, [size]))
+    at = [slot.name for slot in forward.slots].index("size")
+    vector = forward.null()
+    vector[at] = size / forward.slots[at].scale
+    there = forward.values(np.stack([vector, forward.null()]))
+    return data.projector.whiten((there[0] - there[1])[None])[0]
+
+
 def test_it_is_a_place_where_the_belt_goes_round_and_something_is_missing():
     bench, data = both_ways()
-    assert [p.name for p in data.places if p.is_carried] == ["turn_carried", "drift_carried"]
+    assert [p.name for p in data.places if p.is_carried] == CARRIED
     assert not [p for p in data.places_to_try if p.is_carried]
     assert [p for p in replace(data, wide=True).places_to_try if p.is_carried]
     short = replace(bench.samples, travel=bench.samples.travel * 0.1)
@@ -54,19 +66,31 @@ def test_a_course_is_felt_at_the_head_pulley_later_or_once_round():
     assert np.allclose(head, np.sin(2.0 * np.pi * (states.s - states.head_delay) / states.belt_length), atol=0.01)
 
 
-@pytest.mark.parametrize(("name", "form", "size"), [("drift_carried", GREASE, 0.02), ("turn_carried", BENT, 2e-6)])
+@pytest.mark.parametrize(
+    ("name", "form", "size"),
+    [
+        ("drift_carried", GREASE, 0.02),
+        ("turn_carried", BENT, 2e-6),
+        ("bending_carried", BENT, -0.01),
+        ("torsion_carried", BENT, 0.01),
+    ],
+)
 def test_the_file_of_such_a_law_does_in_the_march_what_the_search_says(name, form, size):
     bench, data = both_ways()
     law = law_of(data, name, form)
-    cls = effect_of(data, law, [size])
-    forward = forward_with(bench, cls)
-    at = [slot.name for slot in forward.slots].index("size")
-    vector = forward.null()
-    vector[at] = size / forward.slots[at].scale
-    there = forward.values(np.stack([vector, forward.null()]))
-    whole = data.projector.whiten((there[0] - there[1])[None])[0]
+    whole = marched(bench, data, law, size)
     search = np.tensordot([size], data.columns(law), axes=1)
     assert np.linalg.norm(search - whole) < 0.05 * np.linalg.norm(whole)
+
+
+@pytest.mark.parametrize(("name", "size"), [("bending_carried", -0.6), ("torsion_carried", -0.3)])
+def test_the_loop_has_a_stretch_however_soft(name, size):
+    bench, data = both_ways()
+    law = law_of(data, name, BENT)
+    whole = marched(bench, data, law, size)
+    found = solve_loop(LoopResponses(data), [(law, np.array([size]))])[0][0]
+    assert np.linalg.norm(found - whole) < 0.05 * np.linalg.norm(whole)
+    assert np.linalg.norm(size * data.columns(law)[0] - whole) > 0.1 * np.linalg.norm(whole)  # far from linear
 
 
 def test_what_the_belt_carries_is_found_and_told_from_what_either_pulley_does():
