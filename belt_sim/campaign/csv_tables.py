@@ -298,16 +298,14 @@ def _readings(table: CsvTable, sheets: tuple[SignalSheet, ...] | None) -> dict[s
 
 def _rows_of_runs(table: CsvTable, rows: RunRows | None) -> dict[str, np.ndarray]:
     """Return the row indices of each run in file order; each unknown run is one problem."""
-    number: dict[str, int] = {}
-    of_row = np.array([number.setdefault(name, len(number)) for name in table.columns["run"]])
-    order = np.argsort(of_row, kind="stable")
-    starts = np.searchsorted(of_row[order], np.arange(1, len(number)))
-    found = dict(zip(number, np.split(order, starts), strict=True))
+    found: dict[str, list[int]] = {}
+    for row, name in enumerate(table.columns["run"]):
+        found.setdefault(name, []).append(row)
     if rows is not None:
         for name in [name for name in found if name not in rows.lines]:
             remedy = "is blank; name the run" if not name else f"not in runs.csv; {did_you_mean(name, rows.lines)}"
             table.refuse(found[name][0], "run", name or None, "", remedy)
-    return found
+    return {name: np.array(index) for name, index in found.items()}
 
 
 def _check_rising(table: CsvTable, index: np.ndarray, name: str, values: np.ndarray, unit: str) -> None:
