@@ -71,7 +71,8 @@ _DATE = re.compile(
 @dataclass(frozen=True, kw_only=True)
 class Layout:
     """names: columns, no two alike; units: of a units row ("" where none); first: line of the first data row, from 1;
-    header: line of the header (0: none)."""
+    header: line of the header (0: none); score: how many rows of data it sees, less where their cells are no numbers
+    or times."""
 
     separator: str
     decimal: str
@@ -80,6 +81,7 @@ class Layout:
     units: tuple[str, ...]
     header: int
     first: int
+    score: float
 
     def __str__(self) -> str:
         header = f"header in line {self.header}" if self.header else "no header"
@@ -282,7 +284,7 @@ def _read_workbook(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:
         frame = cells.map(_cell_text)
         frame = frame.loc[:, (frame != "").any()]
         layout = of_rows(frame.head(HEAD_LINES).to_numpy().tolist(), ".")
-        if layout is None or len(layout.names) < 2:
+        if layout is None:
             continue
         data = frame.iloc[layout.first - 1 :].set_axis(layout.names, axis=1)
         data = data[(data != "").any(axis=1)]
@@ -321,9 +323,9 @@ def layout_of(lines: Sequence[str], stated: Mapping[str, Any]) -> Layout | None:
     separators = [stated["separator"]] if stated.get("separator") else list(SEPARATORS)
     decimals = [stated["decimal"]] if stated.get("decimal") else [".", ","]
     quoted = any('"' in line for line in lines)  # only then may a comma be both
-    tried = [(_score(lines, s, d), s, d) for s in separators for d in decimals if s != d or quoted]
-    score, separator, decimal = max(tried, key=lambda t: t[0], default=(0.0, "", ""))  # of equals the first
-    return of_rows([split(line, separator) for line in lines], decimal, separator) if score > 0.0 else None
+    marks = [(s, d) for s in separators for d in decimals if s != d or quoted]
+    tried = (of_rows([split(line, s) for line in lines], d, s) for s, d in marks)
+    return max((t for t in tried if t), key=lambda layout: layout.score, default=None)  # of equals the first
 
 
 def of_rows(rows: Sequence[Sequence[str]], decimal: str, separator: str = ";") -> Layout | None:
@@ -331,7 +333,9 @@ def of_rows(rows: Sequence[Sequence[str]], decimal: str, separator: str = ";") -
     counts = Counter(len(row) for row in rows if _is_data(row, decimal))
     if not counts:
         return None
-    width = counts.most_common(1)[0][0]
+    width, count = counts.most_common(1)[0]
+    whole = [row for row in rows if len(row) == width]
+    good, filled = sum(_numbers(row, decimal) for row in whole), sum(bool(c.strip()) for row in whole for c in row)
     first = next(k for k, row in enumerate(rows) if len(row) == width and _is_data(row, decimal))
     above = [k for k in range(first) if any(c.strip() for c in rows[k])]
     header, units = 0, ("",) * width
@@ -353,6 +357,7 @@ def of_rows(rows: Sequence[Sequence[str]], decimal: str, separator: str = ";") -
         units=units,
         header=header,
         first=first + 1,
+        score=count * (good / filled) ** 3 * (1.0 if separator != " " else 0.6),
     )
 
 
@@ -375,18 +380,6 @@ def unique(names: Sequence[str]) -> tuple[str, ...]:
             name = f"{base} ({next(letters, f'no {k + 1}')})"
         found.append(name)
     return tuple(found)
-
-
-def _score(lines: Sequence[str], separator: str, decimal: str) -> float:
-    """How many cells of data rows are numbers or times: 0 when rows do not hang together."""
-    rows = [split(line, separator) for line in lines if line.strip()]
-    widths = Counter(len(row) for row in rows if _is_data(row, decimal))
-    if not widths or widths.most_common(1)[0][0] < 2:
-        return 0.0
-    width, count = widths.most_common(1)[0]
-    good = sum(_numbers(row, decimal) for row in rows if len(row) == width)
-    cells = sum(sum(bool(c.strip()) for c in row) for row in rows if len(row) == width)
-    return count * (good / max(cells, 1)) ** 3 * (1.0 if separator != " " else 0.6)
 
 
 def _is_data(row: Sequence[str], decimal: str) -> bool:
