@@ -11,7 +11,7 @@ from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.app import plots, widgets
 from belt_sim.app.jobs import Job
 from belt_sim.app.security import MAX_UPLOAD, MEBI, TOO_LARGE
-from belt_sim.app.session import GROUPS, OF_RUN, Import, Place, Session, read_shown
+from belt_sim.app.session import GROUPS, Import, Place, Session, read_shown
 from belt_sim.app.simulate_page import TITLES, effect_title
 from belt_sim.campaign import Campaign
 from belt_sim.campaign.read import FILES
@@ -217,8 +217,9 @@ POINTS = (
     "3 and 4: lower and upper end at the head pulley."
 )
 WHERE = {"": "–"} | {p: p.replace("_", " ") for p in PLACES}
-EXAMPLES = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", "direction": "1"}
-EXAMPLES |= {"yaw_at": "0 m", "start": "3.2 m"}
+#: setting of a run -> how it is written
+OF_RUN = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", "direction": "1"}
+OF_RUN |= {"yaw_at": "0 m", "start": "3.2 m"}
 
 
 @dataclass(frozen=True)
@@ -326,8 +327,8 @@ def _runs(form: AnswerForm, now: Import) -> None:
             ui.label(head).classes("soft small")
         for run in now.runs:
             ui.label(run)
-            for key in OF_RUN:
-                form.input(("runs", run, key), now.setting(run, key), EXAMPLES[key])
+            for key, example in OF_RUN.items():
+                form.input(("runs", run, key), now.setting(run, key), example)
 
 
 def _show_proposal(now: Import) -> None:

@@ -22,7 +22,6 @@ from belt_sim.importing.types import inner_mapping
 
 Place = tuple[str, ...]  # keys in the mapping, from the outside in
 GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the name of one that is known
-OF_RUN = ("tension", "yaw", "speed", "direction", "yaw_at", "start")
 
 
 @dataclass

@@ -17,7 +17,7 @@ from belt_sim.campaign.sheet import RESERVED, check_signal_name
 from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, kind_at
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import AxisEntry, ColumnEntry, MappingEntry
-from belt_sim.importing.types import ROLES, Column, LoggedTable, LoggedTables, Note, Question, TableKind
+from belt_sim.importing.types import ROLES, TILT, Column, LoggedTable, LoggedTables, Note, Question, Role, TableKind
 from belt_sim.importing.units import UNITS, split_unit, unit_of
 
 #: Where points 1-4 are.
@@ -26,25 +26,10 @@ DRAWING = """\
  tail pulley (it yaws)      head pulley
    2 -------- lower span -------- 3
 """
-#: role -> (units tried in this order, low and high of what a machine has [SI] as a 95 % span or level)
-PLAUSIBLE: dict[str, tuple[tuple[str, ...], float, float]] = {
-    "time": (("s", "ms", "min", "h"), 5.0, 2e5),
-    "travel": (("m", "mm"), 2.0, 2e4),
-    "speed": (("m/s", "m/min", "mm/s"), 0.02, 12.0),
-    "tension": (("N/mm2", "N", "kN"), 1e6, 4e8),
-    "yaw": (("deg", "mrad", "rad", "urad"), 2e-5, 0.02),
-    "yaw_head": (("deg", "mrad", "rad", "urad"), 2e-5, 0.02),
-    "yaw_at": (("m", "mm"), 0.1, 1e3),
-    "start": (("m", "mm"), 0.1, 1e3),
-    "signal": (("mm", "m", "um"), 2e-5, 0.2),
-    "tilt": (("mrad", "deg", "rad"), 2e-5, 0.5),
-}
 DAY = 86400.0  # [s]
 #: Columns that a table has once.
 ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "yaw_at", "start", "u_rate")
-#: kind of signal -> unit in which it is written
-WRITTEN = {"lateral": "mm", "tilt": "mrad"}
-#: role or dimension -> unit of a column where neither file nor mapping states one
+#: dimension -> unit of a column where neither file nor mapping states one, and in which a signal is written
 USUAL = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
 _NUMBERED = re.compile(
     r"^(?:y|kante|edge|bandkante|lateral|pos|position|point|punkt|ablage|sensor|laser|p)[ _]*([1-4])\b"
@@ -134,7 +119,7 @@ def _propose(column: Column) -> Column:
     if not np.isfinite(column.values).any():
         return replace(column, role="ignore", unit="", why="holds no numbers")
     dimension = UNITS[unit][0] if unit else ""
-    if dimension and (not role or (ROLES[role] and dimension not in ROLES[role])):
+    if dimension and (not role or (ROLES[role].dimensions and dimension not in ROLES[role].dimensions)):
         role = {"time": "time", "speed": "speed", "stress": "tension", "force": "tension"}.get(dimension, "")
         role = "signal" if dimension == "length" and place_named(name) else role
     if role.startswith(("rate", "u_rate")):
@@ -145,7 +130,7 @@ def _propose(column: Column) -> Column:
     if role in ("run", "direction") or unit:
         return replace(column, role=role, unit=unit, at=at, sure=bool(unit), why="its name")
     is_tilt = role == "signal" and any(w in plain(name) for w in synonyms()["places"]["tilt"])
-    guess, why = _unit_by_size(column, "tilt" if is_tilt else role)
+    guess, why = _unit_by_size(column, TILT if is_tilt else ROLES[role])
     return replace(column, role=role, unit=guess, at=at, why=f"its name; {why}")
 
 
@@ -174,19 +159,18 @@ def _join_dates(columns: list[Column]) -> list[Column]:
     return columns
 
 
-def _unit_by_size(column: Column, role: str) -> tuple[str, str]:
+def _unit_by_size(column: Column, role: Role) -> tuple[str, str]:
     """The first unit in which the numbers are what a machine has, and that in words."""
-    units, low, high = PLAUSIBLE[role]
     values = column.values[np.isfinite(column.values)]
-    size = float(np.ptp(values)) if role in ("time", "travel", "signal") else float(np.abs(values).max())
-    if role == "time" and len(values) > 2:
+    size = float(np.ptp(values)) if role.by_range else float(np.abs(values).max())
+    if role is ROLES["time"] and len(values) > 2:
         step = float(np.median(np.abs(np.diff(values))))
         if step >= 1.0 and step == round(step) and size > 2e5:
             return "ms", f"steps of {step:g} in ms"
-    for unit in units:
-        if low <= size * UNITS[unit][1] <= high:
+    for unit in role.units:
+        if role.low <= size * UNITS[unit][1] <= role.high:
             return unit, f"{size:.3g} would be likely in {unit}"
-    return (units[0], f"{size:.3g}, unlikely in any unit") if size else (units[0], "it does not change")
+    return role.units[0], f"{size:.3g}, unlikely in any unit" if size else "it does not change"
 
 
 def _rises(column: Column) -> bool:
@@ -340,9 +324,9 @@ def _resolve(table: str, column: Column, entry: ColumnEntry, taken: list[str]) -
         raise InputError(f"{where}.at", at, "", f"{did_you_mean(at, PLACES)}, or {ELSEWHERE_EXAMPLE}")
     if column.is_text and role not in ("run", "ignore"):
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
-    if not ROLES[role]:
+    if not ROLES[role].dimensions:
         return UsedColumn(table=table, column=column, role=role, unit="", factor=1.0, entry=entry)
-    unit = _unit(column, entry, (SIGNAL_DIMENSION[kind],) if kind else ROLES[role], where)
+    unit = _unit(column, entry, (SIGNAL_DIMENSION[kind],) if kind else ROLES[role].dimensions, where)
     name = ""
     if role == "signal":
         name = entry.name or _signal_name(column, at, taken)

@@ -1,13 +1,14 @@
 """Machine, belt, signals and settings of the campaign: stated by the mapping, read off the runs, or assumed."""
 
 from belt_sim.campaign import Run, SignalSheet, plausible
+from belt_sim.campaign.plausible import SIGNAL_DIMENSION
 from belt_sim.campaign.types import BeltSheet, Machine, Quantity, SettingsSheet, kind_at
 from belt_sim.config import belt_from, rig_from
 from belt_sim.errors import InputError
 from belt_sim.files import group_names
 from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry
 from belt_sim.importing.noise import noise_of
-from belt_sim.importing.roles import WRITTEN, UsedColumn
+from belt_sim.importing.roles import USUAL, UsedColumn
 from belt_sim.importing.types import NoiseRead, Question
 from belt_sim.importing.units import UNITS, quantity, size_of
 from belt_sim.si import round_digits
@@ -127,7 +128,7 @@ def _sheet(u: UsedColumn, read: NoiseRead) -> tuple[SignalSheet, dict[str, str]]
     """The sheet of a signal, and where each of its numbers comes from."""
     own, where, kind = u.entry, f"columns.{u.column.name}", kind_at(u.at)
     assert kind is not None
-    unit, length = WRITTEN[kind], read.length
+    unit, length = USUAL[SIGNAL_DIMENSION[kind]], read.length
     found = {
         "white": (read.white, f"from {read.white_from}"),
         "zero": (read.zero, f"from {read.zero_from}"),

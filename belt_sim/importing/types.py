@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -10,26 +10,37 @@ from belt_sim.campaign.problems import Problem
 
 TableKind = Literal["record", "settings", "rates"]
 
-#: role of a column -> dimensions that its unit may have
-ROLES: dict[str, tuple[str, ...]] = {
-    "run": (),
-    "time": ("time",),
-    "travel": ("length",),
-    "speed": ("speed",),
-    "tension": ("stress", "force"),
-    "yaw": ("angle",),
-    "yaw_head": ("angle",),
-    "direction": ("number",),
-    "yaw_at": ("length",),
-    "start": ("length",),
-    "signal": ("length", "angle"),
-    "rate1": ("angle",),
-    "rate2": ("angle",),
-    "rate3": ("angle",),
-    "rate4": ("angle",),
-    "u_rate": ("angle",),
-    "ignore": (),
+
+class Role(NamedTuple):
+    """What a column may be. dimensions: that its unit may have; units: tried in this order where the file states none,
+    until the largest of the numbers (or their range, if by_range) lies between low and high [SI]."""
+
+    dimensions: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    low: float = 0.0
+    high: float = 0.0
+    by_range: bool = False
+
+
+_YAW = Role(("angle",), ("deg", "mrad", "rad", "urad"), 2e-5, 0.02)
+_PLACE = Role(("length",), ("m", "mm"), 0.1, 1e3)
+ROLES = {
+    "run": Role(),
+    "time": Role(("time",), ("s", "ms", "min", "h"), 5.0, 2e5, by_range=True),
+    "travel": Role(("length",), ("m", "mm"), 2.0, 2e4, by_range=True),
+    "speed": Role(("speed",), ("m/s", "m/min", "mm/s"), 0.02, 12.0),
+    "tension": Role(("stress", "force"), ("N/mm2", "N", "kN"), 1e6, 4e8),
+    "yaw": _YAW,
+    "yaw_head": _YAW,
+    "direction": Role(("number",)),
+    "yaw_at": _PLACE,
+    "start": _PLACE,
+    "signal": Role(("length", "angle"), ("mm", "m", "um"), 2e-5, 0.2, by_range=True),
+    **dict.fromkeys(("rate1", "rate2", "rate3", "rate4", "u_rate"), Role(("angle",))),
+    "ignore": Role(),
 }
+#: a signal that is an angle
+TILT = Role(("angle",), ("mrad", "deg", "rad"), 2e-5, 0.5)
 
 
 @dataclass(frozen=True)
