@@ -37,7 +37,6 @@ class Proposal:
     written beside it; notes: what was done.
     """
 
-    logged: LoggedTables
     columns: tuple[UsedColumn, ...]
     missing: tuple[Question, ...]
     campaign: Campaign | None
@@ -87,7 +86,6 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
             steady=tuple(rated.steady),
         )
     return Proposal(
-        logged=logged,
         columns=used,
         missing=tuple(dict.fromkeys(missing)),
         unknown=tuple(columns.unknown),

@@ -85,11 +85,11 @@ def test_a_column_says_where_on_the_belt_a_run_starts(tmp_path):
     for k, mark in enumerate((3.25, 17.5)):
         columns = [L.travel, L.y1, (L.travel + mark) % 23.0]
         (tmp_path / f"r{k}.csv").write_text(table(["travel [m]", "y1 [mm]", "Belt start [m]"], columns))
-    proposal = understand(read(sorted(tmp_path.glob("r*.csv"))), MAPPING | {"all_runs": RUN})
-    write(proposal, tmp_path / "out")
+    logged = read(sorted(tmp_path.glob("r*.csv")))
+    write(understand(logged, MAPPING | {"all_runs": RUN}), tmp_path / "out")
     assert [r.start for r in read_campaign(tmp_path / "out").runs] == [3.25, 17.5]
     stated = MAPPING | {"all_runs": RUN, "runs": {"r1": {"start": "1200 mm"}}}
-    assert understand(proposal.logged, stated).complete().runs[1].start == pytest.approx(1.2)
+    assert understand(logged, stated).complete().runs[1].start == pytest.approx(1.2)
 
 
 def test_the_white_noise_of_each_run_is_shown(tmp_path):
@@ -141,7 +141,8 @@ STRANGE = table(["travel [m]", "y1 [mm]", "BK_US [mm]", "Kanal 7"], [L.travel, L
 def test_a_draft_has_no_dead_end(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text(STRANGE)
-    proposal = understand(read([path]), MAPPING | {"all_runs": RUN})
+    logged = read([path])
+    proposal = understand(logged, MAPPING | {"all_runs": RUN})
     assert [q.path[1] for q in proposal.unknown] == ["BK_US [mm]", "Kanal 7"]
     assert {s.name for s in proposal.complete().signals} == {"y1"}  # left out as long as nobody says
     text = draft_text(proposal)
@@ -149,10 +150,10 @@ def test_a_draft_has_no_dead_end(tmp_path):
     assert "upper span" in text  # where the points are
     draft = tmp_path / "draft.yaml"
     draft.write_text(text.replace("BK_US [mm]: {at: null}", "BK_US [mm]: {at: point_4}"))
-    assert {s.at for s in understand(proposal.logged, draft).complete().signals} == {"point_1", "point_4"}
+    assert {s.at for s in understand(logged, draft).complete().signals} == {"point_1", "point_4"}
     draft.write_text(text.replace("BK_US [mm]: {at: null}", "BK_US [mm]: {role: ignore, at: point_4}"))
     with pytest.raises(BeltError, match=r"columns\.BK_US \[mm\]\.role = ignore: leave it out"):
-        understand(proposal.logged, draft)
+        understand(logged, draft)
 
 
 def test_the_dialogue_asks_for_every_unknown_column(tmp_path, monkeypatch):

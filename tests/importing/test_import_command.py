@@ -151,9 +151,10 @@ def test_an_existing_campaign_is_replaced_only_when_asked(tmp_path, monkeypatch)
 
 def test_a_draft_names_every_question(tmp_path):
     (tmp_path / "a.csv").write_text(TEXT)
-    proposal = understand(read([tmp_path / "a.csv"]))
+    logged = read([tmp_path / "a.csv"])
+    proposal = understand(logged)
     text = draft_text(proposal)
     assert all(q.text in text for q in proposal.missing)
     (tmp_path / "draft.yaml").write_text(text)
-    again = understand(proposal.logged, mapping_of(tmp_path / "draft.yaml"))
+    again = understand(logged, mapping_of(tmp_path / "draft.yaml"))
     assert {q.key for q in again.missing} == {q.key for q in proposal.missing}
