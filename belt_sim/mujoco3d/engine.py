@@ -38,7 +38,7 @@ from belt_sim.mujoco3d.options import (
     fit_options,
     is_limp,
 )
-from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, laid_poses, loads_on_pulleys
+from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, belt_loads, laid_poses
 from belt_sim.mujoco3d.recording import Recorder, notify_observers
 from belt_sim.mujoco3d.rolling_contact import build_contact
 from belt_sim.mujoco3d.rolling_run import Edited, run_contact
@@ -152,7 +152,7 @@ class Engine:
             run_off_stations=[wrap.outer(run_off_end(sign)) for wrap in wraps],
             kink_slope=np.zeros((2, mesh.lines)),
         )
-        state.loads = loads_on_pulleys(state, mesh.nodes(state.slides), self._pull(state))
+        state.loads = self._loads(state, mesh.nodes(state.slides), self._pull(state))
         return state
 
     def step(self, state: RunState, command: Command) -> None:
@@ -176,7 +176,7 @@ class Engine:
             held = state.held_stations(which)
             state.slides[held] = springs.rest[held]
         nodes, pull = scene.mesh.nodes(state.slides), self._pull(state)
-        state.loads = loads_on_pulleys(state, nodes, pull)
+        state.loads = self._loads(state, nodes, pull)
         update_contact(belt, state, nodes, pull, dt, command.friction)
         if belt.fibres is not None:
             for which, layer in enumerate(state.layers):
@@ -186,6 +186,9 @@ class Engine:
     def pulley(self, state: RunState, which: int) -> BeltOnPulley:
         """The belt on the head or the tail pulley."""
         return BeltOnPulley(state.wraps[which], self.belt.each_surface[which], state.poses[which], state.layers[which])
+
+    def _loads(self, state: RunState, nodes: np.ndarray, pull: np.ndarray) -> np.ndarray:
+        return np.stack([belt_loads(self.pulley(state, which), nodes, pull) for which in (HEAD, TAIL)])
 
     def _pull(self, state: RunState) -> np.ndarray:
         """Forces of belt and weight [N] on the nodes, shape (m, 3, n)."""

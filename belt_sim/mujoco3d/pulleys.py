@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import mujoco
 import numpy as np
 
-from belt_sim.mujoco3d.arrays import smoothstep
+from belt_sim.mujoco3d.arrays import library_of, smoothstep
 from belt_sim.mujoco3d.belt import BeltArrays
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, TAIL_DAMPING_RATIO
@@ -38,17 +38,22 @@ def pose_of(
     return PoseArrays(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([rolled[HEAD], tail[1]]))
 
 
+def belt_loads(pulley: BeltOnPulley, nodes: Array, pull: Array) -> Array:
+    """Force along x [N], moment about its axis and about z [N m] that the belt does to a pulley, (3,).
+
+    nodes [m], pull [N], (m, 3, n): of belt and weight.
+    """
+    xp, n, (wrap, _, pose, _) = library_of(nodes), nodes.shape[-1], pulley
+    held = (np.arange(n) - wrap.first) % n <= (wrap.last - wrap.first) % n
+    arms, forces = nodes - pose.centre[:, None], xp.where(held, pull, 0.0)
+    t = xp.einsum("mik,mjk->ij", arms, forces)
+    moment = xp.stack([t[1, 2] - t[2, 1], t[2, 0] - t[0, 2], t[0, 1] - t[1, 0]])
+    return xp.stack([forces[:, 0].sum(), moment @ pose.axes[:, 1], moment[2]])
+
+
 def yaw_moments(pulleys: BeltOnPulley, nodes: Array, pull: Array) -> Array:
     """Moments about z [N m] that the belt does to head and tail, (2,); nodes [m], pull [N], (m, 3, n)."""
-    n = nodes.shape[-1]
-
-    def one(pulley: BeltOnPulley) -> Array:
-        first, last = pulley.wrap.first, pulley.wrap.last
-        held = (jnp.arange(n) - first) % n <= (last - first) % n
-        arms = nodes - pulley.pose.centre[:, None]
-        return jnp.where(held, arms[:, 0] * pull[:, 1] - arms[:, 1] * pull[:, 0], 0.0).sum()
-
-    return jax.vmap(one)(pulleys)
+    return jax.vmap(belt_loads, in_axes=(0, None, None))(pulleys, nodes, pull)[:, 2]
 
 
 class TailPulley(NamedTuple):
@@ -136,17 +141,3 @@ class Pulleys:
         """After a step: the tail pulley is where it was brought."""
         centre = np.array([self.tail.x + state.joints[TAIL_SLIDE], 0.0, 0.0])
         state.poses[TAIL] = state.poses[TAIL]._replace(centre=centre, spin=float(state.joints[TAIL_SPIN]))
-
-
-def loads_on_pulleys(state: RunState, nodes: np.ndarray, pull: np.ndarray) -> np.ndarray:
-    """Force along x [N], moment about the axis and about z [N m] that the belt does to either pulley, shape (2, 3).
-
-    nodes [m], pull [N], (m, 3, n)."""
-    loads = np.empty((2, 3))
-    for which, pose in enumerate(state.poses):
-        k = state.held_stations(which)
-        arms, forces = (nodes[:, :, k] - pose.centre[:, None]).swapaxes(0, 1), pull[:, :, k].swapaxes(0, 1)
-        t = arms.reshape(3, -1) @ forces.reshape(3, -1).T  # arm x force by hand: numpy.cross takes 50 us
-        moment = np.array((t[1, 2] - t[2, 1], t[2, 0] - t[0, 2], t[0, 1] - t[1, 0]))
-        loads[which] = forces[0].sum(), moment @ pose.axes[:, 1], moment[2]
-    return loads

@@ -7,10 +7,10 @@ import pytest
 from pulley_bench import empty_wrap, places, surface
 
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
-from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, laid_poses, loads_on_pulleys
+from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, belt_loads, laid_poses
 from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.state import RunState
-from belt_sim.mujoco3d.wrap import HEAD, TAIL, PoseArrays
+from belt_sim.mujoco3d.wrap import HEAD, TAIL, BeltOnPulley, PoseArrays
 from belt_sim.scene_parts import PulleySurface, SceneParts
 
 APART, SPEED, STEP = 2.0, 0.5, 1e-3  # [m], [m/s], [s]
@@ -144,9 +144,9 @@ def test_the_belt_loads_a_pulley_by_its_pull_and_its_moments_about_axis_and_z():
     at[..., 1] = [[APART, 0.06, 0.12], [APART, -0.06, 0.12]]
     pull[..., 1] = [[-300.0, 7.0, 5.0], [-100.0, 7.0, 5.0]]
     pull[..., 3] = 1e6  # lies on neither
-    state = still()
-    state.wraps = [empty_wrap(0, 0, 4), empty_wrap(1, 1, 4)]
-    loads = loads_on_pulleys(state, at, pull)
+    wraps = [empty_wrap(0, 0, 4), empty_wrap(1, 1, 4)]
+    pulleys = map(BeltOnPulley, wraps, SURFACES, still().poses)
+    loads = [belt_loads(pulley, at, pull) for pulley in pulleys]
     np.testing.assert_allclose(loads, [[0.0] * 3, [-400.0, -0.12 * 400.0, 0.06 * 200.0]], atol=1e-12)
 
 

@@ -7,11 +7,11 @@ from itertools import chain, islice
 import numpy as np
 import pytest
 
-from belt_sim.mujoco3d import Options
+from belt_sim.mujoco3d import Options, engine
 from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.options import BONDS, fit_options
 from belt_sim.mujoco3d.run_stages import apply_command
-from belt_sim.scene_parts import GuideRoller, SceneParts
+from belt_sim.scene_parts import GuideRoller, Push, SceneParts
 
 AS_WELL = 1e-12  # [m]: MuJoCo's warm start is not part of the state
 STEPS = 300
@@ -43,11 +43,6 @@ def test_a_run_goes_on_from_its_state_alone(short_rig, belt, changed):
     assert other.state.wraps[0].first == one.state.wraps[0].first
 
 
-def push(force):
-    """A load that is the same everywhere."""
-    return lambda engine, state, springs: np.full_like(state.slides, force)
-
-
 def first_step(run, monkeypatch):
     """What MuJoCo is given in the first step: springs, forces on the nodes."""
     given = {}
@@ -61,8 +56,9 @@ def first_step(run, monkeypatch):
 
 
 def test_loads_add_up(short_rig, monkeypatch):
-    run = begun(short_rig, "flex", QUICK)
-    run.engine = replace(run.engine, loads=(push(2.0), push(0.5)))
+    run = begun(short_rig, "flex", QUICK, pushes=(Push(span="upper", x=1.0, across=1.0),))
+    for name, force in (("section_couples", 2.0), ("span_loads", 0.5)):
+        monkeypatch.setattr(engine, name, lambda engine, state, force=force: np.full_like(state.slides, force))
     _, forces = first_step(run, monkeypatch)
     np.testing.assert_array_equal(forces, 2.5)
 
