@@ -38,8 +38,9 @@ class Basis:
 class LatentInput:
     """A place, how runs are pooled, its log evidence, and the posterior of u.
 
-    gain: log evidence over that of no unknown; weights (G, R): how much of each group's u a run feels; mean (G, K) and
-    sd (G, K) of u at the knots (K,); length [m] and height of the prior.
+    gain: log evidence over that of no unknown; by_chance: chi2 that its mean explains of noise alone; weights (G, R):
+    how much of each group's u a run feels; mean (G, K) and sd (G, K) of u at the knots (K,); length [m] and height of
+    the prior.
     """
 
     place: Place
@@ -51,6 +52,7 @@ class LatentInput:
     weights: np.ndarray
     mean: np.ndarray
     sd: np.ndarray
+    by_chance: float
 
     def inputs(self, grid: np.ndarray) -> np.ndarray:
         """Posterior mean of u in every run on a grid, (R, J)."""
@@ -115,8 +117,8 @@ def _of_best_height(
     length = share * basis.knots[-1]
     unit = np.mean(np.einsum("gkk->gk", information)) + 1e-300
     root = np.linalg.cholesky(_matern(basis.knots, length))
-    gain, height, mean, sd = _posterior(projector, root, information, pull, shared, HEIGHTS / unit)
-    return LatentInput(place, pool, gain, length, height, basis.knots, weights, mean, sd)
+    gain, height, mean, sd, by_chance = _posterior(projector, root, information, pull, shared, HEIGHTS / unit)
+    return LatentInput(place, pool, gain, length, height, basis.knots, weights, mean, sd, by_chance)
 
 
 def _matern(knots: np.ndarray, length: float) -> np.ndarray:
@@ -125,7 +127,10 @@ def _matern(knots: np.ndarray, length: float) -> np.ndarray:
 
 
 def _posterior(projector: ResidualProjector, root, information, pull, shared, squares):
-    """(log evidence gain, height, mean, sd) of the best height among ``squares`` (a^2)."""
+    """(log evidence gain, height, mean, sd, by_chance) of the best height among ``squares`` (a^2).
+
+    A mean is shrunk by 1 - h, h = a^2 v / (1 + a^2 v), along an eigenvector: of noise it explains 2 h - h^2 there.
+    """
     values, vectors = np.linalg.eigh(root.T @ information @ root)
     values = np.maximum(values, 0.0)
     onto = vectors.swapaxes(1, 2) @ root.T
@@ -144,4 +149,5 @@ def _posterior(projector: ResidualProjector, root, information, pull, shared, sq
     back = root @ vectors
     mean = (back @ (shrink * (b - c @ common))[..., None])[..., 0]
     sd = np.sqrt(np.einsum("gik,gk->gi", back**2, shrink))
-    return float(best), float(np.sqrt(square)), mean, sd
+    by_chance = np.sum(1.0 - 1.0 / (1.0 + square * values) ** 2)
+    return float(best), float(np.sqrt(square)), mean, sd, float(by_chance)

@@ -150,6 +150,7 @@ def campaign_places(samples: Samples) -> tuple[Place, ...]:
         found += [Place(kind, where, tilts) for where in (("both", *SPANS) if of_both else SPANS)]
     if len({r.direction for r in samples.runs}) > 1:
         found += [Place(SPAN, where) for where in SPANS]
+        found += [Place("pull", where, tilts) for where in PULLEYS]  # tight and slack side of a driven belt
     sensors = tuple((s.name, int(s.at[-1])) for s in samples.signals if s.kind == "lateral")
     found += [Place(SENSOR, sensor[0], (sensor,)) for sensor in sensors]
     if len(sensors) > 1:

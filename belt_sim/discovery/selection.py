@@ -218,11 +218,11 @@ def _may_act_at(place: Place, steady: bool, carried: bool) -> bool:
 
 
 def latent_input_gain(data: SearchData, latent: LatentInput) -> float:
-    """chi2 that the mean of a latent input explains."""
+    """chi2 that the mean of a latent input explains, less what it would of noise."""
     g, u = data.projector, latent.inputs(data.design.grid)
     felt = [data.states.channel_input(latent.place, u, *part)[None] for part in latent.place.parts]
     column = data.design.place_columns(latent.place, felt)[0].astype(float)
-    return g.chi2() - g.chi2(g.residual - column)
+    return g.chi2() - g.chi2(g.residual - column) - latent.by_chance
 
 
 def _frequency(data: SearchData, laws: Sequence[ClosedLoopFit]) -> float:

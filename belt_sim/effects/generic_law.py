@@ -231,6 +231,8 @@ def _bend(self, bend, boundary, known, case):
         if t.place.where in SPANS:
             first = jnp.array([t.place.where == s for s in SPANS])
             added = jnp.where((case.settings.direction > 0) == first, added, 0.0)
+        elif t.place.where in PULLEYS:
+            added = jnp.where(jnp.array([t.place.where == p for p in PULLEYS]), added, 0.0)
         shares[t.place.relative] = shares[t.place.relative] + added if t.place.relative in shares else added
     for kind, share in shares.items():
         x = log_of_change(share) + jnp.zeros(2)

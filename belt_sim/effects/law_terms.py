@@ -32,7 +32,7 @@ AT_PULLEYS = {
 WRAPPED = ("shift", "twist")  # kinds of what happens to a belt while it lies on a pulley
 #: kind of relative change of a span's own stiffness -> its words, of both spans (where there is one) and of one
 STIFFNESS = {
-    "pull": ("", "tension of one span, the {} one"),
+    "pull": ("", "tension of one span, the {}"),
     "bending": ("bending stiffness of both spans", "bending stiffness of the {} span"),
     "torsion": ("torsional stiffness of both spans", "torsional stiffness of the {} span"),
 }
@@ -175,9 +175,10 @@ _TIDY = {
 class Place:
     """A place at which physics can be missing.
 
-    kind: of AT_PULLEYS, STIFFNESS, span, tension, travel or sensor; where: tail, head, both, carried (both, as the belt
-    carries it), upper, lower, the name of a sensor, all; sensors: names of those that show what acts there, and their
-    points, 1 to 4 (0: of a sensor of tilt, which shows what a change of a span does to its roll).
+    kind: of AT_PULLEYS, STIFFNESS, span, tension, travel or sensor; where: tail, head (of a span: it runs up that
+    pulley), both, carried (both, as the belt carries it), upper, lower, the name of a sensor, all; sensors: names of
+    those that show what acts there, and their points, 1 to 4 (0: of a sensor of tilt, which shows what a change of a
+    span does to its roll).
     """
 
     kind: str
@@ -193,7 +194,8 @@ class Place:
             of_both, of_one = STIFFNESS[self.kind]
             if self.is_stretch:
                 return of_both.replace("both spans", "a stretch of the belt")
-            return of_both if self.where == "both" else of_one.format(self.where)
+            which = f"one that runs up the {self.where} pulley" if self.where in PULLEYS else f"{self.where} one"
+            return of_both if self.where == "both" else of_one.format(self.where if self.kind != "pull" else which)
         one = self.kind != SENSOR or len(self.sensors) == 1
         return _WORDS[self.kind].format(self.where) if one else "readings of all sensors alike"
 
@@ -209,8 +211,9 @@ class Place:
             return tuple((name, None) for name, _ in self.sensors)
         if self.kind in AT_PULLEYS:
             return tuple((f"{self.kind}_{p}", k) for k, p in enumerate(PULLEYS) if self.where in (p, *_ALIKE))
-        ends = tuple((f"turn_{p}", k) for k, p in enumerate(PULLEYS))
-        return ends + (tuple((roll, k) for k, roll in enumerate(ROLLS)) if self.relative and self.sensors else ())
+        at = [k for k, p in enumerate(PULLEYS) if self.where not in PULLEYS or self.where == p]
+        rolls = tuple((ROLLS[k], k) for k in at) if self.relative and self.sensors else ()
+        return tuple((f"turn_{PULLEYS[k]}", k) for k in at) + rolls
 
     @property
     def points(self) -> tuple[int, ...]:
@@ -253,6 +256,7 @@ def fixed_places() -> dict[str, Place]:
     found += [Place(kind, CARRIED) for kind in BY_THE_BELT]
     found += [Place(kind, "both") for kind, (of_both, _) in STIFFNESS.items() if of_both]
     found += [Place(kind, where) for kind in (*STIFFNESS, SPAN) for where in SPANS]
+    found += [Place("pull", where) for where in PULLEYS]
     return {p.name: p for p in (*found, Place(TENSION), Place(TRAVEL))}
 
 
