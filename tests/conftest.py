@@ -18,6 +18,14 @@ jax.config.update("jax_enable_x64", True)
 REGIONS = 20_000
 
 
+def pytest_collection_modifyitems(items):
+    """One process runs all tests of a file, and all files that use small_campaign, which keeps its diagnoses
+    (``--dist loadgroup``)."""
+    for item in items:
+        shares = any(getattr(x, "__module__", "") == "small_campaign" for x in vars(item.module).values())
+        item.add_marker(pytest.mark.xdist_group("small_campaign" if shares else item.nodeid.partition("::")[0]))
+
+
 @pytest.fixture(scope="module", autouse=True)
 def drop_programs():
     """Drop what was compiled so far, after a file of tests at whose end this process has mapped much memory for it."""

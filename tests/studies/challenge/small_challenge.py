@@ -14,8 +14,8 @@ from belt_sim.virtual_rig import Plan, grid, make_campaign
 PLAN = Plan(runs=grid((10 * N_PER_MM2, 30 * N_PER_MM2), (-0.042 * DEGREE, 0.042 * DEGREE)), length=20.0)
 HIDDEN: tuple[tuple[str, ...], ...] = ((), ("cant",), ("taper",), ("cant", "taper"))
 FEW = ("cant", "taper", "crown", "yaw_offset_head", "sensor_gain")
-SLOW = 1.5  # [s]
-PATIENCE = 20.0  # [s]: a small campaign takes 2 s, ten times that on a busy machine
+SLOW = 0.5  # [s]
+PATIENCE = 8.0  # [s]: an answer takes half a second where campaigns are drawn already, and longer on a busy machine
 
 
 def hidden(seed: int) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.sealed_truth import HASH
 from studies.challenge import baselines
 from studies.challenge.registry import ANSWERS, SOURCES, cost
-from studies.challenge.run_case import Task
+from studies.challenge.run_case import Task, run_case
 from studies.challenge.run_challenge import ablation_tasks, results, run_challenge
 from studies.challenge.score import score_case
 from studies.challenge.targets import targets
@@ -49,6 +49,14 @@ def right(tmp_path_factory):
     return out, run_challenge(task(out, "oracle"), range(COUNT), workers=2)
 
 
+@pytest.fixture(scope="module")
+def wrong(right, tmp_path_factory):
+    """The same campaigns, and one that is not there, answered wrongly."""
+    out = tmp_path_factory.mktemp("wrong")
+    others = replace(task(out, "wrong"), source="no_such:source", of=right[0])
+    return out, run_challenge(others, range(COUNT + 1), workers=1)
+
+
 def test_the_truth_is_sealed_and_what_was_answered_is_kept(right):
     out, found = right
     assert [r["seed"] for r in found] == list(range(COUNT))
@@ -58,9 +66,8 @@ def test_the_truth_is_sealed_and_what_was_answered_is_kept(right):
         assert (place / HASH).stat().st_mtime_ns <= (out / "answers" / f"{result['seed']}.json").stat().st_mtime_ns
 
 
-def test_who_is_always_right_scores_full_marks_and_who_is_always_wrong_scores_none(right, tmp_path):
-    good = right[1]
-    bad = run_challenge(task(tmp_path, "wrong"), range(COUNT), workers=1)
+def test_who_is_always_right_scores_full_marks_and_who_is_always_wrong_scores_none(right, wrong):
+    good, bad = right[1], wrong[1][:COUNT]
     assert [f.outcome for f in rows(good)] == ["right"] * COUNT
     assert [f.outcome for f in rows(bad)] == ["wrong"] * COUNT
     for found, one, none in ((good, 1.0, 0.0), (bad, 0.0, 1.0)):
@@ -81,7 +88,8 @@ def test_an_answer_is_frozen(tmp_path):
     """A run that was stopped between answer and result takes the answer as it stands."""
     one = task(tmp_path, "wrong")
     write_json(one.file("answers"), answer_of("taper"))
-    (result,) = run_challenge(one, [0], workers=1)
+    run_case(one)
+    (result,) = results(tmp_path)
     assert list(score_case(result).named) == ["taper"]
 
 
@@ -95,8 +103,9 @@ def test_no_time_no_campaign(tmp_path):
     assert run_challenge(task(tmp_path, "oracle"), range(COUNT), workers=1, minutes=1e-9) == []
 
 
-def test_a_crash_a_death_and_a_long_silence_cost_their_own_campaign_only(tmp_path):
-    found = run_challenge(task(tmp_path, "troubled"), range(COUNT), workers=2, patience=PATIENCE)
+def test_a_crash_a_death_and_a_long_silence_cost_their_own_campaign_only(right, tmp_path):
+    troubled = replace(task(tmp_path, "troubled"), of=right[0])
+    found = run_challenge(troubled, range(COUNT), workers=2, patience=PATIENCE)
     facts = rows(found)
     assert [f.outcome for f in facts] == ["crash", "crash", "crash", "right"]
     assert "ValueError: no such thing" in facts[0].sentence
@@ -110,7 +119,8 @@ def test_a_truth_that_changed_since_it_was_sealed_is_refused(tmp_path):
     place = one.file("sealed")
     place.mkdir(parents=True)
     (place / HASH).write_text("0123  truth.sealed\n")
-    (result,) = run_challenge(one, [0], workers=1)
+    run_case(one)
+    (result,) = results(tmp_path)
     assert "sealed earlier" in result["answer"]["sentence"]
     assert score_case(result).outcome == "crash"
 
@@ -170,14 +180,12 @@ def test_plain_methods_answer_beside_it(right, monkeypatch):
     assert len(others["iid_bic"]["effects"]) > 1
 
 
-def test_what_was_drawn_is_answered_again_without_being_drawn(right, tmp_path):
+def test_what_was_drawn_is_answered_again_without_being_drawn(wrong):
     """An ablation on the campaigns of another challenge; a campaign that is not there is a crash, not a new one."""
-    out, _ = right
-    others = replace(task(tmp_path, "wrong"), source="no_such:source", of=out)
-    found = run_challenge(others, range(COUNT + 1), workers=1)
+    out, found = wrong
     assert [f.outcome for f in rows(found)] == ["wrong"] * COUNT + ["crash"]
     assert "holds no campaign" in found[-1]["answer"]["sentence"]
-    assert not (tmp_path / "campaigns").exists()
+    assert not (out / "campaigns").exists()
 
 
 def test_all_others_answer_the_campaigns_of_a_challenge_again(right, monkeypatch):
