@@ -31,6 +31,8 @@ def drop(page, *paths) -> None:
 
 
 def alerts(page) -> list[str]:
+    """Lines of the alerts, once there is one."""
+    page.get_by_role("alert").first.wait_for()
     return page.get_by_role("alert").all_inner_texts()
 
 
