@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from small_discovery import both_ways, effect_of, forward_with, surveyed
 
+from belt_sim.discovery.closed_loop import LoopResponses, solve_loop
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
 from belt_sim.effects.law_terms import Form, Law, Term
@@ -49,6 +50,25 @@ def test_the_file_of_a_law_of_a_span_does_in_the_march_what_the_search_says():
     there = forward.values(np.stack([vector, forward.null()]))
     whole, search = data.projector.whiten((there[0] - there[1])[None])[0], made_by(data, law)
     assert np.linalg.norm(search - whole) < 0.05 * np.linalg.norm(whole)
+
+
+def test_the_slack_side_of_a_driven_belt_goes_with_its_direction():
+    """The span that runs up the tail pulley: the upper one forwards, the lower one in reverse."""
+    _, data = both_ways()
+    forward = data.states.forward
+
+    def pulled(place: str) -> np.ndarray:
+        law = Law((Term(next(p for p in data.places if p.name == place), Form("none")),))
+        return solve_loop(LoopResponses(data), [(law, np.array([-0.3]))])[0][0]
+
+    tail, upper, lower = (pulled(f"pull_{where}") for where in ("tail", "upper", "lower"))
+    assert np.allclose(tail, np.where(forward[:, None], upper, lower), atol=1e-4 * np.abs(tail).max())
+    assert not [p for p in surveyed("yaw_creep").places if p.name == "pull_tail"]
+    noise = np.random.default_rng(0).standard_normal(tail.shape)
+    residual = noise + 30.0 * tail / np.linalg.norm(tail)
+    hidden = replace(data, projector=replace(data.projector, residual=residual), kept={})
+    found = choose_law(hidden, hidden.latent_inputs()[0]).simple  # of one term: the row is not of its size any more
+    assert found.law.family == (("pull_tail", "none", "linear", "constant"),)
 
 
 def test_a_load_on_a_span_is_told_from_what_a_pulley_does():
