@@ -38,7 +38,8 @@ def describe(found: SearchOutcome, probability: float, config: Any = None) -> Di
     }
     if found.choice is None:
         return Discovery(**common, sentence=_nothing_sentence(found, probability))
-    common |= {"unit": found.latent.place.unit, "courses": _courses(found, found.latent)}
+    stretch = found.best is not None and found.best.scored.law.terms[0].place.is_stretch
+    common |= {"unit": "1", "courses": ()} if stretch else _drawn_input(found)
     if found.best is None:
         return Discovery(**common, sentence=_no_law_sentence(found))
     law, error = _law(found), _errors(found)
@@ -105,15 +106,16 @@ def _places(found: SearchOutcome) -> tuple[PlaceEvidence, ...]:
     )
 
 
-def _courses(found: SearchOutcome, latent: LatentInput) -> tuple[UnknownCourse, ...]:
-    runs = found.data.bench.samples.runs
+def _drawn_input(found: SearchOutcome) -> dict[str, Any]:
+    """The unit and the courses of the latent input that is shown."""
+    runs, latent = found.data.bench.samples.runs, found.latent
     told = []
     for weights, mean, sd in zip(latent.weights, latent.mean, latent.sd, strict=True):
         own = [r for r, w in zip(runs, weights, strict=True) if w]
         name = own[0].name if latent.pool == "each run" else f"{words.tension(own[0].tension)} N/mm²"
         name += "" if own[0].direction > 0 else ", reversed"
         told.append(UnknownCourse(label=name, tension=own[0].tension, travel=latent.knots, u=mean, sd=sd))
-    return tuple(sorted(told, key=lambda c: (c.tension, c.label)))
+    return {"unit": latent.place.unit, "courses": tuple(sorted(told, key=lambda c: (c.tension, c.label)))}
 
 
 def _law(found: SearchOutcome) -> FoundLaw:
@@ -152,6 +154,9 @@ def _law_points(found: SearchOutcome) -> tuple[tuple[LawPoints, ...], LawPoints 
     """The unknown of the first term against its variable (travel, where it depends on travel alone), and the law."""
     assert found.best is not None
     s, term, latent = found.data, found.best.scored.law.terms[0], found.latent
+    if term.place.is_stretch:
+        line = np.linspace(0.0, s.states.belt_length, DRAWN)
+        return (), LawPoints(tension=0.0, x=line, u=_law_curve(found, line, by_travel=True))
     numbers = found.best.estimates()
     part, u = term.place.parts[0][1], latent.inputs(s.design.grid)
     slack = s.weight(numbers["exponent"][0])[:, None]

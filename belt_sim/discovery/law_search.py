@@ -28,11 +28,11 @@ class SearchOutcome:
 
     @property
     def latent(self) -> LatentInput:
-        """The latent input of greatest evidence; where a law was found, of those at its place."""
-        if self.best is None:
+        """The latent input of greatest evidence; where a law was found, of those at its place, but for a stretch of the
+        belt, which is nowhere along the travel."""
+        place = None if self.best is None else self.best.scored.law.terms[0].place
+        if place is None or place.is_stretch:
             return self.latent_inputs[0]
-        place = self.best.scored.law.terms[0].place
-        place = place.of_all_spans if place.is_stretch else place
         return self.data.latent_inputs_at(place)[0] if place.is_carried else self._latent_input_at(place.name)
 
     def _latent_input_at(self, name: str) -> LatentInput:

@@ -246,8 +246,8 @@ class Place:
 
     @property
     def of_all_spans(self) -> "Place":
-        """The same of both spans, where it is of one or of a stretch of the belt."""
-        return replace(self, where="both") if self.where in SPANS or self.is_stretch else self
+        """The same of both spans, where it is of one."""
+        return replace(self, where="both") if self.where in SPANS else self
 
 
 def fixed_places() -> dict[str, Place]:
