@@ -101,13 +101,17 @@ def left_by_named(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -
     """d of what the named effects leave at best of what is hidden: both by the generator's laws, without noise.
 
     Under 3 nobody can tell them apart. The stated distance takes effects for linear, which large ones are not.
-    None where no effect of the generator's catalogue is named, or runs were recorded unlike.
+    What is hidden and named is set aside: of a belt's edge the answer has those waves only that show.
+    None where no other effect of the generator's catalogue is named, or runs were recorded unlike.
     """
-    named = [e for e in answer["effects"] if e["id"] in CATALOGUE]
-    if not named or len(named) < len(answer["effects"]) or len({len(run.travel) for run in campaign.runs}) > 1:
+    right = {e["id"] for e in truth.effects} & {e["id"] for e in answer["effects"]}
+    others = [e for e in answer["effects"] if e["id"] not in right]
+    named = [e for e in others if e["id"] in CATALOGUE]
+    if not named or len(named) < len(others) or len({len(run.travel) for run in campaign.runs}) > 1:
         return None
     plan = _plan(campaign, list(range(len(campaign.runs))), truth)
-    hidden = tuple(fault_from_spec({"id": e["id"], **e["parameters"]}) for e in truth.effects)
+    unseen = [e for e in truth.effects if e["id"] not in right]
+    hidden = tuple(fault_from_spec({"id": e["id"], **e["parameters"]}) for e in unseen)
     bench = detectability_of(plan, _noise(campaign, truth), truth.base, hidden)
     classes = [CATALOGUE[e["id"]] for e in named]
     known = [
