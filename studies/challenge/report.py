@@ -282,12 +282,13 @@ def write_page(top: Path, stored: Sequence[StoredScores]) -> Path:
 
 
 def _outcomes(cases: Sequence[ScoredCase]) -> str:
-    """In how many campaigns the unknown was told, imitated, told as something else and overlooked, and crashes."""
-    count = Counter(f.outcome for f in cases)
+    """In how many campaigns the unknown was told, imitated, told as something else and overlooked, stops and crashes."""
+    stopped = [f for f in cases if f.verdict == "cannot_say"]
+    count = Counter(f.outcome for f in cases if f not in stopped)
     return (
         f"Something unknown was told in {count['right']}; names that imitate it to less than {ALIKE:g} units of noise "
-        f"in {count['lookalike']}; other names in {count['wrong']}; nothing in {count['missed']}; "
-        f"{count[CRASH]} crashed."
+        f"in {count['lookalike']}; other names in {count['wrong']}; {len(stopped)} ended with a doubt of the "
+        f"sheet; nothing in {count['missed']}; {count[CRASH]} crashed."
     )
 
 
