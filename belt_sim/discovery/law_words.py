@@ -225,7 +225,7 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, wo
 def _place_and_terms(data: SearchData, made: MarchFit) -> str:
     law, numbers = made.scored.law, made.estimates()
     if law.terms[0].place.is_stretch and len(law.terms) == 1:
-        return f"The {law.terms[0].place.words} is {_as_belt(data, law.terms[0], numbers)}: {formula(law, numbers)}"
+        return f"A stretch of the belt {_as_belt(data, law.terms[0], numbers)}: {formula(law, numbers)}"
     if len({t.place.name for t in law.terms}) == 1 and law.terms[0].place.kind in STIFFNESS:
         how = _by_how_much(data, law, numbers)
         return f"The {law.terms[0].place.words} is {how}: relative change {formula(law, numbers)}"
@@ -237,9 +237,9 @@ def _as_belt(data: SearchData, term: Term, numbers: Estimates) -> str:
     """How a stretch of another stiffness differs, as so much more or less belt would."""
     size, u, _ = numbers["size"]
     length = float(data.bench.samples.cases.rig.span_length)
-    how, more = ("lower", "more") if size < 0.0 else ("higher", "less")
+    more = "more" if size < 0.0 else "less"
     does = "twists" if term.place.relative == "torsion" else "bends"
-    return f"{how}, and {does} as {words.with_u(length * abs(size), length * u, 'm')} {more} of the belt would"
+    return f"{does} {more} easily, as with {words.with_u(length * abs(size), length * u, 'm')} {more} of belt in it"
 
 
 def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:

@@ -106,8 +106,9 @@ def weights(found: Any) -> list[dict]:
 
 
 def place_note(found: Any) -> str:
-    """Why a law may stand at a place that these bars do not rank first; empty where it stands at the first."""
-    if found.law is None or not found.places or found.places[0].words in found.law.place:
+    """Why a law may stand at a place that these bars do not rank first; empty where it stands at the first, or is of a
+    stretch of the belt, at which no smooth unknown was tried."""
+    if found.law is None or not found.places or found.places[0].words in found.law.place or not found.courses:
         return ""
     return (
         f"A smooth unknown of any shape fits best at another place ({found.places[0].words}); the formula was sought "

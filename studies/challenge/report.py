@@ -282,7 +282,7 @@ def write_page(top: Path, stored: Sequence[StoredScores]) -> Path:
 
 
 def _outcomes(cases: Sequence[ScoredCase]) -> str:
-    """In how many campaigns the unknown was told, imitated, told as something else and overlooked, stops and crashes."""
+    """In how many campaigns the unknown was told, imitated, told as something else or overlooked; stops, crashes."""
     stopped = [f for f in cases if f.verdict == "cannot_say"]
     count = Counter(f.outcome for f in cases if f not in stopped)
     return (

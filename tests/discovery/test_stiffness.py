@@ -8,10 +8,10 @@ import pytest
 from small_discovery import surveyed
 
 from belt_sim.discovery.closed_loop import LoopResponses, solve_loop
-from belt_sim.discovery.law_words import _by_how_much, formula
+from belt_sim.discovery.law_words import _as_belt, _by_how_much, formula
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
-from belt_sim.effects.law_terms import Form, Law, Term
+from belt_sim.effects.law_terms import Form, Law, Term, fixed_places
 from belt_sim.jax_setup import in_float64
 from belt_sim.laws.span import response, strip, with_change
 
@@ -80,3 +80,14 @@ def test_a_threshold_in_tension_is_told_as_one():
     assert "below 9 N/mm²" in formula(
         law, {"size": (0.2, 0.01, "1"), "knee": (9e6, 1e5, "Pa"), "exponent": (0, 0, "1")}
     )
+
+
+@pytest.mark.parametrize(("size", "said"), [(-0.25, "bends more easily, as with"), (0.1, "bends less easily, as with")])
+def test_a_stretch_of_the_belt_is_told_as_so_much_more_or_less_of_it(size, said):
+    data = surveyed()
+    form = Form("none", course="belt_section", at=1.2, wide=0.1)
+    term = Term(next(p for p in fixed_places().values() if p.name == "bending_carried"), form)
+    length = abs(size) * float(data.bench.samples.cases.rig.span_length)
+    told = _as_belt(data, term, {"size": (size, 1e-4, "1")})
+    assert told.startswith(said)
+    assert float(told.removeprefix(said).split()[0]) == pytest.approx(length, rel=1e-3)
