@@ -32,7 +32,7 @@ AT_PULLEYS = {
 WRAPPED = ("shift", "twist")  # kinds of what happens to a belt while it lies on a pulley
 #: kind of relative change of a span's own stiffness -> its words, of both spans (where there is one) and of one
 STIFFNESS = {
-    "pull": ("", "tension of one span, the {}"),
+    "pull": ("", "tension of one span, the {} one"),
     "bending": ("bending stiffness of both spans", "bending stiffness of the {} span"),
     "torsion": ("torsional stiffness of both spans", "torsional stiffness of the {} span"),
 }
@@ -194,8 +194,9 @@ class Place:
             of_both, of_one = STIFFNESS[self.kind]
             if self.is_stretch:
                 return of_both.replace("both spans", "a stretch of the belt")
-            which = f"one that runs up the {self.where} pulley" if self.where in PULLEYS else f"{self.where} one"
-            return of_both if self.where == "both" else of_one.format(self.where if self.kind != "pull" else which)
+            if self.where in PULLEYS:
+                return f"tension of one span, the one that runs up the {self.where} pulley"
+            return of_both if self.where == "both" else of_one.format(self.where)
         one = self.kind != SENSOR or len(self.sensors) == 1
         return _WORDS[self.kind].format(self.where) if one else "readings of all sensors alike"
 
@@ -234,8 +235,8 @@ class Place:
     def is_stretch(self) -> bool:
         """Whether it is the stiffness of a stretch of the belt.
 
-        Its input, minus 1 times the integral of (the belt's stiffness over its own, less 1) along the stretch over the
-        length of a span, goes with its size for a small change only, and not with the course in the spans.
+        With a size of r it bends (or twists) as with -r span lengths more of belt in it; a small change of a whole
+        span's stiffness by r would give as much.
         """
         return self.is_carried and bool(self.relative)
 
