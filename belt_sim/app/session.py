@@ -257,7 +257,7 @@ class Session:
 
     async def _listen(self, job: Job) -> None:
         await job.run()
-        self.notify(*job.failure.splitlines())
+        self.notify(*(job.failure.splitlines() or self.messages))  # what was said in the meantime stays
 
     async def close(self) -> None:
         for job in self.jobs:

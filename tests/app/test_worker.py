@@ -1,5 +1,6 @@
 """Long work in a process of its own: it refuses code, and never outlives whoever asked."""
 
+import asyncio
 import json
 import signal
 import subprocess
@@ -7,6 +8,8 @@ import sys
 
 import pytest
 
+from belt_sim.app.jobs import Job
+from belt_sim.app.session import Session
 from belt_sim.files import CAMPAIGNS, ROOT
 
 WITHIN = 90.0  # [s], on a busy machine
@@ -40,3 +43,17 @@ def test_it_ends_when_nobody_listens_any_more(worker, tmp_path):
     worker.stdin.close()
     assert worker.wait(WITHIN) == -signal.SIGTERM
     assert not (tmp_path / "report.html").exists()
+
+
+@pytest.mark.parametrize(("failure", "said"), [("", ["files: refused"]), ("tension = 0", ["tension = 0"])])
+def test_what_was_said_in_the_meantime_stays_when_work_ends(tmp_path, monkeypatch, failure, said):
+    async def ended(job):
+        job.failure = failure
+
+    monkeypatch.setattr(Job, "run", ended)
+    session = Session(tmp_path)
+    session.notify("files: refused")
+    before = session.version
+    asyncio.run(session._listen(Job({}, tmp_path, "Diagnosis")))
+    assert session.messages == said
+    assert session.version > before
