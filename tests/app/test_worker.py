@@ -5,6 +5,7 @@ import json
 import signal
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -54,6 +55,7 @@ def test_what_was_said_in_the_meantime_stays_when_work_ends(tmp_path, monkeypatc
     session = Session(tmp_path)
     session.notify("files: refused")
     before = session.version
-    asyncio.run(session._listen(Job({}, tmp_path, "Diagnosis")))
+    with ThreadPoolExecutor() as threads:  # a browser's tests may have a loop of their own in this one
+        threads.submit(asyncio.run, session._listen(Job({}, tmp_path, "Diagnosis"))).result()
     assert session.messages == said
     assert session.version > before
