@@ -33,13 +33,7 @@ SHORTER = 4  # halvings of a step
 NUDGE = 1e-3  # of a number, for derivatives
 LONGEST = 3.0  # records, of a length
 STEEPEST = (-4.0, 4.0)  # exponents of the tension
-LARGE = (
-    -0.9,
-    -0.75,
-    -0.5,
-    1.0,
-    4.0,
-)  # relative changes of a span at which a fit may begin: chi2 has several minima
+LARGE = (-0.9, -0.75, -0.5, 1.0, 4.0)  # relative changes of a span where a fit may begin: chi2 has several minima
 NUMBERS = ("knee", "at", "wide")
 
 #: a law with some shape numbers, and its sizes
@@ -190,7 +184,7 @@ def _independent_factor(
     change of a span that does not either: what it adds per unit of each of the span's ends (3, R, F, J)."""
     states = data.states
     if t.place.is_stretch:
-        at, wide = (np.array([getattr(f, n) for f in forms])[:, None] for n in ("at", "wide"))
+        at, wide = (np.asarray(_number_column(forms, n)) for n in ("at", "wide"))
         return states.stretch_per_end(t.place, channel, int(part or 0), (weight * sizes[:, 0])[..., None], at, wide)
     s = travel_of(states, t.form, part)[:, None]
     halves = [t.form, t.form.sine()][: sizes.shape[1]]

@@ -226,7 +226,8 @@ def _place_and_terms(data: SearchData, made: MarchFit) -> str:
     law, numbers = made.scored.law, made.estimates()
     if law.terms[0].place.is_stretch and len(law.terms) == 1:
         return f"A stretch of the belt {_as_belt(data, law.terms[0], numbers)}: {formula(law, numbers)}"
-    if len({t.place.name for t in law.terms}) == 1 and law.terms[0].place.kind in STIFFNESS:
+    of_stiffness = law.terms[0].place.kind in STIFFNESS and not law.terms[0].place.is_stretch
+    if len({t.place.name for t in law.terms}) == 1 and of_stiffness:
         how = _by_how_much(data, law, numbers)
         return f"The {law.terms[0].place.words} is {how}: relative change {formula(law, numbers)}"
     by_place = dict.fromkeys(t.place.words for t in law.terms)

@@ -97,13 +97,12 @@ class States:
             own = jax.tree.map(itemgetter(run), response)
             behind = (at - part) * (1.0 if self.forward[run] else -1.0)
             lies = stretch_ends(own.x[-1], self.belt_length, behind, wide, np)
-            jump, length = -change[run] * own.x[-1], wide * self.belt_length
-            added = stretch_adds(own, jump, length, lies, np)
+            added, more = stretch_adds(own, -change[run] * own.x[-1], wide * self.belt_length, lies, np)
             if channel in ROLLS or own.ends is None:
                 found.append(added[2 if channel in ROLLS else 0])
             else:  # and where it runs up itself
-                running_up = jump / length * COURSES["belt_section"][1](part, at, wide, np)
-                found.append(added[0] + running_up * (added[0] + own.ends[0][:, None, None]))
+                more = more * COURSES["belt_section"][1](part, at, wide, np)
+                found.append(added[0] + more * (added[0] + own.ends[0][:, None, None]))
         return np.stack(found, axis=1)
 
     def stretch_input(self, place: Place, channel: str, pulley: int, forms: Sequence[Form]) -> np.ndarray:
@@ -144,7 +143,7 @@ def states_of(
         base = states_of(bench, responses, changes)
         rows = rows + _latent_response(responses, base, latent)
         drift = _drift(responses, base, latent)
-    y, spacing = rows[:, :4], grid[1] - grid[0]
+    y, ends, spacing = rows[:, :4], span_ends(rows), grid[1] - grid[0]
     bending = float(bench.samples.cases.belt.bending_stiffness)
     settings = bench.forward.samples.cases.settings  # as the runs most likely had them
     yaw, head = np.asarray(settings.yaw.last()), np.asarray(settings.yaw_head.last())
@@ -162,7 +161,7 @@ def states_of(
         y=y[:, :2],
         alpha=drift - np.gradient(y[:, :2], spacing, axis=-1),
         kappa=rows[:, MOMENT : MOMENT + 2] / bending,
-        kappa_mean=(rows[:, 4:6] - rows[:, [7, 6]]) / float(rig.span_length),
+        kappa_mean=(ends[:, [2, 5]] - ends[:, [1, 4]]) / float(rig.span_length),
         beta=np.where(since >= 0.0, (yaw + head)[:, None], 0.0),
         yaw_set=np.where(since >= 0.0, 1.0, 0.0),
         since=np.maximum(since, 0.0),
@@ -170,7 +169,7 @@ def states_of(
         reading_rate=np.gradient(reading, spacing, axis=-1) * speed[:, None, None],
         tension=np.asarray(settings.tension),
         speed=speed,
-        ends=span_ends(rows),
+        ends=ends,
         changes=changes,
         forward=forward,
         belt_part=belt_part_at(rig, forward, grid),

@@ -65,13 +65,16 @@ class GenericLaw(Effect):
         """Return what the k-th term adds where its variable is x, at travel [m], time [s] or part of the belt s."""
         form = self.content.law.terms[k].form
         knee, at, wide = (getattr(self, number_name(n, k), None) for n in ("knee", "at", "wide"))
-        slack = (case.settings.tension / self.content.tension) ** getattr(self, number_name("exponent", k))
         if form.is_wave:
             cos, sin = getattr(self, number_name("cos", k)), getattr(self, number_name("sin", k))
             along = cos * form.course_value(s, jnp, at, wide) + sin * form.sine().course_value(s, jnp, at, wide)
         else:
             along = getattr(self, number_name("size", k)) * form.course_value(s, jnp, at, wide)
-        return along * form.shape_value(x, s, jnp, knee) * slack
+        return along * form.shape_value(x, s, jnp, knee) * self.tension_factor(k, case)
+
+    def tension_factor(self, k: int, case: Any) -> Any:
+        """Return (tension / reference tension)^exponent of the k-th term."""
+        return (case.settings.tension / self.content.tension) ** getattr(self, number_name("exponent", k))
 
 
 @lru_cache(CLASSES)
@@ -243,19 +246,19 @@ def _bend(self, bend, boundary, known, case):
 
 def _bend_stretch(self, k: int, bend, boundary, response, case):
     """Add what the k-th term, the stiffness of a stretch of the belt, does to both spans."""
-    at, wide = (getattr(self, number_name(n, k)) for n in ("at", "wide"))
-    slack = (case.settings.tension / self.content.tension) ** getattr(self, number_name("exponent", k))
-    jump = -getattr(self, number_name("size", k)) * slack * case.rig.span_length
-    length, part = wide * case.rig.belt_length, _belt_part(case, boundary.travel)
+    size, at, wide = (getattr(self, number_name(n, k)) for n in ("size", "at", "wide"))
+    jump = -size * self.tension_factor(k, case) * case.rig.span_length
+    part = _belt_part(case, boundary.travel)
     behind = (at - part) * case.settings.direction
     lies = stretch_ends(case.rig.span_length, case.rig.belt_length, behind, wide)
-    added = jnp.einsum("ais,is->as", stretch_adds(response, jump, length, lies), boundary.ends[:3])
+    per_end, more = stretch_adds(response, jump, wide * case.rig.belt_length, lies)
+    added = jnp.einsum("ais,is->as", per_end, boundary.ends[:3])
     if response.ends is None:
         return add_natural(bend, added, (0.0, 0.0))
     leaves = part - case.settings.direction * case.rig.span_length / case.rig.belt_length  # the part at the run-off
     here = (COURSES["belt_section"][1](place, at, wide, jnp) for place in (part, leaves))
     ends = zip(here, response.ends @ boundary.ends[:3] + added[:2], strict=True)
-    return add_natural(bend, added, [jump / length * inside * elastic for inside, elastic in ends])
+    return add_natural(bend, added, [more * inside * elastic for inside, elastic in ends])
 
 
 def _encoder(self, travel, case):

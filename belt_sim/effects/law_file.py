@@ -185,6 +185,8 @@ def _check_course(form: Form, place: Place, where: str) -> None:
         _refuse(where, "course", form.course, "a section of the belt is met at pulleys and spans, and is not timed")
     if place.is_carried and not form.is_carried:
         _refuse(where, "course", form.course, f"the belt carries {place.name}; write course: belt_section")
+    if place.is_stretch and form.shape != "linear":
+        _refuse(where, "shape", form.shape, f"{place.name} reads nothing that could have one; leave it out")
     if form.shape == "stick" and form.variable != "reading":
         _refuse(where, "shape", form.shape, "only the reading of a sensor sticks")
 

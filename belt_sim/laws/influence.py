@@ -204,17 +204,20 @@ def stretch_ends(length, around, behind, wide, xp=jnp):
 
 def stretch_adds(response: StretchResponse, jump, wide, place, xp=jnp):
     """Return what a stretch adds to the elastic curvature at run-up and run-off and to the roll at mid-span, per unit
-    of the first three boundary values, (3, 3, ...).
+    of the first three boundary values, (3, 3, ...); and its mean of EI / its own EI - 1, by which it bends more than
+    its moment bends the rest, where it runs up itself.
 
-    jump: integral of (EI / its own EI - 1) along it [m], at least that of a rigid one; wide: its length [m]; place: of
-    ``stretch_ends`` [m]. What the jumps along a stretch take of the curvature in it lies between what they do each by
-    themselves, where it is short, and all of it, where it is long. Within 3 % of elements for bending; of twist, which
-    may change its sign within the stretch, up to a quarter is wrong (tests/agreement/test_stretch_of_the_belt.py).
+    jump: integral of EI / its own EI - 1 along it [m]; below that of a rigid one it counts as rigid; wide: its length
+    [m]; place: of ``stretch_ends`` [m]. What the jumps along a stretch take of the curvature in it lies between what
+    they do each by themselves, where it is short, and all of it, where it is long. Within 3 % of elements for bending;
+    of twist, which may change its sign within the stretch, up to a quarter is wrong
+    (tests/agreement/test_stretch_of_the_belt.py).
     """
     low, high = (interpolate_rows(response.x, response.integrals, end, xp) for end in place)
     mean = (high - low) / wide
     jump, own = xp.maximum(jump, -wide), xp.maximum(mean[9], 0.0)
-    return xp.reshape(jump / (1.0 + jump * own / (1.0 + own * wide)) * mean[:9], (3, 3, *mean.shape[1:]))
+    added = jump / (1.0 + jump * own / (1.0 + own * wide)) * mean[:9]
+    return xp.reshape(added, (3, 3, *mean.shape[1:])), jump / wide
 
 
 def interpolate_rows(x, rows, where, xp=jnp):

@@ -283,11 +283,10 @@ def write_page(top: Path, stored: Sequence[StoredScores]) -> Path:
 
 def _outcomes(cases: Sequence[ScoredCase]) -> str:
     """In how many campaigns the unknown was told, imitated, told as something else or overlooked; stops, crashes."""
-    stopped = [f for f in cases if f.verdict == "cannot_say"]
-    count = Counter(f.outcome for f in cases if f not in stopped)
+    count = Counter(STOPS if f.verdict == STOPS else f.outcome for f in cases)
     return (
         f"Something unknown was told in {count['right']}; names that imitate it to less than {ALIKE:g} units of noise "
-        f"in {count['lookalike']}; other names in {count['wrong']}; {len(stopped)} ended with a doubt of the "
+        f"in {count['lookalike']}; other names in {count['wrong']}; {count[STOPS]} ended with a doubt of the "
         f"sheet; nothing in {count['missed']}; {count[CRASH]} crashed."
     )
 

@@ -24,8 +24,8 @@ TENSION = 5.0  # N/mm2: the coupling of bending and roll is strong
 CELL = 0.5 / 2**DOUBLINGS  # half an element
 SLIGHT = 0.03  # of the most that a slight change does: 64 elements there, 65 places here
 LARGE = {"bending": 0.03, "torsion": 0.25}  # of a large one: twist may change its sign within the stretch
-RUNS = 0.05  # of what a joint does to a run: its stretch is a rectangle here, a cosine squared there
-ONE_SIDE = 0.06  # of what cracks do: seven powers stand for a change, nine states there
+RUNS = 0.04  # of what a joint does to a run: its stretch is a rectangle here, a cosine squared there
+ONE_SIDE = 1e-3  # of what cracks do: seven powers of a change stand for it here, nine of its values there
 
 
 @pytest.mark.parametrize("kind", ["bending", "torsion"])
@@ -45,13 +45,21 @@ def test_a_stretch_does_to_a_span_what_elements_of_another_stiffness_do(kind, ch
     def stretched(inside: np.ndarray) -> np.ndarray:
         first, last = (float(span.length) * (middles[inside][k] + k_off) for k, k_off in ((0, -CELL), (-1, CELL)))
         jump = -change / (1.0 + change) * (last - first)
-        return stretch_adds(response, jump, last - first, (first, last), np)
+        return stretch_adds(response, jump, last - first, (first, last), np)[0]
 
     response = in_float64(stretch_response)(span, kind=kind)
     true = np.array([ends(inside) - ends(0.0 * middles) for inside in insides])
     found = np.array([stretched(inside) for inside in insides])
     tolerance = SLIGHT if abs(change) < 0.01 else LARGE[kind]
     assert np.all(np.abs(found - true).max(axis=(0, 2)) < tolerance * np.abs(true).max(axis=(0, 2)))
+
+
+@pytest.mark.parametrize("kind", ["bending", "torsion"])
+def test_a_stretch_is_at_most_rigid(kind):
+    response = in_float64(stretch_response)(in_float64(strip)(paper_case(TENSION)), kind=kind)
+    rigid, beyond = (stretch_adds(response, jump, 1.0, (2.0, 3.0), np) for jump in (-1.0, -4.0))
+    assert np.array_equal(rigid[0], beyond[0])
+    assert rigid[1] == beyond[1] == -1.0
 
 
 def changes_of(plan: Plan, runs: int, what) -> np.ndarray:

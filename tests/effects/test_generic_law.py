@@ -231,6 +231,10 @@ def test_constant_laws_of_the_pulleys_have_the_geometry_of_the_effects_that_they
         (TERM.replace("yaw_tail", "sensor, points: [7]"), "give the points"),
         (TERM.replace("yaw_tail", "turn_carried"), "belt_section"),
         ("{place: travel, course: belt_section, at: 0.5, wide: 0.1, size: 1.0e-6}", "met at pulleys"),
+        (
+            "{place: bending_carried, shape: cube, course: belt_section, at: 0.5, wide: 0.1, size: -0.3}",
+            "shape = cube: bending_carried reads nothing",
+        ),
         ("{place: turn_tail, variable: y, shape: stick, knee: 1.0e-3, size: 1.0}", "only the reading"),
     ],
 )
