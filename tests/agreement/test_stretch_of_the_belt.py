@@ -21,7 +21,7 @@ from belt_sim.virtual_rig.plan import Plan
 from belt_sim.virtual_rig.span import DOUBLINGS, Sections, solve_varied_span
 
 TENSION = 5.0  # N/mm2: the coupling of bending and roll is strong
-CELL = 0.5 / 2**DOUBLINGS  # half an element
+HALF = 0.5 / 2**DOUBLINGS  # half an element
 SLIGHT = 0.03  # of the most that a slight change does: 64 elements there, 65 places here
 LARGE = {"bending": 0.03, "torsion": 0.25}  # of a large one: twist may change its sign within the stretch
 RUNS = 0.04  # of what a joint does to a run: its stretch is a rectangle here, a cosine squared there
@@ -43,7 +43,7 @@ def test_a_stretch_does_to_a_span_what_elements_of_another_stiffness_do(kind, ch
         return rows[:, [2, 1, 3]]  # y at the run-up, angles at the run-off and at the run-up
 
     def stretched(inside: np.ndarray) -> np.ndarray:
-        first, last = (float(span.length) * (middles[inside][k] + k_off) for k, k_off in ((0, -CELL), (-1, CELL)))
+        first, last = (float(span.length) * (middles[inside][k] + off) for k, off in ((0, -HALF), (-1, HALF)))
         jump = -change / (1.0 + change) * (last - first)
         return stretch_adds(response, jump, last - first, (first, last), np)[0]
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 from small_campaign import SHAPE, TENSIONS
 
 from belt_sim.analytic.model import analytic_model
@@ -74,3 +75,15 @@ def forward_with(bench: Workbench, *classes: type[Effect]) -> Forward:
 def effect_of(data: SearchData, law: Law, sizes, id: str = ID) -> type[GenericLaw]:
     """The effect of a law with these sizes."""
     return law_effect(SizedLaw(law, tuple(map(float, sizes)), data.tension), id)
+
+
+def marched(data: SearchData, law: Law, sizes) -> np.ndarray:
+    """Whitened readings (R, m) that a law adds in the march."""
+    cls = effect_of(data, law, sizes)
+    forward = forward_with(data.bench, cls)
+    names, vector = [slot.name for slot in forward.slots], forward.null()
+    for number in (n for n in cls.numbers if not n.modifier):
+        position = names.index(number.name)
+        vector[position] = number.value / forward.slots[position].scale
+    there = forward.values(np.stack([vector, forward.null()]))
+    return data.projector.whiten((there[0] - there[1])[None])[0]

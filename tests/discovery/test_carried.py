@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from small_discovery import both_ways, effect_of, forward_with
+from small_discovery import both_ways, marched
 
 from belt_sim.discovery.closed_loop import LoopResponses, solve_loop
 from belt_sim.discovery.describe import _drawn_travel, _law_curve
@@ -25,16 +25,6 @@ BENT = Form("none", course="belt_section", at=0.8, wide=0.1)
 
 def law_of(data: SearchData, place: str, form: Form) -> Law:
     return Law((Term(next(p for p in data.places if p.name == place), form),))
-
-
-def marched(bench, data: SearchData, law: Law, size: float) -> np.ndarray:
-    """Whitened readings that a law adds in the march."""
-    forward = forward_with(bench, effect_of(data, law, [size]))
-    at = [slot.name for slot in forward.slots].index("size")
-    vector = forward.null()
-    vector[at] = size / forward.slots[at].scale
-    there = forward.values(np.stack([vector, forward.null()]))
-    return data.projector.whiten((there[0] - there[1])[None])[0]
 
 
 def test_it_is_a_place_where_the_belt_goes_round_and_something_is_missing():
@@ -76,18 +66,18 @@ def test_a_course_is_felt_at_the_head_pulley_later_or_once_round():
     ],
 )
 def test_the_file_of_such_a_law_does_in_the_march_what_the_search_says(name, form, size):
-    bench, data = both_ways()
+    data = both_ways()[1]
     law = law_of(data, name, form)
-    whole = marched(bench, data, law, size)
+    whole = marched(data, law, [size])
     search = np.tensordot([size], data.columns(law), axes=1)
     assert np.linalg.norm(search - whole) < 0.05 * np.linalg.norm(whole)
 
 
 @pytest.mark.parametrize(("name", "size"), [("bending_carried", -0.6), ("torsion_carried", -0.3)])
 def test_the_loop_has_a_stretch_however_soft(name, size):
-    bench, data = both_ways()
+    data = both_ways()[1]
     law = law_of(data, name, BENT)
-    whole = marched(bench, data, law, size)
+    whole = marched(data, law, [size])
     found = solve_loop(LoopResponses(data), [(law, np.array([size]))])[0][0]
     assert np.linalg.norm(found - whole) < 0.05 * np.linalg.norm(whole)
     assert np.linalg.norm(size * data.columns(law)[0] - whole) > 0.1 * np.linalg.norm(whole)  # far from linear

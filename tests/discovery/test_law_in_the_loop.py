@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_discovery import effect_of, forward_with, surveyed
+from small_discovery import marched, surveyed
 
 from belt_sim.discovery.closed_loop import LoopResponses, fit_closed_loop, solve_loop, states_of_fit
 from belt_sim.discovery.linear_search import fit_sizes
@@ -27,23 +27,11 @@ def law_of(place: str, form: Form) -> Law:
     return Law((Term(where, form),))
 
 
-def marched(law: Law, size: float) -> np.ndarray:
-    """Whitened readings that a law adds in the march."""
-    data = surveyed("yaw_creep")
-    cls = effect_of(data, law, [size])
-    forward = forward_with(data.bench, cls)
-    names = [slot.name for slot in forward.slots]
-    vector = forward.null()
-    vector[names.index("size")] = size / forward.slots[names.index("size")].scale
-    there = forward.values(np.stack([vector, forward.null()]))
-    return data.projector.whiten((there[0] - there[1])[None])[0]
-
-
 @pytest.mark.parametrize("place", STEERING)
 def test_a_law_that_steers_itself_does_what_the_march_does(place):
     form, size = STEERING[place]
     data, law = surveyed("yaw_creep"), law_of(place, form)
-    made, whole = fit_closed_loop(LoopResponses(data), law, [size], steps=0), marched(law, size)
+    made, whole = fit_closed_loop(LoopResponses(data), law, [size], steps=0), marched(data, law, [size])
     open_loop = size * data.columns(law)[0]
     assert np.linalg.norm(made.readings - whole) < 0.03 * np.linalg.norm(whole)
     assert np.linalg.norm(open_loop - whole) > 0.1 * np.linalg.norm(whole)
@@ -53,7 +41,7 @@ def test_a_law_that_steers_itself_does_what_the_march_does(place):
 def test_a_law_that_steers_against_what_it_reads_by_much_is_followed(place):
     form, size = STRONG[place]
     data, law = surveyed("yaw_creep"), law_of(place, form)
-    made, whole = fit_closed_loop(LoopResponses(data), law, [size], steps=0), marched(law, size)
+    made, whole = fit_closed_loop(LoopResponses(data), law, [size], steps=0), marched(data, law, [size])
     assert made is not None
     assert made.sizes[0] == size
     assert np.linalg.norm(made.readings - whole) < 0.05 * np.linalg.norm(whole)
@@ -83,7 +71,7 @@ def test_what_sticks_follows_and_slides():
 def test_a_pull_acts_where_the_belt_is_bent_as_it_is_then():
     """Most of what a pull does goes through where the belt runs then."""
     data, law, size = surveyed("yaw_creep"), law_of("tension", Form("none")), -0.05
-    whole = marched(law, size)
+    whole = marched(data, law, [size])
     made = solve_loop(LoopResponses(data), [(law, np.array([size]))])
     off = [np.linalg.norm(readings - whole) for readings in (made[0][0], size * data.columns(law)[0])]
     assert off[0] < 0.4 * off[1]

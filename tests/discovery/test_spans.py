@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from small_discovery import both_ways, effect_of, forward_with, surveyed
+from small_discovery import both_ways, marched, surveyed
 
 from belt_sim.discovery.closed_loop import LoopResponses, solve_loop
 from belt_sim.discovery.search_data import SearchData
@@ -39,16 +39,9 @@ def test_a_span_is_bent_on_the_pulley_that_it_runs_up():
 
 
 def test_the_file_of_a_law_of_a_span_does_in_the_march_what_the_search_says():
-    bench, data = both_ways()
+    _, data = both_ways()
     law = law_of(data, "span_lower")
-    cls = effect_of(data, law, SIZES)
-    forward = forward_with(bench, cls)
-    names = [slot.name for slot in forward.slots]
-    vector = forward.null()
-    for name, size in zip(("cos", "sin"), SIZES, strict=True):
-        vector[names.index(name)] = size / forward.slots[names.index(name)].scale
-    there = forward.values(np.stack([vector, forward.null()]))
-    whole, search = data.projector.whiten((there[0] - there[1])[None])[0], made_by(data, law)
+    whole, search = marched(data, law, SIZES), made_by(data, law)
     assert np.linalg.norm(search - whole) < 0.05 * np.linalg.norm(whole)
 
 

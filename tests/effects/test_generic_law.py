@@ -37,9 +37,8 @@ CURVES = json.loads(
     (Path(__file__).parent / "laws_as_code.json").read_text()
 )  # of the Python code once written of a law
 EVERY = 50  # records
-BETWEEN_CHANGES = (
-    0.06  # of what a change does in 25 m: powers stand for it, within 2 % of a span's response (test_stiffness)
-)
+#: of what a change does in 25 m: powers stand for it, within 2 % of a span's response (test_stiffness)
+BETWEEN_CHANGES = 0.06
 PLACES = fixed_places() | {
     "sensor_y1": Place("sensor", "y1", (("y1", 1),)),
     "sensor_y4": Place("sensor", "y4", (("y4", 4),)),
