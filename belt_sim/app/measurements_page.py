@@ -37,10 +37,13 @@ def add(session: Session) -> None:
     def campaign() -> tuple[int, bool]:
         return id(session.campaign), session.importing is None
 
+    def question() -> tuple[object, ...]:
+        return (*campaign(), session.busy, id(session.effects), session.effects_name)
+
     def work() -> tuple[int, str]:
         return len(session.jobs), session.job.state if session.job else ""
 
-    shown = {_show_notices: version, import_view: version, campaign_view: campaign, asking: version, job_view: work}
+    shown = {_show_notices: version, import_view: version, campaign_view: campaign, asking: question, job_view: work}
 
     @ui.page("/measurements", title="belt_sim")
     def page() -> None:
@@ -74,7 +77,7 @@ def _drop(session: Session) -> Any:
         await run.io_bound(session.sample, str(chosen.value))
 
     def tell_refusal() -> None:
-        session.notify(f"files: refused; {TOO_LARGE}")
+        session.end_drop(f"files: refused; {TOO_LARGE}")
 
     room = f"Up to {MAX_UPLOAD // MEBI} MB at a time; they stay on this machine."
     kinds = f"A logger's CSV or Excel files; or {', '.join(FILES)}, or a zip of them."
@@ -91,7 +94,7 @@ def _drop(session: Session) -> Any:
 
 
 def _show_notices(session: Session) -> None:
-    with ui.element("div").classes("card-lines").props(f"data-version={session.version}"):
+    with ui.element("div").classes("card-lines").props(f"data-drops={session.drops}"):
         for line in session.messages:
             widgets.notice(line)
 
@@ -100,7 +103,6 @@ def asking(session: Session) -> None:
     """Draw the card of questions; nothing without a campaign."""
     if session.campaign is None or session.importing is not None:
         return
-    busy = session.job is not None and session.job.running
     with widgets.card("3. Ask", "Compare shows where a model fails; diagnose finds which physical effect it lacks."):
         ui.select(TITLES, label="model").bind_value(session.inputs, "model").classes("w-full").props("data-name=model")
         if session.effects:
@@ -108,7 +110,7 @@ def asking(session: Session) -> None:
             with ui.element("div").classes("line"):
                 ui.label(f"Compare uses the effects of {session.effects_name}: {names}")
                 ui.button("Without them", on_click=lambda: session.take_effects([], "")).props("flat no-caps dense")
-        with ui.expansion("More about the diagnosis").classes("w-full"):
+        with ui.expansion("More about the diagnosis").bind_value(session.inputs, "more").classes("w-full"):
             titles = {i: effect_title(i) for i in sorted(library(), key=effect_title)}
             which = "effects to try (none chosen: all that can be told)"
             tried = ui.select(titles, multiple=True, with_input=True, label=which).props("use-chips")
@@ -118,7 +120,7 @@ def asking(session: Session) -> None:
         with ui.element("div").classes("line"):
             for name, look in (("Compare", "no-caps outline"), ("Diagnose", "no-caps")):
                 button = ui.button(name, on_click=partial(_start, session, name.lower())).props(look)
-                button.set_enabled(not busy)
+                button.set_enabled(not session.busy)
 
 
 def _start(session: Session, task: str) -> None:

@@ -121,13 +121,15 @@ def nest_answers(base: Mapping[str, Any], answers: Mapping[Place, str]) -> dict[
 
 
 TITLES = {"compare": "Comparison", "diagnose": "Diagnosis"}
-#: what is asked of a campaign at first: of the model that controllers use
-INPUTS = {"model": "beam_th2", "candidates": [], "bootstraps": BOOTSTRAPS}
+#: what is asked of a campaign at first: of the model that controllers use, with more inputs folded away
+INPUTS = {"model": "beam_th2", "candidates": [], "bootstraps": BOOTSTRAPS, "more": False}
 
 
 @dataclass
 class Session:
-    """State of the page of measurements; version grows with every change that pages have to show."""
+    """State of the page of measurements; version grows with every change that pages have to show, and drops with
+    every drop that was dealt with.
+    """
 
     folder: Path
     campaign: Campaign | None = None
@@ -141,12 +143,17 @@ class Session:
     messages: list[str] = field(default_factory=list)
     jobs: list[Job] = field(default_factory=list)
     version: int = 0
-    _drops: int = 0
+    drops: int = 0
+    _folders: int = 0
     _listening: set[asyncio.Task[None]] = field(default_factory=set)
 
     @property
     def job(self) -> Job | None:
         return self.jobs[-1] if self.jobs else None
+
+    @property
+    def busy(self) -> bool:
+        return self.job is not None and self.job.running
 
     def notify(self, *messages: str) -> None:
         """Let pages know, with lines to show."""
@@ -165,6 +172,11 @@ class Session:
                 self.effects, self.effects_name = read_effects(*tray.effects), tray.effects[0]
             except BeltError as error:
                 messages += str(error).splitlines()
+        self.end_drop(*messages)
+
+    def end_drop(self, *messages: str) -> None:
+        """Show what came of a drop."""
+        self.drops += 1
         self.notify(*messages)
 
     def _campaign_from(self, tray: upload.Tray) -> list[str]:
@@ -172,18 +184,18 @@ class Session:
         before = {}
         if upload.SHEET not in tray.campaign and self.campaign_folder is not None:
             before = {n: (self.campaign_folder / n).read_bytes() for n in FILES if (self.campaign_folder / n).is_file()}
-        self._drops += 1
+        self._folders += 1
         self.finished_import = None
-        return self._open(upload.write_files(self.folder / f"campaign_{self._drops}", {**before, **tray.campaign}))
+        return self._open(upload.write_files(self.folder / f"campaign_{self._folders}", {**before, **tray.campaign}))
 
     def _import_from(self, tray: upload.Tray) -> list[str]:
         """Begin an import of a logger's files, or apply a mapping to those that are there."""
-        self._drops += 1
+        self._folders += 1
         before = self.importing or self.finished_import
         try:
             mapping = read_mapping(*tray.mapping) if tray.mapping else {}
             if tray.loggers:
-                folder = upload.write_files(self.folder / f"import_{self._drops}" / "files", tray.loggers)
+                folder = upload.write_files(self.folder / f"import_{self._folders}" / "files", tray.loggers)
                 self.importing = begin([folder / name for name in tray.loggers], mapping)
             elif before is None:
                 return [f"{upload.MAPPING}: drop the logger's files with it"]
@@ -204,8 +216,8 @@ class Session:
             self.answer(answers)
         if self.importing is None or self.importing.proposal is None or not self.importing.ready:
             return
-        self._drops += 1
-        folder = self.folder / f"campaign_{self._drops}"
+        self._folders += 1
+        folder = self.folder / f"campaign_{self._folders}"
         try:
             write(self.importing.proposal, folder)
         except BeltError as error:
@@ -242,7 +254,7 @@ class Session:
         """Begin long work on the campaign; raises InputError while other work goes on."""
         if self.campaign is None:
             raise InputError("campaign", "none", "", "drop the files of a campaign first")
-        if self.job is not None and self.job.running:
+        if self.job is not None and self.busy:
             raise InputError(task, "not begun", "", f"{self.job.title} is still going on; wait, or stop it")
         number = len(self.jobs) + 1
         folder = self.folder / f"{task}_{number}"

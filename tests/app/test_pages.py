@@ -25,9 +25,9 @@ def curve_other_than(page, before) -> list[float]:
 
 def drop(page, *paths) -> None:
     """Drop files, and wait until the page has taken them in."""
-    before = page.locator("[data-version]").get_attribute("data-version")
+    before = page.locator("[data-drops]").get_attribute("data-drops")
     page.locator("input[type=file]").set_input_files([str(p) for p in paths])
-    page.locator(f"[data-version]:not([data-version='{before}'])").wait_for(state="attached")
+    page.locator(f"[data-drops]:not([data-drops='{before}'])").wait_for(state="attached")
 
 
 def alerts(page) -> list[str]:
@@ -107,6 +107,7 @@ def test_a_small_diagnosis_runs_to_its_report(measurements, small, served):
     frame = measurements.frame_locator("iframe[title=report]")
     frame.locator("h1").wait_for(timeout=180_000)
     frame.locator(".js-plotly-plot .main-svg").first.wait_for(state="attached")
+    assert measurements.get_by_label("synthetic repeats").is_visible()  # what was unfolded stays so
     assert measurements.locator("iframe").get_attribute("sandbox") == "allow-scripts"
     answer = measurements.request.get(f"{served.address}{measurements.locator('iframe').get_attribute('src')}")
     assert answer.headers["content-security-policy"].startswith("sandbox allow-scripts; default-src 'none'")
