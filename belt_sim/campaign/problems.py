@@ -3,6 +3,7 @@
 import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from belt_sim.errors import BeltError
 
@@ -41,6 +42,17 @@ class CampaignError(BeltError):
         if len(problems) > MOST_SHOWN:
             lines.append(f"... and {len(problems) - MOST_SHOWN} more")
         super().__init__("\n".join(lines))
+
+
+def refusal(file: object, remedy: str, **where: Any) -> CampaignError:
+    """The error of one problem with a file; where: its line, name, value and unit."""
+    return CampaignError([Problem(file=str(file), remedy=remedy, **where)])
+
+
+def shortlist(items: Iterable[object], most: int = 5) -> str:
+    """The first few items, with dots for the rest: 3, 7, 8, 12, 40 ..."""
+    shown = [str(item) for item in items]
+    return ", ".join(shown[:most]) + (" ..." if len(shown) > most else "")
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ValidationError, model_validator
 
 from belt_sim.campaign.marked_yaml import REMEDIES, MarkedYaml, parse, validation_problem
-from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
+from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean, refusal
 from belt_sim.campaign.sheet import Entry, SourceEntry
 from belt_sim.campaign.types import place_text
 from belt_sim.errors import InputError
@@ -155,8 +155,7 @@ def mapping_of(stated: Any) -> MappingEntry:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         cause = getattr(error, "strerror", None) or "not UTF-8 text"
-        remedy = f"cannot be read ({cause}); name a YAML file, or leave mapping out"
-        raise CampaignError([Problem(file=str(path), remedy=remedy)]) from None
+        raise refusal(path, f"cannot be read ({cause}); name a YAML file, or leave mapping out") from None
     marked = parse(text, str(path), problems)
     if problems or marked is None:
         raise CampaignError(problems)
@@ -177,7 +176,7 @@ _OWN_REMEDIES = {"model_type": "give a name, or a mapping of numbers"}
 
 def _validate(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
     if not isinstance(tree, dict):
-        raise CampaignError([Problem(file=file, line=1, remedy=f"must be a mapping that begins with schema: {SCHEMA}")])
+        raise refusal(file, f"must be a mapping that begins with schema: {SCHEMA}", line=1)
     try:
         return MappingEntry.model_validate(tree)
     except ValidationError as error:

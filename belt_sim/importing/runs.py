@@ -11,7 +11,7 @@ import pandas as pd
 
 from belt_sim.campaign import Run
 from belt_sim.campaign.csv_tables import RATES, REPEAT_TOLERANCE
-from belt_sim.campaign.problems import did_you_mean
+from belt_sim.campaign.problems import did_you_mean, shortlist
 from belt_sim.campaign.quality.record import spike_mask
 from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
@@ -135,9 +135,10 @@ def _leave_out_spikes(
         mask = spike_mask(y)
         if mask.any():
             lines = [block.line(int(keep[k])) for k in np.flatnonzero(mask)]
-            shown = ", ".join(map(str, lines[:5])) + (" ..." if len(lines) > 5 else "")
             what = f"{len(lines)} readings jump" if len(lines) > 1 else "a reading jumps"
-            said.append(f"{name}: {what} away and back, left out (line {shown}); spikes: keep would keep them")
+            said.append(
+                f"{name}: {what} away and back, left out (line {shortlist(lines)}); spikes: keep would keep them"
+            )
             out[name] = np.where(mask, np.nan, y)
     return out, said
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from belt_sim.campaign.problems import CampaignError, Problem
+from belt_sim.campaign.problems import CampaignError, refusal
 from belt_sim.importing.roles import UsedTable
 
 #: A run begins anew where time or travel falls back to within this share of where the file began.
@@ -33,8 +33,7 @@ class LoggedBlock:
 
     def refuse(self, k: int, name: str, value: object, unit: str, remedy: str) -> CampaignError:
         """The error of row ``k`` of the run."""
-        file, line = str(self.table.logged.file), self.line(k)
-        return CampaignError([Problem(file=file, line=line, name=name, value=value, unit=unit, remedy=remedy)])
+        return refusal(self.table.logged.file, remedy, line=self.line(k), name=name, value=value, unit=unit)
 
 
 def blocks_of(table: UsedTable) -> list[LoggedBlock]:
