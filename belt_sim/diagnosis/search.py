@@ -175,7 +175,7 @@ def keep_trials(search: Search, key: Ids, screened: Mapping[str, Fit]) -> Search
             fit = fits[larger]
         elif fit.is_converged:
             fits[larger] = fit
-        elif fit.settled or fit.taken:  # one that ran out of rounds is nearer than null is
+        elif fit.settled or fit.steps:  # one that ran out of rounds is nearer than null is
             starts[larger] = fit
         gain = search.fits[key].chi2 - fit.chi2
         if gain < -RISE:

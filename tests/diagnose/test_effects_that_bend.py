@@ -63,4 +63,4 @@ def test_it_is_refitted_though_others_promise_more(laid_out, monkeypatch):
     assert max(gains, key=gains.get) == "soft"
     assert gains["soft"] > 2.0 * promised["soft"]
     assert found["soft"].is_converged
-    assert found["other"].taken == 0
+    assert found["other"].steps == 0

@@ -195,7 +195,7 @@ class Slow(Sliding):
 def test_what_a_search_has_found_is_not_looked_for_anew(moves):
     """Neither because it ran out of rounds, nor because settings moved twice before anybody asked for it."""
     search = add_fits(Search(bench=Slow(), linearisation=NOWHERE), [()])
-    found = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0, taken=24)
+    found = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0, steps=24)
     search = keep_trials(search, NOTHING, {"a": found})
     assert [t.gain for t in search.trials[NOTHING]] == [99.0]
     for _ in range(moves):

@@ -114,8 +114,8 @@ def test_a_number_on_its_bound_is_possible_however_it_was_rounded(beside, possib
     forward = load_cell()
     bound = plausible_bounds(forward.slots[0])[1]
     same = np.array([[1.0, 0.0, 1.0], [1.0, 0.0, 1.0]])
-    fit = Fit(ids=("bent",), free=[0, 1], vector=np.array([bound + beside, 0.0]), chi2=1.0, columns=same)
-    fit.values = np.zeros(1)
+    vector = np.array([bound + beside, 0.0])
+    fit = Fit(ids=("bent",), free=[0, 1], vector=vector, chi2=1.0, columns=same, values=np.zeros(1))
     assert estimates(forward, fit) == {"bent": {}}
     assert is_plausible(forward, fit) is possible
 

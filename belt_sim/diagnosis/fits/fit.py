@@ -7,7 +7,7 @@ the linear range a refit is one projection and one prediction that confirms it. 
 of null only (a roller pushes back, a cover gives way) stay on that side.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from belt_sim.diagnosis.readings.forward import Forward
 
 MAX_ROUNDS = 24
 TOLERANCE = 0.02  # in chi2; thresholds are about 10
-POOR, GOOD = 0.25, 0.75  # share of the foreseen gain: below, steps become shorter; above, they may grow
+POOR, GOOD = 0.25, 0.75  # share of the predicted gain: below, steps become shorter; above, they may grow
 SHORTER = (0.1, 0.5)  # times as long a step as one that failed
 PATIENCE = 2  # failures in a row until derivatives that were learned are taken anew
 LEAST = 1e-9  # damping, in units of the information
@@ -26,15 +26,15 @@ CLOSE = 1.2  # how near a step comes to its longest
 FAINT = 1e-3  # a parameter that moves no reading by this many sigma at its scale is not there
 
 
-@dataclass
+@dataclass(frozen=True)
 class Fit:
-    """A set of effects fitted jointly.
+    """A set of effects fitted jointly, or a point from which a refit of them may begin.
 
-    ids; free: positions in vector that were fitted; vector: the best point; chi2: of the whitened residual;
-    columns (k, N): whitened derivatives along free; slopes (k, R, S, n): the same as predicted; residual (N,):
-    whitened; values (R, S, n): predictions; due (k,): derivatives that have to be taken where the fit stands; exact:
-    all were taken where they hold; radius: longest step, in sigmas; settled: nothing more is gained; failed: proposals
-    since the last step; taken: steps.
+    ids; free: positions in vector that are fitted; vector: the best point; chi2: of the whitened residual, inf where it
+    is not known yet; columns (k, N): whitened derivatives along free; slopes (k, R, S, n): the same as predicted;
+    residual (N,): whitened; values (R, S, n): predictions; exact: all derivatives were taken where they hold; settled:
+    nothing more is gained; steps: how many led here. For a refit that goes on from here, due (k,): derivatives that it
+    has to take first; radius: its longest step, in sigmas.
     """
 
     ids: tuple[str, ...]
@@ -45,12 +45,11 @@ class Fit:
     slopes: np.ndarray = field(default_factory=lambda: np.empty((0, 0, 0, 0)))
     residual: np.ndarray = field(default_factory=lambda: np.empty(0))
     values: np.ndarray = field(default_factory=lambda: np.empty(0))
-    due: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=bool))
     exact: bool = True
-    radius: float = np.inf
     settled: bool = False
-    failed: int = 0
-    taken: int = 0
+    steps: int = 0
+    due: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=bool))
+    radius: float = np.inf
 
     @property
     def is_converged(self) -> bool:
@@ -62,158 +61,158 @@ class Fit:
         """Covariance (k, k) of the free parameters, in units of their scales."""
         return np.linalg.pinv(self.columns @ self.columns.T, hermitian=True)
 
+    @property
+    def sensitivity(self) -> np.ndarray:
+        """How far a unit of each free parameter (k,) moves the readings, in sigmas."""
+        return np.linalg.norm(self.columns, axis=1)
 
-Race = Callable[[Sequence[Fit]], None]
+
 Sides = tuple[np.ndarray, np.ndarray]
 
 
-def fit_sets(
-    forward: Forward,
-    metric: Metric,
-    starts: Sequence[Fit],
-    race: Race | None = None,
-    sides: Sides | None = None,
-) -> list[Fit]:
-    """Refine every start; all sets advance together, so that a round costs one batch of predictions.
+def step_bounds(fit: Fit, sides: Sides) -> tuple[np.ndarray, np.ndarray]:
+    """How far each free number (k,) may go down and up from where the fit stands, to the ``sides`` a machine has."""
+    low, high = (side[fit.free] - fit.vector[fit.free] for side in sides)
+    return low, high
 
-    race: settles, after every round, what is not worth another; what it settles keeps the derivatives that it has, and
-    so does all that ends. sides: lowest and highest value of every number, by default what its effect is declared with.
+
+class Refit:
+    """A refit under way.
+
+    fit: the best point so far; due (k,): derivatives that have to be taken there; radius: longest step, in sigmas;
+    settled: nothing more is gained; steps: proposals that were taken; failures: proposals that failed since the last.
     """
-    sides = forward.sides if sides is None else sides
-    fits = [_resume(f) for f in starts]
-    for _ in range(MAX_ROUNDS):
-        active = [f for f in fits if not f.settled]
-        if not active:
-            break
-        _advance(forward, metric, active, sides)
-        if race is not None:
-            race(fits)
-            continue
-        for fit in fits:  # derivatives are due where a fit has ended with learned ones
-            if fit.settled and not fit.exact:
-                fit.due, fit.settled = np.ones(len(fit.free), dtype=bool), False
-    return fits
 
+    def __init__(self, start: Fit, metric: Metric, sides: Sides) -> None:
+        """All derivatives are due where ``start`` has none, or has ended with learned ones."""
+        none = len(start.slopes) != len(start.free) or (start.settled and not start.exact)
+        self.fit, self.metric, self.sides, self.radius = start, metric, sides, start.radius
+        self.due = start.due if len(start.due) and not none else np.full(len(start.free), none)
+        self.settled, self.steps, self.failures = False, 0, 0
 
-def _resume(start: Fit) -> Fit:
-    """A fit that goes on from where ``start`` stands; all derivatives are due where it has none."""
-    none = len(start.slopes) != len(start.free) or (start.settled and not start.exact)
-    due = np.full(len(start.free), none) if none or not len(start.due) else start.due.copy()
-    return replace(start, vector=np.array(start.vector), due=due, settled=False, failed=0, taken=0)
+    def result(self) -> Fit:
+        """The best point, with all that a later refit needs to go on from it."""
+        return replace(self.fit, settled=self.settled, steps=self.steps, due=self.due, radius=self.radius)
 
+    @property
+    def is_ready(self) -> bool:
+        """Whether the best point and all derivatives there are known, so that a step can be proposed."""
+        return bool(np.isfinite(self.fit.chi2)) and not self.due.any()
 
-def _advance(forward, metric, fits: list[Fit], sides: Sides) -> None:
-    """The derivatives that are due, one prediction for every fit that has them all."""
-    begin = [bool(f.due.any()) or not np.isfinite(f.chi2) for f in fits]
-    points = [f.vector if b else _proposal(f, sides) for f, b in zip(fits, begin, strict=True)]
-    still, every = np.zeros((1, forward.size)), np.eye(forward.size)
-    along = [every[np.array(f.free)[f.due]] if f.due.any() else still for f in fits]
-    at = np.concatenate([np.repeat(p[None], len(d), axis=0) for p, d in zip(points, along, strict=True)])
-    values, slopes = forward.values_and_slopes(at, np.concatenate(along))
-    start = 0
-    for fit, b, point, rows in zip(fits, begin, points, along, strict=True):
-        here = slice(start, start + len(rows))
-        start += len(rows)
-        if b:
-            _take_derivatives(fit, metric, values[here][0], slopes[here][: int(fit.due.sum())], sides)
+    def next_point(self) -> np.ndarray:
+        """The parameter vector to predict next: the end of a step, or where the refit stands."""
+        return _propose(self.fit, self.sides, self.radius) if self.is_ready else self.fit.vector
+
+    def record(self, point: np.ndarray, values: np.ndarray, slopes: np.ndarray) -> None:
+        """Take in the predictions (R, S, n) at the next point, and the derivatives (k, R, S, n) that were due there."""
+        if self.is_ready:
+            self._accept_or_reject(point, values)
         else:
-            _accept_or_reject(fit, point, metric, values[here][0], sides)
+            self._take_derivatives(values, slopes[: int(self.due.sum())])
 
+    def check_end(self) -> None:
+        """Go on where the end was reached with learned derivatives: all are due there."""
+        if self.settled and not self.fit.exact:
+            self._make_all_due()
+            self.settled = False
 
-def _take_derivatives(fit: Fit, metric, values, slopes, sides) -> None:
-    """Derivatives that are due at the point where the fit stands; at its start the residual too."""
-    begins = not np.isfinite(fit.chi2)
-    if begins:
-        residual, chi2 = _misfit(metric, values)
-        if not (np.isfinite(values).all() and np.isfinite(chi2)):  # whitening takes nan for a reading that is missing
-            fit.settled = True
+    def _make_all_due(self) -> None:
+        self.due = np.ones(len(self.fit.free), dtype=bool)
+
+    def _take_derivatives(self, values: np.ndarray, slopes: np.ndarray) -> None:
+        """Derivatives that are due at the point where the fit stands; at its start the residual too."""
+        begins, due = not np.isfinite(self.fit.chi2), self.due
+        if begins:
+            residual, chi2 = self._misfit(values)
+            if not (np.isfinite(values).all() and np.isfinite(chi2)):  # whitening takes nan for a missing reading
+                self.settled = True
+                return
+            self.fit = replace(self.fit, residual=residual, values=values, chi2=chi2)
+        known = np.isfinite(slopes).all(axis=(1, 2, 3), keepdims=True)  # where the belt runs away: no direction
+        slopes = np.where(known, slopes, 0.0)
+        columns = self.metric.whiten(slopes) if len(slopes) else np.empty((0, len(self.fit.residual)))
+        if not due.all():
+            new_slopes, new_columns = slopes, columns
+            slopes, columns = self.fit.slopes.copy(), self.fit.columns.copy()
+            slopes[due], columns[due] = new_slopes, new_columns
+        exact = bool(due.all()) or (self.fit.exact and not begins)
+        self.fit, self.due = replace(self.fit, slopes=slopes, columns=columns, exact=exact), np.zeros_like(due)
+        self.settled = not len(due) or (not begins and self.predicted_gain() < self._negligible_gain())
+
+    def _accept_or_reject(self, proposal: np.ndarray, values: np.ndarray) -> None:
+        """Take a proposal if it lowers chi2; otherwise a shorter step comes next."""
+        fit, (residual, chi2) = self.fit, self._misfit(values)
+        step = (proposal - fit.vector)[fit.free]
+        linear = fit.residual - step @ fit.columns
+        predicted, length = fit.chi2 - float(linear @ linear), float(np.linalg.norm(step * fit.sensitivity))
+        there = np.isfinite(values).all()  # whitening takes nan for a reading that is missing
+        if not there or not chi2 <= fit.chi2:
+            along = float(step @ (fit.columns @ fit.residual))
+            self._shorten_step(predicted, length, along / (chi2 - fit.chi2 + 2.0 * along) if there else 0.0)
             return
-        fit.residual, fit.values, fit.chi2 = residual, values, chi2
-    known = np.isfinite(slopes).all(axis=(1, 2, 3), keepdims=True)  # a hair further on the belt runs away: no direction
-    slopes, due, k = np.where(known, slopes, 0.0), fit.due, len(fit.free)
-    fit.exact = bool(due.all()) or (fit.exact and not begins)
-    if due.all():
-        fit.slopes, fit.columns = slopes, metric.whiten(slopes) if k else np.empty((0, len(fit.residual)))
-    elif due.any():
-        fit.slopes, fit.columns = fit.slopes.copy(), fit.columns.copy()
-        fit.slopes[due], fit.columns[due] = slopes, metric.whiten(slopes)
-    fit.due = np.zeros(k, dtype=bool)
-    fit.settled = not k or (not begins and predicted_gain(fit, sides) < _negligible_gain(fit))
+        gain = fit.chi2 - chi2
+        if abs(predicted - gain) > TOLERANCE:
+            self._update_derivatives(step, linear - residual, values - fit.values)
+            if gain < POOR * predicted:
+                self.radius = 0.5 * length
+        if gain > GOOD * predicted:
+            self.radius = max(self.radius, 2.0 * length)
+        self.fit = replace(self.fit, vector=proposal, chi2=chi2, residual=residual, values=values)
+        self.failures, self.steps = 0, self.steps + 1
+        self._judge_progress(gain)
+
+    def _judge_progress(self, gain: float) -> None:
+        """Which derivatives are due after a step that gained so much chi2, or else whether another is worth it."""
+        if gain > TOLERANCE:
+            self.due = self.fit.sensitivity < FAINT  # what moved nothing may do so now
+        if not self.due.any():
+            negligible = self._negligible_gain()
+            self.settled = self.predicted_gain() < (TOLERANCE if gain > negligible else negligible)
+
+    def _misfit(self, values: np.ndarray) -> tuple[np.ndarray, float]:
+        """Whitened residual (N,) of predictions (R, S, n), and its chi2."""
+        with np.errstate(over="ignore", invalid="ignore"):  # a start, or a step too far, may lie anywhere
+            residual = self.metric.whiten(self.metric.samples.y - values)
+            return residual, float(residual @ residual)
+
+    def _shorten_step(self, predicted: float, length: float, bottom: float) -> None:
+        """A step of a ``length`` with a ``predicted`` gain ended higher: the next is as long as it is to the ``bottom``
+        of the parabola through both ends, at last with derivatives that hold.
+        """
+        self.failures += 1
+        self.radius = length * float(np.clip(bottom, *SHORTER))
+        if self.fit.exact:
+            self.settled = predicted < 0.5 * TOLERANCE
+        elif self.failures >= PATIENCE or predicted < self._negligible_gain():
+            self._make_all_due()
+
+    def _update_derivatives(self, step: np.ndarray, more: np.ndarray, moved: np.ndarray) -> None:
+        """Broyden's update: derivatives change along a ``step`` (k,) so that they have what it did: ``moved``
+        (R, S, n) in predictions, whitened ``more`` (N,) than they had.
+        """
+        columns, slopes = self.fit.columns, self.fit.slopes
+        weights = step * np.sum(columns**2, axis=1)
+        size = float(weights @ step)
+        if size > 0.0:
+            share = weights / size
+            columns = columns + share[:, None] * more
+            slopes = slopes + share[:, None, None, None] * (moved - np.tensordot(step, slopes, axes=1))
+        self.fit = replace(self.fit, columns=columns, slopes=slopes, exact=False)
+
+    def _negligible_gain(self) -> float:
+        """A gain of chi2 that is not worth a step: far from any good fit, a share of what is amiss."""
+        return TOLERANCE + 1e-3 * max(self.fit.chi2 - len(self.fit.residual), 0.0)
+
+    def predicted_gain(self, radius: float | None = None) -> float:
+        """chi2 that the next step should take away; ``radius``: of that step, by default the refit's own."""
+        fit = self.fit
+        step = (_propose(fit, self.sides, self.radius if radius is None else radius) - fit.vector)[fit.free]
+        return fit.chi2 - float(np.sum((fit.residual - step @ fit.columns) ** 2))
 
 
-def _accept_or_reject(fit: Fit, proposal, metric, values, sides) -> None:
-    """Take a proposal if it lowers chi2; otherwise a shorter step comes next, at last with derivatives that hold."""
-    residual, chi2 = _misfit(metric, values)
-    step = (proposal - fit.vector)[fit.free]
-    foreseen = fit.residual - step @ fit.columns
-    foretold, length = fit.chi2 - float(foreseen @ foreseen), float(np.linalg.norm(step * _sizes(fit)))
-    there = np.isfinite(values).all()  # whitening takes nan for a reading that is missing
-    if not there or not chi2 <= fit.chi2:
-        along = float(step @ (fit.columns @ fit.residual))
-        _shorten_step(fit, foretold, length, along / (chi2 - fit.chi2 + 2.0 * along) if there else 0.0)
-        return
-    gained = fit.chi2 - chi2
-    if abs(foretold - gained) > TOLERANCE:
-        _broyden_update(fit, step, foreseen - residual, values - fit.values)
-        if gained < POOR * foretold:
-            fit.radius = 0.5 * length
-    if gained > GOOD * foretold:
-        fit.radius = max(fit.radius, 2.0 * length)
-    fit.vector, fit.chi2, fit.residual, fit.values = proposal, chi2, residual, values
-    fit.failed, fit.taken = 0, fit.taken + 1
-    if gained > TOLERANCE:
-        fit.due = _sizes(fit) < FAINT  # what moved nothing may do so now
-    if not fit.due.any():
-        negligible = _negligible_gain(fit)
-        fit.settled = predicted_gain(fit, sides) < (TOLERANCE if gained > negligible else negligible)
-
-
-def _misfit(metric, values: np.ndarray) -> tuple[np.ndarray, float]:
-    """Whitened residual (N,) of predictions (R, S, n), and its chi2."""
-    with np.errstate(over="ignore", invalid="ignore"):  # a start, or a step too far, may lie anywhere
-        residual = metric.whiten(metric.samples.y - values)
-        return residual, float(residual @ residual)
-
-
-def _shorten_step(fit: Fit, foretold: float, length: float, bottom: float) -> None:
-    """A step of a ``length`` that should have gained something ended higher: the next is as long as it is to the
-    ``bottom`` of the parabola through both ends.
-    """
-    fit.failed += 1
-    fit.radius = length * float(np.clip(bottom, *SHORTER))
-    if fit.exact:
-        fit.settled = foretold < 0.5 * TOLERANCE
-    elif fit.failed >= PATIENCE or foretold < _negligible_gain(fit):
-        fit.due = np.ones(len(fit.free), dtype=bool)
-
-
-def _broyden_update(fit: Fit, step: np.ndarray, more: np.ndarray, moved: np.ndarray) -> None:
-    """Derivatives change along a ``step`` (k,) so that they have what it did: ``moved`` (R, S, n) in predictions,
-    whitened ``more`` (N,) than they had.
-    """
-    weights = step * np.sum(fit.columns**2, axis=1)
-    size = float(weights @ step)
-    if size > 0.0:
-        share = weights / size
-        fit.columns = fit.columns + share[:, None] * more
-        fit.slopes = fit.slopes + share[:, None, None, None] * (moved - np.tensordot(step, fit.slopes, axes=1))
-    fit.exact = False
-
-
-def _negligible_gain(fit: Fit) -> float:
-    """A gain of chi2 that is not worth a step: far from any good fit, a share of what is amiss."""
-    return TOLERANCE + 1e-3 * max(fit.chi2 - len(fit.residual), 0.0)
-
-
-def predicted_gain(fit: Fit, sides) -> float:
-    """chi2 that the next step should take away."""
-    step = (_proposal(fit, sides) - fit.vector)[fit.free]
-    return fit.chi2 - float(np.sum((fit.residual - step @ fit.columns) ** 2))
-
-
-def _proposal(fit: Fit, sides) -> np.ndarray:
-    """The Gauss-Newton step, damped as far as is needed to keep it within the radius."""
-    sizes = _sizes(fit)
+def _propose(fit: Fit, sides: Sides, radius: float) -> np.ndarray:
+    """The end (size,) of the Gauss-Newton step, damped as far as is needed to keep it within ``radius``."""
+    sizes = fit.sensitivity
     seen = sizes > FAINT
     unit = 1.0 / np.where(seen, sizes, 1.0)  # with columns as they are, a long one hides that short ones are there
     normal, along = (fit.columns @ fit.columns.T) * np.outer(unit, unit), unit * (fit.columns @ fit.residual)
@@ -224,11 +223,11 @@ def _proposal(fit: Fit, sides) -> np.ndarray:
 
     step, low, high = solve_damped(LEAST), np.log(LEAST), -np.log(LEAST)
     length = np.linalg.norm(step * sizes)
-    while length > CLOSE * fit.radius or (length < fit.radius / CLOSE and high < -np.log(LEAST)):
+    while length > CLOSE * radius or (length < radius / CLOSE and high < -np.log(LEAST)):
         middle = 0.5 * (low + high)
         step = solve_damped(np.exp(middle))
         length = np.linalg.norm(step * sizes)
-        low, high = (middle, high) if length > fit.radius else (low, middle)
+        low, high = (middle, high) if length > radius else (low, middle)
         if high - low < 0.05:
             break
     vector = fit.vector.copy()
@@ -236,12 +235,47 @@ def _proposal(fit: Fit, sides) -> np.ndarray:
     return vector
 
 
-def _sizes(fit: Fit) -> np.ndarray:
-    """What each parameter moves the readings by (k,), in sigmas a unit."""
-    return np.linalg.norm(fit.columns, axis=1)
+#: those refits, of all that are under way, that are not worth another round
+EarlyStopping = Callable[[Sequence[Refit]], Iterable[Refit]]
 
 
-def step_bounds(fit: Fit, sides: Sides) -> tuple[np.ndarray, np.ndarray]:
-    """How far each free number (k,) may go down and up from where the fit stands, to the ``sides`` a machine has."""
-    low, high = (side[fit.free] - fit.vector[fit.free] for side in sides)
-    return low, high
+def fit_sets(
+    forward: Forward,
+    metric: Metric,
+    starts: Sequence[Fit],
+    find_hopeless: EarlyStopping | None = None,
+    sides: Sides | None = None,
+) -> list[Fit]:
+    """Refine every start; all sets advance together, so that a round costs one batch of predictions.
+
+    find_hopeless: those refits, after every round, that are not worth another; with it, all that ends keeps the
+    derivatives that it has. sides: lowest and highest value of every number, by default what its effect is declared
+    with.
+    """
+    refits = [Refit(start, metric, forward.sides if sides is None else sides) for start in starts]
+    for _ in range(MAX_ROUNDS):
+        active = [refit for refit in refits if not refit.settled]
+        if not active:
+            break
+        _advance(forward, active)
+        if find_hopeless is None:
+            for refit in active:
+                refit.check_end()
+        else:
+            for refit in find_hopeless(refits):
+                refit.settled = True
+    return [refit.result() for refit in refits]
+
+
+def _advance(forward: Forward, refits: Sequence[Refit]) -> None:
+    """Predict the next point of every refit, and the derivatives that are due there, all in one batch."""
+    still, every = np.zeros((1, forward.size)), np.eye(forward.size)
+    points = [refit.next_point() for refit in refits]
+    along = [every[np.array(refit.fit.free)[refit.due]] if refit.due.any() else still for refit in refits]
+    at = np.concatenate([np.repeat(p[None], len(d), axis=0) for p, d in zip(points, along, strict=True)])
+    values, slopes = forward.values_and_slopes(at, np.concatenate(along))
+    start = 0
+    for refit, point, rows in zip(refits, points, along, strict=True):
+        here = slice(start, start + len(rows))
+        start += len(rows)
+        refit.record(point, values[here][0], slopes[here])

@@ -10,7 +10,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from belt_sim.diagnosis.fits.fit import Fit, Sides, predicted_gain
+from belt_sim.diagnosis.fits.fit import Fit, Refit
 from belt_sim.diagnosis.fits.linearisation import Linearisation
 from belt_sim.diagnosis.fits.plausibility import has_diverged, is_plausible, prefer_plausible
 from belt_sim.diagnosis.fits.workbench import Workbench
@@ -57,7 +57,7 @@ def best_gauss_newton_step(bench: Workbench, linearisation: Linearisation, name:
 
 def _gauss_newton_step(start: Fit) -> Fit:
     """The fit after one step, as the derivatives at ``start`` foresee it."""
-    size = np.linalg.norm(start.columns, axis=1)
+    size = start.sensitivity
     scale = np.where(size > 1e-6, 1.0 / np.maximum(size, 1e-6), 0.0)
     step = scale * np.linalg.lstsq((start.columns * scale[:, None]).T, start.residual, rcond=1e-8)[0]
     vector = start.vector.copy()
@@ -109,8 +109,8 @@ def fit_best(
     numbers = {name: len(start.free) - len(linearisation.fit.free) for name, start in begun}
     penalties = {name: penalty + PER_NUMBER * (k - 1) for name, k in numbers.items()}
     without = linearisation.fit.chi2
-    race = Race(without, owners, penalties, bench.forward.sides)
-    fits = bench.fit(starts, race=race)
+    race = Race(without, owners, penalties)
+    fits = bench.fit(starts, race.find_hopeless)
     ends = [k for k in race.leaders(fits) if not fits[k].is_converged]
     for k, fit in zip(ends, bench.fit([fits[k] for k in ends]), strict=True):
         fits[k] = fit
@@ -149,24 +149,22 @@ class Race:
     chi2: float
     owners: Sequence[str]
     penalties: Mapping[str, float]
-    sides: Sides
 
-    def __call__(self, fits: Sequence[Fit]) -> None:
-        """Settle each fit that has met a better one of its effect, or would be far behind the front of all even after
+    def find_hopeless(self, refits: Sequence[Refit]) -> list[Refit]:
+        """Each refit that has met a better one of its effect, or would be far behind the front of all even after
         HORIZON more steps as good as the next.
         """
-        least = BEHIND * (self._front(fits)[1] + FRONT) - FRONT
-        better: list[tuple[str, Fit]] = []
-        for name, fit in sorted(zip(self.owners, fits, strict=True), key=lambda pair: pair[1].chi2):
-            if not (fit.settled or fit.due.any() or fit.taken < FEWEST_STEPS):
+        least = BEHIND * (self._front([refit.fit for refit in refits])[1] + FRONT) - FRONT
+        hopeless: list[Refit] = []
+        better: list[tuple[str, np.ndarray]] = []
+        for name, refit in sorted(zip(self.owners, refits, strict=True), key=lambda pair: pair[1].fit.chi2):
+            if not refit.settled and refit.is_ready and refit.steps >= FEWEST_STEPS:
                 # a step that failed made the next ones short
-                at_once = predicted_gain(replace(fit, radius=np.inf), self.sides)
-                reach = fit.chi2 - max(HORIZON * predicted_gain(fit, self.sides), at_once)
-                same = any(
-                    n == name and np.allclose(fit.vector, f.vector, rtol=SAME_POINT, atol=SAME_POINT) for n, f in better
-                )
-                fit.settled = same or self._score(name, reach) < least
-            better.append((name, fit))
+                reach = refit.fit.chi2 - max(HORIZON * refit.predicted_gain(), refit.predicted_gain(radius=np.inf))
+                if self._score(name, reach) < least or _is_near(refit.fit.vector, [v for n, v in better if n == name]):
+                    hopeless.append(refit)
+            better.append((name, refit.fit.vector))
+        return hopeless
 
     def leaders(self, fits: Sequence[Fit]) -> list[int]:
         """Which fits are the best of effects near the front, or as good."""
@@ -184,6 +182,11 @@ class Race:
     def _score(self, name: str, chi2: float) -> float:
         """The penalised gain."""
         return self.chi2 - chi2 - self.penalties[name]
+
+
+def _is_near(vector: np.ndarray, others: Sequence[np.ndarray]) -> bool:
+    """Whether a parameter vector is the same point as one of ``others``."""
+    return any(np.allclose(vector, other, rtol=SAME_POINT, atol=SAME_POINT) for other in others)
 
 
 # Pairs of effects, all at once in the linear range: where a third effect looks like the sum of two, a search that adds

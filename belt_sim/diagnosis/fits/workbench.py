@@ -7,7 +7,7 @@ import numpy as np
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fits.fit import Fit, Race, Sides, fit_sets
+from belt_sim.diagnosis.fits.fit import EarlyStopping, Fit, Sides, fit_sets
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import Levels, Metric, length_sigma, metric_of, nuisance_shapes
 from belt_sim.diagnosis.readings.additive_effects import choose_harmonics, columns_at
@@ -72,9 +72,11 @@ class Workbench:
         positions = [k for i in ids for k in self.forward.index(i)] if free is None else list(free)
         return Fit(ids=tuple(ids), free=positions, vector=np.array(vector))
 
-    def fit(self, starts: Sequence[Fit], race: Race | None = None, sides: Sides | None = None) -> list[Fit]:
+    def fit(
+        self, starts: Sequence[Fit], find_hopeless: EarlyStopping | None = None, sides: Sides | None = None
+    ) -> list[Fit]:
         """Joint refits on the fitted runs."""
-        return fit_sets(self.forward, self.metric, starts, race, sides)
+        return fit_sets(self.forward, self.metric, starts, find_hopeless, sides)
 
 
 def workbench(
