@@ -9,8 +9,8 @@ import pandas as pd
 from belt_sim.campaign import Campaign, CampaignError, Run
 from belt_sim.campaign.types import Source
 from belt_sim.errors import InputError
+from belt_sim.importing.columns import UsedColumn, UsedTable, resolve_columns
 from belt_sim.importing.mapping import SCHEMA, MappingEntry, mapping_of
-from belt_sim.importing.roles import UsedColumn, UsedTable, resolve_columns
 from belt_sim.importing.runs import (
     AssembledRun,
     RatedRuns,

@@ -15,8 +15,9 @@ from belt_sim.campaign.problems import did_you_mean, shortlist
 from belt_sim.campaign.quality.record import spike_mask
 from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
+from belt_sim.importing.columns import UsedTable
 from belt_sim.importing.mapping import MappingEntry, RunEntry
-from belt_sim.importing.roles import DAY, UsedTable
+from belt_sim.importing.roles import DAY
 from belt_sim.importing.settings import (
     Settings,
     column_settings,

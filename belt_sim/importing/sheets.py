@@ -6,9 +6,9 @@ from belt_sim.campaign.types import BeltSheet, Machine, Quantity, SettingsSheet,
 from belt_sim.config import belt_from, rig_from
 from belt_sim.errors import InputError
 from belt_sim.files import group_names
+from belt_sim.importing.columns import USUAL, UsedColumn
 from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry
 from belt_sim.importing.noise import noise_of
-from belt_sim.importing.roles import USUAL, UsedColumn
 from belt_sim.importing.types import NoiseRead, Question
 from belt_sim.importing.units import UNITS, quantity, size_of
 from belt_sim.si import round_digits

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from belt_sim.campaign.problems import CampaignError, refusal
-from belt_sim.importing.roles import UsedTable
+from belt_sim.importing.columns import UsedTable
 
 #: A run begins anew where time or travel falls back to within this share of where the file began.
 RESTART = 0.05
