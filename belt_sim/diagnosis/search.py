@@ -192,7 +192,7 @@ def add_pairs(search: Search, count: int) -> Search:
     shapes = {n: whiten(near.shapes_of(search.bench, n)) for n in search.names}
     gains: dict[Ids, float] = {}  # where columns at null say little
     for t in search.trials[NOTHING]:
-        if t.gain > search.penalty and t.id in near.weak:
+        if t.gain > search.penalty and t.id in near.starts:
             more = marginal_gains(t.fit, {n: s for n, s in shapes.items() if n != t.id})
             gains |= {frozenset([t.id]): t.gain}
             gains |= {frozenset([t.id, n]): t.gain + gain for n, gain in more.items()}

@@ -34,7 +34,7 @@ def _laid_out():
 
     forward.values, forward.values_and_slopes = values, lanes
     base = bench.fit([bench.start((), np.zeros(3))])[0]
-    return bench, Linearisation(base, dict(enumerate(lanes(np.zeros((3, 3)), np.eye(3))[1])), {})
+    return bench, Linearisation(base, dict(enumerate(lanes(np.zeros((3, 3)), np.eye(3))[1])))
 
 
 def test_one_prediction_tells_which_effect_bends(laid_out):

@@ -129,16 +129,16 @@ def test_an_effect_is_at_null_where_all_that_is_better_with_it_has_diverged():
     one, other = WHITE.white * rng.normal(size=(2, len(SPREAD), 1, 40))
     bench = linear_bench(SPREAD, y=30.0 * one, shapes={"faint": 1e-3 * one, "other": other})
     current = bench.fit([bench.start(("other",), np.zeros(2))])[0]
-    null = Linearisation(current, {0: 1e-3 * one}, {}).with_effect(bench, "faint")
+    null = Linearisation(current, {0: 1e-3 * one}).with_effect(bench, "faint")
     far = bench.fit([bench.start((), np.array([0.0, 50.0]))])[0]
-    near = SimpleNamespace(fit=current, with_effect=lambda *_: null, starts=lambda *_: [null, far])
+    near = SimpleNamespace(fit=current, with_effect=lambda *_: null, refit_starts=lambda *_: [null, far])
     assert has_diverged(bench.fit([null])[0])
     assert far.chi2 > current.chi2 + 1000.0
     best = fit_best(bench, near, ["faint"], 0.0, {})["faint"]
     assert (best.chi2, best.vector[0], best.ids) == (current.chi2, 0.0, ("other", "faint"))
 
 
-NOWHERE = Linearisation(Fit(ids=(), free=[], vector=np.zeros(1)), {}, {})
+NOWHERE = Linearisation(Fit(ids=(), free=[], vector=np.zeros(1)), {})
 
 
 @dataclass(frozen=True)

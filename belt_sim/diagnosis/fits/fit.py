@@ -130,7 +130,7 @@ class Refit:
             self.fit = replace(self.fit, residual=residual, values=values, chi2=chi2)
         known = np.isfinite(slopes).all(axis=(1, 2, 3), keepdims=True)  # where the belt runs away: no direction
         slopes = np.where(known, slopes, 0.0)
-        columns = self.metric.whiten(slopes) if len(slopes) else np.empty((0, len(self.fit.residual)))
+        columns = self.metric.whiten(slopes)
         if not due.all():
             new_slopes, new_columns = slopes, columns
             slopes, columns = self.fit.slopes.copy(), self.fit.columns.copy()

@@ -34,7 +34,7 @@ def screen(
     promising = [n for n in names if gains[n] > PROMISING * penalty]
     first = sorted(promising, key=lambda n: -gains[n])[:REFITTED]
     nonlinear = find_nonlinear(bench, linearisation, {n: steps[n] for n in promising if n not in first})
-    chosen = [n for n in promising if n in first or n in linearisation.weak or n in nonlinear]
+    chosen = [n for n in promising if n in first or n in linearisation.starts or n in nonlinear]
     return steps | fit_best(bench, linearisation, chosen, penalty, earlier)
 
 
@@ -104,7 +104,7 @@ def fit_best(
     penalty: chi2 that each must gain; only what does, and the best of others nearly, is carried to its end; earlier:
     fits with these names, beside the same effects or different ones.
     """
-    begun = [(name, start) for name in names for start in linearisation.starts(bench, name, earlier.get(name))]
+    begun = [(name, start) for name in names for start in linearisation.refit_starts(bench, name, earlier.get(name))]
     owners, starts = [name for name, _ in begun], [start for _, start in begun]
     numbers = {name: len(start.free) - len(linearisation.fit.free) for name, start in begun}
     penalties = {name: penalty + PER_NUMBER * (k - 1) for name, k in numbers.items()}
