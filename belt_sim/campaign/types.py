@@ -228,9 +228,13 @@ class Campaign:
         return table[["run", *settings, "travel", *(s.name for s in self.signals if s.name in table)]]
 
 
+def rig_of(campaign: Campaign) -> Rig:
+    """Return the stated machine."""
+    return Rig(**{name: quantity.value for name, quantity in vars(campaign.machine).items()})
+
+
 def case_of(campaign: Campaign, run: Run) -> Case:
     """Return the nominal case of a run: stated machine, belt and settings, with both yaws stepped at ``run.yaw_at``."""
-    machine, belt = ({n: q.value for n, q in vars(sheet).items()} for sheet in (campaign.machine, campaign.belt))
     settings = Settings(
         tension=run.tension,
         yaw=Schedule.step(run.yaw, at=run.yaw_at),
@@ -239,7 +243,8 @@ def case_of(campaign: Campaign, run: Run) -> Case:
         direction=run.direction,
         start=run.start or 0.0,
     )
-    return Case(rig=Rig(**machine), belt=Belt(**belt), settings=settings)
+    belt = Belt(**{name: quantity.value for name, quantity in vars(campaign.belt).items()})
+    return Case(rig=rig_of(campaign), belt=belt, settings=settings)
 
 
 def _numbers(values: Iterable[float]) -> str:

@@ -10,8 +10,8 @@ from scipy import stats
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign, suspicions
-from belt_sim.campaign.quality.kinematics import span_of
 from belt_sim.campaign.quality.record import records_of
+from belt_sim.campaign.types import rig_of
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.plausibility import prior_sigma
 from belt_sim.diagnosis.fits.workbench import Workbench
@@ -70,7 +70,7 @@ def _missing_runs(campaign: Campaign) -> list[str]:
     if len({r.direction for r in runs}) < 2:
         found.append("there is one direction of travel; one reversed run tells offsets of a pulley from skewed rollers")
     curved = [r for r in runs if len(r.travel)]
-    span = span_of(campaign)
+    span = float(rig_of(campaign).span_length)
     short = [r.name for r in curved if r.travel[-1] - r.yaw_at < SPANS * span]
     if curved and len(short) == len(curved):
         found.append(f"no record reaches {SPANS:g} spans ({SPANS * span:.0f} m): late drift is hardly in it")

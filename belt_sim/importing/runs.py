@@ -12,7 +12,8 @@ import pandas as pd
 from belt_sim.campaign import Run
 from belt_sim.campaign.csv_tables import RATES, REPEAT_TOLERANCE
 from belt_sim.campaign.problems import did_you_mean, shortlist
-from belt_sim.campaign.quality.record import spike_mask
+from belt_sim.campaign.quality.bad_readings import SPIKE, few_spikes
+from belt_sim.campaign.quality.record import resolution
 from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import UsedTable
@@ -133,14 +134,16 @@ def _leave_out_spikes(
     """Signals with single readings that jump away and back blanked, and a remark that names their lines."""
     out, said = dict(signals), []
     for name, y in signals.items():
-        mask = spike_mask(y)
-        if mask.any():
-            lines = [block.line(int(keep[k])) for k in np.flatnonzero(mask)]
+        there = np.flatnonzero(np.isfinite(y))
+        spikes = there[few_spikes(y[there], resolution(y[there]), lone=SPIKE)]
+        if len(spikes):
+            lines = [block.line(int(keep[k])) for k in spikes]
             what = f"{len(lines)} readings jump" if len(lines) > 1 else "a reading jumps"
             said.append(
                 f"{name}: {what} away and back, left out (line {shortlist(lines)}); spikes: keep would keep them"
             )
-            out[name] = np.where(mask, np.nan, y)
+            out[name] = y.copy()
+            out[name][spikes] = np.nan
     return out, said
 
 

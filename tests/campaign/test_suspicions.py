@@ -7,7 +7,9 @@ import pytest
 from roped_campaign import damaged, roped_campaign
 
 from belt_sim.campaign import leave_out_bad_readings, suspicions
-from belt_sim.campaign.quality.record import NOISE_FACTOR, _jumps, records_of
+from belt_sim.campaign.quality.bad_readings import jumps
+from belt_sim.campaign.quality.record import records_of
+from belt_sim.campaign.quality.unit_slips import NOISE_FACTOR
 
 #: Clean campaigns looked at; the thresholds leave room for one false alarm in thousands, none is expected.
 CLEAN = 40
@@ -123,10 +125,10 @@ def test_steep_ends_of_a_quiet_record_are_no_spikes_and_spikes_there_are():
     """A reading every half metre of a belt that runs off by 4 mm/m, with a tenth of the stated noise."""
     slope = 0.5 * 4e-3 * np.arange(60.0)
     noise = 1e-7 * np.random.default_rng(0).standard_normal(60)
-    assert _jumps(slope + noise, 1e-6).max() < 10.0
+    assert jumps(slope + noise, 1e-6).max() < 10.0
     spike = np.zeros(60)
     spike[[0, 59]] = 1e-3
-    assert np.flatnonzero(_jumps(slope + noise + spike, 1e-6) > 40.0).tolist() == [0, 59]
+    assert np.flatnonzero(jumps(slope + noise + spike, 1e-6) > 40.0).tolist() == [0, 59]
 
 
 def broken(stuck, spiky):
