@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.campaign.csv_tables import RunRows, read_runs, read_signals, read_steady
-from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean
+from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean, refusal
+from belt_sim.campaign.run_tables import RunRows, read_runs, read_signals, read_steady
 from belt_sim.campaign.sheet import read_sheet
 from belt_sim.campaign.types import Campaign, Run, SteadyRate
 from belt_sim.files import CAMPAIGNS, sample_campaigns
@@ -65,7 +65,7 @@ def _read(folder: str | Path, *, whole: bool = True, measured: bool = True) -> t
         remedy = "no signal is planned; state at least one"
         problems.append(Problem(file="campaign.yaml", name="signals", remedy=remedy))
     if rows is not None and not problems:
-        _check_records(rows, recorded, steady, problems, whole=whole)
+        _check_records(rows, recorded, steady, whole=whole)
     if problems or sheet is None or rows is None:
         raise CampaignError(problems)
     data = recorded.keys() | {rate.run for rate in steady}
@@ -97,8 +97,7 @@ def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True)
         remedy = f"{what}; name a folder with campaign.yaml and runs.csv"
         if str(folder) == folder.name:
             remedy += f", or a campaign that ships: {', '.join(sample_campaigns())}"
-        problems.append(Problem(file=str(folder), remedy=remedy))
-        raise CampaignError(problems) from None
+        raise refusal(folder, remedy) from None
     others = [name for name in present if name not in FILES]
     missing = [name for name in REQUIRED_FILES if name not in present]
     if measured and not any(name in present for name in DATA_FILES):
@@ -136,22 +135,18 @@ def text_of(name: str, data: bytes, problems: list[Problem]) -> str | None:
         return None
 
 
-def _check_records(
-    rows: RunRows, recorded: dict[str, Run], steady: tuple[SteadyRate, ...], problems: list[Problem], *, whole: bool
-) -> None:
+def _check_records(rows: RunRows, recorded: dict[str, Run], steady: tuple[SteadyRate, ...], *, whole: bool) -> None:
     """Check that every run has a record or a rate (if whole), and that its yaw is applied before its record ends."""
     rated = {rate.run for rate in steady}
     for name, run in rows.runs.items():
-        line = rows.lines[name]
-        if name not in recorded and name not in rated:
+        if name in recorded:
+            end = float(recorded[name].travel[-1])
+            if run.yaw_at > end:
+                remedy = f"must be at most {end:.15g} m, where the record of {name} ends"
+                rows.refuse(name, "yaw_at_m", run.yaw_at, "m", remedy)
+        elif whole and name not in rated:
             remedy = "has no rows in signals.csv or steady.csv; add them or remove the run"
-            if whole:
-                problems.append(Problem(file="runs.csv", line=line, name="run", value=name, remedy=remedy))
-        elif name in recorded and run.yaw_at > (end := float(recorded[name].travel[-1])):
-            remedy = f"must be at most {end:.15g} m, where the record of {name} ends"
-            problems.append(
-                Problem(file="runs.csv", line=line, name="yaw_at_m", value=run.yaw_at, unit="m", remedy=remedy)
-            )
+            rows.refuse(name, "run", name, "", remedy)
 
 
 def hash_of(contents: dict[str, bytes]) -> str:

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from belt_sim.campaign.csv_tables import NUMBERS, RATES
 from belt_sim.campaign.plausible import BELT
 from belt_sim.campaign.read import FILES, read_campaign
+from belt_sim.campaign.run_tables import NUMBERS, RATES
 from belt_sim.campaign.sheet import SCHEMA
 from belt_sim.campaign.types import Campaign, Quantity, Run, SignalSheet
 from belt_sim.errors import InputError

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from belt_sim.campaign import Run
-from belt_sim.campaign.csv_tables import RATES, REPEAT_TOLERANCE
 from belt_sim.campaign.problems import did_you_mean, shortlist
 from belt_sim.campaign.quality.bad_readings import SPIKE, few_spikes
 from belt_sim.campaign.quality.record import resolution
+from belt_sim.campaign.run_tables import RATES, REPEAT_TOLERANCE
 from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import UsedTable

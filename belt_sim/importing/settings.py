@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.campaign import plausible
-from belt_sim.campaign.csv_tables import NUMBERS
+from belt_sim.campaign.run_tables import NUMBERS
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import UsedTable
 from belt_sim.importing.mapping import RunEntry

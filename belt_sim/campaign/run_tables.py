@@ -1,0 +1,220 @@
+"""Read runs.csv, signals.csv and steady.csv as runs with their records and rates."""
+
+import datetime
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from belt_sim.campaign import plausible
+from belt_sim.campaign.csv_table import CsvTable, parse_table
+from belt_sim.campaign.plausible import Range
+from belt_sim.campaign.problems import Problem, did_you_mean
+from belt_sim.campaign.sheet import check_name
+from belt_sim.campaign.types import Run, SignalSheet, SteadyRate
+from belt_sim.errors import InputError
+from belt_sim.si import MM_PER_M, UNITS
+
+#: column -> field of Run, range, value of a blank (None: required)
+NUMBERS: dict[str, tuple[str, Range, float | None]] = {
+    "tension_N_per_mm2": ("tension", plausible.TENSION, None),
+    "yaw_deg": ("yaw", plausible.YAW, None),
+    "yaw_head_deg": ("yaw_head", plausible.YAW, 0.0),
+    "speed_m_per_s": ("speed", plausible.SPEED, 0.5),
+    "direction": ("direction", plausible.DIRECTION, 1.0),
+    "yaw_at_m": ("yaw_at", plausible.TRAVEL, 0.0),
+    "u_yaw_at_m": ("yaw_at_u", plausible.YAW_AT_U, 0.0),
+    "start_m": ("start", plausible.TRAVEL, math.nan),
+}
+REQUIRED = ("run", "tension_N_per_mm2", "yaw_deg")
+KNOWN = ("run", *NUMBERS, "repeat_of", "use", "started")
+RATES = ("rate1", "rate2", "rate3", "rate4")
+#: A repeat's stated settings may differ from its first run's by this share: set again, they are read again.
+REPEAT_TOLERANCE = 0.05
+
+
+@dataclass(frozen=True)
+class RunRows:
+    """The runs of runs.csv by name, and the row of the table in which each stands."""
+
+    table: CsvTable
+    runs: dict[str, Run]
+    row: dict[str, int]
+
+    def refuse(self, run: str, name: str, value: object, unit: str, remedy: str) -> None:
+        """Append a problem with what the row of a run states."""
+        self.table.refuse(self.row[run], name, value, unit, remedy)
+
+
+def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
+    """Return the rows of runs.csv as runs without records; None if the table itself is broken."""
+    table = parse_table(text, "runs.csv", REQUIRED, KNOWN, problems)
+    if table is None:
+        return None
+    numbers = {
+        field: table.numbers(column, bounds, blank=blank)
+        for column, (field, bounds, blank) in NUMBERS.items()
+        if column in table.columns
+    }
+    _check_cells(table, numbers.get("direction", np.ones(len(table))))
+    rows = RunRows(table, {}, {})
+    repeats, uses, started = (table.texts(column) for column in ("repeat_of", "use", "started"))
+    for row, name in enumerate(table.columns["run"]):
+        if not _name_fits(rows, row, name):
+            continue
+        values: dict[str, Any] = {field: float(column[row]) for field, column in numbers.items()}
+        if math.isnan(values.get("start", 0.0)):
+            values["start"] = None
+        use: Any = uses[row] or "fit"
+        rows.runs[name] = Run(name=name, repeat_of=repeats[row] or None, use=use, started=started[row], **values)
+        rows.row[name] = row
+    _check_repeats(rows)
+    return rows
+
+
+def _check_cells(table: CsvTable, directions: np.ndarray) -> None:
+    """Check that every direction, use and time of day is one."""
+    for row, direction in enumerate(directions):
+        if abs(direction) != 1.0 and math.isfinite(direction):
+            table.refuse(row, "direction", direction, "", "must be 1 (upper span runs from head to tail) or -1")
+    for row, use in enumerate(table.texts("use")):
+        if use not in ("", "fit", "hold_out"):
+            table.refuse(row, "use", use, "", did_you_mean(use, ("fit", "hold_out")))
+    for row, moment in enumerate(table.texts("started")):
+        try:
+            (datetime.datetime if "-" in moment else datetime.time).fromisoformat(moment or "00:00")
+        except ValueError:
+            remedy = "write a date and time as 2024-05-12T13:00:00, or leave it blank"
+            table.refuse(row, "started", moment, "", remedy)
+
+
+def _name_fits(rows: RunRows, row: int, name: str) -> bool:
+    """Check the name of a run; return whether it is one of its own."""
+    table = rows.table
+    if not name:
+        table.refuse(row, "run", None, "", "is blank; name the run")
+        return False
+    try:
+        check_name(name)
+    except InputError as error:
+        table.refuse(row, "run", name, "", error.remedy)
+    if name in rows.row:
+        line = table.lines[rows.row[name]]
+        table.refuse(row, "run", name, "", f"stands already in line {line}; give every run its own name")
+        return False
+    return True
+
+
+def _check_repeats(rows: RunRows) -> None:
+    """Check that every repeat_of names a first run with the same settings."""
+    for run in rows.runs.values():
+        if run.repeat_of is None:
+            continue
+        first = rows.runs.get(run.repeat_of)
+        if first is None:
+            others = [name for name in rows.runs if name != run.name]
+            remedy = f"no such run; {did_you_mean(run.repeat_of, others)}"
+        elif first is run:
+            remedy = "a run cannot repeat itself; name the first run of the series"
+        elif first.repeat_of is not None:
+            remedy = f"is itself a repeat; name {first.repeat_of} instead"
+        else:
+            _check_same_settings(rows, run, first)
+            continue
+        rows.refuse(run.name, "repeat_of", run.repeat_of, "", remedy)
+
+
+def _check_same_settings(rows: RunRows, run: Run, first: Run) -> None:
+    for column, (field, bounds, _) in NUMBERS.items():
+        own, its = (getattr(r, field) for r in (run, first))
+        if field not in ("yaw_at_u", "start") and abs(own - its) > REPEAT_TOLERANCE * abs(its):
+            shown, other = (x / UNITS[bounds.unit][1] for x in (own, its))
+            remedy = f"{first.name} has {other:.6g}; a repeat has the settings of its first run"
+            rows.refuse(run.name, column, float(f"{shown:.6g}"), bounds.unit, remedy)
+
+
+def read_signals(
+    text: str, names: frozenset[str] | None, sheets: tuple[SignalSheet, ...] | None, rows: RunRows | None, problems
+) -> dict[str, Run]:
+    """Return the valid runs of signals.csv by name, with their records."""
+    before = len(problems)
+    known = None if names is None else ("run", "travel_m", "time_s", *sorted(names))
+    table = parse_table(text, "signals.csv", ("run", "travel_m"), known, problems)
+    if table is None:
+        return {}
+    travel = table.numbers("travel_m", plausible.TRAVEL)
+    time = table.numbers("time_s", plausible.TIME, blank=math.nan) if "time_s" in table.columns else None
+    columns = _readings(table, sheets)
+    recorded = {}
+    for name, index in _rows_of_runs(table, rows).items():
+        _check_rising(table, index, "travel_m", travel, "m")
+        if time is not None:
+            _check_rising(table, index, "time_s", time, "s")
+        if rows is None or name not in rows.runs:
+            continue
+        if len(index) == 1 and len(problems) == before:
+            remedy = "is the only reading of its run; give readings on the way, or the late rates in steady.csv"
+            table.refuse(index[0], "travel_m", float(travel[index[0]]), "m", remedy)
+        signals = {signal: column[index] for signal, column in columns.items() if np.isfinite(column[index]).any()}
+        own = time[index] if time is not None and np.isfinite(time[index]).any() else None
+        recorded[name] = replace(rows.runs[name], travel=travel[index], time=own, signals=signals)
+        if columns and not signals and len(problems) == before:
+            table.refuse(index[0], "run", name, "", "has rows but no readings; fill them in or remove the run")
+    return recorded
+
+
+def _readings(table: CsvTable, sheets: tuple[SignalSheet, ...] | None) -> dict[str, np.ndarray]:
+    """Return the signal columns in SI; having none is a problem."""
+    columns = {
+        sheet.name: table.numbers(sheet.name, plausible.READING[sheet.kind], unit=sheet.unit, blank=math.nan)
+        for sheet in sheets or ()
+        if sheet.name in table.columns
+    }
+    if sheets is not None and not columns:
+        stated = ", ".join(sheet.name for sheet in sheets)
+        remedy = f"has no column of a signal; add {stated or 'signals to campaign.yaml'}"
+        table.problems.append(Problem(file="signals.csv", line=1, remedy=remedy))
+    return columns
+
+
+def _rows_of_runs(table: CsvTable, rows: RunRows | None) -> dict[str, np.ndarray]:
+    """Return the row indices of each run in file order; each unknown run is one problem."""
+    found: dict[str, list[int]] = {}
+    for row, name in enumerate(table.columns["run"]):
+        found.setdefault(name, []).append(row)
+    if rows is not None:
+        for name in [name for name in found if name not in rows.runs]:
+            remedy = "is blank; name the run" if not name else f"not in runs.csv; {did_you_mean(name, rows.runs)}"
+            table.refuse(found[name][0], "run", name or None, "", remedy)
+    return {name: np.array(index) for name, index in found.items()}
+
+
+def _check_rising(table: CsvTable, index: np.ndarray, name: str, values: np.ndarray, unit: str) -> None:
+    """Check that travel or time rises within a run; its first step back is a problem."""
+    index = index[np.isfinite(values[index])]
+    back = np.flatnonzero(np.diff(values[index]) <= 0.0)
+    if back.size:
+        row, before = index[back[0] + 1], values[index[back[0]]]
+        remedy = f"must increase within a run, whichever way the belt runs; the row before has {before:.15g}"
+        table.refuse(row, name, float(values[row]), unit, remedy)
+
+
+def read_steady(text: str, rows: RunRows | None, problems: list[Problem]) -> tuple[SteadyRate, ...]:
+    """Return the steady rates of steady.csv, one row a run."""
+    table = parse_table(text, "steady.csv", ("run", "u_rate"), ("run", *RATES, "u_rate"), problems)
+    if table is None:
+        return ()
+    u = table.numbers("u_rate", plausible.RATE_U) * MM_PER_M
+    rates = np.full((4, len(table)), math.nan)
+    for k, column in enumerate(RATES):
+        if column in table.columns:
+            rates[k] = table.numbers(column, plausible.RATE, blank=math.nan) * MM_PER_M
+    found = _rows_of_runs(table, rows)
+    for name, index in found.items():
+        if len(index) > 1:
+            table.refuse(index[1], "run", name, "", f"stands already in line {table.lines[index[0]]}; keep one row")
+    for row, cells in enumerate(zip(*map(table.texts, RATES), strict=True)):
+        if not any(cells):
+            table.refuse(row, "run", table.columns["run"][row], "", "states no rate; fill in one of rate1 to rate4")
+    return tuple(SteadyRate(run=name, rates=rates[:, index[0]], u=float(u[index[0]])) for name, index in found.items())
