@@ -3,7 +3,9 @@
 import numpy as np
 from small_campaign import MODEL, campaign
 
-from belt_sim.diagnosis.readings.forward import HEAVY, LIGHT, Forward, Work
+from belt_sim.diagnosis.readings.batches import Work
+from belt_sim.diagnosis.readings.forward import Forward
+from belt_sim.diagnosis.readings.programs import HEAVY, LIGHT, Programs
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.belt_shape import Weld
 from belt_sim.effects.pulley_shape import Crown, Taper
@@ -20,7 +22,7 @@ def test_what_is_dear_is_asked_by_itself_where_nothing_else_acts(monkeypatch):
         asked.append(groups)
         return Work(np.zeros((len(vector), *samples.y.shape)), [])
 
-    monkeypatch.setattr(Forward, "_march_groups", noted)
+    monkeypatch.setattr(Programs, "_march", noted)
     forward.values_and_slopes(np.repeat(forward.null()[None], len(along), axis=0), along)
     assert set(asked) == {frozenset({LIGHT}), frozenset({HEAVY})}
     asked.clear()

@@ -10,7 +10,7 @@ from belt_sim.api.resolve import candidates_of
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.examine import examine
 from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.diagnosis.readings.forward import NUISANCES
+from belt_sim.diagnosis.readings.parameter_vector import NUISANCES
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign

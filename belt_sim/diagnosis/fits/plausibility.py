@@ -8,7 +8,8 @@ from scipy.special import chdtri
 
 from belt_sim.diagnosis.fits.fit import Fit, Sides, step_bounds
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.readings.forward import Forward, Slot
+from belt_sim.diagnosis.readings.forward import Forward
+from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.results.findings import COVERAGE_95, Estimate
 
 DIVERGED = 1e4  # times a parameter's scale: no optimum but a direction in which the readings say nothing
