@@ -138,9 +138,8 @@ class Outlook:
         """actions: by default those of the menu."""
         self.bench, self.chosen = bench, chosen
         self.actions = actions or menu(bench.samples.runs[_liveliest(bench, chosen)])
-        self.samples = _hypothetical(bench, self.actions)
         own = bench.forward
-        self.forward = Forward(self.samples, own.model, own.classes, own.step, own.terms)
+        self.forward = Forward(_hypothetical(bench, self.actions), own.model, own.classes, own.step, own.terms)
         self.metric = self._metric()
 
     def separations(self, a: Fit, b: Fit) -> tuple[float, np.ndarray]:
@@ -166,7 +165,7 @@ class Outlook:
     def single(self, action: int) -> "Outlook":
         """One of the actions by itself."""
         one = copy(self)
-        one.actions, one.samples = [self.actions[action]], self.samples.of_runs(np.array([action]))
+        one.actions, one.forward = [self.actions[action]], self.forward.of_runs(np.array([action]))
         one.metric = one._metric()
         return one
 
@@ -198,11 +197,11 @@ class Outlook:
 
     def predict(self, fit: Fit, free: list[int]) -> tuple[np.ndarray, np.ndarray]:
         """Values (R, S, n) and slopes (k, R, S, n) of every action; a belt turned over carries its effects along."""
-        values, slopes = self.forward.expand(fit.vector, free, self.samples)
+        values, slopes = self.forward.expand(fit.vector, free)
         over = np.flatnonzero([a.settings.turned_over for a in self.actions])
         sign = np.ones(self.forward.size)
         sign[[k for k, s in enumerate(self.forward.slots) if s.effect.on_belt and not s.only_shapes]] = -1.0
-        there, along = self.forward.expand(sign * fit.vector, free, self.samples.of_runs(over))
+        there, along = self.forward.of_runs(over).expand(sign * fit.vector, free)
         values[over], slopes[:, over] = there, sign[free, None, None, None] * along
         return values, slopes
 
@@ -212,12 +211,11 @@ class Outlook:
         return white.reshape(*white.shape[:-1], len(self.actions), white.shape[-1] // len(self.actions))
 
     def _metric(self) -> Metric:
-        values, slopes = self.forward.expand(self.chosen.vector, self.forward.nuisances, self.samples)
+        values, slopes = self.forward.expand(self.chosen.vector, self.forward.nuisances)
         stays = np.logical_and.reduce([_finite(x) for x in (values, *slopes)])
-        shapes, shared = nuisance_shapes(
-            self.bench.campaign, self.samples, _where(stays, values), _where(stays, slopes)
-        )
-        return metric_of(self.samples, self.bench.levels, shapes, 0.0 * shared)
+        samples = self.forward.samples
+        shapes, shared = nuisance_shapes(self.bench.campaign, samples, _where(stays, values), _where(stays, slopes))
+        return metric_of(samples, self.bench.levels, shapes, 0.0 * shared)
 
 
 def _finite(x: np.ndarray) -> np.ndarray:

@@ -172,7 +172,7 @@ def _advice(bench: Workbench, fit: Fit, alike: list[tuple[str, str]]) -> dict[tu
     effects, as a second compilation for each of them would take longer than all else."""
     light = [k for k, s in enumerate(bench.forward.slots) if s.effect.id not in SLOWEST]
     outlook = Outlook(bench, replace(fit, free=light, columns=fit.columns[light], slopes=fit.slopes[light]))
-    further = np.zeros((len(outlook.actions), len(fit.free), outlook.samples.y[0].size))
+    further = np.zeros((len(outlook.actions), len(fit.free), outlook.forward.samples.y[0].size))
     further[:, light] = outlook.white(outlook.predict(fit, light)[1]).swapaxes(0, 1)
     found = {}
     for a, b in alike:

@@ -143,34 +143,31 @@ def _read_sensors(effects: Sequence[Effect], case: Case, others, travel, seen, t
     return jnp.concatenate([apply_hook(effects, "sensor", reading, case).y, *rows])
 
 
-def slopes_of_additive(forward, vector: np.ndarray, directions: np.ndarray, samples: Samples) -> np.ndarray:
+def slopes_of_additive(forward, vector: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Derivatives (C, R, S, n) of the readings at parameter vectors (C, size) along directions (C, size) that touch
     nothing but linear effects; forward: a ``Forward``."""
-    found = np.zeros((len(vector), *samples.y.shape))
+    found = np.zeros((len(vector), *forward.samples.y.shape))
     points, of = np.unique(vector, axis=0, return_inverse=True)
     for k, point in enumerate(points):
         rows = np.flatnonzero(of.reshape(-1) == k)
         for cls in (c for c in forward.classes if c.is_additive()):
             own = forward.index(cls.id)
             sizes = directions[np.ix_(rows, own)] * [forward.slots[j].scale for j in own]
-            found[rows] += np.tensordot(sizes, columns_at(forward, cls, point, samples), axes=1)
+            found[rows] += np.tensordot(sizes, columns_at(forward, cls, point), axes=1)
     return found
 
 
-def columns_at(forward, cls: type[Effect], vector: np.ndarray, samples: Samples | None = None) -> np.ndarray:
+def columns_at(forward, cls: type[Effect], vector: np.ndarray) -> np.ndarray:
     """Columns (k, R, S, n) of the parameters of ``cls`` that a ``Forward`` has, with encoder and sensors as they are at
-    ``vector`` (size,): of its own samples computed once for all points at which these are alike."""
+    ``vector`` (size,): computed once for all points at which these are alike."""
     acting = forward.effects_at(vector, [c.id for c in forward.classes])
-    count = len(forward.index(cls.id))
-    if samples is not None and samples is not forward.samples:
-        return columns(samples, cls, acting)[:count]
     key = cls, *(e for e in acting if overrides(e, ("encoder", "sensor_travel") if type(e) is cls else READ_BY))
     found = forward.columns.get(key)
     if found is None:  # other threads may ask as well, and forget what is kept
         if len(forward.columns) >= KEPT:
             forward.columns.clear()
         found = forward.columns[key] = columns(forward.samples, cls, acting)
-    return found[:count]
+    return found[: len(forward.index(cls.id))]
 
 
 def choose_harmonics(forward, samples: Samples, roots: np.ndarray, values: np.ndarray) -> dict[str, int]:

@@ -16,7 +16,7 @@ import numpy as np
 from belt_sim.analytic.composition import Composition
 from belt_sim.diagnosis.readings.additive_effects import harmonics_of, slopes_of_additive
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, lengthen_belt, null_vector
-from belt_sim.diagnosis.readings.programs import Groups, Programs
+from belt_sim.diagnosis.readings.programs import Programs
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.readings.sensor_places import check_places
 from belt_sim.effects.base import Effect
@@ -73,9 +73,17 @@ class Forward:
         return found
 
     def subtract(self, offset: np.ndarray) -> "Forward":
-        """The same with ``offset`` (R, S, n) taken off all predictions of its own runs."""
+        """The same with ``offset`` (R, S, n) taken off all predictions."""
         found = copy(self)
         found.offset = offset
+        return found
+
+    def of_runs(self, which: np.ndarray) -> "Forward":
+        """The same for some of its runs, by number."""
+        found = copy(self)
+        found.samples, found.columns = self.samples.of_runs(which), {}
+        found.tension, found.yaw = self.tension[which], self.yaw[which]
+        found.offset = np.broadcast_to(self.offset, self.samples.y.shape)[which]
         return found
 
     def index(self, effect_id: str) -> list[int]:
@@ -93,17 +101,11 @@ class Forward:
         """q (size,) with nothing wrong."""
         return null_vector(self.slots)
 
-    def values(self, vector: np.ndarray, samples: Samples | None = None) -> np.ndarray:
+    def values(self, vector: np.ndarray) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size)."""
-        return self._predict(vector, self._programs.active_groups(vector), samples)
+        return self._programs.predict(vector, self._programs.active_groups(vector), self.samples) - self.offset
 
-    def _predict(self, vector: np.ndarray, groups: Sequence[Groups], samples: Samples | None) -> np.ndarray:
-        """The same by the programs of some groups of effects each."""
-        own = samples is None or samples is self.samples
-        found = self._programs.predict(vector, groups, samples or self.samples)
-        return found - self.offset if own else found
-
-    def values_and_slopes(self, vector: np.ndarray, directions: np.ndarray, samples: Samples | None = None):
+    def values_and_slopes(self, vector: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""
         points, of = np.unique(vector, axis=0, return_inverse=True)
         additive = np.any(directions[:, self.linear], axis=1) & ~np.any(directions[:, ~self.linear], axis=1)
@@ -115,20 +117,21 @@ class Forward:
         least = np.array([DIFFERENCE] * len(self.slots) + list(DIFFERENCES))
         step = np.min(least / np.maximum(np.abs(along[moving]), 1e-30), axis=1, initial=np.inf)[:, None]
         asked = np.concatenate([points[[k for k, _ in starts]], vector[moving] + step * along[moving]])
-        found = self._predict(asked, [own for _, own in starts] + [groups[k] for k in moving], samples)
+        programs = [own for _, own in starts] + [groups[k] for k in moving]
+        found = self._programs.predict(asked, programs, self.samples) - self.offset
         values = found[[starts.index(key) for key in keys]]
         slopes = np.zeros_like(values)
         slopes[moving] = (found[len(starts) :] - values[moving]) / step[..., None, None]
         if additive.any():
-            slopes[additive] = slopes_of_additive(self, vector[additive], directions[additive], samples or self.samples)
+            slopes[additive] = slopes_of_additive(self, vector[additive], directions[additive])
         return values, slopes
 
-    def expand(self, vector: np.ndarray, positions: Sequence[int], samples: Samples | None = None):
+    def expand(self, vector: np.ndarray, positions: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Predictions (R, S, n) at a parameter vector (size,), and derivatives (k, R, S, n) along some positions."""
         directions = np.zeros((max(1, len(positions)), self.size))
         directions[np.arange(len(positions)), np.array(positions, dtype=int)] = 1.0
         points = np.repeat(vector[None], len(directions), axis=0)
-        values, slopes = self.values_and_slopes(points, directions, samples)
+        values, slopes = self.values_and_slopes(points, directions)
         return values[0], slopes[: len(positions)]
 
     def effects_at(self, vector: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
