@@ -11,18 +11,12 @@ from belt_sim.campaign.types import Source
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import UsedColumn, UsedTable, resolve_columns
 from belt_sim.importing.mapping import SCHEMA, MappingEntry, mapping_of
-from belt_sim.importing.runs import (
-    AssembledRun,
-    RatedRuns,
-    assemble_runs,
-    check_run_names,
-    mark_repeats,
-    rates_of,
-    snap_settings,
-)
+from belt_sim.importing.rates import RatedRuns, rates_of
+from belt_sim.importing.records import TIME, count_from_yaw, resample, signals_in, step_for
+from belt_sim.importing.repeats import cut_repeats, mark_repeats, snap_settings
+from belt_sim.importing.runs import AssembledRun, assemble_runs, check_run_names
 from belt_sim.importing.settings import RANGES, questions
 from belt_sim.importing.sheets import belt_of, machine_of, settings_of, signals_of
-from belt_sim.importing.travel import TIME, count_from_yaw, cut_repeats, resample, signals_in, step_for
 from belt_sim.importing.types import LoggedTables, NoiseRead, Note, Question
 from belt_sim.importing.units import UNITS, size_of
 
@@ -127,9 +121,7 @@ def _runs(made: list[AssembledRun], entry: MappingEntry) -> tuple[list[Run], lis
     notes += [Note(r.name, AT_ONCE) for r, m in zip(runs, made, strict=True) if r.yaw and "yaw_at" not in m.settings]
     runs, repeats = mark_repeats(runs, [m.entry.repeat_of is not None for m in made])
     notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in repeats] + _note_blanks(made, records)
-    at = {r.name: k for k, r in enumerate(runs)}
-    groups = [[k, *(at[r.name] for r in runs if r.repeat_of == first.name)] for k, first in enumerate(runs)]
-    records = cut_repeats([g for g in groups if len(g) > 1], records)
+    records = cut_repeats(runs, records)
     if entry.start == "yaw":
         records, said = count_from_yaw(records, [r.yaw_at for r in runs])
         notes += [Note("", text) for text in said]

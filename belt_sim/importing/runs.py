@@ -1,39 +1,33 @@
-"""Runs of all records and of tables of rates, each with its settings; repeats among them."""
+"""Runs of all records, each with its settings."""
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from belt_sim.campaign import Run
 from belt_sim.campaign.problems import did_you_mean, shortlist
 from belt_sim.campaign.quality.bad_readings import SPIKE, few_spikes
 from belt_sim.campaign.quality.record import resolution
-from belt_sim.campaign.run_tables import RATES, REPEAT_TOLERANCE
-from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
+from belt_sim.importing.blocks import FEWEST, LoggedBlock, blocks_of, run_name
 from belt_sim.importing.columns import UsedTable
 from belt_sim.importing.mapping import MappingEntry, RunEntry
+from belt_sim.importing.records import TIME, merge_records
 from belt_sim.importing.roles import DAY
 from belt_sim.importing.settings import (
     Settings,
     column_settings,
     name_settings,
-    questions,
     stated_settings,
     table_settings,
     travel_settings,
     yaw_settings,
     yaw_time_settings,
 )
-from belt_sim.importing.travel import FEWEST, TIME, LoggedBlock, blocks_of, merge_records, run_name, travel_of
+from belt_sim.importing.travel import travel_of
 from belt_sim.importing.types import Question
-from belt_sim.importing.units import UNITS, quantity
-from belt_sim.si import DEGREE, N_PER_MM2, round_digits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,106 +166,3 @@ def check_run_names(mapping: MappingEntry, names: list[str]) -> None:
     for name in mapping.runs:
         if name not in names:
             raise InputError(f"runs.{name}", name, "", f"no file has such a run; {did_you_mean(name, names)}")
-
-
-# ---- repeats
-
-#: Digits of one setting that was logged, within SAME of each other in several runs.
-SAME_DIGITS, SAME = 3, 0.01
-
-
-def snap_settings(runs: list[Run], settings: list[Settings]) -> list[Run]:
-    """Runs with settings that were logged and are meant to be the same brought together."""
-    found = list(runs)
-    for key, unit in (("tension", N_PER_MM2), ("yaw", DEGREE), ("yaw_head", DEGREE), ("speed", 1.0)):
-        own = [k for k, s in enumerate(settings) if key in s and not s[key].text]
-        values = _group_values(np.array([getattr(found[k], key) for k in own]))
-        for k, value in zip(own, values, strict=True):
-            change: dict[str, Any] = {key: round_digits(value / unit, SAME_DIGITS) * unit}
-            found[k] = replace(found[k], **change)
-    return found
-
-
-def _group_values(values: np.ndarray) -> np.ndarray:
-    """Every value as the mean of those within SAME of its neighbours in size, its sign kept."""
-    out, order = values.copy(), np.argsort(np.abs(values))
-    size = np.abs(values[order])
-    ends = np.flatnonzero(np.diff(size) > SAME * size[1:]) + 1
-    for group in np.split(order, ends):
-        out[group] = np.sign(values[group]) * np.mean(np.abs(values[group])) if len(group) else 0.0
-    return out
-
-
-def mark_repeats(runs: list[Run], stated: list[bool]) -> tuple[list[Run], list[Run]]:
-    """Runs at one setting as repeats of the first, with its settings; those that were recognised."""
-    out: list[Run] = []
-    found: list[Run] = []
-    for run, is_stated in zip(runs, stated, strict=True):
-        twin = next((f for f in out if not is_stated and f.repeat_of is None and _same(f, run)), None)
-        if twin is not None:
-            run = replace(run, repeat_of=twin.name, tension=twin.tension, yaw=twin.yaw, yaw_head=twin.yaw_head)
-            u = math.hypot(run.yaw_at_u, run.yaw_at - twin.yaw_at)  # taken to be where the first run's was
-            run = replace(run, speed=twin.speed, yaw_at=twin.yaw_at, yaw_at_u=u)
-            found.append(run)
-        out.append(run)
-    return out, found
-
-
-def _same(a: Run, b: Run) -> bool:
-    near = all(
-        abs(getattr(a, k) - getattr(b, k)) <= 0.5 * REPEAT_TOLERANCE * abs(getattr(a, k))
-        for k in ("tension", "yaw", "yaw_head", "speed")
-    )
-    return near and a.direction == b.direction and abs(a.yaw_at - b.yaw_at) <= 0.05 * max(a.yaw_at, 0.0)
-
-
-# ---- tables of steady rates (one row a run, as published tables and digitised figures are)
-
-
-@dataclass(frozen=True, kw_only=True)
-class RatedRuns:
-    """runs and their rates; names: of the runs in the mapping."""
-
-    runs: list[Run] = field(default_factory=list)
-    steady: list[SteadyRate] = field(default_factory=list)
-    missing: list[Question] = field(default_factory=list)
-    names: list[str] = field(default_factory=list)
-
-
-def rates_of(tables: list[UsedTable], mapping: MappingEntry, section: float) -> RatedRuns:
-    """Everything that tables of rates state."""
-    found = RatedRuns()
-    for table in (t for t in tables if t.logged.kind == "rates"):
-        rates = {u.role: u.si() for u in table.columns if u.role in RATES}
-        u, question = _rate_spread(table)
-        found.missing.extend([question] if question else [])
-        for row, (key, listed) in enumerate(table_settings([table], section).items()):
-            entry = mapping.runs.get(key, RunEntry())
-            settings = stated_settings(mapping.all_runs, "all_runs", section) | listed
-            settings |= stated_settings(entry, f"runs.{key}", section)
-            found.names.append(key)
-            found.missing.extend(questions(key, settings, table.logged.file.name))
-            if entry.skip or {"tension", "yaw"} - set(settings):
-                continue
-            numbers: dict[str, Any] = {k: s.value for k, s in settings.items() if not k.startswith("yaw_at")}
-            name = entry.name or run_name(key)
-            found.runs.append(Run(name=name, use=entry.use or "fit", **numbers))
-            own = np.array([rates[r][row] if r in rates else np.nan for r in RATES])
-            found.steady.append(SteadyRate(run=name, rates=own, u=0.0 if u is None else float(u[row])))
-    return found
-
-
-def _rate_spread(table: UsedTable) -> tuple[np.ndarray | None, Question | None]:
-    """One sigma [m/m] of the rates, row by row."""
-    column = table.column("u_rate")
-    if column is not None:
-        return column.si(), None
-    rate = next(u for u in table.columns if u.role in RATES)
-    u = rate.by_hand
-    if rate.entry.white is not None:
-        value, _, unit = quantity(rate.entry.white, ("angle",), "mm/m", f"columns.{rate.column.name}.white")
-        u = value * UNITS[unit][1]
-    if u is not None:
-        return np.full(len(rate.column.values), u), None
-    text = "how well are the rates known (one sigma)?"
-    return None, Question(path=("columns", rate.column.name, "white"), text=text, example="0.002 mm/m")

@@ -8,9 +8,10 @@ import numpy as np
 from belt_sim.campaign import plausible
 from belt_sim.campaign.run_tables import NUMBERS
 from belt_sim.errors import InputError
+from belt_sim.importing.blocks import LoggedBlock, run_name
 from belt_sim.importing.columns import UsedTable
 from belt_sim.importing.mapping import RunEntry
-from belt_sim.importing.travel import LoggedBlock, Travel, run_name
+from belt_sim.importing.travel import Travel
 from belt_sim.importing.types import Question
 from belt_sim.importing.units import UNITS, quantity
 from belt_sim.si import DEGREE, round_digits

@@ -1,0 +1,93 @@
+"""Records of runs, a table over the travel [m] each, on one grid and counted from the yaw."""
+
+import math
+
+import numpy as np
+import pandas as pd
+
+#: Column of the time [s] in a record; all others are signals.
+TIME = "time_s"
+#: Samples a run that are aimed at, and the fewest that a step may leave.
+AIMED, LEFT = 600, 60
+#: Travel from time and speed is a little uneven; a step this share below twice the spacing still has two rows.
+UNEVEN = 0.95
+#: Decimals of a reading in SI that are kept.
+DECIMALS = 10
+
+
+def signals_in(record: pd.DataFrame) -> list[str]:
+    """The names of the signals of a record."""
+    return [str(name) for name in record.columns if name != TIME]
+
+
+def step_for(records: list[pd.DataFrame]) -> float:
+    """A step [m] that keeps some hundred samples a run; 0 where records are so sparse that they stay as they are."""
+    places = [np.unique(record.index) for record in records]
+    spacing = [float(np.median(np.diff(travel))) for travel in places if len(travel) > 2]
+    if not spacing or _on_one_grid(records):
+        return 0.0
+    longest = max(float(record.index[-1]) for record in records)
+    step = _nice(max(longest / AIMED, UNEVEN * 2.0 * max(spacing)))
+    return step if step <= longest / LEFT else 0.0
+
+
+def _on_one_grid(records: list[pd.DataFrame]) -> bool:
+    """Whether all records stand at the same travels already, and not at too many of them."""
+    first = max(records, key=len).index
+    if len(first) > 4 * AIMED:
+        return False
+    return all(r.index.is_unique and np.allclose(r.index, first[: len(r)], atol=1e-6) for r in records)
+
+
+def _nice(step: float) -> float:
+    """The next of 1, 2, 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(step))
+    return float(next(f"{f * power:.6g}" for f in (1.0, 2.0, 5.0, 10.0) if f * power >= step * (1.0 - 1e-9)))
+
+
+def resample(record: pd.DataFrame, step: float) -> pd.DataFrame:
+    """Averages over bins of ``step`` [m] about its multiples; with step 0 only rows of one travel fall together."""
+    travel = record.index.to_numpy()
+    means = record.groupby(np.rint(travel / step) * step if step > 0.0 else travel).mean()
+    hardly_begun = step > 0.0 and len(means) > 2 and travel[-1] < means.index[-1] - 0.25 * step
+    means.index = np.round(means.index, 9)
+    return means.iloc[:-1] if hardly_begun else means
+
+
+def merge_records(records: list[pd.DataFrame]) -> pd.DataFrame:
+    """Records of one run from several files or curves, on all their travels."""
+    if len(records) == 1:
+        return records[0]
+    merged = pd.concat(records).groupby(level=0).last()
+    return merged if all(TIME in r for r in records) else merged.drop(columns=TIME, errors="ignore")
+
+
+def count_from_yaw(records: list[pd.DataFrame], yaw_at: list[float]) -> tuple[list[pd.DataFrame], list[str]]:
+    """Readings counted from where each point was when the yaw was applied [m], and what was taken off, in words."""
+    out: list[pd.DataFrame] = []
+    off: dict[str, list[float]] = {}
+    for record, at in zip(records, yaw_at, strict=True):
+        travel = record.index.to_numpy()
+        starts = {name: _reading_at_yaw(travel, record[name].to_numpy(), at) for name in signals_in(record)}
+        out.append(record.assign(**{name: np.round(record[name] - y, DECIMALS) for name, y in starts.items()}))
+        for name, start in starts.items():
+            off.setdefault(name, []).append(1e3 * start)
+    told = [f"{name} {min(x):.4g} to {max(x):.4g}" for name, x in off.items() if max(map(abs, x)) > 1e-3]
+    if not told:
+        return out, []
+    return out, [f"readings count from where each point was at the yaw; taken off: {', '.join(told)} (mm or mrad)"]
+
+
+def _reading_at_yaw(travel: np.ndarray, y: np.ndarray, yaw_at: float) -> float:
+    """Reading [SI] at the yaw: the mean of what stands before it, else a line through the first readings after it."""
+    there = np.isfinite(y)
+    before = there & (travel < yaw_at)
+    if before.sum() >= 3:
+        return float(np.mean(y[before]))
+    s, values = travel[there] - yaw_at, y[there]
+    if not len(s):
+        return 0.0
+    near = s <= max(0.01 * (s[-1] - s[0]), 4.0 * float(np.median(np.diff(s))) if len(s) > 4 else 0.0)
+    if near.sum() < 4:
+        return float(values[0])
+    return float(np.polynomial.Polynomial.fit(s[near], values[near], 1)(0.0))
