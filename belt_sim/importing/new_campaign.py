@@ -137,8 +137,8 @@ def template(
     campaign = Campaign(
         title=title,
         source=Source(kind="measured", reference="REPLACE: log book, date", licence=""),
-        machine=Machine(**{n: _quantity(getattr(rig, n), MACHINE[n][2]) for n in plausible.MACHINE}),
-        belt=BeltSheet(**{n: _quantity(getattr(belt, n), BELT[n][2]) for n in BELT}),
+        machine=Machine(**{n: _quantity(getattr(rig, n), MACHINE[n].relative_u) for n in plausible.MACHINE}),
+        belt=BeltSheet(**{n: _quantity(getattr(belt, n), BELT[n].relative_u) for n in BELT}),
         signals=signals,
         settings=SettingsSheet(tension_rel=TENSION_REL, yaw_u=YAW_U),
         runs=tuple(p.run for p in planned),

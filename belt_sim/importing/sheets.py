@@ -1,5 +1,7 @@
 """Machine, belt, signals and settings of the campaign: stated by the mapping, read off the runs, or assumed."""
 
+from typing import NamedTuple
+
 from belt_sim.campaign import Run, SignalSheet, plausible
 from belt_sim.campaign.plausible import SIGNAL_DIMENSION
 from belt_sim.campaign.types import BeltSheet, Machine, Quantity, SettingsSheet, kind_at
@@ -13,29 +15,51 @@ from belt_sim.importing.types import NoiseRead, Question
 from belt_sim.importing.units import UNITS, quantity, size_of
 from belt_sim.si import round_digits
 
-#: key -> unit without one, range, relative u that is assumed where none is stated, question
-MACHINE: dict[str, tuple[str, plausible.Range, float, str]] = {
-    "centre_distance": ("m", plausible.CENTRE_DISTANCE, 5e-4, "how far apart are the axes of the two pulleys?"),
-    "pulley_radius": ("m", plausible.RADIUS, 3e-3, "what is the radius of the pulleys, to the belt's middle surface?"),
-    "head_radius": ("m", plausible.RADIUS, 3e-3, ""),
-    "tail_radius": ("m", plausible.RADIUS, 3e-3, ""),
+
+class Datum(NamedTuple):
+    """A number of the machine or the belt. unit: where none is written; relative_u: assumed where none is stated;
+    question: "" where the number need not be given; is_of_steel: whether the example is a likely answer."""
+
+    unit: str
+    bounds: plausible.Range
+    relative_u: float
+    question: str = ""
+    example: str = ""
+    is_of_steel: bool = False
+
+
+_RADIUS = Datum("m", plausible.RADIUS, 3e-3)
+MACHINE = {
+    "centre_distance": Datum(
+        "m", plausible.CENTRE_DISTANCE, 5e-4, "how far apart are the axes of the two pulleys?", "11.28 +- 0.005 m"
+    ),
+    "pulley_radius": _RADIUS._replace(
+        question="what is the radius of the pulleys, to the belt's middle surface?", example="0.170 m"
+    ),
+    "head_radius": _RADIUS,
+    "tail_radius": _RADIUS,
 }
-BELT: dict[str, tuple[str, plausible.Range, float, str]] = {
-    "width": ("mm", plausible.WIDTH, 5e-4, "how wide is the belt?"),
-    "thickness": ("mm", plausible.THICKNESS, 1e-2, "how thick is the belt?"),
-    "youngs_modulus": ("GPa", plausible.YOUNGS_MODULUS, 2e-2, "which Young's modulus has the belt (steel: 210 GPa)?"),
-    "density": ("kg/m^3", plausible.DENSITY, 0.0, "which density has the belt (steel: 7850 kg/m^3)?"),
-    "poisson_ratio": ("1", plausible.POISSON_RATIO, 0.0, ""),
+BELT = {
+    "width": Datum("mm", plausible.WIDTH, 5e-4, "how wide is the belt?", "200 mm"),
+    "thickness": Datum("mm", plausible.THICKNESS, 1e-2, "how thick is the belt?", "0.3 +- 0.003 mm"),
+    "youngs_modulus": Datum(
+        "GPa",
+        plausible.YOUNGS_MODULUS,
+        2e-2,
+        "which Young's modulus has the belt (steel: 210 GPa)?",
+        "210 +- 4 GPa",
+        is_of_steel=True,
+    ),
+    "density": Datum(
+        "kg/m^3",
+        plausible.DENSITY,
+        0.0,
+        "which density has the belt (steel: 7850 kg/m^3)?",
+        "7850 kg/m^3",
+        is_of_steel=True,
+    ),
+    "poisson_ratio": Datum("1", plausible.POISSON_RATIO, 0.0),
 }
-EXAMPLES = {
-    "centre_distance": "11.28 +- 0.005 m",
-    "pulley_radius": "0.170 m",
-    "width": "200 mm",
-    "thickness": "0.3 +- 0.003 mm",
-    "youngs_modulus": "210 +- 4 GPa",
-    "density": "7850 kg/m^3",
-}
-STEEL = {"youngs_modulus": "210 +- 4 GPa", "density": "7850 kg/m^3"}
 
 
 def machine_of(mapping: MappingEntry) -> tuple[Machine | None, dict[str, str], list[Question]]:
@@ -85,21 +109,21 @@ def _number_texts(entry: MachineMapping | BeltMapping | str | None, kind: str, k
 
 
 def _quantities(
-    written: dict[str, str], wanted: dict[str, tuple[str, plausible.Range, float, str]], key: str
+    written: dict[str, str], wanted: dict[str, Datum], key: str
 ) -> tuple[dict[str, Quantity], dict[str, str], list[Question]]:
+    """Numbers that are written, remarks on them, and questions on those that are missing."""
     found, remarks, missing = {}, {}, []
-    for name, (default, bounds, assumed, question) in wanted.items():
-        if name not in written:
-            if question:
-                example, proposed = EXAMPLES[name], STEEL.get(name, "")
-                missing.append(Question(path=(key, name), text=question, example=example, proposed=proposed))
-            continue
-        value, u, unit = quantity(written[name], (bounds.dimension,), default, f"{key}.{name}")
-        si = bounds.check(value, unit, name=f"{key}.{name}")
-        if u is None and assumed:
-            remarks[f"{key}.{name}"] = "u is assumed, none was stated"
-        spread = assumed * si if u is None else u * UNITS[unit][1]
-        found[name] = Quantity(value=round_digits(si, 12), u=round_digits(spread, 12))
+    for name, datum in wanted.items():
+        if name in written:
+            value, u, unit = quantity(written[name], (datum.bounds.dimension,), datum.unit, f"{key}.{name}")
+            si = datum.bounds.check(value, unit, name=f"{key}.{name}")
+            if u is None and datum.relative_u:
+                remarks[f"{key}.{name}"] = "u is assumed, none was stated"
+            spread = datum.relative_u * si if u is None else u * UNITS[unit][1]
+            found[name] = Quantity(value=round_digits(si, 12), u=round_digits(spread, 12))
+        elif datum.question:
+            likely = datum.example if datum.is_of_steel else ""
+            missing.append(Question(path=(key, name), text=datum.question, example=datum.example, proposed=likely))
     return found, remarks, missing
 
 

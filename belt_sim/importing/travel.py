@@ -28,28 +28,18 @@ class Travel:
 def travel_of(block: LoggedBlock, speed: float | None) -> Travel | None:
     """The travel of one run; None when it takes a speed that nobody has told. speed [m/s]: where none was logged."""
     time, notes = _time(block)
-    travel = block.values("travel")
+    travel, speeds = block.values("travel"), block.values("speed")
     if travel is not None:
         return _logged_travel(block, travel, time, notes)
     if time is None:
         return None
-    logged = block.values("speed")
-    if logged is None and speed is None:
+    if speeds is not None and np.isfinite(speeds).any():
+        return _integrated_travel(block, speeds, time, notes)
+    if speed is None:
         return None
     keep = np.flatnonzero(np.isfinite(time))
-    if logged is not None and np.isfinite(logged).any():
-        there = np.flatnonzero(np.isfinite(logged))
-        fast = np.interp(keep, there, logged[there])
-        _refuse_reversal(block, keep, fast)
-        steps = 0.5 * (fast[1:] + fast[:-1]) * np.diff(time[keep])
-        way = np.concatenate([[0.0], np.cumsum(np.abs(steps))])
-        notes.append("travel was integrated from time and speed")
-        sign = float(np.sign(np.median(fast[fast != 0.0]))) if np.any(fast) else 1.0
-    else:
-        assert speed is not None
-        way, sign = abs(speed) * (time[keep] - time[keep[0]]), 0.0
-        notes.append(f"travel was taken as time x {abs(speed):g} m/s")
-    return _travel(keep, way, time, sign, notes)
+    notes.append(f"travel was taken as time x {abs(speed):g} m/s")
+    return _travel(keep, abs(speed) * (time[keep] - time[keep[0]]), time, 0.0, notes)
 
 
 def _travel(keep: np.ndarray, travel: np.ndarray, time: np.ndarray | None, sign: float, notes: list[str]) -> Travel:
@@ -107,12 +97,17 @@ def _logged_travel(block: LoggedBlock, travel: np.ndarray, time: np.ndarray | No
     return _travel(keep, highest, time, sign if sign < 0.0 else 0.0, notes)
 
 
-def _refuse_reversal(block: LoggedBlock, keep: np.ndarray, speed: np.ndarray) -> None:
+def _integrated_travel(block: LoggedBlock, speeds: np.ndarray, time: np.ndarray, notes: list[str]) -> Travel:
+    """Travel from time and speed by the trapezoidal rule; raises CampaignError where the belt reverses."""
+    keep, there = np.flatnonzero(np.isfinite(time)), np.flatnonzero(np.isfinite(speeds))
+    speed = np.interp(keep, there, speeds[there])
     usual = float(np.median(speed[speed != 0.0])) if np.any(speed) else 0.0
     if usual == 0.0:
         raise block.refuse(0, "speed", 0.0, "m/s", "the belt stands still throughout; give a record of a running belt")
     other = np.flatnonzero(speed * np.sign(usual) < -REVERSAL * abs(usual))
     if len(other):
-        k = int(keep[other[0]])
         remedy = "the belt reverses within a run; cut the record there, one run a direction"
-        raise block.refuse(k, "speed", float(speed[other[0]]), "m/s", remedy)
+        raise block.refuse(int(keep[other[0]]), "speed", float(speed[other[0]]), "m/s", remedy)
+    steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time[keep])
+    notes.append("travel was integrated from time and speed")
+    return _travel(keep, np.concatenate([[0.0], np.cumsum(np.abs(steps))]), time, float(np.sign(usual)), notes)

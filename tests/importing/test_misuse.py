@@ -211,3 +211,10 @@ def test_spikes_are_kept_where_the_mapping_says_so(tmp_path):
 def test_a_scale_that_no_sensor_has(entry, words, tmp_path):
     with pytest.raises(BeltError, match=words):
         spiky(tmp_path, {"columns": {"y1 [mm]": entry}})
+
+
+def test_a_run_without_speeds_in_a_file_that_has_them_is_asked_for_its_speed(tmp_path):
+    rows = [f"a,{k},0.5,{k % 7}" for k in range(30)] + [f"b,{k},,{k % 7}" for k in range(30)]
+    (tmp_path / "a.csv").write_text("\n".join(["run,time [s],v [m/s],y1 [mm]", *rows, ""]), encoding="utf-8")
+    proposal = understand(read([tmp_path / "a.csv"]), MAPPING | {"all_runs": RUN})
+    assert [q.key for q in proposal.missing] == ["all_runs.speed"]
