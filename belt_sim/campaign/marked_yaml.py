@@ -39,24 +39,27 @@ def parse(text: str, file: str, problems: list[Problem]) -> MarkedYaml | None:
         return None
     try:
         root = yaml.compose(text, Loader=yaml.SafeLoader)
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        cause = " ".join(str(error.problem or error.context).split())
-        line = mark.line + 1 if mark else None
-        problems.append(Problem(file=file, line=line, remedy=f"not valid YAML ({cause}); mend this line"))
-        return None
-    except yaml.reader.ReaderError as error:
-        line = text[: error.position].count("\n") + 1
-        problems.append(Problem(file=file, line=line, value=chr(error.character), remedy="remove this character"))
-        return None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
-        remedy = f"not valid YAML ({type(error).__name__}); compare with a sample campaign"
-        problems.append(Problem(file=file, remedy=remedy))
+        problems.append(_syntax_problem(error, text, file))
         return None
     if root is None:
         problems.append(Problem(file=file, remedy="the file is empty; state schema, title, machine, belt"))
         return None
     return _walk(root, file, problems)
+
+
+def _syntax_problem(error: Exception, text: str, file: str) -> Problem:
+    """Return what the YAML library refuses, with its line where that is known."""
+    if isinstance(error, yaml.MarkedYAMLError):
+        mark = error.problem_mark or error.context_mark
+        cause = " ".join(str(error.problem or error.context).split())
+        return Problem(
+            file=file, line=mark.line + 1 if mark else None, remedy=f"not valid YAML ({cause}); mend this line"
+        )
+    if isinstance(error, yaml.reader.ReaderError):
+        line = text[: error.position].count("\n") + 1
+        return Problem(file=file, line=line, value=chr(error.character), remedy="remove this character")
+    return Problem(file=file, remedy=f"not valid YAML ({type(error).__name__}); compare with a sample campaign")
 
 
 def _walk(root: yaml.Node, file: str, problems: list[Problem]) -> MarkedYaml:

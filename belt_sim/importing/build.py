@@ -11,13 +11,14 @@ from belt_sim.campaign.types import Source
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import UsedColumn, UsedTable, resolve_columns
 from belt_sim.importing.mapping import SCHEMA, MappingEntry, mapping_of
+from belt_sim.importing.noise import NoiseRead
 from belt_sim.importing.rates import RatedRuns, rates_of
 from belt_sim.importing.records import TIME, count_from_yaw, resample, signals_in, step_for
 from belt_sim.importing.repeats import cut_repeats, mark_repeats, snap_settings
 from belt_sim.importing.runs import AssembledRun, assemble_runs, check_run_names
 from belt_sim.importing.settings import RANGES, questions
 from belt_sim.importing.sheets import belt_of, machine_of, settings_of, signals_of
-from belt_sim.importing.types import LoggedTables, NoiseRead, Note, Question
+from belt_sim.importing.types import LoggedTables, Note, Question
 from belt_sim.importing.units import UNITS, size_of
 
 AT_ONCE = "the yaw is taken to act from the first reading on; else state where it was set: all_runs: {yaw_at: 5 m}"

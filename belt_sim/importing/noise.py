@@ -5,14 +5,13 @@ straight line (settings and zero). Without repeats it is what a smooth curve lea
 neither a belt's own movement nor the drift of a fault must count, and a fault acts at zero yaw as well.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.interpolate import BSpline
 
 from belt_sim.campaign import Run
-from belt_sim.campaign.quality.record import resolution, scatter
-from belt_sim.importing.types import NoiseRead
+from belt_sim.campaign.quality.record import resolution, scatter, scatter_of_wander
 
 FEWEST = 20  # samples from which anything is read
 KNOTS = 0.5  # of a span: spacing of the knots of the smooth curve
@@ -20,6 +19,23 @@ LEAST_WHITE = 0.3  # of the scatter from sample to sample, which wander cannot e
 FAINT = 0.1  # of the white noise, below which a wander is none
 DEFAULT_LENGTH = 3.0  # [m], where nothing tells
 LENGTHS = np.exp(np.linspace(np.log(0.3), np.log(20.0), 40))  # [m]
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoiseRead:
+    """What was read off one signal: white, wander, zero [SI], wander length [m], each with where it comes from.
+
+    by_run: white noise [SI] of every run that has the signal.
+    """
+
+    white: float
+    wander: float
+    length: float
+    zero: float
+    white_from: str
+    wander_from: str
+    zero_from: str
+    by_run: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -78,6 +94,8 @@ def _pairs(runs: list[Run], signal: str) -> list[Trace]:
         rows = np.isin(np.round(a.travel, 6), np.round(b.travel, 6))
         if rows.sum() < 0.5 * len(a.travel):
             rows = (a.travel >= b.travel[0]) & (a.travel <= b.travel[-1])
+        if not rows.any():
+            continue
         difference = a.values[rows] - np.interp(a.travel[rows], b.travel, b.values)
         found.append(Trace(a.travel[rows], difference / np.sqrt(2.0)))
     return found
@@ -109,19 +127,17 @@ def _levels(traces: list[Trace], white: float) -> tuple[float, float, float]:
     lags, halves, weights = _structure(traces)
     if len(lags) < 4:
         return 0.0, DEFAULT_LENGTH, white
+    root = np.sqrt(weights) / np.maximum(halves, 1e-30)
     best = (np.inf, 0.0, DEFAULT_LENGTH)
     for length in LENGTHS[lags[-1] >= LENGTHS]:
         shape = np.stack([np.ones_like(lags), 1.0 - np.exp(-lags / length)])
-        root = np.sqrt(weights) / np.maximum(halves, 1e-30)
-        found = np.linalg.lstsq((shape * root).T, halves * root, rcond=None)[0]
-        found = np.maximum(found, 0.0)
+        found = np.maximum(np.linalg.lstsq((shape * root).T, halves * root, rcond=None)[0], 0.0)
         cost = float(np.sum(((found @ shape - halves) * root) ** 2))
         if cost < best[0]:
             best = (cost, float(np.sqrt(found[1])), float(length))
     _, sd, length = best
-    near = np.exp(-lags[0] / length)
-    of_wander = sd**2 * (6.0 - 8.0 * near + 2.0 * near**2) / 6.0  # its share of the scatter from sample to sample
-    return sd, float(f"{length:.2g}"), float(np.sqrt(max(white**2 - of_wander, (LEAST_WHITE * white) ** 2)))
+    without_wander = white**2 - scatter_of_wander(sd, length, lags[0]) ** 2
+    return sd, float(f"{length:.2g}"), float(np.sqrt(max(without_wander, (LEAST_WHITE * white) ** 2)))
 
 
 def _structure(traces: list[Trace]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -145,11 +161,9 @@ def _zero(pairs: list[Trace], white: float, wander: float) -> tuple[float, str]:
     """One sigma of where y = 0 is: how far repeats lie apart, or what noise makes of it."""
     apart = []
     for pair in pairs:
-        reach = (
-            pair.travel <= pair.travel[0] + 0.1 * np.ptp(pair.travel) if len(pair.travel) else np.empty(0, dtype=bool)
-        )
-        if reach.sum() >= 3:
-            apart.append(float(np.mean(pair.values[reach])))
+        first = pair.values[pair.travel <= pair.travel[0] + 0.1 * np.ptp(pair.travel)]
+        if len(first) >= 3:
+            apart.append(float(np.mean(first)))
     least = float(np.hypot(0.5 * white, wander))
     if len(apart) > 1:
         return max(float(np.sqrt(np.mean(np.square(apart)))), least), f"where {len(apart)} repeats begin"

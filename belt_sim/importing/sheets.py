@@ -10,8 +10,8 @@ from belt_sim.errors import InputError
 from belt_sim.files import group_names
 from belt_sim.importing.columns import USUAL, UsedColumn
 from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry
-from belt_sim.importing.noise import noise_of
-from belt_sim.importing.types import NoiseRead, Question
+from belt_sim.importing.noise import NoiseRead, noise_of
+from belt_sim.importing.types import Question
 from belt_sim.importing.units import UNITS, quantity, size_of
 from belt_sim.si import round_digits
 

@@ -1,6 +1,6 @@
-"""What a logger's files hold, and what an import asks and reads off them: tables, columns, questions, noise."""
+"""What a logger's files hold, and what an import asks and reads off them: tables, columns, questions."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -156,20 +156,3 @@ def inner_mapping(mapping: dict[str, Any], path: tuple[str, ...]) -> dict[str, A
 
 def _key(key: str) -> str:
     return key if key.replace("_", "").replace("-", "").isalnum() and not key.isdigit() else f'"{key}"'
-
-
-@dataclass(frozen=True, kw_only=True)
-class NoiseRead:
-    """What was read off one signal: white, wander, zero [SI], wander length [m], each with where it comes from.
-
-    by_run: white noise [SI] of every run that has the signal.
-    """
-
-    white: float
-    wander: float
-    length: float
-    zero: float
-    white_from: str
-    wander_from: str
-    zero_from: str
-    by_run: dict[str, float] = field(default_factory=dict)

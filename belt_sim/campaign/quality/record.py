@@ -59,14 +59,9 @@ class Record:
 
     @property
     def stated_noise(self) -> float:
-        """Standard deviation expected of ``measured_noise`` from the stated sensor errors.
-
-        Second differences have the variance 6 w^2 for white noise, and less for wander with correlation exp(-d/length).
-        """
+        """Standard deviation expected of ``measured_noise`` from the stated sensor errors."""
         step = float(np.median(np.diff(self.travel))) if len(self.travel) > 1 else 0.0
-        correlation = math.exp(-step / self.sheet.wander_length)
-        wander = self.sheet.wander_sd**2 * (6.0 - 8.0 * correlation + 2.0 * correlation**2)
-        return math.sqrt(self.sheet.white**2 + wander / 6.0)
+        return math.hypot(self.sheet.white, scatter_of_wander(self.sheet.wander_sd, self.sheet.wander_length, step))
 
     @property
     def measured_noise(self) -> float:
@@ -83,6 +78,16 @@ def scatter(y: np.ndarray) -> float:
     """Return one sigma of the scatter from sample to sample of readings (n,), from the median second difference."""
     second = np.abs(np.diff(y, 2))
     return MAD_TO_SIGMA * float(np.median(second)) / math.sqrt(6.0) if second.size else 0.0
+
+
+def scatter_of_wander(sd: float, length: float, step: float) -> float:
+    """Return the ``scatter`` of samples a step apart that wander with the correlation exp(-distance/length) gives.
+
+    Second differences have the variance 6 w^2 for white noise w, and sd^2 (6 - 8 c + 2 c^2) = 2 sd^2 (1 - c) (3 - c)
+    for wander with c = exp(-step/length). sd [m or rad]; length, step [m].
+    """
+    c = math.exp(-step / length)
+    return sd * math.sqrt((1.0 - c) * (3.0 - c) / 3.0)
 
 
 def resolution(y: np.ndarray) -> float:
