@@ -113,11 +113,7 @@ class Refit:
     def check_end(self) -> None:
         """Go on where the end was reached with learned derivatives: all are due there."""
         if self.settled and not self.fit.exact:
-            self._make_all_due()
-            self.settled = False
-
-    def _make_all_due(self) -> None:
-        self.due = np.ones(len(self.fit.free), dtype=bool)
+            self.due, self.settled = np.ones_like(self.due), False
 
     def _take_derivatives(self, values: np.ndarray, slopes: np.ndarray) -> None:
         """Derivatives that are due at the point where the fit stands; at its start the residual too."""
@@ -184,7 +180,7 @@ class Refit:
         if self.fit.exact:
             self.settled = predicted < 0.5 * TOLERANCE
         elif self.failures >= PATIENCE or predicted < self._negligible_gain():
-            self._make_all_due()
+            self.due = np.ones_like(self.due)
 
     def _update_derivatives(self, step: np.ndarray, more: np.ndarray, moved: np.ndarray) -> None:
         """Broyden's update: derivatives change along a ``step`` (k,) so that they have what it did: ``moved``
@@ -272,10 +268,8 @@ def _advance(forward: Forward, refits: Sequence[Refit]) -> None:
     still, every = np.zeros((1, forward.size)), np.eye(forward.size)
     points = [refit.next_point() for refit in refits]
     along = [every[np.array(refit.fit.free)[refit.due]] if refit.due.any() else still for refit in refits]
-    at = np.concatenate([np.repeat(p[None], len(d), axis=0) for p, d in zip(points, along, strict=True)])
-    values, slopes = forward.values_and_slopes(at, np.concatenate(along))
-    start = 0
-    for refit, point, rows in zip(refits, points, along, strict=True):
-        here = slice(start, start + len(rows))
-        start += len(rows)
-        refit.record(point, values[here][0], slopes[here])
+    counts = [len(rows) for rows in along]
+    values, slopes = forward.values_and_slopes(np.repeat(points, counts, axis=0), np.concatenate(along))
+    ends = np.cumsum(counts)[:-1]
+    for refit, point, own, rows in zip(refits, points, np.split(values, ends), np.split(slopes, ends), strict=True):
+        refit.record(point, own[0], rows)
