@@ -10,7 +10,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import EarlyStopping, Fit, Sides, fit_sets
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import Levels, Metric, length_sigma, metric_of, nuisance_shapes
-from belt_sim.diagnosis.readings.additive_effects import choose_harmonics, columns_at
+from belt_sim.diagnosis.readings.additive_effects import significant_harmonics
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES
 from belt_sim.diagnosis.readings.samples import Samples, samples_of
@@ -106,7 +106,7 @@ def workbench(
     blank = np.array([run.use != "fit" for run in samples.runs])
     fitted = replace(samples, y=np.where(blank[:, None, None], np.nan, samples.y))
     metric = metric_of(fitted, levels, shapes, shared)
-    terms = choose_harmonics(forward, fitted, metric.roots, values) if terms is None else forward.terms
+    terms = _choose_harmonics(forward, metric, values) if terms is None else forward.terms
     if terms != forward.terms:
         forward = Forward(samples, model, classes, step, terms)
     bench = Workbench(
@@ -165,6 +165,16 @@ def _candidate_shapes(forward: Forward, vector: np.ndarray) -> np.ndarray:
     return np.concatenate([slopes[: len(along)], secants[np.isfinite(secants).all(axis=(1, 2, 3))]])
 
 
+def _choose_harmonics(forward: Forward, metric: Metric, values: np.ndarray) -> dict[str, int]:
+    """Effect id -> harmonics of every additive effect that the readings call for beside ``values`` (R, S, n)."""
+    null, samples = forward.null(), metric.samples
+    return {
+        c.id: significant_harmonics(samples, metric.roots, forward.columns_of(c, null), samples.y - values)
+        for c in forward.classes
+        if c.is_additive()
+    }
+
+
 def _sizes(forward: Forward) -> list[int]:
     """Positions of all numbers that do something by themselves."""
     return [k for k, s in enumerate(forward.slots) if not s.only_shapes]
@@ -192,7 +202,7 @@ def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
     others, by_length = (shared[:-1], shared[-1]) if length > 0.0 else (shared, np.zeros_like(before))
     for _ in range(ROUNDS):
         there = [c for c in forward.classes if c.is_additive() and np.any(vector[forward.index(c.id)])]
-        shapes = [columns_at(expanded, c, vector) for c in there]
+        shapes = [expanded.columns_of(c, vector) for c in there]
         free = np.concatenate([np.zeros((0, *y.shape)), *shapes])  # fitted to the length as it is
         longer = _longer(metric, np.concatenate([others, by_length[None]]), free, y - values)
         off = _most_likely(metric, bench.shapes, y - values - longer * by_length)

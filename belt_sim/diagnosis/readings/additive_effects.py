@@ -29,7 +29,6 @@ from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
 from belt_sim.laws.drive import Reading
 
 READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same
-KEPT = 8  # sets of columns, at once
 FEWEST = 3  # harmonics that are always asked for
 SMOOTH = 6.0  # knots a belt length: slower movements are the belt's, and must not count as harmonics
 
@@ -141,44 +140,6 @@ def _read_sensors(effects: Sequence[Effect], case: Case, others, travel, seen, t
         for place, row in zip(others, y[4:], strict=True)
     ]
     return jnp.concatenate([apply_hook(effects, "sensor", reading, case).y, *rows])
-
-
-def slopes_of_additive(forward, vector: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Derivatives (C, R, S, n) of the readings at parameter vectors (C, size) along directions (C, size) that touch
-    nothing but linear effects; forward: a ``Forward``."""
-    found = np.zeros((len(vector), *forward.samples.y.shape))
-    points, of = np.unique(vector, axis=0, return_inverse=True)
-    for k, point in enumerate(points):
-        rows = np.flatnonzero(of.reshape(-1) == k)
-        for cls in (c for c in forward.classes if c.is_additive()):
-            own = forward.index(cls.id)
-            sizes = directions[np.ix_(rows, own)] * [forward.slots[j].scale for j in own]
-            found[rows] += np.tensordot(sizes, columns_at(forward, cls, point), axes=1)
-    return found
-
-
-def columns_at(forward, cls: type[Effect], vector: np.ndarray) -> np.ndarray:
-    """Columns (k, R, S, n) of the parameters of ``cls`` that a ``Forward`` has, with encoder and sensors as they are at
-    ``vector`` (size,): computed once for all points at which these are alike."""
-    acting = forward.effects_at(vector, [c.id for c in forward.classes])
-    key = cls, *(e for e in acting if overrides(e, ("encoder", "sensor_travel") if type(e) is cls else READ_BY))
-    found = forward.columns.get(key)
-    if found is None:  # other threads may ask as well, and forget what is kept
-        if len(forward.columns) >= KEPT:
-            forward.columns.clear()
-        found = forward.columns[key] = columns(forward.samples, cls, acting)
-    return found[: len(forward.index(cls.id))]
-
-
-def choose_harmonics(forward, samples: Samples, roots: np.ndarray, values: np.ndarray) -> dict[str, int]:
-    """Harmonics of every linear effect that the readings call for beside predictions ``values`` (R, S, n); samples:
-    those of ``forward``, some of them blanked."""
-    null, residual = forward.null(), samples.y - values
-    return {
-        c.id: significant_harmonics(samples, roots, columns_at(forward, c, null), residual)
-        for c in forward.classes
-        if c.is_additive()
-    }
 
 
 # What linear effects add to the readings, without the march: then their harmonics make no march another program.

@@ -14,17 +14,18 @@ from dataclasses import replace
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.diagnosis.readings.additive_effects import harmonics_of, slopes_of_additive
+from belt_sim.diagnosis.readings.additive_effects import READ_BY, columns, harmonics_of
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, lengthen_belt, null_vector
 from belt_sim.diagnosis.readings.programs import Programs
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.readings.sensor_places import check_places
-from belt_sim.effects.base import Effect
+from belt_sim.effects.base import Effect, overrides
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``choose_step``)
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
 #: of stiffness, tension, yaw [rad], its place [m] (half a step), length, start [m]
 DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6, 1e-3)
+KEPT = 8  # sets of columns of additive effects, at once
 
 
 class Forward:
@@ -53,7 +54,7 @@ class Forward:
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.longer = 0.0
         self.offset: np.ndarray | float = 0.0
-        self.columns: dict[tuple, np.ndarray] = {}  # of linear effects, as far as they are known (additive_effects)
+        self._columns: dict[tuple, np.ndarray] = {}  # of additive effects, as far as they are known
 
     def set_to(self, tension: np.ndarray, yaw: np.ndarray, longer: float = 0.0) -> "Forward":
         """The same with every run (R,) set off by these [relative, rad], and a belt that is so much longer [1]."""
@@ -69,7 +70,7 @@ class Forward:
         rig = lengthen_belt(self.samples.cases.rig, (1.0 + longer) / (1.0 + self.longer) - 1.0)
         found.samples = replace(self.samples, cases=replace(self.samples.cases, settings=settings, rig=rig))
         found.tension, found.yaw, found.longer, found.offset = tension, yaw, longer, 0.0
-        found.columns = {}
+        found._columns = {}
         return found
 
     def subtract(self, offset: np.ndarray) -> "Forward":
@@ -81,7 +82,7 @@ class Forward:
     def of_runs(self, which: np.ndarray) -> "Forward":
         """The same for some of its runs, by number."""
         found = copy(self)
-        found.samples, found.columns = self.samples.of_runs(which), {}
+        found.samples, found._columns = self.samples.of_runs(which), {}
         found.tension, found.yaw = self.tension[which], self.yaw[which]
         found.offset = np.broadcast_to(self.offset, self.samples.y.shape)[which]
         return found
@@ -123,8 +124,32 @@ class Forward:
         slopes = np.zeros_like(values)
         slopes[moving] = (found[len(starts) :] - values[moving]) / step[..., None, None]
         if additive.any():
-            slopes[additive] = slopes_of_additive(self, vector[additive], directions[additive])
+            slopes[additive] = self._additive_slopes(vector[additive], directions[additive])
         return values, slopes
+
+    def _additive_slopes(self, vector: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Derivatives (C, R, S, n) at vectors (C, size) along directions (C, size) of additive effects alone."""
+        found = np.zeros((len(vector), *self.samples.y.shape))
+        points, of = np.unique(vector, axis=0, return_inverse=True)
+        for k, point in enumerate(points):
+            rows = np.flatnonzero(of.reshape(-1) == k)
+            for cls in (c for c in self.classes if c.is_additive()):
+                own = self.index(cls.id)
+                sizes = directions[rows][:, own] * [self.slots[j].scale for j in own]
+                found[rows] += np.tensordot(sizes, self.columns_of(cls, point), axes=1)
+        return found
+
+    def columns_of(self, cls: type[Effect], vector: np.ndarray) -> np.ndarray:
+        """Readings (k, R, S, n) per unit of every parameter of an additive effect, with encoder and sensors as they are
+        at ``vector`` (size,): computed once for all points at which these are alike."""
+        acting = self.effects_at(vector, [c.id for c in self.classes])
+        key = cls, *(e for e in acting if overrides(e, ("encoder", "sensor_travel") if type(e) is cls else READ_BY))
+        found = self._columns.get(key)
+        if found is None:  # other threads may ask as well, and forget what is kept
+            if len(self._columns) >= KEPT:
+                self._columns.clear()
+            found = self._columns[key] = columns(self.samples, cls, acting)
+        return found[: len(self.index(cls.id))]
 
     def expand(self, vector: np.ndarray, positions: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Predictions (R, S, n) at a parameter vector (size,), and derivatives (k, R, S, n) along some positions."""
