@@ -39,17 +39,16 @@ def _turned_round(own: list[Record]) -> tuple[Record, bool] | None:
     tension = np.array([r.run.tension for r in own])
     direction = np.array([r.run.direction for r in own])
     side = np.sign([r.run.yaw for r in own])
-    alike = np.abs(tension[:, None] / tension - 1.0) < SAME_TENSION
-    alike &= (direction[:, None] == direction) & ~np.eye(len(own), dtype=bool)
+    same = np.eye(len(own), dtype=bool)
+    group = (np.abs(tension[:, None] / tension - 1.0) < SAME_TENSION) & (direction[:, None] == direction) | same
     opposed = (cosine < OPPOSED) & (np.abs(np.log(size[:, None] / size)) < math.log(ALIKE_SIZE))
-    turned = [k for k in range(len(own)) if alike[k].any() and 2 * (alike[k] & opposed[k]).sum() >= alike[k].sum()]
-    groups = {tuple(np.flatnonzero(alike[k] | (np.arange(len(own)) == k))) for k in turned}
-    if len(groups) != 1:
+    alike = group & ~same
+    opposing = alike & opposed
+    turned = np.flatnonzero(alike.any(axis=1) & (2 * opposing.sum(axis=1) >= alike.sum(axis=1)))
+    if len(np.unique(group[turned], axis=0)) != 1:
         return None  # none, or the same conflict at several tensions: an effect that does not follow the yaw
-    trust = [float(np.mean(np.delete(cosine[k], k))) for k in turned]
-    k = turned[int(np.argmin(trust))]
-    same_side = (alike[k] & opposed[k] & (side == side[k])).any()
-    return own[k], bool(same_side)
+    k = turned[np.argmin(cosine[turned].sum(axis=1))]
+    return own[k], bool((opposing[k] & (side == side[k])).any())
 
 
 def _cosines(records: list[Record]) -> tuple[np.ndarray, np.ndarray]:

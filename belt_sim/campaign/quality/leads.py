@@ -32,7 +32,7 @@ _GRID = 100
 
 @dataclass(frozen=True)
 class Lead:
-    """Lead and drift of one run over beta L/2 [1], from one tail and one head signal."""
+    """Lead and drift of one run over beta L/2 [1], from one tail and one head signal; span [m]."""
 
     tail: Record
     head: Record
@@ -41,12 +41,29 @@ class Lead:
     drift: float
 
     @property
+    def yaw(self) -> float:
+        """Size of the yaw of the tail pulley [rad]."""
+        return abs(self.tail.run.yaw)
+
+    @property
     def side(self) -> float:
+        """Sign of the yaw."""
         return math.copysign(1.0, self.tail.run.yaw)
 
 
+def check_leads(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
+    """Return exchanged columns, turned signs and slipped yaw units, from the lead of the tail over the head."""
+    span = float(rig_of(campaign).span_length)
+    found: dict[tuple[str | None, str | None], Suspicion] = {}
+    for tail, head in TAIL_AND_HEAD:
+        leads = [lead for pair in pairs_at(records, tail, head) if (lead := _lead_of(*pair, span)) is not None]
+        for suspicion in _judge(leads) if leads else ():
+            found.setdefault((suspicion.run, suspicion.kind), suspicion)
+    return list(found.values())
+
+
 def _lead_of(tail: Record, head: Record, span: float) -> Lead | None:
-    """Return mean lead and drift after SPANS spans; None if neither the lead nor the yaw exceeds the errors."""
+    """Return mean lead and drift after a span; None if neither the lead nor the yaw exceeds the errors."""
     run = tail.run
     scale = run.yaw * span / 2.0
     end = min(tail.travel[-1], head.travel[-1])
@@ -61,36 +78,23 @@ def _lead_of(tail: Record, head: Record, span: float) -> Lead | None:
     return Lead(tail=tail, head=head, span=span, lead=lead / scale, drift=drift / scale)
 
 
-def check_leads(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
-    """Return exchanged columns, turned signs and slipped yaw units, from the lead of the tail over the head."""
-    span = float(rig_of(campaign).span_length)
-    found: dict[tuple[str | None, str | None], Suspicion] = {}
-    for tail, head in TAIL_AND_HEAD:
-        leads = [lead for pair in pairs_at(records, tail, head) if (lead := _lead_of(*pair, span)) is not None]
-        for suspicion in _judge(leads):
-            found.setdefault((suspicion.run, suspicion.kind), suspicion)
-    return list(found.values())
-
-
 def _judge(leads: list[Lead]) -> list[Suspicion]:
-    everywhere = _yaw_in_another_unit(leads)
-    if everywhere:
-        return [everywhere]
-    usual = float(np.median([abs(lead.tail.run.yaw) for lead in leads])) if leads else 0.0
-    found = []
+    """Return what is wrong by the leads of one tail over one head signal in all runs."""
+    if (slip := _yaw_in_another_unit(leads)) is not None:
+        return [slip]
+    usual = float(np.median([lead.yaw for lead in leads]))
     odd = [lead for lead in leads if _is_odd(lead, usual)]
+    if not odd:
+        return _turned_column(leads)
+    found = []
     for lead in odd:
         across = [other.lead for other in leads if other.side != lead.side]
         if across and lead.lead < LOW and float(np.median(across)) > OFFSET:
             continue  # the yaw offset of a pulley explains it
         certain = (len(odd) < len(leads) or bool(across)) if lead.lead < 0.0 else _fits_other_runs(lead, leads)
         found.append(_suspicion(lead, "stop" if certain else "look"))
-    if not odd:
-        return _turned_column(leads)
-    if len(odd) == len(leads) > 1 and len({s.kind for s in found}) == 1 and len(found) == len(leads):
-        first = found[0]
-        sentence = f"in every run: {first.sentence}"
-        return [replace(first, run=None, sentence=sentence)]
+    if len(found) == len(leads) > 1 and len({s.kind for s in found}) == 1:
+        return [replace(found[0], run=None, sentence=f"in every run: {found[0].sentence}")]
     return found
 
 
@@ -109,23 +113,19 @@ def _yaw_in_another_unit(leads: list[Lead]) -> Suspicion | None:
 
 def _is_odd(lead: Lead, usual: float) -> bool:
     """Return whether a lead is turned round (at a yaw larger than machine faults) or of another magnitude."""
-    turned = lead.lead < -REVERSED and abs(lead.tail.run.yaw) > 0.5 * usual
-    return (
-        turned
-        or abs(lead.lead) > HIGH
-        or abs(lead.lead) * abs(lead.tail.run.yaw) < LOW * usual / 2.0
-        or (abs(lead.lead) < LOW and abs(lead.tail.run.yaw) > HIGH * usual)
-    )
+    size = abs(lead.lead)
+    turned = lead.lead < -REVERSED and lead.yaw > 0.5 * usual
+    small = size * lead.yaw < LOW * usual / 2.0 or (size < LOW and lead.yaw > HIGH * usual)
+    return turned or small or size > HIGH
 
 
 def _fits_other_runs(lead: Lead, leads: list[Lead]) -> bool:
     """Return whether the yaw implied by the lead, but not the stated yaw, is that of the other runs."""
-    others = [abs(other.tail.run.yaw) for other in leads if other is not lead]
+    others = [other.yaw for other in leads if other is not lead]
     if not others:
         return False
-    stated, usual = abs(lead.tail.run.yaw), float(np.median(others))
-    implied = stated * abs(lead.lead)
-    return 0.4 < implied / usual < 2.5 and not 0.2 < stated / usual < 5.0
+    usual, implied = float(np.median(others)), lead.yaw * abs(lead.lead)
+    return 0.4 < implied / usual < 2.5 and not 0.2 < lead.yaw / usual < 5.0
 
 
 def _turned_column(leads: list[Lead]) -> list[Suspicion]:
@@ -137,12 +137,11 @@ def _turned_column(leads: list[Lead]) -> list[Suspicion]:
     against = sum(tail < 0.0 for tail, _ in apart)
     if max(against, len(apart) - against) < MOST * len(apart):
         return []  # what does not follow the yaw is no sign of a column
-    against_yaw = against > len(apart) / 2
-    name = (leads[0].tail if against_yaw else leads[0].head).sheet.name
+    turned = leads[0].tail if against > len(apart) / 2 else leads[0].head
     sentence = "drifts away from the other points to the end, in nearly all runs: the sign of this column is turned"
     both = {lead.side for lead in leads} == {1.0, -1.0}
     severity: Severity = "stop" if both and len(apart) == len(leads) else "look"
-    return [Suspicion(None, (name,), "wrong_sign", sentence, severity)]
+    return [Suspicion(None, (turned.sheet.name,), "wrong_sign", sentence, severity)]
 
 
 def _late_slopes(lead: Lead) -> tuple[float, float] | None:

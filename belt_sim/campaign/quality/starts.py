@@ -5,7 +5,6 @@ first readings after the yaw is extended back to it; a belt that begins to run t
 begins before the yaw, readings are counted from the last rows before it, and any zero is allowed.
 """
 
-from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
@@ -31,32 +30,31 @@ def check_starts(
 
     curvature_share: 0 for residuals of a model, which have no path of their own.
     """
-    of_signal: dict[str, dict[str, tuple[float, float]]] = defaultdict(dict)
-    for record in records:
-        reach = SHARE * campaign.machine.centre_distance.value
-        start = _start(record, reach, curvature_share) if record.sheet.kind == "lateral" else None
-        if start is not None:
-            of_signal[record.sheet.name][record.run.name] = start
-    found = []
-    for signal, starts in of_signal.items():
+    found, reach = [], SHARE * campaign.machine.centre_distance.value
+    for sheet in campaign.signals:
+        own = [r for r in records if r.sheet.name == sheet.name and sheet.kind == "lateral"]
+        starts = {r.run.name: start for r in own if (start := _start(r, reach, curvature_share)) is not None}
+        if not starts:
+            continue
         score = {run: abs(y) / sigma for run, (y, sigma) in starts.items()}
-        typical = float(np.median(list(score.values())))
-        off = [run for run in score if score[run] > SHIFTED * max(typical, 1.0)]
-        for run in off:
+        shifted = [run for run in score if score[run] > SHIFTED * max(float(np.median([*score.values()])), 1.0)]
+        for run in shifted:
             sentence = f"begins at {starts[run][0] / MM:.3g} mm, where y = 0 should be: this run is shifted"
             sentence += "; take its readings from where the point was when the yaw was applied"
-            found.append(Suspicion(run, (signal,), "shifted", sentence))
-        rest = [run for run in score if run not in off]
-        zeros = {r.sheet.zero for r in records if r.sheet.name == signal}
-        forgotten = curvature_share == 0.0 and zeros == {0.0}
-        limit = FORGOTTEN if forgotten else UNSTATED
-        if len(rest) >= FEWEST_RUNS and np.sqrt(np.mean([min(score[r], 20.0) ** 2 for r in rest])) > limit:
-            size, zero = float(np.sqrt(np.mean([starts[r][0] ** 2 for r in rest]))), max(zeros)
-            stated = f"states zero: {zero / MM:g} mm" if zero > 0.0 else "states no zero"
+            found.append(Suspicion(run, (sheet.name,), "shifted", sentence))
+        rest = [run for run in score if run not in shifted]
+        limit = FORGOTTEN if curvature_share == 0.0 and sheet.zero == 0.0 else UNSTATED
+        if len(rest) >= FEWEST_RUNS and _rms([min(score[run], 20.0) for run in rest]) > limit:
+            size = _rms([starts[run][0] for run in rest])
+            stated = f"states zero: {sheet.zero / MM:g} mm" if sheet.zero > 0.0 else "states no zero"
             sentence = f"its runs begin {size / MM:.2g} mm (rms) off y = 0, while the sheet {stated}: "
             sentence += "the zero of every run is what is left when belt and effects are fitted"
-            found.append(Suspicion(None, (signal,), "zero", sentence, "look"))
+            found.append(Suspicion(None, (sheet.name,), "zero", sentence, "look"))
     return found
+
+
+def _rms(values: list[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def counted_from_yaw(records: list[Record]) -> list[Record]:
