@@ -15,7 +15,7 @@ import numpy as np
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.diagnosis.readings.additive_effects import READ_BY, columns, harmonics_of
-from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, lengthen_belt, null_vector
+from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, lengthen_belt
 from belt_sim.diagnosis.readings.programs import Programs
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.readings.sensor_places import check_places
@@ -100,7 +100,7 @@ class Forward:
 
     def null(self) -> np.ndarray:
         """q (size,) with nothing wrong."""
-        return null_vector(self.slots)
+        return self._programs.null.copy()
 
     def values(self, vector: np.ndarray) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size)."""

@@ -53,11 +53,6 @@ class Slot:
         return ends[0] / self.scale, ends[1] / self.scale
 
 
-def null_vector(slots: Sequence[Slot]) -> np.ndarray:
-    """The parameter vector (size,) with nothing wrong."""
-    return np.array([s.null / s.scale for s in slots] + [0.0] * len(NUISANCES))
-
-
 def effects_and_case(vector, slots: Sequence[Slot], case: Case) -> tuple[tuple[Effect, ...], Case]:
     """Effects with their numbers, and the case as it was really set."""
     numbers: dict[type[Effect], dict] = {}

@@ -21,7 +21,7 @@ from belt_sim.curves import SensorPlace
 from belt_sim.diagnosis.readings.additive_effects import READ_BY, bin_attenuation, compile_additions, select_addable
 from belt_sim.diagnosis.readings.batches import Work, finish, plan_batches
 from belt_sim.diagnosis.readings.candidates import SLOW
-from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, effects_and_case, null_vector
+from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, effects_and_case
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.readings.sensor_places import places_of, reading_at
 from belt_sim.effects.base import Effect, overrides
@@ -58,7 +58,8 @@ class Programs:
         step: float,
     ) -> None:
         """slots: what stands in a parameter vector of the effects ``classes``; step [m]: of the march."""
-        self.model, self.classes, self.slots, self.null = model, classes, slots, null_vector(slots)
+        self.model, self.classes, self.slots = model, classes, slots
+        self.null = np.array([s.null / s.scale for s in slots] + [0.0] * len(NUISANCES))
         self._groups, self._added = [group_of(s.effect) for s in slots], select_addable(classes)
         travel = samples.end * REACH + 0.5
         steps, _, history = plan_steps(samples.cases, travel=travel, step=step, keep=step)
@@ -85,12 +86,13 @@ class Programs:
         marched = [(rows, self._march(vector[rows], code, samples)) for code, rows in places.items()]
         own = [k for k, s in enumerate(self.slots) if s.effect in self._added]
         rows = np.flatnonzero(np.any(vector[:, own] != self.null[own], axis=1))
-        of, added = self._add(vector[rows], samples)
-        finish([*(work for _, work in marched), added])
+        added = [self._add(vector[rows], samples)] if len(rows) else []
+        finish([work for _, work in (*marched, *added)])
         found = np.empty((len(vector), *samples.y.shape))
         for here, work in marched:
             found[here] = work.found
-        found[rows] += added.found[of]
+        for of, work in added:
+            found[rows] += work.found[of]
         return found
 
     def _march(self, vector: np.ndarray, groups: Groups, samples: Samples) -> Work:
