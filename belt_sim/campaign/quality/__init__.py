@@ -22,36 +22,32 @@ def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """
     gaps = check_gaps(campaign)
     campaign, left_out = leave_out_bad_readings(campaign)
-    all_records = records_of(campaign)
-    found: list[Suspicion] = [*left_out]
-    for record in all_records:
-        found += check_record(record)
-    broken = {(s.run, s.signals) for s in found if s.severity == "stop"}
-    sound = [r for r in all_records if (r.run.name, (r.sheet.name,)) not in broken]
-    found += gaps
-    found += check_copies(all_records)
-    found += check_travel(campaign)
+    records = records_of(campaign)
+    broken = [s for record in records for s in check_record(record)]
+    found = [*left_out, *broken, *gaps, *check_copies(records), *check_travel(campaign)]
+    sound = _others(records, broken)
     found += check_noise(sound)
-    slips = [s for s in found if s.kind == "unit_slip"]
-    sound = [r for r in sound if not any(_touches(slip, r) for slip in slips)]
-    sound = counted_from_yaw(sound)
+    sound = counted_from_yaw(_others(sound, [s for s in found if s.kind == "unit_slip"]))
     shifts = check_starts(campaign, sound)
-    sound = [r for r in sound if not any(_touches(shift, r) for shift in shifts)]
-    found += shifts + check_leads(campaign, sound)
-    turned = [s for s in found if s.kind in ("swapped", "wrong_sign", "unit_slip")]
-    found += [s for s in check_signs(sound) if not any(_covers(t, s) for t in turned)]
-    found += check_wraps(campaign, sound)
-    found += check_places(campaign, sound)
+    sound = _others(sound, shifts)
+    found += [*shifts, *check_leads(campaign, sound)]
+    known = [s for s in found if s.kind in ("swapped", "wrong_sign", "unit_slip")]
+    found += [s for s in check_signs(sound) if not any(_covers(k, s) for k in known)]
+    found += [*check_wraps(campaign, sound), *check_places(campaign, sound)]
     if not any(s.severity == "stop" for s in found):
         found += check_guide(campaign, sound)
     return tuple(sorted(found, key=lambda s: s.severity != "stop"))
 
 
+def _others(records: list[Record], suspected: list[Suspicion]) -> list[Record]:
+    """Return the records that none of these suspicions concerns."""
+    return [r for r in records if not any(_concerns(s, r) for s in suspected)]
+
+
+def _concerns(known: Suspicion, record: Record) -> bool:
+    return known.run in (None, record.run.name) and known.signals in ((), (record.sheet.name,))
+
+
 def _covers(known: Suspicion, new: Suspicion) -> bool:
     """Return whether a known suspicion explains a new one of a single signal too."""
     return known.run in (None, new.run) and (not known.signals or set(new.signals) <= set(known.signals))
-
-
-def _touches(known: Suspicion, record: Record) -> bool:
-    """Return whether a suspicion concerns this record."""
-    return known.run in (None, record.run.name) and known.signals in ((), (record.sheet.name,))

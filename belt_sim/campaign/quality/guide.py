@@ -35,14 +35,12 @@ def check_guide(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
         judged = [signs for r in signal if (signs := _guide_signs(r, span)) is not None]
         if len(judged) < FEWEST_RECORDS:
             continue
-        for shown, words in zip(
-            np.sum(judged, axis=0), ("comes back to y = 0 against the yaw", "swings to and fro"), strict=True
-        ):
-            if shown >= MOST * len(judged):
-                sentence = f"{words} in nearly all runs: a guide seems to steer the belt; switch it off, or record"
-                sentence += " what it does as yaw in runs.csv"
-                found.append(Suspicion(None, (name,), "guided", sentence))
-                break
+        returning, swinging = np.sum(judged, axis=0) >= MOST * len(judged)
+        if returning or swinging:
+            sentence = "comes back to y = 0 against the yaw" if returning else "swings to and fro"
+            sentence += " in nearly all runs: a guide seems to steer the belt; switch it off, or record"
+            sentence += " what it does as yaw in runs.csv"
+            found.append(Suspicion(None, (name,), "guided", sentence))
     return found
 
 
