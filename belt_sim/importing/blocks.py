@@ -1,10 +1,11 @@
-"""Which rows of a logger's table are one run."""
+"""Which rows and columns of a logger's table are one run."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from belt_sim.campaign.problems import CampaignError, refusal
+from belt_sim.errors import InputError
 from belt_sim.importing.columns import UsedTable
 
 #: A run begins anew where time or travel falls back to within this share of where the file began.
@@ -35,6 +36,30 @@ class LoggedBlock:
 
 
 def blocks_of(table: UsedTable) -> list[LoggedBlock]:
+    """The runs of a table; its columns may belong to different runs, or have travels of their own."""
+    own = [u for u in table.columns if u.entry.run or u.entry.against]
+    travels = {u.entry.against for u in own if u.entry.against}
+    base = tuple(u for u in table.columns if u not in own and u.column.name not in travels)
+    shared = tuple(u for u in base if u.role != "signal")
+    found: list[LoggedBlock] = []
+    for u in own:
+        columns = (*shared, u)
+        if u.entry.against:
+            along = next((v for v in table.columns if v.column.name == u.entry.against), None)
+            if along is None:
+                raise InputError(f"columns.{u.column.name}.against", u.entry.against, "", "names no column of its file")
+            columns = (*(v for v in shared if v.role not in ("time", "travel")), along, u)
+        part, run = replace(table, columns=columns), u.entry.run
+        if run is None:
+            found += _blocks_of_rows(part)
+        else:
+            found.append(LoggedBlock(table=part, rows=np.arange(len(table.logged.lines)), name=run_name(run), text=run))
+    if not own or len(shared) < len(base):
+        found += _blocks_of_rows(replace(table, columns=base))
+    return found
+
+
+def _blocks_of_rows(table: UsedTable) -> list[LoggedBlock]:
     """The runs of one table: by its run column, else where the file, its time or its travel begins anew."""
     run, name = table.column("run"), table.logged.name
     rows = np.arange(len(table.logged.lines))

@@ -11,7 +11,7 @@ from belt_sim.campaign.problems import did_you_mean, shortlist
 from belt_sim.campaign.quality.bad_readings import SPIKE, few_spikes
 from belt_sim.campaign.quality.record import resolution
 from belt_sim.errors import InputError
-from belt_sim.importing.blocks import FEWEST, LoggedBlock, blocks_of, run_name
+from belt_sim.importing.blocks import FEWEST, LoggedBlock, blocks_of
 from belt_sim.importing.columns import UsedTable
 from belt_sim.importing.mapping import MappingEntry, RunEntry
 from belt_sim.importing.records import TIME, merge_records
@@ -51,7 +51,7 @@ def assemble_runs(
     listed = table_settings([t for t in tables if t.logged.kind == "settings"], section)
     questions: list[Question] = []
     found: dict[str, list[AssembledRun]] = {}
-    for block in (b for t in tables if t.logged.kind == "record" for b in _blocks(t)):
+    for block in (b for t in tables if t.logged.kind == "record" for b in blocks_of(t)):
         made = _assemble(block, mapping, listed, section)
         if made is None:
             questions.append(_SPEED)
@@ -66,28 +66,6 @@ _SPEED = Question(
     text="the files have time but neither travel nor speed; how fast did the belt run?",
     example="0.5 m/s",
 )
-
-
-def _blocks(table: UsedTable) -> list[LoggedBlock]:
-    """The runs of a table; its columns may belong to different runs, or have travels of their own."""
-    own = [u for u in table.columns if u.entry.run or u.entry.against]
-    travels = {u.entry.against for u in own if u.entry.against}
-    base = tuple(u for u in table.columns if u not in own and u.column.name not in travels)
-    found: list[LoggedBlock] = []
-    for u in own:
-        shared = tuple(b for b in base if b.role != "signal")
-        if u.entry.against:
-            along = next((v for v in table.columns if v.column.name == u.entry.against), None)
-            if along is None:
-                raise InputError(f"columns.{u.column.name}.against", u.entry.against, "", "names no column of its file")
-            shared = (*(b for b in shared if b.role not in ("time", "travel")), along)
-        part, run = replace(table, columns=(*shared, u)), u.entry.run
-        if run is None:
-            found += blocks_of(part)
-        else:
-            found.append(LoggedBlock(table=part, rows=np.arange(len(table.logged.lines)), name=run_name(run), text=run))
-    others = blocks_of(replace(table, columns=base)) if not own or any(b.role == "signal" for b in base) else []
-    return found + others
 
 
 def _assemble(

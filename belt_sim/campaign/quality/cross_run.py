@@ -24,7 +24,7 @@ def check_signs(records: list[Record]) -> list[Suspicion]:
     found = []
     for name in dict.fromkeys(record.sheet.name for record in records):
         own = [r for r in records if r.sheet.name == name and abs(r.run.yaw) > 2.0 * abs(r.run.yaw_head)]
-        own = [r for r in own if np.sqrt(np.mean(r.readings**2)) > CLEAR * r.drift_error and len(r.travel) > 2]
+        own = [r for r in own if r.rms > CLEAR * r.drift_error and len(r.travel) > 2]
         if len(own) > 2 and (turned := _turned_round(own)) is not None:
             record, certain = turned
             sentence = "runs opposite to the runs at the same tension, yaw for yaw: its sign is turned round"
@@ -39,10 +39,9 @@ def _turned_round(own: list[Record]) -> tuple[Record, bool] | None:
     tension = np.array([r.run.tension for r in own])
     direction = np.array([r.run.direction for r in own])
     side = np.sign([r.run.yaw for r in own])
-    same = np.eye(len(own), dtype=bool)
-    group = (np.abs(tension[:, None] / tension - 1.0) < SAME_TENSION) & (direction[:, None] == direction) | same
+    group = (np.abs(tension[:, None] / tension - 1.0) < SAME_TENSION) & (direction[:, None] == direction)
     opposed = (cosine < OPPOSED) & (np.abs(np.log(size[:, None] / size)) < math.log(ALIKE_SIZE))
-    alike = group & ~same
+    alike = group & ~np.eye(len(own), dtype=bool)
     opposing = alike & opposed
     turned = np.flatnonzero(alike.any(axis=1) & (2 * opposing.sum(axis=1) >= alike.sum(axis=1)))
     if len(np.unique(group[turned], axis=0)) != 1:

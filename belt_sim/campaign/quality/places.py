@@ -102,6 +102,9 @@ def _difference(a: Record, b: Record) -> float:
 
 def _noise(a: Record, b: Record) -> float:
     """Return the standard deviation of a - b that the instruments explain [m]."""
-    parts = [r.measured_noise**2 + r.sheet.white**2 + r.sheet.wander_sd**2 for r in (a, b)]
-    gains = [(r.sheet.gain * float(np.std(r.readings))) ** 2 for r in (a, b)]
-    return float(np.sqrt(sum(parts) + sum(gains)))
+
+    def of_one(r: Record) -> float:
+        gain_error = r.sheet.gain * float(np.std(r.readings))
+        return math.hypot(r.measured_noise, r.sheet.white, r.sheet.wander_sd, gain_error)
+
+    return math.hypot(of_one(a), of_one(b))

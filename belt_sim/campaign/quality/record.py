@@ -69,6 +69,11 @@ class Record:
         return scatter(self.readings)
 
     @property
+    def rms(self) -> float:
+        """Root mean square of the readings."""
+        return float(np.sqrt(np.mean(self.readings**2)))
+
+    @property
     def drift_error(self) -> float:
         """One sigma of zero, wander and white noise together."""
         return math.hypot(self.sheet.zero, self.sheet.wander_sd, self.sheet.white)

@@ -76,7 +76,7 @@ def _is_other_magnitude(ratio: float) -> bool:
 def _size_out_of_scale(signal: str, records: list[Record]) -> bool:
     """Return whether lateral readings are far larger or smaller than a yawed belt can move."""
     sizes = [
-        float(np.sqrt(np.mean(r.readings**2))) / (abs(r.run.yaw) * float(r.travel[-1]))
+        r.rms / (abs(r.run.yaw) * float(r.travel[-1]))
         for r in records
         if r.sheet.name == signal and r.sheet.kind == "lateral" and r.run.yaw != 0.0 and r.travel[-1] > 0.0
     ]
