@@ -168,17 +168,16 @@ def mapping_used(
     stated = _plain(entry.model_dump(by_alias=True, exclude_unset=True))
     columns: dict[str, Any] = {}
     for u in used:
-        if u.column.name not in columns:
-            seen = (
-                {"role": u.role} | ({"unit": u.unit} if u.unit else {}) | ({"at": u.at, "name": u.name} if u.at else {})
-            )
-            columns[u.column.name] = seen | _plain(u.entry.model_dump(exclude_unset=True))
+        seen = {"role": u.role, "unit": u.unit, "at": u.at, "name": u.name if u.at else ""}
+        own = {k: v for k, v in seen.items() if v} | _plain(u.entry.model_dump(exclude_unset=True))
+        columns.setdefault(u.column.name, own)
     runs: dict[str, Any] = {}
     for run in made:
-        known = {k: s.text for k, s in run.settings.items() if s.text}
-        known = {k: v for k, v in known.items() if getattr(entry.all_runs, k, None) is None}
+        known = {k: s.text for k, s in run.settings.items() if s.text and getattr(entry.all_runs, k, None) is None}
         runs[run.key] = known | _plain(run.entry.model_dump(exclude_unset=True))
-    runs = {k: v for k, v in (runs | {n: r for n, r in stated.get("runs", {}).items() if n not in runs}).items() if v}
+    for name, run_entry in stated.get("runs", {}).items():
+        runs.setdefault(name, run_entry)
+    runs = {name: run_entry for name, run_entry in runs.items() if run_entry}
     out = {"schema": SCHEMA} | stated | {"columns": columns, "runs": runs}
     if step > 0.0:
         out["step_m"] = f"{step:g}"

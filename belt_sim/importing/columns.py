@@ -13,7 +13,7 @@ from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, kind_at
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import AxisEntry, ColumnEntry, MappingEntry
 from belt_sim.importing.roles import rises
-from belt_sim.importing.types import ROLES, Column, LoggedTable, LoggedTables, Note, Question
+from belt_sim.importing.types import ROLES, SIGNAL_NAMES, Column, LoggedTable, LoggedTables, Note, Question
 from belt_sim.importing.units import UNITS, unit_of
 
 #: dimension -> unit of a column where neither file nor mapping states one, and in which a signal is written
@@ -171,7 +171,7 @@ def _unit(column: Column, entry: ColumnEntry, kinds: tuple[str, ...], where: str
 
 def _signal_name(column: Column, at: str, taken: list[str]) -> str:
     """y1 to y4 and tilt by place; a second one of a place gets a letter."""
-    base = {"upper_mid_span": "tilt", "lower_mid_span": "tilt_lower"}.get(at, f"y{at[-1:]}" if at in PLACES else "y")
+    base = SIGNAL_NAMES.get(at, "y")
     own = [base, *(f"{base}{c}" for c in "bcdefghijk")]
     return next((n for n in own if n not in taken and n not in RESERVED), column.name)
 

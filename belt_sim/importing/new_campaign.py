@@ -12,6 +12,7 @@ from belt_sim.errors import InputError
 from belt_sim.foresight.harm import harm_warnings
 from belt_sim.importing.plan import PlannedRun, plan_text
 from belt_sim.importing.sheets import BELT, GAIN, MACHINE, TENSION_REL, YAW_U
+from belt_sim.importing.types import SIGNAL_NAMES
 from belt_sim.importing.write import sheet_text
 
 #: Sensors as they usually are, to be replaced: white, zero, wander [m] or [rad] and its length [m].
@@ -47,10 +48,9 @@ def template(
 
 def _signal(place: str) -> SignalSheet:
     kind = PLACES[place]
-    name = f"y{place[-1]}" if kind == "lateral" else "tilt" if place.startswith("upper") else "tilt_lower"
     unit, white = ("mm", WHITE) if kind == "lateral" else ("mrad", 5.0 * WHITE)
     errors = {"zero": ZERO, "gain": GAIN, "wander_sd": WANDER, "wander_length": LENGTH}
-    return SignalSheet(name=name, at=place, kind=kind, unit=unit, white=white, **errors)
+    return SignalSheet(name=SIGNAL_NAMES[place], at=place, kind=kind, unit=unit, white=white, **errors)
 
 
 def _quantity(value: float, relative: float) -> Quantity:

@@ -7,6 +7,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from belt_sim.campaign.problems import Problem
+from belt_sim.campaign.types import PLACES
 
 TableKind = Literal["record", "settings", "rates"]
 
@@ -39,6 +40,9 @@ ROLES = {
     **dict.fromkeys(("rate1", "rate2", "rate3", "rate4", "u_rate"), Role(("angle",))),
     "ignore": Role(),
 }
+#: place -> usual name of the signal there
+SIGNAL_NAMES = {place: f"y{place[-1]}" for place, kind in PLACES.items() if kind == "lateral"}
+SIGNAL_NAMES |= {"upper_mid_span": "tilt", "lower_mid_span": "tilt_lower"}
 #: a signal that is an angle
 TILT = Role(("angle",), ("mrad", "deg", "rad"), 2e-5, 0.5)
 
