@@ -15,6 +15,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.linearisation import Linearisation
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.noise.metric import Levels
+from belt_sim.diagnosis.readings.samples import Samples
 
 HARMONICS = 12  # of the belt's length, at most
 LARGEST = 1e-3  # [m], one sigma of the first harmonic of what comes round; that of others falls with their number
@@ -137,6 +138,24 @@ def periodic_waves(bench: Workbench, linearisation: Linearisation) -> PeriodicWa
     leaves more.
     """
     samples, metric = bench.samples, bench.metric_at(Levels())
+    waves, rates = zip(_belt_waves(samples), *_pulley_waves(bench, linearisation), strict=True)
+    rows = np.concatenate([*waves, (samples.y - linearisation.fit.values)[None]])
+    others = [linearisation.slopes[p] for p, s in enumerate(bench.forward.slots) if not s.effect.comes_round]
+    known = np.concatenate([bench.shapes, bench.shared, np.reshape(others, (-1, *samples.y.shape))])
+    grams, moments, left, count = [], [], 0.0, 0
+    for r in range(len(samples.runs)):
+        white, rank = _project_out(metric.roots[r], rows[:, r], known[:, r])
+        grams.append(white[:-1] @ white[:-1].T)
+        moments.append(white[:-1] @ white[-1])
+        rest = white[-1] @ white[-1] - moments[-1] @ np.linalg.solve(grams[-1] + np.eye(len(grams[-1])), moments[-1])
+        left, count = left + rest, count + int(np.isfinite(samples.y[r]).sum()) - rank - len(grams[-1])
+    noise = max(1.0, left / max(count, 1))
+    return PeriodicWaves(np.array(grams) / noise, np.array(moments) / noise, np.concatenate(rates, axis=1), noise)
+
+
+def _belt_waves(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
+    """Cosine and sine (P, R, S, n) of the harmonics of the belt's length at each lateral sensor, of one sigma and zero
+    where the yaw is applied; and the rates (R, P/2) at which a start turns each pair [rad/m]."""
     lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
     length, direction = float(np.max(samples.cases.rig.belt_length)), np.asarray(samples.cases.settings.direction)
     harmonics = np.arange(1, HARMONICS + 1)
@@ -147,27 +166,29 @@ def periodic_waves(bench: Workbench, linearisation: Linearisation) -> PeriodicWa
     for part, wave in enumerate((np.cos, np.sin)):
         for k, s in enumerate(lateral):
             waves[k, :, part, :, s] = LARGEST / many * (wave(many * phase) - wave(many * at_yaw[:, None]))
-    pairs = [waves.reshape(-1, *samples.y.shape)]
-    rates = [np.tile(2.0 * np.pi * harmonics / length, len(lateral)) * direction[:, None]]
-    classes = {c.id: c for c in bench.forward.classes}
-    if "wobble" in classes:
-        of_wobble = {bench.forward.slots[p].name: linearisation.slopes[p] for p in bench.forward.index("wobble")}
-        for end, radius in (("", samples.cases.rig.tail_radius), ("_head", samples.cases.rig.head_radius)):
-            pairs.append(ASKEW * np.stack([of_wobble[f"beta_cos{end}"], of_wobble[f"beta_sin{end}"]]))
-            rates.append(np.full((len(samples.runs), 1), 1.0 / float(np.max(radius))))
-    others = [linearisation.slopes[p] for p, s in enumerate(bench.forward.slots) if not s.effect.comes_round]
-    known = np.concatenate([bench.shapes, bench.shared, np.reshape(others, (-1, *samples.y.shape))])
-    rows = np.concatenate([*pairs, (samples.y - linearisation.fit.values)[None]])
-    grams, moments, left, count = [], [], 0.0, 0
-    for r in range(len(samples.runs)):
-        filled = (np.where(np.isfinite(x[:, r]), x[:, r], 0.0) for x in (rows, known))
-        white, beside = (np.einsum("snm,ksm->ksn", metric.roots[r], x).reshape(len(x), -1) for x in filled)
-        size, taken = np.linalg.svd(beside, full_matrices=False)[1:]
-        taken = taken[size > 1e-6 * size.max(initial=1e-300)]
-        white = white - (white @ taken.T) @ taken
-        grams.append(white[:-1] @ white[:-1].T)
-        moments.append(white[:-1] @ white[-1])
-        rest = white[-1] @ white[-1] - moments[-1] @ np.linalg.solve(grams[-1] + np.eye(len(grams[-1])), moments[-1])
-        left, count = left + rest, count + int(np.isfinite(samples.y[r]).sum()) - len(taken) - len(grams[-1])
-    noise = max(1.0, left / max(count, 1))
-    return PeriodicWaves(np.array(grams) / noise, np.array(moments) / noise, np.concatenate(rates, axis=1), noise)
+    rates = np.tile(2.0 * np.pi * harmonics / length, len(lateral)) * direction[:, None]
+    return waves.reshape(-1, *samples.y.shape), rates
+
+
+def _pulley_waves(bench: Workbench, linearisation: Linearisation) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The same of the wobble of either pulley, where that is a candidate."""
+    rig, runs = bench.samples.cases.rig, len(bench.samples.runs)
+    shapes = {bench.forward.slots[p].name: linearisation.slopes[p] for p in bench.forward.index("wobble")}
+    return [
+        (
+            ASKEW * np.stack([shapes[f"beta_cos{end}"], shapes[f"beta_sin{end}"]]),
+            np.full((runs, 1), 1.0 / np.max(radius)),
+        )
+        for end, radius in (("", rig.tail_radius), ("_head", rig.head_radius))
+        if shapes
+    ]
+
+
+def _project_out(root: np.ndarray, rows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, int]:
+    """Rows (k, S, n) of a run, whitened by its ``root`` (S, n, n), without what ``known`` (m, S, n) ones span, as
+    (k, S*n); and the rank of these."""
+    filled = (np.where(np.isfinite(x), x, 0.0) for x in (rows, known))
+    white, beside = (np.einsum("snm,ksm->ksn", root, x).reshape(len(x), -1) for x in filled)
+    size, taken = np.linalg.svd(beside, full_matrices=False)[1:]
+    taken = taken[size > 1e-6 * size.max(initial=1e-300)]
+    return white - (white @ taken.T) @ taken, len(taken)
