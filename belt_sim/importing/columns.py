@@ -11,7 +11,7 @@ from belt_sim.campaign.problems import did_you_mean
 from belt_sim.campaign.sheet import RESERVED, check_signal_name
 from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, kind_at
 from belt_sim.errors import InputError
-from belt_sim.importing.mapping import AxisEntry, ColumnEntry, MappingEntry
+from belt_sim.importing.mapping import ColumnEntry, MappingEntry
 from belt_sim.importing.roles import rises
 from belt_sim.importing.types import ROLES, SIGNAL_NAMES, Column, LoggedTable, LoggedTables, Note, Question
 from belt_sim.importing.units import UNITS, unit_of
@@ -51,7 +51,7 @@ class UsedColumn:
     def si(self, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Numbers [SI]; of a force [N]; of an axis of a digitised picture, the value at each pixel."""
         values = self.column.values[rows].astype(float)
-        return self.factor * (values if self.entry.axis is None else _on_axis(values, self.entry.axis))
+        return self.factor * (values if self.entry.axis is None else self.entry.axis.values_at(values))
 
     @property
     def is_force(self) -> bool:
@@ -72,15 +72,6 @@ class UsedColumn:
             return None
         (p0, p1), (v0, v1) = self.entry.axis.pixel, self.entry.axis.value
         return abs((v1 - v0) / (p1 - p0) * self.factor) * self.entry.axis.u
-
-
-def _on_axis(pixels: np.ndarray, axis: AxisEntry) -> np.ndarray:
-    """Values at pixels of a digitised picture, from two marks of its axis."""
-    (p0, p1), (v0, v1) = axis.pixel, axis.value
-    if axis.log:
-        v0, v1 = np.log(v0), np.log(v1)
-    values = v0 + (pixels - p0) * (v1 - v0) / (p1 - p0)
-    return np.exp(values) if axis.log else values
 
 
 @dataclass(frozen=True)

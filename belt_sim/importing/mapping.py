@@ -4,6 +4,7 @@ from collections.abc import Mapping as AnyMapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import AfterValidator, BeforeValidator, ValidationError, model_validator
 
 from belt_sim.campaign.marked_yaml import REMEDIES, MarkedYaml, parse, validation_problem
@@ -67,6 +68,13 @@ class AxisEntry(Entry):
         if self.log and min(self.value) <= 0.0:
             raise InputError("axis", min(self.value), "", "an axis with log: true has values above 0")
         return self
+
+    def values_at(self, pixels: np.ndarray) -> np.ndarray:
+        """The values (n,) at pixels (n,), in the unit of ``value``."""
+        (p0, p1), marks = self.pixel, np.array(self.value)
+        v0, v1 = np.log(marks) if self.log else marks
+        values = v0 + (pixels - p0) * (v1 - v0) / (p1 - p0)
+        return np.exp(values) if self.log else values
 
 
 def _role(name: str) -> str:

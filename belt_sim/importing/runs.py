@@ -49,16 +49,17 @@ def assemble_runs(
 ) -> tuple[list[AssembledRun], list[Question], list[str]]:
     """Runs of all records, questions, and all names that the mapping may speak of; section [m2] of the belt."""
     listed = table_settings([t for t in tables if t.logged.kind == "settings"], section)
-    questions: list[Question] = []
-    found: dict[str, list[AssembledRun]] = {}
-    for block in (b for t in tables if t.logged.kind == "record" for b in blocks_of(t)):
-        made = _assemble(block, mapping, listed, section)
-        if made is None:
-            questions.append(_SPEED)
-        elif not made.entry.skip:
-            found.setdefault(block.name, []).append(made)
-    names = [*dict.fromkeys([*found, *mapping.runs])] if questions else [*found]
-    return [_join_files(parts) for parts in found.values()], questions[:1], [*names, *listed]
+    blocks = [b for t in tables if t.logged.kind == "record" for b in blocks_of(t)]
+    missing: list[Question] = []
+    parts: dict[str, list[AssembledRun]] = {}
+    for block in blocks:
+        entry = mapping.runs.get(block.name, RunEntry())
+        made = None if entry.skip else _assemble(block, entry, mapping, listed, section)
+        if made is not None:
+            parts.setdefault(block.name, []).append(made)
+        elif not entry.skip:
+            missing = [_SPEED]
+    return [_join_files(p) for p in parts.values()], missing, [*dict.fromkeys(b.name for b in blocks), *listed]
 
 
 _SPEED = Question(
@@ -69,10 +70,9 @@ _SPEED = Question(
 
 
 def _assemble(
-    block: LoggedBlock, mapping: MappingEntry, listed: Mapping[str, Settings], section: float
+    block: LoggedBlock, entry: RunEntry, mapping: MappingEntry, listed: Mapping[str, Settings], section: float
 ) -> AssembledRun | None:
-    """One run; None where its travel takes a speed that nobody has told."""
-    entry = mapping.runs.get(block.name, RunEntry())
+    """One run; None where its travel takes a speed that nobody has told. entry: what the mapping says of it."""
     # of each setting the last source that has it counts
     own = stated_settings(entry, f"runs.{block.name}", section)
     stated = stated_settings(mapping.all_runs, "all_runs", section) | listed.get(block.name, {}) | own

@@ -218,3 +218,13 @@ def test_a_run_without_speeds_in_a_file_that_has_them_is_asked_for_its_speed(tmp
     (tmp_path / "a.csv").write_text("\n".join(["run,time [s],v [m/s],y1 [mm]", *rows, ""]), encoding="utf-8")
     proposal = understand(read([tmp_path / "a.csv"]), MAPPING | {"all_runs": RUN})
     assert [q.key for q in proposal.missing] == ["all_runs.speed"]
+
+
+def test_a_run_that_is_skipped_may_be_broken(tmp_path):
+    broken = [*LINES]
+    broken[39] = "0,95;103,2;48,1"  # travel runs backwards
+    for name, lines in (("a", LINES), ("b", broken)):
+        (tmp_path / f"{name}.csv").write_text("\n".join([*lines, ""]), encoding="utf-8")
+    logged = read([tmp_path / "a.csv", tmp_path / "b.csv"])
+    proposal = understand(logged, MAPPING | {"all_runs": RUN, "runs": {"b": {"skip": True}}})
+    assert [run.name for run in proposal.complete().runs] == ["a"]
