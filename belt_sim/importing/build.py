@@ -1,5 +1,7 @@
 """Tables and a mapping -> the campaign, the mapping as it was used, and the questions that are still open."""
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -71,7 +73,7 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     campaign = None
     if not missing and machine is not None and belt is not None:
         campaign = Campaign(
-            title=entry.title or f"imported from {', '.join(dict.fromkeys(t.file.name for t in logged.tables[:4]))}",
+            title=entry.title or f"imported from {_names_in_order(t.file.name for t in logged.tables)}",
             source=Source(**entry.source.model_dump()),
             machine=machine,
             belt=belt,
@@ -90,6 +92,12 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
         comments=remarks | of_belt | of_signals | of_settings,
         notes=tuple(notes + more),
     )
+
+
+def _names_in_order(names: Iterable[str]) -> str:
+    """The first few names, T2 before T10, and how many more there are."""
+    known = sorted(set(names), key=lambda n: [(w, int(d or 0)) for w, d in re.findall(r"(\D*)(\d*)", n.lower())])
+    return ", ".join(known[:4]) + (f" and {len(known) - 4} more" if len(known) > 4 else "")
 
 
 def _find_runs(

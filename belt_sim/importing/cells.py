@@ -34,7 +34,16 @@ _DATE = re.compile(
 )
 
 
+#: a minus sign or dash of typesetting where a number begins
+_MINUS = re.compile(r"(?<![^\W_])[\u2212\u2013](?=[.,]?\d)")
+
+
 # ---- one cell
+
+
+def plain_minus(text: str) -> str:
+    """Text in which a Unicode minus or an en dash before a number is the minus sign of a keyboard."""
+    return _MINUS.sub("-", text)
 
 
 def is_missing(cell: str) -> bool:

@@ -14,6 +14,8 @@ from belt_sim.importing.types import ROLES, TILT, Column, LoggedTable, Role, Tab
 from belt_sim.importing.units import UNITS, split_unit
 
 DAY = 86400.0  # [s]
+#: Rows of a record are closer in time than this [s]; runs of a table are not.
+SPARSE = 60.0
 #: Columns that a table has once.
 ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "yaw_at", "start", "u_rate")
 _NUMBERED = re.compile(
@@ -181,6 +183,13 @@ def _kind(columns: list[Column]) -> TableKind:
         return "rates"
     run = next((c for c in columns if c.role == "run"), None)
     a_row_a_run = run is not None and len(set(run.values.tolist())) == len(run.values)
-    if a_row_a_run and roles & {"tension", "yaw"} and not roles & {"signal", "time", "travel"}:
+    timed = any(c.role == "time" and _is_time_axis(c) for c in columns)
+    if a_row_a_run and roles & {"tension", "yaw"} and not (timed or roles & {"signal", "travel"}):
         return "settings"
     return "record"
+
+
+def _is_time_axis(column: Column) -> bool:
+    """Whether the times of a column are as close as rows of a record, unlike the dates of runs."""
+    steps = np.diff(np.unique(column.values[np.isfinite(column.values)]))
+    return bool(len(steps)) and float(np.median(steps)) < SPARSE

@@ -9,6 +9,7 @@ from belt_sim.campaign import plausible
 from belt_sim.campaign.run_tables import NUMBERS
 from belt_sim.errors import InputError
 from belt_sim.importing.blocks import LoggedBlock, run_name
+from belt_sim.importing.cells import plain_minus
 from belt_sim.importing.columns import UsedTable
 from belt_sim.importing.mapping import RunEntry
 from belt_sim.importing.travel import Travel
@@ -74,7 +75,7 @@ def name_settings(name: str, section: float) -> Settings:
     """Settings that the name of a file or run states: ``lauf3_10Nmm2_-0,042grad`` -> tension and yaw."""
     found: Settings = {}
     for key, pattern in _NAMED.items():
-        seen = pattern.search(name)
+        seen = pattern.search(plain_minus(name))
         if seen:
             number, unit = seen.group(1).replace(",", "."), seen.group(2).lower()
             unit = "m/min" if "min" in unit else unit if unit in ("mrad", "urad", "mdeg") else RANGES[key].unit

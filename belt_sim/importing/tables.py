@@ -15,7 +15,7 @@ import pandas as pd
 
 from belt_sim.campaign.problems import refusal, shortlist
 from belt_sim.errors import InputError
-from belt_sim.importing.cells import MISSING, code_mask, column_values, is_number
+from belt_sim.importing.cells import MISSING, code_mask, column_values, is_number, plain_minus
 from belt_sim.importing.layout import Layout, layout_of, split, unique
 from belt_sim.importing.roles import propose_roles
 from belt_sim.importing.types import Column, LoggedTable, LoggedTables, Note
@@ -126,7 +126,7 @@ def _text_lines(file: Path, data: bytes, stated: str | None) -> tuple[list[str],
     if "\0" in text:
         line = text[: text.index("\0")].count("\n") + 1
         raise refusal(file, "holds binary data from here on; give the text before it", line=line)
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = plain_minus(text).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     longest = max(map(len, lines))
     if longest > LONGEST_LINE:
         raise refusal(file, f"has a line of {longest} characters; is it a table?")
@@ -180,7 +180,7 @@ def _cell_text(value: Any) -> str:
     if isinstance(value, int | float) and not isinstance(value, bool):
         short = f"{value:.15g}"
         return short if float(short) == value else repr(float(value))
-    text = " ".join(str(value).split())
+    text = plain_minus(" ".join(str(value).split()))
     return text.replace(",", ".") if is_number(text, ",") else text
 
 

@@ -3,6 +3,7 @@
 import re
 
 from belt_sim.errors import InputError
+from belt_sim.importing.cells import plain_minus
 from belt_sim.si import UNITS
 
 #: unit -> other spellings, in lower case and without blanks
@@ -73,7 +74,7 @@ _QUANTITY = re.compile(
 
 def quantity(text: object, dimensions: tuple[str, ...], default: str, name: str) -> tuple[float, float | None, str]:
     """(value, u, unit) of ``10``, ``10 N/mm2`` or ``11.28 +- 0.005 m``; u is None when it is not stated."""
-    found = _QUANTITY.match(str(text).replace("−", "-"))
+    found = _QUANTITY.match(plain_minus(str(text)))
     example = f"write it as {'0.3' if default == '1' else '10 ' + default}"
     if not found:
         raise InputError(name, text, "", f"is no number with a unit; {example}")

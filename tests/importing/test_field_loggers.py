@@ -169,3 +169,36 @@ def test_the_dialogue_asks_for_every_unknown_column(tmp_path, monkeypatch):
     assert "where does the column BK_US [mm] measure?" in said  # its unit is no markup
     assert said.count("upper span") == 1
     assert proposal.unknown == ()
+
+
+#: a date of each of ten runs, in a table of runs
+DATES = {
+    "days": [f"2026-03-{k:02d}" for k in range(1, 11)],
+    "one_day": ["2026-03-01"] * 10,
+    "date_and_clock": [f"01.03.2026 {8 + k // 2:02d}:{30 * (k % 2):02d}" for k in range(10)],
+}
+
+
+@pytest.mark.parametrize("dates", DATES.values(), ids=DATES)
+def test_a_date_in_a_table_of_runs_is_no_time_axis(tmp_path, dates):
+    names = [f"T{k}" for k in range(1, 11)]
+    for name in names:
+        (tmp_path / f"{name}.csv").write_text(table(["travel [m]", "y1 [mm]"], [L.travel, L.y1]))
+    settings = [names, dates, ["10"] * 10, ["-0.042"] * 10]
+    (tmp_path / "tests.csv").write_text(table(["Test", "Date", "Tension (MPa)", "Yaw (deg)"], settings, ";"))
+    logged = read(sorted(tmp_path.glob("*.csv")))
+    for mapping in (MAPPING, MAPPING | {"columns": {"Date": {"role": "ignore"}}}):
+        found = understand(logged, mapping).complete()
+        assert {run.name for run in found.runs} == {*names}
+        assert found.title == "imported from T1.csv, T2.csv, T3.csv, T4.csv and 7 more"
+
+
+@pytest.mark.parametrize("minus", ["\u2212", "\u2013"])
+def test_a_minus_of_typesetting_is_a_minus(tmp_path, minus):
+    columns = [L.travel, L.y1, [f"{minus}0,042"] * len(L.travel)]
+    path = tmp_path / f"lauf_10Nmm2_{minus}0,07grad.csv"
+    path.write_text(table(["Weg [m]", "y1 [mm]", "Schwenkwinkel [°]"], columns, ";", ","), encoding="utf-8")
+    mapping = MAPPING | {"all_runs": {"tension": "10"}}
+    assert understand(read([path]), mapping).complete().runs[0].yaw == pytest.approx(np.deg2rad(-0.042), rel=1e-3)
+    ignored = mapping | {"columns": {"Schwenkwinkel [°]": {"role": "ignore"}}}  # then the name of the file tells
+    assert understand(read([path]), ignored).complete().runs[0].yaw == pytest.approx(np.deg2rad(-0.07))
