@@ -54,12 +54,12 @@ def table_settings(tables: list[UsedTable], section: float) -> dict[str, Setting
     for table in tables:
         run = table.column("run")
         labels = [f"r{k}" for k in range(1, len(table.logged.lines) + 1)] if run is None else run.labels
+        columns = [(u, u.si()) for u in table.columns if u.role in RANGES]
         for row, label in enumerate(labels):
             own = found.setdefault(run_name(label), {})
-            for u in table.columns:
-                value = float(u.si()[row]) if u.role in RANGES else np.nan
-                if np.isfinite(value):
-                    value = value / section if u.is_force else value
+            for u, values in columns:
+                if np.isfinite(values[row]):
+                    value = float(values[row]) / (section if u.is_force else 1.0)
                     own[u.role] = Setting(value, "the table of runs", _text(u.role, value))
     return found
 

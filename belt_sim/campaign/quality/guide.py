@@ -91,12 +91,12 @@ def _guide_signs(record: Record, span: float) -> tuple[bool, bool] | None:
 
 
 def _turns(y: np.ndarray, least: float) -> int:
-    """Return how often readings change their direction; each time they come back by ``least``."""
-    level, turns, up = y[0], 0, None
+    """Return how often readings change their direction; each time they come back by more than ``least``."""
+    turns, extreme, direction = 0, y[0], 0.0
     for value in y:
-        if up is not True and value > level + least:
-            turns, up, level = turns + 1, True, value
-        elif up is not False and value < level - least:
-            turns, up, level = turns + 1, False, value
-        level = max(level, value) if up is True else min(level, value) if up is False else level
+        step = value - extreme
+        if abs(step) > least and step * direction <= 0.0:
+            turns, extreme, direction = turns + 1, value, np.sign(step)
+        elif step * direction > 0.0:
+            extreme = value
     return turns
