@@ -35,8 +35,7 @@ def rates_of(tables: list[UsedTable], mapping: MappingEntry, section: float) -> 
         found.missing.extend([question] if question else [])
         for row, (key, listed) in enumerate(table_settings([table], section).items()):
             entry = mapping.runs.get(key, RunEntry())
-            settings = stated_settings(mapping.all_runs, "all_runs", section) | listed
-            settings |= stated_settings(entry, f"runs.{key}", section)
+            settings = stated_settings(mapping, key, listed, section)
             found.names.append(key)
             found.missing.extend(questions(key, settings, table.logged.file.name))
             if entry.skip or {"tension", "yaw"} - set(settings):

@@ -73,9 +73,7 @@ def _assemble(
     block: LoggedBlock, entry: RunEntry, mapping: MappingEntry, listed: Mapping[str, Settings], section: float
 ) -> AssembledRun | None:
     """One run; None where its travel takes a speed that nobody has told. entry: what the mapping says of it."""
-    # of each setting the last source that has it counts
-    own = stated_settings(entry, f"runs.{block.name}", section)
-    stated = stated_settings(mapping.all_runs, "all_runs", section) | listed.get(block.name, {}) | own
+    stated = stated_settings(mapping, block.name, listed.get(block.name, {}), section)
     named = name_settings(block.text, section)
     speed = (named | stated).get("speed")
     travel = travel_of(block, speed.value if speed else None)
@@ -84,7 +82,7 @@ def _assemble(
     if len(travel.keep) < FEWEST:
         raise block.refuse(0, "rows", len(travel.keep), "", f"run {block.name} has too few rows with time or travel")
     logged = yaw_settings(block, travel, stated) | column_settings(block, travel, section)
-    known = travel_settings(travel) | named | logged | stated
+    known = travel_settings(travel) | named | logged | stated  # of each the last that has it
     known |= yaw_time_settings(travel, known)
     notes = (*travel.notes, f"yaw_at is {known['yaw_at'].source}") if "yaw_at" in known else travel.notes
     signals = {u.name: u.si(block.rows[travel.keep]) for u in block.table.columns if u.role == "signal"}

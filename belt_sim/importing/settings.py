@@ -11,7 +11,7 @@ from belt_sim.errors import InputError
 from belt_sim.importing.blocks import LoggedBlock, run_name
 from belt_sim.importing.cells import plain_minus
 from belt_sim.importing.columns import UsedTable
-from belt_sim.importing.mapping import RunEntry
+from belt_sim.importing.mapping import MappingEntry, RunEntry
 from belt_sim.importing.travel import Travel
 from belt_sim.importing.types import Question
 from belt_sim.importing.units import UNITS, quantity
@@ -41,9 +41,16 @@ Settings = dict[str, Setting]
 # ---- stated: by the mapping, by a table of runs, by a name
 
 
-def stated_settings(entry: RunEntry, where: str, section: float) -> Settings:
-    """Settings that the mapping states at ``where``; section [m2]: of the belt, for a tension given as a force, nan
-    where it is not known yet."""
+def stated_settings(mapping: MappingEntry, run: str, listed: Settings, section: float) -> Settings:
+    """Settings of a run by all_runs, ``listed`` (a table of runs) and its own entry; of each the last that has it.
+
+    section [m2]: of the belt, for a tension given as a force, nan where it is not known yet.
+    """
+    own = _settings_of(mapping.runs.get(run, RunEntry()), f"runs.{run}", section)
+    return _settings_of(mapping.all_runs, "all_runs", section) | listed | own
+
+
+def _settings_of(entry: RunEntry, where: str, section: float) -> Settings:
     texts = {key: getattr(entry, key) for key in RANGES if getattr(entry, key) is not None}
     return {k: Setting(_number(t, k, f"{where}.{k}", section), "the mapping", t) for k, t in texts.items()}
 
