@@ -90,7 +90,7 @@ def import_files(
         from belt_sim.pictures.curves import understood_picture
 
         understood_picture(folder / PICTURE, campaign)
-    tell_written(folder, pictures)
+    tell_written(folder, campaign, pictures)
     return campaign
 
 

@@ -136,7 +136,8 @@ def beside_points(campaign: Campaign) -> list[str]:
 
 def _need_a_point(campaign: Campaign) -> None:
     if not any(s.kind == "lateral" for s in campaign.signals):
-        raise InputError("signals", "no point", "", "this needs the lateral position of at least one of points 1-4")
+        remedy = "this needs the lateral position of at least one of points 1-4; belt-sim compare does without"
+        raise InputError("signals", "no point", "", remedy)
 
 
 def _advice(findings: Findings, tell: Callable[[str], None]) -> list[NextRun]:
@@ -225,7 +226,7 @@ def check(
     common |= {"runs": tuple(r.name for r in read.runs), "missing": tuple(r.name for r in missing)}
     common |= {"provenance": provenance(config) | {"data_sha256": read.sha256}}
     if not any(len(r.travel) for r in read.runs) or not any(s.kind == "lateral" for s in read.signals):
-        only = Doubt(kind="plan", sentence="there are no curves of a point: a model can be compared, nothing diagnosed")
+        only = Doubt(kind="plan", sentence="there are no curves of a point: belt-sim compare works, diagnose does not")
         return Check(**common, noise="Steady rates only.", doubts=(*found, only), visible=(), pairs=())
     bench, fit = linear_response(read, chosen, candidates_of(effects, chosen), planned=planned)
     seen = visible(bench, fit)

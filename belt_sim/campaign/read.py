@@ -165,7 +165,7 @@ def is_plan(folder: str | Path) -> bool:
         return False
     signals = folder / "signals.csv"
     try:
-        return not signals.exists() or not any(line.strip() for line in signals.read_bytes().splitlines()[1:])
+        return not signals.exists() or sum(bool(line.strip()) for line in signals.read_bytes().splitlines()) == 1
     except OSError:
         return False
 

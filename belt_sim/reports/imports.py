@@ -34,12 +34,14 @@ def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
         out.print(f"{_names(about)}: {what}" if any(about) else what, soft_wrap=True, markup=False)
 
 
-def tell_written(folder: Path, pictures: bool) -> None:
+def tell_written(folder: Path, campaign: Campaign, pictures: bool) -> None:
     """Where the campaign is, and what to do next."""
     print(f"campaign  {folder}")
     if pictures:
         print(f"picture   {folder / 'understood.png'}")
-    print(f"next      belt-sim check campaign={folder}, then belt-sim diagnose campaign={folder} model=strip")
+    has_curves = any(len(r.travel) for r in campaign.runs) and any(s.kind == "lateral" for s in campaign.signals)
+    then = f"diagnose campaign={folder} model=strip" if has_curves else f"compare campaign={folder}"
+    print(f"next      belt-sim check campaign={folder}, then belt-sim {then}")
 
 
 def columns_table(proposal: Proposal) -> Table:

@@ -96,7 +96,7 @@ class Check(Display):
         """How far the campaign is."""
         many = f"{len(self.runs)} run{'' if len(self.runs) == 1 else 's'}"
         if not self.missing:
-            return f"is planned, {many}" if self.planned else f"is a valid campaign, {many}"
+            return f"is planned, {many}, without readings yet" if self.planned else f"is a valid campaign, {many}"
         of = len(self.runs) + len(self.missing)
         there, still = ", ".join(self.runs), ", ".join(self.missing)
         return f"{len(self.runs)} of {of} runs are there ({there}), which what follows is about; still missing: {still}"

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from logger_files import MAPPING
 
-from belt_sim.api.inference import compare
+from belt_sim.api.campaigns import import_files
+from belt_sim.api.inference import compare, diagnose
 from belt_sim.campaign import read_campaign
 from belt_sim.errors import BeltError
 from belt_sim.files import CAMPAIGNS, MODELS
@@ -40,6 +41,16 @@ def test_rates_are_compared_in_one_command():
     found = compare(read_campaign("made_up_figure_13"), "ritzinger")
     assert len(found.steady) == len(RATES)
     assert [e.measured for e in found.steady] == pytest.approx([-r * 1e-3 for r in RATES.values()])
+
+
+@pytest.mark.parametrize(("figure", "then"), [("12", "diagnose"), ("13", "compare")])
+def test_the_next_step_is_one_that_works(figure, then, tmp_path, capsys):
+    name = FIGURES / f"made_up_figure_{figure}"
+    campaign = import_files([f"{name}.csv"], tmp_path / "out", mapping=f"{name}.yaml", pictures=False)
+    assert f", then belt-sim {then} campaign=" in capsys.readouterr().out
+    if then == "compare":
+        with pytest.raises(BeltError, match="belt-sim compare does without"):
+            diagnose(campaign)
 
 
 def test_a_table_of_rates_asks_how_well_they_are_known(tmp_path):

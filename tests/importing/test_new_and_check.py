@@ -56,6 +56,29 @@ def test_a_template_is_a_plan_with_every_kind_of_run(plan):
     assert all(r.name in text for r in campaign.runs)
 
 
+#: what stands in signals.csv -> whether this is a plan; None: there is no such file
+SIGNALS = {
+    "no_file": (None, True),
+    "header": ("run,travel_m,y1\n\n", True),
+    "empty": ("", False),
+    "blank": ("\n\n", False),
+}
+
+
+@pytest.mark.parametrize(("text", "planned"), SIGNALS.values(), ids=SIGNALS)
+def test_a_plan_has_no_readings_yet_but_no_empty_file(plan, tmp_path, text, planned):
+    for name in ("campaign.yaml", "runs.csv"):
+        (tmp_path / name).write_text((plan / name).read_text())
+    if text is not None:
+        (tmp_path / "signals.csv").write_text(text)
+    if planned:
+        found = check(tmp_path, effects=FEW[:1], travel=40.0, step=1.0, advise=False)
+        assert f"is planned, {len(found.runs)} runs, without readings yet" in found.lines()[0]
+    else:
+        with pytest.raises(CampaignError, match=r"^signals\.csv: the file is empty; begin with the line run,travel_m"):
+            check(tmp_path)
+
+
 def test_tensions_follow_the_sag_of_the_belt(tmp_path, capsys):
     new_campaign(tmp_path / "a", SETTINGS | {"tensions": None, "yaw": None})
     tensions = sorted({r.tension / 1e6 for r in read_plan(tmp_path / "a", travel=60.0, step=0.5).runs})
