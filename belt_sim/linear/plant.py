@@ -23,7 +23,7 @@ from scipy.linalg import block_diag
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.spans import Spans
-from belt_sim.case import Case
+from belt_sim.case import Case, Schedule
 from belt_sim.effects.base import AFTER_ENGINE, Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import as_driven
 from belt_sim.errors import CannotRepresent, InputError, whole
@@ -244,13 +244,18 @@ def plant_json(space: StateSpace, highest: float, provenance: Mapping[str, Any])
 
 
 _CORRECTIONS = 3  # yaw and moment answer to each other where the drive gives way
+#: Working points at which the plant is compared with the laws: travel from one belt length to two, positions up to a
+#: belt width and angles up to _ANGLE [rad] away from the straight belt. Laws that are linear agree to _ROUNDING.
+_POINTS, _ANGLE, _ROUNDING = 16, 0.01, 1e-9
+_STRAIGHT = (np.zeros(4), np.zeros(4), np.zeros(2))
 
 
 @in_float64
 def linear_belt(case: Case, model: Composition, effects: Sequence[Effect] = ()) -> LinearBelt:
     """The plant of ``case`` under ``model`` with ``effects``, around the straight belt.
 
-    Raises CannotRepresent for an effect that the model, or a linear plant, cannot honour.
+    Raises CannotRepresent for an effect that the model cannot represent, or whose law is not linear with coefficients
+    that stay the same along the travel.
     """
     model.admit(effects)
     for effect in effects:
@@ -258,6 +263,9 @@ def linear_belt(case: Case, model: Composition, effects: Sequence[Effect] = ()) 
             reason = "a linear plant gives where the belt is, not what a sensor shows of it, and it does not slip"
             raise CannotRepresent(f"effects = {effect.id}: {reason}; leave it out")
     driven = as_driven(case, effects)
+    if effects and (cause := _nonlinearity(case, effects, model)):
+        named = [e.id for e in effects if _nonlinearity(case, (e,), model)] or [e.id for e in effects]
+        raise CannotRepresent(f"effects = {', '.join(named)}: {cause}; leave it out, or use simulate")
     limp = model.span(case).limp
     constant, now, delayed, drive = (np.asarray(x) for x in _derivatives(driven, tuple(effects), model=model))
     keep = np.array([0, 2]) if limp else np.arange(4)
@@ -279,26 +287,60 @@ def linear_belt(case: Case, model: Composition, effects: Sequence[Effect] = ()) 
     )
 
 
-def _at_rest(case: Case, effects: tuple[Effect, ...], *, model: Composition):
-    """dx/ds at x = 0 and its derivatives along x (4, 4), the delayed x (4, 4) and the yaws (4, 2)."""
+def _nonlinearity(case: Case, effects: Sequence[Effect], model: Composition) -> str | None:
+    """Why no linear plant represents ``effects``; None if one does.
+
+    The laws at random working points are compared with their tangent at the straight belt, and with themselves at
+    other travels. What effects do to the yaw before it reaches the pulleys is no part of the plant.
+    """
+    steered = replace(case, settings=replace(case.settings, yaw=Schedule.step(_ANGLE), yaw_head=Schedule.step(_ANGLE)))
+    driven = as_driven(steered, effects)
+    but_tension = jax.tree.leaves(replace(driven.settings, tension=case.settings.tension))
+    if not all(map(np.array_equal, but_tension, jax.tree.leaves(steered.settings))):
+        return "it changes the yaw on its way to the pulleys, and a linear plant gets the yaw as commanded"
+    random, width = np.random.default_rng(0), float(case.belt.width)
+    sizes = np.array([width, _ANGLE, width, _ANGLE]), np.array([width, _ANGLE, width, _ANGLE]), np.full(2, _ANGLE)
+    points = [random.uniform(-1.0, 1.0, (_POINTS, len(size))) * size for size in sizes]
+    travel = random.uniform(1.0, 2.0, _POINTS) * float(case.rig.belt_length)
+    linear, lasting = _linear_and_lasting(driven, tuple(effects), travel, *points, model=model)
+    if not linear:
+        return "its law is not linear in position, angle and yaw of the belt"
+    return None if lasting else "its law changes along the travel, and the coefficients of a linear plant do not"
+
+
+def _rate_of(case: Case, effects: tuple[Effect, ...], model: Composition):
+    """dx/ds of a case as a function (travel, x, late, yaws)."""
     effects = (*model.built_in, *effects)
-    spans = Spans.from_case(case, effects, apply_hook(effects, "span", model.span(case), case))
-
-    zero = (jnp.zeros(4), jnp.zeros(4), jnp.zeros(2))
-    return _rate(spans, *zero), *jax.jacfwd(partial(_rate, spans), argnums=(0, 1, 2))(*zero)
+    return partial(_rate, Spans.from_case(case, effects, apply_hook(effects, "span", model.span(case), case)))
 
 
-_derivatives = jit_float64(_at_rest, brief=True, static_argnames=("model",))
+@partial(jit_float64, brief=True, static_argnames=("model",))
+def _derivatives(case: Case, effects: tuple[Effect, ...], *, model: Composition):
+    """dx/ds at x = 0 and its derivatives along x (4, 4), the delayed x (4, 4) and the yaws (4, 2)."""
+    rate = partial(_rate_of(case, effects, model), case.rig.belt_length)
+    return rate(*_STRAIGHT), *jax.jacfwd(rate, argnums=(0, 1, 2))(*_STRAIGHT)
 
 
-def _rate(spans: Spans, x, late, yaws):
+@partial(jit_float64, brief=True, static_argnames=("model",))
+def _linear_and_lasting(case: Case, effects: tuple[Effect, ...], travel, *points, model: Composition):
+    """Whether dx/ds at ``points`` (k, 4), (k, 4), (k, 2) lies on its tangent at x = 0, and is the same at ``travel`` (k,)
+    [m]."""
+    rate = _rate_of(case, effects, model)
+    straight, tangent = jax.linearize(partial(rate, case.rig.belt_length), *_STRAIGHT)
+    here = jax.vmap(partial(rate, case.rig.belt_length))(*points)
+    rounding = _ROUNDING * jnp.max(jnp.abs(here - straight), axis=0)
+    on_tangent = jnp.abs(straight + jax.vmap(tangent)(*points) - here) <= rounding
+    return jnp.all(on_tangent), jnp.all(jnp.abs(jax.vmap(rate)(travel, *points) - here) <= rounding)
+
+
+def _rate(spans: Spans, travel, x, late, yaws):
     """dx/ds of x = (y, alpha) at the tail's, then the head's run-up, when the wraps give ``late`` back."""
-    commanded, y, zero = Yaw.without_roll(yaws[0], yaws[1]), x[0::2], jnp.zeros(())
+    commanded, y = Yaw.without_roll(yaws[0], yaws[1]), x[0::2]
     sticking = RunOff.without_slip(late[0::2], late[1::2], jnp.zeros(2))  # as they come off the tail, then off the head
 
     def state_at(off, yaw):
         alpha = spans.slope(y, off, yaw) - yaw.runup if spans.span.limp else x[1::2]
-        return alpha, spans.state(zero, zero, y, alpha, off, yaw)
+        return alpha, spans.state(travel, travel, y, alpha, off, yaw)
 
     alpha, state = state_at(sticking, commanded)
     for _ in range(_CORRECTIONS):

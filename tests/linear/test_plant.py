@@ -5,16 +5,17 @@ import pytest
 from scipy.linalg import expm
 
 import belt_sim as bs
+from belt_sim.errors import CannotRepresent
 from belt_sim.linear.plant import state_space
 
 YAW = np.deg2rad(-0.042)
 
 
-def _step(space, where):
-    """y1 [m] after a step of yaw, from the matrix exponential."""
+def _step(space, where, pushed=None):
+    """y1 [m] after a step of yaw, or of what is ``pushed``, from the matrix exponential."""
     n = len(space.a)
     system = np.zeros((n + 1, n + 1))
-    system[:n, :n], system[:n, n] = space.a, space.b[:, 0] * YAW
+    system[:n, :n], system[:n, n] = space.a, space.b[:, 0] * YAW if pushed is None else pushed
     return np.array([(space.c @ expm(system * s)[:n, n])[0] for s in where])
 
 
@@ -38,6 +39,46 @@ def test_effects_are_in_the_plant():
     y = _step(state_space(plant, order=5, per_metre=True), [20.0])[0]
     assert y == pytest.approx(curves.y[0][-1], rel=5e-4)
     assert abs(bare.y[0][-1] / y - 1) > 5e-3  # the effects are seen
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers", "why"),
+    [
+        ("yaw_backlash", {"half": 1e-4}, "yaw as commanded"),
+        ("edge_guide", {"stiffness": 100.0, "gap": 1e-3}, "not linear"),
+        ("weld", {"angle": 1e-3, "length": 1.0}, "changes along the travel"),
+        ("wobble", {"beta_cos": 1e-4}, "changes along the travel"),
+        ("yaw_drift", {"rate": 1e-6}, "changes along the travel"),
+        ("taper_drift", {"rate": 2e-7}, "changes along the travel"),
+        ("build_up", {"rate": 4e-7}, "changes along the travel"),
+        ("slip", {"inverse_friction": 6.0}, "does not slip"),
+        ("sensor_gain", {"g1": 0.1}, "what a sensor shows"),
+    ],
+)
+def test_an_effect_that_no_linear_plant_has_is_refused_by_name(name, numbers, why):
+    effects = [{"id": "crown", "c": 0.01}, {"id": name, **numbers}]
+    with pytest.raises(CannotRepresent, match=f"effects = {name}: .*{why}.*leave it out"):
+        bs.linearise(model="strip", rig="test_rig", tension=10, effects=effects)
+
+
+#: A cant acts from the start in the plant, in the march after a wrap of 0.53 m: 1.3 % of y1 at 10 m on a rope.
+CANT = 0.02
+
+
+@pytest.mark.parametrize(
+    ("model", "effect", "tolerance"),
+    [
+        ("rope", {"id": "cant", "gamma": 1e-3}, CANT),
+        ("strip", {"id": "cant", "gamma": 1e-3}, CANT),
+        ("strip", {"id": "taper", "kappa_t": 1e-4}, 2e-4),
+    ],
+)
+def test_a_constant_effect_is_a_constant_input(model, effect, tolerance):
+    case = {"model": model, "rig": "test_rig", "tension": 10, "effects": [effect]}
+    space = state_space(bs.linearise(**case), order=5, per_metre=True)
+    pushed = np.pad(space.plant.constant, (0, len(space.a) - len(space.plant.constant)))
+    curves = bs.simulate(**case, yaw=0, travel=10).curves
+    assert _step(space, [10.0], pushed)[0] == pytest.approx(curves.y[0][-1], rel=tolerance)
 
 
 def test_slow_yaw_gives_the_steady_rate():
