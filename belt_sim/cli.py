@@ -7,8 +7,9 @@ import time
 from collections.abc import Callable, Iterable
 from importlib.metadata import version
 from importlib.util import find_spec
-from io import TextIOWrapper
+from io import BufferedWriter, FileIO, TextIOWrapper
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -48,19 +49,30 @@ def main() -> None:
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by who started us
-            setattr(sys, name, os.fdopen(os.dup(nowhere), "w"))
+            setattr(sys, name, os.fdopen(nowhere, "w", closefd=False))
         if isinstance(stream := getattr(sys, name), TextIOWrapper):
             stream.reconfigure(errors="replace")  # a pipe on Windows cannot write ±, ² and →
+            if isinstance(raw := getattr(stream.buffer, "raw", stream.buffer), FileIO):
+                file, lines = Output(raw.fileno(), "wb", closefd=False), stream.line_buffering or stream.write_through
+                text = TextIOWrapper(BufferedWriter(file), stream.encoding, "replace", line_buffering=lines)
+                setattr(sys, name, text)
     try:
         status = run(sys.argv[1:])
         sys.stdout.flush()
-    except BrokenPipeError:  # the reader of our output has gone, as `| head` does
-        os.dup2(nowhere, sys.stdout.fileno())  # as Python's documentation has it
-        status = 0
     except OSError as error:  # its disk is full
-        os.dup2(nowhere, sys.stdout.fileno())
+        os.dup2(nowhere, sys.stdout.fileno())  # as Python's documentation has it
         status = _complain(f"standard output = {error.strerror or error}: what was finished is kept")
     sys.exit(status)
+
+
+class Output(FileIO):
+    """An output whose reader may go, as ``| head`` does: the rest is not shown, and the run goes on to its files."""
+
+    def write(self, data: Any) -> int:
+        try:
+            return super().write(data)
+        except BrokenPipeError:
+            return memoryview(data).nbytes
 
 
 def use_one_blas_thread() -> None:
@@ -98,7 +110,7 @@ def run(arguments: list[str]) -> int:
     except BeltError as error:
         return _complain(str(error))
     except OSError as error:
-        if isinstance(error, BrokenPipeError) or error.filename is None:
+        if error.filename is None:
             raise
         return _complain(f"{error.filename} = {error.strerror or error}: choose a folder that can be written")
     except KeyboardInterrupt:

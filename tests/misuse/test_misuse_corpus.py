@@ -168,6 +168,16 @@ def test_a_closed_standard_output_stops_nothing(tmp_path):
     assert (tmp_path / "summary.json").is_file()
 
 
+def test_a_reader_that_goes_stops_nothing(tmp_path):
+    """As ``| head`` does; the command prints before its files are there."""
+    work = f"print('line\\n' * 100_000, flush=True), open(r'{tmp_path / 'file'}', 'w').close()"
+    code = f"from belt_sim import cli; cli.run = lambda arguments: bool(({work})[1]); cli.main()"
+    line = f'"{sys.executable}" -c "{code}" | head -1'
+    done = subprocess.run(line, shell=True, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("line\n", "")
+    assert (tmp_path / "file").is_file()
+
+
 def test_a_dangling_link_in_a_run_folder_is_nothing(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["belt-sim"])
     (tmp_path / "link").symlink_to(tmp_path / "gone")
