@@ -27,6 +27,8 @@ def linearise(
     tension = settings.get("tension")
     if not isinstance(tension, Sequence) or isinstance(tension, str):
         return linear_belt(case_or_settings(case, settings), chosen, acting)  # type: ignore[no-any-return]
+    if not tension:
+        raise InputError("tension", tension, "N/mm2", "give one, or at least two different ones")
     first = case_or_settings(case, settings | {"tension": tension[0]})
     cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
     return PlantSchedule.from_plants([linear_belt(c, chosen, acting) for c in cases])

@@ -51,9 +51,11 @@ def campaign_model(spec: Any, campaign: Campaign) -> Any:
 
 
 def model_of(spec: Any) -> Model | SteadyModel:
-    """A model by name, by mapping {name: strip, step: 0.05}, or as it is."""
-    if isinstance(spec, Mapping):
+    """A model by name, by mapping {name: strip, step: 0.05}, or as it is; raises InputError for anything else."""
+    if isinstance(spec, Mapping) and "name" in spec:
         return model_named(str(spec["name"]), {k: v for k, v in spec.items() if k != "name"})
+    if not isinstance(spec, str | Model | SteadyModel):
+        raise InputError("model", spec, "", "give a name, as model=strip, or a mapping {name: strip, step: 0.05}")
     return model_named(spec) if isinstance(spec, str) else spec
 
 
@@ -69,7 +71,8 @@ def analytic_model(spec: Any) -> AnalyticModel | RitzingerFormula:
     """A model in closed form; raises CannotRepresent for the others."""
     model = model_of(spec)
     if not isinstance(model, AnalyticModel | RitzingerFormula):
-        raise CannotRepresent(f"model = {model.name}: too slow to be fitted; use an analytic model, e.g. model=strip")
+        what = "a belt in three dimensions runs in simulate only"
+        raise CannotRepresent(f"model = {model.name}: {what}; use an analytic model, e.g. model=strip")
     return model
 
 

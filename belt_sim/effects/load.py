@@ -178,7 +178,7 @@ def own_effects(path: Path) -> dict[str, type[Effect]]:
     module = sys.modules[name] if known else _import_file(path, name)
     found = effects_in(module)
     if not found:
-        raise wrong_file(path, 1, "it defines no Effect with an id; see README, 'An effect of your own'")
+        raise wrong_file(path, 1, "it defines no effect; docs/write_an_effect.md and belt-sim new-effect show one")
     if not known:
         try:
             for cls in found.values():

@@ -323,8 +323,8 @@ def _derivatives(case: Case, effects: tuple[Effect, ...], *, model: Composition)
 
 @partial(jit_float64, brief=True, static_argnames=("model",))
 def _linear_and_lasting(case: Case, effects: tuple[Effect, ...], travel, *points, model: Composition):
-    """Whether dx/ds at ``points`` (k, 4), (k, 4), (k, 2) lies on its tangent at x = 0, and is the same at ``travel`` [m],
-    shape (k,)."""
+    """Whether dx/ds at ``points``, shapes (k, 4), (k, 4), (k, 2), lies on its tangent at x = 0, and whether it is the
+    same at ``travel`` [m], shape (k,)."""
     rate = _rate_of(case, effects, model)
     straight, tangent = jax.linearize(partial(rate, case.rig.belt_length), *_STRAIGHT)
     here = jax.vmap(partial(rate, case.rig.belt_length))(*points)

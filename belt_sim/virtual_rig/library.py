@@ -35,7 +35,8 @@ def fault_class(name: str) -> type[Fault]:
     """The class of an id; raises InputError when there is none."""
     known = CATALOGUE | UNMODELLED
     if name not in known:
-        raise InputError("hidden", name, "", f"use one of {', '.join(sorted(known))}")
+        own = "the virtual rig hides faults of its own and reads no effect files; " if name.endswith(".py") else ""
+        raise InputError("hidden", name, "", f"{own}use one of {', '.join(sorted(known))}")
     return known[name]
 
 

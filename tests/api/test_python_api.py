@@ -45,6 +45,21 @@ def test_importing_the_package_loads_nothing():
     assert {m.split(".")[0] for m in done.stdout.split()} - set(sys.stdlib_module_names) == {"belt_sim"}
 
 
+@pytest.mark.parametrize(
+    ("call", "line"),
+    [
+        (lambda file: bs.simulate(model=3), "model = 3: give a name"),
+        (lambda file: bs.linearise(model=3), "model = 3: give a name"),
+        (lambda file: bs.linearise(tension=[]), r"tension = \[\] N/mm2: give one"),
+        (lambda file: bs.check_effect(file), r"defines no effect; docs/write_an_effect\.md"),
+    ],
+)
+def test_an_argument_that_cannot_be_used_is_one_line(tmp_path, call, line):
+    (tmp_path / "empty.py").write_text("import math\n")
+    with pytest.raises(bs.InputError, match=line):
+        call(tmp_path / "empty.py")
+
+
 def test_settings_are_in_the_units_of_the_command_line(case):
     asked = bs.simulate(tension=10, yaw=0.042, **SHORT)
     np.testing.assert_allclose(asked.curves.y, bs.simulate(case, **SHORT).curves.y, rtol=1e-9)

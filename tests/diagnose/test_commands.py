@@ -160,7 +160,10 @@ def test_no_such_diagnosis_is_one_line(belt, tmp_path):
         ("effects=[no_such_effect]", "use one of"),
         ("effects=[]", "at least one candidate"),
         ("model=ritzinger", "model = ritzinger: it gives a steady rate and no curves"),
-        ("model=mujoco_flex", "model = mujoco_flex: too slow to be fitted; use an analytic model"),
+        (
+            "model=mujoco_flex",
+            "model = mujoco_flex: a belt in three dimensions runs in simulate only; use an analytic model",
+        ),
         ("seed=a", "seed = a: give a whole number"),
         ("model=strip effects=[sag_roll]", "built in already"),
         ("bootstrap=1000", "did you mean bootstraps?"),

@@ -55,6 +55,8 @@ REFUSED = [
     (["simulate", "effects={tmp}"], "effects"),
     (["export", "fmu=../belt.fmu"], "fmu = ../belt.fmu"),
     (["export", "order=many"], "order"),
+    (["export", "model=mujoco_flex"], "model = mujoco_flex: a belt in three dimensions runs in simulate only"),
+    (["virtual-rig", "hidden=[{id: wind.py, load: 0.02}]"], "hides faults of its own and reads no effect files"),
     (["new", "tensions=[]"], "tensions = []"),
     (["new", "signals=null"], ""),
     (["app", "port=0"], "port = 0"),
