@@ -71,8 +71,7 @@ def analytic_model(spec: Any) -> AnalyticModel | RitzingerFormula:
     """A model in closed form; raises CannotRepresent for the others."""
     model = model_of(spec)
     if not isinstance(model, AnalyticModel | RitzingerFormula):
-        what = "a belt in three dimensions runs in simulate only"
-        raise CannotRepresent(f"model = {model.name}: {what}; use an analytic model, e.g. model=strip")
+        raise CannotRepresent(f"model = {model.name}: an analytic model is needed here, e.g. model=strip")
     return model
 
 

@@ -162,7 +162,7 @@ def test_no_such_diagnosis_is_one_line(belt, tmp_path):
         ("model=ritzinger", "model = ritzinger: it gives a steady rate and no curves"),
         (
             "model=mujoco_flex",
-            "model = mujoco_flex: a belt in three dimensions runs in simulate only; use an analytic model",
+            "model = mujoco_flex: an analytic model is needed here",
         ),
         ("seed=a", "seed = a: give a whole number"),
         ("model=strip effects=[sag_roll]", "built in already"),

@@ -55,7 +55,7 @@ REFUSED = [
     (["simulate", "effects={tmp}"], "effects"),
     (["export", "fmu=../belt.fmu"], "fmu = ../belt.fmu"),
     (["export", "order=many"], "order"),
-    (["export", "model=mujoco_flex"], "model = mujoco_flex: a belt in three dimensions runs in simulate only"),
+    (["export", "model=mujoco_flex"], "model = mujoco_flex: an analytic model is needed here"),
     (["virtual-rig", "hidden=[{id: wind.py, load: 0.02}]"], "hides faults of its own and reads no effect files"),
     (["new", "tensions=[]"], "tensions = []"),
     (["new", "signals=null"], ""),
