@@ -220,10 +220,7 @@ def _lay_out_at(search: Search, fit: Fit) -> Search:
     bench = search.bench.moved_to(fit.vector)
     earlier = {key: f for key, f in search.starts.items() if key not in search.fits}
     earlier |= {key: f for key, f in search.fits.items() if np.isfinite(f.chi2)}
-    starts = {}
-    for key, f in earlier.items():
-        columns = bench.metric.whiten(f.slopes) if f.free else f.columns
-        starts[key] = replace(f, chi2=np.inf, columns=columns, exact=False, settled=False)
+    starts = {key: f.as_start() for key, f in earlier.items()}
     return replace(search, bench=bench, reference=frozenset(fit.ids), starts=starts, fits={}, trials={})
 
 

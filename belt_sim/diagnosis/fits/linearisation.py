@@ -115,7 +115,7 @@ def _with_numbers(null: Fit, known: Fit, taken: Sequence[int]) -> Fit:
     for k, position in enumerate(null.free):
         if position in taken:
             slopes[k] = known.slopes[known.free.index(position)]
-    return replace(null, vector=vector, slopes=slopes, chi2=np.inf, exact=False)
+    return replace(null, vector=vector, slopes=slopes).as_start()
 
 
 def linearise(bench: Workbench, fit: Fit, ids: Sequence[str], before: Linearisation | None = None) -> Linearisation:
