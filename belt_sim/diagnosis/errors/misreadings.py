@@ -28,25 +28,33 @@ def free_zeros(campaign: Campaign, suspicions: Sequence[Suspicion]) -> Campaign:
 
 
 def confirm_signs(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
-    """``suspicions`` of the data by themselves; a sign that explains less of what ``values`` (R, S, n) leave than it
-    does not is to be looked at only: a fault of the machine larger than the yaw turns readings as well.
+    """``suspicions`` of the data by themselves, signs by what turning them back explains of what ``values`` (R, S, n)
+    leave: less than it does not, and it is to be looked at only, since a fault of the machine larger than the yaw turns
+    readings as well; all but noise, and it stops the diagnosis.
     """
-    signs = [s for s in suspicions if s.kind == "wrong_sign" and s.severity == "stop"]
-    refuted = [s for s in signs if not _is_undone(bench, values, s)]
-    return tuple(replace(s, severity="look") if s in refuted else s for s in suspicions)
+    return tuple(_confirm_sign(bench, values, s) if s.kind == "wrong_sign" else s for s in suspicions)
 
 
-def _is_undone(bench: Workbench, values: np.ndarray, told: Suspicion) -> bool:
-    """Whether a turned sign, of one run or all, of one signal or all or the one that fits, accounts for most."""
+def _confirm_sign(bench: Workbench, values: np.ndarray, told: Suspicion) -> Suspicion:
     samples, before = bench.samples, _excess_chi2(bench, values, bench.fitted.y)
     runs = [r for r, run in enumerate(samples.runs) if told.run in (None, run.name) and run.use == "fit"]
+    if not runs:
+        return told
     lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
-    for turned in ([k for k in lateral if samples.signals[k].name == told.signal], lateral, *([k] for k in lateral)):
-        y = bench.fitted.y.copy()
-        y[np.ix_(runs, turned)] *= -1.0
-        if np.sum(_excess_chi2(bench, values, y)[runs]) < UNDONE * np.sum(before[runs]):
-            return True
-    return not runs
+    own = [k for k in lateral if samples.signals[k].name == told.signal]
+    if told.severity == "stop":  # of one signal or all, or of the one that fits
+        left = min(_left_by_turning(bench, values, runs, turned) for turned in (own, lateral, *([k] for k in lateral)))
+        return told if left < UNDONE * np.sum(before[runs]) else replace(told, severity="look")
+    left, noise = _left_by_turning(bench, values, runs, own), np.isfinite(bench.fitted.y[runs]).sum()
+    undone = left - WITHIN * np.sqrt(2.0 * noise) < LEFT * (np.sum(before[runs]) - left)
+    return replace(told, severity="stop") if own and undone else told
+
+
+def _left_by_turning(bench: Workbench, values: np.ndarray, runs: Sequence[int], signals: Sequence[int]) -> float:
+    """chi2 beyond noise that is left in ``runs`` with the sign of ``signals`` turned there."""
+    y = bench.fitted.y.copy()
+    y[np.ix_(runs, signals)] *= -1.0
+    return float(np.sum(_excess_chi2(bench, values, y)[runs]))
 
 
 def _excess_chi2(bench: Workbench, values: np.ndarray, y: np.ndarray) -> np.ndarray:
