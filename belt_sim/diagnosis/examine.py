@@ -108,7 +108,10 @@ def examine(
         tried = [c for c in tried if not shapes_a_span(c)]
     of_data = suspicions(campaign)
     bench, nothing = _lay_out(free_zeros(campaign, of_data), model, tried)
-    suspect = (*doubts, *find_faults(bench, nothing.values, of_data))
+    faults = find_faults(bench, nothing.values, of_data)
+    if any(s.severity == "stop" for s in faults):  # a sheet that would explain part of such readings is no hint
+        doubts = [d for d in doubts if d.severity == "stop"]
+    suspect = (*doubts, *faults)
     if checked:
         suspect = tuple(replace(s, severity="look") for s in suspect)
     if (freed := free_zeros(bench.campaign, suspect)).signals != bench.campaign.signals:

@@ -80,6 +80,14 @@ def test_a_column_that_is_turned_in_every_run_is_believed_if_turning_it_back_hel
     assert [s.severity for s in confirm_signs(laid_out(y), PATHS, [seen])] == [severity]
 
 
+def test_a_column_that_looks_turned_stops_where_turning_it_back_leaves_noise(y):
+    y[:, 1] *= -1.0
+    seen = Suspicion(run=None, signals=("y4",), kind="wrong_sign", sentence="turned", severity="look")
+    assert [s.severity for s in confirm_signs(laid_out(y), PATHS, [seen])] == ["stop"]
+    y[:, 1] *= 2.0
+    assert [s.severity for s in confirm_signs(laid_out(y), PATHS, [seen])] == ["look"]
+
+
 def test_what_is_seen_at_first_glance_and_confirmed_stops(y):
     y[2, 1] *= -1.0
     seen = Suspicion(run=SPREAD[2].name, signals=("y4",), kind="wrong_sign", sentence="turned", severity="look")

@@ -30,7 +30,7 @@ def free_zeros(campaign: Campaign, suspicions: Sequence[Suspicion]) -> Campaign:
 def confirm_signs(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
     """``suspicions`` of the data by themselves, signs by what turning them back explains of what ``values`` (R, S, n)
     leave: less than it does not, and it is to be looked at only, since a fault of the machine larger than the yaw turns
-    readings as well; all but noise, and it stops the diagnosis.
+    readings as well; all but noise, and a column that was to be looked at stops the diagnosis.
     """
     return tuple(_confirm_sign(bench, values, s) if s.kind == "wrong_sign" else s for s in suspicions)
 
@@ -45,6 +45,8 @@ def _confirm_sign(bench: Workbench, values: np.ndarray, told: Suspicion) -> Susp
     if told.severity == "stop":  # of one signal or all, or of the one that fits
         left = min(_left_by_turning(bench, values, runs, turned) for turned in (own, lateral, *([k] for k in lateral)))
         return told if left < UNDONE * np.sum(before[runs]) else replace(told, severity="look")
+    if told.run is not None:
+        return told
     left, noise = _left_by_turning(bench, values, runs, own), np.isfinite(bench.fitted.y[runs]).sum()
     undone = left - WITHIN * np.sqrt(2.0 * noise) < LEFT * (np.sum(before[runs]) - left)
     return replace(told, severity="stop") if own and undone else told
