@@ -109,13 +109,10 @@ class Linearisation:
 
 
 def _with_numbers(null: Fit, known: Fit, taken: Sequence[int]) -> Fit:
-    """The fit ``null`` with the numbers at positions ``taken``, and their derivatives, as another fit knows them."""
-    vector, slopes = null.vector.copy(), null.slopes.copy()
+    """The fit ``null``, with its derivatives, and with the numbers at positions ``taken`` as another fit knows them."""
+    vector = null.vector.copy()
     vector[list(taken)] = known.vector[list(taken)]
-    for k, position in enumerate(null.free):
-        if position in taken:
-            slopes[k] = known.slopes[known.free.index(position)]
-    return replace(null, vector=vector, slopes=slopes).as_start()
+    return replace(null, vector=vector, chi2=np.inf, exact=False)
 
 
 def linearise(bench: Workbench, fit: Fit, ids: Sequence[str], before: Linearisation | None = None) -> Linearisation:
