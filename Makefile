@@ -17,7 +17,7 @@ demo: setup
 	$(BIN)/belt-sim demo
 
 test: setup  # two processes, a thread each: more would wait for each other
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadgroup --max-worker-restart 0
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --max-worker-restart 0
 
 test-long: setup
 	$(BIN)/python -m pytest -m long -o faulthandler_timeout=0

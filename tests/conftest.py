@@ -1,29 +1,46 @@
 """Every test sees the modules that stand beside this file (paper_cases), and JAX as the command line sets it up.
 
 Tests use jax.numpy directly, so that float64 is set for the whole process as well; that the package does not need it
-is shown in tests/guards/test_imports.py.
+is shown in tests/guards/test_imports.py. Programs are compiled with little effort here, as most run once: XLA reads its
+flags once a process, so that they are set for its first use alone. Processes that a test starts compile as usual.
 """
 
+import os
+from functools import cache
 from pathlib import Path
 
 import jax
 import pytest
+from xdist.scheduler import LoadScopeScheduling
 
-from belt_sim.jax_setup import prepare
+from belt_sim.files import ROOT
+from belt_sim.jax_setup import LEAST_EFFORT, prepare
 
 prepare()
+usual = os.environ["XLA_FLAGS"]
+os.environ["XLA_FLAGS"] = " ".join([usual, *(f"--{name}={str(value).lower()}" for name, value in LEAST_EFFORT.items())])
+jax.devices()
+os.environ["XLA_FLAGS"] = usual
 jax.config.update("jax_enable_x64", True)
 
 #: regions of memory of a process, of which Linux allows 65,530; a compiled program takes some hundred
 REGIONS = 20_000
 
 
-def pytest_collection_modifyitems(items):
-    """One process runs all tests of a file, and all files that use small_campaign, which keeps its diagnoses
-    (``--dist loadgroup``)."""
-    for item in items:
-        shares = any(getattr(x, "__module__", "") == "small_campaign" for x in vars(item.module).values())
-        item.add_marker(pytest.mark.xdist_group("small_campaign" if shares else item.nodeid.partition("::")[0]))
+class ByFile(LoadScopeScheduling):
+    """One process runs all tests of a file, and all files that use small_campaign, which keeps its diagnoses."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return scope(nodeid.partition("::")[0])
+
+
+@cache
+def scope(file: str) -> str:
+    return "small_campaign" if "small_campaign" in (ROOT / file).read_text(encoding="utf-8") else file
+
+
+def pytest_xdist_make_scheduler(config, log):
+    return ByFile(config, log)
 
 
 @pytest.fixture(scope="module", autouse=True)
