@@ -7,7 +7,6 @@ flags once a process, so that they are set for its first use alone. Processes th
 
 import os
 from functools import cache
-from pathlib import Path
 
 import jax
 import pytest
@@ -23,9 +22,6 @@ jax.devices()
 os.environ["XLA_FLAGS"] = usual
 jax.config.update("jax_enable_x64", True)
 
-#: regions of memory of a process, of which Linux allows 65,530; a compiled program takes some hundred
-REGIONS = 20_000
-
 
 class ByFile(LoadScopeScheduling):
     """One process runs all tests of a file, and all files that use small_campaign, which keeps its diagnoses."""
@@ -39,14 +35,6 @@ def scope(file: str) -> str:
     return "small_campaign" if "small_campaign" in (ROOT / file).read_text(encoding="utf-8") else file
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     return ByFile(config, log)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def drop_programs():
-    """Drop what was compiled so far, after a file of tests at whose end this process has mapped much memory for it."""
-    yield
-    maps = Path("/proc/self/maps")
-    if maps.exists() and len(maps.read_bytes().splitlines()) > REGIONS:
-        jax.clear_caches()
