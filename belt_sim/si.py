@@ -4,12 +4,17 @@ import math
 
 from belt_sim.errors import InputError
 
+POUND_FORCE = 0.45359237 * 9.80665  # [N], exact by definition
+
 #: unit -> (dimension, factor to SI); a force is a stress once the belt's section is known
 UNITS: dict[str, tuple[str, float]] = {
     "m": ("length", 1.0),
     "mm": ("length", 1e-3),
     "um": ("length", 1e-6),
     "cm": ("length", 1e-2),
+    "in": ("length", 0.0254),
+    "ft": ("length", 0.3048),
+    "mil": ("length", 2.54e-5),
     "rad": ("angle", 1.0),
     "mrad": ("angle", 1e-3),
     "urad": ("angle", 1e-6),
@@ -22,13 +27,18 @@ UNITS: dict[str, tuple[str, float]] = {
     "N/mm2": ("stress", 1e6),
     "N/mm^2": ("stress", 1e6),
     "kPa": ("stress", 1e3),
+    "psi": ("stress", POUND_FORCE / 0.0254**2),
+    "ksi": ("stress", 1e3 * POUND_FORCE / 0.0254**2),
     "N": ("force", 1.0),
     "kN": ("force", 1e3),
+    "lbf": ("force", POUND_FORCE),
     "kg/m^3": ("density", 1.0),
     "kg/m3": ("density", 1.0),
     "m/s": ("speed", 1.0),
     "mm/s": ("speed", 1e-3),
     "m/min": ("speed", 1.0 / 60.0),
+    "ft/s": ("speed", 0.3048),
+    "ft/min": ("speed", 0.3048 / 60.0),
     "s": ("time", 1.0),
     "ms": ("time", 1e-3),
     "min": ("time", 60.0),

@@ -105,7 +105,7 @@ def _find_runs(
 ) -> tuple[list[AssembledRun], RatedRuns, list[Question]]:
     """Runs of records, runs of rates, and questions about them; open_: questions that are there already."""
     rated = rates_of(tables, entry, section)
-    if any(q.path[-1] == "role" for q in open_):
+    if any(q.path[-1] in ("role", "unit") for q in open_):
         return [], rated, rated.missing
     made, asked, names = assemble_runs(tables, entry, section)
     if not asked:
@@ -176,7 +176,7 @@ def mapping_used(
     stated = _plain(entry.model_dump(by_alias=True, exclude_unset=True))
     columns: dict[str, Any] = {}
     for u in used:
-        seen = {"role": u.role, "unit": u.unit, "at": u.at, "name": u.name if u.at else ""}
+        seen = {"role": u.role, "unit": "" if u.unit_is_guess else u.unit, "at": u.at, "name": u.name if u.at else ""}
         own = {k: v for k, v in seen.items() if v} | _plain(u.entry.model_dump(exclude_unset=True))
         columns.setdefault(u.column.name, own)
     runs: dict[str, Any] = {}

@@ -14,7 +14,7 @@ from belt_sim.errors import InputError
 from belt_sim.importing.mapping import ColumnEntry, MappingEntry
 from belt_sim.importing.roles import rises
 from belt_sim.importing.types import ROLES, SIGNAL_NAMES, Column, LoggedTable, LoggedTables, Note, Question
-from belt_sim.importing.units import UNITS, unit_of
+from belt_sim.importing.units import NAMES, UNITS, unit_of
 
 #: dimension -> unit of a column where neither file nor mapping states one, and in which a signal is written
 USUAL = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
@@ -41,12 +41,20 @@ class UsedColumn:
     @property
     def sure(self) -> bool:
         """Whether the mapping or the file itself says what it is."""
-        return self.column.sure or self.is_stated
+        return (self.column.sure or self.is_stated) and not self.unit_is_guess
+
+    @property
+    def unit_is_guess(self) -> bool:
+        """Whether neither the mapping nor the file states the unit of what was logged."""
+        stated = self.entry.unit or self.entry.axis or (self.column.sure and self.column.unit == self.unit)
+        return bool(ROLES[self.role].units and self.unit) and not stated
 
     @property
     def why(self) -> str:
         """Where role and unit come from, in words."""
-        return "the mapping" if self.is_stated else self.column.why + ("" if self.column.sure else " (a guess)")
+        if self.is_stated:
+            return "the mapping" + (f"; {self.unit} is a guess" if self.unit_is_guess else "")
+        return self.column.why + ("" if self.column.sure else " (a guess)")
 
     def si(self, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Numbers [SI]; of a force [N]; of an axis of a digitised picture, the value at each pixel."""
@@ -103,7 +111,7 @@ def resolve_columns(logged: LoggedTables, mapping: MappingEntry) -> Columns:
         remedy = f"no file has such a column; {did_you_mean(strange, logged.columns)}"
         raise InputError(f"columns.{strange}", strange, "", remedy)
     tables = [_resolve_table(table, mapping) for table in logged.tables]
-    missing = _first_of_each(q for t in tables for q in (*_missing_places(t), *_missing_roles(t)))
+    missing = _first_of_each(q for t in tables for q in (*_missing_places(t), *_missing_units(t), *_missing_roles(t)))
     asked = {q.path[1] for q in missing}
     unknown = _first_of_each(q for t in tables for q in _unknown_roles(t) if q.path[1] not in asked)
     notes = dict.fromkeys(note for t in tables for note in _other_units(t))
@@ -152,11 +160,14 @@ def _resolve(table: str, column: Column, entry: ColumnEntry, taken: list[str]) -
 
 
 def _unit(column: Column, entry: ColumnEntry, kinds: tuple[str, ...], where: str) -> str:
-    """The unit: as stated; as proposed, when it is of a kind that fits; else the usual one of that kind."""
+    """The unit: as stated; as proposed, when it is of a kind that fits; else the usual one of that kind; "" where the
+    file states one that is not known."""
     if entry.unit is not None:
         return unit_of(entry.unit, kinds, f"{where}.unit")
     if column.unit and UNITS[column.unit][0] in kinds and (column.sure or entry.axis is None):
         return column.unit  # of pixels no unit can be guessed
+    if column.unknown_unit and entry.axis is None and kinds != ("number",):
+        return ""
     return "m" if entry.role == "travel" else USUAL[kinds[0]]
 
 
@@ -200,6 +211,20 @@ def _place_question(column: Column) -> Question:
     )
 
 
+def _missing_units(table: UsedTable) -> Iterator[Question]:
+    """Columns whose unit the file states, but by a name that is not known."""
+    for u in table.columns:
+        kinds = (SIGNAL_DIMENSION[kind],) if (kind := kind_at(u.at)) else ROLES[u.role].dimensions
+        if kinds and not u.unit:
+            yield Question(
+                path=("columns", u.column.name, "unit"),
+                text=f"the file states {u.column.unknown_unit} as the unit of {u.column.name}, which is not known; in"
+                " which unit are its numbers (after a factor, as factor: 0.1, if it takes one)?",
+                example=USUAL[kinds[0]],
+                options=tuple(name for name in NAMES if UNITS[name][0] in kinds),
+            )
+
+
 def _missing_roles(table: UsedTable) -> list[Question]:
     """Roles that a record cannot do without."""
     if table.logged.kind != "record":
@@ -237,6 +262,6 @@ def _unknown_roles(table: UsedTable) -> Iterator[Question]:
 def _other_units(table: UsedTable) -> Iterator[Note]:
     """Units that the file itself states and the mapping states otherwise."""
     for u in table.columns:
-        own = u.column.unit if u.column.sure else ""
-        if own and u.unit and u.entry.unit and UNITS[own] != UNITS[u.unit]:
+        own = u.column.unknown_unit or (u.column.unit if u.column.sure else "")
+        if own and u.unit and u.entry.unit and UNITS.get(own) != UNITS[u.unit]:
             yield Note(u.column.name, f"the file says {own}, the mapping {u.unit}; the mapping is taken")

@@ -8,6 +8,7 @@ from itertools import chain, count
 from typing import Any
 
 from belt_sim.importing.cells import count_readings, has_thousands, is_missing, is_time
+from belt_sim.importing.roles import role_named
 from belt_sim.importing.units import unit_named
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": "blanks"}
@@ -68,8 +69,9 @@ def _head(above: Sequence[Sequence[str]], width: int, decimal: str) -> tuple[int
     """Line of the header (0: none), names and units of the columns, from the rows above the data."""
     filled = [k for k, row in enumerate(above) if any(c.strip() for c in row)]
     header, names, units = 0, [""] * width, [""] * width
-    if len(filled) > 1 and _is_units(above[filled[-1]]):
-        units = [unit_named(c) or "" for c in _pad(above[filled.pop()], width)]
+    if len(filled) > 1 and _is_units(above[filled[-1]], above[filled[-2]]):
+        cells = _pad(above[filled.pop()], width)
+        units = ["" if is_missing(c) else unit_named(c) or c.strip("[](){}<> ") for c in cells]
     if filled and _is_header(above[filled[-1]], width, decimal):
         header = filled[-1] + 1
         names = [c.strip() for c in _pad(above[filled[-1]], width)]
@@ -113,10 +115,13 @@ def _is_data(row: Sequence[str], decimal: str) -> bool:
     return bool(filled) and len(row) > 1 and count_readings(filled, decimal) >= 0.5 * len(filled)
 
 
-def _is_units(row: Sequence[str]) -> bool:
+def _is_units(row: Sequence[str], above: Sequence[str]) -> bool:
+    """Whether most cells of a row are units, or some where the row above has the names; above: that row."""
     filled = [c for c in row if c.strip()]
     known = [c for c in filled if unit_named(c) is not None]
-    return bool(filled) and len(known) >= 0.5 * len(filled) and all(len(c.strip()) < 12 for c in filled)
+    named, spoken = (sum(len(c.strip()) > 1 and role_named(c) != "" for c in cells) for cells in (above, row))
+    most = len(known) >= 0.5 * len(filled) or (len(known) > 0 and len(above) == len(row) and named > spoken)
+    return bool(filled) and most and all(len(c.strip()) < 12 for c in filled)
 
 
 def _is_header(row: Sequence[str], width: int, decimal: str) -> bool:

@@ -21,6 +21,10 @@ ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "directi
 _NUMBERED = re.compile(
     r"^(?:y|kante|edge|bandkante|lateral|pos|position|point|punkt|ablage|sensor|laser|p)[ _]*([1-4])\b"
 )
+#: What tells a second column of one name from the first.
+_COUNT = re.compile(r" \((?:[a-z]|no \d+)\)$")
+#: Where a header states its unit.
+_STATED = re.compile(r"\[\s*([^\]]+?)\s*\]|\(\s*(\S{2,8}|[A-Z])\s*\)|(?:\s+in\s+|\s*/\s*)(\S{1,8})$")
 _RATE = re.compile(r"^(?:rate|drift|driftrate|laufrate)[ _]*([1-4])?$")
 
 
@@ -29,7 +33,7 @@ _RATE = re.compile(r"^(?:rate|drift|driftrate|laufrate)[ _]*([1-4])?$")
 
 @cache
 def synonyms() -> dict[str, dict[str, list[str]]]:
-    """What people call roles, places and directions."""
+    """What people call roles, places and directions, and what they remark."""
     found: dict[str, Any] = yaml.safe_load(Path(__file__).with_name("synonyms.yaml").read_text(encoding="utf-8"))
     return found
 
@@ -95,8 +99,11 @@ def propose_roles(table: LoggedTable) -> LoggedTable:
 
 def _propose(column: Column) -> Column:
     """Role by the name and the unit; unit by the name or by magnitude."""
-    name, unit = split_unit(column.name)
-    unit = column.unit or unit or ""
+    header = _COUNT.sub("", column.name)
+    name, unit = split_unit(header)
+    unit = column.unit or unit or _other_unit(header)
+    if unit not in UNITS:
+        column, unit = replace(column, unit="", unknown_unit=unit), ""
     role = role_named(name)
     if column.is_text:
         return _propose_text(column, role)
@@ -109,13 +116,26 @@ def _propose(column: Column) -> Column:
         return replace(column, role="", unit=unit, why="nothing is known of it")
     at = place_named(name) if role == "signal" else ""
     sure, why = bool(unit), "its name"
-    if role.startswith(("rate", "u_rate")):
+    if column.unknown_unit:
+        why = f"its name; its unit {column.unknown_unit} is not known"
+    elif role.startswith(("rate", "u_rate")):
         unit = unit or "mm/m"
     elif ROLES[role].units and not unit:
         is_tilt = role == "signal" and any(w in plain(name) for w in synonyms()["places"]["tilt"])
         unit, guess = _unit_by_size(column, TILT if is_tilt else ROLES[role])
         why = f"its name; {guess}"
     return replace(column, role=role, unit=unit, at=at, sure=sure, why=why)
+
+
+def _other_unit(header: str) -> str:
+    """What a header states in the place of a unit, as [V], (kgf) or in furlongs; "" where it states nothing."""
+    groups = (synonyms()[group].values() for group in ("roles", "places", "remarks"))
+    words = [word for group in groups for names in group for word in names if len(word) > 1]
+    for found in _STATED.finditer(header):
+        text = next(part for part in found.groups() if part)
+        if re.search(r"[^\W\d_]|[%‰°]", text) and not any(_speaks_of(plain(text), word) for word in words):
+            return text
+    return ""
 
 
 def _propose_text(column: Column, role: str) -> Column:

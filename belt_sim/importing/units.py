@@ -11,6 +11,9 @@ _SPELLINGS = {
     "m": "metre meter metres",
     "mm": "millimeter",
     "um": "µm μm mikrometer micron",
+    "in": "inch inches zoll",
+    "ft": "foot feet",
+    "mil": "mils thou",
     "deg": "° degree degrees grad",
     "mdeg": "m° millidegree millidegrees milligrad",
     "urad": "µrad μrad",
@@ -20,6 +23,10 @@ _SPELLINGS = {
     "h": "std",
     "m/s": "mps m_per_s",
     "m/min": "mpermin m_per_min",
+    "ft/s": "fps ft_per_s",
+    "ft/min": "fpm ft_per_min",
+    "psi": "lbf/in2 lbf/in² lbf/in^2 lb/in2 lb/in²",
+    "lbf": "lb lbs",
     "N/mm2": "n/mm² n/mm^2 n_per_mm2 nmm2 nmm-2",
     "kg/m^3": "kg/m3 kg/m³",
     "1": "-",
@@ -53,7 +60,7 @@ def split_unit(header: str) -> tuple[str, str | None]:
             return header[: -len(known) - 1], SPELLINGS[known]
     tail = _TAIL.search(header)
     unit = unit_named(tail.group("unit")) if tail else None
-    if tail and unit and unit != "1":
+    if tail and unit and unit != "1" and tail.group().strip() != "in":  # as in "Sensor in"
         return header[: tail.start()].strip(), unit
     return header.strip(), None
 

@@ -4,6 +4,7 @@ import io
 
 import numpy as np
 import pytest
+import yaml
 from logger_files import MAPPING, log, table, truth
 from rich.console import Console
 from rich.prompt import Confirm, Prompt
@@ -202,3 +203,42 @@ def test_a_minus_of_typesetting_is_a_minus(tmp_path, minus):
     assert understand(read([path]), mapping).complete().runs[0].yaw == pytest.approx(np.deg2rad(-0.042), rel=1e-3)
     ignored = mapping | {"columns": {"Schwenkwinkel [°]": {"role": "ignore"}}}  # then the name of the file tells
     assert understand(read([path]), ignored).complete().runs[0].yaw == pytest.approx(np.deg2rad(-0.07))
+
+
+#: header of a signal, its unit in a row of units -> the unit taken, "?unit" for one that is asked for, "" for a guess
+STATED = {
+    "inch": ("Idler edge [in]", "", "in"), "mils": ("Edge tail (thou)", "", "mil"), "ft": ("Edge / ft", "", "ft"),
+    "zoll": ("Kante in Zoll", "", "in"), "row": ("Kante", "in", "in"), "row_of_others": ("Kante", "V", "?V"),
+    "volts": ("Edge [V]", "", "?V"), "parentheses": ("Edge (ells)", "", "?ells"), "by_in": ("Edge in ell", "", "?ell"),
+    "slash": ("Kante / Elle", "", "?Elle"), "place": ("Kante (oben)", "", ""), "remark": ("Edge (raw)", "", ""),
+    "sensor": ("Edge [CH 3]", "", ""), "number": ("Edge [2]", "", ""), "inward": ("Edge sensor in", "", ""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("header", "row", "unit"), STATED.values(), ids=STATED)
+def test_a_unit_that_is_stated_is_never_guessed(tmp_path, header, row, unit):
+    path, units = tmp_path / "a.csv", f"s;{row};{row}\n" if row else ""
+    text = table(["Zeit" if row else "Zeit [s]", header, header], [L.time, L.y1, L.y4], ";", ",")
+    path.write_text(text.replace("\n", f"\n{units}", 1), encoding="utf-8")
+    columns = {header: {"at": "point_1"}, f"{header} (b)": {"at": "point_4"}}
+    proposal = understand(read([path]), MAPPING | {"all_runs": RUN | {"speed": "0.5"}, "columns": columns})
+    if unit.startswith("?"):
+        assert [q.path for q in proposal.missing] == [("columns", name, "unit") for name in columns]
+        assert all(f"states {unit[1:]} as the unit" in q.text for q in proposal.missing)
+        assert yaml.safe_load(draft_text(proposal))["columns"][header]["unit"] is None
+    else:
+        assert proposal.missing == ()
+        assert all(u.unit == unit or (unit == "" and u.unit_is_guess) for u in proposal.columns[1:])
+
+
+def test_a_unit_by_size_stays_a_guess(tmp_path):
+    path, draft = tmp_path / "a.csv", tmp_path / "draft.yaml"
+    path.write_text(table(["travel [m]", "y1"], [L.travel, L.y1]))
+    logged = read([path])
+    draft.write_text(draft_text(understand(logged, MAPPING | {"all_runs": RUN})))
+    assert "y1: {role: signal, at: point_1, name: y1}" in draft.read_text()
+    assert "#   y1: mm (its name; " in draft.read_text()
+    again = understand(logged, draft)
+    assert [(u.why, u.sure) for u in again.columns] == [("the mapping", True), ("the mapping; mm is a guess", False)]
+    looked_at = understand(logged, MAPPING | {"all_runs": RUN, "columns": {"y1": {"unit": "mm"}}})
+    assert "guess" not in draft_text(looked_at) + looked_at.columns[1].why
