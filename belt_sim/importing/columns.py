@@ -46,7 +46,7 @@ class UsedColumn:
     @property
     def unit_is_guess(self) -> bool:
         """Whether neither the mapping nor the file states the unit of what was logged."""
-        stated = self.entry.unit or self.entry.axis or (self.column.sure and self.column.unit == self.unit)
+        stated = self.entry.unit or self.entry.axis or self.column.stated_unit == self.unit
         return bool(ROLES[self.role].units and self.unit) and not stated
 
     @property
@@ -161,12 +161,13 @@ def _resolve(table: str, column: Column, entry: ColumnEntry, taken: list[str]) -
 
 def _unit(column: Column, entry: ColumnEntry, kinds: tuple[str, ...], where: str) -> str:
     """The unit: as stated; as proposed, when it is of a kind that fits; else the usual one of that kind; "" where the
-    file states one that is not known."""
+    file states one that is not known or of another kind."""
     if entry.unit is not None:
         return unit_of(entry.unit, kinds, f"{where}.unit")
-    if column.unit and UNITS[column.unit][0] in kinds and (column.sure or entry.axis is None):
-        return column.unit  # of pixels no unit can be guessed
-    if column.unknown_unit and entry.axis is None and kinds != ("number",):
+    for own in (column.stated_unit, column.unit):
+        if own and own in UNITS and UNITS[own][0] in kinds and (column.sure or entry.axis is None):
+            return own  # of pixels no unit can be guessed
+    if column.stated_unit and entry.axis is None and kinds != ("number",):
         return ""
     return "m" if entry.role == "travel" else USUAL[kinds[0]]
 
@@ -212,14 +213,14 @@ def _place_question(column: Column) -> Question:
 
 
 def _missing_units(table: UsedTable) -> Iterator[Question]:
-    """Columns whose unit the file states, but by a name that is not known."""
+    """Columns whose unit the file states, but as one that is not known or does not go with their role."""
     for u in table.columns:
         kinds = (SIGNAL_DIMENSION[kind],) if (kind := kind_at(u.at)) else ROLES[u.role].dimensions
         if kinds and not u.unit:
             yield Question(
                 path=("columns", u.column.name, "unit"),
-                text=f"the file states {u.column.unknown_unit} as the unit of {u.column.name}, which is not known; in"
-                " which unit are its numbers (after a factor, as factor: 0.1, if it takes one)?",
+                text=f"the file states {u.column.stated_unit} as the unit of {u.column.name}, which is no unit of"
+                f" {' or '.join(kinds)} that is known; in which one are its numbers (after a factor, as factor: 0.1)?",
                 example=USUAL[kinds[0]],
                 options=tuple(name for name in NAMES if UNITS[name][0] in kinds),
             )
@@ -262,6 +263,6 @@ def _unknown_roles(table: UsedTable) -> Iterator[Question]:
 def _other_units(table: UsedTable) -> Iterator[Note]:
     """Units that the file itself states and the mapping states otherwise."""
     for u in table.columns:
-        own = u.column.unknown_unit or (u.column.unit if u.column.sure else "")
+        own = u.column.stated_unit
         if own and u.unit and u.entry.unit and UNITS.get(own) != UNITS[u.unit]:
             yield Note(u.column.name, f"the file says {own}, the mapping {u.unit}; the mapping is taken")

@@ -102,8 +102,7 @@ def _propose(column: Column) -> Column:
     header = _COUNT.sub("", column.name)
     name, unit = split_unit(header)
     unit = column.unit or unit or _other_unit(header)
-    if unit not in UNITS:
-        column, unit = replace(column, unit="", unknown_unit=unit), ""
+    column, unit = replace(column, unit="", stated_unit=unit), unit if unit in UNITS else ""
     role = role_named(name)
     if column.is_text:
         return _propose_text(column, role)
@@ -116,8 +115,8 @@ def _propose(column: Column) -> Column:
         return replace(column, role="", unit=unit, why="nothing is known of it")
     at = place_named(name) if role == "signal" else ""
     sure, why = bool(unit), "its name"
-    if column.unknown_unit:
-        why = f"its name; its unit {column.unknown_unit} is not known"
+    if column.stated_unit and not unit:
+        why = f"its name; its unit {column.stated_unit} is not known"
     elif role.startswith(("rate", "u_rate")):
         unit = unit or "mm/m"
     elif ROLES[role].units and not unit:

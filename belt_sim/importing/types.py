@@ -63,15 +63,15 @@ class Column:
     """One column as logged and what it seems to be.
 
     values: numbers (n,), nan where blank, or texts (object dtype); stamp: whether they were dates or times of day;
-    role, unit, at: proposals, "" where nothing is known; unknown_unit: what the file states as the unit, if that is not
-    known; sure: whether the file says so itself; why: where the proposal comes from, in words.
+    role, unit, at: proposals, "" where nothing is known; stated_unit: what the file states as the unit, known or not;
+    sure: whether the file says so itself; why: where the proposal comes from, in words.
     """
 
     name: str
     values: np.ndarray
     role: str = ""
     unit: str = ""
-    unknown_unit: str = ""
+    stated_unit: str = ""
     at: str = ""
     stamp: bool = False
     sure: bool = False

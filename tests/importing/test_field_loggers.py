@@ -209,6 +209,7 @@ def test_a_minus_of_typesetting_is_a_minus(tmp_path, minus):
 STATED = {
     "inch": ("Idler edge [in]", "", "in"), "mils": ("Edge tail (thou)", "", "mil"), "ft": ("Edge / ft", "", "ft"),
     "zoll": ("Kante in Zoll", "", "in"), "row": ("Kante", "in", "in"), "row_of_others": ("Kante", "V", "?V"),
+    "kind": ("Edge [N]", "", "?N"), "no_name": ("Kanal 7 [cm]", "", "cm"), "second": ("Zeit 2 [mm]", "", "mm"),
     "volts": ("Edge [V]", "", "?V"), "parentheses": ("Edge (ells)", "", "?ells"), "by_in": ("Edge in ell", "", "?ell"),
     "slash": ("Kante / Elle", "", "?Elle"), "place": ("Kante (oben)", "", ""), "remark": ("Edge (raw)", "", ""),
     "sensor": ("Edge [CH 3]", "", ""), "number": ("Edge [2]", "", ""), "inward": ("Edge sensor in", "", ""),
