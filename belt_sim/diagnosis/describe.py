@@ -263,11 +263,11 @@ def _required_angle(samples: Samples, residual: np.ndarray, sign: np.ndarray) ->
         return None
     row = residual[:, places.index("point_1")]
     weight = sign if np.any(sign) else np.ones(len(sign))
-    mean = np.nanmean(row * weight[:, None], axis=0)
     travel = samples.travel[0]
     knots = np.linspace(0.0, travel[-1], 13)
-    keep = np.isfinite(mean)
-    smooth = np.polynomial.Chebyshev.fit(travel[keep], mean[keep], 8)
+    keep = np.isfinite(row).any(axis=0)  # some run has a reading there
+    mean = np.nanmean((row * weight[:, None])[:, keep], axis=0)
+    smooth = np.polynomial.Chebyshev.fit(travel[keep], mean, 8)
     length = float(samples.cases.rig.span_length)
     angle = smooth.deriv()(knots) + smooth(knots) / length
     return RequiredAngle(travel=knots, angle=angle)

@@ -107,10 +107,10 @@ def _amplitude_forms(states: States) -> list[Form]:
     """What grows with how far the belt goes or is bent, on either side alike; and what is there on one side only."""
     found = []
     for n in ("y", "kappa", "kappa_mean"):
-        largest = float(np.abs(getattr(states, n)).max())
+        knees = _knees(states, n)
         found += [Form(n, shape=s) for s in ("magnitude", "square")]
-        found += [Form(n, shape="magnitude_beyond", knee=b * largest) for b in KNEES]
-        found += [Form(n, shape=s, knee=b * largest) for s in ONE_SIDED for b in KNEES[:2]]
+        found += [Form(n, shape="magnitude_beyond", knee=k) for k in knees]
+        found += [Form(n, shape=s, knee=k) for s in ONE_SIDED for k in knees[:2]]
     return found
 
 
@@ -209,7 +209,12 @@ def waves(states: States, names: tuple[str, ...]) -> list[Form]:
 def _state_forms(states: States, names, courses) -> list[Form]:
     found = [Form(n, course=c, at=a) for n in names for c, a in courses]
     for n in names:
-        largest = float(np.abs(getattr(states, n)).max())
         found += [Form(n, shape=s) for s in ("signed_square", "square", "cube")]
-        found += [Form(n, shape=s, knee=b * largest) for s in WITH_KNEE for b in KNEES]
+        found += [Form(n, shape=s, knee=k) for s in WITH_KNEE for k in _knees(states, n)]
     return found
+
+
+def _knees(states: States, name: str) -> list[float]:
+    """The knees to try for a variable; none where it is zero throughout, as the curvature of a rope is."""
+    largest = float(np.abs(getattr(states, name)).max())
+    return [b * largest for b in KNEES] if largest else []

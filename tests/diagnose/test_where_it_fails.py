@@ -1,10 +1,12 @@
 """The sentences that say where a model fails."""
 
 from dataclasses import fields
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from belt_sim.diagnosis.describe import _required_angle
 from belt_sim.diagnosis.errors.model_errors import Cell, boundary, family_k, worst_sentence
 
 KINDS = {"y1": "lateral", "tilt": "tilt"}
@@ -25,6 +27,19 @@ def crossing(low: float, high: float, before: float, after: float, k: float) -> 
 def test_many_cells_need_more_than_one():
     assert family_k(1) == pytest.approx(1.96, abs=0.05)
     assert family_k(1) < family_k(10) < family_k(100) < 5.0
+
+
+def test_the_angle_that_is_lacking_where_no_run_has_a_reading(recwarn):
+    """Travels without a reading in any run are left out, and nothing is warned of."""
+    travel = np.linspace(0.0, 30.0, 61)
+    residual = np.where(travel > 25.0, np.nan, 1e-3 * travel)[None, None].repeat(2, axis=0)
+    rig = SimpleNamespace(span_length=10.0)
+    samples = SimpleNamespace(
+        signals=[SimpleNamespace(at="point_1")], travel=travel[None], cases=SimpleNamespace(rig=rig)
+    )
+    found = _required_angle(samples, residual, np.array([1.0, 1.0]))
+    assert found.angle == pytest.approx(1e-3 + 1e-4 * found.travel)
+    assert not recwarn.list
 
 
 def test_a_model_that_fails_where_the_belt_is_slack():

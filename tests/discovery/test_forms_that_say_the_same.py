@@ -24,6 +24,14 @@ def test_powers_of_the_yaw_are_tried_where_its_sizes_differ():
     assert "cube" in powers(YAW * np.linspace(0.5, 1.0, count))
 
 
+def test_what_is_zero_throughout_has_no_knee():
+    """As the curvature of a rope: its shares of nothing would be 0/0."""
+    states = surveyed("yaw_creep").states
+    flat = replace(states, kappa=0.0 * states.kappa)
+    with np.errstate(all="raise"):
+        assert all(np.isfinite(form_values(f, flat, 0, None)).all() for f in usual_forms(flat, "turn"))
+
+
 def test_what_a_yaw_leaves_behind_may_be_as_much_whatever_its_size():
     states = surveyed("yaw_creep").states
     sign = np.where(np.arange(len(states.beta)) % 2, 1.0, -1.0)[:, None]
