@@ -38,6 +38,16 @@ class Curves:
     extra: dict[str, np.ndarray] | None = None
 
 
+#: what a 3D run knows besides -> its name in curves.csv, and the SI units in one unit there
+_EXTRA_COLUMNS = {
+    "tension": ("tension_N_per_mm2", si.N_PER_MM2),
+    "tail_x": ("tail_x_m", 1.0),
+    "belt_speed": ("belt_speed_m_per_s", 1.0),
+    **{name: (f"{name}_mm", si.MM) for name in ("slip_head", "slip_tail", "correction")},
+    **{f"control_{k}": (f"control_{k}_mm", si.MM) for k in (1, 2, 3, 4)},
+}
+
+
 @dataclass(frozen=True)
 class SensorPlace:
     """A place of a lateral sensor that is none of points 1-4.
@@ -100,7 +110,9 @@ def curves_columns(curves: Curves) -> dict[str, np.ndarray]:
         columns |= {f"edge_stress_{n}_N_per_mm2": row for n, row in zip(spans, rows, strict=True)}
     if curves.tilt is not None:
         columns |= {f"tilt_{n}_mrad": row * 1e3 for n, row in zip(spans, np.asarray(curves.tilt), strict=True)}
-    columns |= {name: np.asarray(row) for name, row in (curves.extra or {}).items()}
+    for name, row in (curves.extra or {}).items():
+        column, unit = _EXTRA_COLUMNS.get(name, (name, 1.0))
+        columns[column] = np.asarray(row) / unit
     return columns
 
 

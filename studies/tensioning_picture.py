@@ -9,16 +9,16 @@ import numpy as np
 from belt_sim.frame import Frame
 from belt_sim.pictures import style
 from belt_sim.pictures.style import BLUE, FAINT, GREEN, INK, RED
-from belt_sim.si import MM
+from belt_sim.si import MM, N_PER_MM2
 
 _SHOWN = (("ring", RED), ("half way", GREEN), ("tight", BLUE))
 
 
 @style.picture
 def tensioning_picture(
-    path: str | os.PathLike, frames: Sequence[Frame], radii: tuple[float, float], area: float, title: str
+    path: str | os.PathLike, frames: Sequence[Frame], radii: tuple[float, float], title: str
 ) -> Path:
-    """frames: of the procedure, in order; radii of head and tail pulley [m]; area of the belt's section [m2]."""
+    """frames: of the procedure, in order; radii of head and tail pulley [m]."""
     fig, [[side], [curve]] = style.figure(8.4, 5.6, 2, 1, height_ratios=[3, 2])
     x = np.array([f.tail_x for f in frames])
     half = int(np.argmin(np.abs(x - 0.5 * (x[0] + x[-1]))))
@@ -33,7 +33,7 @@ def tensioning_picture(
     side.set(xlabel="x [m]", ylabel="z [m]")
     side.legend(loc="upper center", bbox_to_anchor=(0.5, 1.35), ncols=len(_SHOWN))
     travel = np.array([f.travel - frames[0].travel for f in frames])
-    tension = np.array([f.scalars["tension"] for f in frames]) / area / 1e6
+    tension = np.array([f.scalars["tension"] for f in frames]) / N_PER_MM2
     sag = np.array([0.5 * (f.scalars["sag_upper"] + f.scalars["sag_lower"]) for f in frames]) / MM
     curve.semilogy(travel, tension, color=INK)
     curve.set(xlabel="travel of the drive [m]", ylabel="tension [N/mm$^2$]")

@@ -51,12 +51,12 @@ def tensionings(config: dict[str, Any]) -> None:
         if config["picture"] and watcher.frames:
             radii = float(case.rig.head_radius), float(case.rig.tail_radius)
             title = f"Koller's procedure: a = {case.rig.centre_distance:g} m, {config['tension']:g} N/mm$^2$"
-            tensioning_picture(config["picture"], watcher.frames, radii, float(case.belt.area), title)
+            tensioning_picture(config["picture"], watcher.frames, radii, title)
 
 
 def _row(case: Case, curves: Curves) -> list[str]:
     extra, early = dict(curves.extra or {}), curves.travel <= _FIRST
-    tension = np.asarray(extra["tension"])[early] / float(case.tension_force)
+    tension = np.asarray(extra["tension"])[early] / float(case.settings.tension)
     place = (np.asarray(extra["tail_x"])[early] - float(case.rig.centre_distance)) / _UM
     row = [f"tension {tension.mean():.4f} +- {tension.std():.4f}", f"tail {place.mean():.1f} +- {place.std():.1f} um"]
     row.append("sag {:.3f} / {:.3f} mm".format(*(np.asarray(curves.sag) / MM)))

@@ -64,7 +64,7 @@ class MjxData(NamedTuple):
 
 
 #: rows of a reading: y of points 1-4 [m], angles there [rad], entry moments [N m], slack-edge stresses [Pa], tilts
-#: [rad], sags [m], tension [N], x of the tail pulley [m], travel [m], belt speed [m/s]
+#: [rad], sags [m], tension [Pa], x of the tail pulley [m], travel [m], belt speed [m/s]
 READING: dict[str, Any] = {
     "y": POINTS, "angle": ANGLES, "moment": MOMENTS, "edge_stress": EDGES, "tilt": TILTS, "sag": SAGS,
     "tension": TENSION, "tail_x": 17, "travel": 18, "speed": 19,

@@ -30,7 +30,7 @@ READING_SIZE = 17
 
 def reading(belt: BeltArrays, nodes: Array, first: Array, last: Array, tail_x: Array, share: Array | float) -> Array:
     """y of points 1-4 [m], their angles [rad], entry moments [N m] and slack-edge stresses [Pa] at the run-ups of the
-    upper and lower span, tilts [rad], sags [m], tension [N] at the upper run-up; shape (17,).
+    upper and lower span, tilts [rad], sags [m], tension [Pa] at the upper run-up; shape (17,).
 
     nodes [m], (m, 3, n); first, last, (2,): ends of the wraps of head and tail; tail_x [m]; share: of the camber.
     """
@@ -49,7 +49,7 @@ def reading(belt: BeltArrays, nodes: Array, first: Array, last: Array, tail_x: A
     y, slopes = zip(*found, strict=True)
     tilts, sags = [xp.arctan2(a[2], a[1]) for a in across], [belt.level - heights[0], -belt.level - heights[1]]
     moments, angles = [moment for _, moment in forces], [sign * slope for slope in slopes]
-    return xp.stack([*y, *angles, *moments, *edges, *tilts, *sags, forces[0][0]])
+    return xp.stack([*y, *angles, *moments, *edges, *tilts, *sags, forces[0][0] / belt.area])
 
 
 def _at_axis(belt: BeltArrays, nodes: Array, station: Array, x: Array) -> tuple[Array, Array]:

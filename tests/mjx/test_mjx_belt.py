@@ -66,7 +66,7 @@ def test_a_batch_is_beside_native_and_each_case_by_itself():
     found, still, other, lost = simulate_batch(cases, travel=TRAVEL, options=COARSE, chunk=4, observers=[watcher])
     for case, curves in ((yawed, found), (slacker, other)):
         assert beside(curves, simulate(case, travel=TRAVEL, options=COARSE)) < PARITY
-        assert curves.extra["tension"][-1] == pytest.approx(float(case.tension_force), rel=0.05)
+        assert curves.extra["tension"][-1] == pytest.approx(float(case.settings.tension), rel=0.05)
     assert np.abs(still.y).max() < 1e-7
     assert isinstance(lost, SimulationError)
     assert "ran off" in str(lost)
@@ -181,7 +181,7 @@ def test_users_add_actuators_and_sensors_to_the_scene():
     run, still = jax.jit(step), jnp.array(0.0)
     for _ in range(150):
         data = run(ready.model, data, command(ready.model, data, still, jnp.zeros(2), drag=15.0))
-    assert float(data.reading[READING["tension"]]) == pytest.approx(0.9 * float(case.tension_force), rel=0.02)
+    assert float(data.reading[READING["tension"]]) == pytest.approx(0.9 * float(case.settings.tension), rel=0.02)
     assert float(data.mjx.sensordata[0]) == pytest.approx(float(data.mjx.qpos[TAIL_SLIDE]), abs=1e-12)
 
 

@@ -97,7 +97,7 @@ def both():
 
 def test_the_pulleys_move_apart_until_the_tension_is_there(both):
     frames = both[2]
-    tension = np.array([f.scalars["tension"] for f in frames]) / 3600.0
+    tension = np.array([f.scalars["tension"] for f in frames]) / 60e6
     sag = np.array([f.scalars["sag_lower"] for f in frames])
     x = np.array([f.tail_x for f in frames])
     assert len(frames) > 30

@@ -41,7 +41,7 @@ def test_a_batch_of_ropes_is_beside_the_rope_law_and_mujoco():
         law = march(case, analytic_model("rope"), travel=TRAVEL)
         assert at(1.4, curves)[0] == pytest.approx(at(1.4, law)[0], rel=LAW)
         assert not curves.moment.any()
-        assert curves.extra["tension"] == pytest.approx(float(case.tension_force), rel=1e-3)
+        assert curves.extra["tension"] == pytest.approx(float(case.settings.tension), rel=1e-3)
     native = simulate(cases[0], belt="rope", travel=TRAVEL, options=QUICK)
     assert_beside(found[0], native)
 

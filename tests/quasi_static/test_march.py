@@ -50,7 +50,7 @@ def test_a_batch_is_beside_mujoco_and_each_case_by_itself():
         assert np.abs(native.y).max() > least
         assert np.abs(y - native.y).max() < PARITY * np.abs(native.y).max()
     assert np.abs(still.y).max() < 1e-7
-    assert np.abs(found.extra["tension"] / float(yawed.tension_force) - 1.0).max() < 0.02
+    assert np.abs(found.extra["tension"] / float(yawed.settings.tension) - 1.0).max() < 0.02
 
 
 @pytest.mark.parametrize(
