@@ -1,5 +1,6 @@
 """From findings to the result: what a diagnosis hands out."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,15 @@ from belt_sim.effects.law_file import law_entry
 from belt_sim.provenance import provenance
 from belt_sim.results.diagnosis import Diagnosis, Verdict, other_model
 from belt_sim.results.errors import CampaignLabel
-from belt_sim.results.findings import Candidate, Confusable, FoundEffect, NoiseLevels, RequiredAngle, Unknown
+from belt_sim.results.findings import (
+    Candidate,
+    Confusable,
+    Explanation,
+    FoundEffect,
+    NoiseLevels,
+    RequiredAngle,
+    Unknown,
+)
 from belt_sim.results.words import join_effects, join_words
 
 ALIKE_SHOWN = 3  # look-alikes in a sentence
@@ -137,7 +146,7 @@ def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
     rows = d.decision.explanations
     trials = d.search.trials[NOTHING] if d.decision.verdict != Verdict.CANNOT_SAY else []
     without = sum(c.surprise for c in held_out(d.fitted_bench, d.search.fits[NOTHING]).values())
-    found = [_candidate(d, t, min(sum(e.probability for e in rows if t.id in e.effects), 1.0), without) for t in trials]
+    found = [_candidate(d, t, [e for e in rows if t.id in e.effects], without) for t in trials]
     rms = {other.name: other.rms for other in d.table.other_models}
     instead = [
         Candidate(
@@ -148,14 +157,17 @@ def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
     return tuple(sorted([*instead, *found], key=lambda c: (-round(c.probability, 6), -c.gain)))
 
 
-def _candidate(d: Findings, trial: Trial, probability: float, without: float) -> Candidate:
-    """without: -2 log predictive density of what is held out, with no effect."""
+def _candidate(d: Findings, trial: Trial, rows: Sequence[Explanation], without: float) -> Candidate:
+    """rows: the explanations that have it; without: -2 log predictive density of what is held out, with no effect."""
     bench, fit = d.fitted_bench, trial.fit
     held, plausible = held_out(bench, fit), is_plausible(bench.forward, fit)
     needed = needed_gain(row_of(bench, fit, checked=False), d.table, POLICY)
     falls = sum(c.surprise for c in held.values()) < without
     note = "held-out error falls" if falls else "held-out error stays"
     note = note if plausible else "implausible value"
+    probability, beside = (sum(e.probability for e in some) for some in (rows, [e for e in rows if e.unknown]))
+    if beside > 0.5:
+        note = "only beside something unknown"
     return Candidate(
         id=trial.id,
         gain=trial.gain,
@@ -163,7 +175,7 @@ def _candidate(d: Findings, trial: Trial, probability: float, without: float) ->
         held_out_rms=lateral_rms(held.values()),
         parameters=estimates(bench.forward, fit)[trial.id],
         plausible=plausible,
-        probability=probability,
+        probability=min(probability, 1.0),
         note=note if trial.gain > needed else "not needed",
     )
 

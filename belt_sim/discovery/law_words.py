@@ -129,12 +129,12 @@ def looks_like(data: SearchData, law: Law, numbers: Estimates) -> str:
     if course == "wave":
         return _wave(data, float(t.form.at or 0.0))
     if v in ("none", "yaw_set"):
-        slow = (
-            "it warms up or settles"
-            if course in ("linear", "quadratic", "square_root", "rise")
-            else "it was changed in the run"
-        )
-        return f"{_part_of_machine(kind)}: {slow}"
+        when = "it was changed in the run"
+        if course == "constant":
+            when = "it is off all along"
+        elif course in ("linear", "quadratic", "square_root", "rise"):
+            when = "it warms up or settles"
+        return f"{_part_of_machine(kind)}: {when}"
     if kind == "sensor":
         return (
             "a sensor that answers late"

@@ -21,8 +21,12 @@ class Taper(Effect):
     reference = "physics sheet, section 7"
     parity = "even"
     cause = Cause("the {pulley} pulley is conical", ("tail", "head"), CHECK_DIAMETERS)
-    kappa_t: float = parameter("1/m", "taper of the tail pulley", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER)
-    kappa_t_head: float = parameter("1/m", "taper of the head pulley", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER)
+    kappa_t: float = parameter(
+        "1/m", "taper of the tail pulley (+: thicker at +y)", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER
+    )
+    kappa_t_head: float = parameter(
+        "1/m", "taper of the head pulley (+: thicker at +y)", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER
+    )
 
     def runup(self, runup, state, case):
         return replace(runup, turn=runup.turn + jnp.stack([self.kappa_t, self.kappa_t_head]))

@@ -13,7 +13,7 @@ from belt_sim.laws.runup import sag_angle
 
 
 def _zero_error():
-    return parameter("rad", "yaw at command zero", plausible=(-2e-3, 2e-3), scale=1e-4)
+    return parameter("rad", "yaw at command zero (+: as a positive yaw)", plausible=(-2e-3, 2e-3), scale=1e-4)
 
 
 @effect
@@ -162,8 +162,10 @@ class Cant(Effect):
         ("tail", "head"),
         "Put a machinist's level on the shaft of the {pulley} pulley.",
     )
-    gamma: float = parameter("rad", "cant of the tail pulley", plausible=(-5e-3, 5e-3), scale=2e-4)
-    gamma_head: float = parameter("rad", "cant of the head pulley", plausible=(-5e-3, 5e-3), scale=2e-4)
+    gamma: float = parameter("rad", "cant of the tail pulley (+: higher at +y)", plausible=(-5e-3, 5e-3), scale=2e-4)
+    gamma_head: float = parameter(
+        "rad", "cant of the head pulley (+: higher at +y)", plausible=(-5e-3, 5e-3), scale=2e-4
+    )
 
     def wrap(self, runoff, state, case):
         rig = case.rig

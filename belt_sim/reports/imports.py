@@ -40,7 +40,7 @@ def tell_written(folder: Path, campaign: Campaign, pictures: bool) -> None:
     if pictures:
         print(f"picture   {folder / 'understood.png'}")
     has_curves = any(len(r.travel) for r in campaign.runs) and any(s.kind == "lateral" for s in campaign.signals)
-    then = f"diagnose campaign={folder} model=strip" if has_curves else f"compare campaign={folder}"
+    then = f"diagnose campaign={folder}" if has_curves else f"compare campaign={folder}"
     print(f"next      belt-sim check campaign={folder}, then belt-sim {then}")
 
 
