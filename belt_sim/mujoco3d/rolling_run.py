@@ -11,7 +11,7 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.errors import InputError
+from belt_sim.errors import InputError, SimulationError
 from belt_sim.files import write_text
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.machine import HEAD_SPIN, STATION_JOINTS, TAIL_SLIDE, SceneLayout
@@ -137,7 +137,14 @@ class ContactRun:
 
 
 def _wrap_ends(stations: np.ndarray, n: int) -> tuple[int, int]:
-    """First and last of consecutive station numbers, modulo n: first in 0..n-1, last above it."""
+    """First and last of consecutive station numbers, modulo n: first in 0..n-1, last above it.
+
+    Raises SimulationError where there is none.
+    """
+    if not len(stations):
+        raise SimulationError(
+            "no node lies on a pulley: the belt has run off; turn the yaw back earlier or raise the tension"
+        )
     gap = int(np.argmax(np.diff(stations, append=stations[0] + n)))
     first = int(stations[(gap + 1) % len(stations)])
     return first, first + len(stations) - 1

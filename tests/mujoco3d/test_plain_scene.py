@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
-from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import MODELS
+from belt_sim.mujoco3d.rolling_run import _wrap_ends
 from belt_sim.watch.observers import resolve_watch
 
 SHORT_RIG = MODELS / "scenes" / "short_rig.xml"
@@ -120,6 +121,11 @@ def test_the_reader_of_the_readme_reads_what_the_rays_read():
     read = reader["y_at_points"](model, data)
     assert abs(read[0]) > ONE_NODE
     assert read == pytest.approx(rays, abs=ONE_NODE)
+
+
+def test_a_belt_that_has_left_a_pulley_is_one_line():
+    with pytest.raises(SimulationError, match="the belt has run off"):
+        _wrap_ends(np.array([], dtype=int), 100)
 
 
 def test_simulate_runs_an_edited_scene_and_a_file(tmp_path):
