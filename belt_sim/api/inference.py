@@ -116,7 +116,7 @@ def diagnose(
             laws=None if beside_points(campaign) else LawSearch(tell_stage), tell=tell_stage,
         )  # fmt: skip
         beside = [e.suspicion for e in of_sheet if e.gain > findings.decision.best.gain]
-        if not doubtful:  # a mistake that explains more than what is named is told beside it
+        if not any(s.severity == "stop" for s in findings.suspicions):  # a mistake that explains more is told beside
             findings = replace(findings, suspicions=(*findings.suspicions, *beside[:1]))
         stages(bootstraps, "")
         found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=_drawings(findings))

@@ -108,10 +108,7 @@ def examine(
         tried = [c for c in tried if not shapes_a_span(c)]
     of_data = suspicions(campaign)
     bench, nothing = _lay_out(free_zeros(campaign, of_data), model, tried)
-    faults = find_faults(bench, nothing.values, of_data)
-    if any(s.severity == "stop" for s in faults):  # a sheet that would explain part of such readings is no hint
-        doubts = [d for d in doubts if d.severity == "stop"]
-    suspect = (*doubts, *faults)
+    suspect = (*doubts, *find_faults(bench, nothing.values, of_data))
     if checked:
         suspect = tuple(replace(s, severity="look") for s in suspect)
     if (freed := free_zeros(bench.campaign, suspect)).signals != bench.campaign.signals:

@@ -96,7 +96,10 @@ class Cause:
 PERCENT = (100.0, "%")  # of a share
 METRES = (1.0, "m")  # of a place along the machine
 CHECK_MODEL = "Nothing on the machine. Use a model that has this built in, or add the effect with effects.yaml."
-CHECK_DIAMETERS = "Measure the {pulley} pulley's diameter at both sides and in the middle with a pi tape."
+CHECK_DIAMETERS = (
+    "Measure the {pulley} pulley's diameter at both sides and in the middle with a pi tape. A difference "
+    "below some 10 µm shows in the belt only: steer against it."
+)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -297,7 +297,7 @@ def plant_headline(d: Diagnosis, cards: Sequence[dict[str, Any]]) -> str:
 def run_advice(n: NextRun) -> str:
     """Return what a further run would tell; below 3 sigma that no single run tells it."""
     pair = " from ".join(n.separates)
-    change = f"{words.number(n.sigma_before, 2)} → {words.number(n.sigma_after, 2)} sigma"
+    change = f"{words.decimal(n.sigma_before, 1)} → {words.decimal(n.sigma_after, 1)} sigma"
     if n.sigma_after < RESOLVED:
         return f"No single further run on this rig tells {pair}. The best would be: {n.action} ({change})."
     return f"{n.action[:1].upper()}{n.action[1:]}. It tells {pair} ({change})."

@@ -159,7 +159,7 @@ def test_what_was_found_stands_in_sentences(page, explained):
     assert thousandths(explained.error.held_out.before) in page.text
     first = explained.per_run[0]
     assert f"Worse than before: {first.run} {first.signal}" in page.text
-    assert "Opposite yaw at 10 N/mm². It tells yaw_offset_tail from sensor_gain (0.10 → 5.9 sigma)" in page.text
+    assert "Opposite yaw at 10 N/mm². It tells yaw_offset_tail from sensor_gain (0.1 → 5.9 sigma)" in page.text
 
 
 def test_what_users_write_is_escaped(page):
