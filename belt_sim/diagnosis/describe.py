@@ -164,10 +164,9 @@ def _candidate(d: Findings, trial: Trial, rows: Sequence[Explanation], without: 
     needed = needed_gain(row_of(bench, fit, checked=False), d.table, POLICY)
     falls = sum(c.surprise for c in held.values()) < without
     note = "held-out error falls" if falls else "held-out error stays"
-    note = note if plausible else "implausible value"
-    probability, beside = (sum(e.probability for e in some) for some in (rows, [e for e in rows if e.unknown]))
-    if beside > 0.5:
+    if sum(e.probability for e in rows if e.unknown) > 0.5:  # likelier than not
         note = "only beside something unknown"
+    note = note if plausible else "implausible value"
     return Candidate(
         id=trial.id,
         gain=trial.gain,
@@ -175,7 +174,7 @@ def _candidate(d: Findings, trial: Trial, rows: Sequence[Explanation], without: 
         held_out_rms=lateral_rms(held.values()),
         parameters=estimates(bench.forward, fit)[trial.id],
         plausible=plausible,
-        probability=min(probability, 1.0),
+        probability=min(sum(e.probability for e in rows), 1.0),
         note=note if trial.gain > needed else "not needed",
     )
 

@@ -140,14 +140,13 @@ def _resolve(table: str, column: Column, entry: ColumnEntry, taken: list[str]) -
     at = (entry.at or column.at) if role == "signal" else ""
     if entry.at and role == "ignore":
         raise InputError(f"{where}.role", role, "", "leave it out (or role: signal) where at says what it measures")
-    kind = kind_at(at)
-    if at and kind is None:
+    if at and kind_at(at) is None:
         raise InputError(f"{where}.at", at, "", f"{did_you_mean(at, PLACES)}, or {ELSEWHERE_EXAMPLE}")
     if column.is_text and role not in ("run", "ignore"):
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
     if not ROLES[role].dimensions:
         return UsedColumn(table=table, column=column, role=role, unit="", factor=1.0, entry=entry)
-    unit = _unit(column, entry, (SIGNAL_DIMENSION[kind],) if kind else ROLES[role].dimensions, where)
+    unit = _unit(column, entry, _dimensions(role, at), where)
     name = ""
     if role == "signal":
         name = entry.name or _signal_name(column, at, taken)
@@ -157,6 +156,12 @@ def _resolve(table: str, column: Column, entry: ColumnEntry, taken: list[str]) -
             raise InputError(f"{where}.name", name, "", error.remedy) from None
     scale = UNITS[unit][1] * entry.factor * entry.sign
     return UsedColumn(table=table, column=column, role=role, unit=unit, factor=scale, at=at, name=name, entry=entry)
+
+
+def _dimensions(role: str, at: str) -> tuple[str, ...]:
+    """Kinds of unit that a column may have: of a signal whose place is known, one."""
+    kind = kind_at(at)
+    return (SIGNAL_DIMENSION[kind],) if kind else ROLES[role].dimensions
 
 
 def _unit(column: Column, entry: ColumnEntry, kinds: tuple[str, ...], where: str) -> str:
@@ -215,7 +220,7 @@ def _place_question(column: Column) -> Question:
 def _missing_units(table: UsedTable) -> Iterator[Question]:
     """Columns whose unit the file states, but as one that is not known or does not go with their role."""
     for u in table.columns:
-        kinds = (SIGNAL_DIMENSION[kind],) if (kind := kind_at(u.at)) else ROLES[u.role].dimensions
+        kinds = _dimensions(u.role, u.at)
         if kinds and not u.unit:
             yield Question(
                 path=("columns", u.column.name, "unit"),

@@ -7,8 +7,9 @@ import jsonschema
 import numpy as np
 import pytest
 from shipped_schema import check
-from small_campaign import SEED, diagnosed, drawn
+from small_campaign import SEED, diagnosed, drawn, examined
 
+from belt_sim.diagnosis.describe import describe
 from belt_sim.errors import InputError
 from belt_sim.files import write_json
 from belt_sim.results.diagnosis import Diagnosis
@@ -102,6 +103,15 @@ def test_a_file_of_another_version_is_told_in_one_line(tmp_path):
     with pytest.raises(InputError, match="another version of belt-sim") as caught:
         read_diagnosis(folder)
     assert "\n" not in str(caught.value)
+
+
+def test_the_ranking_marks_what_is_likely_only_beside_something_unknown():
+    found = examined("two")
+    beside = tuple(replace(e, unknown=True) for e in found.decision.explanations)
+    ranking = describe(replace(found, decision=replace(found.decision, explanations=beside)), seed=SEED).ranking
+    marked = {c.id for c in ranking if c.note == "only beside something unknown"}
+    assert marked == {"taper", "yaw_offset_tail"} == {c.id for c in ranking if c.probability > 0.5}
+    assert not any(c.note == "only beside something unknown" for c in diagnosed("two").ranking)
 
 
 def test_the_ranking_lists_every_candidate_best_first():

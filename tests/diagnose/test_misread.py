@@ -88,6 +88,12 @@ def test_a_column_that_looks_turned_stops_where_turning_it_back_leaves_noise(y):
     assert [s.severity for s in confirm_signs(laid_out(y), PATHS, [seen])] == ["look"]
 
 
+def test_a_column_that_hardly_moves_is_not_turned_by_noise(y):
+    still = PATHS * [[[1.0], [0.0]]]
+    seen = Suspicion(run=None, signals=("y4",), kind="wrong_sign", sentence="turned", severity="look")
+    assert confirm_signs(laid_out(y - PATHS + still), still, [seen]) == (seen,)
+
+
 def test_what_is_seen_at_first_glance_and_confirmed_stops(y):
     y[2, 1] *= -1.0
     seen = Suspicion(run=SPREAD[2].name, signals=("y4",), kind="wrong_sign", sentence="turned", severity="look")

@@ -8,7 +8,7 @@ import pytest
 from small_discovery import surveyed
 
 from belt_sim.discovery.closed_loop import LoopResponses, solve_loop
-from belt_sim.discovery.law_words import _as_belt, _by_how_much, formula
+from belt_sim.discovery.law_words import _as_belt, _by_how_much, formula, looks_like
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
 from belt_sim.effects.law_terms import Form, Law, Term, fixed_places
@@ -80,6 +80,12 @@ def test_a_threshold_in_tension_is_told_as_one():
     assert "below 9 N/mm²" in formula(
         law, {"size": (0.2, 0.01, "1"), "knee": (9e6, 1e5, "Pa"), "exponent": (0, 0, "1")}
     )
+
+
+@pytest.mark.parametrize(("course", "said"), [("constant", "is off all along"), ("linear", "warms up or settles")])
+def test_a_yaw_that_nothing_drives_is_told_by_its_course(course, said):
+    law = law_of(surveyed(), "yaw_tail", Form("none", course=course))
+    assert looks_like(surveyed(), law, {}) == f"the stand of a pulley: it {said}"
 
 
 @pytest.mark.parametrize(("size", "said"), [(-0.25, "bends more easily, as with"), (0.1, "bends less easily, as with")])

@@ -28,14 +28,17 @@ def free_zeros(campaign: Campaign, suspicions: Sequence[Suspicion]) -> Campaign:
 
 
 def confirm_signs(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
-    """``suspicions`` of the data by themselves, signs by what turning them back explains of what ``values`` (R, S, n)
-    leave: less than it does not, and it is to be looked at only, since a fault of the machine larger than the yaw turns
-    readings as well; all but noise, and a column that was to be looked at stops the diagnosis.
+    """``suspicions`` of the data by themselves, each sign judged by what is left beside ``values`` (R, S, n) once it is
+    turned back.
+
+    A sign that accounts for less than half is to be looked at only: a fault of the machine larger than the yaw turns
+    readings as well. A column that was to be looked at stops the diagnosis where noise is all that is left.
     """
     return tuple(_confirm_sign(bench, values, s) if s.kind == "wrong_sign" else s for s in suspicions)
 
 
 def _confirm_sign(bench: Workbench, values: np.ndarray, told: Suspicion) -> Suspicion:
+    """``told`` with the severity that the model gives it."""
     samples, before = bench.samples, _excess_chi2(bench, values, bench.fitted.y)
     runs = [r for r, run in enumerate(samples.runs) if told.run in (None, run.name) and run.use == "fit"]
     if not runs:
@@ -47,9 +50,9 @@ def _confirm_sign(bench: Workbench, values: np.ndarray, told: Suspicion) -> Susp
         return told if left < UNDONE * np.sum(before[runs]) else replace(told, severity="look")
     if told.run is not None:
         return told
-    left, noise = _left_by_turning(bench, values, runs, own), np.isfinite(bench.fitted.y[runs]).sum()
-    undone = left - WITHIN * np.sqrt(2.0 * noise) < LEFT * (np.sum(before[runs]) - left)
-    return replace(told, severity="stop") if own and undone else told
+    left = _left_by_turning(bench, values, runs, own)
+    cleared, count = float(np.sum(before[runs])) - left, np.isfinite(bench.fitted.y[runs]).sum()
+    return replace(told, severity="stop") if _leaves_noise(left, cleared, count) else told
 
 
 def _left_by_turning(bench: Workbench, values: np.ndarray, runs: Sequence[int], signals: Sequence[int]) -> float:
@@ -57,6 +60,11 @@ def _left_by_turning(bench: Workbench, values: np.ndarray, runs: Sequence[int], 
     y = bench.fitted.y.copy()
     y[np.ix_(runs, signals)] *= -1.0
     return float(np.sum(_excess_chi2(bench, values, y)[runs]))
+
+
+def _leaves_noise(left: float, cleared: float, count: int) -> bool:
+    """Whether readings, read another way, ``cleared`` more chi2 than chance and have noise ``left``, of ``count``."""
+    return cleared > CLEARED and left - WITHIN * np.sqrt(2.0 * count) < LEFT * cleared
 
 
 def _excess_chi2(bench: Workbench, values: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -79,7 +87,6 @@ def find_misread_run(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, .
     What a machine does shows in more than one record; what a hand did is undone to within noise.
     """
     before, count = _excess_chi2(bench, values, bench.fitted.y), np.isfinite(bench.fitted.y).sum(axis=(1, 2))
-    spread = WITHIN * np.sqrt(2.0 * count)
     gains, found = defaultdict[tuple, list[float]](list), []
     for r, told, read in _alternative_readings(bench):
         y = bench.fitted.y.copy()
@@ -87,7 +94,7 @@ def find_misread_run(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, .
         after = _excess_chi2(bench, values, y)
         gain = float(np.sum(before - after))
         gains[told.kind, told.signal].append(gain)
-        if gain > CLEARED and after[r] - spread[r] < LEFT * gain:
+        if _leaves_noise(after[r], gain, count[r]):
             found.append((gain, r, told))
     if len({r for _, r, _ in found}) != 1:
         return ()  # in several runs: the model lacks something
