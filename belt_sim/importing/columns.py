@@ -189,9 +189,9 @@ def _signal_name(column: Column, at: str, taken: list[str]) -> str:
 
 #: Where points 1-4 are.
 DRAWING = """\
-   1 -------- upper span -------- 4
- tail pulley (it yaws)      head pulley
-   2 -------- lower span -------- 3
+   4 -------- upper span -------- 1
+ head pulley         tail pulley (it yaws)
+   3 -------- lower span -------- 2
 """
 
 

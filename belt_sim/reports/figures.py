@@ -94,7 +94,7 @@ def where(one: FailureMap) -> dict[str, Any]:
     heat = {
         "type": "heatmap",
         "x": numbers(0.5 * (edges[1:] + edges[:-1])),
-        "y": [f"{t:g}" for t in one.tension],
+        "y": [f"{t:.4g}" for t in one.tension],
         "z": numbers(ratio),
         "text": [["" if not np.isfinite(v) else f"{v:.0f}" if abs(v) >= 1 else "·" for v in row] for row in ratio],
         "texttemplate": "%{text}",
@@ -102,13 +102,19 @@ def where(one: FailureMap) -> dict[str, Any]:
         "xgap": 2,
         "ygap": 2,
         "coloraxis": "coloraxis",
-        "hovertemplate": f"{one.title}<br>%{{y}} N/mm²<br>travel about %{{x}} m<br>E/u_val = %{{z:.1f}}<extra></extra>",
+        "hovertemplate": f"{one.title}<br>%{{y}} N/mm²<br>travel about %{{x:.3~g}} m<br>"
+        "E/u_val = %{z:.1f}<extra></extra>",
         "hoverongaps": False,
     }
     bare = {"showgrid": False, "zeroline": False, "automargin": True}
     layout = _layout(
         90 + 32 * len(one.tension),
-        xaxis={**bare, "tickvals": numbers(edges), "title": {"text": "belt travel [m]", "standoff": 4}},
+        xaxis={
+            **bare,
+            "tickvals": numbers(edges),
+            "tickformat": ".3~g",
+            "title": {"text": "belt travel [m]", "standoff": 4},
+        },
         yaxis={**bare, "type": "category", "title": {"text": "tension [N/mm²]", "standoff": 4}},
         plot_bgcolor="--track",
         coloraxis={"colorscale": colour_scale(), "cmin": -FULL, "cmax": FULL, "showscale": False},
@@ -121,7 +127,7 @@ def drift(before: Drift, after: Drift | None) -> dict[str, Any]:
     ticks = [float(t) for t in np.unique(before.tension)]
     shown = [(before, BEFORE, "circle", "before"), (after, AFTER, "square", "after")]
     data = [_bars(one, colour, symbol, name) for one, colour, symbol, name in shown if one is not None]
-    log = {"type": "log", "tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]}
+    log = {"type": "log", "tickvals": ticks, "ticktext": [f"{t:.4g}" for t in ticks]}
     layout = _layout(
         320,
         shapes=_stated_band(before),

@@ -16,7 +16,7 @@ from belt_sim.files import ROOT, clear_drafts
 TENSIONS = tuple(range(10, 34, 2))
 RECORDS = 21  # 2 m, every 0.1 m
 IMPOSSIBLE = 2000  # N/mm2
-KILLS = 3
+KILLS = 2
 PATIENCE = 300.0  # s
 
 

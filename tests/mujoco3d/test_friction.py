@@ -138,8 +138,8 @@ def at(curves, travel, point):
 
 def test_less_friction_starts_faster_whatever_the_step(short_rig):
     def run(friction, dt):
-        options = Options(run_in=0.3, settle=0.2, acceleration=3.0, friction=friction, dt=dt, dx=0.04)
-        return at(simulate(short_rig, travel=0.4, options=options), 0.35, 0)
+        options = Options(run_in=0.15, settle=0.1, acceleration=3.0, friction=friction, dt=dt, dx=0.04)
+        return at(simulate(short_rig, travel=0.3, options=options), 0.25, 0)
 
     sticking, rough, smooth, finer = run(np.inf, 2e-3), run(0.3, 2e-3), run(0.1, 2e-3), run(0.1, 1e-3)
     assert smooth < 1.05 * rough < 1.05**2 * sticking < 0.0

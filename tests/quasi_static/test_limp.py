@@ -34,7 +34,7 @@ def assert_beside(found, native, direction=1.0):
     assert apart.max() < WHERE_IT_LEAVES
 
 
-def test_a_batch_of_ropes_is_beside_the_rope_law_and_mujoco():
+def test_a_batch_of_ropes_is_beside_the_rope_law():
     cases = [paper_case(t, yaw, ROPE_EXAMPLE) for t, yaw in ((60.0, -7.3e-4), (30.0, 3.7e-4))]
     found = simulate_batch(cases, belt="rope", travel=TRAVEL, options=QUICK)
     for case, curves in zip(cases, found, strict=True):
@@ -42,8 +42,6 @@ def test_a_batch_of_ropes_is_beside_the_rope_law_and_mujoco():
         assert at(1.4, curves)[0] == pytest.approx(at(1.4, law)[0], rel=LAW)
         assert not curves.moment.any()
         assert curves.extra["tension"] == pytest.approx(float(case.settings.tension), rel=1e-3)
-    native = simulate(cases[0], belt="rope", travel=TRAVEL, options=QUICK)
-    assert_beside(found[0], native)
 
 
 @pytest.mark.long
