@@ -36,7 +36,6 @@ from belt_sim.mujoco3d.options import (
     KINK_STATIONS,
     LAYER_TIME,
     Options,
-    contact_options,
     fit_options,
     is_limp,
 )
@@ -267,7 +266,7 @@ def simulate(
     held = contact == CONTACTS[0]
     if held and math.isfinite(parts.friction) and is_limp(belt, options):
         raise CannotRepresent(f"options.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
-    options = fit_options(options if held else contact_options(options), case, belt)
+    options = fit_options(options, case, belt, contact)
 
     def run(case: Case, path: Path | None = None, observers: Sequence[Observer] = ()) -> Curves:
         if held:
@@ -286,7 +285,7 @@ def simulate(
 
 def contact_scene(case: Case, belt: str, options: Options) -> mujoco.MjSpec:
     """The specification of a case's scene that MuJoCo's contacts carry."""
-    options = fit_options(contact_options(options), case, belt)
+    options = fit_options(options, case, belt, CONTACTS[1])
     return build_contact(case, belt, options, SceneParts.from_case(case, options.friction))[0]
 
 

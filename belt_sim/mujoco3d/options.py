@@ -167,17 +167,25 @@ def accelerate(
 _SHAKEN = 20.0  # string speed over belt speed; y after 1 m is still that at a 35th within 3 % (7 N/mm2, a = 2 m)
 _COURANT = 0.5
 _CONTACT_SPEED = 0.5  # [m/s]: slower than a held belt, because its landings are impacts
+_TENDONS_SHAKEN = 140.0  # string speed over belt speed: faster ropes and grids are thrown off by these impacts
 _LIMP_DRAG = 2.0  # times string speed / span length: a third of critical for the lowest sway of a limp span
 
 
-def fit_options(options: Options, case: Case, belt: str) -> Options:
-    """Options for this case, with a belt speed in m/s.
+def fit_options(options: Options, case: Case, belt: str, contact: str = CONTACTS[0]) -> Options:
+    """Options for this case, with a belt speed in m/s; contact: one of CONTACTS.
 
     Springs (tendons) lend MuJoCo's metric no stiffness across their direction, so that their step stays below
     dx / string speed; limp spans get a drag that calms them between landings.
-    Raises InputError when a link on a pulley would turn further in a step than its strain can bear.
+    Raises InputError when a link on a pulley would turn further in a step than its strain can bear, and for a belt
+    speed at which landings shake the belt too much.
     """
-    waves, pace = string_speed(case), _belt_speed(options, case)
+    waves = string_speed(case)
+    fastest, pace = waves / _SHAKEN, accurate_speed(waves)
+    if contact != CONTACTS[0]:
+        fastest = fastest if belt == "flex" else waves / _TENDONS_SHAKEN
+        pace = min(_CONTACT_SPEED, fastest)
+    if options.belt_speed is not None:
+        pace = _speed_given(options, case, fastest, pace)
     dt = options.dt if belt == "flex" else min(options.dt, _COURANT * options.dx / waves)
     radius = min(float(case.rig.head_radius), float(case.rig.tail_radius))
     longest = radius / pace * (2.0 * float(case.settings.tension) / float(case.belt.youngs_modulus)) ** 0.5
@@ -189,21 +197,13 @@ def fit_options(options: Options, case: Case, belt: str) -> Options:
     return replace(options, belt_speed=pace, dt=dt, damping=damping)
 
 
-def contact_options(options: Options) -> Options:
-    """Options of a belt that contacts carry: without a speed of its own it runs at _CONTACT_SPEED."""
-    return options if options.belt_speed is not None else replace(options, belt_speed=_CONTACT_SPEED)
-
-
-def _belt_speed(options: Options, case: Case) -> float:
-    """Belt speed [m/s]; raises InputError for one at which landings shake the belt too much."""
-    waves = string_speed(case)
-    if options.belt_speed is None:
-        return accurate_speed(waves)
+def _speed_given(options: Options, case: Case, fastest: float, accurate: float) -> float:
+    """The belt speed [m/s] that options give; fastest, accurate [m/s]: at most, and without a speed given."""
     as_the_case = options.belt_speed == AS_THE_CASE
     name = "settings.speed" if as_the_case else "options.belt_speed"
-    pace = float(case.settings.speed if as_the_case else options.belt_speed)
-    if not 0.0 < pace <= waves / _SHAKEN:
-        most = f"give at most {waves / _SHAKEN:.2f}, above which landings shake a belt of this tension"
-        remedy = f"{most}, or leave options.belt_speed out for {accurate_speed(waves):.2f} m/s"
+    pace = float(case.settings.speed if as_the_case else options.belt_speed)  # type: ignore[arg-type]
+    if not 0.0 < pace <= fastest:
+        most = f"give at most {fastest:.2f}, above which landings shake a belt of this tension"
+        remedy = f"{most}, or leave options.belt_speed out for {accurate:.2f} m/s"
         raise InputError(name, f"{pace:.3g}", "m/s", remedy)
     return pace

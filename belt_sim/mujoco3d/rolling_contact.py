@@ -18,7 +18,7 @@ from belt_sim.mujoco3d.loop import LaidLoop
 from belt_sim.mujoco3d.machine import SceneLayout, begin_scene
 from belt_sim.mujoco3d.mesh import node_name
 from belt_sim.mujoco3d.mujoco_interface import compile_model, set_contact_solver, silence_expected_warnings
-from belt_sim.mujoco3d.options import Options
+from belt_sim.mujoco3d.options import Options, is_limp
 from belt_sim.scene_parts import PulleySurface, SceneParts
 from belt_sim.si import DEGREE, N_PER_MM2
 
@@ -31,9 +31,6 @@ STORY = """ A steel belt on two pulleys, carried and tracked by MuJoCo's contact
 
 #: friction coefficient that stands for a belt that sticks: 1 lets the beginning of a wrap slip at the yaw step
 STICKING = 10.0
-#: time constant [steps] and impedance of the contact; with one step the belt chatters on the pulleys. MuJoCo takes the
-#: stiffness of tendons for inertia of the nodes, which would make the contact hundreds of times as stiff.
-_MEMBRANE, _TENDONS = (2.0, (0.998, 0.9998, 1e-4, 0.5, 2.0)), (4.0, (0.5, 0.9, 1e-4, 0.5, 2.0))
 _DEEPEST = 1e-3  # [m]
 
 
@@ -78,14 +75,27 @@ def build_contact(
     spec, scene = begin_scene(case, belt, options, parts, path=lambda depth, *_: 0.0 * depth)
     set_contact_solver(spec, options.dt, parts.gravity)
     if contact is None:
-        steps, solimp = _TENDONS if spec.tendons else _MEMBRANE
-        contact = ContactLaw(steps * options.dt, solimp, parts.friction)
+        contact = _stiffest_contact(scene)
     _dress_nodes(spec, scene, contact)
     _add_actuators(spec, scene.case)
     _add_sensors(spec, scene.loop)
     _complete_keys(spec, scene)
     _make_solid(spec, scene, contact)
     return spec, scene
+
+
+def _stiffest_contact(scene: SceneLayout) -> ContactLaw:
+    """With a shorter time constant the belt chatters on the pulleys.
+
+    MuJoCo takes the stiffness of tendons for inertia of the nodes: their contact is hundreds of times as stiff, but not
+    where the normal runs along x or z. So it is softer, and hardens within three times the depth at which the wrap goes
+    slack, strain x radius.
+    """
+    dt, belt, settings = scene.options.dt, scene.case.belt, scene.case.settings
+    if scene.kind == "flex":
+        return ContactLaw(2.0 * dt, (0.998, 0.9998, 1e-4, 0.5, 2.0), scene.parts.friction)
+    slack = float(settings.tension) / float(belt.youngs_modulus) * scene.loop.radius_head
+    return ContactLaw(4.0 * dt, (0.5, 0.9, 3.0 * slack, 0.5, 2.0), scene.parts.friction)
 
 
 NODE_RADIUS = 1e-3  # [m], of the spheres that touch the pulleys
@@ -109,10 +119,13 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout, contact: ContactLaw) -
     seen.contype = seen.conaffinity = 0
     seen.mass, seen.rgba, seen.group = 0.0, _COLOURS["flag"], 4
     margin = 0.5 * float(scene.case.belt.width) - mesh.line_y[0] - _FLAG[0]
+    drag = scene.options.damping if is_limp(scene.kind, scene.options) else 0.0  # of spans that would sway on
     for i in range(mesh.stations):
         for j in range(mesh.lines):
             body = spec.body(node_name(i, j))
             body.add_geom(node)
+            for joint in body.joints[1:]:
+                joint.damping[0] = drag * mesh.mass[j]
             for side, line in ((1.0, 0), (-1.0, mesh.lines - 1)):
                 if j == line:
                     body.add_geom(flag, pos=[0.0, side * margin, 0.0])

@@ -15,7 +15,7 @@ from belt_sim.errors import InputError, SimulationError
 from belt_sim.files import write_text
 from belt_sim.frame import Observer
 from belt_sim.mujoco3d.machine import HEAD_SPIN, STATION_JOINTS, TAIL_SLIDE, SceneLayout
-from belt_sim.mujoco3d.mujoco_interface import compile_model, mjcf, refuse_divergence
+from belt_sim.mujoco3d.mujoco_interface import compile_model, mjcf, refuse_divergence, silence_expected_warnings
 from belt_sim.mujoco3d.options import Options
 from belt_sim.mujoco3d.pulleys import laid_poses
 from belt_sim.mujoco3d.recording import Recorder, notify_observers
@@ -104,7 +104,8 @@ class ContactRun:
             extra = {k: v for k, v in (found.extra or {}).items() if not k.startswith(("slip", "sliding"))}
             return replace(found, extra=extra)
 
-        with notify_observers(recorder.observers, self.scene.case, travel, curves, self.model, self.data):
+        watched = notify_observers(recorder.observers, self.scene.case, travel, curves, self.model, self.data)
+        with watched, silence_expected_warnings():
             while state.travel < travel + 0.5 * self.scene.options.sample:
                 self._step()
                 if recorder.is_due(state.travel):
