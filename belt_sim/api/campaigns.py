@@ -106,7 +106,7 @@ def draft_text(proposal: Proposal) -> str:
     if proposal.unknown:
         lines += ["# left out as long as at is null; give a place, or in its stead a role as {role: tension}:"]
         lines += [f"#   {q.path[1]}" for q in proposal.unknown]
-    guesses = {u.column.name: f"#   {u.column.name}: {u.unit} ({u.why})" for u in proposal.columns if u.unit_is_guess}
+    guesses = {u.name: f"#   {u.name}: {u.unit} ({u.why})" for u in proposal.columns if u.unit_is_guess}
     if guesses:
         lines += ["# units that only the size of the numbers tells; look at them, and state unit: for good:"]
         lines += guesses.values()

@@ -20,7 +20,7 @@ from belt_sim.campaign.write import sheet_tree
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
 from belt_sim.files import group_names, sample_campaigns
-from belt_sim.importing.types import ROLES
+from belt_sim.importing.mapping import ROLES
 from belt_sim.reports.imports import noise_table, run_noise_table, runs_table
 from belt_sim.results import words
 from belt_sim.results.display import Table
@@ -289,13 +289,13 @@ def _columns(form: AnswerForm, now: Import) -> None:
     """A row a column: role, unit, place, sign, and why that is thought."""
     if now.proposal is None:
         return
-    uses = {use.column.name: use for use in reversed(now.proposal.columns)}
+    uses = {use.name: use for use in reversed(now.proposal.columns)}
     with ui.element("div").classes("grid columns"):
         for head in ("column", "is", "unit", "measured at", "sign", "because of"):
             ui.label(head).classes("soft small")
         for use in reversed(uses.values()):
-            place: Place = ("columns", use.column.name)
-            ui.label(use.column.name).classes("" if use.sure or use.role == "ignore" else "guess")
+            place: Place = ("columns", use.name)
+            ui.label(use.name).classes("" if use.sure or use.role == "ignore" else "guess")
             form.select((*place, "role"), {r: r for r in ROLES}, use.role)
             form.input((*place, "unit"), use.unit, "mm")
             form.select((*place, "at"), WHERE, use.at)

@@ -11,16 +11,22 @@ import pandas as pd
 from belt_sim.campaign import Campaign, CampaignError, Run
 from belt_sim.campaign.types import Source
 from belt_sim.errors import InputError
-from belt_sim.importing.columns import UsedColumn, UsedTable, resolve_columns
-from belt_sim.importing.mapping import SCHEMA, MappingEntry, mapping_of
+from belt_sim.importing.columns import Column, LoggedTables, Note, column_questions, other_units, resolve_columns
+from belt_sim.importing.mapping import SCHEMA, MappingEntry, Question, mapping_of
 from belt_sim.importing.noise import NoiseRead
-from belt_sim.importing.rates import RatedRuns, rates_of
-from belt_sim.importing.records import TIME, count_from_yaw, resample, signals_in, step_for
-from belt_sim.importing.repeats import cut_repeats, mark_repeats, snap_settings
-from belt_sim.importing.runs import AssembledRun, assemble_runs, check_run_names
-from belt_sim.importing.settings import RANGES, questions
+from belt_sim.importing.records import (
+    TIME,
+    count_from_yaw,
+    cut_repeats,
+    mark_repeats,
+    resample,
+    signals_in,
+    snap_settings,
+    step_for,
+)
+from belt_sim.importing.runs import AssembledRun, find_runs
+from belt_sim.importing.settings import RANGES
 from belt_sim.importing.sheets import belt_of, machine_of, settings_of, signals_of
-from belt_sim.importing.types import LoggedTables, Note, Question
 from belt_sim.importing.units import UNITS, size_of
 
 AT_ONCE = "the yaw is taken to act from the first reading on; else state where it was set: all_runs: {yaw_at: 5 m}"
@@ -34,7 +40,7 @@ class Proposal:
     written beside it; notes: what was done.
     """
 
-    columns: tuple[UsedColumn, ...]
+    columns: tuple[Column, ...]
     missing: tuple[Question, ...]
     campaign: Campaign | None
     mapping: dict[str, Any]
@@ -56,20 +62,23 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     Raises CampaignError or InputError for what cannot be; what is merely not known becomes a question.
     """
     entry = mapping_of(mapping)
-    columns = resolve_columns(logged, entry)
-    used = tuple(u for table in columns.tables for u in table.columns)
+    tables = resolve_columns(logged, entry)
+    used = tuple(c for table in tables for c in table.columns)
+    missing, unknown = column_questions(logged, tables)
     machine, remarks, of_machine = machine_of(entry)
     belt, of_belt, about_belt = belt_of(entry)
+    missing += of_machine + about_belt
     section = belt.width.value * belt.thickness.value if belt else float("nan")
-    missing = columns.missing + of_machine + about_belt
-    made, rated, about_runs = _find_runs(columns.tables, entry, section, missing)
-    notes = (
-        [n for t in logged.tables for n in t.notes] + columns.notes + [Note(m.key, n) for m in made for n in m.notes]
-    )
+    unreadable = any(q.path[-1] in ("role", "unit") for q in missing)
+    found = find_runs(tables, entry, section, only_rates=unreadable)
+    missing += found.questions
+    made = found.recorded
+    if not (made or found.rated or missing):
+        raise InputError("files", "no run", "", "no run was found in them; is the right column the run or the travel?")
+    notes = [n for t in tables for n in t.notes] + other_units(tables) + [Note(m.key, n) for m in made for n in m.notes]
     runs, more, step = _runs(made, entry)
     signals, noise, of_signals = signals_of(runs, used, machine.centre_distance.value if machine else 10.0)
     settings, of_settings = settings_of(entry)
-    missing += about_runs
     campaign = None
     if not missing and machine is not None and belt is not None:
         campaign = Campaign(
@@ -79,13 +88,13 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
             belt=belt,
             signals=signals,
             settings=settings,
-            runs=(*runs, *rated.runs),
-            steady=tuple(rated.steady),
+            runs=(*runs, *found.rated),
+            steady=tuple(found.steady),
         )
     return Proposal(
         columns=used,
         missing=tuple(dict.fromkeys(missing)),
-        unknown=tuple(columns.unknown),
+        unknown=tuple(unknown),
         campaign=campaign,
         mapping=mapping_used(entry, used, made, step),
         noise=noise,
@@ -98,22 +107,6 @@ def _names_in_order(names: Iterable[str]) -> str:
     """The first few names, T2 before T10, and how many more there are."""
     known = sorted(set(names), key=lambda n: [(w, int(d or 0)) for w, d in re.findall(r"(\D*)(\d*)", n.lower())])
     return ", ".join(known[:4]) + (f" and {len(known) - 4} more" if len(known) > 4 else "")
-
-
-def _find_runs(
-    tables: list[UsedTable], entry: MappingEntry, section: float, open_: list[Question]
-) -> tuple[list[AssembledRun], RatedRuns, list[Question]]:
-    """Runs of records, runs of rates, and questions about them; open_: questions that are there already."""
-    rated = rates_of(tables, entry, section)
-    if any(q.path[-1] in ("role", "unit") for q in open_):
-        return [], rated, rated.missing
-    made, asked, names = assemble_runs(tables, entry, section)
-    if not asked:
-        check_run_names(entry, [*names, *rated.names])
-    missing = rated.missing + asked + [q for run in made for q in questions(run.key, run.settings, run.file)]
-    if not (made or rated.runs or missing or open_):
-        raise InputError("files", "no run", "", "no run was found in them; is the right column the run or the travel?")
-    return made, rated, missing
 
 
 def _runs(made: list[AssembledRun], entry: MappingEntry) -> tuple[list[Run], list[Note], float]:
@@ -170,15 +163,16 @@ def _run(made: AssembledRun) -> Run:
 
 
 def mapping_used(
-    entry: MappingEntry, used: tuple[UsedColumn, ...], made: list[AssembledRun], step: float
+    entry: MappingEntry, used: tuple[Column, ...], made: list[AssembledRun], step: float
 ) -> dict[str, Any]:
     """The mapping with all that was recognised, so that the import can be repeated: plain data for ``understand``."""
     stated = _plain(entry.model_dump(by_alias=True, exclude_unset=True))
     columns: dict[str, Any] = {}
     for u in used:
-        seen = {"role": u.role, "unit": "" if u.unit_is_guess else u.unit, "at": u.at, "name": u.name if u.at else ""}
+        name = u.signal if u.at else ""
+        seen = {"role": u.role, "unit": "" if u.unit_is_guess else u.unit, "at": u.at, "name": name}
         own = {k: v for k, v in seen.items() if v} | _plain(u.entry.model_dump(exclude_unset=True))
-        columns.setdefault(u.column.name, own)
+        columns.setdefault(u.name, own)
     runs: dict[str, Any] = {}
     for run in made:
         known = {k: s.text for k, s in run.settings.items() if s.text and getattr(entry.all_runs, k, None) is None}

@@ -1,37 +1,67 @@
-"""Role, unit and place of every column as they are used: stated by the mapping, else as proposed."""
+"""Tables of a logger and their columns: what was logged, and its role, unit and place by the mapping or as proposed."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from belt_sim.campaign.plausible import SIGNAL_DIMENSION
-from belt_sim.campaign.problems import did_you_mean
+from belt_sim.campaign.problems import CampaignError, did_you_mean, refusal
 from belt_sim.campaign.sheet import RESERVED, check_signal_name
 from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, kind_at
 from belt_sim.errors import InputError
-from belt_sim.importing.mapping import ColumnEntry, MappingEntry
-from belt_sim.importing.roles import rises
-from belt_sim.importing.types import ROLES, SIGNAL_NAMES, Column, LoggedTable, LoggedTables, Note, Question
+from belt_sim.importing.mapping import ROLES, ColumnEntry, MappingEntry, Question
 from belt_sim.importing.units import NAMES, UNITS, unit_of
 
 #: dimension -> unit of a column where neither file nor mapping states one, and in which a signal is written
 USUAL = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
+#: place -> usual name of the signal there
+SIGNAL_NAMES = {place: f"y{place[-1]}" for place, kind in PLACES.items() if kind == "lateral"}
+SIGNAL_NAMES |= {"upper_mid_span": "tilt", "lower_mid_span": "tilt_lower"}
+
+
+@dataclass(frozen=True)
+class Note:
+    """A remark; about: the file, run or column that it is about ("" for all)."""
+
+    about: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.about}: {self.text}" if self.about else self.text
 
 
 @dataclass(frozen=True, kw_only=True)
-class UsedColumn:
-    """A column of a table with its role, and its factor to SI, sign included; name: of the signal in the campaign."""
+class Column:
+    """One column as logged and what it is.
 
-    table: str
-    column: Column
-    role: str
-    unit: str
-    factor: float
+    name, values: its header; numbers (n,), nan where blank, or texts (object dtype). stamp: whether they were dates or
+    times of day; stated_unit: what the file states as the unit, known or not; is_certain: whether the file itself says
+    what it is; proposed_by: where the proposal comes from, in words. role, unit, at: as proposed, "" where nothing is
+    known, until ``resolve_columns`` puts them as the mapping (entry) states them, and with them the name of the table,
+    the factor to SI, sign included, and the signal's name in the campaign.
+    """
+
+    name: str
+    values: np.ndarray
+    stamp: bool = False
+    stated_unit: str = ""
+    is_certain: bool = False
+    proposed_by: str = ""
+    role: str = ""
+    unit: str = ""
     at: str = ""
-    name: str = ""
+    table: str = ""
+    factor: float = 1.0
+    signal: str = ""
     entry: ColumnEntry = field(default_factory=ColumnEntry)
+
+    @property
+    def is_text(self) -> bool:
+        return self.values.dtype == object
 
     @property
     def is_stated(self) -> bool:
@@ -41,12 +71,12 @@ class UsedColumn:
     @property
     def sure(self) -> bool:
         """Whether the mapping or the file itself says what it is."""
-        return (self.column.sure or self.is_stated) and not self.unit_is_guess
+        return (self.is_certain or self.is_stated) and not self.unit_is_guess
 
     @property
     def unit_is_guess(self) -> bool:
         """Whether neither the mapping nor the file states the unit of what was logged."""
-        stated = self.entry.unit or self.entry.axis or self.column.stated_unit == self.unit
+        stated = self.entry.unit or self.entry.axis or self.stated_unit == self.unit
         return bool(ROLES[self.role].units and self.unit) and not stated
 
     @property
@@ -54,11 +84,11 @@ class UsedColumn:
         """Where role and unit come from, in words."""
         if self.is_stated:
             return "the mapping" + (f"; {self.unit} is a guess" if self.unit_is_guess else "")
-        return self.column.why + ("" if self.column.sure else " (a guess)")
+        return self.proposed_by + ("" if self.is_certain else " (a guess)")
 
-    def si(self, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
+    def si(self) -> np.ndarray:
         """Numbers [SI]; of a force [N]; of an axis of a digitised picture, the value at each pixel."""
-        values = self.column.values[rows].astype(float)
+        values = self.values.astype(float)
         return self.factor * (values if self.entry.axis is None else self.entry.axis.values_at(values))
 
     @property
@@ -69,9 +99,9 @@ class UsedColumn:
     @property
     def labels(self) -> list[str]:
         """The cells as texts, "" where blank."""
-        if self.column.is_text:
-            return [str(c).strip() for c in self.column.values]
-        return ["" if np.isnan(c) else f"{c:.15g}" for c in self.column.values]
+        if self.is_text:
+            return [str(c).strip() for c in self.values]
+        return ["" if np.isnan(c) else f"{c:.15g}" for c in self.values]
 
     @property
     def by_hand(self) -> float | None:
@@ -82,43 +112,70 @@ class UsedColumn:
         return abs((v1 - v0) / (p1 - p0) * self.factor) * self.entry.axis.u
 
 
-@dataclass(frozen=True)
-class UsedTable:
-    """A table, and its columns as they are used."""
+@dataclass(frozen=True, kw_only=True)
+class LoggedTable:
+    """One file, one sheet of it, or the rows of one run.
 
-    logged: LoggedTable
-    columns: tuple[UsedColumn, ...]
+    lines: line in the file of every row that was kept, from 1, shape (n,); starts: rows at which the file begins anew
+    (its header stands there again); label: of a run, the text that may state its settings.
+    """
 
-    def column(self, role: str) -> UsedColumn | None:
+    name: str
+    file: Path
+    columns: tuple[Column, ...]
+    lines: np.ndarray
+    starts: tuple[int, ...] = ()
+    kind: Literal["record", "settings", "rates"] = "record"
+    notes: tuple[Note, ...] = ()
+    label: str = ""
+
+    def column(self, role: str) -> Column | None:
         """The first column with this role; None where there is none."""
-        return next((u for u in self.columns if u.role == role), None)
+        return next((c for c in self.columns if c.role == role), None)
+
+    def values(self, role: str) -> np.ndarray | None:
+        """Numbers [SI] of the column with this role, None where there is none."""
+        found = self.column(role)
+        return None if found is None else found.si()
+
+    def at(self, rows: np.ndarray) -> "LoggedTable":
+        """The table with these rows only."""
+        columns = tuple(replace(c, values=c.values[rows]) for c in self.columns)
+        return replace(self, columns=columns, lines=self.lines[rows])
+
+    def refuse(self, row: int, name: str, value: object, unit: str, remedy: str) -> CampaignError:
+        """The error of a row."""
+        return refusal(self.file, remedy, line=int(self.lines[row]), name=name, value=value, unit=unit)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Columns:
-    """missing: questions that must be answered; unknown: of columns that are left out."""
+class LoggedTables:
+    """Everything that was read."""
 
-    tables: list[UsedTable]
-    missing: list[Question]
-    unknown: list[Question]
-    notes: list[Note]
+    tables: tuple[LoggedTable, ...]
+
+    @property
+    def columns(self) -> dict[str, Column]:
+        """Columns of all tables by name; of one name, the first."""
+        found: dict[str, Column] = {}
+        for column in (c for table in self.tables for c in table.columns):
+            found.setdefault(column.name, column)
+        return found
 
 
-def resolve_columns(logged: LoggedTables, mapping: MappingEntry) -> Columns:
-    """Every column as the mapping states it, else as proposed; raises InputError for what cannot be."""
+# ---- columns as they are used
+
+
+def resolve_columns(logged: LoggedTables, mapping: MappingEntry) -> list[LoggedTable]:
+    """Tables with every column as the mapping states it, else as proposed; raises InputError for what cannot be."""
     strange = next((name for name in mapping.columns if name not in logged.columns), None)
     if strange is not None:
         remedy = f"no file has such a column; {did_you_mean(strange, logged.columns)}"
         raise InputError(f"columns.{strange}", strange, "", remedy)
-    tables = [_resolve_table(table, mapping) for table in logged.tables]
-    missing = _first_of_each(q for t in tables for q in (*_missing_places(t), *_missing_units(t), *_missing_roles(t)))
-    asked = {q.path[1] for q in missing}
-    unknown = _first_of_each(q for t in tables for q in _unknown_roles(t) if q.path[1] not in asked)
-    notes = dict.fromkeys(note for t in tables for note in _other_units(t))
-    return Columns(tables=tables, missing=missing, unknown=unknown, notes=list(notes))
+    return [_resolve_table(table, mapping) for table in logged.tables]
 
 
-def _resolve_table(table: LoggedTable, mapping: MappingEntry) -> UsedTable:
+def _resolve_table(table: LoggedTable, mapping: MappingEntry) -> LoggedTable:
     """A table with its columns as they are used; of a run, no two signals get one name."""
     along = {e.against for e in mapping.columns.values()}
     stated = [e.name for e in mapping.columns.values() if e.name]
@@ -128,14 +185,14 @@ def _resolve_table(table: LoggedTable, mapping: MappingEntry) -> UsedTable:
         entry = mapping.columns.get(column.name, ColumnEntry())
         if column.name in along and entry.role is None:
             entry = entry.model_copy(update={"role": "travel"})
-        columns.append(_resolve(table.name, column, entry, taken[entry.run]))
-        taken[entry.run].append(columns[-1].name)
-    return UsedTable(table, tuple(columns))
+        columns.append(_resolve(replace(column, table=table.name, entry=entry), taken[entry.run]))
+        taken[entry.run].append(columns[-1].signal)
+    return replace(table, columns=tuple(columns))
 
 
-def _resolve(table: str, column: Column, entry: ColumnEntry, taken: list[str]) -> UsedColumn:
+def _resolve(column: Column, taken: list[str]) -> Column:
     """A column as its entry of the mapping states it, else as proposed; taken: names of other signals."""
-    where = f"columns.{column.name}"
+    where, entry = f"columns.{column.name}", column.entry
     role = entry.role or ("signal" if entry.at else column.role) or "ignore"
     at = (entry.at or column.at) if role == "signal" else ""
     if entry.at and role == "ignore":
@@ -145,17 +202,17 @@ def _resolve(table: str, column: Column, entry: ColumnEntry, taken: list[str]) -
     if column.is_text and role not in ("run", "ignore"):
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
     if not ROLES[role].dimensions:
-        return UsedColumn(table=table, column=column, role=role, unit="", factor=1.0, entry=entry)
-    unit = _unit(column, entry, _dimensions(role, at), where)
-    name = ""
+        return replace(column, role=role, unit="", at="")
+    unit = _unit(column, _dimensions(role, at))
+    signal = ""
     if role == "signal":
-        name = entry.name or _signal_name(column, at, taken)
+        signal = entry.name or _signal_name(column, at, taken)
         try:
-            check_signal_name(name)
+            check_signal_name(signal)
         except InputError as error:
-            raise InputError(f"{where}.name", name, "", error.remedy) from None
+            raise InputError(f"{where}.name", signal, "", error.remedy) from None
     scale = UNITS[unit][1] * entry.factor * entry.sign
-    return UsedColumn(table=table, column=column, role=role, unit=unit, factor=scale, at=at, name=name, entry=entry)
+    return replace(column, role=role, unit=unit, factor=scale, at=at, signal=signal)
 
 
 def _dimensions(role: str, at: str) -> tuple[str, ...]:
@@ -164,13 +221,14 @@ def _dimensions(role: str, at: str) -> tuple[str, ...]:
     return (SIGNAL_DIMENSION[kind],) if kind else ROLES[role].dimensions
 
 
-def _unit(column: Column, entry: ColumnEntry, kinds: tuple[str, ...], where: str) -> str:
+def _unit(column: Column, kinds: tuple[str, ...]) -> str:
     """The unit: as stated; as proposed, when it is of a kind that fits; else the usual one of that kind; "" where the
     file states one that is not known or of another kind."""
+    entry = column.entry
     if entry.unit is not None:
-        return unit_of(entry.unit, kinds, f"{where}.unit")
+        return unit_of(entry.unit, kinds, f"columns.{column.name}.unit")
     for own in (column.stated_unit, column.unit):
-        if own and own in UNITS and UNITS[own][0] in kinds and (column.sure or entry.axis is None):
+        if own and own in UNITS and UNITS[own][0] in kinds and (column.is_certain or entry.axis is None):
             return own  # of pixels no unit can be guessed
     if column.stated_unit and entry.axis is None and kinds != ("number",):
         return ""
@@ -184,6 +242,21 @@ def _signal_name(column: Column, at: str, taken: list[str]) -> str:
     return next((n for n in own if n not in taken and n not in RESERVED), column.name)
 
 
+def rises(column: Column) -> bool:
+    """Whether the numbers of a column rise throughout, as time and travel do."""
+    return not column.is_text and len(column.values) > 10 and bool((np.diff(column.values) > 0).all())
+
+
+def other_units(tables: Iterable[LoggedTable]) -> list[Note]:
+    """Units that the file itself states and the mapping states otherwise."""
+    found = []
+    for column in (c for table in tables for c in table.columns):
+        own, unit = column.stated_unit, column.unit
+        if own and unit and column.entry.unit and UNITS.get(own) != UNITS[unit]:
+            found.append(Note(column.name, f"the file says {own}, the mapping {unit}; the mapping is taken"))
+    return list(dict.fromkeys(found))
+
+
 # ---- what the mapping must or may still say
 
 
@@ -195,16 +268,25 @@ DRAWING = """\
 """
 
 
-def _first_of_each(questions: Iterable[Question]) -> list[Question]:
-    """Questions, of those with one path the first."""
-    found: dict[tuple[str, ...], Question] = {}
-    for question in questions:
-        found.setdefault(question.path, question)
-    return list(found.values())
+def column_questions(logged: LoggedTables, used: list[LoggedTable]) -> tuple[list[Question], list[Question]]:
+    """Questions that must be answered, and those about columns that are left out as long as nobody answers.
 
-
-def _missing_places(table: UsedTable) -> list[Question]:
-    return [_place_question(u.column) for u in table.columns if u.role == "signal" and not u.at]
+    used: the tables of ``logged`` as resolved.
+    """
+    missing: dict[tuple[str, ...], Question] = {}
+    for question in (q for table in used for q in _missing(table)):
+        missing.setdefault(question.path, question)
+    asked = {path[1] for path in missing}
+    unknown: dict[str, Question] = {}
+    options = (*PLACES, *(r for r in ROLES if not r.startswith(("signal", "rate", "u_rate"))))
+    for table, as_used in zip(logged.tables, used, strict=True):
+        for proposed, column in zip(table.columns, as_used.columns, strict=True):
+            stated = column.entry.role or proposed.role or column.is_text or column.role != "ignore"
+            if table.kind == "record" and not stated and column.name not in asked:
+                question = _place_question(column)
+                text = f"{question.text}; or which role has it?"
+                unknown.setdefault(column.name, replace(question, text=text, options=options, proposed="ignore"))
+    return list(missing.values()), list(unknown.values())
 
 
 def _place_question(column: Column) -> Question:
@@ -217,57 +299,33 @@ def _place_question(column: Column) -> Question:
     )
 
 
-def _missing_units(table: UsedTable) -> Iterator[Question]:
-    """Columns whose unit the file states, but as one that is not known or does not go with their role."""
-    for u in table.columns:
-        kinds = _dimensions(u.role, u.at)
-        if kinds and not u.unit:
+def _missing(table: LoggedTable) -> Iterator[Question]:
+    """Places of signals, units that the file states but that are not known or do not go with the role, and roles that a
+    record cannot do without."""
+    yield from (_place_question(c) for c in table.columns if c.role == "signal" and not c.at)
+    for column in table.columns:
+        kinds = _dimensions(column.role, column.at)
+        if kinds and not column.unit:
             yield Question(
-                path=("columns", u.column.name, "unit"),
-                text=f"the file states {u.column.stated_unit} as the unit of {u.column.name}, which is no unit of"
+                path=("columns", column.name, "unit"),
+                text=f"the file states {column.stated_unit} as the unit of {column.name}, which is no unit of"
                 f" {' or '.join(kinds)} that is known; in which one are its numbers (after a factor, as factor: 0.1)?",
                 example=USUAL[kinds[0]],
                 options=tuple(name for name in NAMES if UNITS[name][0] in kinds),
             )
-
-
-def _missing_roles(table: UsedTable) -> list[Question]:
-    """Roles that a record cannot do without."""
-    if table.logged.kind != "record":
-        return []
-    roles, found, file = {u.role for u in table.columns}, [], table.logged.file.name
-    numbers = [u.column for u in table.columns if not u.column.is_text and u.role == "ignore"]
+    if table.kind != "record":
+        return
+    roles, file = {c.role for c in table.columns}, table.file.name
+    numbers = [c for c in table.columns if not c.is_text and c.role == "ignore"]
     if not roles & {"time", "travel"}:
         likely = next((c.name for c in (*filter(rises, numbers), *numbers)), "...")
         numbers = [c for c in numbers if c.name != likely]
-        found.append(
-            Question(
-                path=("columns", likely, "role"),
-                text=f"{file} has no column of time or travel that is known by its name; which is it?",
-                example="time",
-                options=("time", "travel"),
-            )
+        yield Question(
+            path=("columns", likely, "role"),
+            text=f"{file} has no column of time or travel that is known by its name; which is it?",
+            example="time",
+            options=("time", "travel"),
         )
     if "signal" not in roles and numbers:
         question = _place_question(numbers[0])
-        text = f"no column of {file} is known as a signal by its name; {question.text}"
-        found.append(replace(question, text=text))
-    return found
-
-
-def _unknown_roles(table: UsedTable) -> Iterator[Question]:
-    """Columns of a record of which nothing is known."""
-    options = (*PLACES, *(r for r in ROLES if not r.startswith(("signal", "rate", "u_rate"))))
-    for u in table.columns if table.logged.kind == "record" else ():
-        if u.role == "ignore" and not (u.entry.role or u.column.role or u.column.is_text):
-            question = _place_question(u.column)
-            text = f"{question.text}; or which role has it?"
-            yield replace(question, text=text, options=options, proposed="ignore")
-
-
-def _other_units(table: UsedTable) -> Iterator[Note]:
-    """Units that the file itself states and the mapping states otherwise."""
-    for u in table.columns:
-        own = u.column.stated_unit
-        if own and u.unit and u.entry.unit and UNITS.get(own) != UNITS[u.unit]:
-            yield Note(u.column.name, f"the file says {own}, the mapping {u.unit}; the mapping is taken")
+        yield replace(question, text=f"no column of {file} is known as a signal by its name; {question.text}")

@@ -1,8 +1,9 @@
 """The mapping, belt-mapping/1: what the files cannot say, by YAML or as plain Python data."""
 
 from collections.abc import Mapping as AnyMapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, ValidationError, model_validator
@@ -12,11 +13,44 @@ from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean, ref
 from belt_sim.campaign.sheet import Entry, SourceEntry
 from belt_sim.campaign.types import place_text
 from belt_sim.errors import InputError
-from belt_sim.importing.types import ROLES
 
 SCHEMA = "belt-mapping/1"
 #: Name under which the mapping is left in the campaign folder.
 FILE = "mapping.yaml"
+
+
+class Role(NamedTuple):
+    """What a column may be. dimensions: that its unit may have; units: tried in this order where the file states none,
+    until the largest of the numbers (or their range, if by_range) lies between low and high [SI]."""
+
+    dimensions: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    low: float = 0.0
+    high: float = 0.0
+    by_range: bool = False
+
+
+_YAW = Role(("angle",), ("deg", "mrad", "rad", "urad"), 2e-5, 0.02)
+_PLACE = Role(("length",), ("m", "mm"), 0.1, 1e3)
+ROLES = {
+    "run": Role(),
+    "time": Role(("time",), ("s", "ms", "min", "h"), 5.0, 2e5, by_range=True),
+    "travel": Role(("length",), ("m", "mm"), 2.0, 2e4, by_range=True),
+    "speed": Role(("speed",), ("m/s", "m/min", "mm/s"), 0.02, 12.0),
+    "tension": Role(("stress", "force"), ("N/mm2", "N", "kN"), 1e6, 4e8),
+    "yaw": _YAW,
+    "yaw_head": _YAW,
+    "direction": Role(("number",)),
+    "yaw_at": _PLACE,
+    "start": _PLACE,
+    "signal": Role(("length", "angle"), ("mm", "m", "um"), 2e-5, 0.2, by_range=True),
+    **dict.fromkeys(("rate1", "rate2", "rate3", "rate4", "u_rate"), Role(("angle",))),
+    "ignore": Role(),
+}
+#: a signal that is an angle
+TILT = Role(("angle",), ("mrad", "deg", "rad"), 2e-5, 0.5)
+
+# ---- the file
 
 #: A number, alone or with a unit, as ``10``, ``10 N/mm2``, ``11.28 +- 0.005 m``.
 Text = Annotated[str, BeforeValidator(lambda v: v if v is None else str(v))]
@@ -200,3 +234,55 @@ def _validate(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
             for path, details in found.items()
         ]
     )
+
+
+# ---- what is still open
+
+
+@dataclass(frozen=True, kw_only=True)
+class Question:
+    """Something that the files cannot say.
+
+    path: keys in the mapping under which the answer stands; text: the question; example: how an answer looks; options:
+    all possible answers, where there are few; proposed: a likely answer.
+    """
+
+    path: tuple[str, ...]
+    text: str
+    example: str
+    options: tuple[str, ...] = ()
+    proposed: str = ""
+
+    @property
+    def key(self) -> str:
+        return ".".join(self.path)
+
+    def put(self, mapping: dict[str, Any], answer: str | None) -> None:
+        """Write an answer into the mapping; of a place, a role may be given instead."""
+        key = "role" if self.path[-1] == "at" and answer in ROLES else self.path[-1]
+        inner = inner_mapping(mapping, self.path[:-1])
+        if key == "at" and inner.get("role") == "ignore":
+            del inner["role"]  # where it measures says what it is
+        inner[key] = answer
+
+    @property
+    def problem(self) -> Problem:
+        """The question as one line: what is missing and how to give it."""
+        written = self.example
+        for key in reversed(self.path):
+            written = f"{_key(key)}: {written}" if key is self.path[-1] else f"{_key(key)}: {{{written}}}"
+        choice = f" (one of {', '.join(self.options)})" if self.options else ""
+        return Problem(file="mapping", name=self.key, remedy=f"{self.text}{choice}; give it as  {written}")
+
+
+def inner_mapping(mapping: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
+    """The mapping at a path of keys, put there where none is."""
+    for key in path:
+        if not isinstance(mapping.get(key), dict):
+            mapping[key] = {}
+        mapping = mapping[key]
+    return mapping
+
+
+def _key(key: str) -> str:
+    return key if key.replace("_", "").replace("-", "").isalnum() and not key.isdigit() else f'"{key}"'

@@ -10,9 +10,9 @@ from belt_sim.campaign.write import put_folder, runs_text
 from belt_sim.case import Belt, Rig
 from belt_sim.errors import InputError
 from belt_sim.foresight.harm import harm_warnings
+from belt_sim.importing.columns import SIGNAL_NAMES
 from belt_sim.importing.plan import PlannedRun, plan_text
 from belt_sim.importing.sheets import BELT, GAIN, MACHINE, TENSION_REL, YAW_U
-from belt_sim.importing.types import SIGNAL_NAMES
 from belt_sim.importing.write import sheet_text
 
 #: Sensors as they usually are, to be replaced: white, zero, wander [m] or [rad] and its length [m].

@@ -5,12 +5,13 @@ import unicodedata
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import yaml
 
-from belt_sim.importing.types import ROLES, TILT, Column, LoggedTable, Role, TableKind
+from belt_sim.importing.columns import Column, LoggedTable, rises
+from belt_sim.importing.mapping import ROLES, TILT, Role
 from belt_sim.importing.units import UNITS, split_unit
 
 DAY = 86400.0  # [s]
@@ -86,14 +87,14 @@ def propose_roles(table: LoggedTable) -> LoggedTable:
     columns = _join_dates([_propose(column) for column in table.columns])
     for role in ONCE:
         same = [k for k, c in enumerate(columns) if c.role == role]
-        keep = max(same, key=lambda k: (not columns[k].is_text, columns[k].sure, -k), default=None)
+        keep = max(same, key=lambda k: (not columns[k].is_text, columns[k].is_certain, -k), default=None)
         for k in same:
             if k != keep:
-                columns[k] = replace(columns[k], role="ignore", unit="", why=f"another column is the {role}")
+                columns[k] = replace(columns[k], role="ignore", unit="", proposed_by=f"another column is the {role}")
     if not any(c.role in ("time", "travel") for c in columns):
         rising = next((k for k, c in enumerate(columns) if c.role == "" and rises(c)), None)
         if rising is not None:
-            columns[rising] = replace(columns[rising], why="it rises throughout: time or travel?")
+            columns[rising] = replace(columns[rising], proposed_by="it rises throughout: time or travel?")
     return replace(table, columns=tuple(columns), kind=_kind(columns))
 
 
@@ -107,14 +108,14 @@ def _propose(column: Column) -> Column:
     if column.is_text:
         return _propose_text(column, role)
     if not np.isfinite(column.values).any():
-        return replace(column, role="ignore", unit="", why="holds no numbers")
+        return replace(column, role="ignore", unit="", proposed_by="holds no numbers")
     fits = bool(role) and (not ROLES[role].dimensions or UNITS[unit][0] in ROLES[role].dimensions)
     if unit and not fits:
         role = _role_by_unit(unit, name)
     if not role:
-        return replace(column, role="", unit=unit, why="nothing is known of it")
+        return replace(column, role="", unit=unit, proposed_by="nothing is known of it")
     at = place_named(name) if role == "signal" else ""
-    sure, why = bool(unit), "its name"
+    is_certain, why = bool(unit), "its name"
     if column.stated_unit and not unit:
         why = f"its name; its unit {column.stated_unit} is not known"
     elif role.startswith(("rate", "u_rate")):
@@ -123,7 +124,7 @@ def _propose(column: Column) -> Column:
         is_tilt = role == "signal" and any(w in plain(name) for w in synonyms()["places"]["tilt"])
         unit, guess = _unit_by_size(column, TILT if is_tilt else ROLES[role])
         why = f"its name; {guess}"
-    return replace(column, role=role, unit=unit, at=at, sure=sure, why=why)
+    return replace(column, role=role, unit=unit, at=at, is_certain=is_certain, proposed_by=why)
 
 
 def _other_unit(header: str) -> str:
@@ -141,8 +142,8 @@ def _propose_text(column: Column, role: str) -> Column:
     """Words are names of runs or directions, or of no use."""
     signs = _directions(column.values) if role == "direction" else None
     if signs is not None:
-        return replace(column, values=signs, role=role, unit="1", sure=True, why="its name and words")
-    return replace(column, role="run" if role == "run" else "ignore", unit="", sure=False, why="text")
+        return replace(column, values=signs, role=role, unit="1", is_certain=True, proposed_by="its name and words")
+    return replace(column, role="run" if role == "run" else "ignore", unit="", proposed_by="text")
 
 
 def _role_by_unit(unit: str, name: str) -> str:
@@ -172,8 +173,8 @@ def _join_dates(columns: list[Column]) -> list[Column]:
     if not dates or not clocks:
         return columns
     date, clock = columns[dates[0]], columns[clocks[0]]
-    columns[dates[0]] = replace(date, role="ignore", unit="", why=f"in {clock.name} with the time of day")
-    columns[clocks[0]] = replace(clock, values=date.values + clock.values, why=f"its name, with {date.name}")
+    columns[dates[0]] = replace(date, role="ignore", unit="", proposed_by=f"in {clock.name} with the time of day")
+    columns[clocks[0]] = replace(clock, values=date.values + clock.values, proposed_by=f"its name, with {date.name}")
     return columns
 
 
@@ -191,12 +192,7 @@ def _unit_by_size(column: Column, role: Role) -> tuple[str, str]:
     return role.units[0], f"{size:.3g}, unlikely in any unit" if size else "it does not change"
 
 
-def rises(column: Column) -> bool:
-    """Whether the numbers of a column rise throughout, as time and travel do."""
-    return not column.is_text and len(column.values) > 10 and bool((np.diff(column.values) > 0).all())
-
-
-def _kind(columns: list[Column]) -> TableKind:
+def _kind(columns: list[Column]) -> Literal["record", "settings", "rates"]:
     roles = {c.role for c in columns}
     if any(role.startswith("rate") for role in roles):
         return "rates"

@@ -1,33 +1,46 @@
-"""Runs of all records, each with its settings."""
+"""Runs in a logger's tables: their rows, how far the belt had travelled at each, their records and settings."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from belt_sim.campaign import Run
 from belt_sim.campaign.problems import did_you_mean, shortlist
 from belt_sim.campaign.quality.bad_readings import SPIKE, few_spikes
 from belt_sim.campaign.quality.record import resolution
+from belt_sim.campaign.run_tables import RATES
+from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
-from belt_sim.importing.blocks import FEWEST, LoggedBlock, blocks_of
-from belt_sim.importing.columns import UsedTable
-from belt_sim.importing.mapping import MappingEntry, RunEntry
+from belt_sim.importing.columns import LoggedTable
+from belt_sim.importing.mapping import MappingEntry, Question, RunEntry
 from belt_sim.importing.records import TIME, merge_records
 from belt_sim.importing.roles import DAY
 from belt_sim.importing.settings import (
+    DIGITS,
+    Setting,
     Settings,
     column_settings,
     name_settings,
+    questions,
+    run_name,
     stated_settings,
     table_settings,
-    travel_settings,
     yaw_settings,
     yaw_time_settings,
 )
-from belt_sim.importing.travel import travel_of
-from belt_sim.importing.types import Question
+from belt_sim.importing.units import UNITS, quantity
+from belt_sim.si import round_digits
+
+#: A run begins anew where time or travel falls back to within this share of where the file began.
+RESTART = 0.05
+FEWEST = 3  # rows of a run
+#: A travel that falls back by less than this share of the record is jitter of the encoder.
+JITTER = 2e-3
+#: Share of the speed's median beyond which a speed of the other sign is a reversal.
+REVERSAL = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,83 +57,155 @@ class AssembledRun:
     notes: tuple[str, ...]
 
 
-def assemble_runs(
-    tables: list[UsedTable], mapping: MappingEntry, section: float
-) -> tuple[list[AssembledRun], list[Question], list[str]]:
-    """Runs of all records, questions, and all names that the mapping may speak of; section [m2] of the belt."""
-    listed = table_settings([t for t in tables if t.logged.kind == "settings"], section)
-    blocks = [b for t in tables if t.logged.kind == "record" for b in blocks_of(t)]
-    missing: list[Question] = []
-    parts: dict[str, list[AssembledRun]] = {}
-    for block in blocks:
+@dataclass(frozen=True)
+class FoundRuns:
+    """recorded: runs with a record; rated: runs of tables of steady rates, and steady: their rates; questions: on what
+    nothing tells."""
+
+    recorded: list[AssembledRun] = field(default_factory=list)
+    rated: list[Run] = field(default_factory=list)
+    steady: list[SteadyRate] = field(default_factory=list)
+    questions: list[Question] = field(default_factory=list)
+
+
+def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: float, *, only_rates: bool) -> FoundRuns:
+    """The runs of all tables, or of the tables of rates alone; section [m2]: of the belt.
+
+    Raises InputError for a run of the mapping that no file has, and for what cannot be.
+    """
+    found = FoundRuns()
+    names = [name for t in tables if t.kind == "rates" for name in _find_rated(t, mapping, section, found)]
+    if only_rates:
+        return found
+    listed = table_settings([t for t in tables if t.kind == "settings"], section)
+    names += listed
+    files: dict[str, list[AssembledRun]] = {}
+    lacks_speed = False
+    for block in (block for t in tables if t.kind == "record" for block in _split_runs(t)):
+        names.append(block.name)
         entry = mapping.runs.get(block.name, RunEntry())
-        made = None if entry.skip else _assemble(block, entry, mapping, listed, section)
-        if made is not None:
-            parts.setdefault(block.name, []).append(made)
-        elif not entry.skip:
-            missing = [_SPEED]
-    return [_join_files(p) for p in parts.values()], missing, [*dict.fromkeys(b.name for b in blocks), *listed]
+        if entry.skip:
+            continue
+        run = _assemble(block, entry, stated_settings(mapping, block.name, listed, section), mapping, section)
+        if run is None:
+            lacks_speed = True
+        else:
+            files.setdefault(block.name, []).append(run)
+    strange = next((name for name in mapping.runs if name not in names), None)
+    if strange is not None and not lacks_speed:
+        raise InputError(f"runs.{strange}", strange, "", f"no file has such a run; {did_you_mean(strange, names)}")
+    found.recorded.extend(_join_files(parts) for parts in files.values())
+    if lacks_speed:
+        text = "the files have time but neither travel nor speed; how fast did the belt run?"
+        found.questions.append(Question(path=("all_runs", "speed"), text=text, example="0.5 m/s"))
+    found.questions.extend(q for run in found.recorded for q in questions(run.key, run.settings, run.file))
+    return found
 
 
-_SPEED = Question(
-    path=("all_runs", "speed"),
-    text="the files have time but neither travel nor speed; how fast did the belt run?",
-    example="0.5 m/s",
-)
+# ---- which rows and columns of a table are one run
+
+
+def _split_runs(table: LoggedTable) -> list[LoggedTable]:
+    """The runs of a table; its columns may belong to different runs, or have travels of their own."""
+    own = [c for c in table.columns if c.entry.run or c.entry.against]
+    travels = {c.entry.against for c in own if c.entry.against}
+    base = tuple(c for c in table.columns if c not in own and c.name not in travels)
+    shared = tuple(c for c in base if c.role != "signal")
+    found: list[LoggedTable] = []
+    for column in own:
+        columns, run, against = (*shared, column), column.entry.run, column.entry.against
+        if against:
+            along = next((c for c in table.columns if c.name == against), None)
+            if along is None:
+                raise InputError(f"columns.{column.name}.against", against, "", "names no column of its file")
+            columns = (*(c for c in shared if c.role not in ("time", "travel")), along, column)
+        part = replace(table, columns=columns)
+        found += _split_rows(part) if run is None else [replace(part, name=run_name(run), label=run)]
+    if not own or len(shared) < len(base):
+        found += _split_rows(replace(table, columns=base))
+    return found
+
+
+def _split_rows(table: LoggedTable) -> list[LoggedTable]:
+    """The runs of one table: by its run column, else where the file, its time or its travel begins anew."""
+    run, rows = table.column("run"), np.arange(len(table.lines))
+    if run is not None:
+        of_row = np.array(run.labels, dtype=object)
+        labels = dict.fromkeys(label for label in run.labels if label)
+        return [replace(table.at(of_row == n), name=run_name(n), label=n) for n in labels]
+    whole = replace(table, name=run_name(table.name), label=table.name)
+    parts = [p for p in np.split(rows, sorted({*table.starts, *_restarts(table)})) if len(p) >= FEWEST]
+    if len(parts) < 2:
+        return [whole]
+    return [replace(whole.at(part), name=f"{whole.name}_{k}") for k, part in enumerate(parts, start=1)]
+
+
+def _restarts(table: LoggedTable) -> list[int]:
+    """Rows at which time or travel falls back to where it began."""
+    values = table.values("travel")
+    values = table.values("time") if values is None else values
+    if values is None:
+        return []
+    there = np.flatnonzero(np.isfinite(values))
+    steps = np.diff(values[there])
+    if len(there) < FEWEST or np.mean(steps < 0.0) > 0.5:  # it falls throughout
+        return []
+    reach = RESTART * float(np.ptp(values[there]))
+    back = np.flatnonzero((steps < -max(reach, 0.0)) & (values[there][1:] <= values[there][0] + reach))
+    return [int(there[k + 1]) for k in back]
+
+
+# ---- one run
 
 
 def _assemble(
-    block: LoggedBlock, entry: RunEntry, mapping: MappingEntry, listed: Mapping[str, Settings], section: float
+    block: LoggedTable, entry: RunEntry, stated: Settings, mapping: MappingEntry, section: float
 ) -> AssembledRun | None:
-    """One run; None where its travel takes a speed that nobody has told. entry: what the mapping says of it."""
-    stated = stated_settings(mapping, block.name, listed.get(block.name, {}), section)
-    named = name_settings(block.text, section)
+    """One run; None where its travel takes a speed that nobody has told. stated: settings by the mapping."""
+    named = name_settings(block.label, section)
     speed = (named | stated).get("speed")
-    travel = travel_of(block, speed.value if speed else None)
-    if travel is None:
+    way = travel_of(block, speed.value if speed else None)
+    if way is None:
         return None
-    if len(travel.keep) < FEWEST:
-        raise block.refuse(0, "rows", len(travel.keep), "", f"run {block.name} has too few rows with time or travel")
-    logged = yaw_settings(block, travel, stated) | column_settings(block, travel, section)
-    known = travel_settings(travel) | named | logged | stated  # of each the last that has it
-    known |= yaw_time_settings(travel, known)
-    notes = (*travel.notes, f"yaw_at is {known['yaw_at'].source}") if "yaw_at" in known else travel.notes
-    signals = {u.name: u.si(block.rows[travel.keep]) for u in block.table.columns if u.role == "signal"}
-    signals = {n: y for n, y in signals.items() if np.isfinite(y).any()}
+    if len(way.keep) < FEWEST:
+        raise block.refuse(0, "rows", len(way.keep), "", f"run {block.name} has too few rows with time or travel")
+    block = block.at(way.keep)
+    logged = yaw_settings(block, way.travel, stated) | column_settings(block, section)
+    known = way.settings | named | logged | stated  # of each the last that has it
+    if way.time is not None:
+        known |= yaw_time_settings(way.travel, way.time, known)
+    notes = [*way.notes, *([f"yaw_at is {known['yaw_at'].source}"] if "yaw_at" in known else [])]
+    signals = {c.signal: c.si() for c in block.columns if c.role == "signal"}
+    signals = {name: y for name, y in signals.items() if np.isfinite(y).any()}
     if mapping.spikes == "leave_out":
-        signals, said = _leave_out_spikes(block, travel.keep, signals)
-        notes = (*notes, *said)
-    timed = {} if travel.time is None else {TIME: travel.time}
-    record = pd.DataFrame(timed | signals, index=travel.travel)
-    file, started = block.table.logged.file.name, _clock_time(block, int(travel.keep[0]))
+        notes += [_leave_out_spikes(block, name, y) for name, y in signals.items()]
+    timed = {} if way.time is None else {TIME: way.time}
     return AssembledRun(
-        key=block.name, entry=entry, record=record, settings=known, file=file, started=started, notes=notes
+        key=block.name,
+        entry=entry,
+        record=pd.DataFrame(timed | signals, index=way.travel),
+        settings=known,
+        file=block.file.name,
+        started=_clock_time(block),
+        notes=tuple(note for note in notes if note),
     )
 
 
-def _leave_out_spikes(
-    block: LoggedBlock, keep: np.ndarray, signals: dict[str, np.ndarray]
-) -> tuple[dict[str, np.ndarray], list[str]]:
-    """Signals with single readings that jump away and back blanked, and a remark that names their lines."""
-    out, said = dict(signals), []
-    for name, y in signals.items():
-        there = np.flatnonzero(np.isfinite(y))
-        spikes = there[few_spikes(y[there], resolution(y[there]), lone=SPIKE)]
-        if len(spikes):
-            lines = [block.line(int(keep[k])) for k in spikes]
-            what = f"{len(lines)} readings jump" if len(lines) > 1 else "a reading jumps"
-            said.append(
-                f"{name}: {what} away and back, left out (line {shortlist(lines)}); spikes: keep would keep them"
-            )
-            out[name] = y.copy()
-            out[name][spikes] = np.nan
-    return out, said
+def _leave_out_spikes(block: LoggedTable, name: str, y: np.ndarray) -> str:
+    """Blank single readings (n,) that jump away and back, in place; a remark that names their lines, "" without any."""
+    there = np.flatnonzero(np.isfinite(y))
+    spikes = there[few_spikes(y[there], resolution(y[there]), lone=SPIKE)]
+    if not len(spikes):
+        return ""
+    y[spikes] = np.nan
+    what = f"{len(spikes)} readings jump" if len(spikes) > 1 else "a reading jumps"
+    lines = shortlist(block.lines[spikes])
+    return f"{name}: {what} away and back, left out (line {lines}); spikes: keep would keep them"
 
 
-def _clock_time(block: LoggedBlock, row: int) -> str:
-    """Date and time of day of a row of the run."""
-    times = (u for u in block.table.columns if u.role == "time" and u.column.stamp)
-    seconds = next((u.si(block.rows)[row] for u in times), np.nan)
+def _clock_time(block: LoggedTable) -> str:
+    """Date and time of day of the first row of a run."""
+    seconds = next((c.si()[0] for c in block.columns if c.role == "time" and c.stamp), np.nan)
     if not np.isfinite(seconds):
         return ""
     moment = datetime(1970, 1, 1) + timedelta(seconds=float(seconds))
@@ -137,8 +222,145 @@ def _join_files(parts: list[AssembledRun]) -> AssembledRun:
     )
 
 
-def check_run_names(mapping: MappingEntry, names: list[str]) -> None:
-    """Raises InputError for a run of the mapping that no file has."""
-    for name in mapping.runs:
-        if name not in names:
-            raise InputError(f"runs.{name}", name, "", f"no file has such a run; {did_you_mean(name, names)}")
+# ---- how far the belt has travelled: as logged, or from time and speed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Travel:
+    """keep: rows of the run that are used; travel [m] and time [s] (None where not logged) at these, from 0 on;
+    settings: direction and speed as they show in these."""
+
+    keep: np.ndarray
+    travel: np.ndarray
+    time: np.ndarray | None
+    settings: Settings
+    notes: list[str]
+
+
+def travel_of(block: LoggedTable, speed: float | None) -> Travel | None:
+    """The travel of one run; None when it takes a speed that nobody has told. speed [m/s]: where none was logged."""
+    time, notes = _time(block)
+    travel, speeds = block.values("travel"), block.values("speed")
+    if travel is not None:
+        return _logged_travel(block, travel, time, notes)
+    if time is None:
+        return None
+    if speeds is not None and np.isfinite(speeds).any():
+        return _integrated_travel(block, speeds, time, notes)
+    if speed is None:
+        return None
+    keep = np.flatnonzero(np.isfinite(time))
+    notes.append(f"travel was taken as time x {abs(speed):g} m/s")
+    return _travel(keep, abs(speed) * (time[keep] - time[keep[0]]), time, 1.0, notes)
+
+
+def _travel(keep: np.ndarray, travel: np.ndarray, time: np.ndarray | None, sign: float, notes: list[str]) -> Travel:
+    """sign: of the travel or speed that was logged."""
+    settings = {"direction": Setting(-1.0, "the sign of travel or speed")} if sign < 0.0 else {}
+    own = None if time is None else time[keep] - time[keep[0]]
+    if own is not None and len(own) and own[-1] > 0.0 and travel[-1] > 0.0:
+        settings["speed"] = Setting(round_digits(float(travel[-1] / own[-1]), DIGITS), "travel over time")
+    return Travel(keep=keep, travel=travel, time=own, settings=settings, notes=notes)
+
+
+def _time(block: LoggedTable) -> tuple[np.ndarray | None, list[str]]:
+    """Time [s], strictly rising; repeated stamps are spread evenly. Raises CampaignError where it runs backwards."""
+    time = block.values("time")
+    if time is None or not np.isfinite(time).any():
+        return None, []
+    there = np.flatnonzero(np.isfinite(time))
+    steps = np.diff(time[there])
+    back = np.flatnonzero(steps < 0.0)
+    if len(back):
+        k = there[back[0] + 1]
+        remedy = f"time runs backwards; the row before has {time[there[back[0]]]:.15g}; mend or cut the record there"
+        raise block.refuse(k, "time", float(time[k]), "s", remedy)
+    if np.all(steps > 0.0):
+        return time, []
+    first = there[np.concatenate([[True], steps > 0.0])]
+    if len(first) < 2:
+        raise block.refuse(0, "time", float(time[there[0]]), "s", "time stands still; give a column that rises")
+    spread = np.interp(there, first, time[first])
+    last = there > first[-1]
+    rate = (time[first[-1]] - time[first[0]]) / (first[-1] - first[0])
+    spread[last] = time[first[-1]] + rate * (there[last] - first[-1])
+    out = np.full(len(time), np.nan)
+    out[there] = spread
+    return out, ["several rows have one time stamp: they were spread evenly"]
+
+
+def _logged_travel(block: LoggedTable, travel: np.ndarray, time: np.ndarray | None, notes: list[str]) -> Travel:
+    """Travel as logged, from 0 on and rising whichever way the belt runs; rows where it stands still fall together."""
+    there = np.isfinite(travel) if time is None else np.isfinite(travel) & np.isfinite(time)
+    keep = np.flatnonzero(there)
+    if len(keep) < 2 or np.ptp(travel[keep]) == 0.0:
+        raise block.refuse(0, "travel", None, "", "travel stands still; give a column that rises")
+    sign = 1.0 if travel[keep[-1]] >= travel[keep[0]] else -1.0
+    way = sign * (travel[keep] - travel[keep[0]])
+    highest = np.maximum.accumulate(way)
+    fallen = np.flatnonzero(highest - way > JITTER * way.max())
+    if len(fallen):
+        k = keep[fallen[0]]
+        remedy = (
+            f"travel runs backwards; before it was {travel[keep[fallen[0] - 1]]:.15g} m; mend or cut the record there"
+        )
+        raise block.refuse(k, "travel", float(travel[k]), "m", remedy)
+    if np.any(way < highest):
+        notes.append("the encoder jitters: where travel falls back a little it was held")
+    if sign < 0.0:
+        notes.append("travel was counted downwards: direction -1")
+    return _travel(keep, highest, time, sign, notes)
+
+
+def _integrated_travel(block: LoggedTable, speeds: np.ndarray, time: np.ndarray, notes: list[str]) -> Travel:
+    """Travel from time and speed by the trapezoidal rule; raises CampaignError where the belt reverses."""
+    keep, there = np.flatnonzero(np.isfinite(time)), np.flatnonzero(np.isfinite(speeds))
+    speed = np.interp(keep, there, speeds[there])
+    usual = float(np.median(speed[speed != 0.0])) if np.any(speed) else 0.0
+    if usual == 0.0:
+        raise block.refuse(0, "speed", 0.0, "m/s", "the belt stands still throughout; give a record of a running belt")
+    other = np.flatnonzero(speed * np.sign(usual) < -REVERSAL * abs(usual))
+    if len(other):
+        remedy = "the belt reverses within a run; cut the record there, one run a direction"
+        raise block.refuse(keep[other[0]], "speed", float(speed[other[0]]), "m/s", remedy)
+    steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time[keep])
+    notes.append("travel was integrated from time and speed")
+    return _travel(keep, np.concatenate([[0.0], np.cumsum(np.abs(steps))]), time, float(np.sign(usual)), notes)
+
+
+# ---- tables of steady rates: one row a run, as published tables and digitised figures are
+
+
+def _find_rated(table: LoggedTable, mapping: MappingEntry, section: float, found: FoundRuns) -> list[str]:
+    """Put the runs of a table of rates into ``found``; returns the names of them all."""
+    rates = {c.role: c.si() for c in table.columns if c.role in RATES}
+    u, question = _rate_spread(table)
+    found.questions.extend([question] if question else [])
+    listed = table_settings([table], section)
+    for row, name in enumerate(listed):
+        entry, settings = mapping.runs.get(name, RunEntry()), stated_settings(mapping, name, listed, section)
+        found.questions.extend(questions(name, settings, table.file.name))
+        if entry.skip or {"tension", "yaw"} - set(settings):
+            continue
+        numbers: dict[str, Any] = {k: s.value for k, s in settings.items() if not k.startswith("yaw_at")}
+        run = Run(name=entry.name or name, use=entry.use or "fit", **numbers)
+        found.rated.append(run)
+        own = np.array([rates[r][row] if r in rates else np.nan for r in RATES])
+        found.steady.append(SteadyRate(run=run.name, rates=own, u=0.0 if u is None else float(u[row])))
+    return list(listed)
+
+
+def _rate_spread(table: LoggedTable) -> tuple[np.ndarray | None, Question | None]:
+    """One sigma [m/m] of the rates, row by row; or the question for it."""
+    stated = table.values("u_rate")
+    if stated is not None:
+        return stated, None
+    rate = next(c for c in table.columns if c.role in RATES)
+    u = rate.by_hand
+    if rate.entry.white is not None:
+        value, _, unit = quantity(rate.entry.white, ("angle",), "mm/m", f"columns.{rate.name}.white")
+        u = value * UNITS[unit][1]
+    if u is not None:
+        return np.full(len(rate.values), u), None
+    text = "how well are the rates known (one sigma)?"
+    return None, Question(path=("columns", rate.name, "white"), text=text, example="0.002 mm/m")

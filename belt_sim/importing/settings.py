@@ -1,4 +1,4 @@
-"""Settings of a run, one function a source: the mapping, tables of runs, names, columns, and the travel itself."""
+"""Settings of a run, one function a source: the mapping, tables of runs, names, and columns of the record."""
 
 import re
 from dataclasses import dataclass
@@ -8,13 +8,9 @@ import numpy as np
 from belt_sim.campaign import plausible
 from belt_sim.campaign.run_tables import NUMBERS
 from belt_sim.errors import InputError
-from belt_sim.importing.blocks import LoggedBlock, run_name
-from belt_sim.importing.cells import plain_minus
-from belt_sim.importing.columns import UsedTable
-from belt_sim.importing.mapping import MappingEntry, RunEntry
-from belt_sim.importing.travel import Travel
-from belt_sim.importing.types import Question
-from belt_sim.importing.units import UNITS, quantity
+from belt_sim.importing.columns import LoggedTable
+from belt_sim.importing.mapping import MappingEntry, Question, RunEntry
+from belt_sim.importing.units import UNITS, plain_minus, quantity
 from belt_sim.si import DEGREE, round_digits
 
 #: setting -> its range, in the unit that a number without one has
@@ -41,13 +37,13 @@ Settings = dict[str, Setting]
 # ---- stated: by the mapping, by a table of runs, by a name
 
 
-def stated_settings(mapping: MappingEntry, run: str, listed: Settings, section: float) -> Settings:
-    """Settings of a run by all_runs, ``listed`` (a table of runs) and its own entry; of each the last that has it.
+def stated_settings(mapping: MappingEntry, run: str, listed: dict[str, Settings], section: float) -> Settings:
+    """Settings of a run by all_runs, ``listed`` (tables of runs) and its own entry; of each the last that has it.
 
     section [m2]: of the belt, for a tension given as a force, nan where it is not known yet.
     """
     own = _settings_of(mapping.runs.get(run, RunEntry()), f"runs.{run}", section)
-    return _settings_of(mapping.all_runs, "all_runs", section) | listed | own
+    return _settings_of(mapping.all_runs, "all_runs", section) | listed.get(run, {}) | own
 
 
 def _settings_of(entry: RunEntry, where: str, section: float) -> Settings:
@@ -55,20 +51,27 @@ def _settings_of(entry: RunEntry, where: str, section: float) -> Settings:
     return {k: Setting(_number(t, k, f"{where}.{k}", section), "the mapping", t) for k, t in texts.items()}
 
 
-def table_settings(tables: list[UsedTable], section: float) -> dict[str, Settings]:
+def table_settings(tables: list[LoggedTable], section: float) -> dict[str, Settings]:
     """Run -> settings that tables of runs state, one row a run."""
     found: dict[str, Settings] = {}
     for table in tables:
         run = table.column("run")
-        labels = [f"r{k}" for k in range(1, len(table.logged.lines) + 1)] if run is None else run.labels
-        columns = [(u, u.si()) for u in table.columns if u.role in RANGES]
+        labels = [f"r{k}" for k in range(1, len(table.lines) + 1)] if run is None else run.labels
+        columns = [(c, c.si()) for c in table.columns if c.role in RANGES]
         for row, label in enumerate(labels):
             own = found.setdefault(run_name(label), {})
-            for u, values in columns:
+            for column, values in columns:
                 if np.isfinite(values[row]):
-                    value = float(values[row]) / (section if u.is_force else 1.0)
-                    own[u.role] = Setting(value, "the table of runs", _text(u.role, value))
+                    value = float(values[row]) / (section if column.is_force else 1.0)
+                    own[column.role] = Setting(value, "the table of runs", _text(column.role, value))
     return found
+
+
+def run_name(text: str) -> str:
+    """A name that a run may have in a campaign: letters, digits, blanks and _ . + - only, beginning with a letter."""
+    kept = "".join(c if c.isalnum() or c in "_.+- " else "_" for c in text).strip(" .+-")
+    kept = " ".join(kept.split())[:60].strip()
+    return f"r{kept}" if kept[:1].isdigit() or not kept else kept
 
 
 _NAMED = {
@@ -111,32 +114,40 @@ def _number(text: str, key: str, where: str, section: float) -> float:
     return si
 
 
-# ---- read off the record: its columns, its travel
+# ---- read off the record
 
 
-def yaw_settings(block: LoggedBlock, travel: Travel, known: Settings) -> Settings:
-    """The yaw that columns hold, and the place of its step where ``known`` has none."""
+def yaw_settings(block: LoggedTable, travel: np.ndarray, known: Settings) -> Settings:
+    """The yaw that columns hold, and the place of its step where ``known`` has none; travel [m], shape (n,)."""
     found: Settings = {}
     for key in ("yaw", "yaw_head"):
-        values = _logged_values(block, travel, key)
+        values = _logged_values(block, key)
         if values is None:
             continue
-        level, at = _step(block, key, values, travel.keep, key in known)
+        level, at = _step(block, key, values, key in known)
         found[key] = Setting(round_digits(level, DIGITS), "its column")
         if at and not {"yaw_at", "yaw_at_time"} & {*known, *found}:
-            before, after = travel.travel[at - 1 : at + 1]
+            before, after = travel[at - 1 : at + 1]
             words = f"the step of {key}, somewhere within {after - before:.2g} m"
             u = round_digits((after - before) / np.sqrt(12.0), DIGITS)
             found |= {"yaw_at": Setting(0.5 * (before + after), words), "yaw_at_u": Setting(u, words)}
     return found
 
 
-def column_settings(block: LoggedBlock, travel: Travel, section: float) -> Settings:
+def yaw_time_settings(travel: np.ndarray, time: np.ndarray, known: Settings) -> Settings:
+    """The place of the yaw where only its time is known; travel [m], time [s], shape (n,)."""
+    if "yaw_at_time" not in known or "yaw_at" in known:
+        return {}
+    where = float(np.interp(known["yaw_at_time"].value, time, travel))
+    return {"yaw_at": Setting(where, "the time of the yaw", _text("yaw_at", where))}
+
+
+def column_settings(block: LoggedTable, section: float) -> Settings:
     """The mean tension, the direction, and where on the belt the run starts, of columns that hold them."""
     found: Settings = {}
-    tension, start, direction = (_logged_values(block, travel, k) for k in ("tension", "start", "direction"))
+    tension, start, direction = (_logged_values(block, k) for k in ("tension", "start", "direction"))
     if tension is not None:
-        mean = float(np.nanmean(tension)) / (section if any(u.is_force for u in block.table.columns) else 1.0)
+        mean = float(np.nanmean(tension)) / (section if any(c.is_force for c in block.columns) else 1.0)
         found["tension"] = Setting(round_digits(mean, DIGITS), "the mean of its column")
     if start is not None:
         found["start"] = Setting(round_digits(float(start[np.isfinite(start)][0]), START_DIGITS), "its column")
@@ -145,29 +156,13 @@ def column_settings(block: LoggedBlock, travel: Travel, section: float) -> Setti
     return found
 
 
-def travel_settings(travel: Travel) -> Settings:
-    """Direction and speed as the record of travel shows them."""
-    found = {"direction": Setting(-1.0, "the sign of travel or speed")} if travel.direction < 0.0 else {}
-    if travel.speed > 0.0:
-        found["speed"] = Setting(round_digits(travel.speed, DIGITS), "travel over time")
-    return found
-
-
-def yaw_time_settings(travel: Travel, known: Settings) -> Settings:
-    """The place of the yaw where only its time is known."""
-    if "yaw_at_time" not in known or travel.time is None or "yaw_at" in known:
-        return {}
-    where = float(np.interp(known["yaw_at_time"].value, travel.time, travel.travel))
-    return {"yaw_at": Setting(where, "the time of the yaw", _text("yaw_at", where))}
-
-
-def _logged_values(block: LoggedBlock, travel: Travel, role: str) -> np.ndarray | None:
-    """Numbers [SI] of a column at the rows that are used; None where it holds none."""
+def _logged_values(block: LoggedTable, role: str) -> np.ndarray | None:
+    """Numbers [SI] of a column; None where it holds none."""
     values = block.values(role)
-    return None if values is None or not np.isfinite(values[travel.keep]).any() else values[travel.keep]
+    return None if values is None or not np.isfinite(values).any() else values
 
 
-def _step(block: LoggedBlock, key: str, values: np.ndarray, keep: np.ndarray, stated: bool) -> tuple[float, int]:
+def _step(block: LoggedTable, key: str, values: np.ndarray, stated: bool) -> tuple[float, int]:
     """Level of a yaw after its step, and the row of the step (0: it stood there from the beginning)."""
     there = np.flatnonzero(np.isfinite(values))
     y = values[there]
@@ -181,11 +176,11 @@ def _step(block: LoggedBlock, key: str, values: np.ndarray, keep: np.ndarray, st
     if not stated and np.mean(beyond[at:]) < 0.98:
         again = at + int(np.argmin(beyond[at:]))
         remedy = "the yaw moves more than once; cut the record into runs, one yaw step each"
-        raise block.refuse(int(keep[there[again]]), key, float(y[again] / DEGREE), "deg", remedy)
+        raise block.refuse(there[again], key, float(y[again] / DEGREE), "deg", remedy)
     if not stated and abs(before) > STILL * abs(after):
         given = f"runs: {{{block.name}: {{{key}: ...}}}}"
         remedy = f"the yaw is not zero before its step; begin a run at zero yaw, or state {given}"
-        raise block.refuse(int(keep[there[0]]), key, float(before / DEGREE), "deg", remedy)
+        raise block.refuse(there[0], key, float(before / DEGREE), "deg", remedy)
     return after, int(there[at])
 
 

@@ -8,10 +8,9 @@ from belt_sim.campaign.types import BeltSheet, Machine, Quantity, SettingsSheet,
 from belt_sim.config import belt_from, rig_from
 from belt_sim.errors import InputError
 from belt_sim.files import group_names
-from belt_sim.importing.columns import USUAL, UsedColumn
-from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry
+from belt_sim.importing.columns import USUAL, Column
+from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry, Question
 from belt_sim.importing.noise import NoiseRead, noise_of
-from belt_sim.importing.types import Question
 from belt_sim.importing.units import UNITS, quantity, size_of
 from belt_sim.si import round_digits
 
@@ -132,25 +131,25 @@ TENSION_REL, YAW_U, GAIN = 0.01, 5e-6, 0.005
 
 
 def signals_of(
-    runs: list[Run], used: tuple[UsedColumn, ...], span: float
+    runs: list[Run], used: tuple[Column, ...], span: float
 ) -> tuple[tuple[SignalSheet, ...], dict[str, NoiseRead], dict[str, str]]:
     """Sheets of the signals, what was read off them, and remarks on each number."""
     sheets: list[SignalSheet] = []
     noise: dict[str, NoiseRead] = {}
     remarks: dict[str, str] = {}
     for u in (u for u in used if u.role == "signal" and u.at):
-        if u.name in noise or not any(u.name in r.signals for r in runs):
+        if u.signal in noise or not any(u.signal in r.signals for r in runs):
             continue
-        noise[u.name] = noise_of(u.name, runs, span)
-        sheet, sources = _sheet(u, noise[u.name])
+        noise[u.signal] = noise_of(u.signal, runs, span)
+        sheet, sources = _sheet(u, noise[u.signal])
         sheets.append(sheet)
-        remarks |= {f"signals.{u.name}.{key}": source for key, source in sources.items()}
+        remarks |= {f"signals.{u.signal}.{key}": source for key, source in sources.items()}
     return tuple(sheets), noise, remarks
 
 
-def _sheet(u: UsedColumn, read: NoiseRead) -> tuple[SignalSheet, dict[str, str]]:
+def _sheet(u: Column, read: NoiseRead) -> tuple[SignalSheet, dict[str, str]]:
     """The sheet of a signal, and where each of its numbers comes from."""
-    own, where, kind = u.entry, f"columns.{u.column.name}", kind_at(u.at)
+    own, where, kind = u.entry, f"columns.{u.name}", kind_at(u.at)
     assert kind is not None
     unit, length = USUAL[SIGNAL_DIMENSION[kind]], read.length
     found = {
@@ -170,7 +169,7 @@ def _sheet(u: UsedColumn, read: NoiseRead) -> tuple[SignalSheet, dict[str, str]]
         length = size_of(own.wander.length_m, "m", f"{where}.wander.length_m")
     white, zero, gain, wander = (value for value, _ in found.values())
     sheet = SignalSheet(
-        name=u.name,
+        name=u.signal,
         at=u.at,
         kind=kind,
         unit=unit,

@@ -1,12 +1,18 @@
-"""Read logger files (separated text, Excel workbooks) as tables of numbers."""
+"""Read logger files (separated text, Excel workbooks) as tables of numbers.
+
+A file is decoded to lines of text; the layout of its table is found; the rows become columns of numbers or texts.
+"""
 
 import codecs
 import csv
 import io
+import re
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import datetime, time, timedelta
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +21,9 @@ import pandas as pd
 
 from belt_sim.campaign.problems import refusal, shortlist
 from belt_sim.errors import InputError
-from belt_sim.importing.cells import MISSING, code_mask, column_values, is_number, plain_minus
-from belt_sim.importing.layout import Layout, layout_of, split, unique
-from belt_sim.importing.roles import propose_roles
-from belt_sim.importing.types import Column, LoggedTable, LoggedTables, Note
+from belt_sim.importing.columns import Column, LoggedTable, LoggedTables, Note
+from belt_sim.importing.roles import propose_roles, role_named
+from belt_sim.importing.units import plain_minus, unit_named
 
 #: Bytes by which the encoding is told, lines by which the layout is.
 HEAD, HEAD_LINES = 1 << 16, 300
@@ -184,6 +189,130 @@ def _cell_text(value: Any) -> str:
     return text.replace(",", ".") if is_number(text, ",") else text
 
 
+# ---- where the table begins, how its columns are set apart, and what they are called
+
+SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": "blanks"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """names: columns, no two alike; units: of a units row ("" where none); first: line of the first data row, from 1;
+    header: line of the header (0: none); score: how many rows of data it sees, less where their cells are no numbers
+    or times."""
+
+    separator: str
+    decimal: str
+    thousands: str | None
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    header: int
+    first: int
+    score: float
+
+    def __str__(self) -> str:
+        header = f"header in line {self.header}" if self.header else "no header"
+        return f"{SEPARATORS[self.separator]}, decimal {'comma' if self.decimal == ',' else 'point'}, {header}"
+
+
+def layout_of(lines: Sequence[str], stated: Mapping[str, Any]) -> Layout | None:
+    """The layout of the first lines of a file; None when no table stands there. stated: separator, decimal."""
+    separators = [stated["separator"]] if stated.get("separator") else list(SEPARATORS)
+    decimals = [stated["decimal"]] if stated.get("decimal") else [".", ","]
+    quoted = any('"' in line for line in lines)  # only then may a comma be both
+    marks = [(s, d) for s in separators for d in decimals if s != d or quoted]
+    tried = (_layout_with(s, d, [split(line, s) for line in lines]) for s, d in marks)
+    return max((t for t in tried if t), key=lambda layout: layout.score, default=None)  # of equals the first
+
+
+def _layout_with(separator: str, decimal: str, rows: Sequence[Sequence[str]]) -> Layout | None:
+    """The layout of rows of cells: its table is as wide as most rows of data, and begins with the first of these."""
+    of_data = [k for k, row in enumerate(rows) if _is_data(row, decimal)]
+    if not of_data:
+        return None
+    width, height = Counter(len(rows[k]) for k in of_data).most_common(1)[0]
+    first = next(k for k in of_data if len(rows[k]) == width)
+    header, names, units = _head(rows[:first], width, decimal)
+    cells = [c for row in rows if len(row) == width for c in row if c.strip()]
+    return Layout(
+        separator=separator,
+        decimal=decimal,
+        thousands=_thousands_mark(rows[first:], decimal, separator),
+        names=names,
+        units=units,
+        header=header,
+        first=first + 1,
+        score=height * (count_readings(cells, decimal) / len(cells)) ** 3 * (0.6 if separator == " " else 1.0),
+    )
+
+
+def _head(above: Sequence[Sequence[str]], width: int, decimal: str) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
+    """Line of the header (0: none), names and units of the columns, from the rows above the data."""
+    filled = [k for k, row in enumerate(above) if any(c.strip() for c in row)]
+    header, names, units = 0, [""] * width, [""] * width
+    if len(filled) > 1 and _is_units(above[filled[-1]], above[filled[-2]]):
+        cells = _pad(above[filled.pop()], width)
+        units = ["" if is_missing(c) else unit_named(c) or c.strip("[](){}<> ") for c in cells]
+    if filled and _is_header(above[filled[-1]], width, decimal):
+        header = filled[-1] + 1
+        names = [c.strip() for c in _pad(above[filled[-1]], width)]
+    names = [name or f"column_{k}" for k, name in enumerate(names, start=1)]
+    letters = "abcdefghijklmnopqrstuvwxyz"  # for a second y, as "y (2)" would name a place
+    names = unique(names, lambda n: f" ({letters[n - 1] if n <= len(letters) else f'no {n}'})")
+    return header, tuple(names), tuple(units)
+
+
+def _thousands_mark(rows: Sequence[Sequence[str]], decimal: str, separator: str) -> str | None:
+    """The mark that sets thousands apart, if every cell that has it is such a number, and some have decimals."""
+    mark = "," if decimal == "." else "."
+    cells = [c for row in rows for c in row]
+    marked = [c for c in cells if mark in c and not is_time(c)]
+    if mark == separator or not marked or not any(decimal in c for c in cells):
+        return None
+    return mark if all(has_thousands(c, decimal) for c in marked) else None
+
+
+def split(line: str, separator: str) -> list[str]:
+    """The cells of a line."""
+    if separator == " ":
+        return line.split()
+    if '"' in line:
+        return next(csv.reader([line], delimiter=separator), [])
+    return line.split(separator)
+
+
+def unique(names: Iterable[str], suffix: Callable[[int], str]) -> list[str]:
+    """Names, no two alike: one that was there gets the suffix of 2, of 3, ..."""
+    found: list[str] = []
+    for name in names:
+        tried = chain([name], (name + suffix(n) for n in count(2)))
+        found.append(next(n for n in tried if n not in found))
+    return found
+
+
+def _is_data(row: Sequence[str], decimal: str) -> bool:
+    """Whether half the filled cells of a row are numbers or times."""
+    filled = [c for c in row if not is_missing(c)]
+    return bool(filled) and len(row) > 1 and count_readings(filled, decimal) >= 0.5 * len(filled)
+
+
+def _is_units(row: Sequence[str], above: Sequence[str]) -> bool:
+    """Whether most cells of a row are units, or some where the row above has the names; above: that row."""
+    filled = [c for c in row if c.strip()]
+    known = [c for c in filled if unit_named(c) is not None]
+    named, spoken = (sum(len(c.strip()) > 1 and role_named(c) != "" for c in cells) for cells in (above, row))
+    most = len(known) >= 0.5 * len(filled) or (len(known) > 0 and len(above) == len(row) and named > spoken)
+    return bool(filled) and most and all(len(c.strip()) < 12 for c in filled)
+
+
+def _is_header(row: Sequence[str], width: int, decimal: str) -> bool:
+    filled = [c for c in row if c.strip()]
+    return len(filled) > 1 and abs(len(row) - width) <= 1 and count_readings(filled, decimal) < 0.5 * len(filled)
+
+
+def _pad(row: Sequence[str], width: int) -> list[str]:
+    return [*row, *[""] * width][:width]
+
+
 # ---- lines of text -> a table
 
 
@@ -272,3 +401,117 @@ def _rows(file: str, lines: list[str], layout: Layout) -> tuple[list[str], np.nd
     if not kept:
         raise refusal(file, "has a header but no rows of numbers; export the log again")
     return [*kept.values()], np.array([*kept]), again, remarks
+
+
+# ---- cells: numbers, times, texts, or words and codes for no reading
+
+#: Words that loggers write where they have no reading.
+MISSING = (
+    *("nan", "NaN", "NAN", "na", "NA", "N/A", "n/a", "null", "NULL", "None", "-", "--", "---"),
+    *("#NV", "#N/A", "#WERT!", "#VALUE!", "#DIV/0!", "#BEZUG!", "#REF!"),
+    *("ERR", "Err", "Error", "OVL", "OL", "INVALID", "invalid"),
+)
+#: Numbers that loggers write where they have no reading; taken as such where they lie FAR ranges off all others.
+CODES = (-9999.0, 9999.0, -999.0, 999.0, -99999.0, 99999.0, -32768.0, 32767.0, 65535.0, -1e30, 1e30, 9.9e37)
+FAR = 10.0
+#: Cells by which the kind of a column is told.
+SAMPLE = 200
+_NUMBER = {
+    ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\Z"),
+    ",": re.compile(r"[+-]?(?:\d+,?\d*|,\d+)(?:[eE][+-]?\d+)?\Z"),
+}
+_THOUSANDS = {
+    ",": re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+(?:,\d*)?\Z"),
+    ".": re.compile(r"[+-]?\d{1,3}(?:,\d{3})+(?:\.\d*)?\Z"),
+}
+_CLOCK = re.compile(r"\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?\Z")
+_DATE = re.compile(
+    r"(\d{4}-\d{2}-\d{2}|\d{1,2}[./]\d{1,2}[./]\d{2,4})(?:[T ]+\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?Z?)?\Z"
+)
+
+
+def is_missing(cell: str) -> bool:
+    return not cell.strip() or cell.strip() in MISSING
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number with this decimal mark."""
+    return bool(_NUMBER[decimal].match(cell.strip()))
+
+
+def has_thousands(cell: str, decimal: str) -> bool:
+    """Whether a cell has thousands set apart, as 1.234,5."""
+    return bool(_THOUSANDS[decimal].match(cell.strip()))
+
+
+def is_time(cell: str) -> bool:
+    """Whether a cell is a date or a time of day."""
+    return bool(_CLOCK.match(cell.strip()) or _DATE.match(cell.strip()))
+
+
+def count_readings(row: Sequence[str], decimal: str) -> int:
+    """How many cells of a row are numbers or times."""
+    return sum(is_number(c, decimal) or has_thousands(c, decimal) or is_time(c) for c in row)
+
+
+def column_values(cells: pd.Series, decimal: str, lines: np.ndarray, file: str) -> tuple[np.ndarray, bool]:
+    """A column as numbers, seconds or texts (object dtype), shape (n,), and whether these are dates or times of day.
+
+    lines: line of each cell in the file. Raises CampaignError for the first cell that is not of its column's kind.
+    """
+    if pd.api.types.is_numeric_dtype(cells):
+        return cells.to_numpy(dtype=float), False
+    texts = cells.astype("string").str.strip().fillna("")
+    filled = ~texts.map(is_missing).to_numpy(dtype=bool)
+    sample = [str(c) for c in texts[filled].iloc[:SAMPLE]]
+    numbers = sum(is_number(c, ".") or is_number(c, ",") or has_thousands(c, decimal) for c in sample)
+    are_times = sum(map(is_time, sample)) > 0.5 * len(sample)
+    if not are_times and numbers <= 0.5 * len(sample):
+        return texts.where(filled, "").to_numpy(dtype=object), False
+    values = _seconds(texts.where(filled)) if are_times else _numbers(texts, decimal)
+    wrong = filled & np.isnan(values)
+    if wrong.any():
+        remedy = "is no number; mend this cell or leave it blank"
+        if are_times:
+            remedy = "is neither a date nor a time of day; mend this cell"
+        elif any(is_number(str(c), "." if decimal == "," else ",") for c in texts[wrong]):
+            remedy = f"decimal marks are mixed: the file has '{decimal}' elsewhere; write one mark throughout"
+        k = int(np.argmax(wrong))
+        raise refusal(file, remedy, line=int(lines[k]), name=str(cells.name), value=str(cells.iloc[k]))
+    return values, are_times
+
+
+def _numbers(texts: pd.Series, decimal: str) -> np.ndarray:
+    """Numbers with this decimal mark, shape (n,); nan where a cell is none."""
+    fits = texts.map(lambda c: is_number(c, decimal))
+    pointed = texts.where(fits).str.replace(decimal, ".", regex=False)
+    return pd.to_numeric(pointed, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+
+
+def _seconds(texts: pd.Series) -> np.ndarray:
+    """Dates or times of day as seconds, shape (n,); nan where a cell is neither."""
+    clean = texts.str.replace(",", ".", regex=False)
+    first = str(clean.dropna().iloc[0])
+    if _CLOCK.match(first):
+        clean = clean.where(~(clean.str.count(":") == 1).fillna(False), clean + ":00")
+        return pd.to_timedelta(clean, errors="coerce").dt.total_seconds().to_numpy(dtype=float)
+    iso = bool(re.match(r"\d{4}-", first))
+    found = pd.to_datetime(clean, errors="coerce", format="ISO8601" if iso else "mixed", dayfirst=not iso)
+    nanoseconds = found.astype("datetime64[ns]").to_numpy().astype("int64")
+    return np.where(found.isna().to_numpy(), np.nan, nanoseconds / 1e9)
+
+
+def code_mask(values: np.ndarray, stated: Any) -> np.ndarray:
+    """Which numbers (n,) stand for no reading: as stated, else of CODES those that lie far off all other numbers."""
+    if stated is not None:
+        return np.isin(values, np.atleast_1d(stated).astype(float))
+    mask = np.zeros(len(values), dtype=bool)
+    rest = values[np.isfinite(values) & ~np.isin(values, CODES)]
+    if len(rest) < 3:
+        return mask
+    for code in CODES:
+        reach = FAR * max(float(np.ptp(rest)), 1e-3 * abs(code))
+        is_far = not rest.min() - reach <= code <= rest.max() + reach
+        if is_far and np.sum(values == code) < len(rest):
+            mask |= values == code
+    return mask

@@ -3,7 +3,6 @@
 import re
 
 from belt_sim.errors import InputError
-from belt_sim.importing.cells import plain_minus
 from belt_sim.si import UNITS
 
 #: unit -> other spellings, in lower case and without blanks
@@ -72,6 +71,15 @@ def unit_of(text: str, dimensions: tuple[str, ...], name: str) -> str:
         known = ", ".join(u for u in NAMES if UNITS[u][0] in dimensions)
         raise InputError(name, text, "", f"is no unit of {' or '.join(dimensions)}; use one of {known}")
     return unit
+
+
+#: a minus sign or dash of typesetting where a number begins
+_MINUS = re.compile(r"(?<![^\W_])[\u2212\u2013](?=[.,]?\d)")
+
+
+def plain_minus(text: str) -> str:
+    """Text in which a Unicode minus or an en dash before a number is the minus sign of a keyboard."""
+    return _MINUS.sub("-", text)
 
 
 _QUANTITY = re.compile(

@@ -49,8 +49,8 @@ def columns_table(proposal: Proposal) -> Table:
     alike: dict[tuple[str, ...], list[str]] = {}
     marked: list[int] = []
     for use in proposal.columns:
-        became = f"{use.name} at {use.at}" if use.name and use.at else use.role
-        row = (use.column.name, became, use.unit, use.why)
+        became = f"{use.signal} at {use.at}" if use.signal and use.at else use.role
+        row = (use.name, became, use.unit, use.why)
         if row not in alike and use.role != "ignore" and not use.sure:
             marked.append(len(alike))
         alike.setdefault(row, []).append(use.table)

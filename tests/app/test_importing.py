@@ -75,7 +75,7 @@ def test_a_wrong_answer_is_said_and_can_be_taken_back(logged):
 def test_a_column_moved_to_another_place_is_another_signal(logged):
     now = begin(logged)
     now.answer({**MACHINE, ("columns", "Kante 4 [mm]", "at"): "point_3"})
-    assert {u.column.name: u.at for u in now.proposal.columns}["Kante 4 [mm]"] == "point_3"
+    assert {u.name: u.at for u in now.proposal.columns}["Kante 4 [mm]"] == "point_3"
 
 
 def test_a_machine_by_its_name_needs_no_numbers(logged):
