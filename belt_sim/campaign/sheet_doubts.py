@@ -1,9 +1,8 @@
 """Known mistakes in a campaign's sheet, each as a hypothesis with the campaign as it would be without it."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import combinations
-from typing import Literal
 
 import numpy as np
 
@@ -24,6 +23,19 @@ WORDS = {
     "tension": "the tensions: the belt moves as at {size} times the stated ones ({why}?)",
     "travel_unit": "the unit of the travel: the belt moves as over {size} times the stated travel ({why}?)",
     "reading_unit": "the unit of the readings: they are as {size} times the stated ones ({why}?)",
+}
+#: kind of mistake in one number or more -> the part of the campaign, and its numbers that the size multiplies
+_SCALED = {
+    "yaw_sign": ("runs", ("yaw", "yaw_head")),
+    "yaw_unit": ("runs", ("yaw", "yaw_head")),
+    "direction": ("runs", ("direction",)),
+    "radius": ("machine", ("head_radius", "tail_radius")),
+    "centre_distance": ("machine", ("centre_distance",)),
+    "width": ("belt", ("width",)),
+    "thickness": ("belt", ("thickness",)),
+    "modulus": ("belt", ("youngs_modulus",)),
+    "tension": ("runs", ("tension",)),
+    "travel_unit": ("runs", ("travel", "yaw_at", "yaw_at_u")),
 }
 #: How much later than stated a yaw may have come, as a share of a span; sizes between these are refined.
 DELAYS = (0.03, 0.07, 0.15, 0.3, 0.6, 1.0, 2.0)
@@ -61,7 +73,28 @@ class SheetMistake:
     @property
     def campaign(self) -> Campaign:
         """The campaign as it would be if this mistake was made."""
-        return _CORRECTIONS[self.kind](self)
+        stated = self.stated
+        part, names = _SCALED.get(self.kind, ("signals" if self.kind == "points" else "runs", ()))
+        if part == "signals":
+            return replace(stated, signals=tuple(replace(s, at=self.places.get(s.name, s.at)) for s in stated.signals))
+        if part == "runs":
+            return replace(stated, runs=tuple(self._correct(r, names) for r in stated.runs))
+        sheet = getattr(stated, part)
+        numbers = {n: getattr(sheet, n) for n in names}
+        scaled = {n: Quantity(value=q.value * self.size, u=q.u * self.size) for n, q in numbers.items()}
+        return replace(stated, **{part: replace(sheet, **scaled)})
+
+    def _correct(self, run: Run, names: tuple[str, ...]) -> Run:
+        """Return a run as it would be; names: of its numbers that the size multiplies."""
+        if self.runs and run.name not in self.runs:
+            return run
+        if self.kind == "yaw_place":
+            return replace(run, yaw_at=run.yaw_at + self.size)
+        if self.kind == "reading_unit":
+            lateral = {s.name for s in self.stated.signals if s.kind == "lateral"}
+            signals = {n: self.size * y if n in lateral else y for n, y in run.signals.items()}
+            return replace(run, signals=signals)
+        return replace(run, **{n: self.size * getattr(run, n) for n in names})
 
     @property
     def sentence(self) -> str:
@@ -73,57 +106,6 @@ class SheetMistake:
     def log_jacobian(self) -> float:
         """ln of what a reading is multiplied by: smaller readings fit any model better, but are less likely."""
         return float(np.log(self.size)) if self.kind == "reading_unit" else 0.0
-
-
-# What undoes a mistake, by its kind.
-
-
-def _change_runs(change: Callable[[Run, SheetMistake], Run]) -> Callable[[SheetMistake], Campaign]:
-    def correct(m: SheetMistake) -> Campaign:
-        runs = (change(r, m) if not m.runs or r.name in m.runs else r for r in m.stated.runs)
-        return replace(m.stated, runs=tuple(runs))
-
-    return correct
-
-
-def _scale_runs(*names: str) -> Callable[[SheetMistake], Campaign]:
-    return _change_runs(lambda r, m: replace(r, **{n: m.size * getattr(r, n) for n in names}))
-
-
-def _scale_sheet(part: Literal["machine", "belt"], *names: str) -> Callable[[SheetMistake], Campaign]:
-    def correct(m: SheetMistake) -> Campaign:
-        sheet = getattr(m.stated, part)
-        numbers = {n: getattr(sheet, n) for n in names}
-        scaled = {n: Quantity(value=q.value * m.size, u=q.u * m.size) for n, q in numbers.items()}
-        return replace(m.stated, **{part: replace(sheet, **scaled)})
-
-    return correct
-
-
-def _scale_readings(run: Run, m: SheetMistake) -> Run:
-    lateral = {s.name for s in m.stated.signals if s.kind == "lateral"}
-    return replace(run, signals={n: m.size * y if n in lateral else y for n, y in run.signals.items()})
-
-
-def _move_sensors(m: SheetMistake) -> Campaign:
-    return replace(m.stated, signals=tuple(replace(s, at=m.places.get(s.name, s.at)) for s in m.stated.signals))
-
-
-_CORRECTIONS: dict[str, Callable[[SheetMistake], Campaign]] = {
-    "yaw_place": _change_runs(lambda r, m: replace(r, yaw_at=r.yaw_at + m.size)),
-    "yaw_sign": _scale_runs("yaw", "yaw_head"),
-    "yaw_unit": _scale_runs("yaw", "yaw_head"),
-    "direction": _scale_runs("direction"),
-    "points": _move_sensors,
-    "radius": _scale_sheet("machine", "head_radius", "tail_radius"),
-    "centre_distance": _scale_sheet("machine", "centre_distance"),
-    "width": _scale_sheet("belt", "width"),
-    "thickness": _scale_sheet("belt", "thickness"),
-    "modulus": _scale_sheet("belt", "youngs_modulus"),
-    "tension": _scale_runs("tension"),
-    "travel_unit": _scale_runs("travel", "yaw_at", "yaw_at_u"),
-    "reading_unit": _change_runs(_scale_readings),
-}
 
 
 # Which mistakes a sheet could hold.
