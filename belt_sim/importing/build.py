@@ -2,34 +2,20 @@
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-import pandas as pd
+from pydantic import BaseModel
 
-from belt_sim.campaign import Campaign, CampaignError, Run
+from belt_sim.campaign import Campaign, CampaignError
 from belt_sim.campaign.types import Source
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import Column, LoggedTables, Note, column_questions, other_units, resolve_columns
 from belt_sim.importing.mapping import SCHEMA, MappingEntry, Question, mapping_of
 from belt_sim.importing.noise import NoiseRead
-from belt_sim.importing.records import (
-    TIME,
-    count_from_yaw,
-    cut_repeats,
-    mark_repeats,
-    resample,
-    signals_in,
-    snap_settings,
-    step_for,
-)
+from belt_sim.importing.records import runs_on_one_grid
 from belt_sim.importing.runs import AssembledRun, find_runs
-from belt_sim.importing.settings import RANGES
 from belt_sim.importing.sheets import belt_of, machine_of, settings_of, signals_of
-from belt_sim.importing.units import UNITS, size_of
-
-AT_ONCE = "the yaw is taken to act from the first reading on; else state where it was set: all_runs: {yaw_at: 5 m}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +62,7 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     if not (made or found.rated or missing):
         raise InputError("files", "no run", "", "no run was found in them; is the right column the run or the travel?")
     notes = [n for t in tables for n in t.notes] + other_units(tables) + [Note(m.key, n) for m in made for n in m.notes]
-    runs, more, step = _runs(made, entry)
+    runs, more, step = runs_on_one_grid(made, entry)
     signals, noise, of_signals = signals_of(runs, used, machine.centre_distance.value if machine else 10.0)
     settings, of_settings = settings_of(entry)
     campaign = None
@@ -109,56 +95,6 @@ def _names_in_order(names: Iterable[str]) -> str:
     return ", ".join(known[:4]) + (f" and {len(known) - 4} more" if len(known) > 4 else "")
 
 
-def _runs(made: list[AssembledRun], entry: MappingEntry) -> tuple[list[Run], list[Note], float]:
-    """Runs on one grid, their readings counted from the yaw, repeats recognised; remarks; the step [m]."""
-    if not made:
-        return [], [], 0.0
-    notes: list[Note] = []
-    step = size_of(entry.step_m, "m", "step_m") if entry.step_m else step_for([m.record for m in made])
-    records = [resample(m.record, step) for m in made]
-    if step > 0.0:
-        rows, left = (sum(map(len, some)) for some in ([m.record for m in made], records))
-        notes.append(Note("", f"{rows} rows were averaged over steps of {step:g} m, {left} are left"))
-    runs = snap_settings([_run(m) for m in made], [m.settings for m in made])
-    notes += [Note(r.name, AT_ONCE) for r, m in zip(runs, made, strict=True) if r.yaw and "yaw_at" not in m.settings]
-    runs, repeats = mark_repeats(runs, [m.entry.repeat_of is not None for m in made])
-    notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in repeats] + _note_blanks(made, records)
-    records = cut_repeats(runs, records)
-    if entry.start == "yaw":
-        records, said = count_from_yaw(records, [r.yaw_at for r in runs])
-        notes += [Note("", text) for text in said]
-    out = []
-    for run, record in zip(runs, records, strict=True):
-        time = record[TIME].to_numpy() if TIME in record else None
-        signals = {name: record[name].to_numpy() for name in signals_in(record)}
-        out.append(replace(run, travel=record.index.to_numpy(), time=time, signals=signals))
-    return out, notes, step
-
-
-def _note_blanks(made: list[AssembledRun], records: list[pd.DataFrame]) -> list[Note]:
-    """Runs without a signal that others have: a column of that name may be missing in their file."""
-    names = dict.fromkeys(n for record in records for n in signals_in(record))
-    lacking = {m.key: [n for n in names if n not in record] for m, record in zip(made, records, strict=True)}
-    text = "has no {}, which other runs have; is its column called otherwise there?"
-    return [Note(run, text.format(" and no ".join(blank))) for run, blank in lacking.items() if blank]
-
-
-def _run(made: AssembledRun) -> Run:
-    values: dict[str, Any] = {k: s.value for k, s in made.settings.items() if k != "yaw_at_time"}
-    for key, value in values.items():
-        bounds = RANGES[key]
-        if np.isfinite(value) and not bounds.holds(value):
-            shown = value / UNITS[bounds.unit][1]
-            remedy = (
-                f"must be {bounds.low:g} to {bounds.high:g} {bounds.unit}; it came from {made.settings[key].source}"
-            )
-            raise InputError(f"runs.{made.key}.{key}", f"{shown:.6g}", bounds.unit, remedy)
-    entry = made.entry
-    unknown = {"tension": np.nan, "yaw": np.nan}
-    name, use = entry.name or made.key, entry.use or "fit"
-    return Run(name=name, repeat_of=entry.repeat_of, use=use, started=made.started, **unknown | values)
-
-
 # ---- the mapping as it was used
 
 
@@ -166,17 +102,17 @@ def mapping_used(
     entry: MappingEntry, used: tuple[Column, ...], made: list[AssembledRun], step: float
 ) -> dict[str, Any]:
     """The mapping with all that was recognised, so that the import can be repeated: plain data for ``understand``."""
-    stated = _plain(entry.model_dump(by_alias=True, exclude_unset=True))
+    stated = _plain(entry)
     columns: dict[str, Any] = {}
     for u in used:
         name = u.signal if u.at else ""
         seen = {"role": u.role, "unit": "" if u.unit_is_guess else u.unit, "at": u.at, "name": name}
-        own = {k: v for k, v in seen.items() if v} | _plain(u.entry.model_dump(exclude_unset=True))
+        own = {k: v for k, v in seen.items() if v} | _plain(u.entry)
         columns.setdefault(u.name, own)
     runs: dict[str, Any] = {}
     for run in made:
         known = {k: s.text for k, s in run.settings.items() if s.text and getattr(entry.all_runs, k, None) is None}
-        runs[run.key] = known | _plain(run.entry.model_dump(exclude_unset=True))
+        runs[run.key] = known | _plain(run.entry)
     for name, run_entry in stated.get("runs", {}).items():
         runs.setdefault(name, run_entry)
     runs = {name: run_entry for name, run_entry in runs.items() if run_entry}
@@ -187,7 +123,5 @@ def mapping_used(
     return {k: out[k] for k in order if k in out and out[k] not in (None, {})}
 
 
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items() if v is not None}
-    return [_plain(v) for v in value] if isinstance(value, list | tuple) else value
+def _plain(entry: BaseModel) -> dict[str, Any]:
+    return entry.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)

@@ -92,23 +92,18 @@ class AxisEntry(Entry):
 
     pixel: tuple[float, float]
     value: tuple[float, float]
-    log: bool = False
     u: float = 1.0
 
     @model_validator(mode="after")
     def _two_marks(self) -> "AxisEntry":
         if self.pixel[0] == self.pixel[1] or self.value[0] == self.value[1]:
             raise InputError("axis", "one mark", "", "give two different marks: pixel: [80, 680], value: [0, 25]")
-        if self.log and min(self.value) <= 0.0:
-            raise InputError("axis", min(self.value), "", "an axis with log: true has values above 0")
         return self
 
     def values_at(self, pixels: np.ndarray) -> np.ndarray:
         """The values (n,) at pixels (n,), in the unit of ``value``."""
-        (p0, p1), marks = self.pixel, np.array(self.value)
-        v0, v1 = np.log(marks) if self.log else marks
-        values = v0 + (pixels - p0) * (v1 - v0) / (p1 - p0)
-        return np.exp(values) if self.log else values
+        (p0, p1), (v0, v1) = self.pixel, self.value
+        return v0 + (pixels - p0) * (v1 - v0) / (p1 - p0)
 
 
 def _role(name: str) -> str:
@@ -154,7 +149,6 @@ class RunEntry(Entry):
     direction: Text | None = None
     yaw_at: Text | None = None
     yaw_at_u: Text | None = None
-    yaw_at_time: Text | None = None
     start: Text | None = None
     repeat_of: Text | None = None
     use: Literal["fit", "hold_out"] | None = None

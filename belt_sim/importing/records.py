@@ -1,4 +1,4 @@
-"""Records of runs, a table over the travel [m] each: on one grid, counted from the yaw, repeats recognised."""
+"""Runs with their records on one grid, readings counted from the yaw, repeats recognised."""
 
 import math
 from collections import defaultdict
@@ -10,11 +10,15 @@ import pandas as pd
 
 from belt_sim.campaign import Run
 from belt_sim.campaign.run_tables import REPEAT_TOLERANCE
-from belt_sim.importing.settings import Settings
+from belt_sim.errors import InputError
+from belt_sim.importing.columns import Note
+from belt_sim.importing.mapping import MappingEntry
+from belt_sim.importing.runs import TIME, AssembledRun
+from belt_sim.importing.settings import RANGES, Settings
+from belt_sim.importing.units import UNITS, size_of
 from belt_sim.si import DEGREE, N_PER_MM2, round_digits
 
-#: Column of the time [s] in a record; all others are signals.
-TIME = "time_s"
+AT_ONCE = "the yaw is taken to act from the first reading on; else state where it was set: all_runs: {yaw_at: 5 m}"
 #: Samples a run that are aimed at, and the fewest that a step may leave.
 AIMED, LEFT = 600, 60
 #: Travel from time and speed is a little uneven; a step this share below twice the spacing still has two rows.
@@ -27,12 +31,62 @@ SAME_DIGITS, SAME = 3, 0.01
 ALIKE = 0.1
 
 
-def signals_in(record: pd.DataFrame) -> list[str]:
+def runs_on_one_grid(made: list[AssembledRun], entry: MappingEntry) -> tuple[list[Run], list[Note], float]:
+    """Runs on one grid, their readings counted from the yaw, repeats recognised; remarks; the step [m]."""
+    if not made:
+        return [], [], 0.0
+    notes: list[Note] = []
+    step = size_of(entry.step_m, "m", "step_m") if entry.step_m else _step_for([m.record for m in made])
+    records = [_resample(m.record, step) for m in made]
+    if step > 0.0:
+        rows, left = (sum(map(len, some)) for some in ([m.record for m in made], records))
+        notes.append(Note("", f"{rows} rows were averaged over steps of {step:g} m, {left} are left"))
+    runs = _snap_settings([_run(m) for m in made], [m.settings for m in made])
+    notes += [Note(r.name, AT_ONCE) for r, m in zip(runs, made, strict=True) if r.yaw and "yaw_at" not in m.settings]
+    runs, repeats = _mark_repeats(runs, [m.entry.repeat_of is not None for m in made])
+    notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in repeats] + _note_blanks(made, records)
+    records = _cut_repeats(runs, records)
+    if entry.start == "yaw":
+        records, said = _count_from_yaw(records, [r.yaw_at for r in runs])
+        notes += [Note("", text) for text in said]
+    out = []
+    for run, record in zip(runs, records, strict=True):
+        time = record[TIME].to_numpy() if TIME in record else None
+        signals = {name: record[name].to_numpy() for name in _signals_in(record)}
+        out.append(replace(run, travel=record.index.to_numpy(), time=time, signals=signals))
+    return out, notes, step
+
+
+def _note_blanks(made: list[AssembledRun], records: list[pd.DataFrame]) -> list[Note]:
+    """Runs without a signal that others have: a column of that name may be missing in their file."""
+    names = dict.fromkeys(n for record in records for n in _signals_in(record))
+    lacking = {m.key: [n for n in names if n not in record] for m, record in zip(made, records, strict=True)}
+    text = "has no {}, which other runs have; is its column called otherwise there?"
+    return [Note(run, text.format(" and no ".join(blank))) for run, blank in lacking.items() if blank]
+
+
+def _run(made: AssembledRun) -> Run:
+    values: dict[str, Any] = {k: s.value for k, s in made.settings.items()}
+    for key, value in values.items():
+        bounds = RANGES[key]
+        if np.isfinite(value) and not bounds.holds(value):
+            shown = value / UNITS[bounds.unit][1]
+            remedy = (
+                f"must be {bounds.low:g} to {bounds.high:g} {bounds.unit}; it came from {made.settings[key].source}"
+            )
+            raise InputError(f"runs.{made.key}.{key}", f"{shown:.6g}", bounds.unit, remedy)
+    entry = made.entry
+    unknown = {"tension": np.nan, "yaw": np.nan}
+    name, use = entry.name or made.key, entry.use or "fit"
+    return Run(name=name, repeat_of=entry.repeat_of, use=use, started=made.started, **unknown | values)
+
+
+def _signals_in(record: pd.DataFrame) -> list[str]:
     """The names of the signals of a record."""
     return [str(name) for name in record.columns if name != TIME]
 
 
-def step_for(records: list[pd.DataFrame]) -> float:
+def _step_for(records: list[pd.DataFrame]) -> float:
     """A step [m] that keeps some hundred samples a run; 0 where records are so sparse that they stay as they are."""
     places = [np.unique(record.index) for record in records]
     spacing = [float(np.median(np.diff(travel))) for travel in places if len(travel) > 2]
@@ -57,7 +111,7 @@ def _nice(step: float) -> float:
     return float(next(f"{f * power:.6g}" for f in (1.0, 2.0, 5.0, 10.0) if f * power >= step * (1.0 - 1e-9)))
 
 
-def resample(record: pd.DataFrame, step: float) -> pd.DataFrame:
+def _resample(record: pd.DataFrame, step: float) -> pd.DataFrame:
     """Averages over bins of ``step`` [m] about its multiples; with step 0 only rows of one travel fall together."""
     travel = record.index.to_numpy()
     means = record.groupby(np.rint(travel / step) * step if step > 0.0 else travel).mean()
@@ -66,21 +120,13 @@ def resample(record: pd.DataFrame, step: float) -> pd.DataFrame:
     return means.iloc[:-1] if hardly_begun else means
 
 
-def merge_records(records: list[pd.DataFrame]) -> pd.DataFrame:
-    """Records of one run from several files or curves, on all their travels."""
-    if len(records) == 1:
-        return records[0]
-    merged = pd.concat(records).groupby(level=0).last()
-    return merged if all(TIME in r for r in records) else merged.drop(columns=TIME, errors="ignore")
-
-
-def count_from_yaw(records: list[pd.DataFrame], yaw_at: list[float]) -> tuple[list[pd.DataFrame], list[str]]:
+def _count_from_yaw(records: list[pd.DataFrame], yaw_at: list[float]) -> tuple[list[pd.DataFrame], list[str]]:
     """Readings counted from where each point was when the yaw was applied [m], and what was taken off, in words."""
     out: list[pd.DataFrame] = []
     off: dict[str, list[float]] = {}
     for record, at in zip(records, yaw_at, strict=True):
         travel = record.index.to_numpy()
-        starts = {name: _reading_at_yaw(travel, record[name].to_numpy(), at) for name in signals_in(record)}
+        starts = {name: _reading_at_yaw(travel, record[name].to_numpy(), at) for name in _signals_in(record)}
         out.append(record.assign(**{name: np.round(record[name] - y, DECIMALS) for name, y in starts.items()}))
         for name, start in starts.items():
             off.setdefault(name, []).append(1e3 * start)
@@ -108,7 +154,7 @@ def _reading_at_yaw(travel: np.ndarray, y: np.ndarray, yaw_at: float) -> float:
 # ---- runs at one setting
 
 
-def snap_settings(runs: list[Run], settings: list[Settings]) -> list[Run]:
+def _snap_settings(runs: list[Run], settings: list[Settings]) -> list[Run]:
     """Runs with settings that were logged and are meant to be the same brought together."""
     found = list(runs)
     for key, unit in (("tension", N_PER_MM2), ("yaw", DEGREE), ("yaw_head", DEGREE), ("speed", 1.0)):
@@ -130,7 +176,7 @@ def _group_values(values: np.ndarray) -> np.ndarray:
     return out
 
 
-def mark_repeats(runs: list[Run], stated: list[bool]) -> tuple[list[Run], list[Run]]:
+def _mark_repeats(runs: list[Run], stated: list[bool]) -> tuple[list[Run], list[Run]]:
     """Runs at one setting as repeats of the first, with its settings; those that were recognised."""
     out: list[Run] = []
     found: list[Run] = []
@@ -153,7 +199,7 @@ def _same(a: Run, b: Run) -> bool:
     return near and a.direction == b.direction and abs(a.yaw_at - b.yaw_at) <= 0.05 * max(a.yaw_at, 0.0)
 
 
-def cut_repeats(runs: list[Run], records: list[pd.DataFrame]) -> list[pd.DataFrame]:
+def _cut_repeats(runs: list[Run], records: list[pd.DataFrame]) -> list[pd.DataFrame]:
     """Records of the runs; repeats cut to the shortest of them, where they differ by little, so that they compare."""
     series = defaultdict[str, list[int]](list)
     for k, run in enumerate(runs):

@@ -16,7 +16,6 @@ from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import LoggedTable
 from belt_sim.importing.mapping import MappingEntry, Question, RunEntry
-from belt_sim.importing.records import TIME, merge_records
 from belt_sim.importing.roles import DAY
 from belt_sim.importing.settings import (
     DIGITS,
@@ -29,11 +28,12 @@ from belt_sim.importing.settings import (
     stated_settings,
     table_settings,
     yaw_settings,
-    yaw_time_settings,
 )
 from belt_sim.importing.units import UNITS, quantity
 from belt_sim.si import round_digits
 
+#: Column of the time [s] in a record; all others are signals.
+TIME = "time_s"
 #: A run begins anew where time or travel falls back to within this share of where the file began.
 RESTART = 0.05
 FEWEST = 3  # rows of a run
@@ -172,8 +172,6 @@ def _assemble(
     block = block.at(way.keep)
     logged = yaw_settings(block, way.travel, stated) | column_settings(block, section)
     known = way.settings | named | logged | stated  # of each the last that has it
-    if way.time is not None:
-        known |= yaw_time_settings(way.travel, way.time, known)
     notes = [*way.notes, *([f"yaw_at is {known['yaw_at'].source}"] if "yaw_at" in known else [])]
     signals = {c.signal: c.si() for c in block.columns if c.role == "signal"}
     signals = {name: y for name, y in signals.items() if np.isfinite(y).any()}
@@ -217,9 +215,12 @@ def _join_files(parts: list[AssembledRun]) -> AssembledRun:
     settings = {k: s for p in reversed(parts) for k, s in p.settings.items()}
     notes = tuple(dict.fromkeys(n for p in parts for n in p.notes))
     files = ", ".join(dict.fromkeys(p.file for p in parts))
-    return replace(
-        parts[0], record=merge_records([p.record for p in parts]), settings=settings, notes=notes, file=files
-    )
+    record = parts[0].record
+    if len(parts) > 1:
+        record = pd.concat([p.record for p in parts]).groupby(level=0).last()
+        if not all(TIME in p.record for p in parts):
+            record = record.drop(columns=TIME, errors="ignore")
+    return replace(parts[0], record=record, settings=settings, notes=notes, file=files)
 
 
 # ---- how far the belt has travelled: as logged, or from time and speed

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.campaign import plausible
 from belt_sim.campaign.run_tables import NUMBERS
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import LoggedTable
@@ -14,7 +13,7 @@ from belt_sim.importing.units import UNITS, plain_minus, quantity
 from belt_sim.si import DEGREE, round_digits
 
 #: setting -> its range, in the unit that a number without one has
-RANGES = {name: bounds for name, bounds, _ in NUMBERS.values()} | {"yaw_at_time": plausible.TIME}
+RANGES = {name: bounds for name, bounds, _ in NUMBERS.values()}
 #: A yaw that moves by less than this share of its largest value stands still.
 STILL = 0.05
 #: Digits that a logged setting is rounded to, and those of a place on the belt, of up to 20000 m.
@@ -63,7 +62,9 @@ def table_settings(tables: list[LoggedTable], section: float) -> dict[str, Setti
             for column, values in columns:
                 if np.isfinite(values[row]):
                     value = float(values[row]) / (section if column.is_force else 1.0)
-                    own[column.role] = Setting(value, "the table of runs", _text(column.role, value))
+                    unit = RANGES[column.role].unit
+                    text = f"{value / UNITS[unit][1]:.6g} {unit}".strip()
+                    own[column.role] = Setting(value, "the table of runs", text)
     return found
 
 
@@ -94,12 +95,6 @@ def name_settings(name: str, section: float) -> Settings:
     return found
 
 
-def _text(key: str, value: float) -> str:
-    """A setting [SI] as text in its usual unit."""
-    unit = RANGES[key].unit
-    return f"{value / UNITS[unit][1]:.6g} {unit}".strip()
-
-
 def _number(text: str, key: str, where: str, section: float) -> float:
     """A setting [SI]; raises InputError for what cannot be."""
     bounds = RANGES[key]
@@ -126,20 +121,12 @@ def yaw_settings(block: LoggedTable, travel: np.ndarray, known: Settings) -> Set
             continue
         level, at = _step(block, key, values, key in known)
         found[key] = Setting(round_digits(level, DIGITS), "its column")
-        if at and not {"yaw_at", "yaw_at_time"} & {*known, *found}:
+        if at and "yaw_at" not in known | found:
             before, after = travel[at - 1 : at + 1]
             words = f"the step of {key}, somewhere within {after - before:.2g} m"
             u = round_digits((after - before) / np.sqrt(12.0), DIGITS)
             found |= {"yaw_at": Setting(0.5 * (before + after), words), "yaw_at_u": Setting(u, words)}
     return found
-
-
-def yaw_time_settings(travel: np.ndarray, time: np.ndarray, known: Settings) -> Settings:
-    """The place of the yaw where only its time is known; travel [m], time [s], shape (n,)."""
-    if "yaw_at_time" not in known or "yaw_at" in known:
-        return {}
-    where = float(np.interp(known["yaw_at_time"].value, time, travel))
-    return {"yaw_at": Setting(where, "the time of the yaw", _text("yaw_at", where))}
 
 
 def column_settings(block: LoggedTable, section: float) -> Settings:

@@ -416,18 +416,12 @@ CODES = (-9999.0, 9999.0, -999.0, 999.0, -99999.0, 99999.0, -32768.0, 32767.0, 6
 FAR = 10.0
 #: Cells by which the kind of a column is told.
 SAMPLE = 200
-_NUMBER = {
-    ".": re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\Z"),
-    ",": re.compile(r"[+-]?(?:\d+,?\d*|,\d+)(?:[eE][+-]?\d+)?\Z"),
-}
-_THOUSANDS = {
-    ",": re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+(?:,\d*)?\Z"),
-    ".": re.compile(r"[+-]?\d{1,3}(?:,\d{3})+(?:\.\d*)?\Z"),
-}
-_CLOCK = re.compile(r"\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?\Z")
-_DATE = re.compile(
-    r"(\d{4}-\d{2}-\d{2}|\d{1,2}[./]\d{1,2}[./]\d{2,4})(?:[T ]+\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?Z?)?\Z"
-)
+#: decimal mark -> a number, and one with thousands set apart, as 1.234,5
+_NUMBER = {d: re.compile(rf"[+-]?(?:\d+[{d}]?\d*|[{d}]\d+)(?:[eE][+-]?\d+)?\Z") for d in ".,"}
+_THOUSANDS = {d: re.compile(rf"[+-]?\d{{1,3}}(?:[{t}]\d{{3}})+(?:[{d}]\d*)?\Z") for d, t in (".,", ",.")}
+_TIME_OF_DAY = r"\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?"
+_CLOCK = re.compile(rf"{_TIME_OF_DAY}\Z")
+_DATE = re.compile(rf"(\d{{4}}-\d{{2}}-\d{{2}}|\d{{1,2}}[./]\d{{1,2}}[./]\d{{2,4}})(?:[T ]+{_TIME_OF_DAY}Z?)?\Z")
 
 
 def is_missing(cell: str) -> bool:
