@@ -5,7 +5,8 @@ straight line (settings and zero). Without repeats it is what a smooth curve lea
 neither a belt's own movement nor the drift of a fault must count, and a fault acts at zero yaw as well.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -35,11 +36,10 @@ class NoiseRead:
     white_from: str
     wander_from: str
     zero_from: str
-    by_run: dict[str, float] = field(default_factory=dict)
+    by_run: dict[str, float]
 
 
-@dataclass(frozen=True)
-class Trace:
+class Trace(NamedTuple):
     """Noise of one signal along the travel [m], shape (n,)."""
 
     travel: np.ndarray

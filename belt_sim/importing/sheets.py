@@ -17,54 +17,38 @@ from belt_sim.si import round_digits
 
 class Datum(NamedTuple):
     """A number of the machine or the belt. unit: where none is written; relative_u: assumed where none is stated;
-    question: "" where the number need not be given; is_of_steel: whether the example is a likely answer."""
+    question: "" where the number need not be given; proposed: a likely answer."""
 
     unit: str
     bounds: plausible.Range
     relative_u: float
     question: str = ""
     example: str = ""
-    is_of_steel: bool = False
+    proposed: str = ""
 
 
-_RADIUS = Datum("m", plausible.RADIUS, 3e-3)
+_AXES = "how far apart are the axes of the two pulleys?"
+_PULLEYS = "what is the radius of the pulleys, to the belt's middle surface?"
+_MODULUS = "which Young's modulus has the belt (steel: 210 GPa)?"
+_DENSITY = "which density has the belt (steel: 7850 kg/m^3)?"
 MACHINE = {
-    "centre_distance": Datum(
-        "m", plausible.CENTRE_DISTANCE, 5e-4, "how far apart are the axes of the two pulleys?", "11.28 +- 0.005 m"
-    ),
-    "pulley_radius": _RADIUS._replace(
-        question="what is the radius of the pulleys, to the belt's middle surface?", example="0.170 m"
-    ),
-    "head_radius": _RADIUS,
-    "tail_radius": _RADIUS,
+    "centre_distance": Datum("m", plausible.CENTRE_DISTANCE, 5e-4, _AXES, "11.28 +- 0.005 m"),
+    "pulley_radius": Datum("m", plausible.RADIUS, 3e-3, _PULLEYS, "0.170 m"),
+    "head_radius": Datum("m", plausible.RADIUS, 3e-3),
+    "tail_radius": Datum("m", plausible.RADIUS, 3e-3),
 }
 BELT = {
     "width": Datum("mm", plausible.WIDTH, 5e-4, "how wide is the belt?", "200 mm"),
     "thickness": Datum("mm", plausible.THICKNESS, 1e-2, "how thick is the belt?", "0.3 +- 0.003 mm"),
-    "youngs_modulus": Datum(
-        "GPa",
-        plausible.YOUNGS_MODULUS,
-        2e-2,
-        "which Young's modulus has the belt (steel: 210 GPa)?",
-        "210 +- 4 GPa",
-        is_of_steel=True,
-    ),
-    "density": Datum(
-        "kg/m^3",
-        plausible.DENSITY,
-        0.0,
-        "which density has the belt (steel: 7850 kg/m^3)?",
-        "7850 kg/m^3",
-        is_of_steel=True,
-    ),
+    "youngs_modulus": Datum("GPa", plausible.YOUNGS_MODULUS, 2e-2, _MODULUS, "210 +- 4 GPa", "210 +- 4 GPa"),
+    "density": Datum("kg/m^3", plausible.DENSITY, 0.0, _DENSITY, "7850 kg/m^3", "7850 kg/m^3"),
     "poisson_ratio": Datum("1", plausible.POISSON_RATIO, 0.0),
 }
 
 
 def machine_of(mapping: MappingEntry) -> tuple[Machine | None, dict[str, str], list[Question]]:
     """The machine, remarks on its numbers, and what is missing."""
-    written = _number_texts(mapping.machine, "rig", "machine")
-    found, remarks, missing = _quantities(written, MACHINE, "machine")
+    found, remarks, missing = _quantities(mapping.machine, "rig", MACHINE, "machine")
     own = [k for k in ("head_radius", "tail_radius") if k in found]
     if len(own) == 1 or (own and "pulley_radius" in found):
         remedy = "state either pulley_radius, or both head_radius and tail_radius"
@@ -72,8 +56,8 @@ def machine_of(mapping: MappingEntry) -> tuple[Machine | None, dict[str, str], l
     missing = [q for q in missing if not (own and q.path[-1] == "pulley_radius")]
     if missing:
         return None, remarks, missing
-    head, tail = (found[k] for k in own or ("pulley_radius", "pulley_radius"))
-    machine = Machine(centre_distance=found["centre_distance"], head_radius=head, tail_radius=tail)
+    radii = {k: found[k if own else "pulley_radius"] for k in ("head_radius", "tail_radius")}
+    machine = Machine(centre_distance=found["centre_distance"], **radii)
     if machine.head_radius.value + machine.tail_radius.value >= machine.centre_distance.value:
         value = machine.centre_distance.value
         raise InputError("machine.centre_distance", value, "m", "the pulleys overlap; check the radii")
@@ -82,7 +66,7 @@ def machine_of(mapping: MappingEntry) -> tuple[Machine | None, dict[str, str], l
 
 def belt_of(mapping: MappingEntry) -> tuple[BeltSheet | None, dict[str, str], list[Question]]:
     """The belt, remarks on its numbers, and what is missing."""
-    found, remarks, missing = _quantities(_number_texts(mapping.belt, "belt", "belt"), BELT, "belt")
+    found, remarks, missing = _quantities(mapping.belt, "belt", BELT, "belt")
     if missing:
         return None, remarks, missing
     if found["thickness"].value >= found["width"].value:
@@ -108,10 +92,10 @@ def _number_texts(entry: MachineMapping | BeltMapping | str | None, kind: str, k
 
 
 def _quantities(
-    written: dict[str, str], wanted: dict[str, Datum], key: str
+    entry: MachineMapping | BeltMapping | str | None, kind: str, wanted: dict[str, Datum], key: str
 ) -> tuple[dict[str, Quantity], dict[str, str], list[Question]]:
     """Numbers that are written, remarks on them, and questions on those that are missing."""
-    found, remarks, missing = {}, {}, []
+    written, found, remarks, missing = _number_texts(entry, kind, key), {}, {}, []
     for name, datum in wanted.items():
         if name in written:
             value, u, unit = quantity(written[name], (datum.bounds.dimension,), datum.unit, f"{key}.{name}")
@@ -121,8 +105,8 @@ def _quantities(
             spread = datum.relative_u * si if u is None else u * UNITS[unit][1]
             found[name] = Quantity(value=round_digits(si, 12), u=round_digits(spread, 12))
         elif datum.question:
-            likely = datum.example if datum.is_of_steel else ""
-            missing.append(Question(path=(key, name), text=datum.question, example=datum.example, proposed=likely))
+            path = (key, name)
+            missing.append(Question(path=path, text=datum.question, example=datum.example, proposed=datum.proposed))
     return found, remarks, missing
 
 
@@ -134,22 +118,19 @@ def signals_of(
     runs: list[Run], used: tuple[Column, ...], span: float
 ) -> tuple[tuple[SignalSheet, ...], dict[str, NoiseRead], dict[str, str]]:
     """Sheets of the signals, what was read off them, and remarks on each number."""
-    sheets: list[SignalSheet] = []
-    noise: dict[str, NoiseRead] = {}
+    columns: dict[str, Column] = {}
+    for column in used:
+        if column.role == "signal" and column.at and any(column.signal in r.signals for r in runs):
+            columns.setdefault(column.signal, column)
+    noise = {name: noise_of(name, runs, span) for name in columns}
     remarks: dict[str, str] = {}
-    for u in (u for u in used if u.role == "signal" and u.at):
-        if u.signal in noise or not any(u.signal in r.signals for r in runs):
-            continue
-        noise[u.signal] = noise_of(u.signal, runs, span)
-        sheet, sources = _sheet(u, noise[u.signal])
-        sheets.append(sheet)
-        remarks |= {f"signals.{u.signal}.{key}": source for key, source in sources.items()}
-    return tuple(sheets), noise, remarks
+    sheets = tuple(_sheet(column, noise[name], remarks) for name, column in columns.items())
+    return sheets, noise, remarks
 
 
-def _sheet(u: Column, read: NoiseRead) -> tuple[SignalSheet, dict[str, str]]:
-    """The sheet of a signal, and where each of its numbers comes from."""
-    own, where, kind = u.entry, f"columns.{u.name}", kind_at(u.at)
+def _sheet(column: Column, read: NoiseRead, remarks: dict[str, str]) -> SignalSheet:
+    """The sheet of a signal; where each of its numbers comes from is added to the remarks."""
+    own, where, kind = column.entry, f"columns.{column.name}", kind_at(column.at)
     assert kind is not None
     unit, length = USUAL[SIGNAL_DIMENSION[kind]], read.length
     found = {
@@ -158,8 +139,8 @@ def _sheet(u: Column, read: NoiseRead) -> tuple[SignalSheet, dict[str, str]]:
         "gain": (GAIN, "assumed, no data tell it; state the sensor's accuracy"),
         "wander": (read.wander, f"from {read.wander_from}"),
     }
-    if u.by_hand is not None:
-        found |= {"white": (u.by_hand, "one sigma of reading the picture"), "wander": (0.0, "none, read by hand")}
+    if column.by_hand is not None:
+        found |= {"white": (column.by_hand, "one sigma of reading the picture"), "wander": (0.0, "none, read by hand")}
         length = 1.0
     for key, text in (("white", own.white), ("zero", own.zero), ("gain", own.gain)):
         if text is not None:
@@ -167,19 +148,10 @@ def _sheet(u: Column, read: NoiseRead) -> tuple[SignalSheet, dict[str, str]]:
     if own.wander is not None:
         found["wander"] = size_of(own.wander.sd, unit, f"{where}.wander.sd"), "stated"
         length = size_of(own.wander.length_m, "m", f"{where}.wander.length_m")
-    white, zero, gain, wander = (value for value, _ in found.values())
-    sheet = SignalSheet(
-        name=u.signal,
-        at=u.at,
-        kind=kind,
-        unit=unit,
-        white=round_digits(white, 3),
-        zero=round_digits(zero, 3),
-        gain=gain,
-        wander_sd=round_digits(wander, 3),
-        wander_length=length,
-    )
-    return sheet, {key: source for key, (_, source) in found.items()}
+    remarks |= {f"signals.{column.signal}.{key}": source for key, (_, source) in found.items()}
+    white, zero, wander = (round_digits(found[key][0], 3) for key in ("white", "zero", "wander"))
+    errors = {"white": white, "zero": zero, "gain": found["gain"][0], "wander_sd": wander, "wander_length": length}
+    return SignalSheet(name=column.signal, at=column.at, kind=kind, unit=unit, **errors)
 
 
 def settings_of(entry: MappingEntry) -> tuple[SettingsSheet, dict[str, str]]:
