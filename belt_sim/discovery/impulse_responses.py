@@ -16,8 +16,7 @@ from belt_sim.analytic.march import march_open, plan_steps
 from belt_sim.case import Case
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.readings.batches import ROWS
-from belt_sim.diagnosis.readings.programs import room_for
+from belt_sim.diagnosis.readings.programs import ROWS, room_for
 from belt_sim.effects.base import Effect, Parameter, apply_hook, effect, overrides
 from belt_sim.effects.law_terms import AT_PULLEYS, BY_THE_BELT, PULLEYS, RELATIVE
 from belt_sim.effects.pipeline import as_driven, true_travel

@@ -85,7 +85,7 @@ def table_of(campaign: Campaign, base: str, effects: Sequence[str] | None = None
     for cls in (c for c in classes if c.is_additive()):
         names = list(cls.parameters)[: 2 * free[cls.id]]
         scales = [cls.parameters[name].scale for name in names]
-        shapes = additive_effects.columns(samples, cls, ())[: len(names)]
+        shapes = additive_effects.columns(samples, cls)[: len(names)]
         changes = np.concatenate([changes, shapes * np.reshape(scales, (-1, 1, 1, 1))])
         owner += [(cls.id, name, scale) for name, scale in zip(names, scales, strict=True)]
     flat = [_subtract_means(x, there) for x in (samples.y - values[0], *changes)]

@@ -31,8 +31,8 @@ class Fit:
     """A set of effects fitted jointly, or a point from which a refit of them may begin.
 
     ids; free: positions in vector that are fitted; vector: the best point; chi2: of the whitened residual, inf where it
-    is not known yet; slopes (k, R, S, n): derivatives of the predictions along free; columns (k, N): the same whitened,
-    empty where a refit has yet to do it; residual (N,): whitened; values (R, S, n): predictions; exact: all derivatives
+    is not known yet; slopes (k, R, S, n): derivatives of the predictions along free; columns (k, N): the same whitened;
+    residual (N,): whitened; values (R, S, n): predictions; exact: all derivatives
     were taken where they hold; settled: nothing more is gained; steps: how many led here. For a refit that goes on from
     here, due (k,): derivatives that it has to take first; radius: its longest step, in sigmas.
     """
@@ -55,10 +55,6 @@ class Fit:
     def is_converged(self) -> bool:
         """Whether this is the best point, with derivatives that hold there."""
         return self.settled and self.exact
-
-    def as_start(self) -> "Fit":
-        """The same point to begin at, where chi2 and the whitened columns are not known yet."""
-        return replace(self, chi2=np.inf, columns=np.empty((0, 0)), exact=False, settled=False)
 
     @property
     def covariance(self) -> np.ndarray:
@@ -90,8 +86,6 @@ class Refit:
     def __init__(self, start: Fit, metric: Metric, sides: Sides) -> None:
         """All derivatives are due where ``start`` has none, or has ended with learned ones."""
         none = len(start.slopes) != len(start.free) or (start.settled and not start.exact)
-        if not none and len(start.columns) != len(start.free):
-            start = replace(start, columns=metric.whiten(start.slopes))
         self.fit, self.metric, self.sides, self.radius = start, metric, sides, start.radius
         self.due = start.due if len(start.due) and not none else np.full(len(start.free), none)
         self.settled, self.steps, self.failures = False, 0, 0

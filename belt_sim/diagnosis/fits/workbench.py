@@ -11,10 +11,9 @@ from belt_sim.diagnosis.fits.fit import EarlyStopping, Fit, Sides, fit_sets
 from belt_sim.diagnosis.noise.levels import LevelFinder
 from belt_sim.diagnosis.noise.metric import Levels, Metric, length_sigma, metric_of, nuisance_shapes
 from belt_sim.diagnosis.readings.additive_effects import significant_harmonics
-from belt_sim.diagnosis.readings.forward import Forward
+from belt_sim.diagnosis.readings.forward import Forward, choose_step
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES
 from belt_sim.diagnosis.readings.samples import Samples, samples_of
-from belt_sim.diagnosis.readings.step_size import choose_step
 from belt_sim.effects.base import Effect
 
 

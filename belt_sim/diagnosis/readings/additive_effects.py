@@ -1,14 +1,13 @@
-"""Effects that only add to the readings, linearly: derivatives without a march, and as many of them as the data show.
+"""Effects that only add to the readings, linearly: their readings without a march, and as many as the data show.
 
-An effect that declares itself ``linear`` (a free edge profile: eighty numbers) is fitted like any other, but its
-columns come from travel and places alone, and only those harmonics stand in the parameter vector that show. It must
-declare its parameters in the order in which they are to be taken, in pairs (cosine, sine) of 1, 2, ... waves a belt
-length. Of short waves the mean over a bin of readings shows less (``bin_attenuation``).
+An additive effect (a free edge profile: eighty numbers) is fitted like any other, but its columns come from travel and
+places alone, so that its harmonics make no march another program, and only those harmonics stand in the parameter
+vector that show. It must declare its parameters in the order in which they are to be taken, in pairs (cosine, sine) of
+1, 2, ... waves a belt length. Of short waves the mean over a bin of readings shows less (``bin_attenuation``).
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
 
 import jax
 import jax.numpy as jnp
@@ -17,15 +16,14 @@ from scipy.interpolate import BSpline
 from scipy.special import chdtrc
 
 from belt_sim.campaign.types import sensor_place
-from belt_sim.case import Case, Settings
-from belt_sim.curves import SensorPlace
+from belt_sim.case import Case
 from belt_sim.diagnosis.readings.candidates import AFFINE
-from belt_sim.diagnosis.readings.parameter_vector import Slot, effects_and_case
+from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, actual_case
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.readings.sensor_places import indicate_place, places_of, travel_lead
 from belt_sim.effects.base import Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import true_travel
-from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
+from belt_sim.jax_setup import in_float64
 from belt_sim.laws.drive import Reading
 
 READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same
@@ -85,19 +83,23 @@ def harmonics_of(classes: Sequence[type[Effect]], samples: Samples) -> dict[str,
 
 
 @in_float64
-def columns(samples: Samples, cls: type[Effect], effects: Sequence[Effect]) -> np.ndarray:
-    """Lateral readings (k, R, S, n) per unit of every parameter of ``cls``; effects: all that act, with their numbers.
+def columns(
+    samples: Samples, cls: type[Effect], effects: Sequence[Effect] = (), nuisances: np.ndarray | None = None
+) -> np.ndarray:
+    """Lateral readings (k, R, S, n) per unit of every parameter of ``cls``.
 
     What encoder, delay and the sensors after it make of them is in it, and every sensor reads zero where the yaw is
-    applied. Roll is not touched.
+    applied. Roll is not touched. effects: all that act, with their numbers; nuisances: as at the end of a parameter
+    vector, by default none.
     """
     runs, signals, n = samples.y.shape
     shapes = np.zeros((len(cls.parameters), runs, signals, n))
     by_bins = bin_attenuation([Slot(cls, name) for name in cls.parameters], samples).T[:, :, None]
-    others = places_of(samples)
+    others, off = places_of(samples), np.zeros(len(NUISANCES)) if nuisances is None else nuisances
 
     def one(settings, stated):
-        return _columns_of_run(cls, effects, replace(samples.cases, settings=settings), stated, others)
+        case = actual_case(replace(samples.cases, settings=settings), off)
+        return _columns_of_run(cls, effects, case, stated, others)
 
     stated = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
     shown = np.asarray(jax.vmap(one)(samples.cases.settings, stated)).swapaxes(0, 1)
@@ -126,60 +128,25 @@ def _columns_of_run(cls: type[Effect], effects: Sequence[Effect], case: Case, st
     seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, travel), case)
     at_others = [cls.columns(seen + travel_lead(place, case), case)[:, place.point, None] for place in others]
     own = jnp.concatenate([cls.columns(seen, case), *at_others], axis=1)
-    after = [e for e in effects if type(e) is not cls]
-    read = partial(_read_sensors, after, case, others, travel, seen, 0.0 * seen)
+    after, none = [e for e in effects if type(e) is not cls], jnp.zeros((2, len(travel)))
+
+    def read(y):
+        reading = Reading(travel=travel, sensor_travel=seen, time=0.0 * seen, y=y[:4], tilt=none)
+        rows = [
+            indicate_place(place, row, case, after, travel, seen, 0.0 * seen)[None]
+            for place, row in zip(others, y[4:], strict=True)
+        ]
+        return jnp.concatenate([apply_hook(after, "sensor", reading, case).y, *rows])
+
     return jax.vmap(read)(own) - read(jnp.zeros_like(own[0]))  # in proportion to y: gains, not offsets
 
 
-def _read_sensors(effects: Sequence[Effect], case: Case, others, travel, seen, time, y) -> jax.Array:
-    """Readings (4 + j, n) of true positions y (4 + j, n) [m] at points 1-4 and j others; travel, seen [m], time [s]
-    (n,): as in ``Reading``."""
-    reading = Reading(travel=travel, sensor_travel=seen, time=time, y=y[:4], tilt=jnp.zeros((2, len(travel))))
-    rows = [
-        indicate_place(place, row, case, effects, travel, seen, time)[None]
-        for place, row in zip(others, y[4:], strict=True)
-    ]
-    return jnp.concatenate([apply_hook(effects, "sensor", reading, case).y, *rows])
-
-
-# What linear effects add to the readings, without the march: then their harmonics make no march another program.
-#
-# That is exact where every other sensor law shows a gain times the reading and an offset; beside any other law, one of
-# a gauge that sticks for instance, a linear effect is compiled into the march.
-
-READ_BY = ("encoder", "sensor_travel", "sensor")  # hooks by which readings are what they are
-
-
 def select_addable(classes: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
-    """Those of ``classes`` whose readings can be added to those of a march without them."""
+    """Those of ``classes`` whose readings can be added to those of a march without them, by their ``columns``.
+
+    That is exact where every other sensor law shows a gain times the reading and an offset; beside any other law, one
+    of a gauge that sticks for instance, an additive effect is compiled into the march.
+    """
     sensors = [c for c in classes if overrides(c, ("sensor",))]
     simple = all(c.is_additive() or c.id in AFFINE for c in sensors)
     return tuple(c for c in classes if c.is_additive()) if simple else ()
-
-
-@lru_cache(PROGRAMS)
-def compile_additions(slots: tuple[Slot, ...], adding: tuple[type[Effect], ...], others: tuple[SensorPlace, ...] = ()):
-    """What the effects ``adding`` add to the readings of a batch of points and runs."""
-    one = partial(_additions_of_run, slots=slots, adding=adding, others=others)
-    return jit_float64(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None)))
-
-
-def _additions_of_run(vector, shown, settings: Settings, travel, time, yaw_at, rig, belt, *, slots, adding, others):
-    """What effects add to the readings of one run at every place, (6, n), and at the ``others``, (k, n).
-
-    Readings show as much of each number as ``shown`` says; where the sensors were zeroed all of it stood.
-    """
-
-    def add_to_readings(numbers, travel, time):
-        effects, case = effects_and_case(numbers, slots, Case(rig=rig, belt=belt, settings=settings))
-        seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, travel), case)
-        none = jnp.zeros((4 + len(others), len(travel)))
-        whole, without = (
-            _read_sensors(some, case, others, travel, seen, time, none)
-            for some in (effects, [e for e in effects if type(e) not in adding])
-        )
-        return whole - without
-
-    zero = add_to_readings(vector, yaw_at[None], yaw_at[None] / settings.speed)
-    found = add_to_readings(vector * shown, travel, time) - zero
-    return jnp.concatenate([found[:4], jnp.zeros((2, found.shape[1])), found[4:]])

@@ -7,19 +7,19 @@ computed at once; derivatives are differences of neighbouring points, which shar
 of a difference are marched by the same program, so that its rounding is not taken for a derivative.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.diagnosis.readings.additive_effects import READ_BY, columns, harmonics_of
+from belt_sim.diagnosis.readings.additive_effects import columns, harmonics_of, select_addable
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, lengthen_belt
-from belt_sim.diagnosis.readings.programs import Programs
+from belt_sim.diagnosis.readings.programs import Groups, Programs
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.readings.sensor_places import check_places
-from belt_sim.effects.base import Effect, overrides
+from belt_sim.effects.base import AFTER_ENGINE, Effect, overrides
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``choose_step``)
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
@@ -50,7 +50,8 @@ class Forward:
         self.nuisances = range(len(self.slots), self.size)
         ends = [s.side for s in self.slots] + [(-np.inf, np.inf)] * len(NUISANCES)
         self.sides = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
-        self._programs = Programs(samples, model, self.classes, self.slots, step)
+        self._addable = select_addable(self.classes)
+        self._programs = Programs(samples, model, self.slots, self._addable, step)
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.longer = 0.0
         self.offset: np.ndarray | float = 0.0
@@ -104,7 +105,12 @@ class Forward:
 
     def values(self, vector: np.ndarray) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size)."""
-        return self._programs.predict(vector, self._programs.active_groups(vector), self.samples) - self.offset
+        return self._predict(vector, self._programs.active_groups(vector))
+
+    def _predict(self, vector: np.ndarray, groups: Sequence[Groups]) -> np.ndarray:
+        """Predictions (C, R, S, n) at parameter vectors (C, size), each marched with some groups of effects."""
+        found = self._programs.predict(vector, groups, self.samples) - self.offset
+        return found + self._additive_readings(vector, vector, self._addable) if self._addable else found
 
     def values_and_slopes(self, vector: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""
@@ -119,36 +125,40 @@ class Forward:
         step = np.min(least / np.maximum(np.abs(along[moving]), 1e-30), axis=1, initial=np.inf)[:, None]
         asked = np.concatenate([points[[k for k, _ in starts]], vector[moving] + step * along[moving]])
         programs = [own for _, own in starts] + [groups[k] for k in moving]
-        found = self._programs.predict(asked, programs, self.samples) - self.offset
+        found = self._predict(asked, programs)
         values = found[[starts.index(key) for key in keys]]
         slopes = np.zeros_like(values)
         slopes[moving] = (found[len(starts) :] - values[moving]) / step[..., None, None]
         if additive.any():
-            slopes[additive] = self._additive_slopes(vector[additive], directions[additive])
+            own = [c for c in self.classes if c.is_additive()]
+            slopes[additive] = self._additive_readings(vector[additive], directions[additive], own)
         return values, slopes
 
-    def _additive_slopes(self, vector: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Derivatives (C, R, S, n) at vectors (C, size) along directions (C, size) of additive effects alone."""
+    def _additive_readings(self, vector: np.ndarray, sizes: np.ndarray, classes: Sequence[type[Effect]]) -> np.ndarray:
+        """What additive effects add to the readings (C, R, S, n) with their numbers as in ``sizes`` (C, size), all else
+        being as in vectors (C, size)."""
         found = np.zeros((len(vector), *self.samples.y.shape))
-        points, of = np.unique(vector, axis=0, return_inverse=True)
-        for k, point in enumerate(points):
-            rows = np.flatnonzero(of.reshape(-1) == k)
-            for cls in (c for c in self.classes if c.is_additive()):
-                own = self.index(cls.id)
-                sizes = directions[rows][:, own] * [self.slots[j].scale for j in own]
-                found[rows] += np.tensordot(sizes, self.columns_of(cls, point), axes=1)
+        points, of = np.unique(np.where(self.linear, 0.0, vector), axis=0, return_inverse=True)
+        for cls in classes:
+            own = self.index(cls.id)
+            scaled = sizes[:, own] * [self.slots[j].scale for j in own]
+            for k, point in enumerate(points):
+                rows = np.flatnonzero((of.reshape(-1) == k) & np.any(scaled, axis=1))
+                if len(rows):
+                    found[rows] += np.tensordot(scaled[rows], self.columns_of(cls, point), axes=1)
         return found
 
     def columns_of(self, cls: type[Effect], vector: np.ndarray) -> np.ndarray:
         """Readings (k, R, S, n) per unit of every parameter of an additive effect, with encoder and sensors as they are
         at ``vector`` (size,): computed once for all points at which these are alike."""
-        acting = self.effects_at(vector, [c.id for c in self.classes])
-        key = cls, *(e for e in acting if overrides(e, ("encoder", "sensor_travel") if type(e) is cls else READ_BY))
+        acting = self.effects_at(vector, [c.id for c in self.classes if c is not cls and overrides(c, AFTER_ENGINE)])
+        nuisances = vector[len(self.slots) :]
+        key = cls, *acting, nuisances.tobytes()
         found = self._columns.get(key)
         if found is None:  # other threads may ask as well, and forget what is kept
             if len(self._columns) >= KEPT:
                 self._columns.clear()
-            found = self._columns[key] = columns(self.samples, cls, acting)
+            found = self._columns[key] = columns(self.samples, cls, acting, nuisances)
         return found[: len(self.index(cls.id))]
 
     def expand(self, vector: np.ndarray, positions: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -165,3 +175,22 @@ class Forward:
         for slot, value in zip(self.slots, vector, strict=False):
             numbers[slot.effect.id][slot.name] = float(value) * slot.scale
         return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)
+
+
+WANTED = 0.1  # length of the march's error, whitened over the whole campaign: noise alone has one per reading
+HALVINGS = 3
+ORDER = 4.0  # error of a step over that of half the step: the march is of second order
+
+
+def choose_step(
+    samples: Samples, model: Composition, whiten: Callable[[np.ndarray], np.ndarray]
+) -> tuple[float, np.ndarray]:
+    """The longest step [m], of STEP and its halves, whose error is no longer than WANTED, and that error (R, S, n)
+    [m or rad]; ``whiten`` as in ``Metric``.
+    """
+    both = (Forward(samples, model, (), step) for step in (STEP, STEP / 2))
+    coarse, fine = (f.values(f.null()[None])[0] for f in both)
+    error = (coarse - fine) * ORDER / (ORDER - 1.0)
+    size = float(np.linalg.norm(whiten(error)))
+    halvings = 0 if size <= WANTED else min(int(np.ceil(np.log(size / WANTED) / np.log(ORDER))), HALVINGS)
+    return STEP / 2**halvings, ORDER**-halvings * error

@@ -58,7 +58,7 @@ def effects_and_case(vector, slots: Sequence[Slot], case: Case) -> tuple[tuple[E
     numbers: dict[type[Effect], dict] = {}
     for k, slot in enumerate(slots):
         numbers.setdefault(slot.effect, {})[slot.name] = vector[k]
-    return tuple(cls(**values) for cls, values in numbers.items()), _actual_case(case, vector[len(slots) :])
+    return tuple(cls(**values) for cls, values in numbers.items()), actual_case(case, vector[len(slots) :])
 
 
 def lengthen_belt(rig: Rig, longer: Numbers) -> Rig:
@@ -66,7 +66,7 @@ def lengthen_belt(rig: Rig, longer: Numbers) -> Rig:
     return replace(rig, centre_distance=rig.centre_distance + 0.5 * longer * rig.belt_length)
 
 
-def _actual_case(case: Case, nuisance) -> Case:
+def actual_case(case: Case, nuisance) -> Case:
     """The case as it was really set: stiffness, tension, yaw, its place, the belt's length and where on it a run
     starts off by ``nuisance``."""
     stiffness, tension, yaw, late, longer, further = nuisance

@@ -1,14 +1,18 @@
-"""The programs that predict readings: marches, each compiled with the effects that act, and what only adds to readings.
+"""The programs that predict readings: marches, each compiled with the effects that act.
 
 Few rows pay for effects that are null in them, and few programs serve all rows. Effects stand in groups: those that a
 march does not ask at its steps are always compiled in; of the others the slow ones are one group, and the rest another,
 each compiled in where any of it acts. A program has room for more steps than the campaign needs: one compilation serves
-campaigns of any number of runs, samples, travel and step.
+campaigns of any number of runs, samples, travel and step. Runs at points are one list of rows, computed a fixed number
+at a time, those of several programs side by side.
 """
 
 import math
-from collections.abc import Sequence
-from functools import lru_cache, partial
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache, lru_cache, partial
+from itertools import zip_longest
 
 import jax
 import jax.numpy as jnp
@@ -16,18 +20,18 @@ import numpy as np
 
 from belt_sim.analytic.composition import Composition
 from belt_sim.analytic.march import march_open, plan_steps
+from belt_sim.campaign.types import sensor_place
 from belt_sim.case import Case, Settings
 from belt_sim.curves import SensorPlace
-from belt_sim.diagnosis.readings.additive_effects import READ_BY, bin_attenuation, compile_additions, select_addable
-from belt_sim.diagnosis.readings.batches import Work, finish, plan_batches
+from belt_sim.diagnosis.readings.additive_effects import bin_attenuation
 from belt_sim.diagnosis.readings.candidates import SLOW
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, effects_and_case
-from belt_sim.diagnosis.readings.samples import Samples
+from belt_sim.diagnosis.readings.samples import MAX_SAMPLES, Samples
 from belt_sim.diagnosis.readings.sensor_places import places_of, reading_at
 from belt_sim.effects.base import Effect, overrides
 from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.effects.pipeline import indicate
-from belt_sim.jax_setup import PROGRAMS, jit_float64
+from belt_sim.jax_setup import PROGRAMS, WORKERS, jit_float64
 
 READ, LIGHT, HEAVY = "read", "light", "heavy"
 _AT_STEPS = ("yaw", "runup", "bend", "slide", "wrap")
@@ -53,14 +57,14 @@ class Programs:
         self,
         samples: Samples,
         model: Composition,
-        classes: Sequence[type[Effect]],
         slots: tuple[Slot, ...],
+        apart: Sequence[type[Effect]],
         step: float,
     ) -> None:
-        """slots: what stands in a parameter vector of the effects ``classes``; step [m]: of the march."""
-        self.model, self.classes, self.slots = model, classes, slots
+        """slots: what stands in a parameter vector; apart: effects that no march has; step [m]: of the march."""
+        self.model, self.slots = model, slots
         self.null = np.array([s.null / s.scale for s in slots] + [0.0] * len(NUISANCES))
-        self._groups, self._added = [group_of(s.effect) for s in slots], select_addable(classes)
+        self._groups, self._apart = [group_of(s.effect) for s in slots], {group_of(c) for c in apart}
         travel = samples.end * REACH + 0.5
         steps, _, history = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._steps, self._room = (travel / steps, steps), room_for(steps, history)
@@ -68,8 +72,7 @@ class Programs:
     def active_groups(self, vector: np.ndarray) -> list[Groups]:
         """Groups of effects that are not null at each of (C, size), as far as that makes a difference to a march."""
         off = (vector != self.null)[:, : len(self.slots)]
-        out = {READ, *map(group_of, self._added)}
-        return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - out for row in off]
+        return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - {READ, *self._apart} for row in off]
 
     def groups_of_derivatives(self, points: np.ndarray, of: np.ndarray, along: np.ndarray) -> list[Groups]:
         """Groups that each derivative (C,) is taken with: all cheap ones of a point together, and what is dear by
@@ -83,19 +86,14 @@ class Programs:
     def predict(self, vector: np.ndarray, groups: Sequence[Groups], samples: Samples) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size), each by the program of some groups of effects."""
         places = {code: np.flatnonzero([c == code for c in groups]) for code in dict.fromkeys(groups)}
-        marched = [(rows, self._march(vector[rows], code, samples)) for code, rows in places.items()]
-        own = [k for k, s in enumerate(self.slots) if s.effect in self._added]
-        rows = np.flatnonzero(np.any(vector[:, own] != self.null[own], axis=1))
-        added = [self._add(vector[rows], samples)] if len(rows) else []
-        finish([work for _, work in (*marched, *added)])
+        works = [self._march(vector[rows], code, samples) for code, rows in places.items()]
+        finish(works)
         found = np.empty((len(vector), *samples.y.shape))
-        for here, work in marched:
-            found[here] = work.found
-        for of, work in added:
-            found[rows] += work.found[of]
+        for rows, work in zip(places.values(), works, strict=True):
+            found[rows] = work.found
         return found
 
-    def _march(self, vector: np.ndarray, groups: Groups, samples: Samples) -> Work:
+    def _march(self, vector: np.ndarray, groups: Groups, samples: Samples) -> "Work":
         """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
         kept = [k for k, group in enumerate(self._groups) if group in {READ, *groups}]
         others = places_of(samples)
@@ -104,24 +102,7 @@ class Programs:
         march = _compile_march(self.model, slots, *self._room, tilts, others)
         scales = [s.scale for s in slots] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
         vector = vector[:, [*kept, *range(len(self.slots), vector.shape[1])]] * scales
-        shown = bin_attenuation(slots, samples, len(NUISANCES))
-        return plan_batches(march, vector, shown, samples, self._steps)
-
-    def _add(self, vector: np.ndarray, samples: Samples) -> tuple[np.ndarray, Work]:
-        """What effects that only add to the readings add to them, by one program for any harmonics: of each of (C,)
-        where it stands in what is found."""
-        acting = [c for c in self.classes if c in self._added or overrides(c, READ_BY)]
-        slots = tuple(Slot(c, name) for c in acting for name in c.parameters)
-        numbers = np.tile([*(s.null for s in slots), *np.zeros(len(NUISANCES))], (len(vector), 1))
-        numbers[:, len(slots) :] = vector[:, len(self.slots) :]
-        place = {slot: k for k, slot in enumerate(slots)}
-        for k, slot in enumerate(self.slots):
-            if slot in place:
-                numbers[:, place[slot]] = vector[:, k] * slot.scale
-        different, of = np.unique(numbers, axis=0, return_inverse=True)
-        program = compile_additions(slots, self._added, places_of(samples))
-        shown = bin_attenuation(slots, samples, len(NUISANCES))
-        return of.reshape(-1), plan_batches(program, different, shown, samples)
+        return plan_batches(march, vector, bin_attenuation(slots, samples, len(NUISANCES)), samples, self._steps)
 
 
 ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
@@ -168,3 +149,62 @@ def _one_run(
         y = reading_at(place, curves, case, effects, stated, clock)
         rows.append((y[:-1] - y[-1])[None])
     return jnp.concatenate(rows) if len(rows) > 1 else rows[0]
+
+
+COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
+ROWS = 8  # runs at points a batch: requests are cut and padded to it, so that one shape is compiled; most are small
+
+PLACES = ("point_1", "point_2", "point_3", "point_4", "upper_mid_span", "lower_mid_span")
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a program shows of all runs at points, (C, R, S, n), once its batches are done."""
+
+    found: np.ndarray
+    batches: Sequence[Callable[[], None]]
+
+
+def plan_batches(
+    program: Callable[..., jax.Array], vector: np.ndarray, shown: np.ndarray, samples: Samples, more: tuple
+) -> Work:
+    """What a ``program`` of one run is to show of all runs at points (C, k); shown (R, k): how much of each number the
+    readings of a run show; more: arguments that all runs share."""
+    stand = [*PLACES, *places_of(samples)]  # rows of what a program shows
+    places = [stand.index(sensor_place(s.at) or s.at) for s in samples.signals]
+    runs, _, n = samples.y.shape
+    points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
+    cases, columns = samples.cases, np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
+    travel, time = samples.travel[:, columns], samples.time[:, columns]
+    found = np.empty((len(points), len(places), n))
+
+    def batch(start: int) -> None:
+        rows = np.minimum(np.arange(start, start + ROWS), len(points) - 1)
+        r = run[rows]
+        settings = jax.tree.map(lambda x: x[r], cases.settings)
+        of_rows = vector[points[rows]], shown[r], settings, travel[r], time[r], samples.yaw_at[r]
+        predicted = program(*of_rows, cases.rig, cases.belt, *more)
+        part = found[start : start + ROWS]
+        part[:] = np.asarray(predicted)[: len(part), places, :n]
+
+    batches = [partial(batch, start) for start in range(0, len(points), ROWS)]
+    return Work(found.reshape(len(vector), *samples.y.shape), batches)
+
+
+def finish(works: Sequence[Work]) -> None:
+    """Do all batches: first one of each program, so that each is compiled once and several side by side."""
+    turns = [[batch for batch in turn if batch is not None] for turn in zip_longest(*(w.batches for w in works))]
+    for batches in (turns[:1], turns[1:]):
+        here = [batch for turn in batches for batch in turn]
+        if len(here) == 1:
+            here[0]()
+        else:
+            for done in [_pool().submit(batch) for batch in here]:
+                done.result()
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    """The threads that batches run in, those of all requests: to begin and end two for each takes half as long as a
+    batch."""
+    return ThreadPoolExecutor(WORKERS, thread_name_prefix="batches")
