@@ -17,7 +17,7 @@ from belt_sim.diagnosis.fits.plausibility import estimates, estimates_of_single_
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.next_run import Rival
 from belt_sim.diagnosis.readings.samples import Samples
-from belt_sim.diagnosis.search import NOTHING, Trial, row_of
+from belt_sim.diagnosis.search import NOTHING, row_of
 from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.effects.law_file import law_entry
 from belt_sim.provenance import provenance
@@ -144,9 +144,9 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
 def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
     """Every candidate by itself, those first that are likeliest to be there, alone or with others."""
     rows = d.decision.explanations
-    trials = d.search.trials[NOTHING] if d.decision.verdict != Verdict.CANNOT_SAY else []
+    names = d.search.singles if d.decision.verdict != Verdict.CANNOT_SAY else ()
     without = sum(c.surprise for c in held_out(d.fitted_bench, d.search.fits[NOTHING]).values())
-    found = [_candidate(d, t, [e for e in rows if t.id in e.effects], without) for t in trials]
+    found = [_candidate(d, name, [e for e in rows if name in e.effects], without) for name in names]
     rms = {other.name: other.rms for other in d.table.other_models}
     instead = [
         Candidate(
@@ -157,9 +157,9 @@ def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
     return tuple(sorted([*instead, *found], key=lambda c: (-round(c.probability, 6), -c.gain)))
 
 
-def _candidate(d: Findings, trial: Trial, rows: Sequence[Explanation], without: float) -> Candidate:
+def _candidate(d: Findings, name: str, rows: Sequence[Explanation], without: float) -> Candidate:
     """rows: the explanations that have it; without: -2 log predictive density of what is held out, with no effect."""
-    bench, fit = d.fitted_bench, trial.fit
+    bench, fit, gain = d.fitted_bench, d.search.singles[name], d.search.single_gain(name)
     held, plausible = held_out(bench, fit), is_plausible(bench.forward, fit)
     needed = needed_gain(row_of(bench, fit, checked=False), d.table, POLICY)
     falls = sum(c.surprise for c in held.values()) < without
@@ -168,14 +168,14 @@ def _candidate(d: Findings, trial: Trial, rows: Sequence[Explanation], without: 
         note = "only beside something unknown"
     note = note if plausible else "implausible value"
     return Candidate(
-        id=trial.id,
-        gain=trial.gain,
+        id=name,
+        gain=gain,
         threshold=needed,
         held_out_rms=lateral_rms(held.values()),
-        parameters=estimates(bench.forward, fit)[trial.id],
+        parameters=estimates(bench.forward, fit)[name],
         plausible=plausible,
         probability=min(sum(e.probability for e in rows), 1.0),
-        note=note if trial.gain > needed else "not needed",
+        note=note if gain > needed else "not needed",
     )
 
 

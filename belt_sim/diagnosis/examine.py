@@ -21,7 +21,7 @@ from belt_sim.diagnosis.fits.linearisation import Linearisation, linearise
 from belt_sim.diagnosis.fits.null_simulation import chance_inflation
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.readings.sensor_places import first_place_inside_span, shapes_a_span, shows_places
-from belt_sim.diagnosis.search import NOTHING, Search, add_fits, add_trials, begin_search, row_of, run_search, tabulate
+from belt_sim.diagnosis.search import NOTHING, Search, add_fits, begin_search, extend, row_of, run_search, tabulate
 from belt_sim.effects.base import Effect
 from belt_sim.effects.pipeline import as_driven
 from belt_sim.jax_setup import in_float64
@@ -177,10 +177,10 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
         additive=frozenset(c.id for c in bench.forward.classes if c.is_additive()),
         other_models=tuple(_other_models(bench, nothing, search, frozenset(likeliest))),
     )
-    search = add_trials(search, ())
+    search = extend(search, ())
     if laws is None:
         return search, table
-    rows = {t.id: row_of(search.bench, t.fit, checked=False) for t in search.trials[NOTHING]}
+    rows = {name: row_of(search.bench, fit, checked=False) for name, fit in search.singles.items()}
     there = {row.ids for row in table.rows}
     fits = [search.fits[frozenset(ids)] for ids in dict.fromkeys(beside) if frozenset(ids) in there]
     return search, replace(

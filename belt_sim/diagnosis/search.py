@@ -31,23 +31,15 @@ RISE = 1.0  # chi2, by which a larger set may fit worse than a smaller one, by r
 NOTHING: Ids = frozenset()
 
 
-@dataclass(frozen=True)
-class Trial:
-    """A candidate added to a set: the joint fit, and the chi2 that it gains over the set's own."""
-
-    id: str
-    fit: Fit
-    gain: float
-
-
 @dataclass(frozen=True, kw_only=True)
 class Search:
     """All that is fitted on one workbench.
 
     reference: the set at whose fit the workbench takes noise levels and settings; linearisation: about the fit of no
     effect where the search began; inflation: as in ``EvidenceTable``; fits: set -> its best joint fit; starts: set ->
-    where a fit may begin (trials that were not carried to their end, and all that was fitted on an earlier workbench);
-    trials: set -> every other candidate added to it.
+    where a fit may begin (fits that were not carried to their end, and all that was fitted on an earlier workbench);
+    extended: sets to which every other candidate was added; singles: candidate -> its fit by itself, once all were
+    added to the empty set.
     """
 
     bench: Workbench
@@ -56,7 +48,8 @@ class Search:
     reference: Ids = NOTHING
     fits: Mapping[Ids, Fit] = field(default_factory=dict)
     starts: Mapping[Ids, Fit] = field(default_factory=dict)
-    trials: Mapping[Ids, Sequence[Trial]] = field(default_factory=dict)
+    extended: frozenset[Ids] = frozenset()
+    singles: Mapping[str, Fit] = field(default_factory=dict)
 
     @property
     def names(self) -> Names:
@@ -72,6 +65,10 @@ class Search:
     def latest(self) -> dict[Ids, Fit]:
         """Set -> its fit, or else where one may begin."""
         return {**self.starts, **self.fits}
+
+    def single_gain(self, name: str) -> float:
+        """The chi2 that a candidate gains by itself."""
+        return max(self.fits[NOTHING].chi2 - self.singles[name].chi2, 0.0)
 
 
 def begin_search(bench: Workbench, linearisation: Linearisation, inflation: float) -> Search:
@@ -93,10 +90,10 @@ def run_search(search: Search) -> Search:
             subsets = [part for k in range(len(ids) + 1) for part in combinations(ids, k)]
             search = add_fits(move_to(search, ids), subsets)
         if len(best) < MAX_EFFECTS:
-            search = add_trials(search, ids)
+            search = extend(search, ids)
         if _likeliest(search) == best:
             for name in ids:
-                search = add_trials(search, tuple(i for i in ids if i != name))
+                search = extend(search, tuple(i for i in ids if i != name))
             if _likeliest(search) == best:
                 break
     return search
@@ -146,10 +143,10 @@ def _start_from(bench: Workbench, ids: Names, fits: Mapping[str, Fit]) -> Fit:
     return bench.start(ids, vector)
 
 
-def add_trials(search: Search, ids: Names) -> Search:
+def extend(search: Search, ids: Names) -> Search:
     """The search with every other candidate added to the set ``ids``."""
     key = frozenset(ids)
-    if key in search.trials:
+    if key in search.extended:
         return search
     search = add_fits(search, [ids])
     current, latest = search.fits[key], search.latest
@@ -159,16 +156,16 @@ def add_trials(search: Search, ids: Names) -> Search:
         linearisation = linearise(search.bench, current, others, linearisation)
     earlier = {n: f for own, f in latest.items() for n in others if n in own}
     earlier |= {n: latest[key | {n}] for n in others if key | {n} in latest}  # rather than beside other effects
-    return keep_trials(search, key, screen(search.bench, linearisation, others, search.penalty, earlier))
+    return keep_screened(search, key, screen(search.bench, linearisation, others, search.penalty, earlier))
 
 
-def keep_trials(search: Search, key: Ids, screened: Mapping[str, Fit]) -> Search:
-    """The search with fits of the set ``key`` and one more effect each, by name, as its trials; those that are
-    converged, and better than what was known, are fits of their sets.
+def keep_screened(search: Search, key: Ids, screened: Mapping[str, Fit]) -> Search:
+    """The search after fits of the set ``key`` and one more effect each, by name: those that are converged, and better
+    than what was known, are fits of their sets.
 
     Raises FitError where one fits worse than the set alone.
     """
-    fits, starts, trials = dict(search.fits), dict(search.starts), []
+    fits, starts, singles = dict(search.fits), dict(search.starts), dict(search.singles)
     for name, screened_fit in screened.items():
         fit, larger = screened_fit, frozenset(screened_fit.ids)
         if larger in fits and is_better(search.bench, fits[larger], fit):
@@ -180,22 +177,24 @@ def keep_trials(search: Search, key: Ids, screened: Mapping[str, Fit]) -> Search
         gain = search.fits[key].chi2 - fit.chi2
         if gain < -RISE:
             raise FitError(f"refit of {name} beside {sorted(key)}: chi2 rose by {-gain:.3g}; the optimiser failed")
-        trials.append(Trial(name, fit, max(gain, 0.0)))
-    return replace(search, fits=fits, starts=starts, trials={**search.trials, key: trials})
+        if key == NOTHING:
+            singles[name] = fit
+    return replace(search, fits=fits, starts=starts, extended=search.extended | {key}, singles=singles)
 
 
 def add_pairs(search: Search, count: int) -> Search:
     """The search with joint fits of at most ``count`` pairs that promise more in the linear range than any effect
     alone."""
-    search = add_trials(search, ())
+    search = extend(search, ())
     whiten, near = search.bench.metric.whiten, search.linearisation
     shapes = {n: whiten(near.shapes_of(search.bench, n)) for n in search.names}
     gains: dict[Ids, float] = {}  # where columns at null say little
-    for t in search.trials[NOTHING]:
-        if t.gain > search.penalty and t.id in near.starts:
-            more = marginal_gains(t.fit, {n: s for n, s in shapes.items() if n != t.id})
-            gains |= {frozenset([t.id]): t.gain}
-            gains |= {frozenset([t.id, n]): t.gain + gain for n, gain in more.items()}
+    for name, fit in search.singles.items():
+        own = search.single_gain(name)
+        if own > search.penalty and name in near.starts:
+            more = marginal_gains(fit, {n: s for n, s in shapes.items() if n != name})
+            gains |= {frozenset([name]): own}
+            gains |= {frozenset([name, n]): own + gain for n, gain in more.items()}
     residual = search.fits[NOTHING].residual
     return add_fits(search, leading_pairs(shapes, residual, search.penalty, count, gains))
 
@@ -221,7 +220,9 @@ def _lay_out_at(search: Search, fit: Fit) -> Search:
     earlier = {key: f for key, f in search.starts.items() if key not in search.fits}
     earlier |= {key: f for key, f in search.fits.items() if np.isfinite(f.chi2)}
     starts = {key: bench.start(f.ids, f.vector) for key, f in earlier.items()}  # derivatives are others there
-    return replace(search, bench=bench, reference=frozenset(fit.ids), starts=starts, fits={}, trials={})
+    return replace(
+        search, bench=bench, reference=frozenset(fit.ids), starts=starts, fits={}, extended=frozenset(), singles={}
+    )
 
 
 def tabulate(search: Search, checked: bool = True) -> EvidenceTable:

@@ -9,7 +9,7 @@ from belt_sim.diagnosis.errors.model_errors import errors_of
 from belt_sim.discovery.form_dictionary import travel_of, variable
 from belt_sim.discovery.latent_input import LatentInput
 from belt_sim.discovery.law_search import FEWEST, SearchOutcome
-from belt_sim.discovery.law_words import formula, looks_like, sentence
+from belt_sim.discovery.law_words import formula, looks_like, place_words, sentence
 from belt_sim.discovery.states import States
 from belt_sim.effects.law_terms import VARIABLES, Form
 from belt_sim.effects.load import save_effects
@@ -51,7 +51,9 @@ def describe(found: SearchOutcome, probability: float, config: Any = None) -> Di
         **common,
         sentence=said,
         law=law,
-        rivals=_rivals(found),
+        rivals=tuple(
+            RivalLaw(formula=formula(c.scored.law), place=place_words(c.scored.law), less=c.less) for c in found.close
+        ),
         against=points,
         curve=curve,
         error=error,
@@ -127,7 +129,7 @@ def _law(found: SearchOutcome) -> FoundLaw:
     first = law.terms[0]
     return FoundLaw(
         formula=formula(law, numbers),
-        place=words.join_words(list(dict.fromkeys(t.place.words for t in law.terms))),
+        place=place_words(law),
         variable=VARIABLES[first.form.variable][1],
         variable_unit=VARIABLES[first.form.variable][0],
         parity=law.parity,
@@ -136,17 +138,6 @@ def _law(found: SearchOutcome) -> FoundLaw:
         share=min(1.0, found.best.gain / max(found.choice.possible, 1e-9)),
         frequency=found.choice.frequency,
         looks_like=looks_like(found.data, law, numbers),
-    )
-
-
-def _rivals(found: SearchOutcome) -> tuple[RivalLaw, ...]:
-    return tuple(
-        RivalLaw(
-            formula=formula(c.scored.law),
-            place=words.join_words(list(dict.fromkeys(t.place.words for t in c.scored.law.terms))),
-            less=c.less,
-        )
-        for c in found.close
     )
 
 

@@ -19,6 +19,7 @@ from belt_sim.effects.law_terms import ROLLS, Place
 from belt_sim.effects.pipeline import true_travel
 from belt_sim.jax_setup import in_float64
 
+HIDDEN = 2e-3  # share of a column that must be left beside what is chosen
 CHOSEN = 1e-8  # prior precision of a chosen effect's parameters, in whitened units
 
 
@@ -59,6 +60,24 @@ class ResidualProjector:
         residual = self.residual if residual is None else residual
         along = np.einsum("crm,rm->c", self.shared, residual)
         return float(np.sum(residual**2) - along @ self.inverse @ along)
+
+    def gram_of(self, rows: np.ndarray) -> np.ndarray:
+        """Gram matrix (k, k) of whitened rows (k, R, m) with the shared columns taken out."""
+        onto = self.shared_products(rows).sum(axis=1)
+        return np.einsum("krm,lrm->kl", rows, rows) - onto @ self.inverse @ onto.T
+
+    def fit_sizes(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
+        """chi2 explained and sizes (k,) of whitened columns (k, R, m)."""
+        flat = columns.reshape(len(columns), -1)
+        onto, own = flat @ self.shared.reshape(len(self.shared), -1).T, flat @ flat.T
+        left = own - onto @ self.inverse @ onto.T
+        pull = flat @ self.residual.ravel() - onto @ self.inverse @ self.shared_residual
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(own), 1e-300))
+        if not np.isfinite(left).all() or np.any(np.diag(left) * scale**2 < HIDDEN):
+            return 0.0, np.zeros(len(pull))
+        inverse = np.linalg.pinv(left * np.outer(scale, scale), rcond=1e-6, hermitian=True)
+        sizes = scale * (inverse @ (pull * scale))
+        return float(pull @ sizes), sizes
 
 
 def residual_projector(bench: Workbench, fit: Fit) -> ResidualProjector:
@@ -116,26 +135,30 @@ def design_matrices(
     true = np.asarray(in_float64(true_travel)(effects, samples.cases, shown.T)).T if effects else shown
     names = [*CHANNELS, *(s.name for s in samples.signals if s.kind == "lateral")]
     names += ROLLS if any(s.kind == "tilt" for s in samples.signals) else ()
-    rows = {n: _run_by_run(projector.whiten(_responses_at(bench, responses, true, n))) for n in names}
+    rows = {}
+    for name in names:
+        white = projector.whiten(_responses_at(bench, responses, true, name)).swapaxes(0, 1)
+        rows[name] = single_precision(np.ascontiguousarray(white)).swapaxes(0, 1)  # of a run side by side in memory
     return DesignMatrices(rows=rows, grid=responses.grid, true=true)
 
 
-def _run_by_run(rows: np.ndarray) -> np.ndarray:
-    """Rows (J, R, m) in single precision, those of a run side by side in memory, as they are multiplied."""
-    return single_precision(np.ascontiguousarray(rows.swapaxes(0, 1))).swapaxes(0, 1)
-
-
-def _responses_at(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, channel: str) -> np.ndarray:
-    """What an input of height 1 in each cell of a channel or sensor adds to the readings, (J, R, S, n), in single
-    precision."""
-    if channel in CHANNELS:
-        return _channel(bench, responses, true, CHANNELS.index(channel))
-    row = TILT + ROLLS.index(channel) if channel in ROLLS else None
-    shows = [
-        [s.name == channel if row is None else curve_row(s.at, r.direction) == row for s in bench.samples.signals]
-        for r in bench.samples.runs
-    ]
-    return _sensors(bench, responses, true, np.array(shows))
+def _responses_at(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, name: str) -> np.ndarray:
+    """What an input of height 1 in each cell of a channel, a sensor or a roll adds to the readings, (J, R, S, n), in
+    single precision."""
+    samples, grid = bench.samples, responses.grid
+    found = np.zeros((len(grid), *samples.y.shape), np.float32)
+    for r, run in enumerate(samples.runs):
+        for s, signal in enumerate(samples.signals):
+            row = curve_row(signal.at, run.direction)
+            if name in CHANNELS:
+                pulse = responses.pulses[r, CHANNELS.index(name), row].astype(np.float32)
+                read = responses.cell_responses(pulse, true[r])
+            elif signal.name == name or (name in ROLLS and row == TILT + ROLLS.index(name)):  # it shows it itself
+                read = np.maximum(0.0, 1.0 - np.abs(true[r][:, None] - grid[None]) / (grid[1] - grid[0]))
+            else:
+                continue
+            found[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
+    return found
 
 
 def curve_row(at: str, direction: float) -> int:
@@ -144,30 +167,6 @@ def curve_row(at: str, direction: float) -> int:
         return TILT + (0 if (at == "upper_mid_span") == (direction > 0) else 1)
     points = (1, 3, 2, 4) if direction > 0 else (2, 4, 1, 3)
     return Y + points.index(int(at[-1]))
-
-
-def _channel(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, channel: int) -> np.ndarray:
-    samples = bench.samples
-    runs, signals, n = samples.y.shape
-    found = np.zeros((len(responses.grid), runs, signals, n), np.float32)
-    for r, run in enumerate(samples.runs):
-        for s, signal in enumerate(samples.signals):
-            row = responses.pulses[r, channel, curve_row(signal.at, run.direction)]
-            read = responses.cell_responses(row.astype(np.float32), true[r])
-            found[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
-    return found
-
-
-def _sensors(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, shows: np.ndarray) -> np.ndarray:
-    """What an input of height 1 in each cell adds to the readings of the signals that show it itself; shows (R, S)."""
-    samples = bench.samples
-    grid = responses.grid
-    found = np.zeros((len(grid), *samples.y.shape), np.float32)
-    for r, signal in zip(*np.nonzero(shows), strict=True):
-        hats = np.maximum(0.0, 1.0 - np.abs(true[r][:, None] - grid[None]) / (grid[1] - grid[0]))
-        zero = hats[-1] if samples.signals[signal].kind == "lateral" else 0.0
-        found[:, r, signal] = (hats[:-1] - zero).T
-    return found
 
 
 def span_ends(rows: np.ndarray) -> np.ndarray:

@@ -22,22 +22,16 @@ CANCELS = 1e-4  # of what its cells do one by one: a column that is smaller is m
 
 @dataclass(frozen=True)
 class Products:
-    """Products of a place's columns, run by run: with vectors (R, F, q), with themselves (F, R); waves (w,): which
-    forms are waves, and the same products of their other halves (R, w, q), (w, R), and of both halves (w, R).
+    """Products of columns, run by run: of forms, and behind them of the other halves of those that are waves.
+
+    with_vectors (R, F + w, q): with vectors; own (F + w, R): with themselves; cross (w, R): of both halves of each
+    wave; waves (w,): which forms are waves.
     """
 
-    place: Place
-    forms: list[Form]
     with_vectors: np.ndarray
     own: np.ndarray
-    waves: np.ndarray
-    sine_vectors: np.ndarray
-    sine: np.ndarray
     cross: np.ndarray
-
-
-#: lengths of columns (F, R), of the other halves of waves (w, R), and products of both halves (w, R)
-Lengths = tuple[np.ndarray, np.ndarray, np.ndarray]
+    waves: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,29 +63,18 @@ class Targets:
         return self._channels[channel]
 
 
-def form_products(data: SearchData, place: Place, targets: Targets) -> Products:
-    """Products of all columns of a place with vectors."""
+def form_products(data: SearchData, place: Place, targets: Targets) -> tuple[list[Form], list[Products]]:
+    """The forms at a place, and the products of their columns with vectors, block by block."""
     forms, blocks = data.compute_once(
         ("forms", place.kind, place.is_carried, data.wide), lambda: _blocks(data, place), data.states
     )
     along = _sum_of_parts(data, place, lambda channel: targets.channel_products(data, channel))
-    found = [
+    return forms, [
         _state_products(data, place, block, targets)
         if block.depends_on_pulley
         else _plain_products(data, place, block, along)
         for block in blocks
     ]
-    starts = np.cumsum([0, *(len(block.forms) for block in blocks)])
-    return Products(
-        place,
-        forms,
-        np.concatenate([p.with_vectors for p in found], axis=1),
-        np.concatenate([p.own for p in found]),
-        np.concatenate([start + p.waves for start, p in zip(starts, found, strict=False)]),
-        np.concatenate([p.sine_vectors for p in found], axis=1),
-        np.concatenate([p.sine for p in found]),
-        np.concatenate([p.cross for p in found]),
-    )
 
 
 def _blocks(data: SearchData, place: Place) -> tuple[list[Form], list[Block]]:
@@ -134,10 +117,10 @@ def _plain_products(data: SearchData, place: Place, block: Block, along: np.ndar
     """Products of forms that do not depend on the pulley; along (R, J, q): those of an input in each cell."""
     inputs = data.compute_once(("inputs", block), lambda: form_inputs(data.states, block.everything, None, None))
     within = data.states if place.relative or place.name == TRAVEL else None  # they act on what is bent, and shown
-    lengths = data.compute_once(
+    own, cross = data.compute_once(
         ("lengths", place.name, block), lambda: _lengths(_plain_rows(data, place, block, inputs), block.waves), within
     )
-    return _products(place, block, inputs @ along, lengths)
+    return Products(inputs @ along, own, cross, block.waves)
 
 
 def _plain_rows(data: SearchData, place: Place, block: Block, inputs: np.ndarray) -> np.ndarray:
@@ -215,7 +198,7 @@ def _state_products(data: SearchData, place: Place, block: Block, targets: Targe
         if np.any(share)
     ]
     whole = np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
-    return _products(place, block, whole @ targets.single, _lengths(whole, block.waves))
+    return Products(whole @ targets.single, *_lengths(whole, block.waves), block.waves)
 
 
 def _rows(data: SearchData, place: Place, channel: str, part: int | None, block: Block) -> np.ndarray:
@@ -245,15 +228,7 @@ def _norms(rows: np.ndarray) -> np.ndarray:
     return np.sqrt(np.einsum("jrm,jrm->rj", rows, rows))
 
 
-def _lengths(rows: np.ndarray, waves: np.ndarray) -> Lengths:
-    """Of rows (R, F + w, m)."""
-    count = rows.shape[1] - len(waves)
-    cosines, sines = rows[:, waves], rows[:, count:]
-    own = np.einsum("rfm,rfm->fr", rows, rows)
-    return own[:count], own[count:], np.einsum("rfm,rfm->fr", sines, cosines)
-
-
-def _products(place: Place, block: Block, along: np.ndarray, lengths: Lengths) -> Products:
-    count = len(block.forms)
-    own, sine, cross = lengths
-    return Products(place, block.forms, along[:, :count], own, block.waves, along[:, count:], sine, cross)
+def _lengths(rows: np.ndarray, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Products of rows (R, F + w, m) with themselves (F + w, R), and of both halves of each wave (w, R)."""
+    sines = rows[:, rows.shape[1] - len(waves) :]
+    return np.einsum("rfm,rfm->fr", rows, rows), np.einsum("rfm,rfm->fr", sines, rows[:, waves])

@@ -17,16 +17,15 @@ from belt_sim.case import Case
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.programs import ROWS, room_for
-from belt_sim.effects.base import Effect, Parameter, apply_hook, effect, overrides
+from belt_sim.effects.base import Effect, apply_hook, effect, overrides, parameter
 from belt_sim.effects.law_terms import AT_PULLEYS, BY_THE_BELT, PULLEYS, RELATIVE
 from belt_sim.effects.pipeline import as_driven, true_travel
 from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
 from belt_sim.laws.influence import StretchResponse, stretch_response
 from belt_sim.laws.span import log_of_change, response_by_change
 
-#: channel -> unit of its input; every kind at the tail and at the head pulley
-UNITS = {f"{kind}_{pulley}": unit for kind, (_, unit) in AT_PULLEYS.items() for pulley in PULLEYS}
-CHANNELS = tuple(UNITS)
+#: every kind of input at the tail and at the head pulley
+CHANNELS = tuple(f"{kind}_{pulley}" for kind in AT_PULLEYS for pulley in PULLEYS)
 
 RUNS = 8  # a batch, so that campaigns share compiled code
 CELLS = 240  # of the input along the longest run, at most
@@ -40,40 +39,33 @@ def drift_at(pulley: int) -> str:
     return f"drift_{PULLEYS[pulley]}"
 
 
-def _height(unit: str) -> Parameter:
-    return Parameter(unit=unit, meaning="height of the pulse", plausible=(-1.0, 1.0), scale=_SCALES[unit])
+def _height(unit: str):
+    return parameter(unit, "height of the pulse", plausible=(-1.0, 1.0), scale=_SCALES[unit])
 
 
-def _length(meaning: str) -> Parameter:
-    return Parameter(unit="m", meaning=meaning, plausible=(0.0, 1e3), scale=1.0, null=1.0, modifier=True)
+def _length(meaning: str):
+    return parameter("m", meaning, plausible=(0.0, 1e3), scale=1.0, null=1.0, modifier=True)
 
 
 @effect
-@dataclass(frozen=True, kw_only=True)
 class Pulse(Effect):
     """A triangular pulse of input at every channel: yaw of a pulley's surface, turn and drift at the run-ups, shift and
     twist over the wrapped arcs."""
 
-    id = "pulse"
     law = "run-up"
     reference = "none: an input to take impulse responses with"
-    parameters = {
-        **{name: _height(unit) for name, unit in UNITS.items()},
-        "middle": _length("travel at its height"),
-        "half": _length("travel from its height to its foot"),
-    }
-    yaw_tail: float = 0.0
-    yaw_head: float = 0.0
-    turn_tail: float = 0.0
-    turn_head: float = 0.0
-    drift_tail: float = 0.0
-    drift_head: float = 0.0
-    shift_tail: float = 0.0
-    shift_head: float = 0.0
-    twist_tail: float = 0.0
-    twist_head: float = 0.0
-    middle: float = 1.0
-    half: float = 1.0
+    yaw_tail: float = _height("rad")
+    yaw_head: float = _height("rad")
+    turn_tail: float = _height("1/m")
+    turn_head: float = _height("1/m")
+    drift_tail: float = _height("rad")
+    drift_head: float = _height("rad")
+    shift_tail: float = _height("m")
+    shift_head: float = _height("m")
+    twist_tail: float = _height("rad")
+    twist_head: float = _height("rad")
+    middle: float = _length("travel at its height")
+    half: float = _length("travel from its height to its foot")
 
     def _pulse_height(self, state, name):
         height = jnp.stack([getattr(self, f"{name}_tail"), getattr(self, f"{name}_head")])

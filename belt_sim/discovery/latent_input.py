@@ -76,35 +76,33 @@ def basis_at(
     return Basis(knots, information, pull, shared)
 
 
-def _relative_yaw(runs: Sequence[Run]) -> np.ndarray:
-    """Commanded yaw of every run over the largest, (R,): the tail pulley's, or the head's if only that was turned."""
-    yaw = np.array([r.yaw for r in runs])
-    yaw = yaw if np.any(yaw) else np.array([r.yaw_head for r in runs])
-    return yaw / max(float(np.abs(yaw).max()), 1e-12)
-
-
 def pooling_weights(runs: Sequence[Run]) -> dict[str, np.ndarray]:
-    """How runs may share an input: name -> weights (G, R)."""
+    """How runs may share an input: name -> weights (G, R).
+
+    Odd ones go with the commanded yaw over the largest: the tail pulley's, or the head's if only that was turned.
+    """
     keys = [(r.tension, r.direction) for r in runs]
     groups = np.array([[k == key for k in keys] for key in sorted(set(keys))], dtype=float)
-    yaw = _relative_yaw(runs)
-    pools = {"odd": groups * yaw, "even": groups, "each run": np.eye(len(runs))}
+    yaw = np.array([r.yaw for r in runs])
+    yaw = yaw if np.any(yaw) else np.array([r.yaw_head for r in runs])
+    pools = {
+        "odd": groups * (yaw / max(float(np.abs(yaw).max()), 1e-12)),
+        "even": groups,
+        "each run": np.eye(len(runs)),
+    }
     return {n: w[np.any(w != 0.0, axis=1)] for n, w in pools.items() if np.any(w)}
 
 
 def latent_inputs(projector: ResidualProjector, basis: Basis, place: Place, runs: Sequence[Run]) -> list[LatentInput]:
     """The likeliest input at a place for each way of pooling runs."""
-    return [_of_best_length(projector, basis, place, pool, weights) for pool, weights in pooling_weights(runs).items()]
-
-
-def _of_best_length(
-    projector: ResidualProjector, basis: Basis, place: Place, pool: str, weights: np.ndarray
-) -> LatentInput:
-    found = [
-        _of_best_height(projector, basis.with_fewer_knots(apart), place, pool, weights, share)
-        for share, apart in LENGTHS.items()
-    ]
-    return max(found, key=lambda c: c.gain)
+    found = []
+    for pool, weights in pooling_weights(runs).items():
+        of_lengths = [
+            _of_best_height(projector, basis.with_fewer_knots(apart), place, pool, weights, share)
+            for share, apart in LENGTHS.items()
+        ]
+        found.append(max(of_lengths, key=lambda c: c.gain))
+    return found
 
 
 def _of_best_height(

@@ -33,6 +33,11 @@ SYMBOLS = {
 }
 
 
+def place_words(law: Law) -> str:
+    """The places at which a law acts, in words."""
+    return words.join_words(list(dict.fromkeys(t.place.words for t in law.terms)))
+
+
 def formula(law: Law, numbers: Estimates | None = None) -> str:
     """A law as people write it, with its numbers where there are any."""
     return " and ".join(_term(t, k, numbers or {}) for k, t in enumerate(law.terms))
@@ -230,8 +235,7 @@ def _place_and_terms(data: SearchData, made: MarchFit) -> str:
     if len({t.place.name for t in law.terms}) == 1 and of_stiffness:
         how = _by_how_much(data, law, numbers)
         return f"The {law.terms[0].place.words} is {how}: relative change {formula(law, numbers)}"
-    by_place = dict.fromkeys(t.place.words for t in law.terms)
-    return f"The {words.join_words(list(by_place))} lacks {formula(law, numbers)}"
+    return f"The {place_words(law)} lacks {formula(law, numbers)}"
 
 
 def _as_belt(data: SearchData, term: Term, numbers: Estimates) -> str:

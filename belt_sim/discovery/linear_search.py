@@ -4,12 +4,13 @@ All sizes are free; gains are those beside the nuisances and the chosen effects.
 (``cost``).
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from belt_sim.discovery.design import HIDDEN
 from belt_sim.discovery.form_products import Products, Targets, form_products
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.effects.law_terms import Form, Law, Place, Term
@@ -18,7 +19,6 @@ WITHIN = 6.0  # chi2: a likelihood ratio of 20
 EXPONENTS = (0.0, -1.0, -2.0, 1.0)
 SECONDS = 12  # second terms that are kept of a place, and of a first term
 STEP_OF_GRID = 1.8  # ratio to the next knee or length of the grid
-HIDDEN = 2e-3  # share of a column that must be left beside what is chosen
 TERM, NUMBER, WAVE, EXPONENT, APART = 26.0, 3.0, 4.0, 2.0, 4.0  # what a law's numbers must earn, in chi2
 
 
@@ -81,47 +81,31 @@ def _price(form: Form, exponent: float) -> float:
 
 def gain_of(data: SearchData, law: Law) -> float:
     """chi2 that a law explains."""
-    return fit_sizes(data, data.columns(law))[0]
+    return data.projector.fit_sizes(data.columns(law))[0]
 
 
-def fit_sizes(data: SearchData, columns: np.ndarray) -> tuple[float, np.ndarray]:
-    """chi2 explained and sizes (k,) of whitened columns (k, R, m)."""
-    projector = data.projector
-    flat = columns.reshape(len(columns), -1)
-    along = flat @ projector.residual.ravel()
-    onto, own = flat @ projector.shared.reshape(len(projector.shared), -1).T, flat @ flat.T
-    left = own - onto @ projector.inverse @ onto.T
-    pull = along - onto @ projector.inverse @ projector.shared_residual
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(own), 1e-300))
-    if not np.isfinite(left).all() or np.any(np.diag(left) * scale**2 < HIDDEN):
-        return 0.0, np.zeros(len(pull))
-    inverse = np.linalg.pinv(left * np.outer(scale, scale), rcond=1e-6, hermitian=True)
-    sizes = scale * (inverse @ (pull * scale))
-    return float(pull @ sizes), sizes
-
-
-def gains(p: Products, weight: np.ndarray, beside: list[int], inverse, along) -> np.ndarray:
-    """chi2 gains (F,) with run weights (R,).
+def gains(blocks: Sequence[Products], weight: np.ndarray, beside: list[int], inverse, along) -> np.ndarray:
+    """chi2 gains (F,) of the forms of all blocks with run weights (R,).
 
     Vector 0 of the products is what is explained, ``beside`` are those taken out; inverse: of their Gram matrix and
     prior; along (c,): their products with vector 0.
     """
-    taken = inverse @ along
+    return np.concatenate([_gains_of_block(p, weight, beside, inverse, along) for p in blocks])
 
-    def project(vectors):
-        onto = (weight.astype(vectors.dtype) @ vectors.reshape(len(weight), -1)).reshape(vectors.shape[1:])
-        return onto[:, 0] - onto[:, beside] @ taken, onto[:, beside]
 
-    pull, onto = project(p.with_vectors)
-    whole = p.own @ weight**2
-    left = whole - np.einsum("fc,fc->f", onto @ inverse, onto)
-    seen = left > HIDDEN * whole + 1e-30
-    gain = pull**2 * np.where(seen, 1.0 / np.where(seen, left, 1.0), 0.0)
-    k = p.waves
+def _gains_of_block(p: Products, weight: np.ndarray, beside: list[int], inverse, along) -> np.ndarray:
+    vectors, square, k = p.with_vectors, weight**2, p.waves
+    whole = (weight.astype(vectors.dtype) @ vectors.reshape(len(weight), -1)).reshape(vectors.shape[1:])
+    onto = whole[:, beside]
+    pull, reduced = whole[:, 0] - onto @ (inverse @ along), onto @ inverse
+    own = p.own @ square
+    left = own - np.einsum("fc,fc->f", reduced, onto)
+    count = len(left) - len(k)
+    seen = left > HIDDEN * own + 1e-30
+    gain = (pull**2 * np.where(seen, 1.0 / np.where(seen, left, 1.0), 0.0))[:count]
     if len(k):
-        pull1, (pull2, onto2) = pull[k], project(p.sine_vectors)
-        left1, left2 = left[k], p.sine @ weight**2 - np.einsum("fc,fc->f", onto2 @ inverse, onto2)
-        both = p.cross @ weight**2 - np.einsum("fc,fc->f", onto[k] @ inverse, onto2)
+        pull1, pull2, left1, left2 = pull[k], pull[count:], left[k], left[count:]
+        both = p.cross @ square - np.einsum("fc,fc->f", reduced[k], onto[count:])
         det = left1 * left2 - both**2
         fine = (det > 1e-6 * np.maximum(left1 * left2, 1e-30)) & (left2 > 0.0)
         top = left2 * pull1**2 + left1 * pull2**2 - 2.0 * both * pull1 * pull2
@@ -136,10 +120,10 @@ def single_term_laws(data: SearchData) -> RankedLaws:
     beside, along = list(range(1, 1 + len(g.shared))), g.shared_residual
     tables, found = [], []
     for place in data.places_to_try:
-        p = form_products(data, place, targets)
+        forms, blocks = form_products(data, place, targets)
         for n in exponents_of(data):
-            tables.append((p.place, p.forms, n))
-            found.append(gains(p, data.weight(n), beside, g.inverse, along))
+            tables.append((place, forms, n))
+            found.append(gains(blocks, data.weight(n), beside, g.inverse, along))
     return rank_laws(tables, found)
 
 
@@ -171,7 +155,7 @@ def two_term_laws(data: SearchData, firsts: list[ScoredLaw]) -> list[ScoredLaw]:
     spans = np.cumsum([start, *[len(c) for c in own]])
     prior = g.gram - np.einsum("crm,drm->cd", g.shared, g.shared)
     targets = Targets(vectors)
-    tables = [form_products(data, place, targets) for place in data.places_to_try]
+    tables = [(place, *form_products(data, place, targets)) for place in data.places_to_try]
     found: list[ScoredLaw] = []
     for first, low, high in zip(firsts, spans[:-1], spans[1:], strict=True):
         beside = [*range(1, start), *range(low, high)]
@@ -181,11 +165,11 @@ def two_term_laws(data: SearchData, firsts: list[ScoredLaw]) -> list[ScoredLaw]:
         inverse = np.linalg.pinv(gram, rcond=1e-12, hermitian=True)
         along = np.einsum("crm,rm->c", block, g.residual)
         more: list[ScoredLaw] = []
-        for p in tables:
+        for place, forms, blocks in tables:
             for n in exponents_of(data):
-                gain = gains(p, data.weight(n), beside, inverse, along)
+                gain = gains(blocks, data.weight(n), beside, inverse, along)
                 for k in np.argsort(-gain)[:SECONDS]:
-                    law = Law((*first.law.terms, Term(p.place, p.forms[k], n)))
+                    law = Law((*first.law.terms, Term(place, forms[k], n)))
                     more.append(_score_law(law, first.gain + gain[k]))
         found += distinct_families(sorted(more, key=lambda s: -s.score), SECONDS)
     return sorted(found, key=lambda s: -s.score)
@@ -204,7 +188,7 @@ def refine_numbers(data: SearchData, scored: ScoredLaw) -> ScoredLaw:
 
             def loss(x: float, law=law, k=k, number=number, others=others) -> float:
                 own = data.columns(Law((_with_number(law, k, number, float(np.exp(x))).terms[k],)))
-                return -fit_sizes(data, np.concatenate([*others[:k], own, *others[k + 1 :]]))[0]
+                return -data.projector.fit_sizes(np.concatenate([*others[:k], own, *others[k + 1 :]]))[0]
 
             best = minimize_scalar(
                 loss,

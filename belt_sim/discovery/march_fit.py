@@ -15,7 +15,7 @@ from belt_sim.diagnosis.fits.plausibility import has_diverged
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.discovery.latent_input import LatentInput
-from belt_sim.discovery.linear_search import WITHIN, ScoredLaw, cost, fit_sizes
+from belt_sim.discovery.linear_search import WITHIN, ScoredLaw, cost
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import MODELLED, LawChoice
 from belt_sim.effects.generic_law import GenericLaw, law_effect
@@ -105,16 +105,9 @@ class MarchFit:
         return a * b * scale, float(np.sqrt(max(variance, 0.0))) * abs(scale)
 
 
-def fit_laws_in_march(data: SearchData, laws: Sequence[ScoredLaw]) -> list[MarchFit | None]:
-    """Fit laws in the march, side by side: compiling, loading and marching a few rows leave a core idle."""
-    if len(laws) < 2:
-        return [fit_law_in_march(data, s) for s in laws]
-    return map_in_threads(lambda s: fit_law_in_march(data, s), laws)
-
-
 def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:
     """Fit a law in the march with the chosen effects; None where the belt runs away, however small the law."""
-    sizes = fit_sizes(data, data.columns(scored.law))[1] if scored.sizes is None else np.array(scored.sizes)
+    sizes = data.projector.fit_sizes(data.columns(scored.law))[1] if scored.sizes is None else np.array(scored.sizes)
     effect = law_effect(SizedLaw(scored.law, tuple(float(s) for s in sizes), data.tension))
     old = data.bench.forward
     chosen = [c for c in old.classes if c.id in data.fit.ids]
@@ -214,7 +207,9 @@ class MarchTrials:
         for s in laws:
             new.setdefault(_key(s.law), s)
         new = {key: s for key, s in new.items() if key not in self.tried}
-        self.tried |= dict(zip(new, fit_laws_in_march(self.data, list(new.values())), strict=True))
+        # side by side: compiling, loading and marching a few rows leave a core idle
+        made = map_in_threads(lambda s: fit_law_in_march(self.data, s), new.values())
+        self.tried |= dict(zip(new, made, strict=True))
 
     def acceptable(self) -> list[MarchFit]:
         """Laws that explain enough, every size being known, best first."""

@@ -1,7 +1,7 @@
 """What a search for an unknown law works with, beside a fit: projector, design matrices, states and places."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -126,10 +126,6 @@ class SearchData:
         """The latent inputs of a place for all ways of pooling runs, by evidence."""
         basis = basis_at(self.projector, self.design, place, self.states.channel_input)
         return sorted(latent_inputs(self.projector, basis, place, self.bench.samples.runs), key=lambda c: -c.gain)
-
-    def with_latent_input(self, latent: LatentInput) -> "SearchData":
-        """The same with the states that a latent input makes, which are nearer to the real ones."""
-        return replace(self, states=states_of(self.bench, self.responses, self.states.changes, latent))
 
 
 def campaign_places(samples: Samples) -> tuple[Place, ...]:

@@ -9,7 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from belt_sim.discovery.closed_loop import ClosedLoopFit, LoopResponses, fit_closed_loop, states_of_fit
+from belt_sim.discovery.closed_loop import (
+    ClosedLoopFit,
+    LoopResponses,
+    fit_closed_loop,
+    states_of_fit,
+    states_with_latent_input,
+)
 from belt_sim.discovery.form_dictionary import COURSES_ONLY, WITH_KNEE, simpler_form
 from belt_sim.discovery.latent_input import LatentInput
 from belt_sim.discovery.linear_search import (
@@ -18,7 +24,6 @@ from belt_sim.discovery.linear_search import (
     cost,
     distinct_families,
     exponents_of,
-    fit_sizes,
     gain_of,
     refine_numbers,
     single_term_laws,
@@ -53,8 +58,8 @@ class LawChoice:
 def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
     """The law that explains most for its numbers; latent: the likeliest input, which says what the states were."""
     data = replace(data, wide=True)
-    loop, read = LoopResponses(data), data.with_latent_input(latent)
-    ones = one_term_laws(loop, read)
+    loop = LoopResponses(data)
+    ones = one_term_laws(loop, replace(data, states=states_with_latent_input(loop, latent)))
     possible = latent_input_gain(data, latent)
     firsts = different_laws(data, ones, FIRSTS) if ones[0].gain < possible else []
     beside = [(replace(data, states=states_of_fit(loop, c)), c.scored_law) for c in firsts]
@@ -127,7 +132,7 @@ def _fit_all(loop: LoopResponses, tried: Iterable[tuple[SearchData, Sequence[Sco
     for data, many in tried:
         for one in many:
             fine = refine_numbers(data, one)
-            _, sizes = fit_sizes(data, data.columns(fine.law))
+            _, sizes = data.projector.fit_sizes(data.columns(fine.law))
             made = fit_closed_loop(loop, fine.law, sizes)
             if made is not None and (plain := _simplify(data, made.law)) != made.law:
                 made = fit_closed_loop(loop, plain, made.sizes)
@@ -150,7 +155,7 @@ def _simplify(data: SearchData, law: Law) -> Law:
 def different_laws(data: SearchData, laws: Sequence[ClosedLoopFit], count: int) -> list[ClosedLoopFit]:
     """The first of ``laws`` that do different things to the readings."""
     some = list(laws[: 4 * count])
-    gram = _gram(data, np.stack([c.readings for c in some]))
+    gram = data.projector.gram_of(np.stack([c.readings for c in some]))
     size = np.sqrt(np.maximum(np.diag(gram), 1e-30))
     kept: list[int] = []
     for k in range(len(some)):
@@ -230,17 +235,10 @@ def _frequency(data: SearchData, laws: Sequence[ClosedLoopFit]) -> float:
     if len(laws) == 1:
         return 1.0
     rows = np.stack([c.readings for c in laws])
-    along, prices = _gram(data, rows), np.array([cost(c.law) for c in laws])
+    along, prices = data.projector.gram_of(rows), np.array([cost(c.law) for c in laws])
     first = along[0]
     rng = np.random.default_rng(1)
     root = np.linalg.cholesky(along + 1e-6 * np.trace(along) / len(along) * np.eye(len(along)))
     noise = rng.standard_normal((REPETITIONS, len(laws))) @ root.T
     gains = 2.0 * (first + noise) - np.diag(along)
     return float(np.mean(np.argmax(gains - prices, axis=1) == 0))
-
-
-def _gram(data: SearchData, rows: np.ndarray) -> np.ndarray:
-    """Gram matrix (k, k) of whitened rows (k, R, m) with the shared columns taken out."""
-    g = data.projector
-    onto = g.shared_products(rows).sum(axis=1)
-    return np.einsum("krm,lrm->kl", rows, rows) - onto @ g.inverse @ onto.T

@@ -10,8 +10,7 @@ import numpy as np
 
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.design import curve_row, span_ends
-from belt_sim.discovery.impulse_responses import CHANNELS, MOMENT, ImpulseResponses, SpanChange, drift_at
-from belt_sim.discovery.latent_input import LatentInput
+from belt_sim.discovery.impulse_responses import MOMENT, ImpulseResponses, SpanChange
 from belt_sim.effects.law_terms import COURSES, ROLLS, SPANS, TRAVEL, WRAPPED, Form, Place
 from belt_sim.laws.influence import stretch_adds, stretch_ends
 
@@ -132,17 +131,10 @@ class States:
         return u[..., low] * (1.0 - cells + low) + u[..., low + 1] * (cells - low)
 
 
-def states_of(
-    bench: Workbench, responses: ImpulseResponses, changes: Mapping[str, SpanChange], latent: LatentInput | None = None
-) -> States:
-    """States of the model, moved by what a ``latent`` input does to them where there is one."""
+def states_of(bench: Workbench, responses: ImpulseResponses, changes: Mapping[str, SpanChange]) -> States:
+    """States of the model."""
     runs, grid = bench.samples.runs, responses.grid
     rows = np.stack([[np.interp(grid, responses.fine, row) for row in kept[: MOMENT + 2]] for kept in responses.curves])
-    drift = np.zeros((len(runs), 2, len(grid)))
-    if latent is not None:
-        base = states_of(bench, responses, changes)
-        rows = rows + _latent_response(responses, base, latent)
-        drift = _drift(responses, base, latent)
     y, ends, spacing = rows[:, :4], span_ends(rows), grid[1] - grid[0]
     bending = float(bench.samples.cases.belt.bending_stiffness)
     settings = bench.forward.samples.cases.settings  # as the runs most likely had them
@@ -159,7 +151,7 @@ def states_of(
     return States(
         s=grid,
         y=y[:, :2],
-        alpha=drift - np.gradient(y[:, :2], spacing, axis=-1),
+        alpha=-np.gradient(y[:, :2], spacing, axis=-1),
         kappa=rows[:, MOMENT : MOMENT + 2] / bending,
         kappa_mean=(ends[:, [2, 5]] - ends[:, [1, 4]]) / float(rig.span_length),
         beta=np.where(since >= 0.0, (yaw + head)[:, None], 0.0),
@@ -188,26 +180,3 @@ def belt_part_at(rig, forward: np.ndarray, s: np.ndarray) -> np.ndarray:
     span, wrap = float(rig.span_length), float(rig.wrap_tail)
     ahead, back = s - np.array([[0.0], [span + wrap]]), np.array([[-wrap], [span]]) - s
     return np.where(forward[:, None, None], ahead, back) / float(rig.belt_length)
-
-
-def _latent_response(responses: ImpulseResponses, base: States, latent: LatentInput) -> np.ndarray:
-    """What the mean of a latent input adds to the rows of the curves, (R, 10, J); base: states without it."""
-    inputs = latent.inputs(responses.grid)
-    added = np.zeros((len(inputs), MOMENT + 2, len(responses.grid)))
-    for channel, pulley in latent.place.parts:
-        if pulley is None or channel not in CHANNELS:
-            continue
-        k = CHANNELS.index(channel)
-        for r, felt in enumerate(base.channel_input(latent.place, inputs, channel, pulley)):
-            for row in range(MOMENT + 2):
-                added[r, row] += responses.cell_responses(responses.pulses[r, k, row], responses.grid) @ felt
-    return added
-
-
-def _drift(responses: ImpulseResponses, base: States, latent: LatentInput) -> np.ndarray:
-    """Sideways drift where the belt runs up either pulley, (R, 2, J), that a latent input makes."""
-    inputs, place = latent.inputs(responses.grid), latent.place
-    there = [(drift_at(p), p) for p in (0, 1)]
-    return np.stack(
-        [base.channel_input(place, inputs, *t) if t in place.parts else 0.0 * inputs for t in there], axis=1
-    )

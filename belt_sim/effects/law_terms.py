@@ -65,7 +65,7 @@ VARIABLES = {
 INDEPENDENT = ("none", "yaw_set", "beta", "sigma")  # variables that do not depend on where the belt runs
 
 
-def stop(x: np.ndarray, half: float) -> np.ndarray:
+def stop(x: np.ndarray, half: float | np.ndarray) -> np.ndarray:
     """The stop operator along the last axis: what friction holds back of x, which follows x and slides beyond
     ``half``."""
     along = np.ascontiguousarray(np.moveaxis(x, -1, 0))

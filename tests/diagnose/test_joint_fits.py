@@ -13,7 +13,7 @@ from belt_sim.diagnosis.fits.heldout import conditions
 from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.screening import fit_best
 from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.diagnosis.search import MAX_EFFECTS, NOTHING
+from belt_sim.diagnosis.search import MAX_EFFECTS
 from studies.paper.case import TEST_RIG
 
 NESTED = 0.05  # in chi2; the fit ends when a round gains less than 0.02
@@ -102,5 +102,5 @@ def test_the_search_ends_at_the_truth_and_has_tried_what_is_beside_it():
     assert set(found.named.ids) == {"taper", "yaw_offset_tail"}
     assert all(len(ids) <= MAX_EFFECTS for ids in found.search.fits)
     revolutions = SHAPE["length"] / TEST_RIG.belt_length
-    tried = {t.id for t in found.search.trials[NOTHING]}
+    tried = set(found.search.singles)
     assert tried == {c.id for c in CLASSES if c.min_revolutions <= revolutions}

@@ -12,7 +12,7 @@ from belt_sim.diagnosis.fits.linearisation import Linearisation
 from belt_sim.diagnosis.fits.plausibility import has_diverged
 from belt_sim.diagnosis.fits.screening import fit_best
 from belt_sim.diagnosis.readings.parameter_vector import Slot
-from belt_sim.diagnosis.search import NOTHING, Search, add_fits, keep_trials, move_to
+from belt_sim.diagnosis.search import NOTHING, Search, add_fits, keep_screened, move_to
 
 SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
 
@@ -196,8 +196,8 @@ def test_what_a_search_has_found_is_not_looked_for_anew(moves):
     """Neither because it ran out of rounds, nor because settings moved twice before anybody asked for it."""
     search = add_fits(Search(bench=Slow(), linearisation=NOWHERE), [()])
     found = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0, steps=24)
-    search = keep_trials(search, NOTHING, {"a": found})
-    assert [t.gain for t in search.trials[NOTHING]] == [99.0]
+    search = keep_screened(search, NOTHING, {"a": found})
+    assert search.single_gain("a") == 99.0
     for _ in range(moves):
         search = move_to(search, ())
     fits = add_fits(search, [(), ("a",)]).fits

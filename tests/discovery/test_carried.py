@@ -78,7 +78,7 @@ def test_the_loop_has_a_stretch_however_soft(name, size):
     data = both_ways()[1]
     law = law_of(data, name, BENT)
     whole = marched(data, law, [size])
-    found = solve_loop(LoopResponses(data), [(law, np.array([size]))])[0][0]
+    found = solve_loop(LoopResponses(data), law, np.array([[size]]))[0][0]
     assert np.linalg.norm(found - whole) < 0.05 * np.linalg.norm(whole)
     assert np.linalg.norm(size * data.columns(law)[0] - whole) > 0.1 * np.linalg.norm(whole)  # far from linear
 

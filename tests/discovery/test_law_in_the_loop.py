@@ -5,7 +5,6 @@ import pytest
 from small_discovery import marched, surveyed
 
 from belt_sim.discovery.closed_loop import LoopResponses, fit_closed_loop, solve_loop, states_of_fit
-from belt_sim.discovery.linear_search import fit_sizes
 from belt_sim.effects.law_terms import Form, Law, Term, stop
 
 #: a crown that steers the belt [1/m^2], and a belt that slides by much of its angle: what they make is not what the
@@ -55,7 +54,7 @@ def test_a_belt_that_runs_away_is_brought_back_or_given_up():
 
 def test_the_fit_in_closed_loop_finds_what_was_made_with_it():
     data, law = surveyed("yaw_creep"), law_of("yaw_tail", Form("beta", course="rise", at=12.0))
-    _, sizes = fit_sizes(data, data.columns(law))
+    _, sizes = data.projector.fit_sizes(data.columns(law))
     made = fit_closed_loop(LoopResponses(data), law, sizes)
     assert made.gain > 0.9 * 25.0**2
     states = states_of_fit(LoopResponses(data), made)
@@ -72,7 +71,7 @@ def test_a_pull_acts_where_the_belt_is_bent_as_it_is_then():
     """Most of what a pull does goes through where the belt runs then."""
     data, law, size = surveyed("yaw_creep"), law_of("tension", Form("none")), -0.05
     whole = marched(data, law, [size])
-    made = solve_loop(LoopResponses(data), [(law, np.array([size]))])
+    made = solve_loop(LoopResponses(data), law, np.array([[size]]))
     off = [np.linalg.norm(readings - whole) for readings in (made[0][0], size * data.columns(law)[0])]
     assert off[0] < 0.4 * off[1]
     assert off[0] < 0.06 * np.linalg.norm(whole)

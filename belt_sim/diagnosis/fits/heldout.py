@@ -113,10 +113,11 @@ def _predict_left_out(
     columns = fit.columns.reshape(count, *blocks.shape)
     here, rest = (columns[:, m].reshape(count, blocks[m].size) for m in (out, ~out))
     step, root = _refit(rest, blocks[~out].ravel(), sigma, away, step_bounds(fit, bench.forward.sides))
+    seen = root @ here
     errors = samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
     lateral = np.array([s.kind == "lateral" for s in samples.signals])
     return Condition(
-        surprise=_surprise(blocks[out].ravel() - step @ here, here, rest, sigma),
+        surprise=_surprise(blocks[out].ravel() - step @ here, seen),
         out=out,
         errors=errors,
         lateral=errors[np.isfinite(samples.y[out]) & lateral[None, :, None]],
@@ -142,18 +143,12 @@ def _refit(columns: np.ndarray, residual: np.ndarray, sigma: np.ndarray, away: n
     return step, root
 
 
-def _surprise(left: np.ndarray, here: np.ndarray, rest: np.ndarray, sigma: np.ndarray) -> float:
-    """-2 log predictive density of whitened errors ``left`` (m,) when parameters with shapes ``here`` (k, m) are known
-    from ``rest`` (k, m') and a prior of ``sigma`` (k,): r^T (I + J^T C J)^-1 r + log det(I + J^T C J).
+def _surprise(left: np.ndarray, seen: np.ndarray) -> float:
+    """-2 log predictive density of whitened errors ``left`` (m,) when one sigma of each of k independent combinations
+    of parameters adds ``seen`` (k, m): r^T (I + S^T S)^-1 r + log det(I + S^T S).
     """
-    information = rest @ rest.T + np.diag(sigma**-2.0)
-    scale = 1.0 / np.sqrt(np.diag(information) + np.sum(here**2, axis=1))
-    information = information * np.outer(scale, scale)
-    seen = here * scale[:, None]
-    total = information + seen @ seen.T
-    along = seen @ left
-    explained = along @ np.linalg.solve(total, along)
-    return float(left @ left - explained + np.linalg.slogdet(total)[1] - np.linalg.slogdet(information)[1])
+    total, along = np.eye(len(seen)) + seen @ seen.T, seen @ left
+    return float(left @ left - along @ np.linalg.solve(total, along) + np.linalg.slogdet(total)[1])
 
 
 def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.ndarray, owners: Sequence[str]) -> bool:

@@ -7,7 +7,7 @@ vector that show. It must declare its parameters in the order in which they are 
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -23,7 +23,7 @@ from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.readings.sensor_places import indicate_place, places_of, travel_lead
 from belt_sim.effects.base import Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import true_travel
-from belt_sim.jax_setup import in_float64
+from belt_sim.jax_setup import jit_float64
 from belt_sim.laws.drive import Reading
 
 READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same
@@ -82,33 +82,52 @@ def harmonics_of(classes: Sequence[type[Effect]], samples: Samples) -> dict[str,
     return {c.id: int(np.clip(most, FEWEST, len(c.parameters) // 2)) for c in classes if c.is_additive()}
 
 
-@in_float64
 def columns(
     samples: Samples, cls: type[Effect], effects: Sequence[Effect] = (), nuisances: np.ndarray | None = None
 ) -> np.ndarray:
     """Lateral readings (k, R, S, n) per unit of every parameter of ``cls``.
 
     What encoder, delay and the sensors after it make of them is in it, and every sensor reads zero where the yaw is
-    applied. Roll is not touched. effects: all that act, with their numbers; nuisances: as at the end of a parameter
-    vector, by default none.
+    applied. Roll is not touched. effects: all others that act, with their numbers; nuisances: as at the end of a
+    parameter vector, by default none.
     """
     runs, signals, n = samples.y.shape
     shapes = np.zeros((len(cls.parameters), runs, signals, n))
     by_bins = bin_attenuation([Slot(cls, name) for name in cls.parameters], samples).T[:, :, None]
     others, off = places_of(samples), np.zeros(len(NUISANCES)) if nuisances is None else nuisances
-
-    def one(settings, stated):
-        case = actual_case(replace(samples.cases, settings=settings), off)
-        return _columns_of_run(cls, effects, case, stated, others)
-
     stated = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
-    shown = np.asarray(jax.vmap(one)(samples.cases.settings, stated)).swapaxes(0, 1)
+    given = samples.cases.settings, stated, samples.cases.rig, samples.cases.belt, tuple(effects), off
+    shown = np.asarray(_columns_of_runs(*given, cls=cls, others=others)).swapaxes(0, 1)
     places = [*(f"point_{k}" for k in (1, 2, 3, 4)), *others]
     for s, signal in enumerate(samples.signals):
         if signal.kind == "lateral":
             rows = shown[:, :, places.index(sensor_place(signal.at) or signal.at)]
             shapes[:, :, s] = rows[..., :-1] * by_bins - rows[..., -1:]
     return shapes
+
+
+@partial(jit_float64, brief=True, static_argnames=("cls", "others"))
+def _columns_of_runs(settings, travel, rig, belt, effects, nuisances, *, cls: type[Effect], others) -> jax.Array:
+    """Columns (R, k, 4 + j, n) at encoder travels (R, n), at points 1-4 and j others, as the sensors show them."""
+
+    def one_run(settings, travel):
+        case = actual_case(Case(rig=rig, belt=belt, settings=settings), nuisances)
+        seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, travel), case)
+        at_others = [cls.columns(seen + travel_lead(place, case), case)[:, place.point, None] for place in others]
+        own = jnp.concatenate([cls.columns(seen, case), *at_others], axis=1)
+        none = jnp.zeros((2, len(travel)))
+
+        def read(y):
+            reading = Reading(travel=travel, sensor_travel=seen, time=0.0 * seen, y=y[:4], tilt=none)
+            rows = [
+                indicate_place(place, row, case, effects, travel, seen, 0.0 * seen)[None]
+                for place, row in zip(others, y[4:], strict=True)
+            ]
+            return jnp.concatenate([apply_hook(effects, "sensor", reading, case).y, *rows])
+
+        return jax.vmap(read)(own) - read(jnp.zeros_like(own[0]))  # in proportion to y: gains, not offsets
+
+    return jax.vmap(one_run)(settings, travel)
 
 
 def bin_attenuation(slots: Sequence[Slot], samples: Samples, others: int = 0) -> np.ndarray:
@@ -119,26 +138,6 @@ def bin_attenuation(slots: Sequence[Slot], samples: Samples, others: int = 0) ->
     }
     harmonics = [1 + places[s.effect][s.name] // 2 if s.effect in places else 0 for s in slots]
     return samples.bin_attenuation(np.array([*harmonics, *[0] * others]))
-
-
-def _columns_of_run(cls: type[Effect], effects: Sequence[Effect], case: Case, stated: np.ndarray, others) -> jax.Array:
-    """Columns (k, 4 + j, n) at encoder travels (n,), at points 1-4 and j others, as the sensors after ``cls`` show
-    them."""
-    travel = jnp.asarray(stated)
-    seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, travel), case)
-    at_others = [cls.columns(seen + travel_lead(place, case), case)[:, place.point, None] for place in others]
-    own = jnp.concatenate([cls.columns(seen, case), *at_others], axis=1)
-    after, none = [e for e in effects if type(e) is not cls], jnp.zeros((2, len(travel)))
-
-    def read(y):
-        reading = Reading(travel=travel, sensor_travel=seen, time=0.0 * seen, y=y[:4], tilt=none)
-        rows = [
-            indicate_place(place, row, case, after, travel, seen, 0.0 * seen)[None]
-            for place, row in zip(others, y[4:], strict=True)
-        ]
-        return jnp.concatenate([apply_hook(after, "sensor", reading, case).y, *rows])
-
-    return jax.vmap(read)(own) - read(jnp.zeros_like(own[0]))  # in proportion to y: gains, not offsets
 
 
 def select_addable(classes: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
