@@ -56,6 +56,10 @@ class Fit:
         """Whether this is the best point, with derivatives that hold there."""
         return self.settled and self.exact
 
+    def as_start(self) -> "Fit":
+        """The same point to begin at, where chi2 and the whitened columns are not known yet."""
+        return replace(self, chi2=np.inf, columns=np.empty((0, 0)), exact=False, settled=False)
+
     @property
     def covariance(self) -> np.ndarray:
         """Covariance (k, k) of the free parameters, in units of their scales."""
@@ -86,6 +90,8 @@ class Refit:
     def __init__(self, start: Fit, metric: Metric, sides: Sides) -> None:
         """All derivatives are due where ``start`` has none, or has ended with learned ones."""
         none = len(start.slopes) != len(start.free) or (start.settled and not start.exact)
+        if not none and len(start.columns) != len(start.free):
+            start = replace(start, columns=metric.whiten(start.slopes))
         self.fit, self.metric, self.sides, self.radius = start, metric, sides, start.radius
         self.due = start.due if len(start.due) and not none else np.full(len(start.free), none)
         self.settled, self.steps, self.failures = False, 0, 0
