@@ -1,19 +1,22 @@
-"""Points 1-4 against belt travel, and their late rates against tension."""
+"""Curves and rates: points 1-4 against travel, late rates against tension, maps of cases, the plant's response."""
 
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from belt_sim.campaign import Campaign, Run
 from belt_sim.curves import Curves
 from belt_sim.pictures import style
-from belt_sim.pictures.style import CYCLE, FAINT, INK, MEASURED, POINT_NAMES, POINTS
+from belt_sim.pictures.style import BLUE, CYCLE, FAINT, INK, MEASURED, POINT_NAMES, POINTS
 from belt_sim.results.errors import SteadyError
 from belt_sim.si import DEGREE, MM, MM_PER_M, N_PER_MM2
+
+if TYPE_CHECKING:  # it takes SciPy's linear systems, which no other picture needs
+    from belt_sim.linear.plant import StateSpace
 
 DASHES = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
 
@@ -174,3 +177,82 @@ def _rates(path: str | os.PathLike | None, campaign: Campaign) -> Path:
     ax.set(xlabel="tension [N/mm2]", ylabel="steady rate [mm/m]")
     ax.legend()
     return style.finish(fig, path, campaign.title[:70])
+
+
+WORDS = {
+    "tension_n_per_mm2": "tension [N/mm$^2$]",
+    "yaw_deg": "yaw of the tail pulley [degrees]",
+    "yaw_head_deg": "yaw of the head pulley [degrees]",
+    "rate1_mm_per_m": "late rate of point 1 [mm per m of travel]",
+    "steady_rate_mm_per_m": "steady rate [mm per m of travel]",
+    "overshoot1_mm": "overshoot of point 1 [mm]",
+    "retreat1_mm": "retreat of point 1 [mm]",
+}
+
+
+@style.picture
+def map_picture(path: Path, columns: Mapping[str, np.ndarray], grid: tuple[int, ...] | None) -> Path:
+    """Draw the last of ``columns`` (n,) of a map of cases against the one before it, or over the two before it.
+
+    Over two, the first is across and the second up, with colours: cells of a ``grid`` of that shape, else (None) means
+    over hexagons.
+    """
+    *axes, values = columns.values()
+    *names, label = (WORDS.get(column, column.replace("_", " ")) for column in columns)
+    title = label.split(" [")[0].capitalize()
+    if len(axes) == 1:
+        fig, [[ax]] = style.figure(7.2, 4.4)
+        order = np.argsort(axes[0])
+        ax.plot(axes[0][order], values[order], color=BLUE)
+        ax.set(xlabel=names[0], ylabel=label)
+        return style.finish(fig, path, title)
+    fig, [[ax]] = style.figure(7.6, 5.0)
+    limit = float(np.nanmax(np.abs(values))) or 1.0
+    look: dict[str, Any] = {"cmap": style.diverging_map(), "vmin": -limit, "vmax": limit}
+    if grid is None:
+        drawn: Any = ax.hexbin(axes[0], axes[1], C=values, gridsize=60, **look)
+    else:
+        across, up, z = (a.reshape(grid) for a in (*axes, values))
+        drawn = ax.pcolormesh(across[:, 0], up[0], z.T, shading="nearest", rasterized=True, **look)
+        if min(grid) > 1 and np.ptp(z):
+            lines = ax.contour(across[:, 0], up[0], z.T, levels=10, colors=INK, linewidths=0.6)
+            ax.clabel(lines, fontsize=style.FONT - 2)
+    ax.grid(visible=False)
+    fig.colorbar(drawn, ax=ax, label=label)
+    ax.set(xlabel=names[0], ylabel=names[1])
+    return style.finish(fig, path, f"{title}, {len(values):,} cases")
+
+
+_LINES = ("-", "--", "-", "--")  # points 1 and 2 lie close together, and so do 3 and 4
+
+
+@style.picture
+def bode_picture(path: str | os.PathLike, space: "StateSpace", highest: float) -> Path:
+    """Gain [mm per degree of tail yaw] and phase [degrees] of points 1-4 over rad/s at the plant's speed.
+
+    highest: wavenumber [rad/m] up to which it is drawn. Lines: delays exact; dots: the state space.
+    """
+    plant = space.plant
+    k = np.geomspace(highest / 1e3, highest, 240)
+    at = slice(None, None, 16)
+    exact, rational = plant.response(k)[:, :, 0], space.response(k[at])[:, :, 0]
+    w = k * plant.speed
+    fig, [[gain], [phase]] = style.figure(8.0, 6.4, 2, 1, sharex=True)
+    for n, colour in enumerate(POINTS):
+        gain.loglog(w, np.abs(exact[:, n]) * DEGREE / MM, _LINES[n], color=colour, label=POINT_NAMES[n])
+        gain.loglog(w[at], np.abs(rational[:, n]) * DEGREE / MM, "o", color=colour, markersize=3)
+        turned = np.degrees(np.unwrap(np.angle(exact[:, n])))
+        turned -= 360.0 * np.round((turned[0] + 90.0) / 360.0)  # an integrator begins at -90 or at 90 degrees
+        phase.semilogx(w, turned, _LINES[n], color=colour)
+        shown = turned[at] + np.degrees(np.angle(rational[:, n] / exact[at, n]))
+        phase.semilogx(w[at], shown, "o", color=colour, markersize=3)
+    gain.plot([], [], "o", color="black", markersize=3, label=f"state space ({space.delay}, order {space.order})")
+    gain.set_ylabel("belt position per yaw [mm/degree]")
+    gain.legend(loc="best", labelcolor="linecolor")
+    low, high = phase.get_ylim()
+    step = 90.0 * max(1, round((high - low) / 90.0 / 8.0))
+    phase.set_yticks(np.arange(step * np.floor(low / step), high + step, step))
+    phase.set_ylabel("phase [degrees]")
+    phase.set_xlabel(f"frequency of the yaw [rad/s] at {plant.speed:g} m/s")
+    effort = f"{plant.tension / N_PER_MM2:g} N/mm2"
+    return style.finish(fig, path, f"Belt position at points 1-4 per yaw of the tail pulley ({plant.model}, {effort})")

@@ -11,7 +11,8 @@ import pandas as pd
 import pytest
 
 import belt_sim as bs
-from belt_sim.case_map.axes import Axis, CasePlan
+from belt_sim.commands.map import case_map
+from belt_sim.config import _file
 from belt_sim.files import ROOT
 
 SMALL = ("travel=12", "pictures=false")
@@ -90,11 +91,12 @@ def test_closed_forms_alone(belt):
 
 
 def test_a_sample_is_even_and_any_stretch_of_it_comes_alone():
-    force = Axis(key="tension", values=np.array([5.0, 80.0]), ratio=True)
-    step = Axis(key="yaw", values=np.array([-1.0, 0.0, 1.0]), listed=True)
-    plan = CasePlan(axes=(force, step), cases=1024, seed=3)
-    whole = plan.stretch(0, 1024)
-    assert (plan.stretch(700, 900) == whole[:, 700:900]).all()
+    config = {k: v for k, v in _file("map.yaml").items() if k not in ("defaults", "hydra")}
+    config |= {"rig": _file("rig/test_rig.yaml"), "belt": _file("belt/paper_belt.yaml"), "model": {"name": "strip"}}
+    config |= {"tension": {"from": 5.0, "to": 80.0, "spacing": "ratio"}, "yaw": [-1.0, 0.0, 1.0]}
+    sample = case_map(config | {"cases": 1024, "seed": 3, "travel": 1.0})
+    whole = sample.values(0, 1024)
+    assert (sample.values(700, 900) == whole[:, 700:900]).all()
     assert np.histogram(np.log(whole[0]), bins=8, range=np.log([5.0, 80.0]))[0].tolist() == [128] * 8
     assert np.unique(whole[1], return_counts=True)[1] == pytest.approx(1024 / 3, abs=2)
 

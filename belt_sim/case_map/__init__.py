@@ -1,1 +1,0 @@
-"""Maps of many analytic cases: what varies, where the cases lie, how they reach the disk."""
