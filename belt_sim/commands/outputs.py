@@ -204,7 +204,7 @@ def show(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: P
 
 
 def _record(s: Simulation, folder: Path) -> Path:
-    from belt_sim.watch.record import Overlay, record_runs
+    from belt_sim.watch.rerun import Overlay, record_runs
 
     assert s.curves is not None
     record_runs(folder / RECORDING, {"run": Overlay(modelled={s.model: s.curves}, case=s.case)})
@@ -215,7 +215,7 @@ def write_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
     """comparison.rrd, a tab a run: what was measured, the base model and, where effects were found, the final model."""
     from belt_sim.api.resolve import effects_of, fitted_model
     from belt_sim.diagnosis.readings.samples import samples_of
-    from belt_sim.watch.record import Overlay, record_runs
+    from belt_sim.watch.rerun import Overlay, record_runs
 
     samples, model, effects = samples_of(campaign), fitted_model(d.base_model), effects_of(d.effects)
     variants = {model.name: ()} | ({"with " + ", ".join(e.id for e in effects): effects} if effects else {})

@@ -1,19 +1,283 @@
-"""Watch a belt in Rerun: live in a viewer, or as a recording on disk."""
+"""Watch a belt in Rerun: live in a viewer, or as a recording on disk; runs of a campaign with what was measured.
 
+The belt, its pulleys and the four points stand in Rerun's space, with the time series of the run below them.
+"""
+
+import math
 import os
+import re
 import socket
 import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, Literal
 
+import numpy as np
 import rerun as rr
+import rerun.blueprint as rrb
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import BeltError
 from belt_sim.frame import Frame
-from belt_sim.watch.geometry import TRUE, view_scale_of
+from belt_sim.pictures.style import AFTER, BEFORE, BLUE, CYCLE, FAINT, GREEN, INK, POINT_NAMES, POINTS, RED, pale, rgb
+from belt_sim.si import MM, N_PER_MM2
+from belt_sim.watch import geometry
+from belt_sim.watch.geometry import TRUE, ViewScale, full_colour_tilt, view_scale_of
 from belt_sim.watch.observers import has_display
-from belt_sim.watch.scene import DRAWN_ROOT, TRUE_ROOT, Scene, frame_numbers, of_run, send_series
+
+# Time series, in the units that people read.
+
+TRAVEL = "travel [mm]"  # Rerun's timelines count whole numbers and have no units of length
+TIME = "time"
+
+#: SI name -> (plot, label, colour, SI units in one unit drawn)
+KNOWN: dict[str, tuple[str, str, str, float]] = {
+    **{f"y{k + 1}": ("y", POINT_NAMES[k].replace(" end", "").replace(" pulley", ""), POINTS[k], MM) for k in range(4)},
+    "tension": ("tension", "tension", GREEN, N_PER_MM2),
+    "tilt_upper": ("tilt", "upper", BLUE, 1e-3),
+    "tilt_lower": ("tilt", "lower", RED, 1e-3),
+    "entry_moment_upper": ("moment", "upper run-up", BLUE, 1.0),
+    "entry_moment_lower": ("moment", "lower run-up", RED, 1.0),
+    "slip_head": ("slip", "head pulley", BLUE, 1e-6),
+    "slip_tail": ("slip", "tail pulley", RED, 1e-6),
+    "sag_upper": ("sag", "upper span", BLUE, MM),
+    "sag_lower": ("sag", "lower span", RED, MM),
+}
+
+
+def time_columns(travel: Sequence[float], time: Sequence[float]) -> list[rr.TimeColumn]:
+    """Instants on the timelines, from travel [m] and time [s]."""
+    along = [round(s / MM) for s in travel]
+    return [rr.TimeColumn(TRAVEL, sequence=along), rr.TimeColumn(TIME, duration=list(time))]
+
+
+def style_series(
+    recording: rr.RecordingStream, path: str, names: Sequence[str], colours: Sequence[str], width: float = 2.0
+) -> None:
+    """Names, colours and line width [px] of the curves of one path."""
+    lines = rr.SeriesLines(names=names, colors=[rgb(c) for c in colours], widths=[width] * len(names))
+    recording.log(path, lines, static=True)
+
+
+def frame_numbers(frame: Frame) -> dict[str, float]:
+    """y1-y4, the mid-span tilts and every named number of a frame, by name, in SI."""
+    upper, lower = geometry.mid_span_tilt(frame)
+    points = {f"y{k + 1}": float(frame.points[k, 1]) for k in range(4)}
+    return {**points, "tilt_upper": upper, "tilt_lower": lower, **frame.scalars}
+
+
+def send_series(
+    recording: rr.RecordingStream, rows: Sequence[tuple[float, float, Mapping[str, float]]], styled: set[str]
+) -> None:
+    """Send (travel [m], time [s], numbers) of instants, a column a number; ``styled`` gathers names that have a style.
+
+    A number that is not known is drawn in SI in a plot of its own.
+    """
+    for name in dict.fromkeys(name for _, _, row in rows for name in row):
+        unknown = "further", f"{name} [SI]", CYCLE[len(styled) % len(CYCLE)], 1.0
+        plot, label, colour, unit = KNOWN.get(name, unknown)
+        path = f"series/{plot}/{name}"
+        if name not in styled:
+            style_series(recording, path, [label], [colour])
+            styled.add(name)
+        there = [(travel, time, row[name]) for travel, time, row in rows if name in row]
+        travels, times, values = zip(*there, strict=True)
+        shown = rr.Scalars.columns(scalars=[value / unit for value in values])
+        rr.send_columns(path, time_columns(travels, times), shown, recording=recording)
+
+
+TRUE_ROOT = "machine/true"
+DRAWN_ROOT = "machine/drawn"
+PLAY_SPEED = 2000.0  # [mm of travel per second]
+#: Behind the machine: a level belt, near white, and a tilted one, dark red or blue, stand out from it.
+BACKGROUND = [206, 214, 223]
+#: Share of a plot's width, to the right of the curves, that is left to its legend.
+WIDE, NARROW = 0.22, 0.32
+
+
+def space(case: Case, root: str, name: str, scale: ViewScale) -> rrb.Spatial3DView:
+    """A view of the machine as drawn, from beside and beyond the tail pulley, whose yaw is what matters."""
+    length, radius = float(case.rig.centre_distance) / scale.shortened, float(case.rig.tail_radius)
+    whole = length + 2.0 * radius
+    eye = rrb.EyeControls3D(
+        kind=rrb.Eye3DKind.Orbital,
+        position=[0.95 * whole, -0.4 * whole, 0.21 * whole],
+        look_target=[0.65 * length, 0.0, -0.3 * radius],
+        eye_up=[0.0, 0.0, 1.0],
+    )
+    return rrb.Spatial3DView(origin=root, name=name, background=BACKGROUND, line_grid=False, eye_controls=eye)
+
+
+def plot(origin: str, name: str, travel: float, legend: float = NARROW) -> rrb.TimeSeriesView:
+    """One plot of time series over all of the ``travel`` [m] to come, its legend to the right of the curves."""
+    end = rrb.TimeRangeBoundary.absolute(seq=round(travel / (1.0 - legend) / MM))
+    whole = rrb.TimeRange(rrb.TimeRangeBoundary.absolute(seq=0), end)
+    return rrb.TimeSeriesView(
+        origin=origin,
+        name=name,
+        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop),
+        axis_x=rrb.TimeAxis(view_range=whole),
+    )
+
+
+def blueprint(body: rrb.Container, live: bool) -> rrb.Blueprint:
+    """``body`` over the travel timeline, played at 2 m/s; live: it follows what comes, else it plays from the start."""
+    state: Literal["following", "playing"] = "following" if live else "playing"
+    time_panel = rrb.TimePanel(timeline=TRAVEL, fps=PLAY_SPEED, state="collapsed", play_state=state)
+    hidden = rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed")
+    return rrb.Blueprint(body, time_panel, *hidden)
+
+
+def scale_words(case: Case, scale: ViewScale) -> str:
+    """What is enlarged, and what the colours mean."""
+    return f"{scale.words()}; colour: tilt, white 0, red/blue +-{full_colour_tilt(case) / 1e-3:.0f} mrad"
+
+
+def of_run(case: Case, travel: float, scale: ViewScale, live: bool) -> rrb.Blueprint:
+    """The machine with its movements enlarged (and, as a tab, true to scale) above the plots."""
+    seen = space(case, DRAWN_ROOT, scale_words(case, scale), scale)
+    machine = rrb.Tabs(seen, space(case, TRUE_ROOT, "True to scale", TRUE), active_tab=0)
+    loads = rrb.Tabs(
+        plot("series/moment", "Entry moment [N m]", travel),
+        plot("series/tension", "Tension [N/mm2]", travel),
+        plot("series/slip", "Lateral slip [um]", travel),
+        plot("series/sag", "Sag [mm]", travel),
+        plot("series/further", "Further", travel),
+    )
+    plots = rrb.Horizontal(
+        plot("series/y", "Lateral position y of points 1-4 [mm] over travel [mm]", travel, WIDE),
+        plot("series/tilt", "Tilt at mid-span [mrad]", travel),
+        loads,
+        column_shares=[3, 2, 2],
+    )
+    return blueprint(rrb.Vertical(machine, plots, row_shares=[3, 2]), live)
+
+
+#: Face of a pulley in belt widths, true to scale and enlarged; the axis stands out by STUB faces.
+FACE_TRUE, FACE_DRAWN = 1.6, 3.2
+STUB = 0.2
+PULLEY = (150, 160, 172)
+#: Width of lines and size of dots on the screen [px]: negative radii are that to Rerun.
+EDGE, AXIS, REACH, DOT = -0.7, -1.5, -2.0, -5.0
+#: An arrow's length in lengths of the machine, and colours in the bar that explains them.
+SIGN, STEPS = 0.12, 21
+#: Marks stand so many pulley radii above the belt, which would hide them.
+ABOVE = 0.04
+#: cylinders stand along z in Rerun; a pulley's axis lies along y
+UP = (0, 0, 1)
+LYING = rr.RotationAxisAngle(axis=[1, 0, 0], radians=math.pi / 2)
+
+
+class Scene:
+    """One drawing of the machine under ``root``, as the ``scale`` has it."""
+
+    def __init__(self, recording: rr.RecordingStream, root: str, case: Case, scale: ViewScale = TRUE) -> None:
+        self.recording, self.root, self.case, self.scale = recording, root, case, scale
+        self.full_tilt = full_colour_tilt(case)
+        self.stations = 0
+        self.reach = np.empty((0, 4))  # least and most y of points 1-4 so far
+        recording.log(root, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        radii = {"head": case.rig.head_radius, "tail": case.rig.tail_radius}
+        for name, radius in radii.items():
+            self._pulley(name, float(radius) - 0.5 * float(case.belt.thickness))
+        self._signs()
+        colours, still = [rgb(c) for c in POINTS], {"static": True}
+        recording.log(f"{root}/belt/edges", rr.LineStrips3D.from_fields(colors=[rgb(INK)], radii=[EDGE]), **still)
+        dots = rr.Points3D.from_fields(colors=colours, radii=[DOT], labels=list("1234"), show_labels=True)
+        recording.log(f"{root}/points", dots, **still)
+        recording.log(f"{root}/reach", rr.LineStrips3D.from_fields(colors=colours, radii=[REACH]), **still)
+
+    def _pulley(self, name: str, radius: float) -> None:
+        """A grey cylinder along y, its axis, and a faint line where an aligned axis would be."""
+        width = (FACE_TRUE if self.scale == TRUE else FACE_DRAWN) * float(self.case.belt.width)
+        reach = (0.5 + STUB) * width
+        path, log = f"{self.root}/{name}", self.recording.log
+        body = rr.Cylinders3D(
+            lengths=[width], radii=[0.985 * radius], rotation_axis_angles=[LYING], colors=[PULLEY], fill_mode="solid"
+        )
+        log(f"{path}/turned/pulley", body, static=True)
+        axis = [[[0.0, -reach, 0.0], [0.0, reach, 0.0]]]
+        log(f"{path}/turned/axis", rr.LineStrips3D(axis, colors=[rgb(INK)], radii=[AXIS]), static=True)
+        aligned = [[[0.0, -1.2 * reach, 0.0], [0.0, 1.2 * reach, 0.0]]]
+        log(f"{path}/aligned", rr.LineStrips3D(aligned, colors=[rgb(FAINT)], radii=[EDGE]), static=True)
+
+    def _signs(self) -> None:
+        """Which way the belt travels and y counts, which pulley is which, and what the colours of the ribbon mean."""
+        radius, width = float(self.case.rig.tail_radius), float(self.case.belt.width)
+        length, static = float(self.case.rig.centre_distance) / self.scale.shortened, {"static": True}
+        face = (FACE_TRUE if self.scale == TRUE else FACE_DRAWN) * width
+        arrow, above = SIGN * length, 1.5 * radius
+        ahead = arrow * (1.0 if float(self.case.settings.direction) > 0 else -1.0)
+        arrows = rr.Arrows3D(
+            origins=[[0.6 * length - 0.5 * ahead, 0.0, above], [length, -0.5 * face, above]],
+            vectors=[[ahead, 0.0, 0.0], [0.0, face, 0.0]],
+            labels=["travel", "+y"],
+            colors=[rgb(INK)],
+            radii=[AXIS],
+            show_labels=True,
+        )
+        self.recording.log(f"{self.root}/signs/arrows", arrows, **static)
+        share = np.linspace(-1.0, 1.0, STEPS)
+        places = np.column_stack([length * (0.5 + 0.2 * share), np.full(STEPS, -0.8 * face), np.full(STEPS, -above)])
+        bar = rr.Boxes3D(
+            centers=places,
+            half_sizes=[[0.2 * length / (STEPS - 1), 0.06 * face, 1e-3 * length]] * STEPS,
+            colors=geometry.tilt_colours(share * self.full_tilt, self.full_tilt),
+            fill_mode="solid",
+        )
+        self.recording.log(f"{self.root}/signs/colours", bar, **static)
+        most = f"{self.full_tilt / 1e-3:.0f} mrad"
+        words = rr.Points3D(
+            [[0.0, 0.8 * face, -radius], [length, 0.8 * face, radius], *(places[[0, STEPS // 2, -1]])],
+            labels=["head pulley", "tail pulley", f"-{most}", "tilt 0", f"+{most}"],
+            colors=[rgb(INK)],
+            radii=[-0.5],
+            show_labels=True,
+        )
+        self.recording.log(f"{self.root}/signs/words", words, **static)
+
+    def frames(self, frames: Sequence[Frame]) -> None:
+        """Draw instants against travel, all with as many stations, as columns.
+
+        The belt is a ribbon coloured by its true tilt between two edges; points 1-4 have lines over how far they have
+        been to either side.
+        """
+        thin = [geometry.thin_stations(frame, float(self.case.rig.tail_radius)) for frame in frames]
+        drawn, stations = [geometry.enlarge(frame, self.scale) for frame in thin], len(thin[0].left)
+        self.recording.set_time(TRAVEL, sequence=round(frames[0].travel / MM))
+        self.recording.set_time(TIME, duration=frames[0].time)
+        if stations != self.stations:
+            triangles = rr.Mesh3D.from_fields(triangle_indices=geometry.ribbon_triangles(stations))
+            self.recording.log(f"{self.root}/belt/ribbon", triangles)
+            self.stations = stations
+        index = time_columns([f.travel for f in frames], [f.time for f in frames])
+
+        def send(path: str, columns: rr.ComponentColumnList, each: int = 1) -> None:
+            cut = columns.partition([each] * len(frames))
+            rr.send_columns(f"{self.root}/{path}", index, cut, recording=self.recording)
+
+        edges = [np.vstack([e, e[:1]]).astype(np.float32) for d in drawn for e in (d.left, d.right)]
+        send("belt/edges", rr.LineStrips3D.columns(strips=edges), 2)
+        places = np.concatenate([e for d in drawn for e in (d.left, d.right)]).astype(np.float32)
+        tilts = np.concatenate([np.tile(geometry.tilt(f.left, f.right), 2) for f in thin])
+        colours = geometry.tilt_colours(tilts, self.full_tilt)
+        ribbon = rr.Mesh3D.columns(vertex_positions=places, vertex_colors=colours)
+        send("belt/ribbon", ribbon, 2 * stations)
+        pulleys = {"head": [(0.0, d.yaw_head) for d in drawn], "tail": [(d.tail_x, d.yaw_tail) for d in drawn]}
+        for name, poses in pulleys.items():
+            turns = [rr.RotationAxisAngle(axis=UP, radians=yaw) for _, yaw in poses]
+            send(name, rr.Transform3D.columns(translation=[[x, 0.0, 0.0] for x, _ in poses]))
+            send(f"{name}/turned", rr.Transform3D.columns(rotation_axis_angle=turns))
+        points = np.array([d.points for d in drawn]) * [1.0, 1.0, 1.0 + ABOVE]
+        send("points", rr.Points3D.columns(positions=points.reshape(-1, 3).astype(np.float32)), 4)
+        y = np.concatenate([self.reach, points[:, :, 1]])
+        reach = np.stack([points, points], axis=2)  # (instants, points, least and most, 3)
+        reach[..., 0, 1], reach[..., 1, 1] = (f.accumulate(y)[-len(frames) :] for f in (np.minimum, np.maximum))
+        self.reach = reach[-1, :, :, 1].T
+        send("reach", rr.LineStrips3D.columns(strips=list(reach.reshape(-1, 2, 3).astype(np.float32))), 4)
+
 
 APPLICATION = "belt-sim"
 DATA_PORT, VIEWER_PORT = 9876, 9090  # Rerun's own defaults
@@ -127,3 +391,125 @@ def _free_port(wanted: int) -> int:
                 continue
             return probe.getsockname()[1]
     raise OSError("no free port")
+
+
+MEASURED_NAME = "measured"
+MEASURED_COLOUR = "#6b7785"  # readable on Rerun's light and dark grounds
+MODELS = (BEFORE, AFTER, *CYCLE[2:])
+#: Pictures of the belt in a recording of many runs; each run has its share, within FEWEST and MOST.
+IN_ALL, FEWEST, MOST = 400, 20, 120
+ROWS = 200  # of a model's curves, at most, in a run
+
+
+@dataclass(frozen=True, kw_only=True)
+class Overlay:
+    """One run: the curves that models gave it, by name; its case; what was measured (else NaN).
+
+    The picture in space is the last model's belt.
+    """
+
+    modelled: Mapping[str, Curves]
+    case: Case
+    measured: Curves | None = None
+
+    @property
+    def last_curves(self) -> Curves:
+        return list(self.modelled.values())[-1]
+
+    @property
+    def length(self) -> float:
+        return float(self.last_curves.travel[-1] - self.last_curves.travel[0])
+
+    @property
+    def scale(self) -> ViewScale:
+        return view_scale_of(self.case, self.length)
+
+
+def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay]) -> None:
+    """Write any number of runs to ``path`` (.rrd), one tab a run, all on the travel timeline.
+
+    Logged under runs/RUN, a column a curve: y/NAME (points 1-4 [mm]; where some were measured, those), residual/NAME
+    (model - measured [mm], at the travel of the measurement), tilt/NAME (upper, lower [mrad]); belt (movements
+    enlarged as the view's name says).
+    """
+    file, recording = RecordingFile(path), rr.RecordingStream(APPLICATION)
+    file.open(recording)
+    tabs = [_tab(name, overlay) for name, overlay in runs.items()]
+    body = rrb.Tabs(*tabs) if len(tabs) > 1 else tabs[0]
+    rr.send_blueprint(blueprint(body, live=False), recording=recording)
+    pictures = min(max(IN_ALL // len(runs), FEWEST), MOST)
+    for name, overlay in runs.items():
+        _log_run(recording, name, overlay, pictures)
+    file.close()
+
+
+def path_part(name: str) -> str:
+    """A name as one part of a path: letters, digits, . and - stay, anything else becomes _."""
+    return re.sub(r"[^\w.-]+", "_", name)
+
+
+def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay, pictures: int) -> None:
+    """Log one run, the belt in space at most ``pictures`` times."""
+    root, measured = f"runs/{path_part(run)}", overlay.measured
+    wanted = [True] * 4 if measured is None else np.isfinite(np.asarray(measured.y, float)).any(axis=1)
+
+    def log(kind: str, name: str, travel: Any, rows: Mapping[str, np.ndarray], colour: str, width: float) -> None:
+        """Time series of one name at once, those of the head pulley and the lower span paler.
+
+        Travel [m] at which none is finite was not measured and is left out; width [px].
+        """
+        known, path = np.isfinite(list(rows.values())).any(axis=0), f"{root}/{kind}/{path_part(name)}"
+        if not known.any():
+            return
+        values = np.column_stack(list(rows.values()))[known]
+        colours = [pale(colour) if label.startswith(("3", "4", "lower")) else colour for label in rows]
+        style_series(recording, path, list(rows), colours, width)
+        index = rr.TimeColumn(TRAVEL, sequence=np.rint(np.asarray(travel, float)[known] / MM).astype(np.int64))
+        shown = rr.Scalars.columns(scalars=values.ravel()).partition([len(rows)] * len(values))
+        rr.send_columns(path, [index], shown, recording=recording)
+
+    def log_curves(name: str, curves: Curves, colour: str, width: float = 2.0) -> None:
+        """Points 1-4 [mm], of which some were measured, and tilts [mrad]."""
+        log("y", name, curves.travel, points(np.asarray(curves.y, float), name), colour, width)
+        if curves.tilt is not None and np.any(curves.tilt):
+            upper, lower = 1e3 * np.asarray(curves.tilt, float)
+            log("tilt", name, curves.travel, {f"upper {name}": upper, f"lower {name}": lower}, colour, width)
+
+    def points(y: np.ndarray, name: str) -> dict[str, np.ndarray]:
+        return {f"{k + 1} {name}": y[k] / MM for k in range(4) if wanted[k]}
+
+    for k, (name, curves) in enumerate(overlay.modelled.items()):
+        colour = MODELS[k % len(MODELS)]
+        log_curves(name, _fewer(curves), colour)
+        if measured is not None:
+            at, known = np.asarray(measured.travel, float), np.asarray(curves.travel, float)
+            modelled = [np.interp(at, known, y, left=np.nan, right=np.nan) for y in np.asarray(curves.y, float)]
+            log("residual", name, at, points(np.array(modelled) - np.asarray(measured.y), name), colour, 2.0)
+    if measured is not None:
+        log_curves(MEASURED_NAME, measured, MEASURED_COLOUR, width=1.2)
+    scene = Scene(recording, f"{root}/belt", overlay.case, overlay.scale)
+    scene.frames(list(geometry.frames(overlay.case, overlay.last_curves, every=max(overlay.length / pictures, EVERY))))
+
+
+def _fewer(curves: Curves) -> Curves:
+    """Every so many rows of a model's smooth curves, ROWS at most, the last among them."""
+    n = len(curves.travel)
+    rows = np.arange(n)[:: -(-n // ROWS)]
+    rows = rows if rows[-1] == n - 1 else np.append(rows, n - 1)
+    tilt = None if curves.tilt is None else np.asarray(curves.tilt)[:, rows]
+    return replace(curves, travel=np.asarray(curves.travel)[rows], y=np.asarray(curves.y)[:, rows], tilt=tilt)
+
+
+def _tab(run: str, overlay: Overlay) -> rrb.Container:
+    """One run: the points beside the residuals and the tilt, the belt in space above."""
+    root = f"runs/{path_part(run)}"
+    drawn = [*overlay.modelled.values(), *([overlay.measured] if overlay.measured is not None else [])]
+    travel = max(float(curves.travel[-1]) for curves in drawn)
+    plots = [plot(f"{root}/y", f"{run}: lateral position y of points 1-4 [mm] over travel [mm]", travel)]
+    if overlay.measured is not None:
+        plots.append(plot(f"{root}/residual", "Residual: model - measured [mm]", travel))
+    if any(c.tilt is not None for c in overlay.modelled.values()):
+        plots.append(plot(f"{root}/tilt", "Tilt at mid-span [mrad]", travel))
+    title = f"{run}, {list(overlay.modelled)[-1]}: {scale_words(overlay.case, overlay.scale)}"
+    picture = space(overlay.case, f"{root}/belt", title, overlay.scale)
+    return rrb.Vertical(picture, rrb.Horizontal(*plots, name=run), row_shares=[1, 1], name=run)

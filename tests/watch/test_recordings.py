@@ -13,9 +13,7 @@ from rerun.chunk import RrdReader
 from belt_sim.errors import BeltError
 from belt_sim.si import MM
 from belt_sim.watch.geometry import tilt, view_scale_of
-from belt_sim.watch.record import Overlay, record_runs
-from belt_sim.watch.rerun import PICTURES, RecordingFile, RerunObserver, _free_port
-from belt_sim.watch.scene import Scene
+from belt_sim.watch.rerun import PICTURES, Overlay, RecordingFile, RerunObserver, Scene, _free_port, record_runs
 from studies.paper.case import YAW
 
 SINGLE = 1e-6  # [m] Rerun keeps positions in single precision: half a unit in the last place at 11 m is 5e-7 m
