@@ -32,16 +32,21 @@ class Frame:
 
 
 class Observer(Protocol):
-    """Somebody who watches a run from outside: a progress bar, a viewer, a file."""
+    """Somebody who watches a run from outside: a progress bar, a viewer, a file.
+
+    A subclass may leave out what it does not care for.
+    """
 
     def start(self, case: Case, travel: float) -> None:
         """A run over ``travel`` metres begins."""
+        return None
 
     def frame(self, frame: Frame) -> None:
         """A new instant; called at least every 0.1 m of travel."""
 
     def finish(self, curves: Curves) -> None:
         """The run has ended with these curves (partial ones when it was stopped)."""
+        return None
 
 
 @runtime_checkable

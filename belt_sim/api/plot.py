@@ -12,17 +12,8 @@ import numpy as np
 from belt_sim.campaign import Campaign
 from belt_sim.effects.library import library, short_title
 from belt_sim.errors import InputError
+from belt_sim.pictures import diagnosis as pictures
 from belt_sim.pictures.curves import curves_picture, steady_picture, understood_picture
-from belt_sim.pictures.diagnosis import (
-    drift_chart_picture,
-    evidence_picture,
-    falling_error_picture,
-    law_picture,
-    overlay_picture,
-    ranking_picture,
-    unknown_picture,
-    where_map_picture,
-)
 from belt_sim.pictures.style import save
 from belt_sim.registry import models
 from belt_sim.reports.page import write_report
@@ -34,6 +25,7 @@ from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import tension
 
 Draw = Callable[[Path | None], Any]
+Result = Simulation | Comparison | Diagnosis | Discovery | Campaign
 
 
 @dataclass(frozen=True, repr=False)
@@ -60,7 +52,7 @@ class Picture:
 
 
 def plot(
-    result: Simulation | Comparison | Diagnosis | Campaign | Sequence[Simulation],
+    result: Result | Sequence[Simulation],
     path: str | os.PathLike[str] | None = None,
     *,
     kind: str | None = None,
@@ -71,7 +63,8 @@ def plot(
     result: one result, several simulations, whose curves are drawn together, or a campaign, whose readings are drawn;
     kind: "curves" of a simulation; "readings" of a campaign;
     "overlay" (the default), "where", "drift" or "steady" of a comparison; "overlay", "headline", "where", "drift" or
-    "ranking" of a diagnosis; dpi: dots per inch of a PNG.
+    "ranking" of a diagnosis; "evidence", "unknown", "law" or "falling_error" of a discovery;
+    dpi: dots per inch of a PNG.
     """
     there = _of_several(result) if isinstance(result, Sequence) else drawings_by_kind(result)
     wanted = kind or next(iter(there), "")
@@ -95,7 +88,7 @@ def _of_several(results: Sequence[Simulation]) -> dict[str, Draw]:
     return {"curves": lambda p: curves_picture(p, curves, "Points 1-4 against belt travel")} if curves else {}
 
 
-def drawings_by_kind(result: Simulation | Comparison | Diagnosis | Campaign) -> dict[str, Draw]:
+def drawings_by_kind(result: Result) -> dict[str, Draw]:
     """What can be drawn of a result, the most telling picture first; each is drawn when called with a path."""
     if isinstance(result, Simulation):
         if result.curves is None:
@@ -105,6 +98,8 @@ def drawings_by_kind(result: Simulation | Comparison | Diagnosis | Campaign) -> 
         return {"curves": lambda p: curves_picture(p, {result.model: result.curves}, title)}
     if isinstance(result, Campaign):
         return {"readings": lambda p: understood_picture(p, result)}
+    if isinstance(result, Discovery):
+        return _of_discovery(result)
     return _of_comparison(result) if isinstance(result, Comparison) else _of_diagnosis(result)
 
 
@@ -120,11 +115,11 @@ def _of_comparison(c: Comparison) -> dict[str, Draw]:
 def _of_diagnosis(d: Diagnosis) -> dict[str, Draw]:
     there = _overlay(d) | _maps(d, d.where.sentence)
     first = [p for p in d.drawings.overlays if p.run == d.where.worst.run][:2]
-    there["headline"] = lambda p: overlay_picture(p, first, _compared_words(d), names=_names(d))
+    there["headline"] = lambda p: pictures.overlay_picture(p, first, _compared_words(d), names=_names(d))
     if d.ranking:
         title, chosen = f"Every effect by itself, added to {_model_words(d.base_model)}", [e.id for e in d.effects]
         words = {c.id: _effect_words(c.id) for c in d.ranking}
-        there["ranking"] = lambda p: ranking_picture(p, d.ranking, title, chosen, names=words)
+        there["ranking"] = lambda p: pictures.ranking_picture(p, d.ranking, title, chosen, names=words)
     return there
 
 
@@ -163,27 +158,27 @@ def _names(result: Comparison | Diagnosis) -> dict[str, str]:
 
 def _overlay(result: Any) -> dict[str, Draw]:
     title = f"{_compared_words(result)}: {result.campaign.title}"
-    return {"overlay": lambda p: overlay_picture(p, result.drawings.overlays, title, names=_names(result))}
+    return {"overlay": lambda p: pictures.overlay_picture(p, result.drawings.overlays, title, names=_names(result))}
 
 
 def _maps(result: Any, sentence: str) -> dict[str, Draw]:
     drawn = result.drawings
     title = f"Where {_model_words(result.base_model)} fails: {result.campaign.title}"
-    there: dict[str, Draw] = {"where": lambda p: where_map_picture(p, drawn.maps, title, sentence)}
+    there: dict[str, Draw] = {"where": lambda p: pictures.where_map_picture(p, drawn.maps, title, sentence)}
     if drawn.drifts:
         said = f"{drawn.drifts[0][0].parameter} fitted at each tension"
-        there["drift"] = lambda p: drift_chart_picture(p, drawn.drifts, said, names=_names(result))
+        there["drift"] = lambda p: pictures.drift_chart_picture(p, drawn.drifts, said, names=_names(result))
     return there
 
 
-def discovery_by_kind(d: Discovery) -> dict[str, Draw]:
-    there: dict[str, Draw] = {"evidence": lambda p: evidence_picture(p, d)}
+def _of_discovery(d: Discovery) -> dict[str, Draw]:
+    there: dict[str, Draw] = {"evidence": lambda p: pictures.evidence_picture(p, d)}
     if d.courses:
-        there["unknown"] = lambda p: unknown_picture(p, d)
+        there["unknown"] = lambda p: pictures.unknown_picture(p, d)
     if d.law is not None and d.curve is not None and np.isfinite(d.curve.u).all():
-        there["law"] = lambda p: law_picture(p, d)
+        there["law"] = lambda p: pictures.law_picture(p, d)
     if d.error is not None:
-        there["falling_error"] = lambda p: falling_error_picture(p, d)
+        there["falling_error"] = lambda p: pictures.falling_error_picture(p, d)
     return there
 
 

@@ -167,7 +167,7 @@ def _compare(request: Mapping[str, Any], say: Say) -> None:
 
 def _diagnose(request: Mapping[str, Any], say: Say) -> None:
     from belt_sim.api.inference import diagnose
-    from belt_sim.commands.outputs import draw_diagnosis, write_diagnosis
+    from belt_sim.commands.outputs import draw, write_diagnosis
 
     folder = Path(request["folder"])
     asked = {k: request[k] for k in ("effects", "bootstraps", "seed")}
@@ -178,7 +178,7 @@ def _diagnose(request: Mapping[str, Any], say: Say) -> None:
     found = diagnose(request["campaign"], request["model"], **asked, progress=progress, config=dict(request))
     say(stage="drawing")
     write_diagnosis(folder, found)
-    draw_diagnosis(folder, found)
+    draw(folder, found)
     effects = [e.law or {"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]
     verdict = {"verdict": str(found.verdict)}
     _leave(folder, **verdict, lines=[found.sentence], effects=effects)

@@ -3,17 +3,21 @@
 from pathlib import Path
 from typing import Any
 
+from belt_sim.api import inference
+from belt_sim.campaign import read_campaign
+from belt_sim.commands.outputs import draw, write_comparison, write_diagnosis, write_recording
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import finite, whole
+from belt_sim.files import write_json
+from belt_sim.pictures.diagnosis import visible_picture
+from belt_sim.reports.page import write_report
+from belt_sim.reports.terminal import tell_check, tell_choice, tell_comparison, tell_diagnosis
+from belt_sim.results.json import file_json, read_diagnosis
+from belt_sim.watch.observers import in_stages, progress, resolve_watch
 
 
 def check(run_dir: RunDir) -> None:
     """Check a campaign or a plan and leave check.json and check.png in the run folder."""
-    from belt_sim.api import inference
-    from belt_sim.files import write_json
-    from belt_sim.reports.terminal import tell_check, tell_choice
-    from belt_sim.results.json import file_json
-
     config, folder = run_dir.config, run_dir.path
     for key in ("travel", "step"):
         finite(key, config[key], "m", "give a length in metres", lambda x: x > 0)
@@ -21,8 +25,6 @@ def check(run_dir: RunDir) -> None:
     found = inference.check(run_dir.campaign, config["model"]["name"], **asked, config=config)
     write_json(folder / "check.json", file_json(found))
     if config["pictures"] and found.visible:
-        from belt_sim.pictures.diagnosis import visible_picture
-
         visible_picture(folder / "check.png", found.visible, found.campaign.title)
     tell_choice(config, found.base_model)
     tell_check(found, folder)
@@ -30,10 +32,6 @@ def check(run_dir: RunDir) -> None:
 
 def compare(run_dir: RunDir) -> None:
     """Compare and leave comparison.json, summary.json, tables and pictures in the run folder."""
-    from belt_sim.api import inference
-    from belt_sim.commands.outputs import write_comparison
-    from belt_sim.reports.terminal import tell_choice, tell_comparison
-
     config = run_dir.config
     asked, pictures = (run_dir.campaign, config["model"]["name"], config["effects"]), config["pictures"]
     with run_dir.outputs() as draft:
@@ -45,12 +43,6 @@ def compare(run_dir: RunDir) -> None:
 
 def diagnose(run_dir: RunDir) -> None:
     """Diagnose a campaign and leave diagnosis.json, report.html, effects.yaml and pictures in the run folder."""
-    from belt_sim.api import inference
-    from belt_sim.campaign import read_campaign
-    from belt_sim.commands.outputs import draw_diagnosis, write_diagnosis, write_recording
-    from belt_sim.reports.terminal import tell_choice, tell_diagnosis
-    from belt_sim.watch.observers import in_stages, progress, resolve_watch
-
     config: Any = run_dir.config
     watch, model = resolve_watch(config["watch"], "auto", "rrd"), config["model"]["name"]
     asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out", "checked")}
@@ -64,18 +56,14 @@ def diagnose(run_dir: RunDir) -> None:
         tell_diagnosis(found, run_dir.path)
         write_diagnosis(draft, found)
         if config["pictures"]:
-            draw_diagnosis(draft, found)
+            draw(draft, found)
         if watch == "rrd":
             write_recording(draft, campaign, found)
 
 
 def report(run_dir: RunDir) -> None:
     """Write report.html and pictures from diagnosis.json and drawings.json."""
-    from belt_sim.commands.outputs import draw_diagnosis
-    from belt_sim.reports.page import write_report
-    from belt_sim.results.json import read_diagnosis
-
     folder = Path(run_dir.text_setting("diagnosis", "the run folder of a diagnosis"))
     diagnosis = read_diagnosis(folder)
-    draw_diagnosis(folder, diagnosis)
+    draw(folder, diagnosis)
     print(write_report(folder / "report.html", diagnosis))

@@ -11,7 +11,6 @@ import numpy as np
 
 from belt_sim.analytic.model import AnalyticModel
 from belt_sim.campaign import Campaign, case_of
-from belt_sim.case import Case
 from belt_sim.curves import Curves, write_curves
 from belt_sim.errors import InputError, SimulationError
 from belt_sim.files import write_json, write_text, write_with
@@ -56,16 +55,13 @@ def partial_curves_kept(folder: Path, observers: Sequence[Observer] = ()) -> Ite
     partial.unlink(missing_ok=True)
 
 
-class CurvesSoFar:
+class CurvesSoFar(Observer):
     """Writes positions and tilts of a run that goes on to curves_partial.csv, every ``EVERY`` seconds."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / PARTIAL
         self.rows: list[np.ndarray] = []
         self.written = time.monotonic()
-
-    def start(self, case: Case, travel: float) -> None:
-        """A run begins."""
 
     def frame(self, frame: Frame) -> None:
         """Keep this instant; before travel 0 the belt is still laid and tensioned."""
@@ -74,9 +70,6 @@ class CurvesSoFar:
         self.rows.append(np.array([frame.travel, *frame.points[:, 1]]))
         if time.monotonic() - self.written >= EVERY:
             self.write()
-
-    def finish(self, curves: Curves) -> None:
-        """The run has left its curves."""
 
     def write(self) -> None:
         """What there is so far; y counts from travel 0."""
@@ -122,22 +115,14 @@ def write_discovery(folder: Path, d: Discovery) -> None:
     write_json(folder / "discovery.json", discovery_json(d))
 
 
-def draw_diagnosis(folder: Path, d: Diagnosis) -> None:
-    """The still pictures of a diagnosis, and of what was discovered."""
-    from belt_sim.api.plot import discovery_by_kind
-
-    draw(folder, d)
-    if d.discovery is not None and d.discovery.found:
-        for kind, drawn in discovery_by_kind(d.discovery).items():
-            drawn(folder / f"{kind}.png")
-
-
-def draw(folder: Path, result: Simulation | Comparison | Diagnosis) -> None:
-    """Every picture of a result, named by its kind."""
+def draw(folder: Path, result: Simulation | Comparison | Diagnosis | Discovery) -> None:
+    """Every picture of a result, named by its kind; of a diagnosis also those of what was discovered."""
     from belt_sim.api.plot import drawings_by_kind
 
     for kind, drawn in drawings_by_kind(result).items():
         drawn(folder / f"{kind}.png")
+    if isinstance(result, Diagnosis) and result.discovery is not None and result.discovery.found:
+        draw(folder, result.discovery)
 
 
 RECORDING = "belt.rrd"

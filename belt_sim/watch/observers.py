@@ -19,7 +19,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError
-from belt_sim.frame import Frame
+from belt_sim.frame import Frame, Observer
 
 REMEDY = "needs Rerun: pip install 'belt-sim[watch]'"
 
@@ -161,14 +161,11 @@ class ProgressObserver:
 _LOOK_EVERY = 0.1  # [s]
 
 
-class ViewerObserver:
+class ViewerObserver(Observer):
     """Shows the scene of a run in the passive viewer, which stays open until it is closed."""
 
     def __init__(self) -> None:
         self.window: Any = None
-
-    def start(self, case: Case, travel: float) -> None:
-        """The scene has not been built yet."""
 
     def show(self, model: Any, data: Any) -> None:
         """Open the window."""

@@ -8,7 +8,7 @@ from shipped_schema import check
 from small_discovery import MODEL, D, campaign, described, discovered, fitted, surveyed
 
 import belt_sim as bs
-from belt_sim.api.plot import discovery_by_kind
+from belt_sim.api.plot import drawings_by_kind
 from belt_sim.commands.outputs import write_discovery
 from belt_sim.diagnosis.decision.decide import log_evidence
 from belt_sim.diagnosis.decision.policy import POLICY
@@ -54,11 +54,11 @@ def test_the_held_out_error_falls():
 
 def test_the_written_effect_lets_the_error_fall_in_a_comparison(tmp_path):
     write_discovery(tmp_path, described("yaw_creep"))
-    for name, draw in discovery_by_kind(described("yaw_creep")).items():
+    for name, draw in drawings_by_kind(described("yaw_creep")).items():
         draw(tmp_path / f"{name}.png")
     compared = bs.compare(campaign("yaw_creep"), "strip", [str(tmp_path / "found_law.yaml")], drawn=False)
     assert compared.error.fit.after < 0.8 * compared.error.fit.before
-    assert {p.name for p in tmp_path.glob("*.png")} == {f"{n}.png" for n in discovery_by_kind(described("yaw_creep"))}
+    assert {p.name for p in tmp_path.glob("*.png")} == {f"{n}.png" for n in drawings_by_kind(described("yaw_creep"))}
     content = json.loads((tmp_path / "discovery.json").read_text())
     check(content)
     read = read_discovery(content)
