@@ -10,6 +10,7 @@ from belt_sim.reports.figures import CLEAR, FONT, numbers
 from belt_sim.results.errors import UNITS
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import KILO
+from belt_sim.si import N_PER_MM2
 
 GREY, FAINT = "#7d8a97", "rgba(125,138,151,0.28)"
 POINTS = ("#1f86cc", "#d98e00", "#0f9d76", "#e0632a")  # points 1-4, as colours.POINTS
@@ -22,7 +23,6 @@ AXIS = {"gridcolor": FAINT, "zerolinecolor": GREY, "linecolor": FAINT, "automarg
 LEGEND = {"orientation": "h", "yanchor": "bottom", "y": 1.02, "x": 0, "font": {"size": 12}}
 MARGIN = {"l": 56, "r": 10, "t": 34, "b": 44}
 CONFIG = {"displaylogo": False, "displayModeBar": False, "responsive": True}
-PA_PER_N_MM2 = 1e6
 
 
 def figure(data: list[dict[str, Any]], x: str, y: str, height: int, **layout: Any) -> dict[str, Any]:
@@ -63,7 +63,7 @@ def edges(shown: Simulation) -> dict[str, Any] | None:
     """Tension of the slacker edge where each span runs up; below zero it is slack. None where a model has none."""
     if shown.curves is None or shown.curves.edge_stress is None:
         return None
-    stress = np.asarray(shown.curves.edge_stress) / PA_PER_N_MM2
+    stress = np.asarray(shown.curves.edge_stress) / N_PER_MM2
     data = [line(shown.curves.travel, stress[k], f"{name} span", SPANS[k]) for k, name in enumerate(("upper", "lower"))]
     low = min(0.0, float(stress.min()))
     below = {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": min(2.0 * low, -0.5), "y1": 0, "layer": "below"}

@@ -19,6 +19,7 @@ from belt_sim.errors import BeltError
 from belt_sim.registry import ANALYTIC, model_named
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import NONE, decimal, thousandths
+from belt_sim.si import N_PER_MM2
 
 # What the sliders ask for: one march over the longest travel, of which a shorter one is the start.
 
@@ -288,7 +289,7 @@ def _facts(s: Simulation) -> dict[str, str]:
     upper, lower = s.offsets or (None, None)
     found |= {"y1 − y4 [mm]": thousandths(upper), "y3 − y2 [mm]": thousandths(lower), "sag [mm]": thousandths(s.sag)}
     slackest = s.slackest_edge
-    found["slackest edge [N/mm²]"] = NONE if slackest is None else decimal(slackest / plots.PA_PER_N_MM2, 1)
+    found["slackest edge [N/mm²]"] = NONE if slackest is None else decimal(slackest / N_PER_MM2, 1)
     return found
 
 

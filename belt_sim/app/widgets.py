@@ -9,6 +9,7 @@ from typing import Any
 from nicegui import ui
 
 from belt_sim.results.display import Table
+from belt_sim.si import round_digits
 
 PAGES = {"/": "Simulate", "/measurements": "My measurements"}
 CSS = (Path(__file__).parent / "widgets.css").read_text(encoding="utf-8")
@@ -64,11 +65,13 @@ def labelled_slider(
             .props(f"data-name='slider-{mark}'")
             .props(f"aria-label='{mark}'")
         )
-        number = ui.number(value=_short(value), format="%.6g").props("dense outlined hide-bottom-space debounce=400")
+        number = ui.number(value=round_digits(value, 4), format="%.6g").props(
+            "dense outlined hide-bottom-space debounce=400"
+        )
         number.props(f"data-name='number-{mark}'").props(f"aria-label='{mark} number'")
 
     async def on_slide(event: Any) -> None:
-        number.set_value(_short(float(event.args)))
+        number.set_value(round_digits(float(event.args), 4))
         await to(float(event.args))
 
     async def on_type(event: Any) -> None:
@@ -83,7 +86,3 @@ def labelled_slider(
 
     slider.on("update:model-value", on_slide, throttle=OFTEN, leading_events=False)
     number.on("update:model-value", on_type)
-
-
-def _short(value: float) -> float:
-    return float(f"{value:.4g}")

@@ -4,6 +4,7 @@ import math
 from collections import defaultdict
 from dataclasses import replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from scipy import stats
@@ -145,11 +146,7 @@ def pairs(bench: Workbench, fit: Fit, seen: list[Visible], *, advise: bool) -> l
     alike = [(_separation(bench, fit, a, b), a, b) for a, b in combinations(names, 2)]
     alike = sorted(pair for pair in alike if pair[0] < RESOLVED)
     advice = _advice(bench, fit, [(a, b) for _, a, b in alike]) if advise and alike else {}
-    found = []
-    for sigma, a, b in alike:
-        action, after = advice.get((a, b), ("", 0.0))
-        found.append(Pair(effects=(a, b), sigma=sigma, action=action, sigma_after=after))
-    return found
+    return [Pair(effects=(a, b), sigma=sigma, **advice.get((a, b), {})) for sigma, a, b in alike]
 
 
 def _separation(bench: Workbench, fit: Fit, a: str, b: str, columns: np.ndarray | None = None) -> float:
@@ -167,7 +164,7 @@ def _separation(bench: Workbench, fit: Fit, a: str, b: str, columns: np.ndarray 
     return min(left)
 
 
-def _advice(bench: Workbench, fit: Fit, alike: list[tuple[str, str]]) -> dict[tuple[str, str], tuple[str, float]]:
+def _advice(bench: Workbench, fit: Fit, alike: list[tuple[str, str]]) -> dict[tuple[str, str], dict[str, Any]]:
     """The action of the menu that tells each pair apart best, and the sigma after it; none of pairs with SLOWEST
     effects, as a second compilation for each of them would take longer than all else."""
     light = [k for k, s in enumerate(bench.forward.slots) if s.effect.id not in SLOWEST]
@@ -178,5 +175,5 @@ def _advice(bench: Workbench, fit: Fit, alike: list[tuple[str, str]]) -> dict[tu
     for a, b in alike:
         if not SLOWEST & {a, b}:
             after = [_separation(bench, fit, a, b, np.concatenate([fit.columns, f], axis=1)) for f in further]
-            found[a, b] = outlook.actions[int(np.argmax(after))].words, max(after)
+            found[a, b] = {"action": outlook.actions[int(np.argmax(after))].words, "sigma_after": max(after)}
     return found

@@ -12,9 +12,9 @@ import numpy as np
 from belt_sim.pictures.diagnosis import FULL, SAYS_NOTHING, UNKNOWN, axis_label, law_axes
 from belt_sim.results.discovery import Discovery
 from belt_sim.results.drawings import Drift, FailureMap, Panel
+from belt_sim.results.json import DIGITS, round_numbers
 from belt_sim.si import shop_unit
 
-DIGITS = 6  # significant digits kept in the file
 INK, BEFORE, AFTER, FAINT = "--ink", "--before", "--after", "--faint"
 FONT = {"family": "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13, "color": INK}
 AXIS = {"gridcolor": "--line", "zerolinecolor": FAINT, "linecolor": FAINT, "automargin": True}
@@ -27,10 +27,7 @@ DIVERGING = ((0.0, "--far-below"), (0.25, "--below"), (0.5, "--middle"), (0.75, 
 
 def numbers(values) -> list:
     """An array as JSON numbers of DIGITS digits, null where it is not finite."""
-    values = np.asarray(values, float)
-    if values.ndim > 1:
-        return [numbers(row) for row in values]
-    return [float(f"{v:.{DIGITS}g}") if np.isfinite(v) else None for v in values]
+    return round_numbers(np.asarray(values, float).tolist(), DIGITS)
 
 
 def _layout(height: int, **more) -> dict[str, Any]:

@@ -58,7 +58,8 @@ def render(diagnosis: Diagnosis) -> str:
         falls=falls(diagnosis.error),
         discovery=found,
         weights=weights(found) if found else [],
-        tensions=tensions(found) if found else [],
+        tensions=figures.tensions_of(found.courses or found.against) if found else [],
+        colours=len(figures.CYCLE),
         place_note=place_note(found) if found else "",
         final=diagnosis.final_model != diagnosis.base_model,
         headline=headline(diagnosis),
@@ -70,8 +71,6 @@ def render(diagnosis: Diagnosis) -> str:
         where=where_sentence(diagnosis),
         fails=not _fails_nowhere(diagnosis),
         full=f"{FULL:g}",
-        names=[panel.title for panel in diagnosis.drawings.overlays],
-        maps=[one.title for one in diagnosis.drawings.maps],
         plotly=_plotly(),
     )
 
@@ -86,12 +85,6 @@ def _plots(d: Diagnosis, found: Any) -> dict:
         "drift": [figures.drift(*pair) for pair in d.drawings.drifts],
         "law": [*law, figures.law(found)] if found and found.against else law,
     }
-
-
-def tensions(found: Any) -> list[dict]:
-    """The tensions of an unknown's course, with the number of their colour."""
-    there = figures.tensions_of(found.courses or found.against)
-    return [{"words": f"{t / 1e6:g} N/mm²", "colour": k % len(figures.CYCLE) + 1} for k, t in enumerate(there)]
 
 
 def weights(found: Any) -> list[dict]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import Field, PlainSerializer, computed_field, model_serializer
+from pydantic import Field, PlainSerializer, computed_field
 
 from belt_sim.results import words
 from belt_sim.results.display import Display, Table, frame
@@ -42,17 +42,12 @@ class Visible:
 @dataclass(frozen=True, kw_only=True)
 class Pair:
     """Two effects that could not be told apart: sigma apart at a size that is plain to see; what further run is best,
-    and sigma with it."""
+    and sigma with it (None where none was looked for)."""
 
     effects: tuple[str, str]
     sigma: float
-    action: Annotated[str, file_field("best_further_run"), PlainSerializer(lambda s: s or None, return_type=str | None)]
-    sigma_after: Annotated[float, file_field("sigma_with_it")]
-
-    @model_serializer(mode="wrap")
-    def _to_file(self, handler: Any) -> dict[str, Any]:
-        row: dict[str, Any] = handler(self)
-        return row if self.action else row | {"sigma_with_it": None}
+    action: Annotated[str | None, file_field("best_further_run")] = None
+    sigma_after: Annotated[float | None, file_field("sigma_with_it")] = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,7 +99,7 @@ class Check(Display):
     def _alike(self) -> str:
         if not self.pairs:
             return "All of them could be told apart, pair by pair, where they are plain to see."
-        helped = sum(p.sigma_after >= RESOLVED for p in self.pairs)
+        helped = sum((p.sigma_after or 0.0) >= RESOLVED for p in self.pairs)
         more = f"; a further run would resolve {helped} of them" if any(p.action for p in self.pairs) else ""
         return f"{len(self.pairs)} pairs could not be told apart even where they are plain to see (12 sigma){more}."
 
@@ -134,7 +129,7 @@ def pairs_table(pairs: Sequence[Pair]) -> Table:
     """Pairs that look alike, the most alike first, and the best further run for each."""
     rows = []
     for p in pairs[:SHOWN_PAIRS]:
-        best = p.action or words.NONE, words.number(p.sigma_after or None, 2)
+        best = p.action or words.NONE, words.number(p.sigma_after, 2)
         rows.append((" - ".join(p.effects), words.number(p.sigma, 2), *best))
     more = f", {SHOWN_PAIRS} of {len(pairs)}" if len(pairs) > SHOWN_PAIRS else ""
     title = f"What could not be told apart at 12 sigma{more}"

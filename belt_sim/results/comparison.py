@@ -1,13 +1,13 @@
 """A comparison: one model, with or without effects, against a campaign."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Annotated, Any
 
 from pydantic import Field, computed_field
 
 from belt_sim.results import words
-from belt_sim.results.display import Display, Table, frame
+from belt_sim.results.display import Display, Table
 from belt_sim.results.drawings import Drawings, Drift
 from belt_sim.results.errors import Errors, RunError, ShortLabel, SteadyError, Where, error_grid
 from belt_sim.results.fields import Free, StoredEffect, file_field, is_empty
@@ -69,17 +69,13 @@ class Comparison(Display):
 
     def to_pandas(self) -> Any:
         """A row a run and signal in SI; of a campaign of steady rates, a row a run and point."""
-        return frame([vars(r) for r in self.steady] if not self.per_run else [_flat(r) for r in self.per_run])
+        import pandas as pd
+
+        return pd.json_normalize([asdict(r) for r in self.per_run or self.steady], sep="_")
 
     def to_xarray(self) -> Any:
         """rms before and after of every run and signal, in SI."""
         return error_grid(self.per_run)
-
-
-def _flat(row: RunError) -> dict[str, Any]:
-    nested = {n: getattr(row, n) for n in ("measured", "modelled")}
-    features = {f"{n}_{k}": v for n, features in nested.items() for k, v in vars(features).items()}
-    return {k: v for k, v in vars(row).items() if k not in nested} | features
 
 
 def runs_table(c: Comparison) -> Table:

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, PlainSerializer, model_serializer, 
 
 from belt_sim import si
 from belt_sim.campaign.types import Kind
-from belt_sim.results.display import dataset
+from belt_sim.results.display import dataset, frame
 from belt_sim.results.fields import SETTING_DIGITS, file_field
 
 WORSE = 1.05  # of an error, above which it has risen: a refit without a condition is one step, good to some per cent
@@ -165,17 +165,13 @@ class SteadyError:
 
 def error_grid(rows: Sequence[RunError]) -> Any:
     """rms before, after and floor as an xarray Dataset over run and signal, in SI."""
-    runs, signals = list(dict.fromkeys(r.run for r in rows)), list(dict.fromkeys(r.signal for r in rows))
-    found = {(r.run, r.signal): r for r in rows}
-    names = ("before", "after", "floor")
-    grid = {
-        n: [[getattr(found[r, s], n) if (r, s) in found else float("nan") for s in signals] for r in runs]
-        for n in names
-    }
-    first = {r.run: r for r in reversed(rows)}
-    settings = {n: [getattr(first[r], n) for r in runs] for n in ("tension", "yaw")}
-    coords = {"run": runs, "signal": signals} | {n: ("run", v) for n, v in settings.items()}
-    return dataset({n: (("run", "signal"), v) for n, v in grid.items()}, coords, units={"tension": "Pa", "yaw": "rad"})
+    table = frame([vars(r) for r in rows])
+    grid = {n: table.pivot(index="run", columns="signal", values=n) for n in ("before", "after", "floor")}
+    runs, signals = table["run"].unique(), table["signal"].unique()
+    settings = table.drop_duplicates("run")
+    coords = {"run": runs, "signal": signals} | {n: ("run", settings[n].to_numpy()) for n in ("tension", "yaw")}
+    values = {n: (("run", "signal"), g.loc[runs, signals].to_numpy()) for n, g in grid.items()}
+    return dataset(values, coords, units={"tension": "Pa", "yaw": "rad"})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,6 +21,7 @@ from pydantic import (
 
 from belt_sim.effects.base import Effect
 from belt_sim.results.words import join_effects
+from belt_sim.si import round_digits
 
 IN_SI = {"units": "SI"}  # context of reading a file that has our own names and SI throughout
 SETTING_DIGITS = 12  # significant digits of what somebody has set: fewer than a change of units leaves
@@ -36,7 +37,7 @@ def file_field(name: str, unit: float = 1.0, *, digits: int | None = None, omit_
     def to_file(value: float | None, serialization: SerializationInfo) -> float | None:
         if value is None or not serialization.by_alias:
             return value
-        return value / unit if digits is None else float(f"{value / unit:.{digits}g}")
+        return value / unit if digits is None else round_digits(value / unit, digits)
 
     def from_file(value: float | None, validation: ValidationInfo) -> float | None:
         return value if value is None or validation.context == IN_SI else value * unit
@@ -45,11 +46,6 @@ def file_field(name: str, unit: float = 1.0, *, digits: int | None = None, omit_
         info.metadata.append(AfterValidator(from_file))
         info.metadata.append(PlainSerializer(to_file, return_type=float | None))
     return info
-
-
-def round_setting(value: float) -> float:
-    """Round off the last digits that a change of units leaves."""
-    return float(f"{value:.{SETTING_DIGITS}g}")
 
 
 def is_empty(value: Any) -> bool:

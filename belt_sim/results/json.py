@@ -20,7 +20,7 @@ from belt_sim.results.comparison import Comparison
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.discovery import Discovery
 from belt_sim.results.drawings import Drawings
-from belt_sim.results.fields import IN_SI, effect_json, round_setting
+from belt_sim.results.fields import IN_SI, SETTING_DIGITS, effect_json
 from belt_sim.results.simulation import POINTS, SPANS, Simulation
 
 DIAGNOSIS, COMPARISON, SUMMARY = "belt-diagnosis/1", "belt-comparison/1", "belt-summary/1"
@@ -62,7 +62,7 @@ def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> Json:
     content: Json = {
         "schema": SUMMARY,
         "model": s.model,
-        "tension_n_per_mm2": round_setting(float(s.case.settings.tension) / si.N_PER_MM2),
+        "tension_n_per_mm2": si.round_digits(float(s.case.settings.tension) / si.N_PER_MM2, SETTING_DIGITS),
         "yaw_deg": yaw_json(s.case.settings.yaw),
         "travel_m": s.travel,
         "rate_mm_per_m": {str(k): float(r) / si.MM_PER_M for k, r in zip(POINTS, s.rates, strict=True)},
@@ -102,7 +102,7 @@ def diagnosis_json(d: Diagnosis) -> Json:
 
 def discovery_json(d: Discovery) -> Json:
     """Return the content of discovery.json: our own names, SI throughout."""
-    content: Json = round_numbers(adapter(Discovery).dump_python(d, by_alias=False), DISCOVERY_DIGITS)
+    content: Json = round_numbers(adapter(Discovery).dump_python(d, mode="json", by_alias=False), DISCOVERY_DIGITS)
     if content["error"] is not None:
         empty: Json = {"fit": None, "held_out": None, "by_condition": {}, "untestable": [], "own": None}
         content["error"] = empty | content["error"]
@@ -112,7 +112,7 @@ def discovery_json(d: Discovery) -> Json:
 def yaw_json(schedule: Schedule) -> float | list[Json]:
     """Return the degrees of a step at travel 0, otherwise the list of {at, over, yaw} that ``yaw=`` takes."""
     at, over = np.asarray(schedule.at, float), np.asarray(schedule.over, float)
-    degrees = [round_setting(a) for a in np.cumsum(schedule.change) / si.DEGREE]
+    degrees = [si.round_digits(a, SETTING_DIGITS) for a in np.cumsum(schedule.change) / si.DEGREE]
     if len(at) == 1 and at[0] == over[0] == 0.0:
         return degrees[0]
     return [{"at": a, "over": o, "yaw": d} for a, o, d in zip(at.tolist(), over.tolist(), degrees, strict=True)]
@@ -128,14 +128,12 @@ def _finite(value: Any) -> Any:
 def round_numbers(x: Any, digits: int) -> Any:
     """Return nested mappings and lists with floats to so many significant digits; None for what is not finite."""
     if isinstance(x, Mapping):
-        return {str(k): round_numbers(v, digits) for k, v in x.items()}
-    if isinstance(x, list | tuple):
+        return {k: round_numbers(v, digits) for k, v in x.items()}
+    if isinstance(x, list):
         return [round_numbers(v, digits) for v in x]
-    if isinstance(x, bool | np.bool_):
-        return bool(x)
-    if isinstance(x, float | np.floating):
-        return float(f"{x:.{digits}g}") if np.isfinite(x) else None
-    return int(x) if isinstance(x, np.integer) else x
+    if isinstance(x, float):
+        return si.round_digits(x, digits) if np.isfinite(x) else None
+    return x
 
 
 def read_diagnosis(folder: Path) -> Diagnosis:
