@@ -10,9 +10,9 @@ from nicegui import run, ui
 from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.app import plots, widgets
 from belt_sim.app.jobs import Job
-from belt_sim.app.security import MAX_UPLOAD, MEBI, TOO_LARGE
 from belt_sim.app.session import GROUPS, Import, Place, Session, read_shown
 from belt_sim.app.simulate_page import TITLES, effect_title
+from belt_sim.app.upload import MAX_UPLOAD, MEBI, TOO_LARGE
 from belt_sim.campaign import Campaign
 from belt_sim.campaign.read import FILES
 from belt_sim.campaign.types import PLACES

@@ -1,4 +1,9 @@
-"""The server of the app: on the loopback address, until it is stopped."""
+"""The server of the app: on the loopback address, until it is stopped. It speaks only to pages that it served itself.
+
+Any page that a browser has open may send requests to 127.0.0.1. Two headers, which no page can forge, tell them
+apart: Host names the address that the browser asked for (a foreign name that was made to point here stays foreign), and
+Origin names the page that asks. Everything else is refused, web sockets included, and so is more than ``MAX_UPLOAD``.
+"""
 
 import contextlib
 import html
@@ -18,8 +23,8 @@ from nicegui import app as pages_app
 from nicegui import ui
 
 from belt_sim.app import measurements_page, simulate_page
-from belt_sim.app.security import Guard
 from belt_sim.app.session import Session
+from belt_sim.app.upload import MAX_UPLOAD, TOO_LARGE
 from belt_sim.errors import InputError
 
 ADDRESS = "127.0.0.1"
@@ -34,6 +39,46 @@ ICON = (
     "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 32 32'><g fill='none' stroke='#1f86cc' stroke-width='3'>"
     "<circle cx='9' cy='16' r='6'/><circle cx='23' cy='16' r='6'/><path d='M9 10h14M9 22h14'/></g></svg>"
 )
+
+
+class Guard:
+    """ASGI middleware: lets through what names ``port`` on the loopback address."""
+
+    def __init__(self, app: Any, port: int) -> None:
+        self.app = app
+        self.hosts = {f"{name}:{port}" for name in (ADDRESS, "localhost")}
+        self.origins = {f"http://{host}" for host in self.hosts}
+
+    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
+        """Hand on, or answer with one line."""
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        refused = self.refusal({k.decode("latin-1").lower(): v.decode("latin-1") for k, v in scope["headers"]})
+        if refused is None:
+            await self.app(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await send({"type": "websocket.close", "code": 1008})
+        else:
+            status, line = refused
+            head = [(b"content-type", b"text/plain; charset=utf-8")]
+            await send({"type": "http.response.start", "status": status, "headers": head})
+            await send({"type": "http.response.body", "body": line.encode()})
+
+    def refusal(self, headers: dict[str, str]) -> tuple[int, str] | None:
+        """Status and reason; None for a request that is let through."""
+        if headers.get("host") not in self.hosts:
+            return 403, "belt-sim app answers to 127.0.0.1 only"
+        if headers.get("origin", next(iter(self.origins))) not in self.origins:
+            return 403, "belt-sim app answers to its own pages only"
+        if headers.get("sec-fetch-site") in ("cross-site", "same-site"):
+            return 403, "belt-sim app answers to its own pages only"
+        if "chunked" in headers.get("transfer-encoding", ""):
+            return 411, "say how long the request is"
+        length = headers.get("content-length", "0")
+        if not length.isdigit() or int(length) > MAX_UPLOAD:
+            return 413, TOO_LARGE
+        return None
 
 
 def listen(port: int | None) -> socket.socket:

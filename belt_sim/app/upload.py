@@ -11,7 +11,6 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from belt_sim.app.security import MAX_UPLOAD, MEBI
 from belt_sim.campaign.marked_yaml import parse
 from belt_sim.campaign.problems import CampaignError, Problem, quote
 from belt_sim.campaign.read import FILES
@@ -22,6 +21,11 @@ from belt_sim.effects.load import entries_of, load_effects, split_entry
 from belt_sim.errors import BeltError, InputError
 from belt_sim.importing.mapping import FILE as MAPPING
 
+MEBI = 2**20
+MAX_UPLOAD = 256 * MEBI  # bytes of one request
+TOO_LARGE = (
+    f"at most {MAX_UPLOAD // MEBI} MB at a time; drop fewer at once, or give them to belt-sim import in a terminal"
+)
 MOST_MEMBERS = 2000  # of a zip
 LOGGERS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".xlsx")
 LONGEST_NAME = 120  # characters

@@ -27,7 +27,7 @@ MOST_PANELS = 36  # of a picture; more are too small to read
 
 @style.picture
 def overlay_picture(
-    path: str | os.PathLike, panels: Sequence[Panel], title: str, *, names: Mapping[str, str] | None = None
+    path: str | os.PathLike | None, panels: Sequence[Panel], title: str, *, names: Mapping[str, str]
 ) -> Path:
     """Small multiples of measured against modelled, of many panels those with the largest misfit.
 
@@ -41,10 +41,9 @@ def overlay_picture(
     rows = -(-len(panels) // columns)
     size = max(4.0 * columns, 6.5), 3.5 * rows + 1.0
     fig, axes = style.panels(*size, rows, columns, len(panels), layout=None, sharex=True)
-    labels = {"base": "model before", "final": "model after", **(names or {})}
     entries = {}
     for ax, panel in zip(axes, panels, strict=True):
-        _panel(ax, panel, labels)
+        _panel(ax, panel, names)
         entries.update(dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True)))
     fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=len(entries))
     lines = style.title(fig, title)
@@ -135,13 +134,12 @@ def drift_chart_picture(
     drifts: Sequence[tuple[Drift, Drift | None]],
     title: str,
     *,
-    names: Mapping[str, str] | None = None,
+    names: Mapping[str, str],
 ) -> Path:
     """A plot a parameter: (before, after) the effect was added; after is None if none was; names: as of an overlay."""
-    labels = {"base": "before", "final": "after", **(names or {})}
     fig, axes = style.figure(4.6 * len(drifts) + 0.6, 4.0, 1, len(drifts))
     for ax, (before, after) in zip(axes[0], drifts, strict=True):
-        _drift(ax, before, after, labels)
+        _drift(ax, before, after, names)
     entries = dict(zip(*reversed(axes[0][0].get_legend_handles_labels()), strict=True))
     fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=2)
     return style.finish(fig, path, title)
@@ -182,7 +180,7 @@ def ranking_picture(
     title: str,
     chosen: Sequence[str] = (),
     *,
-    names: Mapping[str, str] | None = None,
+    names: Mapping[str, str],
 ) -> Path:
     """A bar an effect, the longest first: its gain in units of that from which it is likelier than no effect.
 
@@ -191,7 +189,7 @@ def ranking_picture(
     """
     gains = {c.id: max(c.gain, 0.0) / c.threshold if c.threshold else 0.0 for c in ranking}
     gains = dict(sorted(gains.items(), key=lambda row: -row[1]))
-    labels, ratio = [(names or {}).get(n, n) for n in gains], np.array(list(gains.values()))
+    labels, ratio = [names.get(n, n) for n in gains], np.array(list(gains.values()))
     fig, [[ax]] = style.figure(9.0, 0.3 * len(labels) + 1.7)
     rows = np.arange(len(labels))[::-1]
     ax.barh(rows, ratio, height=0.72, color=[AFTER if r > 1.0 else FAINT for r in ratio])

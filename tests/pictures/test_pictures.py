@@ -29,6 +29,8 @@ STEADY = [
     for k, t in enumerate(TENSIONS)
 ]
 
+NAMES = {"base": "before", "final": "after"}
+
 
 @pytest.fixture(scope="module")
 def runs():
@@ -63,7 +65,9 @@ def test_no_word_of_a_picture_is_cut_off(kind):
     if kind in OF_DIAGNOSIS:
         figure = plot(d, kind=kind).figure
     else:
-        figure = ranking_picture(None, [replace(c, gain=3.0, threshold=2.0) for c in d.ranking], "Small gains")
+        figure = ranking_picture(
+            None, [replace(c, gain=3.0, threshold=2.0) for c in d.ranking], "Small gains", names={}
+        )
     figure.canvas.draw()
     page = figure.bbox.padded(ROUNDED)
     ticks = {t for ax in figure.findobj(Axis) for t in ax.get_ticklabels()}  # those beyond the axis are not drawn
@@ -80,7 +84,7 @@ def inside(page, text) -> bool:
 def test_a_value_at_the_limit_of_its_fit_is_marked():
     (before, after), *_ = drawn("sag_roll").drawings.drifts
     ended = replace(before, u=np.where(np.arange(len(before.u)) == 0, 0.0, 1.0))
-    figure = drift_chart_picture(None, [(ended, after)], "Young's modulus")
+    figure = drift_chart_picture(None, [(ended, after)], "Young's modulus", names=NAMES)
     marks = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
     assert [line.get_ydata() for line in marks] == [before.value[:1]]
 
@@ -94,7 +98,7 @@ def test_curves_of_one_and_of_several_models(names, runs, tmp_path):
 
 def test_before_alone(tmp_path):
     panels = [replace(p, final=None) for p in drawn("sag_roll").drawings.overlays[:1]]
-    assert inked(overlay_picture(tmp_path / "one.png", panels, "One run"))
+    assert inked(overlay_picture(tmp_path / "one.png", panels, "One run", names=NAMES))
 
 
 def test_steady_rates(tmp_path):
@@ -107,7 +111,7 @@ def test_steady_rates(tmp_path):
 def test_a_candidate_that_cannot_be_seen_has_no_bar(tmp_path):
     first, *others = drawn("sag_roll").ranking
     path = tmp_path / "ranking.png"
-    assert inked(ranking_picture(path, [first, *(replace(c, threshold=None) for c in others)], "Unseen"))
+    assert inked(ranking_picture(path, [first, *(replace(c, threshold=None) for c in others)], "Unseen", names={}))
 
 
 def test_a_picture_that_is_not_there_is_told():
