@@ -44,7 +44,6 @@ COMMANDS = {
 
 
 def main() -> None:
-    """Entry point of ``belt-sim``."""
     use_one_blas_thread()
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for name in ("stdout", "stderr"):

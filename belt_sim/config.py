@@ -97,7 +97,6 @@ def make_case(**settings: Any) -> Case:
 
 
 def _file(name: str) -> Mapping[str, Any]:
-    """A file of conf."""
     from omegaconf import OmegaConf  # it reads 2.1e11 as a number, which plain YAML does not
 
     return OmegaConf.to_container(OmegaConf.load(CONF / name))  # type: ignore[return-value]

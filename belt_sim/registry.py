@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from belt_sim.analytic.model import MODELS
 from belt_sim.analytic.steady import RitzingerFormula
@@ -11,9 +11,6 @@ from belt_sim.errors import InputError, finite
 from belt_sim.model import Model, SteadyModel
 from belt_sim.si import N_PER_MM2
 
-ANALYTIC = ("rope", "beam_th1", "beam_th2", "ritzinger", "ernst_beam", "strip", "strip_lift_off")
-IN_SPACE = {"mujoco_rope": "rope", "mujoco_grid": "grid", "mujoco_flex": "flex"}
-MODEL_NAMES = (*ANALYTIC, *IN_SPACE)
 ModelName = Literal[
     "rope",
     "beam_th1",
@@ -26,8 +23,9 @@ ModelName = Literal[
     "mujoco_grid",
     "mujoco_flex",
 ]
-
-
+MODEL_NAMES: tuple[str, ...] = get_args(ModelName)
+IN_SPACE = {"mujoco_rope": "rope", "mujoco_grid": "grid", "mujoco_flex": "flex"}
+ANALYTIC = tuple(name for name in MODEL_NAMES if name not in IN_SPACE)
 #: the model that is chosen by the tension of what is simulated or measured
 BY_TENSION = "by_tension"
 LAYER_TENSION = 22.0 * N_PER_MM2  # [Pa]: where the test rig reaches the limit bending_layer (docs/validity.md)

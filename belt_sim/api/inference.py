@@ -119,7 +119,10 @@ def diagnose(
         if not any(s.severity == "stop" for s in findings.suspicions):  # a mistake that explains more is told beside
             findings = replace(findings, suspicions=(*findings.suspicions, *beside[:1]))
         stages(bootstraps, "")
-        found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=_drawings(findings))
+        drawn, final = drawings_of(findings), final_model(findings)[1]
+        if final is not findings.named:  # no effect, but a law: its curves are drawn
+            drawn = replace(drawn, overlays=overlays(findings.bench, findings.nothing.values, final.values))
+        found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=drawn)
         if findings.law is not None:
             law = findings.law.describe(findings.decision.probability_of_unknown, config)
             found = replace(found, discovery=law)
@@ -147,14 +150,6 @@ def _advice(findings: Findings, tell: Callable[[str], None]) -> list[NextRun]:
         return []
     tell("looking for the run that would tell them apart")
     return next_runs(findings.fitted_bench, findings.named, alike)
-
-
-def _drawings(findings: Findings) -> Drawings:
-    """What a report draws: where no effect was named and a law was found, the curves of that."""
-    drawn, final = drawings_of(findings), final_model(findings)[1]
-    if final is findings.named:
-        return drawn
-    return replace(drawn, overlays=overlays(findings.bench, findings.nothing.values, final.values))
 
 
 @one_blas_thread

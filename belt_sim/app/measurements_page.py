@@ -185,7 +185,6 @@ def _show_result(session: Session, job: Job) -> None:
 
 
 def _show_diagnosis(session: Session, number: int, content: dict[str, Any]) -> None:
-    """The verdict, a way to compare again, and the report."""
     kind = "good" if content["verdict"] in GOOD else ""
     for line in content["lines"]:
         widgets.notice(line, kind)
@@ -199,7 +198,6 @@ def _show_diagnosis(session: Session, number: int, content: dict[str, Any]) -> N
 
 
 def _show_comparison(content: dict[str, Any]) -> None:
-    """Sentences, the runs one by one, and the table of errors."""
     for line in content["lines"]:
         ui.label(line)
     panels = content["panels"]
@@ -242,7 +240,6 @@ class AnswerForm:
             self.draft.pop(place, None)
 
     def select(self, place: Place, options: dict[str, str], value: str, label: str | None = None) -> None:
-        """A choice."""
         now = self.draft.get(place, value)
         shown = options if now in options else {now: now} | options
         made = ui.select(shown, value=now, label=label, on_change=lambda e: self.note(place, e.value, value))
@@ -382,7 +379,6 @@ def _curves(campaign: Campaign) -> None:
 
 
 def _machine_facts(campaign: Campaign) -> dict[str, str]:
-    """Machine and belt, as campaign.yaml states them."""
     tree = sheet_tree(campaign)
     numbers = {**tree["machine"], **tree["belt"]}
     return {n.replace("_", " "): words.with_u(q["value"], q["u"], q.get("unit", "")) for n, q in numbers.items()}

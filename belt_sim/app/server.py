@@ -148,7 +148,6 @@ def _report(folder: Path) -> Response:
 
 
 def _zip(folder: Path) -> Response:
-    """Everything in the folder of a result, and in its subfolders."""
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in sorted(folder.rglob("*")):

@@ -175,7 +175,6 @@ class Session:
         self.end_drop(*messages)
 
     def end_drop(self, *messages: str) -> None:
-        """Show what came of a drop."""
         self.drops += 1
         self.notify(*messages)
 
@@ -227,7 +226,6 @@ class Session:
         self.notify(*self._open(folder))
 
     def back_to_import(self) -> None:
-        """Change how the files were read."""
         self.importing = self.finished_import
         self.notify()
 
@@ -278,5 +276,4 @@ class Session:
 
 
 def read_shown(job: Job) -> dict[str, Any]:
-    """What the worker left for the page."""
     return json.loads((job.folder / SHOWN).read_text(encoding="utf-8"))

@@ -12,8 +12,7 @@ from belt_sim.api.simulate import simulate
 from belt_sim.app import plots, widgets
 from belt_sim.app.widgets import labelled_slider
 from belt_sim.config import make_case
-from belt_sim.curves import Curves
-from belt_sim.effects.base import Effect, Parameter
+from belt_sim.effects.base import Parameter
 from belt_sim.effects.library import library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.registry import ANALYTIC, model_named
@@ -38,24 +37,14 @@ def simulate_sliders(
     numbers.
     """
     case = make_case(tension=tension, yaw=yaw, **machine)
-    acting = [make_effect(i, numbers) for i, numbers in effects.items()]
+    acting = [{"id": effect, **numbers} for effect, numbers in effects.items()]
     whole = simulate(case, model={"name": model, "keep": KEEP}, effects=acting, travel=LONGEST)
-    assert whole.curves is not None
-    return replace(whole, travel=travel, curves=cut_curves(whole.curves, travel))
-
-
-def cut_curves(curves: Curves, travel: float) -> Curves:
-    """The curves up to ``travel`` [m]."""
+    curves = whole.curves
+    assert curves is not None
     keep = np.asarray(curves.travel) <= travel + 1e-9
     along = ("travel", "y", "angle", "moment", "edge_stress", "tilt")
     cut = {n: np.asarray(getattr(curves, n))[..., keep] for n in along if getattr(curves, n) is not None}
-    return replace(curves, **cut, extra=None)
-
-
-def make_effect(effect_id: str, numbers: Mapping[str, float]) -> Effect:
-    """An effect of the library with numbers; those not given stand at null."""
-    cls = library()[effect_id]
-    return cls(**{n: float(numbers.get(n, p.null)) for n, p in cls.parameters.items()})
+    return replace(whole, travel=travel, curves=replace(curves, **cut, extra=None))
 
 
 def choices(model: str) -> dict[str, str]:
@@ -174,7 +163,6 @@ def _choices(view: View) -> None:
 
 
 def _own_machine(view: View) -> None:
-    """Numbers of one's own machine and belt."""
     for name, (label, value, unit, _) in OWN.items():
 
         async def move(event: Any, name: str = name) -> None:
@@ -215,7 +203,6 @@ def _effects(view: View) -> None:
 
 
 def _start(effect_id: str) -> dict[str, float]:
-    """Numbers of an effect of a size that matters."""
     return {n: reach(p)[2] for n, p in library()[effect_id].parameters.items()}
 
 
@@ -282,7 +269,6 @@ def _show(view: View, shown: Simulation, beside: Simulation | None) -> None:
 
 
 def _facts(s: Simulation) -> dict[str, str]:
-    """Late rates, offsets, sag and the slackest edge."""
     found = {f"late rate {k} [mm/m]": thousandths(rate) for k, rate in enumerate(s.rates, start=1)}
     if s.steady_rate is not None:
         found["steady rate [mm/m]"] = thousandths(s.steady_rate)

@@ -11,7 +11,7 @@ from belt_sim.errors import finite, whole
 from belt_sim.files import write_json
 from belt_sim.pictures.diagnosis import visible_picture
 from belt_sim.reports.page import write_report
-from belt_sim.reports.terminal import tell_check, tell_choice, tell_comparison, tell_diagnosis
+from belt_sim.reports.terminal import tell, tell_choice, tell_diagnosis
 from belt_sim.results.json import file_json, read_diagnosis
 from belt_sim.watch.observers import in_stages, progress, resolve_watch
 
@@ -27,7 +27,7 @@ def check(run_dir: RunDir) -> None:
     if config["pictures"] and found.visible:
         visible_picture(folder / "check.png", found.visible, found.campaign.title)
     tell_choice(config, found.base_model)
-    tell_check(found, folder)
+    tell(found.tables(), found.lines(), folder / "check.json")
 
 
 def compare(run_dir: RunDir) -> None:
@@ -38,7 +38,7 @@ def compare(run_dir: RunDir) -> None:
         found = inference.compare(*asked, drawn=pictures, config=config)
         write_comparison(draft, found, pictures=pictures)
     tell_choice(config, found.base_model)
-    tell_comparison(found, run_dir.path)
+    tell(found.tables(), found.lines()[1:], run_dir.path)  # the first line is the title of the table
 
 
 def diagnose(run_dir: RunDir) -> None:

@@ -69,7 +69,6 @@ class Axis:
 
     @property
     def column(self) -> str:
-        """Name of its column in the table."""
         return SETTINGS[self.key][0] if self.key in SETTINGS else self.key.replace(".", "_")
 
     @property
@@ -237,12 +236,10 @@ class CaseMap:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Values of each axis of a grid."""
         return tuple(len(a.values) for a in self.axes)
 
     @property
     def count(self) -> int:
-        """Cases in all."""
         return int(np.prod(self.shape, dtype=object)) if self.cases is None else self.cases
 
     def values(self, start: int, stop: int) -> np.ndarray:

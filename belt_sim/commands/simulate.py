@@ -19,7 +19,7 @@ from belt_sim.errors import InputError, finite, flag
 from belt_sim.files import write_text
 from belt_sim.linear.plant import LinearBelt
 from belt_sim.provenance import provenance
-from belt_sim.reports.terminal import tell_choice, tell_simulation
+from belt_sim.reports.terminal import tell_choice
 from belt_sim.watch.observers import resolve_watch
 
 _NO_END = 1e5  # [m]: a scene has no end of travel that a schedule could overrun
@@ -93,7 +93,7 @@ def simulate(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> fl
         write_simulation(draft, found, pictures=pictures, provenance=provenance(config))
         show(found, model, watch, folder)
     tell_choice(config, model.name)
-    tell_simulation(found, folder)
+    print(*found.lines(), folder, sep="\n")
     return _report_objective(folder, wanted)
 
 

@@ -31,7 +31,6 @@ def numbers(values) -> list:
 
 
 def _layout(height: int, **more) -> dict[str, Any]:
-    """What all figures share."""
     plain = {"paper_bgcolor": CLEAR, "plot_bgcolor": CLEAR, "font": FONT, "height": height, "showlegend": False}
     return {**plain, "margin": {"l": 54, "r": 16, "t": 12, "b": 44}, **more}
 
@@ -135,7 +134,6 @@ def drift(before: Drift, after: Drift | None) -> dict[str, Any]:
 
 
 def _bars(one: Drift, colour: str, symbol: str, name: str) -> dict[str, Any]:
-    """Values with bars of two sigma."""
     error = {"type": "data", "array": numbers(2 * np.asarray(one.u)), "color": colour, "thickness": 1.6}
     marker = {"color": colour, "symbol": ["triangle-up-open" if end else symbol for end in one.at_limit], "size": 9}
     xy = {"x": numbers(one.tension), "y": numbers(one.value)}

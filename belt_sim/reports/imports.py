@@ -15,7 +15,6 @@ from belt_sim.si import DEGREE, MM, N_PER_MM2
 
 
 def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
-    """Columns, runs, noise and remarks."""
     out = out or console()
     out.print(rich_table(columns_table(proposal)))
     if proposal.campaign is not None:
@@ -98,7 +97,6 @@ def runs_table(campaign: Campaign) -> Table:
 
 
 def noise_table(proposal: Proposal) -> Table:
-    """What was read off the signals, in mm or mrad."""
     rows = []
     for name, n in proposal.noise.items():
         white, wander, zero = (f"{np.round(x / MM, 6):.3g}" for x in (n.white, n.wander, n.zero))

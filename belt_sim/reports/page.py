@@ -39,7 +39,6 @@ def write_report(path: str | os.PathLike, diagnosis: Diagnosis) -> Path:
 
 
 def render(diagnosis: Diagnosis) -> str:
-    """The page as text."""
     import jinja2
 
     loader = jinja2.FileSystemLoader(HERE)

@@ -1,6 +1,6 @@
 """Results in the terminal: lines and tables."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +9,8 @@ from rich.markup import escape
 from rich.table import Table as RichTable
 
 from belt_sim.registry import BY_TENSION
-from belt_sim.results.check import Check
-from belt_sim.results.comparison import Comparison, runs_table, steady_table
 from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis, error_table, ranking_table
 from belt_sim.results.display import Table
-from belt_sim.results.simulation import Simulation
 
 MIN_WIDTH = 110
 
@@ -25,31 +22,13 @@ def tell_choice(config: Mapping[str, Any], model: str) -> None:
         print(f"model {model}, chosen by tension ({rule}); model=NAME states one")
 
 
-def tell_simulation(s: Simulation, folder: Path) -> None:
-    """Late rates, and what to beware of."""
-    print("\n".join([*s.lines(), str(folder)]))
-
-
-def tell_comparison(c: Comparison, folder: Path) -> None:
-    """Error of every run and signal, before and after, and where the model fails."""
+def tell(tables: Iterable[Table], lines: Iterable[str], place: Path) -> None:
+    """Tables and lines of a result, and where its files are."""
     out = console()
-    if c.steady:
-        out.print(rich_table(steady_table(c)))
-    if c.where is not None:
-        out.print(rich_table(runs_table(c)))
-        for line in (c.where.sentence, c.where.boundary_sentence, *c.changes(), *c.beyond):
-            out.print(line, markup=False)
-    out.print(str(folder), soft_wrap=True)
-
-
-def tell_check(c: Check, folder: Path) -> None:
-    """What is wrong, what would show, and what could not be told apart."""
-    out = console()
-    for table in c.tables():
+    for table in tables:
         out.print(rich_table(table))
-    for line in c.lines():
+    for line in (*lines, str(place)):
         out.print(line, soft_wrap=True, markup=False)
-    out.print(str(folder / "check.json"), soft_wrap=True)
 
 
 def tell_diagnosis(d: Diagnosis, folder: Path) -> None:

@@ -65,7 +65,7 @@ class Comparison(Display):
         return [*said, f"got worse: {', '.join(worse)}" if worse else "no run got worse"]
 
     def tables(self) -> Sequence[Table]:
-        return [*([runs_table(self)] if self.per_run else []), *([steady_table(self)] if self.steady else [])]
+        return [*([steady_table(self)] if self.steady else []), *([runs_table(self)] if self.per_run else [])]
 
     def to_pandas(self) -> Any:
         """A row a run and signal in SI; of a campaign of steady rates, a row a run and point."""

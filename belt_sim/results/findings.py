@@ -62,7 +62,8 @@ class Estimate:
         """Value and uncertainty in a unit of which ``factor`` make one of SI."""
         low, high = self.interval_95
         if COVERAGE_95 * self.u > high - low:  # where readings stop to change, u says nothing
-            return words.range_words(factor * low, factor * high, unit)
+            shown = f"{words.number(factor * low)} to {words.number(factor * high)}"
+            return shown if unit in ("", "1") else f"{shown} {unit}"
         return words.with_u(factor * self.value, factor * self.u, unit)
 
 

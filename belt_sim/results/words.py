@@ -78,11 +78,6 @@ def with_u(value: Any, u: Any, unit: str = "") -> str:
     return _minus(core) + unit
 
 
-def range_words(low: float, high: float, unit: str = "") -> str:
-    """low to high to three digits, with the unit."""
-    return f"{number(low)} to {number(high)}" + ("" if unit in ("", "1") else f" {unit}")
-
-
 def join_effects(ids: Sequence[str]) -> str:
     """Effects of one set: a + b."""
     return " + ".join(ids)

@@ -138,7 +138,6 @@ class ProgressObserver:
         self.close: Callable[[], None] = lambda: None
 
     def start(self, case: Case, travel: float) -> None:
-        """Begin the bar."""
         self.travel, self.began = travel, time.monotonic()
         self.before: tuple[float, float] | None = None
         self.update, self.close = _begin(self.console, self.title, travel)
@@ -168,7 +167,6 @@ class ViewerObserver(Observer):
         self.window: Any = None
 
     def show(self, model: Any, data: Any) -> None:
-        """Open the window."""
         import mujoco.viewer
 
         self.window = mujoco.viewer.launch_passive(model, data, show_left_ui=False)
