@@ -157,18 +157,16 @@ def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
     """One frame each ``every`` [m] of travel: straight or sagging spans between points 1-4, wrapped pulleys.
 
     Between the four points y runs linearly over each span and each wrap; sag is a parabola,
-    tilt a parabola from zero on the pulleys to the curves' value in the middle. A point
-    that was not measured (NaN) is taken from the other end of its wrap, or is 0.
+    tilt a parabola from zero on the pulleys to the curves' value in the middle.
     """
     travel = np.asarray(curves.travel, float)
     stops = np.unique(np.append(np.arange(travel[0], travel[-1], every), travel[-1]))
-    known = _whole(np.asarray(curves.y, float))
-    tilt = np.zeros((2, len(travel))) if curves.tilt is None else np.nan_to_num(np.asarray(curves.tilt, float))
-    sag = (0.0, 0.0) if curves.sag is None else np.nan_to_num(np.asarray(curves.sag, float))
+    tilt = np.zeros((2, len(travel))) if curves.tilt is None else np.asarray(curves.tilt, float)
+    sag = (0.0, 0.0) if curves.sag is None else np.asarray(curves.sag, float)
     a, settings = float(case.rig.centre_distance), case.settings
     tail, head = float(case.rig.tail_radius), float(case.rig.head_radius)
     for stop in map(float, stops):
-        y = np.array([np.interp(stop, travel, row) for row in known])
+        y = np.array([np.interp(stop, travel, row) for row in np.asarray(curves.y, float)])
         mid = [float(np.interp(stop, travel, row)) for row in tilt]
         yaws = float(angle_at(settings.yaw, stop)), float(angle_at(settings.yaw_head, stop))
         centre, half = _centre_line(case, y, mid, sag)
@@ -187,16 +185,6 @@ def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
             tail_x=a,
             scalars={"tension": float(settings.tension), "tilt_upper": mid[0], "tilt_lower": mid[1]},
         )
-
-
-def _whole(y: np.ndarray) -> np.ndarray:
-    """Replace rows that are nowhere known: 1 by 2, 3 by 4 and the reverse, else 0; bridge single gaps."""
-    out = y.copy()
-    for k, partner in enumerate((1, 0, 3, 2)):
-        row = y[k] if np.isfinite(y[k]).any() else y[partner]
-        known = np.isfinite(row)
-        out[k] = np.interp(np.arange(len(row)), np.flatnonzero(known), row[known]) if known.any() else 0.0
-    return out
 
 
 def _centre_line(case: Case, y: np.ndarray, mid_tilt: list[float], sag) -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from moving_belt import case, curves, frames
+from moving_belt import case, frames
 
 from belt_sim.case import Schedule
 from belt_sim.laws.drive import angle_at
@@ -99,12 +99,3 @@ def test_colours_are_white_without_tilt_and_red_or_blue_with():
 def test_yaw_steps_and_ramps():
     schedule = Schedule.step(1e-3, 1.0).then(Schedule.ramp(2e-3, 4.0, 2.0))
     assert [angle_at(schedule, s) for s in (0.0, 1.0, 3.0, 5.0, 9.0)] == pytest.approx([0, 1e-3, 1e-3, 2e-3, 3e-3])
-
-
-def test_unmeasured_points_do_not_spoil_the_picture():
-    half = replace(curves(2.0))
-    half.y[1] = np.nan
-    half.y[2:] = np.nan
-    last = list(geometry.frames(case(), half))[-1]
-    assert np.isfinite(last.left).all()
-    np.testing.assert_allclose(last.points[:, 1], [half.y[0, -1], half.y[0, -1], 0.0, 0.0])
