@@ -46,10 +46,10 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.registry import model_named as model_named
     from belt_sim.registry import models as models
     from belt_sim.results.check import Check as Check
-    from belt_sim.results.comparison import Comparison as Comparison
     from belt_sim.results.diagnosis import Diagnosis as Diagnosis
+    from belt_sim.results.diagnosis import Discovery as Discovery
     from belt_sim.results.diagnosis import Verdict as Verdict
-    from belt_sim.results.discovery import Discovery as Discovery
+    from belt_sim.results.errors import Comparison as Comparison
     from belt_sim.results.json import read_diagnosis
     from belt_sim.results.simulation import Simulation as Simulation
 
@@ -73,9 +73,8 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "belt_sim.jax_setup": ("prepare",),
     "belt_sim.registry": ("model_named", "models"),
     "belt_sim.results.check": ("Check",),
-    "belt_sim.results.comparison": ("Comparison",),
-    "belt_sim.results.diagnosis": ("Diagnosis", "Verdict"),
-    "belt_sim.results.discovery": ("Discovery",),
+    "belt_sim.results.errors": ("Comparison",),
+    "belt_sim.results.diagnosis": ("Diagnosis", "Discovery", "Verdict"),
     "belt_sim.results.simulation": ("Simulation",),
 }
 _PLACES = {name: (home, name) for home, names in _HOMES.items() for name in names}

@@ -48,13 +48,10 @@ from belt_sim.model import Model, SteadyModel
 from belt_sim.provenance import provenance
 from belt_sim.results import words
 from belt_sim.results.check import Check, Doubt
-from belt_sim.results.comparison import Comparison
-from belt_sim.results.diagnosis import Diagnosis
-from belt_sim.results.discovery import Discovery
+from belt_sim.results.diagnosis import Diagnosis, Discovery, NextRun
 from belt_sim.results.display import Display, Table
 from belt_sim.results.drawings import Drawings
-from belt_sim.results.errors import SteadyError
-from belt_sim.results.findings import NextRun
+from belt_sim.results.errors import Comparison, SteadyError
 from belt_sim.watch.observers import stages_shown
 
 MIN_BOOTSTRAPS, MAX_BOOTSTRAPS = 100, 100_000

@@ -17,9 +17,8 @@ from belt_sim.pictures.curves import curves_picture, steady_picture, understood_
 from belt_sim.pictures.style import save
 from belt_sim.registry import models
 from belt_sim.reports.page import write_report
-from belt_sim.results.comparison import Comparison
-from belt_sim.results.diagnosis import Diagnosis
-from belt_sim.results.discovery import Discovery
+from belt_sim.results.diagnosis import Diagnosis, Discovery
+from belt_sim.results.errors import Comparison
 from belt_sim.results.json import read_diagnosis
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import tension

@@ -18,7 +18,7 @@ from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.model import Model, SteadyModel
 from belt_sim.registry import BY_TENSION, ModelName, model_for, model_named
-from belt_sim.results.findings import FoundEffect
+from belt_sim.results.diagnosis import FoundEffect
 from belt_sim.validity import Limit, exceeded_limits, geometric
 
 #: a model by name, by name and settings, or as an object

@@ -17,9 +17,8 @@ from belt_sim.files import write_json, write_text, write_with
 from belt_sim.frame import Frame, Observer
 from belt_sim.jax_setup import map_in_threads
 from belt_sim.model import Model, SteadyModel
-from belt_sim.results.comparison import Comparison
-from belt_sim.results.diagnosis import Diagnosis
-from belt_sim.results.discovery import Discovery
+from belt_sim.results.diagnosis import Diagnosis, Discovery
+from belt_sim.results.errors import Comparison
 from belt_sim.results.json import diagnosis_json, discovery_json, file_json, summary_json, to_json
 from belt_sim.results.simulation import Simulation
 

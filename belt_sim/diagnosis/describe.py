@@ -21,17 +21,19 @@ from belt_sim.diagnosis.search import NOTHING, row_of
 from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.effects.law_file import law_entry
 from belt_sim.provenance import provenance
-from belt_sim.results.diagnosis import Diagnosis, Verdict, other_model
-from belt_sim.results.errors import CampaignLabel
-from belt_sim.results.findings import (
+from belt_sim.results.diagnosis import (
     Candidate,
     Confusable,
+    Diagnosis,
     Explanation,
     FoundEffect,
     NoiseLevels,
     RequiredAngle,
     Unknown,
+    Verdict,
+    other_model,
 )
+from belt_sim.results.errors import CampaignLabel
 from belt_sim.results.words import join_effects, join_words
 
 ALIKE_SHOWN = 3  # look-alikes in a sentence

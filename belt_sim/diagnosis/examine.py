@@ -25,7 +25,7 @@ from belt_sim.diagnosis.search import NOTHING, Search, add_fits, begin_search, e
 from belt_sim.effects.base import Effect
 from belt_sim.effects.pipeline import as_driven
 from belt_sim.jax_setup import in_float64
-from belt_sim.results.discovery import Discovery
+from belt_sim.results.diagnosis import Discovery
 
 BOOTSTRAPS = 100
 BASE_MODELS = ("beam_th1", "beam_th2", "strip", "strip_lift_off")

@@ -20,7 +20,7 @@ from belt_sim.diagnosis.noise.metric import Metric, metric_of, nuisance_shapes
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import Samples, stack_cases
 from belt_sim.jax_setup import map_in_threads
-from belt_sim.results.findings import APART, RESOLVED, NextRun, RunSettings
+from belt_sim.results.diagnosis import APART, RESOLVED, NextRun, RunSettings
 
 SAMPLES = 120
 OPPOSITE_YAW = 0.042 * si.DEGREE

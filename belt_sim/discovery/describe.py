@@ -15,9 +15,8 @@ from belt_sim.effects.law_terms import VARIABLES, Form
 from belt_sim.effects.load import save_effects
 from belt_sim.provenance import provenance
 from belt_sim.results import words
-from belt_sim.results.discovery import Discovery, FoundLaw, LawPoints, PlaceEvidence, RivalLaw, UnknownCourse
+from belt_sim.results.diagnosis import Discovery, Estimate, FoundLaw, LawPoints, PlaceEvidence, RivalLaw, UnknownCourse
 from belt_sim.results.errors import Errors
-from belt_sim.results.findings import Estimate
 
 KEPT = 120  # points of a curve against a variable, a tension
 DRAWN = 600  # points of the law as a line

@@ -21,7 +21,7 @@ from belt_sim.diagnosis.readings.candidates import SLOWEST
 from belt_sim.foresight.harm import harm_warnings
 from belt_sim.foresight.sheet_evidence import sheet_evidence
 from belt_sim.results.check import Doubt, Pair, Visible
-from belt_sim.results.findings import RESOLVED
+from belt_sim.results.diagnosis import RESOLVED
 
 NOISY = 2.0  # times the usual scatter
 SPANS = 3.0  # a record shorter than so many spans shows the start of the movement only

@@ -10,9 +10,8 @@ import numpy as np
 from belt_sim.pictures import style
 from belt_sim.pictures.style import AFTER, BEFORE, CYCLE, FAINT, INK, MEASURED
 from belt_sim.results.check import WELL, Visible
-from belt_sim.results.discovery import Discovery
+from belt_sim.results.diagnosis import Candidate, Discovery
 from belt_sim.results.drawings import Drift, FailureMap, Panel
-from belt_sim.results.findings import Candidate
 from belt_sim.si import shop_unit
 
 COLUMNS = 3

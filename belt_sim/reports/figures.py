@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.pictures.diagnosis import FULL, SAYS_NOTHING, UNKNOWN, axis_label, law_axes
-from belt_sim.results.discovery import Discovery
+from belt_sim.results.diagnosis import Discovery
 from belt_sim.results.drawings import Drift, FailureMap, Panel
 from belt_sim.results.json import DIGITS, round_numbers
 from belt_sim.si import shop_unit
@@ -152,7 +152,7 @@ def _stated_band(one: Drift) -> list[dict]:
 
 
 def course(courses: Sequence[Any], unit: str) -> dict[str, Any]:
-    """An unknown u against travel, a line and a band of ±2 sigma a group of runs (``results.discovery``)."""
+    """An unknown u against travel, a line and a band of ±2 sigma a group of runs."""
     data, (factor, shown) = [], shop_unit(unit)
     for one, colour in _with_colours(courses):
         x, u, sd = numbers(one.travel), factor * np.asarray(one.u, float), factor * np.asarray(one.sd, float)

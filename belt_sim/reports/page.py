@@ -15,10 +15,9 @@ from belt_sim.files import write_text
 from belt_sim.pictures.diagnosis import FULL
 from belt_sim.reports import figures
 from belt_sim.results import words
-from belt_sim.results.diagnosis import Diagnosis, Verdict
+from belt_sim.results.diagnosis import RESOLVED, Candidate, Diagnosis, FoundEffect, NextRun, Verdict, number_texts
 from belt_sim.results.drawings import Panel
 from belt_sim.results.errors import Errors, OwnChange
-from belt_sim.results.findings import RESOLVED, Candidate, FoundEffect, NextRun, number_texts
 from belt_sim.results.json import DIAGNOSIS
 
 HERE = Path(__file__).parent

@@ -1,21 +1,409 @@
-"""A diagnosis: what the model lacks, how sure that is, and what to measure next."""
+"""A diagnosis: what the model lacks, as effects with their numbers or as a law, how sure that is, what else was tried
+and cannot be told apart, and what to measure next.
+"""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, InstanceOf, PlainSerializer
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    InstanceOf,
+    PlainSerializer,
+    SerializationInfo,
+    computed_field,
+    model_serializer,
+    model_validator,
+)
 
+from belt_sim import si
 from belt_sim.campaign.quality.record import Suspicion
+from belt_sim.effects.library import library
 from belt_sim.results import words
-from belt_sim.results.discovery import Discovery
 from belt_sim.results.display import Display, Table, frame
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import CampaignLabel, Errors, RunError, Where, error_grid
-from belt_sim.results.fields import Free, file_field
-from belt_sim.results.findings import Candidate, Confusable, Explanation, FoundEffect, NextRun, NoiseLevels, Unknown
+from belt_sim.results.fields import Array, EffectSet, Free, file_field, is_empty
 from belt_sim.results.words import join_words
+
+COVERAGE_95 = 1.96
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted parameter in SI: value, u (one sigma), unit, and whether a real machine could have it.
+
+    interval: where it lies with 95 %, where that is not 1.96 u either way.
+    """
+
+    value: float
+    u: float
+    unit: str
+    plausible: bool
+    interval: tuple[float, float] | None = None
+
+    @model_serializer
+    def _to_file(self, info: SerializationInfo) -> dict[str, Any]:
+        row: dict[str, Any] = {name: getattr(self, name) for name in ("value", "u", "unit", "plausible")}
+        return row | ({"interval_95": list(self.interval_95)} if info.by_alias else {})
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_file(cls, row: Any) -> Any:
+        """Return the fields; an interval that is 1.96 u either way is not kept."""
+        fields = {name: row[name] for name in ("value", "u", "unit", "plausible")}
+        stated, even = row.get("interval_95"), cls(**fields).interval_95
+        return fields if stated is None or tuple(stated) == even else fields | {"interval": stated}
+
+    @property
+    def interval_95(self) -> tuple[float, float]:
+        """Where the true value lies in 95 of 100 campaigns."""
+        if self.interval is not None:
+            return self.interval
+        return self.value - COVERAGE_95 * self.u, self.value + COVERAGE_95 * self.u
+
+    def __str__(self) -> str:
+        return self.shown_in(*si.shop_unit(self.unit))
+
+    def shown_in(self, factor: float, unit: str) -> str:
+        """Value and uncertainty in a unit of which ``factor`` make one of SI."""
+        low, high = self.interval_95
+        if COVERAGE_95 * self.u > high - low:  # where readings stop to change, u says nothing
+            shown = f"{words.number(factor * low)} to {words.number(factor * high)}"
+            return shown if unit in ("", "1") else f"{shown} {unit}"
+        return words.with_u(factor * self.value, factor * self.u, unit)
+
+
+def display_unit(effect: str, number: str, unit: str) -> tuple[float, str]:
+    """How many of the units in which people read a number of an effect make one of its SI ``unit``, and their name."""
+    cls = library().get(effect)
+    return cls.parameters[number].display_unit if cls is not None and number in cls.parameters else si.shop_unit(unit)
+
+
+def number_texts(effect: str, numbers: Mapping[str, Estimate]) -> dict[str, str]:
+    """Numbers of an effect as people at the machine read them, by name."""
+    return {n: e.shown_in(*display_unit(effect, n, e.unit)) for n, e in numbers.items()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundEffect:
+    """An effect that the model lacks; numbers: every parameter in SI; parameters: those that the readings can see.
+
+    probability: its weight against what could stand in its place; confusable_with: that, sets of effects; source_file:
+    of an effect of one's own; law: of a law that was given, its entry in an effects.yaml; rejected: even with it the
+    model fails, so that its numbers are effective values; alone: what each of several numbers would be without the
+    others, where only together they are known.
+    """
+
+    id: str
+    numbers: Mapping[str, float]
+    parameters: Mapping[str, Estimate]
+    probability: float
+    confusable_with: tuple[EffectSet, ...] = ()
+    rejected: Annotated[bool, Field(exclude=True)] = False
+    source_file: Annotated[str | None, file_field("source_file", omit_empty=True)] = None
+    law: Annotated[Mapping[str, Any] | None, file_field("law", omit_empty=True)] = None
+    alone: Annotated[Mapping[str, Estimate], file_field("alone", omit_empty=True)] = field(default_factory=dict)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_file(cls, row: Any) -> Any:
+        return row | {"rejected": "stamp" in row}
+
+    @property
+    def sizes(self) -> tuple[str, ...]:
+        """What is known of its numbers, a line each."""
+        if self.parameters:
+            return tuple(f"{n} = {text}" for n, text in number_texts(self.id, self.parameters).items())
+        if self.alone:
+            said = " or ".join(f"{n} = {text}" for n, text in number_texts(self.id, self.alone).items())
+            return (f"{said} (each if it were alone: the readings do not tell which)",)
+        return ("that it is there is known, how large it is not",)
+
+    @computed_field(exclude_if=is_empty)  # type: ignore[prop-decorator]
+    @property
+    def stamp(self) -> str:
+        """What has to stand beside the numbers of a rejected model."""
+        return "effective value, model rejected" if self.rejected else ""
+
+    def as_setting(self) -> dict[str, Any]:
+        """The effect as an entry of an effects.yaml."""
+        if self.law is not None:
+            return dict(self.law)
+        return {"id": self.source_file or self.id, "parameters": dict(self.numbers)}
+
+    def __str__(self) -> str:
+        others = ", ".join(map(words.join_effects, self.confusable_with))
+        alike = f"; confusable with {others}" if others else ""
+        stamp = f" ({self.stamp})" if self.stamp else ""
+        return f"{self.id}: {', '.join(self.sizes)}; probability {words.decimal(self.probability, 2)}{alike}{stamp}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """An effect tried by itself: chi2 gain, the gain from which it is likelier than nothing (None: the readings cannot
+    show it), rms [m] on held-out conditions, probability that it is there, alone or with others.
+    """
+
+    id: str
+    gain: float
+    threshold: float | None
+    held_out_rms: Annotated[float, file_field("held_out_rms_mm", si.MM)]
+    parameters: Mapping[str, Estimate]
+    plausible: bool
+    probability: float
+    note: str
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_file(cls, row: Any) -> Any:
+        """Before there was one table of evidence, a frequency stood in the place of the probability."""
+        return row if "probability" in row else row | {"probability": row["selection_frequency"]}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Explanation:
+    """A row of the table of evidence: effects that are missing together (none: nothing is), with or without something
+    unknown beside them; or, instead of effects, another base model. All but gain in nats.
+
+    gain: chi2 below that of nothing; likelihood: what that counts, 0.5 gain over what chance makes of one; parameters:
+    free numbers, and occam: what they cost; unknown_evidence: log evidence of something unknown beside the effects;
+    prior: log odds against nothing before any reading; held_out_rise: of -2 log predictive density of what was left
+    out, against nothing; refused: why it is no answer whatever it explains (empty: nothing speaks against it).
+    """
+
+    effects: tuple[str, ...]
+    unknown: bool = False
+    instead: str = ""
+    gain: float
+    likelihood: float
+    parameters: int
+    occam: float
+    prior: float
+    unknown_evidence: float = 0.0
+    held_out_rise: float = 0.0
+    implausible: bool = False
+    refused: str = ""
+    probability: float = 0.0
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def log_posterior(self) -> float:
+        """log odds against nothing after all readings."""
+        return self.likelihood - self.occam + self.unknown_evidence + self.prior
+
+    @property
+    def of_effects(self) -> bool:
+        return not self.instead
+
+    @property
+    def says_nothing(self) -> bool:
+        """Whether it is that nothing is missing."""
+        return self.of_effects and not self.effects and not self.unknown
+
+    def __str__(self) -> str:
+        named = [self.instead] if self.instead else [*self.effects, *(["something unknown"] if self.unknown else [])]
+        return " + ".join(named) or "nothing is missing"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Confusable:
+    """``other``, one effect or several joined by +, in the place of ``effect`` fits almost as well: sigma apart."""
+
+    effect: Annotated[str, file_field("a")]
+    other: Annotated[str, file_field("b")]
+    sigma: float
+
+    def __str__(self) -> str:
+        return f"{self.effect} cannot be told apart from {self.other} ({words.decimal(self.sigma, 1)} sigma)"
+
+
+RESOLVED = 3.0  # sigma, below which nobody takes two explanations for told apart
+#: sigma by which the likelier of two stands out in 97 of 100 campaigns, so that it has 95 % of the probability
+APART = 5.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSettings:
+    """What an advised run is set to [Pa, rad, m/s, m]; direction: +1, or -1 for reversed travel; all_points: sensors at
+    all four points; turned_over: with the belt turned over.
+    """
+
+    tension: float
+    yaw: float
+    speed: float
+    direction: float
+    travel: float
+    all_points: bool = False
+    turned_over: bool = False
+
+
+@dataclass(frozen=True)
+class NextRun:
+    """One action on the rig, the pair that it separates, and the separation before and after in sigma.
+
+    settings: None in a diagnosis of an earlier version.
+    """
+
+    action: str
+    separates: tuple[str, str]
+    sigma_before: float
+    sigma_after: float
+    settings: RunSettings | None = None
+
+    def __str__(self) -> str:
+        change = f"{words.decimal(self.sigma_before, 1)} -> {words.decimal(self.sigma_after, 1)} sigma"
+        if self.sigma_after < RESOLVED:
+            pair = " from ".join(self.separates)
+            return f"no single further run tells {pair}; the best would be {self.action}: {change}"
+        tells = "tells" if self.sigma_after >= APART else "may tell"
+        return f"next run: {self.action} {tells} {' from '.join(self.separates)}: {change}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RequiredAngle:
+    """The contact angle [rad] that the run-up law would need, against travel [m]; both (n,)."""
+
+    travel: Annotated[Array, file_field("travel_m")]
+    angle: Annotated[Array, PlainSerializer(lambda a: (1e6 * a).tolist()), AfterValidator(lambda a: a / 1e6)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unknown:
+    """The shape card of an unknown effect: parity in yaw, exponent of tension, onset and wavelength [m], the required
+    contact angle, the nearest known effect and why it fails; None where the residual does not show it.
+    """
+
+    failed_tests: tuple[str, ...]
+    parity: str
+    tension_exponent: float | None
+    onset: Annotated[float | None, file_field("onset_m")]
+    wavelength: Annotated[float | None, file_field("wavelength_m")]
+    required_angle: Annotated[RequiredAngle | None, file_field("required_contact_angle_urad")]
+    nearest: str | None
+    why: str | None
+
+    def __str__(self) -> str:
+        parts = [f"parity {self.parity}"]
+        parts += [f"tension exponent {self.tension_exponent:.1f}"] if self.tension_exponent is not None else []
+        parts += [f"onset {self.onset:.1f} m"] if self.onset is not None else []
+        parts += [f"wavelength {self.wavelength:.2f} m"] if self.wavelength is not None else []
+        parts += [f"nearest {self.nearest}: {self.why}"] if self.nearest else []
+        return "; ".join(parts)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoiseLevels:
+    """Factors on the stated white noise and wander, and how many repeats they were read off (0: as stated)."""
+
+    white_factor: float
+    wander_factor: float
+    repeats: int
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def source(self) -> str:
+        return "repeated runs" if self.repeats else "as stated in the campaign"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaceEvidence:
+    """How much likelier the data are with a smooth unknown at a place: gain in log evidence over none, with the way of
+    pooling runs (odd or even in yaw, each run by itself) and the length [m] on which it changes."""
+
+    place: str
+    words: str
+    pool: str
+    gain: float
+    length: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnknownCourse:
+    """The unknown u against travel [m] in one group of runs, with one sigma; tension [Pa]; all arrays (k,)."""
+
+    label: str
+    tension: float
+    travel: Array
+    u: Array
+    sd: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class LawPoints:
+    """The unknown against the variable of its law, as the data show it: points of one tension [Pa]; arrays (k,)."""
+
+    tension: float
+    x: Array
+    u: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundLaw:
+    """A law that was found: formula as people read it, its variable and unit, parity in yaw, exponent of tension with
+    one sigma (None where one tension was run), parameters, the share of the residual's chi2 that it explains, how often
+    it would come first if all was measured again, what it looks like."""
+
+    formula: str
+    place: str
+    variable: str
+    variable_unit: str
+    parity: str
+    exponent: Estimate | None
+    parameters: Mapping[str, Estimate]
+    share: float
+    frequency: float
+    looks_like: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class RivalLaw:
+    """A law that the data cannot tell from the found one: chi2 by which it explains less, numbers paid for."""
+
+    formula: str
+    place: str
+    less: float
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Discovery(Display):
+    """What was discovered, if anything.
+
+    found: whether something is missing; probability: of that; law: None where no generic law describes it; unit: of u;
+    limits: what these runs cannot show; law_file: text of found_law.yaml.
+    """
+
+    base_model: str
+    campaign: CampaignLabel
+    beside: tuple[str, ...]
+    found: bool
+    probability: float
+    sentence: str
+    places: tuple[PlaceEvidence, ...]
+    unit: str = ""
+    courses: tuple[UnknownCourse, ...] = ()
+    law: FoundLaw | None = None
+    rivals: tuple[RivalLaw, ...] = ()
+    against: tuple[LawPoints, ...] = ()
+    curve: LawPoints | None = None
+    error: Errors | None = None
+    limits: tuple[str, ...] = ()
+    law_file: str = ""
+    provenance: Free = field(default_factory=dict)
+
+    def lines(self) -> list[str]:
+        """The sentence, the places, what cannot be told apart and what cannot be known."""
+        lines = [self.sentence]
+        if self.found:
+            lines += [f"{p.words}: log evidence {p.gain:.0f} ({p.pool})" for p in self.places[:4]]
+        lines += [f"not told apart from: {r.formula} ({r.place})" for r in self.rivals]
+        if self.error is not None and self.error.held_out is not None:
+            change = self.error.held_out
+            lines.append(f"held-out error {change.before * 1e3:.3f} -> {change.after * 1e3:.3f} mm")
+        return lines + list(self.limits)
 
 
 class Verdict(StrEnum):

@@ -16,10 +16,9 @@ from belt_sim.case import Schedule
 from belt_sim.errors import BeltError, InputError
 from belt_sim.files import PACKAGE, read_json
 from belt_sim.results.check import Check
-from belt_sim.results.comparison import Comparison
-from belt_sim.results.diagnosis import Diagnosis
-from belt_sim.results.discovery import Discovery
+from belt_sim.results.diagnosis import Diagnosis, Discovery
 from belt_sim.results.drawings import Drawings
+from belt_sim.results.errors import Comparison
 from belt_sim.results.fields import IN_SI, SETTING_DIGITS, effect_json
 from belt_sim.results.simulation import POINTS, SPANS, Simulation
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign, Run, SignalSheet, read_campaign, write_campaign
-from belt_sim.results.findings import RESOLVED, RunSettings
+from belt_sim.results.diagnosis import RESOLVED, RunSettings
 from belt_sim.virtual_rig import Truth
 from belt_sim.virtual_rig.library import fault_from_spec
 from belt_sim.virtual_rig.make import RESOLUTION

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import binomtest
 
-from belt_sim.results.findings import APART, RESOLVED
+from belt_sim.results.diagnosis import APART, RESOLVED
 from studies.challenge.score import NAMING, SURE, ScoredCase
 
 SIZES = (3, 6, 12, 24)

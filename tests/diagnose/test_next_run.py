@@ -13,7 +13,7 @@ from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.next_run import Outlook, Rival, menu, next_runs, twofold
 from belt_sim.diagnosis.readings.forward import Forward
-from belt_sim.results.findings import APART, RESOLVED
+from belt_sim.results.diagnosis import APART, RESOLVED
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, grid
 

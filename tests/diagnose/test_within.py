@@ -17,7 +17,7 @@ from belt_sim.diagnosis.fits.plausibility import (
 )
 from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.effects.base import Parameter
-from belt_sim.results.findings import Estimate, FoundEffect
+from belt_sim.results.diagnosis import Estimate, FoundEffect
 
 COUNT, HAIR = 40, 1e-7
 NEARLY = np.linspace(1.0, 1.02, len(SPREAD))[:, None, None] * np.ones(COUNT)

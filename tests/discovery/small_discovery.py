@@ -17,7 +17,7 @@ from belt_sim.discovery.search_data import SearchData, search_data_of
 from belt_sim.effects.base import Effect
 from belt_sim.effects.generic_law import ID, GenericLaw, law_effect
 from belt_sim.effects.law_terms import Law, SizedLaw
-from belt_sim.results.discovery import Discovery
+from belt_sim.results.diagnosis import Discovery
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, Plan, grid
 

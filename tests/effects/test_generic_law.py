@@ -29,7 +29,7 @@ from belt_sim.effects.law_terms import (
 )
 from belt_sim.effects.load import load_effects, save_effects
 from belt_sim.errors import BeltError, CannotRepresent
-from belt_sim.results.findings import FoundEffect
+from belt_sim.results.diagnosis import FoundEffect
 from belt_sim.scene_parts import SceneParts
 
 SAME = 1e-12  # [m]; curves of millimetres, whose sums may be taken in another order

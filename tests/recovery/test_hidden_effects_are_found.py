@@ -10,8 +10,7 @@ from belt_sim.api.resolve import candidates_of
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.examine import examine
 from belt_sim.discovery.diagnosis_interface import LawSearch
-from belt_sim.results.diagnosis import Diagnosis, Verdict
-from belt_sim.results.findings import FoundEffect
+from belt_sim.results.diagnosis import Diagnosis, FoundEffect, Verdict
 from belt_sim.virtual_rig.make import make_campaign
 
 WITHIN = 3.0  # u: a true value lies further off in 3 of 1000 campaigns; the seeds here are fixed

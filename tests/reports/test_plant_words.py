@@ -8,8 +8,7 @@ import pytest
 from belt_sim.campaign import Suspicion
 from belt_sim.effects.library import library
 from belt_sim.reports.page import HERE, LIKELY, plant_card, plant_headline, run_advice
-from belt_sim.results.diagnosis import Verdict
-from belt_sim.results.findings import RESOLVED, Estimate, FoundEffect, NextRun
+from belt_sim.results.diagnosis import RESOLVED, Estimate, FoundEffect, NextRun, Verdict
 
 TAPER = FoundEffect(
     id="taper",

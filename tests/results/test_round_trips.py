@@ -11,10 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from shipped_schema import check
 
-from belt_sim.results.diagnosis import Verdict
-from belt_sim.results.drawings import Drawings
-from belt_sim.results.errors import Change, Errors, Features, OwnChange, RunError, Where, Worst
-from belt_sim.results.findings import (
+from belt_sim.results.diagnosis import (
     Candidate,
     Confusable,
     Estimate,
@@ -25,7 +22,10 @@ from belt_sim.results.findings import (
     RequiredAngle,
     RunSettings,
     Unknown,
+    Verdict,
 )
+from belt_sim.results.drawings import Drawings
+from belt_sim.results.errors import Change, Errors, Features, OwnChange, RunError, Where, Worst
 from belt_sim.results.json import diagnosis_json, diagnosis_of, file_json
 
 OLD = Path(__file__).parents[1] / "golden" / "version_0_1" / "diagnosis"

@@ -15,8 +15,7 @@ import numpy as np
 
 from belt_sim.diagnosis.decision.policy import Policy
 from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, Row, UnknownEvidence
-from belt_sim.results.diagnosis import Verdict
-from belt_sim.results.findings import Explanation
+from belt_sim.results.diagnosis import Explanation, Verdict
 
 ROUNDS = 3  # over the scales of all effects of a set, one after the other
 
