@@ -65,35 +65,22 @@ def _names(names: Sequence[str]) -> str:
 def runs_table(campaign: Campaign) -> Table:
     """Every run as it would be written."""
     rows = [
-        (
-            r.name,
-            f"{r.tension / N_PER_MM2:.4g}",
-            f"{r.yaw / DEGREE:+.4g}",
-            f"{r.speed:.3g}",
-            f"{r.direction:+.0f}",
-            f"{r.yaw_at:.3g}" + (f" +-{r.yaw_at_u:.2g}" if r.yaw_at_u else ""),
-            f"{r.travel[-1]:.4g}" if len(r.travel) else "",
-            f"{len(r.travel)}",
-            "" if r.start is None else f"{r.start:.6g}",
-            r.repeat_of or "",
-            "" if r.use == "fit" else r.use.replace("_", " "),
-        )
+        {
+            "run": r.name,
+            "N/mm2": f"{r.tension / N_PER_MM2:.4g}",
+            "yaw deg": f"{r.yaw / DEGREE:+.4g}",
+            "m/s": f"{r.speed:.3g}",
+            "direction": f"{r.direction:+.0f}",
+            "yaw at m": f"{r.yaw_at:.3g}" + (f" +-{r.yaw_at_u:.2g}" if r.yaw_at_u else ""),
+            "travel m": f"{r.travel[-1]:.4g}" if len(r.travel) else "",
+            "samples": f"{len(r.travel)}",
+            "start m": "" if r.start is None else f"{r.start:.6g}",
+            "repeats": r.repeat_of or "",
+            "use": "" if r.use == "fit" else r.use.replace("_", " "),
+        }
         for r in campaign.runs
     ]
-    columns = (
-        "run",
-        "N/mm2",
-        "yaw deg",
-        "m/s",
-        "direction",
-        "yaw at m",
-        "travel m",
-        "samples",
-        "start m",
-        "repeats",
-        "use",
-    )
-    return Table(title="Runs", columns=columns, rows=rows, left=("run", "repeats", "use"))
+    return Table("Runs", list(rows[0]), [list(row.values()) for row in rows], left=("run", "repeats", "use"))
 
 
 def noise_table(proposal: Proposal) -> Table:
