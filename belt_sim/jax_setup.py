@@ -126,7 +126,10 @@ def prepare(space: bool = False) -> None:
     os.environ.setdefault("JAX_PLATFORMS", wanted)  # "": the fastest that there is
     jax.config.update("jax_platforms", os.environ["JAX_PLATFORMS"])
     if not space:
-        _add_flags(*_FLAGS)
+        said = os.environ.get("XLA_FLAGS", "").split()
+        given = {flag.partition("=")[0] for flag in said}
+        said += [flag for flag in _FLAGS if flag.partition("=")[0] not in given]
+        os.environ["XLA_FLAGS"] = " ".join(said)
     if asked and asked != "cpu":
         try:
             jax.devices()
@@ -163,13 +166,6 @@ def check_environment() -> None:
     if tried.returncode:
         said = [line for line in tried.stderr.splitlines() if "nknown flag" in line] or tried.stderr.splitlines()[-1:]
         raise InputError("XLA_FLAGS", flags, "", f"XLA does not start with it ({' '.join(said)[-120:]}); unset it")
-
-
-def _add_flags(*flags: str) -> None:
-    """Add to XLA_FLAGS what it does not say yet."""
-    said = os.environ.get("XLA_FLAGS", "").split()
-    given = {flag.partition("=")[0] for flag in said}
-    os.environ["XLA_FLAGS"] = " ".join(said + [flag for flag in flags if flag.partition("=")[0] not in given])
 
 
 def is_unfused() -> bool:

@@ -14,7 +14,7 @@ from belt_sim.case import Case, Schedule
 from belt_sim.effects.contact import LiftOff
 from belt_sim.jax_setup import jit_float64
 from belt_sim.laws.influence import span_fields
-from belt_sim.laws.span import Span, beam_second_order, strip
+from belt_sim.laws.span import beam_second_order, strip
 
 WRONG = 0.03  # share by which moments or movement may be wrong at a boundary
 FRICTION = 0.15  # steel on a smooth pulley, the least that is usual; a case does not say it
@@ -40,19 +40,7 @@ class Limit:
         return f"{float(f'{self.load:.2g}'):,.12g} times the limit"
 
 
-def _end_curvatures(case: Case, effects: tuple, span: Span):
-    """Curvature at the run-up and at the run-off end of both spans, per unit of their boundary values, (2, 5) each."""
-    answer = span_responses(case, effects, span)
-    return answer.runup, answer.runoff
-
-
-def _curvature_along_span(span: Span):
-    """Places along a span, and its curvature there per unit of angle at the run-up."""
-    fields = span_fields(span)
-    return fields.x, fields.per_runup
-
-
-_answers, _fields = (jit_float64(function, brief=True) for function in (_end_curvatures, _curvature_along_span))
+_responses, _fields = (jit_float64(function, brief=True) for function in (span_responses, span_fields))
 
 
 @dataclass(frozen=True)
@@ -108,15 +96,15 @@ def warning(model: str, beyond: Iterable[Limit]) -> str:
 
 def _load_case(case: Case) -> _LoadedCase:
     span = strip(case)
-    (runup, runoff), (_, lifted) = (_answers(case, effects, span) for effects in ((), (LiftOff(),)))
-    flat = _answers(case, (), beam_second_order(case))[0]
-    carried, changed = np.asarray(runoff)[1, 2], np.asarray(lifted)[1, 2]
+    response, lifted = (_responses(case, effects, span) for effects in ((), (LiftOff(),)))
+    runup, flat = (np.asarray(r.runup)[0, 2] for r in (response, _responses(case, (), beam_second_order(case))))
+    carried, changed = (np.asarray(r.runoff)[1, 2] for r in (response, lifted))
     return _LoadedCase(
         case=case,
         yaw=max(_largest(case.settings.yaw), _largest(case.settings.yaw_head)),
-        entry=abs(float(span.bending * np.asarray(runup)[0, 2])),
+        entry=abs(float(span.bending * runup)),
         square=_beyond_linear(case),
-        flat=abs(float(np.asarray(flat)[0, 2] / np.asarray(runup)[0, 2]) - 1.0),
+        flat=abs(float(flat / runup) - 1.0),
         layer=abs(float(changed / carried) - 1.0),
     )
 
@@ -129,7 +117,8 @@ def _beyond_linear(case: Case) -> float:
     order is left: a quarter of the larger is kept.
     """
     span, belt = strip(case), case.belt
-    x, per_runup = map(np.asarray, _fields(span))
+    fields = _fields(span)
+    x, per_runup = np.asarray(fields.x), np.asarray(fields.per_runup)
     moment = float(span.bending) * per_runup
     twist = _integral(moment * float(span.sag_curvature / span.torsion), x)
     tilt = _integral(twist, x)
