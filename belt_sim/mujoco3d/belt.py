@@ -253,8 +253,8 @@ def _ties(scene: SceneLayout) -> Ties:
     diagonal = np.hypot(chord, w)
     straight = np.stack([w, np.full(strips, chord), diagonal, diagonal, w, np.full(strips, chord)], axis=1)[..., None]
     natural = np.zeros_like(straight)
-    if scene.parts.camber is not None:
-        natural = _edge_lengths(mesh.lengths.T, w) - straight
+    if mesh.curvature is not None:
+        natural = _edge_lengths(chord * (1.0 - np.outer(mesh.line_y, mesh.curvature)), w) - straight
     if mesh.residual:
         straight = _edge_lengths(chord * (1.0 - mesh.residual_strain)[:, None], w)
     law, spring = np.zeros((strips, 2, 6, 6)), np.zeros((strips, 6))

@@ -28,7 +28,7 @@ from belt_sim.mujoco3d.elastic import twist_forces
 from belt_sim.mujoco3d.friction import read_sliding_stiffness
 from belt_sim.mujoco3d.landing import sink_ends
 from belt_sim.mujoco3d.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
-from belt_sim.mujoco3d.mesh import drag_coefficients
+from belt_sim.mujoco3d.mesh import drag_coefficients, tie_lengths
 from belt_sim.mujoco3d.mujoco_interface import Solver, Springs, compile_model, mjcf
 from belt_sim.mujoco3d.options import (
     BELTS,
@@ -46,7 +46,6 @@ from belt_sim.mujoco3d.rolling_run import Edited, run_contact
 from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
 from belt_sim.mujoco3d.run_stages import Command, Stage, apply_command, run_stages
 from belt_sim.mujoco3d.state import RunState
-from belt_sim.mujoco3d.stress_free import RestLengths
 from belt_sim.mujoco3d.wrap import FIRST, HEAD, LAST, TAIL, BeltOnPulley, anchor_places, outer_depth
 from belt_sim.scene_parts import SceneParts
 
@@ -99,23 +98,25 @@ def sway_drag(engine: "Engine", state: RunState, springs: Springs) -> np.ndarray
 
 @dataclass(frozen=True)
 class Engine:
-    """What acts on a state. belt: the case as arrays; rest_lengths: None without camber, residual stress."""
+    """What acts on a state. belt: the case as arrays; rest_lengths [m], (k,) each: of the ties without and with camber,
+    None where the belt has neither camber nor residual stress."""
 
     scene: SceneLayout
     solver: Solver
     belt: BeltArrays
     pulleys: Pulleys
-    rest_lengths: RestLengths | None
+    rest_lengths: tuple[np.ndarray, np.ndarray] | None
 
     @staticmethod
     def from_scene(scene: SceneLayout, solver: Solver) -> "Engine":
         mesh, options, parts = scene.mesh, scene.options, scene.parts
         belt = belt_arrays(scene, active_features([parts])._replace(slips=False))
         belt, shape = jax.tree.map(lambda v: v if v.ndim else float(v), belt), belt.shape
-        curved = parts.camber is not None or mesh.residual
-        rest_lengths = RestLengths.from_mesh(mesh, solver) if curved else None
-        if rest_lengths is not None and mesh.residual:
-            solver.set_rest_lengths(rest_lengths.lengths(0.0))
+        rest_lengths = None
+        if mesh.curvature is not None or mesh.residual:
+            tied = solver.tied_nodes()
+            rest_lengths = tie_lengths(mesh, tied, 0.0), tie_lengths(mesh, tied, 1.0)
+            solver.set_rest_lengths(rest_lengths[0])
         if math.isfinite(parts.friction) or options.tensioning == "koller":
             inertia = mesh.mass / options.dt**2
             sliding = in_float64(read_sliding_stiffness)(belt.ties, shape.bonds, mesh, scene.loop, inertia)
@@ -158,7 +159,8 @@ class Engine:
         if belt.shape.limp:
             forces += sway_drag(self, state, springs)
         if self.rest_lengths is not None:
-            solver.set_rest_lengths(self.rest_lengths.lengths(state.share))
+            straight, curved = self.rest_lengths
+            solver.set_rest_lengths(straight + state.share * (curved - straight))
         solver.damp(drag_coefficients(scene.mesh, *command.drag))
         solver.step(state, springs, forces, joint_forces)
         self.pulleys.read(state)

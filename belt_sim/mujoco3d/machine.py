@@ -16,7 +16,6 @@ from belt_sim.mujoco3d.loop import LaidLoop, lay_loop, lift
 from belt_sim.mujoco3d.mesh import BELT_MODELS, Mesh
 from belt_sim.mujoco3d.mujoco_interface import add_dummy_equality, set_solver
 from belt_sim.mujoco3d.options import RESIDUAL_TORSION, Options
-from belt_sim.mujoco3d.stress_free import with_curvature
 from belt_sim.mujoco3d.tensioning import KollerPlan
 from belt_sim.scene_parts import GuideRoller, PulleySurface, SceneParts
 from belt_sim.si import N_PER_MM2
@@ -60,7 +59,7 @@ def lay_out(case: Case, belt: str, options: Options, parts: SceneParts, *, path=
             raise CannotRepresent(f"camber: {why}")
         shift = float(np.sign(float(case.settings.direction))) * early  # each link lies where it does at travel 0
         middle = loop.chord * (np.arange(mesh.stations) + 0.5) + shift
-        mesh = with_curvature(mesh, parts.camber(middle % (loop.chord * mesh.stations)))
+        mesh = replace(mesh, curvature=parts.camber(middle % (loop.chord * mesh.stations)))
     if parts.residual:
         mesh = replace(mesh, residual=parts.residual / float(case.belt.youngs_modulus))
         _refuse_slack_lines(mesh, case, options, belt)

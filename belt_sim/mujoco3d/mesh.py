@@ -5,7 +5,6 @@ triangles. Grid and membrane are as wide as bends like the real strip (calibrati
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -27,7 +26,8 @@ class Mesh:
     rest [m], shape (n, m, 3): stress-free places (body positions), of which only the distances count; laid [m], same
     shape: places under tension; line_stiffness [N], shape (m,): EA of each line of nodes; line_y [m], shape (m,);
     mass [kg], shape (m,), a node; chord [m]: rest distance of neighbouring stations of the straight belt; closed: an
-    endless belt; residual [1]: amplitude of the residual stress over E.
+    endless belt; residual [1]: amplitude of the residual stress over E; curvature [1/m], shape (links,): natural, in the
+    belt's plane (camber), None = straight. Neither changes ``rest``: see ``tie_lengths``.
     """
 
     rest: np.ndarray
@@ -38,6 +38,7 @@ class Mesh:
     chord: float
     closed: bool = True
     residual: float = 0.0
+    curvature: np.ndarray | None = None
 
     @property
     def stations(self) -> int:
@@ -47,12 +48,6 @@ class Mesh:
     def links(self) -> int:
         """Pairs of neighbouring stations."""
         return self.stations if self.closed else self.stations - 1
-
-    @cached_property
-    def lengths(self) -> np.ndarray:
-        """Stress-free lengths of the lines between station i and the next [m], shape (links, m)."""
-        there = np.roll(self.rest, -1, axis=0)
-        return np.linalg.norm(there - self.rest, axis=2)[: self.links]
 
     @property
     def lines(self) -> int:
@@ -70,6 +65,22 @@ class Mesh:
     def nodes(self, slides: np.ndarray) -> np.ndarray:
         """Places of the nodes [m], shape (m, 3, n), that have slid by ``slides`` [m], shape (n, m, 3)."""
         return np.moveaxis(self.rest + slides, 0, -1)
+
+
+def tie_lengths(mesh: Mesh, tied: np.ndarray, share: float) -> np.ndarray:
+    """Stress-free lengths [m] of ties between nodes ``tied`` (i m + j), (k, 2), when ``share`` of the camber acts, (k,).
+
+    Between two stations a curved belt is a trapezoid: the line at y has the length c (1 - kappa_c y), so that a belt with
+    a shorter line at +y bends towards +y (kappa = y'' > 0), and the diagonals are those of a trapezoid with equal legs,
+    d^2 = w^2 + l_1 l_2. Residual stress shortens each line by its own strain.
+    """
+    station, line = np.divmod(tied, mesh.lines)
+    y, apart = mesh.line_y[line], np.diff(station, axis=1)[:, 0]
+    along = mesh.chord * (1.0 - mesh.residual_strain[line])
+    if mesh.curvature is not None:
+        link = np.where(apart % mesh.stations == 1, station[:, 0], station[:, 1]) % mesh.links
+        along = along * (1.0 - share * mesh.curvature[link][:, None] * y)
+    return np.hypot(np.where(apart == 0, 0.0, np.sqrt(along.prod(axis=1))), np.diff(y, axis=1)[:, 0])
 
 
 def node_lines(width: float, across: int) -> tuple[np.ndarray, np.ndarray]:

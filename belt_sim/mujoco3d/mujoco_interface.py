@@ -193,7 +193,7 @@ _PARTS = {
 
 
 def mjcf(spec: mujoco.MjSpec, comment: str = HELD_COMMENT) -> str:
-    """A compiled specification as MJCF that loads as the model that was run, to the last digit.
+    """A compiled specification as MJCF that loads as the model before its run, to the last digit.
 
     MuJoCo writes six digits: at 10 m from the origin that is 5 um, a strain of 2e-4 between stations 25 mm apart, as
     much as the belt's own. So the numbers that the belt is made of are written again in full.

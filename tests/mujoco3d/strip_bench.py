@@ -9,10 +9,9 @@ from paper_cases import paper_case
 from belt_sim.case import Case
 from belt_sim.mujoco3d.elastic import TwistStiffness, twist_forces
 from belt_sim.mujoco3d.loop import LaidLoop
-from belt_sim.mujoco3d.mesh import Mesh
+from belt_sim.mujoco3d.mesh import Mesh, tie_lengths
 from belt_sim.mujoco3d.mujoco_interface import Motion, Solver, Springs, add_dummy_equality, compile_model, set_solver
 from belt_sim.mujoco3d.options import Options
-from belt_sim.mujoco3d.stress_free import with_curvature
 from studies.paper.case import ROPE_EXAMPLE
 
 DX = 0.025  # [m]
@@ -64,7 +63,7 @@ def strip(
         radius_tail=0.17, centre_distance=2.0,
     )  # fmt: skip
     settings = Options(dx=dx, across=across, dt=dt, **options)
-    mesh = with_curvature(replace(belt.mesh(case, loop, settings), closed=False), np.full(n - 1, camber))
+    mesh = replace(belt.mesh(case, loop, settings), closed=False, curvature=np.full(n - 1, camber))
     spec = mujoco.MjSpec()
     set_solver(spec, dt, 0.0)
     post = spec.worldbody.add_body(name="post", mass=1.0, inertia=[1.0, 1.0, 1.0], explicitinertial=True)
@@ -73,6 +72,7 @@ def strip(
     belt.tie(spec, mesh, case, settings)
     solver, shape = Solver(compile_model(spec), mesh.rest.shape), mesh.rest.shape
     solver.damp(np.full(shape, drag))
+    solver.set_rest_lengths(tie_lengths(mesh, solver.tied_nodes(), 1.0))
     slides = mesh.laid - mesh.rest
     springs = Springs(slides.copy(), np.zeros(shape))
     springs.stiffness[[0, -1] if both_ends else [0]] = HELD

@@ -14,15 +14,13 @@ from belt_sim.errors import CannotRepresent
 from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.engine import simulate
 from belt_sim.mujoco3d.machine import build_scene
-from belt_sim.mujoco3d.mesh import Grid, Membrane
+from belt_sim.mujoco3d.mesh import Grid, Membrane, tie_lengths
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.mujoco_interface import Solver, compile_model, mjcf
-from belt_sim.mujoco3d.stress_free import RestLengths as RestLengths
-from belt_sim.mujoco3d.stress_free import cell_distances
 from studies.paper.case import ROPE_EXAMPLE
 
 AT_REST = 1e-5  # of the deflection: what 15 s leave of its motion
-LENGTHS = 2e-9  # of a chord, where the search for the stress-free shape stops
+LENGTHS = 1e-12  # of a chord: rounding
 MOMENT = 0.01  # two links at a span's end
 TILT = 0.1  # of the strip law's: landings shake a span that hardly resists tilting
 NEAR = 0.03  # of y: dx = 25 mm stands for a span longer by dx
@@ -46,18 +44,26 @@ def test_a_free_strip_takes_its_natural_shape(belt, kappa):
 
 @pytest.mark.parametrize(("belt", "across"), [("flex", 2), ("flex", 3), ("grid", 2)])
 @pytest.mark.parametrize("effect", [Camber(kappa_c=KAPPA), WELD])
-def test_the_stress_free_loop_has_the_lengths_of_a_curved_belt(belt, across, effect):
+def test_the_ties_have_the_lengths_of_a_curved_belt(belt, across, effect):
+    """Trapezoids: the outer lines turn the belt by its natural angle, and the diagonals fit the legs."""
     options = Options(dx=0.04, run_in=0.0, across=across)
     _, scene = build_scene(CASE, belt, options, SpaceModel(options=options).parts(CASE, [effect]))
-    mesh = scene.mesh
-    s = scene.loop.chord * (np.arange(mesh.stations) + 0.5)
-    curvature = scene.parts.camber(s)
-    (one, other, wanted), nodes = cell_distances(mesh, curvature), mesh.rest.reshape(-1, 3)
-    found = np.linalg.norm(nodes[one] - nodes[other], axis=1)
-    np.testing.assert_allclose(found, wanted, atol=LENGTHS * mesh.chord)
-    turned = (mesh.lengths[:, -1] - mesh.lengths[:, 0]) / (mesh.line_y[0] - mesh.line_y[-1])
+    mesh, m = scene.mesh, across
+    first = m * np.arange(mesh.stations)
+    after = np.roll(first, -1)
+
+    def lengths(one, other, share=1.0):
+        return tie_lengths(mesh, np.stack([one, other], axis=1), share)
+
+    outer = [lengths(first + j, after + j) for j in (0, m - 1)]
     natural = effect.angle if effect is WELD else KAPPA * mesh.chord * mesh.stations
+    turned = (outer[1] - outer[0]) / (mesh.line_y[0] - mesh.line_y[-1])
     assert turned.sum() == pytest.approx(natural, rel=1e-3)  # the weld's bend is summed at 12 links
+    w, legs = mesh.line_y[0] - mesh.line_y[1], [lengths(first + j, after + j) for j in (0, 1)]
+    for one, other in ((first, after + 1), (after, first + 1)):
+        np.testing.assert_allclose(lengths(one, other), np.sqrt(w**2 + legs[0] * legs[1]), rtol=LENGTHS)
+    np.testing.assert_allclose(lengths(first, first + 1), w, rtol=LENGTHS)
+    np.testing.assert_allclose(lengths(first, after, 0.0), mesh.chord, rtol=LENGTHS)
 
 
 def quietly_loaded(text):
@@ -89,15 +95,14 @@ def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
 @pytest.mark.parametrize("belt", ["flex", "grid"])
 def test_camber_acts_by_its_share(belt):
     options = Options(dx=0.04, run_in=0.0)
-    cambered_spec, cambered = build_scene(CASE, belt, options, SpaceModel(options=options).parts(CASE, [WELD]))
-    straight_spec, straight = build_scene(CASE, belt, options, SpaceModel(options=options).parts(CASE, []))
-    solver = Solver(compile_model(cambered_spec), cambered.mesh.rest.shape)
-    natural, lengths = solver.rest_lengths, RestLengths.from_mesh(cambered.mesh, solver)
-    plain = Solver(compile_model(straight_spec), straight.mesh.rest.shape).rest_lengths
-    np.testing.assert_allclose(lengths.lengths(0.0), plain, atol=LENGTHS * straight.mesh.chord)
-    np.testing.assert_array_equal(lengths.lengths(1.0), natural)
-    solver.set_rest_lengths(lengths.lengths(0.25))
-    np.testing.assert_allclose(solver.rest_lengths, 0.75 * plain + 0.25 * natural, atol=LENGTHS * straight.mesh.chord)
+    spec, scene = build_scene(CASE, belt, options, SpaceModel(options=options).parts(CASE, [WELD]))
+    solver = Solver(compile_model(spec), scene.mesh.rest.shape)
+    plain, tied = solver.rest_lengths, solver.tied_nodes()
+    none, part, whole = (tie_lengths(scene.mesh, tied, share) for share in (0.0, 0.25, 1.0))
+    np.testing.assert_allclose(none, plain, rtol=LENGTHS)
+    np.testing.assert_allclose(part, 0.75 * none + 0.25 * whole, rtol=1e-9)  # diagonals are not linear in the share
+    solver.set_rest_lengths(whole)
+    np.testing.assert_array_equal(solver.rest_lengths, whole)
 
 
 def test_a_rope_has_no_camber():
