@@ -20,7 +20,6 @@ from belt_sim.mjx.mjx_interface import advance, apply_actuators, compute_multibo
 from belt_sim.mjx.model import MjxData, MjxModel, flat_of, nodes_of
 from belt_sim.mujoco3d.arrays import smoothstep
 from belt_sim.mujoco3d.belt import guide_forces, load_forces
-from belt_sim.mujoco3d.bending_layer import relax_layers
 from belt_sim.mujoco3d.block_tridiagonal import factorise, solve_chain
 from belt_sim.mujoco3d.chain import (
     ChainLayout,
@@ -34,13 +33,20 @@ from belt_sim.mujoco3d.chain import (
     tail_derivatives,
     twist_of_cells,
 )
-from belt_sim.mujoco3d.landing import land_stations, release_stations, sink_wraps
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
 from belt_sim.mujoco3d.pulleys import pose_of, yaw_moments
 from belt_sim.mujoco3d.recording import reading
 from belt_sim.mujoco3d.run_stages import Command
-from belt_sim.mujoco3d.wrap import HEAD, TAIL, update_tangents
+from belt_sim.mujoco3d.wrap import (
+    HEAD,
+    TAIL,
+    land_stations,
+    relax_layers,
+    release_stations,
+    sink_wraps,
+    update_tangents,
+)
 from belt_sim.pytrees import Numbers as Array
 
 _HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model: those of the native engine

@@ -8,7 +8,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.mujoco3d.belt import BeltArrays
-from belt_sim.mujoco3d.bending_layer import layer_displacements
 from belt_sim.mujoco3d.elastic import stretch_energy, twist_energy
 from belt_sim.mujoco3d.wrap import (
     FIRST,
@@ -19,6 +18,7 @@ from belt_sim.mujoco3d.wrap import (
     PoseArrays,
     WrapArrays,
     anchor_places,
+    layer_displacements,
     outer_depth,
 )
 from belt_sim.pytrees import Numbers as Array

@@ -8,7 +8,6 @@ from belt_sim.errors import SimulationError
 from belt_sim.jax_setup import jit_float64
 from belt_sim.mujoco3d.belt import BeltArrays
 from belt_sim.mujoco3d.friction import slip_increments, wrap_chain
-from belt_sim.mujoco3d.landing import approach_of, is_released, land_station
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.options import SPAN_TIME
 from belt_sim.mujoco3d.state import RunState
@@ -21,7 +20,10 @@ from belt_sim.mujoco3d.wrap import (
     BeltOnPulley,
     PoseArrays,
     WrapArrays,
+    approach_of,
     cylinder_coordinates,
+    is_released,
+    land_station,
     radius_at,
     slide_anchors,
     surface_components,

@@ -22,11 +22,9 @@ from belt_sim.mujoco3d.belt import (
     guide_forces,
     load_forces,
 )
-from belt_sim.mujoco3d.bending_layer import layer_displacements, layer_of_fibres
 from belt_sim.mujoco3d.contact import lay_wraps, update_contact
 from belt_sim.mujoco3d.elastic import twist_forces
 from belt_sim.mujoco3d.friction import read_sliding_stiffness
-from belt_sim.mujoco3d.landing import sink_ends
 from belt_sim.mujoco3d.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
 from belt_sim.mujoco3d.mesh import drag_coefficients, tie_lengths
 from belt_sim.mujoco3d.mujoco_interface import Solver, Springs, compile_model, mjcf
@@ -46,7 +44,18 @@ from belt_sim.mujoco3d.rolling_run import Edited, run_contact
 from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
 from belt_sim.mujoco3d.run_stages import Command, Stage, apply_command, run_stages
 from belt_sim.mujoco3d.state import RunState
-from belt_sim.mujoco3d.wrap import FIRST, HEAD, LAST, TAIL, BeltOnPulley, anchor_places, outer_depth
+from belt_sim.mujoco3d.wrap import (
+    FIRST,
+    HEAD,
+    LAST,
+    TAIL,
+    BeltOnPulley,
+    anchor_places,
+    layer_displacements,
+    layer_of_fibres,
+    outer_depth,
+    sink_ends,
+)
 from belt_sim.scene_parts import SceneParts
 
 

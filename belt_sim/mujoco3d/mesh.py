@@ -26,8 +26,8 @@ class Mesh:
     rest [m], shape (n, m, 3): stress-free places (body positions), of which only the distances count; laid [m], same
     shape: places under tension; line_stiffness [N], shape (m,): EA of each line of nodes; line_y [m], shape (m,);
     mass [kg], shape (m,), a node; chord [m]: rest distance of neighbouring stations of the straight belt; closed: an
-    endless belt; residual [1]: amplitude of the residual stress over E; curvature [1/m], shape (links,): natural, in the
-    belt's plane (camber), None = straight. Neither changes ``rest``: see ``tie_lengths``.
+    endless belt; residual [1]: amplitude of the residual stress over E; curvature [1/m], shape (links,): natural, in
+    the belt's plane (camber), None = straight. Neither changes ``rest``: see ``tie_lengths``.
     """
 
     rest: np.ndarray
@@ -68,11 +68,11 @@ class Mesh:
 
 
 def tie_lengths(mesh: Mesh, tied: np.ndarray, share: float) -> np.ndarray:
-    """Stress-free lengths [m] of ties between nodes ``tied`` (i m + j), (k, 2), when ``share`` of the camber acts, (k,).
+    """Stress-free lengths [m], (k,), of ties between nodes ``tied`` (i m + j), (k, 2), as ``share`` of the camber acts.
 
-    Between two stations a curved belt is a trapezoid: the line at y has the length c (1 - kappa_c y), so that a belt with
-    a shorter line at +y bends towards +y (kappa = y'' > 0), and the diagonals are those of a trapezoid with equal legs,
-    d^2 = w^2 + l_1 l_2. Residual stress shortens each line by its own strain.
+    Between two stations a curved belt is a trapezoid: the line at y has the length c (1 - kappa_c y), so that a belt
+    with a shorter line at +y bends towards +y (kappa = y'' > 0), and the diagonals are those of a trapezoid with equal
+    legs, d^2 = w^2 + l_1 l_2. Residual stress shortens each line by its own strain.
     """
     station, line = np.divmod(tied, mesh.lines)
     y, apart = mesh.line_y[line], np.diff(station, axis=1)[:, 0]

@@ -1,11 +1,28 @@
-"""The belt on a pulley: the stations that lie there, their anchors on the spinning surface, and its geometry."""
+"""The belt on a pulley: the stations that lie there, their anchors on the spinning surface, how they land and leave.
+
+Once for NumPy and JAX. First the geometry of one pulley, then the bending layer, then landing, sinking and leaving.
+"""
 
 import math
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
 
 from belt_sim.mujoco3d.arrays import library_of, put
-from belt_sim.mujoco3d.belt import SurfaceArrays
-from belt_sim.mujoco3d.options import SPAN_STATIONS
+from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays
+from belt_sim.mujoco3d.elastic import strains
+from belt_sim.mujoco3d.loop import chord_angle, fade, lift
+from belt_sim.mujoco3d.options import (
+    CATCH_DISTANCE,
+    FORGETTING,
+    HYSTERESIS,
+    RUNUP_LINKS,
+    SLACKEST_FIBRE,
+    SPAN_STATIONS,
+)
 from belt_sim.pytrees import Numbers as Array
 
 HEAD, TAIL = 0, 1
@@ -157,3 +174,239 @@ def update_tangents(wrap: WrapArrays, pose: PoseArrays, nodes: Array, share: Arr
         ahead = xp.arctan2(-local[2], local[0]) - wrap.tangent[end]
         tangent.append(wrap.tangent[end] + share * wrapped_angle(ahead))
     return wrap._replace(tangent=xp.stack(tangent))
+
+
+# The bending layer, in which the belt takes on the curvature of a pulley: where the lines of nodes come and go.
+#
+# A fibre under the stress sigma straightens over l = sqrt(D/(sigma h)), D its plate stiffness. So its straight part
+# passes l^2/2R outside the circle, and has l^3/12R^2 less belt between it and the pulley than a thread would have;
+# where it comes at a steeper angle than the others, by psi, it is drawn in by (l^2/2R) psi less. Stations 25 mm apart
+# do not resolve a layer of 7-16 mm. It is a condition, therefore: each line of nodes comes and goes displaced by these
+# two lengths, counted from their mean over the width, with sigma and psi those of its own links beside the pulley in
+# this instant. How much the belt tilts there follows from the rest of the model. The anchors of a wrap are those
+# without it.
+
+_AHEAD = 2.0  # chords before the tangent point: what lies further is on the other side of the pulley
+
+
+def layer_of_fibres(belt: BeltArrays, pulley: BeltOnPulley, share: Array | float, nodes: Array) -> Array:
+    """Displacements (2, m, 2) [m] that the fibres beside a pulley lead to; share: of the layer and of the camber."""
+    ends = [line_displacements(belt, pulley, share, nodes, end) for end in (FIRST, LAST)]
+    return share * library_of(nodes).stack(ends)
+
+
+def line_displacements(belt: BeltArrays, pulley: BeltOnPulley, share: Array | float, nodes: Array, end: int) -> Array:
+    """How far the lines are outside the circle, and drawn into the pulley, beyond their mean [m], (m, 2).
+
+    nodes [m], (m, 3, n); share: of the camber.
+    """
+    wrap, surface, pose, _ = pulley
+    xp, fibres, radius = library_of(nodes), belt.fibres, surface.radius
+    assert fibres is not None
+    begin = wrap.first - 1 - RUNUP_LINKS if end == FIRST else wrap.last + 1
+    k = (begin + np.arange(RUNUP_LINKS + 1)) % nodes.shape[-1]
+    strain = strains(belt.ties, nodes, k, share) - fibres.residual
+    stress = fibres.modulus * xp.maximum(strain, SLACKEST_FIBRE * xp.maximum(strain.mean(), 1e-12))
+    local = (nodes[:, :, k[-1]] - nodes[:, :, k[0]]) @ pose.axes
+    steeper = OUTWARDS[end] * wrapped_angle(xp.arctan2(-local[:, 2], local[:, 0]) - wrap.tangent[end])
+    layer = xp.sqrt(fibres.plate / (stress * fibres.thickness))
+    out = layer**2 / (2.0 * radius)
+    drawn = layer**3 / (12.0 * radius**2) - out.mean() * (steeper - steeper.mean())
+    both = xp.stack([out, drawn], axis=1)
+    return fibres.tension_share * (both - both.mean(axis=0))
+
+
+def station_displacement(belt: BeltArrays, pulley: BeltOnPulley, inside: Array, end: int) -> Array:
+    """By how much the layer at ``end`` displaces stations ``inside`` [m] behind the tangent point, (k,): (m, 3, k) [m].
+
+    Sections that are drawn in unequally turn, and with them the line that they stand on; wholly on the straight part
+    of the path, less along the stations that sink onto the circle.
+    """
+    assert pulley.layer is not None
+    line_y, chord, xp = belt.line_y, belt.chord, library_of(inside)
+    outward, (out, drawn), at = OUTWARDS[end], pulley.layer[end].T, pulley.wrap.tangent[end]
+    turned = (drawn @ line_y) / (line_y @ line_y)
+    fading = xp.where(inside > -_AHEAD * chord, fade(inside, chord, pulley.surface.sink_chords), 0.0)
+    ones = xp.ones_like(inside)
+    x = out * xp.sin(at) - outward * drawn * xp.cos(at)
+    z = out * xp.cos(at) + outward * drawn * xp.sin(at)
+    aside = xp.broadcast_to(-turned * inside, (len(line_y), *inside.shape))
+    local = xp.stack([x[:, None] * ones, aside, z[:, None] * ones], axis=1)
+    return xp.einsum("mjk,ij->mik", fading * local, pulley.pose.axes)
+
+
+def layer_displacements(belt: BeltArrays, pulley: BeltOnPulley, k: Array) -> Array:
+    """By how much the layer displaces the anchors of stations k [m], (m, 3, k); those inside the wrap not at all."""
+    angle = pulley.wrap.angle[:, k].mean(axis=0)
+    first, last = (station_displacement(belt, pulley, depth(pulley, angle, end), end) for end in (FIRST, LAST))
+    return first + last
+
+
+def thread_places(belt: BeltArrays, pulley: BeltOnPulley, nodes: Array, end: int) -> Array:
+    """Where the station next to ``end`` and the outermost held one would be without the layer [m], (m, 3, 2)."""
+    k = (pulley.wrap.outer(end) + OUTWARDS[end] * np.array([1, 0])) % nodes.shape[-1]
+    pair = nodes[:, :, k]
+    if pulley.layer is None:
+        return pair
+    angle = cylinder_coordinates(pair, pulley.pose)[2].mean(axis=0)
+    return pair - station_displacement(belt, pulley, depth(pulley, angle, end), end)
+
+
+def relax_layers(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array, share: Array, rate: Array) -> BeltOnPulley:
+    """With the layers, if any, moved by ``rate`` of the way to what the fibres beside the pulleys say."""
+    if pulleys.layer is None:
+        return pulleys
+    wanted = jax.vmap(lambda pulley: layer_of_fibres(belt, pulley, share, nodes))(pulleys)
+    return pulleys._replace(layer=pulleys.layer + rate * (wanted - pulleys.layer))
+
+
+# Stations land on a pulley, sink onto its circle, and leave it.
+#
+# A polygon that rolls over a circle lifts and lowers its spans with every corner (chordal action, chord^2 / 8 R), and
+# the waves that this sends along a slack belt swing the entry moment in time with the landings. So a station is caught
+# half a chord before the place where the belt meets the pulley, runs straight on until half a chord behind it, and
+# sinks onto the circle along the next four (fewer on a pulley of few stations); it leaves the same way. The free span
+# then always ends on one straight line. (Sinking faster shakes the belt along its length: by 69 um within one chord of
+# 25 mm, 16 um within four, 9 um on a plain circle.)
+#
+# Landing and sinking keep the lengths of the chords, edge by edge: what lies on the pulley is the strain that the belt
+# had at the run-up, so that the landed belt turns by the run-up curvature (dtheta/ds = -kappa).
+
+
+def is_released(pulley: BeltOnPulley, end: int, chord: Array) -> Array:
+    """Whether the outermost station at ``end`` has come far enough to be free."""
+    return outer_depth(pulley, end) < -(CATCH_DISTANCE + HYSTERESIS) * chord
+
+
+class Approach(NamedTuple):
+    """A free station and the outermost one held beside it, at one instant: depth [m], (), of the free one behind the
+    tangent point; its r, y [m] and material angle [rad], (m,); square [m2], (m,): of its distance from the other."""
+
+    depth: Array
+    r: Array
+    y: Array
+    angle: Array
+    square: Array
+
+    def is_caught(self, chord: Array) -> Array:
+        """Whether it has come close enough to be held."""
+        return self.depth > -CATCH_DISTANCE * chord
+
+
+def approach_of(belt: BeltArrays, pulley: BeltOnPulley, nodes: Array, end: int) -> Approach:
+    """The station next to ``end`` of a belt with nodes [m], (m, 3, n)."""
+    pair = thread_places(belt, pulley, nodes, end)
+    r, y, angle = cylinder_coordinates(pair[..., 0], pulley.pose)
+    behind = depth(pulley, 0.5 * (angle[0] + angle[-1]), end)
+    return Approach(behind, r, y, angle, ((pair[..., 0] - pair[..., 1]) ** 2).sum(axis=1))
+
+
+def land_station(
+    pulley: BeltOnPulley, before: Approach, after: Approach, end: int, chord: Array, moved: Array, shaped: Array | float
+) -> WrapArrays:
+    """With the station next to ``end``, where it has come close enough in the step: at its mean height and at its
+    distance from the one landed before, edge by edge.
+
+    before, after: that station at both ends of the step, of ``moved`` [m]. It is caught on the way between them, where
+    it comes close enough, as if steps were short; else a slack belt would be as the step catches it, early or late.
+    """
+    wrap, surface = pulley.wrap, pulley.surface
+    xp, outward, outer, n = library_of(wrap.r), OUTWARDS[end], wrap.outer(end), wrap.r.shape[-1]
+    k, beside = (outer + outward) % n, outer % n
+    lands, nearer = after.is_caught(chord), after.depth - before.depth
+    passed = lands & (nearer > 0.0) & (before.depth < -CATCH_DISTANCE * chord)
+    left = xp.where(passed, (after.depth + CATCH_DISTANCE * chord) / xp.where(passed, nearer, 1.0), 0.0)
+    _, r, y, _, square = (b - left * (b - a) for a, b in zip(before, after, strict=True))
+    circle = radius_at(surface, shaped, y)
+    high = (r - circle).mean()
+    inside = depth(pulley, after.angle.mean(), end) - left * nearer
+    forgotten = xp.exp(-left * moved / (FORGETTING * chord))
+    lifted = (high - lift(inside, chord, surface.radius, surface.sink_chords)) * forgotten
+    turned = chord_angle(square - (y - wrap.y[:, beside]) ** 2, circle + high, wrap.r[:, beside])
+
+    def put_if_landed(values: Array, at: Any, there: Array) -> Array:
+        return put(values, at, xp.where(lands, there, values[at]))
+
+    at = (slice(None), k)
+    wrap = wrap.with_outer(end, xp.where(lands, outer + outward, outer))
+    return wrap._replace(
+        landing_lift=put_if_landed(wrap.landing_lift, k, lifted),
+        r=put_if_landed(wrap.r, at, circle + high),
+        y=put_if_landed(wrap.y, at, y),
+        angle=put_if_landed(wrap.angle, at, wrap.angle[:, beside] + outward * turned),
+    )
+
+
+def sink_ends(belt: BeltArrays, pulley: BeltOnPulley, end: int, moved: Array, shaped: Array) -> WrapArrays:
+    """The outermost stations at ``end`` on their path for the pulley's present place.
+
+    moved [m]: how far the pulley has turned since the last time.
+    """
+    wrap, surface = pulley.wrap, pulley.surface
+    xp, chord, zone = library_of(wrap.r), belt.chord, belt.shape.zone  # stations that may be off the circle
+    outward, n = OUTWARDS[end], wrap.r.shape[-1]
+    k = (wrap.outer(end) - outward * np.arange(zone + 1)) % n
+    off, r, angle = k[:-1], wrap.r[:, k], wrap.angle[:, k]
+    flat = (r[:, 1:] - r[:, :-1]) ** 2 + 4.0 * r[:, 1:] * r[:, :-1] * xp.sin(0.5 * (angle[:, 1:] - angle[:, :-1])) ** 2
+    lifted = wrap.landing_lift[off] * xp.exp(-moved / (FORGETTING * chord))
+    inside = depth(pulley, 0.5 * (angle[0] + angle[-1])[:-1], end)
+    high = lift(inside, chord, surface.radius, surface.sink_chords) + lifted
+    r = put(r, (slice(None), slice(zone)), radius_at(surface, shaped, wrap.y[:, off]) + high)
+    turned = chord_angle(flat, r[:, :-1], r[:, 1:])
+    behind = turned[:, ::-1].cumsum(axis=1)[:, ::-1]
+    at = (slice(None), off)
+    return wrap._replace(
+        landing_lift=put(wrap.landing_lift, off, lifted),
+        r=put(wrap.r, at, r[:, :-1]),
+        angle=put(wrap.angle, at, angle[:, -1:] + outward * behind),
+    )
+
+
+# Both pulleys at once, compiled.
+
+
+def sink_wraps(
+    belt: BeltArrays, pulleys: BeltOnPulley, before: PoseArrays, moved: Array, shaped: Array, rests: Array
+) -> BeltOnPulley:
+    """With the stations on pulleys that have come from ``before`` on their paths for where the pulleys are.
+
+    moved [m]: how far the pulleys turn in the step; rests: whether the belt is at rest, which then does not roll with
+    an axis that begins to be canted.
+    """
+    if belt.shape.canted:
+        rolled = jnp.where(rests, pulleys.pose.axes[:, 2, 1] - before.axes[:, 2, 1], 0.0)
+        pulleys = pulleys._replace(wrap=jax.vmap(roll_anchors)(pulleys, rolled))
+    for end in (FIRST, LAST):
+        sink = partial(sink_ends, belt, end=end, moved=moved, shaped=shaped)
+        pulleys = pulleys._replace(wrap=jax.vmap(sink)(pulleys))
+    return pulleys
+
+
+def release_stations(belt: BeltArrays, pulleys: BeltOnPulley) -> BeltOnPulley:
+    """Without the outermost stations, where these have come far enough to be free."""
+
+    def release(pulley: BeltOnPulley, end: int) -> WrapArrays:
+        goes = is_released(pulley, end, belt.chord)
+        return pulley.wrap.with_outer(end, pulley.wrap.outer(end) - OUTWARDS[end] * goes)
+
+    for end in (FIRST, LAST):
+        pulleys = pulleys._replace(wrap=jax.vmap(partial(release, end=end))(pulleys))
+    return pulleys
+
+
+def land_stations(
+    belt: BeltArrays, pulleys: BeltOnPulley, before: tuple[PoseArrays, Array], nodes: Array, moved: Array, shaped: Array
+) -> BeltOnPulley:
+    """With the stations that the pulleys have caught in a step of ``moved`` [m] to ``nodes`` [m], (m, 3, n).
+
+    before: poses and nodes at the step's beginning; shaped: 1 where the pulleys are what they are, 0 while they are
+    plain cylinders.
+    """
+
+    def land(pulley: BeltOnPulley, old: PoseArrays, end: int) -> WrapArrays:
+        was = approach_of(belt, pulley._replace(pose=old), before[1], end)
+        return land_station(pulley, was, approach_of(belt, pulley, nodes, end), end, belt.chord, moved, shaped)
+
+    for end in (FIRST, LAST):
+        pulleys = pulleys._replace(wrap=jax.vmap(partial(land, end=end))(pulleys, before[0]))
+    return pulleys

@@ -15,7 +15,6 @@ import jax
 import jax.numpy as jnp
 
 from belt_sim.mujoco3d.belt import BeltArrays, guide_forces, load_forces
-from belt_sim.mujoco3d.bending_layer import relax_layers
 from belt_sim.mujoco3d.block_tridiagonal import Level, factorise, solve_chain
 from belt_sim.mujoco3d.chain import (
     ChainLayout,
@@ -31,7 +30,6 @@ from belt_sim.mujoco3d.chain import (
     twist_of_cells,
 )
 from belt_sim.mujoco3d.friction import slip_increments, wrap_chain
-from belt_sim.mujoco3d.landing import land_stations, release_stations, sink_wraps
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, KINK_STATIONS, LAYER_TIME, SPAN_TIME
 from belt_sim.mujoco3d.pulleys import pose_of, yaw_moments
 from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
@@ -41,6 +39,10 @@ from belt_sim.mujoco3d.wrap import (
     TAIL,
     BeltOnPulley,
     WrapArrays,
+    land_stations,
+    relax_layers,
+    release_stations,
+    sink_wraps,
     slide_anchors,
     surface_components,
     update_tangents,

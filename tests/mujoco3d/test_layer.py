@@ -12,11 +12,19 @@ from belt_sim.effects.contact import LiftOff
 from belt_sim.laws.span import torsional_stiffness
 from belt_sim.mujoco3d import Options
 from belt_sim.mujoco3d.belt import LayerFibres
-from belt_sim.mujoco3d.bending_layer import line_displacements, station_displacement, thread_places
 from belt_sim.mujoco3d.elastic import Ties, TwistStiffness
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.mujoco3d.wrap import FIRST, LAST, OUTWARDS, BeltOnPulley, depth
+from belt_sim.mujoco3d.wrap import (
+    FIRST,
+    LAST,
+    OUTWARDS,
+    BeltOnPulley,
+    depth,
+    line_displacements,
+    station_displacement,
+    thread_places,
+)
 from studies.paper.case import ROPE_EXAMPLE
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")

@@ -6,9 +6,18 @@ import numpy as np
 import pytest
 from pulley_bench import empty_wrap, places, pose, surface
 
-from belt_sim.mujoco3d.landing import approach_of, is_released, land_station, sink_ends
 from belt_sim.mujoco3d.loop import lift
-from belt_sim.mujoco3d.wrap import FIRST, LAST, OUTWARDS, BeltOnPulley, radius_at
+from belt_sim.mujoco3d.wrap import (
+    FIRST,
+    LAST,
+    OUTWARDS,
+    BeltOnPulley,
+    approach_of,
+    is_released,
+    land_station,
+    radius_at,
+    sink_ends,
+)
 
 R, CHORD = 0.17, 0.025  # [m]
 CIRCLE = 0.5 * CHORD / np.sin(0.5 * CHORD / R)  # of the stations
