@@ -14,7 +14,7 @@ from typing import Any
 import yaml
 
 from belt_sim.commands.command_line import HELP, SHOW, compose_request, help_text, import_arguments, known_keys
-from belt_sim.commands.run_dir import run_alone
+from belt_sim.commands.run_dir import COMMANDS, run_alone
 from belt_sim.errors import BeltError, InputError
 from belt_sim.files import CONF, MODELS, group_names, sample_campaigns, write_text
 
@@ -23,24 +23,6 @@ LEAST_MEMORY = 2_500_000_000
 ON_ONE_CORE = ("native", "line", "mujoco")  # engines that leave a GPU alone
 #: read when numpy and scipy are loaded; matrices here are small, and what runs at once are marches
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-COMMANDS = {
-    "simulate": "one model, one case: curves and late rates",
-    "scene": "a 3D belt as MJCF that runs in plain MuJoCo",
-    "compare": "a model against a measured campaign: where it agrees, where it fails",
-    "diagnose": "which physical effect the model lacks",
-    "import": "a logger's files (CSV, xlsx ...) -> a campaign",
-    "new": "an empty, commented campaign with the runs that a diagnosis needs",
-    "check": "the linter, and what a campaign can and cannot tell",
-    "virtual-rig": "make a campaign with a hidden effect",
-    "reveal": "what was hidden in such a campaign",
-    "export": "the linear plant for a controller: FMU, MAT file, Bode plot",
-    "map": "very many cases of an analytic model, as one table",
-    "report": "write the report of a diagnosis again",
-    "app": "a local web page: sliders, own measurements, diagnoses",
-    "new-effect": "a file with a whole effect, to be changed into one of your own",
-    "demo": "a diagnosis of a campaign that ships, into outputs/demo",
-    "completion": 'completion in bash and zsh: eval "$(belt-sim completion)"',
-}
 
 
 def main() -> None:
@@ -84,7 +66,7 @@ def run(arguments: list[str]) -> int:
     """Run one command; returns the exit status."""
     if not arguments or arguments[0] in ("-h", "--help", "help"):
         print("usage: belt-sim COMMAND [key=value ...] [-m key=a,b,c ...]\n")
-        print(*(f"  {name:12s} {what}" for name, what in COMMANDS.items()), sep="\n")
+        print(*(f"  {name:12s} {what}" for name, (what, _) in COMMANDS.items()), sep="\n")
         print("\nbelt-sim COMMAND --help shows every key of a command.")
         return 0 if arguments else 2
     if arguments[0] in ("--version", "-V", "version"):

@@ -172,27 +172,30 @@ class Outcome:
     failure: str = ""
 
 
-#: command -> where its function is in belt_sim.commands
-TASKS = {
-    "simulate": "simulate:simulate",
-    "scene": "simulate:scene",
-    "export": "simulate:export",
-    "check": "inference:check",
-    "compare": "inference:compare",
-    "diagnose": "inference:diagnose",
-    "report": "inference:report",
-    "new": "campaigns:new",
-    "import": "campaigns:import_",
-    "virtual-rig": "campaigns:virtual_rig",
-    "reveal": "campaigns:reveal",
-    "map": "map:map_cases",
-    "app": "app:app",
+#: command -> what it does, and where its function is in belt_sim.commands (empty: in cli)
+COMMANDS = {
+    "simulate": ("one model, one case: curves and late rates", "simulate:simulate"),
+    "scene": ("a 3D belt as MJCF that runs in plain MuJoCo", "simulate:scene"),
+    "compare": ("a model against a measured campaign: where it agrees, where it fails", "inference:compare"),
+    "diagnose": ("which physical effect the model lacks", "inference:diagnose"),
+    "import": ("a logger's files (CSV, xlsx ...) -> a campaign", "campaigns:import_"),
+    "new": ("an empty, commented campaign with the runs that a diagnosis needs", "campaigns:new"),
+    "check": ("the linter, and what a campaign can and cannot tell", "inference:check"),
+    "virtual-rig": ("make a campaign with a hidden effect", "campaigns:virtual_rig"),
+    "reveal": ("what was hidden in such a campaign", "campaigns:reveal"),
+    "export": ("the linear plant for a controller: FMU, MAT file, Bode plot", "simulate:export"),
+    "map": ("very many cases of an analytic model, as one table", "map:map_cases"),
+    "report": ("write the report of a diagnosis again", "inference:report"),
+    "app": ("a local web page: sliders, own measurements, diagnoses", "app:app"),
+    "new-effect": ("a file with a whole effect, to be changed into one of your own", ""),
+    "demo": ("a diagnosis of a campaign that ships, into outputs/demo", ""),
+    "completion": ('completion in bash and zsh: eval "$(belt-sim completion)"', ""),
 }
 
 
 def task(command: str) -> Callable[..., Any]:
     """The function behind a command, imported only when it is needed."""
-    return resolve_name(f"belt_sim.commands.{TASKS[command]}")  # type: ignore[no-any-return]
+    return resolve_name(f"belt_sim.commands.{COMMANDS[command][1]}")  # type: ignore[no-any-return]
 
 
 def run_alone(run: RunDir, **given: Any) -> float | None:
