@@ -37,7 +37,7 @@ def simulate_sliders(
     numbers.
     """
     case = make_case(tension=tension, yaw=yaw, **machine)
-    acting = [{"id": effect, **numbers} for effect, numbers in effects.items()]
+    acting = [library()[effect](**numbers) for effect, numbers in effects.items()]  # a size of nothing is allowed here
     whole = simulate(case, model={"name": model, "keep": KEEP}, effects=acting, travel=LONGEST)
     curves = whole.curves
     assert curves is not None

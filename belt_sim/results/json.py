@@ -6,15 +6,16 @@ The names and units of files stand beside the fields of the types (``belt_sim.re
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, NotRequired
 
 import numpy as np
-from pydantic import TypeAdapter
+from pydantic import ConfigDict, Field, TypeAdapter, with_config
+from typing_extensions import TypedDict  # pydantic takes that of Python itself from 3.12 on
 
 from belt_sim import si
 from belt_sim.case import Schedule
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import PACKAGE, read_json
+from belt_sim.files import read_json
 from belt_sim.results.check import Check
 from belt_sim.results.diagnosis import Diagnosis, Discovery
 from belt_sim.results.drawings import Drawings
@@ -27,10 +28,55 @@ RUNS = "belt-run-errors/2"  # version 1 called every unit mm
 DRAWINGS, DISCOVERY, CHECK = "belt-drawings/1", "belt-discovery/2", "belt-check/1"
 DISCOVERY_1 = "belt-discovery/1"  # held the law as code; what else it held is read
 DIGITS, DISCOVERY_DIGITS = 6, 8  # significant digits of a drawing, of a discovery
-WRITTEN: dict[str, Any] = {CHECK: Check, COMPARISON: Comparison, DIAGNOSIS: Diagnosis, DISCOVERY: Discovery}
-WRITTEN |= {DRAWINGS: Drawings}
-
 Json = dict[str, Any]
+
+
+class YawChange(TypedDict):
+    """An entry of a schedule of yaw: it begins at [m], is spread over [m], and ends at yaw [degrees]."""
+
+    at: float
+    over: float
+    yaw: float
+
+
+class Beyond(TypedDict):
+    """Limits that a model is used beyond, 1 being the boundary (docs/validity.md)."""
+
+    limits: dict[str, Annotated[float, Field(gt=1.0)]]
+    sentence: str
+
+
+@with_config(ConfigDict(extra="forbid"))
+class Summary(TypedDict):
+    """summary.json: late rates and offsets of one simulation.
+
+    yaw_deg: a step at travel 0, or a schedule; settled: all points move at one rate within 5 %, and did so before;
+    effects: id and parameters [SI]; options: numerical settings of a 3D model.
+    """
+
+    model: str
+    tension_n_per_mm2: Annotated[float, Field(ge=0.0)]
+    yaw_deg: float | list[YawChange]
+    travel_m: Annotated[float, Field(ge=0.0)]
+    rate_mm_per_m: dict[Literal["1", "2", "3", "4"], float]
+    offset_mm: dict[Literal["upper", "lower"], float | None]
+    settled: bool
+    sag_mm: NotRequired[float]
+    slackest_edge_n_per_mm2: NotRequired[float]
+    slack_edge: NotRequired[bool]
+    effects: list[Json]
+    steady_rate_mm_per_m: NotRequired[float]
+    note: NotRequired[str]
+    beyond_validity: NotRequired[Beyond]
+    options: NotRequired[Json]
+    engine: NotRequired[str]
+    contact: NotRequired[str]
+    scene: NotRequired[str]
+    provenance: Json
+
+
+WRITTEN: dict[str, Any] = {CHECK: Check, COMPARISON: Comparison, DIAGNOSIS: Diagnosis, DISCOVERY: Discovery}
+WRITTEN |= {DRAWINGS: Drawings, SUMMARY: Summary}
 
 
 @cache
@@ -47,8 +93,6 @@ def to_json(result: Any) -> Any:
 
 def schema(name: str) -> Json:
     """Return the JSON schema (draft 2020-12) of the files that name themselves ``name``: belt-diagnosis/1 ..."""
-    if name == SUMMARY:
-        return read_json(PACKAGE / "schemas" / "summary.schema.json")
     made: Json = adapter(WRITTEN[name]).json_schema(mode="serialization", by_alias=name != DISCOVERY)
     made["properties"] = {"schema": {"const": name}} | made["properties"]
     made["required"] = ["schema", *made.get("required", ())]

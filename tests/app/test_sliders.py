@@ -33,6 +33,12 @@ def test_moving_a_slider_compiles_nothing(monkeypatch):
     assert not np.array_equal(first.curves.y[:, 50], second.curves.y[:, 50])
 
 
+def test_a_slider_of_an_effect_may_stand_at_nothing():
+    np.testing.assert_array_equal(
+        simulated(effects={"taper": {"kappa_t": 0.0}}).curves.y, simulated(effects={}).curves.y
+    )
+
+
 def test_slack_edges_and_limits_are_told():
     said = " ".join(warnings(simulated(model="beam_th2", tension=3.0, yaw=0.2)))
     assert "edge goes slack" in said
