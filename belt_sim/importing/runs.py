@@ -14,9 +14,8 @@ from belt_sim.campaign.quality.record import resolution
 from belt_sim.campaign.run_tables import RATES
 from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
-from belt_sim.importing.columns import LoggedTable
+from belt_sim.importing.columns import DAY, LoggedTable
 from belt_sim.importing.mapping import MappingEntry, Question, RunEntry
-from belt_sim.importing.roles import DAY
 from belt_sim.importing.settings import (
     DIGITS,
     Setting,

@@ -21,8 +21,7 @@ import pandas as pd
 
 from belt_sim.campaign.problems import refusal, shortlist
 from belt_sim.errors import InputError
-from belt_sim.importing.columns import Column, LoggedTable, LoggedTables, Note
-from belt_sim.importing.roles import propose_roles, role_named
+from belt_sim.importing.columns import Column, LoggedTable, LoggedTables, Note, propose_roles, role_named
 from belt_sim.importing.units import plain_minus, unit_named
 
 #: Bytes by which the encoding is told, lines by which the layout is.
