@@ -6,10 +6,9 @@ for question in proposal.missing: ...   # put an answer at question.path of the 
 write(proposal, "my_campaign")
 """
 
-from belt_sim.importing.build import Proposal, understand
+from belt_sim.importing.build import Proposal, mapping_text, understand, write
 from belt_sim.importing.columns import LoggedTables
 from belt_sim.importing.mapping import Question
 from belt_sim.importing.tables import read
-from belt_sim.importing.write import mapping_text, write
 
 __all__ = ["LoggedTables", "Proposal", "Question", "mapping_text", "read", "understand", "write"]

@@ -13,9 +13,9 @@ from belt_sim.campaign.write import put_folder, runs_text
 from belt_sim.case import Belt, Rig
 from belt_sim.errors import InputError
 from belt_sim.foresight.harm import harm_warnings, safe_yaw
+from belt_sim.importing.build import sheet_text
 from belt_sim.importing.columns import SIGNAL_NAMES
 from belt_sim.importing.sheets import BELT, GAIN, MACHINE, TENSION_REL, YAW_U
-from belt_sim.importing.write import sheet_text
 from belt_sim.si import DEGREE, MM, N_PER_MM2, round_digits
 
 #: Sag stretch over elastic stretch, Lambda, of a slack, a middling and a tight belt; bounds of the tensions [N/mm2].

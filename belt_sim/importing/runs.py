@@ -9,8 +9,8 @@ import pandas as pd
 
 from belt_sim.campaign import Run
 from belt_sim.campaign.problems import did_you_mean, shortlist
-from belt_sim.campaign.quality.bad_readings import SPIKE, few_spikes
 from belt_sim.campaign.quality.record import resolution
+from belt_sim.campaign.quality.signals import SPIKE, few_spikes
 from belt_sim.campaign.run_tables import RATES
 from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError

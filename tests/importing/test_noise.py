@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from belt_sim.campaign import Run
-from belt_sim.importing.noise import noise_of
+from belt_sim.importing.sheets import noise_of
 
 WHITE, WANDER, LENGTH, ZERO = 1e-5, 4e-5, 3.0, 1e-4
 

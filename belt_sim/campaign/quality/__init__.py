@@ -4,12 +4,18 @@ They find sensors that clip, stick or drop out, slipped units, exchanged columns
 repetition, and by kinematics that all belts share.
 """
 
-from belt_sim.campaign.quality.bad_readings import check_gaps, check_record, leave_out_bad_readings
 from belt_sim.campaign.quality.guide import check_guide
 from belt_sim.campaign.quality.kinematics import check_copies, check_leads, check_places, check_signs, check_wraps
 from belt_sim.campaign.quality.record import Record, Suspicion, records_of
-from belt_sim.campaign.quality.starts import check_starts, counted_from_yaw
-from belt_sim.campaign.quality.unit_slips import check_noise, check_travel
+from belt_sim.campaign.quality.signals import (
+    check_gaps,
+    check_noise,
+    check_record,
+    check_starts,
+    check_travel,
+    counted_from_yaw,
+    leave_out_bad_readings,
+)
 from belt_sim.campaign.types import Campaign
 
 
