@@ -9,17 +9,13 @@ from belt_sim.si import UNITS, to_si
 
 @dataclass(frozen=True)
 class Range:
-    """Bounds of a quantity in ``unit``: low <= value <= high, or low < value when ``open_low``.
-
-    label is shown in place of a unit that has no name of its own.
-    """
+    """Bounds of a quantity in ``unit``: low <= value <= high, or low < value when ``open_low``."""
 
     dimension: str
     low: float
     high: float
     unit: str
     open_low: bool = False
-    label: str = ""
 
     def check(self, value: float, unit: str | None = None, *, name: str = "") -> float:
         """The value in SI; raises InputError for a unit of another kind or an implausible magnitude."""
@@ -30,7 +26,7 @@ class Range:
             what = "unknown unit" if unit else "the unit is missing"
             raise InputError(name, _short(value), unit, f"{what}; {error.remedy}") from None
         if not self.holds(si):
-            raise InputError(name, _short(value), unit or self.label, self._remedy(value, unit))
+            raise InputError(name, _short(value), unit, self._remedy(value, unit))
         return si
 
     def holds(self, si: Any) -> Any:
@@ -40,9 +36,8 @@ class Range:
         return above & (si <= self.high * factor)
 
     def _remedy(self, value: float, unit: str) -> str:
-        shown = self.unit or self.label
         low = f"above {self.low:g} and at most" if self.open_low else f"{self.low:g} to"
-        bounds = f"must be {low} {self.high:g} {shown}".rstrip()
+        bounds = f"must be {low} {self.high:g} {self.unit}".rstrip()
         for other, (dimension, factor) in UNITS.items():
             ratio = factor / UNITS[unit][1]
             if dimension == self.dimension != "number" and ratio != 1.0 and self.holds(value * factor) and value:
@@ -79,8 +74,8 @@ DIRECTION = Range("number", -1e9, 1e9, "")  # which of them are directions is sa
 TRAVEL = Range("length", 0.0, 20000.0, "m")
 YAW_AT_U = Range("length", 0.0, 10.0, "m")
 TIME = Range("time", -1e10, 1e10, "s")
-RATE = Range("number", -200.0, 200.0, "", label="mm per m")
-RATE_U = Range("number", 0.0, 200.0, "", open_low=True, label="mm per m")
+RATE = Range("angle", -200.0, 200.0, "mm/m")
+RATE_U = Range("angle", 0.0, 200.0, "mm/m", open_low=True)
 
 TENSION_REL = Range("number", 0.0, 0.5, "")
 YAW_U = Range("angle", 0.0, 0.5, "deg")

@@ -18,7 +18,7 @@ from belt_sim.campaign.problems import Problem, did_you_mean
 from belt_sim.campaign.sheet import check_name
 from belt_sim.campaign.types import Run, SignalSheet, SteadyRate
 from belt_sim.errors import InputError
-from belt_sim.si import MM_PER_M, UNITS
+from belt_sim.si import UNITS
 
 #: column -> field of Run, range, value of a blank (None: required)
 NUMBERS: dict[str, tuple[str, Range, float | None]] = {
@@ -62,12 +62,12 @@ class CsvTable:
         return self.columns.get(name, [""] * len(self))
 
     def numbers(self, name: str, bounds: Range, *, unit: str | None = None, blank: float | None = None) -> np.ndarray:
-        """Return a column in SI (as written if ``bounds`` has no unit), shape (rows,).
+        """Return a column in SI, shape (rows,).
 
         A blank cell becomes ``blank``, or a problem if that is None. A wrong cell becomes a problem and nan.
         """
         unit = bounds.unit if unit is None else unit
-        cells, shown = self.columns[name], unit or bounds.label
+        cells = self.columns[name]
         written = np.array([_number(cell) for cell in cells])
         with np.errstate(over="ignore"):  # what overflows is refused as implausible
             si = written * UNITS[unit][1]
@@ -76,14 +76,14 @@ class CsvTable:
             if not cells[row] and blank is not None:
                 si[row] = blank
             elif not cells[row]:
-                self.refuse(row, name, None, shown, "is blank; state a number")
+                self.refuse(row, name, None, unit, "is blank; state a number")
             elif not math.isfinite(written[row]):
-                self.refuse(row, name, cells[row], shown, "must be a finite number, with a decimal point")
+                self.refuse(row, name, cells[row], unit, "must be a finite number, with a decimal point")
             else:
                 try:
                     bounds.check(float(written[row]), unit, name=name)
                 except InputError as error:
-                    self.refuse(row, name, error.value, shown, error.remedy)
+                    self.refuse(row, name, error.value, unit, error.remedy)
         return si
 
     def refuse(self, row: int, name: str, value: object, unit: str, remedy: str) -> None:
@@ -323,11 +323,11 @@ def read_steady(text: str, rows: RunRows | None, problems: list[Problem]) -> tup
     table = parse_table(text, "steady.csv", ("run", "u_rate"), ("run", *RATES, "u_rate"), problems)
     if table is None:
         return ()
-    u = table.numbers("u_rate", plausible.RATE_U) * MM_PER_M
+    u = table.numbers("u_rate", plausible.RATE_U)
     rates = np.full((4, len(table)), math.nan)
     for k, column in enumerate(RATES):
         if column in table.columns:
-            rates[k] = table.numbers(column, plausible.RATE, blank=math.nan) * MM_PER_M
+            rates[k] = table.numbers(column, plausible.RATE, blank=math.nan)
     found = _rows_of_runs(table, rows)
     for name, index in found.items():
         if len(index) > 1:

@@ -32,6 +32,8 @@ SIGNAL_NAMES |= {"upper_mid_span": "tilt", "lower_mid_span": "tilt_lower"}
 DAY = 86400.0  # [s]
 #: Rows of a record are closer in time than this [s]; runs of a table are not.
 SPARSE = 60.0
+#: dimension of a unit -> role of a column whose name says nothing, or nothing that has this unit
+BY_DIMENSION = {"time": "time", "speed": "speed", "stress": "tension", "force": "tension"}
 #: Columns that a table has once.
 ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "yaw_at", "start", "u_rate")
 _NUMBERED = re.compile(
@@ -266,7 +268,8 @@ def _propose(column: Column) -> Column:
         return replace(column, role="ignore", unit="", proposed_by="holds no numbers")
     fits = bool(role) and (not ROLES[role].dimensions or UNITS[unit][0] in ROLES[role].dimensions)
     if unit and not fits:
-        role = _role_by_unit(unit, name)
+        dimension = UNITS[unit][0]
+        role = "signal" if dimension == "length" and place_named(name) else BY_DIMENSION.get(dimension, "")
     if not role:
         return replace(column, role="", unit=unit, proposed_by="nothing is known of it")
     at = place_named(name) if role == "signal" else ""
@@ -294,29 +297,14 @@ def _other_unit(header: str) -> str:
 
 
 def _propose_text(column: Column, role: str) -> Column:
-    """Words are names of runs or directions, or of no use."""
-    signs = _directions(column.values) if role == "direction" else None
-    if signs is not None:
-        return replace(column, values=signs, role=role, unit="1", is_certain=True, proposed_by="its name and words")
+    """Words are names of runs, or directions (1 and -1 of forward and reverse, nan where blank), or of no use."""
+    if role == "direction":
+        known, words = synonyms()["directions"], [plain(v) for v in column.values]
+        signs = {"": np.nan} | dict.fromkeys(known["forward"], 1.0) | dict.fromkeys(known["reverse"], -1.0)
+        if any(words) and signs.keys() >= {*words}:
+            values, why = np.array([signs[w] for w in words]), "its name and words"
+            return replace(column, values=values, role=role, unit="1", is_certain=True, proposed_by=why)
     return replace(column, role="run" if role == "run" else "ignore", unit="", proposed_by="text")
-
-
-def _role_by_unit(unit: str, name: str) -> str:
-    """The role of a column whose name says nothing, or nothing that has this unit; "" where the unit tells none."""
-    dimension = UNITS[unit][0]
-    if dimension == "length" and place_named(name):
-        return "signal"
-    return {"time": "time", "speed": "speed", "stress": "tension", "force": "tension"}.get(dimension, "")
-
-
-def _directions(values: np.ndarray) -> np.ndarray | None:
-    """1 and -1 of words as forward and reverse, nan where blank; None where a word is neither."""
-    known = synonyms()["directions"]
-    signs = {"": np.nan} | dict.fromkeys(known["forward"], 1.0) | dict.fromkeys(known["reverse"], -1.0)
-    words = [plain(v) for v in values]
-    if not any(words) or not signs.keys() >= {*words}:
-        return None
-    return np.array([signs[w] for w in words])
 
 
 def _join_dates(columns: list[Column]) -> list[Column]:
@@ -337,10 +325,6 @@ def _unit_by_size(column: Column, role: Role) -> tuple[str, str]:
     """The first unit in which the numbers are what a machine has, and that in words."""
     values = column.values[np.isfinite(column.values)]
     size = float(np.ptp(values)) if role.by_range else float(np.abs(values).max())
-    if role is ROLES["time"] and len(values) > 2:
-        step = float(np.median(np.abs(np.diff(values))))
-        if step >= 1.0 and step == round(step) and size > 2e5:
-            return "ms", f"steps of {step:g} in ms"
     for unit in role.units:
         if role.low <= size * UNITS[unit][1] <= role.high:
             return unit, f"{size:.3g} would be likely in {unit}"
@@ -353,16 +337,11 @@ def _kind(columns: list[Column]) -> Literal["record", "settings", "rates"]:
         return "rates"
     run = next((c for c in columns if c.role == "run"), None)
     a_row_a_run = run is not None and len(set(run.values.tolist())) == len(run.values)
-    timed = any(c.role == "time" and _is_time_axis(c) for c in columns)
+    times = [np.diff(np.unique(c.values[np.isfinite(c.values)])) for c in columns if c.role == "time"]
+    timed = any(len(steps) and float(np.median(steps)) < SPARSE for steps in times)
     if a_row_a_run and roles & {"tension", "yaw"} and not (timed or roles & {"signal", "travel"}):
         return "settings"
     return "record"
-
-
-def _is_time_axis(column: Column) -> bool:
-    """Whether the times of a column are as close as rows of a record, unlike the dates of runs."""
-    steps = np.diff(np.unique(column.values[np.isfinite(column.values)]))
-    return bool(len(steps)) and float(np.median(steps)) < SPARSE
 
 
 # ---- columns as they are used: by the mapping, else as proposed

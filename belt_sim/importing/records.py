@@ -87,13 +87,16 @@ def _signals_in(record: pd.DataFrame) -> list[str]:
 
 
 def _step_for(records: list[pd.DataFrame]) -> float:
-    """A step [m] that keeps some hundred samples a run; 0 where records are so sparse that they stay as they are."""
+    """A step [m], 1, 2 or 5 times a power of ten, that keeps some hundred samples a run; 0 where records are so sparse that
+    they stay as they are."""
     places = [np.unique(record.index) for record in records]
     spacing = [float(np.median(np.diff(travel))) for travel in places if len(travel) > 2]
     if not spacing or _on_one_grid(records):
         return 0.0
     longest = max(float(record.index[-1]) for record in records)
-    step = _nice(max(longest / AIMED, UNEVEN * 2.0 * max(spacing)))
+    least = max(longest / AIMED, UNEVEN * 2.0 * max(spacing))
+    power = 10.0 ** math.floor(math.log10(least))
+    step = float(next(f"{f * power:.6g}" for f in (1.0, 2.0, 5.0, 10.0) if f * power >= least * (1.0 - 1e-9)))
     return step if step <= longest / LEFT else 0.0
 
 
@@ -103,12 +106,6 @@ def _on_one_grid(records: list[pd.DataFrame]) -> bool:
     if len(first) > 4 * AIMED:
         return False
     return all(r.index.is_unique and np.allclose(r.index, first[: len(r)], atol=1e-6) for r in records)
-
-
-def _nice(step: float) -> float:
-    """The next of 1, 2, 5 times a power of ten."""
-    power = 10.0 ** math.floor(math.log10(step))
-    return float(next(f"{f * power:.6g}" for f in (1.0, 2.0, 5.0, 10.0) if f * power >= step * (1.0 - 1e-9)))
 
 
 def _resample(record: pd.DataFrame, step: float) -> pd.DataFrame:

@@ -201,7 +201,6 @@ class Layout:
 
     separator: str
     decimal: str
-    thousands: str | None
     names: tuple[str, ...]
     units: tuple[str, ...]
     header: int
@@ -235,7 +234,6 @@ def _layout_with(separator: str, decimal: str, rows: Sequence[Sequence[str]]) ->
     return Layout(
         separator=separator,
         decimal=decimal,
-        thousands=_thousands_mark(rows[first:], decimal, separator),
         names=names,
         units=units,
         header=header,
@@ -258,16 +256,6 @@ def _head(above: Sequence[Sequence[str]], width: int, decimal: str) -> tuple[int
     letters = "abcdefghijklmnopqrstuvwxyz"  # for a second y, as "y (2)" would name a place
     names = unique(names, lambda n: f" ({letters[n - 1] if n <= len(letters) else f'no {n}'})")
     return header, tuple(names), tuple(units)
-
-
-def _thousands_mark(rows: Sequence[Sequence[str]], decimal: str, separator: str) -> str | None:
-    """The mark that sets thousands apart, if every cell that has it is such a number, and some have decimals."""
-    mark = "," if decimal == "." else "."
-    cells = [c for row in rows for c in row]
-    marked = [c for c in cells if mark in c and not is_time(c)]
-    if mark == separator or not marked or not any(decimal in c for c in cells):
-        return None
-    return mark if all(has_thousands(c, decimal) for c in marked) else None
 
 
 def split(line: str, separator: str) -> list[str]:
@@ -328,7 +316,6 @@ def _table(file: Path, part: str, lines: list[str], layout: Layout, remark: str,
             index_col=False,
             sep=r"\s+" if layout.separator == " " else layout.separator,
             decimal=layout.decimal,
-            thousands=layout.thousands,
             na_values=list(MISSING),
             skipinitialspace=True,
             skip_blank_lines=False,
@@ -415,9 +402,8 @@ CODES = (-9999.0, 9999.0, -999.0, 999.0, -99999.0, 99999.0, -32768.0, 32767.0, 6
 FAR = 10.0
 #: Cells by which the kind of a column is told.
 SAMPLE = 200
-#: decimal mark -> a number, and one with thousands set apart, as 1.234,5
+#: decimal mark -> a number
 _NUMBER = {d: re.compile(rf"[+-]?(?:\d+[{d}]?\d*|[{d}]\d+)(?:[eE][+-]?\d+)?\Z") for d in ".,"}
-_THOUSANDS = {d: re.compile(rf"[+-]?\d{{1,3}}(?:[{t}]\d{{3}})+(?:[{d}]\d*)?\Z") for d, t in (".,", ",.")}
 _TIME_OF_DAY = r"\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?"
 _CLOCK = re.compile(rf"{_TIME_OF_DAY}\Z")
 _DATE = re.compile(rf"(\d{{4}}-\d{{2}}-\d{{2}}|\d{{1,2}}[./]\d{{1,2}}[./]\d{{2,4}})(?:[T ]+{_TIME_OF_DAY}Z?)?\Z")
@@ -432,11 +418,6 @@ def is_number(cell: str, decimal: str) -> bool:
     return bool(_NUMBER[decimal].match(cell.strip()))
 
 
-def has_thousands(cell: str, decimal: str) -> bool:
-    """Whether a cell has thousands set apart, as 1.234,5."""
-    return bool(_THOUSANDS[decimal].match(cell.strip()))
-
-
 def is_time(cell: str) -> bool:
     """Whether a cell is a date or a time of day."""
     return bool(_CLOCK.match(cell.strip()) or _DATE.match(cell.strip()))
@@ -444,7 +425,7 @@ def is_time(cell: str) -> bool:
 
 def count_readings(row: Sequence[str], decimal: str) -> int:
     """How many cells of a row are numbers or times."""
-    return sum(is_number(c, decimal) or has_thousands(c, decimal) or is_time(c) for c in row)
+    return sum(is_number(c, decimal) or is_time(c) for c in row)
 
 
 def column_values(cells: pd.Series, decimal: str, lines: np.ndarray, file: str) -> tuple[np.ndarray, bool]:
@@ -457,11 +438,15 @@ def column_values(cells: pd.Series, decimal: str, lines: np.ndarray, file: str) 
     texts = cells.astype("string").str.strip().fillna("")
     filled = ~texts.map(is_missing).to_numpy(dtype=bool)
     sample = [str(c) for c in texts[filled].iloc[:SAMPLE]]
-    numbers = sum(is_number(c, ".") or is_number(c, ",") or has_thousands(c, decimal) for c in sample)
+    numbers = sum(is_number(c, ".") or is_number(c, ",") for c in sample)
     are_times = sum(map(is_time, sample)) > 0.5 * len(sample)
     if not are_times and numbers <= 0.5 * len(sample):
         return texts.where(filled, "").to_numpy(dtype=object), False
-    values = _seconds(texts.where(filled)) if are_times else _numbers(texts, decimal)
+    if are_times:
+        values = _seconds(texts.where(filled))
+    else:
+        pointed = texts.where(texts.map(lambda c: is_number(c, decimal))).str.replace(decimal, ".", regex=False)
+        values = pd.to_numeric(pointed, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
     wrong = filled & np.isnan(values)
     if wrong.any():
         remedy = "is no number; mend this cell or leave it blank"
@@ -472,13 +457,6 @@ def column_values(cells: pd.Series, decimal: str, lines: np.ndarray, file: str) 
         k = int(np.argmax(wrong))
         raise refusal(file, remedy, line=int(lines[k]), name=str(cells.name), value=str(cells.iloc[k]))
     return values, are_times
-
-
-def _numbers(texts: pd.Series, decimal: str) -> np.ndarray:
-    """Numbers with this decimal mark, shape (n,); nan where a cell is none."""
-    fits = texts.map(lambda c: is_number(c, decimal))
-    pointed = texts.where(fits).str.replace(decimal, ".", regex=False)
-    return pd.to_numeric(pointed, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
 
 
 def _seconds(texts: pd.Series) -> np.ndarray:
