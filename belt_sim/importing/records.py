@@ -43,8 +43,10 @@ def runs_on_one_grid(made: list[AssembledRun], entry: MappingEntry) -> tuple[lis
         notes.append(Note("", f"{rows} rows were averaged over steps of {step:g} m, {left} are left"))
     runs = _snap_settings([_run(m) for m in made], [m.settings for m in made])
     notes += [Note(r.name, AT_ONCE) for r, m in zip(runs, made, strict=True) if r.yaw and "yaw_at" not in m.settings]
-    runs, repeats = _mark_repeats(runs, [m.entry.repeat_of is not None for m in made])
-    notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in repeats] + _note_blanks(made, records)
+    stated = [m.entry.repeat_of is not None for m in made]
+    runs = _mark_repeats(runs, stated)
+    found = [r for r, is_stated in zip(runs, stated, strict=True) if r.repeat_of and not is_stated]
+    notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in found] + _note_blanks(made, records)
     records = _cut_repeats(runs, records)
     if entry.start == "yaw":
         records, said = _count_from_yaw(records, [r.yaw_at for r in runs])
@@ -87,8 +89,8 @@ def _signals_in(record: pd.DataFrame) -> list[str]:
 
 
 def _step_for(records: list[pd.DataFrame]) -> float:
-    """A step [m], 1, 2 or 5 times a power of ten, that keeps some hundred samples a run; 0 where records are so sparse that
-    they stay as they are."""
+    """A step [m], 1, 2 or 5 times a power of ten, that keeps some hundred samples a run; 0 where records are so sparse
+    that they stay as they are."""
     places = [np.unique(record.index) for record in records]
     spacing = [float(np.median(np.diff(travel))) for travel in places if len(travel) > 2]
     if not spacing or _on_one_grid(records):
@@ -173,19 +175,17 @@ def _group_values(values: np.ndarray) -> np.ndarray:
     return out
 
 
-def _mark_repeats(runs: list[Run], stated: list[bool]) -> tuple[list[Run], list[Run]]:
-    """Runs at one setting as repeats of the first, with its settings; those that were recognised."""
+def _mark_repeats(runs: list[Run], stated: list[bool]) -> list[Run]:
+    """Runs at one setting as repeats of the first, with its settings; stated: whether the mapping says of which."""
     out: list[Run] = []
-    found: list[Run] = []
     for run, is_stated in zip(runs, stated, strict=True):
         twin = next((f for f in out if not is_stated and f.repeat_of is None and _same(f, run)), None)
         if twin is not None:
             run = replace(run, repeat_of=twin.name, tension=twin.tension, yaw=twin.yaw, yaw_head=twin.yaw_head)
             u = math.hypot(run.yaw_at_u, run.yaw_at - twin.yaw_at)  # taken to be where the first run's was
             run = replace(run, speed=twin.speed, yaw_at=twin.yaw_at, yaw_at_u=u)
-            found.append(run)
         out.append(run)
-    return out, found
+    return out
 
 
 def _same(a: Run, b: Run) -> bool:

@@ -298,7 +298,7 @@ def _structure(traces: list[Trace]) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     counts = np.unique(np.round(np.geomspace(1, max(longest / (4.0 * step), 1), 24)).astype(int))
     lags, halves, weights = [], [], []
     for count in counts:
-        squares = np.concatenate([(t.values[count:] - t.values[:-count]) ** 2 for t in traces if len(t.values) > count])
+        squares = np.concatenate([(t.values[count:] - t.values[:-count]) ** 2 for t in traces])
         if len(squares) > 4:
             lags.append(count * step)
             halves.append(0.5 * float(np.mean(squares)))

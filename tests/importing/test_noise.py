@@ -59,3 +59,11 @@ def test_readings_rounded_to_steps_have_the_noise_of_rounding_at_least():
     coarse = np.round(still.signals["y1"] / 1e-3) * 1e-3
     found = noise_of("y1", [Run(name="a", tension=1e7, yaw=1e-3, travel=still.travel, signals={"y1": coarse})], 11.28)
     assert found.white >= 1e-3 / np.sqrt(12.0) * 0.99
+
+
+def test_a_travel_that_jumps_leaves_the_noise_of_the_rest():
+    """Guard: a code for no reading in the column of the travel ended the import with a traceback."""
+    travel = np.append(np.arange(40) * 0.01, 50.0)
+    y = WHITE * np.random.default_rng(2).standard_normal(len(travel))
+    found = noise_of("y1", [Run(name="a", tension=1e7, yaw=0.0, travel=travel, signals={"y1": y})], span=11.28)
+    assert found.white == pytest.approx(WHITE, rel=0.5)
