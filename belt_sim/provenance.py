@@ -90,7 +90,7 @@ def _named_files(value: Any, key: str = "") -> Iterator[Path]:
             yield from _named_files(inner, key)
     elif isinstance(value, str) and value and key not in ("out", "draft"):
         if key == "campaign":
-            from belt_sim.campaign.read import campaign_folder
+            from belt_sim.campaign.folder import campaign_folder
 
             with suppress(OSError, BeltError):
                 yield from sorted(p for p in campaign_folder(value).glob("*") if p.is_file())

@@ -21,7 +21,7 @@ from belt_sim.api.resolve import (
     validity_warnings,
 )
 from belt_sim.campaign import Campaign, Run, case_of, leave_out_bad_readings, suspicions
-from belt_sim.campaign.read import is_plan, read_begun, read_plan
+from belt_sim.campaign.folder import is_plan, read_begun, read_plan
 from belt_sim.campaign.types import sensor_place
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.admission import admit

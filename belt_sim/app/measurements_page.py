@@ -14,9 +14,8 @@ from belt_sim.app.session import GROUPS, Import, Place, Session, read_shown
 from belt_sim.app.simulate_page import TITLES, effect_title
 from belt_sim.app.upload import MAX_UPLOAD, MEBI, TOO_LARGE
 from belt_sim.campaign import Campaign
-from belt_sim.campaign.read import FILES
+from belt_sim.campaign.folder import FILES, sheet_tree
 from belt_sim.campaign.types import PLACES
-from belt_sim.campaign.write import sheet_tree
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
 from belt_sim.files import group_names, sample_campaigns

@@ -12,9 +12,9 @@ from belt_sim.app import upload
 from belt_sim.app.jobs import SHOWN, Job
 from belt_sim.app.upload import read_effects
 from belt_sim.campaign import Campaign, Suspicion, read_campaign, suspicions
+from belt_sim.campaign.folder import FILES, campaign_folder
 from belt_sim.campaign.marked_yaml import parse
 from belt_sim.campaign.problems import CampaignError, Problem
-from belt_sim.campaign.read import FILES, campaign_folder
 from belt_sim.diagnosis.examine import BOOTSTRAPS
 from belt_sim.errors import BeltError, InputError
 from belt_sim.importing import LoggedTables, Proposal, Question, read, understand, write

@@ -11,9 +11,9 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from belt_sim.campaign.folder import FILES
 from belt_sim.campaign.marked_yaml import parse
 from belt_sim.campaign.problems import CampaignError, Problem, quote
-from belt_sim.campaign.read import FILES
 from belt_sim.campaign.sheet import FILE as SHEET
 from belt_sim.effects.generic_law import ID as LAW
 from belt_sim.effects.library import library

@@ -1,9 +1,9 @@
 """Measured campaigns on disk, format belt-campaign/1: read, validate, write, and look for dirty data."""
 
+from belt_sim.campaign.folder import read_campaign, write_campaign
 from belt_sim.campaign.problems import CampaignError
 from belt_sim.campaign.quality import leave_out_bad_readings, suspicions
 from belt_sim.campaign.quality.record import Suspicion
-from belt_sim.campaign.read import read_campaign
 from belt_sim.campaign.types import (
     BeltSheet,
     Campaign,
@@ -16,7 +16,6 @@ from belt_sim.campaign.types import (
     SteadyRate,
     case_of,
 )
-from belt_sim.campaign.write import write_campaign
 
 __all__ = [
     "BeltSheet",

@@ -13,7 +13,7 @@ from rich.prompt import Confirm, Prompt
 
 from belt_sim.api.campaigns import import_files, new_campaign
 from belt_sim.campaign import Campaign
-from belt_sim.campaign.read import campaign_folder
+from belt_sim.campaign.folder import campaign_folder
 from belt_sim.case import GRAVITY
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import belt_from, rig_from

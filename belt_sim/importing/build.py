@@ -10,8 +10,8 @@ import yaml
 from pydantic import BaseModel
 
 from belt_sim.campaign import Campaign, CampaignError, write_campaign
+from belt_sim.campaign.folder import sheet_tree
 from belt_sim.campaign.types import Source
-from belt_sim.campaign.write import sheet_tree
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import Column, LoggedTables, Note, column_questions, other_units, resolve_columns
 from belt_sim.importing.mapping import FILE, SCHEMA, MappingEntry, Question, mapping_of

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from belt_sim.campaign import Campaign, Machine, Quantity, Run, SettingsSheet, SignalSheet, Source, plausible
+from belt_sim.campaign.folder import put_folder, read_plan, runs_text
 from belt_sim.campaign.problems import did_you_mean
-from belt_sim.campaign.read import read_plan
 from belt_sim.campaign.types import PLACES, BeltSheet
-from belt_sim.campaign.write import put_folder, runs_text
 from belt_sim.case import Belt, Rig
 from belt_sim.errors import InputError
 from belt_sim.foresight.harm import harm_warnings, safe_yaw

@@ -21,7 +21,7 @@ from belt_sim.analytic.march import march_traced, plan_steps
 from belt_sim.analytic.model import MODELS
 from belt_sim.api.resolve import candidates_of
 from belt_sim.campaign import read_campaign
-from belt_sim.campaign.write import write_campaign
+from belt_sim.campaign.folder import write_campaign
 from belt_sim.case import Case
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of

@@ -9,7 +9,7 @@ from shipped_schema import check as follows_its_schema
 from belt_sim.api.campaigns import new_campaign
 from belt_sim.api.inference import check
 from belt_sim.campaign import CampaignError, read_campaign
-from belt_sim.campaign.read import is_plan, read_plan
+from belt_sim.campaign.folder import is_plan, read_plan
 from belt_sim.errors import BeltError
 from belt_sim.foresight.harm import harm_warnings
 from belt_sim.results.json import file_json

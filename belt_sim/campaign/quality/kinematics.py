@@ -10,8 +10,9 @@
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,24 +52,14 @@ _GRID = 100
 # ---- the lead of the tail over the head
 
 
-@dataclass(frozen=True)
-class Lead:
-    """Mean lead and drift of one run over beta L/2 [1], from one tail and one head signal, after a span."""
+class Lead(NamedTuple):
+    """Mean lead and drift of one run over beta L/2 [1], from one tail and one head signal, after a span; yaw [rad]."""
 
     tail: Record
     head: Record
+    yaw: float
     lead: float
     drift: float
-
-    @property
-    def yaw(self) -> float:
-        """Size of the yaw of the tail pulley [rad]."""
-        return abs(self.tail.run.yaw)
-
-    @property
-    def side(self) -> float:
-        """Sign of the yaw."""
-        return math.copysign(1.0, self.tail.run.yaw)
 
 
 def check_leads(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
@@ -92,7 +83,7 @@ def _lead_of(tail: Record, head: Record, span: float) -> Lead | None:
     lead, drift = float(np.mean(y_tail - y_head)), float(np.mean(y_tail + y_head))
     if max(abs(lead), abs(scale) * LOW) < CLEAR * math.hypot(tail.drift_error, head.drift_error):
         return None
-    return Lead(tail, head, lead / scale, drift / scale)
+    return Lead(tail, head, run.yaw, lead / scale, drift / scale)
 
 
 def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
@@ -104,13 +95,13 @@ def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
         sentence += f" {float(np.median(factors)):.2g} times what the stated yaw gives: the yaw (or the readings) is in"
         sentence += " another unit (rad or mrad written as yaw_deg?)"
         return [Suspicion(None, (), "unit_slip", sentence)]
-    usual = float(np.median([lead.yaw for lead in leads]))
+    usual = float(np.median([abs(lead.yaw) for lead in leads]))
     odd = [lead for lead in leads if _is_odd(lead, usual)]
     if not odd:
         return _turned_column(leads, span)
     found = []
     for lead in odd:
-        across = [other.lead for other in leads if other.side != lead.side]
+        across = [other.lead for other in leads if other.yaw * lead.yaw < 0.0]
         if across and lead.lead < LOW and float(np.median(across)) > OFFSET:
             continue  # the yaw offset of a pulley explains it
         certain = (len(odd) < len(leads) or bool(across)) if lead.lead < 0.0 else _fits_other_runs(lead, leads)
@@ -122,18 +113,18 @@ def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
 
 def _is_odd(lead: Lead, usual: float) -> bool:
     """Return whether a lead is turned round (at a yaw larger than machine faults) or of another magnitude."""
-    size = abs(lead.lead)
-    turned = lead.lead < -REVERSED and lead.yaw > 0.5 * usual
-    small = size * lead.yaw < LOW * usual / 2.0 or (size < LOW and lead.yaw > HIGH * usual)
+    size, yaw = abs(lead.lead), abs(lead.yaw)
+    turned = lead.lead < -REVERSED and yaw > 0.5 * usual
+    small = size * yaw < LOW * usual / 2.0 or (size < LOW and yaw > HIGH * usual)
     return turned or small or size > HIGH
 
 
 def _fits_other_runs(lead: Lead, leads: list[Lead]) -> bool:
     """Return whether the yaw implied by the lead, but not the stated yaw, is that of the other runs."""
-    others = [other.yaw for other in leads if other is not lead]
+    others = [abs(other.yaw) for other in leads if other is not lead]
     if not others:
         return False
-    stated = lead.yaw / float(np.median(others))
+    stated = abs(lead.yaw) / float(np.median(others))
     implied = stated * abs(lead.lead)
     return 1.0 / ALIKE < implied < ALIKE and not 1.0 / ALIKE < stated < ALIKE
 
@@ -141,7 +132,7 @@ def _fits_other_runs(lead: Lead, leads: list[Lead]) -> bool:
 def _suspicion(lead: Lead, severity: Severity) -> Suspicion:
     """Describe an odd lead: slipped unit, exchanged columns or wrong sign."""
     run, names = lead.tail.run, (lead.tail.sheet.name, lead.head.sheet.name)
-    times = f"{lead.lead:.2g} times what the yaw of {math.degrees(run.yaw):.3g} deg gives"
+    times = f"{lead.lead:.2g} times what the yaw of {math.degrees(lead.yaw):.3g} deg gives"
     seen = f"{' and '.join(names)} differ by {times} in the end"
     if not LOW < abs(lead.lead) < HIGH:
         sentence = f"{seen}: the yaw or the readings are in another unit"
@@ -164,20 +155,20 @@ def _turned_column(leads: list[Lead], span: float) -> list[Suspicion]:
         return []  # what does not follow the yaw is no sign of a column
     turned = leads[0].tail if against > len(apart) / 2 else leads[0].head
     sentence = "drifts away from the other points to the end, in nearly all runs: the sign of this column is turned"
-    both = {lead.side for lead in leads} == {1.0, -1.0}
+    both = len({lead.yaw > 0.0 for lead in leads}) == 2
     severity: Severity = "stop" if both and len(apart) == len(leads) else "look"
     return [Suspicion(None, (turned.sheet.name,), "wrong_sign", sentence, severity)]
 
 
 def _late_slopes(lead: Lead, span: float) -> tuple[float, float] | None:
     """Return late slopes over the yaw of tail and head; None if the record is short or the slopes are not clear."""
-    end, yaw = min(lead.tail.travel[-1], lead.head.travel[-1]), lead.tail.run.yaw
+    end = min(lead.tail.travel[-1], lead.head.travel[-1])
     if end < SETTLED * span:
         return None
     s = np.linspace((1.0 - LATE) * end, end, _GRID)
     tail, head = (float(np.polyfit(s, np.interp(s, r.travel, r.readings), 1)[0]) for r in (lead.tail, lead.head))
     clear = CLEAR * max(lead.tail.drift_error, lead.head.drift_error) / (LATE * end)
-    return None if min(abs(tail), abs(head)) < clear else (tail / yaw, head / yaw)
+    return None if min(abs(tail), abs(head)) < clear else (tail / lead.yaw, head / lead.yaw)
 
 
 # ---- the way across a pulley
