@@ -44,6 +44,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
     """The findings as a result, without drawings, what was discovered, and the next runs to make."""
     campaign, bench, decision = d.bench.campaign, d.fitted_bench, d.decision
     final, fit = final_model(d)
+    white, wander = (float(np.exp(np.mean(np.log(x)))) for x in (bench.levels.white, bench.levels.wander))
     return Diagnosis(
         base_model=bench.forward.model.name,
         campaign=label(campaign),
@@ -57,7 +58,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in rivals(d)),
         next_runs=(),
         unknown=_unknown(d),
-        noise=_noise(d),
+        noise=NoiseLevels(white_factor=white, wander_factor=wander, repeats=bench.levels.repeats),
         suspicions=d.suspicions,
         per_run=run_errors(final, d.nothing.values, fit.values),
         provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
@@ -203,13 +204,6 @@ def _unknown(d: Findings) -> Unknown | None:
         nearest=join_words(known.effects) if known.effects else None,
         why=why if known.effects else None,
     )
-
-
-def _noise(d: Findings) -> NoiseLevels:
-    """The noise levels, one factor for all signals."""
-    levels = d.fitted_bench.levels
-    white, wander = (float(np.exp(np.mean(np.log(factors)))) for factors in (levels.white, levels.wander))
-    return NoiseLevels(white_factor=white, wander_factor=wander, repeats=levels.repeats)
 
 
 # What an unknown effect looks like: parity, tension exponent, onset, wavelength, required contact angle.

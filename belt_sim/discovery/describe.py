@@ -41,7 +41,7 @@ def describe(found: SearchOutcome, probability: float, config: Any = None) -> Di
     common |= {"unit": "1", "courses": ()} if stretch else _drawn_input(found)
     if found.best is None:
         return Discovery(**common, sentence=_no_law_sentence(found))
-    law, error = _law(found), _errors(found)
+    law, error = _law(found), errors_of(s.bench, s.fit, found.best.bench, found.best.fit)
     fall = error.fit or error.held_out
     assert fall is not None  # a law is fitted to some runs
     said = sentence(s, found.best, law, fall, worse=worse_predictions(error))
@@ -196,12 +196,6 @@ def _law_curve(found: SearchOutcome, line: np.ndarray, by_travel: bool) -> np.nd
         s = line / found.data.states.belt_length if form.is_carried else line
         return np.asarray(numbers["size"][0] * _course_of(form, numbers, s))
     return np.asarray(numbers["size"][0] * form.shape_value(line, line, np, numbers.get("knee", (None,))[0]))
-
-
-def _errors(found: SearchOutcome) -> Errors:
-    assert found.best is not None
-    s, r = found.data, found.best
-    return errors_of(s.bench, s.fit, r.bench, r.fit)
 
 
 def worse_predictions(error: Errors) -> str:

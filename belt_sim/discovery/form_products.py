@@ -34,13 +34,12 @@ class Products:
     waves: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
 class Block:
-    """Forms that are computed together; everything: with the sines of waves; waves: which forms are waves."""
+    """Forms that are computed together; waves: which of them are waves; everything: with the sines of these behind."""
 
-    forms: list[Form]
-    everything: list[Form]
-    waves: np.ndarray
+    def __init__(self, forms: list[Form]) -> None:
+        self.forms, self.waves = forms, np.array([k for k, f in enumerate(forms) if f.is_wave], dtype=int)
+        self.everything = [*forms, *(forms[k].sine() for k in self.waves)]
 
     @property
     def depends_on_pulley(self) -> bool:
@@ -82,18 +81,13 @@ def _blocks(data: SearchData, place: Place) -> tuple[list[Form], list[Block]]:
     usual, rare = data.forms(place)
     plain = [[f for f in some if not _depends_on_pulley(f)] for some in (usual, rare)]
     lists = [*plain, [f for f in (*usual, *rare) if _depends_on_pulley(f)]]
-    blocks = [data.compute_once(("block", tuple(some)), partial(_block, some)) for some in lists if some]
+    blocks = [data.compute_once(("block", tuple(some)), partial(Block, some)) for some in lists if some]
     return [f for block in blocks for f in block.forms], blocks
 
 
 def _depends_on_pulley(form: Form) -> bool:
     """Whether a form reads the state at a pulley or sensor, or which part of the belt is there."""
     return form.reads_belt or form.is_carried
-
-
-def _block(forms: list[Form]) -> Block:
-    waves = np.array([k for k, f in enumerate(forms) if f.is_wave], dtype=int)
-    return Block(forms, [*forms, *(forms[k].sine() for k in waves)], waves)
 
 
 def form_inputs(states: States, forms: Sequence[Form], part: int | None, signal: str | None) -> np.ndarray:
@@ -115,7 +109,7 @@ def form_inputs(states: States, forms: Sequence[Form], part: int | None, signal:
 
 def _plain_products(data: SearchData, place: Place, block: Block, along: np.ndarray) -> Products:
     """Products of forms that do not depend on the pulley; along (R, J, q): those of an input in each cell."""
-    inputs = data.compute_once(("inputs", block), lambda: form_inputs(data.states, block.everything, None, None))
+    inputs = data.compute_once(("inputs", block), partial(form_inputs, data.states, block.everything, None, None))
     within = data.states if place.relative or place.name == TRAVEL else None  # they act on what is bent, and shown
     own, cross = data.compute_once(
         ("lengths", place.name, block), lambda: _lengths(_plain_rows(data, place, block, inputs), block.waves), within
@@ -129,40 +123,29 @@ def _plain_rows(data: SearchData, place: Place, block: Block, inputs: np.ndarray
     Those that almost cancel are multiplied in double precision: their products with readings are, and a length that is
     rounding would make much of them.
     """
-    found: Any = 0.0
-    for channel, part in place.parts:
-        share = data.states.span_share(place, part)
-        if np.any(share):
-            found = found + _times_share(_plain_part(data, place, channel, part, block, inputs), share)
+    found = _rows(data, place, block)
     own = np.einsum("rfm,rfm->rf", found, found)
     most = (np.abs(inputs) @ _largest_norms(data, place))[..., 0]
     faint = np.any(own < np.square(CANCELS * most), axis=0)
     if faint.any():
         found[:, faint] = inputs[:, faint] @ _sum_of_parts(data, place, lambda c: data.design.rows[c].swapaxes(0, 1))
+    return found
+
+
+def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
+    """Whitened columns (R, F + w, m) of the forms of a block, in single precision."""
+    found: Any = 0.0
+    for channel, part in place.parts:
+        share = data.states.span_share(place, part)  # of the runs in which the place acts
+        if np.any(share):
+            rows = _rows_of_part(data, place, channel, part, block)
+            found = found + (rows if np.all(share == 1.0) else rows * single_precision(np.asarray(share))[..., None])
     return np.asarray(found)
 
 
-def _plain_part(data: SearchData, place: Place, channel: str, part: int | None, block: Block, inputs) -> np.ndarray:
-    """The same at one part of a place; kept for the places of one kind, as in ``_rows``."""
-
-    def compute() -> np.ndarray:
-        gain = np.asarray(data.states.channel_gain(place.of_all_spans, channel, part), dtype=np.float32)
-        op = data.design.rows[channel].swapaxes(0, 1) * (gain[..., None] if gain.ndim else gain)
-        return data.compute_once(("single", block), lambda: single_precision(inputs)) @ op
-
-    return _keep_for_kind(data, "plain", place, (channel, block), compute)
-
-
-def _times_share(rows: np.ndarray, share: np.ndarray | float) -> np.ndarray:
-    """Rows (R, F, m) times the share (R, 1) of the runs in which a place acts; the same rows where that is all."""
-    return rows if np.all(share == 1.0) else rows * np.asarray(share, dtype=rows.dtype)[..., None]
-
-
-def _keep_for_kind(
-    data: SearchData, what: str, place: Place, key: tuple, compute: Callable[[], np.ndarray]
-) -> np.ndarray:
+def _keep_for_kind(data: SearchData, place: Place, key: tuple, compute: Callable[[], np.ndarray]) -> np.ndarray:
     """What ``compute`` gives for a part of a place; kept for the places of one kind, until another kind comes."""
-    last, kind = data.compute_once((what,), dict, data.states), place.relative or place.kind
+    last, kind = data.compute_once(("rows",), dict, data.states), place.relative or place.kind
     if last.get("kind") != kind:
         last.clear()
         last["kind"] = kind
@@ -175,7 +158,7 @@ def _largest_norms(data: SearchData, place: Place) -> np.ndarray:
     """The largest norm that a response to an input of 1 in each cell of a place can have, (R, J, 1)."""
     found: Any = 0.0
     for channel, part in place.parts:
-        each = data.compute_once(("norms", channel), partial(_norms, data.design.rows[channel]))
+        each = data.compute_once(("norms", channel), partial(np.linalg.norm, data.design.rows[channel], axis=2)).T
         found = found + each * np.abs(data.states.channel_gain(place, channel, part))
     return np.asarray(found)[..., None]
 
@@ -191,41 +174,34 @@ def _sum_of_parts(data: SearchData, place: Place, of_channel: Callable[[str], np
 
 def _state_products(data: SearchData, place: Place, block: Block, targets: Targets) -> Products:
     """Products of forms that read the state."""
-    shares = [data.states.span_share(place, part) for _, part in place.parts]
-    parts = [
-        _times_share(_rows(data, place, channel, part, block), share)
-        for (channel, part), share in zip(place.parts, shares, strict=True)
-        if np.any(share)
-    ]
-    whole = np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
-    return Products(whole @ targets.single, *_lengths(whole, block.waves), block.waves)
+    rows = _rows(data, place, block)
+    return Products(rows @ targets.single, *_lengths(rows, block.waves), block.waves)
 
 
-def _rows(data: SearchData, place: Place, channel: str, part: int | None, block: Block) -> np.ndarray:
-    """Whitened columns (R, F + w, m) of forms that read the state where a part of a place is.
+def _rows_of_part(data: SearchData, place: Place, channel: str, part: int | None, block: Block) -> np.ndarray:
+    """The rows of one part of a place, in every run.
 
     They are kept for the places of one kind: what is at both pulleys is at each of them as well.
     """
     states, where = data.states, channel if part is None else part
 
+    def inputs() -> np.ndarray:
+        if not block.depends_on_pulley:
+            plain = data.compute_once(("inputs", block), partial(form_inputs, states, block.everything, None, None))
+            return data.compute_once(("single", block), lambda: single_precision(plain))
+        read = partial(form_inputs, states.variables_at(place), block.everything, part, channel)
+        return data.compute_once(
+            ("inputs", where, place.kind in WRAPPED, block), lambda: single_precision(read()), states
+        )
+
     def compute() -> np.ndarray:
         op = data.design.rows[channel].swapaxes(0, 1)
         if place.is_stretch:
             return single_precision(states.stretch_input(place, channel, int(part or 0), block.everything)) @ op
-        inputs = data.compute_once(
-            ("inputs", where, place.kind in WRAPPED, block),
-            lambda: single_precision(form_inputs(states.variables_at(place), block.everything, part, channel)),
-            states,
-        )
-        gain = states.channel_gain(place.of_all_spans, channel, part) if place.relative else None
-        return inputs @ (op if gain is None else op * single_precision(np.asarray(gain))[..., None])
+        gain = states.channel_gain(place.of_all_spans, channel, part)
+        return inputs() @ (op if isinstance(gain, float) else op * single_precision(gain)[..., None])
 
-    return _keep_for_kind(data, "rows", place, (channel, block), compute)
-
-
-def _norms(rows: np.ndarray) -> np.ndarray:
-    """Norms (R, J) of rows (J, R, m)."""
-    return np.sqrt(np.einsum("jrm,jrm->rj", rows, rows))
+    return _keep_for_kind(data, place, (channel, block), compute)
 
 
 def _lengths(rows: np.ndarray, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -27,7 +27,6 @@ from belt_sim.laws.span import log_of_change, response_by_change
 #: every kind of input at the tail and at the head pulley
 CHANNELS = tuple(f"{kind}_{pulley}" for kind in AT_PULLEYS for pulley in PULLEYS)
 
-RUNS = 8  # a batch, so that campaigns share compiled code
 CELLS = 240  # of the input along the longest run, at most
 OUTSIDE_MARCH = {"encoder", "sensor_travel", "sensor", "scene"}  # hooks that a march does not call
 Y, MOMENT, TILT = 0, 8, 10  # first rows of what is kept, see ImpulseResponses
@@ -133,9 +132,9 @@ def impulse_responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> 
     steps, _, slots = plan_steps(samples.cases, travel=travel, step=forward.step, keep=forward.step)
     acting = tuple(e for e in effects if overrides(e) - OUTSIDE_MARCH)
     march = _compile_march(forward.model, tuple(map(type, acting)), *room_for(steps, slots))
-    runs = np.arange(-(-len(samples.runs) // RUNS) * RUNS).clip(max=len(samples.runs) - 1)
+    runs = np.arange(-(-len(samples.runs) // ROWS) * ROWS).clip(max=len(samples.runs) - 1)
     found = []
-    for rows in runs.reshape(-1, RUNS):
+    for rows in runs.reshape(-1, ROWS):
         settings = jax.tree.map(lambda x, rows=rows: np.asarray(x)[rows], samples.cases.settings)
         found.append(march(acting, replace(samples.cases, settings=settings), step, travel / steps, steps))
     curves, pulses = (np.concatenate(rows)[: len(samples.runs), ..., : steps + 1] for rows in zip(*found, strict=True))

@@ -33,10 +33,9 @@ class SearchOutcome:
         place = None if self.best is None else self.best.scored.law.terms[0].place
         if place is None or place.is_stretch:
             return self.latent_inputs[0]
-        return self.data.latent_inputs_at(place)[0] if place.is_carried else self._latent_input_at(place.name)
-
-    def _latent_input_at(self, name: str) -> LatentInput:
-        return next(c for c in self.latent_inputs if c.place.name == name)
+        if place.is_carried:
+            return self.data.latent_inputs_at(place)[0]
+        return next(c for c in self.latent_inputs if c.place.name == place.name)
 
 
 def search_law(data: SearchData, tell: Callable[[str], None] = lambda text: None) -> SearchOutcome:

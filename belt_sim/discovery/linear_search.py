@@ -6,6 +6,7 @@ All sizes are free; gains are those beside the nuisances and the chosen effects.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -55,18 +56,6 @@ class RankedLaws:
             yield ScoredLaw(law, float(self.gain[k]), float(self.score[k]))
 
 
-def rank_laws(tables: list[tuple[Place, list[Form], float]], gains: list[np.ndarray]) -> RankedLaws:
-    """Laws of one term by their gains, an array a table."""
-    prices: list[np.ndarray] = []
-    known: dict[int, np.ndarray] = {}  # of a list of forms
-    for _, forms, exponent in tables:
-        if id(forms) not in known:
-            known[id(forms)] = np.array([_price(f, 0.0) for f in forms])
-        prices.append(known[id(forms)] + EXPONENT * (exponent != 0.0))
-    gain = np.concatenate(gains).astype(float)
-    return RankedLaws(tables, gain, gain - np.concatenate(prices))
-
-
 def cost(law: Law) -> float:
     """What a law's numbers must earn."""
     total = TERM * (len(law.terms) - 1)
@@ -77,6 +66,10 @@ def cost(law: Law) -> float:
 def _price(form: Form, exponent: float) -> float:
     """Of the numbers of one term."""
     return NUMBER * form.numbers + EXPONENT * (exponent != 0.0) + (WAVE if form.is_wave else 0.0)
+
+
+def _prices(forms: list[Form]) -> np.ndarray:
+    return np.array([_price(f, 0.0) for f in forms])
 
 
 def gain_of(data: SearchData, law: Law) -> float:
@@ -117,14 +110,18 @@ def single_term_laws(data: SearchData) -> RankedLaws:
     """Every form at every place with every exponent, best first."""
     g = data.projector
     targets = Targets(np.concatenate([g.residual[None], g.shared]))
-    beside, along = list(range(1, 1 + len(g.shared))), g.shared_residual
-    tables, found = [], []
+    beside = list(range(1, 1 + len(g.shared)))
+    tables, found, prices = [], [], []
     for place in data.places_to_try:
         forms, blocks = form_products(data, place, targets)
+        kind = ("prices", place.kind, place.is_carried, data.wide)
+        price = data.compute_once(kind, partial(_prices, forms), data.states)
         for n in exponents_of(data):
             tables.append((place, forms, n))
-            found.append(gains(blocks, data.weight(n), beside, g.inverse, along))
-    return rank_laws(tables, found)
+            found.append(gains(blocks, data.weight(n), beside, g.inverse, g.shared_residual))
+            prices.append(price + EXPONENT * (n != 0.0))
+    gain = np.concatenate(found).astype(float)
+    return RankedLaws(tables, gain, gain - np.concatenate(prices))
 
 
 def exponents_of(data: SearchData) -> tuple[float, ...]:

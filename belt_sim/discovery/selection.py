@@ -66,8 +66,8 @@ def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
     seconds = [(s, distinct_families(two_term_laws(s, [one]), PAIRS)) for s, one in beside]
     everything = _merge(ones, _fit_all(loop, seconds))
     polished = [fit_closed_loop(loop, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
-    everything = _merge(everything, [c for c in polished if c is not None])
-    everything = _merge(everything, laws_with_both_slopes(loop, ones) if firsts else [])
+    sloped = laws_with_both_slopes(loop, ones) if firsts else []
+    everything = _merge(everything, [*(c for c in polished if c is not None), *sloped])
     leading = (everything[0], _best_of_one_term(everything))  # in the march the second may win
     for made in {c.law.family: c for c in leading}.values():
         everything = _merge(everything, _fit_all(loop, _other_places(data, made)))
@@ -90,8 +90,8 @@ def _best_of_one_term(laws: Sequence[ClosedLoopFit]) -> ClosedLoopFit:
 
 def one_term_laws(loop: LoopResponses, read: SearchData) -> list[ClosedLoopFit]:
     """Laws of one term in closed loop, best first; read: the data with the states of a latent input."""
-    ones = _fit_all(loop, [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (loop.data, read)])
-    ones = _merge(ones, _fit_all(loop, [(loop.data, steady_changes(loop.data))]))
+    tried = [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (loop.data, read)]
+    ones = _merge(_fit_all(loop, [*tried, (loop.data, steady_changes(loop.data))]), ())
     for places in PLACES:
         ones = _merge(ones, _fit_all(loop, _other_forms(loop, ones, places)))
     return ones
@@ -127,7 +127,7 @@ def _both_slopes(one: ClosedLoopFit) -> tuple[Law, np.ndarray]:
 
 
 def _fit_all(loop: LoopResponses, tried: Iterable[tuple[SearchData, Sequence[ScoredLaw]]]) -> list[ClosedLoopFit]:
-    """Candidates, each with the data that suggest it, in closed loop; the best of each family."""
+    """Candidates, each with the data that suggest it, in closed loop."""
     found: list[ClosedLoopFit] = []
     for data, many in tried:
         for one in many:
@@ -138,7 +138,7 @@ def _fit_all(loop: LoopResponses, tried: Iterable[tuple[SearchData, Sequence[Sco
                 made = fit_closed_loop(loop, plain, made.sizes)
             if made is not None:
                 found.append(made)
-    return _merge(found, ())
+    return found
 
 
 def _simplify(data: SearchData, law: Law) -> Law:

@@ -3,8 +3,8 @@
 import numpy as np
 from small_campaign import MODEL, campaign
 
-from belt_sim.diagnosis.readings.forward import Forward
-from belt_sim.diagnosis.readings.programs import HEAVY, LIGHT, Programs, Work
+from belt_sim.diagnosis.readings.forward import HEAVY, LIGHT, Forward
+from belt_sim.diagnosis.readings.programs import Work
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.belt_shape import Weld
 from belt_sim.effects.pulley_shape import Crown, Taper
@@ -16,12 +16,12 @@ def test_what_is_dear_is_asked_by_itself_where_nothing_else_acts(monkeypatch):
     along = np.eye(forward.size)[sizes]
     asked: list[frozenset[str]] = []
 
-    def noted(self, vector, groups, samples):
+    def noted(self, vector, groups):
         """The code is noted, and neither compiled nor run."""
         asked.append(groups)
-        return Work(np.zeros((len(vector), *samples.y.shape)), [])
+        return Work(np.zeros((len(vector), *self.samples.y.shape)), [])
 
-    monkeypatch.setattr(Programs, "_march", noted)
+    monkeypatch.setattr(Forward, "_march", noted)
     forward.values_and_slopes(np.repeat(forward.null()[None], len(along), axis=0), along)
     assert set(asked) == {frozenset({LIGHT}), frozenset({HEAVY})}
     asked.clear()

@@ -116,11 +116,6 @@ class Refit:
         else:
             self._take_derivatives(values, slopes[: int(self.due.sum())])
 
-    def check_end(self) -> None:
-        """Go on where the end was reached with learned derivatives: all are due there."""
-        if self.settled and not self.fit.exact:
-            self.due, self.settled = np.ones_like(self.due), False
-
     def _take_derivatives(self, values: np.ndarray, slopes: np.ndarray) -> None:
         """Derivatives that are due at the point where the fit stands; at its start the residual too."""
         begins, due = not np.isfinite(self.fit.chi2), self.due
@@ -161,10 +156,6 @@ class Refit:
             self.radius = max(self.radius, 2.0 * length)
         self.fit = replace(self.fit, vector=proposal, chi2=chi2, residual=residual, values=values)
         self.failures, self.steps = 0, self.steps + 1
-        self._judge_progress(gain)
-
-    def _judge_progress(self, gain: float) -> None:
-        """Which derivatives are due after a step that gained so much chi2, or else whether another is worth it."""
         if gain > TOLERANCE:
             self.due = self.fit.sensitivity < FAINT  # what moved nothing may do so now
         if not self.due.any():
@@ -260,12 +251,11 @@ def fit_sets(
         if not active:
             break
         _advance(forward, active)
-        if find_hopeless is None:
-            for refit in active:
-                refit.check_end()
-        else:
-            for refit in find_hopeless(refits):
-                refit.settled = True
+        for refit in find_hopeless(refits) if find_hopeless else ():
+            refit.settled = True
+        for refit in active if find_hopeless is None else ():
+            if refit.settled and not refit.fit.exact:  # it ended with learned derivatives: all are due there
+                refit.due, refit.settled = np.ones_like(refit.due), False
     return [refit.result() for refit in refits]
 
 

@@ -75,17 +75,14 @@ def _keys_at(
     points: Sequence[Point], axes: Axes, free: Sequence[int], shapes: Mapping[Key, np.ndarray]
 ) -> list[list[Key]]:
     """For every point, each parameter with the numbers that it feels; shapes: of the ``_probes``."""
-    felt = {
-        p: [k for k, values in axes.items() if len(axes) == 1 or _differ([shapes[p, ((k, v),)] for v in values[:2]])]
-        for p in free
-    }
+
+    def feels(p: int, k: int) -> bool:
+        """Whether the shape of a parameter depends on where on an axis it was taken."""
+        rows = [shapes[p, ((k, v),)] for v in axes[k][:2]]
+        return any(float(np.abs(r - rows[0]).max()) > 1e-6 * max(np.abs(x).max() for x in rows) for r in rows)
+
+    felt = {p: [k for k in axes if len(axes) == 1 or feels(p, k)] for p in free}
     return [[(p, tuple(pair for pair in point if pair[0] in felt[p]) or point[:1]) for p in free] for point in points]
-
-
-def _differ(rows: Sequence[np.ndarray]) -> bool:
-    """Whether a shape depends on where on the grid it was taken."""
-    size = max(float(np.abs(r).max()) for r in rows)
-    return any(float(np.abs(r - rows[0]).max()) > 1e-6 * size for r in rows)
 
 
 def _compute_shapes(bench: Workbench, fit: Fit, keys: Sequence[Key]) -> dict[Key, np.ndarray]:

@@ -33,8 +33,13 @@ def profile_intervals(bench: Workbench, fit: Fit, found: Found) -> dict[str, dic
     slots, covariance = [bench.forward.slots[p] for p in fit.free], covariance_of(fit.columns)
     rows = [k for k, s in enumerate(slots) if s.name in found.get(s.effect.id, {})]
     sides = [_Side(fit, k, slots[k], covariance[k], way) for k in rows for way in (-1.0, 1.0)]
-    rises = zip(sides, _rises(bench, fit, sides), strict=True)
-    crooked = {side.row for side, rise in rises if not side.is_quadratic(rise)}
+    if not sides:
+        return {i: dict(numbers) for i, numbers in found.items()}
+    values = bench.forward.values(np.stack([side.parabola for side in sides]))
+    with np.errstate(over="ignore", invalid="ignore"):  # a step too far may end anywhere
+        chi2 = np.where(np.isfinite(values).all(axis=(1, 2, 3)), bench.metric.chi2(bench.fitted.y - values), np.inf)
+    rises = np.sqrt(np.maximum(chi2 - fit.chi2, 0.0))  # roots, as those of a parabola are in proportion to the way
+    crooked = {side.row for side, rise in zip(sides, rises, strict=True) if not side.is_quadratic(rise)}
     for _ in range(ROUNDS if crooked else 0):
         due = [side for side in sides if side.row in crooked and not side.is_bracketed]
         held = [bench.start(fit.ids, side.start(), [p for p in fit.free if p != side.position]) for side in due]
@@ -108,14 +113,3 @@ def _crossing(rises: list[tuple[float, float]]) -> float:
         return below[0] * float(np.clip(COVERAGE_95 / max(below[1], 1e-9), 1.0, FARTHEST))
     share = (COVERAGE_95 - below[1]) / (above[1] - below[1])
     return below[0] + max(share, LEAST) * (above[0] - below[0])
-
-
-def _rises(bench: Workbench, fit: Fit, sides: list[_Side]) -> list[float]:
-    """Root of the rise of chi2 at the point that a parabola has on each side."""
-    if not sides:
-        return []
-    values = bench.forward.values(np.stack([side.parabola for side in sides]))
-    with np.errstate(over="ignore", invalid="ignore"):  # a step too far may end anywhere
-        chi2 = bench.metric.chi2(bench.fitted.y - values)
-    there = np.isfinite(values).all(axis=(1, 2, 3))
-    return [float(np.sqrt(max(c - fit.chi2, 0.0))) if ok else np.inf for c, ok in zip(chi2, there, strict=True)]

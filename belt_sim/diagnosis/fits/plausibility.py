@@ -122,14 +122,16 @@ SELDOM = 0.05  # of campaigns, in which truth is further from the best fit
 
 def prefer_plausible(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
     """``fits``, each as a machine could have it where that explains the readings as well."""
-    low, high = sides = _plausible_sides(bench)
-    again = [k for k, fit in enumerate(fits) if _may_be_a_valley(bench, fit, sides)]
+    low, high = (np.array(side) for side in bench.forward.sides)
+    for k, (lowest, highest) in enumerate(map(plausible_bounds, bench.forward.slots)):
+        low[k], high[k] = max(low[k], lowest), min(high[k], highest)
+    again = [k for k, fit in enumerate(fits) if _may_be_a_valley(bench, fit, (low, high))]
     if not again:
         return list(fits)
     nearest = [np.clip(_least_along_valley(bench, fits[k]), low, high) for k in again]
     begun = [bench.start(fits[k].ids, vector, fits[k].free) for k, vector in zip(again, nearest, strict=True)]
     found = list(fits)
-    for k, inner in zip(again, bench.fit(begun, sides=sides), strict=True):
+    for k, inner in zip(again, bench.fit(begun, sides=(low, high)), strict=True):
         beyond = np.sum((fits[k].vector < low) | (fits[k].vector > high))
         if inner.is_converged and inner.chi2 - fits[k].chi2 < chdtri(max(beyond, 1), SELDOM):
             found[k] = inner
@@ -164,14 +166,6 @@ def _may_be_a_valley(bench: Workbench, fit: Fit, sides: Sides) -> bool:
     known = estimates(bench.forward, fit)
     single = [i for i in fit.ids if len(bench.forward.index(i)) == 1]
     return not any(not e.plausible for i in single for e in known[i].values())
-
-
-def _plausible_sides(bench: Workbench) -> Sides:
-    """Lowest and highest of every number."""
-    low, high = (np.array(side) for side in bench.forward.sides)
-    for k, (lowest, highest) in enumerate(map(plausible_bounds, bench.forward.slots)):
-        low[k], high[k] = max(low[k], lowest), min(high[k], highest)
-    return low, high
 
 
 def _least_along_valley(bench: Workbench, fit: Fit) -> np.ndarray:

@@ -161,7 +161,9 @@ class Race:
             if not refit.settled and refit.is_ready and refit.steps >= FEWEST_STEPS:
                 # a step that failed made the next ones short
                 reach = refit.fit.chi2 - max(HORIZON * refit.predicted_gain(), refit.predicted_gain(radius=np.inf))
-                if self._score(name, reach) < least or _is_near(refit.fit.vector, [v for n, v in better if n == name]):
+                same = [v for n, v in better if n == name]
+                met = any(np.allclose(refit.fit.vector, v, rtol=SAME_POINT, atol=SAME_POINT) for v in same)
+                if met or self._score(name, reach) < least:
                     hopeless.append(refit)
             better.append((name, refit.fit.vector))
         return hopeless
@@ -182,11 +184,6 @@ class Race:
     def _score(self, name: str, chi2: float) -> float:
         """The penalised gain."""
         return self.chi2 - chi2 - self.penalties[name]
-
-
-def _is_near(vector: np.ndarray, others: Sequence[np.ndarray]) -> bool:
-    """Whether a parameter vector is the same point as one of ``others``."""
-    return any(np.allclose(vector, other, rtol=SAME_POINT, atol=SAME_POINT) for other in others)
 
 
 # Pairs of effects, all at once in the linear range: where a third effect looks like the sum of two, a search that adds

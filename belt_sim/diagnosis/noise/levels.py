@@ -89,13 +89,16 @@ class SignalLevels:
         if contrasts:
             self.spectra, self.modes_of = _spectra(signal, contrasts[0], self.lengths, smooth)
 
-    def cost(self, errors: np.ndarray) -> np.ndarray:
-        """-2 log probability (lengths, white factors, wander factors) after readings (R, S, n)."""
-        cost = self.cost_of_contrasts(errors)
-        if self.fast:
-            fast = self.cost_of_every_run(errors)
-            cost += _noise_or_not(fast, fast.min())
-        return cost
+    def cost(self, errors: np.ndarray, least: float | None = None) -> np.ndarray:
+        """-2 log probability (lengths, white factors, wander factors) after readings (R, S, n).
+
+        A few repeats tell a level to a tenth, all runs to a hundredth; but runs may hold a short wave that no model
+        has. So either what is fast in every run is noise, or by odds of exp(-BEYOND/2) it is not, and repeats are
+        believed alone. least: of the cost of what is fast, were it noise; by default of this kind of wander.
+        """
+        fast = self.cost_of_every_run(errors)
+        least = float(fast.min()) if least is None else least
+        return self.cost_of_contrasts(errors) - 2.0 * np.logaddexp(-0.5 * (fast - least), -0.5 * BEYOND)
 
     def cost_of_contrasts(self, errors: np.ndarray) -> np.ndarray:
         """The same of contrasts and the data sheet alone."""
@@ -152,27 +155,14 @@ def _variance(ratios: np.ndarray) -> np.ndarray:
     return FACTORS[:, None, None] ** 2 + FACTORS[None, :, None] ** 2 * ratios
 
 
-def _noise_or_not(cost: np.ndarray, least: float) -> np.ndarray:
-    """-2 log probability of what is fast in every run, from that were it noise and the ``least`` of it.
-
-    A few repeats tell a level to a tenth, all runs to a hundredth; but runs may hold a short wave that no model has. So
-    either it is noise, or by odds of exp(-BEYOND/2) it is not, and repeats are believed alone.
-    """
-    return -2.0 * np.logaddexp(-0.5 * (cost - least), -0.5 * BEYOND)
-
-
 def favours(one: SignalLevels, other: SignalLevels, errors: np.ndarray) -> float:
     """2 log odds of one kind of wander against another, all levels together, after readings (R, S, n); 0 of readings
     without any noise, as of a campaign that is planned.
     """
     if not any(np.any(part) for c in one.contrasts for part in c.project(errors)):
         return 0.0
-    costs = [kind.cost_of_contrasts(errors) for kind in (one, other)]
-    if one.fast:
-        fast = [kind.cost_of_every_run(errors) for kind in (one, other)]
-        least = min(float(cost.min()) for cost in fast)
-        costs = [cost + _noise_or_not(further, least) for cost, further in zip(costs, fast, strict=True)]
-    first, second = (2.0 * np.logaddexp.reduce(-0.5 * cost, axis=None) for cost in costs)
+    least = min(float(kind.cost_of_every_run(errors).min()) for kind in (one, other))
+    first, second = (2.0 * np.logaddexp.reduce(-0.5 * kind.cost(errors, least), axis=None) for kind in (one, other))
     return float(first - second)
 
 
@@ -259,7 +249,13 @@ class LevelFinder:
     def __call__(self, errors: np.ndarray) -> Levels:
         """Levels to be expected after what a model leaves of the readings (R, S, n)."""
         share = self.smooth_share(errors)
-        read = [self._estimate(*pair, errors, share) for pair in zip(self.signals, self.smooth, strict=True)]
+        read: list[Level] = []
+        for rough, smooth in zip(self.signals, self.smooth, strict=True):
+            if rough.contrasts:  # of the likelier kind the levels nearest to the mean spectrum of all of both
+                mean = (1.0 - share) * rough.mean(errors) + share * smooth.mean(errors)
+                read.append((smooth if share > 0.5 else rough).nearest(mean))
+            else:
+                read.append((1.0, 1.0, 1.0))
         best = [
             np.exp(np.mean(np.log([read[s] for s in alike]), axis=0)).tolist() if alike else read[k]
             for k, alike in enumerate(self.signals_alike)
@@ -281,13 +277,6 @@ class LevelFinder:
         """Probability that the wander is smooth, after what a model leaves of readings (R, S, n)."""
         odds = sum(favours(*pair, errors) for pair in zip(self.smooth, self.signals, strict=True)) - RARER
         return float(1.0 / (1.0 + np.exp(-0.5 * np.clip(odds, -100.0, 100.0))))
-
-    def _estimate(self, rough: SignalLevels, smooth: SignalLevels, errors: np.ndarray, share: float) -> Level:
-        """Of one signal: of the likelier kind the levels nearest to the mean spectrum of all of both."""
-        if not rough.contrasts:
-            return 1.0, 1.0, 1.0
-        likelier = smooth if share > 0.5 else rough
-        return likelier.nearest((1.0 - share) * rough.mean(errors) + share * smooth.mean(errors))
 
     def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Levels (count, S, 3) that the readings (R, S, n) leave possible, by their probability, and whether the wander

@@ -5,6 +5,10 @@ of the belt | start on the belt], the last six relative, relative, in radians, i
 same for every run (a run's own setting error is small and enters linearly, through the derivative). Many points are
 computed at once; derivatives are differences of neighbouring points, which share the point they start from. Both points
 of a difference are marched by the same program, so that its rounding is not taken for a derivative.
+
+Few rows pay for effects that are null in them, and few programs serve all rows. Effects stand in groups: those that a
+march does not ask at its steps are always compiled in; of the others the slow ones are one group, and the rest another,
+each compiled in where any of it acts.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,11 +18,13 @@ from dataclasses import replace
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.diagnosis.readings.additive_effects import columns, harmonics_of, select_addable
+from belt_sim.analytic.march import plan_steps
+from belt_sim.diagnosis.readings.additive_effects import bin_attenuation, columns, harmonics_of, select_addable
+from belt_sim.diagnosis.readings.candidates import SLOW
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, lengthen_belt
-from belt_sim.diagnosis.readings.programs import Groups, Programs
+from belt_sim.diagnosis.readings.programs import Work, compile_march, finish, plan_batches, room_for
 from belt_sim.diagnosis.readings.samples import Samples
-from belt_sim.diagnosis.readings.sensor_places import check_places
+from belt_sim.diagnosis.readings.sensor_places import check_places, places_of
 from belt_sim.effects.base import AFTER_ENGINE, Effect, overrides
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``choose_step``)
@@ -26,6 +32,19 @@ DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
 #: of stiffness, tension, yaw [rad], its place [m] (half a step), length, start [m]
 DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6, 1e-3)
 KEPT = 8  # sets of columns of additive effects, at once
+REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
+READ, LIGHT, HEAVY = "read", "light", "heavy"
+_AT_STEPS = ("yaw", "runup", "bend", "slide", "wrap")
+Groups = frozenset[str]
+
+
+def group_of(cls: type[Effect]) -> str:
+    """The group of an effect: its own id where it need not be compiled at all."""
+    if cls.is_additive():
+        return cls.id
+    if cls.id in SLOW:
+        return HEAVY
+    return LIGHT if overrides(cls, _AT_STEPS) else READ
 
 
 class Forward:
@@ -51,7 +70,11 @@ class Forward:
         ends = [s.side for s in self.slots] + [(-np.inf, np.inf)] * len(NUISANCES)
         self.sides = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
         self._addable = select_addable(self.classes)
-        self._programs = Programs(samples, model, self.slots, self._addable, step)
+        self._null = np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
+        self._groups = [group_of(s.effect) for s in self.slots]
+        travel = samples.end * REACH + 0.5
+        steps, _, history = plan_steps(samples.cases, travel=travel, step=step, keep=step)
+        self._steps, self._room = (travel / steps, steps), room_for(steps, history)
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.longer = 0.0
         self.offset: np.ndarray | float = 0.0
@@ -101,23 +124,55 @@ class Forward:
 
     def null(self) -> np.ndarray:
         """q (size,) with nothing wrong."""
-        return self._programs.null.copy()
+        return self._null.copy()
 
     def values(self, vector: np.ndarray) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size)."""
-        return self._predict(vector, self._programs.active_groups(vector))
+        return self._predict(vector, self._active_groups(vector))
+
+    def _active_groups(self, vector: np.ndarray) -> list[Groups]:
+        """Groups of effects that are not null at each of (C, size), as far as that makes a difference to a march."""
+        off = (vector != self._null)[:, : len(self.slots)]
+        out = {READ, *map(group_of, self._addable)}
+        return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - out for row in off]
+
+    def _groups_of_derivatives(self, points: np.ndarray, of: np.ndarray, along: np.ndarray) -> list[Groups]:
+        """Groups that each derivative (C,) is taken with: all cheap ones of a point together, and what is dear by
+        itself; points (P, size), of (C,): at which of them; along (C, size)."""
+        there, moved = self._active_groups(points), self._active_groups(self._null + along)
+        shared = [
+            groups.union(*(moved[k] & {LIGHT} for k in np.flatnonzero(of == p))) for p, groups in enumerate(there)
+        ]
+        return [(there if groups - {LIGHT} else shared)[p] | groups for p, groups in zip(of, moved, strict=True)]
 
     def _predict(self, vector: np.ndarray, groups: Sequence[Groups]) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size), each marched with some groups of effects."""
-        found = self._programs.predict(vector, groups, self.samples) - self.offset
+        places = {code: np.flatnonzero([c == code for c in groups]) for code in dict.fromkeys(groups)}
+        works = [self._march(vector[rows], code) for code, rows in places.items()]
+        finish(works)
+        found = np.empty((len(vector), *self.samples.y.shape))
+        for rows, work in zip(places.values(), works, strict=True):
+            found[rows] = work.found
+        found -= self.offset
         return found + self._additive_readings(vector, vector, self._addable) if self._addable else found
+
+    def _march(self, vector: np.ndarray, groups: Groups) -> Work:
+        """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
+        kept = [k for k, group in enumerate(self._groups) if group in {READ, *groups}]
+        samples, others = self.samples, places_of(self.samples)
+        tilts = bool(others) or any(s.at.endswith("mid_span") for s in samples.signals)
+        slots = tuple(self.slots[k] for k in kept)
+        march = compile_march(self.model, slots, *self._room, tilts, others)
+        scales = [s.scale for s in slots] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
+        vector = vector[:, [*kept, *self.nuisances]] * scales
+        return plan_batches(march, vector, bin_attenuation(slots, samples, len(NUISANCES)), samples, self._steps)
 
     def values_and_slopes(self, vector: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""
         points, of = np.unique(vector, axis=0, return_inverse=True)
         additive = np.any(directions[:, self.linear], axis=1) & ~np.any(directions[:, ~self.linear], axis=1)
         along = np.where(additive[:, None], 0.0, directions)
-        groups = self._programs.groups_of_derivatives(points, of.reshape(-1), along)
+        groups = self._groups_of_derivatives(points, of.reshape(-1), along)
         keys = list(zip(of.reshape(-1).tolist(), groups, strict=True))
         starts = list(dict.fromkeys(keys))
         moving = np.flatnonzero(np.any(along, axis=1))

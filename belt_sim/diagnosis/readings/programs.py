@@ -1,10 +1,8 @@
-"""The programs that predict readings: marches, each compiled with the effects that act.
+"""Compiled marches that predict readings.
 
-Few rows pay for effects that are null in them, and few programs serve all rows. Effects stand in groups: those that a
-march does not ask at its steps are always compiled in; of the others the slow ones are one group, and the rest another,
-each compiled in where any of it acts. A program has room for more steps than the campaign needs: one compilation serves
-campaigns of any number of runs, samples, travel and step. Runs at points are one list of rows, computed a fixed number
-at a time, those of several programs side by side.
+A program has room for more steps than a campaign needs: one compilation serves campaigns of any number of runs,
+samples, travel and step. Runs at points are one list of rows, computed a fixed number at a time, those of several
+programs side by side.
 """
 
 import math
@@ -19,91 +17,16 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.march import march_open, plan_steps
+from belt_sim.analytic.march import march_open
 from belt_sim.campaign.types import sensor_place
 from belt_sim.case import Case, Settings
 from belt_sim.curves import SensorPlace
-from belt_sim.diagnosis.readings.additive_effects import bin_attenuation
-from belt_sim.diagnosis.readings.candidates import SLOW
-from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, effects_and_case
+from belt_sim.diagnosis.readings.parameter_vector import Slot, effects_and_case
 from belt_sim.diagnosis.readings.samples import MAX_SAMPLES, Samples
 from belt_sim.diagnosis.readings.sensor_places import places_of, reading_at
-from belt_sim.effects.base import Effect, overrides
 from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.effects.pipeline import indicate
 from belt_sim.jax_setup import PROGRAMS, WORKERS, jit_float64
-
-READ, LIGHT, HEAVY = "read", "light", "heavy"
-_AT_STEPS = ("yaw", "runup", "bend", "slide", "wrap")
-Groups = frozenset[str]
-
-
-def group_of(cls: type[Effect]) -> str:
-    """The group of an effect: its own id where it need not be compiled at all."""
-    if cls.is_additive():
-        return cls.id
-    if cls.id in SLOW:
-        return HEAVY
-    return LIGHT if overrides(cls, _AT_STEPS) else READ
-
-
-REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
-
-
-class Programs:
-    """Programs of a model with effects, for runs no longer than those of some samples."""
-
-    def __init__(
-        self,
-        samples: Samples,
-        model: Composition,
-        slots: tuple[Slot, ...],
-        apart: Sequence[type[Effect]],
-        step: float,
-    ) -> None:
-        """slots: what stands in a parameter vector; apart: effects that no march has; step [m]: of the march."""
-        self.model, self.slots = model, slots
-        self.null = np.array([s.null / s.scale for s in slots] + [0.0] * len(NUISANCES))
-        self._groups, self._apart = [group_of(s.effect) for s in slots], {group_of(c) for c in apart}
-        travel = samples.end * REACH + 0.5
-        steps, _, history = plan_steps(samples.cases, travel=travel, step=step, keep=step)
-        self._steps, self._room = (travel / steps, steps), room_for(steps, history)
-
-    def active_groups(self, vector: np.ndarray) -> list[Groups]:
-        """Groups of effects that are not null at each of (C, size), as far as that makes a difference to a march."""
-        off = (vector != self.null)[:, : len(self.slots)]
-        return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - {READ, *self._apart} for row in off]
-
-    def groups_of_derivatives(self, points: np.ndarray, of: np.ndarray, along: np.ndarray) -> list[Groups]:
-        """Groups that each derivative (C,) is taken with: all cheap ones of a point together, and what is dear by
-        itself; points (P, size), of (C,): at which of them; along (C, size)."""
-        there, moved = self.active_groups(points), self.active_groups(self.null + along)
-        shared = [
-            groups.union(*(moved[k] & {LIGHT} for k in np.flatnonzero(of == p))) for p, groups in enumerate(there)
-        ]
-        return [(there if groups - {LIGHT} else shared)[p] | groups for p, groups in zip(of, moved, strict=True)]
-
-    def predict(self, vector: np.ndarray, groups: Sequence[Groups], samples: Samples) -> np.ndarray:
-        """Predictions (C, R, S, n) at parameter vectors (C, size), each by the program of some groups of effects."""
-        places = {code: np.flatnonzero([c == code for c in groups]) for code in dict.fromkeys(groups)}
-        works = [self._march(vector[rows], code, samples) for code, rows in places.items()]
-        finish(works)
-        found = np.empty((len(vector), *samples.y.shape))
-        for rows, work in zip(places.values(), works, strict=True):
-            found[rows] = work.found
-        return found
-
-    def _march(self, vector: np.ndarray, groups: Groups, samples: Samples) -> "Work":
-        """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
-        kept = [k for k, group in enumerate(self._groups) if group in {READ, *groups}]
-        others = places_of(samples)
-        tilts = bool(others) or any(s.at.endswith("mid_span") for s in samples.signals)
-        slots = tuple(self.slots[k] for k in kept)
-        march = _compile_march(self.model, slots, *self._room, tilts, others)
-        scales = [s.scale for s in slots] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
-        vector = vector[:, [*kept, *range(len(self.slots), vector.shape[1])]] * scales
-        return plan_batches(march, vector, bin_attenuation(slots, samples, len(NUISANCES)), samples, self._steps)
-
 
 ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
 SLOTS = 16  # the same of the wrap's history
@@ -116,7 +39,7 @@ def room_for(steps: int, slots: int) -> tuple[int, int]:
 
 
 @lru_cache(PROGRAMS)
-def _compile_march(
+def compile_march(
     model: Composition,
     slots: tuple[Slot, ...],
     room: int,
