@@ -37,7 +37,7 @@ from belt_sim.diagnosis.fits.workbench import Workbench, linear_response, workbe
 from belt_sim.diagnosis.next_run import next_runs
 from belt_sim.discovery.describe import describe as describe_discovery
 from belt_sim.discovery.diagnosis_interface import LawSearch, unknown_evidence
-from belt_sim.discovery.law_search import SearchOutcome, search_law
+from belt_sim.discovery.march_fit import SearchOutcome, search_law
 from belt_sim.discovery.search_data import search_data_of
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, whole

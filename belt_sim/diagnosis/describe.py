@@ -98,20 +98,15 @@ def _sentence(d: Findings) -> str:
     if decision.verdict == Verdict.CANNOT_SAY and not any(s.severity == "stop" for s in d.suspicions):
         return SILENT
     if decision.verdict == Verdict.ADEQUATE and d.table.visible is not None:
-        hidden = [n for n in d.search.names if n not in d.table.visible]
-        return decision.verdict.sentence(model, ()) + _what_would_show(len(d.table.visible), hidden)
+        names, hidden = d.search.names, [n for n in d.search.names if n not in d.table.visible]
+        effects = f"{len(names) - len(hidden)} of {len(names)} effects" if len(names) > 1 else "The effect"
+        unseen = f"; these would not: {', '.join(hidden)}" if hidden else ""
+        return f"{decision.verdict.sentence(model, ())} {effects} would show at a plausible size{unseen}."
     named = [_name_with_alike(decision, name) for name in decision.named]
     gravest = min(d.suspicions, key=lambda s: s.severity != "stop", default="")
     alike = decision.like_one_change_of_the_span(POLICY)
     more = f" Or one change of the span, in its bending or twisting, may stand in the place of {join_words(alike)}."
     return decision.verdict.sentence(model, named, str(gravest)) + (more if alike else "")
-
-
-def _what_would_show(visible: int, hidden: list[str]) -> str:
-    """What readings in which nothing is missing could have shown."""
-    effects = f"{visible} of {visible + len(hidden)} effects" if visible + len(hidden) > 1 else "The effect"
-    many = f" {effects} would show at a plausible size"
-    return f"{many}; these would not: {', '.join(hidden)}." if hidden else f"{many}."
 
 
 def _name_with_alike(decision: Decision, name: str) -> str:

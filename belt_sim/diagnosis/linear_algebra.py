@@ -90,14 +90,11 @@ def _descend(system, along, step: np.ndarray, held: np.ndarray, low: np.ndarray,
 
 
 def _solve_free(system: np.ndarray, along: np.ndarray, step: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """What solves the system for numbers that are not ``held``, the others where they are."""
-    return _least_norm_solution(system[np.ix_(~held, ~held)], along[~held] - system[np.ix_(~held, held)] @ step[held])
-
-
-def _least_norm_solution(system: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """The shortest solution (k,) of a symmetric system (k, k) without the directions that it has next to nothing of."""
+    """The shortest solution of a symmetric system for numbers that are not ``held``, the others where they are, without
+    the directions that it has next to nothing of."""
+    free, right = system[np.ix_(~held, ~held)], along[~held] - system[np.ix_(~held, held)] @ step[held]
     if len(right) > FEW_UNKNOWNS:
-        root, failed = dpotrf(system)
-        if not failed and dpocon(root, np.abs(system).sum(axis=0).max())[0] > WELL_CONDITIONED:
+        root, failed = dpotrf(free)
+        if not failed and dpocon(root, np.abs(free).sum(axis=0).max())[0] > WELL_CONDITIONED:
             return dpotrs(root, right)[0]
-    return np.linalg.lstsq(system, right, rcond=NEGLIGIBLE)[0]
+    return np.linalg.lstsq(free, right, rcond=NEGLIGIBLE)[0]

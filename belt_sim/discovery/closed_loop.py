@@ -176,12 +176,9 @@ class LoopInput:
         ends = [read for read in self.reads if read[0] == "ends"]
         if not ends:
             return np.zeros((len(self.states.tension), 1, 1))
-        per_end = self.states.changes[t.place.relative].per_end(u, self._is_roll) if t.form.reads_belt else u
+        change = self.states.changes[t.place.relative]
+        per_end = change.per_end(u, int(self.channel in ROLLS)) if t.form.reads_belt else u
         return np.asarray(sum(factor * at[read] for factor, read in zip(per_end, ends, strict=True)))
-
-    @property
-    def _is_roll(self) -> int:
-        return int(self.channel in ROLLS)
 
 
 def _loop_inputs(data: SearchData, law: Law, sizes: np.ndarray) -> list[LoopInput]:
@@ -348,8 +345,10 @@ def _start(loop: LoopResponses, law: Law, numbers: np.ndarray) -> Point | None:
     is_size = np.arange(len(numbers)) < _sizes(law)
     halved = (_evaluate(loop, law, np.where(is_size, 0.5**k * numbers, numbers)) for k in range(2 * SHORTER))
     first = next((point for point in halved if point is not None), None)
-    largest = _largest_change(loop.data, law, numbers[is_size])
-    factors = [0.5, 0.25, *(change / largest for change in LARGE)] if largest else []
+    factors, term = list[float](), law.terms[0]
+    if len(law.terms) == 1 and term.place.relative and term.form.family == Form("none").family:
+        largest = float(numbers[0] * np.max(loop.data.weight(term.exponent)))  # change, at any tension
+        factors = [0.5, 0.25, *(change / largest for change in LARGE)] if largest else []
     points = [first, *(_evaluate(loop, law, np.where(is_size, factor * numbers, numbers)) for factor in factors)]
     return min((point for point in points if point is not None), key=lambda point: point[2], default=None)
 
@@ -358,13 +357,6 @@ def _evaluate(loop: LoopResponses, law: Law, numbers: np.ndarray, begin: States 
     """What numbers make, and its chi2; None where the belt runs away."""
     now, projector = solve_loop(loop, *_law_with(law, numbers[None]), begin), loop.data.projector
     return None if now is None else (numbers, now, projector.chi2(projector.residual - now[0][0]))
-
-
-def _largest_change(data: SearchData, law: Law, sizes: np.ndarray) -> float:
-    """The steady relative change of a span that is a law's whole work, at the tension where it is largest; else 0."""
-    term = law.terms[0]
-    steady = len(law.terms) == 1 and bool(term.place.relative) and term.form.family == Form("none").family
-    return float(sizes[0] * np.max(data.weight(term.exponent))) if steady else 0.0
 
 
 def _gauss_newton_step(

@@ -8,8 +8,8 @@ from belt_sim.diagnosis.describe import label
 from belt_sim.diagnosis.errors.model_errors import errors_of
 from belt_sim.discovery.form_dictionary import travel_of, variable
 from belt_sim.discovery.latent_input import LatentInput
-from belt_sim.discovery.law_search import FEWEST, SearchOutcome
 from belt_sim.discovery.law_words import formula, looks_like, place_words, sentence
+from belt_sim.discovery.march_fit import FEWEST, SearchOutcome
 from belt_sim.discovery.states import States
 from belt_sim.effects.law_terms import VARIABLES, Form
 from belt_sim.effects.load import save_effects

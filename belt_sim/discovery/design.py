@@ -100,11 +100,10 @@ def residual_projector(bench: Workbench, fit: Fit) -> ResidualProjector:
 @dataclass(frozen=True, kw_only=True)
 class DesignMatrices:
     """rows: channel, or signal of a sensor -> (J, R, m), whitened responses to an input of height 1 in each cell; grid
-    (J,): the cells' travels [m]; true (R, n + 1): true travel [m] of every sample, and where sensors read zero."""
+    (J,): the cells' travels [m]."""
 
     rows: dict[str, np.ndarray]
     grid: np.ndarray
-    true: np.ndarray
 
     def columns(self, channel: str, inputs: np.ndarray) -> np.ndarray:
         """Whitened columns (F, R, m) of inputs (F, R, J) at a channel."""
@@ -139,7 +138,7 @@ def design_matrices(
     for name in names:
         white = projector.whiten(_responses_at(bench, responses, true, name)).swapaxes(0, 1)
         rows[name] = single_precision(np.ascontiguousarray(white)).swapaxes(0, 1)  # of a run side by side in memory
-    return DesignMatrices(rows=rows, grid=responses.grid, true=true)
+    return DesignMatrices(rows=rows, grid=responses.grid)
 
 
 def _responses_at(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, name: str) -> np.ndarray:

@@ -11,9 +11,9 @@ from belt_sim.diagnosis.examine import LawResult
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.describe import describe
-from belt_sim.discovery.law_search import search_law
 from belt_sim.discovery.law_words import formula
 from belt_sim.discovery.linear_search import ScoredLaw, distinct_families, exponents_of, single_term_laws
+from belt_sim.discovery.march_fit import search_law
 from belt_sim.discovery.search_data import SearchData, search_data_of
 
 LAWS = 12  # that are compared in the linear range

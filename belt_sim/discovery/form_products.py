@@ -68,12 +68,14 @@ def form_products(data: SearchData, place: Place, targets: Targets) -> tuple[lis
         ("forms", place.kind, place.is_carried, data.wide), lambda: _blocks(data, place), data.states
     )
     along = _sum_of_parts(data, place, lambda channel: targets.channel_products(data, channel))
-    return forms, [
-        _state_products(data, place, block, targets)
-        if block.depends_on_pulley
-        else _plain_products(data, place, block, along)
-        for block in blocks
-    ]
+    found = []
+    for block in blocks:
+        if block.depends_on_pulley:
+            rows = _rows(data, place, block)
+            found.append(Products(rows @ targets.single, *_lengths(rows, block.waves), block.waves))
+        else:
+            found.append(_plain_products(data, place, block, along))
+    return forms, found
 
 
 def _blocks(data: SearchData, place: Place) -> tuple[list[Form], list[Block]]:
@@ -143,17 +145,6 @@ def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
     return np.asarray(found)
 
 
-def _keep_for_kind(data: SearchData, place: Place, key: tuple, compute: Callable[[], np.ndarray]) -> np.ndarray:
-    """What ``compute`` gives for a part of a place; kept for the places of one kind, until another kind comes."""
-    last, kind = data.compute_once(("rows",), dict, data.states), place.relative or place.kind
-    if last.get("kind") != kind:
-        last.clear()
-        last["kind"] = kind
-    if key not in last:
-        last[key] = compute()
-    return last[key]
-
-
 def _largest_norms(data: SearchData, place: Place) -> np.ndarray:
     """The largest norm that a response to an input of 1 in each cell of a place can have, (R, J, 1)."""
     found: Any = 0.0
@@ -172,18 +163,17 @@ def _sum_of_parts(data: SearchData, place: Place, of_channel: Callable[[str], np
     return np.asarray(found)
 
 
-def _state_products(data: SearchData, place: Place, block: Block, targets: Targets) -> Products:
-    """Products of forms that read the state."""
-    rows = _rows(data, place, block)
-    return Products(rows @ targets.single, *_lengths(rows, block.waves), block.waves)
-
-
 def _rows_of_part(data: SearchData, place: Place, channel: str, part: int | None, block: Block) -> np.ndarray:
     """The rows of one part of a place, in every run.
 
-    They are kept for the places of one kind: what is at both pulleys is at each of them as well.
+    They are kept for the places of one kind, until another kind comes: what is at both pulleys is at each of them as
+    well.
     """
     states, where = data.states, channel if part is None else part
+    kind, kept = place.relative or place.kind, data.compute_once(("rows",), dict, states)
+    if kept.get("kind") != kind:
+        kept.clear()
+        kept["kind"] = kind
 
     def inputs() -> np.ndarray:
         if not block.depends_on_pulley:
@@ -201,7 +191,9 @@ def _rows_of_part(data: SearchData, place: Place, channel: str, part: int | None
         gain = states.channel_gain(place.of_all_spans, channel, part)
         return inputs() @ (op if isinstance(gain, float) else op * single_precision(gain)[..., None])
 
-    return _keep_for_kind(data, place, (channel, block), compute)
+    if (channel, block) not in kept:
+        kept[channel, block] = compute()
+    return kept[channel, block]
 
 
 def _lengths(rows: np.ndarray, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -125,7 +125,8 @@ def impulse_responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> 
     then share compiled code."""
     forward = bench.forward
     samples, effects = forward.samples, forward.effects_at(fit.vector, (*fit.ids, *among))
-    far = _true_end(bench, fit)
+    true_end = np.max(in_float64(true_travel)(effects, samples.cases, samples.end))  # whatever the encoder says
+    far = max(float(true_end), samples.end)
     step = forward.step * max(2, int(np.ceil(far / CELLS / forward.step)))
     cells = int(np.ceil(far / step)) + 1
     travel = step * (cells + 1)
@@ -141,12 +142,6 @@ def impulse_responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> 
     return ImpulseResponses(
         grid=step * np.arange(cells), fine=np.linspace(0.0, travel, steps + 1), curves=curves, pulses=pulses
     )
-
-
-def _true_end(bench: Workbench, fit: Fit) -> float:
-    """How far a belt goes in truth, whatever its encoder says [m]."""
-    samples, effects = bench.forward.samples, bench.forward.effects_at(fit.vector, fit.ids)
-    return max(float(np.max(in_float64(true_travel)(effects, samples.cases, samples.end))), samples.end)
 
 
 @lru_cache(PROGRAMS)

@@ -162,13 +162,13 @@ def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Sea
     projector = residual_projector(bench, fit)
     design = design_matrices(bench, projector, responses, bench.forward.effects_at(fit.vector, fit.ids))
     states = states_of(bench, responses, span_changes(bench, fit))
-    places = tuple(p for p in campaign_places(bench.samples) if _is_visible(design, states, p))
+
+    def is_visible(place: Place) -> bool:
+        """Whether the readings show an input at a place at all, and the spans that it changes are bent."""
+        bent = not place.relative or any(np.any(states.channel_gain(place, *part)) for part in place.parts)
+        return bent and all(np.any(design.rows[channel]) for channel, _ in place.parts if channel not in ROLLS)
+
+    places = tuple(filter(is_visible, campaign_places(bench.samples)))
     unit = float(np.exp(np.mean(np.log(states.tension))))
     unit = 1e6 * float(f"{unit / 1e6:.1g}")
     return SearchData(bench, fit, projector, responses, design, states, places, unit)
-
-
-def _is_visible(design: DesignMatrices, states: States, place: Place) -> bool:
-    """Whether the readings show an input at a place at all, and the spans that it changes are bent."""
-    bent = not place.relative or any(np.any(states.channel_gain(place, *part)) for part in place.parts)
-    return bent and all(np.any(design.rows[channel]) for channel, _ in place.parts if channel not in ROLLS)

@@ -114,16 +114,14 @@ def laws_with_both_slopes(loop: LoopResponses, ones: Sequence[ClosedLoopFit]) ->
     for c in ones:
         if c.law.terms[0].form.shape in WITH_KNEE:
             first.setdefault(c.law.terms[0].place.name, c)
-    made = [fit_closed_loop(loop, *_both_slopes(c), POLISH) for c in list(first.values())[:WITH_SLOPES]]
-    return [c for c in made if c is not None]
-
-
-def _both_slopes(one: ClosedLoopFit) -> tuple[Law, np.ndarray]:
-    """A law of one term as a straight one and one that saturates, and their sizes."""
-    term, size = one.law.terms[0], float(one.sizes[0])
-    straight = replace(term.form, shape="linear", knee=None)
-    law = Law(tuple(replace(term, form=f) for f in (straight, replace(term.form, shape="saturation"))))
-    return law, np.array([size, -size] if term.form.shape == "dead_zone" else [0.0, size])
+    found = []
+    for c in list(first.values())[:WITH_SLOPES]:  # a straight law and one that saturates
+        term, size = c.law.terms[0], float(c.sizes[0])
+        straight = replace(term.form, shape="linear", knee=None)
+        law = Law(tuple(replace(term, form=f) for f in (straight, replace(term.form, shape="saturation"))))
+        sizes = [size, -size] if term.form.shape == "dead_zone" else [0.0, size]
+        found.append(fit_closed_loop(loop, law, np.array(sizes), POLISH))
+    return [c for c in found if c is not None]
 
 
 def _fit_all(loop: LoopResponses, tried: Iterable[tuple[SearchData, Sequence[ScoredLaw]]]) -> list[ClosedLoopFit]:

@@ -68,9 +68,14 @@ class States:
 
     def delay(self, x: np.ndarray, pulley: int) -> np.ndarray:
         """What x (..., J) was one wrap of a pulley before; what lay there at the start lay straight."""
-        cells = (self.s - self.wraps[pulley]) / (self.s[1] - self.s[0])
+        before = self.s - self.wraps[pulley]
+        return np.where(before < 0.0, 0.0, self._interpolate(x, before))
+
+    def _interpolate(self, x: np.ndarray, where: np.ndarray) -> np.ndarray:
+        """x (..., J) at travels ``where`` (J,)."""
+        cells = where / (self.s[1] - self.s[0])
         low = np.clip(cells.astype(int), 0, len(self.s) - 2)
-        return np.where(cells < 0.0, 0.0, x[..., low] * (1.0 - cells + low) + x[..., low + 1] * (cells - low))
+        return x[..., low] * (1.0 - cells + low) + x[..., low + 1] * (cells - low)
 
     def channel_gain(self, place: Place, channel: str, pulley: int | None) -> np.ndarray | float:
         """What an input of 1 at a place is to one of its channels: 1, (R, J), or (R, 1)."""
@@ -123,12 +128,8 @@ class States:
         tail pulley, and the head pulley meets it later."""
         if not place.is_carried or pulley != 1:
             return u * self.channel_gain(place, channel, pulley)
-        before = self.s - self.head_delay
-        cells = np.where(before < 0.0, before + self.belt_length, before) / (
-            self.s[1] - self.s[0]
-        )  # it was there, or will be
-        low = np.minimum(cells.astype(int), len(self.s) - 2)
-        return u[..., low] * (1.0 - cells + low) + u[..., low + 1] * (cells - low)
+        before = self.s - self.head_delay  # it was there, or will be
+        return self._interpolate(u, np.where(before < 0.0, before + self.belt_length, before))
 
 
 def states_of(bench: Workbench, responses: ImpulseResponses, changes: Mapping[str, SpanChange]) -> States:

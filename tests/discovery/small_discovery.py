@@ -12,7 +12,7 @@ from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.discovery.describe import describe
-from belt_sim.discovery.law_search import SearchOutcome, search_law
+from belt_sim.discovery.march_fit import SearchOutcome, search_law
 from belt_sim.discovery.search_data import SearchData, search_data_of
 from belt_sim.effects.base import Effect
 from belt_sim.effects.generic_law import ID, GenericLaw, law_effect

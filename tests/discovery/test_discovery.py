@@ -15,8 +15,8 @@ from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.discovery.describe import describe, worse_predictions
 from belt_sim.discovery.diagnosis_interface import LawSearch, unknown_evidence
-from belt_sim.discovery.law_search import search_law
 from belt_sim.discovery.law_words import sentence
+from belt_sim.discovery.march_fit import search_law
 from belt_sim.discovery.search_data import search_data_of
 from belt_sim.errors import InputError
 from belt_sim.results.errors import Change, Errors, OwnChange
