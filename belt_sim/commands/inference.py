@@ -27,7 +27,7 @@ def check(run_dir: RunDir) -> None:
     if config["pictures"] and found.visible:
         visible_picture(folder / "check.png", found.visible, found.campaign.title)
     tell_choice(config, found.base_model)
-    tell(found.tables(), found.lines(), folder / "check.json")
+    tell(found.tables(), [*found.lines(), folder / "check.json"])
 
 
 def compare(run_dir: RunDir) -> None:
@@ -38,7 +38,7 @@ def compare(run_dir: RunDir) -> None:
         found = inference.compare(*asked, drawn=pictures, config=config)
         write_comparison(draft, found, pictures=pictures)
     tell_choice(config, found.base_model)
-    tell(found.tables(), found.lines()[1:], run_dir.path)  # the first line is the title of the table
+    tell(found.tables(), [*found.lines()[1:], run_dir.path])  # the first line is the title of the table
 
 
 def diagnose(run_dir: RunDir) -> None:

@@ -9,7 +9,7 @@ from rich.markup import escape
 from rich.table import Table as RichTable
 
 from belt_sim.registry import BY_TENSION
-from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis, error_table, ranking_table
+from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis
 from belt_sim.results.display import Table
 
 MIN_WIDTH = 110
@@ -22,44 +22,36 @@ def tell_choice(config: Mapping[str, Any], model: str) -> None:
         print(f"model {model}, chosen by tension ({rule}); model=NAME states one")
 
 
-def tell(tables: Iterable[Table], lines: Iterable[str], place: Path) -> None:
-    """Tables and lines of a result, and where its files are."""
+def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
+    """Tables and lines of a result."""
     out = console()
     for table in tables:
         out.print(rich_table(table))
-    for line in (*lines, str(place)):
-        out.print(line, soft_wrap=True, markup=False)
+    for line in lines:
+        out.print(str(line), soft_wrap=True, markup=False)
 
 
 def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
     """Verdict, where it fails, effects, ranking, errors, next runs."""
+    found = d.discovery if d.discovery is not None and d.discovery.found else None
+    sentences = [*([found.sentence] if found is not None else []), d.where.sentence, d.where.boundary_sentence]
     out = console()
     out.print(f"\n[bold]{d.verdict}[/bold]: {escape(d.sentence)}")
-    found = d.discovery if d.discovery is not None and d.discovery.found else None
-    if found is not None:
-        out.print(found.sentence, markup=False)
-    out.print(d.where.sentence, markup=False)
-    out.print(d.where.boundary_sentence, markup=False)
+    out.print(*map(escape, sentences), sep="\n")
     for s in d.suspicions:
         out.print(f"[yellow]{s.kind}[/yellow] {escape(str(s))}")
     for line in d.beyond:
         out.print(line, markup=False)
     for e in d.effects:
         out.print(f"  {escape(str(e))}".replace(e.id, f"[bold]{e.id}[/bold]", 1))
-    out.print(rich_table(ranking_table(d.ranking)))
-    out.print(rich_table(error_table(d.error)))
-    for pair in d.confusables:
-        out.print(str(pair), markup=False)
-    for action in d.next_runs[:SHOWN_ACTIONS]:
-        out.print(str(action), markup=False)
+    lines: list[object] = [*d.confusables, *d.next_runs[:SHOWN_ACTIONS]]
     if d.unknown is not None and (found is None or found.law is None):
-        out.print(f"unknown: {d.unknown}")
+        lines.append(f"unknown: {d.unknown}")
     elif d.unknown is not None and d.unknown.nearest:
-        out.print(f"nearest known effect: {d.unknown.nearest}, but {d.unknown.why}")
-    out.print("")
+        lines.append(f"nearest known effect: {d.unknown.nearest}, but {d.unknown.why}")
     law = ("found_law.yaml",) if found is not None and found.law_file else ()
-    for name in ("report.html", "effects.yaml", "diagnosis.json", *law):
-        out.print(str(folder / name), soft_wrap=True)
+    files = (folder / name for name in ("report.html", "effects.yaml", "diagnosis.json", *law))
+    tell(d.tables(), [*lines, "", *files])
 
 
 def console() -> Console:
