@@ -89,11 +89,8 @@ def weights(found: Any) -> list[dict]:
     """Places of an unknown, best first: lengths [%] of their gains in log evidence."""
     best, chosen = found.places[:SHOWN_PLACES], found.law.place if found.law is not None else ""
     full = max([1e-9, *(p.gain for p in best)])
-    lengths = [round(100.0 * max(p.gain, 0.0) / full, 1) for p in best]
-    return [
-        {"words": p.words, "gain": p.gain, "length": length, "chosen": p.words in chosen}
-        for p, length in zip(best, lengths, strict=True)
-    ]
+    shares = [(p, round(100.0 * max(p.gain, 0.0) / full, 1)) for p in best]
+    return [{"words": p.words, "gain": p.gain, "length": share, "chosen": p.words in chosen} for p, share in shares]
 
 
 def place_note(found: Any) -> str:
@@ -166,10 +163,8 @@ def bars(ranking: Sequence[Candidate]) -> list[dict]:
     """Lengths [%] of the gains and of chance on one scale, log2(1 + gain / threshold)."""
     ratios = [max(c.gain, 0.0) / c.threshold if c.threshold else 0.0 for c in ranking]
     full = float(np.log2(1.0 + max([1.0, *ratios])))
-    lengths = [round(100.0 * float(np.log2(1.0 + ratio)) / full, 1) for ratio in ratios]
-    chance = round(100.0 / full, 1)
-    pairs = zip(ratios, lengths, strict=True)
-    return [{"length": length, "chance": chance, "beyond_chance": ratio > 1.0} for ratio, length in pairs]
+    lengths = [(ratio, round(100.0 * float(np.log2(1.0 + ratio)) / full, 1)) for ratio in ratios]
+    return [{"length": length, "chance": round(100.0 / full, 1), "beyond_chance": r > 1.0} for r, length in lengths]
 
 
 def worst(panels: Sequence[Panel]) -> int:
