@@ -9,7 +9,8 @@ from belt_sim.diagnosis.errors.model_errors import errors_of
 from belt_sim.discovery.form_dictionary import travel_of, variable
 from belt_sim.discovery.latent_input import LatentInput
 from belt_sim.discovery.law_words import formula, looks_like, place_words, sentence
-from belt_sim.discovery.march_fit import FEWEST, SearchOutcome
+from belt_sim.discovery.march_fit import FEWEST, Estimates, MarchFit, SearchOutcome
+from belt_sim.discovery.selection import LawChoice
 from belt_sim.discovery.states import States
 from belt_sim.effects.law_terms import VARIABLES, Form
 from belt_sim.effects.load import save_effects
@@ -41,11 +42,12 @@ def describe(found: SearchOutcome, probability: float, config: Any = None) -> Di
     common |= {"unit": "1", "courses": ()} if stretch else _drawn_input(found)
     if found.best is None:
         return Discovery(**common, sentence=_no_law_sentence(found))
-    law, error = _law(found), errors_of(s.bench, s.fit, found.best.bench, found.best.fit)
+    best, law = found.best, _law(found, found.choice, found.best)
+    error = errors_of(s.bench, s.fit, best.bench, best.fit)
     fall = error.fit or error.held_out
     assert fall is not None  # a law is fitted to some runs
-    said = sentence(s, found.best, law, fall, worse=worse_predictions(error))
-    points, curve = _law_points(found)
+    said = sentence(s, best, law, fall, worse=worse_predictions(error))
+    points, curve = _law_points(found, best)
     return Discovery(
         **common,
         sentence=said,
@@ -56,7 +58,7 @@ def describe(found: SearchOutcome, probability: float, config: Any = None) -> Di
         against=points,
         curve=curve,
         error=error,
-        law_file=_law_file(found, said, probability),
+        law_file=_law_file(found, law.frequency, best, said, probability),
     )
 
 
@@ -119,10 +121,8 @@ def _drawn_input(found: SearchOutcome) -> dict[str, Any]:
     return {"unit": latent.place.unit, "courses": tuple(sorted(told, key=lambda c: (c.tension, c.label)))}
 
 
-def _law(found: SearchOutcome) -> FoundLaw:
-    assert found.best is not None
-    assert found.choice is not None
-    law, numbers = found.best.scored.law, found.best.estimates()
+def _law(found: SearchOutcome, choice: LawChoice, best: MarchFit) -> FoundLaw:
+    law, numbers = best.scored.law, best.estimates()
     many = len({r.tension for r in found.data.bench.samples.runs}) > 1
     made = {n: Estimate(v, u, unit, True) for n, (v, u, unit) in numbers.items()}
     first = law.terms[0]
@@ -132,22 +132,21 @@ def _law(found: SearchOutcome) -> FoundLaw:
         variable=VARIABLES[first.form.variable][1],
         variable_unit=VARIABLES[first.form.variable][0],
         parity=law.parity,
-        exponent=Estimate(*found.best.exponent, "1", True) if many else None,
+        exponent=Estimate(*best.exponent, "1", True) if many else None,
         parameters=made,
-        share=min(1.0, found.best.gain / max(found.choice.possible, 1e-9)),
-        frequency=found.choice.frequency,
+        share=min(1.0, best.gain / max(choice.possible, 1e-9)),
+        frequency=choice.frequency,
         looks_like=looks_like(found.data, law, numbers),
     )
 
 
-def _law_points(found: SearchOutcome) -> tuple[tuple[LawPoints, ...], LawPoints | None]:
+def _law_points(found: SearchOutcome, best: MarchFit) -> tuple[tuple[LawPoints, ...], LawPoints | None]:
     """The unknown of the first term against its variable (travel, where it depends on travel alone), and the law."""
-    assert found.best is not None
-    s, term, latent = found.data, found.best.scored.law.terms[0], found.latent
+    s, term, latent = found.data, best.scored.law.terms[0], found.latent
+    numbers, fitted, length = best.estimates(), best.fitted_law.terms[0].form, s.states.belt_length
     if term.place.is_stretch:
-        line = np.linspace(0.0, s.states.belt_length, DRAWN)
-        return (), LawPoints(tension=0.0, x=line, u=_law_curve(found, line, by_travel=True))
-    numbers = found.best.estimates()
+        line = np.linspace(0.0, length, DRAWN)
+        return (), LawPoints(tension=0.0, x=line, u=_law_curve(fitted, numbers, length, line, by_travel=True))
     part, u = term.place.parts[0][1], latent.inputs(s.design.grid)
     slack = s.weight(numbers["exponent"][0])[:, None]
     by_travel = not term.form.reads_belt
@@ -160,7 +159,7 @@ def _law_points(found: SearchOutcome) -> tuple[tuple[LawPoints, ...], LawPoints 
         slack = slack * s.states.beta
     elif not by_travel and term.form.course != "constant":
         along = travel_of(s.states, term.form, part) if term.form.is_carried else s.states.s[None]
-        slack = slack * _course_of(term.form, numbers, along)
+        slack = slack * fitted.course_value(along, np)
     told = np.abs(slack) > 0.2 * np.abs(slack).max()
     reduced = np.where(told, u / np.where(told, slack, 1.0), np.nan)
     points = []
@@ -171,7 +170,7 @@ def _law_points(found: SearchOutcome) -> tuple[tuple[LawPoints, ...], LawPoints 
         keep = keep[:: max(1, len(keep) // KEPT)]
         points.append(LawPoints(tension=float(tension), x=px[keep], u=pu[keep]))
     line = np.linspace(float(np.min(x)), float(np.max(x)), DRAWN)
-    return tuple(points), LawPoints(tension=0.0, x=line, u=_law_curve(found, line, by_travel))
+    return tuple(points), LawPoints(tension=0.0, x=line, u=_law_curve(fitted, numbers, length, line, by_travel))
 
 
 def _drawn_travel(states: States, form: Form, part: int | None) -> np.ndarray:
@@ -180,22 +179,13 @@ def _drawn_travel(states: States, form: Form, part: int | None) -> np.ndarray:
     return states.belt_length * (states.belt_part[:, part or 0] % 1.0) if form.is_carried else states.s
 
 
-def _course_of(form: Form, numbers, s: np.ndarray) -> np.ndarray:
-    at, wide = (numbers.get(n, (None,))[0] for n in ("at", "wide"))
-    return np.asarray(form.course_value(s, np, at, wide))
-
-
-def _law_curve(found: SearchOutcome, line: np.ndarray, by_travel: bool) -> np.ndarray:
-    """The law's own u along ``line``."""
-    assert found.best is not None
-    numbers, form = found.best.estimates(), found.best.scored.law.terms[0].form
+def _law_curve(form: Form, numbers: Estimates, length: float, line: np.ndarray, by_travel: bool) -> np.ndarray:
+    """u of a law along ``line``; form: with its fitted numbers; length: of the belt [m]."""
     if form.is_wave:
-        halves = {"cos": form, "sin": form.sine()}
-        return np.asarray(sum(numbers[n][0] * _course_of(half, numbers, line) for n, half in halves.items()))
-    if by_travel:
-        s = line / found.data.states.belt_length if form.is_carried else line
-        return np.asarray(numbers["size"][0] * _course_of(form, numbers, s))
-    return np.asarray(numbers["size"][0] * form.shape_value(line, line, np, numbers.get("knee", (None,))[0]))
+        values = [half.course_value(line, np) for half in (form, form.sine())]
+        return np.asarray(numbers["cos"][0] * values[0] + numbers["sin"][0] * values[1])
+    s = line / length if form.is_carried else line
+    return np.asarray(numbers["size"][0] * (form.course_value(s, np) if by_travel else form.shape_value(s, s, np)))
 
 
 def worse_predictions(error: Errors) -> str:
@@ -209,15 +199,13 @@ def worse_predictions(error: Errors) -> str:
     return ""
 
 
-def _law_file(found: SearchOutcome, said: str, probability: float) -> str:
+def _law_file(found: SearchOutcome, frequency: float, best: MarchFit, said: str, probability: float) -> str:
     """The text of found_law.yaml, with the numbers of the march."""
-    assert found.best is not None
-    assert found.choice is not None
-    r, campaign = found.best, found.data.bench.campaign
+    campaign = found.data.bench.campaign
     data = f"{campaign.title} ({len(campaign.runs)} runs"
     data += f", SHA-256 {campaign.sha256[:12]})" if campaign.sha256 else ")"
     beside = ", ".join(found.data.fit.ids) or f"the {found.data.bench.forward.model.name} model alone"
-    sure = f"probability {probability:.3g}; first again in {found.choice.frequency:.0%} of repetitions"
-    spread = {name: u for name, (_, u, _) in r.estimates().items()}
+    sure = f"probability {probability:.3g}; first again in {frequency:.0%} of repetitions"
+    spread = {name: u for name, (_, u, _) in best.estimates().items()}
     notes = (said, f"Found in: {data}, beside {beside}; {sure}.")
-    return save_effects([r.fitted_effect], {r.effect.id: spread}, notes)
+    return save_effects([best.fitted_effect], {best.effect.id: spread}, notes)

@@ -79,6 +79,11 @@ class MarchFit:
         """The effect with the numbers that it has in the march."""
         return self.effect(**{name: value for name, (value, _, _) in self.estimates().items()})
 
+    @property
+    def fitted_law(self) -> Law:
+        """The law with the shape numbers and exponents that it has in the march."""
+        return self.scored.law.with_numbers({name: value for name, (value, _, _) in self.estimates().items()})
+
     def sizes_are_certain(self, sigmas: float) -> bool:
         """Whether the size of every term lies that far from zero, its knee being held; of a wave, both sizes together.
 

@@ -137,10 +137,8 @@ def test_its_sentence_says_where_on_the_belt_it_is():
 
 def test_a_law_of_the_belt_alone_is_drawn_where_it_was_met():
     data = both_ways()[1]
-    states, law = data.states, law_of(data, "turn_carried", BENT)
-    numbers = {"size": (1.0, 0.1, ""), "at": (BENT.at, 0.1, ""), "wide": (BENT.wide, 0.1, "")}
-    best = SimpleNamespace(estimates=lambda: numbers, scored=SimpleNamespace(law=law))
-    found = SimpleNamespace(data=data, best=best)
+    states, numbers = data.states, {"size": (1.0, 0.1, "")}
     for run in range(len(states.belt_part)):
-        drawn = _law_curve(found, _drawn_travel(states, BENT, 0)[run], by_travel=True)
+        line = _drawn_travel(states, BENT, 0)[run]
+        drawn = _law_curve(BENT, numbers, states.belt_length, line, by_travel=True)
         assert np.allclose(drawn, form_values(BENT, states, 0, None)[run], atol=1e-6)

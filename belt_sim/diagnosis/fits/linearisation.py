@@ -64,21 +64,33 @@ class GridStart:
 
 @dataclass(frozen=True)
 class SizeStart:
-    """A number, by position, at a size at which it shows, and the predictions (R, S, n) there."""
+    """A number, by position, at a size, and what that changes of the predictions: (R, S, n), white (N,) the same
+    whitened.
+    """
 
     position: int
     size: float
-    values: np.ndarray
+    change: np.ndarray
+    white: np.ndarray
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether it keeps every belt on its pulleys."""
+        return bool(np.isfinite(self.change).all())
+
+    @property
+    def shows(self) -> bool:
+        return bool(np.linalg.norm(self.white) > STRONG)
 
     def begin(self, bench: Workbench, null: Fit) -> Fit:
         """The fit ``null`` with the number at that size, where the derivatives of its effect are due."""
-        vector = null.vector.copy()
+        vector, values = null.vector.copy(), null.values + self.change
         vector[self.position] = self.size
-        residual = bench.metric.whiten(bench.fitted.y - self.values)
+        residual = bench.metric.whiten(bench.fitted.y - values)
         effect = bench.forward.slots[self.position].effect
         due = np.array([bench.forward.slots[p].effect is effect for p in null.free])
         chi2 = float(residual @ residual)
-        return replace(null, vector=vector, values=self.values, residual=residual, chi2=chi2, due=due, exact=False)
+        return replace(null, vector=vector, values=values, residual=residual, chi2=chi2, due=due, exact=False)
 
 
 Start = GridStart | SizeStart
@@ -158,10 +170,9 @@ def linearise(bench: Workbench, fit: Fit, ids: Sequence[str], before: Linearisat
     starts: dict[str, list[Start]] = {i: [] for i in ids}
     for k, changes in _visible_changes(bench, fit, faint, sizes).items():
         likeliest = min(changes, key=lambda change: float(np.sum((fit.residual - change.white) ** 2)))
-        slopes[k] = changes[0].values
+        slopes[k] = changes[0].change
         sizes.setdefault(k, sorted({changes[0].size, likeliest.size}))
-        start = SizeStart(k, likeliest.size, fit.values + likeliest.values)
-        starts[bench.forward.slots[k].effect.id].append(start)
+        starts[bench.forward.slots[k].effect.id].append(likeliest)
     known = shapes_on_grids(bench, fit, ids) if before is None else before.grids
     grids = {i: known[i] for i in ids if i in known}
     for i, grid in grids.items():
@@ -184,46 +195,28 @@ def _derivatives(bench: Workbench, fit: Fit, positions: Sequence[int]) -> tuple[
 SIZES = (0.5, 1.0, 2.0, 3.0)  # of a parameter's scale, at which a nonlinear effect may begin to show
 
 
-@dataclass(frozen=True)
-class _Change:
-    """What a number of some size changes of the predictions: values (R, S, n), white (N,): the same whitened."""
-
-    size: float
-    values: np.ndarray
-    white: np.ndarray
-
-    @property
-    def is_possible(self) -> bool:
-        """Whether it keeps every belt on its pulleys."""
-        return bool(np.isfinite(self.values).all())
-
-    @property
-    def shows(self) -> bool:
-        return bool(np.linalg.norm(self.white) > STRONG)
-
-
 def _visible_changes(
     bench: Workbench, fit: Fit, faint: Sequence[int], sizes: Mapping[int, Sequence[float]]
-) -> dict[int, list[_Change]]:
+) -> dict[int, list[SizeStart]]:
     """Position -> the changes that are seen and keep every belt on its pulleys, the smallest size first.
 
     sizes: those that are worth trying; by default all, the smaller ones where the largest shows, or is too much for a
     belt.
     """
     first = _changes(bench, fit, [(k, size) for k in faint for size in sizes.get(k, SIZES[-1:])])
-    more = [k for k, change in first if k not in sizes and (change.shows or not change.is_possible)]
+    more = [s.position for s in first if s.position not in sizes and (s.shows or not s.is_possible)]
     tried = [*_changes(bench, fit, [(k, size) for k in more for size in SIZES[:-1]]), *first]
-    found = {k: [change for j, change in tried if j == k and change.shows and change.is_possible] for k in faint}
+    found = {k: [s for s in tried if s.position == k and s.shows and s.is_possible] for k in faint}
     return {k: changes for k, changes in found.items() if changes}
 
 
-def _changes(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> list[tuple[int, _Change]]:
+def _changes(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> list[SizeStart]:
     """What numbers at (position, size) change, one at a time."""
     points = np.repeat(fit.vector[None], len(tried), axis=0)
     for row, (k, size) in enumerate(tried):
         points[row, k] = size
     changes = bench.forward.values(points) - fit.values
-    return [(k, _Change(size, x, bench.metric.whiten(x))) for (k, size), x in zip(tried, changes, strict=True)]
+    return [SizeStart(*pair, x, bench.metric.whiten(x)) for pair, x in zip(tried, changes, strict=True)]
 
 
 # Shapes of an effect at the points of a grid.

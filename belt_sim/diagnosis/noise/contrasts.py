@@ -55,24 +55,12 @@ class Contrast:
         """Windows in which what is fast is looked for: none where no samples are averaged."""
         return 0 if self.bin_size == 1 else len(self.keep) // WINDOW
 
-    def modes(self, reach: Reach) -> "Modes":
-        """In which modes wander of this reach is independent."""
+    def modes(self, reach: Reach) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Modes slow (m, m) and fast (f, f) in which wander of this reach is independent, behind the variance of wander
+        over that of white noise in every mode, as stated."""
         kernel, (ratios, fast) = _wander(self.sheet, self.travel.tobytes(), self.per_bin, self.bin_size, reach)
         own, slow = np.linalg.eigh(self.free.T @ kernel @ self.free)
-        return Modes(np.maximum(np.concatenate([own, np.tile(ratios, self._windows)]), 0.0), slow, fast)
-
-
-@dataclass(frozen=True)
-class Modes:
-    """ratios: variance of wander over that of white noise in every mode, as stated; slow (m, m), fast (f, f): modes."""
-
-    ratios: np.ndarray
-    slow: np.ndarray
-    fast: np.ndarray
-
-    def squares(self, slow: np.ndarray, fast: np.ndarray) -> np.ndarray:
-        """Squares (modes,) of what was read (``Contrast.project``)."""
-        return np.concatenate([slow @ self.slow, (fast @ self.fast).ravel()]) ** 2
+        return np.maximum(np.concatenate([own, np.tile(ratios, self._windows)]), 0.0), slow, fast
 
 
 @lru_cache(maxsize=256)

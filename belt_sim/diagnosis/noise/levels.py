@@ -81,7 +81,7 @@ class SignalLevels:
         self.grids, self.fast_grids = [], []
         for k, reach in enumerate(Reach(float(x), smooth) for x in self.lengths):
             modes = [c.modes(reach) for c in contrasts]
-            classes, of = _classes(np.concatenate([*(m.ratios for m in modes), np.empty(0)]))
+            classes, of = _classes(np.concatenate([*(ratios for ratios, _, _ in modes), np.empty(0)]))
             variance = _variance(classes)
             self.prior[k] += np.log(variance) @ np.bincount(of, minlength=len(classes))
             self.grids.append((modes, of, 1.0 / variance))
@@ -104,7 +104,10 @@ class SignalLevels:
         """The same of contrasts and the data sheet alone."""
         cost, read = self.prior.copy(), [c.project(errors) for c in self.contrasts]
         for k, (modes, of, weights) in enumerate(self.grids):
-            squares = np.concatenate([*(m.squares(*z) for m, z in zip(modes, read, strict=True)), np.empty(0)])
+            rows = [np.empty(0)]
+            for (_, slow, fast), (z, windows) in zip(modes, read, strict=True):
+                rows += [z @ slow, (windows @ fast).ravel()]
+            squares = np.square(np.concatenate(rows))
             cost[k] += weights @ np.bincount(of, squares, minlength=weights.shape[2])
         return cost
 

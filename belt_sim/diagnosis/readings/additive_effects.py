@@ -133,10 +133,7 @@ def _columns_of_runs(settings, travel, rig, belt, effects, nuisances, *, cls: ty
 def bin_attenuation(slots: Sequence[Slot], samples: Samples, others: int = 0) -> np.ndarray:
     """How much of every parameter, and of so many ``others`` behind them, the readings of each run show, (R, k): of a
     harmonic what the mean over a bin leaves, of all else the whole."""
-    places = {
-        s.effect: {name: k for k, name in enumerate(s.effect.parameters)} for s in slots if s.effect.is_additive()
-    }
-    harmonics = [1 + places[s.effect][s.name] // 2 if s.effect in places else 0 for s in slots]
+    harmonics = [1 + list(s.effect.parameters).index(s.name) // 2 if s.effect.is_additive() else 0 for s in slots]
     return samples.bin_attenuation(np.array([*harmonics, *[0] * others]))
 
 
