@@ -13,7 +13,6 @@ from mujoco import mjx
 from belt_sim.case import Case
 from belt_sim.jax_setup import in_float64
 from belt_sim.mjx.mjx_interface import plain_model, to_mjx
-from belt_sim.mujoco3d.batch import lay_pulleys
 from belt_sim.mujoco3d.belt import ActiveFeatures, BatchShape, BeltArrays, active_features, belt_arrays
 from belt_sim.mujoco3d.machine import (
     HEAD_SPIN,
@@ -26,7 +25,7 @@ from belt_sim.mujoco3d.machine import (
     station_mass,
 )
 from belt_sim.mujoco3d.options import Options, fit_options
-from belt_sim.mujoco3d.pulleys import TailPulley
+from belt_sim.mujoco3d.pulleys import TailPulley, lay_pulleys
 from belt_sim.mujoco3d.recording import ANGLES, EDGES, MOMENTS, POINTS, SAGS, TENSION, TILTS
 from belt_sim.mujoco3d.run_stages import Command, apply_command, run_stages
 from belt_sim.mujoco3d.wrap import BeltOnPulley

@@ -12,13 +12,11 @@ One Newton iteration is enough; the tension that stiffens the belt across its di
 that of the predicted state may be slack, and the run then diverges.
 """
 
-import jax
 import jax.numpy as jnp
 from mujoco import mjx
 
 from belt_sim.mjx.mjx_interface import advance, apply_actuators, compute_multibody, node_masses, read_sensors
 from belt_sim.mjx.model import MjxData, MjxModel, flat_of, nodes_of
-from belt_sim.mujoco3d.arrays import smoothstep
 from belt_sim.mujoco3d.belt import guide_forces, load_forces
 from belt_sim.mujoco3d.block_tridiagonal import factorise, solve_chain
 from belt_sim.mujoco3d.chain import (
@@ -33,20 +31,13 @@ from belt_sim.mujoco3d.chain import (
     tail_derivatives,
     twist_of_cells,
 )
+from belt_sim.mujoco3d.loop import smoothstep
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
-from belt_sim.mujoco3d.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
+from belt_sim.mujoco3d.options import COMPLIANCE_TIME
 from belt_sim.mujoco3d.pulleys import pose_of, yaw_moments
 from belt_sim.mujoco3d.recording import reading
 from belt_sim.mujoco3d.run_stages import Command
-from belt_sim.mujoco3d.wrap import (
-    HEAD,
-    TAIL,
-    land_stations,
-    relax_layers,
-    release_stations,
-    sink_wraps,
-    update_tangents,
-)
+from belt_sim.mujoco3d.wrap import HEAD, TAIL, carry_wraps, sink_wraps
 from belt_sim.pytrees import Numbers as Array
 
 _HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model: those of the native engine
@@ -93,10 +84,7 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     chain, moves = after[..., places.stations], tail_derivatives(pulleys.wrap, pose)
     _, at_ends = chain_forces(belt, chain, places, twist, command.share)
     on_tail = loads_on_tail(belt, chain, places, pose, moves, at_ends)
-    wraps = jax.vmap(lambda w, p: update_tangents(w, p, after, h / SPAN_TIME))(pulleys.wrap, pose)
-    pulleys = land_stations(belt, pulleys._replace(wrap=wraps), (came_from, before), after, moved, shaped)
-    pulleys = release_stations(belt, pulleys)
-    pulleys = relax_layers(belt, pulleys, after, command.share, jnp.minimum(h / LAYER_TIME, 1.0))
+    pulleys = carry_wraps(belt, pulleys, (came_from, before), after, moved, shaped, command.share, h)
     tail_x = pose.centre[TAIL, 0]
     read = reading(belt, after, pulleys.wrap.first, pulleys.wrap.last, tail_x, command.share)
     read = jnp.concatenate([read, jnp.stack([tail_x, command.travel, command.speed])])

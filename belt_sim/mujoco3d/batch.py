@@ -10,13 +10,9 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError, SimulationError
-from belt_sim.mujoco3d.belt import ActiveFeatures, BeltArrays, active_features
-from belt_sim.mujoco3d.contact import lay_wraps
-from belt_sim.mujoco3d.machine import SceneLayout
+from belt_sim.mujoco3d.belt import ActiveFeatures, active_features
 from belt_sim.mujoco3d.options import RUNAWAY, Options
-from belt_sim.mujoco3d.pulleys import laid_poses
 from belt_sim.mujoco3d.recording import POINTS
-from belt_sim.mujoco3d.wrap import BeltOnPulley
 from belt_sim.scene_parts import SceneParts
 
 _BYTES = 900  # of a case, a station and a pair of lines: 0.72-0.85 GB measured for 256 cases of the full rig
@@ -94,14 +90,6 @@ class BatchEngine:
         if isinstance(found, SimulationError):
             raise found
         return found
-
-
-def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> BeltOnPulley:
-    """The belt laid round head and tail, stacked, at rest, before its run-in."""
-    poses = laid_poses(scene)
-    wraps, pose = (jax.tree.map(lambda *of: np.stack(of), *each) for each in (lay_wraps(scene, belt, poses), poses))
-    layer = None if belt.fibres is None else np.zeros((2, 2, scene.mesh.lines, 2))
-    return BeltOnPulley(wraps, belt.surfaces, pose, layer)
 
 
 def cases_per_chunk(stations: int, lines: int) -> int:

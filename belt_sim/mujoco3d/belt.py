@@ -6,14 +6,13 @@ And the forces on the nodes beside the belt's own: edge guides, loads at a place
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.arrays import library_of
 from belt_sim.mujoco3d.calibration import calibrate, membrane_law
 from belt_sim.mujoco3d.elastic import Ties, TwistStiffness
 from belt_sim.mujoco3d.friction import SlidingStiffness, read_sliding_stiffness
@@ -76,7 +75,7 @@ class LayerFibres(NamedTuple):
         return LayerFibres(*map(np.array, numbers))
 
 
-_SPARE = 4  # stations by which a wrap may be longer than half a turn
+_SPARE = 6  # stations by which a wrap may be longer than half a turn
 
 
 class BatchShape(NamedTuple):
@@ -184,14 +183,9 @@ class BeltArrays:
     loads: LoadArrays | None = None
     shape: BatchShape = field(metadata={"static": True})
 
-    @cached_property
-    def each_surface(self) -> list[SurfaceArrays]:
-        """The surfaces of head and tail in plain numbers."""
-        return [SurfaceArrays(*(float(values[pulley]) for values in self.surfaces)) for pulley in (0, 1)]
 
-
-def belt_arrays(scene: SceneLayout, features: ActiveFeatures) -> BeltArrays:
-    """The arrays of a scene; its options are fitted to its case."""
+def belt_arrays(scene: SceneLayout, features: ActiveFeatures, inertia: np.ndarray | float = 0.0) -> BeltArrays:
+    """The arrays of a scene; its options are fitted to its case; inertia: as of ``read_sliding_stiffness``."""
     case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
     twist = TwistStiffness.from_belt(case.belt, mesh)
     surfaces = _surfaces(scene)
@@ -226,7 +220,9 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures) -> BeltArrays:
         width=float(case.belt.width),
         bending=float(case.belt.bending_stiffness),
         yaw_stiffness=8.0 * float(case.belt.bending_stiffness / case.rig.span_length),
-        sliding_stiffness=read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop) if features.slips else None,
+        sliding_stiffness=(
+            read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop, inertia) if features.slips else None
+        ),
         guides=GuideArrays.from_rollers(parts.edge_guides, features.guides) if features.guides else None,
         fibres=LayerFibres.from_mesh(case, mesh, twist, parts.lift_off) if features.layered else None,
         loads=LoadArrays.from_parts(parts, features.pushes) if features.pushes or features.leans else None,
@@ -283,11 +279,11 @@ def guide_forces(belt: BeltArrays, nodes: Array, free: Array) -> tuple[Array, Ar
     They act on free stations within one chord of them, by a share that falls linearly with the distance, so that
     stations come and go without a jolt. nodes [m], (m, 3, n); free (n,): which stations are.
     """
-    xp, guides, shares = library_of(nodes), belt.guides, belt.stiffness / belt.stiffness.sum()
+    guides, shares = belt.guides, belt.stiffness / belt.stiffness.sum()
     assert guides is not None
     x, y, z = nodes.mean(axis=0)
-    near = xp.clip(1.0 - xp.abs(x - guides.x[:, None]) / belt.chord, 0.0, 1.0)
-    near = xp.where(free & (z * guides.height[:, None] > 0.0), near, 0.0)
+    near = jnp.clip(1.0 - jnp.abs(x - guides.x[:, None]) / belt.chord, 0.0, 1.0)
+    near = jnp.where(free & (z * guides.height[:, None] > 0.0), near, 0.0)
     beyond = guides.side[:, None] * y - guides.gap[:, None]
     stiff = guides.stiffness[:, None] * near * (beyond > 0.0)
     push = -(stiff * guides.side[:, None] * beyond).sum(axis=0)
@@ -301,23 +297,23 @@ def load_forces(belt: BeltArrays, nodes: Array) -> Array:
     a push as they are stiff, a couple as forces along the belt that grow with y, a rolling couple as vertical forces on
     the outer two.
     """
-    xp, loads, chord, line_y = library_of(nodes), belt.loads, belt.chord, belt.line_y
+    loads, chord, line_y = belt.loads, belt.chord, belt.line_y
     assert loads is not None
     middle, line = nodes.mean(axis=0), belt.stiffness / belt.stiffness.sum()
     upper = middle[2] > 0.0
-    near = xp.clip(1.0 - xp.abs(middle[0] - loads.x[:, None]) / chord, 0.0, 1.0)
-    near = xp.where(upper == (loads.height[:, None] > 0.0), near, 0.0)
+    near = jnp.clip(1.0 - jnp.abs(middle[0] - loads.x[:, None]) / chord, 0.0, 1.0)
+    near = jnp.where(upper == (loads.height[:, None] > 0.0), near, 0.0)
     whole = near.sum(axis=1, keepdims=True)
-    near = near / xp.where(whole > 0.0, whole, 1.0)
-    ahead = xp.roll(middle, -1, axis=1) - xp.roll(middle, 1, axis=1)
-    ahead = ahead * xp.sign(ahead[0]) / xp.sqrt((ahead * ahead).sum(axis=0))
+    near = near / jnp.where(whole > 0.0, whole, 1.0)
+    ahead = jnp.roll(middle, -1, axis=1) - jnp.roll(middle, 1, axis=1)
+    ahead = ahead * jnp.sign(ahead[0]) / jnp.sqrt((ahead * ahead).sum(axis=0))
     across, along, couple = (v @ near for v in (loads.across, loads.along, loads.couple))
-    arm = line * line_y / xp.maximum(line @ line_y**2, 1e-12)
+    arm = line * line_y / jnp.maximum(line @ line_y**2, 1e-12)
     forces = (along * line[:, None] - couple * arm[:, None])[:, None] * ahead
     aside = across * line[:, None] + (loads.lean * belt.mass)[:, None]
-    lift = xp.zeros_like(aside)
+    lift: Array = jnp.zeros_like(aside)
     if len(line_y) > 1:
         outer = np.zeros((len(line_y), 1))
-        outer[[0, -1]] = [[1.0], [-1.0]]
-        lift = outer * xp.where(upper, loads.roll * chord / (line_y[0] - line_y[-1]), 0.0)
-    return forces + xp.stack([xp.zeros_like(aside), aside, lift], axis=1)
+        outer[[0, -1], 0] = 1.0, -1.0
+        lift = outer * jnp.where(upper, loads.roll * chord / (line_y[0] - line_y[-1]), 0.0)
+    return forces + jnp.stack([jnp.zeros_like(aside), aside, lift], axis=1)

@@ -11,7 +11,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Belt
-from belt_sim.mujoco3d.arrays import add_at, library_of
 from belt_sim.mujoco3d.calibration import EDGES, SIGNS
 from belt_sim.mujoco3d.mesh import Mesh
 from belt_sim.mujoco3d.options import RESIDUAL_TORSION
@@ -84,15 +83,15 @@ def _link_energy(ties: Ties, places: Array, taut: Array | None) -> CellEnergy:
 
 def strains(ties: Ties, nodes: Array, k: Array, share: Array) -> Array:
     """Mean strain (m,) of the lines over the links between stations k; nodes [m], (m, 3, n); share: of the camber."""
-    xp, places = library_of(nodes), nodes[:, :, k]
+    places = nodes[:, :, k]
     links = places[:, :, 1:] - places[:, :, :-1]
     if len(nodes) == 1:
         free = ties.length[0]
     else:
         natural = ties.length + share * ties.natural
         natural = natural if natural.shape[-1] == 1 else natural[..., k[:-1]]
-        free = xp.concatenate([natural[:, 5], natural[-1:, 1]])
-    return (xp.sqrt((links * links).sum(axis=1)) / free - 1.0).mean(axis=1)
+        free = jnp.concatenate([natural[:, 5], natural[-1:, 1]])
+    return (jnp.sqrt((links * links).sum(axis=1)) / free - 1.0).mean(axis=1)
 
 
 def _edge_vectors(places: Array, j: int) -> Array:
@@ -172,21 +171,13 @@ class TwistStiffness(NamedTuple):
         ends (2, 2): places of the outermost stations held, by pulley and end; behind [m], (2, 2): how far they lie
         behind the tangent points; tension [N].
         """
-        xp = library_of(behind)
         whole = tension * self.strip_tension + self.strip_torsion
-        behind = xp.clip(behind, -0.5 * chord, 0.5 * chord)
+        behind = jnp.clip(behind, -0.5 * chord, 0.5 * chord)
         seems = whole * (chord / (chord - behind) - 1.0)
-        stiffness = xp.full(cells, whole - tension * self.line_tension - self.line_residual)
+        stiffness = jnp.full(cells, whole - tension * self.line_tension - self.line_residual)
         for end in (0, 1):
-            stiffness = add_at(stiffness, (ends[:, end] - 1 + end) % cells, seems[:, end])
+            stiffness = stiffness.at[(ends[:, end] - 1 + end) % cells].add(seems[:, end])
         return stiffness
-
-
-def twist_forces(roll: Array, stiffness: Array, cubic: Array) -> Array:
-    """Force [N], (n,), of each cell on the first line at station i, upwards, and at i + 1, downwards; on the last line
-    the other way. roll [m], (n,): height of the first line above the last; stiffness [N/m], (n,); cubic [N/m3]."""
-    more = library_of(roll).roll(roll, -1) - roll
-    return stiffness * more + cubic * more**3
 
 
 def twist_energy(places: Array, stiffness: Array, cubic: Array) -> CellEnergy:
@@ -195,7 +186,7 @@ def twist_energy(places: Array, stiffness: Array, cubic: Array) -> CellEnergy:
     lines, roll = places.shape[0], places[0, 2] - places[-1, 2]
     by_height = np.zeros(6 * lines)
     by_height[[2, 3 * lines - 1, 3 * lines + 2, 6 * lines - 1]] = -1.0, 1.0, 1.0, -1.0
-    slope = by_height[:, None] * twist_forces(roll, stiffness, cubic)
     more = jnp.roll(roll, -1) - roll
     square = np.outer(by_height, by_height)[..., None]
+    slope = by_height[:, None] * (stiffness * more + cubic * more**3)
     return CellEnergy(slope, square * (stiffness + 3.0 * cubic * more**2))

@@ -3,250 +3,238 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import jax
+import jax.numpy as jnp
 import mujoco
 import numpy as np
 
 from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
-from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import write_text
 from belt_sim.frame import Observer
-from belt_sim.jax_setup import in_float64
-from belt_sim.mujoco3d.belt import (
-    BeltArrays,
-    active_features,
-    belt_arrays,
-    guide_forces,
-    load_forces,
-)
-from belt_sim.mujoco3d.contact import lay_wraps, update_contact
-from belt_sim.mujoco3d.elastic import twist_forces
-from belt_sim.mujoco3d.friction import read_sliding_stiffness
+from belt_sim.jax_setup import in_float64, jit_float64
+from belt_sim.mujoco3d.belt import BeltArrays, active_features, belt_arrays, guide_forces, load_forces
+from belt_sim.mujoco3d.chain import anchor_positions, cut_chain, twist_of_cells, twist_on_nodes
+from belt_sim.mujoco3d.loop import smoothstep
 from belt_sim.mujoco3d.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
 from belt_sim.mujoco3d.mesh import drag_coefficients, tie_lengths
 from belt_sim.mujoco3d.mujoco_interface import Solver, Springs, compile_model, mjcf
-from belt_sim.mujoco3d.options import (
-    BELTS,
-    CONTACTS,
-    KINK_STATIONS,
-    LAYER_TIME,
-    Options,
-    fit_options,
-    is_limp,
-)
-from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, belt_loads, laid_poses
+from belt_sim.mujoco3d.options import BELTS, CONTACTS, Options, fit_options, is_limp
+from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, belt_loads, lay_pulleys, pose_of
 from belt_sim.mujoco3d.recording import Recorder, notify_observers
 from belt_sim.mujoco3d.rolling_contact import build_contact
 from belt_sim.mujoco3d.rolling_run import Edited, run_contact
-from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
+from belt_sim.mujoco3d.rope import RopeKinks, end_offsets, hold_run_up_end, run_off_end, sway_drag
 from belt_sim.mujoco3d.run_stages import Command, Stage, apply_command, run_stages
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.wrap import (
-    FIRST,
     HEAD,
-    LAST,
     TAIL,
     BeltOnPulley,
-    anchor_places,
-    layer_displacements,
-    layer_of_fibres,
-    outer_depth,
-    sink_ends,
+    SlipState,
+    WrapArrays,
+    carry_wraps,
+    sink_wraps,
+    slide_wrap,
 )
+from belt_sim.pytrees import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 
 
-def section_couples(engine: "Engine", state: RunState) -> np.ndarray:
-    """The couples on the sections of the free spans that lines lack (elastic.TwistStiffness), as vertical forces on the
-    outer nodes, (n, m, 3) [N]."""
-    belt, rest = engine.belt, engine.scene.mesh.rest
-    tension = max(-0.5 * float(state.loads[TAIL, 0]), 0.0)
-    ends = np.array([[w.first, w.last] for w in state.wraps])
-    pulleys = [engine.pulley(state, which) for which in (HEAD, TAIL)]
-    behind = np.array([[outer_depth(pulley, end) for end in (FIRST, LAST)] for pulley in pulleys])
-    stiffness = belt.twist.of_cells(belt.chord, ends, behind, tension, len(rest))
-    roll = rest[:, 0, 2] - rest[:, -1, 2] + state.slides[:, 0, 2] - state.slides[:, -1, 2]
-    couple = twist_forces(roll, stiffness, belt.twist.cubic)
-    forces = np.zeros_like(state.slides)
-    forces[:, 0, 2] = couple - np.roll(couple, 1)
-    forces[:, -1, 2] = -forces[:, 0, 2]
-    return forces
+def plain(command: Command) -> Command:
+    """The command in arrays alone, for which one program is compiled."""
+    return jax.tree.map(np.asarray, command._replace(tail_motion=None))
 
 
-def span_loads(engine: "Engine", state: RunState) -> np.ndarray:
-    """Loads at a place of the spans or all along them, as they set in, (n, m, 3) [N]."""
-    nodes = engine.scene.mesh.nodes(state.slides)
-    return state.share * np.moveaxis(load_forces(engine.belt, nodes), -1, 0)
+class StepInput(NamedTuple):
+    """What a step of MuJoCo starts from, (n, m, 3) each but free, (n,), whether a station lies on no pulley: nodes [m],
+    where a limp belt's new outermost stations have been moved; forces [N] on them; rest [m] and stiffness [N/m] of the
+    springs, of pulleys and guides."""
+
+    free: Array
+    nodes: Array
+    forces: Array
+    rest: Array
+    stiffness: Array
 
 
-def sway_drag(engine: "Engine", state: RunState, springs: Springs) -> np.ndarray:
-    """What is added to the drag of a limp belt's slides, (n, m, 3) [N], so that it acts against waves only.
+class OnPulleys(NamedTuple):
+    """What the pulleys carry of a state; see RunState."""
 
-    It is drag times the sideways speed of a straight span, which is linear between its ends: at the tangent point
-    (theta its direction) that is v (theta + slope), at the run-up it is the pulley's.
+    pulleys: BeltOnPulley
+    kinks: RopeKinks | None
+    run_off_stations: Array | None
+
+
+@jit_float64
+def hold_belt(
+    belt: BeltArrays, was: OnPulleys, command: Command, tail: Array, turned: Array, askew: Array, nodes: Array,
+    tension: Array, shaped: Array, hold_stiffness: Array, dt: Array,
+) -> tuple[OnPulleys, StepInput]:  # fmt: skip
+    """Before a step: the pulleys where they will be at its end, their stations on their anchors, and all other forces.
+
+    tail, turned, askew: as of ``pose_of``; nodes [m], (m, 3, n); tension [N]: of a span; shaped: as of RunState;
+    hold_stiffness [N/m].
     """
-    mesh, options, sign = engine.scene.mesh, engine.scene.options, engine.belt.shape.sign
-    forces, y = np.zeros_like(state.slides), mesh.rest[..., 1] + state.slides[..., 1]
-    if state.speed == 0.0:
-        return forces
-    for begins, ends in ((HEAD, TAIL), (TAIL, HEAD)):
-        wrap, first = state.wraps[ends], state.run_off_stations[begins]
-        landed = wrap.outer(run_up_end(sign))
-        links = sign * (landed - first) % mesh.stations
-        k = (first + sign * np.arange(1, links + 1)) % mesh.stations
-        theta = (y[k[-1]] - y[k[0]]) / (mesh.chord * (links - 1))
-        at_run_off = state.speed * (theta + state.kink_slope[begins])
-        at_run_up = (springs.rest[k[-1]] - state.slides[k[-1]])[:, 1] / options.dt
-        share = np.arange(1, links)[:, None] / links
-        forces[k[:-1], :, 1] = options.damping * mesh.mass * (at_run_off + (at_run_up - at_run_off) * share)
-    return forces
+    sign, n, speed = belt.shape.sign, nodes.shape[-1], command.speed
+    before, pulleys, kinks, run_off = was.pulleys.pose, was.pulleys, was.kinks, was.run_off_stations
+    pulleys = pulleys._replace(pose=pose_of(belt, command, tail, turned, askew))
+    moved = jnp.abs(pulleys.pose.spin - before.spin) * belt.surfaces.radius
+    pulleys = sink_wraps(belt, pulleys, before, moved, shaped, (speed == 0.0) & (command.travel >= 0.0))
+    if kinks is not None:
+        wraps, kinks = jax.vmap(partial(hold_run_up_end, sign=sign))(pulleys, kinks)
+        pulleys = pulleys._replace(wrap=wraps)
+    places = cut_chain(pulleys.wrap)
+    chain, anchors = nodes[..., places.stations], anchor_positions(belt, pulleys, places)
+    forces = jnp.zeros_like(chain)
+    if len(nodes) > 1:
+        forces += twist_on_nodes(belt, chain, twist_of_cells(belt, pulleys, places, tension))
+    if belt.loads is not None:
+        forces += command.share * load_forces(belt, chain)
+    if kinks is not None:
+        aside, slopes = end_offsets(belt, pulleys, places, chain, 0.0, kinks)
+        anchors += aside
+        end = run_off_end(sign)
+        ends, leaving = places.ends[:, end], pulleys.wrap.outer(end)
+        chain = chain.at[..., ends].add(jnp.where(leaving != run_off, aside[..., ends], 0.0))
+        drag = sway_drag(belt, places, chain[:, 1], slopes, (anchors - chain)[:, 1] / dt, speed, command.drag[1])
+        forces, run_off = forces.at[:, 1].add(drag), leaving
+    rest, stiffness = jnp.where(places.free, chain, anchors), jnp.where(places.free, 0.0 * chain, hold_stiffness)
+    if belt.guides is not None:  # a free node beyond a roller's face is pushed back to it
+        force, guiding = guide_forces(belt, chain, places.free)
+        rest = rest.at[:, 1].add(force / jnp.where(guiding > 0.0, guiding, 1.0))
+        stiffness = stiffness.at[:, 1].add(guiding)
+    back = (jnp.arange(n) - places.stations[0]) % n  # from the chain to stations' numbers
+    found = (places.free, chain, forces, rest, stiffness)
+    return OnPulleys(pulleys, kinks, run_off), StepInput(*(jnp.moveaxis(v[..., back], -1, 0) for v in found))
+
+
+_NEITHER = -1
+
+
+@jit_float64
+def carry_belt(
+    belt: BeltArrays, pulleys: BeltOnPulley, slip: SlipState, waiting: Array, command: Command, nodes: Array,
+    pull: Array, shaped: Array, dt: Array,
+) -> tuple[BeltOnPulley, SlipState, Array, Array]:  # fmt: skip
+    """After a step, with held nodes on their anchors: loads on the pulleys, (2, 3), and what slid, landed and left.
+
+    nodes [m], pull [N], (m, 3, n): of belt and weight on the nodes; waiting: the pulley that waited in the last step.
+    When both belts slide as a whole they take turns, since each reckons with the other standing still.
+    """
+    loads = jax.vmap(belt_loads, in_axes=(0, None, None))(pulleys, nodes, pull)
+    if belt.sliding_stiffness is not None:
+        turn = jnp.where(waiting == HEAD, TAIL, HEAD)
+        waiting = jnp.where((slip.sliding > 0.5).all(), turn, _NEITHER)
+
+        def slide(of: tuple[Array, BeltOnPulley, SlipState]) -> tuple[WrapArrays, SlipState]:
+            which, pulley, own = of
+            moves = partial(slide_wrap, belt, pull, command.friction, command.speed, shaped, pulley, own)
+            return jax.lax.cond(which == waiting, lambda: (pulley.wrap, own), moves)
+
+        wraps, slip = jax.lax.map(slide, (jnp.arange(2), pulleys, slip))
+        pulleys = pulleys._replace(wrap=wraps)
+    pulleys = carry_wraps(belt, pulleys, (pulleys.pose, nodes), nodes, 0.0, shaped, command.share, dt)
+    return pulleys, slip, waiting, loads
+
+
+_FEWEST = 2  # links on a pulley
 
 
 @dataclass(frozen=True)
 class Engine:
-    """What acts on a state. belt: the case as arrays; rest_lengths [m], (k,) each: of the ties without and with camber,
-    None where the belt has neither camber nor residual stress."""
+    """What acts on a state. belt: the case as arrays, and on JAX's device; rest_lengths [m], (k,) each: of the ties
+    without and with camber, None where the belt has neither camber nor residual stress."""
 
     scene: SceneLayout
     solver: Solver
     belt: BeltArrays
+    on_device: BeltArrays
     pulleys: Pulleys
     rest_lengths: tuple[np.ndarray, np.ndarray] | None
 
     @staticmethod
     def from_scene(scene: SceneLayout, solver: Solver) -> "Engine":
         mesh, options, parts = scene.mesh, scene.options, scene.parts
-        belt = belt_arrays(scene, active_features([parts])._replace(slips=False))
-        belt, shape = jax.tree.map(lambda v: v if v.ndim else float(v), belt), belt.shape
+        slips = math.isfinite(parts.friction) or options.tensioning == "koller"
+        features = active_features([parts])._replace(slips=slips)
+        belt = in_float64(belt_arrays)(scene, features, mesh.mass / options.dt**2)
         rest_lengths = None
         if mesh.curvature is not None or mesh.residual:
             tied = solver.tied_nodes()
             rest_lengths = tie_lengths(mesh, tied, 0.0), tie_lengths(mesh, tied, 1.0)
             solver.set_rest_lengths(rest_lengths[0])
-        if math.isfinite(parts.friction) or options.tensioning == "koller":
-            inertia = mesh.mass / options.dt**2
-            sliding = in_float64(read_sliding_stiffness)(belt.ties, shape.bonds, mesh, scene.loop, inertia)
-            belt = replace(belt, sliding_stiffness=sliding)
         tail = TailPulley.from_scene(scene, solver.model, solver.model.body_mass, solver.model.dof_armature)
-        return Engine(scene, solver, belt, Pulleys(scene, belt, tail), rest_lengths)
+        return Engine(scene, solver, belt, in_float64(jax.device_put)(belt), Pulleys(scene, belt, tail), rest_lengths)
 
     def lay(self) -> RunState:
         """The belt laid round the pulleys, at rest."""
-        scene, mesh, sign, poses = self.scene, self.scene.mesh, self.belt.shape.sign, laid_poses(self.scene)
-        wraps = lay_wraps(scene, self.belt, poses)
-        joints, slides = np.split(laid_coordinates(scene, poses[HEAD].spin, poses[TAIL].spin), [STATION_JOINTS])
-        state = RunState(
+        scene, mesh, shape = self.scene, self.scene.mesh, self.belt.shape
+        pulleys = lay_pulleys(scene, self.belt)
+        joints, slides = np.split(laid_coordinates(scene, *pulleys.pose.spin), [STATION_JOINTS])
+        slides = slides.reshape(mesh.rest.shape)
+        nodes = mesh.nodes(slides)
+        pull = self._pull(slides)
+        return RunState(
             joints=joints,
             joint_rates=np.zeros_like(joints),
-            slides=slides.reshape(mesh.rest.shape),
-            slide_rates=np.zeros(mesh.rest.shape),
-            poses=poses,
-            wraps=wraps,
-            layers=[np.zeros((2, mesh.lines, 2)) for _ in wraps],
-            slip_increments=[np.zeros((mesh.lines, 2, mesh.stations)) for _ in wraps],
+            slides=slides,
+            slide_rates=np.zeros_like(slides),
+            pulleys=pulleys,
+            slip=SlipState.none(shape.lines, shape.stations),
             travel=-scene.early,
-            kinks=[RopeKinks.from_wrap(wrap, sign) for wrap in wraps],
-            run_off_stations=[wrap.outer(run_off_end(sign)) for wrap in wraps],
-            kink_slope=np.zeros((2, mesh.lines)),
+            kinks=RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None,
+            run_off_stations=pulleys.wrap.outer(run_off_end(shape.sign)) if shape.limp else None,
+            loads=np.asarray(_loads(pulleys, nodes, pull)),
         )
-        state.loads = self._loads(state, mesh.nodes(state.slides), self._pull(state))
-        return state
 
     def step(self, state: RunState, command: Command) -> None:
         """One step of the state, whose travel, speed, time and yaw are those of its end already (``apply_command``)."""
-        scene, solver, belt, dt = self.scene, self.solver, self.belt, self.scene.options.dt
-        joint_forces = self.pulleys.advance(state, command, dt)
-        springs = self._springs(state)
-        forces = np.zeros_like(state.slides)
-        if scene.mesh.lines > 1:
-            forces += section_couples(self, state)
-        if belt.loads is not None:
-            forces += span_loads(self, state)
-        if belt.shape.limp:
-            forces += sway_drag(self, state, springs)
+        solver, mesh, dt = self.solver, self.scene.mesh, self.scene.options.dt
+        joint_forces, given = self.hold(state, command)
         if self.rest_lengths is not None:
             straight, curved = self.rest_lengths
             solver.set_rest_lengths(straight + state.share * (curved - straight))
-        solver.damp(drag_coefficients(scene.mesh, *command.drag))
-        solver.step(state, springs, forces, joint_forces)
-        self.pulleys.read(state)
-        for which in (HEAD, TAIL):
-            held = state.held_stations(which)
-            state.slides[held] = springs.rest[held]
-        nodes, pull = scene.mesh.nodes(state.slides), self._pull(state)
-        state.loads = self._loads(state, nodes, pull)
-        update_contact(belt, state, nodes, pull, dt, command.friction)
-        if belt.fibres is not None:
-            for which, layer in enumerate(state.layers):
-                wanted = layer_of_fibres(belt, self.pulley(state, which), state.share, nodes)
-                layer += (wanted - layer) * min(dt / LAYER_TIME, 1.0)
+        solver.damp(drag_coefficients(mesh, *command.drag))
+        held, rest = ~given.free, given.rest - mesh.rest
+        state.slides[:] = given.nodes - mesh.rest
+        solver.step(state, Springs(rest, given.stiffness), given.forces, joint_forces)
+        state.slides[held] = rest[held]
+        state.pulleys, state.slip, waiting, loads = carry_belt(
+            self.on_device, state.pulleys, state.slip, state.waiting_pulley, plain(command),
+            mesh.nodes(state.slides), self._pull(state.slides), state.shaped, dt,
+        )  # fmt: skip
+        state.waiting_pulley, state.loads = int(waiting), np.asarray(loads)
+        wrap = state.pulleys.wrap
+        if (np.asarray(wrap.last - wrap.first) < _FEWEST).any():
+            raise SimulationError("the belt leaves a pulley: tension too low for its weight; raise settings.tension")
 
-    def pulley(self, state: RunState, which: int) -> BeltOnPulley:
-        """The belt on the head or the tail pulley."""
-        return BeltOnPulley(state.wraps[which], self.belt.each_surface[which], state.poses[which], state.layers[which])
+    def hold(self, state: RunState, command: Command) -> tuple[np.ndarray, StepInput]:
+        """Forces on the joints [N or N m], (5,), and all that the nodes are given in the coming step."""
+        options, nodes = self.scene.options, self.scene.mesh.nodes(state.slides)
+        forces, tail = self.pulleys.advance(state, command, options.dt)
+        askew = smoothstep(state.time / max(0.5 * options.settle, options.dt))
+        tension, was = -0.5 * state.loads[TAIL, 0], OnPulleys(state.pulleys, state.kinks, state.run_off_stations)
+        found, given = hold_belt(
+            self.on_device, was, plain(command), tail, state.compliance_yaw, askew, nodes,
+            np.maximum(tension, 0.0), state.shaped, options.hold_stiffness, options.dt,
+        )  # fmt: skip
+        state.pulleys, state.kinks, state.run_off_stations = found
+        return forces, StepInput(*map(np.asarray, given))
 
-    def _loads(self, state: RunState, nodes: np.ndarray, pull: np.ndarray) -> np.ndarray:
-        return np.stack([belt_loads(self.pulley(state, which), nodes, pull) for which in (HEAD, TAIL)])
-
-    def _pull(self, state: RunState) -> np.ndarray:
+    def _pull(self, slides: np.ndarray) -> np.ndarray:
         """Forces of belt and weight [N] on the nodes, shape (m, 3, n)."""
-        pull = self.solver.elastic_forces(state.slides)
+        pull = self.solver.elastic_forces(slides)
         pull[..., 2] -= self.scene.mesh.mass * self.scene.parts.gravity
         return np.moveaxis(pull, 0, -1)
 
-    def _springs(self, state: RunState) -> Springs:
-        """All that holds nodes in the coming step: anchors on the pulleys, where these will be at its end, and guides
-        beside the spans."""
-        mesh, belt, shape, springs = self.scene.mesh, self.belt, self.belt.shape, Springs.none(state.slides.shape)
-        for which, pose in enumerate(state.poses):
-            for end in (FIRST, LAST):
-                pulley = self.pulley(state, which)
-                state.wraps[which] = sink_ends(belt, pulley, end, state.rolled[which], state.shaped)
-            if shape.limp:
-                held = hold_run_up_end(self.pulley(state, which), state.kinks[which], shape.sign)
-                state.wraps[which], state.kinks[which] = held
-            wrap, k = state.wraps[which], state.held_stations(which)
-            turned = wrap.angle[:, k] + pose.spin
-            places = anchor_places(wrap.r[:, k], wrap.y[:, k], turned, pose.axes[..., None], pose.centre[:, None])
-            if belt.fibres is not None:
-                places += layer_displacements(belt, self.pulley(state, which), k)
-            springs.rest[k] = np.moveaxis(places, -1, 0) - mesh.rest[k]
-            springs.stiffness[k] = self.scene.options.hold_stiffness
-            if shape.limp:
-                self._straighten_ends(state, which, springs)
-        if belt.guides is not None:
-            self._press_guides(state, springs)
-        return springs
 
-    def _straighten_ends(self, state: RunState, which: int, springs: Springs) -> None:
-        """Put the outermost stations of a limp belt on the lines through the tangent points.
-
-        A station that has just become the last is moved there at once: the line then does not notice the change.
-        """
-        wrap, pose, kink, sign = state.wraps[which], state.poses[which], state.kinks[which], self.belt.shape.sign
-        n, mesh = self.belt.shape.stations, self.scene.mesh
-        springs.rest[kink.station % n] -= kink.offset * pose.axes[:, 1]
-        last = wrap.outer(run_off_end(sign))
-        free, far = (mesh.rest[k] + state.slides[k] for k in ((last + sign * i) % n for i in (1, KINK_STATIONS)))
-        move, state.kink_slope[which] = run_off_line(wrap, pose, sign, free, far, self.belt.chord)
-        aside = move[:, None] * pose.axes[:, 1]
-        springs.rest[last % n] += aside
-        if last != state.run_off_stations[which]:
-            state.slides[last % n] += aside
-            state.run_off_stations[which] = last
-
-    def _press_guides(self, state: RunState, springs: Springs) -> None:
-        """A free node beyond a roller's face gets a spring that pushes the edge back to it."""
-        free = np.ones(self.belt.shape.stations, bool)
-        for which in (HEAD, TAIL):
-            free[state.held_stations(which)] = False
-        force, stiffness = guide_forces(self.belt, self.scene.mesh.nodes(state.slides), free)
-        k = np.flatnonzero(stiffness[0])
-        springs.stiffness[k, :, 1] = stiffness[:, k].T
-        springs.rest[k, :, 1] = state.slides[k, :, 1] + (force[:, k] / stiffness[:, k]).T
+_loads = jit_float64(jax.vmap(belt_loads, in_axes=(0, None, None)))
 
 
 def simulate(

@@ -2,12 +2,13 @@
 
 import math
 from dataclasses import dataclass
+from types import ModuleType
 
+import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import InputError
-from belt_sim.mujoco3d.arrays import library_of
 from belt_sim.pytrees import Numbers as Array
 
 _TANGENT_SWEEPS = 16  # each shrinks the error of the tangent points by (pulley radius) x (curvature of the span)
@@ -89,8 +90,18 @@ def lift(depth: Array, chord: Array, radius: Array, along: Array | None = None) 
 
 def fade(depth: Array, chord: Array, along: Array) -> Array:
     """From 1 on the straight part of the path to 0 on the circle, with level ends."""
-    t = _sunk_share(depth, chord, along)
-    return (1.0 - t) ** 2 * (1.0 + 2.0 * t)
+    return 1.0 - smoothstep(_sunk_share(depth, chord, along))
+
+
+def smoothstep(u: Array) -> Array:
+    """From 0 at u = 0 to 1 at 1 and beyond, 3 u^2 - 2 u^3."""
+    u = library_of(u).minimum(u, 1.0)
+    return u * u * (3.0 - 2.0 * u)
+
+
+def library_of(values: Array) -> ModuleType:
+    """NumPy for its arrays and for plain numbers, jax.numpy for JAX's arrays and tracers."""
+    return np if isinstance(values, (np.ndarray, np.generic, float)) else jnp
 
 
 def _sunk_share(depth: Array, chord: Array, along: Array) -> Array:

@@ -8,21 +8,64 @@ import jax.numpy as jnp
 import mujoco
 import numpy as np
 
-from belt_sim.mujoco3d.arrays import library_of, smoothstep
+from belt_sim.jax_setup import jit_float64
 from belt_sim.mujoco3d.belt import BeltArrays
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, TAIL_DAMPING_RATIO
 from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.state import RunState
-from belt_sim.mujoco3d.wrap import HEAD, TAIL, BeltOnPulley, PoseArrays, axes_of, roll_anchors
+from belt_sim.mujoco3d.wrap import (
+    HEAD,
+    TAIL,
+    BeltOnPulley,
+    PoseArrays,
+    WrapArrays,
+    axes_of,
+    cylinder_coordinates,
+    land_stations,
+    radius_at,
+    release_stations,
+    update_tangents,
+)
 from belt_sim.pytrees import Numbers as Array
 
 
-def laid_poses(scene: SceneLayout) -> list[PoseArrays]:
+def laid_poses(scene: SceneLayout) -> PoseArrays:
     """Both pulleys aligned, and turned back by what comes before travel 0, so that they have turned by 0 there."""
-    sign = float(np.sign(float(scene.case.settings.direction)))
-    places = ((0.0, scene.parts.head), (scene.loop.centre_distance, scene.parts.tail))
-    return [PoseArrays(np.array([x, 0.0, 0.0]), np.eye(3), -sign * scene.early / s.radius) for x, s in places]
+    sign, radius = (
+        float(np.sign(float(scene.case.settings.direction))),
+        [scene.parts.head.radius, scene.parts.tail.radius],
+    )
+    centre = np.array([[0.0, 0.0, 0.0], [scene.loop.centre_distance, 0.0, 0.0]])
+    return PoseArrays(centre, np.stack([np.eye(3)] * 2), -sign * scene.early / np.array(radius))
+
+
+def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> BeltOnPulley:
+    """The belt laid round head and tail at rest, before its run-in; the pulleys are plain cylinders so far."""
+    mesh, ends = scene.mesh, []
+    for laid in (scene.loop.on_head, scene.loop.on_tail):
+        on = np.flatnonzero(laid)
+        jump = np.flatnonzero(np.diff(on) > 1)  # where the numbers begin anew on the pulley
+        ends.append((on[jump[0] + 1] - mesh.stations, on[jump[0]]) if len(jump) else (on[0], on[-1]))
+    (first, last), lift = np.array(ends).T, np.zeros((2, mesh.stations))
+    wraps = WrapArrays(first, last, *np.zeros((3, 2, mesh.lines, mesh.stations)), lift, np.zeros((2, 2)))
+    layer = None if belt.fibres is None else np.zeros((2, 2, mesh.lines, 2))
+    pulleys = BeltOnPulley(wraps, belt.surfaces, laid_poses(scene), layer)
+    return jax.tree.map(np.asarray, _anchor_laid(belt, pulleys, np.moveaxis(mesh.laid, 0, -1)))
+
+
+@jit_float64
+def _anchor_laid(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array) -> BeltOnPulley:
+    """With the stations anchored where their nodes are, at their mean height, then landed or released."""
+
+    def anchor(pulley: BeltOnPulley) -> WrapArrays:
+        r, y, angle = cylinder_coordinates(nodes, pulley.pose)
+        circle = radius_at(pulley.surface, 0.0, y)
+        wrap = pulley.wrap._replace(r=circle + (r - circle).mean(axis=0), y=y, angle=angle)
+        return update_tangents(wrap, pulley.pose, nodes, 1.0)
+
+    pulleys = pulleys._replace(wrap=jax.vmap(anchor)(pulleys))
+    return release_stations(belt, land_stations(belt, pulleys, (pulleys.pose, nodes), nodes, 0.0, 0.0))
 
 
 def pose_of(
@@ -43,12 +86,12 @@ def belt_loads(pulley: BeltOnPulley, nodes: Array, pull: Array) -> Array:
 
     nodes [m], pull [N], (m, 3, n): of belt and weight.
     """
-    xp, n, (wrap, _, pose, _) = library_of(nodes), nodes.shape[-1], pulley
+    n, (wrap, _, pose, _) = nodes.shape[-1], pulley
     held = (np.arange(n) - wrap.first) % n <= (wrap.last - wrap.first) % n
-    arms, forces = nodes - pose.centre[:, None], xp.where(held, pull, 0.0)
-    t = xp.einsum("mik,mjk->ij", arms, forces)
-    moment = xp.stack([t[1, 2] - t[2, 1], t[2, 0] - t[0, 2], t[0, 1] - t[1, 0]])
-    return xp.stack([forces[:, 0].sum(), moment @ pose.axes[:, 1], moment[2]])
+    arms, forces = nodes - pose.centre[:, None], jnp.where(held, pull, 0.0)
+    t = jnp.einsum("mik,mjk->ij", arms, forces)
+    moment = jnp.stack([t[1, 2] - t[2, 1], t[2, 0] - t[0, 2], t[0, 1] - t[1, 0]])
+    return jnp.stack([forces[:, 0].sum(), moment @ pose.axes[:, 1], moment[2]])
 
 
 def yaw_moments(pulleys: BeltOnPulley, nodes: Array, pull: Array) -> Array:
@@ -99,45 +142,24 @@ class Pulleys:
     belt: BeltArrays
     tail: TailPulley
 
-    def advance(self, state: RunState, command: Command, dt: float) -> np.ndarray:
-        """Move the poses to where they will be at the end of the step, and say which forces bring the joints there.
-
-        Returns forces [N or N m] on the joints, shape (5,); where a joint is commanded its rate is set instead.
+    def advance(self, state: RunState, command: Command, dt: float) -> tuple[np.ndarray, np.ndarray]:
+        """Forces [N or N m] on the joints in the coming step, shape (5,), and where the tail pulley will be at its end:
+        x [m] and spin [rad]. Where a joint is commanded its rate is set instead.
         """
-        (head, tail), rates, forces = state.poses, state.joint_rates, np.zeros(STATION_JOINTS)
+        joints, rates, forces = state.joints, state.joint_rates, np.zeros(STATION_JOINTS)
         slide_speed, lead = (None, 0.0) if command.tail_motion is None else command.tail_motion
         if self.belt.slide_fixed:
             slide_speed = 0.0
         spin = self.belt.shape.sign * command.travel / self.scene.parts.head.radius
-        rates[HEAD_SPIN] = (spin - head.spin) / dt
+        rates[HEAD_SPIN] = (spin - joints[HEAD_SPIN]) / dt
         tail_rates = rates[TAIL_SLIDE], rates[TAIL_SPIN]
         slide_force, spin_moment = self.tail.forces(self.belt, state.loads[TAIL], tail_rates, command, dt, lead)
         if slide_speed is not None:
             slide_force, rates[TAIL_SLIDE] = 0.0, slide_speed
         forces[TAIL_SLIDE], forces[TAIL_SPIN] = slide_force, spin_moment
-        tail_x = tail.centre[0] + dt * (rates[TAIL_SLIDE] + dt * slide_force / self.tail.mass)
-        tail_spin = tail.spin + dt * (rates[TAIL_SPIN] + dt * spin_moment / self.tail.inertia)
-        self._turn(state, (spin, tail_spin), tail_x, dt)
-        return forces
-
-    def _turn(self, state: RunState, spins: tuple[float, float], tail_x: float, dt: float) -> None:
-        """Move the poses; a belt at rest does not roll with an axis that begins to be canted."""
-        compliance = np.array([surface.yaw_compliance for surface in self.belt.each_surface])
+        compliance = self.belt.surfaces.yaw_compliance
         state.compliance_yaw += (compliance * state.loads[:, 2] - state.compliance_yaw) * min(dt / COMPLIANCE_TIME, 1.0)
-        turned = state.yaw + state.compliance_yaw
-        askew = smoothstep(state.time / max(0.5 * self.scene.options.settle, dt))
-        both = zip(state.poses, self.belt.each_surface, spins, (0.0, tail_x), strict=True)
-        for which, (pose, surface, spin, x) in enumerate(both):
-            axes = axes_of(surface, turned[which], state.share, spin, askew)
-            state.rolled[which] = abs(spin - pose.spin) * surface.radius
-            state.poses[which] = PoseArrays(np.array([x, 0.0, 0.0]), axes, spin)
-            if state.speed == 0.0 and state.travel >= 0.0 and axes[2, 1] != pose.axes[2, 1]:
-                pulley = BeltOnPulley(state.wraps[which], surface, state.poses[which])
-                state.wraps[which] = roll_anchors(pulley, axes[2, 1] - pose.axes[2, 1])
-        state.joints[[HEAD_YAW, TAIL_YAW]] = turned
-        state.joint_rates[[HEAD_YAW, TAIL_YAW]] = 0.0
-
-    def read(self, state: RunState) -> None:
-        """After a step: the tail pulley is where it was brought."""
-        centre = np.array([self.tail.x + state.joints[TAIL_SLIDE], 0.0, 0.0])
-        state.poses[TAIL] = state.poses[TAIL]._replace(centre=centre, spin=float(state.joints[TAIL_SPIN]))
+        joints[[HEAD_YAW, TAIL_YAW]] = command.yaw + state.compliance_yaw
+        rates[[HEAD_YAW, TAIL_YAW]] = 0.0
+        x = self.tail.x + joints[TAIL_SLIDE] + dt * (rates[TAIL_SLIDE] + dt * slide_force / self.tail.mass)
+        return forces, np.array([x, joints[TAIL_SPIN] + dt * (rates[TAIL_SPIN] + dt * spin_moment / self.tail.inertia)])

@@ -7,13 +7,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import SimulationError
 from belt_sim.frame import Frame, Observer, SceneObserver
-from belt_sim.mujoco3d.arrays import library_of
+from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.mujoco3d.belt import ActiveFeatures, BeltArrays, belt_arrays
 from belt_sim.mujoco3d.elastic import strains
 from belt_sim.mujoco3d.machine import SceneLayout
@@ -34,7 +36,7 @@ def reading(belt: BeltArrays, nodes: Array, first: Array, last: Array, tail_x: A
 
     nodes [m], (m, 3, n); first, last, (2,): ends of the wraps of head and tail; tail_x [m]; share: of the camber.
     """
-    xp, n, zero, sign = library_of(nodes), nodes.shape[-1], 0.0 * tail_x, belt.shape.sign
+    n, zero, sign = nodes.shape[-1], 0.0 * tail_x, belt.shape.sign
     points = ((first[TAIL], tail_x), (last[TAIL], tail_x), (first[HEAD], zero), (last[HEAD], zero))
     found = [_at_axis(belt, nodes, station, x) for station, x in points]
     runups = (first[TAIL], first[HEAD]) if sign > 0 else (last[HEAD], last[TAIL])
@@ -42,24 +44,23 @@ def reading(belt: BeltArrays, nodes: Array, first: Array, last: Array, tail_x: A
     forces = [_section_forces(belt, nodes, s, share) for s in begins]
     edges = [t / belt.area - 6.0 * abs(m) / (belt.area * belt.width) for t, m in forces]
     # before the belt has gone round the numbers of the head's wrap lie below the tail's
-    lower_head = first[HEAD] + n * xp.rint((last[TAIL] - first[HEAD]) / n + 0.5).astype(int)
+    lower_head = first[HEAD] + n * jnp.rint((last[TAIL] - first[HEAD]) / n + 0.5).astype(int)
     middles = [((last[HEAD] + first[TAIL]) // 2) % n, ((last[TAIL] + lower_head) // 2) % n]
     across = [nodes[0, :, k] - nodes[-1, :, k] for k in middles]
     heights = [nodes[:, 2, k].mean() for k in middles]
     y, slopes = zip(*found, strict=True)
-    tilts, sags = [xp.arctan2(a[2], a[1]) for a in across], [belt.level - heights[0], -belt.level - heights[1]]
+    tilts, sags = [jnp.arctan2(a[2], a[1]) for a in across], [belt.level - heights[0], -belt.level - heights[1]]
     moments, angles = [moment for _, moment in forces], [sign * slope for slope in slopes]
-    return xp.stack([*y, *angles, *moments, *edges, *tilts, *sags, forces[0][0] / belt.area])
+    return jnp.stack([*y, *angles, *moments, *edges, *tilts, *sags, forces[0][0] / belt.area])
 
 
 def _at_axis(belt: BeltArrays, nodes: Array, station: Array, x: Array) -> tuple[Array, Array]:
     """y and dy/ds of the centre line (s along station numbers) where the belt passes the pulley's axis."""
-    xp = library_of(nodes)
     k = (station - AXIS_STATIONS + np.arange(2 * AXIS_STATIONS + 1)) % nodes.shape[-1]
     centre = nodes[:, :, k].mean(axis=0)
     ahead = centre[0] - x
     crosses = ahead[1:-2] * ahead[2:-1] <= 0.0
-    i = 1 + xp.where(crosses.any(), xp.argmax(crosses), AXIS_STATIONS - 1)
+    i = 1 + jnp.where(crosses.any(), jnp.argmax(crosses), AXIS_STATIONS - 1)
     share = ahead[i] / (ahead[i] - ahead[i + 1])
     y = centre[1, i] + share * (centre[1, i + 1] - centre[1, i])
     return y, (centre[1, i + 2] - centre[1, i - 1]) / (3.0 * belt.chord)
@@ -78,6 +79,7 @@ def _section_forces(belt: BeltArrays, nodes: Array, first: Array, share: Array |
     return belt.stiffness @ strain, -belt.bending * (weight @ strain) / (weight @ belt.line_y)
 
 
+_reading = jit_float64(reading)
 #: lateral slip [m] and share of sliding nodes on the head and the tail pulley, x of the tail pulley [m], steps made,
 #: speed of the belt [m/s]
 EXTRA = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "tail_x", "steps", "belt_speed")
@@ -126,13 +128,13 @@ class Recorder:
 
     @cached_property
     def arrays(self) -> BeltArrays:
-        return belt_arrays(self.scene, ActiveFeatures(cambered=self.scene.parts.camber is not None))
+        features = ActiveFeatures(cambered=self.scene.parts.camber is not None)
+        return in_float64(jax.device_put)(belt_arrays(self.scene, features))
 
     def reading(self, state: RunState) -> np.ndarray:
         """Shape (17,), as ``reading``."""
-        nodes, x = self.scene.mesh.nodes(state.slides), float(state.poses[TAIL].centre[0])
-        first, last = np.array([[w.first for w in state.wraps], [w.last for w in state.wraps]])
-        return reading(self.arrays, nodes, first, last, x, state.share)
+        nodes, wraps = self.scene.mesh.nodes(state.slides), state.pulleys.wrap
+        return np.asarray(_reading(self.arrays, nodes, wraps.first, wraps.last, state.tail_x, state.share))
 
     def begin(self, state: RunState) -> None:
         """Travel 0 has been reached: y counts from here."""
@@ -175,9 +177,8 @@ class Recorder:
                 f"y at point {where} = {read[where - 1]:.3f} m at travel {travel:.2f} m: the belt has run off its "
                 "pulleys; turn the yaw back earlier or shorten travel"
             )
-        sliding = [state.sliding_share(pulley) for pulley in (HEAD, TAIL)]
-        tail_x = float(state.poses[TAIL].centre[0])
-        return np.concatenate([read, state.slip, sliding, [tail_x, self.steps, state.speed, travel]])
+        slip = state.slip
+        return np.concatenate([read, slip.total, slip.sliding, [state.tail_x, self.steps, state.speed, travel]])
 
     def _frame(self, state: RunState, read: np.ndarray, every: float) -> None:
         self.next_frame = state.travel + every

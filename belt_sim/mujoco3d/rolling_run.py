@@ -22,7 +22,7 @@ from belt_sim.mujoco3d.recording import Recorder, notify_observers
 from belt_sim.mujoco3d.rolling_contact import STORY, build_contact
 from belt_sim.mujoco3d.run_stages import YawPlan
 from belt_sim.mujoco3d.state import RunState
-from belt_sim.mujoco3d.wrap import HEAD, TAIL, WrapArrays
+from belt_sim.mujoco3d.wrap import HEAD, TAIL, BeltOnPulley, SlipState, WrapArrays
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import DEGREE
 
@@ -89,10 +89,11 @@ class ContactRun:
         mujoco.mj_resetDataKeyframe(model, self.data, model.key("running").id)
         joints, rates = self.data.qpos[:STATION_JOINTS], self.data.qvel[:STATION_JOINTS]
         slides, slide_rates = (v[STATION_JOINTS:].reshape(n, m, 3) for v in (self.data.qpos, self.data.qvel))
-        nothing = np.zeros((m, 0))  # what holds a station is MuJoCo's contact: the wraps say only which lie there
-        wraps = [WrapArrays(0, 0, nothing, nothing, nothing, np.zeros(0), np.zeros(2)) for _ in range(2)]
-        slip = [np.zeros((m, 2, n)) for _ in range(2)]
-        self.state = RunState(joints, rates, slides, slide_rates, laid_poses(scene), wraps, [], slip, -scene.early)
+        # what holds a station is MuJoCo's contact: the wraps say only which lie there
+        wraps = WrapArrays(*np.zeros((2, 2), int), *[np.zeros(0)] * 5)
+        pulleys = BeltOnPulley(wraps, None, laid_poses(scene))  # type: ignore[arg-type]
+        slip = SlipState.none(m, n)
+        self.state = RunState(joints, rates, slides, slide_rates, pulleys, slip, -scene.early)
 
     def go(self, travel: float, observers: Sequence[Observer] = ()) -> Curves:
         """Run in, then ``travel`` [m]."""
@@ -129,12 +130,15 @@ class ContactRun:
         """Find what is read seldom: where the pulleys are, and which stations lie on them."""
         state, mesh = self.state, self.scene.mesh
         tail_x = float(self.scene.case.rig.centre_distance) + float(self.data.qpos[TAIL_SLIDE])
-        state.poses[TAIL] = state.poses[TAIL]._replace(centre=np.array([tail_x, 0.0, 0.0]))
+        state.pulleys.pose.centre[TAIL, 0] = tail_x
         x = (mesh.rest + state.slides).mean(axis=1)[:, 0]
         ends = [_wrap_ends(np.flatnonzero(on), mesh.stations) for on in (x <= 0.0, x >= tail_x)]
         later = mesh.stations if ends[TAIL][0] < ends[HEAD][1] else 0  # the upper span runs from head to tail
         for which, (first, last) in enumerate(ends):
-            state.wraps[which] = state.wraps[which]._replace(first=first + later * which, last=last + later * which)
+            state.pulleys.wrap.first[which], state.pulleys.wrap.last[which] = (
+                first + later * which,
+                last + later * which,
+            )
 
 
 def _wrap_ends(stations: np.ndarray, n: int) -> tuple[int, int]:

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 
 from belt_sim.case import Schedule, Settings
-from belt_sim.mujoco3d.arrays import smoothstep
+from belt_sim.mujoco3d.loop import smoothstep
 from belt_sim.mujoco3d.machine import SceneLayout
 from belt_sim.mujoco3d.options import REST_DRAG, accelerate
 from belt_sim.mujoco3d.tensioning import FRICTION
@@ -128,9 +129,7 @@ def _rest(
         coulomb = friction if 2 * k > steps else math.inf
         yield Command(state.travel, np.zeros(2), 0.0, 0.0, 0.0, drag, coulomb, tail_motion)
     if reset_slip:
-        state.slip[:] = 0.0
-        for increments in state.slip_increments:
-            increments[:] = 0.0
+        state.slip = jax.tree.map(np.zeros_like, state.slip)
 
 
 def _tension_by_koller(scene: SceneLayout, friction: float, load: float, state: Any) -> Iterator[Command]:

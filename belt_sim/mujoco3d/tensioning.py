@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.arrays import smoothstep
-from belt_sim.mujoco3d.loop import HangingBelt, LaidLoop, free_length, lay_loop
+from belt_sim.mujoco3d.loop import HangingBelt, LaidLoop, free_length, lay_loop, smoothstep
 from belt_sim.mujoco3d.options import SLOWNESS, string_speed
 
 FRICTION = 0.1  # at most, meanwhile: the stretch of a wrap then falls behind by at most 1 - exp(-pi FRICTION / 2)

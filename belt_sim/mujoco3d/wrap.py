@@ -1,6 +1,6 @@
 """The belt on a pulley: the stations that lie there, their anchors on the spinning surface, how they land and leave.
 
-Once for NumPy and JAX. First the geometry of one pulley, then the bending layer, then landing, sinking and leaving.
+First the geometry of one pulley, then the bending layer, then landing, sinking and leaving.
 """
 
 import math
@@ -11,17 +11,19 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.mujoco3d.arrays import library_of, put
 from belt_sim.mujoco3d.belt import BeltArrays, SurfaceArrays
 from belt_sim.mujoco3d.elastic import strains
+from belt_sim.mujoco3d.friction import slip_increments, wrap_chain
 from belt_sim.mujoco3d.loop import chord_angle, fade, lift
 from belt_sim.mujoco3d.options import (
     CATCH_DISTANCE,
     FORGETTING,
     HYSTERESIS,
+    LAYER_TIME,
     RUNUP_LINKS,
     SLACKEST_FIBRE,
     SPAN_STATIONS,
+    SPAN_TIME,
 )
 from belt_sim.pytrees import Numbers as Array
 
@@ -79,7 +81,7 @@ class BeltOnPulley(NamedTuple):
 
 def wrapped_angle(angle: Array) -> Array:
     """The same direction between -pi and pi [rad]."""
-    return angle - math.tau * library_of(angle).rint(angle / math.tau)
+    return angle - math.tau * jnp.rint(angle / math.tau)
 
 
 def axes_of(surface: SurfaceArrays, yaw: Array, share: Array, spin: Array, askew: Array | float = 1.0) -> Array:
@@ -89,11 +91,10 @@ def axes_of(surface: SurfaceArrays, yaw: Array, share: Array, spin: Array, askew
     machine is aligned); spin [rad]; askew: how much of the wobble acts (all of it, but while the belt is being laid).
     """
     phase, cone = spin + surface.wobble_phase, askew * surface.wobble
-    xp = library_of(phase)
-    turn = yaw + share * surface.yaw_offset + cone * xp.cos(phase)
-    roll = share * surface.cant + cone * xp.sin(phase)
-    c, s, cg, sg = xp.cos(turn), xp.sin(turn), xp.cos(roll), xp.sin(roll)
-    return xp.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])
+    turn = yaw + share * surface.yaw_offset + cone * jnp.cos(phase)
+    roll = share * surface.cant + cone * jnp.sin(phase)
+    c, s, cg, sg = jnp.cos(turn), jnp.sin(turn), jnp.cos(roll), jnp.sin(roll)
+    return jnp.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])
 
 
 def radius_at(surface: SurfaceArrays, shaped: Array | float, y: Array) -> Array:
@@ -106,7 +107,7 @@ def roll_anchors(pulley: BeltOnPulley, rolled: Array) -> WrapArrays:
     """The anchors after the axis has rolled by a small angle [rad] under a belt at rest, which does not go with it:
     where a cant begins to act, the belt has been laid straight on the canted pulley."""
     wrap, surface, pose, _ = pulley
-    there = wrap.y + rolled * wrap.r * library_of(wrap.r).cos(wrap.angle + pose.spin)
+    there = wrap.y + rolled * wrap.r * jnp.cos(wrap.angle + pose.spin)
     wider = radius_at(surface, 1.0, there) - radius_at(surface, 1.0, wrap.y)
     return wrap._replace(y=there, r=wrap.r + wider)
 
@@ -118,24 +119,24 @@ def slide_anchors(pulley: BeltOnPulley, shaped: Array | float, k: Array, increme
     y, r = wrap.y[at], wrap.r[at]
     there = y + increment[:, 0]
     wider = radius_at(surface, shaped, there) - radius_at(surface, shaped, y)
-    angle = put(wrap.angle, at, wrap.angle[at] + increment[:, 1] / r)
-    return wrap._replace(y=put(wrap.y, at, there), angle=angle, r=put(wrap.r, at, r + wider))
+    angle = wrap.angle.at[at].add(increment[:, 1] / r)
+    return wrap._replace(y=wrap.y.at[at].set(there), angle=angle, r=wrap.r.at[at].set(r + wider))
 
 
 def surface_components(pulley: BeltOnPulley, k: Array, vectors: Array) -> tuple[Array, Array, Array]:
     """Parts (m, k) of world vectors (m, 3, k) at the anchors of stations k: outwards, along the axis, the turn."""
-    xp, turned = library_of(vectors), pulley.wrap.angle[:, k] + pulley.pose.spin
-    sin, cos = xp.sin(turned), xp.cos(turned)
+    turned = pulley.wrap.angle[:, k] + pulley.pose.spin
+    sin, cos = jnp.sin(turned), jnp.cos(turned)
     x, y, z = (pulley.pose.axes.T @ vectors).swapaxes(0, 1)
     return x * sin + z * cos, y, x * cos - z * sin
 
 
 def cylinder_coordinates(places: Array, pose: PoseArrays) -> tuple[Array, Array, Array]:
     """r, y [m] and material angle [rad] of places (m, 3, ...), each (m, ...)."""
-    xp, shape = library_of(places), (len(places), *places.shape[2:])
+    shape = (len(places), *places.shape[2:])
     local = pose.axes.T @ (places.reshape(len(places), 3, -1) - pose.centre[:, None])
     x, y, z = (local[:, i].reshape(shape) for i in range(3))
-    return xp.sqrt(x * x + z * z), y, xp.arctan2(x, z) - pose.spin
+    return jnp.sqrt(x * x + z * z), y, jnp.arctan2(x, z) - pose.spin
 
 
 def anchor_places(r: Array, y: Array, turned: Array, axes: Array, centre: Array) -> Array:
@@ -143,9 +144,8 @@ def anchor_places(r: Array, y: Array, turned: Array, axes: Array, centre: Array)
 
     axes (3, 3, k), centre (3, k): of the pulley of each; k may be 1 there.
     """
-    xp = library_of(r)
-    local = r * xp.sin(turned), y, r * xp.cos(turned)
-    return xp.stack([sum(axes[i, j] * local[j] for j in range(3)) + centre[i] for i in range(3)], axis=1)
+    local = r * jnp.sin(turned), y, r * jnp.cos(turned)
+    return jnp.stack([sum(axes[i, j] * local[j] for j in range(3)) + centre[i] for i in range(3)], axis=1)
 
 
 def depth(pulley: BeltOnPulley, angle: Array, end: int) -> Array:
@@ -166,14 +166,14 @@ def update_tangents(wrap: WrapArrays, pose: PoseArrays, nodes: Array, share: Arr
 
     nodes [m], (m, 3, n).
     """
-    xp, n, tangent = library_of(nodes), nodes.shape[-1], []
+    n, tangent = nodes.shape[-1], []
     for end in (FIRST, LAST):
         inner, beyond = ((wrap.outer(end) + i * OUTWARDS[end]) % n for i in (1, SPAN_STATIONS))
         along = (nodes[:, :, beyond] - nodes[:, :, inner]).sum(axis=0) * OUTWARDS[end]
         local = along @ pose.axes
-        ahead = xp.arctan2(-local[2], local[0]) - wrap.tangent[end]
+        ahead = jnp.arctan2(-local[2], local[0]) - wrap.tangent[end]
         tangent.append(wrap.tangent[end] + share * wrapped_angle(ahead))
-    return wrap._replace(tangent=xp.stack(tangent))
+    return wrap._replace(tangent=jnp.stack(tangent))
 
 
 # The bending layer, in which the belt takes on the curvature of a pulley: where the lines of nodes come and go.
@@ -192,7 +192,7 @@ _AHEAD = 2.0  # chords before the tangent point: what lies further is on the oth
 def layer_of_fibres(belt: BeltArrays, pulley: BeltOnPulley, share: Array | float, nodes: Array) -> Array:
     """Displacements (2, m, 2) [m] that the fibres beside a pulley lead to; share: of the layer and of the camber."""
     ends = [line_displacements(belt, pulley, share, nodes, end) for end in (FIRST, LAST)]
-    return share * library_of(nodes).stack(ends)
+    return share * jnp.stack(ends)
 
 
 def line_displacements(belt: BeltArrays, pulley: BeltOnPulley, share: Array | float, nodes: Array, end: int) -> Array:
@@ -201,18 +201,18 @@ def line_displacements(belt: BeltArrays, pulley: BeltOnPulley, share: Array | fl
     nodes [m], (m, 3, n); share: of the camber.
     """
     wrap, surface, pose, _ = pulley
-    xp, fibres, radius = library_of(nodes), belt.fibres, surface.radius
+    fibres, radius = belt.fibres, surface.radius
     assert fibres is not None
     begin = wrap.first - 1 - RUNUP_LINKS if end == FIRST else wrap.last + 1
     k = (begin + np.arange(RUNUP_LINKS + 1)) % nodes.shape[-1]
     strain = strains(belt.ties, nodes, k, share) - fibres.residual
-    stress = fibres.modulus * xp.maximum(strain, SLACKEST_FIBRE * xp.maximum(strain.mean(), 1e-12))
+    stress = fibres.modulus * jnp.maximum(strain, SLACKEST_FIBRE * jnp.maximum(strain.mean(), 1e-12))
     local = (nodes[:, :, k[-1]] - nodes[:, :, k[0]]) @ pose.axes
-    steeper = OUTWARDS[end] * wrapped_angle(xp.arctan2(-local[:, 2], local[:, 0]) - wrap.tangent[end])
-    layer = xp.sqrt(fibres.plate / (stress * fibres.thickness))
+    steeper = OUTWARDS[end] * wrapped_angle(jnp.arctan2(-local[:, 2], local[:, 0]) - wrap.tangent[end])
+    layer = jnp.sqrt(fibres.plate / (stress * fibres.thickness))
     out = layer**2 / (2.0 * radius)
     drawn = layer**3 / (12.0 * radius**2) - out.mean() * (steeper - steeper.mean())
-    both = xp.stack([out, drawn], axis=1)
+    both = jnp.stack([out, drawn], axis=1)
     return fibres.tension_share * (both - both.mean(axis=0))
 
 
@@ -223,16 +223,16 @@ def station_displacement(belt: BeltArrays, pulley: BeltOnPulley, inside: Array, 
     of the path, less along the stations that sink onto the circle.
     """
     assert pulley.layer is not None
-    line_y, chord, xp = belt.line_y, belt.chord, library_of(inside)
+    line_y, chord = belt.line_y, belt.chord
     outward, (out, drawn), at = OUTWARDS[end], pulley.layer[end].T, pulley.wrap.tangent[end]
     turned = (drawn @ line_y) / (line_y @ line_y)
-    fading = xp.where(inside > -_AHEAD * chord, fade(inside, chord, pulley.surface.sink_chords), 0.0)
-    ones = xp.ones_like(inside)
-    x = out * xp.sin(at) - outward * drawn * xp.cos(at)
-    z = out * xp.cos(at) + outward * drawn * xp.sin(at)
-    aside = xp.broadcast_to(-turned * inside, (len(line_y), *inside.shape))
-    local = xp.stack([x[:, None] * ones, aside, z[:, None] * ones], axis=1)
-    return xp.einsum("mjk,ij->mik", fading * local, pulley.pose.axes)
+    fading = jnp.where(inside > -_AHEAD * chord, fade(inside, chord, pulley.surface.sink_chords), 0.0)
+    ones = jnp.ones_like(inside)
+    x = out * jnp.sin(at) - outward * drawn * jnp.cos(at)
+    z = out * jnp.cos(at) + outward * drawn * jnp.sin(at)
+    aside = jnp.broadcast_to(-turned * inside, (len(line_y), *inside.shape))
+    local = jnp.stack([x[:, None] * ones, aside, z[:, None] * ones], axis=1)
+    return jnp.einsum("mjk,ij->mik", fading * local, pulley.pose.axes)
 
 
 def layer_displacements(belt: BeltArrays, pulley: BeltOnPulley, k: Array) -> Array:
@@ -311,24 +311,24 @@ def land_station(
     it comes close enough, as if steps were short; else a slack belt would be as the step catches it, early or late.
     """
     wrap, surface = pulley.wrap, pulley.surface
-    xp, outward, outer, n = library_of(wrap.r), OUTWARDS[end], wrap.outer(end), wrap.r.shape[-1]
+    outward, outer, n = OUTWARDS[end], wrap.outer(end), wrap.r.shape[-1]
     k, beside = (outer + outward) % n, outer % n
     lands, nearer = after.is_caught(chord), after.depth - before.depth
     passed = lands & (nearer > 0.0) & (before.depth < -CATCH_DISTANCE * chord)
-    left = xp.where(passed, (after.depth + CATCH_DISTANCE * chord) / xp.where(passed, nearer, 1.0), 0.0)
+    left = jnp.where(passed, (after.depth + CATCH_DISTANCE * chord) / jnp.where(passed, nearer, 1.0), 0.0)
     _, r, y, _, square = (b - left * (b - a) for a, b in zip(before, after, strict=True))
     circle = radius_at(surface, shaped, y)
     high = (r - circle).mean()
     inside = depth(pulley, after.angle.mean(), end) - left * nearer
-    forgotten = xp.exp(-left * moved / (FORGETTING * chord))
+    forgotten = jnp.exp(-left * moved / (FORGETTING * chord))
     lifted = (high - lift(inside, chord, surface.radius, surface.sink_chords)) * forgotten
     turned = chord_angle(square - (y - wrap.y[:, beside]) ** 2, circle + high, wrap.r[:, beside])
 
     def put_if_landed(values: Array, at: Any, there: Array) -> Array:
-        return put(values, at, xp.where(lands, there, values[at]))
+        return values.at[at].set(jnp.where(lands, there, values[at]))
 
     at = (slice(None), k)
-    wrap = wrap.with_outer(end, xp.where(lands, outer + outward, outer))
+    wrap = wrap.with_outer(end, jnp.where(lands, outer + outward, outer))
     return wrap._replace(
         landing_lift=put_if_landed(wrap.landing_lift, k, lifted),
         r=put_if_landed(wrap.r, at, circle + high),
@@ -343,22 +343,21 @@ def sink_ends(belt: BeltArrays, pulley: BeltOnPulley, end: int, moved: Array, sh
     moved [m]: how far the pulley has turned since the last time.
     """
     wrap, surface = pulley.wrap, pulley.surface
-    xp, chord, zone = library_of(wrap.r), belt.chord, belt.shape.zone  # stations that may be off the circle
+    chord, zone = belt.chord, belt.shape.zone  # stations that may be off the circle
     outward, n = OUTWARDS[end], wrap.r.shape[-1]
     k = (wrap.outer(end) - outward * np.arange(zone + 1)) % n
     off, r, angle = k[:-1], wrap.r[:, k], wrap.angle[:, k]
-    flat = (r[:, 1:] - r[:, :-1]) ** 2 + 4.0 * r[:, 1:] * r[:, :-1] * xp.sin(0.5 * (angle[:, 1:] - angle[:, :-1])) ** 2
-    lifted = wrap.landing_lift[off] * xp.exp(-moved / (FORGETTING * chord))
+    flat = (r[:, 1:] - r[:, :-1]) ** 2 + 4.0 * r[:, 1:] * r[:, :-1] * jnp.sin(0.5 * (angle[:, 1:] - angle[:, :-1])) ** 2
+    lifted = wrap.landing_lift[off] * jnp.exp(-moved / (FORGETTING * chord))
     inside = depth(pulley, 0.5 * (angle[0] + angle[-1])[:-1], end)
     high = lift(inside, chord, surface.radius, surface.sink_chords) + lifted
-    r = put(r, (slice(None), slice(zone)), radius_at(surface, shaped, wrap.y[:, off]) + high)
+    r = r.at[:, :zone].set(radius_at(surface, shaped, wrap.y[:, off]) + high)
     turned = chord_angle(flat, r[:, :-1], r[:, 1:])
     behind = turned[:, ::-1].cumsum(axis=1)[:, ::-1]
-    at = (slice(None), off)
     return wrap._replace(
-        landing_lift=put(wrap.landing_lift, off, lifted),
-        r=put(wrap.r, at, r[:, :-1]),
-        angle=put(wrap.angle, at, angle[:, -1:] + outward * behind),
+        landing_lift=wrap.landing_lift.at[off].set(lifted),
+        r=wrap.r.at[:, off].set(r[:, :-1]),
+        angle=wrap.angle.at[:, off].set(angle[:, -1:] + outward * behind),
     )
 
 
@@ -370,15 +369,16 @@ def sink_wraps(
 ) -> BeltOnPulley:
     """With the stations on pulleys that have come from ``before`` on their paths for where the pulleys are.
 
-    moved [m]: how far the pulleys turn in the step; rests: whether the belt is at rest, which then does not roll with
-    an axis that begins to be canted.
+    moved [m], () or (2,): how far the pulleys turn in the step; rests: whether the belt is at rest, which then does not
+    roll with an axis that begins to be canted.
     """
+    moved = jnp.broadcast_to(moved, (2,))
     if belt.shape.canted:
         rolled = jnp.where(rests, pulleys.pose.axes[:, 2, 1] - before.axes[:, 2, 1], 0.0)
         pulleys = pulleys._replace(wrap=jax.vmap(roll_anchors)(pulleys, rolled))
     for end in (FIRST, LAST):
-        sink = partial(sink_ends, belt, end=end, moved=moved, shaped=shaped)
-        pulleys = pulleys._replace(wrap=jax.vmap(sink)(pulleys))
+        sink = jax.vmap(partial(sink_ends, belt, end=end, shaped=shaped))
+        pulleys = pulleys._replace(wrap=sink(pulleys, moved=moved))
     return pulleys
 
 
@@ -410,3 +410,79 @@ def land_stations(
     for end in (FIRST, LAST):
         pulleys = pulleys._replace(wrap=jax.vmap(partial(land, end=end))(pulleys, before[0]))
     return pulleys
+
+
+def carry_wraps(
+    belt: BeltArrays,
+    pulleys: BeltOnPulley,
+    before: tuple[PoseArrays, Array],
+    nodes: Array,
+    moved: Array,
+    shaped: Array,
+    share: Array,
+    dt: Array,
+) -> BeltOnPulley:
+    """After a step in time of ``dt`` [s]: tangents turned, stations landed and released, layers relaxed.
+
+    share: of the camber and the layer; the others as of ``land_stations``.
+    """
+    turn = jax.vmap(partial(update_tangents, nodes=nodes, share=dt / SPAN_TIME))
+    pulleys = pulleys._replace(wrap=turn(pulleys.wrap, pulleys.pose))
+    pulleys = release_stations(belt, land_stations(belt, pulleys, before, nodes, moved, shaped))
+    return relax_layers(belt, pulleys, nodes, share, jnp.minimum(dt / LAYER_TIME, 1.0))
+
+
+class SlipState(NamedTuple):
+    """Of both pulleys. increment [m], (2, m, 2, n): of the last step, along the axis, along the turn; total [m], (2,):
+    mean lateral slip so far; sliding (2,): share of held nodes that slid; residual (2,): force that contradicts
+    Coulomb's law in the last step, in the largest limit."""
+
+    increment: Array
+    total: Array
+    sliding: Array
+    residual: Array
+
+    @staticmethod
+    def none(lines: int, stations: int) -> "SlipState":
+        """Of a belt that has never slid."""
+        return SlipState(np.zeros((2, lines, 2, stations)), *np.zeros((3, 2)))
+
+
+def slide_wrap(
+    belt: BeltArrays,
+    pull: Array,
+    friction: Array,
+    speed: Array | float,
+    shaped: Array,
+    pulley: BeltOnPulley,
+    slip: SlipState,
+) -> tuple[WrapArrays, SlipState]:
+    """A wrap with the anchors moved of nodes that pull harder than friction allows; the next step starts from there.
+
+    A return mapping on the holding forces of a wrap, as one system, without inertia. The forces between belt and pulley
+    are those that balance the belt's pull where it is. pull [N], (m, 3, n): of belt and weight; friction [1], inf = it
+    sticks; speed [m/s] of the belt, which presses the less; shaped: 1 where the pulleys are what they are.
+    """
+    assert belt.sliding_stiffness is not None
+    wrap, shape = pulley.wrap, belt.shape
+    at = jnp.arange(shape.longest_wrap)
+    count, k = (wrap.last - wrap.first) % shape.stations + 1, (wrap.first + at) % shape.stations
+    held = at < count
+    outwards, across, along = surface_components(pulley, k, pull[:, :, k])
+    pressure = jnp.maximum(-outwards - belt.mass[:, None] * speed**2 / pulley.surface.radius, 0.0)
+    limit = jnp.where(held & jnp.isfinite(friction), friction * pressure, jnp.inf)
+    holding = jnp.where(held, -jnp.stack([across, along], axis=1), 0.0)
+    chain = wrap_chain(belt.sliding_stiffness, wrap.first, count, shape.longest_wrap)
+    way, residual = jax.lax.cond(
+        (jnp.hypot(across, along) > limit).any(),
+        lambda: slip_increments(holding, limit, chain, slip.increment[:, :, k]),
+        lambda: (jnp.zeros_like(holding), 0.0),
+    )
+    residual = jnp.where(count > shape.longest_wrap, jnp.inf, residual)
+    nodes = shape.lines * count
+    return slide_anchors(pulley, shaped, k, way), SlipState(
+        increment=jnp.zeros_like(slip.increment).at[:, :, k].set(way),
+        total=slip.total + way[:, 0].sum() / nodes,
+        sliding=(way != 0.0).any(axis=1).sum() / nodes,
+        residual=residual,
+    )

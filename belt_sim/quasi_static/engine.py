@@ -12,17 +12,18 @@ from belt_sim.case import Case, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, SimulationError
 from belt_sim.jax_setup import in_float64
-from belt_sim.mujoco3d.arrays import smoothstep
-from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys, lay_pulleys
+from belt_sim.mujoco3d.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys
 from belt_sim.mujoco3d.belt import ActiveFeatures, BeltArrays, belt_arrays
+from belt_sim.mujoco3d.loop import smoothstep
 from belt_sim.mujoco3d.machine import lay_out
 from belt_sim.mujoco3d.options import Options, fit_options, is_limp
+from belt_sim.mujoco3d.pulleys import lay_pulleys
 from belt_sim.mujoco3d.recording import curves_of, reading
 from belt_sim.mujoco3d.rope import RopeKinks
 from belt_sim.mujoco3d.run_stages import Command, YawPlan
-from belt_sim.mujoco3d.wrap import TAIL
+from belt_sim.mujoco3d.wrap import TAIL, SlipState
 from belt_sim.pytrees import Numbers as Array
-from belt_sim.quasi_static.equilibrium_step import SlipState, TravelState, step
+from belt_sim.quasi_static.equilibrium_step import TravelState, step
 from belt_sim.scene_parts import SceneParts
 
 #: columns of a run with friction
@@ -111,7 +112,7 @@ def lay_case(
         tension=np.array(float(case.tension_force)),
         travel=np.array(-scene.early),
         correction=np.array(0.0),
-        slip=SlipState(np.zeros((2, shape.lines, 2, shape.stations)), *np.zeros((3, 2))) if features.slips else None,
+        slip=SlipState.none(shape.lines, shape.stations) if features.slips else None,
         kinks=RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None,
         compliance_yaw=np.zeros(2) if features.gives_way else None,
     )

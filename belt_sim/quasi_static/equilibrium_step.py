@@ -29,36 +29,22 @@ from belt_sim.mujoco3d.chain import (
     tail_derivatives,
     twist_of_cells,
 )
-from belt_sim.mujoco3d.friction import slip_increments, wrap_chain
-from belt_sim.mujoco3d.options import COMPLIANCE_TIME, KINK_STATIONS, LAYER_TIME, SPAN_TIME
+from belt_sim.mujoco3d.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
 from belt_sim.mujoco3d.pulleys import pose_of, yaw_moments
-from belt_sim.mujoco3d.rope import RopeKinks, hold_run_up_end, run_off_end, run_off_line, run_up_end
+from belt_sim.mujoco3d.rope import RopeKinks, end_offsets, hold_run_up_end
 from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.wrap import (
-    HEAD,
     TAIL,
     BeltOnPulley,
-    WrapArrays,
+    SlipState,
     land_stations,
     relax_layers,
     release_stations,
     sink_wraps,
-    slide_anchors,
-    surface_components,
+    slide_wrap,
     update_tangents,
 )
 from belt_sim.pytrees import Numbers as Array
-
-
-class SlipState(NamedTuple):
-    """Of both pulleys. increment [m], (2, m, 2, n): of the last step, along the axis, along the turn; total [m], (2,):
-    mean lateral slip so far; sliding (2,): share of held nodes that slid; residual (2,): force that contradicts
-    Coulomb's law in the last step, in the largest limit."""
-
-    increment: Array
-    total: Array
-    sliding: Array
-    residual: Array
 
 
 class TravelState(NamedTuple):
@@ -243,14 +229,14 @@ def step(belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
     places = divide_chain(pulleys.wrap, places.stations)
     if pulleys.layer is not None:
         anchors = anchor_positions(belt, pulleys, places)
-    aside = 0.0 if kinks is None else end_offsets(belt, pulleys, places, taut, chords, kinks)
+    aside = 0.0 if kinks is None else end_offsets(belt, pulleys, places, taut, chords, kinks)[0]
     nodes = jnp.where(places.free, nodes, anchors + aside)
     found = find_equilibrium(belt, pulleys, nodes, places, state, command, aside)
     nodes = jnp.zeros_like(nodes).at[..., places.stations].set(found.nodes)
     pulleys, slip = pulleys._replace(pose=pose_of(belt, command, found.tail, found.compliance_yaw)), state.slip
     if slip is not None:
         pull = pull_on_nodes(belt, nodes, command.share)
-        wraps, slip = jax.vmap(partial(slide_wrap, belt, pull, shaped))(pulleys, slip)
+        wraps, slip = jax.vmap(partial(slide_wrap, belt, pull, belt.friction, 0.0, shaped))(pulleys, slip)
         pulleys = pulleys._replace(wrap=wraps)
 
     def filter_share(time: float) -> Array:
@@ -263,49 +249,3 @@ def step(belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
     return TravelState(
         nodes, pulleys, found.tension, command.travel, found.correction, slip, kinks, found.compliance_yaw
     )
-
-
-def slide_wrap(
-    belt: BeltArrays, pull: Array, shaped: Array, pulley: BeltOnPulley, slip: SlipState
-) -> tuple[WrapArrays, SlipState]:
-    """A wrap with the anchors moved of nodes that pull harder than friction allows; the next step starts from there.
-
-    pull [N], (m, 3, n); shaped: 1 where the pulleys are what they are.
-    """
-    assert belt.sliding_stiffness is not None
-    wrap = pulley.wrap
-    shape, at = belt.shape, jnp.arange(belt.shape.longest_wrap)
-    count, k = (wrap.last - wrap.first) % shape.stations + 1, (wrap.first + at) % shape.stations
-    held = at < count
-    outwards, across, along = surface_components(pulley, k, pull[:, :, k])
-    holding = -jnp.stack([across, along], axis=1)
-    limit = jnp.where(held & jnp.isfinite(belt.friction), belt.friction * jnp.maximum(-outwards, 0.0), jnp.inf)
-    chain = wrap_chain(belt.sliding_stiffness, wrap.first, count, shape.longest_wrap)
-    way, residual = slip_increments(jnp.where(held, holding, 0.0), limit, chain, slip.increment[:, :, k])
-    residual = jnp.where(count > shape.longest_wrap, jnp.inf, residual)
-    nodes = shape.lines * count
-    return slide_anchors(pulley, shaped, k, way), SlipState(
-        increment=jnp.zeros_like(slip.increment).at[:, :, k].set(way),
-        total=slip.total + way[:, 0].sum() / nodes,
-        sliding=(way != 0.0).any(axis=1).sum() / nodes,
-        residual=residual,
-    )
-
-
-def end_offsets(
-    belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayout, taut: Array, moved: Array, kinks: RopeKinks
-) -> Array:
-    """By how much held stations of the chain of a limp belt stand aside of their anchors [m], shape (m, 3, n).
-
-    taut [m], (m, 3, n): the chain in its last equilibrium; moved [1]: chords that it has been led on since.
-    """
-    sign, found = belt.shape.sign, jnp.zeros_like(taut)
-    for which in (HEAD, TAIL):
-        pulley, kink = jax.tree.map(lambda values, which=which: values[which], (pulleys, kinks))
-        wrap, pose = pulley.wrap, pulley.pose
-        last, first = places.ends[which, run_off_end(sign)], places.ends[which, run_up_end(sign)]
-        free, next_free, far = (taut[..., last + i * sign] for i in (1, 2, KINK_STATIONS))
-        move, _ = run_off_line(wrap, pose, sign, free + moved * (next_free - free), far, belt.chord)
-        found = found.at[..., last].add(move[:, None] * pose.axes[:, 1])
-        found = found.at[..., first].add(-kink.offset * pose.axes[:, 1])
-    return found

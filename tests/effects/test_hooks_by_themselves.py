@@ -14,6 +14,7 @@ from belt_sim.effects.load import load_classes
 from belt_sim.effects.span_stiffness import Shear
 from belt_sim.effects.yaw import Wobble
 from belt_sim.files import ROOT
+from belt_sim.jax_setup import in_float64
 from belt_sim.laws.influence import BoundaryValues, no_bend
 from belt_sim.laws.runup import State, Yaw
 from belt_sim.laws.span import beam_first_order, beam_second_order, dimensionless
@@ -83,7 +84,7 @@ def test_a_wobbling_pulley_is_the_same_in_the_law_and_in_the_scene(pulley, direc
     surface, still = (getattr(parts, ("tail", "head")[k]) for k in (own, other))
     above = 1.0 if (pulley == "tail") == (direction > 0) else -1.0  # where it runs up
     for travel in (0.0, 0.1, 0.3, 0.7):
-        axes = axes_of(surface, 0.0, 1.0, direction * travel / surface.radius)
+        axes = np.asarray(in_float64(axes_of)(surface, 0.0, 1.0, direction * travel / surface.radius))
         found = wobble.yaw(Yaw.without_roll(jnp.zeros(()), jnp.zeros(())), state(travel, direction), case)
         yawed = cos * np.cos(travel / surface.radius) + sin * np.sin(travel / surface.radius)
         assert float(getattr(found, pulley)) == pytest.approx(yawed, abs=SMALL)

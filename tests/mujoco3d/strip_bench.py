@@ -7,7 +7,7 @@ import numpy as np
 from paper_cases import paper_case
 
 from belt_sim.case import Case
-from belt_sim.mujoco3d.elastic import TwistStiffness, twist_forces
+from belt_sim.mujoco3d.elastic import TwistStiffness
 from belt_sim.mujoco3d.loop import LaidLoop
 from belt_sim.mujoco3d.mesh import Mesh, tie_lengths
 from belt_sim.mujoco3d.mujoco_interface import Motion, Solver, Springs, add_dummy_equality, compile_model, set_solver
@@ -44,7 +44,9 @@ class Strip:
         for _ in range(steps):
             forces, height = self.pulls.copy(), (self.mesh.rest + self.motion.slides)[..., 2]
             if torsion:
-                couple = twist_forces(height[:, 0] - height[:, -1], stiffness, twist.cubic)
+                roll = height[:, 0] - height[:, -1]
+                more = np.roll(roll, -1) - roll
+                couple = stiffness * more + twist.cubic * more**3
                 forces[:, 0, 2] += couple - np.roll(couple, 1)
                 forces[:, -1, 2] -= couple - np.roll(couple, 1)
             self.solver.step(self.motion, self.springs, forces, np.zeros(1))

@@ -1,22 +1,34 @@
 """Which stations lie on a pulley, who waits while both belts slide, and where a limp belt leaves."""
 
-from types import SimpleNamespace
-
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
-from pulley_bench import empty_wrap, pose, surface
+from pulley_bench import bare_belt, both, empty_wrap, on_jax, pose, surface
 
-from belt_sim.mujoco3d import contact
+from belt_sim.mujoco3d import engine
 from belt_sim.mujoco3d.friction import SlidingStiffness
 from belt_sim.mujoco3d.rope import run_off_line
-from belt_sim.mujoco3d.state import RunState
-from belt_sim.mujoco3d.wrap import HEAD, TAIL, axes_of, cylinder_coordinates, update_tangents
+from belt_sim.mujoco3d.run_stages import Command
+from belt_sim.mujoco3d.wrap import (
+    HEAD,
+    TAIL,
+    BeltOnPulley,
+    SlipState,
+    axes_of,
+    carry_wraps,
+    cylinder_coordinates,
+    slide_wrap,
+    update_tangents,
+)
 
 R, CHORD, N = 0.17, 0.01, 120
 ARC = np.pi * R  # of the belt that lies on a pulley whose spans are level
 STEP = 1e-3  # [s]
 NEAR = 0.01  # of kink x chord: the tangent point is found from a circle
 SMALL = 0.02  # [rad], how well a direction is known from stations on both sides of a landing
+
+pytestmark = pytest.mark.usefixtures("float64")
 
 
 def stations(travel):
@@ -31,7 +43,7 @@ def stations(travel):
 
 
 CYLINDER = surface(R, CHORD)
-BELT = SimpleNamespace(chord=CHORD, mass=np.full(2, 0.1), sliding_stiffness=None, each_surface=[CYLINDER])
+BELT = bare_belt([CYLINDER] * 2, CHORD, N)
 
 
 def nodes_at(travel):
@@ -51,29 +63,20 @@ def laid(extra=0.0):
     return nodes, wrap, at
 
 
-def running(wraps, poses, speed=0.0):
-    still = np.zeros((N, 2, 3))
-    return RunState(
-        joints=np.zeros(5), joint_rates=np.zeros(5), slides=still, slide_rates=still, poses=poses, wraps=wraps,
-        layers=[np.zeros((2, 2, 2)) for _ in wraps], slip_increments=[np.zeros((2, 2, N)) for _ in wraps], travel=0.0,
-        shaped=1.0, speed=speed,
-    )  # fmt: skip
-
-
 @pytest.mark.parametrize("sign", [1, -1])
 def test_stations_land_where_the_belt_comes_in_and_go_where_it_leaves(sign):
-    begun = 0.4 * CHORD
+    begun, carry = 0.4 * CHORD, jax.jit(carry_wraps)
     _, wrap, at = laid(begun)
-    state, first, last = running([wrap], [at]), [], []
+    pulleys, first, last = BeltOnPulley(both(wrap, wrap), BELT.surfaces, both(at, at)), [], []
     for travel in begun + sign * np.arange(0.0, 5.0, 0.1) * CHORD:
         nodes, s = nodes_at(travel)
-        state.poses = [pose(spin=travel / R)]
-        contact.update_contact(BELT, state, nodes, np.zeros_like(nodes), STEP, np.inf)
-        first.append(s[state.wraps[0].first] / CHORD)
-        last.append((s[state.wraps[0].last] - ARC) / CHORD)
+        pulleys = pulleys._replace(pose=both(*[pose(spin=travel / R)] * 2))
+        pulleys = carry(BELT, pulleys, (pulleys.pose, nodes), nodes, 0.0, 1.0, 0.0, STEP)
+        first.append(s[int(pulleys.wrap.first[HEAD])] / CHORD)
+        last.append((s[int(pulleys.wrap.last[HEAD])] - ARC) / CHORD)
     for places in (first, last):  # in chords from where the belt meets the pulley
         assert np.abs(places).max() < 0.65
-    assert state.wraps[0].tangent == pytest.approx([0.0, np.pi], abs=SMALL)
+    assert np.asarray(pulleys.wrap.tangent[HEAD]) == pytest.approx([0.0, np.pi], abs=SMALL)
 
 
 def test_the_places_where_a_belt_meets_a_pulley_are_found_from_its_spans():
@@ -82,41 +85,43 @@ def test_the_places_where_a_belt_meets_a_pulley_are_found_from_its_spans():
     errors = []
     for _ in range(200):
         wrap = update_tangents(wrap, at, nodes, 0.05)
-        errors.append(np.abs(wrap.tangent - [0.0, np.pi]))
+        errors.append(np.abs(np.asarray(wrap.tangent) - [0.0, np.pi]))
     assert np.all(np.diff(errors, axis=0) <= 1e-12)
     np.testing.assert_allclose(errors[-1], 0.0, atol=1e-5)
 
 
 def test_belts_that_slide_on_both_pulleys_take_turns(monkeypatch):
     """On one pulley only it slides on in every step; how far counts for its own pulley."""
-    asked = []
 
-    def slipped(belt, state, which, *others):
-        asked.append(which)
-        return (1.0, 10.0)[which]
+    def slipped(belt, pull, friction, speed, shaped, pulley, own):
+        return pulley.wrap, own._replace(total=own.total + jnp.where(pulley.pose.centre[0] > 0.0, 10.0, 1.0))
 
-    monkeypatch.setattr(contact, "slide_wrap", slipped)
-    monkeypatch.setattr(contact, "change_end", lambda belt, pulley, *others: pulley.wrap)
+    monkeypatch.setattr(engine, "slide_wrap", slipped)
+    monkeypatch.setattr(engine, "carry_wraps", lambda belt, pulleys, *others: pulleys)
+    carry = engine.carry_belt.__wrapped__.__wrapped__  # not compiled
     nodes, wrap, at = laid()
-    state = running([wrap, wrap], [at, at], speed=0.5)
+    there = at._replace(centre=np.array([1.0, 0.0, 0.0]))
+    none = np.zeros((2, 4, 4))
+    belt = bare_belt([CYLINDER] * 2, CHORD, N, sliding_stiffness=SlidingStiffness(*[none] * 4))
+    pulleys = BeltOnPulley(both(wrap, wrap), belt.surfaces, both(at, there))
+    slip, waiting = on_jax(SlipState.none(2, N)), -1
+    runs = Command(travel=0.0, yaw=np.zeros(2), share=0.0, speed=0.5, friction=0.2)
 
-    def step(head_slides, tail_slides):
-        asked.clear()
-        for which, slides in ((HEAD, head_slides), (TAIL, tail_slides)):
-            state.slip_increments[which][:] = float(slides)
-        belt = SimpleNamespace(**vars(BELT) | {"sliding_stiffness": "some", "each_surface": [CYLINDER] * 2})
-        contact.update_contact(belt, state, nodes, 0.0 * nodes, STEP, 0.2)
-        return set(asked)
+    def step(*slides):
+        nonlocal slip, waiting
+        before, slip = slip.total, slip._replace(sliding=jnp.array(slides, float))
+        _, slip, waiting, _ = carry(belt, on_jax(pulleys), slip, waiting, runs, nodes, 0.0 * nodes, 1.0, STEP)
+        return {which for which in (HEAD, TAIL) if slip.total[which] > before[which]}
 
     assert step(True, False) == step(False, True) == step(False, False) == {HEAD, TAIL}
-    assert state.slip.tolist() == [3.0, 30.0]
+    assert slip.total.tolist() == [3.0, 30.0]
     turns = [step(True, True) for _ in range(4)]
     assert turns[0] != turns[1]
     assert turns == [turns[0], turns[1]] * 2
     assert set.union(*turns) == {HEAD, TAIL}
     assert all(len(t) == 1 for t in turns)
-    assert next(iter(turns[-1])) != state.waiting_pulley
-    assert state.slip.tolist() == [5.0, 50.0]
+    assert next(iter(turns[-1])) != waiting
+    assert slip.total.tolist() == [5.0, 50.0]
 
 
 def test_a_belt_presses_less_the_faster_it_runs():
@@ -129,14 +134,14 @@ def test_a_belt_presses_less_the_faster_it_runs():
     pull[:, 1, held] = aside
     own, none = rigid * np.stack([np.eye(4)] * 2), np.zeros((2, 4, 4))
     sliding = SlidingStiffness(own, after=none, relief_first=none, relief_last=none)
-    belt = SimpleNamespace(**vars(BELT) | {"sliding_stiffness": sliding})
-    fast = np.sqrt(tension / (BELT.mass[0] / CHORD))
+    belt = bare_belt([CYLINDER] * 2, CHORD, N, sliding_stiffness=sliding)
+    pulley, slip = BeltOnPulley(wrap, CYLINDER, at), jax.tree.map(lambda of: of[0], SlipState.none(2, N))
+    fast, slide = np.sqrt(tension / (belt.mass[0] / CHORD)), jax.jit(slide_wrap)
     for share in (0.0, 0.5, 0.999):
         limit = aside / (tension * CHORD / R * (1.0 - share**2))  # the friction at which it just holds
         for near, slides in ((1.001, False), (0.9, True)):
-            state = running([wrap], [at], speed=share * fast)
-            moved = contact.slide_wrap(belt, state, 0, pull, near * limit)
-            assert (moved != 0.0) == slides
+            _, found = slide(belt, pull, near * limit, share * fast, 1.0, pulley, slip)
+            assert (found.total != 0.0) == slides
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -155,7 +160,7 @@ def test_a_limp_belt_leaves_on_the_line_from_the_tangent_point(sign, part):
     nodes = np.moveaxis(places @ at.axes.T, 0, -1)
     wrap = empty_wrap(*((k - 20, k) if sign > 0 else (k, k + 20)), N)
     wrap.r[:], wrap.y[:], wrap.angle[:] = cylinder_coordinates(nodes, at)
-    move, slope = run_off_line(wrap, at, sign, nodes[..., k + sign], nodes[..., k + 8 * sign], CHORD)
+    move, slope = run_off_line(on_jax(wrap), at, sign, nodes[..., k + sign], nodes[..., k + 8 * sign], CHORD)
     np.testing.assert_allclose(slope, -on, rtol=1e-6)  # counted against the travel
     line = lean[k + sign] * part / (1.0 + part)  # from the tangent point to the first free station
     np.testing.assert_allclose(move, line - lean[k], atol=NEAR * abs(off - on) * CHORD)

@@ -125,8 +125,8 @@ def test_laid_belt_pulls_at_its_free_nodes_with_its_weight_only(begun):
     state, scene = begun.state, begun.scene
     pull = begun.engine.solver.elastic_forces(state.slides)
     free = np.ones(scene.mesh.stations, bool)
-    for wrap in state.wraps:
-        free[np.arange(wrap.first - 2, wrap.last + 3) % scene.mesh.stations] = False
+    for first, last in zip(state.pulleys.wrap.first, state.pulleys.wrap.last, strict=True):
+        free[np.arange(first - 2, last + 3) % scene.mesh.stations] = False
     weight = scene.mesh.mass * scene.parts.gravity
     assert pull[free][..., 2] == pytest.approx(np.broadcast_to(weight, pull[free][..., 2].shape), abs=HARDLY)
     assert np.abs(pull[free][..., :2]).max() < HARDLY

@@ -27,7 +27,7 @@ from belt_sim.mujoco3d.wrap import (
 )
 from studies.paper.case import ROPE_EXAMPLE
 
-pytestmark = pytest.mark.filterwarnings("ignore:flex")
+pytestmark = [pytest.mark.filterwarnings("ignore:flex"), pytest.mark.usefixtures("float64")]
 
 R, CHORD, N, HELD = 0.17, 0.025, 24, 12  # HELD: the last station that lies on the pulley or the first
 FIBRES = 0.01  # the law is linear in M, fibres are not: (M y / F r^2)^2

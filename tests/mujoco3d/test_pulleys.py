@@ -4,13 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pulley_bench import empty_wrap, places, surface
+from pulley_bench import bare_belt, both, empty_wrap, on_jax, places, surface
 
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
-from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, belt_loads, laid_poses
+from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, belt_loads, laid_poses, pose_of
 from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.state import RunState
-from belt_sim.mujoco3d.wrap import HEAD, TAIL, BeltOnPulley, PoseArrays
+from belt_sim.mujoco3d.wrap import HEAD, TAIL, BeltOnPulley, PoseArrays, SlipState, axes_of, roll_anchors
 from belt_sim.scene_parts import PulleySurface, SceneParts
 
 APART, SPEED, STEP = 2.0, 0.5, 1e-3  # [m], [m/s], [s]
@@ -23,13 +23,15 @@ PARTS = SceneParts(
 STANDS = Command(travel=0.0, yaw=np.zeros(2), share=0.0, speed=0.0, acceleration=0.0)
 
 
+pytestmark = pytest.mark.usefixtures("float64")
+POSES = [PoseArrays(np.array([x, 0.0, 0.0]), np.eye(3), 0.0) for x in (0.0, APART)]
 SURFACES = [surface(p.radius, 0.025, yaw_compliance=p.yaw_compliance) for p in (PARTS.head, PARTS.tail)]
 
 
-def machine(sign=1, load=0.0, fixed=0.0, surfaces=SURFACES, **changed):
-    scene = SimpleNamespace(parts=PARTS, options=SimpleNamespace(settle=0.0))
+def machine(sign=1, load=0.0, fixed=0.0, **changed):
+    scene = SimpleNamespace(parts=PARTS)
     tail = TailPulley(mass=20.0, inertia=0.3, slide_drag=400.0, spin_drag=6.0, radius=PARTS.tail.radius, x=APART)
-    belt = SimpleNamespace(shape=SimpleNamespace(sign=sign), load=load, slide_fixed=fixed, each_surface=surfaces)
+    belt = bare_belt(SURFACES, 0.025, 4, sign=sign, load=load, slide_fixed=fixed)
     return Pulleys(scene, belt, tail._replace(**changed))
 
 
@@ -37,23 +39,19 @@ def still(stations=4):
     """Pulleys on which nothing lies."""
     joints, rates = np.zeros((2, STATION_JOINTS))
     slides, slide_rates = np.zeros((2, stations, 2, 3))
-    return RunState(
-        poses=[PoseArrays(np.array([x, 0.0, 0.0]), np.eye(3), 0.0) for x in (0.0, APART)],
-        joints=joints, joint_rates=rates, slides=slides, slide_rates=slide_rates, layers=[], slip_increments=[],
-        wraps=[empty_wrap(0, -1, stations) for _ in range(2)], share=1.0, time=1.0, travel=0.0,
-    )  # fmt: skip
+    wrap = empty_wrap(0, -1, stations)
+    pulleys = BeltOnPulley(both(wrap, wrap), both(*SURFACES), both(*POSES))
+    return RunState(joints, rates, slides, slide_rates, pulleys, SlipState.none(2, stations), travel=0.0)
 
 
 def go(pulleys, state, commands, dt=STEP):
     """Steps in which the joints follow their forces, as MuJoCo has them do; the forces of the last one."""
     for command in commands:
-        forces = pulleys.advance(state, command, dt)
+        forces, foretold = pulleys.advance(state, command, dt)
         state.joint_rates[TAIL_SLIDE] += dt * forces[TAIL_SLIDE] / pulleys.tail.mass
         state.joint_rates[TAIL_SPIN] += dt * forces[TAIL_SPIN] / pulleys.tail.inertia
         state.joints += dt * state.joint_rates
-        foretold = state.poses[TAIL].spin, state.poses[TAIL].centre[0]
-        pulleys.read(state)
-        assert (state.poses[TAIL].spin, state.poses[TAIL].centre[0]) == pytest.approx(foretold, abs=1e-12)
+        assert foretold == pytest.approx([APART + state.joints[TAIL_SLIDE], state.joints[TAIL_SPIN]], abs=1e-12)
     return forces
 
 
@@ -73,7 +71,7 @@ def test_a_tail_pulley_that_spins_unlike_the_belt_is_brought_to_the_belts_speed(
         (begins - 1.0) * np.exp(-0.1 * pulleys.tail.spin_drag / pulleys.tail.inertia), rel=1e-3
     )
     assert state.joint_rates[HEAD_SPIN] == pytest.approx(sign * SPEED / PARTS.head.radius)
-    assert state.poses[HEAD].spin == pytest.approx(sign * 0.1 * SPEED / PARTS.head.radius)
+    assert state.joints[HEAD_SPIN] == pytest.approx(sign * 0.1 * SPEED / PARTS.head.radius)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -105,12 +103,11 @@ def test_the_load_draws_the_tail_away_from_the_head_and_the_belt_holds_it():
     pulleys, state = machine(load=800.0), still()
     state.loads[TAIL, 0], state.loads[HEAD, 0] = -800.0, 800.0
     go(pulleys, state, steady(10))
-    assert state.poses[TAIL].centre[0] == APART
+    assert state.joints[TAIL_SLIDE] == 0.0
     state.loads[TAIL, 0] = -600.0
     go(pulleys, state, steady(2000))
     assert state.joint_rates[TAIL_SLIDE] == pytest.approx(200.0 / pulleys.tail.slide_drag, rel=1e-6)
-    assert state.poses[TAIL].centre[0] > APART + 0.5
-    assert state.poses[HEAD].centre[0] == 0.0
+    assert state.joints[TAIL_SLIDE] > 0.5
 
 
 def test_a_slide_that_is_moved_or_fixed_heeds_no_force():
@@ -120,7 +117,7 @@ def test_a_slide_that_is_moved_or_fixed_heeds_no_force():
     ):
         state = still()
         go(pulleys, state, steady(100, tail_motion=tail_motion))
-        assert state.poses[TAIL].centre[0] == pytest.approx(APART + moves)
+        assert state.joints[TAIL_SLIDE] == pytest.approx(moves)
 
 
 @pytest.mark.parametrize("which", [HEAD, TAIL])
@@ -128,14 +125,16 @@ def test_a_pulley_gives_way_in_the_sense_of_the_moment_on_itself(which):
     """A moment about +z turns +y towards -x; about the other axes it does nothing, and the other pulley stands."""
     pulleys, state = machine(), still()
     state.loads[which] = [0.0, 0.0, 2.0]
-    state.yaw[:] = 1e-3, 2e-3
-    go(pulleys, state, steady(500))
+    yaw = np.array([1e-3, 2e-3])
+    commands = steady(500, yaw=yaw)
+    go(pulleys, state, commands)
     given = np.zeros(2)
     given[which] = 2.0 * COMPLIANCE[which]
     np.testing.assert_allclose(state.compliance_yaw, given, atol=1e-9)
-    np.testing.assert_allclose(state.joints[[HEAD_YAW, TAIL_YAW]], state.yaw + given, atol=1e-9)
-    for pose, turned in zip(state.poses, state.yaw + given, strict=True):
-        np.testing.assert_allclose(pose.axes @ [0.0, 1.0, 0.0], [-np.sin(turned), np.cos(turned), 0.0], atol=1e-9)
+    np.testing.assert_allclose(state.joints[[HEAD_YAW, TAIL_YAW]], yaw + given, atol=1e-9)
+    poses = pose_of(pulleys.belt, commands[-1], np.array([APART, 0.0]), state.compliance_yaw)
+    for axes, turned in zip(np.asarray(poses.axes), yaw + given, strict=True):
+        np.testing.assert_allclose(axes @ [0.0, 1.0, 0.0], [-np.sin(turned), np.cos(turned), 0.0], atol=1e-9)
 
 
 def test_the_belt_loads_a_pulley_by_its_pull_and_its_moments_about_axis_and_z():
@@ -145,7 +144,7 @@ def test_the_belt_loads_a_pulley_by_its_pull_and_its_moments_about_axis_and_z():
     pull[..., 1] = [[-300.0, 7.0, 5.0], [-100.0, 7.0, 5.0]]
     pull[..., 3] = 1e6  # lies on neither
     wraps = [empty_wrap(0, 0, 4), empty_wrap(1, 1, 4)]
-    pulleys = map(BeltOnPulley, wraps, SURFACES, still().poses)
+    pulleys = map(BeltOnPulley, wraps, SURFACES, POSES)
     loads = [belt_loads(pulley, at, pull) for pulley in pulleys]
     np.testing.assert_allclose(loads, [[0.0] * 3, [-400.0, -0.12 * 400.0, 0.06 * 200.0]], atol=1e-12)
 
@@ -154,23 +153,22 @@ def test_the_belt_loads_a_pulley_by_its_pull_and_its_moments_about_axis_and_z():
 def test_laid_pulleys_have_turned_by_nothing_when_travel_0_is_reached(sign):
     case, loop = SimpleNamespace(settings=SimpleNamespace(direction=sign)), SimpleNamespace(centre_distance=1.9)
     poses = laid_poses(SimpleNamespace(parts=PARTS, early=0.6, case=case, loop=loop))
-    for pose, pulley, x in zip(poses, (PARTS.head, PARTS.tail), (0.0, 1.9), strict=True):
-        assert pose.spin + sign * 0.6 / pulley.radius == pytest.approx(0.0, abs=1e-12)
-        assert pose.centre.tolist() == [x, 0.0, 0.0]
+    assert poses.spin == pytest.approx([-sign * 0.6 / pulley.radius for pulley in (PARTS.head, PARTS.tail)], abs=1e-12)
+    assert poses.centre.tolist() == [[0.0, 0.0, 0.0], [1.9, 0.0, 0.0]]
 
 
 def test_a_belt_stays_where_it_is_when_its_pulley_begins_to_be_canted():
     """To second order in the angle; what runs goes with the pulley."""
     canted = surface(0.2, 0.025, cant=1e-3)
-    for speed, moved in ((0.0, 0.0), (0.5, 2e-4)):
-        state, wrap = still(3), empty_wrap(0, 2, 3)
+    for rests, moved in ((True, 0.0), (False, 2e-4)):
+        wrap, at = empty_wrap(0, 2, 3), POSES[TAIL]
         wrap.r[:], wrap.angle[:] = 0.2, [0.0, 0.5 * np.pi, np.pi]
         wrap.y[:] = [[0.3], [-0.3]]
-        state.wraps[TAIL], state.speed, state.share = wrap, speed, 0.0
-        pulleys = machine(surfaces=[SURFACES[HEAD], canted])
-        before = places(wrap, state.poses[TAIL])
-        for state.share in (0.3, 1.0):
-            pulleys.advance(state, STANDS, STEP)
-        y = (places(state.wraps[TAIL], state.poses[TAIL]) - before)[:, 1]
-        assert state.poses[TAIL].axes[2, 1] == pytest.approx(1e-3, rel=1e-6)
+        before = places(wrap, at)
+        for share in (0.3, 1.0):
+            was, at = at, at._replace(axes=np.asarray(axes_of(canted, 0.0, share, 0.0)))
+            if rests:
+                wrap = roll_anchors(BeltOnPulley(on_jax(wrap), canted, at), at.axes[2, 1] - was.axes[2, 1])
+        assert at.axes[2, 1] == pytest.approx(1e-3, rel=1e-6)
+        y = (places(wrap, at) - before)[:, 1]
         np.testing.assert_allclose(y, np.outer([1.0, 1.0], [-moved, 0.0, moved]), atol=5e-7)

@@ -10,7 +10,9 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.library import library
 from belt_sim.effects.span_loads import IdlerSkew, SideDrag
 from belt_sim.effects.span_stiffness import Shear
-from belt_sim.mujoco3d.engine import SpaceRun, span_loads
+from belt_sim.jax_setup import in_float64
+from belt_sim.mujoco3d.belt import load_forces
+from belt_sim.mujoco3d.engine import SpaceRun
 from belt_sim.mujoco3d.model import SpaceModel
 from belt_sim.mujoco3d.options import Options, fit_options
 from belt_sim.mujoco3d.wrap import HEAD, TAIL
@@ -106,8 +108,7 @@ def test_nodes_take_what_the_effects_say(direction):
     parts = SpaceModel().parts(case, effects)
     run = SpaceRun.begin(case, "flex", fit_options(Options(dx=0.04), case, "flex"), parts)
     state, mesh = run.state, run.scene.mesh
-    state.share = 1.0
-    forces = span_loads(run.engine, state)
+    forces = np.moveaxis(np.asarray(in_float64(load_forces)(run.engine.belt, mesh.nodes(state.slides))), -1, 0)
     nodes = mesh.rest + state.slides
     drag = 2.0 * 2.0 / WIDTH
     np.testing.assert_allclose(forces.sum(axis=(0, 1))[:2], [-drag * direction, 7.0 * direction], rtol=1e-5)

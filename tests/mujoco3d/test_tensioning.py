@@ -62,7 +62,7 @@ def test_a_belt_of_the_right_length_has_the_tension(belt, tension, near):
     options = fit_options(Options(tensioning="length", settle=2.0 if tension < 7.0 else 1.0), case, belt)
     run = SpaceRun.begin(case, belt, options)
     run.run_stage(run.stages(1.0)[0], Recorder(run.scene, ()))
-    assert run.state.poses[TAIL].centre[0] == pytest.approx(2.0, abs=ROUNDING)
+    assert run.state.tail_x == pytest.approx(2.0, abs=ROUNDING)
     assert -run.state.loads[TAIL, 0] == pytest.approx(2.0 * case.tension_force, rel=near)
 
 

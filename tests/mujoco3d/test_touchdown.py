@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pulley_bench import empty_wrap, places, pose, surface
+from pulley_bench import empty_wrap, on_jax, places, pose, surface
 
 from belt_sim.mujoco3d.loop import lift
 from belt_sim.mujoco3d.wrap import (
@@ -25,6 +25,7 @@ ROUNDING = 1e-12  # [m], of coordinates below 1 m
 STRAIGHT = 5e-6  # [m]: the path is followed by angles one step old; on a circle the station would sink by 460 um
 
 
+pytestmark = pytest.mark.usefixtures("float64")
 BELT = SimpleNamespace(chord=CHORD, shape=SimpleNamespace(zone=6))
 
 
@@ -49,8 +50,9 @@ def test_landing_keeps_chord_and_mean_height(shape):
     beside, nodes = places(wrap, at)[..., 0], np.zeros((2, 3, 12))
     there = beside + np.array([-0.0242, 1e-5, -0.0062]) + [[0.0, 0.0, 2e-6], [0.0, 0.0, -2e-6]]
     nodes[..., 0], nodes[..., 1] = there, beside
-    approach = approach_of(BELT, BeltOnPulley(wrap, cylinder, at), nodes, FIRST)
-    landed = land_station(BeltOnPulley(wrap, cylinder, at), approach, approach, FIRST, CHORD, 0.0, 1.0)
+    pulley = on_jax(BeltOnPulley(wrap, cylinder, at))
+    approach = approach_of(BELT, pulley, nodes, FIRST)
+    landed = land_station(pulley, approach, approach, FIRST, CHORD, 0.0, 1.0)
     placed = places(landed, at)
     assert landed.first == 0
     length = np.linalg.norm(there - beside, axis=1)
@@ -79,7 +81,7 @@ def test_turning_pulley_keeps_lengths_and_lets_the_span_end_on_one_line(end):
     start = tangent - outward * 0.5 * CHORD / R - wrap.angle[0, station]
 
     def sunk(spin):
-        return sink_ends(BELT, BeltOnPulley(wrap, cylinder, pose(spin=spin)), end, 0.0, 1.0), pose(spin=spin)
+        return sink_ends(BELT, on_jax(BeltOnPulley(wrap, cylinder, pose(spin=spin))), end, 0.0, 1.0), pose(spin=spin)
 
     for _ in range(8):  # from the circle onto the path
         wrap, at = sunk(start)
