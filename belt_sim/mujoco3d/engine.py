@@ -190,7 +190,7 @@ class Engine:
             travel=-scene.early,
             kinks=RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None,
             run_off_stations=pulleys.wrap.outer(run_off_end(shape.sign)) if shape.limp else None,
-            loads=np.asarray(_loads(pulleys, nodes, pull)),
+            loads=np.array(_loads(pulleys, nodes, pull)),
         )
 
     def step(self, state: RunState, command: Command) -> None:
@@ -209,7 +209,7 @@ class Engine:
             self.on_device, state.pulleys, state.slip, state.waiting_pulley, plain(command),
             mesh.nodes(state.slides), self._pull(state.slides), state.shaped, dt,
         )  # fmt: skip
-        state.waiting_pulley, state.loads = int(waiting), np.asarray(loads)
+        state.waiting_pulley, state.loads = int(waiting), np.array(loads)
         wrap = state.pulleys.wrap
         if (np.asarray(wrap.last - wrap.first) < _FEWEST).any():
             raise SimulationError("the belt leaves a pulley: tension too low for its weight; raise settings.tension")

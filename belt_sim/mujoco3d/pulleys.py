@@ -47,8 +47,8 @@ def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> BeltOnPulley:
         on = np.flatnonzero(laid)
         jump = np.flatnonzero(np.diff(on) > 1)  # where the numbers begin anew on the pulley
         ends.append((on[jump[0] + 1] - mesh.stations, on[jump[0]]) if len(jump) else (on[0], on[-1]))
-    (first, last), lift = np.array(ends).T, np.zeros((2, mesh.stations))
-    wraps = WrapArrays(first, last, *np.zeros((3, 2, mesh.lines, mesh.stations)), lift, np.zeros((2, 2)))
+    (first, last), (r, y, angle) = np.array(ends).T, np.zeros((3, 2, mesh.lines, mesh.stations))
+    wraps = WrapArrays(first, last, r, y, angle, np.zeros((2, mesh.stations)), np.zeros((2, 2)))
     layer = None if belt.fibres is None else np.zeros((2, 2, mesh.lines, 2))
     pulleys = BeltOnPulley(wraps, belt.surfaces, laid_poses(scene), layer)
     return jax.tree.map(np.asarray, _anchor_laid(belt, pulleys, np.moveaxis(mesh.laid, 0, -1)))
