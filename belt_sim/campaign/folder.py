@@ -131,18 +131,16 @@ def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True)
 
 def text_of(name: str, data: bytes, problems: list[Problem]) -> str | None:
     """Decode UTF-8 with or without a byte-order mark; return None and append a problem if that fails."""
-    if b"\0" in data:
-        line = data[: data.index(b"\0")].count(b"\n") + 1
-        remedy = "holds bytes that are no UTF-8 text (binary, a spreadsheet, or UTF-16); save it as UTF-8 text"
-        problems.append(Problem(file=name, line=line, remedy=remedy))
-        return None
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        value = f"byte 0x{data[error.start]:02x}"
-        problems.append(Problem(file=name, line=line, value=value, remedy="not UTF-8; save the file as UTF-8 text"))
-        return None
+    at, value = data.find(b"\0"), None
+    remedy = "holds bytes that are no UTF-8 text (binary, a spreadsheet, or UTF-16); save it as UTF-8 text"
+    if at < 0:
+        try:
+            return data.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            at, value = error.start, f"byte 0x{data[error.start]:02x}"
+            remedy = "not UTF-8; save the file as UTF-8 text"
+    problems.append(Problem(file=name, line=data[:at].count(b"\n") + 1, value=value, remedy=remedy))
+    return None
 
 
 def _check_records(rows: RunRows, recorded: dict[str, Run], steady: tuple[SteadyRate, ...], *, whole: bool) -> None:
