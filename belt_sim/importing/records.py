@@ -13,8 +13,7 @@ from belt_sim.campaign.run_tables import REPEAT_TOLERANCE
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import Note
 from belt_sim.importing.mapping import MappingEntry
-from belt_sim.importing.runs import TIME, AssembledRun
-from belt_sim.importing.settings import RANGES, Settings
+from belt_sim.importing.runs import RANGES, TIME, AssembledRun, Settings
 from belt_sim.importing.units import UNITS, size_of
 from belt_sim.si import DEGREE, N_PER_MM2, round_digits
 
