@@ -161,7 +161,7 @@ class LoggedTable:
         found = self.column(role)
         return None if found is None else found.si()
 
-    def at(self, rows: np.ndarray) -> "LoggedTable":
+    def select_rows(self, rows: np.ndarray) -> "LoggedTable":
         """The table with these rows only."""
         columns = tuple(replace(c, values=c.values[rows]) for c in self.columns)
         return replace(self, columns=columns, lines=self.lines[rows])

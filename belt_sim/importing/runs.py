@@ -116,7 +116,7 @@ def _split_runs(table: LoggedTable) -> list[LoggedTable]:
     """The runs of a table; its columns may belong to different runs, or have travels of their own."""
     own = [c for c in table.columns if c.entry.run or c.entry.against]
     travels = {c.entry.against for c in own if c.entry.against}
-    base = tuple(c for c in table.columns if c not in own and c.name not in travels)
+    base = tuple(c for c in table.columns if not (c.entry.run or c.entry.against or c.name in travels))
     shared = tuple(c for c in base if c.role != "signal")
     found: list[LoggedTable] = []
     for column in own:
@@ -139,12 +139,12 @@ def _split_rows(table: LoggedTable) -> list[LoggedTable]:
     if run is not None:
         of_row = np.array(run.labels, dtype=object)
         labels = dict.fromkeys(label for label in run.labels if label)
-        return [replace(table.at(of_row == n), name=run_name(n), label=n) for n in labels]
+        return [replace(table.select_rows(of_row == n), name=run_name(n), label=n) for n in labels]
     whole = replace(table, name=run_name(table.name), label=table.name)
     parts = [p for p in np.split(rows, sorted({*table.starts, *_restarts(table)})) if len(p) >= FEWEST]
     if len(parts) < 2:
         return [whole]
-    return [replace(whole.at(part), name=f"{whole.name}_{k}") for k, part in enumerate(parts, start=1)]
+    return [replace(whole.select_rows(part), name=f"{whole.name}_{k}") for k, part in enumerate(parts, start=1)]
 
 
 def _restarts(table: LoggedTable) -> list[int]:
@@ -176,7 +176,7 @@ def _assemble(
         return None
     if len(way.keep) < FEWEST:
         raise block.refuse(0, "rows", len(way.keep), "", f"run {block.name} has too few rows with time or travel")
-    block = block.at(way.keep)
+    block = block.select_rows(way.keep)
     logged = yaw_settings(block, way.travel, stated) | column_settings(block, section)
     known = way.settings | named | logged | stated  # of each the last that has it
     notes = [*way.notes, *([f"yaw_at is {known['yaw_at'].source}"] if "yaw_at" in known else [])]
