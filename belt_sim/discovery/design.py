@@ -84,14 +84,12 @@ def residual_projector(bench: Workbench, fit: Fit) -> ResidualProjector:
     """The projector for a search of what is missing beside ``fit``."""
     metric = replace(bench, shared=np.zeros_like(bench.shared)).metric_at(bench.levels)
     runs = len(bench.samples.runs)
-    m = len(bench.shared)
     shapes = np.concatenate([bench.shared, fit.slopes]) if len(fit.free) else bench.shared
     shared = metric.whiten(shapes).reshape(len(shapes), runs, -1)
-    size = np.sqrt(np.sum(shared**2, axis=(1, 2)))
-    size[m:] = np.maximum(size[m:], 1e-12)
-    scale = np.concatenate([np.ones(m), 1.0 / size[m:]])
-    shared = shared * scale[:, None, None]
-    prior = np.concatenate([np.ones(m), np.full(len(shapes) - m, CHOSEN)])
+    chosen = np.arange(len(shapes)) >= len(bench.shared)
+    size = np.maximum(np.sqrt(np.sum(shared**2, axis=(1, 2))), 1e-12)
+    shared = shared * np.where(chosen, 1.0 / size, 1.0)[:, None, None]
+    prior = np.where(chosen, CHOSEN, 1.0)
     gram = np.einsum("crm,drm->cd", shared, shared) + np.diag(prior)
     residual = metric.whiten(bench.fitted.y - fit.values).reshape(runs, -1)
     return ResidualProjector(metric, residual, shared, np.linalg.pinv(gram, hermitian=True))

@@ -135,9 +135,7 @@ def campaign_places(samples: Samples) -> tuple[Place, ...]:
     What loads a span bends it where it runs up, on whichever pulley that is: where the belt has travelled both ways a
     span is a place of its own. What the belt carries meets both pulleys, one after the other, if it goes round once.
     """
-    found: list[Place] = []
-    for kind in AT_PULLEYS:
-        found += [Place(kind, where) for where in (*PULLEYS, "both")]
+    found = [Place(kind, where) for kind in AT_PULLEYS for where in (*PULLEYS, "both")]
     tilts = tuple((s.name, 0) for s in samples.signals if s.kind == "tilt")
     if samples.end > float(samples.cases.rig.belt_length):
         found += [Place(kind, CARRIED, tilts if kind in STIFFNESS else ()) for kind in BY_THE_BELT]

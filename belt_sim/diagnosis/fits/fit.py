@@ -96,10 +96,6 @@ class Refit:
         self.due = start.due if len(start.due) and not none else np.full(len(start.free), none)
         self.settled, self.steps, self.failures = False, 0, 0
 
-    def result(self) -> Fit:
-        """The best point, with all that a later refit needs to go on from it."""
-        return replace(self.fit, settled=self.settled, steps=self.steps, due=self.due, radius=self.radius)
-
     @property
     def is_ready(self) -> bool:
         """Whether the best point and all derivatives there are known, so that a step can be proposed."""
@@ -256,7 +252,7 @@ def fit_sets(
         for refit in active if find_hopeless is None else ():
             if refit.settled and not refit.fit.exact:  # it ended with learned derivatives: all are due there
                 refit.due, refit.settled = np.ones_like(refit.due), False
-    return [refit.result() for refit in refits]
+    return [replace(r.fit, settled=r.settled, steps=r.steps, due=r.due, radius=r.radius) for r in refits]
 
 
 def _advance(forward: Forward, refits: Sequence[Refit]) -> None:

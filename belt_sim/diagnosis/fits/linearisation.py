@@ -143,11 +143,6 @@ class Linearisation:
         own = [] if known is None or not starts else [_with_numbers(null, known, bench.forward.index(name))]
         return [null, *own, *(start.begin(bench, null) for start in starts)]
 
-    def linear_starts(self, bench: Workbench, name: str) -> list[Fit]:
-        """Where one step may begin: from null, and from the best points of a grid, whose shapes are known there."""
-        null = self.with_effect(bench, name)
-        return [null, *(s.begin(bench, null) for s in self.starts.get(name, []) if isinstance(s, GridStart))]
-
 
 def _with_numbers(null: Fit, known: Fit, taken: Sequence[int]) -> Fit:
     """The fit ``null``, with its derivatives, and with the numbers at positions ``taken`` as another fit knows them."""

@@ -11,7 +11,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from belt_sim.diagnosis.fits.fit import Fit, Refit
-from belt_sim.diagnosis.fits.linearisation import Linearisation
+from belt_sim.diagnosis.fits.linearisation import GridStart, Linearisation
 from belt_sim.diagnosis.fits.plausibility import has_diverged, is_plausible, prefer_plausible
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.linear_algebra import basis
@@ -52,7 +52,10 @@ NONLINEAR = 0.3  # share of what a step should do, by which an effect does somet
 
 def best_gauss_newton_step(bench: Workbench, linearisation: Linearisation, name: str) -> Fit:
     """The best fit with one more effect than the linearised one, a step from null or from points of its grid."""
-    return min(map(_gauss_newton_step, linearisation.linear_starts(bench, name)), key=lambda fit: fit.chi2)
+    null = linearisation.with_effect(bench, name)
+    on_grid = [s for s in linearisation.starts.get(name, []) if isinstance(s, GridStart)]  # shapes are known there
+    steps = map(_gauss_newton_step, [null, *(start.begin(bench, null) for start in on_grid)])
+    return min(steps, key=lambda fit: fit.chi2)
 
 
 def _gauss_newton_step(start: Fit) -> Fit:

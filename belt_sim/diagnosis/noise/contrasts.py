@@ -95,11 +95,6 @@ class Scatter:
     spacing: float
     per_bin: float
 
-    @property
-    def count(self) -> int:
-        """Windows of all sums."""
-        return len(self.weights) * (len(self.keep) // WINDOW)
-
     def project(self, errors: np.ndarray) -> np.ndarray:
         """Readings (R, S, n) -> (windows, f), with the stated white noise of unit size."""
         here = errors[:, self.signal][:, self.keep[: len(self.keep) // WINDOW * WINDOW]]

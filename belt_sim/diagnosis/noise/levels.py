@@ -115,11 +115,11 @@ class SignalLevels:
         """The same of what is fast in every run, were it noise."""
         cost = np.zeros_like(self.prior)
         read = [part.project(errors) for part in self.fast]
-        products = [z.T @ z for z in read]  # of all windows together: there are few directions, and many windows
+        products = [(len(z), z.T @ z) for z in read]  # of all windows: there are few directions, and many windows
         for k, grids in enumerate(self.fast_grids):
-            for part, product, (modes, variance) in zip(self.fast, products, grids, strict=True):
+            for (count, product), (modes, variance) in zip(products, grids, strict=True):
                 squares = np.sum((product @ modes) * modes, axis=0)
-                cost[k] += part.count * np.log(variance).sum(axis=2) + (1.0 / variance) @ squares
+                cost[k] += count * np.log(variance).sum(axis=2) + (1.0 / variance) @ squares
         return cost
 
     def mean(self, errors: np.ndarray) -> np.ndarray:
