@@ -11,7 +11,7 @@ from belt_sim.case import Case
 from belt_sim.curves import SensorPlace
 from belt_sim.effects.base import apply_hook, call_hook, uses
 from belt_sim.laws.influence import Bend, BoundaryValues, no_bend, place_row
-from belt_sim.laws.runup import Contact, RunOff, State, Yaw
+from belt_sim.laws.runup import Contact, RunOff, State, Yaw, sag_angle
 from belt_sim.laws.span import Response, Span, response
 
 
@@ -63,6 +63,7 @@ class Spans:
             bending=span.bending + jnp.zeros(()),
             turned=jnp.stack([yaw.tail, yaw.head]),
             left=off.turned[::-1],
+            sag_angle=(sag_angle(case) if span.limp else span.sag_curvature * span.length / 2.0) + jnp.zeros(()),
             direction=case.settings.direction + jnp.zeros(()),
         )
 

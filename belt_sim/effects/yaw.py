@@ -9,7 +9,6 @@ import numpy as np
 
 from belt_sim.case import Schedule
 from belt_sim.effects.base import PERCENT, Cause, Effect, effect, parameter
-from belt_sim.laws.runup import sag_angle
 
 
 def _zero_error():
@@ -147,9 +146,10 @@ class UnequalTension(Effect):
 class Cant(Effect):
     """An axis raised by gamma towards +y moves the belt along the wrap, y + gamma z = const, by 2 R gamma.
 
-    Where the span sags and meets the pulley psi before its top, gamma also turns the surface's direction
-    (-gamma sin psi on the tail, + on the head pulley). Material that lay on the pulley at the start moves only
-    through the rest of its wrap.
+    It rolls the ends of both spans by gamma, and where they sag and meet the pulley psi before its top it also turns
+    the surface's direction (-gamma sin psi on the tail, + on the head pulley). So a machine of which both axes are
+    canted alike is one that leans the other way. Material that lay on the pulley at the start moves only through the
+    rest of its wrap.
     """
 
     title = "Cant: a pulley axis that is not level"
@@ -175,8 +175,14 @@ class Cant(Effect):
         return replace(runoff, y=runoff.y + gamma * radius * (1.0 - jnp.cos(turned)))
 
     def yaw(self, yaw, state, case):
-        lean = jnp.sin(sag_angle(case))
-        return replace(yaw, tail=yaw.tail - self.gamma * lean, head=yaw.head + self.gamma_head * lean)
+        lean, roll = jnp.sin(state.sag_angle), jnp.stack([self.gamma, self.gamma_head])
+        return replace(
+            yaw,
+            tail=yaw.tail - self.gamma * lean,
+            head=yaw.head + self.gamma_head * lean,
+            roll_runup=yaw.roll_runup + roll,
+            roll_runoff=yaw.roll_runoff + roll[::-1],
+        )
 
     def scene(self, parts, case):
         return parts.with_pulley("tail", cant=self.gamma).with_pulley("head", cant=self.gamma_head)

@@ -77,7 +77,8 @@ class State:
     part of kappa [N m]; side_force: dM/dx at the run-up, which shears the belt that lands there [N]; added: part of
     kappa that the ends do not cause [1/m]; stiffness: d kappa / d theta_u of the span [1/m]; bending: its EI [N m2];
     turned: yaw of tail and head pulley for which this holds [rad]; left: rotation of the belt on the pulley before each
-    span [rad]; direction of travel (+1, -1).
+    span [rad]; sag_angle: from the top of a pulley to where a span meets it [rad], 0 where spans do not sag; direction
+    of travel (+1, -1).
     """
 
     travel: jnp.ndarray
@@ -94,6 +95,7 @@ class State:
     bending: jnp.ndarray
     turned: jnp.ndarray
     left: jnp.ndarray
+    sag_angle: jnp.ndarray
     direction: jnp.ndarray
 
 

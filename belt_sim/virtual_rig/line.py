@@ -95,7 +95,7 @@ class Line:
     @property
     def sag_yaw(self) -> np.ndarray:
         """Part of the cant that acts as yaw: -gamma sin(psi), the belt landing psi = Z L/2 before the top."""
-        return -self.cant * np.sin(self.sag_curvature * self.span_length / 2)
+        return -self.cant * np.sin(self.sag_roll * self.sag_curvature * self.span_length / 2)
 
     def span(self, tension_share: float | np.ndarray = 1.0, *, to_tail: bool = True) -> SpanResponse:
         """The response at a share of the tension of the free span that runs to the tail (or to the head) pulley."""

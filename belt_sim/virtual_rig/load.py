@@ -1,5 +1,6 @@
-"""What a load beside the pulleys does to a span: forces, couples about the vertical and about the long axis."""
+"""What loads do to a span: forces and couples beside the pulleys, and a roll of its end."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +49,13 @@ def uniform_roll_couple(line: Line, upper: bool) -> UnitLoad:
     return _spread_load(line, upper, [2, 3])
 
 
+def roll_at_tail(line: Line, upper: bool) -> UnitLoad:
+    """1 rad of roll, the side y > 0 up, of the tail pulley where the span meets it."""
+    last = (line.direction > 0) == upper
+    loads, rolls = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4)), np.stack([~last, last]).astype(float)
+    return _without_place(upper, *_solve(line, upper, loads, rolls))
+
+
 def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
     """Curvature in the middle of every element by 1 N m about the long axis at mid-span, (batch, n) [1/(N m2)].
 
@@ -66,7 +74,10 @@ def _spread_load(line: Line, upper: bool, fields: list[int]) -> UnitLoad:
     loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
     loads[:, :-1, fields] += pair[:, None, :2]
     loads[:, 1:, fields] += pair[:, None, 2:]
-    nodes, run_up, run_off = _solve(line, upper, loads)
+    return _without_place(upper, *_solve(line, upper, loads))
+
+
+def _without_place(upper: bool, nodes: np.ndarray, run_up: np.ndarray, run_off: np.ndarray) -> UnitLoad:
     nothing = np.zeros_like(run_up)
     return UnitLoad(upper, run_up, run_off, nodes[:, nodes.shape[1] // 2, 2], np.zeros((4, len(nothing))), nothing)
 
@@ -98,10 +109,13 @@ def _on_span(line: Line, upper: bool, to_tail: np.ndarray, to_head: np.ndarray) 
     return np.where(chosen.reshape(-1, *(1,) * (to_tail.ndim - 1)), to_tail, to_head)
 
 
-def _solve(line: Line, upper: bool, loads: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _solve(
+    line: Line, upper: bool, loads: np.ndarray, rolls: Sequence[np.ndarray | float] = (0.0, 0.0)
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Fields (batch, n, 4) of a loaded span between ends at rest, curvature at run-up and run-off (batch,).
 
-    Elimination node after node; at the ends y is 0, slope and tilt are 0 or give way to the couples there.
+    Elimination node after node; at the ends y and slope are 0 and the tilt is one of ``rolls``, but for how they give
+    way to the couples there.
     """
     coupling = line.sag_roll * line.sag_curvature
     stiffness = element(line.span_length / 2**DOUBLINGS, line.bending, line.force, line.torsion, coupling)
@@ -109,8 +123,8 @@ def _solve(line: Line, upper: bool, loads: np.ndarray) -> tuple[np.ndarray, np.n
     c, d = stiffness[:, 4:, :4], stiffness[:, 4:, 4:]
     pairs = zip(line.end_compliance(True), line.end_compliance(False), strict=True)
     off, up = (_on_span(line, upper, tail, head) for tail, head in pairs)
-    first = _end(a, b, loads[:, 0], off)
-    last = _end(d, c, loads[:, -1], up)
+    first = _end(a, b, loads[:, 0], off, rolls[0])
+    last = _end(d, c, loads[:, -1], up, rolls[1])
     count = loads.shape[1]
     upwards, rest = [], []
     diagonal, right, force = first
@@ -130,13 +144,14 @@ def _solve(line: Line, upper: bool, loads: np.ndarray) -> tuple[np.ndarray, np.n
     return fields, moment_up[:, 1] / line.bending, -moment_off[:, 1] / line.bending
 
 
-def _end(own: np.ndarray, other: np.ndarray, load: np.ndarray, yields: np.ndarray):
-    """Rows of an end node: y = 0, slope and tilt = yields @ couples, no moment on the tilt's slope."""
+def _end(own: np.ndarray, other: np.ndarray, load: np.ndarray, yields: np.ndarray, roll: np.ndarray | float):
+    """Rows of an end node: y = 0, slope and tilt = (0, roll) + yields @ couples, no moment on the tilt's slope."""
     diagonal, beside, force = np.zeros_like(own), np.zeros_like(other), np.zeros_like(load)
     diagonal[:, 0, 0] = 1.0
     diagonal[:, _COUPLES, _COUPLES] = 1.0
     diagonal[:, _COUPLES] -= yields @ own[:, _COUPLES]
     beside[:, _COUPLES] = -yields @ other[:, _COUPLES]
     force[:, _COUPLES] = -np.einsum("bij,bj->bi", yields, load[:, _COUPLES])
+    force[:, _COUPLES[1]] += roll
     diagonal[:, _FREE], beside[:, _FREE], force[:, _FREE] = own[:, _FREE], other[:, _FREE], load[:, _FREE]
     return diagonal, beside, force

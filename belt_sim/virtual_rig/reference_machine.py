@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from belt_sim.virtual_rig.fault import TAIL, Fault, any_phase, shape, size, time_constant, warm_up
+from belt_sim.virtual_rig.load import roll_at_tail
 
 # Yaw of the pulleys: set, offset, drifting, yielding.
 
@@ -147,13 +148,19 @@ class PulleyDeflectionFault(Fault):
 
 
 class CantFault(Fault):
-    """The tail pulley's axis rises by gamma towards +y."""
+    """The tail pulley's axis rises by gamma towards +y: it shifts the belt on its wrap, and rolls the spans' ends."""
 
     draw_order = 3
     gamma: float = size("rad", 1e-3, 5e-3)
 
     def set(self, line):
         return replace(line, cant=line.cant + self.gamma)
+
+    def loads(self, line):
+        return roll_at_tail(line, True), roll_at_tail(line, False)
+
+    def push(self, s, line, load, free, kept):
+        return self.gamma + 0 * free, kept
 
     def scene(self, parts, case):
         return parts.add_to_pulley("tail", cant=self.gamma)
