@@ -65,7 +65,7 @@ def test_cant_lifts_the_belt_along_the_wrap(where, side):
         np.testing.assert_allclose(late_rates(c), wanted, rtol=LATE)
 
 
-@pytest.mark.evidence("cant", route="turned", what="late rate of a hanging belt that leans, {LATE}")
+@pytest.mark.evidence("cant", route="symmetry", what="late rate of a hanging belt that leans, {LATE}")
 def test_a_machine_with_both_axes_canted_leans_the_other_way():
     """Turned about its long axis until both pulleys are level, such a machine is one that leans."""
     lean = 1e-3

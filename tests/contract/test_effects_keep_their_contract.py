@@ -51,9 +51,13 @@ def any_arguments():
     draw = np.random.default_rng(7)
     pair = partial(draw.normal, size=2, scale=1e-3)
     case = paper_case(10)
-    names = [f.name for f in fields(State) if f.name not in ("travel", "direction", "bending")]
+    names = [f.name for f in fields(State) if f.name not in ("travel", "direction", "bending", "sag_angle")]
     now = State(
-        travel=jnp.asarray(3.3), direction=jnp.asarray(1.0), bending=4.2e4, **{n: jnp.asarray(pair()) for n in names}
+        travel=jnp.asarray(3.3),
+        direction=jnp.asarray(1.0),
+        bending=4.2e4,
+        sag_angle=0.04,
+        **{n: jnp.asarray(pair()) for n in names},
     )
     now = replace(now, moment=1e6 * now.moment, since=jnp.asarray(-1.0))  # the yaw has just been changed
     yaw = Yaw(
