@@ -45,7 +45,7 @@ class Rig:
 
     @property
     def _lean(self) -> Numbers:
-        """Angle between a span and the line of centres [rad]; asin(d) by its series, exact to 1e-9 for d < 0.1."""
+        """Angle between a span and the line of centres [rad]; asin(d) by its series, exact to 5e-9 for d < 0.1."""
         d = (self.head_radius - self.tail_radius) / self.centre_distance
         return d + d**3 / 6.0 + 3.0 * d**5 / 40.0
 

@@ -40,6 +40,7 @@ from belt_sim.discovery.diagnosis_interface import LawSearch, unknown_evidence
 from belt_sim.discovery.march_fit import SearchOutcome, search_law
 from belt_sim.discovery.search_data import search_data_of
 from belt_sim.effects.base import Effect
+from belt_sim.effects.library import library
 from belt_sim.errors import InputError, whole
 from belt_sim.foresight.doubts import doubts, pairs, visible
 from belt_sim.foresight.sheet_evidence import sheet_evidence
@@ -352,13 +353,15 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
     Readings are weighted by their noise; what the campaign states with an uncertainty (tension, yaw, stiffness, zero,
     gain of every run) may be off by as much and counts in the covariance. Runs held out are not used.
 
-    effects: as in ``simulate``; the search starts at their numbers ("taper": from zero). Every effect must have a hand
-    in the readings there: give a start to those whose shape is a number (a weld's place, a time).
+    effects: as in ``simulate``; the search starts at their numbers, those of a bare name ("taper") at the effect's
+    default or zero. Every effect must have a hand in the readings there: give a start to those whose shape is a number
+    (a weld's place, a time).
 
     Raises:
         InputError: no effect is given, or a number moves no reading where the search starts.
     """
-    campaign, start = campaign_of(campaign), effects_of(effects)
+    campaign, asked = campaign_of(campaign), effects if isinstance(effects, list | tuple) else [effects]
+    start = effects_of([library()[e]() if isinstance(e, str) and e in library() else e for e in asked])
     chosen = fitted_model(campaign_model(model, campaign))
     if not start:
         raise InputError("effects", effects, "", "name at least one, like effects=['taper']")

@@ -141,7 +141,8 @@ def raised_cosine(u, xp=jnp):
 class Weld(Effect):
     """Natural curvature angle / length (1 + cos) over ``length``: each passage of a run-up turns the belt.
 
-    ``at``: the middle of the weld at travel 0, from point 4 on by the points 1, 2 and 3. It leaves no drift.
+    ``at``: the middle of the weld at travel 0, from point 4 on by the points 1, 2 and 3. A flat belt it leaves where it
+    is; a hanging one drifts as by a camber of angle over the belt's length.
     """
 
     title = "A weld: the belt is curved in its own plane over a short length, which passes once every belt length"

@@ -24,9 +24,9 @@ from belt_sim.laws.influence import (
 class MachineTilt(Effect):
     """The share ``angle`` of the belt's weight pulls both spans sideways: a side load q angle per metre towards +y.
 
-    The spans bow towards the lower side and climb there on both pulleys alike, as a rope by q angle L / (2 F (1 +
-    pi R / L)): strongest when slack. To those who lean with it the belt's weight is where it was and both pulleys are
-    canted; the wraps, which friction holds, feel nothing of it.
+    The spans bow towards the lower side and climb there on both pulleys alike: strongest when slack, at most as a rope
+    by q angle L / (2 F (1 + pi R / L)). To those who stay upright the belt's weight is where it was and both pulleys
+    are canted the other way (``Cant``); the wraps, which friction holds, feel nothing of it.
     """
 
     title = "Machine tilt: a machine that leans to one side about its long axis"

@@ -31,8 +31,9 @@ class Shear(Effect):
     Timoshenko's beam, y' = theta - n EI kappa'/(G b h): bends decay with K^2 = (F/EI)/(1 + n F/(G b h)), and the moment
     4 EI/L per radian of a clamped end becomes (4 + P)/(1 + P) EI/L, P = 12 n EI/(G b h L^2). Where the belt runs up,
     dy/ds = -alpha + n M'/(G b h), M' [N] the slope of its moment there, loads on the span included; alpha stays the
-    angle of the cross-sections, also on the pulley. Under an even side load the belt moves as if it had run
-    6 n EI/(G b h L) further. n = (12 + 11 nu)/(10 + 10 nu) for a rectangle; the membrane of the 3D belt has n = 1.
+    angle of the cross-sections, also on the pulley. Under an even side load the belt moves at first as if it had run
+    6 n EI/(G b h L) further, and later at a higher rate. n = (12 + 11 nu)/(10 + 10 nu) for a rectangle; the membrane of
+    the 3D belt has n = 1.
     """
 
     title = "Shear flexibility of short, wide spans"

@@ -188,7 +188,7 @@ class Cant(Effect):
         return parts.with_pulley("tail", cant=self.gamma).with_pulley("head", cant=self.gamma_head)
 
 
-_RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # a radian of phase apart after some thirty turns
+_RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # half a radian of phase apart after thirty turns
 _RUNS_UP = np.array([-1.0, 1.0])  # forwards on top of the tail and below the head, backwards the other way
 _QUARTER = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)  # a quarter of a turn, in three parts
 _TERMS = 8  # of the series, within pi/4

@@ -44,7 +44,7 @@ _GRID = 200  # wavenumbers at which the error is looked for
 class LinearBelt:
     """A belt around a working point.
 
-    now, delayed: A and A_d, shape (n, n) [1/m, and m for angles per metre]; drive: B (n, 2); constant: dx/ds at the
+    now, delayed: A and A_d, shape (n, n) [1, 1/m, 1/m2 by the units of x]; drive: B (n, 2); constant: dx/ds at the
     working point with nothing steered (n,); states: names of x, n = 4, or 2 for a limp rope, which has no angles of its
     own; arcs: wrapped arc that each state comes back after (n,) [m]; places: for each of y1..y4 the state that it
     shows and whether it comes one arc late; speed [m/s], tension [Pa].

@@ -233,6 +233,8 @@ def test_numbers_are_fitted_with_their_covariance():
     assert found.rms[1] < found.rms[0]
     assert found.chi2[1] < found.chi2[0]
     assert bs.compare(campaign("sag_roll"), MODEL, found.effects, drawn=False).error is not None
+    both = bs.fit(campaign("sag_roll"), ["sag_roll", "taper"], MODEL)
+    assert abs(both.values["taper.kappa_t"]) < 4 * both.u["taper.kappa_t"]  # from zero, and there is none
     with pytest.raises(bs.InputError, match="name at least one"):
         bs.fit(campaign("sag_roll"), [], MODEL)
 
