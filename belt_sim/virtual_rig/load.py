@@ -52,8 +52,8 @@ def uniform_roll_couple(line: Line, upper: bool) -> UnitLoad:
 def roll_at_tail(line: Line, upper: bool) -> UnitLoad:
     """1 rad of roll, the side y > 0 up, of the tail pulley where the span meets it."""
     last = (line.direction > 0) == upper
-    loads, rolls = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4)), np.stack([~last, last]).astype(float)
-    return _without_place(upper, *_solve(line, upper, loads, rolls))
+    no_loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
+    return _without_place(upper, *_solve(line, upper, no_loads, (np.where(last, 0.0, 1.0), np.where(last, 1.0, 0.0))))
 
 
 def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
