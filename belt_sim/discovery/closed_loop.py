@@ -9,7 +9,7 @@ which holds the work of the unknown itself. Arrays are (R, F, J): runs, sets of 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -44,61 +44,56 @@ LoopSolution = tuple[np.ndarray, States]
 Variable = tuple[str, int]
 
 
-@dataclass(frozen=True)
-class LoopResponses:
-    """The spectra of the impulse responses of what laws read, kept once they are computed."""
+def _spectra(data: SearchData, reads: tuple[Variable, ...], channel: str) -> np.ndarray:
+    """Spectra (k, R, 1, w) of what an input in one cell of a channel adds to variables at pulleys or sensors."""
 
-    data: SearchData
-    kept: dict = field(default_factory=dict)
+    def compute() -> np.ndarray:
+        runs = range(len(data.states.tension))
+        rows = np.stack([[_response_of(data, r, *read, channel) for r in runs] for read in reads])
+        return rfft(single_precision(rows), _fft_length(data))[:, :, None]
 
-    def spectra(self, reads: tuple[Variable, ...], channel: str) -> np.ndarray:
-        """Spectra (k, R, 1, w) of what an input in one cell of a channel adds to variables at pulleys or sensors."""
-        key = (reads, channel)
-        if key not in self.kept:
-            runs = range(len(self.data.states.tension))
-            rows = np.stack([[self._row(r, *read, channel) for r in runs] for read in reads])
-            self.kept[key] = rfft(single_precision(rows), self.length)[:, :, None]
-        return self.kept[key]
-
-    @property
-    def length(self) -> int:
-        """Length of the transforms: no end of a record reaches its beginning."""
-        return next_fast_len(2 * len(self.data.design.grid), real=True)
-
-    def _row(self, run: int, name: str, where: int, channel: str) -> np.ndarray:
-        s, grid = self.data, self.data.design.grid
-        row = where if name != "kappa" else MOMENT + where
-        if name == "reading":
-            row = curve_row(s.bench.samples.signals[where].at, s.bench.samples.runs[run].direction)
-        pulse = s.responses.pulses[run, CHANNELS.index(channel)]
-        ends, seen, cases = span_ends(pulse[None])[0], pulse[row], s.bench.samples.cases
-        if name == "ends":
-            seen = ends[where]
-        elif name == "kappa_mean":
-            seen = (ends[3 * where + 2] - ends[3 * where + 1]) / float(cases.rig.span_length)
-        elif name == "kappa":
-            seen = seen / float(cases.belt.bending_stiffness)
-        return s.responses.cell_responses(seen, grid + grid[1] - grid[0])[:, 1]
+    return data.compute_once(("spectra", reads, channel), compute)
 
 
-def solve_loop(loop: LoopResponses, law: Law, sizes: np.ndarray, begin: States | None = None) -> LoopSolution | None:
+def _fft_length(data: SearchData) -> int:
+    """Length of the transforms: no end of a record reaches its beginning."""
+    return next_fast_len(2 * len(data.design.grid), real=True)
+
+
+def _response_of(data: SearchData, run: int, name: str, where: int, channel: str) -> np.ndarray:
+    """What an input in the first whole cell of a channel adds to a variable (J,)."""
+    grid, row = data.design.grid, where if name != "kappa" else MOMENT + where
+    if name == "reading":
+        row = curve_row(data.bench.samples.signals[where].at, data.bench.samples.runs[run].direction)
+    pulse = data.responses.pulses[run, CHANNELS.index(channel)]
+    ends, seen, cases = span_ends(pulse[None])[0], pulse[row], data.bench.samples.cases
+    if name == "ends":
+        seen = ends[where]
+    elif name == "kappa_mean":
+        seen = (ends[3 * where + 2] - ends[3 * where + 1]) / float(cases.rig.span_length)
+    elif name == "kappa":
+        seen = seen / float(cases.belt.bending_stiffness)
+    return data.responses.cell_responses(seen, grid + grid[1] - grid[0])[:, 1]
+
+
+def solve_loop(data: SearchData, law: Law, sizes: np.ndarray, begin: States | None = None) -> LoopSolution | None:
     """Whitened readings that a law makes with each set of its numbers, and the states with the first; None where a belt
     runs away.
 
     law: its shape numbers and exponents may be columns (F, 1), one of each set; sizes (F, k); begin: states that the
     iteration starts from.
     """
-    data, base = loop.data, loop.data.states
+    base = data.states
     inputs = _loop_inputs(data, law, sizes)
     reads = _variables_read(inputs)
     largest = {r: float(np.abs(getattr(base, r[0])).max()) + 1e-12 for r in reads if r[0] != "reading_rate"}
     at = {read: _state_values(begin or base, read) for read in reads}
-    still = _responses_to(loop, _channel_inputs([one for one in inputs if not one.reads], at), reads)
+    still = _responses_to(data, _channel_inputs([one for one in inputs if not one.reads], at), reads)
     unread = {read: _state_values(base, read) + still[read] for read in reads}
     coupled = [one for one in inputs if one.reads]
 
     def next_states(at: dict[Variable, np.ndarray]) -> dict[Variable, np.ndarray]:
-        added = _responses_to(loop, _channel_inputs(coupled, at), reads)
+        added = _responses_to(data, _channel_inputs(coupled, at), reads)
         return {read: unread[read] + added[read] for read in reads}
 
     settled = _solve_fixed_point(next_states, at, largest)
@@ -238,17 +233,19 @@ def _channel_inputs(inputs: Sequence[LoopInput], at: dict[Variable, np.ndarray])
     return [(one.channel, one.value(at)) for one in inputs if one.channel in CHANNELS]
 
 
-def _responses_to(loop: LoopResponses, inputs: ChannelInputs, reads: Sequence[Variable]) -> dict[Variable, np.ndarray]:
+def _responses_to(data: SearchData, inputs: ChannelInputs, reads: Sequence[Variable]) -> dict[Variable, np.ndarray]:
     """What inputs add to what is read, (R, F, J)."""
-    states, cells = loop.data.states, len(loop.data.states.s)
+    states, cells = data.states, len(data.states.s)
     acting = [(channel, u) for channel, u in inputs if np.any(u)]
     if not acting or not reads:
         return dict.fromkeys(reads, np.zeros((len(states.tension), 1, cells)))
     spacing, found = states.s[1] - states.s[0], {}
     first = np.where(np.arange(cells) > 0, 1.0, 0.5).astype(np.float32)  # half a cell
     rows = tuple(dict.fromkeys(("y" if name == "alpha" else name, k) for name, k in reads if name != "reading_rate"))
-    whole = sum(rfft(single_precision(u) * first, loop.length) * loop.spectra(rows, channel) for channel, u in acting)
-    responses = dict(zip(rows, irfft(whole, loop.length)[..., :cells], strict=True))
+    whole = sum(
+        rfft(single_precision(u) * first, _fft_length(data)) * _spectra(data, rows, channel) for channel, u in acting
+    )
+    responses = dict(zip(rows, irfft(whole, _fft_length(data))[..., :cells], strict=True))
     for name, where in reads:
         if name == "alpha":  # dy/ds = -alpha + drift
             drift = sum(u for channel, u in acting if channel == drift_at(where))
@@ -260,7 +257,7 @@ def _responses_to(loop: LoopResponses, inputs: ChannelInputs, reads: Sequence[Va
                 np.gradient(found[name, where], spacing, axis=-1) * states.speed[:, None, None]
             )
         if name == "reading":
-            found[name, where] = found[name, where] - _at_zero(loop.data, found[name, where])
+            found[name, where] = found[name, where] - _at_zero(data, found[name, where])
     return found
 
 
@@ -303,28 +300,28 @@ class ClosedLoopFit:
         return ScoredLaw(self.law, self.gain, self.score, tuple(self.sizes))
 
 
-def fit_closed_loop(loop: LoopResponses, law: Law, sizes, steps: int = STEPS) -> ClosedLoopFit | None:
+def fit_closed_loop(data: SearchData, law: Law, sizes, steps: int = STEPS) -> ClosedLoopFit | None:
     """The law fitted in closed loop from ``sizes``; None where the belt runs away however small they are made.
 
     What a large change of a span does goes with the tension otherwise than the linear range has it: its exponent is
     fitted, and then held at the nearest whole number.
     """
-    if any(t.place.relative for t in law.terms) and len(exponents_of(loop.data)) > 1:
+    if any(t.place.relative for t in law.terms) and len(exponents_of(data)) > 1:
         exponents = [t.exponent for t in law.terms if t.place.relative]
-        made = _fit_numbers(loop, law, np.array([*_numbers(law, sizes), *exponents]), steps)
+        made = _fit_numbers(data, law, np.array([*_numbers(law, sizes), *exponents]), steps)
         if made is None:
             return None
         terms = [replace(t, exponent=float(round(t.exponent))) if t.place.relative else t for t in made.law.terms]
         law, sizes = Law(tuple(terms)), made.sizes
-    return _fit_numbers(loop, law, _numbers(law, sizes), steps)
+    return _fit_numbers(data, law, _numbers(law, sizes), steps)
 
 
-def _fit_numbers(loop: LoopResponses, law: Law, numbers: np.ndarray, steps: int) -> ClosedLoopFit | None:
-    point = _start(loop, law, numbers)
+def _fit_numbers(data: SearchData, law: Law, numbers: np.ndarray, steps: int) -> ClosedLoopFit | None:
+    point = _start(data, law, numbers)
     if point is None:
         return None
     for _ in range(steps):
-        after = _gauss_newton_step(loop, law, *point)
+        after = _gauss_newton_step(data, law, *point)
         if after is None:
             break
         before, point = point[2], after
@@ -332,46 +329,44 @@ def _fit_numbers(loop: LoopResponses, law: Law, numbers: np.ndarray, steps: int)
             break
     numbers, (readings, states), chi2 = point
     law, sizes = _law_with(law, numbers)
-    return ClosedLoopFit(law, sizes, loop.data.projector.chi2() - chi2, readings[0], states)
+    return ClosedLoopFit(law, sizes, data.projector.chi2() - chi2, readings[0], states)
 
 
 #: numbers of a law, what they make, and its chi2
 Point = tuple[np.ndarray, LoopSolution, float]
 
 
-def _start(loop: LoopResponses, law: Law, numbers: np.ndarray) -> Point | None:
+def _start(data: SearchData, law: Law, numbers: np.ndarray) -> Point | None:
     """Where a fit begins: the numbers, with sizes halved until the belt does not run away. A steady change of a span
     begins with the size that explains most, of that, half and a quarter of it and LARGE."""
     is_size = np.arange(len(numbers)) < _sizes(law)
-    halved = (_evaluate(loop, law, np.where(is_size, 0.5**k * numbers, numbers)) for k in range(2 * SHORTER))
+    halved = (_evaluate(data, law, np.where(is_size, 0.5**k * numbers, numbers)) for k in range(2 * SHORTER))
     first = next((point for point in halved if point is not None), None)
     factors, term = list[float](), law.terms[0]
     if len(law.terms) == 1 and term.place.relative and term.form.family == Form("none").family:
-        largest = float(numbers[0] * np.max(loop.data.weight(term.exponent)))  # change, at any tension
+        largest = float(numbers[0] * np.max(data.weight(term.exponent)))  # change, at any tension
         factors = [0.5, 0.25, *(change / largest for change in LARGE)] if largest else []
-    points = [first, *(_evaluate(loop, law, np.where(is_size, factor * numbers, numbers)) for factor in factors)]
+    points = [first, *(_evaluate(data, law, np.where(is_size, factor * numbers, numbers)) for factor in factors)]
     return min((point for point in points if point is not None), key=lambda point: point[2], default=None)
 
 
-def _evaluate(loop: LoopResponses, law: Law, numbers: np.ndarray, begin: States | None = None) -> Point | None:
+def _evaluate(data: SearchData, law: Law, numbers: np.ndarray, begin: States | None = None) -> Point | None:
     """What numbers make, and its chi2; None where the belt runs away."""
-    now, projector = solve_loop(loop, *_law_with(law, numbers[None]), begin), loop.data.projector
+    now, projector = solve_loop(data, *_law_with(law, numbers[None]), begin), data.projector
     return None if now is None else (numbers, now, projector.chi2(projector.residual - now[0][0]))
 
 
-def _gauss_newton_step(
-    loop: LoopResponses, law: Law, numbers: np.ndarray, now: LoopSolution, chi2: float
-) -> Point | None:
+def _gauss_newton_step(data: SearchData, law: Law, numbers: np.ndarray, now: LoopSolution, chi2: float) -> Point | None:
     """Numbers after a Gauss-Newton step, the parameters that runs share being free, what they make, and its chi2; None
     where no step helps."""
-    projector, (readings, states), nudges = loop.data.projector, now, _nudges(law, numbers)
-    others = solve_loop(loop, *_law_with(law, numbers + np.diag(nudges)), states)
+    projector, (readings, states), nudges = data.projector, now, _nudges(law, numbers)
+    others = solve_loop(data, *_law_with(law, numbers + np.diag(nudges)), states)
     if others is None:
         return None
     left = replace(projector, residual=projector.residual - readings[0])
     step = left.fit_sizes((others[0] - readings) / nudges[:, None, None])[1]
     for k in range(SHORTER):
-        after = _evaluate(loop, law, _limit_step(loop.data, law, numbers, numbers + step * 0.4**k), states)
+        after = _evaluate(data, law, _limit_step(data, law, numbers, numbers + step * 0.4**k), states)
         if after is not None and after[2] < chi2:
             return after
     return None
@@ -425,26 +420,26 @@ def _law_with(law: Law, numbers: np.ndarray) -> tuple[Law, np.ndarray]:
     return Law(tuple(terms)), numbers[..., :count]
 
 
-def states_of_fit(loop: LoopResponses, found: ClosedLoopFit) -> States:
+def states_of_fit(data: SearchData, found: ClosedLoopFit) -> States:
     """All states with a law at work, whatever the law reads."""
-    inputs = _loop_inputs(loop.data, found.law, found.sizes[None])
+    inputs = _loop_inputs(data, found.law, found.sizes[None])
     at = {read: _state_values(found.states, read) for read in _variables_read(inputs)}
-    return _states_with(loop, _channel_inputs(inputs, at))
+    return _states_with(data, _channel_inputs(inputs, at))
 
 
-def states_with_latent_input(loop: LoopResponses, latent: LatentInput) -> States:
+def states_with_latent_input(data: SearchData, latent: LatentInput) -> States:
     """All states that the mean of a latent input makes, which are nearer to the real ones."""
-    states, place, u = loop.data.states, latent.place, latent.inputs(loop.data.design.grid)
+    states, place, u = data.states, latent.place, latent.inputs(data.design.grid)
     parts = [part for part in place.parts if part[0] in CHANNELS]
-    return _states_with(loop, [(channel, states.channel_input(place, u, channel, p)[:, None]) for channel, p in parts])
+    return _states_with(data, [(channel, states.channel_input(place, u, channel, p)[:, None]) for channel, p in parts])
 
 
-def _states_with(loop: LoopResponses, inputs: ChannelInputs) -> States:
+def _states_with(data: SearchData, inputs: ChannelInputs) -> States:
     """All states with inputs (R, 1, J) at channels of the march."""
-    states = loop.data.states
-    sensors = [k for k, s in enumerate(loop.data.bench.samples.signals) if s.kind == "lateral"]
+    states = data.states
+    sensors = [k for k, s in enumerate(data.bench.samples.signals) if s.kind == "lateral"]
     reads = [(n, k) for n in ("y", "alpha", "kappa", "kappa_mean") for k in (0, 1)]
     reads += [("ends", k) for k in range(states.ends.shape[1])]
     reads += [(n, k) for k in sensors for n in ("reading", "reading_rate")]
-    added = _responses_to(loop, inputs, reads)
+    added = _responses_to(data, inputs, reads)
     return _replace_states(states, {r: (_state_values(states, r) + added[r])[:, 0] for r in reads})

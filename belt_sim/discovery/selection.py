@@ -11,7 +11,6 @@ import numpy as np
 
 from belt_sim.discovery.closed_loop import (
     ClosedLoopFit,
-    LoopResponses,
     fit_closed_loop,
     states_of_fit,
     states_with_latent_input,
@@ -58,19 +57,18 @@ class LawChoice:
 def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
     """The law that explains most for its numbers; latent: the likeliest input, which says what the states were."""
     data = replace(data, wide=True)
-    loop = LoopResponses(data)
-    ones = one_term_laws(loop, replace(data, states=states_with_latent_input(loop, latent)))
+    ones = one_term_laws(data, replace(data, states=states_with_latent_input(data, latent)))
     possible = latent_input_gain(data, latent)
     firsts = different_laws(data, ones, FIRSTS) if ones[0].gain < possible else []
-    beside = [(replace(data, states=states_of_fit(loop, c)), c.scored_law) for c in firsts]
+    beside = [(replace(data, states=states_of_fit(data, c)), c.scored_law) for c in firsts]
     seconds = [(s, distinct_families(two_term_laws(s, [one]), PAIRS)) for s, one in beside]
-    everything = _merge(ones, _fit_all(loop, seconds))
-    polished = [fit_closed_loop(loop, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
-    sloped = laws_with_both_slopes(loop, ones) if firsts else []
+    everything = _merge(ones, _fit_all(data, seconds))
+    polished = [fit_closed_loop(data, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
+    sloped = laws_with_both_slopes(data, ones) if firsts else []
     everything = _merge(everything, [*(c for c in polished if c is not None), *sloped])
     leading = (everything[0], _best_of_one_term(everything))  # in the march the second may win
     for made in {c.law.family: c for c in leading}.values():
-        everything = _merge(everything, _fit_all(loop, _other_places(data, made)))
+        everything = _merge(everything, _fit_all(data, _other_places(data, made)))
     best = everything[0]
     close = WITHIN + MODELLED * best.gain
     rivals = [c for c in everything[1:] if c.score > best.score - close and len(c.law.terms) <= len(best.law.terms)]
@@ -88,12 +86,12 @@ def _best_of_one_term(laws: Sequence[ClosedLoopFit]) -> ClosedLoopFit:
     return next(c for c in laws if len(c.law.terms) == 1)
 
 
-def one_term_laws(loop: LoopResponses, read: SearchData) -> list[ClosedLoopFit]:
+def one_term_laws(data: SearchData, read: SearchData) -> list[ClosedLoopFit]:
     """Laws of one term in closed loop, best first; read: the data with the states of a latent input."""
-    tried = [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (loop.data, read)]
-    ones = _merge(_fit_all(loop, [*tried, (loop.data, steady_changes(loop.data))]), ())
+    tried = [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (data, read)]
+    ones = _merge(_fit_all(data, [*tried, (data, steady_changes(data))]), ())
     for places in PLACES:
-        ones = _merge(ones, _fit_all(loop, _other_forms(loop, ones, places)))
+        ones = _merge(ones, _fit_all(data, _other_forms(data, ones, places)))
     return ones
 
 
@@ -104,7 +102,7 @@ def steady_changes(data: SearchData) -> list[ScoredLaw]:
     return [ScoredLaw(Law((Term(place, Form("none")),)), 0.0, 0.0) for place in places]
 
 
-def laws_with_both_slopes(loop: LoopResponses, ones: Sequence[ClosedLoopFit]) -> list[ClosedLoopFit]:
+def laws_with_both_slopes(data: SearchData, ones: Sequence[ClosedLoopFit]) -> list[ClosedLoopFit]:
     """The first of laws of one term with a knee, at different places, with a slope of its own on either side of it.
 
     What acts beyond a knee only has no slope below, and what saturates none above. Such a law lacks nothing that a
@@ -120,20 +118,20 @@ def laws_with_both_slopes(loop: LoopResponses, ones: Sequence[ClosedLoopFit]) ->
         straight = replace(term.form, shape="linear", knee=None)
         law = Law(tuple(replace(term, form=f) for f in (straight, replace(term.form, shape="saturation"))))
         sizes = [size, -size] if term.form.shape == "dead_zone" else [0.0, size]
-        found.append(fit_closed_loop(loop, law, np.array(sizes), POLISH))
+        found.append(fit_closed_loop(data, law, np.array(sizes), POLISH))
     return [c for c in found if c is not None]
 
 
-def _fit_all(loop: LoopResponses, tried: Iterable[tuple[SearchData, Sequence[ScoredLaw]]]) -> list[ClosedLoopFit]:
+def _fit_all(data: SearchData, tried: Iterable[tuple[SearchData, Sequence[ScoredLaw]]]) -> list[ClosedLoopFit]:
     """Candidates, each with the data that suggest it, in closed loop."""
     found: list[ClosedLoopFit] = []
-    for data, many in tried:
+    for read, many in tried:
         for one in many:
-            fine = refine_numbers(data, one)
-            _, sizes = data.projector.fit_sizes(data.columns(fine.law))
-            made = fit_closed_loop(loop, fine.law, sizes)
-            if made is not None and (plain := _simplify(data, made.law)) != made.law:
-                made = fit_closed_loop(loop, plain, made.sizes)
+            fine = refine_numbers(read, one)
+            _, sizes = read.projector.fit_sizes(read.columns(fine.law))
+            made = fit_closed_loop(data, fine.law, sizes)
+            if made is not None and (plain := _simplify(read, made.law)) != made.law:
+                made = fit_closed_loop(data, plain, made.sizes)
             if made is not None:
                 found.append(made)
     return found
@@ -172,7 +170,7 @@ def _merge(some: Sequence[ClosedLoopFit], more: Sequence[ClosedLoopFit]) -> list
 
 
 def _other_forms(
-    loop: LoopResponses, laws: Sequence[ClosedLoopFit], count: int
+    data: SearchData, laws: Sequence[ClosedLoopFit], count: int
 ) -> list[tuple[SearchData, list[ScoredLaw]]]:
     """Other forms at the first ``count`` places of ``laws``, with the states that those laws make: a law that describes
     the readings says what the true one reads, even where its form is another and the base model's states are far off.
@@ -181,7 +179,7 @@ def _other_forms(
     for c in laws:
         first.setdefault(c.law.terms[0].place.name, c)
     with_law = [
-        replace(loop.data, states=states_of_fit(loop, c), places=(c.law.terms[0].place,))
+        replace(data, states=states_of_fit(data, c), places=(c.law.terms[0].place,))
         for c in list(first.values())[:count]
     ]
     return [(s, distinct_families(single_term_laws(s), FORMS)) for s in with_law]

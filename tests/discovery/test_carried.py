@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small_discovery import both_ways, marched
 
-from belt_sim.discovery.closed_loop import LoopResponses, solve_loop
+from belt_sim.discovery.closed_loop import solve_loop
 from belt_sim.discovery.describe import _drawn_travel, _law_curve
 from belt_sim.discovery.form_dictionary import form_values
 from belt_sim.discovery.law_words import formula, sentence
@@ -78,7 +78,7 @@ def test_the_loop_has_a_stretch_however_soft(name, size):
     data = both_ways()[1]
     law = law_of(data, name, BENT)
     whole = marched(data, law, [size])
-    found = solve_loop(LoopResponses(data), law, np.array([[size]]))[0][0]
+    found = solve_loop(data, law, np.array([[size]]))[0][0]
     assert np.linalg.norm(found - whole) < 0.05 * np.linalg.norm(whole)
     assert np.linalg.norm(size * data.columns(law)[0] - whole) > 0.1 * np.linalg.norm(whole)  # far from linear
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_discovery import surveyed
 
-from belt_sim.discovery.closed_loop import LoopResponses, fit_closed_loop
+from belt_sim.discovery.closed_loop import fit_closed_loop
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law, laws_with_both_slopes
 from belt_sim.effects.law_terms import Form, Law, Term
@@ -47,14 +47,14 @@ def test_the_simple_law_is_tried_elsewhere_too_where_one_of_two_terms_is_ahead()
 def test_a_law_that_bends_is_sought_with_a_slope_on_either_side():
     """Neither of its terms by itself says much of it: they nearly cancel, and each is a poor start for the other."""
     data = surveyed("yaw_creep")
-    loop, knee = LoopResponses(data), 0.2 * float(np.abs(data.states.alpha).max())
+    knee = 0.2 * float(np.abs(data.states.alpha).max())
     straight, flat = Form("alpha"), Form("alpha", shape="saturation", knee=knee)
     terms = [term(data, "drift_tail", form) for form in (straight, flat)]
-    made = fit_closed_loop(loop, Law(tuple(terms)), [0.5, -1.2], steps=0)
-    loop = LoopResponses(replace(data, projector=replace(data.projector, residual=made.readings), kept={}))
-    one = fit_closed_loop(loop, Law((term(data, "drift_tail", replace(flat, shape="dead_zone")),)), [0.3])
-    (found,) = laws_with_both_slopes(loop, [one])
+    made = fit_closed_loop(data, Law(tuple(terms)), [0.5, -1.2], steps=0)
+    hidden = replace(data, projector=replace(data.projector, residual=made.readings), kept={})
+    one = fit_closed_loop(hidden, Law((term(data, "drift_tail", replace(flat, shape="dead_zone")),)), [0.3])
+    (found,) = laws_with_both_slopes(hidden, [one])
     assert [t.form.shape for t in found.law.terms] == ["linear", "saturation"]
     assert found.gain > one.gain + 10.0
     assert found.sizes == pytest.approx([0.5, -1.2], rel=0.1)
-    assert laws_with_both_slopes(loop, [fit_closed_loop(loop, Law((terms[0],)), [0.3])]) == []
+    assert laws_with_both_slopes(hidden, [fit_closed_loop(hidden, Law((terms[0],)), [0.3])]) == []

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from small_discovery import both_ways, marched, surveyed
 
-from belt_sim.discovery.closed_loop import LoopResponses, solve_loop
+from belt_sim.discovery.closed_loop import solve_loop
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
 from belt_sim.effects.law_terms import Form, Law, Term
@@ -52,7 +52,7 @@ def test_the_slack_side_of_a_driven_belt_goes_with_its_direction():
 
     def pulled(place: str) -> np.ndarray:
         law = Law((Term(next(p for p in data.places if p.name == place), Form("none")),))
-        return solve_loop(LoopResponses(data), law, np.array([[-0.3]]))[0][0]
+        return solve_loop(data, law, np.array([[-0.3]]))[0][0]
 
     tail, upper, lower = (pulled(f"pull_{where}") for where in ("tail", "upper", "lower"))
     assert np.allclose(tail, np.where(forward[:, None], upper, lower), atol=1e-4 * np.abs(tail).max())

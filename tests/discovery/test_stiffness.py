@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small_discovery import surveyed
 
-from belt_sim.discovery.closed_loop import LoopResponses, solve_loop
+from belt_sim.discovery.closed_loop import solve_loop
 from belt_sim.discovery.law_words import _as_belt, _by_how_much, formula, looks_like
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
@@ -29,7 +29,7 @@ def law_of(data: SearchData, name: str, form: Form, exponent: float = 0.0) -> La
 def hidden(name: str, exponent: float) -> SearchData:
     """A survey of a campaign that hides a change of a stiffness by SHARE, at the unit of tension."""
     data = surveyed()
-    made = solve_loop(LoopResponses(data), law_of(data, name, Form("none"), exponent), np.array([[SHARE]]))
+    made = solve_loop(data, law_of(data, name, Form("none"), exponent), np.array([[SHARE]]))
     row = made[0][0]
     noise = np.random.default_rng(0).standard_normal(row.shape)
     residual = noise + SIZE * row / np.linalg.norm(row)
