@@ -172,8 +172,8 @@ class WobbleFault(Fault):
     Put the cylinder's axis through the pulley's middle, turned from the shaft's by beta_1 towards the material angle q
     (from the shaft's +y, seen along it). A generator at the material angle a then stands R + beta_1 y cos(a - q) from
     the shaft. Where the belt runs up, a falls by s/R; the belt beside, y further out, is wound up on that much more
-    radius and gets ahead: per metre it turns back by the radius's slope over R. Nothing else happens: the surface turns
-    in itself.
+    radius and gets ahead: per metre it turns back by the radius's slope over R. The surface turns in itself, and rolls
+    the spans' ends by beta_1 sin.
 
     Before travel 0 the belt ran straight round the cylinder, that is along the shaft's wave.
 
@@ -187,6 +187,12 @@ class WobbleFault(Fault):
     def turn(self, s, line, y, kappa):
         slope = self.beta_1 * np.cos((s + line.start) / line.tail_radius + self.phase - np.pi / 2)
         return slope / line.tail_radius * TAIL
+
+    def loads(self, line):
+        return roll_at_tail(line, True), roll_at_tail(line, False)
+
+    def push(self, s, line, load, free, kept):
+        return line.direction * self.beta_1 * np.sin((s + line.start) / line.tail_radius + self.phase) + 0 * free, kept
 
     def initial_state(self, s, line):
         """What has the slope -y'' = turn and no more: y' = -alpha."""
