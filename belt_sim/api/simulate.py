@@ -14,7 +14,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError, InputError, SimulationError
 from belt_sim.frame import Observer
 from belt_sim.model import Model, SteadyModel
-from belt_sim.mujoco3d.model import BATCH_ENGINES, SpaceModel, batch_engine, engine_named
+from belt_sim.mujoco3d.model import BATCH_ENGINES, SpaceModel, batch_engine
 from belt_sim.mujoco3d.options import CONTACTS
 from belt_sim.results.simulation import Simulation
 
@@ -69,7 +69,7 @@ def on_engine(model: Model | SteadyModel, engine: str | None) -> Model | SteadyM
         return model
     if not isinstance(model, SpaceModel):
         raise InputError("engine", engine, "", f"leave it out: model={model.name} is not a belt in three dimensions")
-    return replace(model, engine=engine_named(engine))
+    return replace(model, engine=engine)
 
 
 def run_in_batches(

@@ -13,7 +13,7 @@ EI kappa_c k_m; k_u, k_o, k_m are the curvatures at x per unit of those angles a
 flat span changes no curvature, as k_u and k_o integrate to 1 and -1. In a hanging span k_u integrates to less.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import jax
@@ -93,20 +93,26 @@ class StretchResponse:
 
 @pytree
 @dataclass(frozen=True, kw_only=True)
-class Support:
-    """Response of a span to a side force at one place.
+class LoadResponse:
+    """Response of a span to a unit load: elastic curvature at run-up and run-off [1/m], roll of mid-span [rad], and
+    the side_force on the run-up end if both ends were hinged [N]."""
 
-    place: y there less y at the run-off, per unit of the span's boundary values, shape (5,); per newton of push:
-    give [m/N] at the place, runup, runoff: curvature at the ends [1/(m N)], tilt of mid-span [rad/N], side_force on
-    the run-up end if both ends were hinged [1].
-    """
-
-    place: jnp.ndarray
-    give: jnp.ndarray
     runup: jnp.ndarray
     runoff: jnp.ndarray
     tilt: jnp.ndarray
     side_force: jnp.ndarray
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class Support(LoadResponse):
+    """Response of a span to one newton towards +y at one place.
+
+    place: y there less y at the run-off, per unit of the span's boundary values, shape (5,); give [m/N] at the place.
+    """
+
+    place: jnp.ndarray
+    give: jnp.ndarray
 
 
 def no_bend() -> Bend:
@@ -276,18 +282,6 @@ def _place_row(span: Span, pieces):
     return jnp.stack([held[1, 0] / span.length, held[0, 1], held[1, 1], held[0, 2] / roll, held[1, 2] / roll])
 
 
-@pytree
-@dataclass(frozen=True, kw_only=True)
-class LoadResponse:
-    """Response of a span to a unit load: elastic curvature at run-up and run-off [1/m], roll of mid-span [rad], and
-    the side_force on the run-up end if both ends were hinged [N]."""
-
-    runup: jnp.ndarray
-    runoff: jnp.ndarray
-    tilt: jnp.ndarray
-    side_force: jnp.ndarray
-
-
 def force_at(span: Span, share, fields: SpanFields) -> LoadResponse:
     """Return the response to one newton towards +y at ``share`` (0..1) of the length from the run-off."""
     return _load_response(span, _interpolate(fields, fields.place, fields.slope, share), share)
@@ -312,14 +306,8 @@ def spread_roll(span: Span, fields: SpanFields) -> LoadResponse:
 
 def add_load(bend: Bend, unit: LoadResponse, loads) -> Bend:
     """Return ``bend`` plus loads (2,) on the two spans, ``unit`` being the response to a unit load."""
-    return Bend(
-        runup=bend.runup + loads * unit.runup,
-        runoff=bend.runoff + loads * unit.runoff,
-        natural_runup=bend.natural_runup,
-        natural_runoff=bend.natural_runoff,
-        tilt=bend.tilt + loads * unit.tilt,
-        side_force=bend.side_force + loads * unit.side_force,
-    )
+    names = ("runup", "runoff", "tilt", "side_force")
+    return replace(bend, **{name: getattr(bend, name) + loads * getattr(unit, name) for name in names})
 
 
 def on_upper_span(load, direction):

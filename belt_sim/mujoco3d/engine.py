@@ -23,12 +23,12 @@ from belt_sim.mujoco3d.chain import anchor_positions, cut_chain, twist_of_cells,
 from belt_sim.mujoco3d.loop import smoothstep
 from belt_sim.mujoco3d.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
 from belt_sim.mujoco3d.mesh import drag_coefficients, tie_lengths
-from belt_sim.mujoco3d.mujoco_interface import Solver, Springs, compile_model, mjcf
+from belt_sim.mujoco3d.mujoco_interface import Solver, compile_model, mjcf
 from belt_sim.mujoco3d.options import BELTS, CONTACTS, Options, fit_options, is_limp
 from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, belt_loads, lay_pulleys, pose_of
 from belt_sim.mujoco3d.recording import Recorder, notify_observers
 from belt_sim.mujoco3d.rolling_contact import build_contact
-from belt_sim.mujoco3d.rolling_run import Edited, run_contact
+from belt_sim.mujoco3d.rolling_run import ContactRun, Edited
 from belt_sim.mujoco3d.rope import RopeKinks, end_offsets, hold_run_up_end, run_off_end, sway_drag
 from belt_sim.mujoco3d.run_stages import Command, Stage, apply_command, run_stages
 from belt_sim.mujoco3d.state import RunState
@@ -203,7 +203,7 @@ class Engine:
         solver.damp(drag_coefficients(mesh, *command.drag))
         held, rest = ~given.free, given.rest - mesh.rest
         state.slides[:] = given.nodes - mesh.rest
-        solver.step(state, Springs(rest, given.stiffness), given.forces, joint_forces)
+        solver.step(state, rest, given.stiffness, given.forces, joint_forces)
         state.slides[held] = rest[held]
         state.pulleys, state.slip, waiting, loads = carry_belt(
             self.on_device, state.pulleys, state.slip, state.waiting_pulley, plain(command),
@@ -270,7 +270,7 @@ def simulate(
     def run(case: Case, path: Path | None = None, observers: Sequence[Observer] = ()) -> Curves:
         if held:
             return SpaceRun.begin(case, belt, options, parts, path).go(travel, observers)
-        return run_contact(case, belt, travel, options, parts, path, observers, edited)
+        return ContactRun.begin(case, belt, options, parts, path, edited).go(travel, observers)
 
     curves = run(case, scene_path, observers)
     if not control:

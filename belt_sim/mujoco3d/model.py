@@ -23,6 +23,8 @@ ENGINES = ("native", "mjx", "quasi_static")
 #: of these, the ones on JAX, which run many cases at once
 BATCH_ENGINES = ("mjx", "quasi_static")
 _TITLES = {"rope": "particle rope in 3D", "grid": "grid of bonded particles in 3D", "flex": "membrane belt in 3D"}
+#: settings that are fields of the model and no numbers of Options
+_NO_OPTIONS = ("control", "engine", "contact", "scene")
 #: hooks of effects that act through the belt's width, which a rope does not have
 _THROUGH_WIDTH = ("span", "hold", "runup", "slide")
 
@@ -47,16 +49,17 @@ class SpaceModel:
     def __post_init__(self) -> None:
         if self.contact not in CONTACTS:
             raise InputError("model.contact", self.contact, "", f"use {' or '.join(CONTACTS)}")
+        if self.engine not in ENGINES:
+            raise InputError("engine", self.engine, "", f"use {' or '.join(ENGINES)}")
         if self.scene is not None and self.contact == CONTACTS[0]:
             object.__setattr__(self, "contact", CONTACTS[1])
 
     @staticmethod
     def from_settings(belt: str, settings: Mapping[str, Any]) -> "SpaceModel":
         """From the numbers of a configuration; raises InputError for one that is no option."""
-        own = {k: v for k, v in settings.items() if k in ("control", "engine", "contact", "scene") and v}
-        numbers = {k: v for k, v in settings.items() if k not in ("control", "engine", "contact", "scene")}
-        engine = engine_named(own.pop("engine", None))
-        return SpaceModel(belt=belt, options=Options.from_settings(numbers), engine=engine, **own)
+        own = {name: settings[name] for name in _NO_OPTIONS if settings.get(name)}
+        numbers = {name: value for name, value in settings.items() if name not in _NO_OPTIONS}
+        return SpaceModel(belt=belt, options=Options.from_settings(numbers), **own)
 
     @property
     def name(self) -> str:
@@ -151,10 +154,3 @@ class SpaceModel:
 def batch_engine(name: str) -> "BatchEngine":
     engine: BatchEngine = import_module(f"belt_sim.{name}.engine").ENGINE  # JAX and MJX take a while to load
     return engine
-
-
-def engine_named(name: str | None) -> str:
-    """The engine asked for, None = native; raises InputError for an unknown one."""
-    if name not in (None, *ENGINES):
-        raise InputError("engine", name, "", f"use {' or '.join(ENGINES)}")
-    return name or ENGINES[0]

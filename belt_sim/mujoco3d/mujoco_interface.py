@@ -39,18 +39,6 @@ class Motion:
     slide_rates: np.ndarray
 
 
-@dataclass(frozen=True)
-class Springs:
-    """Springs on the nodes' slides. rest [m], stiffness [N/m], shape (n, m, 3)."""
-
-    rest: np.ndarray
-    stiffness: np.ndarray
-
-    @staticmethod
-    def none(shape: tuple[int, ...]) -> "Springs":
-        return Springs(np.zeros(shape), np.zeros(shape))
-
-
 def set_solver(spec: mujoco.MjSpec, dt: float, gravity: float) -> None:
     """No contacts, one exact Newton step on the metric of the discrete integrator; dt [s], gravity [m/s2]."""
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
@@ -120,15 +108,18 @@ class Solver:
         self.model, self.data, self.shape = model, mujoco.MjData(model), shape
         self.base = model.nq - math.prod(shape)
 
-    def step(self, motion: Motion, springs: Springs, forces: np.ndarray, joint_forces: np.ndarray) -> None:
-        """Move ``motion`` on by a step; forces [N] on the nodes, shape (n, m, 3), joint_forces [N or N m], (p,).
+    def step(
+        self, motion: Motion, rest: np.ndarray, stiffness: np.ndarray, forces: np.ndarray, joint_forces: np.ndarray
+    ) -> None:
+        """Move ``motion`` on by a step; rest [m], stiffness [N/m] of springs on the nodes' slides and forces [N] on the
+        nodes, shape (n, m, 3), joint_forces [N or N m], (p,).
 
         Raises SimulationError when the motion grows without bound.
         """
         model, data, base = self.model, self.data, self.base
         data.qpos[:base], data.qpos[base:] = motion.joints, motion.slides.ravel()
         data.qvel[:base], data.qvel[base:] = motion.joint_rates, motion.slide_rates.ravel()
-        model.qpos_spring[base:], model.jnt_stiffness[base:] = springs.rest.ravel(), springs.stiffness.ravel()
+        model.qpos_spring[base:], model.jnt_stiffness[base:] = rest.ravel(), stiffness.ravel()
         data.qfrc_applied[:base], data.qfrc_applied[base:] = joint_forces, forces.ravel()
         model.eq_data[0, 0] = motion.joints[0]
         with silence_expected_warnings():

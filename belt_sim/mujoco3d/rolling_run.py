@@ -30,29 +30,6 @@ from belt_sim.si import DEGREE
 Edited: TypeAlias = mujoco.MjSpec | str | Path
 
 
-def run_contact(
-    case: Case,
-    belt: str,
-    travel: float,
-    options: Options,
-    parts: SceneParts,
-    scene_path: Path | None = None,
-    observers: Sequence[Observer] = (),
-    edited: Edited | None = None,
-) -> Curves:
-    """Curves over ``travel`` [m] of a belt on colliding pulleys; options: fitted to the case.
-
-    edited: the scene that is run instead of the case's own; it has the joints, nodes and actuators of that.
-    """
-    spec, scene = build_contact(case, belt, options, parts)
-    if edited is not None:
-        spec = _load_specification(edited)
-    model = compile_model(spec)
-    if scene_path is not None:
-        write_text(scene_path, mjcf(spec, STORY))
-    return ContactRun(scene, model).go(travel, observers)
-
-
 def _load_specification(edited: Edited) -> mujoco.MjSpec:
     """A scene that has been edited; raises InputError for a file that is no MJCF."""
     if isinstance(edited, mujoco.MjSpec):
@@ -69,6 +46,25 @@ _ACTUATORS = ("speed", "tension", "tail_yaw", "head_yaw")
 
 class ContactRun:
     """A scene under way in plain MuJoCo; ``state`` is what the readings of a 3D run are taken from."""
+
+    @staticmethod
+    def begin(
+        case: Case,
+        belt: str,
+        options: Options,
+        parts: SceneParts,
+        scene_path: Path | None = None,
+        edited: Edited | None = None,
+    ) -> "ContactRun":
+        """Build the scene (and write its MJCF); options: fitted to the case; edited: the scene that is run instead of
+        the case's own, with the joints, nodes and actuators of that."""
+        spec, scene = build_contact(case, belt, options, parts)
+        if edited is not None:
+            spec = _load_specification(edited)
+        model = compile_model(spec)
+        if scene_path is not None:
+            write_text(scene_path, mjcf(spec, STORY))
+        return ContactRun(scene, model)
 
     def __init__(self, scene: SceneLayout, model: mujoco.MjModel) -> None:
         """The belt laid round the pulleys, at its speed, ``scene.early`` before travel 0.

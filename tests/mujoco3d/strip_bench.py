@@ -10,7 +10,7 @@ from belt_sim.case import Case
 from belt_sim.mujoco3d.elastic import TwistStiffness
 from belt_sim.mujoco3d.loop import LaidLoop
 from belt_sim.mujoco3d.mesh import Mesh, tie_lengths
-from belt_sim.mujoco3d.mujoco_interface import Motion, Solver, Springs, add_dummy_equality, compile_model, set_solver
+from belt_sim.mujoco3d.mujoco_interface import Motion, Solver, add_dummy_equality, compile_model, set_solver
 from belt_sim.mujoco3d.options import Options
 from studies.paper.case import ROPE_EXAMPLE
 
@@ -21,13 +21,15 @@ HELD = 1e10  # [N/m]
 
 @dataclass
 class Strip:
-    """motion: of the nodes from the stress-free places; pulls [N], shape (n, across, 3): forces on the nodes."""
+    """motion: of the nodes from the stress-free places; rest [m], stiffness [N/m]: of springs on their slides;
+    pulls [N]: forces on the nodes; all (n, across, 3)."""
 
     case: Case
     mesh: Mesh
     solver: Solver
     motion: Motion
-    springs: Springs
+    rest: np.ndarray
+    stiffness: np.ndarray
     pulls: np.ndarray
 
     @property
@@ -49,7 +51,7 @@ class Strip:
                 couple = stiffness * more + twist.cubic * more**3
                 forces[:, 0, 2] += couple - np.roll(couple, 1)
                 forces[:, -1, 2] -= couple - np.roll(couple, 1)
-            self.solver.step(self.motion, self.springs, forces, np.zeros(1))
+            self.solver.step(self.motion, self.rest, self.stiffness, forces, np.zeros(1))
         return self.motion.slides - (self.mesh.laid - self.mesh.rest)
 
 
@@ -76,8 +78,14 @@ def strip(
     solver.damp(np.full(shape, drag))
     solver.set_rest_lengths(tie_lengths(mesh, solver.tied_nodes(), 1.0))
     slides = mesh.laid - mesh.rest
-    springs = Springs(slides.copy(), np.zeros(shape))
-    springs.stiffness[[0, -1] if both_ends else [0]] = HELD
+    stiffness = np.zeros(shape)
+    stiffness[[0, -1] if both_ends else [0]] = HELD
     return Strip(
-        case, mesh, solver, Motion(*np.zeros((2, 1)), slides.copy(), np.zeros(shape)), springs, np.zeros(shape)
+        case,
+        mesh,
+        solver,
+        Motion(*np.zeros((2, 1)), slides.copy(), np.zeros(shape)),
+        slides,
+        stiffness,
+        np.zeros(shape),
     )

@@ -21,15 +21,15 @@ BELTS = [Membrane, Grid]
 def held(belt=Membrane, **options):
     """A strip of 0.5 m under tension, its ends held by stiff springs, one of them moved by 10 um, pushed sideways."""
     bench = strip(belt(), 0.5, tension=40.0, dt=1e-3, both_ends=True, **options)
-    bench.springs.rest[-1, :, 0] += 1e-5
-    bench.springs.stiffness[[0, -1]] = STIFF
+    bench.rest[-1, :, 0] += 1e-5
+    bench.stiffness[[0, -1]] = STIFF
     bench.pulls[10, :, 2] = 5.0
     return bench
 
 
 def off_its_place(bench):
     bench.settle(5)
-    return np.abs(bench.motion.slides[[0, -1]] - bench.springs.rest[[0, -1]]).max()
+    return np.abs(bench.motion.slides[[0, -1]] - bench.rest[[0, -1]]).max()
 
 
 @pytest.mark.parametrize("belt", BELTS)
