@@ -50,13 +50,13 @@ class MjxModel(NamedTuple):
 
 class MjxData(NamedTuple):
     """What moves. mjx: MJX's data, which MuJoCo's renderer and viewer take through mjx.get_data; pulleys: head and
-    tail; on_tail (2,): force along x [N] and moment about its axis [N m] that the belt does to the tail pulley;
+    tail; loads (2, 3): of ``belt_loads``;
     travel [m]: of the belt; compliance_yaw [rad], (2,): by which the pulleys give way, None if they do not;
     reading (20,): of the instruments, READING says what of."""
 
     mjx: mjx.Data
     pulleys: BeltOnPulley
-    on_tail: Array
+    loads: Array
     travel: Array
     compliance_yaw: Array | None
     reading: Array
@@ -124,7 +124,7 @@ def prepare(
         data = MjxData(
             mjx=shared_data.replace(qpos=jnp.asarray(laid_coordinates(scene, *pulleys.pose.spin))),
             pulleys=pulleys,
-            on_tail=np.array([-2.0 * float(case.tension_force), 0.0]),
+            loads=np.outer([1.0, -1.0], [2.0 * float(case.tension_force), 0.0, 0.0]),
             travel=np.array(-scene.early),
             compliance_yaw=np.zeros(2) if features.gives_way else None,
             reading=np.zeros(20),

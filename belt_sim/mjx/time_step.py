@@ -25,16 +25,14 @@ from belt_sim.mujoco3d.chain import (
     chain_forces,
     chain_stiffness,
     cut_chain,
-    loads_on_tail,
     pull_on_nodes,
     spans_blocks,
-    tail_derivatives,
     twist_of_cells,
 )
 from belt_sim.mujoco3d.loop import smoothstep
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME
-from belt_sim.mujoco3d.pulleys import pose_of, yaw_moments
+from belt_sim.mujoco3d.pulleys import belt_loads, pose_of
 from belt_sim.mujoco3d.recording import reading
 from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.wrap import HEAD, TAIL, carry_wraps, sink_wraps
@@ -50,7 +48,10 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     q, v = d.qpos, d.qvel
     rest = nodes_of(shape, m.body_pos[m.nbody - shape.stations * shape.lines :].reshape(-1))  # stress-free places
     before = rest + nodes_of(shape, q)
-    turned = None if data.compliance_yaw is None else _compliance_yaw(model, data, before)
+    turned = data.compliance_yaw
+    if turned is not None:  # it follows the belt's moment on a pulley
+        wanted = belt.surfaces.yaw_compliance * data.loads[:, 2]
+        turned += (wanted - turned) * jnp.minimum(h / COMPLIANCE_TIME, 1.0)
     applied, joints = _move_pulleys(model, data, command, d.qfrc_actuator, turned)
     askew = smoothstep(d.time / (0.5 * model.settle))  # a wobble sets in while the belt comes to rest
     tail = jnp.stack([model.tail.x + joints[TAIL_SLIDE], joints[TAIL_SPIN]])
@@ -62,7 +63,7 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     pulleys = data.pulleys._replace(surface=belt.surfaces, pose=pose)
     pulleys = sink_wraps(belt, pulleys, came_from, moved, shaped, stands)
     places = cut_chain(pulleys.wrap)
-    twist = twist_of_cells(belt, pulleys, places, jnp.maximum(-0.5 * data.on_tail[0], 0.0))
+    twist = twist_of_cells(belt, pulleys, places, jnp.maximum(-0.5 * data.loads[TAIL, 0], 0.0))
     rates = nodes_of(shape, v)
     back = (jnp.arange(shape.stations) - places.stations[0]) % shape.stations  # from the chain to stations' numbers
     anchors, free = anchor_positions(belt, pulleys, places)[..., back], places.free[back]
@@ -81,22 +82,12 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     after = _implicit(model, command, there, places, twist, (before, rates), damping)[..., back]
     goal = flat_of((joints - q[:STATION_JOINTS]) / h, (after - before) / h)
     d = read_sensors(m, advance(m, there.replace(qpos=q, qvel=v), (goal - v) / h))
-    chain, moves = after[..., places.stations], tail_derivatives(pulleys.wrap, pose)
-    _, at_ends = chain_forces(belt, chain, places, twist, command.share)
-    on_tail = loads_on_tail(belt, chain, places, pose, moves, at_ends)
+    loads = belt_loads(pulleys, after, pull_on_nodes(belt, after, command.share))
     pulleys = carry_wraps(belt, pulleys, (came_from, before), after, moved, shaped, command.share, h)
     tail_x = pose.centre[TAIL, 0]
     read = reading(belt, after, pulleys.wrap.first, pulleys.wrap.last, tail_x, command.share)
     read = jnp.concatenate([read, jnp.stack([tail_x, command.travel, command.speed])])
-    return MjxData(d, pulleys, on_tail, command.travel, turned, read)
-
-
-def _compliance_yaw(model: MjxModel, data: MjxData, nodes: Array) -> Array:
-    """Yaw by compliance [rad], (2,), which follows the belt's moment on a pulley."""
-    belt = model.belt
-    pull = pull_on_nodes(belt, nodes, jnp.where(data.travel >= 0.0, 1.0, 0.0))
-    wanted = belt.surfaces.yaw_compliance * yaw_moments(data.pulleys, nodes, pull)
-    return data.compliance_yaw + (wanted - data.compliance_yaw) * jnp.minimum(model.dt / COMPLIANCE_TIME, 1.0)
+    return MjxData(d, pulleys, loads, command.travel, turned, read)
 
 
 def _move_pulleys(
@@ -105,7 +96,7 @@ def _move_pulleys(
     """Forces on all coordinates [N, N m], and the pulleys' joints after the step, (5,) as in machine.py."""
     belt, tail, h, sign = model.belt, model.tail, model.dt, model.belt.shape.sign
     q, v = data.mjx.qpos, data.mjx.qvel
-    slide, moment = tail.forces(belt, data.on_tail, (v[TAIL_SLIDE], v[TAIL_SPIN]), command, h)
+    slide, moment = tail.forces(belt, data.loads[TAIL], (v[TAIL_SLIDE], v[TAIL_SPIN]), command, h)
     slide, moment = slide + actuators[TAIL_SLIDE], moment + actuators[TAIL_SPIN]
     applied = jnp.zeros_like(q).at[TAIL_SLIDE].set(slide).at[TAIL_SPIN].set(moment)
     free = 1.0 - belt.slide_fixed  # 0 where the slide is fixed

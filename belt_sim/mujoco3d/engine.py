@@ -127,7 +127,7 @@ def carry_belt(
     nodes [m], pull [N], (m, 3, n): of belt and weight on the nodes; waiting: the pulley that waited in the last step.
     When both belts slide as a whole they take turns, since each reckons with the other standing still.
     """
-    loads = jax.vmap(belt_loads, in_axes=(0, None, None))(pulleys, nodes, pull)
+    loads = belt_loads(pulleys, nodes, pull)
     if belt.sliding_stiffness is not None:
         turn = jnp.where(waiting == HEAD, TAIL, HEAD)
         waiting = jnp.where((slip.sliding > 0.5).all(), turn, _NEITHER)
@@ -234,7 +234,7 @@ class Engine:
         return np.moveaxis(pull, 0, -1)
 
 
-_loads = jit_float64(jax.vmap(belt_loads, in_axes=(0, None, None)))
+_loads = jit_float64(belt_loads)
 
 
 def simulate(

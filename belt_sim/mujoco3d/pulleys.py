@@ -81,22 +81,22 @@ def pose_of(
     return PoseArrays(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([rolled[HEAD], tail[1]]))
 
 
-def belt_loads(pulley: BeltOnPulley, nodes: Array, pull: Array) -> Array:
-    """Force along x [N], moment about its axis and about z [N m] that the belt does to a pulley, (3,).
+def belt_loads(pulleys: BeltOnPulley, nodes: Array, pull: Array) -> Array:
+    """Force along x [N], moment about the axis and about z [N m] that the belt does to head and tail, (2, 3).
 
     nodes [m], pull [N], (m, 3, n): of belt and weight.
     """
-    n, (wrap, _, pose, _) = nodes.shape[-1], pulley
-    held = (np.arange(n) - wrap.first) % n <= (wrap.last - wrap.first) % n
-    arms, forces = nodes - pose.centre[:, None], jnp.where(held, pull, 0.0)
-    t = jnp.einsum("mik,mjk->ij", arms, forces)
-    moment = jnp.stack([t[1, 2] - t[2, 1], t[2, 0] - t[0, 2], t[0, 1] - t[1, 0]])
-    return jnp.stack([forces[:, 0].sum(), moment @ pose.axes[:, 1], moment[2]])
+    n = nodes.shape[-1]
 
+    def of_one(pulley: BeltOnPulley) -> Array:
+        wrap, _, pose, _ = pulley
+        held = (np.arange(n) - wrap.first) % n <= (wrap.last - wrap.first) % n
+        arms, forces = nodes - pose.centre[:, None], jnp.where(held, pull, 0.0)
+        t = jnp.einsum("mik,mjk->ij", arms, forces)
+        moment = jnp.stack([t[1, 2] - t[2, 1], t[2, 0] - t[0, 2], t[0, 1] - t[1, 0]])
+        return jnp.stack([forces[:, 0].sum(), moment @ pose.axes[:, 1], moment[2]])
 
-def yaw_moments(pulleys: BeltOnPulley, nodes: Array, pull: Array) -> Array:
-    """Moments about z [N m] that the belt does to head and tail, (2,); nodes [m], pull [N], (m, 3, n)."""
-    return jax.vmap(belt_loads, in_axes=(0, None, None))(pulleys, nodes, pull)[:, 2]
+    return jax.vmap(of_one)(pulleys)
 
 
 class TailPulley(NamedTuple):

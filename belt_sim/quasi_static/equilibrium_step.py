@@ -30,7 +30,7 @@ from belt_sim.mujoco3d.chain import (
     twist_of_cells,
 )
 from belt_sim.mujoco3d.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
-from belt_sim.mujoco3d.pulleys import pose_of, yaw_moments
+from belt_sim.mujoco3d.pulleys import belt_loads, pose_of
 from belt_sim.mujoco3d.rope import RopeKinks, end_offsets, hold_run_up_end
 from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.wrap import (
@@ -164,7 +164,7 @@ def find_equilibrium(
         nodes, tail = nodes + change.reshape(nodes.shape), found.tail + tail_change
         if turned is not None:
             there = jnp.zeros_like(nodes).at[..., places.stations].set(nodes)
-            moment = yaw_moments(pulleys._replace(pose=pose), there, pull_on_nodes(belt, there, command.share))
+            moment = belt_loads(pulleys._replace(pose=pose), there, pull_on_nodes(belt, there, command.share))[:, 2]
             turned = jnp.where(more, compliance_step(belt, state.compliance_yaw, turned, moment, moved), turned)
         pose = pose_of(belt, command, tail, turned)
         anchors = anchor_positions(belt, pulleys._replace(pose=pose), places) + aside

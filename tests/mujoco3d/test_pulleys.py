@@ -143,9 +143,8 @@ def test_the_belt_loads_a_pulley_by_its_pull_and_its_moments_about_axis_and_z():
     at[..., 1] = [[APART, 0.06, 0.12], [APART, -0.06, 0.12]]
     pull[..., 1] = [[-300.0, 7.0, 5.0], [-100.0, 7.0, 5.0]]
     pull[..., 3] = 1e6  # lies on neither
-    wraps = [empty_wrap(0, 0, 4), empty_wrap(1, 1, 4)]
-    pulleys = map(BeltOnPulley, wraps, SURFACES, POSES)
-    loads = [belt_loads(pulley, at, pull) for pulley in pulleys]
+    wraps = both(empty_wrap(0, 0, 4), empty_wrap(1, 1, 4))
+    loads = belt_loads(BeltOnPulley(wraps, both(*SURFACES), both(*POSES)), at, pull)
     np.testing.assert_allclose(loads, [[0.0] * 3, [-400.0, -0.12 * 400.0, 0.06 * 200.0]], atol=1e-12)
 
 
