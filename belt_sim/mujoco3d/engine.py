@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -25,7 +25,7 @@ from belt_sim.mujoco3d.machine import STATION_JOINTS, SceneLayout, build_scene, 
 from belt_sim.mujoco3d.mesh import drag_coefficients, tie_lengths
 from belt_sim.mujoco3d.mujoco_interface import Solver, compile_model, mjcf
 from belt_sim.mujoco3d.options import BELTS, CONTACTS, Options, fit_options, is_limp
-from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, belt_loads, lay_pulleys, pose_of
+from belt_sim.mujoco3d.pulleys import TailPulley, belt_loads, lay_pulleys, pose_of
 from belt_sim.mujoco3d.recording import Recorder, notify_observers
 from belt_sim.mujoco3d.rolling_contact import build_contact
 from belt_sim.mujoco3d.rolling_run import ContactRun, Edited
@@ -63,12 +63,8 @@ class StepInput(NamedTuple):
     stiffness: Array
 
 
-class OnPulleys(NamedTuple):
-    """What the pulleys carry of a state; see RunState."""
-
-    pulleys: BeltOnPulley
-    kinks: RopeKinks | None
-    run_off_stations: Array | None
+#: head and tail, kinks and run-off stations of a limp belt: of RunState
+OnPulleys: TypeAlias = tuple[BeltOnPulley, RopeKinks | None, Array | None]
 
 
 @jit_float64
@@ -82,7 +78,8 @@ def hold_belt(
     hold_stiffness [N/m].
     """
     sign, n, speed = belt.shape.sign, nodes.shape[-1], command.speed
-    before, pulleys, kinks, run_off = was.pulleys.pose, was.pulleys, was.kinks, was.run_off_stations
+    pulleys, kinks, run_off = was
+    before = pulleys.pose
     pulleys = pulleys._replace(pose=pose_of(belt, command, tail, turned, askew))
     moved = jnp.abs(pulleys.pose.spin - before.spin) * belt.surfaces.radius
     pulleys = sink_wraps(belt, pulleys, before, moved, shaped, (speed == 0.0) & (command.travel >= 0.0))
@@ -111,7 +108,7 @@ def hold_belt(
         stiffness = stiffness.at[:, 1].add(guiding)
     back = (jnp.arange(n) - places.stations[0]) % n  # from the chain to stations' numbers
     found = (places.free, chain, forces, rest, stiffness)
-    return OnPulleys(pulleys, kinks, run_off), StepInput(*(jnp.moveaxis(v[..., back], -1, 0) for v in found))
+    return (pulleys, kinks, run_off), StepInput(*(jnp.moveaxis(v[..., back], -1, 0) for v in found))
 
 
 _NEITHER = -1
@@ -155,7 +152,7 @@ class Engine:
     solver: Solver
     belt: BeltArrays
     on_device: BeltArrays
-    pulleys: Pulleys
+    tail: TailPulley
     rest_lengths: tuple[np.ndarray, np.ndarray] | None
 
     @staticmethod
@@ -170,7 +167,8 @@ class Engine:
             rest_lengths = tie_lengths(mesh, tied, 0.0), tie_lengths(mesh, tied, 1.0)
             solver.set_rest_lengths(rest_lengths[0])
         tail = TailPulley.from_scene(scene, solver.model, solver.model.body_mass, solver.model.dof_armature)
-        return Engine(scene, solver, belt, in_float64(jax.device_put)(belt), Pulleys(scene, belt, tail), rest_lengths)
+        on_device = in_float64(jax.device_put)(belt, _processor())
+        return Engine(scene, solver, belt, on_device, tail, rest_lengths)
 
     def lay(self) -> RunState:
         """The belt laid round the pulleys, at rest."""
@@ -178,8 +176,6 @@ class Engine:
         pulleys = lay_pulleys(scene, self.belt)
         joints, slides = np.split(laid_coordinates(scene, *pulleys.pose.spin), [STATION_JOINTS])
         slides = slides.reshape(mesh.rest.shape)
-        nodes = mesh.nodes(slides)
-        pull = self._pull(slides)
         return RunState(
             joints=joints,
             joint_rates=np.zeros_like(joints),
@@ -190,7 +186,7 @@ class Engine:
             travel=-scene.early,
             kinks=RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None,
             run_off_stations=pulleys.wrap.outer(run_off_end(shape.sign)) if shape.limp else None,
-            loads=np.array(_loads(pulleys, nodes, pull)),
+            loads=np.array(_loads(pulleys, mesh.nodes(slides), self._pull(slides))),
         )
 
     def step(self, state: RunState, command: Command) -> None:
@@ -217,9 +213,9 @@ class Engine:
     def hold(self, state: RunState, command: Command) -> tuple[np.ndarray, StepInput]:
         """Forces on the joints [N or N m], (5,), and all that the nodes are given in the coming step."""
         options, nodes = self.scene.options, self.scene.mesh.nodes(state.slides)
-        forces, tail = self.pulleys.advance(state, command, options.dt)
+        forces, tail = self.tail.advance(self.belt, state, command, options.dt)
         askew = smoothstep(state.time / max(0.5 * options.settle, options.dt))
-        tension, was = -0.5 * state.loads[TAIL, 0], OnPulleys(state.pulleys, state.kinks, state.run_off_stations)
+        tension, was = -0.5 * state.loads[TAIL, 0], (state.pulleys, state.kinks, state.run_off_stations)
         found, given = hold_belt(
             self.on_device, was, plain(command), tail, state.compliance_yaw, askew, nodes,
             np.maximum(tension, 0.0), state.shaped, options.hold_stiffness, options.dt,
@@ -235,6 +231,14 @@ class Engine:
 
 
 _loads = jit_float64(belt_loads)
+
+
+def _processor() -> jax.Device | None:
+    """The CPU, if JAX may use it: a step is a few operations between two of MuJoCo's."""
+    try:
+        return jax.devices("cpu")[0]
+    except RuntimeError:
+        return None
 
 
 def simulate(

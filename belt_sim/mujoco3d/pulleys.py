@@ -1,6 +1,5 @@
 """The pulleys: where they are, how they are driven, and how the belt loads them."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import jax
@@ -133,33 +132,26 @@ class TailPulley(NamedTuple):
         moment = on_tail[1] + self.inertia * belt.shape.sign * command.acceleration / self.radius
         return slide, moment - self.spin_drag * (rates[1] - rim / self.radius)
 
+    def advance(self, belt: BeltArrays, state: RunState, command: Command, dt: float) -> tuple[np.ndarray, np.ndarray]:
+        """Forces [N or N m] on the joints of both pulleys in the coming step, shape (5,), and x [m] and spin [rad] of
+        the tail pulley at its end.
 
-@dataclass(frozen=True)
-class Pulleys:
-    """Both pulleys of a run in time: MuJoCo integrates the tail pulley's slide and spin; the rest is commanded."""
-
-    scene: SceneLayout
-    belt: BeltArrays
-    tail: TailPulley
-
-    def advance(self, state: RunState, command: Command, dt: float) -> tuple[np.ndarray, np.ndarray]:
-        """Forces [N or N m] on the joints in the coming step, shape (5,), and where the tail pulley will be at its end:
-        x [m] and spin [rad]. Where a joint is commanded its rate is set instead.
+        MuJoCo integrates its slide and spin; the rest is commanded, and the rate of a commanded joint is set instead.
         """
         joints, rates, forces = state.joints, state.joint_rates, np.zeros(STATION_JOINTS)
         slide_speed, lead = (None, 0.0) if command.tail_motion is None else command.tail_motion
-        if self.belt.slide_fixed:
+        if belt.slide_fixed:
             slide_speed = 0.0
-        spin = self.belt.shape.sign * command.travel / self.scene.parts.head.radius
+        spin = belt.shape.sign * command.travel / belt.surfaces.radius[HEAD]
         rates[HEAD_SPIN] = (spin - joints[HEAD_SPIN]) / dt
         tail_rates = rates[TAIL_SLIDE], rates[TAIL_SPIN]
-        slide_force, spin_moment = self.tail.forces(self.belt, state.loads[TAIL], tail_rates, command, dt, lead)
+        slide_force, spin_moment = self.forces(belt, state.loads[TAIL], tail_rates, command, dt, lead)
         if slide_speed is not None:
             slide_force, rates[TAIL_SLIDE] = 0.0, slide_speed
         forces[TAIL_SLIDE], forces[TAIL_SPIN] = slide_force, spin_moment
-        compliance = self.belt.surfaces.yaw_compliance
+        compliance = belt.surfaces.yaw_compliance
         state.compliance_yaw += (compliance * state.loads[:, 2] - state.compliance_yaw) * min(dt / COMPLIANCE_TIME, 1.0)
         joints[[HEAD_YAW, TAIL_YAW]] = command.yaw + state.compliance_yaw
         rates[[HEAD_YAW, TAIL_YAW]] = 0.0
-        x = self.tail.x + joints[TAIL_SLIDE] + dt * (rates[TAIL_SLIDE] + dt * slide_force / self.tail.mass)
-        return forces, np.array([x, joints[TAIL_SPIN] + dt * (rates[TAIL_SPIN] + dt * spin_moment / self.tail.inertia)])
+        x = self.x + joints[TAIL_SLIDE] + dt * (rates[TAIL_SLIDE] + dt * slide_force / self.mass)
+        return forces, np.array([x, joints[TAIL_SPIN] + dt * (rates[TAIL_SPIN] + dt * spin_moment / self.inertia)])

@@ -1,5 +1,6 @@
 """The pulleys as rigid bodies: spun by the belt, pulled by their load, turned by a moment; no belt is simulated."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from pulley_bench import bare_belt, both, empty_wrap, on_jax, places, surface
 
 from belt_sim.mujoco3d.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
-from belt_sim.mujoco3d.pulleys import Pulleys, TailPulley, belt_loads, laid_poses, pose_of
+from belt_sim.mujoco3d.pulleys import TailPulley, belt_loads, laid_poses, pose_of
 from belt_sim.mujoco3d.run_stages import Command
 from belt_sim.mujoco3d.state import RunState
 from belt_sim.mujoco3d.wrap import HEAD, TAIL, BeltOnPulley, PoseArrays, SlipState, axes_of, roll_anchors
@@ -29,10 +30,10 @@ SURFACES = [surface(p.radius, 0.025, yaw_compliance=p.yaw_compliance) for p in (
 
 
 def machine(sign=1, load=0.0, fixed=0.0, **changed):
-    scene = SimpleNamespace(parts=PARTS)
     tail = TailPulley(mass=20.0, inertia=0.3, slide_drag=400.0, spin_drag=6.0, radius=PARTS.tail.radius, x=APART)
     belt = bare_belt(SURFACES, 0.025, 4, sign=sign, load=load, slide_fixed=fixed)
-    return Pulleys(scene, belt, tail._replace(**changed))
+    tail = tail._replace(**changed)
+    return SimpleNamespace(belt=belt, tail=tail, advance=partial(tail.advance, belt))
 
 
 def still(stations=4):
