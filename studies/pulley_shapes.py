@@ -27,6 +27,7 @@ SHAPES: dict[str, tuple[dict[str, Any], float]] = {
     "crown": ({"c": 0.5}, 4.0),
     "pulley_deflection": ({"compliance": 1e-4}, 4.0),
     "unequal_tension": ({"yaw_per_force": 1e-7}, 4.0),
+    "yaw_compliance": ({"c_m": 2e-5}, 4.0),
     "cant": ({"gamma": 1e-3}, 16.0),
     "wobble": ({"beta_cos": 5e-4, "beta_sin_head": 5e-4}, 5.0),
 }

@@ -53,6 +53,7 @@ class Spans:
             since=since + jnp.zeros(()),
             y=y,
             alpha=alpha,
+            y_runoff=off.y,
             kappa=bent + bend.natural_runup,
             kappa_runoff=bent_off + bend.natural_runoff,
             moment=moment,

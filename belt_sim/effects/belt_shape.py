@@ -199,9 +199,10 @@ class Weld(Effect):
 
     def scene(self, parts, case):
         around = float(case.rig.belt_length)
+        at = self.at + float(case.settings.direction * case.settings.start)
 
         def camber(s):
-            off = np.mod(s - self.at + 0.5 * around, around) - 0.5 * around
+            off = np.mod(s - at + 0.5 * around, around) - 0.5 * around
             return self.angle / self.length * raised_cosine(off / self.length, np)
 
         return parts.with_camber(camber) if self.angle else parts

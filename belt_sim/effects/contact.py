@@ -62,7 +62,7 @@ class TractionLoss(Effect):
     )
 
     def runup(self, runup, state, case):
-        share = self.loss * jnp.maximum(case.settings.speed - self.onset, 0.0)
+        share = jnp.clip(self.loss * (case.settings.speed - self.onset), 0.0, 1.0)
         return replace(runup, drift=runup.drift + share * state.alpha)
 
 

@@ -121,7 +121,7 @@ def _parameter(n: LawNumber) -> Parameter:
 
 
 def _commanded_yaw(case, travel):
-    """The yaw as commanded [rad] at a travel, or at travels (n,)."""
+    """The yaws of both pulleys as commanded, added up [rad], at a travel, or at travels (n,)."""
 
     def yaw_at(s):
         return angle_at(case.settings.yaw, s) + angle_at(case.settings.yaw_head, s)

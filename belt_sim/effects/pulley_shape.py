@@ -32,7 +32,7 @@ class Taper(Effect):
         return replace(runup, turn=runup.turn + jnp.stack([self.kappa_t, self.kappa_t_head]))
 
     def scene(self, parts, case):
-        return parts.with_pulley("tail", taper=self.kappa_t).with_pulley("head", taper=self.kappa_t_head)
+        return parts.add_to_pulley("tail", taper=self.kappa_t).add_to_pulley("head", taper=self.kappa_t_head)
 
 
 @effect

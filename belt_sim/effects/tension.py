@@ -23,7 +23,8 @@ class TensionBias(Effect):
 
 @effect
 class SpeedTension(Effect):
-    """The tension that counts in the spans is sigma - share rho v^2."""
+    """The tension that counts in the spans is sigma - share rho v^2: share is 1 where sigma is what the belt itself
+    carries, and there is no such effect where it was read off the force on an axle, which lacks rho v^2 already."""
 
     title = "Centrifugal tension: a fast belt pulls on itself, not on the pulleys"
     law = "drive"

@@ -58,7 +58,7 @@ class YawOffsetHead(Effect):
         return replace(yaw, head=yaw.head + self.beta_0)
 
     def scene(self, parts, case):
-        return parts.with_pulley("head", yaw_offset=self.beta_0)
+        return parts.add_to_pulley("head", yaw_offset=self.beta_0)
 
 
 @effect
@@ -88,18 +88,19 @@ class YawBacklash(Effect):
 
 @effect
 class YawCompliance(Effect):
-    """The tail pulley stands at beta - C_m M, M the moment of both spans on it.
+    """The tail pulley stands at beta - C_m (M - F (y_1 + y_2)), M the moment of both spans on it.
 
-    M itself grows with the yaw, by D = 2 EI dkappa/dtheta_u, both spans alike; the equation is solved for the yaw.
+    A belt off the middle pulls one side of the pulley more, and turns it further that way. M itself grows with the yaw,
+    by D = 2 EI dkappa/dtheta_u, both spans alike; the equation is solved for the yaw.
     """
 
-    title = "Yaw compliance: the belt's bending moment turns the steered pulley back"
+    title = "Yaw compliance: the belt's bending moment and its pull off the middle turn the steered pulley"
     law = "drive"
     reference = "physics sheet, section 7"
     parity = "odd"
     needs = frozenset({"moment"})
     cause = Cause(
-        "the belt turns the steered pulley back",
+        "the belt turns the steered pulley",
         ("tail",),
         "Put a dial gauge on the steered bearing while the belt is tensioned and steered.",
     )
@@ -107,11 +108,12 @@ class YawCompliance(Effect):
 
     def yaw(self, yaw, state, case):
         grows = 2.0 * state.bending * state.stiffness[0]
-        at_rest = state.moment[0] + state.moment_runoff[1] - grows * state.turned[0]
+        pull = case.tension_force * (state.y[0] + state.y_runoff[0])
+        at_rest = state.moment[0] + state.moment_runoff[1] - pull - grows * state.turned[0]
         return replace(yaw, tail=(yaw.tail - self.c_m * at_rest) / (1.0 + self.c_m * grows))
 
     def scene(self, parts, case):
-        return parts.with_pulley("tail", yaw_compliance=self.c_m)
+        return parts.add_to_pulley("tail", yaw_compliance=self.c_m)
 
 
 @effect
@@ -185,7 +187,7 @@ class Cant(Effect):
         )
 
     def scene(self, parts, case):
-        return parts.with_pulley("tail", cant=self.gamma).with_pulley("head", cant=self.gamma_head)
+        return parts.add_to_pulley("tail", cant=self.gamma).add_to_pulley("head", cant=self.gamma_head)
 
 
 _RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # half a radian of phase apart after thirty turns
@@ -272,10 +274,11 @@ class Wobble(Effect):
         )
 
     def scene(self, parts, case):
-        for pulley, cos, sin in (
-            ("tail", self.beta_cos, self.beta_sin),
-            ("head", self.beta_cos_head, self.beta_sin_head),
+        direction, start = float(case.settings.direction), float(case.settings.start)
+        for pulley, cos, sin, radius in (
+            ("tail", self.beta_cos, self.beta_sin, case.rig.tail_radius),
+            ("head", self.beta_cos_head, self.beta_sin_head, case.rig.head_radius),
         ):
-            phase = math.atan2(-sin * float(case.settings.direction), cos)
+            phase = math.atan2(-sin * direction, cos) + direction * start / float(radius)
             parts = parts.with_pulley(pulley, wobble=math.hypot(cos, sin), wobble_phase=phase)
         return parts

@@ -349,11 +349,13 @@ class _DelayEquation:
         return added_up, added_off
 
     def _compliant_yaw(self, beta, beta_head, y, past, to_tail, to_head, pushed):
-        """What the span moments leave of the yaw on a compliant tail bearing: beta - C (M_up + M_off)."""
+        """The yaw on a compliant tail bearing, which the spans' moments turn back and the pull of a belt off the middle
+        turns further: beta - C (M_up + M_off - F (y_up + y_off))."""
         tail_off, head_off = past
         still = dot(to_tail.run_up, head_off + _ANGLE * beta_head, y[:2])
         still = still + dot(to_head.run_off, tail_off, y[2:] - _ANGLE * beta_head) + pushed
         give = self.line.compliance * self.line.bending
+        beta = beta + self.line.compliance * self.line.force * (y[0] + tail_off[0])
         return (beta - give * still) / (1 + give * (to_tail.run_up[3] - to_head.run_off[1]))
 
     def _responses(self, s: float, ends) -> tuple[SpanResponse, SpanResponse]:

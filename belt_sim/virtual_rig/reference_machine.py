@@ -46,7 +46,7 @@ class YawBacklashFault(Fault):
 
 
 class YawComplianceFault(Fault):
-    """The tail pulley's bearings yield to the spans' end moments: yaw beta - c_m (M_1 + M_2)."""
+    """The tail pulley's bearings yield to the spans' moments and pull: yaw beta - c_m (M_1 + M_2 - F (y_1 + y_2))."""
 
     draw_order = 9
     c_m: float = size("rad/(N m)", 5e-6, 5e-5, positive=True)

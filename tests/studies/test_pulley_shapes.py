@@ -35,7 +35,8 @@ def of_the_study(name: str):
     route="3d",
     what="change of y by hollow pulleys on a short rig, {CHANGE} of the largest",
 )
-@pytest.mark.parametrize("name", ["taper", "crown", "pulley_deflection", "unequal_tension"])
+@pytest.mark.evidence("yaw_compliance", route="3d", what="change of y on a short rig, {CHANGE} of the largest")
+@pytest.mark.parametrize("name", ["taper", "crown", "pulley_deflection", "unequal_tension", "yaw_compliance"])
 def test_the_belt_on_shapes_changes_as_their_laws_say(name):
     found = of_the_study(name)
     seen, told = found.rates
