@@ -75,8 +75,8 @@ class State:
     travel, since: travel [m] now and one step before (below 0 at the start); y, alpha: at the run-ups, on the pulleys'
     surfaces [m, rad]; y_runoff: where the belt leaves the tail, the head pulley [m]; kappa, kappa_runoff: curvature at
     the ends [1/m]; moment, moment_runoff: EI times the elastic part of kappa [N m]; side_force: dM/dx at the run-up,
-    which shears the belt that lands there [N]; added: part of kappa that the ends do not cause [1/m]; stiffness: d kappa
-    / d theta_u of the span [1/m]; bending: its EI [N m2]; turned: yaw of tail and head pulley for which this holds
+    which shears the belt that lands there [N]; added: part of kappa that the ends do not cause [1/m]; stiffness: of the
+    span, d kappa / d theta_u [1/m]; bending: its EI [N m2]; turned: yaw of tail and head pulley for which this holds
     [rad]; left: rotation of the belt on the pulley before each span [rad]; sag_angle: from the top of a pulley to where
     a span meets it [rad], 0 where spans do not sag; direction of travel (+1, -1).
     """
