@@ -36,7 +36,7 @@ def hidden(name: str, exponent: float) -> SearchData:
     return replace(data, projector=replace(data.projector, residual=residual), kept={})
 
 
-@pytest.mark.parametrize("name", ["torsion_both", "bending_upper"])
+@pytest.mark.parametrize("name", ["torsion_both", pytest.param("bending_upper", marks=pytest.mark.long)])
 def test_a_hidden_change_of_a_stiffness_is_found_at_its_place(name):
     data = hidden(name, POWER)
     choice = choose_law(data, data.latent_inputs()[0])
