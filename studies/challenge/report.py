@@ -38,6 +38,8 @@ from studies.challenge.targets import (
 SCHEMA = "belt-challenge-facts/1"
 SPACE, SPAN = "space", "span"  # sources that are told by themselves
 PICTURES = {"confusion": "challenge_confusion.png", "reliability": "challenge_reliability.png"}
+#: commits that decide alike: what cant and a yielding bearing do was mended between them and after the second
+SAME_DECISION = ("5ef112bee7", "0428559535")
 _SENTENCE = 160  # characters that are kept of an answer's sentence, of its law, and of why it is wrong
 _LISTED = 12  # ranges of seeds that are listed one by one
 _COMMON = 6  # so many of what is hidden are listed beside a cause
@@ -298,13 +300,13 @@ def _parts(stored: Sequence[StoredScores]) -> tuple[list[StoredScores], list[Sto
 
 
 def newest(stored: Sequence[StoredScores]) -> list[StoredScores]:
-    """Answers of the whole diagnosis by the code that answered the campaigns with the highest seeds."""
+    """Answers of the whole diagnosis by the decision that answered the campaigns with the highest seeds."""
     answered = [p for p in stored if p.about["ablation"] == OWN]
     if not answered:
         return []
     mixed = [p for p in answered if p.about["source"] == "mix"] or answered
     code = max(mixed, key=lambda p: p.about["seeds"][0]).code
-    return [p for p in answered if p.code == code]
+    return [p for p in answered if p.code in (SAME_DECISION if code in SAME_DECISION else (code,))]
 
 
 def conclusion(cases: Sequence[ScoredCase]) -> str:
