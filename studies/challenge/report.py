@@ -59,8 +59,8 @@ _PAGE = """# How often the diagnosis is right
 
 {conclusion}
 
-The present [decision](diagnosis.md) gave these figures. The record holds those of version 0.1 too, which answered far
-more; on the same campaigns both are as often right (`studies/notes/one_score.md`).
+The present [decision](diagnosis.md) gave these figures. The record holds those of version 0.1 too; on the
+same campaigns both are as often right (`studies/notes/one_score.md`).
 
 ## How this was measured
 
@@ -71,7 +71,7 @@ hash before anyone answers.
 
 - Every answered campaign counts, and a crash counts as wrong.
 - The size d of a hidden effect is its distance from "nothing hidden" in units of noise. Nuisance parameters first
-  explain what they can. An effect of d = 3 is barely visible; d = 12 is plain to see.
+  explain what they can.
 - The *distance* of an unknown effect is what the best three effects of the catalogue leave over of it.
 - Intervals are Wilson's, 95 %.
 - An alias counts as right if the answer itself says that the two cannot be told apart.
