@@ -44,6 +44,6 @@ nitpicky = True
 nitpick_ignore_regex = [
     (r"py:.*", r"(numpy|np|jax|jnp|pandas|pathlib|collections|typing|os)\..*"),
     (r"py:class", r"(Path|Any|Sequence|Callable|Mapping|Iterable|optional|Numbers|Camber|MjSpec)"),
-    (r"py:class", r"(FieldInfo|NoneType|belt_sim\.importing\.(types\.LoggedTables|build\.Proposal))"),
+    (r"py:class", r"(FieldInfo|NoneType|belt_sim\.importing\.(columns\.LoggedTables|build\.Proposal)|types\.Annotated)"),
     (r"py:class", r"(dict|tuple)\[str"),  # autodoc takes generics apart
 ]
