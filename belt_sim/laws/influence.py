@@ -215,11 +215,10 @@ def stretch_adds(response: StretchResponse, jump, wide, place, xp=jnp):
 
     jump: integral of EI / its own EI - 1 along it [m]; below that of a rigid one it counts as rigid; wide: its length
     [m]; place: of ``stretch_ends`` [m]. What the jumps along a stretch take of the curvature in it lies between what
-    they do each by themselves, where it is short, and all of it, where it is long. At 5 N/mm2 within 3 % of elements
-    for bending; of twist, which may change its sign within the stretch, up to a quarter is wrong
-    (tests/agreement/test_stretch_of_the_belt.py). High tension makes it worse: of a stretch that has lost 90 % of its
-    stiffness 12 % is wrong at 20 and 24 % at 40 N/mm2 where it is a tenth of a span long, and a third and more than
-    half where it is three tenths.
+    they do each by themselves, where it is short, and all of it, where it is long. Where nine tenths of
+    a stiffness are gone over a tenth of a span, bending is wrong by 2, 5, 14 and 27 % at 5, 10, 20 and 40 N/mm2, twist
+    by 7 to 16 %; over three tenths of a span bending by 3 to 60 %, twist, which may change its sign there, by half
+    (tests/agreement/test_stretch_of_the_belt.py).
     """
     low, high = (interpolate_rows(response.x, response.integrals, end, xp) for end in place)
     mean = (high - low) / wide

@@ -131,10 +131,8 @@ class ContactRun:
         ends = [_wrap_ends(np.flatnonzero(on), mesh.stations) for on in (x <= 0.0, x >= tail_x)]
         later = mesh.stations if ends[TAIL][0] < ends[HEAD][1] else 0  # the upper span runs from head to tail
         for which, (first, last) in enumerate(ends):
-            state.pulleys.wrap.first[which], state.pulleys.wrap.last[which] = (
-                first + later * which,
-                last + later * which,
-            )
+            state.pulleys.wrap.first[which] = first + later * which
+            state.pulleys.wrap.last[which] = last + later * which
 
 
 def _wrap_ends(stations: np.ndarray, n: int) -> tuple[int, int]:

@@ -78,6 +78,7 @@ def _spread_load(line: Line, upper: bool, fields: list[int]) -> UnitLoad:
 
 
 def _without_place(upper: bool, nodes: np.ndarray, run_up: np.ndarray, run_off: np.ndarray) -> UnitLoad:
+    """The load that ``_solve`` was given, which acts at no one place."""
     nothing = np.zeros_like(run_up)
     return UnitLoad(upper, run_up, run_off, nodes[:, nodes.shape[1] // 2, 2], np.zeros((4, len(nothing))), nothing)
 
