@@ -205,18 +205,18 @@ def _wrap(self, runoff, state, case):
 
 
 def _influence(self, span, case):
-    """Return the curvature at the run-up per unit of the boundary values, and what each change of whole spans and of a
-    stretch of the belt adds, by its kind (tension, bending, torsion)."""
+    """Return the span's response to its boundary values, and what each change of whole spans and of a stretch of the
+    belt adds, by its kind (tension, bending, torsion)."""
     whole, stretches = (
         dict.fromkeys(t.place.relative for _, t in self.terms(*RELATIVE) if t.place.is_stretch == stretch)
         for stretch in (False, True)
     )
     changes = {kind: response_by_change(span, case, kind) for kind in whole}
-    return response(span).runup, changes, {kind: stretch_response(span, kind) for kind in stretches}
+    return response(span), changes, {kind: stretch_response(span, kind) for kind in stretches}
 
 
 def _bend(self, bend, boundary, known, case):
-    curvature, changes, stretches = known
+    answer, changes, stretches = known
     shares: dict[str, Any] = {}
     for k, t in self.terms(*RELATIVE):
         if t.place.is_stretch:
@@ -225,7 +225,7 @@ def _bend(self, bend, boundary, known, case):
         if t.form.variable == "y":
             x = boundary.start + boundary.ends[0]
         elif t.form.variable == "kappa":
-            x = curvature @ boundary.ends + bend.runup
+            x = answer.runup @ boundary.ends + bend.runup
         elif t.form.variable == "kappa_mean":
             x = (boundary.ends[2] - boundary.ends[1]) / case.rig.span_length
         else:
@@ -240,7 +240,10 @@ def _bend(self, bend, boundary, known, case):
     for kind, share in shares.items():
         x = log_of_change(share) + jnp.zeros(2)
         more = jnp.einsum("ks,kai,is->as", x ** jnp.arange(1, 8)[:, None], changes[kind], boundary.ends)
-        bend = replace(bend, runup=bend.runup + more[0], runoff=bend.runoff + more[1], tilt=bend.tilt + more[2])
+        natural = jnp.zeros((2, 2))
+        if kind == "bending":  # its moment is that of its own stiffness: the rest of the curvature bears none
+            natural = -jnp.expm1(x) * (jnp.stack([answer.runup, answer.runoff]) @ boundary.ends + more[:2])
+        bend = add_natural(bend, more.at[:2].add(-natural), natural)
     return bend
 
 

@@ -4,6 +4,8 @@ Both sides share the equations of a span (physics sheet, section 3) and the case
 stands for the change: jumps of angle or roll here, elements of another stiffness there.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from paper_cases import paper_case
@@ -26,6 +28,7 @@ SLIGHT = 0.03  # of the most that a slight change does: 64 elements there, 65 pl
 #: of a large one: twist may change its sign within the stretch
 LARGE = {TENSION: {"bending": 0.03, "torsion": 0.25}, TIGHT: {"bending": 0.3, "torsion": 0.1}}
 RUNS = 0.04  # of what a joint does to a run: its stretch is a rectangle here, a cosine squared there
+MODULUS = 5e-3  # of the largest: torsion goes with the modulus as well, by G b h^3/3 of T
 ONE_SIDE = 1e-3  # of what cracks do: seven powers of a change stand for it here, nine of its values there
 
 
@@ -85,6 +88,18 @@ def changes_of(plan: Plan, runs: int, what) -> np.ndarray:
 def law(place: str, form: Form, size: float):
     content = SizedLaw(Law((Term(fixed_places()[place], form),)), (size,), 1e7)
     return law_effect(content)()
+
+
+@pytest.mark.parametrize("change", [-0.3, 0.3])
+def test_spans_of_another_bending_stiffness_move_and_bear_the_moments_of_such_a_belt(change):
+    """Beside a belt of another modulus, whose torsion is St. Venant's to a small part."""
+    case = paper_case(20.0)
+    other = replace(case, belt=replace(case.belt, youngs_modulus=(1.0 + change) * case.belt.youngs_modulus))
+    found = analytic_model("strip").run(case, (law("bending_both", Form("none"), change),), travel=10.0)
+    true = analytic_model("strip").run(other, (), travel=10.0)
+    for name in ("y", "moment"):
+        wanted = np.asarray(getattr(true, name))
+        np.testing.assert_allclose(getattr(found, name), wanted, atol=MODULUS * np.abs(wanted).max())
 
 
 def joint(plan: Plan, share: float, at: float, stretch: float):

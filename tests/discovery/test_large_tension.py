@@ -45,7 +45,8 @@ def bent_by(name, share, case):
     cls = effect_of(data, Law((Term(place, Form("none")),)), [share])
     effect = cls(size=share)
     boundary = BoundaryValues(travel=5.0, start=0.0, ends=ENDS, direction=1.0)
-    return effect.bend(no_bend(), boundary, effect.influence(strip(case), case), case).runup
+    bend = effect.bend(no_bend(), boundary, effect.influence(strip(case), case), case)
+    return bend.runup + bend.natural_runup
 
 
 def test_an_exponent_is_rounded_to_what_its_readings_cannot_tell_it_from():
