@@ -48,7 +48,7 @@ def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model |
     """
     given = {k: v for k, v in (settings or {}).items() if v is not None}
     if name in IN_SPACE:
-        from belt_sim.mujoco3d.model import SpaceModel  # MuJoCo takes a while to load
+        from belt_sim.space.model import SpaceModel  # MuJoCo takes a while to load
 
         return SpaceModel.from_settings(IN_SPACE[name], given)
     if name not in ANALYTIC:

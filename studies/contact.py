@@ -25,14 +25,14 @@ from belt_sim.case import Case, Schedule
 from belt_sim.config import make_case
 from belt_sim.jax_setup import prepare
 from belt_sim.laws.span import torsional_stiffness
-from belt_sim.mujoco3d.calibration import matching_width
-from belt_sim.mujoco3d.mujoco_interface import compile_model
-from belt_sim.mujoco3d.options import Options, fit_options
-from belt_sim.mujoco3d.rolling_contact import ContactLaw, build_contact
 from belt_sim.pictures import style
 from belt_sim.pictures.style import BLUE, INK, RED
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import DEGREE, MM
+from belt_sim.space.calibration import matching_width
+from belt_sim.space.mujoco_interface import compile_model
+from belt_sim.space.options import Options, fit_options
+from belt_sim.space.rolling_contact import ContactLaw, build_contact
 
 READ = (1.0, 1.5, 2.0)  # [m] of travel after the yaw
 RAMP = 0.1  # [m] over which the pulley is yawed; the law has the same ramp

@@ -16,9 +16,9 @@ from PIL import Image, ImageDraw, ImageFont
 
 from belt_sim.config import make_case
 from belt_sim.files import MODELS, write_with
-from belt_sim.mujoco3d.machine import HEAD_YAW, TAIL_YAW
-from belt_sim.mujoco3d.mujoco_interface import compile_model, silence_expected_warnings
 from belt_sim.si import MM
+from belt_sim.space.machine import HEAD_YAW, TAIL_YAW
+from belt_sim.space.mujoco_interface import compile_model, silence_expected_warnings
 
 EXAGGERATED = 60.0
 YAW, YAWED_AT, END, EVERY = 0.042, 0.15, 2.4, 0.05  # degrees; m of travel: yaw, end, between frames

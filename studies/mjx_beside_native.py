@@ -20,7 +20,7 @@ from belt_sim.curves import Curves
 from belt_sim.errors import SimulationError
 from belt_sim.files import write_text
 from belt_sim.jax_setup import prepare
-from belt_sim.mujoco3d.options import Options
+from belt_sim.space.options import Options
 
 TRAVEL = 2.0  # [m]
 BEGIN = 0.05  # [m]: before it y is below a hundredth of its largest
@@ -56,7 +56,7 @@ def on_the_cpu() -> None:
 
 def native(asked: TableCase) -> tuple[Curves, float]:
     """By MuJoCo, step by step; and CPU time [s]."""
-    from belt_sim.mujoco3d.engine import simulate
+    from belt_sim.space.native import simulate
 
     begun = time.process_time()
     curves = simulate(asked.case, travel=TRAVEL, options=asked.options)

@@ -16,8 +16,8 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect
 from belt_sim.effects.load import load_effects
-from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.model import SpaceModel
+from belt_sim.space import Options
+from belt_sim.space.model import SpaceModel
 from studies.application import application
 from studies.paper.case import ROPE_EXAMPLE, YAW, paper_case
 

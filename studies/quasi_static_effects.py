@@ -14,12 +14,12 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import SimulationError
-from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.engine import simulate
-from belt_sim.mujoco3d.model import SpaceModel
-from belt_sim.mujoco3d.options import accurate_speed, string_speed
-from belt_sim.quasi_static.engine import simulate_batch
 from belt_sim.scene_parts import SceneParts
+from belt_sim.space import Options
+from belt_sim.space.model import SpaceModel
+from belt_sim.space.native import simulate
+from belt_sim.space.options import accurate_speed, string_speed
+from belt_sim.space.quasi_static import simulate_batch
 from studies.application import application
 from studies.paper.case import ROPE_EXAMPLE, YAW, paper_case
 

@@ -52,7 +52,7 @@ def row(case: Case, curves: Any, friction: float) -> str:
 
 def quasi_static_map(cases: Sequence[Case], frictions: Sequence[float], travel: float, out: Path) -> None:
     """Run every case with every friction and write ``out``; prints the time and the device's memory used at most."""
-    from belt_sim.quasi_static.engine import simulate_batch
+    from belt_sim.space.quasi_static import simulate_batch
 
     begun, lines, failed = time.perf_counter(), [HEADER], 0
     for friction in frictions:  # belts that stick make a batch of their own: it is cheaper

@@ -14,9 +14,9 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError, InputError, SimulationError
 from belt_sim.frame import Observer
 from belt_sim.model import Model, SteadyModel
-from belt_sim.mujoco3d.model import BATCH_ENGINES, SpaceModel, batch_engine
-from belt_sim.mujoco3d.options import CONTACTS
 from belt_sim.results.simulation import Simulation
+from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
+from belt_sim.space.options import CONTACTS
 
 if TYPE_CHECKING:
     from mujoco import MjSpec
@@ -122,7 +122,7 @@ def scene(case: Case | None = None, *, model: ModelSpec = "mujoco_flex", **setti
     MuJoCo's contacts carry the belt; ``simulate(model={"name": ..., "scene": spec})`` runs it, edited or not.
     """
     case = case_or_settings(case, settings)
-    from belt_sim.mujoco3d.engine import contact_scene
+    from belt_sim.space.native import contact_scene
 
     chosen = model_of(model)
     if not isinstance(chosen, SpaceModel):
@@ -132,8 +132,8 @@ def scene(case: Case | None = None, *, model: ModelSpec = "mujoco_flex", **setti
 
 def scene_text(case: Case, model: Any) -> str:
     """The same as MJCF, commented."""
-    from belt_sim.mujoco3d.mujoco_interface import compile_model, mjcf
-    from belt_sim.mujoco3d.rolling_contact import STORY
+    from belt_sim.space.mujoco_interface import compile_model, mjcf
+    from belt_sim.space.rolling_contact import STORY
 
     spec = scene(case, model=model)
     compile_model(spec)

@@ -70,7 +70,7 @@ def _outcomes(request: Request) -> Iterator[tuple[int, Outcome]]:
 
 def _by_engine(runs: Sequence[RunDir], batch: int | None, workers: int) -> Iterator[tuple[int, Outcome]]:
     """Cases of a batched engine at once on a GPU (or where ``batch`` says so), else shared over processes."""
-    from belt_sim.mujoco3d.model import BATCH_ENGINES
+    from belt_sim.space.model import BATCH_ENGINES
 
     at_once = [k for k, run in enumerate(runs) if run.config.get("engine") in BATCH_ENGINES]
     due = [k for k in at_once if runs[k].why_not_done() is not None]

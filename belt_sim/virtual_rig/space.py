@@ -15,9 +15,9 @@ from belt_sim.case import GRAVITY, Case, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import cores
-from belt_sim.mujoco3d.options import Options, accurate_speed
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import N_PER_MM2
+from belt_sim.space.options import Options, accurate_speed
 from belt_sim.virtual_rig.fault import Fault, overrides
 from belt_sim.virtual_rig.hidden_faults import HiddenFaults, specified_hidden
 from belt_sim.virtual_rig.library import CATALOGUE
@@ -193,7 +193,7 @@ def measure(runs: Sequence[SceneRun], workers: int | None = None) -> list[Curves
 
 def engine_for(case: Case, faults: Sequence[Fault], options: Options) -> str:
     """quasi_static, many times faster, where it can do what the faults make of the scene; otherwise native."""
-    from belt_sim.quasi_static.engine import refuse
+    from belt_sim.space.quasi_static import refuse
 
     try:
         refuse("flex", options, scene_parts(case, faults, options))
@@ -214,10 +214,10 @@ def run_scene(run: SceneRun) -> Curves:
     """One run in the scene as the faults leave it, at the speed that the setting states (no inertia)."""
     parts, travel = scene_parts(run.case, run.faults, run.options), run.travel + 2 * run.options.sample
     if run.engine == "quasi_static":
-        from belt_sim.quasi_static.engine import simulate as equilibria
+        from belt_sim.space.quasi_static import simulate as equilibria
 
         return equilibria(run.case, belt="flex", travel=travel, options=run.options, parts=parts)
-    from belt_sim.mujoco3d.engine import simulate
+    from belt_sim.space.native import simulate
 
     options = replace(run.options, belt_speed=float(run.case.settings.speed))
     return simulate(run.case, belt="flex", travel=travel, options=options, parts=parts)

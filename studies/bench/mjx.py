@@ -8,16 +8,16 @@ import numpy as np
 
 from belt_sim.config import make_case
 from belt_sim.jax_setup import in_float64, prepare
-from belt_sim.mujoco3d.options import Options
+from belt_sim.space.options import Options
 
 
 @in_float64
 def main(rig: str, count: int, segments: int) -> None:
     """Prints seconds of preparation, tracing and compilation, milliseconds a step, memory."""
     from belt_sim.mjx import prepare as made
-    from belt_sim.mjx.engine import SEGMENT, carried_state, compile_batch, segment_of
-    from belt_sim.mjx.mjx_interface import stack_cases
-    from belt_sim.mjx.model import plan_run
+    from belt_sim.space.mjx_engine import SEGMENT, carried_state, compile_batch, segment_of
+    from belt_sim.space.mjx_interface import stack_cases
+    from belt_sim.space.mjx_model import plan_run
 
     begun = time.perf_counter()
     cases = [make_case(rig=rig, tension=float(t), yaw=-0.042, travel=2.0) for t in np.linspace(20.0, 60.0, count)]

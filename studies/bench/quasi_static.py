@@ -19,10 +19,10 @@ from matplotlib.ticker import LogLocator
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.files import write_with
 from belt_sim.jax_setup import in_float64, prepare
-from belt_sim.mujoco3d.options import Options
 from belt_sim.pictures import style
 from belt_sim.pictures.style import BLUE, RED
-from belt_sim.quasi_static.engine import prepare_case, run_batch
+from belt_sim.space.options import Options
+from belt_sim.space.quasi_static import prepare_case, run_batch
 
 RIG = Rig(centre_distance=11.28, head_radius=0.17, tail_radius=0.17, gravity=9.81)
 BELT = Belt(width=0.2, thickness=3e-4, youngs_modulus=210e9, density=7850.0, poisson_ratio=0.3)
@@ -75,7 +75,7 @@ def bandwidth(numbers: int = 20_000_000) -> float:
 
 def native_beside(near: float = 0.5, far: float = 2.0) -> None:
     """CPU seconds a metre of one case, without what a run begins with: MuJoCo's run and this engine's."""
-    from belt_sim.mujoco3d.engine import simulate
+    from belt_sim.space.native import simulate
 
     options = Options(run_in=TRAVEL)
     spent = []

@@ -3,7 +3,7 @@
 import numpy as np
 
 from belt_sim.campaign import Campaign
-from belt_sim.mujoco3d import Options
+from belt_sim.space import Options
 from belt_sim.virtual_rig.effect_size import detectability_of, scale_to_size
 from belt_sim.virtual_rig.hidden_faults import SIZES, HiddenFaults, random_fault
 from belt_sim.virtual_rig.make import check_seed

@@ -14,7 +14,7 @@ import pytest
 
 from belt_sim.api import simulate as module
 from belt_sim.files import ROOT
-from belt_sim.quasi_static import engine as quasi_static
+from belt_sim.space import quasi_static
 
 COARSE = (
     "rig=rope_example",

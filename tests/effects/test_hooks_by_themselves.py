@@ -18,8 +18,8 @@ from belt_sim.jax_setup import in_float64
 from belt_sim.laws.influence import BoundaryValues, no_bend
 from belt_sim.laws.runup import State, Yaw
 from belt_sim.laws.span import beam_first_order, beam_second_order, dimensionless
-from belt_sim.mujoco3d.wrap import axes_of
 from belt_sim.scene_parts import SceneParts
+from belt_sim.space.wrap import axes_of
 
 UNEQUAL = replace(RIG, head_radius=0.25, tail_radius=0.12)
 SPAN, TAIL_WRAP = float(UNEQUAL.span_length), float(UNEQUAL.wrap_tail)

@@ -18,7 +18,7 @@ OUTER = {
     "api",
     "campaign",
     "virtual_rig",
-    "mujoco3d",
+    "space",
     "cli",
 }
 

@@ -9,8 +9,8 @@ import pytest
 from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Schedule
 from belt_sim.laws.span import strip
-from belt_sim.mujoco3d import Options
-from belt_sim.mujoco3d.engine import simulate
+from belt_sim.space import Options
+from belt_sim.space.native import simulate
 from studies.wide_strip import _STEP, March, WideSpan, short_wide_rig
 
 SMALL, LARGE = math.radians(5e-5), math.radians(0.03)  # of yaw

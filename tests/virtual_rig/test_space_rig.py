@@ -8,8 +8,8 @@ import pytest
 from belt_sim.campaign import read_campaign
 from belt_sim.case import GRAVITY
 from belt_sim.errors import BeltError, InputError
-from belt_sim.mujoco3d.options import Options
 from belt_sim.scene_parts import PulleySurface, Push, SceneParts
+from belt_sim.space.options import Options
 from belt_sim.virtual_rig import reveal, write_blind
 from belt_sim.virtual_rig.library import fault_from_spec
 from belt_sim.virtual_rig.observe import TrueErrors

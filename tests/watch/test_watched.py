@@ -54,7 +54,7 @@ def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(simulation, tmp_pa
 
 def test_a_run_without_instants_is_recorded_when_it_ends(simulation, tmp_path):
     pytest.importorskip("rerun")
-    from belt_sim.mujoco3d.model import SpaceModel
+    from belt_sim.space.model import SpaceModel
 
     model = SpaceModel(engine="quasi_static")
     assert observers_of(model, "rrd", "title", tmp_path) == []

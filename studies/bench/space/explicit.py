@@ -11,7 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from belt_sim.mujoco3d.engine import SpaceRun
+from belt_sim.space.native import SpaceRun
 from studies.bench.space.task import Task
 
 STEPS = 3000  # of a trial: beyond the limit by 1 % the fastest mode grows by a quarter a step

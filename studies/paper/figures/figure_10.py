@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.laws.runup import sag_angle
-from belt_sim.mujoco3d.loop import Catenary
 from belt_sim.pictures import style
 from belt_sim.pictures.style import CYCLE, FAINT, INK
+from belt_sim.space.loop import Catenary
 from studies.paper import drawing
 from studies.paper.case import TEST_RIG, YAW
 from studies.paper.models import MEASURED, case_at, x_m

@@ -1,0 +1,319 @@
+"""A case as arrays, of which the mechanics is written: read off the same scene that is compiled for MuJoCo.
+
+And the forces on the nodes beside the belt's own: edge guides, loads at a place or all along.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.case import Case
+from belt_sim.pytrees import Numbers as Array
+from belt_sim.pytrees import pytree
+from belt_sim.scene_parts import GuideRoller, SceneParts
+from belt_sim.space.calibration import calibrate, membrane_law
+from belt_sim.space.elastic import Ties, TwistStiffness
+from belt_sim.space.friction import SlidingStiffness, read_sliding_stiffness
+from belt_sim.space.loop import sink_chords
+from belt_sim.space.machine import SceneLayout
+from belt_sim.space.mesh import Mesh
+from belt_sim.space.options import is_limp
+
+
+class ActiveFeatures(NamedTuple):
+    """In some case of a batch: slips, it may slide on its pulleys; guides, number of rollers; gives_way, a pulley does
+    so to the belt's moment; layered, it leaves its pulleys along a bending layer; cambered, it is curved by nature;
+    pushes, number of places at which its spans are pushed; leans, its weight or a couple all along pulls it aside;
+    canted, an axis is not level."""
+
+    slips: bool = False
+    guides: int = 0
+    gives_way: bool = False
+    layered: bool = False
+    cambered: bool = False
+    pushes: int = 0
+    leans: bool = False
+    canted: bool = False
+
+
+def active_features(parts: Sequence[SceneParts]) -> ActiveFeatures:
+    """What acts in any of these scenes."""
+    return ActiveFeatures(
+        slips=any(math.isfinite(p.friction) for p in parts),
+        guides=max(len(p.edge_guides) for p in parts),
+        gives_way=any(s.yaw_compliance for p in parts for s in (p.head, p.tail)),
+        layered=any(p.lift_off for p in parts),
+        cambered=any(p.camber is not None for p in parts),
+        pushes=max(len(p.pushes) for p in parts),
+        leans=any(p.lean or p.roll for p in parts),
+        canted=any(s.cant for p in parts for s in (p.head, p.tail)),
+    )
+
+
+class LayerFibres(NamedTuple):
+    """plate [N m]: D of a fibre, per width; thickness [m]; modulus [Pa]; tension_share [1]: share of the torsional
+    stiffness that is the fibres' tension, the rest resists that they lift off apart, 0 = like a thread; residual [1],
+    shape (m,): strain of the lines by residual stress, which the layer does not count."""
+
+    plate: Array
+    thickness: Array
+    modulus: Array
+    tension_share: Array
+    residual: Array
+
+    @staticmethod
+    def from_mesh(case: Case, mesh: Mesh, twist: TwistStiffness, strength: float) -> "LayerFibres":
+        """Of a belt; strength [1] multiplies l^2 and l^3."""
+        belt, tense = case.belt, float(case.tension_force) * twist.strip_tension
+        share = strength * tense / (tense + twist.strip_torsion)
+        numbers = belt.plate_stiffness, belt.thickness, belt.youngs_modulus, share, mesh.residual_strain
+        return LayerFibres(*map(np.array, numbers))
+
+
+_SPARE = 6  # stations by which a wrap may be longer than half a turn
+
+
+class BatchShape(NamedTuple):
+    """What the cases of a batch share: stations, lines, kind of ties, direction of travel, stations that may be off
+    the circle at an end of a wrap, stations that a pulley holds at most (0 if no belt of the batch slips), whether the
+    spans resist no bending, whether an axis is not level."""
+
+    stations: int
+    lines: int
+    bonds: bool
+    sign: int
+    zone: int
+    longest_wrap: int = 0
+    limp: bool = False
+    canted: bool = False
+
+
+class SurfaceArrays(NamedTuple):
+    """Both pulleys, every field of shape (2,): head, tail. radius [m]; extra [m]: how much wider the stations' circle
+    is; sink_chords: chords along which a station sinks; the others as in belt_sim.scene_parts.PulleySurface."""
+
+    radius: Array
+    extra: Array
+    sink_chords: Array
+    taper: Array
+    crown: Array
+    wobble: Array
+    wobble_phase: Array
+    cant: Array
+    yaw_offset: Array
+    yaw_compliance: Array
+
+
+class GuideArrays(NamedTuple):
+    """Rollers, every field of shape (g,): height, +1 beside the upper span, -1 beside the lower; the others as in
+    belt_sim.scene_parts.GuideRoller. One that pushes nothing has the stiffness 0."""
+
+    height: Array
+    x: Array
+    gap: Array
+    side: Array
+    stiffness: Array
+
+    @staticmethod
+    def from_rollers(guides: Sequence[GuideRoller], count: int) -> "GuideArrays":
+        """So many, of which these are the first."""
+        rows = [(1.0 if g.span == "upper" else -1.0, g.x, g.gap, g.side, g.stiffness) for g in guides]
+        return GuideArrays(*np.array(rows + [(1.0, 0.0, 0.0, 1.0, 0.0)] * (count - len(rows))).T)
+
+
+class LoadArrays(NamedTuple):
+    """At places of the spans, every field of shape (p,): height, +1 on the upper span, -1 on the lower; x [m], along,
+    across [N], couple [N m] as in belt_sim.scene_parts.Push, 0 of one that does nothing. All along: lean [m/s2], pull
+    of the weight towards +y; roll [N], couple per metre about +x on what is above the axes."""
+
+    height: Array
+    x: Array
+    along: Array
+    across: Array
+    couple: Array
+    lean: Array
+    roll: Array
+
+    @staticmethod
+    def from_parts(parts: SceneParts, count: int) -> "LoadArrays":
+        """Of a scene, with so many pushes, of which its own are the first."""
+        rows = [(1.0 if p.span == "upper" else -1.0, p.x, p.along, p.across, p.couple) for p in parts.pushes]
+        rows += [(1.0, 0.0, 0.0, 0.0, 0.0)] * (count - len(rows))
+        height, x, along, across, couple = np.array(rows).reshape(count, 5).T
+        return LoadArrays(height, x, along, across, couple, np.array(parts.lean * parts.gravity), np.array(parts.roll))
+
+
+@pytree
+@dataclass(frozen=True, kw_only=True)
+class BeltArrays:
+    """The numbers of one case, and the shape that it shares with others of a batch.
+
+    chord [m]: of the straight belt at rest; mass [kg], stiffness [N] (EA), line_y [m], shape (m,): of the lines;
+    gravity [m/s2]; load [N]: on the tail pulley's slide; slide_fixed [1]: 1 where the slide is fixed instead, else 0;
+    run_speed [m/s]; level [m]: of the spans' ends above the axes; friction [1], inf = it sticks;
+    area [m2], width [m], bending [N m2]; yaw_stiffness [N m/rad]: how stiffly both spans hold a pulley against turning,
+    rather too large; sliding_stiffness, guides, fibres, loads: None where none of them acts in a batch.
+    """
+
+    ties: Ties
+    twist: TwistStiffness
+    surfaces: SurfaceArrays
+    chord: Array
+    mass: Array
+    stiffness: Array
+    line_y: Array
+    gravity: Array
+    load: Array
+    slide_fixed: Array
+    run_speed: Array
+    level: Array
+    friction: Array
+    area: Array
+    width: Array
+    bending: Array
+    yaw_stiffness: Array
+    sliding_stiffness: SlidingStiffness | None = None
+    guides: GuideArrays | None = None
+    fibres: LayerFibres | None = None
+    loads: LoadArrays | None = None
+    shape: BatchShape = field(metadata={"static": True})
+
+
+def belt_arrays(scene: SceneLayout, features: ActiveFeatures, inertia: np.ndarray | float = 0.0) -> BeltArrays:
+    """The arrays of a scene; its options are fitted to its case; inertia: as of ``read_sliding_stiffness``."""
+    case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
+    twist = TwistStiffness.from_belt(case.belt, mesh)
+    surfaces = _surfaces(scene)
+    shape = BatchShape(
+        stations=mesh.stations,
+        lines=mesh.lines,
+        bonds=scene.kind != "flex",
+        sign=int(np.sign(float(case.settings.direction))),
+        zone=int(surfaces.sink_chords.max()) + 2,
+        longest_wrap=math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if features.slips else 0,
+        limp=is_limp(scene.kind, options),
+        canted=features.canted,
+    )
+    ties = _ties(scene)
+    if features.cambered:
+        ties = ties._replace(natural=np.broadcast_to(ties.natural, (*ties.natural.shape[:2], mesh.stations)))
+    belt = BeltArrays(
+        ties=ties,
+        twist=twist,
+        surfaces=surfaces,
+        chord=mesh.chord,
+        mass=mesh.mass,
+        stiffness=mesh.line_stiffness,
+        line_y=mesh.line_y,
+        gravity=parts.gravity,
+        load=2.0 * float(case.tension_force),
+        slide_fixed=float(options.tensioning == "length"),
+        run_speed=options.run_speed,
+        level=scene.loop.radius_head,
+        friction=parts.friction,
+        area=float(case.belt.area),
+        width=float(case.belt.width),
+        bending=float(case.belt.bending_stiffness),
+        yaw_stiffness=8.0 * float(case.belt.bending_stiffness / case.rig.span_length),
+        sliding_stiffness=(
+            read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop, inertia) if features.slips else None
+        ),
+        guides=GuideArrays.from_rollers(parts.edge_guides, features.guides) if features.guides else None,
+        fibres=LayerFibres.from_mesh(case, mesh, twist, parts.lift_off) if features.layered else None,
+        loads=LoadArrays.from_parts(parts, features.pushes) if features.pushes or features.leans else None,
+        shape=shape,
+    )
+    return jax.tree.map(lambda v: np.asarray(v, float), belt)
+
+
+def _surfaces(scene: SceneLayout) -> SurfaceArrays:
+    both = (scene.parts.head, scene.parts.tail)
+    radius, *same = (np.array([getattr(s, f) for s in both], float) for f in ("radius", *SurfaceArrays._fields[3:]))
+    wider = np.array([scene.loop.radius_head, scene.loop.radius_tail]) - radius
+    return SurfaceArrays(radius, wider, np.array([float(sink_chords(scene.mesh.chord, r)) for r in radius]), *same)
+
+
+def _ties(scene: SceneLayout) -> Ties:
+    """Six edges a quadrilateral, in the order of EDGES; a bond is counted once. A rope has its links alone."""
+    case, mesh = scene.case, scene.mesh
+    strips, chord = mesh.lines - 1, mesh.chord
+    if scene.kind == "rope":
+        link = np.full((1, 1, 1), chord)
+        return Ties(np.zeros((1, 1)), mesh.line_stiffness[:, None] / chord, link, np.zeros_like(link))
+    w = -np.diff(mesh.line_y)
+    diagonal = np.hypot(chord, w)
+    straight = np.stack([w, np.full(strips, chord), diagonal, diagonal, w, np.full(strips, chord)], axis=1)[..., None]
+    natural = np.zeros_like(straight)
+    if mesh.curvature is not None:
+        natural = _edge_lengths(chord * (1.0 - np.outer(mesh.line_y, mesh.curvature)), w) - straight
+    if mesh.residual:
+        straight = _edge_lengths(chord * (1.0 - mesh.residual_strain)[:, None], w)
+    law, spring = np.zeros((strips, 2, 6, 6)), np.zeros((strips, 6))
+    if scene.kind == "flex":
+        thick, belt = float(case.belt.area) / float(mesh.line_y[0] - mesh.line_y[-1]), case.belt
+        elastic = thick, float(belt.youngs_modulus), float(belt.poisson_ratio)
+        law[:] = [membrane_law(chord, width, *elastic) for width in w]
+    else:
+        lattice, along = calibrate(case.belt, chord, mesh.lines, scene.options.bonds), mesh.line_stiffness / chord
+        spring[:, 0], spring[:, 5], spring[-1, 1] = lattice.transverse / w, along[:-1], along[-1]
+        spring[:, 2:4] = (lattice.diagonal / diagonal)[:, None]
+    return Ties(law, spring, straight, natural)
+
+
+def _edge_lengths(along: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Stress-free lengths [m] of the edges, shape (m - 1, 6, k), of trapezoids whose lines are ``along``, (m, k), long
+    and ``w``, (m - 1,), apart."""
+    across = np.broadcast_to(w[:, None], along[1:].shape)
+    diagonal = np.sqrt(w[:, None] ** 2 + along[1:] * along[:-1])
+    return np.stack([across, along[1:], diagonal, diagonal, across, along[:-1]], axis=1)
+
+
+def guide_forces(belt: BeltArrays, nodes: Array, free: Array) -> tuple[Array, Array]:
+    """Force [N] and stiffness [N/m] along y of the rollers on the nodes, both (m, n).
+
+    They act on free stations within one chord of them, by a share that falls linearly with the distance, so that
+    stations come and go without a jolt. nodes [m], (m, 3, n); free (n,): which stations are.
+    """
+    guides, shares = belt.guides, belt.stiffness / belt.stiffness.sum()
+    assert guides is not None
+    x, y, z = nodes.mean(axis=0)
+    near = jnp.clip(1.0 - jnp.abs(x - guides.x[:, None]) / belt.chord, 0.0, 1.0)
+    near = jnp.where(free & (z * guides.height[:, None] > 0.0), near, 0.0)
+    beyond = guides.side[:, None] * y - guides.gap[:, None]
+    stiff = guides.stiffness[:, None] * near * (beyond > 0.0)
+    push = -(stiff * guides.side[:, None] * beyond).sum(axis=0)
+    return shares[:, None] * push, shares[:, None] * stiff.sum(axis=0)
+
+
+def load_forces(belt: BeltArrays, nodes: Array) -> Array:
+    """Forces [N], (m, 3, n), on ``nodes`` [m], (m, 3, n), a loop in the order of the belt.
+
+    Stations within one chord of a place take its load, by a share that falls linearly with the distance. The lines take
+    a push as they are stiff, a couple as forces along the belt that grow with y, a rolling couple as vertical forces on
+    the outer two.
+    """
+    loads, chord, line_y = belt.loads, belt.chord, belt.line_y
+    assert loads is not None
+    middle, line = nodes.mean(axis=0), belt.stiffness / belt.stiffness.sum()
+    upper = middle[2] > 0.0
+    near = jnp.clip(1.0 - jnp.abs(middle[0] - loads.x[:, None]) / chord, 0.0, 1.0)
+    near = jnp.where(upper == (loads.height[:, None] > 0.0), near, 0.0)
+    whole = near.sum(axis=1, keepdims=True)
+    near = near / jnp.where(whole > 0.0, whole, 1.0)
+    ahead = jnp.roll(middle, -1, axis=1) - jnp.roll(middle, 1, axis=1)
+    ahead = ahead * jnp.sign(ahead[0]) / jnp.sqrt((ahead * ahead).sum(axis=0))
+    across, along, couple = (v @ near for v in (loads.across, loads.along, loads.couple))
+    arm = line * line_y / jnp.maximum(line @ line_y**2, 1e-12)
+    forces = (along * line[:, None] - couple * arm[:, None])[:, None] * ahead
+    aside = across * line[:, None] + (loads.lean * belt.mass)[:, None]
+    lift: Array = jnp.zeros_like(aside)
+    if len(line_y) > 1:
+        outer = np.zeros((len(line_y), 1))
+        outer[[0, -1], 0] = 1.0, -1.0
+        lift = outer * jnp.where(upper, loads.roll * chord / (line_y[0] - line_y[-1]), 0.0)
+    return forces + jnp.stack([jnp.zeros_like(aside), aside, lift], axis=1)

@@ -1,0 +1,192 @@
+"""Elastic energy of the belt between two neighbouring stations: membrane or bonds, and the couple of torsion.
+
+A cell is a pair of stations, i and i + 1, with m nodes each; between two lines it is a quadrilateral a, b (station i,
+lines j, j + 1), c, d (station i + 1). Its energy is a function of the six squared distances of its corners. The
+membrane is that of MuJoCo's flex: triangles of constant Green strain, diagonals alternating; the bonds are springs.
+"""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.case import Belt
+from belt_sim.pytrees import Numbers as Array
+from belt_sim.space.calibration import EDGES, SIGNS
+from belt_sim.space.mesh import Mesh
+from belt_sim.space.options import RESIDUAL_TORSION
+
+
+class Ties(NamedTuple):
+    """What ties the nodes of a belt; q = m - 1 strips, k = n stations, or 1 where all are alike.
+
+    law, shape (q, 2, 6, 6): of the membrane, energy = 1/2 e law e [N/m3] with e the change of the squared lengths, for
+    i + j even and odd; zero for a grid. spring, shape (q, 6): stiffness of the bonds [N/m]; zero for a membrane.
+    length, natural, shape (q, 6, k): stress-free lengths [m] of the straight belt, and what its camber adds to them.
+    Of a rope, whose links are all it has, spring and length are of shape (1, 1) and (1, 1, 1).
+    """
+
+    law: Array
+    spring: Array
+    length: Array
+    natural: Array
+
+
+class CellEnergy(NamedTuple):
+    """Of cells of m lines: slope (6 m, n) [N] and curvature (6 m, 6 m, n) [N/m] of the energy, by the places of
+    station i, then of station i + 1, each node by node x, y, z."""
+
+    slope: Array
+    curvature: Array | None
+
+
+def stretch_energy(
+    ties: Ties, bonds: bool, places: Array, stations: Array, share: Array, *, taut: Array | None = None
+) -> CellEnergy:
+    """Of membrane or bonds. places [m], shape (m, 3, n); stations, shape (n,): their numbers; share: of the camber;
+    taut [m], like places, if the curvature is wanted: places in equilibrium, whose tension stiffens the belt across.
+    """
+    lines, _, n = places.shape
+    if lines == 1:
+        return _link_energy(ties, places, taut)
+    slope, curvature = jnp.zeros((6 * lines, n)), jnp.zeros((6 * lines, 6 * lines, n)) if taut is not None else None
+    for j in range(lines - 1):
+        apart = _edge_vectors(places, j)
+        free = ties.length[j] + share * ties.natural[j]
+        free = free if free.shape[-1] == 1 else free[:, stations]
+        odd = (stations + j) % 2 == 1
+        by_square, law = _law(ties, j, bonds, (apart * apart).sum(axis=1), free, odd)
+        by_corner = SIGNS[:, :, None, None] * (2.0 * apart)[:, None]  # squared lengths by the corners' places
+        by_corner = by_corner.reshape(6, 12, n)
+        rows = np.concatenate([3 * v + np.arange(3) for v in (j, j + 1, lines + j, lines + j + 1)])
+        slope = slope.at[rows].add((by_square[:, None] * by_corner).sum(axis=0))
+        if curvature is not None and taut is not None:
+            tension = _law(ties, j, bonds, (_edge_vectors(taut, j) ** 2).sum(axis=1), free, odd)[0]
+            bent = _curvature(tension, law, by_corner)
+            curvature = curvature.at[rows[:, None], rows].add(bent) if lines > 2 else bent
+    return CellEnergy(slope, curvature)
+
+
+def _link_energy(ties: Ties, places: Array, taut: Array | None) -> CellEnergy:
+    """Of the links of a rope."""
+    apart = jnp.roll(places[0], -1, axis=-1) - places[0]
+    stiffness, free, square = ties.spring[0, 0], ties.length[0, 0, 0], (apart * apart).sum(axis=0)
+    pull = stiffness * (1.0 - free / jnp.sqrt(square)) * apart
+    slope = jnp.concatenate([-pull, pull])
+    if taut is None:
+        return CellEnergy(slope, None)
+    length = jnp.sqrt(((jnp.roll(taut[0], -1, axis=-1) - taut[0]) ** 2).sum(axis=0))
+    along = stiffness * free / (square * jnp.sqrt(square)) * apart[:, None] * apart
+    bent = along + stiffness * (1.0 - free / length) * np.eye(3)[..., None]
+    return CellEnergy(slope, jnp.concatenate([jnp.concatenate([bent, -bent], 1), jnp.concatenate([-bent, bent], 1)]))
+
+
+def strains(ties: Ties, nodes: Array, k: Array, share: Array) -> Array:
+    """Mean strain (m,) of the lines over the links between stations k; nodes [m], (m, 3, n); share: of the camber."""
+    places = nodes[:, :, k]
+    links = places[:, :, 1:] - places[:, :, :-1]
+    if len(nodes) == 1:
+        free = ties.length[0]
+    else:
+        natural = ties.length + share * ties.natural
+        natural = natural if natural.shape[-1] == 1 else natural[..., k[:-1]]
+        free = jnp.concatenate([natural[:, 5], natural[-1:, 1]])
+    return (jnp.sqrt((links * links).sum(axis=1)) / free - 1.0).mean(axis=1)
+
+
+def _edge_vectors(places: Array, j: int) -> Array:
+    """The six edges of the quadrilaterals between lines j and j + 1 [m], shape (6, 3, n)."""
+    after = jnp.roll(places, -1, axis=-1)
+    corners = (places[j], places[j + 1], after[j], after[j + 1])
+    return jnp.stack([corners[to] - corners[start] for start, to in EDGES])
+
+
+def _law(ties: Ties, j: int, bonds: bool, square: Array, free: Array, odd: Array) -> tuple[Array, Array]:
+    """First and second derivatives of the energy by the squared lengths, shapes (6, n) and (6, 6, n)."""
+    if bonds:
+        length = jnp.sqrt(square)
+        first = 0.5 * ties.spring[j][:, None] * (1.0 - free / length)
+        second = 0.25 * ties.spring[j][:, None] * free / (square * length)
+        return first, jnp.eye(6)[:, :, None] * second[:, None]
+    law = jnp.where(odd, ties.law[j, 1][:, :, None], ties.law[j, 0][:, :, None])
+    return (law * (square - free * free)[None]).sum(axis=1), law
+
+
+def _curvature(by_square: Array, law: Array, by_corner: Array) -> Array:
+    """Second derivatives of a quadrilateral's energy by its corners' places, shape (12, 12, n)."""
+    # sums written out: XLA's loops over a leading axis are ten times slower on a CPU
+    weighted = sum(law[:, k, None] * by_corner[None, k] for k in range(6))
+    material = sum(by_corner[k][:, None] * weighted[k][None] for k in range(6))
+    pairs = np.einsum("kp,kq->kpq", SIGNS, SIGNS)
+    turning = sum(2.0 * by_square[k] * pairs[k][..., None] for k in range(6))  # (4, 4, n)
+    spread = turning[:, None, :, None] * np.eye(3)[None, :, None, :, None]
+    return material + spread.reshape(12, 12, -1)
+
+
+class TwistStiffness(NamedTuple):
+    """Couples on the sections of the free spans that lines lack: C phi'', phi the roll of a section.
+
+    The strip has F b^2 / 12 + G b h^3 / 3; lines at y_j with shares w_j of the section have F sum(w_j y_j^2), and C is
+    the rest: 8 % (40 N/mm2) to 16 % (7 N/mm2) for two lines. A twist also stretches the edges, by (y phi')^2 / 2. Of
+    the strip that is a couple E h b^5 phi'^3 / 360, of lines EA phi'^3 (sum(w_j y_j^4) - sum(w_j y_j^2)^2) / 2, nothing
+    for two. strip_tension, line_tension [1/m], strip_torsion [N/m]: b^2 / 12, sum(w_j y_j^2) and G b h^3 / 3, all over
+    chord b'^2, b' the outer lines' distance; line_residual [N/m]: of the residual stress, what the lines have by
+    themselves, as ``strip_torsion`` has the strip's; cubic [N/m3]: what the lines lack of the couple, as a force on
+    them over the cube of what a link of the one rises more than the other.
+
+    A strip does not roll where it meets the pulley. The last landed station is up to half a chord before or behind that
+    place, so that the next station rolls too little or too much, and the entry moment of a belt that tilts swings with
+    every landing. The couples on that station are those of a link as long as its distance from the right place.
+    """
+
+    strip_tension: Array
+    line_tension: Array
+    strip_torsion: Array
+    cubic: Array
+    line_residual: Array
+
+    @staticmethod
+    def from_belt(belt: Belt, mesh: Mesh) -> "TwistStiffness":
+        """Of a belt; zero for a rope."""
+        if mesh.lines == 1:
+            return TwistStiffness(0.0, 0.0, 0.0, 0.0, 0.0)
+        width, thickness = float(belt.width), float(belt.thickness)
+        share = mesh.line_stiffness / mesh.line_stiffness.sum()
+        apart = float(mesh.line_y[0] - mesh.line_y[-1])
+        per = 1.0 / (mesh.chord * apart**2)
+        lacking = width**4 / 180.0 - float(share @ mesh.line_y**4) + float(share @ mesh.line_y**2) ** 2
+        stiffness = float(belt.youngs_modulus) * float(belt.area)
+        stress_free = RESIDUAL_TORSION * stiffness * mesh.residual * width**2 / 12.0
+        return TwistStiffness(
+            strip_tension=per * width**2 / 12.0,
+            line_tension=per * float(share @ mesh.line_y**2),
+            strip_torsion=per * (float(belt.shear_modulus) * width * thickness**3 / 3.0 - stress_free),
+            cubic=0.5 * stiffness * lacking / (apart * (mesh.chord * apart) ** 3),
+            line_residual=per * stiffness * float((share * mesh.line_y**2) @ mesh.residual_strain),
+        )
+
+    def of_cells(self, chord: Array, ends: Array, behind: Array, tension: Array, cells: int) -> Array:
+        """Stiffness of the couples of each cell [N/m], (cells,), a cell being a station and the next.
+
+        ends (2, 2): places of the outermost stations held, by pulley and end; behind [m], (2, 2): how far they lie
+        behind the tangent points; tension [N].
+        """
+        whole = tension * self.strip_tension + self.strip_torsion
+        behind = jnp.clip(behind, -0.5 * chord, 0.5 * chord)
+        seems = whole * (chord / (chord - behind) - 1.0)
+        stiffness = jnp.full(cells, whole - tension * self.line_tension - self.line_residual)
+        for end in (0, 1):
+            stiffness = stiffness.at[(ends[:, end] - 1 + end) % cells].add(seems[:, end])
+        return stiffness
+
+
+def twist_energy(places: Array, stiffness: Array, cubic: Array) -> CellEnergy:
+    """Couples on the sections: energy stiffness d^2 / 2 + cubic d^4 / 4, d by how much more the first line rises
+    above the last at station i + 1 than at i [m]. stiffness [N/m], shape (n,); cubic [N/m3]."""
+    lines, roll = places.shape[0], places[0, 2] - places[-1, 2]
+    by_height = np.zeros(6 * lines)
+    by_height[[2, 3 * lines - 1, 3 * lines + 2, 6 * lines - 1]] = -1.0, 1.0, 1.0, -1.0
+    more = jnp.roll(roll, -1) - roll
+    square = np.outer(by_height, by_height)[..., None]
+    slope = by_height[:, None] * (stiffness * more + cubic * more**3)
+    return CellEnergy(slope, square * (stiffness + 3.0 * cubic * more**2))

@@ -1,0 +1,156 @@
+"""The belt in three dimensions as a model: which effects it can show, and its runs as the instruments see them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from belt_sim.case import Case
+from belt_sim.curves import Curves
+from belt_sim.effects.base import IN_MARCH, Effect, call_hook, overrides
+from belt_sim.effects.pipeline import as_indicated, asked_of_engine
+from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.frame import Observer
+from belt_sim.scene_parts import SceneParts
+from belt_sim.space.options import CONTACTS, Options
+
+if TYPE_CHECKING:
+    from belt_sim.space.batch import BatchEngine
+
+#: in time by MuJoCo; in time by MuJoCo MJX; without inertia
+ENGINES = ("native", "mjx", "quasi_static")
+#: of these, the ones on JAX, which run many cases at once
+BATCH_ENGINES = ("mjx", "quasi_static")
+_TITLES = {"rope": "particle rope in 3D", "grid": "grid of bonded particles in 3D", "flex": "membrane belt in 3D"}
+#: settings that are fields of the model and no numbers of Options
+_NO_OPTIONS = ("control", "engine", "contact", "scene")
+#: hooks of effects that act through the belt's width, which a rope does not have
+_THROUGH_WIDTH = ("span", "hold", "runup", "slide")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpaceModel:
+    """A 3D belt: "rope", "grid" or "flex".
+
+    options: how it is discretised and driven; control: subtract a run without yaw; engine: "native" (MuJoCo, step by
+    step in time), "mjx" (MuJoCo MJX, in time and in batches) or "quasi_static" (static equilibria in JAX, in batches);
+    contact: one of CONTACTS; scene: the path of an MJCF or an MjSpec that is run instead of the case's own, carried by
+    contacts.
+    """
+
+    belt: str = "flex"
+    options: Options = field(default_factory=Options)
+    control: bool = False
+    engine: str = "native"
+    contact: str = CONTACTS[0]
+    scene: Any = None
+
+    def __post_init__(self) -> None:
+        if self.contact not in CONTACTS:
+            raise InputError("model.contact", self.contact, "", f"use {' or '.join(CONTACTS)}")
+        if self.engine not in ENGINES:
+            raise InputError("engine", self.engine, "", f"use {' or '.join(ENGINES)}")
+        if self.scene is not None and self.contact == CONTACTS[0]:
+            object.__setattr__(self, "contact", CONTACTS[1])
+
+    @staticmethod
+    def from_settings(belt: str, settings: Mapping[str, Any]) -> "SpaceModel":
+        """From the numbers of a configuration; raises InputError for one that is no option."""
+        own = {name: settings[name] for name in _NO_OPTIONS if settings.get(name)}
+        numbers = {name: value for name, value in settings.items() if name not in _NO_OPTIONS}
+        return SpaceModel(belt=belt, options=Options.from_settings(numbers), **own)
+
+    @property
+    def name(self) -> str:
+        return f"mujoco_{self.belt}"
+
+    @property
+    def title(self) -> str:
+        return _TITLES[self.belt]
+
+    @property
+    def contains(self) -> frozenset[str]:
+        """A belt with weight and width hangs, tilts and shears by itself."""
+        return frozenset() if self.belt == "rope" else frozenset({"sag_roll", "shear"})
+
+    @property
+    def outputs(self) -> frozenset[str]:
+        """Arrays of Curves that it fills."""
+        return frozenset({"y", "angle", "moment", "edge_stress", "tilt", "sag", "extra"})
+
+    def refusal(self, effect: Effect | type[Effect]) -> str | None:
+        """Why the 3D belt cannot show an effect; None when it can."""
+        if effect.id in self.contains:
+            return f"model {self.name} has {effect.id} built in already"
+        in_scene = overrides(effect, ("scene",))
+        if overrides(effect, IN_MARCH) and not in_scene:
+            return "it has no geometry, so the 3D models refuse it"
+        through = overrides(effect, _THROUGH_WIDTH) or effect.on_belt or effect.needs
+        if self.belt == "rope" and in_scene and through:
+            return "it acts through the width or the moment of the belt, and a rope has neither"
+        return None
+
+    def admit(self, effects: Sequence[Effect]) -> None:
+        """Raise CannotRepresent for the first effect that the 3D belt cannot show."""
+        for effect in effects:
+            reason = self.refusal(effect)
+            if reason:
+                raise CannotRepresent(f"effects = {effect.id}: {reason}; leave it out")
+
+    def parts(self, case: Case, effects: Sequence[Effect]) -> SceneParts:
+        """The scene of a case as the effects change it."""
+        parts = SceneParts.from_case(case, self.options.friction)
+        for effect in effects:
+            parts = call_hook(effect, "scene", parts, case)
+        return parts
+
+    def engine_task(self, case: Case, effects: Sequence[Effect], travel: float) -> tuple[Case, float]:
+        """The case as driven, and the travel [m] that the engine has to run; raises CannotRepresent."""
+        self.admit(effects)
+        return asked_of_engine(case, effects, travel)
+
+    def run(
+        self,
+        case: Case,
+        effects: Sequence[Effect] = (),
+        *,
+        travel: float,
+        observers: Sequence[Observer] = (),
+        scene_path: Path | None = None,
+        computed: Curves | Exception | None = None,
+    ) -> Curves:
+        """Curves over ``travel`` [m] as the instruments show them; raises SimulationError.
+
+        scene_path: where to write the MJCF; computed: what a batch found for ``engine_task``, so that no engine runs.
+        """
+        self.admit(effects)
+
+        def engine(driven: Case, far: float) -> Curves:
+            if isinstance(computed, Exception):
+                raise computed
+            return computed or self._compute(driven, far, self.parts(driven, effects), observers, scene_path)
+
+        return as_indicated(engine, case, effects, travel)
+
+    def _compute(
+        self, case: Case, travel: float, parts: SceneParts, observers: Sequence[Observer], scene_path: Path | None
+    ) -> Curves:
+        run: dict[str, Any] = {"belt": self.belt, "travel": travel, "options": self.options, "parts": parts}
+        if observers:
+            run["observers"] = observers
+        if self.engine not in BATCH_ENGINES:
+            from belt_sim.space.native import simulate  # MuJoCo takes a while to load
+
+            run |= {"scene_path": scene_path, "control": self.control, "contact": self.contact, "edited": self.scene}
+            return simulate(case, **run)
+        wanted = {"watch": self.engine == "quasi_static" and bool(observers)}
+        wanted |= {"model.control": self.control, "model.contact": self.contact != CONTACTS[0]}
+        for name in (name for name, asked in wanted.items() if asked):
+            raise CannotRepresent(f"{name}: engine={self.engine} cannot do this; use engine=native")
+        return batch_engine(self.engine).simulate(case, **run)
+
+
+def batch_engine(name: str) -> "BatchEngine":
+    engine: BatchEngine = import_module(f"belt_sim.{name}.engine").ENGINE  # JAX and MJX take a while to load
+    return engine

@@ -1,0 +1,221 @@
+"""Every assumption about MuJoCo 4.0 in one place, each with its own test in tests/space/test_mujoco_interface.py.
+
+The discrete integrator treats joint springs implicitly, so that a landed node may be held by a spring of 1e13 N/m. A
+step is then one linear problem, which MuJoCo factorises only when the model has an equality: a dummy one, on the first
+joint, makes it do so. Its preliminary iterative solve is not needed, and its warnings about that are not passed on.
+"""
+
+import math
+import re
+import warnings
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from belt_sim.errors import SimulationError
+
+#: flex.elastic2d = "stretch": membrane stiffness only; plate bending acts over 7-16 mm
+STRETCH_ONLY = 2
+#: what MuJoCo says, in an MjSpec, of a flex without equalities; the stiffness of ours is elastic2d's alone
+_TIED_TO_NOTHING = "flex .* is not rigid"
+#: what it says of its preliminary iterative solve, which the exact Newton step follows
+_PRELIMINARY = re.compile("effective-metric block preconditioner|effective-metric solve failed to converge")
+_ITERATIONS = 3  # bounds the preliminary solve
+_CONTACT_ITERATIONS, _IMPRATIO = 50, 1e3
+
+
+@dataclass
+class Motion:
+    """What MuJoCo integrates. joints, joint_rates, shape (p,): coordinates of what is not a node [m or rad];
+    slides, slide_rates, shape (n, m, 3): of the nodes from their stress-free places [m], [m/s]."""
+
+    joints: np.ndarray
+    joint_rates: np.ndarray
+    slides: np.ndarray
+    slide_rates: np.ndarray
+
+
+def set_solver(spec: mujoco.MjSpec, dt: float, gravity: float) -> None:
+    """No contacts, one exact Newton step on the metric of the discrete integrator; dt [s], gravity [m/s2]."""
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
+    spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    spec.option.timestep = dt
+    spec.option.iterations = _ITERATIONS
+    spec.option.gravity = [0.0, 0.0, -gravity]
+    off = mujoco.mjtDisableBit
+    spec.option.disableflags = int(off.mjDSBL_ISLAND) | int(off.mjDSBL_CONTACT)
+
+
+def set_contact_solver(spec: mujoco.MjSpec, dt: float, gravity: float) -> None:
+    """Contacts of elliptic cones whose friction creeps by 2 um a metre at 1 m/s; dt [s], gravity [m/s2]."""
+    set_solver(spec, dt, gravity)
+    spec.option.iterations = _CONTACT_ITERATIONS
+    spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, _IMPRATIO
+    spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
+
+
+def add_dummy_equality(spec: mujoco.MjSpec, first_joint: str) -> None:
+    """Add the dummy equality on the model's first joint, which is to stay where it is put (see Solver.step)."""
+    spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=first_joint)
+
+
+def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """The model; it does not start anew by itself when an acceleration grows without bound."""
+    with _flex_tied_to_nothing():
+        model = spec.compile()
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    return model
+
+
+@contextmanager
+def _flex_tied_to_nothing() -> Iterator[None]:
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=_TIED_TO_NOTHING)
+        yield
+
+
+@contextmanager
+def silence_expected_warnings() -> Iterator[None]:
+    """Within it MuJoCo keeps to itself what it says of the preliminary solve, and passes on everything else."""
+    before, others = mujoco.get_mju_user_warning(), []
+    mujoco.set_mju_user_warning(lambda text: None if _PRELIMINARY.search(text) else others.append(text))
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+    for text in others:
+        if before is None:
+            warnings.warn(f"MuJoCo: {text}", stacklevel=2)
+        else:
+            before(text)
+
+
+def refuse_divergence(data: mujoco.MjData) -> None:
+    """Raise SimulationError where the last step made coordinates or accelerations infinite."""
+    if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number or not np.isfinite(data.qpos[-1]):
+        raise SimulationError(f"the belt's acceleration grew without bound at {data.time:.3f} s: halve options.dt")
+
+
+class Solver:
+    """A compiled model whose last joints are the nodes' slides, three a node, and the memory of its integrator."""
+
+    def __init__(self, model: mujoco.MjModel, shape: tuple[int, int, int]) -> None:
+        """shape: (n, m, 3), of the nodes."""
+        self.model, self.data, self.shape = model, mujoco.MjData(model), shape
+        self.base = model.nq - math.prod(shape)
+
+    def step(
+        self, motion: Motion, rest: np.ndarray, stiffness: np.ndarray, forces: np.ndarray, joint_forces: np.ndarray
+    ) -> None:
+        """Move ``motion`` on by a step; rest [m], stiffness [N/m] of springs on the nodes' slides and forces [N] on the
+        nodes, shape (n, m, 3), joint_forces [N or N m], (p,).
+
+        Raises SimulationError when the motion grows without bound.
+        """
+        model, data, base = self.model, self.data, self.base
+        data.qpos[:base], data.qpos[base:] = motion.joints, motion.slides.ravel()
+        data.qvel[:base], data.qvel[base:] = motion.joint_rates, motion.slide_rates.ravel()
+        model.qpos_spring[base:], model.jnt_stiffness[base:] = rest.ravel(), stiffness.ravel()
+        data.qfrc_applied[:base], data.qfrc_applied[base:] = joint_forces, forces.ravel()
+        model.eq_data[0, 0] = motion.joints[0]
+        with silence_expected_warnings():
+            mujoco.mj_step(model, data)
+        refuse_divergence(data)
+        motion.joints[:], motion.slides[:] = data.qpos[:base], data.qpos[base:].reshape(self.shape)
+        motion.joint_rates[:], motion.slide_rates[:] = data.qvel[:base], data.qvel[base:].reshape(self.shape)
+
+    def damp(self, damping: np.ndarray) -> None:
+        """Damping of the nodes' slides [N s/m], shape (n, m, 3), from now on."""
+        self.model.dof_damping[self.base :] = damping.ravel()
+
+    def elastic_forces(self, slides: np.ndarray) -> np.ndarray:
+        """Forces [N] of the belt's membrane or bonds on its nodes when they are at ``slides``, shape (n, m, 3).
+
+        The force that a step leaves behind is that of the step's beginning, and the one it integrates is a tangent to
+        it: a link that turns by an angle d within a step seems shorter by d^2 / 2, a third of its strain on a pulley.
+        Here positions are taken as they are.
+        """
+        model, data = self.model, self.data
+        data.qpos[self.base :] = slides.ravel()
+        model.jnt_stiffness[self.base :] = 0.0
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_flex(model, data)
+        mujoco.mj_tendon(model, data)
+        mujoco.mj_passive(model, data)
+        return data.qfrc_spring[self.base :].reshape(self.shape).copy()
+
+    def tied_nodes(self) -> np.ndarray:
+        """Numbers of the nodes (i m + j) at the ends of every edge or bond, shape (k, 2)."""
+        if self.model.nflexedge:
+            return np.array(self.model.flex_edge)
+        first_node = self.model.nbody - math.prod(self.shape[:2])
+        return self.model.site_bodyid[self.model.wrap_objid].reshape(-1, 2) - first_node
+
+    @property
+    def rest_lengths(self) -> np.ndarray:
+        """Stress-free lengths [m] of these edges or bonds, shape (k,)."""
+        return np.array(self.model.flexedge_length0 if self.model.nflexedge else self.model.tendon_lengthspring[:, 0])
+
+    def set_rest_lengths(self, lengths: np.ndarray) -> None:
+        """They count from now on; shape (k,) [m]."""
+        if self.model.nflexedge:
+            self.model.flexedge_length0[:] = lengths
+        else:
+            self.model.tendon_lengthspring[:] = lengths[:, None]
+
+
+#: at the top of the MJCF of a belt whose landed nodes are held
+HELD_COMMENT = """ A belt laid round its pulleys: load the key frame "laid" and look, camera "side" or "above".
+     What holds the belt on the pulleys - springs whose anchors turn with them - is set step by step by belt_sim and
+     does not stand in this file: stepped by MuJoCo alone the belt falls off. belt-sim scene writes one that runs. """
+#: what the parts of a scene are
+_PARTS = {
+    "worldbody": " head and tail pulley; then the belt: node-I-J is node J across its width at station I along it ",
+    "deformable": " the belt's membrane: linear triangles of real steel between the nodes ",
+    "tendon": " the bonds between the nodes ",
+    "actuator": " the sliders ",
+    "keyframe": " coordinates: the pulleys' joints, then x, y, z of every node from its stress-free place ",
+}
+
+
+def mjcf(spec: mujoco.MjSpec, comment: str = HELD_COMMENT) -> str:
+    """A compiled specification as MJCF that loads as the model before its run, to the last digit.
+
+    MuJoCo writes six digits: at 10 m from the origin that is 5 um, a strain of 2e-4 between stations 25 mm apart, as
+    much as the belt's own. So the numbers that the belt is made of are written again in full.
+    """
+    with _flex_tied_to_nothing():
+        tree = ET.fromstring(spec.to_xml())
+    bodies = {b.name: b for b in spec.bodies}
+    for element in tree.iter("body"):
+        body, inertial = bodies[element.get("name", "")], element.find("inertial")
+        element.set("pos", _full_digits(body.pos))
+        if inertial is not None:
+            inertial.set("mass", _full_digits([body.mass]))
+    tendons = {t.name: t for t in spec.tendons}
+    for element in tree.iter("spatial"):
+        bond = tendons[element.get("name", "")]
+        element.set("springlength", _full_digits(bond.springlength[:1]))
+        element.set("stiffness", _full_digits(bond.stiffness[:1]))
+    for element, flex in zip(tree.iter("elasticity"), spec.flexes, strict=True):
+        element.set("thickness", _full_digits([flex.thickness]))
+    for element, key in zip(tree.iter("key"), spec.keys, strict=True):
+        element.set("qpos", _full_digits(key.qpos))
+        if element.get("qvel"):
+            element.set("qvel", " ".join(f"{v:.6g}" for v in key.qvel))
+    tree.insert(0, ET.Comment(comment))
+    for part, said in _PARTS.items():
+        for at, element in enumerate(tree):
+            if element.tag == part:
+                tree.insert(at, ET.Comment(said))
+                break
+    return ET.tostring(tree, encoding="unicode")
+
+
+def _full_digits(numbers: Iterable[float]) -> str:
+    return " ".join(repr(float(v)) for v in numbers)

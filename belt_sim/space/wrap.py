@@ -1,0 +1,488 @@
+"""The belt on a pulley: the stations that lie there, their anchors on the spinning surface, how they land and leave.
+
+First the geometry of one pulley, then the bending layer, then landing, sinking and leaving.
+"""
+
+import math
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.pytrees import Numbers as Array
+from belt_sim.space.belt import BeltArrays, SurfaceArrays
+from belt_sim.space.elastic import strains
+from belt_sim.space.friction import slip_increments, wrap_chain
+from belt_sim.space.loop import chord_angle, fade, lift
+from belt_sim.space.options import (
+    CATCH_DISTANCE,
+    FORGETTING,
+    HYSTERESIS,
+    LAYER_TIME,
+    RUNUP_LINKS,
+    SLACKEST_FIBRE,
+    SPAN_STATIONS,
+    SPAN_TIME,
+)
+
+HEAD, TAIL = 0, 1
+FIRST, LAST = 0, 1  # ends of a wrap
+OUTWARDS = (-1, 1)  # along station numbers
+
+
+class PoseArrays(NamedTuple):
+    """Where a pulley is: centre [m], (3,); axes (3, 3), pulley frame to world; spin [rad]."""
+
+    centre: Array
+    axes: Array
+    spin: Array
+
+
+class WrapArrays(NamedTuple):
+    """The stations that lie on a pulley: consecutive numbers first..last (modulo n), and their anchors.
+
+    Anchors are cylinder coordinates in the spinning pulley: r, y [m], angle [rad] from the top towards +x, shape
+    (m, n), valid for held stations only; landing_lift [m], (n,): how much higher than its path a station was caught;
+    tangent [rad], (2,): where the belt meets the pulley, at ``first`` and at ``last``, from the top towards +x and not
+    turning.
+    """
+
+    first: Array
+    last: Array
+    r: Array
+    y: Array
+    angle: Array
+    landing_lift: Array
+    tangent: Array
+
+    def outer(self, end: int) -> Array:
+        """Number of the outermost station at ``end``."""
+        return (self.first, self.last)[end]
+
+    def with_outer(self, end: int, station: Array) -> "WrapArrays":
+        """The wrap with this outermost station at ``end``."""
+        return self._replace(last=station) if end else self._replace(first=station)
+
+
+class BeltOnPulley(NamedTuple):
+    """The stations on a pulley, its surface, where it is, and what the bending layer displaces there, None without one.
+
+    layer [m], (2, m, 2): by how much the lines are displaced outwards and into the pulley at ``first`` and at ``last``.
+    Both pulleys at once have a leading axis of head and tail in every array.
+    """
+
+    wrap: WrapArrays
+    surface: SurfaceArrays
+    pose: PoseArrays
+    layer: Array | None = None
+
+
+def wrapped_angle(angle: Array) -> Array:
+    """The same direction between -pi and pi [rad]."""
+    return angle - math.tau * jnp.rint(angle / math.tau)
+
+
+def axes_of(surface: SurfaceArrays, yaw: Array, share: Array, spin: Array, askew: Array | float = 1.0) -> Array:
+    """Rotation (3, 3) from a pulley's frame (y along its axis, not spinning) to the world.
+
+    yaw [rad]: commanded, and by compliance; share: how much of yaw offset and cant acts (0 before travel 0, where the
+    machine is aligned); spin [rad]; askew: how much of the wobble acts (all of it, but while the belt is being laid).
+    """
+    phase, cone = spin + surface.wobble_phase, askew * surface.wobble
+    turn = yaw + share * surface.yaw_offset + cone * jnp.cos(phase)
+    roll = share * surface.cant + cone * jnp.sin(phase)
+    c, s, cg, sg = jnp.cos(turn), jnp.sin(turn), jnp.cos(roll), jnp.sin(roll)
+    return jnp.array([[c, -s * cg, s * sg], [s, c * cg, -c * sg], [0.0, sg, cg]])
+
+
+def radius_at(surface: SurfaceArrays, shaped: Array | float, y: Array) -> Array:
+    """Radius of a station's circle [m]; shaped: 1 where the pulley is what it is, 0 while it is a plain cylinder."""
+    uneven = y * (surface.taper - 0.5 * surface.crown * y)
+    return surface.radius + shaped * surface.radius * uneven + surface.extra
+
+
+def roll_anchors(pulley: BeltOnPulley, rolled: Array) -> WrapArrays:
+    """The anchors after the axis has rolled by a small angle [rad] under a belt at rest, which does not go with it:
+    where a cant begins to act, the belt has been laid straight on the canted pulley."""
+    wrap, surface, pose, _ = pulley
+    there = wrap.y + rolled * wrap.r * jnp.cos(wrap.angle + pose.spin)
+    wider = radius_at(surface, 1.0, there) - radius_at(surface, 1.0, wrap.y)
+    return wrap._replace(y=there, r=wrap.r + wider)
+
+
+def slide_anchors(pulley: BeltOnPulley, shaped: Array | float, k: Array, increment: Array) -> WrapArrays:
+    """The anchors of stations k moved on the surface by slip increments [m], (m, 2, k): along the axis, the turn."""
+    wrap, surface = pulley.wrap, pulley.surface
+    at = (slice(None), k)
+    y, r = wrap.y[at], wrap.r[at]
+    there = y + increment[:, 0]
+    wider = radius_at(surface, shaped, there) - radius_at(surface, shaped, y)
+    angle = wrap.angle.at[at].add(increment[:, 1] / r)
+    return wrap._replace(y=wrap.y.at[at].set(there), angle=angle, r=wrap.r.at[at].set(r + wider))
+
+
+def surface_components(pulley: BeltOnPulley, k: Array, vectors: Array) -> tuple[Array, Array, Array]:
+    """Parts (m, k) of world vectors (m, 3, k) at the anchors of stations k: outwards, along the axis, the turn."""
+    turned = pulley.wrap.angle[:, k] + pulley.pose.spin
+    sin, cos = jnp.sin(turned), jnp.cos(turned)
+    x, y, z = (pulley.pose.axes.T @ vectors).swapaxes(0, 1)
+    return x * sin + z * cos, y, x * cos - z * sin
+
+
+def cylinder_coordinates(places: Array, pose: PoseArrays) -> tuple[Array, Array, Array]:
+    """r, y [m] and material angle [rad] of places (m, 3, ...), each (m, ...)."""
+    shape = (len(places), *places.shape[2:])
+    local = pose.axes.T @ (places.reshape(len(places), 3, -1) - pose.centre[:, None])
+    x, y, z = (local[:, i].reshape(shape) for i in range(3))
+    return jnp.sqrt(x * x + z * z), y, jnp.arctan2(x, z) - pose.spin
+
+
+def anchor_places(r: Array, y: Array, turned: Array, axes: Array, centre: Array) -> Array:
+    """World places [m], (m, 3, k), of anchors r, y [m] at angles ``turned`` [rad] from the top, each (m, k).
+
+    axes (3, 3, k), centre (3, k): of the pulley of each; k may be 1 there.
+    """
+    local = r * jnp.sin(turned), y, r * jnp.cos(turned)
+    return jnp.stack([sum(axes[i, j] * local[j] for j in range(3)) + centre[i] for i in range(3)], axis=1)
+
+
+def depth(pulley: BeltOnPulley, angle: Array, end: int) -> Array:
+    """How far behind the belt's tangent at ``end`` stations of material angle ``angle`` [rad] lie [m]."""
+    wrap, surface, pose, _ = pulley
+    return -OUTWARDS[end] * wrapped_angle(angle + pose.spin - wrap.tangent[end]) * surface.radius
+
+
+def outer_depth(pulley: BeltOnPulley, end: int) -> Array:
+    """How far behind the belt's tangent at ``end`` the outermost held station lies [m]."""
+    wrap = pulley.wrap
+    k = wrap.outer(end) % wrap.r.shape[-1]
+    return depth(pulley, 0.5 * (wrap.angle[0, k] + wrap.angle[-1, k]), end)
+
+
+def update_tangents(wrap: WrapArrays, pose: PoseArrays, nodes: Array, share: Array | float) -> WrapArrays:
+    """The places where the belt meets the pulley, moved by ``share`` of the way to where the spans' directions say.
+
+    nodes [m], (m, 3, n).
+    """
+    n, tangent = nodes.shape[-1], []
+    for end in (FIRST, LAST):
+        inner, beyond = ((wrap.outer(end) + i * OUTWARDS[end]) % n for i in (1, SPAN_STATIONS))
+        along = (nodes[:, :, beyond] - nodes[:, :, inner]).sum(axis=0) * OUTWARDS[end]
+        local = along @ pose.axes
+        ahead = jnp.arctan2(-local[2], local[0]) - wrap.tangent[end]
+        tangent.append(wrap.tangent[end] + share * wrapped_angle(ahead))
+    return wrap._replace(tangent=jnp.stack(tangent))
+
+
+# The bending layer, in which the belt takes on the curvature of a pulley: where the lines of nodes come and go.
+#
+# A fibre under the stress sigma straightens over l = sqrt(D/(sigma h)), D its plate stiffness. So its straight part
+# passes l^2/2R outside the circle, and has l^3/12R^2 less belt between it and the pulley than a thread would have;
+# where it comes at a steeper angle than the others, by psi, it is drawn in by (l^2/2R) psi less. Stations 25 mm apart
+# do not resolve a layer of 7-16 mm. It is a condition, therefore: each line of nodes comes and goes displaced by these
+# two lengths, counted from their mean over the width, with sigma and psi those of its own links beside the pulley in
+# this instant. How much the belt tilts there follows from the rest of the model. The anchors of a wrap are those
+# without it.
+
+_AHEAD = 2.0  # chords before the tangent point: what lies further is on the other side of the pulley
+
+
+def layer_of_fibres(belt: BeltArrays, pulley: BeltOnPulley, share: Array | float, nodes: Array) -> Array:
+    """Displacements (2, m, 2) [m] that the fibres beside a pulley lead to; share: of the layer and of the camber."""
+    ends = [line_displacements(belt, pulley, share, nodes, end) for end in (FIRST, LAST)]
+    return share * jnp.stack(ends)
+
+
+def line_displacements(belt: BeltArrays, pulley: BeltOnPulley, share: Array | float, nodes: Array, end: int) -> Array:
+    """How far the lines are outside the circle, and drawn into the pulley, beyond their mean [m], (m, 2).
+
+    nodes [m], (m, 3, n); share: of the camber.
+    """
+    wrap, surface, pose, _ = pulley
+    fibres, radius = belt.fibres, surface.radius
+    assert fibres is not None
+    begin = wrap.first - 1 - RUNUP_LINKS if end == FIRST else wrap.last + 1
+    k = (begin + np.arange(RUNUP_LINKS + 1)) % nodes.shape[-1]
+    strain = strains(belt.ties, nodes, k, share) - fibres.residual
+    stress = fibres.modulus * jnp.maximum(strain, SLACKEST_FIBRE * jnp.maximum(strain.mean(), 1e-12))
+    local = (nodes[:, :, k[-1]] - nodes[:, :, k[0]]) @ pose.axes
+    steeper = OUTWARDS[end] * wrapped_angle(jnp.arctan2(-local[:, 2], local[:, 0]) - wrap.tangent[end])
+    layer = jnp.sqrt(fibres.plate / (stress * fibres.thickness))
+    out = layer**2 / (2.0 * radius)
+    drawn = layer**3 / (12.0 * radius**2) - out.mean() * (steeper - steeper.mean())
+    both = jnp.stack([out, drawn], axis=1)
+    return fibres.tension_share * (both - both.mean(axis=0))
+
+
+def station_displacement(belt: BeltArrays, pulley: BeltOnPulley, inside: Array, end: int) -> Array:
+    """By how much the layer at ``end`` displaces stations ``inside`` [m] behind the tangent point, (k,): (m, 3, k) [m].
+
+    Sections that are drawn in unequally turn, and with them the line that they stand on; wholly on the straight part
+    of the path, less along the stations that sink onto the circle.
+    """
+    assert pulley.layer is not None
+    line_y, chord = belt.line_y, belt.chord
+    outward, (out, drawn), at = OUTWARDS[end], pulley.layer[end].T, pulley.wrap.tangent[end]
+    turned = (drawn @ line_y) / (line_y @ line_y)
+    fading = jnp.where(inside > -_AHEAD * chord, fade(inside, chord, pulley.surface.sink_chords), 0.0)
+    ones = jnp.ones_like(inside)
+    x = out * jnp.sin(at) - outward * drawn * jnp.cos(at)
+    z = out * jnp.cos(at) + outward * drawn * jnp.sin(at)
+    aside = jnp.broadcast_to(-turned * inside, (len(line_y), *inside.shape))
+    local = jnp.stack([x[:, None] * ones, aside, z[:, None] * ones], axis=1)
+    return jnp.einsum("mjk,ij->mik", fading * local, pulley.pose.axes)
+
+
+def layer_displacements(belt: BeltArrays, pulley: BeltOnPulley, k: Array) -> Array:
+    """By how much the layer displaces the anchors of stations k [m], (m, 3, k); those inside the wrap not at all."""
+    angle = pulley.wrap.angle[:, k].mean(axis=0)
+    first, last = (station_displacement(belt, pulley, depth(pulley, angle, end), end) for end in (FIRST, LAST))
+    return first + last
+
+
+def thread_places(belt: BeltArrays, pulley: BeltOnPulley, nodes: Array, end: int) -> Array:
+    """Where the station next to ``end`` and the outermost held one would be without the layer [m], (m, 3, 2)."""
+    k = (pulley.wrap.outer(end) + OUTWARDS[end] * np.array([1, 0])) % nodes.shape[-1]
+    pair = nodes[:, :, k]
+    if pulley.layer is None:
+        return pair
+    angle = cylinder_coordinates(pair, pulley.pose)[2].mean(axis=0)
+    return pair - station_displacement(belt, pulley, depth(pulley, angle, end), end)
+
+
+def relax_layers(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array, share: Array, rate: Array) -> BeltOnPulley:
+    """With the layers, if any, moved by ``rate`` of the way to what the fibres beside the pulleys say."""
+    if pulleys.layer is None:
+        return pulleys
+    wanted = jax.vmap(lambda pulley: layer_of_fibres(belt, pulley, share, nodes))(pulleys)
+    return pulleys._replace(layer=pulleys.layer + rate * (wanted - pulleys.layer))
+
+
+# Stations land on a pulley, sink onto its circle, and leave it.
+#
+# A polygon that rolls over a circle lifts and lowers its spans with every corner (chordal action, chord^2 / 8 R), and
+# the waves that this sends along a slack belt swing the entry moment in time with the landings. So a station is caught
+# half a chord before the place where the belt meets the pulley, runs straight on until half a chord behind it, and
+# sinks onto the circle along the next four (fewer on a pulley of few stations); it leaves the same way. The free span
+# then always ends on one straight line. (Sinking faster shakes the belt along its length: by 69 um within one chord of
+# 25 mm, 16 um within four, 9 um on a plain circle.)
+#
+# Landing and sinking keep the lengths of the chords, edge by edge: what lies on the pulley is the strain that the belt
+# had at the run-up, so that the landed belt turns by the run-up curvature (dtheta/ds = -kappa).
+
+
+def is_released(pulley: BeltOnPulley, end: int, chord: Array) -> Array:
+    """Whether the outermost station at ``end`` has come far enough to be free."""
+    return outer_depth(pulley, end) < -(CATCH_DISTANCE + HYSTERESIS) * chord
+
+
+class Approach(NamedTuple):
+    """A free station and the outermost one held beside it, at one instant: depth [m], (), of the free one behind the
+    tangent point; its r, y [m] and material angle [rad], (m,); square [m2], (m,): of its distance from the other."""
+
+    depth: Array
+    r: Array
+    y: Array
+    angle: Array
+    square: Array
+
+    def is_caught(self, chord: Array) -> Array:
+        """Whether it has come close enough to be held."""
+        return self.depth > -CATCH_DISTANCE * chord
+
+
+def approach_of(belt: BeltArrays, pulley: BeltOnPulley, nodes: Array, end: int) -> Approach:
+    """The station next to ``end`` of a belt with nodes [m], (m, 3, n)."""
+    pair = thread_places(belt, pulley, nodes, end)
+    r, y, angle = cylinder_coordinates(pair[..., 0], pulley.pose)
+    behind = depth(pulley, 0.5 * (angle[0] + angle[-1]), end)
+    return Approach(behind, r, y, angle, ((pair[..., 0] - pair[..., 1]) ** 2).sum(axis=1))
+
+
+def land_station(
+    pulley: BeltOnPulley, before: Approach, after: Approach, end: int, chord: Array, moved: Array, shaped: Array | float
+) -> WrapArrays:
+    """With the station next to ``end``, where it has come close enough in the step: at its mean height and at its
+    distance from the one landed before, edge by edge.
+
+    before, after: that station at both ends of the step, of ``moved`` [m]. It is caught on the way between them, where
+    it comes close enough, as if steps were short; else a slack belt would be as the step catches it, early or late.
+    """
+    wrap, surface = pulley.wrap, pulley.surface
+    outward, outer, n = OUTWARDS[end], wrap.outer(end), wrap.r.shape[-1]
+    k, beside = (outer + outward) % n, outer % n
+    lands, nearer = after.is_caught(chord), after.depth - before.depth
+    passed = lands & (nearer > 0.0) & (before.depth < -CATCH_DISTANCE * chord)
+    left = jnp.where(passed, (after.depth + CATCH_DISTANCE * chord) / jnp.where(passed, nearer, 1.0), 0.0)
+    _, r, y, _, square = (b - left * (b - a) for a, b in zip(before, after, strict=True))
+    circle = radius_at(surface, shaped, y)
+    high = (r - circle).mean()
+    inside = depth(pulley, after.angle.mean(), end) - left * nearer
+    forgotten = jnp.exp(-left * moved / (FORGETTING * chord))
+    lifted = (high - lift(inside, chord, surface.radius, surface.sink_chords)) * forgotten
+    turned = chord_angle(square - (y - wrap.y[:, beside]) ** 2, circle + high, wrap.r[:, beside])
+
+    def put_if_landed(values: Array, at: Any, there: Array) -> Array:
+        return values.at[at].set(jnp.where(lands, there, values[at]))
+
+    at = (slice(None), k)
+    wrap = wrap.with_outer(end, jnp.where(lands, outer + outward, outer))
+    return wrap._replace(
+        landing_lift=put_if_landed(wrap.landing_lift, k, lifted),
+        r=put_if_landed(wrap.r, at, circle + high),
+        y=put_if_landed(wrap.y, at, y),
+        angle=put_if_landed(wrap.angle, at, wrap.angle[:, beside] + outward * turned),
+    )
+
+
+def sink_ends(belt: BeltArrays, pulley: BeltOnPulley, end: int, moved: Array, shaped: Array) -> WrapArrays:
+    """The outermost stations at ``end`` on their path for the pulley's present place.
+
+    moved [m]: how far the pulley has turned since the last time.
+    """
+    wrap, surface = pulley.wrap, pulley.surface
+    chord, zone = belt.chord, belt.shape.zone  # stations that may be off the circle
+    outward, n = OUTWARDS[end], wrap.r.shape[-1]
+    k = (wrap.outer(end) - outward * np.arange(zone + 1)) % n
+    off, r, angle = k[:-1], wrap.r[:, k], wrap.angle[:, k]
+    flat = (r[:, 1:] - r[:, :-1]) ** 2 + 4.0 * r[:, 1:] * r[:, :-1] * jnp.sin(0.5 * (angle[:, 1:] - angle[:, :-1])) ** 2
+    lifted = wrap.landing_lift[off] * jnp.exp(-moved / (FORGETTING * chord))
+    inside = depth(pulley, 0.5 * (angle[0] + angle[-1])[:-1], end)
+    high = lift(inside, chord, surface.radius, surface.sink_chords) + lifted
+    r = r.at[:, :zone].set(radius_at(surface, shaped, wrap.y[:, off]) + high)
+    turned = chord_angle(flat, r[:, :-1], r[:, 1:])
+    behind = turned[:, ::-1].cumsum(axis=1)[:, ::-1]
+    return wrap._replace(
+        landing_lift=wrap.landing_lift.at[off].set(lifted),
+        r=wrap.r.at[:, off].set(r[:, :-1]),
+        angle=wrap.angle.at[:, off].set(angle[:, -1:] + outward * behind),
+    )
+
+
+# Both pulleys at once, compiled.
+
+
+def sink_wraps(
+    belt: BeltArrays, pulleys: BeltOnPulley, before: PoseArrays, moved: Array, shaped: Array, rests: Array
+) -> BeltOnPulley:
+    """With the stations on pulleys that have come from ``before`` on their paths for where the pulleys are.
+
+    moved [m], () or (2,): how far the pulleys turn in the step; rests: whether the belt is at rest, which then does not
+    roll with an axis that begins to be canted.
+    """
+    moved = jnp.broadcast_to(moved, (2,))
+    if belt.shape.canted:
+        rolled = jnp.where(rests, pulleys.pose.axes[:, 2, 1] - before.axes[:, 2, 1], 0.0)
+        pulleys = pulleys._replace(wrap=jax.vmap(roll_anchors)(pulleys, rolled))
+    for end in (FIRST, LAST):
+        sink = jax.vmap(partial(sink_ends, belt, end=end, shaped=shaped))
+        pulleys = pulleys._replace(wrap=sink(pulleys, moved=moved))
+    return pulleys
+
+
+def release_stations(belt: BeltArrays, pulleys: BeltOnPulley) -> BeltOnPulley:
+    """Without the outermost stations, where these have come far enough to be free."""
+
+    def release(pulley: BeltOnPulley, end: int) -> WrapArrays:
+        goes = is_released(pulley, end, belt.chord)
+        return pulley.wrap.with_outer(end, pulley.wrap.outer(end) - OUTWARDS[end] * goes)
+
+    for end in (FIRST, LAST):
+        pulleys = pulleys._replace(wrap=jax.vmap(partial(release, end=end))(pulleys))
+    return pulleys
+
+
+def land_stations(
+    belt: BeltArrays, pulleys: BeltOnPulley, before: tuple[PoseArrays, Array], nodes: Array, moved: Array, shaped: Array
+) -> BeltOnPulley:
+    """With the stations that the pulleys have caught in a step of ``moved`` [m] to ``nodes`` [m], (m, 3, n).
+
+    before: poses and nodes at the step's beginning; shaped: 1 where the pulleys are what they are, 0 while they are
+    plain cylinders.
+    """
+
+    def land(pulley: BeltOnPulley, old: PoseArrays, end: int) -> WrapArrays:
+        was = approach_of(belt, pulley._replace(pose=old), before[1], end)
+        return land_station(pulley, was, approach_of(belt, pulley, nodes, end), end, belt.chord, moved, shaped)
+
+    for end in (FIRST, LAST):
+        pulleys = pulleys._replace(wrap=jax.vmap(partial(land, end=end))(pulleys, before[0]))
+    return pulleys
+
+
+def carry_wraps(
+    belt: BeltArrays,
+    pulleys: BeltOnPulley,
+    before: tuple[PoseArrays, Array],
+    nodes: Array,
+    moved: Array,
+    shaped: Array,
+    share: Array,
+    dt: Array,
+) -> BeltOnPulley:
+    """After a step in time of ``dt`` [s]: tangents turned, stations landed and released, layers relaxed.
+
+    share: of the camber and the layer; the others as of ``land_stations``.
+    """
+    turn = jax.vmap(partial(update_tangents, nodes=nodes, share=dt / SPAN_TIME))
+    pulleys = pulleys._replace(wrap=turn(pulleys.wrap, pulleys.pose))
+    pulleys = release_stations(belt, land_stations(belt, pulleys, before, nodes, moved, shaped))
+    return relax_layers(belt, pulleys, nodes, share, jnp.minimum(dt / LAYER_TIME, 1.0))
+
+
+class SlipState(NamedTuple):
+    """Of both pulleys. increment [m], (2, m, 2, n): of the last step, along the axis, along the turn; total [m], (2,):
+    mean lateral slip so far; sliding (2,): share of held nodes that slid; residual (2,): force that contradicts
+    Coulomb's law in the last step, in the largest limit."""
+
+    increment: Array
+    total: Array
+    sliding: Array
+    residual: Array
+
+    @staticmethod
+    def none(lines: int, stations: int) -> "SlipState":
+        """Of a belt that has never slid."""
+        return SlipState(np.zeros((2, lines, 2, stations)), *np.zeros((3, 2)))
+
+
+def slide_wrap(
+    belt: BeltArrays,
+    pull: Array,
+    friction: Array,
+    speed: Array | float,
+    shaped: Array,
+    pulley: BeltOnPulley,
+    slip: SlipState,
+) -> tuple[WrapArrays, SlipState]:
+    """A wrap with the anchors moved of nodes that pull harder than friction allows; the next step starts from there.
+
+    A return mapping on the holding forces of a wrap, as one system, without inertia. The forces between belt and pulley
+    are those that balance the belt's pull where it is. pull [N], (m, 3, n): of belt and weight; friction [1], inf = it
+    sticks; speed [m/s] of the belt, which presses the less; shaped: 1 where the pulleys are what they are.
+    """
+    assert belt.sliding_stiffness is not None
+    wrap, shape = pulley.wrap, belt.shape
+    at = jnp.arange(shape.longest_wrap)
+    count, k = (wrap.last - wrap.first) % shape.stations + 1, (wrap.first + at) % shape.stations
+    held = at < count
+    outwards, across, along = surface_components(pulley, k, pull[:, :, k])
+    pressure = jnp.maximum(-outwards - belt.mass[:, None] * speed**2 / pulley.surface.radius, 0.0)
+    limit = jnp.where(held & jnp.isfinite(friction), friction * pressure, jnp.inf)
+    holding = jnp.where(held, -jnp.stack([across, along], axis=1), 0.0)
+    chain = wrap_chain(belt.sliding_stiffness, wrap.first, count, shape.longest_wrap)
+    way, residual = jax.lax.cond(
+        (jnp.hypot(across, along) > limit).any(),
+        lambda: slip_increments(holding, limit, chain, slip.increment[:, :, k]),
+        lambda: (jnp.zeros_like(holding), 0.0),
+    )
+    residual = jnp.where(count > shape.longest_wrap, jnp.inf, residual)
+    nodes = shape.lines * count
+    return slide_anchors(pulley, shaped, k, way), SlipState(
+        increment=jnp.zeros_like(slip.increment).at[:, :, k].set(way),
+        total=slip.total + way[:, 0].sum() / nodes,
+        sliding=(way != 0.0).any(axis=1).sum() / nodes,
+        residual=residual,
+    )

@@ -1,0 +1,54 @@
+"""The laid belt closes and hangs, the run stops for a yaw step."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from paper_cases import paper_case
+
+from belt_sim.errors import InputError
+from belt_sim.space.loop import lay_loop
+from belt_sim.space.native import SpaceRun
+from belt_sim.space.options import Options, fit_options
+from belt_sim.space.run_stages import apply_command
+from studies.paper.case import ROPE_EXAMPLE, TEST_RIG
+
+CHORDS_EQUAL = 1e-9  # [m]; the spans are divided by length of arc, which bends by 5 % more in their middle
+PARABOLA = 1e-3  # slope^2 / 12, and the circle of the stations 0.15 mm outside the pulley
+
+
+def test_laid_belt_has_equal_chords_and_hangs():
+    case = paper_case(10, 0.0, TEST_RIG)
+    loop = lay_loop(case, 0.025)
+    chords = np.hypot(np.roll(loop.x, -1) - loop.x, np.roll(loop.z, -1) - loop.z)
+    assert chords == pytest.approx(loop.chord, abs=CHORDS_EQUAL)
+    slope = 0.5 * case.sag_curvature * 11.28  # at the ends of the span, which begins behind the tops of the pulleys
+    span, below = 11.28 - 2.0 * 0.17 * np.sin(slope), 0.17 * (1.0 - np.cos(slope))
+    sag = case.sag_curvature * span**2 / 8.0 + below
+    middle = np.argmin(np.abs(loop.x - 5.64) + 10.0 * (loop.z < 0.0))
+    assert loop.radius_head - loop.z[middle] == pytest.approx(sag, rel=PARABOLA)
+
+
+def test_belt_stands_still_for_a_yaw_step():
+    case = paper_case(60, 1e-3, ROPE_EXAMPLE)
+    options = fit_options(Options(belt_speed=1.0, run_in=0.3), case, "flex")
+    run = SpaceRun.begin(case, "flex", options)
+    seen, state = [], SimpleNamespace(travel=-0.3, speed=0.0, time=0.0)
+    for stage in run.stages(0.5)[1:]:
+        for command in stage.commands(state):
+            apply_command(state, command, options.dt)
+            seen.append((state.travel, state.speed, state.yaw[1]))
+    travel, speed, yaw = np.array(seen).T
+    turning = (yaw > 0.0) & (yaw < 1e-3)
+    assert turning.sum() > 200
+    assert np.all(travel[turning] == 0.0)
+    assert np.all(speed[turning] == 0.0)
+    assert np.all(yaw[travel < 0.0] == 0.0)
+    assert np.all(yaw[travel > 0.0] == 1e-3)
+    assert travel[-1] >= 0.5
+    assert np.diff(speed).max() <= (options.acceleration + 1e-9) * options.dt
+
+
+def test_too_long_a_step_is_refused_in_one_line():
+    with pytest.raises(InputError, match=r"options\.dt = 0\.002 s: give at most"):
+        fit_options(Options(dt=2e-3, belt_speed=2.0), paper_case(40, 0.0, TEST_RIG), "flex")

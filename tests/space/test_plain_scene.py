@@ -1,0 +1,170 @@
+"""The scene that MuJoCo's contacts carry: in plain MuJoCo, beside the strip law, edited, and run by belt_sim."""
+
+import json
+import re
+import subprocess
+import sys
+
+import mujoco
+import numpy as np
+import pytest
+
+import belt_sim as bs
+from belt_sim.errors import CannotRepresent, InputError, SimulationError
+from belt_sim.files import MODELS
+from belt_sim.space.rolling_run import _wrap_ends
+from belt_sim.watch.observers import resolve_watch
+
+SHORT_RIG = MODELS / "scenes" / "short_rig.xml"
+MACHINE = {"rig": "rope_example", "tension": 20, "yaw": 0.042}
+#: share of the largest y: soft contact acts as a soft cover, which starts the belt faster (docs/belts_in_3d.md)
+TOLERANCE = 0.2
+STILL = 1e-6  # [m] of y without yaw over 0.1 m; symmetric but for rounding
+ONE_NODE = 1e-5  # [m]: a ray reads the nearest node, half a chord away, where the belt runs askew by 0.7 mrad
+
+PLAYED = """
+import json, sys
+import mujoco, numpy as np
+model = mujoco.MjModel.from_xml_path(sys.argv[1])
+data = mujoco.MjData(model)
+mujoco.mj_resetDataKeyframe(model, data, model.key("running").id)
+rows = []
+for step in range(round(float(sys.argv[2]) / model.opt.timestep)):
+    mujoco.mj_step(model, data)
+    if step % 100 == 99:
+        edges = [[data.sensor(f"edge-{p}-{s}").data[0] for s in ("left", "right")] for p in (1, 2, 3, 4)]
+        travel = 0.17 * data.sensor("head-spin").data[0]
+        rows.append([travel, *(0.5 * (right - left) for left, right in edges)])
+nodes = [i for i in range(model.nbody) if model.body(i).name.startswith("node-")]
+contacts = sorted({int(g) for pair in data.contact.geom for g in pair if model.geom(int(g)).name})
+print(json.dumps({
+    "rows": rows, "pulleys": len(contacts), "contacts": int(data.ncon), "warnings": int(data.warning.number.sum()),
+    "load": data.sensor("tail-axle-load").data.tolist(), "highest": float(data.xpos[nodes, 2].max()),
+    "ours": sorted(m for m in sys.modules if m.startswith("belt_sim")),
+}))
+"""
+
+
+def play(seconds: float, folder) -> dict:
+    """What a bare MuJoCo makes of the scene: -I keeps PYTHONPATH and the working folder out."""
+    command = [sys.executable, "-I", "-c", PLAYED, str(SHORT_RIG), str(seconds)]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
+def beside_the_law(told: dict) -> float:
+    """The largest difference to the strip law as a share of the largest y."""
+    travel, *y = np.array(told["rows"]).T
+    law = bs.simulate(model="strip", travel=float(travel[-1]) + 0.1, **MACHINE).curves
+    expected = np.array([np.interp(travel, law.travel, point) for point in law.y])
+    return float(np.abs(np.array(y) - expected).max() / np.abs(expected).max())
+
+
+def on_the_pulleys(told: dict) -> bool:
+    """Half of each pulley carries nodes, 21 or 22 stations of two, and none has risen off."""
+    return told["pulleys"] == 2 and 80 <= told["contacts"] <= 92 and told["highest"] < 0.172
+
+
+def test_the_scene_tracks_in_bare_mujoco(tmp_path):
+    told = play(3.0, tmp_path)
+    assert told["ours"] == []
+    assert told["warnings"] == 0
+    assert on_the_pulleys(told)
+    assert abs(told["load"][0]) == pytest.approx(2 * 20 * 60, rel=0.05)  # two spans of 20 N/mm2 x 60 mm2
+    assert beside_the_law(told) < TOLERANCE
+
+
+@pytest.mark.long
+def test_twenty_seconds_in_bare_mujoco(tmp_path):
+    told = play(20.0, tmp_path)
+    assert told["rows"][-1][0] > 9.9
+    assert on_the_pulleys(told)
+    assert beside_the_law(told) < TOLERANCE
+
+
+def test_the_checked_in_scene_is_what_the_command_writes():
+    from belt_sim.api.simulate import scene_text
+    from belt_sim.config import make_case
+
+    written = scene_text(make_case(**MACHINE), "mujoco_flex")
+    assert re.sub(r"\d\.\d+", "", written) == re.sub(r"\d\.\d+", "", SHORT_RIG.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(
+    ("belt", "rig", "tension"),
+    [
+        ("rope", "rope_example", 40),
+        ("grid", "rope_example", 40),
+        ("rope", "test_rig", 10),
+        ("grid", "rope_example", 10),
+    ],
+)
+def test_belts_of_tendons_stay_on_their_pulleys(belt, rig, tension):
+    spec = bs.scene(model=f"mujoco_{belt}", rig=rig, tension=tension, yaw=0.0)
+    from belt_sim.space.mujoco_interface import compile_model, silence_expected_warnings
+
+    model = compile_model(spec)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("running").id)
+    with silence_expected_warnings():
+        while data.time < 0.25:
+            mujoco.mj_step(model, data)
+    stations = data.ncon / (1 if belt == "rope" else 2)
+    assert 40 <= stations <= 46
+    assert data.sensor("tail-axle-load").data[0] == pytest.approx(2 * tension * 60, rel=0.05)
+
+
+def test_the_reader_of_the_readme_reads_what_the_rays_read():
+    code = re.search(r"```python\n(import numpy.*?)```", (MODELS / "README.md").read_text(encoding="utf-8"), re.S)
+    reader: dict = {}
+    exec(code.group(1), reader)
+    model = mujoco.MjModel.from_xml_path(str(SHORT_RIG))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("running").id)
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+    rays = [
+        0.5 * (data.sensor(f"edge-{p}-right").data[0] - data.sensor(f"edge-{p}-left").data[0]) for p in (1, 2, 3, 4)
+    ]
+    read = reader["y_at_points"](model, data)
+    assert abs(read[0]) > ONE_NODE
+    assert read == pytest.approx(rays, abs=ONE_NODE)
+
+
+def test_a_belt_that_has_left_a_pulley_is_one_line():
+    with pytest.raises(SimulationError, match="the belt has run off"):
+        _wrap_ends(np.array([], dtype=int), 100)
+
+
+def test_simulate_runs_an_edited_scene_and_a_file(tmp_path):
+    short = {"name": "mujoco_flex", "run_in": 0.02, "settle": 0.0}
+    spec = bs.scene(model=short, rig="rope_example", tension=20, yaw=0.0)
+    spec.find_default("node").geom.friction[0] = 0.2
+    path = tmp_path / "belt.xml"
+    spec.compile()
+    path.write_text(spec.to_xml(), encoding="utf-8")
+    for edited in (spec, path):
+        found = bs.simulate(model=short | {"scene": edited}, rig="rope_example", tension=20, yaw=0.0, travel=0.1)
+        assert np.abs(found.curves.y).max() < STILL
+        assert found.curves.extra["tension"][-1] == pytest.approx(20e6, rel=0.05)
+
+
+def test_what_cannot_be_is_refused_in_a_line(tmp_path, monkeypatch):
+    contact = {"name": "mujoco_flex", "contact": "mujoco"}
+    with pytest.raises(CannotRepresent, match="plain cylinders"):
+        bs.simulate(model=contact, effects=[{"id": "taper", "kappa_t": 1e-5}], travel=1, **MACHINE)
+    with pytest.raises(CannotRepresent, match="quasi_static"):
+        bs.simulate(model=contact, engine="quasi_static", travel=1, **MACHINE)
+    with pytest.raises(InputError, match="glue"):
+        bs.simulate(model=contact | {"contact": "glue"}, travel=1, **MACHINE)
+    with pytest.raises(InputError, match=r"no\.xml"):
+        bs.simulate(model={"name": "mujoco_flex", "scene": tmp_path / "no.xml"}, travel=1, **MACHINE)
+    with pytest.raises(InputError, match="tension"):
+        bs.scene(model="mujoco_flex", tension=-1)
+    with pytest.raises(InputError, match=r"belt_speed = 0\.5 m/s: give at most 0\.25"):
+        bs.simulate(model=contact | {"name": "mujoco_rope", "belt_speed": 0.5}, tension=10, travel=1)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    if sys.platform == "linux":
+        with pytest.raises(InputError, match="no display"):
+            resolve_watch("viewer", "viewer")
