@@ -5,11 +5,13 @@
     python -m studies.golden compare diagnoses only=slack_belt  one entry
     python -m studies.golden compare scores count=5             draws and answers the first 5 campaigns of each source
     python -m studies.golden write models                       replaces golden files: look at `git diff` afterwards
+    python -m studies.golden compare commands                   exit status, first lines and files of 70 command lines
 
 The word ``exact`` compares every field without a tolerance, as a pure renaming must satisfy. Results are kept in
 outputs/golden/COMMIT, so that a comparison that was stopped goes on there. The exit status is 1 if a field differs.
 The parts use the command line and the files that it leaves, so that they survive changes inside; scores alone call the
-benchmark. CPU time on one core: models 2 min, imports 12 s, diagnoses 5 min, scores about a minute a campaign.
+benchmark. CPU time on one core: models 2 min, imports 12 s, commands 40 s, diagnoses 5 min, scores about a minute a
+campaign.
 """
 
 import contextlib
@@ -18,6 +20,9 @@ import hashlib
 import io
 import json
 import math
+import os
+import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -183,7 +188,64 @@ def scores(only: str, folder: Path, count: int = PER_SOURCE) -> Iterator[tuple[s
         yield name, select_facts(score_case(json.loads(task.file("results").read_text())).row())
 
 
+#: what differs from run to run: times, processes, versions, hashes of folders' names
+UNSTABLE_TEXT = (
+    (r"\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d(-\d+)?", "TIME"), (r"\d+(\.\d+)? (s|a second)\b", r"N \2"), (r"-[0-9a-f]{8}\b", "-HASH"),
+    (r"_[0-9a-f]{8}\b", "_HASH"), (r"belt-sim \d[\d.]*", "belt-sim VERSION"),
+)  # fmt: skip
+
+
+def commands(only: str, folder: Path) -> Iterator[tuple[str, Json]]:
+    """Exit statuses, first lines of output and errors, and files of every command line that commands.json names.
+
+    The name of an entry is what is typed, in an empty folder; `` ; `` separates commands, ROOT stands for the checkout.
+    """
+    before = Path.cwd()
+    for k, typed in enumerate(golden("commands")):
+        if not fnmatch(typed, only):
+            continue
+        place = folder / str(k)
+        place.mkdir(parents=True)
+        os.chdir(place)
+        try:
+            said = [first_lines(part, place) for part in typed.split(" ; ")]
+        finally:
+            os.chdir(before)
+        files = sorted({stable(str(p.relative_to(place)), place) for p in place.rglob("*") if p.is_file()})
+        yield typed, {"said": said, "files": files}
+
+
+def first_lines(typed: str, place: Path) -> Json:
+    """Exit status, first line of output and all of the errors' lines of one command."""
+    output, errors, before = io.StringIO(), io.StringIO(), sys.argv
+    words = [word.replace("ROOT", str(ROOT)) for word in shlex.split(typed)]
+    sys.argv = ["belt-sim", *words]
+    try:
+        from belt_sim.cli import run
+
+        with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
+            status = run(words)
+    except SystemExit as end:
+        status = end.code
+    except Exception as error:
+        status = f"traceback: {type(error).__name__}"
+    finally:
+        sys.argv = before
+    told = [line for line in errors.getvalue().splitlines() if line.strip() and " s left" not in line]
+    first = next(iter(output.getvalue().splitlines()), "")
+    return [status, stable(first, place), [stable(line, place) for line in told]]
+
+
+def stable(text: str, place: Path) -> str:
+    """The text without what differs from run to run."""
+    text = text.replace(str(place), "HERE").replace(str(ROOT), "ROOT")
+    for pattern, word in UNSTABLE_TEXT:
+        text = re.sub(pattern, word, text)
+    return text
+
+
 PARTS: dict[str, Callable[..., Iterator[tuple[str, Json]]]] = {
+    "commands": commands,
     "models": models,
     "imports": imports,
     "diagnoses": diagnoses,
