@@ -190,9 +190,12 @@ def scores(only: str, folder: Path, count: int = PER_SOURCE) -> Iterator[tuple[s
 
 #: what differs from run to run: times, processes, versions, hashes of folders' names
 UNSTABLE_TEXT = (
-    (r"\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d(-\d+)?", "TIME"), (r"\d+(\.\d+)? (s|a second)\b", r"N \2"), (r"-[0-9a-f]{8}\b", "-HASH"),
-    (r"_[0-9a-f]{8}\b", "_HASH"), (r"belt-sim \d[\d.]*", "belt-sim VERSION"),
-)  # fmt: skip
+    (r"\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d(-\d+)?", "TIME"),
+    (r"\d+(\.\d+)? (s|a second)\b", r"N \2"),
+    (r"-[0-9a-f]{8}\b", "-HASH"),
+    (r"_[0-9a-f]{8}\b", "_HASH"),
+    (r"belt-sim \d[\d.]*", "belt-sim VERSION"),
+)
 
 
 def commands(only: str, folder: Path) -> Iterator[tuple[str, Json]]:
