@@ -152,5 +152,6 @@ class SpaceModel:
 
 
 def batch_engine(name: str) -> "BatchEngine":
-    engine: BatchEngine = import_module(f"belt_sim.{name}.engine").ENGINE  # JAX and MJX take a while to load
+    home = {"mjx": "mjx_engine", "quasi_static": "quasi_static"}[name]
+    engine: BatchEngine = import_module(f"belt_sim.space.{home}").ENGINE  # JAX and MJX take a while to load
     return engine
