@@ -30,6 +30,8 @@ how_often_right: setup
 	$(BIN)/python -m studies.challenge count=0 publish=docs
 
 paper: setup
+	$(BIN)/python -m studies.open_question document=docs/data/open_question.md picture=docs/images/reading_windows.png
+	$(BIN)/python -m studies.what_decides
 	$(BIN)/python -m studies.paper document=docs/data/paper.md
 
 test-cluster: setup  # as root on Debian: installs Slurm, starts it on this machine and stops it again

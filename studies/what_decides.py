@@ -1,13 +1,13 @@
 """Which measurement would decide why a slack belt runs faster: ``python -m studies.what_decides``.
 
-What may stand behind M3 (docs/open_question.md), each at the size at which the belt of 10 N/mm2 is as fast as that of
-40: nothing but records too short, a camber, a load cell that reads too much. How many sigma apart the readings of
-measured runs are, and with each further run of the diagnosis's own menu, the other explanation's numbers, noise, zero
-and setting errors refitted. Leaves OUT, which make paper shows.
+The explanations of studies/conf/what_decides.yaml, each at the smallest size that agrees with the paper
+(docs/data/open_question.md). For each pair: how many sigma apart the readings of the measured runs are, and with each
+further run of the diagnosis's own menu, the other explanation's numbers, noise, zero and setting errors refitted.
+Leaves OUT, which ``make paper`` shows.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +18,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.next_run import Outlook
-from belt_sim.effects.belt_shape import Camber
-from belt_sim.effects.tension import TensionBias
+from belt_sim.effects.library import library
 from belt_sim.files import write_json
 from belt_sim.provenance import provenance
 from belt_sim.si import DEGREE, N_PER_MM2
@@ -30,22 +29,10 @@ from studies.application import application
 
 @dataclass(frozen=True)
 class Explanation:
-    """words; effect and parameter with its size in SI; None: nothing is missing, the record is too short."""
+    """words; effects {id: {parameter: size in SI}}, empty where nothing is missing and the record is too short."""
 
     words: str
-    effect: str | None = None
-    parameter: str = ""
-    size: float = 0.0
-
-
-def explanations(config: dict[str, Any]) -> list[Explanation]:
-    """The strip alone, and what lifts its rate at 10 N/mm2 to that at 40."""
-    return [
-        Explanation("records too short, nothing missing"),
-        Explanation(f"camber of {config['camber']:.2g} 1/m", "camber", "kappa_c", -config["camber"]),
-        Explanation(f"load cell that reads {config['bias']:g} N/mm2 too much", "tension_bias", "bias",
-                    -config["bias"] * N_PER_MM2),
-    ]  # fmt: skip
+    effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 def campaign_of(tensions: Sequence[float], config: dict[str, Any]) -> Campaign:
@@ -58,41 +45,62 @@ def campaign_of(tensions: Sequence[float], config: dict[str, Any]) -> Campaign:
 
 def fit_of(bench: Workbench, e: Explanation) -> Fit:
     """Predictions and whitened derivatives where the explanation has its size."""
-    vector = bench.forward.null()
-    free = [k for k in bench.forward.index(e.effect) if bench.forward.slots[k].name == e.parameter] if e.effect else []
-    for k in free:
-        vector[k] = e.size / bench.forward.slots[k].scale
-    start = bench.start([e.effect] if e.effect else [], vector, free)
+    vector, free = bench.forward.null(), []
+    for effect, sizes in e.effects.items():
+        for k in bench.forward.index(effect):
+            slot = bench.forward.slots[k]
+            if slot.name in sizes:
+                vector[k] = sizes[slot.name] / slot.scale
+                free.append(k)
+    start = bench.start([*e.effects], vector, free)
     values, slopes = bench.forward.expand(vector, free)
     return replace(start, values=values, columns=bench.metric.whiten(slopes))
 
 
-def separations(campaign: Campaign, config: dict[str, Any]) -> dict[str, Any]:
-    """Every pair, sigma of what is measured, and with each action; a truth with nothing missing has no size to miss."""
-    bench = workbench(campaign, analytic_model("strip"), [Camber, TensionBias])
-    found = explanations(config)
+def separation(outlook: Outlook, truth: Fit, other: Fit) -> tuple[float, list[float]]:
+    """sigma by which ``other``, refitted, misses what ``truth`` gives: by the measured runs, and with each action."""
+
+    def rest(gap: np.ndarray, columns: np.ndarray) -> float:
+        return float(np.linalg.norm(gap - columns.T @ np.linalg.lstsq(columns.T, gap, rcond=1e-9)[0]))
+
+    known = outlook.bench.metric.whiten(truth.values - other.values).ravel()
+    own = other.columns.reshape(len(other.free), known.size)
+    there, (instead, along) = outlook.predict(truth, [])[0], outlook.predict(other, other.free)
+    new, further = outlook.white(there - instead), outlook.white(along)
+    after = [
+        rest(np.concatenate([known, new[r]]), np.concatenate([own, further[:, r]], axis=1)) for r in range(len(new))
+    ]
+    return rest(known, own), after
+
+
+def separations(campaign: Campaign, found: Sequence[Explanation]) -> dict[str, Any]:
+    """Every pair of explanations, and for each action of the menu the pair that it tells apart least."""
+    ids = sorted({i for e in found for i in e.effects})
+    bench = workbench(campaign, analytic_model("strip"), [library()[i] for i in ids])
     fits = [fit_of(bench, e) for e in found]
     outlook = Outlook(bench, fits[1])
     pairs: list[dict[str, Any]] = []
-    for a, truth in enumerate(found):
-        for b, other in enumerate(found):
-            if a != b and truth.effect:
-                before, after = outlook.separations(fits[a], fits[b])
-                pairs.append(
-                    {"truth": truth.words, "instead": other.words, "measured": before, "after": after.tolist()}
-                )
-    least = np.min([p["after"] for p in pairs], axis=0)
-    order = np.argsort(-least)
+    with_action: list[list[float]] = []
+    for truth, a in zip(found, fits, strict=True):
+        for other, b in zip(found, fits, strict=True):
+            if a is not b and truth.effects:
+                before, after = separation(outlook, a, b)
+                pairs.append({"truth": truth.words, "instead": other.words, "measured": before})
+                with_action.append(after)
+    least = np.min(with_action, axis=0)
+    closest = min(pairs, key=lambda p: float(p["measured"]))
     return {
         "pairs": pairs,
-        "least_measured": min(p["measured"] for p in pairs),
-        "actions": [{"words": outlook.actions[k].words, "least": float(least[k])} for k in order],
+        "least_measured": closest["measured"],
+        "closest": [closest["truth"], closest["instead"]],
+        "actions": [{"words": outlook.actions[k].words, "least": float(least[k])} for k in np.argsort(-least)],
     }
 
 
 def what_decides(config: dict[str, Any]) -> None:
     """One run at the low tension; the four tensions of the paper."""
-    slack, all_four = (separations(campaign_of(t, config), config) for t in ([config["slack"]], config["tensions"]))
+    found = [Explanation(words, effects) for words, effects in config["explanations"].items()]
+    slack, all_four = (separations(campaign_of(t, config), found) for t in ([config["slack"]], config["tensions"]))
     noise = Noise()
     stated = {"white_mm": 1e3 * noise.white, "wander_mm": 1e3 * noise.wander_sd, "zero_mm": 1e3 * noise.zero,
               "tension_relative": noise.tension_rel, "yaw_urad": 1e6 * noise.yaw_u}  # fmt: skip
@@ -103,7 +111,7 @@ def what_decides(config: dict[str, Any]) -> None:
         "slack_N_per_mm2": config["slack"],
         "tensions_N_per_mm2": config["tensions"],
         "noise": stated,
-        "explanations": [e.words for e in explanations(config)],
+        "explanations": [e.words for e in found],
         "one_run": slack,
         "four_tensions": all_four,
     }

@@ -117,15 +117,15 @@ def _what_would_decide(d: Mapping[str, Any]) -> list[str]:
     one, four, noise = d["one_run"], d["four_tensions"], d["noise"]
     best = "; ".join(f"{a['words']}: {a['least']:.0f} sigma" for a in one["actions"][:FURTHER_RUNS])
     return [
-        f"Compared were: {'; '.join(d['explanations'])}. Each has the size at which 10 N/mm2 is as fast as 40 (from "
-        "docs/open_question.md, which has further candidates).",
-        f"The single measurement that decides among these is the record at {d['slack_N_per_mm2']:g} N/mm2 itself, in "
-        f"numbers: points 1 and 4 over {d['length_m']:g} m tell every pair apart by at least "
-        f"{one['least_measured']:.0f} sigma (all four tensions: {four['least_measured']:.0f}), the other explanation's "
-        "size, the sensors' zero, and tension and yaw within their errors refitted; noise "
+        f"Compared were: {'; '.join(d['explanations'])}. Each has the smallest size that agrees with M2, M3 and M4 "
+        "(docs/data/open_question.md, with all candidates that were tried).",
+        f"One record at {d['slack_N_per_mm2']:g} N/mm2 (points 1 and 4, {d['length_m']:g} m) cannot decide: "
+        f"{' and '.join(one['closest'])} are {one['least_measured']:.1f} sigma apart. Records at all four tensions "
+        f"tell every pair apart by at least {four['least_measured']:.0f} sigma. The other explanation's numbers, the "
+        "sensors' zero, and tension and yaw within their errors are refitted; noise "
         f"{noise['white_mm']:g} mm, wander {noise['wander_mm']:g} mm, zero "
         f"{noise['zero_mm']:g} mm, tension {100 * noise['tension_relative']:g} %, yaw {noise['yaw_urad']:g} urad.",
-        f"One further run adds most as: {best}.",
+        f"Beside that one record, the further runs that add most are: {best}.",
         f"This says nothing of explanations that are not among these. ({d['command']}, commit {d['commit'][:7]}.)",
     ]
 
