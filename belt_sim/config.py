@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim import si
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
-from belt_sim.errors import InputError, finite
+from belt_sim.errors import InputError, finite, flag
 from belt_sim.files import CONF, group_names
 
 MAX_TENSION = 1500.0  # [N/mm2], beyond the strength of belt steel
@@ -109,6 +109,18 @@ def _group(kind: str, asked: Any) -> Any:
     if asked not in group_names(kind):
         raise InputError(kind, asked, "", f"use one of {', '.join(group_names(kind))}")
     return _file(f"{kind}/{asked}.yaml")
+
+
+def check_switches(command: str, config: Mapping[str, Any]) -> None:
+    """Raise InputError for the first switch of a command or its model (true or false in conf) that is neither."""
+    for key, standard in _file(f"{command}.yaml").items():
+        if isinstance(standard, bool):
+            flag(key, config[key])
+    model = config.get("model") or {}
+    if model.get("name") in group_names("model"):
+        for key, standard in _file(f"model/{model['name']}.yaml").items():
+            if isinstance(standard, bool) and key in model:
+                flag(f"model.{key}", model[key])
 
 
 def model_settings(cfg: Mapping[str, Any]) -> Mapping[str, Any]:

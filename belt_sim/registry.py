@@ -7,7 +7,7 @@ from typing import Any, Literal, get_args
 
 from belt_sim.analytic.model import MODELS
 from belt_sim.analytic.steady import RitzingerFormula
-from belt_sim.errors import InputError, finite
+from belt_sim.errors import InputError, finite, flag
 from belt_sim.model import Model, SteadyModel
 from belt_sim.si import N_PER_MM2
 
@@ -50,6 +50,7 @@ def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model |
     if name in IN_SPACE:
         from belt_sim.space.model import SpaceModel  # MuJoCo takes a while to load
 
+        flag("model.control", given.get("control", False))
         return SpaceModel.from_settings(IN_SPACE[name], given)
     if name not in ANALYTIC:
         raise InputError("model", name, "", f"use one of {', '.join(MODEL_NAMES)}")

@@ -8,7 +8,7 @@ from typing import Any
 
 from belt_sim.campaign import Campaign
 from belt_sim.config import MAX_TENSION, MAX_YAW, belt_from, rig_from
-from belt_sim.errors import InputError, finite
+from belt_sim.errors import InputError, finite, flag
 from belt_sim.files import write_text
 from belt_sim.foresight.harm import harm_warnings
 from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, understand, write
@@ -63,6 +63,7 @@ def import_files(
     ask: completes the mapping with whoever sits at a terminal; None where nobody does. Raises CampaignError with a line
     for every answer that is missing.
     """
+    flag("overwrite", overwrite), flag("pictures", pictures)
     entry = mapping_of(mapping)
     names: list[str] = []
     for file in files:  # * and ? stand for several where the shell has left them

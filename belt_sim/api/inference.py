@@ -41,7 +41,7 @@ from belt_sim.discovery.march_fit import SearchOutcome, search_law
 from belt_sim.discovery.search_data import search_data_of
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
-from belt_sim.errors import InputError, whole
+from belt_sim.errors import InputError, flag, whole
 from belt_sim.foresight.doubts import doubts, pairs, visible
 from belt_sim.foresight.sheet_evidence import sheet_evidence
 from belt_sim.jax_setup import one_blas_thread
@@ -85,6 +85,7 @@ def diagnose(
     CannotRepresent, SimulationError.
     """
     campaign = campaign_of(campaign)
+    flag("checked", checked), flag("advise", advise)
     whole("seed", seed, 0)
     whole("bootstraps", bootstraps, MIN_BOOTSTRAPS, MAX_BOOTSTRAPS)
     _need_a_point(campaign)
@@ -203,6 +204,7 @@ def check(
     model: an analytic one; effects: as in diagnose; travel, step [m]: of the records of planned runs; advise: look for
     the further run that would tell a pair apart. Raises CampaignError with every fault of a folder.
     """
+    flag("advise", advise)
     planned = not isinstance(campaign, Campaign) and is_plan(campaign)
     if planned and not (0.0 < step < travel / 10.0):
         raise InputError("step", step, "m", f"between readings of planned runs; above 0 and below {travel / 10.0:g}")

@@ -6,11 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from belt_sim.analytic.march import KEEP, STEP
 from belt_sim.analytic.model import AnalyticModel
 from belt_sim.analytic.steady import RitzingerFormula
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.campaign.types import case_of
 from belt_sim.case import Case
+from belt_sim.config import model_settings
 from belt_sim.diagnosis.readings.candidates import default_candidates
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
@@ -41,13 +43,21 @@ def by_tension(spec: Any, tensions: Iterable[float]) -> Any:
     return {**(spec if isinstance(spec, Mapping) else {}), "name": model_for(tensions)}
 
 
-def campaign_model(spec: Any, campaign: Campaign) -> Any:
-    """``spec``, or where it states no model the one for all runs of a campaign.
+def campaign_model(spec: Any, campaign: Campaign) -> Model | SteadyModel:
+    """The model of ``spec``, or where it states none the one for all runs of a campaign; raises InputError.
 
     A synthetic campaign is judged by strip: belts of the virtual rig leave their pulleys like a thread.
     """
     synthetic = campaign.source.kind == "synthetic"
-    return by_tension(spec, () if synthetic else [run.tension for run in campaign.runs])
+    if isinstance(spec, Mapping):
+        model_settings(spec)
+    chosen = model_of(by_tension(spec, () if synthetic else [run.tension for run in campaign.runs]))
+    if isinstance(chosen, AnalyticModel):
+        for name, standard in (("step", STEP), ("keep", KEEP)):
+            if (given := getattr(chosen, name)) != standard:
+                remedy = "a campaign's march is as fine as its readings ask for; leave it out"
+                raise InputError(f"model.{name}", given, "m", remedy)
+    return chosen
 
 
 def model_of(spec: Any) -> Model | SteadyModel:

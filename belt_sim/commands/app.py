@@ -3,7 +3,7 @@
 from importlib.util import find_spec
 
 from belt_sim.commands.run_dir import RunDir
-from belt_sim.errors import BeltError, flag, whole
+from belt_sim.errors import BeltError, whole
 
 
 def app(run_dir: RunDir) -> None:
@@ -12,7 +12,6 @@ def app(run_dir: RunDir) -> None:
     port, show = config["port"], config["open"]
     if port is not None:
         whole("port", port, 1, 65535, otherwise="null or ")
-    flag("open", show)
     if find_spec("nicegui") is None:
         raise BeltError("app: the page needs NiceGUI: pip install 'belt-sim[app]'")
     from belt_sim.app.server import serve

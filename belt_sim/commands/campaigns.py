@@ -54,8 +54,8 @@ def import_(run_dir: RunDir) -> None:
         folder,
         mapping=config["mapping"],
         draft=config["draft"],
-        overwrite=bool(config["overwrite"]),
-        pictures=bool(config["pictures"]),
+        overwrite=config["overwrite"],
+        pictures=config["pictures"],
         ask=ask_in_terminal if sys.stdin.isatty() and sys.stdout.isatty() else None,
     )
 

@@ -22,7 +22,7 @@ def check(run_dir: RunDir) -> None:
     for key in ("travel", "step"):
         finite(key, config[key], "m", "give a length in metres", lambda x: x > 0)
     asked = {k: config[k] for k in ("effects", "travel", "step", "advise")}
-    found = inference.check(run_dir.campaign, config["model"]["name"], **asked, config=config)
+    found = inference.check(run_dir.campaign, config["model"], **asked, config=config)
     write_json(folder / "check.json", file_json(found))
     if config["pictures"] and found.visible:
         visible_picture(folder / "check.png", found.visible, found.campaign.title)
@@ -33,7 +33,7 @@ def check(run_dir: RunDir) -> None:
 def compare(run_dir: RunDir) -> None:
     """Compare and leave comparison.json, summary.json, tables and pictures in the run folder."""
     config = run_dir.config
-    asked, pictures = (run_dir.campaign, config["model"]["name"], config["effects"]), config["pictures"]
+    asked, pictures = (run_dir.campaign, config["model"], config["effects"]), config["pictures"]
     with run_dir.outputs() as draft:
         found = inference.compare(*asked, drawn=pictures, config=config)
         write_comparison(draft, found, pictures=pictures)
@@ -44,7 +44,7 @@ def compare(run_dir: RunDir) -> None:
 def diagnose(run_dir: RunDir) -> None:
     """Diagnose a campaign and leave diagnosis.json, report.html, effects.yaml and pictures in the run folder."""
     config: Any = run_dir.config
-    watch, model = resolve_watch(config["watch"], "auto", "rrd"), config["model"]["name"]
+    watch, model = resolve_watch(config["watch"], "auto", "rrd"), config["model"]
     asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out", "checked")}
     count = whole("bootstraps", config["bootstraps"], inference.MIN_BOOTSTRAPS)
     with run_dir.outputs() as draft:

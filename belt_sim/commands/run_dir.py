@@ -200,6 +200,9 @@ def task(command: str) -> Callable[..., Any]:
 
 def run_alone(run: RunDir, **given: Any) -> float | None:
     """Run the command of ``run`` in its folder, and return what it returns."""
+    from belt_sim.config import check_switches  # it loads JAX
+
+    check_switches(run.command, run.config)
     with nullcontext() if run.command in WITHOUT_FOLDER else run.open():
         return task(run.command)(run, **given)  # type: ignore[no-any-return]
 

@@ -15,7 +15,7 @@ from belt_sim.commands.outputs import RECORDING, observers_of, partial_curves_ke
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
 from belt_sim.curves import read_curves
-from belt_sim.errors import InputError, finite, flag
+from belt_sim.errors import InputError, finite
 from belt_sim.files import write_text
 from belt_sim.linear.plant import LinearBelt
 from belt_sim.provenance import provenance
@@ -79,7 +79,7 @@ def simulate(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> fl
     wanted = centring_asked(config["objective"])
     if done:
         return _report_objective(folder, wanted)
-    watch, pictures = resolve_watch(config["watch"], "rrd", "rerun", "viewer"), flag("pictures", config["pictures"])
+    watch, pictures = resolve_watch(config["watch"], "rrd", "rerun", "viewer"), config["pictures"]
     case, stated = case_from(config), model_settings(config["model"])
     model = simulation.on_engine(model_of(by_tension(stated, [float(case.settings.tension)])), config["engine"])
     asked = {k: config[k] for k in ("effects", "travel")}

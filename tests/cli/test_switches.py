@@ -1,0 +1,38 @@
+"""Every switch of every command takes true and false only; every setting of a model is obeyed or refused."""
+
+import pytest
+import yaml
+
+from belt_sim.files import CONF
+
+NEEDED = {"campaign": "slack_belt", "diagnosis": "."}
+SWITCHES = [
+    (path.stem, key)
+    for path in sorted(CONF.glob("*.yaml"))
+    for key, value in yaml.safe_load(path.read_text(encoding="utf-8")).items()
+    if isinstance(value, bool)
+]
+
+
+@pytest.mark.parametrize(("command", "key"), [*SWITCHES, ("simulate", "model.control")])
+def test_no_is_not_yes(belt, command, key):
+    standard = yaml.safe_load((CONF / f"{command}.yaml").read_text(encoding="utf-8"))
+    given = [f"{k}={v}" for k, v in NEEDED.items() if k in standard]
+    given += ["model=mujoco_flex"] if key.startswith("model.") else []
+    for value in ("no", "maybe", "1", "null"):
+        answer = belt(command, *given, f"{key}={value}")
+        assert answer.status == 1
+        assert answer.err.startswith(f"belt-sim: {key} = ")
+        assert "give true or false" in answer.err
+
+
+def test_there_are_switches():
+    assert {key for _, key in SWITCHES} == {"pictures", "overwrite", "advise", "checked", "open"}
+
+
+@pytest.mark.parametrize("command", ["compare", "check", "diagnose"])
+@pytest.mark.parametrize("setting", ["model.step=-5", "model.step=0.02", "model.keep=1", "+model.nonsense=7"])
+def test_a_model_beside_a_campaign_takes_no_settings_in_silence(belt, command, setting):
+    answer = belt(command, "campaign=slack_belt", "model=beam_th2", setting)
+    assert answer.status == 1
+    assert answer.err.startswith(f"belt-sim: {setting.strip('+').split('=')[0]} = ")
