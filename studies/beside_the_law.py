@@ -18,8 +18,8 @@ from belt_sim.analytic.model import analytic_model
 from belt_sim.config import case_from
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import InputError
-from belt_sim.pictures import style
-from belt_sim.pictures.style import BLUE, INK, RED
+from belt_sim.show import style
+from belt_sim.show.style import BLUE, INK, RED
 from belt_sim.si import MM, MM_PER_M
 from studies.application import application
 

@@ -14,13 +14,13 @@ import numpy as np
 import belt_sim as bs
 from belt_sim.config import make_case
 from belt_sim.files import write_with
+from belt_sim.show.observers import ProgressObserver
 from belt_sim.si import DEGREE, MM
 from belt_sim.space.native import SpaceRun
 from belt_sim.space.options import Options, fit_options
 from belt_sim.space.recording import Recorder
 from belt_sim.space.run_stages import Command, Stage
 from belt_sim.space.state import RunState
-from belt_sim.watch.observers import ProgressObserver
 from studies.application import application
 
 

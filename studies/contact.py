@@ -25,9 +25,9 @@ from belt_sim.case import Case, Schedule
 from belt_sim.config import make_case
 from belt_sim.jax_setup import prepare
 from belt_sim.laws.span import torsional_stiffness
-from belt_sim.pictures import style
-from belt_sim.pictures.style import BLUE, INK, RED
 from belt_sim.scene_parts import SceneParts
+from belt_sim.show import style
+from belt_sim.show.style import BLUE, INK, RED
 from belt_sim.si import DEGREE, MM
 from belt_sim.space.calibration import matching_width
 from belt_sim.space.mujoco_interface import compile_model

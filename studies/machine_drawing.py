@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.patches import Arc, Circle, FancyArrowPatch, Rectangle
 
-from belt_sim.pictures import style
-from belt_sim.pictures.style import BLUE, FAINT, INK, POINTS, RED
+from belt_sim.show import style
+from belt_sim.show.style import BLUE, FAINT, INK, POINTS, RED
 
 CENTRES, RADIUS, SAG = (0.0, 6.0), 0.8, 0.35  # drawn lengths, not to scale
 YAW, CANT, TILT = np.radians((12.0, 14.0, 16.0))  # drawn hundreds of times too large

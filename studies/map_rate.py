@@ -15,8 +15,8 @@ import pandas as pd
 
 from belt_sim.commands.map import case_map, write_map
 from belt_sim.files import write_with
-from belt_sim.pictures import style
-from belt_sim.pictures.style import BLUE, RED
+from belt_sim.show import style
+from belt_sim.show.style import BLUE, RED
 from studies.application import application
 
 NAMES = {True: "march of the strip over {travel:g} m", False: "steady rate in closed form"}

@@ -12,8 +12,8 @@ from belt_sim.config import make_case
 from belt_sim.curves import Curves
 from belt_sim.errors import SimulationError
 from belt_sim.jax_setup import prepare
-from belt_sim.pictures import style
-from belt_sim.pictures.style import BLUE, RED
+from belt_sim.show import style
+from belt_sim.show.style import BLUE, RED
 from belt_sim.si import MM
 
 RIG, YAW, TRAVEL = "rope_example", -0.005, 2.0  # deg, m: a yaw at which the slackest edge stays under tension

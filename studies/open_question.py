@@ -319,7 +319,7 @@ def tables() -> str:
 
 def draw(path: Path) -> Path:
     """Rates of the strip alone on each curve's own straightest stretch, against the length of the record."""
-    from belt_sim.pictures import style
+    from belt_sim.show import style
 
     lengths = np.arange(20.0, 200.1, 2.0)
 

@@ -14,8 +14,8 @@ import numpy as np
 
 import belt_sim as bs
 from belt_sim.jax_setup import prepare
-from belt_sim.pictures import style
-from belt_sim.pictures.style import BLUE, RED
+from belt_sim.show import style
+from belt_sim.show.style import BLUE, RED
 from belt_sim.si import MM
 from studies.beside_the_law import ComparedRun
 

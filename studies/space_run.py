@@ -23,9 +23,9 @@ from belt_sim.errors import InputError, SimulationError
 from belt_sim.files import write_text
 from belt_sim.provenance import provenance
 from belt_sim.registry import model_named
+from belt_sim.show.observers import ProgressObserver
 from belt_sim.si import MM, MM_PER_M
 from belt_sim.space.model import SpaceModel
-from belt_sim.watch.observers import ProgressObserver
 from studies.application import application
 from studies.shapes import Shapes
 

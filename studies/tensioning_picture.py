@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.frame import Frame
-from belt_sim.pictures import style
-from belt_sim.pictures.style import BLUE, FAINT, GREEN, INK, RED
+from belt_sim.show import style
+from belt_sim.show.style import BLUE, FAINT, GREEN, INK, RED
 from belt_sim.si import MM, N_PER_MM2
 
 _SHOWN = (("ring", RED), ("half way", GREEN), ("tight", BLUE))

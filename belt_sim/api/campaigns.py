@@ -15,7 +15,7 @@ from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, under
 from belt_sim.importing.columns import DRAWING
 from belt_sim.importing.mapping import mapping_of
 from belt_sim.importing.new_campaign import plan_for, template, tensions_for, travel_for, yaw_for
-from belt_sim.reports.imports import tell_plan, tell_proposal, tell_written
+from belt_sim.show.imports import tell_plan, tell_proposal, tell_written
 
 
 def new_campaign(folder: Path, config: Mapping[str, Any]) -> Campaign:
@@ -87,7 +87,7 @@ def import_files(
         if ask is None:
             tell_proposal(proposal)
     if pictures:
-        from belt_sim.pictures.curves import understood_picture
+        from belt_sim.show.curves import understood_picture
 
         understood_picture(folder / PICTURE, campaign)
     tell_written(folder, campaign, pictures)

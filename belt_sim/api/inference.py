@@ -53,7 +53,7 @@ from belt_sim.results.diagnosis import Diagnosis, Discovery, NextRun
 from belt_sim.results.display import Display, Table
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Comparison, SteadyError
-from belt_sim.watch.observers import stages_shown
+from belt_sim.show.observers import stages_shown
 
 MIN_BOOTSTRAPS, MAX_BOOTSTRAPS = 100, 100_000
 

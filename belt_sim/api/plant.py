@@ -53,7 +53,7 @@ def export(
     InputError before anything is written.
     """
     from belt_sim.linear.fmu import write_fmu
-    from belt_sim.pictures.curves import bode_picture
+    from belt_sim.show.curves import bode_picture
 
     finite("highest", highest, "rad/m", "give a positive number", lambda x: x > 0)
     for kind, name in (("fmu", fmu), ("mat", mat)):

@@ -12,16 +12,16 @@ import numpy as np
 from belt_sim.campaign import Campaign
 from belt_sim.effects.library import library, short_title
 from belt_sim.errors import InputError
-from belt_sim.pictures import diagnosis as pictures
-from belt_sim.pictures.curves import curves_picture, steady_picture, understood_picture
-from belt_sim.pictures.style import save
 from belt_sim.registry import models
-from belt_sim.reports.page import write_report
 from belt_sim.results.diagnosis import Diagnosis, Discovery
 from belt_sim.results.errors import Comparison
 from belt_sim.results.json import read_diagnosis
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import tension
+from belt_sim.show import diagnosis as pictures
+from belt_sim.show.curves import curves_picture, steady_picture, understood_picture
+from belt_sim.show.report import write_report
+from belt_sim.show.style import save
 
 Draw = Callable[[Path | None], Any]
 Result = Simulation | Comparison | Diagnosis | Discovery | Campaign

@@ -151,8 +151,8 @@ def _leave_with_the_asker() -> None:
 def _compare(request: Mapping[str, Any], say: Say) -> None:
     from belt_sim.api.inference import compare
     from belt_sim.commands.outputs import write_comparison
-    from belt_sim.reports import figures
-    from belt_sim.reports.page import worst
+    from belt_sim.show import figures
+    from belt_sim.show.report import worst
 
     folder = Path(request["folder"])
     say(stage="computing every run")

@@ -20,9 +20,9 @@ from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
 from belt_sim.files import group_names, sample_campaigns
 from belt_sim.importing.mapping import ROLES
-from belt_sim.reports.imports import noise_table, run_noise_table, runs_table
 from belt_sim.results import words
 from belt_sim.results.display import Table
+from belt_sim.show.imports import noise_table, run_noise_table, runs_table
 
 OFTEN = 0.4  # [s] between two looks at the session
 

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign, Run
-from belt_sim.reports.figures import CLEAR, FONT, numbers
 from belt_sim.results.errors import UNITS
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import KILO
+from belt_sim.show.figures import CLEAR, FONT, numbers
 from belt_sim.si import N_PER_MM2
 
 GREY, FAINT = "#7d8a97", "rgba(125,138,151,0.28)"
@@ -87,7 +87,7 @@ def measured_figure(campaign: Campaign, run: Run) -> dict[str, Any]:
 
 
 def of_report(made: dict[str, Any]) -> dict[str, Any]:
-    """A figure of ``reports.figures`` with this page's colours, and a legend."""
+    """A figure of ``show.figures`` with this page's colours, and a legend."""
     named = _recolour(made)
     for trace in named["data"]:
         trace["showlegend"] = trace.get("yaxis", "y") == "y" and trace.get("name") is not None

@@ -22,7 +22,7 @@ from belt_sim.files import group_names
 from belt_sim.importing.build import Proposal, understand
 from belt_sim.importing.columns import DRAWING, LoggedTables
 from belt_sim.importing.mapping import ROLES, Question
-from belt_sim.reports.imports import tell_proposal
+from belt_sim.show.imports import tell_proposal
 from belt_sim.virtual_rig import Truth, make_campaign, write_blind
 from belt_sim.virtual_rig import reveal as reveal_truth
 from belt_sim.virtual_rig.make import BASE

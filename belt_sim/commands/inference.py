@@ -9,11 +9,11 @@ from belt_sim.commands.outputs import draw, write_comparison, write_diagnosis, w
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import finite, whole
 from belt_sim.files import write_json
-from belt_sim.pictures.diagnosis import visible_picture
-from belt_sim.reports.page import write_report
-from belt_sim.reports.terminal import tell, tell_choice, tell_diagnosis
 from belt_sim.results.json import file_json, read_diagnosis
-from belt_sim.watch.observers import in_stages, progress, resolve_watch
+from belt_sim.show.diagnosis import visible_picture
+from belt_sim.show.observers import in_stages, progress, resolve_watch
+from belt_sim.show.report import write_report
+from belt_sim.show.terminal import tell, tell_choice, tell_diagnosis
 
 
 def check(run_dir: RunDir) -> None:

@@ -379,7 +379,7 @@ def _cases_in(path: Path) -> int | None:
 
 def map_cases(run_dir: RunDir) -> None:
     """Leave map.json, cases/*.parquet and map.png; the same command goes on where it was stopped."""
-    from belt_sim.watch.observers import progress
+    from belt_sim.show.observers import progress
 
     config = run_dir.config
     made = case_map(config)
@@ -399,7 +399,7 @@ def map_cases(run_dir: RunDir) -> None:
 
 def _draw(folder: Path, made: CaseMap, shown: str) -> Path:
     """Draw one column of the table over one or two axes as map.png."""
-    from belt_sim.pictures.curves import map_picture
+    from belt_sim.show.curves import map_picture
 
     names = [a.column for a in made.axes]
     table = _parquet().read_table(folder / FOLDER, columns=["case", *names, shown]).to_pandas().sort_values("case")

@@ -96,7 +96,7 @@ def write_diagnosis(folder: Path, d: Diagnosis) -> None:
     """diagnosis.json, drawings.json, report.html, effects.yaml; what was discovered."""
     from belt_sim.api.resolve import effects_of
     from belt_sim.effects.load import save_effects
-    from belt_sim.reports.page import write_report
+    from belt_sim.show.report import write_report
 
     write_json(folder / "drawings.json", file_json(d.drawings))
     spread = {e.id: {n: p.u for n, p in e.parameters.items()} for e in d.effects}
@@ -141,13 +141,13 @@ def observers_of(model: Model | SteadyModel, watch: str | None, title: str, fold
         raise InputError("watch", watch, "", "only a 3D belt of engine=native is MuJoCo's; use watch=rerun")
     if not in_time(model):
         return []
-    from belt_sim.watch.observers import ProgressObserver, ViewerObserver
+    from belt_sim.show.observers import ProgressObserver, ViewerObserver
 
     watching: list[Observer] = [ProgressObserver(title), CurvesSoFar(folder)]
     if watch == "viewer":
         watching.append(ViewerObserver())
     elif watch is not None:
-        from belt_sim.watch.rerun import RerunObserver
+        from belt_sim.show.rerun import RerunObserver
 
         watching.append(RerunObserver(folder / RECORDING if watch == "rrd" else None))
     return watching
@@ -164,9 +164,9 @@ def show(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: P
         if not in_time(model):
             _record(s, folder)
         return
-    from belt_sim.watch.geometry import frames
-    from belt_sim.watch.observers import has_display
-    from belt_sim.watch.rerun import RerunObserver
+    from belt_sim.show.geometry import frames
+    from belt_sim.show.observers import has_display
+    from belt_sim.show.rerun import RerunObserver
 
     if not in_time(model):
         viewer = RerunObserver()
@@ -188,7 +188,7 @@ def show(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: P
 
 
 def _record(s: Simulation, folder: Path) -> Path:
-    from belt_sim.watch.rerun import Overlay, record_runs
+    from belt_sim.show.rerun import Overlay, record_runs
 
     assert s.curves is not None
     record_runs(folder / RECORDING, {"run": Overlay(modelled={s.model: s.curves}, case=s.case)})
@@ -199,7 +199,7 @@ def write_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
     """comparison.rrd, a tab a run: what was measured, the base model and, where effects were found, the final model."""
     from belt_sim.api.resolve import effects_of, fitted_model
     from belt_sim.diagnosis.readings.samples import samples_of
-    from belt_sim.watch.rerun import Overlay, record_runs
+    from belt_sim.show.rerun import Overlay, record_runs
 
     samples, model, effects = samples_of(campaign), fitted_model(d.base_model), effects_of(d.effects)
     variants = {model.name: ()} | ({"with " + ", ".join(e.id for e in effects): effects} if effects else {})

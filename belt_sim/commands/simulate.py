@@ -19,8 +19,8 @@ from belt_sim.errors import InputError, finite
 from belt_sim.files import write_text
 from belt_sim.linear.plant import LinearBelt
 from belt_sim.provenance import provenance
-from belt_sim.reports.terminal import tell_choice
-from belt_sim.watch.observers import resolve_watch
+from belt_sim.show.observers import resolve_watch
+from belt_sim.show.terminal import tell_choice
 
 _NO_END = 1e5  # [m]: a scene has no end of travel that a schedule could overrun
 OVERSHOT = 50.0  # [m] that every millimetre of overshoot beyond what is allowed counts for

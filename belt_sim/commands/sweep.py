@@ -172,7 +172,7 @@ def _row(summary: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _draw(folder: Path, runs: Sequence[tuple[Path, Mapping[str, Any]]], table: pd.DataFrame) -> None:
-    from belt_sim.pictures.curves import Rates, curves_picture, rates_picture
+    from belt_sim.show.curves import Rates, curves_picture, rates_picture
 
     shown = {f"{s['model']} {s['tension_n_per_mm2']:g} N/mm²": p / "curves.csv" for p, s in runs}
     curves = {name: read_curves(path) for name, path in shown.items() if path.is_file()}

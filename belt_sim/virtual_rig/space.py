@@ -16,6 +16,7 @@ from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import cores
 from belt_sim.scene_parts import SceneParts
+from belt_sim.show.observers import progress
 from belt_sim.si import N_PER_MM2
 from belt_sim.space.options import Options, accurate_speed
 from belt_sim.virtual_rig.fault import Fault, overrides
@@ -25,7 +26,6 @@ from belt_sim.virtual_rig.make import BASES, build_campaign, check_base, check_s
 from belt_sim.virtual_rig.observe import TrueErrors, add_noise, draw_errors, true_machine
 from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting, grid
 from belt_sim.virtual_rig.sealed_truth import Truth
-from belt_sim.watch.observers import progress
 
 #: A narrow belt, so that the bending stress of its edges, 2 E b beta/L = 5.3 N/mm2 at the yaw below, stays under its
 #: tension, and K L = 0.48 ... 1.17 makes the tension felt; Lambda = 0.41 at 10 N/mm2, 0.002 at 60.

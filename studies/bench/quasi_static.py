@@ -19,8 +19,8 @@ from matplotlib.ticker import LogLocator
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.files import write_with
 from belt_sim.jax_setup import in_float64, prepare
-from belt_sim.pictures import style
-from belt_sim.pictures.style import BLUE, RED
+from belt_sim.show import style
+from belt_sim.show.style import BLUE, RED
 from belt_sim.space.options import Options
 from belt_sim.space.quasi_static import prepare_case, run_batch
 

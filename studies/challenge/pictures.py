@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.pictures import style
-from belt_sim.pictures.style import AFTER, FAINT, INK, PAPER
+from belt_sim.show import style
+from belt_sim.show.style import AFTER, FAINT, INK, PAPER
 
 _DARK = 0.55  # share of a row from which its number is written in white
 

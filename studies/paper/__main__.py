@@ -11,7 +11,7 @@ from typing import Any
 from belt_sim.errors import InputError
 from belt_sim.files import write_json, write_text
 from belt_sim.provenance import provenance
-from belt_sim.watch.observers import progress
+from belt_sim.show.observers import progress
 from studies.application import application
 from studies.paper.plate import FIGURES, IN_SPACE, NOT_COMPUTED, Plate, compute, select_figures
 from studies.paper.report import answer, criteria, document, lay_pictures, verdicts, what_decides, write_page

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.pictures import style
-from belt_sim.pictures.style import FAINT, INK
+from belt_sim.show import style
+from belt_sim.show.style import FAINT, INK
 from studies.paper.stored_runs import Shape
 
 TRAVEL_LABEL = "belt travel x [m]"

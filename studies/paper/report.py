@@ -139,7 +139,7 @@ def _names(models: list[str]) -> str:
 
 
 HERE = Path(__file__).resolve().parent
-STYLES = (PACKAGE / "reports" / "report.css", HERE / "page.css")
+STYLES = (PACKAGE / "show" / "report.css", HERE / "page.css")
 
 
 def write_page(

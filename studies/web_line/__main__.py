@@ -216,7 +216,7 @@ def web_line(config: dict[str, Any]) -> None:
 
 def draw(path: Path, found: Mapping[str, np.ndarray]) -> Path:
     """One step at each section's end: measured, spans only, and with wraps."""
-    from belt_sim.pictures import style
+    from belt_sim.show import style
 
     @style.picture
     def picture() -> Path:

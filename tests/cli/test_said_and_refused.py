@@ -78,7 +78,7 @@ def test_what_is_drawn_by_lot_is_not_told(belt):
 
 
 def test_the_rates_of_a_sweep_keep_their_sign(belt, monkeypatch):
-    from belt_sim.pictures import curves as pictures
+    from belt_sim.show import curves as pictures
 
     drawn = {}
     monkeypatch.setattr(pictures, "rates_picture", lambda path, rates, title: drawn.update(rates))

@@ -10,9 +10,7 @@ PRODUCT, STUDIES = (sorted((ROOT / part).rglob("*.py")) for part in ("belt_sim",
 FILES = [*PRODUCT, *STUDIES]
 CORE = ("laws", "analytic", "effects")
 OUTER = {
-    "watch",
-    "pictures",
-    "reports",
+    "show",
     "results",
     "diagnosis",
     "api",
@@ -61,10 +59,9 @@ def test_the_core_imports_no_observer_and_no_engine(part):
 
 #: part -> the parts that it may not know, as they use it
 ABOVE = {
-    "results": ("diagnosis", "pictures", "reports", "api", "commands", "watch"),
-    "diagnosis": ("pictures", "reports", "api", "commands"),
-    "pictures": ("diagnosis", "reports", "api", "commands"),
-    "reports": ("diagnosis", "api", "commands"),
+    "results": ("diagnosis", "show", "api", "commands"),
+    "diagnosis": ("show", "api", "commands"),
+    "show": ("diagnosis", "api", "commands"),
     "api": ("commands", "cli"),
 }
 

@@ -12,8 +12,8 @@ import pytest
 import belt_sim as bs
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import MODELS
+from belt_sim.show.observers import resolve_watch
 from belt_sim.space.rolling_run import _wrap_ends
-from belt_sim.watch.observers import resolve_watch
 
 SHORT_RIG = MODELS / "scenes" / "short_rig.xml"
 MACHINE = {"rig": "rope_example", "tension": 20, "yaw": 0.042}

@@ -16,7 +16,7 @@ from rich.console import Console
 from belt_sim.errors import InputError
 from belt_sim.files import ROOT, write_json
 from belt_sim.provenance import provenance
-from belt_sim.watch.observers import progress
+from belt_sim.show.observers import progress
 from studies.application import application
 from studies.bench.space.explicit import explicit_figures
 from studies.bench.space.lammps import lammps_figures

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.pictures import style
-from belt_sim.pictures.style import FAINT, INK, POINTS
+from belt_sim.show import style
+from belt_sim.show.style import FAINT, INK, POINTS
 from belt_sim.si import MM
 from studies.paper.case import ROPE_EXAMPLE, YAW
 from studies.paper.models import case_at, y_mm

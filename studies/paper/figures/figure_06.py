@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.pictures import style
-from belt_sim.pictures.style import FAINT, POINT_NAMES, POINTS
+from belt_sim.show import style
+from belt_sim.show.style import FAINT, POINT_NAMES, POINTS
 from studies.paper import drawing
 from studies.paper.case import ROPE_EXAMPLE
 from studies.paper.models import case_at, rate_mm_per_m, y_mm

@@ -7,8 +7,8 @@ import numpy as np
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Schedule
-from belt_sim.pictures import style
-from belt_sim.pictures.style import AMBER, BLUE, FAINT, INK
+from belt_sim.show import style
+from belt_sim.show.style import AMBER, BLUE, FAINT, INK
 from belt_sim.si import DEGREE, MM
 from studies.paper import drawing
 from studies.paper.case import ROPE_EXAMPLE, YAW

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.analytic.model import analytic_model
-from belt_sim.pictures import style
-from belt_sim.pictures.style import FAINT, INK, RED
+from belt_sim.show import style
+from belt_sim.show.style import FAINT, INK, RED
 from studies.paper import drawing
 from studies.paper.case import TEST_RIG, YAW
 from studies.paper.models import LOOKS, case_at, x_m, y_mm

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from belt_sim.pictures import style
-from belt_sim.pictures.style import FAINT, RED
+from belt_sim.show import style
+from belt_sim.show.style import FAINT, RED
 from studies.paper import drawing
 from studies.paper.models import LOOKS, TRAVEL, moving, y_mm
 from studies.paper.plate import Plate, column

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.laws.runup import sag_angle
-from belt_sim.pictures import style
-from belt_sim.pictures.style import CYCLE, FAINT, INK
+from belt_sim.show import style
+from belt_sim.show.style import CYCLE, FAINT, INK
 from belt_sim.space.loop import Catenary
 from studies.paper import drawing
 from studies.paper.case import TEST_RIG, YAW

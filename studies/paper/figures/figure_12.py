@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.pictures import style
-from belt_sim.pictures.style import CYCLE, INK
+from belt_sim.show import style
+from belt_sim.show.style import CYCLE, INK
 from studies.paper import drawing
 from studies.paper.models import LOOKS, MEASURED, MOVING, TRAVEL, moving, rate_mm_per_m, steady, y_mm
 from studies.paper.plate import Plate, column

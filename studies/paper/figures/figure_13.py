@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.pictures import style
-from belt_sim.pictures.style import INK
+from belt_sim.show import style
+from belt_sim.show.style import INK
 from studies.paper import drawing
 from studies.paper.models import LOOKS, MEASURED, MOVING, moving, rate_mm_per_m, read_rate, steady
 from studies.paper.plate import Plate, column

@@ -7,8 +7,8 @@ import numpy as np
 
 from belt_sim.analytic.model import analytic_model
 from belt_sim.curves import late_rates
-from belt_sim.pictures import style
-from belt_sim.pictures.style import INK, POINTS
+from belt_sim.show import style
+from belt_sim.show.style import INK, POINTS
 from studies.closed_forms import steady_offsets
 from studies.paper import drawing
 from studies.paper.models import case_at, rate_mm_per_m, y_mm

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.pictures import style
-from belt_sim.pictures.style import BLUE, FAINT, RED
+from belt_sim.show import style
+from belt_sim.show.style import BLUE, FAINT, RED
 from studies.paper import drawing
 from studies.paper.case import ROPE_EXAMPLE, YAW
 from studies.paper.drawing import Oblique

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.pictures import style
-from belt_sim.pictures.style import INK, POINTS
-from belt_sim.watch.geometry import tilt
+from belt_sim.show import style
+from belt_sim.show.geometry import tilt
+from belt_sim.show.style import INK, POINTS
 from studies.paper import drawing
 from studies.paper.case import PAPER_BELT, TEST_RIG, YAW
 from studies.paper.drawing import Oblique

@@ -5,7 +5,7 @@ import io
 from moving_belt import case, curves, frames
 from rich.console import Console
 
-from belt_sim.watch.observers import ProgressObserver, in_stages, progress
+from belt_sim.show.observers import ProgressObserver, in_stages, progress
 
 
 def test_without_a_terminal_a_line_each_tenth():

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.pictures.diagnosis import FULL, SAYS_NOTHING, UNKNOWN, axis_label, law_axes
 from belt_sim.results.diagnosis import Discovery
 from belt_sim.results.drawings import Drift, FailureMap, Panel
 from belt_sim.results.json import DIGITS, round_numbers
+from belt_sim.show.diagnosis import FULL, SAYS_NOTHING, UNKNOWN, axis_label, law_axes
 from belt_sim.si import shop_unit
 
 INK, BEFORE, AFTER, FAINT = "--ink", "--before", "--after", "--faint"

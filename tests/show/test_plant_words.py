@@ -7,8 +7,8 @@ import pytest
 
 from belt_sim.campaign import Suspicion
 from belt_sim.effects.library import library
-from belt_sim.reports.page import HERE, LIKELY, plant_card, plant_headline, run_advice
 from belt_sim.results.diagnosis import RESOLVED, Estimate, FoundEffect, NextRun, Verdict
+from belt_sim.show.report import HERE, LIKELY, plant_card, plant_headline, run_advice
 
 TAPER = FoundEffect(
     id="taper",

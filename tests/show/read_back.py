@@ -7,7 +7,7 @@ import numpy as np
 from rerun.chunk import RrdReader
 
 from belt_sim.errors import BeltError
-from belt_sim.watch.rerun import TRAVEL
+from belt_sim.show.rerun import TRAVEL
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,9 +11,9 @@ from read_back import read_back
 from rerun.chunk import RrdReader
 
 from belt_sim.errors import BeltError
+from belt_sim.show.geometry import tilt, view_scale_of
+from belt_sim.show.rerun import PICTURES, Overlay, RecordingFile, RerunObserver, Scene, _free_port, record_runs
 from belt_sim.si import MM
-from belt_sim.watch.geometry import tilt, view_scale_of
-from belt_sim.watch.rerun import PICTURES, Overlay, RecordingFile, RerunObserver, Scene, _free_port, record_runs
 from studies.paper.case import YAW
 
 SINGLE = 1e-6  # [m] Rerun keeps positions in single precision: half a unit in the last place at 11 m is 5e-7 m

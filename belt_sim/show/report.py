@@ -12,13 +12,13 @@ import numpy as np
 from belt_sim.effects.library import library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.files import write_text
-from belt_sim.pictures.diagnosis import FULL
-from belt_sim.reports import figures
 from belt_sim.results import words
 from belt_sim.results.diagnosis import RESOLVED, Candidate, Diagnosis, FoundEffect, NextRun, Verdict, number_texts
 from belt_sim.results.drawings import Panel
 from belt_sim.results.errors import Errors, OwnChange
 from belt_sim.results.json import DIAGNOSIS
+from belt_sim.show import figures
+from belt_sim.show.diagnosis import FULL
 
 HERE = Path(__file__).parent
 SHOWN_PLACES = 6

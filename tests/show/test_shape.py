@@ -8,7 +8,7 @@ from moving_belt import case, frames
 
 from belt_sim.case import Schedule
 from belt_sim.laws.drive import angle_at
-from belt_sim.watch import geometry
+from belt_sim.show import geometry
 
 
 def test_tilt_is_the_roll_of_the_section():

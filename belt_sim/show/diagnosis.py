@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.pictures import style
-from belt_sim.pictures.style import AFTER, BEFORE, CYCLE, FAINT, INK, MEASURED
 from belt_sim.results.check import WELL, Visible
 from belt_sim.results.diagnosis import Candidate, Discovery
 from belt_sim.results.drawings import Drift, FailureMap, Panel
+from belt_sim.show import style
+from belt_sim.show.style import AFTER, BEFORE, CYCLE, FAINT, INK, MEASURED
 from belt_sim.si import shop_unit
 
 COLUMNS = 3

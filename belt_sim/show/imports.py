@@ -9,8 +9,8 @@ from rich.console import Console
 from belt_sim.campaign import Campaign
 from belt_sim.importing import Proposal
 from belt_sim.importing.new_campaign import PLAN_COLUMNS, PlannedRun, plan_rows
-from belt_sim.reports.terminal import console, rich_table
 from belt_sim.results.display import Table
+from belt_sim.show.terminal import console, rich_table
 from belt_sim.si import DEGREE, MM, N_PER_MM2
 
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, Run
 from belt_sim.curves import Curves
-from belt_sim.pictures import style
-from belt_sim.pictures.style import BLUE, CYCLE, FAINT, INK, MEASURED, POINT_NAMES, POINTS
 from belt_sim.results.errors import SteadyError
+from belt_sim.show import style
+from belt_sim.show.style import BLUE, CYCLE, FAINT, INK, MEASURED, POINT_NAMES, POINTS
 from belt_sim.si import DEGREE, MM, MM_PER_M, N_PER_MM2
 
 if TYPE_CHECKING:  # it takes SciPy's linear systems, which no other picture needs

@@ -12,7 +12,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.frame import Frame
 from belt_sim.laws.drive import angle_at
-from belt_sim.pictures.style import DIVERGING, rgb
+from belt_sim.show.style import DIVERGING, rgb
 
 #: Factors a picture may have.
 FACTORS = (1, 2, 5, 10, 20, 50, 100, 200)

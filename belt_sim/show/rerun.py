@@ -21,11 +21,11 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import BeltError
 from belt_sim.frame import Frame
-from belt_sim.pictures.style import AFTER, BEFORE, BLUE, CYCLE, FAINT, GREEN, INK, POINT_NAMES, POINTS, RED, pale, rgb
+from belt_sim.show import geometry
+from belt_sim.show.geometry import TRUE, ViewScale, full_colour_tilt, view_scale_of
+from belt_sim.show.observers import has_display
+from belt_sim.show.style import AFTER, BEFORE, BLUE, CYCLE, FAINT, GREEN, INK, POINT_NAMES, POINTS, RED, pale, rgb
 from belt_sim.si import MM, N_PER_MM2
-from belt_sim.watch import geometry
-from belt_sim.watch.geometry import TRUE, ViewScale, full_colour_tilt, view_scale_of
-from belt_sim.watch.observers import has_display
 
 # Time series, in the units that people read.
 

@@ -3,8 +3,8 @@
 import pytest
 
 from belt_sim.errors import InputError
-from belt_sim.watch import observers
-from belt_sim.watch.observers import resolve_watch
+from belt_sim.show import observers
+from belt_sim.show.observers import resolve_watch
 
 
 def test_with_rerun_all_is_recorded(capsys):

@@ -10,7 +10,7 @@ import belt_sim as bs
 from belt_sim.commands import outputs
 from belt_sim.commands.outputs import observers_of, show
 from belt_sim.errors import SimulationError
-from belt_sim.watch.geometry import frames
+from belt_sim.show.geometry import frames
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def test_a_run_without_instants_is_recorded_when_it_ends(simulation, tmp_path):
 
 def test_nobody_at_the_terminal_is_told_where_the_recording_lies(simulation, tmp_path, monkeypatch, capsys):
     pytest.importorskip("rerun")
-    from belt_sim.watch import rerun
+    from belt_sim.show import rerun
 
     class Viewer:
         def start(self, case, travel):

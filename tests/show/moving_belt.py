@@ -6,7 +6,7 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.watch import geometry
+from belt_sim.show import geometry
 from studies.paper.case import TEST_RIG, paper_case
 
 

@@ -1,4 +1,4 @@
-"""Reports are made of the small campaigns of the diagnosis' own tests."""
+"""Pictures and reports are made of the small campaigns of the diagnosis' own tests."""
 
 import sys
 from pathlib import Path

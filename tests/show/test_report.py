@@ -14,12 +14,12 @@ from small_campaign import diagnosed, drawn
 
 from belt_sim.campaign import Suspicion
 from belt_sim.errors import BeltError
-from belt_sim.reports import page as report_page
-from belt_sim.reports.page import bars, falls, render, weights, worst, write_report
 from belt_sim.results.diagnosis import Candidate, Confusable, NextRun, Verdict
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Change, Errors
 from belt_sim.results.words import thousandths
+from belt_sim.show import page as report_page
+from belt_sim.show.report import bars, falls, render, weights, worst, write_report
 
 FETCHING = {"src", "href", "action", "data", "poster", "srcset", "background"}
 SCRIPTS = 3  # the data, plotly.js once, and our own

@@ -14,10 +14,10 @@ from small_campaign import drawn
 from belt_sim.api.plot import drawings_by_kind, plot
 from belt_sim.api.simulate import simulate
 from belt_sim.errors import BeltError, InputError
-from belt_sim.pictures import style
-from belt_sim.pictures.curves import Rates, curves_picture, rates_picture, steady_picture
-from belt_sim.pictures.diagnosis import drift_chart_picture, overlay_picture, ranking_picture
 from belt_sim.results.errors import SteadyError
+from belt_sim.show import style
+from belt_sim.show.curves import Rates, curves_picture, rates_picture, steady_picture
+from belt_sim.show.diagnosis import drift_chart_picture, overlay_picture, ranking_picture
 
 PNG = b"\x89PNG\r\n\x1a\n"
 ROUNDED = 1.0  # [px] by which a text may seem to leave its page
@@ -128,12 +128,12 @@ def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, runs):
 
 
 def test_importing_the_pictures_does_not_import_matplotlib():
-    code = "import sys, belt_sim.pictures.curves, belt_sim.pictures.diagnosis; sys.exit('matplotlib' in sys.modules)"
+    code = "import sys, belt_sim.show.curves, belt_sim.show.diagnosis; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_names_of_lines_that_end_together_keep_apart():
-    from belt_sim.pictures.curves import _spread_heights
+    from belt_sim.show.curves import _spread_heights
 
     heights = _spread_heights([(0.2, "a", ""), (0.201, "b", ""), (0.1, "c", "")], gap=0.02)
     assert np.diff(heights).min() >= 0.02 - 1e-12

@@ -5,11 +5,11 @@ import pytest
 from paper_cases import YAW, paper_case
 from read_back import read_back
 
+from belt_sim.show.geometry import tilt
+from belt_sim.show.rerun import RerunObserver
 from belt_sim.si import MM
 from belt_sim.space import Options
 from belt_sim.space.native import simulate
-from belt_sim.watch.geometry import tilt
-from belt_sim.watch.rerun import RerunObserver
 from studies.paper.case import ROPE_EXAMPLE
 
 TRAVEL, EVERY = 0.3, 0.05  # [m]

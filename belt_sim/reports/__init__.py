@@ -1,1 +1,0 @@
-"""The report of a diagnosis: one HTML file that needs no network."""

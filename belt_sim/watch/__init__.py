@@ -1,1 +1,0 @@
-"""Observers: whoever watches a run from outside. The core imports none of them."""
