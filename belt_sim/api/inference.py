@@ -49,7 +49,7 @@ from belt_sim.model import Model, SteadyModel
 from belt_sim.provenance import provenance
 from belt_sim.results import words
 from belt_sim.results.check import Check, Doubt
-from belt_sim.results.diagnosis import Diagnosis, Discovery, NextRun
+from belt_sim.results.diagnosis import APART, Diagnosis, Discovery, NextRun
 from belt_sim.results.display import Display, Table
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Comparison, SteadyError
@@ -114,9 +114,10 @@ def diagnose(
             campaign, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful, checked=checked,
             laws=None if beside_points(campaign) else LawSearch(tell_stage), tell=tell_stage,
         )  # fmt: skip
-        beside = [e.suspicion for e in of_sheet if e.gain > findings.decision.best.gain]
-        if not any(s.severity == "stop" for s in findings.suspicions):  # a mistake that explains more is told beside
-            findings = replace(findings, suspicions=(*findings.suspicions, *beside[:1]))
+        if not any(s.severity == "stop" for s in findings.suspicions):  # mistakes that explain more are told beside
+            better = [e for e in of_sheet if e.gain > findings.decision.best.gain]
+            beside = [e.suspicion for e in better if e.gain > better[0].gain - APART**2]
+            findings = replace(findings, suspicions=(*findings.suspicions, *beside))
         stages(bootstraps, "")
         drawn, final = drawings_of(findings), final_model(findings)[1]
         if final is not findings.named:  # no effect, but a law: its curves are drawn

@@ -106,7 +106,15 @@ def _sentence(d: Findings) -> str:
     gravest = min(d.suspicions, key=lambda s: s.severity != "stop", default="")
     alike = decision.like_one_change_of_the_span(POLICY)
     more = f" Or one change of the span, in its bending or twisting, may stand in the place of {join_words(alike)}."
-    return decision.verdict.sentence(model, named, str(gravest)) + (more if alike else "")
+    said = decision.verdict.sentence(model, named, str(gravest)) + (more if alike else "")
+    if decision.is_tie:
+        said = f"One of {len(decision.tied)}, and these runs cannot say which: {' or '.join(decision.tied)}."
+    if shared := decision.in_every_explanation(POLICY):
+        said += f" Whatever else acts, every likely explanation has {join_words(shared)} (size not reliable)."
+    sheet = [s for s in d.suspicions if s.kind == "sheet" and s.severity == "look"]
+    if sheet and decision.named:
+        said += " A mistake in the data sheet explains as much: check that first."
+    return said
 
 
 def _name_with_alike(decision: Decision, name: str) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import Protocol
 
 import jax
@@ -20,6 +21,7 @@ from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.linearisation import Linearisation, linearise
 from belt_sim.diagnosis.fits.null_simulation import chance_inflation
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
+from belt_sim.diagnosis.noise.levels import words_of
 from belt_sim.diagnosis.readings.sensor_places import first_place_inside_span, shapes_a_span, shows_places
 from belt_sim.diagnosis.search import NOTHING, Search, add_fits, begin_search, extend, row_of, run_search, tabulate
 from belt_sim.effects.base import Effect
@@ -131,6 +133,9 @@ def examine(
             tell("looking for the law of what is left")
             search, table, found = _add_laws(search, table, decision, laws)
             decision = decide(table, POLICY)
+    pairs = groupby(bench.finder.disagreements, key=lambda d: d.runs)
+    apart = [Suspicion(None, (), "repeats", words_of([*of_pair]), "look") for _, of_pair in pairs]
+    suspect = tuple(sorted((*apart, *suspect), key=lambda s: s.severity != "stop"))
     search = add_fits(search, [tuple(decision.named)])
     named = search.fits[frozenset(decision.named)]
     return Findings(

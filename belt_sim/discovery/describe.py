@@ -95,7 +95,7 @@ def _no_law_sentence(found: SearchOutcome) -> str:
     pooled = "differs from run to run" if c.pool == "each run" else f"{c.pool} in yaw"
     return (
         f"Something acts on the {c.place.words} ({pooled}, changing over {c.length:.0f} m), "
-        "and no law of one or two terms describes it; u(travel) is shown."
+        "and no law of one or two terms describes it and predicts the runs that are left out; u(travel) is shown."
     )
 
 

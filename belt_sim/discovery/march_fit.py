@@ -228,10 +228,10 @@ class MarchTrials:
         """The law that is worth most."""
         return next(iter(self.acceptable()), None)
 
-    def best_predicting(self, won: MarchFit) -> MarchFit:
-        """The law that won, or a close one where what is held out would be predicted worse with it than without."""
+    def best_predicting(self, won: MarchFit) -> MarchFit | None:
+        """The best of the law that won and those close to it with which the held-out error does not rise; else None."""
         close = [r for r in self.acceptable() if won.worth - r.worth < margin(won)]
-        return next((r for r in close if self.predicts(r)), won)
+        return next((r for r in close if self.predicts(r)), None)
 
     def predicts(self, made: MarchFit) -> bool:
         """Whether the held-out error does not rise with a law."""
@@ -284,6 +284,8 @@ def best_in_march(
         return None, ()
     march.fit(laws_elsewhere(march.indistinguishable(won), won))
     won = march.best_predicting(march.winner() or won)
+    if won is None:  # what predicts unseen runs worse than nothing is no law
+        return None, ()
     return won, tuple(march.indistinguishable(won)[:SHOWN])
 
 

@@ -204,3 +204,21 @@ def test_every_constant_moves_a_decision(change):
         [(d.verdict, set(d.named)) for d in (decide(t, p) for t in cases)] for p in (POLICY, Policy(**change))
     )
     assert before != after
+
+
+def test_effects_that_fit_alike_are_a_tie_and_a_likely_one_is_none():
+    three = [row(name, gain=200.0) for name in ("taper", "idler_skew", "side_drag")]
+    tie = decide(table(*three), POLICY)
+    assert tie.verdict is Verdict.EXPLAINED
+    assert tie.is_tie
+    assert sorted(tie.tied) == ["idler_skew", "side_drag", "taper"]
+    assert not decide(table(row("taper", gain=210.0), *three[1:]), POLICY).is_tie
+
+
+def test_an_effect_of_every_likely_explanation_is_told_beside_something_unknown():
+    both = row("wobble", gain=900.0), row("wobble", "taper", gain=903.0)
+    found = decide(table(*both, unknown=(unknown(60.0, "wobble"), unknown(60.0, "wobble", "taper"))), POLICY)
+    assert found.tells_of_unknown
+    assert found.in_every_explanation(POLICY) == ("wobble",)
+    alone = decide(table(*both, unknown=(unknown(800.0), unknown(60.0, "wobble"))), POLICY)
+    assert alone.in_every_explanation(POLICY) == ()

@@ -9,7 +9,17 @@ import numpy as np
 from belt_sim.campaign.types import Campaign, Run, SignalSheet
 
 SuspicionKind = Literal[
-    "unit_slip", "clipped", "swapped", "wrong_sign", "dropout", "shifted", "zero", "same_place", "guided", "sheet"
+    "unit_slip",
+    "clipped",
+    "swapped",
+    "wrong_sign",
+    "dropout",
+    "shifted",
+    "zero",
+    "same_place",
+    "guided",
+    "sheet",
+    "repeats",
 ]
 Severity = Literal["stop", "look"]
 

@@ -58,6 +58,32 @@ class Decision:
         """That something unknown is there, alone or beside effects."""
         return min(sum(e.probability for e in self.explanations if e.unknown), 1.0)
 
+    @property
+    def tied(self) -> tuple[str, ...]:
+        """The sets of effects that readings cannot tell apart, likeliest first, each in words."""
+        found = [" and ".join(self.named)]
+        for name, others in self.confusable.items():
+            found += [" and ".join([*(n for n in self.named if n != name), *other]) for other in others]
+        return tuple(dict.fromkeys(found))
+
+    @property
+    def is_tie(self) -> bool:
+        """Whether no named effect is likelier than not, and others may stand in its place."""
+        likeliest = max(self.named.values(), default=1.0)
+        return self.verdict is Verdict.EXPLAINED and likeliest < 0.5 and bool(self.confusable)
+
+    def in_every_explanation(self, policy: Policy) -> tuple[str, ...]:
+        """Effects that all likely explanations have, beside something unknown as well, and that are not named."""
+        if not self.tells_of_unknown:
+            return ()
+        likely, held = [], 0.0
+        for e in self.explanations:
+            if held >= policy.credible or e.refused:
+                break
+            held += e.probability
+            likely.append(frozenset(e.effects))
+        return tuple(sorted(frozenset.intersection(*likely) - frozenset(self.named))) if likely else ()
+
     def like_one_change_of_the_span(self, policy: Policy) -> tuple[str, ...]:
         """The named effects that together do nearly what one change of a span's stiffness does; none, or some."""
         first, *others = policy.like_one_change_of_the_span

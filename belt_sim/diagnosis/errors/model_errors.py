@@ -129,8 +129,10 @@ def boundary(found: list[Cell]) -> tuple[float | None, str]:
     n = int(flips[0])
     part = (np.log(k) - np.log(worst[n])) / (np.log(worst[n + 1]) - np.log(worst[n]))
     at = float(np.exp(np.log(tensions[n]) + part * np.log(tensions[n + 1] / tensions[n])))
-    side = "above" if good[-1] else "below"
-    return at, f"Adequate {side} {at:.3g} N/mm2 (|E| <= {k:.1f} u_val; measured at {span})."
+    limit = f"|E| <= {k:.1f} u_val; measured at {span}"
+    if good[-1]:
+        return at, f"Adequate above {at:.3g} N/mm2 ({limit})."
+    return at, f"Inadequate above {at:.3g} N/mm2; below it the error does not exceed the uncertainty ({limit})."
 
 
 def locate_failure(bench: Workbench, values: np.ndarray) -> Where:

@@ -10,6 +10,7 @@ look like something missing. Where readings do not tell, both are drawn, each as
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -42,6 +43,47 @@ def differences(samples: Samples, shapes: np.ndarray, group: tuple[int, ...]) ->
         made = [contrast(samples, shapes, runs, tuple(weights), s) for s in range(len(samples.signals))]
         found += [c for c in made if c is not None]
     return found
+
+
+#: Times the stated noise, from which repeats tell of a change between runs and not of noise. Sheets are off by 40 %
+#: (LEVEL_SPREAD), so that this is 2.6 sigma from the sheet, over a dozen and more independent modes.
+DISAGREE, FEWEST_MODES = 2.5, 12
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """Repeats that differ by more than noise: names of the runs, the signal, rms of the difference [m or rad], and how
+    many times the stated noise it is, beside what settings and the place on the belt where a run starts can do."""
+
+    runs: tuple[str, ...]
+    signal: SignalSheet
+    rms: float
+    times: float
+
+
+def words_of(apart: Sequence[Disagreement]) -> str:
+    """What the signals of the same repeats say of a change between runs."""
+    units = {"lateral": "mm", "tilt": "mrad"}
+    sizes = [f"{1e3 * d.rms:.2g} {units[d.signal.kind]} (rms) in {d.signal.name}" for d in apart]
+    return (
+        f"runs {' and '.join(apart[0].runs)} are repeats and differ by {' and '.join(sizes)}, up to "
+        f"{max(d.times for d in apart):.1f} times the stated noise: something changes between runs (temperature, "
+        "tension, time of day); their difference is not taken for noise"
+    )
+
+
+def disagreement(samples: Samples, c: Contrast) -> Disagreement | None:
+    """What a contrast of repeats says of a change between runs, if anything."""
+    slow = c.project(samples.y)[0]
+    if len(slow) < FEWEST_MODES:
+        return None
+    ratios, modes, _ = c.modes(Reach())
+    times = float(np.sqrt(np.mean((slow @ modes) ** 2 / (1.0 + ratios[: len(slow)]))))
+    if times < DISAGREE:
+        return None
+    apart = np.array(c.weights) @ samples.y[list(c.runs), c.signal][:, c.keep] * np.sqrt(2.0)
+    names = tuple(samples.runs[r].name for r in c.runs)
+    return Disagreement(names, c.sheet, float(np.sqrt(np.mean((apart - apart.mean()) ** 2))), times)
 
 
 # Levels of one signal.
@@ -233,6 +275,9 @@ class LevelFinder:
         self.groups = repeated_groups(samples)
         differing = shapes if coming_round is None else np.concatenate([shapes, coming_round])
         contrasts = [c for group in self.groups for c in differences(samples, differing, group)]
+        self.disagreements = [d for c in contrasts if (d := disagreement(samples, c)) is not None]
+        apart = {d.runs for d in self.disagreements}
+        contrasts = [c for c in contrasts if tuple(samples.runs[r].name for r in c.runs) not in apart]
         self.repeats = len({c.runs for c in contrasts})
         if columns is not None and not contrasts:  # every run by itself, beside what all these could do to it
             known, records = np.concatenate([shapes, columns]), np.ndindex(samples.y.shape[:2])
