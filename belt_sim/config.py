@@ -6,36 +6,38 @@ from typing import Any, TypedDict
 
 import numpy as np
 
-from belt_sim import si
+from belt_sim import plausible, si
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.errors import InputError, finite, flag
 from belt_sim.files import CONF, group_names
+from belt_sim.si import UNITS
 
-MAX_TENSION = 1500.0  # [N/mm2], beyond the strength of belt steel
-MIN_TENSION = 0.1  # [N/mm2]: a tenth of the slackest rope of the paper; a steel belt lies on the floor
-MAX_YAW = 2.0  # [degrees], beyond any steering
+MAX_TENSION, MAX_YAW = plausible.TENSION.high, plausible.YAW.high  # [N/mm2], [degrees]
+#: number of a configuration -> its range, in the unit of the configuration
 RANGES: dict[str, tuple[float, float, str]] = {
-    "rig.centre_distance": (0.1, 500.0, "m"),
-    "rig.pulley_radius": (0.005, 5.0, "m"),
-    "rig.gravity": (0.0, 100.0, "m/s2"),
-    "belt.width": (1e-3, 10.0, "m"),
-    "belt.thickness": (1e-5, 2e-2, "m"),
-    "belt.youngs_modulus": (1e8, 1e12, "Pa"),
-    "belt.density": (100.0, 30000.0, "kg/m3"),
-    "belt.poisson_ratio": (0.0, 0.5, ""),
-    "travel": (0.1, 1e5, "m"),
-    "speed": (1e-3, 50.0, "m/s"),
-    "model.step": (1e-4, 1.0, "m"),
-    "model.keep": (1e-3, 1e3, "m"),
-}
+    name: (*(float(f"{x * UNITS[bounds.unit][1] / UNITS[unit][1]:.12g}") for x in (bounds.low, bounds.high)), unit)
+    for name, bounds, unit in (
+        ("rig.centre_distance", plausible.CENTRE_DISTANCE, "m"),
+        ("rig.pulley_radius", plausible.RADIUS, "m"),
+        ("belt.width", plausible.WIDTH, "m"),
+        ("belt.thickness", plausible.THICKNESS, "m"),
+        ("belt.youngs_modulus", plausible.YOUNGS_MODULUS, "Pa"),
+        ("belt.density", plausible.DENSITY, "kg/m3"),
+        ("belt.poisson_ratio", plausible.POISSON_RATIO, ""),
+        ("travel", plausible.SIMULATED_TRAVEL, "m"),
+        ("speed", plausible.SPEED, "m/s"),
+        ("model.step", plausible.STEP, "m"),
+        ("model.keep", plausible.KEEP, "m"),
+    )
+} | {"rig.gravity": (0.0, 100.0, "m/s2")}
 
 
 def case_from(cfg: Mapping[str, Any]) -> Case:
     """Rig, belt and settings of a configuration; raises InputError naming the first value that cannot be."""
     rig, belt = rig_from(cfg["rig"]), belt_from(cfg["belt"])
     tension = finite("tension", cfg["tension"], "N/mm2")
-    if not MIN_TENSION <= tension <= MAX_TENSION:
-        remedy = f"give the tension in N/mm2, from {MIN_TENSION:g} to {MAX_TENSION:g}"
+    if not (bounds := plausible.TENSION).low <= tension <= bounds.high:
+        remedy = f"give the tension in N/mm2, from {bounds.low:g} to {bounds.high:g}"
         raise InputError("tension", f"{tension:g}", "N/mm2", remedy)
     direction = finite("direction", cfg["direction"])
     if direction not in (1, -1):

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import yaml
 
-from belt_sim.campaign.plausible import BELT
 from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean, refusal
 from belt_sim.campaign.run_tables import NUMBERS, RATES, RunRows, read_runs, read_signals, read_steady
 from belt_sim.campaign.sheet import SCHEMA, read_sheet
 from belt_sim.campaign.types import Campaign, Quantity, Run, SignalSheet, SteadyRate
 from belt_sim.errors import InputError
 from belt_sim.files import CAMPAIGNS, sample_campaigns
+from belt_sim.plausible import BELT
 from belt_sim.si import MM_PER_M, UNITS
 
 REQUIRED_FILES = ("campaign.yaml", "runs.csv")

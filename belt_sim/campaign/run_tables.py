@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.campaign import plausible
-from belt_sim.campaign.plausible import Range
+from belt_sim import plausible
 from belt_sim.campaign.problems import Problem, did_you_mean
 from belt_sim.campaign.sheet import check_name
 from belt_sim.campaign.types import Run, SignalSheet, SteadyRate
 from belt_sim.errors import InputError
+from belt_sim.plausible import Range
 from belt_sim.si import UNITS
 
 #: column -> field of Run, range, value of a blank (None: required)

@@ -9,9 +9,8 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
 
-from belt_sim.campaign import plausible
+from belt_sim import plausible
 from belt_sim.campaign.marked_yaml import MarkedYaml, Path, parse, validation_problem
-from belt_sim.campaign.plausible import ERROR, SIGNAL_DIMENSION, WHITE
 from belt_sim.campaign.problems import Problem, did_you_mean
 from belt_sim.campaign.types import (
     ELSEWHERE_EXAMPLE,
@@ -28,6 +27,7 @@ from belt_sim.campaign.types import (
     sensor_place,
 )
 from belt_sim.errors import InputError
+from belt_sim.plausible import ERROR, SIGNAL_DIMENSION, WHITE
 from belt_sim.si import UNITS
 
 SCHEMA = "belt-campaign/1"

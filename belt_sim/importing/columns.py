@@ -15,13 +15,13 @@ from typing import Any, Literal
 import numpy as np
 import yaml
 
-from belt_sim.campaign.plausible import SIGNAL_DIMENSION
 from belt_sim.campaign.problems import CampaignError, did_you_mean, refusal
 from belt_sim.campaign.sheet import RESERVED, check_signal_name
 from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, kind_at
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import ROLES, TILT, ColumnEntry, MappingEntry, Question, Role
-from belt_sim.importing.units import NAMES, UNITS, split_unit, unit_of
+from belt_sim.plausible import SIGNAL_DIMENSION
+from belt_sim.si import NAMES, UNITS, split_unit, unit_of
 
 #: dimension -> unit of a column where neither file nor mapping states one, and in which a signal is written
 USUAL = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}

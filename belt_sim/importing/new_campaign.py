@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from belt_sim.campaign import Campaign, Machine, Quantity, Run, SettingsSheet, SignalSheet, Source, plausible
+from belt_sim import plausible
+from belt_sim.campaign import Campaign, Machine, Quantity, Run, SettingsSheet, SignalSheet, Source
 from belt_sim.campaign.folder import put_folder, read_plan, runs_text
 from belt_sim.campaign.problems import did_you_mean
 from belt_sim.campaign.types import PLACES, BeltSheet

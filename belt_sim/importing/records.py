@@ -14,8 +14,7 @@ from belt_sim.errors import InputError
 from belt_sim.importing.columns import Note
 from belt_sim.importing.mapping import MappingEntry
 from belt_sim.importing.runs import RANGES, TIME, AssembledRun, Settings
-from belt_sim.importing.units import UNITS, size_of
-from belt_sim.si import DEGREE, N_PER_MM2, round_digits
+from belt_sim.si import DEGREE, N_PER_MM2, UNITS, round_digits, size_of
 
 AT_ONCE = "the yaw is taken to act from the first reading on; else state where it was set: all_runs: {yaw_at: 5 m}"
 #: Samples a run that are aimed at, and the fewest that a step may leave.

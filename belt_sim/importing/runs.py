@@ -17,8 +17,7 @@ from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import DAY, LoggedTable
 from belt_sim.importing.mapping import MappingEntry, Question, RunEntry
-from belt_sim.importing.units import UNITS, plain_minus, quantity
-from belt_sim.si import DEGREE, round_digits
+from belt_sim.si import DEGREE, UNITS, plain_minus, quantity, round_digits
 
 #: Column of the time [s] in a record; all others are signals.
 TIME = "time_s"

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import BSpline
 
-from belt_sim.campaign import Run, SignalSheet, plausible
-from belt_sim.campaign.plausible import SIGNAL_DIMENSION
+from belt_sim import plausible
+from belt_sim.campaign import Run, SignalSheet
 from belt_sim.campaign.quality.record import resolution, scatter, scatter_of_wander
 from belt_sim.campaign.types import BeltSheet, Machine, Quantity, SettingsSheet, kind_at
 from belt_sim.config import belt_from, rig_from
@@ -20,8 +20,8 @@ from belt_sim.errors import InputError
 from belt_sim.files import group_names
 from belt_sim.importing.columns import USUAL, Column
 from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry, Question
-from belt_sim.importing.units import UNITS, quantity, size_of
-from belt_sim.si import round_digits
+from belt_sim.plausible import SIGNAL_DIMENSION
+from belt_sim.si import UNITS, quantity, round_digits, size_of
 
 
 class Datum(NamedTuple):

@@ -22,7 +22,7 @@ import pandas as pd
 from belt_sim.campaign.problems import refusal, shortlist
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import Column, LoggedTable, LoggedTables, Note, propose_roles, role_named
-from belt_sim.importing.units import plain_minus, unit_named
+from belt_sim.si import plain_minus, unit_named
 
 #: Bytes by which the encoding is told, lines by which the layout is.
 HEAD, HEAD_LINES = 1 << 16, 300

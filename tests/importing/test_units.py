@@ -1,14 +1,16 @@
 """Units as people write them: whatever the spelling, one number in SI comes out."""
 
 import math
+import re
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from belt_sim import plausible
+from belt_sim.config import RANGES
 from belt_sim.errors import InputError
-from belt_sim.importing.units import NAMES, SPELLINGS, quantity, split_unit, unit_named, unit_of
-from belt_sim.si import UNITS
+from belt_sim.si import NAMES, SPELLINGS, UNITS, number_of, quantity, scaled_unit, split_unit, unit_named, unit_of
 
 ROUNDING = 1e-12  # relative: a product or two in float64
 NUMBERS = st.floats(min_value=-1e6, max_value=1e6).filter(lambda x: x == 0 or abs(x) > 1e-6)
@@ -40,6 +42,10 @@ def test_a_quantity_that_is_written_is_read_back(value, u, unit):
     text = f"{value!r}" + (f" +- {u!r}" if u is not None else "") + f" {unit}"
     assert quantity(text, (UNITS[unit][0],), "m", "x") == (value, u, unit)
     comma = text.replace(".", ",")
+    if re.search(r"(?<![\d.])[1-9]\d{0,2},\d{3}(?!\d)", comma):  # a thousand to some
+        with pytest.raises(InputError, match="two readings"):
+            quantity(comma, (UNITS[unit][0],), "m", "x")
+        return
     assert quantity(comma, (UNITS[unit][0],), "m", "x") == (value, u, unit)
 
 
@@ -79,3 +85,44 @@ def test_what_is_no_quantity_is_refused_in_a_line(text):
         quantity(text, ("length",), "mm", "travel")
     assert "travel" in str(refusal.value)
     assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("written", "unit"),
+    [("PLI", "lbf/in"), ("N/mm", "N/mm"), ("kN/m", "kN/m"), ("daN", "daN"), ("kp", "kp"), ("kgf", "kp"), ("MPA", "MPa"),
+     ("mpa", "MPa"), ("mPa", None), ("arcmin", "arcmin"), ("N/mm\u00b2", "N/mm2"), ("\u00b5m", "um"), ("MM", "mm")],
+)  # fmt: skip
+def test_units_of_the_shop_and_one_that_is_two(written, unit):
+    assert unit_named(written) == unit
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [("1,2", 1.2), ("0,170", 0.17), ("1.200", 1.2), ("1,200.5", 1200.5), ("1.200,5", 1200.5), ("1 200", 1200.0),
+     ("1'200", 1200.0), ("1,200,300", 1200300.0), ("\u22120.04", -0.04), ("1,200", None), ("12,345", None),
+     ("1,20,3", None), ("1.2.3", None)],
+)  # fmt: skip
+def test_marks_of_thousands_are_read_where_they_have_one_reading(text, number):
+    if number is None:
+        with pytest.raises(InputError, match=r"two readings|is no number"):
+            number_of(text)
+    else:
+        assert number_of(text) == number
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [("0.01 mm", (0.01, "mm")), ("1/100 mm", (0.01, "mm")), ("mm x 0.01", (0.01, "mm")), ("10^-2 mm", (0.01, "mm")),
+     ("0,01mm", (0.01, "mm")), ("mm/m", None), ("N/mm2", None), ("mm", None), ("kg/m3", None)],
+)  # fmt: skip
+def test_a_number_times_a_unit(text, found):
+    assert scaled_unit(text) == found
+
+
+def test_one_table_of_bounds_for_configurations_and_data_sheets():
+    for key, bounds in (plausible.MACHINE | plausible.BELT).items():
+        name = next((n for n in RANGES if n.endswith(f".{key}")), "rig.pulley_radius")
+        low, high, unit = RANGES[name]
+        assert bounds.holds(low * UNITS[unit][1] * (1 + 1e-9))
+        assert bounds.holds(high * UNITS[unit][1] * (1 - 1e-9))
+        assert not bounds.holds(high * UNITS[unit][1] * 1.001)

@@ -1,4 +1,5 @@
-"""Which magnitudes a belt rig can have: wide ranges that only a slipped unit or a typing error leaves."""
+"""The ONE table of bounds, for configurations, data sheets and imports alike: wide ranges that only a slipped unit or a
+typing error leaves."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -49,8 +50,8 @@ def _short(value: float) -> str:
     return f"{value:.6g}" if abs(value) < 1e6 else f"{value:.15g}"
 
 
-CENTRE_DISTANCE = Range("length", 0.05, 1000.0, "m")
-RADIUS = Range("length", 2.0, 5000.0, "mm")
+CENTRE_DISTANCE = Range("length", 0.1, 500.0, "m")
+RADIUS = Range("length", 5.0, 5000.0, "mm")
 WIDTH = Range("length", 2.0, 10000.0, "mm")
 THICKNESS = Range("length", 0.005, 50.0, "mm")
 YOUNGS_MODULUS = Range("stress", 1.0, 1000.0, "GPa")
@@ -67,11 +68,14 @@ BELT = {
     "poisson_ratio": POISSON_RATIO,
 }
 
-TENSION = Range("stress", 0.01, 2000.0, "N/mm2")
-YAW = Range("angle", -2.0, 2.0, "deg")
-SPEED = Range("speed", 0.0, 100.0, "m/s", open_low=True)
+TENSION = Range("stress", 0.1, 1500.0, "N/mm2")  # a slacker steel belt lies on the floor, a tighter one is broken
+YAW = Range("angle", -2.0, 2.0, "deg")  # beyond any steering
+SPEED = Range("speed", 1e-3, 50.0, "m/s")
 DIRECTION = Range("number", -1e9, 1e9, "")  # which of them are directions is said by the reader
-TRAVEL = Range("length", 0.0, 20000.0, "m")
+TRAVEL = Range("length", 0.0, 20000.0, "m")  # of a reading
+STEP = Range("length", 1e-4, 1.0, "m")  # of an analytic march
+KEEP = Range("length", 1e-3, 1e3, "m")
+SIMULATED_TRAVEL = Range("length", 0.1, 1e5, "m")
 YAW_AT_U = Range("length", 0.0, 10.0, "m")
 TIME = Range("time", -1e10, 1e10, "s")
 RATE = Range("angle", -200.0, 200.0, "mm/m")
