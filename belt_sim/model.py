@@ -1,15 +1,28 @@
-"""What a model is to everybody else: it refuses effects that it cannot represent, and runs a case.
+"""Every model by its name, and what a model is to everybody else: it refuses effects that it cannot represent, and runs
+a case.
 
 Two kinds: a ``Model`` gives curves against travel; a ``SteadyModel`` is a formula for the late rate alone. They are
-told apart by type (``isinstance``), never by name.
+told apart by type (``isinstance``), never by name. Each analytic model is a span law; run-up, wrap, drive and sensor
+laws are shared.
 """
 
-from collections.abc import Sequence
-from typing import Any, Protocol, runtime_checkable
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, Protocol, get_args, runtime_checkable
 
 from belt_sim.case import Case
-from belt_sim.curves import Curves
-from belt_sim.frame import Observer
+from belt_sim.curves import Curves, Observer
+from belt_sim.effects.base import Effect
+from belt_sim.effects.contact import LiftOff
+from belt_sim.effects.pipeline import as_indicated
+from belt_sim.errors import InputError, finite, flag
+from belt_sim.line import span as span_law
+from belt_sim.line import steady
+from belt_sim.line.march import KEEP, STEP, march_driven
+from belt_sim.line.spans import ALL_HOOKS, Composition
+from belt_sim.line.steady import RitzingerFormula
+from belt_sim.si import N_PER_MM2
 
 
 @runtime_checkable
@@ -63,3 +76,124 @@ class SteadyModel(Protocol):
 
     def steady_rate(self, case: Case) -> float:
         """Late drift w = dy/ds of all four points [m/m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnalyticModel(Composition):
+    """A linear span law marched in travel, differentiable in every number of a case and of an effect.
+
+    step [m]: of the march; keep [m]: between two records.
+    """
+
+    step: float = STEP
+    keep: float = KEEP
+
+    @property
+    def outputs(self) -> frozenset[str]:
+        """Return the names of the arrays of Curves that it fills."""
+        return frozenset({"y", "angle", "moment", "edge_stress", "tilt", "sag"})
+
+    def run(
+        self, case: Case, effects: Sequence[Effect] = (), *, travel: float, observers: Sequence[Observer] = ()
+    ) -> Curves:
+        """Return the curves over ``travel`` [m] as indicated; observers see the start and the finished curves."""
+        self.admit(effects)
+        for observer in observers:
+            observer.start(case, travel)
+
+        def engine(driven: Case, far: float) -> Curves:
+            return march_driven(driven, self, effects, travel=far, step=self.step, keep=self.keep)
+
+        curves = as_indicated(engine, case, effects, travel)
+        for observer in observers:
+            observer.finish(curves)
+        return curves
+
+    def steady_rate(self, case: Case) -> float:
+        """Return the late drift w = dy/ds without effects [m/m], in closed form."""
+        return steady.steady_rate(case, self)
+
+
+_NO_SPAN = ALL_HOOKS - {"span"}
+_LIMP = ALL_HOOKS - {"span", "hold", "bend", "runup", "slide"}
+
+MODELS: dict[str, AnalyticModel] = {
+    m.name: m
+    for m in (
+        AnalyticModel(name="rope", title="limp rope", span=span_law.rope, hooks=_LIMP, moments=False),
+        AnalyticModel(name="beam_th1", title="beam, 1st order", span=span_law.beam_first_order, hooks=_NO_SPAN),
+        AnalyticModel(name="beam_th2", title="beam, 2nd order", span=span_law.beam_second_order),
+        AnalyticModel(name="ernst_beam", title="beam with Ernst's modulus", span=span_law.ernst_beam, hooks=_NO_SPAN),
+        AnalyticModel(
+            name="strip",
+            title="hanging strip",
+            span=span_law.strip,
+            contains=frozenset({"sag_roll"}),
+        ),
+        AnalyticModel(
+            name="strip_lift_off",
+            title="hanging strip that lifts off",
+            span=span_law.strip,
+            contains=frozenset({"sag_roll", "lift_off"}),
+            built_in=(LiftOff(strength=1.0),),
+        ),
+    )
+}
+
+
+def analytic_model(name: str) -> AnalyticModel:
+    """Return the analytic model of a name; raise InputError for an unknown one."""
+    if name not in MODELS:
+        raise InputError("model", name, "", f"use one of {', '.join(MODELS)}")
+    return MODELS[name]
+
+
+ModelName = Literal[
+    "rope",
+    "beam_th1",
+    "beam_th2",
+    "ritzinger",
+    "ernst_beam",
+    "strip",
+    "strip_lift_off",
+    "mujoco_rope",
+    "mujoco_grid",
+    "mujoco_flex",
+]
+MODEL_NAMES: tuple[str, ...] = get_args(ModelName)
+IN_SPACE = {"mujoco_rope": "rope", "mujoco_grid": "grid", "mujoco_flex": "flex"}
+ANALYTIC = tuple(name for name in MODEL_NAMES if name not in IN_SPACE)
+#: the model that is chosen by the tension of what is simulated or measured
+BY_TENSION = "by_tension"
+LAYER_TENSION = 22.0 * N_PER_MM2  # [Pa]: where the test rig reaches the limit bending_layer (docs/validity.md)
+
+
+def model_for(tensions: Iterable[float]) -> ModelName:
+    """The model of runs whose model is not stated: one for all of them, by the lowest of their tensions [Pa]."""
+    return "strip_lift_off" if min(tensions, default=math.inf) < LAYER_TENSION else "strip"
+
+
+def models() -> dict[str, str]:
+    """The title of every model by its name."""
+    return {name: model_named(name).title for name in MODEL_NAMES}
+
+
+def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model | SteadyModel:
+    """The model of a name; settings: its own numbers (step, keep; dx, dt, friction ...), None keeps the default.
+
+    Raises InputError for an unknown model or setting.
+    """
+    given = {k: v for k, v in (settings or {}).items() if v is not None}
+    if name in IN_SPACE:
+        from belt_sim.space.model import SpaceModel  # MuJoCo takes a while to load
+
+        flag("model.control", given.get("control", False))
+        return SpaceModel.from_settings(IN_SPACE[name], given)
+    if name not in ANALYTIC:
+        raise InputError("model", name, "", f"use one of {', '.join(MODEL_NAMES)}")
+    known = () if name == "ritzinger" else ("step", "keep")
+    for key, value in given.items():
+        if key not in known:
+            raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}" if known else "leave it out")
+        finite(f"model.{key}", value, "m", "give a positive length", lambda x: x > 0)
+    return RitzingerFormula() if name == "ritzinger" else replace(MODELS[name], **given)

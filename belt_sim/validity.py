@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Case, Schedule
 from belt_sim.effects.contact import LiftOff
 from belt_sim.jax_setup import jit_float64
-from belt_sim.laws.influence import span_fields
-from belt_sim.laws.span import beam_second_order, strip
+from belt_sim.line.influence import span_fields
+from belt_sim.line.span import beam_second_order, strip
+from belt_sim.line.spans import span_responses
 
 WRONG = 0.03  # share by which moments or movement may be wrong at a boundary
 FRICTION = 0.15  # steel on a smooth pulley, the least that is usual; a case does not say it

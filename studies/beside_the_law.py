@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.analytic.model import analytic_model
 from belt_sim.config import case_from
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import InputError
+from belt_sim.model import analytic_model
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, INK, RED
 from belt_sim.si import MM, MM_PER_M

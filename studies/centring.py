@@ -16,7 +16,7 @@ from belt_sim.case import Case, Schedule
 from belt_sim.commands.simulate import CentringGoal, centring_asked
 from belt_sim.config import case_from
 from belt_sim.curves import Curves, read_curves
-from belt_sim.registry import model_named
+from belt_sim.model import model_named
 from belt_sim.show import style
 from belt_sim.show.style import FAINT, INK, POINT_NAMES, POINTS
 from belt_sim.si import DEGREE, MM

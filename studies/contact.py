@@ -24,7 +24,7 @@ import belt_sim as bs
 from belt_sim.case import Case, Schedule
 from belt_sim.config import make_case
 from belt_sim.jax_setup import prepare
-from belt_sim.laws.span import torsional_stiffness
+from belt_sim.line.span import torsional_stiffness
 from belt_sim.scene_parts import SceneParts
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, INK, RED

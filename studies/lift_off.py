@@ -8,11 +8,11 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from belt_sim.analytic.model import analytic_model
-from belt_sim.analytic.spans import span_responses
 from belt_sim.effects.contact import LiftOff
 from belt_sim.jax_setup import jit_float64, prepare
-from belt_sim.laws.span import strip
+from belt_sim.line.span import strip
+from belt_sim.line.spans import span_responses
+from belt_sim.model import analytic_model
 from belt_sim.si import N_PER_MM2
 from studies.paper.case import paper_case
 

@@ -11,11 +11,11 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect
 from belt_sim.effects.load import load_effects
+from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.model import SpaceModel
 from studies.application import application

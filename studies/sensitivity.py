@@ -12,9 +12,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Case
 from belt_sim.config import case_from
+from belt_sim.model import analytic_model
 from belt_sim.show import style
 from belt_sim.show.style import CYCLE, INK
 from belt_sim.si import MM, MM_PER_M

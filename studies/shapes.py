@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.curves import Curves
+from belt_sim.curves import Curves, Frame
 from belt_sim.files import write_with
-from belt_sim.frame import Frame
 
 COLUMNS = (
     "travel_m",

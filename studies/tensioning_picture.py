@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.frame import Frame
+from belt_sim.curves import Frame
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, FAINT, GREEN, INK, RED
 from belt_sim.si import MM, N_PER_MM2

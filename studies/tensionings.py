@@ -11,8 +11,7 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.config import case_from
-from belt_sim.curves import Curves
-from belt_sim.frame import Frame
+from belt_sim.curves import Curves, Frame
 from belt_sim.si import MM
 from studies.application import application
 from studies.space_run import space_model

@@ -16,9 +16,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Case, Schedule
 from belt_sim.jax_setup import jit_float64, prepare
+from belt_sim.model import analytic_model
 from belt_sim.si import MM, N_PER_MM2
 from studies.paper.case import paper_case
 

@@ -8,12 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim import si
-from belt_sim.analytic.march import march_traced
-from belt_sim.analytic.model import MODELS, AnalyticModel
 from belt_sim.case import Case, Rig, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.library import library
 from belt_sim.jax_setup import LEAST_EFFORT
+from belt_sim.line.march import march_traced
+from belt_sim.model import MODELS, AnalyticModel
 from studies.paper import case as paper
 from studies.paper.case import TEST_RIG as RIG
 

@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.campaign import Campaign
 from belt_sim.effects.library import library, short_title
 from belt_sim.errors import InputError
-from belt_sim.registry import models
+from belt_sim.model import models
 from belt_sim.results.diagnosis import Diagnosis, Discovery
 from belt_sim.results.errors import Comparison
 from belt_sim.results.json import read_diagnosis

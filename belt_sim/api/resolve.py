@@ -6,9 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from belt_sim.analytic.march import KEEP, STEP
-from belt_sim.analytic.model import AnalyticModel
-from belt_sim.analytic.steady import RitzingerFormula
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.campaign.types import case_of
 from belt_sim.case import Case
@@ -18,8 +15,9 @@ from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.model import Model, SteadyModel
-from belt_sim.registry import BY_TENSION, ModelName, model_for, model_named
+from belt_sim.line.march import KEEP, STEP
+from belt_sim.line.steady import RitzingerFormula
+from belt_sim.model import BY_TENSION, AnalyticModel, Model, ModelName, SteadyModel, model_for, model_named
 from belt_sim.results.diagnosis import FoundEffect
 from belt_sim.validity import Limit, exceeded_limits, geometric
 

@@ -5,14 +5,13 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
-from belt_sim.analytic.march import march_traced, plan_steps
 from belt_sim.api.resolve import ModelSpec, by_tension, effects_of, fitted_model, model_of, refuse, validity_limits
 from belt_sim.case import Case
 from belt_sim.config import CaseSettings, case_from, case_or_settings, model_settings
-from belt_sim.curves import Curves
+from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError, InputError, SimulationError
-from belt_sim.frame import Observer
+from belt_sim.line.march import march_traced, plan_steps
 from belt_sim.model import Model, SteadyModel
 from belt_sim.results.simulation import Simulation
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine

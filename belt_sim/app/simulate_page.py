@@ -15,7 +15,7 @@ from belt_sim.config import make_case
 from belt_sim.effects.base import Parameter
 from belt_sim.effects.library import library, title_of
 from belt_sim.errors import BeltError
-from belt_sim.registry import ANALYTIC, model_named
+from belt_sim.model import ANALYTIC, model_named
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import NONE, decimal, thousandths
 from belt_sim.si import N_PER_MM2

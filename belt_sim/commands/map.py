@@ -18,9 +18,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim import si
-from belt_sim.analytic.march import march_traced, plan_steps
-from belt_sim.analytic.model import AnalyticModel
-from belt_sim.analytic.steady import steady_traced
 from belt_sim.api.resolve import effects_of, fitted_model
 from belt_sim.case import Case
 from belt_sim.commands.run_dir import RunDir
@@ -30,6 +27,9 @@ from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
 from belt_sim.errors import BeltError, InputError, finite, whole
 from belt_sim.files import clear_drafts, read_json, write_json, write_with
 from belt_sim.jax_setup import cores, jit_float64, map_in_chunks
+from belt_sim.line.march import march_traced, plan_steps
+from belt_sim.line.steady import steady_traced
+from belt_sim.model import AnalyticModel
 from belt_sim.provenance import code_hash, config_hash, input_hashes, provenance
 
 #: setting -> (name of its column, what one unit is in SI)

@@ -9,14 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.analytic.model import AnalyticModel
 from belt_sim.campaign import Campaign, case_of
-from belt_sim.curves import Curves, write_curves
+from belt_sim.curves import Curves, Frame, Observer, write_curves
 from belt_sim.errors import InputError, SimulationError
 from belt_sim.files import write_json, write_text, write_with
-from belt_sim.frame import Frame, Observer
 from belt_sim.jax_setup import map_in_threads
-from belt_sim.model import Model, SteadyModel
+from belt_sim.model import AnalyticModel, Model, SteadyModel
 from belt_sim.results.diagnosis import Diagnosis, Discovery
 from belt_sim.results.errors import Comparison
 from belt_sim.results.json import diagnosis_json, discovery_json, file_json, summary_json, to_json

@@ -6,8 +6,6 @@ from functools import partial
 import jax
 import numpy as np
 
-from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.march import march
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.case import Case
 from belt_sim.curves import late_rates
@@ -19,6 +17,8 @@ from belt_sim.effects.library import library
 from belt_sim.effects.pipeline import indicate
 from belt_sim.errors import InputError
 from belt_sim.jax_setup import is_unfused
+from belt_sim.line.march import march
+from belt_sim.line.spans import Composition
 from belt_sim.scene_parts import SceneParts
 
 TRAVEL = 40.0  # [m]

@@ -8,8 +8,6 @@ from typing import Protocol
 import jax
 import numpy as np
 
-from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.model import MODELS
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
 from belt_sim.case import Case
 from belt_sim.diagnosis.decision.decide import Decision, decide, explanations, would_show
@@ -27,6 +25,8 @@ from belt_sim.diagnosis.search import NOTHING, Search, add_fits, begin_search, e
 from belt_sim.effects.base import Effect
 from belt_sim.effects.pipeline import as_driven
 from belt_sim.jax_setup import in_float64
+from belt_sim.line.spans import Composition
+from belt_sim.model import MODELS
 from belt_sim.results.diagnosis import Discovery
 
 BOOTSTRAPS = 100

@@ -12,7 +12,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.analytic.march import march_open, plan_steps
 from belt_sim.case import Case
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
@@ -21,8 +20,9 @@ from belt_sim.effects.base import Effect, apply_hook, effect, overrides, paramet
 from belt_sim.effects.law_terms import AT_PULLEYS, BY_THE_BELT, PULLEYS, RELATIVE
 from belt_sim.effects.pipeline import as_driven, true_travel
 from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
-from belt_sim.laws.influence import StretchResponse, stretch_response
-from belt_sim.laws.span import log_of_change, response_by_change
+from belt_sim.line.influence import StretchResponse, stretch_response
+from belt_sim.line.march import march_open, plan_steps
+from belt_sim.line.span import log_of_change, response_by_change
 
 #: every kind of input at the tail and at the head pulley
 CHANNELS = tuple(f"{kind}_{pulley}" for kind in AT_PULLEYS for pulley in PULLEYS)

@@ -12,7 +12,7 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.design import curve_row, span_ends
 from belt_sim.discovery.impulse_responses import MOMENT, ImpulseResponses, SpanChange
 from belt_sim.effects.law_terms import COURSES, ROLLS, SPANS, TRAVEL, WRAPPED, Form, Place
-from belt_sim.laws.influence import stretch_adds, stretch_ends
+from belt_sim.line.influence import stretch_adds, stretch_ends
 
 LITTLE = 1e-6  # size of a law of a stretch, to which its work goes with its size
 

@@ -14,13 +14,11 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar, dataclass_transform
 
-from belt_sim.case import Case, Settings
+from belt_sim.case import Case, Settings, pytree
 from belt_sim.errors import BeltError, InputError
-from belt_sim.laws.drive import Reading
-from belt_sim.laws.influence import Bend, BoundaryValues
-from belt_sim.laws.runup import Contact, RunOff, RunUp, State, Yaw
-from belt_sim.laws.span import Response, Span
-from belt_sim.pytrees import pytree
+from belt_sim.line.influence import Bend, BoundaryValues
+from belt_sim.line.runup import Contact, Reading, RunOff, RunUp, State, Yaw
+from belt_sim.line.span import Response, Span
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import shop_unit
 

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.effects.base import METRES, Cause, Effect, effect, parameter
-from belt_sim.laws.influence import interpolate_rows, natural_curvature_rows, span_fields
+from belt_sim.line.influence import interpolate_rows, natural_curvature_rows, span_fields
 
 HARMONICS = 40
 FALLS = 1.27  # measured edges: amplitudes fall as harmonic^-1.27
@@ -97,7 +97,7 @@ class Camber(Effect):
 
     It leaves a flat belt where it is. A hanging one it tilts, T phi'' = EI Z (kappa - kappa_c), and so the belt drifts
     as on two pulleys tapered by kappa_c (1 - integral of the curvature per unit of run-up angle), which is about
-    kappa_c Lambda / (1 + Lambda), Lambda of ``belt_sim.laws.span.sag_softening``.
+    kappa_c Lambda / (1 + Lambda), Lambda of ``belt_sim.line.span.sag_softening``.
     """
 
     title = "Camber: a belt that is evenly curved in its own plane when nothing holds it"

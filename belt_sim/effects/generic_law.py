@@ -29,9 +29,9 @@ from belt_sim.effects.law_terms import (
     law_numbers,
     number_name,
 )
-from belt_sim.laws.drive import angle_at
-from belt_sim.laws.influence import stretch_adds, stretch_ends, stretch_response
-from belt_sim.laws.span import log_of_change, response, response_by_change
+from belt_sim.line.influence import stretch_adds, stretch_ends, stretch_response
+from belt_sim.line.runup import angle_at
+from belt_sim.line.span import log_of_change, response, response_by_change
 
 ID = "generic_law"
 CLASSES = 256  # of effects that a process keeps
@@ -97,7 +97,7 @@ def law_effect(content: SizedLaw, id: str = ID) -> type[GenericLaw]:
         **({"influence": _influence} if "bend" in hooks else {}),
         **({"scene": _scene} if _has_geometry(terms) else {}),
     }
-    # JAX tells effects apart by their names (see belt_sim.pytrees.pytree)
+    # JAX tells effects apart by their names (see belt_sim.case.pytree)
     name = f"GenericLaw_{hashlib.sha256(repr((id, content)).encode()).hexdigest()[:16]}"
     fields = [(n.name, float, field(default=n.value)) for n in numbers]
     cls = make_dataclass(name, fields, bases=(GenericLaw,), namespace=namespace, frozen=True, kw_only=True)

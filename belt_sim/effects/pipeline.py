@@ -14,7 +14,7 @@ from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.base import AFTER_ENGINE, Effect, apply_hook, call_hook, uses
 from belt_sim.jax_setup import in_float64
-from belt_sim.laws.drive import Reading
+from belt_sim.line.runup import Reading
 
 #: arrays of Curves that are looked up at the travel that the encoder shows
 _ROWS = ("angle", "moment", "edge_stress", "tilt")

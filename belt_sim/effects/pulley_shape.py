@@ -5,7 +5,7 @@ from dataclasses import replace
 import jax.numpy as jnp
 
 from belt_sim.effects.base import CHECK_DIAMETERS, CHECK_MODEL, Cause, Effect, effect, parameter
-from belt_sim.laws.runup import sag_angle
+from belt_sim.line.runup import sag_angle
 
 _CONE = "ppm of the radius per m of width"
 _TAPER = (1e6, _CONE)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 
 from belt_sim.case import Case
 from belt_sim.effects.base import METRES, Cause, Effect, effect, parameter
-from belt_sim.laws.influence import (
+from belt_sim.line.influence import (
     add_load,
     couple_at,
     force_at,

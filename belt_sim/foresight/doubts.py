@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign, suspicions
 from belt_sim.campaign.quality.record import records_of
 from belt_sim.campaign.types import rig_of
@@ -20,6 +19,7 @@ from belt_sim.diagnosis.next_run import Outlook
 from belt_sim.diagnosis.readings.candidates import SLOWEST
 from belt_sim.foresight.harm import harm_warnings
 from belt_sim.foresight.sheet_evidence import sheet_evidence
+from belt_sim.line.spans import Composition
 from belt_sim.results.check import Doubt, Pair, Visible
 from belt_sim.results.diagnosis import RESOLVED
 

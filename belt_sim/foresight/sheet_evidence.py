@@ -11,8 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.model import MODELS
 from belt_sim.campaign import Campaign, Suspicion
 from belt_sim.campaign.quality.record import Severity
 from belt_sim.campaign.sheet_doubts import SheetMistake, sheet_mistakes
@@ -20,6 +18,8 @@ from belt_sim.diagnosis.fits.workbench import linear_response
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.library import library
+from belt_sim.line.spans import Composition
+from belt_sim.model import MODELS
 
 #: Faults that are free in every layout.
 USUAL = ("yaw_offset_tail", "yaw_offset_head", "taper")

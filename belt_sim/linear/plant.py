@@ -21,15 +21,14 @@ from scipy.interpolate import PchipInterpolator
 from scipy.io import savemat
 from scipy.linalg import block_diag
 
-from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case, Schedule
 from belt_sim.effects.base import AFTER_ENGINE, Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import as_driven
 from belt_sim.errors import CannotRepresent, InputError, whole
 from belt_sim.files import write_with
 from belt_sim.jax_setup import in_float64, jit_float64
-from belt_sim.laws.runup import RunOff, RunUp, Yaw
+from belt_sim.line.runup import RunOff, RunUp, Yaw
+from belt_sim.line.spans import Composition, Spans
 from belt_sim.si import N_PER_MM2
 
 INPUTS = ("yaw", "yaw_head")

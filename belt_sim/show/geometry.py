@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.curves import Curves
-from belt_sim.frame import Frame
-from belt_sim.laws.drive import angle_at
+from belt_sim.curves import Curves, Frame
+from belt_sim.line.runup import angle_at
 from belt_sim.show.style import DIVERGING, rgb
 
 #: Factors a picture may have.

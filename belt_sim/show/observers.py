@@ -17,9 +17,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from belt_sim.case import Case
-from belt_sim.curves import Curves
+from belt_sim.curves import Curves, Frame, Observer
 from belt_sim.errors import InputError
-from belt_sim.frame import Frame, Observer
 
 REMEDY = "needs Rerun: pip install 'belt-sim[watch]'"
 

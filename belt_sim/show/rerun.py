@@ -18,9 +18,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from belt_sim.case import Case
-from belt_sim.curves import Curves
+from belt_sim.curves import Curves, Frame
 from belt_sim.errors import BeltError
-from belt_sim.frame import Frame
 from belt_sim.show import geometry
 from belt_sim.show.geometry import TRUE, ViewScale, full_colour_tilt, view_scale_of
 from belt_sim.show.observers import has_display

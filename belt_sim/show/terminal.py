@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table as RichTable
 
-from belt_sim.registry import BY_TENSION
+from belt_sim.model import BY_TENSION
 from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis
 from belt_sim.results.display import Table
 

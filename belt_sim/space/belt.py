@@ -12,9 +12,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.case import Case
-from belt_sim.pytrees import Numbers as Array
-from belt_sim.pytrees import pytree
+from belt_sim.case import Case, pytree
+from belt_sim.case import Numbers as Array
 from belt_sim.scene_parts import GuideRoller, SceneParts
 from belt_sim.space.calibration import calibrate, membrane_law
 from belt_sim.space.elastic import Ties, TwistStiffness

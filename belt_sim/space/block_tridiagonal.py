@@ -12,7 +12,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.pytrees import Numbers as Array
+from belt_sim.case import Numbers as Array
 
 _LANES = 128
 

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.pytrees import Numbers as Array
+from belt_sim.case import Numbers as Array
 from belt_sim.space.belt import BeltArrays
 from belt_sim.space.elastic import stretch_energy, twist_energy
 from belt_sim.space.wrap import (

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from belt_sim.pytrees import Numbers as Array
+from belt_sim.case import Numbers as Array
 from belt_sim.space.belt import BeltArrays, guide_forces, load_forces
 from belt_sim.space.block_tridiagonal import Level, factorise, solve_chain
 from belt_sim.space.chain import (

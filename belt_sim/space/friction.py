@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.pytrees import Numbers as Array
+from belt_sim.case import Numbers as Array
 from belt_sim.space.block_tridiagonal import factorise, solve_chain, sweep_inverse
 from belt_sim.space.elastic import Ties, stretch_energy
 from belt_sim.space.loop import LaidLoop

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Case
+from belt_sim.case import Numbers as Array
 from belt_sim.errors import InputError
-from belt_sim.pytrees import Numbers as Array
 
 _TANGENT_SWEEPS = 16  # each shrinks the error of the tangent points by (pulley radius) x (curvature of the span)
 

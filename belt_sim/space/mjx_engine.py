@@ -10,11 +10,10 @@ import jax
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.curves import Curves
+from belt_sim.case import Numbers as Array
+from belt_sim.curves import Curves, Observer
 from belt_sim.errors import CannotRepresent, SimulationError
-from belt_sim.frame import Observer
 from belt_sim.jax_setup import in_float64
-from belt_sim.pytrees import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys
 from belt_sim.space.belt import ActiveFeatures

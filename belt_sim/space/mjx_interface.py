@@ -15,7 +15,7 @@ import numpy as np
 from mujoco import mjx
 from mujoco.mjx._src import scan
 
-from belt_sim.pytrees import Numbers as Array
+from belt_sim.case import Numbers as Array
 from belt_sim.space.mujoco_interface import compile_model
 
 T = TypeVar("T")

@@ -11,8 +11,8 @@ import numpy as np
 from mujoco import mjx
 
 from belt_sim.case import Case
+from belt_sim.case import Numbers as Array
 from belt_sim.jax_setup import in_float64
-from belt_sim.pytrees import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.belt import ActiveFeatures, BatchShape, BeltArrays, active_features, belt_arrays
 from belt_sim.space.machine import (

@@ -15,7 +15,7 @@ that of the predicted state may be slack, and the run then diverges.
 import jax.numpy as jnp
 from mujoco import mjx
 
-from belt_sim.pytrees import Numbers as Array
+from belt_sim.case import Numbers as Array
 from belt_sim.space.belt import guide_forces, load_forces
 from belt_sim.space.block_tridiagonal import factorise, solve_chain
 from belt_sim.space.chain import (

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from belt_sim.case import Case
-from belt_sim.curves import Curves
+from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import IN_MARCH, Effect, call_hook, overrides
 from belt_sim.effects.pipeline import as_indicated, asked_of_engine
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.frame import Observer
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.options import CONTACTS, Options
 

@@ -13,12 +13,11 @@ import mujoco
 import numpy as np
 
 from belt_sim.case import Case, Schedule
-from belt_sim.curves import Curves
+from belt_sim.case import Numbers as Array
+from belt_sim.curves import Curves, Observer
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import write_text
-from belt_sim.frame import Observer
 from belt_sim.jax_setup import in_float64, jit_float64
-from belt_sim.pytrees import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.belt import BeltArrays, active_features, belt_arrays, guide_forces, load_forces
 from belt_sim.space.chain import anchor_positions, cut_chain, twist_of_cells, twist_on_nodes

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import mujoco
 import numpy as np
 
+from belt_sim.case import Numbers as Array
 from belt_sim.jax_setup import jit_float64
-from belt_sim.pytrees import Numbers as Array
 from belt_sim.space.belt import BeltArrays
 from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.space.options import COMPLIANCE_TIME, TAIL_DAMPING_RATIO

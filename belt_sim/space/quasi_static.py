@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Case, Settings
+from belt_sim.case import Numbers as Array
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, SimulationError
 from belt_sim.jax_setup import in_float64
-from belt_sim.pytrees import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys
 from belt_sim.space.belt import ActiveFeatures, BeltArrays, belt_arrays

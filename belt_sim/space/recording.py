@@ -12,11 +12,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.curves import Curves
+from belt_sim.case import Numbers as Array
+from belt_sim.curves import Curves, Frame, Observer, SceneObserver
 from belt_sim.errors import SimulationError
-from belt_sim.frame import Frame, Observer, SceneObserver
 from belt_sim.jax_setup import in_float64, jit_float64
-from belt_sim.pytrees import Numbers as Array
 from belt_sim.space.belt import ActiveFeatures, BeltArrays, belt_arrays
 from belt_sim.space.elastic import strains
 from belt_sim.space.machine import SceneLayout

@@ -10,10 +10,9 @@ import mujoco
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.curves import Curves
+from belt_sim.curves import Curves, Observer
 from belt_sim.errors import InputError, SimulationError
 from belt_sim.files import write_text
-from belt_sim.frame import Observer
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import DEGREE
 from belt_sim.space.machine import HEAD_SPIN, STATION_JOINTS, TAIL_SLIDE, SceneLayout

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from belt_sim.pytrees import Numbers as Array
+from belt_sim.case import Numbers as Array
 from belt_sim.space.belt import BeltArrays
 from belt_sim.space.chain import ChainLayout
 from belt_sim.space.options import FURTHEST_KINK, KINK_STATIONS

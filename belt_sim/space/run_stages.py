@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
+from belt_sim.case import Numbers as Array
 from belt_sim.case import Schedule, Settings
-from belt_sim.pytrees import Numbers as Array
 from belt_sim.space.loop import smoothstep
 from belt_sim.space.machine import SceneLayout
 from belt_sim.space.options import REST_DRAG, accelerate

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.pytrees import Numbers as Array
+from belt_sim.case import Numbers as Array
 from belt_sim.space.belt import BeltArrays, SurfaceArrays
 from belt_sim.space.elastic import strains
 from belt_sim.space.friction import slip_increments, wrap_chain

@@ -5,8 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from belt_sim.case import Belt, Rig
-from belt_sim.pytrees import Numbers
+from belt_sim.case import Belt, Numbers, Rig
 from belt_sim.virtual_rig.span import Sections, SpanResponse, curvature_along, solve_span, solve_varied_span
 
 

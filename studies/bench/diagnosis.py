@@ -17,8 +17,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.analytic.march import march_traced, plan_steps
-from belt_sim.analytic.model import MODELS
 from belt_sim.api.resolve import candidates_of
 from belt_sim.campaign import read_campaign
 from belt_sim.campaign.folder import write_campaign
@@ -28,6 +26,8 @@ from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.pipeline import indicate
 from belt_sim.files import ROOT
 from belt_sim.jax_setup import jit_float64
+from belt_sim.line.march import march_traced, plan_steps
+from belt_sim.model import MODELS
 from belt_sim.si import DEGREE, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Plan, grid

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim import si
-from belt_sim.analytic.batch import grid, march_many
+from belt_sim.line.batch import grid, march_many
 from studies.bench.delay import DelayEquation
 from studies.bench.plain import plain_march
 from studies.bench.task import KEEP, TENSIONS, TRAVEL, YAWS, errors, linear, strip, truth

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim import si
-from belt_sim.analytic.march import march
-from belt_sim.analytic.model import AnalyticModel as Model
-from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Case
 from belt_sim.jax_setup import in_float64
-from belt_sim.laws.span import response
+from belt_sim.line.march import march
+from belt_sim.line.span import response
+from belt_sim.model import AnalyticModel as Model
+from belt_sim.model import analytic_model
 
 TRAVEL = 100.0  # [m]
 KEEP = 0.1  # [m]

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.analytic.model import analytic_model
-from belt_sim.analytic.steady import ritzinger_rate
 from belt_sim.case import Case
 from belt_sim.curves import Curves
+from belt_sim.line.steady import ritzinger_rate
+from belt_sim.model import analytic_model
 from belt_sim.show.style import AMBER, BLUE, FAINT, GREEN, INK, PINK, RED, SKY
 from belt_sim.si import MM, MM_PER_M, N_PER_MM2
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG, paper_case

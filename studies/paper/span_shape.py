@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
-from belt_sim.analytic.model import AnalyticModel
 from belt_sim.case import Case
 from belt_sim.jax_setup import in_float64, jit_float64
-from belt_sim.laws.influence import span_fields
+from belt_sim.line.influence import span_fields
+from belt_sim.model import AnalyticModel
 
 _span_fields = jit_float64(span_fields)  # op by op it would take seconds
 

@@ -16,7 +16,7 @@ from rich.table import Table
 
 from belt_sim.case import Case, Rig
 from belt_sim.config import case_from
-from belt_sim.laws.span import torsional_stiffness
+from belt_sim.line.span import torsional_stiffness
 from studies.application import application
 from studies.closed_forms import sievers_coefficients
 from studies.shell import ccx

@@ -15,13 +15,13 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Case
 from belt_sim.config import case_from
 from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.span_stiffness import Flatness
 from belt_sim.jax_setup import jit_float64
-from belt_sim.laws.span import strip
+from belt_sim.line.span import strip
+from belt_sim.line.spans import span_responses
 from belt_sim.si import DEGREE, N_PER_MM2
 from studies.application import application
 from studies.shell import ccx

@@ -3,8 +3,7 @@
 from belt_sim.diagnosis.readings.candidates import ONLY_WHEN_NAMED
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
-from belt_sim.model import Model, SteadyModel
-from belt_sim.registry import ANALYTIC, model_named
+from belt_sim.model import ANALYTIC, Model, SteadyModel, model_named
 
 CAN, HAS, CANNOT = "yes", "built in", "-"
 #: columns by heading; grid and membrane represent the same effects

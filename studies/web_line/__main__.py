@@ -23,7 +23,7 @@ import pandas as pd
 from scipy.optimize import least_squares
 
 from belt_sim.files import write_text
-from belt_sim.laws.span import Span, response
+from belt_sim.line.span import Span, response
 from studies.application import application
 
 WIDTH, THICKNESS, MODULUS, FORCE = 0.166, 0.2e-3, 3.5e9, 100.0  # [m], [m], [Pa], [N], as the source states

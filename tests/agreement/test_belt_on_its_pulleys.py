@@ -8,12 +8,12 @@ import pytest
 from paper_cases import BELT, RIG, YAW, affected, marched, paper_case, steered
 from scipy.interpolate import CubicSpline
 
-from belt_sim.analytic.march import march
-from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.laws.span import response, strip
+from belt_sim.line.march import march
+from belt_sim.line.span import response, strip
+from belt_sim.model import analytic_model
 
 TRAVEL = 14.0  # [m], records 0.14 m apart
 SLOPES = 0.01  # of the yaw: slopes of cubics through records that a ramp's ends fall between

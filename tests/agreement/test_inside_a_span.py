@@ -8,14 +8,14 @@ from paper_cases import RIG, affected, paper_case
 from scipy.integrate import simpson, solve_bvp
 from scipy.linalg import expm
 
-from belt_sim.analytic.march import march
-from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.belt_shape import Camber, Weld, raised_cosine
 from belt_sim.effects.pulley_shape import Taper
 from belt_sim.effects.span_loads import EdgeGuide
 from belt_sim.jax_setup import in_float64
-from belt_sim.laws.influence import natural_curvature_rows, span_fields, supports
-from belt_sim.laws.span import beam_first_order, beam_second_order, strip
+from belt_sim.line.influence import natural_curvature_rows, span_fields, supports
+from belt_sim.line.march import march
+from belt_sim.line.span import beam_first_order, beam_second_order, strip
+from belt_sim.model import analytic_model
 
 TEXTBOOK = 1e-8  # rounding of beams condensed piece by piece
 FIELDS = 1e-4  # Simpson's rule on 65 places, and scipy's solver at its tolerance

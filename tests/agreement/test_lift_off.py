@@ -7,11 +7,11 @@ import pytest
 from paper_cases import BELT, RIG, YAW, paper_case
 from scipy.linalg import expm
 
-from belt_sim.analytic.model import MODELS
-from belt_sim.analytic.spans import span_responses
 from belt_sim.curves import late_rates, offsets
 from belt_sim.effects.contact import LiftOff
-from belt_sim.laws.span import strip, torsional_stiffness
+from belt_sim.line.span import strip, torsional_stiffness
+from belt_sim.line.spans import span_responses
+from belt_sim.model import MODELS
 from studies.closed_forms import steady_offsets
 
 STRIP, LIFTING = MODELS["strip"], MODELS["strip_lift_off"]

@@ -7,15 +7,15 @@ import pytest
 from loaded_strip import LoadedStrip
 from paper_cases import RIG, YAW, affected, paper_case
 
-from belt_sim.analytic.march import march
-from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.span_loads import IdlerSkew, MachineTilt, OffCentreLoad, SideDrag
 from belt_sim.effects.span_stiffness import Shear
 from belt_sim.errors import CannotRepresent
-from belt_sim.laws.influence import couple_at, force_at, span_fields, spread_force, spread_roll
-from belt_sim.laws.span import beam_first_order, beam_second_order, response, sag_softening, strip
+from belt_sim.line.influence import couple_at, force_at, span_fields, spread_force, spread_roll
+from belt_sim.line.march import march
+from belt_sim.line.span import beam_first_order, beam_second_order, response, sag_softening, strip
+from belt_sim.model import analytic_model
 from studies.closed_forms import sievers_coefficients
 from studies.paper.case import ROPE_EXAMPLE
 

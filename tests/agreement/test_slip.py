@@ -7,13 +7,13 @@ import pytest
 from paper_cases import RIG, STEPS, YAW, affected, paper_case, steered
 from scipy.integrate import solve_ivp
 
-from belt_sim.analytic.march import march
-from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.base import effect
 from belt_sim.effects.contact import Slip
-from belt_sim.laws.span import beam_second_order, response
+from belt_sim.line.march import march
+from belt_sim.line.span import beam_second_order, response
+from belt_sim.model import analytic_model
 
 LINES = 12  # across the belt
 CLOSED = 0.08  # of the turn: 2 % of the closed form, 6 % because the shear of a short span helps, which it leaves out

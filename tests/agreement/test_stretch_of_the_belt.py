@@ -11,12 +11,12 @@ import pytest
 from paper_cases import paper_case
 
 import belt_sim as bs
-from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.generic_law import law_effect
 from belt_sim.effects.law_terms import Form, Law, SizedLaw, Term, fixed_places
 from belt_sim.jax_setup import in_float64
-from belt_sim.laws.influence import stretch_adds, stretch_response
-from belt_sim.laws.span import strip
+from belt_sim.line.influence import stretch_adds, stretch_response
+from belt_sim.line.span import strip
+from belt_sim.model import analytic_model
 from belt_sim.virtual_rig.library import fault_from_spec
 from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from belt_sim.case import Schedule
 from belt_sim.config import MAX_YAW, schedule_from
 from belt_sim.errors import InputError
-from belt_sim.laws.drive import angle_at, mean_angle
+from belt_sim.line.runup import angle_at, mean_angle
 from belt_sim.si import DEGREE
 
 ROUNDING = 1e-12  # [rad] sums of a dozen numbers below 0.1

@@ -3,7 +3,7 @@
 import numpy as np
 
 import belt_sim as bs
-from belt_sim.analytic import march
+from belt_sim.line import march
 
 
 def test_a_shorter_run_is_the_beginning_of_a_longer_one():

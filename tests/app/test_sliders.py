@@ -5,10 +5,10 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
-from belt_sim.analytic import march
 from belt_sim.api.simulate import simulate
 from belt_sim.app.simulate_page import choices, reach, simulate_sliders, warnings
 from belt_sim.effects.library import library
+from belt_sim.line import march
 
 TAPER = {"taper": {"kappa_t": 2e-5}}
 

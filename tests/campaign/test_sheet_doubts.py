@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from roped_campaign import SPACING, WHITE, roped_campaign
 
-from belt_sim.analytic.model import MODELS
 from belt_sim.campaign import Campaign, Quantity, SignalSheet, suspicions
 from belt_sim.campaign.sheet_doubts import sheet_mistakes
 from belt_sim.foresight.sheet_evidence import sheet_evidence
+from belt_sim.model import MODELS
 
 ROPE = MODELS["rope"]
 LATE = 3.0  # [m]

@@ -8,7 +8,7 @@ from shipped_schema import check
 
 from belt_sim.config import schedule_from
 from belt_sim.files import CONF
-from belt_sim.registry import BY_TENSION, MODEL_NAMES
+from belt_sim.model import BY_TENSION, MODEL_NAMES
 
 COLUMNS = (
     "travel_m,y1_mm,y2_mm,y3_mm,y4_mm,angle1_mrad,angle2_mrad,angle3_mrad,angle4_mrad,"

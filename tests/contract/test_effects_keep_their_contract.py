@@ -9,18 +9,17 @@ import numpy as np
 import pytest
 from paper_cases import LANES, YAW, marched, paper_case
 
-from belt_sim.analytic.march import march, march_traced
-from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.base import HOOKS, LAWS, Effect
 from belt_sim.effects.library import library
 from belt_sim.effects.pipeline import indicate
 from belt_sim.effects.span_stiffness import SagRoll
 from belt_sim.jax_setup import LEAST_EFFORT
-from belt_sim.laws import span as span_law
-from belt_sim.laws.drive import Reading
-from belt_sim.laws.influence import Bend, BoundaryValues
-from belt_sim.laws.runup import Contact, RunOff, RunUp, State, Yaw
-from belt_sim.laws.span import Response
+from belt_sim.line import span as span_law
+from belt_sim.line.influence import Bend, BoundaryValues
+from belt_sim.line.march import march, march_traced
+from belt_sim.line.runup import Contact, Reading, RunOff, RunUp, State, Yaw
+from belt_sim.line.span import Response
+from belt_sim.model import analytic_model
 from belt_sim.scene_parts import SceneParts
 
 EFFECTS = list(library().values())

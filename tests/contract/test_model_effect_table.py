@@ -3,11 +3,10 @@
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.analytic.march import march
-from belt_sim.analytic.model import MODELS, analytic_model
 from belt_sim.effects.library import library
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.registry import model_named
+from belt_sim.line.march import march
+from belt_sim.model import MODELS, analytic_model, model_named
 from studies.site.effect_table import CAN, cell, table
 
 

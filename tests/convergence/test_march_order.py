@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from paper_cases import RECORDS, YAW, affected, marched, paper_case, steered
 
-from belt_sim.analytic.march import STEP, march
-from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Schedule
+from belt_sim.line.march import STEP, march
+from belt_sim.model import analytic_model
 
 READ_AT = 16.0  # [m], where marches of different lengths, and so of different steps, are compared
 LENGTHS = (20, 10, 5, 1)  # in units of READ_AT: steps of 160, 80, 40 mm, and of 8 mm for the truth

@@ -9,7 +9,6 @@ from functools import cache
 
 import numpy as np
 
-from belt_sim.analytic.model import analytic_model
 from belt_sim.api.resolve import candidates_of
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.describe import describe
@@ -17,6 +16,7 @@ from belt_sim.diagnosis.drawings import drawings_of
 from belt_sim.diagnosis.examine import Findings, examine
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.discovery.diagnosis_interface import LawSearch
+from belt_sim.model import analytic_model
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.si import N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign

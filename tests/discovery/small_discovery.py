@@ -6,7 +6,6 @@ from functools import cache
 import numpy as np
 from small_campaign import SHAPE, TENSIONS
 
-from belt_sim.analytic.model import analytic_model
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
@@ -17,6 +16,7 @@ from belt_sim.discovery.search_data import SearchData, search_data_of
 from belt_sim.effects.base import Effect
 from belt_sim.effects.generic_law import ID, GenericLaw, law_effect
 from belt_sim.effects.law_terms import Law, SizedLaw
+from belt_sim.model import analytic_model
 from belt_sim.results.diagnosis import Discovery
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, Plan, grid

@@ -10,8 +10,8 @@ from belt_sim.campaign import case_of
 from belt_sim.discovery.form_dictionary import rare_forms
 from belt_sim.discovery.march_fit import round_exponent
 from belt_sim.effects.law_terms import Form, Law, Term
-from belt_sim.laws.influence import BoundaryValues, no_bend
-from belt_sim.laws.span import response, strip
+from belt_sim.line.influence import BoundaryValues, no_bend
+from belt_sim.line.span import response, strip
 
 FILE = 0.02  # of what a large change adds: the file has it as a polynomial of its logarithm
 ENDS = np.array([[1e-3, 2e-4], [3e-4, -1e-4], [-2e-4, 1e-4], [0.0, 1e-4], [1e-4, 0.0]])

@@ -13,7 +13,7 @@ from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
 from belt_sim.effects.law_terms import Form, Law, Term, fixed_places
 from belt_sim.jax_setup import in_float64
-from belt_sim.laws.span import response, strip, with_change
+from belt_sim.line.span import response, strip, with_change
 
 SHARE, POWER = -0.1, -1.0
 SETTINGS = 0.15  # runs are not at the tension at which they were set, and two digits are told

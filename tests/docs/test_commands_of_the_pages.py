@@ -15,7 +15,7 @@ from belt_sim.config import case_from, model_settings
 from belt_sim.effects.load import load_classes
 from belt_sim.errors import BeltError
 from belt_sim.files import CAMPAIGNS, CONF, ROOT
-from belt_sim.registry import BY_TENSION, model_named
+from belt_sim.model import BY_TENSION, model_named
 from studies.application import FIXED
 
 ALL = [c for page in PAGES for c in commands(page)]

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.analytic.model import analytic_model
 from belt_sim.curves import late_rates
 from belt_sim.effects.span_stiffness import Flatness
 from belt_sim.jax_setup import in_float64
-from belt_sim.laws.span import response_by_change, strip, thin_strip_torsion, with_change
+from belt_sim.line.span import response_by_change, strip, thin_strip_torsion, with_change
+from belt_sim.model import analytic_model
 
 FIBRES = 4001
 INTEGRATION = 1e-5  # relative: trapezoids over 4,000 fibres

@@ -10,7 +10,6 @@ import pytest
 import yaml
 
 import belt_sim as bs
-from belt_sim.analytic.model import analytic_model
 from belt_sim.api.resolve import effects_of
 from belt_sim.effects.base import overrides
 from belt_sim.effects.generic_law import law_effect
@@ -29,6 +28,7 @@ from belt_sim.effects.law_terms import (
 )
 from belt_sim.effects.load import load_effects, save_effects
 from belt_sim.errors import BeltError, CannotRepresent
+from belt_sim.model import analytic_model
 from belt_sim.results.diagnosis import FoundEffect
 from belt_sim.scene_parts import SceneParts
 
@@ -175,7 +175,7 @@ def test_laws_stand_beside_other_effects(tmp_path):
 
 
 def test_a_3d_belt_takes_laws_of_instruments_and_refuses_the_others():
-    from belt_sim.registry import model_named
+    from belt_sim.model import model_named
 
     space = model_named("mujoco_rope")
     assert space.refusal(law_effect(law_of("instruments"))) is None

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from paper_cases import BELT, RIG, paper_case
 
-from belt_sim.analytic.spans import span_responses
 from belt_sim.effects.belt_shape import Weld
 from belt_sim.effects.load import load_classes
 from belt_sim.effects.span_stiffness import Shear
 from belt_sim.effects.yaw import Wobble
 from belt_sim.files import ROOT
 from belt_sim.jax_setup import in_float64
-from belt_sim.laws.influence import BoundaryValues, no_bend
-from belt_sim.laws.runup import State, Yaw
-from belt_sim.laws.span import beam_first_order, beam_second_order, dimensionless
+from belt_sim.line.influence import BoundaryValues, no_bend
+from belt_sim.line.runup import State, Yaw
+from belt_sim.line.span import beam_first_order, beam_second_order, dimensionless
+from belt_sim.line.spans import span_responses
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.wrap import axes_of
 

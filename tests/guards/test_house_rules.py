@@ -8,7 +8,7 @@ from belt_sim.files import ROOT
 
 PRODUCT, STUDIES = (sorted((ROOT / part).rglob("*.py")) for part in ("belt_sim", "studies"))
 FILES = [*PRODUCT, *STUDIES]
-CORE = ("laws", "analytic", "effects")
+CORE = ("line", "effects")
 OUTER = {
     "show",
     "results",
@@ -91,9 +91,10 @@ def test_a_storey_of_a_diagnosis_stands_on_those_below(storey):
         assert not {m for m in imported(path) if m.startswith("belt_sim.diagnosis.")} & above, path.name
 
 
-def test_laws_do_not_know_the_effects():
-    for path in (ROOT / "belt_sim" / "laws").glob("*.py"):
-        assert not any(m.startswith(("belt_sim.effects", "belt_sim.analytic")) for m in imported(path))
+def test_span_and_runup_laws_do_not_know_the_effects():
+    for law in ("span", "influence", "runup"):
+        others = {m for m in imported(ROOT / "belt_sim" / "line" / f"{law}.py") if m.startswith("belt_sim.")}
+        assert not any(m.startswith(("belt_sim.effects", "belt_sim.line.march", "belt_sim.line.spans")) for m in others)
 
 
 def test_no_pickle():

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.analytic.march import march
-from belt_sim.analytic.model import analytic_model
 from belt_sim.curves import Curves, late_rates
 from belt_sim.effects.library import library
 from belt_sim.errors import InputError
+from belt_sim.line.march import march
+from belt_sim.model import analytic_model
 
 BEAM = analytic_model("beam_th2")
 EFFECTS = library()

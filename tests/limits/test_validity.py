@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from paper_cases import YAW, paper_case
 
-from belt_sim.analytic.model import MODELS
 from belt_sim.api.resolve import validity_limits, validity_warnings
 from belt_sim.api.simulate import simulate
 from belt_sim.campaign import read_campaign
 from belt_sim.case import Rig, Schedule
 from belt_sim.files import ROOT
+from belt_sim.model import MODELS
 from belt_sim.results.json import summary_json
 from belt_sim.si import DEGREE
 from belt_sim.validity import exceeded_limits, limits, warning

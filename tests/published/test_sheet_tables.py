@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from paper_cases import YAW, marched, paper_case
 
-from belt_sim.analytic.model import analytic_model
-from belt_sim.analytic.steady import RitzingerFormula, steady_rate
 from belt_sim.curves import late_rates
-from belt_sim.laws.span import sag_softening
+from belt_sim.line.span import sag_softening
+from belt_sim.line.steady import RitzingerFormula, steady_rate
+from belt_sim.model import analytic_model
 from studies.closed_forms import shelton_factor, sievers_coefficients
 
 # late rates [mm per m of travel] at |yaw| = 0.042 degrees

@@ -7,7 +7,7 @@ import pytest
 from moving_belt import case, frames
 
 from belt_sim.case import Schedule
-from belt_sim.laws.drive import angle_at
+from belt_sim.line.runup import angle_at
 from belt_sim.show import geometry
 
 

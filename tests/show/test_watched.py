@@ -74,7 +74,7 @@ def test_nobody_at_the_terminal_is_told_where_the_recording_lies(simulation, tmp
 
     monkeypatch.setattr(rerun, "RerunObserver", Viewer)
     monkeypatch.setattr("sys.stdin", io.StringIO())
-    from belt_sim.analytic.model import MODELS
+    from belt_sim.model import MODELS
 
     show(simulation, MODELS["strip"], "rerun", tmp_path)
     assert str(tmp_path / "belt.rrd") in capsys.readouterr().out

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from belt_sim.analytic.march import march
-from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.yaw import Cant, YawCompliance, YawOffsetHead, YawOffsetTail
+from belt_sim.line.march import march
+from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.native import simulate

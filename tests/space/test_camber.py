@@ -6,11 +6,11 @@ import pytest
 from paper_cases import paper_case
 from strip_bench import strip
 
-from belt_sim.analytic.march import march
-from belt_sim.analytic.model import analytic_model
 from belt_sim.curves import late_rates
 from belt_sim.effects.belt_shape import Camber, Weld
 from belt_sim.errors import CannotRepresent
+from belt_sim.line.march import march
+from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.machine import build_scene
 from belt_sim.space.mesh import Grid, Membrane, tie_lengths

@@ -7,9 +7,9 @@ import pytest
 from paper_cases import paper_case
 from pulley_bench import empty_wrap, pose, surface
 
-from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.contact import LiftOff
-from belt_sim.laws.span import torsional_stiffness
+from belt_sim.line.span import torsional_stiffness
+from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.belt import LayerFibres
 from belt_sim.space.elastic import Ties, TwistStiffness

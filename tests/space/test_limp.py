@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.analytic.march import march
-from belt_sim.analytic.model import analytic_model
 from belt_sim.errors import CannotRepresent
+from belt_sim.line.march import march
+from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.native import simulate
 from belt_sim.space.options import BONDS

@@ -9,7 +9,7 @@ from paper_cases import paper_case
 
 from belt_sim.errors import InputError
 from belt_sim.files import CONF
-from belt_sim.registry import model_named
+from belt_sim.model import model_named
 from belt_sim.space import BELTS, Options
 from belt_sim.space.native import simulate
 from belt_sim.space.options import SLOWNESS, fit_options, string_speed

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from paper_cases import YAW, paper_case
 
-from belt_sim.analytic.march import march
-from belt_sim.analytic.model import analytic_model
+from belt_sim.line.march import march
+from belt_sim.model import analytic_model
 from belt_sim.space.native import simulate
 
 #: of the largest y: 1.1 % is said, to the digit printed, and needed at 10 N/mm2, where the late rates differ by 2 %;

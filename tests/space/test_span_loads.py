@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.analytic.model import analytic_model
 from belt_sim.effects.library import library
 from belt_sim.effects.span_loads import IdlerSkew, SideDrag
 from belt_sim.effects.span_stiffness import Shear
 from belt_sim.effects.yaw import Cant
 from belt_sim.jax_setup import in_float64
+from belt_sim.model import analytic_model
 from belt_sim.space.belt import load_forces
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.native import SpaceRun

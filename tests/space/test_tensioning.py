@@ -8,7 +8,7 @@ import pytest
 from paper_cases import YAW, paper_case
 
 from belt_sim.errors import InputError
-from belt_sim.registry import model_named
+from belt_sim.model import model_named
 from belt_sim.space import Options
 from belt_sim.space.loop import Catenary, HangingBelt, free_length, lay_loop, lift
 from belt_sim.space.native import SpaceRun, simulate

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Schedule
-from belt_sim.laws.span import strip
+from belt_sim.line.span import strip
+from belt_sim.line.spans import span_responses
 from belt_sim.space import Options
 from belt_sim.space.native import simulate
 from studies.wide_strip import _STEP, March, WideSpan, short_wide_rig

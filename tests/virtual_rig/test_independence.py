@@ -8,7 +8,7 @@ import pytest
 import belt_sim
 
 ROOT = Path(belt_sim.__file__).parent
-FITTER = ("belt_sim.laws", "belt_sim.analytic", "belt_sim.effects", "belt_sim.diagnosis", "belt_sim.discovery")
+FITTER = ("belt_sim.line", "belt_sim.line", "belt_sim.effects", "belt_sim.diagnosis", "belt_sim.discovery")
 TRUTH = ("belt_sim.virtual_rig",)
 
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from belt_sim.analytic.composition import Composition
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import EarlyStopping, Fit, Sides, fit_sets
 from belt_sim.diagnosis.noise.levels import LevelFinder
@@ -15,6 +14,7 @@ from belt_sim.diagnosis.readings.forward import Forward, choose_step
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES
 from belt_sim.diagnosis.readings.samples import Samples, samples_of
 from belt_sim.effects.base import Effect
+from belt_sim.line.spans import Composition
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -24,7 +24,7 @@ from belt_sim.diagnosis.readings.sensor_places import indicate_place, places_of,
 from belt_sim.effects.base import Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import true_travel
 from belt_sim.jax_setup import jit_float64
-from belt_sim.laws.drive import Reading
+from belt_sim.line.runup import Reading
 
 READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same
 FEWEST = 3  # harmonics that are always asked for

@@ -17,8 +17,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.march import plan_steps
 from belt_sim.diagnosis.readings.additive_effects import bin_attenuation, columns, harmonics_of, select_addable
 from belt_sim.diagnosis.readings.candidates import SLOW
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, lengthen_belt
@@ -26,6 +24,8 @@ from belt_sim.diagnosis.readings.programs import Work, compile_march, finish, pl
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.readings.sensor_places import check_places, places_of
 from belt_sim.effects.base import AFTER_ENGINE, Effect, overrides
+from belt_sim.line.march import plan_steps
+from belt_sim.line.spans import Composition
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``choose_step``)
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken

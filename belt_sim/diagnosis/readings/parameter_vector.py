@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.case import Case, Rig, Schedule
+from belt_sim.case import Case, Numbers, Rig, Schedule
 from belt_sim.effects.base import Effect, Parameter
-from belt_sim.pytrees import Numbers
 
 NUISANCES = ("stiffness", "tension", "yaw", "yaw_at", "belt_length", "start")
 

@@ -16,8 +16,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.march import march_open
 from belt_sim.campaign.types import sensor_place
 from belt_sim.case import Case, Settings
 from belt_sim.curves import SensorPlace
@@ -27,6 +25,8 @@ from belt_sim.diagnosis.readings.sensor_places import places_of, reading_at
 from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.effects.pipeline import indicate
 from belt_sim.jax_setup import PROGRAMS, WORKERS, jit_float64
+from belt_sim.line.march import march_open
+from belt_sim.line.spans import Composition
 
 ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
 SLOTS = 16  # the same of the wrap's history

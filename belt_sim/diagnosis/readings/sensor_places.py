@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 import jax.numpy as jnp
 
-from belt_sim.analytic.composition import Composition
 from belt_sim.campaign.types import SignalSheet, sensor_place
 from belt_sim.case import Case
 from belt_sim.curves import Curves, SensorPlace
@@ -17,7 +16,8 @@ from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.effects.base import Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import looked_up, true_travel
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.laws.drive import Reading
+from belt_sim.line.runup import Reading
+from belt_sim.line.spans import Composition
 
 BEFORE = 0.5  # [m] of travel before the yaw, over which a sensor that moves with it is seen at rest
 INSIDE = ("bend", "hold")  # hooks of effects that shape a span between its ends, which readings there would show

@@ -10,8 +10,7 @@ import mujoco
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.curves import Curves, late_rates
-from belt_sim.frame import Frame
+from belt_sim.curves import Curves, Frame, late_rates
 from belt_sim.jax_setup import prepare
 from belt_sim.si import MM_PER_M
 from belt_sim.space import Options

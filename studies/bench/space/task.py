@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim.analytic.march import march
-from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Case, Rig
 from belt_sim.curves import Curves, late_rates
+from belt_sim.line.march import march
+from belt_sim.model import analytic_model
 from belt_sim.si import N_PER_MM2
 from belt_sim.space import Options
 from belt_sim.space.native import SpaceRun

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.analytic.model import analytic_model
+from belt_sim.model import analytic_model
 from belt_sim.show import style
 from belt_sim.show.style import POINTS
 from studies.closed_forms import steady_offsets

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.analytic.model import analytic_model
+from belt_sim.model import analytic_model
 from belt_sim.show import style
 from belt_sim.show.style import FAINT, INK, POINTS
 from belt_sim.si import MM

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.analytic.model import analytic_model
+from belt_sim.model import analytic_model
 from belt_sim.show import style
 from belt_sim.show.style import FAINT, POINT_NAMES, POINTS
 from studies.paper import drawing

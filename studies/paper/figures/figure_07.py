@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.analytic.model import analytic_model
 from belt_sim.case import Schedule
+from belt_sim.model import analytic_model
 from belt_sim.show import style
 from belt_sim.show.style import AMBER, BLUE, FAINT, INK
 from belt_sim.si import DEGREE, MM

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_sim.laws.runup import sag_angle
+from belt_sim.line.runup import sag_angle
 from belt_sim.show import style
 from belt_sim.show.style import CYCLE, FAINT, INK
 from belt_sim.space.loop import Catenary

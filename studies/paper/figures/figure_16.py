@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.analytic.model import analytic_model
 from belt_sim.curves import late_rates
+from belt_sim.model import analytic_model
 from belt_sim.show import style
 from belt_sim.show.style import INK, POINTS
 from studies.closed_forms import steady_offsets

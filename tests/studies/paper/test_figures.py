@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from belt_sim.analytic.model import analytic_model
-from belt_sim.analytic.steady import edge_tensions, required_moment
 from belt_sim.errors import InputError
+from belt_sim.line.steady import edge_tensions, required_moment
+from belt_sim.model import analytic_model
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG, YAW
 from studies.paper.figures import figure_02, figure_06, figure_08, figure_09, figure_10, figure_14
 from studies.paper.figures.figure_19 import pushed_span

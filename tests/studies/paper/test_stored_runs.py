@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from belt_sim.analytic.model import analytic_model
 from belt_sim.errors import InputError
+from belt_sim.model import analytic_model
 from studies.paper.models import case_at, moving
 from studies.paper.stored_runs import names, stored_run
 

@@ -14,16 +14,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.spans import Spans
 from belt_sim.case import Case
 from belt_sim.curves import Curves, SensorPlace
 from belt_sim.effects.base import apply_hook, call_hook, uses
 from belt_sim.effects.pipeline import as_driven, as_numpy
 from belt_sim.errors import InputError, SimulationError
 from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
-from belt_sim.laws import drive
-from belt_sim.laws.runup import RunOff, RunUp, Yaw, delayed_runoff
+from belt_sim.line import runup as drive
+from belt_sim.line.runup import RunOff, RunUp, Yaw, delayed_runoff
+from belt_sim.line.spans import Composition, Spans
 from belt_sim.si import N_PER_MM2
 
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence

@@ -12,12 +12,12 @@ import jax
 import numpy as np
 from numpy.typing import ArrayLike
 
-from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.march import KEEP, STEP, march_traced, plan_steps
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError
 from belt_sim.jax_setup import WORKERS, jit_float64, map_in_chunks
+from belt_sim.line.march import KEEP, STEP, march_traced, plan_steps
+from belt_sim.line.spans import Composition
 
 CHUNK = 250  # cases
 Axes = Any  # 0 or None for every leaf of a case, or for whole branches of it

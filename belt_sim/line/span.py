@@ -17,8 +17,7 @@ from dataclasses import dataclass, field, replace
 import jax
 import jax.numpy as jnp
 
-from belt_sim.case import Case
-from belt_sim.pytrees import pytree
+from belt_sim.case import Case, pytree
 
 _SQUARINGS = 4  # transfer matrix of L/1024 -> L/64
 _DOUBLINGS = 5  # condensed L/64 -> L/2: fields along a span are known at 65 places

@@ -20,8 +20,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.laws.span import Span, condense, dimensionless, inverse
-from belt_sim.pytrees import pytree
+from belt_sim.case import pytree
+from belt_sim.line.span import Span, condense, dimensionless, inverse
 
 
 @pytree

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.analytic.composition import Composition
-from belt_sim.analytic.spans import span_responses
 from belt_sim.case import Case
 from belt_sim.errors import InputError
 from belt_sim.jax_setup import in_float64, jit_float64
+from belt_sim.line.spans import Composition, span_responses
 
 LIMPEST = 20.0  # chord over twice the catenary's parameter: such a rope hangs 10^7 chords deep
 

@@ -1,1 +1,0 @@
-"""Analytic belt models: marches in belt travel and closed forms."""
