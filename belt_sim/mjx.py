@@ -13,7 +13,7 @@ from belt_sim.space.mjx_engine import simulate, simulate_batch
 from belt_sim.space.mjx_interface import stack_cases
 from belt_sim.space.mjx_model import READING, MjxData, MjxModel, PreparedCase, command, prepare
 from belt_sim.space.mjx_step import step
-from belt_sim.space.run_stages import Command
+from belt_sim.space.run import Command
 
 __all__ = [
     "READING",

@@ -4,7 +4,6 @@ The tail pulley stands askew by an unknown angle from travel 0 on; the controlle
 Beside it what the linear plant says of the same loop.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,11 +15,8 @@ from belt_sim.config import make_case
 from belt_sim.files import write_with
 from belt_sim.show.observers import ProgressObserver
 from belt_sim.si import DEGREE, MM
-from belt_sim.space.native import SpaceRun
+from belt_sim.space.native import NativeState, SpaceRun
 from belt_sim.space.options import Options, fit_options
-from belt_sim.space.recording import Recorder
-from belt_sim.space.run_stages import Command, Stage
-from belt_sim.space.state import RunState
 from studies.application import application
 
 
@@ -44,35 +40,19 @@ class Lead:
         return -self.gain * (ratio * off - (ratio - 1.0) * self.slow)
 
 
-def add_controller(stage: Stage, recorder: Recorder, controller: Lead, steering: list[tuple[float, float]]) -> Stage:
-    """The stage with a tail pulley that the controller turns as well, from travel 0 on.
-
-    steering keeps travel [m] and the controller's angle [rad].
-    """
-
-    def commands(state: RunState) -> Iterator[Command]:
-        for command in stage.commands(state):
-            angle = 0.0
-            if stage.is_recorded and command.travel > 0.0:
-                angle = controller.angle(command.travel, float(recorder.reading(state)[0]))
-                steering.append((command.travel, angle))
-            yield command._replace(yaw=command.yaw + np.array([0.0, angle]))
-
-    return stage._replace(commands=commands)
-
-
 def in_space(config: dict[str, Any]) -> dict[str, np.ndarray]:
     """travel [m], y1 [mm], y3 [mm] and the controller's yaw [deg] of the loop closed on the 3D belt."""
     case = make_case(tension=config["tension"], yaw=config["askew"], travel=config["travel"])
     run = SpaceRun.begin(case, "flex", fit_options(Options(), case, "flex"))
-    recorder = Recorder(run.scene, (ProgressObserver("closed loop"),))
     steering: list[tuple[float, float]] = []
     controller = Lead(config["gain"], config["lead"], config["lag"])
-    for observer in recorder.observers:
-        observer.start(case, config["travel"])
-    for stage in run.stages(config["travel"]):
-        run.run_stage(add_controller(stage, recorder, controller, steering), recorder)
-    curves, (at, angle) = recorder.curves(), np.array(steering).T
+
+    def steer(state: NativeState) -> float:
+        steering.append((state.travel, controller.angle(state.travel, float(state.readings[0]))))
+        return steering[-1][1]
+
+    curves = run.go(config["travel"], (ProgressObserver("closed loop"),), steer)
+    at, angle = np.array(steering).T
     yaw = np.interp(np.asarray(curves.travel), at, angle) / DEGREE
     return {"travel_m": curves.travel, "y1_mm": curves.y[0] / MM, "y3_mm": curves.y[2] / MM, "yaw_deg": yaw}
 

@@ -33,7 +33,7 @@ from belt_sim.space.chain import (
 from belt_sim.space.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME
 from belt_sim.space.pulleys import belt_loads, pose_of
 from belt_sim.space.rope import RopeKinks, end_offsets, hold_run_up_end
-from belt_sim.space.run_stages import Command
+from belt_sim.space.run import Command
 from belt_sim.space.wrap import (
     TAIL,
     BeltOnPulley,

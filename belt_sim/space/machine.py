@@ -18,7 +18,6 @@ from belt_sim.space.loop import LaidLoop, lay_loop, lift
 from belt_sim.space.mesh import BELT_MODELS, Mesh
 from belt_sim.space.mujoco_interface import add_dummy_equality, set_solver
 from belt_sim.space.options import RESIDUAL_TORSION, Options
-from belt_sim.space.tensioning import KollerPlan
 
 STATION = MODELS / "pulley_station.xml"
 #: the pulleys' joints in a scene; the nodes follow
@@ -32,7 +31,7 @@ _ROLLER = (0.02, 0.03)  # [m], radius and half height of an edge guide, only see
 @dataclass(frozen=True)
 class SceneLayout:
     """What stands still in a run. case: with the gravity of its parts; kind: of belt, "rope", "grid" or "flex";
-    early [m]: travel before travel 0; koller: how the pulleys move apart at its beginning."""
+    early [m]: travel before travel 0."""
 
     case: Case
     kind: str
@@ -41,18 +40,13 @@ class SceneLayout:
     mesh: Mesh
     loop: LaidLoop
     early: float
-    koller: KollerPlan | None = None
 
 
 def lay_out(case: Case, belt: str, options: Options, parts: SceneParts, *, path=lift) -> SceneLayout:
     """The scene: the belt's nodes laid round the pulleys, which they come onto along ``path`` (loop.py)."""
     case = replace(case, rig=replace(case.rig, gravity=parts.gravity))
-    loop, laid = lay_loop(case, options.dx, path=path), case
-    apart = KollerPlan.from_case(case, loop) if options.tensioning == "koller" else None
-    if apart is not None:
-        laid, loop = apart.slack, lay_loop(apart.slack, options.dx, len(loop.x), path=path)
-    early = options.run_in + (apart.travel if apart else 0.0)
-    mesh = BELT_MODELS[belt].mesh(laid, loop, options)
+    loop, early = lay_loop(case, options.dx, path=path), options.run_in
+    mesh = BELT_MODELS[belt].mesh(case, loop, options)
     if parts.camber is not None:
         if mesh.lines == 1:
             why = "a rope of particles has no width that could be curved; use belt=flex or grid"
@@ -63,7 +57,7 @@ def lay_out(case: Case, belt: str, options: Options, parts: SceneParts, *, path=
     if parts.residual:
         mesh = replace(mesh, residual=parts.residual / float(case.belt.youngs_modulus))
         _refuse_slack_lines(mesh, case, options, belt)
-    return SceneLayout(case, belt, options, parts, mesh, loop, early, apart)
+    return SceneLayout(case, belt, options, parts, mesh, loop, early)
 
 
 def build_scene(case: Case, belt: str, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, SceneLayout]:
@@ -114,8 +108,6 @@ def _refuse_slack_lines(mesh: Mesh, case: Case, options: Options, kind: str) -> 
     what = f"effects = flatness: a residual stress of {mesh.residual * modulus / N_PER_MM2:.3g} N/mm2"
     if kind == "flex" and mesh.lines > 2:
         raise CannotRepresent(f"{what} needs model.across = 2 in a membrane; use that, or model=mujoco_grid")
-    if options.tensioning == "koller":
-        raise CannotRepresent(f"{what} folds the slack belt of model.tensioning = koller; use force or length")
     if RESIDUAL_TORSION * mesh.residual * modulus >= tension:
         raise CannotRepresent(f"{what} is too much for {tension / N_PER_MM2:g} N/mm2: the spans twist by themselves")
     if tension + modulus * mesh.residual_strain.min() <= 0.0:

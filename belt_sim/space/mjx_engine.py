@@ -15,15 +15,24 @@ from belt_sim.curves import Curves, Observer
 from belt_sim.errors import CannotRepresent, SimulationError
 from belt_sim.jax_setup import in_float64
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys
 from belt_sim.space.belt import ActiveFeatures
 from belt_sim.space.loop import lay_loop
+from belt_sim.space.machine import SceneLayout
 from belt_sim.space.mjx_interface import stack_cases
-from belt_sim.space.mjx_model import READING, MjxData, MjxModel, PreparedCase, nodes_of, plan_run, prepare
+from belt_sim.space.mjx_model import READING, MjxData, MjxModel, PreparedCase, nodes_of, prepare
 from belt_sim.space.mjx_step import step
 from belt_sim.space.options import Options, is_limp
-from belt_sim.space.recording import curves_of, frame_of, notify_observers
-from belt_sim.space.run_stages import Command
+from belt_sim.space.run import (
+    BatchEngine,
+    Command,
+    cases_per_chunk,
+    curves_of,
+    failure_with,
+    frame_of,
+    is_on_pulleys,
+    notify_observers,
+    plan_in_time,
+)
 
 SEGMENT = 50  # steps of one compiled call: at most 0.1 m of travel at 1 ms and 2 m/s
 
@@ -35,8 +44,6 @@ def refuse(belt: str, options: Options, parts: SceneParts) -> None:
         why = f"model = mujoco_{belt} without bending stiffness"
     elif math.isfinite(parts.friction):
         why = f"options.friction = {parts.friction:g}"
-    elif options.tensioning == "koller":
-        why = "model.tensioning = koller"
     if why is not None:
         raise CannotRepresent(f"{why}: engine=mjx cannot do this; use engine=native")
 
@@ -86,7 +93,7 @@ def run(
     models, axes = stack_cases([r.model for r in ready])
     data = jax.tree.map(lambda *v: np.stack([np.asarray(x) for x in v]), *[carried_state(r.data) for r in ready])
     models, still, data = jax.device_put((models, ready[0].data.mjx, data))
-    plans, march = [plan_run(r.scene, travel) for r in ready], compile_batch(axes)
+    plans, march = [plan_of(r.scene, travel) for r in ready], compile_batch(axes)
     readings: list[list[np.ndarray]] = [[] for _ in ready]
     widths = [float(r.case.belt.width) for r in ready]
 
@@ -105,6 +112,11 @@ def run(
             if all(not is_on_pulleys(r[-1], w).all() for r, w in zip(readings, widths, strict=True)):
                 break
     return [curves_of_steps(*of) for of in zip(ready, plans, readings, strict=True)]
+
+
+def plan_of(scene: SceneLayout, travel: float) -> Command:
+    """The commands that ``step`` reads, of all steps of a run over ``travel`` [m], leading axis (steps,)."""
+    return plan_in_time(scene, travel)[0]._replace(friction=None)
 
 
 def segment_of(plans: Sequence[Command], begin: int) -> Command:
@@ -169,7 +181,7 @@ def curves_of_steps(ready: PreparedCase, plan: Command, readings: Sequence[np.nd
     if steps == len(table):
         return curves
     why = "the belt ran off its pulleys or its motion grew without bound {where}: turn the yaw back earlier, "
-    return failure_with(curves, why + "shorten travel, or halve options.dt")
+    return failure_with(curves, why + "shorten travel, or halve model.dt")
 
 
 def show_frame(

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -28,8 +27,7 @@ from belt_sim.space.machine import (
 from belt_sim.space.mjx_interface import plain_model, to_mjx
 from belt_sim.space.options import Options, fit_options
 from belt_sim.space.pulleys import TailPulley, lay_pulleys
-from belt_sim.space.recording import ANGLES, EDGES, MOMENTS, POINTS, SAGS, TENSION, TILTS
-from belt_sim.space.run_stages import Command, apply_command, run_stages
+from belt_sim.space.run import ANGLES, EDGES, MOMENTS, POINTS, SAGS, TENSION, TILTS, Command
 from belt_sim.space.wrap import BeltOnPulley
 
 
@@ -166,13 +164,3 @@ def nodes_of(shape: BatchShape, flat: Array) -> Array:
 def flat_of(base: Array, nodes: Array) -> Array:
     """Values by coordinate: those of the pulleys' joints (5,), then those of the nodes (m, 3, n)."""
     return jnp.concatenate([base, jnp.moveaxis(nodes, -1, 0).reshape(-1)])
-
-
-def plan_run(scene: SceneLayout, travel: float) -> Command:
-    """The commands of all steps of a run over ``travel`` [m], leading axis (steps,)."""
-    state, rows = SimpleNamespace(travel=-scene.early, speed=0.0, time=0.0), []
-    for stage in run_stages(scene, 0.0, travel):
-        for command in stage.commands(state):
-            apply_command(state, command, scene.options.dt)
-            rows.append(command[:6])
-    return Command(*(np.array(column, float) for column in zip(*rows, strict=True)))

@@ -29,13 +29,11 @@ from belt_sim.space.chain import (
     twist_of_cells,
 )
 from belt_sim.space.loop import smoothstep
-from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
+from belt_sim.space.machine import HEAD_SPIN, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN
 from belt_sim.space.mjx_interface import advance, apply_actuators, compute_multibody, node_masses, read_sensors
 from belt_sim.space.mjx_model import MjxData, MjxModel, flat_of, nodes_of
-from belt_sim.space.options import COMPLIANCE_TIME
 from belt_sim.space.pulleys import belt_loads, pose_of
-from belt_sim.space.recording import reading
-from belt_sim.space.run_stages import Command
+from belt_sim.space.run import Command, reading
 from belt_sim.space.wrap import HEAD, TAIL, carry_wraps, sink_wraps
 
 _HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model: those of the native engine
@@ -48,13 +46,13 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     q, v = d.qpos, d.qvel
     rest = nodes_of(shape, m.body_pos[m.nbody - shape.stations * shape.lines :].reshape(-1))  # stress-free places
     before = rest + nodes_of(shape, q)
-    turned = data.compliance_yaw
-    if turned is not None:  # it follows the belt's moment on a pulley
-        wanted = belt.surfaces.yaw_compliance * data.loads[:, 2]
-        turned += (wanted - turned) * jnp.minimum(h / COMPLIANCE_TIME, 1.0)
-    applied, joints = _move_pulleys(model, data, command, d.qfrc_actuator, turned)
+    moves = jnp.stack([q[:STATION_JOINTS], v[:STATION_JOINTS]])
+    actuators = d.qfrc_actuator[:STATION_JOINTS]
+    driven, tail, turned = model.tail.advance(belt, moves, data.loads, data.compliance_yaw, command, h, actuators)
+    spin = shape.sign * command.travel / belt.surfaces.radius[HEAD]
+    joints = driven[0].at[TAIL_SLIDE].set(tail[0] - model.tail.x).at[TAIL_SPIN].set(tail[1]).at[HEAD_SPIN].set(spin)
+    applied = jnp.zeros_like(q).at[:STATION_JOINTS].set(driven[2])
     askew = smoothstep(d.time / (0.5 * model.settle))  # a wobble sets in while the belt comes to rest
-    tail = jnp.stack([model.tail.x + joints[TAIL_SLIDE], joints[TAIL_SPIN]])
     pose = pose_of(belt, command, tail, turned, askew)
     came_from = data.pulleys.pose
     moved = jnp.abs(pose.spin[HEAD] - came_from.spin[HEAD]) * belt.surfaces.radius[HEAD]
@@ -88,24 +86,6 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     read = reading(belt, after, pulleys.wrap.first, pulleys.wrap.last, tail_x, command.share)
     read = jnp.concatenate([read, jnp.stack([tail_x, command.travel, command.speed])])
     return MjxData(d, pulleys, loads, command.travel, turned, read)
-
-
-def _move_pulleys(
-    model: MjxModel, data: MjxData, command: Command, actuators: Array, turned: Array | None
-) -> tuple[Array, Array]:
-    """Forces on all coordinates [N, N m], and the pulleys' joints after the step, (5,) as in machine.py."""
-    belt, tail, h, sign = model.belt, model.tail, model.dt, model.belt.shape.sign
-    q, v = data.mjx.qpos, data.mjx.qvel
-    slide, moment = tail.forces(belt, data.loads[TAIL], (v[TAIL_SLIDE], v[TAIL_SPIN]), command, h)
-    slide, moment = slide + actuators[TAIL_SLIDE], moment + actuators[TAIL_SPIN]
-    applied = jnp.zeros_like(q).at[TAIL_SLIDE].set(slide).at[TAIL_SPIN].set(moment)
-    free = 1.0 - belt.slide_fixed  # 0 where the slide is fixed
-    yaw = command.yaw if turned is None else command.yaw + turned
-    joints = q[:STATION_JOINTS]
-    joints = joints.at[TAIL_SLIDE].add(free * h * (v[TAIL_SLIDE] + h * slide / tail.mass))
-    joints = joints.at[TAIL_SPIN].add(h * (v[TAIL_SPIN] + h * moment / tail.inertia))
-    joints = joints.at[HEAD_SPIN].set(sign * command.travel / belt.surfaces.radius[HEAD])
-    return applied, joints.at[HEAD_YAW].set(yaw[HEAD]).at[TAIL_YAW].set(yaw[TAIL])
 
 
 def _implicit(

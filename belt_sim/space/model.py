@@ -15,7 +15,7 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.space.options import CONTACTS, Options
 
 if TYPE_CHECKING:
-    from belt_sim.space.batch import BatchEngine
+    from belt_sim.space.run import BatchEngine
 
 #: in time by MuJoCo; in time by MuJoCo MJX; without inertia
 ENGINES = ("native", "mjx", "quasi_static")

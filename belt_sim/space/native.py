@@ -1,11 +1,11 @@
 """A run in three dimensions: case in, curves out. One step is pulleys, springs, forces, MuJoCo, contact."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -21,18 +21,16 @@ from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.belt import BeltArrays, active_features, belt_arrays, guide_forces, load_forces
 from belt_sim.space.chain import anchor_positions, cut_chain, twist_of_cells, twist_on_nodes
-from belt_sim.space.loop import smoothstep
+from belt_sim.space.loop import library_of, smoothstep
 from belt_sim.space.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
 from belt_sim.space.mesh import drag_coefficients, tie_lengths
-from belt_sim.space.mujoco_interface import Solver, compile_model, mjcf
+from belt_sim.space.mujoco_interface import Motion, Solver, compile_model, mjcf, silence_expected_warnings
 from belt_sim.space.options import BELTS, CONTACTS, Options, fit_options, is_limp
 from belt_sim.space.pulleys import TailPulley, belt_loads, lay_pulleys, pose_of
-from belt_sim.space.recording import Recorder, notify_observers
 from belt_sim.space.rolling_contact import build_contact
 from belt_sim.space.rolling_run import ContactRun, Edited
 from belt_sim.space.rope import RopeKinks, end_offsets, hold_run_up_end, run_off_end, sway_drag
-from belt_sim.space.run_stages import Command, Stage, apply_command, run_stages
-from belt_sim.space.state import RunState
+from belt_sim.space.run import Command, Recorder, notify_observers, plan_in_time, reading
 from belt_sim.space.wrap import (
     HEAD,
     TAIL,
@@ -45,84 +43,99 @@ from belt_sim.space.wrap import (
 )
 
 
-def plain(command: Command) -> Command:
-    """The command in arrays alone, for which one program is compiled."""
-    return jax.tree.map(np.asarray, command._replace(tail_motion=None))
+@dataclass(frozen=True)
+class Packing:
+    """How a tree of arrays lies in one vector of floats: a call of JAX costs by the number of its arguments."""
+
+    structure: Any
+    shapes: tuple[tuple[int, ...], ...]
+    kinds: tuple[str, ...]
+
+    @staticmethod
+    def of(tree: Any) -> "Packing":
+        leaves, structure = jax.tree.flatten(tree)
+        arrays = [np.asarray(leaf) for leaf in leaves]
+        return Packing(structure, tuple(a.shape for a in arrays), tuple(a.dtype.str for a in arrays))
+
+    def pack(self, tree: Any) -> Array:
+        """The vector of a tree of this structure."""
+        leaves = jax.tree.leaves(tree)
+        library = library_of(leaves[0])
+        return library.concatenate([library.ravel(leaf).astype(float) for leaf in leaves])
+
+    def unpack(self, vector: Array) -> Any:
+        """The tree; integers are integers again."""
+        ends = np.cumsum([math.prod(shape) for shape in self.shapes])
+        parts = (vector[end - math.prod(shape) : end] for end, shape in zip(ends, self.shapes, strict=True))
+        each = zip(parts, self.shapes, self.kinds, strict=True)
+        return jax.tree.unflatten(self.structure, [part.reshape(shape).astype(kind) for part, shape, kind in each])
+
+
+class Fixed(NamedTuple):
+    """What stands still in a run: belt and tail pulley; rest [m], (n, m, 3): of the mesh; dt [s]; hold_stiffness [N/m];
+    wobbled [s]: time over which a wobble sets in."""
+
+    belt: BeltArrays
+    tail: TailPulley
+    rest: Array
+    dt: Array
+    hold_stiffness: Array
+    wobbled: Array
+
+
+class Carried(NamedTuple):
+    """What goes from step to step beside MuJoCo's coordinates; of arrays of two the first is the head pulley's.
+
+    pulleys: where they are at the end of the coming step, the stations on them, their bending layers (wrap.py); slip:
+    of these stations; waiting: the pulley on which the belt did not slide in the last step, because both take turns
+    (-1 = neither); loads, (2, 3): of ``belt_loads``; compliance_yaw [rad], (2,); kinks, run_off: of a limp belt, its
+    stations at the run-offs when they were last put on their lines, (2,).
+    """
+
+    pulleys: BeltOnPulley
+    slip: SlipState
+    waiting: Array
+    loads: Array
+    compliance_yaw: Array
+    kinks: RopeKinks | None = None
+    run_off: Array | None = None
+
+
+class Instant(NamedTuple):
+    """A step's end: the command, the time [s], and 1 from travel 0 on, where stations land on the pulleys as they are,
+    0 before, on plain cylinders."""
+
+    command: Command
+    time: Array
+    shaped: Array
 
 
 class StepInput(NamedTuple):
-    """What a step of MuJoCo starts from, (n, m, 3) each but free, (n,), whether a station lies on no pulley: nodes [m],
-    where a limp belt's new outermost stations have been moved; forces [N] on them; rest [m] and stiffness [N/m] of the
-    springs, of pulleys and guides."""
+    """What a step of MuJoCo starts from. free, (n,): whether a station lies on no pulley; nodes [m], (n, m, 3), where a
+    limp belt's new outermost stations have been moved; forces [N] on them; rest [m] and stiffness [N/m] of the springs,
+    of pulleys and guides, of the same shape; joints [rad, m], their rates, and the forces on them [N m, N], (3, 5);
+    fewest: links that lie on a pulley."""
 
     free: Array
     nodes: Array
     forces: Array
     rest: Array
     stiffness: Array
-
-
-#: head and tail, kinks and run-off stations of a limp belt: of RunState
-OnPulleys: TypeAlias = tuple[BeltOnPulley, RopeKinks | None, Array | None]
-
-
-@jit_float64
-def hold_belt(
-    belt: BeltArrays, was: OnPulleys, command: Command, tail: Array, turned: Array, askew: Array, nodes: Array,
-    tension: Array, shaped: Array, hold_stiffness: Array, dt: Array,
-) -> tuple[OnPulleys, StepInput]:  # fmt: skip
-    """Before a step: the pulleys where they will be at its end, their stations on their anchors, and all other forces.
-
-    tail, turned, askew: as of ``pose_of``; nodes [m], (m, 3, n); tension [N]: of a span; shaped: as of RunState;
-    hold_stiffness [N/m].
-    """
-    sign, n, speed = belt.shape.sign, nodes.shape[-1], command.speed
-    pulleys, kinks, run_off = was
-    before = pulleys.pose
-    pulleys = pulleys._replace(pose=pose_of(belt, command, tail, turned, askew))
-    moved = jnp.abs(pulleys.pose.spin - before.spin) * belt.surfaces.radius
-    pulleys = sink_wraps(belt, pulleys, before, moved, shaped, (speed == 0.0) & (command.travel >= 0.0))
-    if kinks is not None:
-        wraps, kinks = jax.vmap(partial(hold_run_up_end, sign=sign))(pulleys, kinks)
-        pulleys = pulleys._replace(wrap=wraps)
-    places = cut_chain(pulleys.wrap)
-    chain, anchors = nodes[..., places.stations], anchor_positions(belt, pulleys, places)
-    forces = jnp.zeros_like(chain)
-    if len(nodes) > 1:
-        forces += twist_on_nodes(belt, chain, twist_of_cells(belt, pulleys, places, tension))
-    if belt.loads is not None:
-        forces += command.share * load_forces(belt, chain)
-    if kinks is not None:
-        aside, slopes = end_offsets(belt, pulleys, places, chain, 0.0, kinks)
-        anchors += aside
-        end = run_off_end(sign)
-        ends, leaving = places.ends[:, end], pulleys.wrap.outer(end)
-        chain = chain.at[..., ends].add(jnp.where(leaving != run_off, aside[..., ends], 0.0))
-        drag = sway_drag(belt, places, chain[:, 1], slopes, (anchors - chain)[:, 1] / dt, speed, command.drag[1])
-        forces, run_off = forces.at[:, 1].add(drag), leaving
-    rest, stiffness = jnp.where(places.free, chain, anchors), jnp.where(places.free, 0.0 * chain, hold_stiffness)
-    if belt.guides is not None:  # a free node beyond a roller's face is pushed back to it
-        force, guiding = guide_forces(belt, chain, places.free)
-        rest = rest.at[:, 1].add(force / jnp.where(guiding > 0.0, guiding, 1.0))
-        stiffness = stiffness.at[:, 1].add(guiding)
-    back = (jnp.arange(n) - places.stations[0]) % n  # from the chain to stations' numbers
-    found = (places.free, chain, forces, rest, stiffness)
-    return (pulleys, kinks, run_off), StepInput(*(jnp.moveaxis(v[..., back], -1, 0) for v in found))
+    joints: Array
+    fewest: Array
 
 
 _NEITHER = -1
 
 
-@jit_float64
-def carry_belt(
-    belt: BeltArrays, pulleys: BeltOnPulley, slip: SlipState, waiting: Array, command: Command, nodes: Array,
-    pull: Array, shaped: Array, dt: Array,
-) -> tuple[BeltOnPulley, SlipState, Array, Array]:  # fmt: skip
-    """After a step, with held nodes on their anchors: loads on the pulleys, (2, 3), and what slid, landed and left.
+def carry_belt(fixed: Fixed, was: Carried, at: Instant, nodes: Array, pull: Array) -> tuple[Carried, Array]:
+    """After a step, with held nodes on their anchors: loads on the pulleys, and what slid, landed and left; and what
+    the instruments read, (22,): ``reading``, then slip and share of sliding nodes of both pulleys, x of the tail.
 
-    nodes [m], pull [N], (m, 3, n): of belt and weight on the nodes; waiting: the pulley that waited in the last step.
-    When both belts slide as a whole they take turns, since each reckons with the other standing still.
+    nodes [m], pull [N], (m, 3, n): of belt and weight on the nodes. When both belts slide as a whole they take turns,
+    since each reckons with the other standing still.
     """
+    belt, (command, _, shaped), pulleys, slip, waiting = fixed.belt, at, was.pulleys, was.slip, was.waiting
     loads = belt_loads(pulleys, nodes, pull)
     if belt.sliding_stiffness is not None:
         turn = jnp.where(waiting == HEAD, TAIL, HEAD)
@@ -135,8 +148,112 @@ def carry_belt(
 
         wraps, slip = jax.lax.map(slide, (jnp.arange(2), pulleys, slip))
         pulleys = pulleys._replace(wrap=wraps)
-    pulleys = carry_wraps(belt, pulleys, (pulleys.pose, nodes), nodes, 0.0, shaped, command.share, dt)
-    return pulleys, slip, waiting, loads
+    pulleys = carry_wraps(belt, pulleys, (pulleys.pose, nodes), nodes, 0.0, shaped, command.share, fixed.dt)
+    tail_x = pulleys.pose.centre[TAIL, 0]
+    read = reading(belt, nodes, pulleys.wrap.first, pulleys.wrap.last, tail_x, command.share)
+    read = jnp.concatenate([read, slip.total, slip.sliding, tail_x[None]])
+    return was._replace(pulleys=pulleys, slip=slip, waiting=waiting, loads=loads), read
+
+
+def hold_belt(fixed: Fixed, was: Carried, at: Instant, joints: Array, nodes: Array) -> tuple[Carried, StepInput]:
+    """Before a step: the pulleys where they will be at its end, their stations on their anchors, and all other forces.
+
+    joints [rad, m] and their rates, (2, 5); nodes [m], (m, 3, n).
+    """
+    belt, (command, time, shaped), pulleys, kinks, run_off = fixed.belt, at, was.pulleys, was.kinks, was.run_off
+    sign, n, speed, before = belt.shape.sign, nodes.shape[-1], command.speed, was.pulleys.pose
+    driven, tail, turned = fixed.tail.advance(belt, joints, was.loads, was.compliance_yaw, command, fixed.dt)
+    pulleys = pulleys._replace(pose=pose_of(belt, command, tail, turned, smoothstep(time / fixed.wobbled)))
+    moved = jnp.abs(pulleys.pose.spin - before.spin) * belt.surfaces.radius
+    pulleys = sink_wraps(belt, pulleys, before, moved, shaped, (speed == 0.0) & (command.travel >= 0.0))
+    if kinks is not None:
+        wraps, kinks = jax.vmap(partial(hold_run_up_end, sign=sign))(pulleys, kinks)
+        pulleys = pulleys._replace(wrap=wraps)
+    places = cut_chain(pulleys.wrap)
+    chain, anchors = nodes[..., places.stations], anchor_positions(belt, pulleys, places)
+    forces = jnp.zeros_like(chain)
+    if len(nodes) > 1:
+        tension = jnp.maximum(-0.5 * was.loads[TAIL, 0], 0.0)
+        forces += twist_on_nodes(belt, chain, twist_of_cells(belt, pulleys, places, tension))
+    if belt.loads is not None:
+        forces += command.share * load_forces(belt, chain)
+    if kinks is not None:
+        aside, slopes = end_offsets(belt, pulleys, places, chain, 0.0, kinks)
+        anchors += aside
+        end = run_off_end(sign)
+        ends, leaving = places.ends[:, end], pulleys.wrap.outer(end)
+        chain = chain.at[..., ends].add(jnp.where(leaving != run_off, aside[..., ends], 0.0))
+        landed = (anchors - chain)[:, 1] / fixed.dt
+        drag = sway_drag(belt, places, chain[:, 1], slopes, landed, speed, command.drag[1])
+        forces, run_off = forces.at[:, 1].add(drag), leaving
+    rest = jnp.where(places.free, chain, anchors)
+    stiffness = jnp.where(places.free, 0.0 * chain, fixed.hold_stiffness)
+    if belt.guides is not None:  # a free node beyond a roller's face is pushed back to it
+        force, guiding = guide_forces(belt, chain, places.free)
+        rest = rest.at[:, 1].add(force / jnp.where(guiding > 0.0, guiding, 1.0))
+        stiffness = stiffness.at[:, 1].add(guiding)
+    fewest = (was.pulleys.wrap.last - was.pulleys.wrap.first).min()
+    back = (jnp.arange(n) - places.stations[0]) % n  # from the chain to stations' numbers
+    found = (places.free, chain, forces, rest, stiffness)
+    carried = was._replace(pulleys=pulleys, compliance_yaw=turned, kinks=kinks, run_off=run_off)
+    return carried, StepInput(*(jnp.moveaxis(v[..., back], -1, 0) for v in found), driven, fewest)
+
+
+@partial(jit_float64, static_argnums=0)
+def between_steps(
+    packings: tuple[Packing, Packing, Packing], fixed: Array, carried: Array, instants: Array, joints: Array,
+    slides: Array, pull: Array,
+) -> tuple[Array, Array, StepInput]:  # fmt: skip
+    """From one step of MuJoCo to the next: what is carried on, what the instruments read, the next step's input.
+
+    fixed, carried, instants (2, k), of the step that has been made and of the next: packed; joints, (2, 5): and rates;
+    slides [m] of the nodes and the belt's pull [N] on them, (n, m, 3).
+    """
+    still, was = packings[0].unpack(fixed), packings[1].unpack(carried)
+    now, following = (packings[2].unpack(instant) for instant in instants)
+    nodes = jnp.moveaxis(still.rest + slides, 0, -1)
+    forces = jnp.moveaxis(pull, 0, -1).at[:, 2].add(-still.belt.mass[:, None] * still.belt.gravity)
+    after, read = carry_belt(still, was, now, nodes, forces)
+    after, given = hold_belt(still, after, following, joints, nodes)
+    slid = given._replace(nodes=given.nodes - still.rest, rest=given.rest - still.rest)
+    return packings[1].pack(after), read, slid
+
+
+@dataclass
+class NativeState(Motion):
+    """The belt and the machine at the end of a step. carried: packed ``Carried``, for the coming step; given: what that
+    starts from; readings: as of ``carry_belt``; acting: share and drag that MuJoCo's model has; the others as of
+    RunState."""
+
+    packing: Packing
+    instant: np.ndarray
+    carried: Array
+    given: StepInput
+    readings: np.ndarray
+    acting: tuple[float, ...] = (math.nan, math.nan, math.nan)
+
+    travel = property(lambda self: float(self.instant[0]))
+    yaw = property(lambda self: self.instant[1:3])
+    share = property(lambda self: float(self.instant[3]))
+    speed = property(lambda self: float(self.instant[4]))
+    time = property(lambda self: float(self.instant[9]))
+    tail_x = property(lambda self: float(self.readings[-1]))
+    slip = property(lambda self: SlipState(None, self.readings[17:19], self.readings[19:21], None))
+
+    def read(self, arrays: BeltArrays, nodes: np.ndarray) -> np.ndarray:
+        """What ``reading`` says, shape (17,)."""
+        return self.readings[:17]
+
+    @property
+    def carrying(self) -> Carried:
+        """``carried`` in the open."""
+        found: Carried = self.packing.unpack(np.asarray(self.carried))
+        return found
+
+    def held_stations(self, pulley: int) -> np.ndarray:
+        """Numbers of the stations on a pulley."""
+        wrap = self.carrying.pulleys.wrap
+        return np.arange(int(wrap.first[pulley]), int(wrap.last[pulley]) + 1) % len(self.slides)
 
 
 _FEWEST = 2  # links on a pulley
@@ -144,92 +261,75 @@ _FEWEST = 2  # links on a pulley
 
 @dataclass(frozen=True)
 class Engine:
-    """What acts on a state. belt: the case as arrays, and on JAX's device; rest_lengths [m], (k,) each: of the ties
-    without and with camber, None where the belt has neither camber nor residual stress."""
+    """What acts on a state. belt: the case as arrays; packings: of Fixed, Carried and Instant; fixed: packed; laid: a
+    belt at rest; rest_lengths [m], (k,) each: of the ties without and with camber, None where the belt has neither
+    camber nor residual stress."""
 
     scene: SceneLayout
     solver: Solver
     belt: BeltArrays
-    on_device: BeltArrays
-    tail: TailPulley
+    packings: tuple[Packing, Packing, Packing]
+    fixed: Array
+    laid: Carried
     rest_lengths: tuple[np.ndarray, np.ndarray] | None
 
     @staticmethod
     def from_scene(scene: SceneLayout, solver: Solver) -> "Engine":
         mesh, options, parts = scene.mesh, scene.options, scene.parts
-        slips = math.isfinite(parts.friction) or options.tensioning == "koller"
-        features = active_features([parts])._replace(slips=slips)
-        belt = in_float64(belt_arrays)(scene, features, mesh.mass / options.dt**2)
+        belt = in_float64(belt_arrays)(scene, active_features([parts]), mesh.mass / options.dt**2)
         rest_lengths = None
         if mesh.curvature is not None or mesh.residual:
             tied = solver.tied_nodes()
             rest_lengths = tie_lengths(mesh, tied, 0.0), tie_lengths(mesh, tied, 1.0)
             solver.set_rest_lengths(rest_lengths[0])
         tail = TailPulley.from_scene(scene, solver.model, solver.model.body_mass, solver.model.dof_armature)
-        on_device = in_float64(jax.device_put)(belt, _processor())
-        return Engine(scene, solver, belt, on_device, tail, rest_lengths)
+        wobbled = max(0.5 * options.settle, options.dt)
+        fixed = Fixed(belt, tail, mesh.rest, options.dt, options.hold_stiffness, wobbled)
+        pulleys, shape = lay_pulleys(scene, belt), belt.shape
+        kinks = RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None
+        run_off = pulleys.wrap.outer(run_off_end(shape.sign)) if shape.limp else None
+        slip = SlipState.none(shape.lines, shape.stations)
+        laid = Carried(pulleys, slip, np.array(_NEITHER), np.zeros((2, 3)), np.zeros(2), kinks, run_off)
+        instant = Instant(Command(0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(2), 0.0), 0.0, 0.0)
+        packings = Packing.of(fixed), Packing.of(laid), Packing.of(instant)
+        on_device = in_float64(jax.device_put)(packings[0].pack(fixed), _processor())
+        return Engine(scene, solver, belt, packings, on_device, laid, rest_lengths)
 
-    def lay(self) -> RunState:
-        """The belt laid round the pulleys, at rest."""
-        scene, mesh, shape = self.scene, self.scene.mesh, self.belt.shape
-        pulleys = lay_pulleys(scene, self.belt)
-        joints, slides = np.split(laid_coordinates(scene, *pulleys.pose.spin), [STATION_JOINTS])
-        slides = slides.reshape(mesh.rest.shape)
-        return RunState(
-            joints=joints,
-            joint_rates=np.zeros_like(joints),
-            slides=slides,
-            slide_rates=np.zeros_like(slides),
-            pulleys=pulleys,
-            slip=SlipState.none(shape.lines, shape.stations),
-            travel=-scene.early,
-            kinks=RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None,
-            run_off_stations=pulleys.wrap.outer(run_off_end(shape.sign)) if shape.limp else None,
-            loads=np.array(_loads(pulleys, mesh.nodes(slides), self._pull(slides))),
-        )
+    def lay(self, first: np.ndarray) -> NativeState:
+        """The belt laid round the pulleys, at rest, before a step to the instant ``first``, packed."""
+        scene, mesh, at_rest = self.scene, self.scene.mesh, np.zeros_like(first)
+        joints, slides = np.split(laid_coordinates(scene, *self.laid.pulleys.pose.spin), [STATION_JOINTS])
+        slides, at_rest[0], at_rest[8] = slides.reshape(mesh.rest.shape), -scene.early, math.inf
+        still = np.zeros_like(joints), np.zeros_like(slides)
+        carried, given, read = self.packings[1].pack(self.laid), None, np.zeros(22)
+        state = NativeState(joints, still[0], slides, still[1], self.packings[1], at_rest, carried, given, read)  # type: ignore[arg-type]
+        self._carry(state, first)
+        return state
 
-    def step(self, state: RunState, command: Command) -> None:
-        """One step of the state, whose travel, speed, time and yaw are those of its end already (``apply_command``)."""
-        solver, mesh, dt = self.solver, self.scene.mesh, self.scene.options.dt
-        joint_forces, given = self.hold(state, command)
-        if self.rest_lengths is not None:
+    def step(self, state: NativeState, instant: np.ndarray, following: np.ndarray) -> None:
+        """The step to an instant, for which the state is ready, and all that makes it ready for the following one."""
+        solver, given, drag = self.solver, state.given, instant[6:8]
+        if self.rest_lengths is not None and state.acting[0] != instant[3]:
             straight, curved = self.rest_lengths
-            solver.set_rest_lengths(straight + state.share * (curved - straight))
-        solver.damp(drag_coefficients(mesh, *command.drag))
-        held, rest = ~given.free, given.rest - mesh.rest
-        state.slides[:] = given.nodes - mesh.rest
-        solver.step(state, rest, given.stiffness, given.forces, joint_forces)
-        state.slides[held] = rest[held]
-        state.pulleys, state.slip, waiting, loads = carry_belt(
-            self.on_device, state.pulleys, state.slip, state.waiting_pulley, plain(command),
-            mesh.nodes(state.slides), self._pull(state.slides), state.shaped, dt,
-        )  # fmt: skip
-        state.waiting_pulley, state.loads = int(waiting), np.array(loads)
-        wrap = state.pulleys.wrap
-        if (np.asarray(wrap.last - wrap.first) < _FEWEST).any():
-            raise SimulationError("the belt leaves a pulley: tension too low for its weight; raise settings.tension")
+            solver.set_rest_lengths(straight + instant[3] * (curved - straight))
+        if state.acting[1:] != tuple(drag):
+            solver.damp(drag_coefficients(self.scene.mesh, *drag))
+        state.acting = instant[3], *drag
+        state.joints, state.joint_rates, forces = np.array(given.joints)
+        state.slides, state.instant = np.array(given.nodes), instant
+        solver.step(state, given.rest, given.stiffness, given.forces, forces)
+        held = ~given.free
+        state.slides[held] = given.rest[held]
+        self._carry(state, following)
 
-    def hold(self, state: RunState, command: Command) -> tuple[np.ndarray, StepInput]:
-        """Forces on the joints [N or N m], (5,), and all that the nodes are given in the coming step."""
-        options, nodes = self.scene.options, self.scene.mesh.nodes(state.slides)
-        forces, tail = self.tail.advance(self.belt, state, command, options.dt)
-        askew = smoothstep(state.time / max(0.5 * options.settle, options.dt))
-        tension, was = -0.5 * state.loads[TAIL, 0], (state.pulleys, state.kinks, state.run_off_stations)
-        found, given = hold_belt(
-            self.on_device, was, plain(command), tail, state.compliance_yaw, askew, nodes,
-            np.maximum(tension, 0.0), state.shaped, options.hold_stiffness, options.dt,
-        )  # fmt: skip
-        state.pulleys, state.kinks, state.run_off_stations = found
-        return forces, StepInput(*map(np.asarray, given))
-
-    def _pull(self, slides: np.ndarray) -> np.ndarray:
-        """Forces of belt and weight [N] on the nodes, shape (m, 3, n)."""
-        pull = self.solver.elastic_forces(slides)
-        pull[..., 2] -= self.scene.mesh.mass * self.scene.parts.gravity
-        return np.moveaxis(pull, 0, -1)
-
-
-_loads = jit_float64(belt_loads)
+    def _carry(self, state: NativeState, following: np.ndarray) -> None:
+        pull, joints = self.solver.elastic_forces(state.slides), np.stack([state.joints, state.joint_rates])
+        instants = np.stack([state.instant, following])
+        found = between_steps(self.packings, self.fixed, state.carried, instants, joints, state.slides, pull)
+        state.carried, state.readings = found[0], np.asarray(found[1])
+        state.given = StepInput(*map(np.asarray, found[2]))
+        if state.given.fewest < _FEWEST:
+            raise SimulationError("the belt leaves a pulley: tension too low for its weight; raise tension")
 
 
 def _processor() -> jax.Device | None:
@@ -297,7 +397,7 @@ class SpaceRun:
 
     scene: SceneLayout
     engine: Engine
-    state: RunState
+    state: NativeState | None = None
 
     @staticmethod
     def begin(
@@ -309,29 +409,34 @@ class SpaceRun:
         model = compile_model(spec)
         if scene_path is not None:
             write_text(scene_path, mjcf(spec))
-        engine = Engine.from_scene(scene, Solver(model, scene.mesh.rest.shape))
-        return SpaceRun(scene, engine, engine.lay())
+        return SpaceRun(scene, Engine.from_scene(scene, Solver(model, scene.mesh.rest.shape)))
 
-    def stages(self, travel: float) -> list[Stage]:
-        return run_stages(self.scene, self.engine.belt.load, travel)
-
-    def go(self, travel: float, observers: Iterable[Observer] = ()) -> Curves:
-        """All stages up to ``travel`` [m]."""
-        recorder, solver = Recorder(self.scene, tuple(observers)), self.engine.solver
-        with notify_observers(recorder.observers, self.scene.case, travel, recorder.curves, solver.model, solver.data):
-            for stage in self.stages(travel):
-                self.run_stage(stage, recorder)
+    def go(
+        self, travel: float, observers: Sequence[Observer] = (), steer: Callable[[NativeState], float] | None = None
+    ) -> Curves:
+        """All steps up to ``travel`` [m]; steer: yaw [rad] that is added to the tail pulley's, of the state."""
+        scene, solver, recorder = self.scene, self.engine.solver, Recorder(self.scene, tuple(observers))
+        rows, resting = instants_of(scene, travel)
+        watched = notify_observers(recorder.observers, scene.case, travel, recorder.curves, solver.model, solver.data)
+        with watched, silence_expected_warnings():
+            state = self.state = self.engine.lay(rows[0])
+            for k, row in enumerate(rows):
+                following = rows[min(k + 1, len(rows) - 1)]
+                if steer is not None and k >= resting and following[0] > 0.0:
+                    following[2] += steer(state)
+                if k >= resting and not recorder.rows and row[0] >= 0.0:
+                    state.instant = row
+                    recorder.begin(state)
+                self.engine.step(state, row, following)
+                if k >= resting:
+                    recorder.step(state)
         return recorder.curves()
 
-    def run_stage(self, stage: Stage, recorder: Recorder) -> None:
-        scene, state = self.scene, self.state
-        for command in stage.commands(state):
-            apply_command(state, command, scene.options.dt)
-            if stage.is_recorded and not recorder.rows and state.travel >= 0.0:
-                recorder.begin(state)
-                state.shaped = 1.0
-            self.engine.step(state, command)
-            if stage.is_recorded:
-                recorder.step(state)
-            elif math.isfinite(stage.frame):
-                recorder.watch(state, stage.frame)
+
+def instants_of(scene: SceneLayout, travel: float) -> tuple[np.ndarray, int]:
+    """Packed instants of all steps of a run over ``travel`` [m], (steps, 11), and how many come before the run-in."""
+    plan, resting = plan_in_time(scene, travel)
+    steps = np.arange(len(plan.travel))
+    shaped = (plan.travel >= 0.0) & (steps >= resting)
+    columns = [plan.travel, plan.yaw, plan.share, plan.speed, plan.acceleration, plan.drag, plan.friction]
+    return np.column_stack([*columns, (steps + 1) * scene.options.dt, shaped]), resting

@@ -42,8 +42,8 @@ RUNAWAY = 3.0
 #: The three belts: a limp chain, particles tied by bonds, a two-dimensional membrane.
 BELTS = ("rope", "grid", "flex")
 BONDS = ("longitudinal", "transverse", "diagonal")
-#: A force on the sliding tail pulley, the belt's length at fixed pulleys, pulleys moved apart (tensioning.py).
-TENSIONINGS = ("force", "length", "koller")
+#: A force on the sliding tail pulley, or the belt's length at fixed pulleys.
+TENSIONINGS = ("force", "length")
 #: What carries the belt on the pulleys: springs that hold landed nodes, or MuJoCo's contacts.
 CONTACTS = ("held", "mujoco")
 #: belt_speed of a run at its case's own speed

@@ -12,8 +12,7 @@ from belt_sim.jax_setup import jit_float64
 from belt_sim.space.belt import BeltArrays
 from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.space.options import COMPLIANCE_TIME, TAIL_DAMPING_RATIO
-from belt_sim.space.run_stages import Command
-from belt_sim.space.state import RunState
+from belt_sim.space.run import Command
 from belt_sim.space.wrap import (
     HEAD,
     TAIL,
@@ -120,38 +119,40 @@ class TailPulley(NamedTuple):
         return TailPulley(mass, inertia, drag, drag * radius**2, radius, float(scene.case.rig.centre_distance))
 
     def forces(
-        self, belt: BeltArrays, on_tail: Array, rates: Array, command: Command, dt: Array, lead: Array = 0.0
+        self, belt: BeltArrays, on_tail: Array, rates: Array, command: Command, dt: Array
     ) -> tuple[Array, Array]:
         """Force [N] on the slide and moment [N m] about the axis; the rim is to go steadily with the belt.
 
-        on_tail: force [N] and moment [N m] by the belt; rates [m/s], [rad/s]: of slide and spin; lead [m/s]: how much
-        faster than the belt the rim is to go.
+        on_tail: force [N] and moment [N m] by the belt; rates [m/s], [rad/s]: of slide and spin.
         """
-        rim = belt.shape.sign * (command.speed - command.acceleration * dt) + lead
+        rim = belt.shape.sign * (command.speed - command.acceleration * dt)
         slide = belt.load + on_tail[0] - self.slide_drag * rates[0]
         moment = on_tail[1] + self.inertia * belt.shape.sign * command.acceleration / self.radius
-        return slide, moment - self.spin_drag * (rates[1] - rim / self.radius)
+        return (1.0 - belt.slide_fixed) * slide, moment - self.spin_drag * (rates[1] - rim / self.radius)
 
-    def advance(self, belt: BeltArrays, state: RunState, command: Command, dt: float) -> tuple[np.ndarray, np.ndarray]:
-        """Forces [N or N m] on the joints of both pulleys in the coming step, shape (5,), and x [m] and spin [rad] of
-        the tail pulley at its end.
+    def advance(
+        self, belt: BeltArrays, joints: Array, loads: Array, turned: Array | None, command: Command, dt: Array,
+        actuators: Array | float = 0.0,
+    ) -> tuple[Array, Array, Array | None]:  # fmt: skip
+        """Joints [rad, m] of both pulleys, their rates and forces on them [N m, N] in the coming step, (3, 5); x [m]
+        and spin [rad] of the tail pulley at its end; yaw [rad] by which the pulleys then give way, None = they do not.
 
-        MuJoCo integrates its slide and spin; the rest is commanded, and the rate of a commanded joint is set instead.
+        joints, (2, 5): and rates, before; loads: of ``belt_loads``; turned: yaw by which they have given way;
+        actuators: forces that act besides, (5,). Slide and spin of the tail are integrated; the rest is commanded, and
+        the rate of a commanded joint is set instead.
         """
-        joints, rates, forces = state.joints, state.joint_rates, np.zeros(STATION_JOINTS)
-        slide_speed, lead = (None, 0.0) if command.tail_motion is None else command.tail_motion
-        if belt.slide_fixed:
-            slide_speed = 0.0
+        q, v = joints
+        if turned is not None:  # it follows the belt's moment on a pulley
+            turned += (belt.surfaces.yaw_compliance * loads[:, 2] - turned) * jnp.minimum(dt / COMPLIANCE_TIME, 1.0)
+        yaw = command.yaw if turned is None else command.yaw + turned
+        slide, moment = self.forces(belt, loads[TAIL], (v[TAIL_SLIDE], v[TAIL_SPIN]), command, dt)
+        on_joints = actuators + jnp.zeros(STATION_JOINTS).at[TAIL_SLIDE].set(slide).at[TAIL_SPIN].set(moment)
+        loose = 1.0 - belt.slide_fixed
+        sliding = loose * v[TAIL_SLIDE]
         spin = belt.shape.sign * command.travel / belt.surfaces.radius[HEAD]
-        rates[HEAD_SPIN] = (spin - joints[HEAD_SPIN]) / dt
-        tail_rates = rates[TAIL_SLIDE], rates[TAIL_SPIN]
-        slide_force, spin_moment = self.forces(belt, state.loads[TAIL], tail_rates, command, dt, lead)
-        if slide_speed is not None:
-            slide_force, rates[TAIL_SLIDE] = 0.0, slide_speed
-        forces[TAIL_SLIDE], forces[TAIL_SPIN] = slide_force, spin_moment
-        compliance = belt.surfaces.yaw_compliance
-        state.compliance_yaw += (compliance * state.loads[:, 2] - state.compliance_yaw) * min(dt / COMPLIANCE_TIME, 1.0)
-        joints[[HEAD_YAW, TAIL_YAW]] = command.yaw + state.compliance_yaw
-        rates[[HEAD_YAW, TAIL_YAW]] = 0.0
-        x = self.x + joints[TAIL_SLIDE] + dt * (rates[TAIL_SLIDE] + dt * slide_force / self.mass)
-        return forces, np.array([x, joints[TAIL_SPIN] + dt * (rates[TAIL_SPIN] + dt * spin_moment / self.inertia)])
+        rates = jnp.zeros(STATION_JOINTS).at[HEAD_SPIN].set((spin - q[HEAD_SPIN]) / dt)
+        rates = rates.at[TAIL_SLIDE].set(sliding).at[TAIL_SPIN].set(v[TAIL_SPIN])
+        x = self.x + q[TAIL_SLIDE] + dt * (sliding + loose * dt * on_joints[TAIL_SLIDE] / self.mass)
+        turns = q[TAIL_SPIN] + dt * (v[TAIL_SPIN] + dt * on_joints[TAIL_SPIN] / self.inertia)
+        q = q.at[HEAD_YAW].set(yaw[HEAD]).at[TAIL_YAW].set(yaw[TAIL])
+        return jnp.stack([q, rates, on_joints]), jnp.stack([x, turns]), turned

@@ -8,77 +8,38 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.case import Case, Settings
+from belt_sim.case import Case
 from belt_sim.case import Numbers as Array
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, SimulationError
 from belt_sim.jax_setup import in_float64
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space.batch import BatchEngine, cases_per_chunk, failure_with, is_on_pulleys
 from belt_sim.space.belt import ActiveFeatures, BeltArrays, belt_arrays
 from belt_sim.space.equilibrium_step import TravelState, step
-from belt_sim.space.loop import smoothstep
 from belt_sim.space.machine import lay_out
 from belt_sim.space.options import Options, fit_options, is_limp
 from belt_sim.space.pulleys import lay_pulleys
-from belt_sim.space.recording import curves_of, reading
 from belt_sim.space.rope import RopeKinks
-from belt_sim.space.run_stages import Command, YawPlan
+from belt_sim.space.run import (
+    BatchEngine,
+    Command,
+    cases_per_chunk,
+    curves_of,
+    failure_with,
+    is_on_pulleys,
+    plan_in_travel,
+    reading,
+)
 from belt_sim.space.wrap import TAIL, SlipState
 
 #: columns of a run with friction
 COLUMNS = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "friction_residual")
 TOLERANCE = 0.01  # of the largest limit: what friction may contradict Coulomb's law by in any step
 
-_RESTING = 4  # rows at rest in which the spans find their places
-_TURNING = 4  # rows in which a yaw step is made, and two more after it
-_LONGEST = 0.7  # chords in a step: no more than one station lands in it at either end
-
-
-def plan_run(settings: Settings, options: Options, travel: float, changes: bool) -> tuple[Command, np.ndarray]:
-    """Commands of a run over ``travel`` [m] in rows of k steps, arrays of shape (rows, k, ...), and which rows stand in
-    the curves, shape (rows,), with one at rest at travel 0 before the yaw; changes: something besides the yaw sets in
-    at 0."""
-    yaw = YawPlan.from_settings(settings)
-    steps = max(options.steps, math.ceil(options.sample / (_LONGEST * options.dx)))
-    commands: list[Command] = []
-    recorded: list[bool] = []
-
-    def march(start: float, end: float, done: float) -> None:
-        rows = max(math.ceil((end - start) / options.sample - 1e-9), 0)
-        places = start + (end - start) * (np.arange(rows * steps) + 1.0) / max(rows * steps, 1)
-        commands.extend(Command(s, yaw.angles(s, done), float(done >= 0.0)) for s in places.tolist())
-        recorded.extend([start >= 0.0] * rows)
-
-    def rest(at: float, rows: int, counts: bool) -> None:
-        commands.extend([Command(at, yaw.angles(at, -math.inf), 0.0)] * (steps * rows))
-        recorded.extend([counts] * rows)
-
-    def turn(at: float, done: float) -> None:
-        for k in range((_TURNING + 2) * steps):
-            part = smoothstep((k + 1) / (_TURNING * steps))
-            share = 1.0 if done >= 0.0 else part if at >= 0.0 else 0.0
-            commands.append(Command(at, yaw.angles_during_step(at, done, part), share))
-        recorded.extend([False] * (_TURNING + 2))
-
-    done, here = -math.inf, -options.run_in
-    rest(here, _RESTING, counts=False)
-    for stop in sorted({s for s in yaw.stops(travel) if s > 0.0} | {0.0}):
-        march(here, stop, done)
-        if stop == 0.0:
-            rest(0.0, 1, counts=True)
-        if stop > 0.0 or changes or 0.0 in yaw.stops(travel):
-            turn(stop, done)
-            done = stop
-        here = stop
-    march(here, travel + 0.5 * options.sample, done)  # a row stands for its middle
-    columns = (np.array(column, float) for column in zip(*(c[:3] for c in commands), strict=True))
-    return Command(*(c.reshape(len(recorded), steps, *c.shape[1:]) for c in columns)), np.array(recorded)
-
 
 @dataclass(frozen=True)
 class TravelCase:
-    """A case ready to be traced: its arrays, its state laid; commands, recorded: of ``plan_run``."""
+    """A case ready to be traced: its arrays, its state laid; commands, recorded: of ``plan_in_travel``."""
 
     case: Case
     belt: BeltArrays
@@ -116,13 +77,11 @@ def lay_case(
         kinks=RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None,
         compliance_yaw=np.zeros(2) if features.gives_way else None,
     )
-    return TravelCase(case, arrays, state, *plan_run(case.settings, options, travel, parts.sets_in))
+    return TravelCase(case, arrays, state, *plan_in_travel(case.settings, options, travel, parts.sets_in))
 
 
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
     """Raise CannotRepresent for what only engine=native does."""
-    if options.tensioning == "koller":
-        raise CannotRepresent("model.tensioning = koller: engine=quasi_static cannot do this; use engine=native")
     if math.isfinite(parts.friction) and is_limp(belt, options):
         raise CannotRepresent(f"options.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
 

@@ -19,10 +19,8 @@ from belt_sim.space.machine import HEAD_SPIN, STATION_JOINTS, TAIL_SLIDE, SceneL
 from belt_sim.space.mujoco_interface import compile_model, mjcf, refuse_divergence, silence_expected_warnings
 from belt_sim.space.options import Options
 from belt_sim.space.pulleys import laid_poses
-from belt_sim.space.recording import Recorder, notify_observers
 from belt_sim.space.rolling_contact import STORY, build_contact
-from belt_sim.space.run_stages import YawPlan
-from belt_sim.space.state import RunState
+from belt_sim.space.run import Recorder, RunState, YawPlan, notify_observers
 from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, SlipState, WrapArrays
 
 #: an MjSpec, or the path of an MJCF

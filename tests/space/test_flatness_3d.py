@@ -94,7 +94,6 @@ def test_none_of_it_is_the_belt_without_it_to_the_last_digit():
         (-21.0, 3, {}, None),
         (-28.0, 3, {}, "a line of 3 slack"),
         (26.0, 2, {}, "twist by themselves"),
-        (10.0, 2, {"tensioning": "koller"}, "koller"),
     ],
 )
 def test_lines_that_would_fold_are_refused_by_name(residual, across, options, reason):

@@ -7,7 +7,7 @@ import pytest
 from belt_sim.jax_setup import LEAST_EFFORT, in_float64
 from belt_sim.space import Options
 from belt_sim.space.friction import slip_increments, wrap_chain
-from belt_sim.space.native import SpaceRun, simulate
+from belt_sim.space.native import SpaceRun, instants_of, simulate
 from belt_sim.space.options import fit_options
 
 LEFT_OVER = 2e-3  # of the largest limit: what friction may contradict Coulomb's law by
@@ -122,10 +122,11 @@ def test_mujoco_holds_a_station_as_stiffly(begun):
 
 
 def test_laid_belt_pulls_at_its_free_nodes_with_its_weight_only(begun):
-    state, scene = begun.state, begun.scene
+    scene, state = begun.scene, begun.engine.lay(instants_of(begun.scene, 0.1)[0][0])
+    wrap = begun.engine.laid.pulleys.wrap
     pull = begun.engine.solver.elastic_forces(state.slides)
     free = np.ones(scene.mesh.stations, bool)
-    for first, last in zip(state.pulleys.wrap.first, state.pulleys.wrap.last, strict=True):
+    for first, last in zip(wrap.first, wrap.last, strict=True):
         free[np.arange(first - 2, last + 3) % scene.mesh.stations] = False
     weight = scene.mesh.mass * scene.parts.gravity
     assert pull[free][..., 2] == pytest.approx(np.broadcast_to(weight, pull[free][..., 2].shape), abs=HARDLY)

@@ -1,7 +1,5 @@
 """The laid belt closes and hangs, the run stops for a yaw step."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from paper_cases import paper_case
@@ -10,7 +8,7 @@ from belt_sim.errors import InputError
 from belt_sim.space.loop import lay_loop
 from belt_sim.space.native import SpaceRun
 from belt_sim.space.options import Options, fit_options
-from belt_sim.space.run_stages import apply_command
+from belt_sim.space.run import plan_in_time
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG
 
 CHORDS_EQUAL = 1e-9  # [m]; the spans are divided by length of arc, which bends by 5 % more in their middle
@@ -33,12 +31,8 @@ def test_belt_stands_still_for_a_yaw_step():
     case = paper_case(60, 1e-3, ROPE_EXAMPLE)
     options = fit_options(Options(belt_speed=1.0, run_in=0.3), case, "flex")
     run = SpaceRun.begin(case, "flex", options)
-    seen, state = [], SimpleNamespace(travel=-0.3, speed=0.0, time=0.0)
-    for stage in run.stages(0.5)[1:]:
-        for command in stage.commands(state):
-            apply_command(state, command, options.dt)
-            seen.append((state.travel, state.speed, state.yaw[1]))
-    travel, speed, yaw = np.array(seen).T
+    plan, resting = plan_in_time(run.scene, 0.5)
+    travel, speed, yaw = plan.travel[resting:], plan.speed[resting:], plan.yaw[resting:, 1]
     turning = (yaw > 0.0) & (yaw < 1e-3)
     assert turning.sum() > 200
     assert np.all(travel[turning] == 0.0)

@@ -56,7 +56,6 @@ def test_a_batch_is_beside_mujoco_and_each_case_by_itself():
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        ({"model": {"name": "mujoco_flex", "tensioning": "koller"}}, "koller"),
         ({"model": {"name": "mujoco_flex", "control": True}}, "control"),
     ],
 )

@@ -21,7 +21,7 @@ from belt_sim.jax_setup import LEAST_EFFORT, in_float64
 from belt_sim.mjx import READING, command, prepare, simulate_batch, stack_cases, step
 from belt_sim.space import Options
 from belt_sim.space.machine import TAIL_SLIDE
-from belt_sim.space.mjx_model import plan_run
+from belt_sim.space.mjx_engine import plan_of
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.native import simulate
 from belt_sim.space.options import string_speed
@@ -111,7 +111,7 @@ def test_a_plucked_span_swings_like_a_string():
     qpos = np.array(ready.data.mjx.qpos)
     qpos[-pluck.size * 3 :].reshape(*pluck.shape, 3)[..., 2] += pluck
     data = ready.data._replace(mjx=ready.data.mjx.replace(qpos=jnp.array(qpos)))
-    plan = plan_run(ready.scene, 0.1)
+    plan = plan_of(ready.scene, 0.1)
     still = jax.tree.map(lambda c: jnp.asarray(c[0]), plan)._replace(drag=jnp.zeros(2))
 
     sags = []
@@ -148,7 +148,7 @@ def test_the_belt_starts_and_stops_as_commanded():
 def test_the_gradient_through_time_is_that_of_differences():
     """y of point 1 by the yaw after 0.06 m, forwards and backwards; landings stay where they are."""
     ready = prepare([paper_case(60.0, rig=ROPE_EXAMPLE)], options=replace(COARSE, run_in=0.1, yaw_time=0.05))[0]
-    plan = jax.tree.map(jnp.asarray, plan_run(ready.scene, 0.03))
+    plan = jax.tree.map(jnp.asarray, plan_of(ready.scene, 0.03))
 
     def last(scale):
         def one(data, now):
@@ -199,7 +199,6 @@ def test_cases_share_what_is_alike():
         ("mujoco_rope", "rope"),
         ({"name": "mujoco_grid", "bonds": ["longitudinal", "transverse"]}, "bending stiffness"),
         ({"name": "mujoco_flex", "friction": 0.3}, "friction = 0.3"),
-        ({"name": "mujoco_flex", "tensioning": "koller"}, "koller"),
         ({"name": "mujoco_flex", "control": True}, "control"),
     ],
 )

@@ -3,6 +3,7 @@
 from functools import partial
 from types import SimpleNamespace
 
+import jax
 import numpy as np
 import pytest
 from pulley_bench import bare_belt, both, empty_wrap, on_jax, places, surface
@@ -10,9 +11,8 @@ from pulley_bench import bare_belt, both, empty_wrap, on_jax, places, surface
 from belt_sim.scene_parts import PulleySurface, SceneParts
 from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
 from belt_sim.space.pulleys import TailPulley, belt_loads, laid_poses, pose_of
-from belt_sim.space.run_stages import Command
-from belt_sim.space.state import RunState
-from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, PoseArrays, SlipState, axes_of, roll_anchors
+from belt_sim.space.run import Command
+from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, PoseArrays, axes_of, roll_anchors
 
 APART, SPEED, STEP = 2.0, 0.5, 1e-3  # [m], [m/s], [s]
 COMPLIANCE = {HEAD: 1e-4, TAIL: 3e-4}  # [rad/(N m)]
@@ -33,26 +33,26 @@ def machine(sign=1, load=0.0, fixed=0.0, **changed):
     tail = TailPulley(mass=20.0, inertia=0.3, slide_drag=400.0, spin_drag=6.0, radius=PARTS.tail.radius, x=APART)
     belt = bare_belt(SURFACES, 0.025, 4, sign=sign, load=load, slide_fixed=fixed)
     tail = tail._replace(**changed)
-    return SimpleNamespace(belt=belt, tail=tail, advance=partial(tail.advance, belt))
+    return SimpleNamespace(belt=belt, tail=tail, advance=jax.jit(partial(tail.advance, belt)))
 
 
-def still(stations=4):
-    """Pulleys on which nothing lies."""
+def still():
+    """Pulleys at rest that the belt does not load."""
     joints, rates = np.zeros((2, STATION_JOINTS))
-    slides, slide_rates = np.zeros((2, stations, 2, 3))
-    wrap = empty_wrap(0, -1, stations)
-    pulleys = BeltOnPulley(both(wrap, wrap), both(*SURFACES), both(*POSES))
-    return RunState(joints, rates, slides, slide_rates, pulleys, SlipState.none(2, stations), travel=0.0)
+    return SimpleNamespace(joints=joints, joint_rates=rates, loads=np.zeros((2, 3)), compliance_yaw=np.zeros(2))
 
 
 def go(pulleys, state, commands, dt=STEP):
     """Steps in which the joints follow their forces, as MuJoCo has them do; the forces of the last one."""
     for command in commands:
-        forces, foretold = pulleys.advance(state, command, dt)
+        moves = np.stack([state.joints, state.joint_rates])
+        driven, foretold, turned = pulleys.advance(moves, state.loads, state.compliance_yaw, command, dt)
+        (state.joints, state.joint_rates, forces), state.compliance_yaw = np.array(driven), np.array(turned)
         state.joint_rates[TAIL_SLIDE] += dt * forces[TAIL_SLIDE] / pulleys.tail.mass
         state.joint_rates[TAIL_SPIN] += dt * forces[TAIL_SPIN] / pulleys.tail.inertia
         state.joints += dt * state.joint_rates
-        assert foretold == pytest.approx([APART + state.joints[TAIL_SLIDE], state.joints[TAIL_SPIN]], abs=1e-12)
+        expected = [APART + state.joints[TAIL_SLIDE], state.joints[TAIL_SPIN]]
+        np.testing.assert_allclose(foretold, expected, rtol=0.0, atol=1e-12)
     return forces
 
 
@@ -94,12 +94,6 @@ def test_the_belts_moment_about_the_axis_turns_the_tail_pulley():
     assert state.joint_rates[TAIL_SPIN] == pytest.approx(0.6 / pulleys.tail.inertia * 0.1)
 
 
-def test_a_rim_that_leads_runs_faster_than_the_belt_by_so_much():
-    pulleys, state = machine(), still()
-    go(pulleys, state, steady(1000, tail_motion=(0.0, 0.1)))
-    assert state.joint_rates[TAIL_SPIN] * PARTS.tail.radius == pytest.approx(SPEED + 0.1, rel=1e-6)
-
-
 def test_the_load_draws_the_tail_away_from_the_head_and_the_belt_holds_it():
     pulleys, state = machine(load=800.0), still()
     state.loads[TAIL, 0], state.loads[HEAD, 0] = -800.0, 800.0
@@ -111,14 +105,10 @@ def test_the_load_draws_the_tail_away_from_the_head_and_the_belt_holds_it():
     assert state.joints[TAIL_SLIDE] > 0.5
 
 
-def test_a_slide_that_is_moved_or_fixed_heeds_no_force():
-    for pulleys, tail_motion, moves in (
-        (machine(load=800.0), (0.02, 0.0), 0.002),
-        (machine(load=800.0, fixed=1.0), None, 0.0),
-    ):
-        state = still()
-        go(pulleys, state, steady(100, tail_motion=tail_motion))
-        assert state.joints[TAIL_SLIDE] == pytest.approx(moves)
+def test_a_fixed_slide_heeds_no_force():
+    pulleys, state = machine(load=800.0, fixed=1.0), still()
+    go(pulleys, state, steady(100))
+    assert state.joints[TAIL_SLIDE] == 0.0
 
 
 @pytest.mark.parametrize("which", [HEAD, TAIL])

@@ -14,7 +14,7 @@ from belt_sim.jax_setup import in_float64
 from belt_sim.model import analytic_model
 from belt_sim.space.belt import load_forces
 from belt_sim.space.model import SpaceModel
-from belt_sim.space.native import SpaceRun
+from belt_sim.space.native import SpaceRun, instants_of
 from belt_sim.space.options import Options, fit_options
 from belt_sim.space.quasi_static import simulate_batch
 from belt_sim.space.wrap import HEAD, TAIL
@@ -129,7 +129,7 @@ def test_nodes_take_what_the_effects_say(direction):
     effects = (IdlerSkew(force=7.0, place=place), SideDrag(moment=2.0, place=place))
     parts = SpaceModel().parts(case, effects)
     run = SpaceRun.begin(case, "flex", fit_options(Options(dx=0.04), case, "flex"), parts)
-    state, mesh = run.state, run.scene.mesh
+    state, mesh = run.engine.lay(instants_of(run.scene, 0.1)[0][0]), run.scene.mesh
     forces = np.moveaxis(np.asarray(in_float64(load_forces)(run.engine.belt, mesh.nodes(state.slides))), -1, 0)
     nodes = mesh.rest + state.slides
     drag = 2.0 * 2.0 / WIDTH

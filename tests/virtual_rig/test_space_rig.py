@@ -178,7 +178,6 @@ def test_a_run_that_fails_ends_the_campaign():
     [
         ("slip", COARSE, "quasi_static"),
         ("idler_skew", COARSE, "quasi_static"),
-        ("slip", replace(COARSE, tensioning="koller"), "native"),
     ],
 )
 def test_the_quick_engine_measures_what_it_can(name, options, engine):

@@ -48,8 +48,9 @@ def explicit_model(run: SpaceRun) -> tuple[mujoco.MjModel, np.ndarray]:
     """The run's model with Euler steps and its landed nodes put in place; which coordinates are free."""
     solver = run.engine.solver
     model, landed = solver.model, np.zeros(solver.shape, bool)
-    for pulley in (0, 1):
-        landed[run.state.held_stations(pulley)] = True
+    wrap = run.engine.laid.pulleys.wrap
+    for first, last in zip(wrap.first, wrap.last, strict=True):
+        landed[np.arange(first, last + 1) % len(landed)] = True
     placed = np.concatenate([np.ones(solver.base, bool), landed.ravel()])
     model.jnt_stiffness[:] = 0.0
     model.dof_armature[placed] = _PLACED
