@@ -38,8 +38,8 @@ test-cluster: setup  # as root on Debian: installs Slurm, starts it on this mach
 	tests/cluster/slurm.sh start
 	$(BIN)/python -m pytest -m cluster; status=$$?; tests/cluster/slurm.sh stop; exit $$status
 
-bench: setup
-	$(BIN)/python -m studies.bench
+bench: setup  # base=CHECKOUT: an earlier version beside this one
+	$(BIN)/python -m studies.bench picture=docs/images/performance.svg $(if $(base),base=$(base))
 	$(BIN)/python -m studies.bench.space
 
 lint: setup

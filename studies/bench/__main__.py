@@ -1,53 +1,60 @@
-"""``python -m studies.bench``: a table on the screen, outputs/bench/bench.json beside it."""
+"""``python -m studies.bench [only=WORDS] [base=CHECKOUT] [picture=FILE.svg]``: what commands and the march cost.
+
+base: a checkout of an earlier version, which answers the same rows beside this one; only: the rows whose names contain
+these words, and no march. The table is also written to outputs/bench/bench.json.
+"""
 
 import os
 import platform
+import sys
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
-from belt_sim.files import ROOT, write_json
+from belt_sim.files import ROOT, write_json, write_with
 from belt_sim.jax_setup import prepare
 from belt_sim.provenance import provenance
-from studies.bench.diagnosis import prediction_figures, whole_diagnoses
+from studies.bench.commands import ROWS, measure
 from studies.bench.speed import batch_figures, delay_figures, plain_figures
-from studies.bench.warm import warm_start
 
-SCHEMA = "belt-bench/1"
-BATCH_LIMIT = 5.0  # [s] for ten thousand cases on two cores, after compilation
-WARM_LIMIT = 3.0  # [s] for a second call of the command
+SCHEMA = "belt-bench/2"
+FILE = ROOT / "outputs" / "bench" / "bench.json"
 
 
 def main() -> None:
     """Measure, print, write."""
+    options = dict(argument.split("=", 1) for argument in sys.argv[1:])
     prepare()
-    console = Console()
-    console.print("strip model, 100 m of travel, four curves kept every 0.1 m")
-    batch, plain, delay = batch_figures(), plain_figures(), delay_figures()
-    warm, prediction = warm_start(), prediction_figures()
-    console.print(_contenders(batch, plain, delay))
-    console.print(_limits(batch, warm))
-    console.print(_prediction(prediction))
-    diagnoses = whole_diagnoses()
-    console.print(_diagnoses(diagnoses))
-    content = {
-        "schema": SCHEMA,
-        "batch": batch,
-        "plain_loop": plain,
-        "jitcdde": delay,
-        "ratio": {"plain_loop": _ratio(plain, batch), "jitcdde": _ratio(delay, batch)},
-        "warm_start": warm,
-        "prediction": prediction,
-        "diagnoses": diagnoses,
-        "machine": {"cores": os.cpu_count(), "load": os.getloadavg()[0], "processor": platform.processor()},
-        "provenance": provenance(),
-    }
-    console.print(str(write_json(ROOT / "outputs" / "bench" / "bench.json", content)))
+    console, only = Console(width=150), options.get("only", "")
+    trees = (ROOT, *([Path(options["base"]).resolve()] if "base" in options else []))
+    found: list[dict[str, Any]] = []
+    for row in measure(only, trees):
+        found.append(row)
+        print(f"{row['row']}: {row['cpu_s']:.2f} CPU s ({row['tree']})", file=sys.stderr)
+    console.print(_commands(found))
+    content = {"schema": SCHEMA, "commands": found}
+    if not only:
+        content |= {"batch": batch_figures(), "plain_loop": plain_figures(), "jitcdde": delay_figures()}
+        console.print(_contenders(content["batch"], content["plain_loop"], content["jitcdde"]))
+    content["machine"] = {"cores": os.cpu_count(), "load": os.getloadavg()[0], "processor": platform.processor()}
+    console.print(str(write_json(FILE, content | {"provenance": provenance()})))
+    if "picture" in options:
+        write_with(Path(options["picture"]), lambda path: _draw(path, found))
 
 
-def _ratio(other: dict[str, Any] | None, batch: dict[str, Any]) -> float | None:
-    return None if other is None else other["per_case_ms"] / batch["per_case_ms"]
+def _commands(found: list[dict[str, Any]]) -> Table:
+    """Costs of every row, this version first, the earlier one behind it."""
+    table = Table("command", "wall [s]", "wanted", "CPU [s]", "wanted", "memory [GB]", "programs traced, compiled")
+    for row in ROWS:
+        both = [f for f in found if f["row"] == row.name]
+        if both:
+            cells = [" / ".join(f"{f[name]:.2f}" for f in both) for name in ("wall_s", "cpu_s", "memory_gb")]
+            wanted = ["" if limit is None else f"{limit:g}" for limit in (row.wall, row.cpu)]
+            programs = " / ".join(f"{f['traced']}, {f['compiled']}" for f in both)
+            table.add_row(row.name, cells[0], wanted[0], cells[1], wanted[1], cells[2], programs)
+    return table
 
 
 def _contenders(batch, plain, delay) -> Table:
@@ -61,38 +68,29 @@ def _contenders(batch, plain, delay) -> Table:
         if row is None:
             table.add_row(name, "not installed, or no C compiler")
             continue
-        error = row["error"]
-        cells = (f"{row['per_case_ms']:.3f}", f"{_ratio(row, batch):.0f}")
+        error, ratio = row["error"], row["per_case_ms"] / batch["per_case_ms"]
+        cells = (f"{row['per_case_ms']:.3f}", f"{ratio:.0f}")
         table.add_row(name, *cells, f"{error['largest']:.1e}", f"{error['at_1_m']:.1e}")
     return table
 
 
-def _limits(batch, warm) -> Table:
-    table = Table("", "measured", "limit")
-    table.add_row(f"{batch['cases']} cases after compilation", f"{batch['seconds']:.2f} s", f"{BATCH_LIMIT:.0f} s")
-    table.add_row("the same, first call", f"{batch['first_call_s']:.2f} s", "")
-    table.add_row("belt-sim simulate, first call", f"{warm['first_s']:.2f} s", "")
-    table.add_row("belt-sim simulate, later calls", f"{warm['warm_s']:.2f} s", f"{WARM_LIMIT:.0f} s")
-    table.add_row("the same with its picture", f"{warm['warm_with_picture_s']:.2f} s", f"{WARM_LIMIT:.0f} s")
-    return table
+def _draw(path: Path, found: list[dict[str, Any]]) -> None:
+    """Draw the CPU time of every row, the earlier version (if measured) as a grey bar behind it."""
+    from matplotlib.figure import Figure
 
-
-def _prediction(figures) -> Table:
-    table = Table("predictions of all runs, all candidates", "processor time a point", "the first, compiled or loaded")
-    for way, words in (("old", "compiled for one campaign, 8 points at a time"), ("new", "compiled once for all")):
-        table.add_row(words, f"{figures[f'{way}_ms']:.1f} ms", f"{figures[f'{way}_first_s']:.2f} s")
-    table.add_row("they differ by", f"{figures['apart_m']:.1e} m")
-    return table
-
-
-def _diagnoses(rows) -> Table:
-    table = Table("belt-sim diagnose", "by the clock", "wanted", "processor time", "memory", "compiled", "verdict")
-    for row in rows:
-        seconds = (f"{row['wall_s']:.1f} s", f"{row['limit_s']:.0f} s", f"{row['processor_s']:.1f} s")
-        table.add_row(
-            row["what"], *seconds, f"{row['memory_mb'] / 1024:.1f} GB", f"{row['compiled']} programs", row["verdict"]
-        )
-    return table
+    names = [row.name for row in ROWS if any(f["row"] == row.name for f in found)][::-1]
+    figure = Figure(figsize=(7.5, 0.36 * len(names) + 1.5), layout="constrained")
+    axes = figure.subplots()
+    for tree, colour, height in ((False, "0.8", 0.8), (True, "#1f5fa8", 0.45)):
+        of_tree = {f["row"]: f["cpu_s"] for f in found if (f["tree"] == str(ROOT)) == tree}
+        label = "this version" if tree else "before"
+        axes.barh(names, [of_tree.get(n, 0.0) for n in names], height, color=colour, label=label)
+        for k, name in enumerate(names if tree else ()):
+            axes.text(of_tree[name] * 1.08, k, f"{of_tree[name]:.3g} s", va="center", fontsize=8)
+    axes.set(xscale="log", xlabel="CPU time of the whole process tree [s]")
+    axes.legend(frameon=False, loc="lower right")
+    axes.spines[["top", "right"]].set_visible(False)
+    figure.savefig(path)
 
 
 if __name__ == "__main__":
