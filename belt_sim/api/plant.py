@@ -43,14 +43,15 @@ def export(
     highest: float = 2.0,
     fmu: str | None = "belt.fmu",
     fmi: int = 2,
+    libraries: str = "here",
     mat: str | None = "belt.mat",
     config: Any = None,
 ) -> list[str]:
     """Write ``plant`` into ``folder`` as an FMU, a MAT file, bode.png and plant.json; return what to tell of them.
 
     order, delay: rational function that replaces each wrapped arc; highest [rad per metre of travel]: up to where its
-    error is stated; fmi: 2 or 3; fmu, mat: file names, None for no such file; config: for the provenance. Raises
-    InputError before anything is written.
+    error is stated; fmi: 2 or 3; libraries: of the FMU, "here" or "all" (extra ``fmu``); fmu, mat: file names, None for
+    no such file; config: for the provenance. Raises InputError before anything is written.
     """
     from belt_sim.linear.fmu import write_fmu
     from belt_sim.show.curves import bode_picture
@@ -63,6 +64,8 @@ def export(
             raise InputError(kind, name, "", remedy)
     if fmi not in (2, 3):
         raise InputError("fmi", fmi, "", "use 2 or 3, the version of the FMI standard")
+    if libraries not in ("here", "all"):
+        raise InputError("libraries", libraries, "", "use here (this system) or all (Linux, macOS and Windows)")
     folder = Path(folder)
     metres = state_space(plant, order=order, delay=delay, per_metre=True)
     lines = [
@@ -70,8 +73,8 @@ def export(
         f"{highest:g} rad per metre of travel ({highest * plant.speed:g} rad/s)"
     ]
     if fmu:
-        path, built_for = write_fmu(metres, folder / fmu, fmi)
-        built = f"built for {built_for}" if built_for else "without a library: no C compiler (cc) for it was found here"
+        path, systems = write_fmu(metres, folder / fmu, fmi, libraries)
+        built = f"built for {', '.join(systems)}" if systems else "without a library: no C compiler (cc) was found here"
         lines.append(f"{path}  FMI {fmi}.0, {built}; other systems: build its sources/belt.c")
     if mat:
         lines.append(str(state_space(plant, order=order, delay=delay).save_mat(folder / mat)))

@@ -123,7 +123,7 @@ def export(run_dir: RunDir) -> None:
     case = case_from({**config, "yaw": 0.0, "yaw_head": 0.0, "travel": 1.0})
     linear = plant.linearise(case, model=model_settings(config["model"]), effects=config["effects"])
     assert isinstance(linear, LinearBelt)  # a schedule needs several tensions, which the command does not take
-    files = {key: config[key] for key in ("order", "delay", "highest", "fmu", "fmi", "mat")}
+    files = {key: config[key] for key in ("order", "delay", "highest", "fmu", "fmi", "libraries", "mat")}
     with run_dir.outputs() as draft:
         lines = plant.export(linear, draft, **files, config=config)
     print("\n".join(lines).replace(str(draft), str(run_dir.path)))

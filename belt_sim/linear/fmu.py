@@ -1,10 +1,12 @@
 """Export as an FMU for co-simulation (FMI 2.0 or 3.0): the linear plant as C source, compiled where a compiler is."""
 
 import hashlib
+import importlib.util
 import os
 import platform
 import shutil
 import subprocess
+import sys
 import tempfile
 import zipfile
 from collections.abc import Mapping
@@ -22,12 +24,13 @@ from belt_sim.provenance import version_of
 from belt_sim.si import N_PER_MM2
 
 _HERE = Path(__file__).parent
-#: (system, machine) -> folder of its library in an FMU of FMI 2 and of FMI 3 (None: the standard has none), ending
-_FOLDERS = {
-    ("Linux", "x86_64"): ("linux64", "x86_64-linux", "so"),
-    ("Linux", "aarch64"): (None, "aarch64-linux", "so"),
-    ("Darwin", "x86_64"): ("darwin64", "x86_64-darwin", "dylib"),
-    ("Darwin", "arm64"): (None, "aarch64-darwin", "dylib"),
+#: System of a library: its target for zig, folder in an FMU of FMI 2 and of FMI 3 (None: the standard has none), ending
+_SYSTEMS = {
+    ("Linux", "x86_64"): ("x86_64-linux-gnu.2.17", "linux64", "x86_64-linux", "so"),
+    ("Linux", "aarch64"): ("aarch64-linux-gnu.2.17", None, "aarch64-linux", "so"),
+    ("Darwin", "x86_64"): ("x86_64-macos", "darwin64", "x86_64-darwin", "dylib"),
+    ("Darwin", "arm64"): ("aarch64-macos", None, "aarch64-darwin", "dylib"),
+    ("Windows", "AMD64"): ("x86_64-windows-gnu", "win64", "x86_64-windows", "dll"),
 }
 _BUILD = """\
 <?xml version="1.0" encoding="UTF-8"?>
@@ -60,11 +63,12 @@ class Variable:
     start: float | None = None
 
 
-def write_fmu(space: StateSpace, path: Path, fmi: int = 2) -> tuple[Path, str | None]:
-    """Write ``space`` (per metre of travel) as an FMU of ``fmi`` 2 or 3; return its path and its library's platform.
+def write_fmu(space: StateSpace, path: Path, fmi: int = 2, libraries: str = "here") -> tuple[Path, tuple[str, ...]]:
+    """Write ``space`` (per metre of travel) as an FMU of ``fmi`` 2 or 3; return its path and its libraries' platforms.
 
     Inputs yaw, yaw_head [rad], drift [m/m], speed [m/s], parameter y_start [m], outputs y1..y4, travel [m], tension
-    [Pa]. The C source is always in it; the platform is None where no C compiler was found.
+    [Pa]. libraries: "here" compiles for this system, where a C compiler is; "all" cross-compiles for Linux, macOS and
+    Windows by the package ziglang. The C source is always in it. Raises InputError.
     """
     content = _content(space, fmi)
     source = _render("belt.c.j2", content)
@@ -73,18 +77,24 @@ def write_fmu(space: StateSpace, path: Path, fmi: int = 2) -> tuple[Path, str | 
         "sources/belt.c": source,
         "sources/buildDescription.xml": _BUILD,
     }
-    *folders, ending = _FOLDERS.get((platform.system(), platform.machine()), (None, None, ""))
-    folder = folders[fmi - 2]
-    library = _library(source, ending) if folder else None
-    if library:
-        files[f"binaries/{folder}/belt.{ending}"] = library
+    everywhere = libraries == "all"
+    asked = (
+        _SYSTEMS if everywhere else {k: v for k, v in _SYSTEMS.items() if k == (platform.system(), platform.machine())}
+    )
+    built = []
+    for target, *folders, ending in asked.values():
+        folder = folders[fmi - 2]
+        library = _library(source, ending, target if everywhere else None) if folder else None
+        if library:
+            files[f"binaries/{folder}/belt.{ending}"] = library
+            built.append(str(folder))
 
     def write(temporary: Path) -> None:
         with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, data in files.items():
                 archive.writestr(name, data)
 
-    return write_with(path, write), folder if library else None
+    return write_with(path, write), tuple(built)
 
 
 def _content(space: StateSpace, fmi: int) -> dict[str, Any]:
@@ -151,17 +161,27 @@ def _render(template: str, content: Mapping[str, Any]) -> str:
     return engine.get_template(template).render(content) + "\n"
 
 
-def _library(source: str, ending: str) -> bytes | None:
-    """The source compiled as a shared library; None where there is no C compiler. Raises InputError if it fails."""
-    compiler = shutil.which(os.environ.get("CC") or "cc") or shutil.which("gcc") or shutil.which("clang")
-    if compiler is None:
-        return None
+def _library(source: str, ending: str, target: str | None) -> bytes | None:
+    """The source compiled as a shared library, by zig for ``target``; None where no C compiler is here.
+
+    Raises InputError if the compiler fails, or ziglang is asked for and is not installed.
+    """
+    if target is not None:
+        if importlib.util.find_spec("ziglang") is None:
+            raise InputError("libraries", "all", "", "pip install belt-sim[fmu] brings the cross-compiler, or use here")
+        compiler = [sys.executable, "-m", "ziglang", "cc", "-target", target]
+    else:
+        found = shutil.which(os.environ.get("CC") or "cc") or shutil.which("gcc") or shutil.which("clang")
+        if found is None:
+            return None
+        compiler = [found]
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "belt.c").write_text(source, encoding="utf-8")
-        shared = ["-dynamiclib"] if ending == "dylib" else ["-shared", "-fPIC"]
-        command = [compiler, "-std=c99", "-O2", *shared, "-fvisibility=hidden", "-o", f"belt.{ending}", "belt.c"]
+        shared = {"dylib": ["-dynamiclib"], "dll": ["-shared"], "so": ["-shared", "-fPIC"]}[ending]
+        hidden = [] if ending == "dll" else ["-fvisibility=hidden"]
+        command = [*compiler, "-std=c99", "-O2", *shared, *hidden, "-o", f"belt.{ending}", "belt.c"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             said = (done.stderr.strip() or f"status {done.returncode}").splitlines()[0]
-            raise InputError("CC", compiler, "", f"the C compiler fails: {said}; set CC to another, or fmu=null")
+            raise InputError("CC", compiler[0], "", f"the C compiler fails: {said}; set CC to another, or fmu=null")
         return (Path(folder) / f"belt.{ending}").read_bytes()

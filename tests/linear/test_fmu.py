@@ -91,6 +91,78 @@ def test_start_disturbance_and_standstill(tmp_path):
     assert run(path, yaw=YAW, speed=0.0)["y1"][-1] == 0.0
 
 
+def slave_of(path: Path, folder: Path):
+    """An instance of an FMI 2 unit, initialised with the yaw, and the value references by name."""
+    fmpy = pytest.importorskip("fmpy")
+    from fmpy.fmi2 import FMU2Slave
+
+    description = fmpy.read_model_description(str(path))
+    unit = FMU2Slave(
+        guid=description.guid, unzipDirectory=fmpy.extract(str(path), str(folder)), instanceName="belt",
+        modelIdentifier=description.coSimulation.modelIdentifier,
+    )  # fmt: skip
+    names = {v.name: v.valueReference for v in description.modelVariables}
+    unit.instantiate()
+    unit.setupExperiment(startTime=0.0)
+    unit.enterInitializationMode()
+    unit.setReal([names["yaw"]], [YAW])
+    unit.exitInitializationMode()
+    return unit, [names[n] for n in ("time", "travel", "y1", "y3")]
+
+
+@needs_compiler
+def test_a_state_is_kept_restored_and_serialised(tmp_path):
+    unit, seen = slave_of(written(tmp_path, 2), tmp_path / "unit")
+    for k in range(5):
+        unit.doStep(float(k), 1.0)
+    state = unit.getFMUstate()
+    bytes_of_state = unit.serializeFMUstate(state)
+    first = []
+    for k in range(5, 8):
+        unit.doStep(float(k), 1.0)
+        first.append(unit.getReal(seen))
+    for again in (state, unit.deSerializeFMUstate(bytes_of_state)):
+        unit.setFMUstate(again)
+        assert unit.getReal(seen)[:2] == [5.0, 2.5]
+        second = []
+        for k in range(5, 8):
+            unit.doStep(float(k), 1.0)
+            second.append(unit.getReal(seen))
+        assert second == first
+        unit.freeFMUstate(again)
+
+
+@needs_compiler
+@pytest.mark.parametrize("at", [1.0, 3.5])
+def test_a_step_back_in_time_or_a_gap_is_refused(tmp_path, at):
+    unit, seen = slave_of(written(tmp_path, 2), tmp_path / "unit")
+    for k in range(3):
+        unit.doStep(float(k), 1.0)
+    before = unit.getReal(seen)
+    with pytest.raises(Exception, match="status 3"):
+        unit.doStep(at, 1.0)
+    assert unit.getReal(seen) == before
+
+
+def test_a_cross_compiler_that_is_missing_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr("belt_sim.linear.fmu.importlib.util.find_spec", lambda name: None)
+    plant = bs.linearise(model="strip", rig="test_rig", tension=10)
+    with pytest.raises(bs.InputError, match=r"belt-sim\[fmu\]"):
+        bs.export(plant, tmp_path / "out", libraries="all")
+    with pytest.raises(bs.InputError, match="libraries = elsewhere"):
+        bs.export(plant, tmp_path / "out", libraries="elsewhere")
+
+
+@pytest.mark.long
+def test_libraries_of_all_systems_are_built(tmp_path):
+    pytest.importorskip("ziglang")
+    plant = bs.linearise(model="strip", rig="test_rig", tension=10)
+    bs.export(plant, tmp_path, mat=None, libraries="all")
+    with zipfile.ZipFile(tmp_path / "belt.fmu") as archive:
+        marks = {name.split("/")[1]: archive.read(name)[:4] for name in archive.namelist() if "binaries" in name}
+    assert {k: v[:2] for k, v in marks.items()} == {"linux64": b"\x7fE", "win64": b"MZ", "darwin64": b"\xcf\xfa"}
+
+
 def test_without_a_compiler_the_sources_are_there(tmp_path, monkeypatch):
     monkeypatch.setattr("belt_sim.linear.fmu.shutil.which", lambda name: None)
     plant = bs.linearise(model="strip", rig="test_rig", tension=10)
