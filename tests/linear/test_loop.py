@@ -1,0 +1,86 @@
+"""A controller on the plant: margins, what drive and sensor add, and what is refused."""
+
+import control
+import numpy as np
+import pytest
+
+import belt_sim as bs
+from belt_sim.linear.loop import margins_of
+from belt_sim.linear.plant import state_space
+
+SPEED, SAMPLE = 0.5, 0.02  # [m/s], [s]
+HELD = 2e-2  # of the largest y: yaw is held over a sample, and the reference solution is continuous
+READ = 1e-3  # margins of a curve that is interpolated between 4,000 frequencies
+
+
+@pytest.fixture(scope="module")
+def plant():
+    return bs.linearise(model="strip", rig="test_rig", tension=12, speed=SPEED)
+
+
+def lead():
+    s = control.tf("s")
+    return 0.2 * (1 + 10 * s) / (1 + s)
+
+
+def test_without_faults_it_is_the_textbook_loop(plant):
+    made = bs.close_loop(plant, lead(), askew=1e-4, sample=SAMPLE, travel=40.0)
+    belt = state_space(plant, order=6).to_control()[0, 0]
+    _, y = control.step_response(control.feedback(belt, lead()), made.time)
+    assert np.abs(made.y[0] - 1e-4 * y).max() < HELD * np.abs(1e-4 * y).max()
+    np.testing.assert_allclose(made.yaw - made.command, 1e-4)
+
+
+@pytest.mark.parametrize(("gain", "poles"), [(4.0, [-1.0, -2.0]), (30.0, [-1.0, -10.0]), (0.5, [-0.2, -0.3])])
+def test_margins_are_those_of_python_control(gain, poles):
+    """An integrator and two lags: both margins are finite."""
+    system = control.zpk([], [0.0, *poles], gain * np.prod(poles))
+    w = np.geomspace(1e-3, 1e3, 4000)
+    gain_margin, phase_margin, _, crossover = control.margin(system)
+    found = margins_of(w, system(1j * w))
+    assert found.gain_margin == pytest.approx(gain_margin if gain_margin > 1 else np.inf, rel=READ)
+    assert np.rad2deg(found.phase_margin) == pytest.approx(phase_margin, abs=0.1)
+    assert found.crossover == pytest.approx(crossover, rel=READ)
+    if phase_margin > 0:
+        assert found.delay_margin == pytest.approx(np.deg2rad(phase_margin) / crossover, rel=1e-2)
+
+
+def test_a_delay_beyond_the_margin_destabilises(plant):
+    margin = bs.close_loop(plant, lead(), travel=10.0).margins.delay_margin
+    inside, beyond = (
+        bs.close_loop(plant, lead(), y_start=1e-3, delay=share * margin, travel=400.0) for share in (0.5, 1.2)
+    )
+    late = inside.time > 0.7 * inside.time[-1]
+    assert np.abs(inside.y[0, late]).max() < 2e-4
+    assert np.abs(beyond.y[0, late]).max() > 2e-3
+
+
+def test_limits_backlash_and_noise(plant):
+    limited = bs.close_loop(plant, lead(), y_start=5e-3, limits=1e-3, travel=20.0)
+    assert np.abs(limited.yaw).max() == pytest.approx(1e-3)
+    assert np.abs(limited.command).max() > 5e-3
+    loose = bs.close_loop(plant, lead(), y_start=5e-3, backlash=1e-3, travel=20.0)
+    assert np.abs(loose.yaw - loose.command).max() == pytest.approx(5e-4)
+    turned = np.flatnonzero(np.diff(loose.yaw) == 0.0)
+    assert len(turned) > 10  # the pulley stands while the drive crosses its play
+    noisy = bs.close_loop(plant, lambda time, error: 0.0, noise=1e-4, travel=200.0, seed=3)
+    assert np.std(noisy.measured) == pytest.approx(1e-4, rel=0.05)
+    assert np.abs(noisy.y).max() == 0.0
+
+
+def test_a_function_steers_at_another_point(plant):
+    made = bs.close_loop(plant, lambda time, error: 0.05 * error, point=4, reference=1e-3, travel=600.0)
+    assert made.margins is None
+    assert made.y[3, -1] == pytest.approx(1e-3, rel=0.05)
+
+
+def test_what_is_refused(plant):
+    with pytest.raises(bs.InputError, match="diverges"):
+        bs.close_loop(plant, lambda time, error: -5.0 * error, y_start=1e-3, travel=400.0)
+    for wrong in ({"point": 5}, {"noise": -1.0}, {"limits": 0.0}, {"sample": 0.0}, {"delay": np.nan}):
+        with pytest.raises(bs.InputError, match=next(iter(wrong))):
+            bs.close_loop(plant, lead(), **wrong)
+    with pytest.raises(bs.InputError, match="linearise"):
+        bs.close_loop("strip", lead())
+    with pytest.raises(bs.InputError, match="controller"):
+        bs.close_loop(plant, "PID")
