@@ -21,6 +21,7 @@ from belt_sim.results.errors import Errors
 
 KEPT = 120  # points of a curve against a variable, a tension
 DRAWN = 600  # points of the law as a line
+OTHERS = 2  # places that are told beside that of the law
 
 
 def describe(found: SearchOutcome, probability: float, config: Any = None) -> Discovery:
@@ -46,7 +47,7 @@ def describe(found: SearchOutcome, probability: float, config: Any = None) -> Di
     error = errors_of(s.bench, s.fit, best.bench, best.fit)
     fall = error.fit or error.held_out
     assert fall is not None  # a law is fitted to some runs
-    said = sentence(s, best, law, fall, worse=worse_predictions(error))
+    said = sentence(s, best, law, fall, worse=worse_predictions(error)) + _other_places(found, best)
     points, curve = _law_points(found, best)
     return Discovery(
         **common,
@@ -60,6 +61,15 @@ def describe(found: SearchOutcome, probability: float, config: Any = None) -> Di
         error=error,
         law_file=_law_file(found, law.frequency, best, said, probability),
     )
+
+
+def _other_places(found: SearchOutcome, best: MarchFit) -> str:
+    """The places at which another law does as well: a torsion that creeps and a bending that creeps act alike through
+    EI/T, and a soft joint is a wave of the yaw as long as the belt."""
+    own = place_words(best.scored.law)
+    others = dict.fromkeys(place_words(c.scored.law) for c in found.close)
+    alike = [f"the {place}" for place in others if place != own][:OTHERS]
+    return f" A law of {' or of '.join(alike)} fits these readings as well." if alike else ""
 
 
 def limits(found: SearchOutcome) -> tuple[str, ...]:

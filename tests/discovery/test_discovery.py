@@ -15,8 +15,8 @@ from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.discovery.describe import describe, worse_predictions
 from belt_sim.discovery.diagnosis_interface import LawSearch, unknown_evidence
-from belt_sim.discovery.law_words import sentence
-from belt_sim.discovery.march_fit import search_law
+from belt_sim.discovery.law_words import place_words, sentence
+from belt_sim.discovery.march_fit import CloseLaw, search_law
 from belt_sim.discovery.search_data import search_data_of
 from belt_sim.errors import InputError
 from belt_sim.results.errors import Change, Errors, OwnChange
@@ -100,6 +100,16 @@ def test_the_fall_of_the_rms_error_is_told_in_millimetres():
     before, after = (thousandths(x) for x in (told.error.fit.before, told.error.fit.after))
     assert f"the rms error falls from {before} to {after} mm" in told.sentence
     assert "explains" not in told.sentence
+
+
+def test_places_whose_laws_fit_as_well_are_told_and_its_own_is_not():
+    law = discovered("yaw_creep")
+    own = law.best.scored
+    other = next(s for s in law.choice.judged if place_words(s.law) != place_words(own.law))
+    alike = replace(law, close=(CloseLaw(own, 0.0), CloseLaw(other, 1.0), CloseLaw(other, 2.0)))
+    said = describe(alike, 1.0).sentence
+    assert said.endswith(f" A law of the {place_words(other.law)} fits these readings as well.")
+    assert "fits these readings as well" not in describe(replace(law, close=(CloseLaw(own, 0.0),)), 1.0).sentence
 
 
 def test_too_few_runs_are_said_and_no_law_is_guessed():
