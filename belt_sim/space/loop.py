@@ -185,7 +185,7 @@ def lay_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> LaidLoop
     rig = case.rig
     longest = min(float(rig.head_radius), float(rig.tail_radius)) / (4.0 if path is lift else 3.0)
     if dx > longest:
-        raise InputError("options.dx", dx, "m", f"a pulley carries too few stations: give at most {longest:.3f}")
+        raise InputError("model.dx", dx, "m", f"a pulley carries too few stations: give at most {longest:.3f}")
     n = stations or 2 * round(float(rig.belt_length) / dx / 2.0)
     hanging = HangingBelt.from_case(case)
     chord = hanging.length / n

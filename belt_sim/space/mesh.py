@@ -172,7 +172,7 @@ class Grid:
     def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         m = options.across
         if m < 2:
-            raise InputError("options.across", m, "nodes", "a grid needs 2 or more")
+            raise InputError("model.across", m, "nodes", "a grid needs 2 or more")
         lattice = calibrate(case.belt, rest_chord(case, loop), m, options.bonds)
         return lay_mesh(case, loop, lattice.width, m, lattice.poisson_ratio, lattice.lines)
 
@@ -201,7 +201,7 @@ class Membrane:
 
     def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         if options.across < 2:
-            raise InputError("options.across", options.across, "nodes", "a membrane needs 2 or more")
+            raise InputError("model.across", options.across, "nodes", "a membrane needs 2 or more")
         poisson, across = float(case.belt.poisson_ratio), options.across
         width = matching_width(float(case.belt.width), rest_chord(case, loop), across, poisson)
         return lay_mesh(case, loop, width, across, poisson, _stretch_stiffness(case))

@@ -43,7 +43,7 @@ def refuse(belt: str, options: Options, parts: SceneParts) -> None:
     if is_limp(belt, options):
         why = f"model = mujoco_{belt} without bending stiffness"
     elif math.isfinite(parts.friction):
-        why = f"options.friction = {parts.friction:g}"
+        why = f"model.friction = {parts.friction:g}"
     if why is not None:
         raise CannotRepresent(f"{why}: engine=mjx cannot do this; use engine=native")
 

@@ -12,7 +12,7 @@ from belt_sim.effects.base import IN_MARCH, Effect, call_hook, overrides
 from belt_sim.effects.pipeline import as_indicated, asked_of_engine
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space.options import CONTACTS, Options
+from belt_sim.space.options import CONTACTS, Options, refuse_unobeyed
 
 if TYPE_CHECKING:
     from belt_sim.space.run import BatchEngine
@@ -91,7 +91,9 @@ class SpaceModel:
         return None
 
     def admit(self, effects: Sequence[Effect]) -> None:
-        """Raise CannotRepresent for the first effect that the 3D belt cannot show."""
+        """Raise CannotRepresent for the first effect that the 3D belt cannot show, InputError for an option that its
+        engine does not obey."""
+        refuse_unobeyed(self.options, self.belt, self.engine, self.contact)
         for effect in effects:
             reason = self.refusal(effect)
             if reason:

@@ -97,7 +97,7 @@ def silence_expected_warnings() -> Iterator[None]:
 def refuse_divergence(data: mujoco.MjData) -> None:
     """Raise SimulationError where the last step made coordinates or accelerations infinite."""
     if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number or not np.isfinite(data.qpos[-1]):
-        raise SimulationError(f"the belt's acceleration grew without bound at {data.time:.3f} s: halve options.dt")
+        raise SimulationError(f"the belt's acceleration grew without bound at {data.time:.3f} s: halve model.dt")
 
 
 class Solver:

@@ -367,7 +367,7 @@ def simulate(
     parts = parts or SceneParts.from_case(case, options.friction)
     held = contact == CONTACTS[0]
     if held and math.isfinite(parts.friction) and is_limp(belt, options):
-        raise CannotRepresent(f"options.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
+        raise CannotRepresent(f"model.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
     options = fit_options(options, case, belt, contact)
 
     def run(case: Case, path: Path | None = None, observers: Sequence[Observer] = ()) -> Curves:

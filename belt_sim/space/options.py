@@ -50,6 +50,19 @@ CONTACTS = ("held", "mujoco")
 AS_THE_CASE = "case"
 
 
+_SHARED = {"dx", "belt_speed", "friction", "run_in", "sample"}
+_IN_TIME = {"dt", "acceleration", "settle", "yaw_time", "damping", "tail_mass", "frame"}
+#: the options that an engine obeys, and those of a belt that MuJoCo's contacts carry; it refuses a change of any other
+OBEYED: dict[str, set[str]] = {
+    "native": _SHARED | _IN_TIME | {"tensioning", "hold_stiffness"},
+    "mjx": _SHARED | _IN_TIME | {"tensioning"},
+    "quasi_static": _SHARED | {"tensioning", "steps"},
+    "mujoco": _SHARED | {"dt", "yaw_time", "tail_mass", "frame"},
+}
+#: the options of the belt itself, which every engine obeys
+OF_BELT: dict[str, set[str]] = {"rope": set(), "grid": {"across", "bonds"}, "flex": {"across"}}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Options:
     """Numerical settings of a run; the defaults are those of the error budget in studies/notes/three_dimensions.md.
@@ -87,18 +100,18 @@ class Options:
         for field in fields(self):
             value = getattr(self, field.name)
             if isinstance(value, float) and not (value > 0.0 or (value == 0.0 and field.name in _MAY_BE_ZERO)):
-                raise InputError(f"options.{field.name}", value, "", "give a positive number")
+                raise InputError(f"model.{field.name}", value, "", "give a positive number")
         if self.across < 1 or int(self.across) != self.across:
-            raise InputError("options.across", self.across, "nodes", "give 1 (rope), 2 or more")
+            raise InputError("model.across", self.across, "nodes", "give 1 (rope), 2 or more")
         if self.steps < 1:
-            raise InputError("options.steps", self.steps, "", "give 1 or more")
+            raise InputError("model.steps", self.steps, "", "give 1 or more")
         if isinstance(self.belt_speed, str) and self.belt_speed != AS_THE_CASE:
-            raise InputError("options.belt_speed", self.belt_speed, "", f"give m/s, {AS_THE_CASE}, or leave it out")
+            raise InputError("model.belt_speed", self.belt_speed, "", f"give m/s, {AS_THE_CASE}, or leave it out")
         if self.tensioning not in TENSIONINGS:
-            raise InputError("options.tensioning", self.tensioning, "", f"choose one of {', '.join(TENSIONINGS)}")
+            raise InputError("model.tensioning", self.tensioning, "", f"choose one of {', '.join(TENSIONINGS)}")
         unknown = [b for b in self.bonds if b not in BONDS]
         if unknown or "longitudinal" not in self.bonds:
-            raise InputError("options.bonds", self.bonds, "", f"longitudinal, and any of {', '.join(BONDS[1:])}")
+            raise InputError("model.bonds", self.bonds, "", f"longitudinal, and any of {', '.join(BONDS[1:])}")
 
     @staticmethod
     def from_settings(settings: Mapping[str, Any]) -> "Options":
@@ -114,6 +127,21 @@ class Options:
         """Belt speed [m/s] of options that were fitted to a case (``fit_options``)."""
         assert isinstance(self.belt_speed, float)
         return self.belt_speed
+
+
+def refuse_unobeyed(options: Options, belt: str, engine: str, contact: str = CONTACTS[0]) -> None:
+    """Raise InputError for an option that differs from its default and that would change nothing here."""
+    by, how = (engine, f"engine={engine}") if contact == CONTACTS[0] else (contact, f"model.contact={contact}")
+    for field in fields(Options):
+        value = getattr(options, field.name)
+        if value == field.default or field.name in OBEYED[by] | OF_BELT[belt]:
+            continue
+        if field.name in OF_BELT["grid"]:
+            how, others = f"mujoco_{belt}", [f"model=mujoco_{b}" for b, own in OF_BELT.items() if field.name in own]
+        else:
+            others = [f"engine={e}" for e in ("native", "mjx", "quasi_static") if field.name in OBEYED[e]]
+        remedy = f"{how} does not obey it: leave it out, or use {' or '.join(others)}"
+        raise InputError(f"model.{field.name}", value, "", remedy)
 
 
 def is_limp(belt: str, options: Options) -> bool:
@@ -190,7 +218,7 @@ def fit_options(options: Options, case: Case, belt: str, contact: str = CONTACTS
     radius = min(float(case.rig.head_radius), float(case.rig.tail_radius))
     longest = radius / pace * (2.0 * float(case.settings.tension) / float(case.belt.youngs_modulus)) ** 0.5
     if belt != "rope" and dt > longest:
-        raise InputError("options.dt", dt, "s", f"give at most {longest:.1e} at {pace:.2f} m/s, or a slower belt_speed")
+        raise InputError("model.dt", dt, "s", f"give at most {longest:.1e} at {pace:.2f} m/s, or a slower belt_speed")
     damping = options.damping
     if is_limp(belt, options):
         damping = max(damping, _LIMP_DRAG * waves / float(case.rig.span_length))
@@ -200,10 +228,10 @@ def fit_options(options: Options, case: Case, belt: str, contact: str = CONTACTS
 def _speed_given(options: Options, case: Case, fastest: float, accurate: float) -> float:
     """The belt speed [m/s] that options give; fastest, accurate [m/s]: at most, and without a speed given."""
     as_the_case = options.belt_speed == AS_THE_CASE
-    name = "settings.speed" if as_the_case else "options.belt_speed"
+    name = "settings.speed" if as_the_case else "model.belt_speed"
     pace = float(case.settings.speed if as_the_case else options.belt_speed)  # type: ignore[arg-type]
     if not 0.0 < pace <= fastest:
         most = f"give at most {fastest:.2f}, above which landings shake a belt of this tension"
-        remedy = f"{most}, or leave options.belt_speed out for {accurate:.2f} m/s"
+        remedy = f"{most}, or leave model.belt_speed out for {accurate:.2f} m/s"
         raise InputError(name, f"{pace:.3g}", "m/s", remedy)
     return pace

@@ -83,7 +83,7 @@ def lay_case(
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
     """Raise CannotRepresent for what only engine=native does."""
     if math.isfinite(parts.friction) and is_limp(belt, options):
-        raise CannotRepresent(f"options.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
+        raise CannotRepresent(f"model.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
 
 
 def in_batches(ready: Sequence[TravelCase], chunk: int | None) -> Iterator[list[Curves | SimulationError]]:

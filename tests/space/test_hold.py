@@ -44,5 +44,5 @@ def test_belt_stands_still_for_a_yaw_step():
 
 
 def test_too_long_a_step_is_refused_in_one_line():
-    with pytest.raises(InputError, match=r"options\.dt = 0\.002 s: give at most"):
+    with pytest.raises(InputError, match=r"model\.dt = 0\.002 s: give at most"):
         fit_options(Options(dt=2e-3, belt_speed=2.0), paper_case(40, 0.0, TEST_RIG), "flex")

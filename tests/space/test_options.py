@@ -7,12 +7,13 @@ import pytest
 import yaml
 from paper_cases import paper_case
 
-from belt_sim.errors import InputError
+from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.files import CONF
 from belt_sim.model import model_named
 from belt_sim.space import BELTS, Options
 from belt_sim.space.native import simulate
-from belt_sim.space.options import SLOWNESS, fit_options, string_speed
+from belt_sim.space.model import SpaceModel
+from belt_sim.space.options import OBEYED, OF_BELT, SLOWNESS, fit_options, string_speed
 
 
 def written(belt):
@@ -40,15 +41,15 @@ def test_the_belt_runs_as_fast_as_is_accurate_unless_told_otherwise():
     assert model_named("mujoco_flex", {"belt_speed": "case"}).options.belt_speed == "case"
 
 
-@pytest.mark.parametrize(("speed", "name"), [(3.0, "options.belt_speed"), ("case", "settings.speed")])
+@pytest.mark.parametrize(("speed", "name"), [(3.0, "model.belt_speed"), ("case", "settings.speed")])
 def test_a_speed_that_shakes_the_belt_is_refused_with_a_remedy(speed, name):
-    with pytest.raises(InputError, match=rf"{name} = 3 m/s: .* leave options.belt_speed out for 0\.85 m/s"):
+    with pytest.raises(InputError, match=rf"{name} = 3 m/s: .* leave model.belt_speed out for 0\.85 m/s"):
         fit_options(Options(belt_speed=speed), at_speed(3.0, tension=7.0), "flex")
 
 
 @pytest.mark.parametrize("speed", ["fast", 0.0, -1.0, -1, float("nan")])
 def test_what_is_no_speed_is_refused(speed):
-    with pytest.raises(InputError, match=r"options\.belt_speed"):
+    with pytest.raises(InputError, match=r"model\.belt_speed"):
         fit_options(Options(belt_speed=speed), at_speed(1.0), "flex")
 
 
@@ -56,3 +57,76 @@ def test_the_pace_that_was_run_is_told():
     options = Options(dx=0.04, dt=2e-3, run_in=0.2, settle=0.1, acceleration=3.0, belt_speed="case")
     curves = simulate(at_speed(0.4), belt="flex", travel=0.1, options=options)
     assert np.max(curves.extra["belt_speed"]) == pytest.approx(0.4)
+
+
+#: a changed value of every option, within its bounds
+CHANGED = {
+    "dx": 0.05, "across": 3, "dt": 1.5e-3, "belt_speed": 0.3, "friction": 0.05, "bonds": ("longitudinal", "transverse"),
+    "tensioning": "length", "run_in": 0.1, "acceleration": 2.0, "settle": 0.1, "yaw_time": 0.1, "damping": 20.0,
+    "hold_stiffness": 1e9, "tail_mass": 600.0, "sample": 0.02, "frame": 0.03, "steps": 3,
+}  # fmt: skip
+#: what makes a run short; an engine takes of these what it obeys
+BRIEF = {"dx": 0.04, "dt": 2e-3, "run_in": 0.05, "settle": 0.05, "acceleration": 3.0, "yaw_time": 0.05, "sample": 0.01}
+TRAVEL = 0.06  # [m]
+
+
+class Frames:
+    """Counts the frames of a run."""
+
+    count = 0
+
+    def start(self, case, travel):
+        self.count = 0
+
+    def frame(self, frame):
+        self.count += 1
+
+    def finish(self, curves):
+        pass
+
+
+def ran(engine, contact, belt, options, case):
+    model = SpaceModel(belt=belt, options=options, engine=engine, contact=contact)
+    frames = Frames()
+    watchers = () if engine == "quasi_static" else (frames,)
+    curves = model.run(case, travel=TRAVEL, observers=watchers)
+    return np.concatenate([[frames.count, len(curves.travel)], curves.y.ravel(), curves.extra["tension"]])
+
+
+@pytest.mark.parametrize(
+    ("engine", "contact", "belt"),
+    [
+        ("native", "held", "flex"),
+        ("quasi_static", "held", "flex"),
+        pytest.param("native", "held", "grid", marks=pytest.mark.long),
+        pytest.param("quasi_static", "held", "grid", marks=pytest.mark.long),
+        pytest.param("native", "held", "rope", marks=pytest.mark.long),
+        pytest.param("quasi_static", "held", "rope", marks=pytest.mark.long),
+        pytest.param("mjx", "held", "flex", marks=pytest.mark.long),
+        pytest.param("native", "mujoco", "flex", marks=pytest.mark.long),
+    ],
+)
+def test_a_changed_option_changes_the_result_or_is_refused(engine, contact, belt, short_rig):
+    """Whatever differs in the last digit counts; what an engine cannot do is refused by its name."""
+    by = engine if contact == "held" else contact
+    known = OBEYED[by] | OF_BELT[belt]
+    brief = Options(**{name: value for name, value in BRIEF.items() if name in known})
+    usual = ran(engine, contact, belt, brief, short_rig)
+    for name, value in CHANGED.items():
+        options = replace(brief, **{name: value})
+        if name not in known:
+            with pytest.raises(InputError, match=rf"model\.{name} = .* does not obey it"):
+                ran(engine, contact, belt, options, short_rig)
+        else:
+            try:
+                found = ran(engine, contact, belt, options, short_rig)
+            except (CannotRepresent, InputError) as refusal:
+                assert name in str(refusal)
+            else:
+                assert found.shape != usual.shape or not np.array_equal(found, usual), name
+
+
+def test_every_option_is_in_the_table():
+    names = {f.name for f in fields(Options)}
+    assert set(CHANGED) == names
+    assert set.union(*OBEYED.values(), *OF_BELT.values()) == names

@@ -40,5 +40,5 @@ def test_late_rate_of_the_rope_law_at_all_four_points(short_rig):
 
 def test_a_limp_belt_with_finite_friction_is_refused(short_rig):
     for belt, bonds in (("rope", BONDS), ("grid", BONDS[:2])):
-        with pytest.raises(CannotRepresent, match=r"options\.friction = 0\.3: a limp belt"):
+        with pytest.raises(CannotRepresent, match=r"model\.friction = 0\.3: a limp belt"):
             simulate(short_rig, belt=belt, travel=0.1, options=replace(QUICK, friction=0.3, bonds=bonds))

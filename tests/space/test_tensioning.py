@@ -73,5 +73,5 @@ def test_a_longer_belt_is_slacker():
 def test_an_unknown_tensioning_is_refused_in_one_line():
     assert model_named("mujoco_rope", {"tensioning": "length"}).options.tensioning == "length"
     assert model_named("mujoco_rope", {"tensioning": None}).options.tensioning == "force"
-    with pytest.raises(InputError, match=r"options\.tensioning = glue: choose one of force, length"):
+    with pytest.raises(InputError, match=r"model\.tensioning = glue: choose one of force, length"):
         model_named("mujoco_rope", {"tensioning": "glue"})
