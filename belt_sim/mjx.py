@@ -1,18 +1,25 @@
-"""engine=mjx: the 3D belt on MuJoCo MJX, many cases at once in time.
+"""bs.mjx: belts on MuJoCo MJX for loops of one's own, many at once, on JAX.
 
-For control loops of one's own: ``prepare``, ``command``, ``step``, ``stacked`` (examples/batch_on_mjx.ipynb).
+``prepare`` cases of one mesh, ``command`` and ``step`` them under jax.jit, jax.vmap (``stack_cases``), jax.lax.scan and
+jax.grad; ``PreparedCase.to_mujoco`` shows any of them in MuJoCo's renderer. ``simulate_batch`` runs whole cases.
+``SteeringEnvironment`` is the same as an environment of MuJoCo Playground's form. docs/python.md has an example.
+
+``step`` calls MJX's kinematics, com_pos, crb, passive, rne, actuation, sensors and euler; the belt's elasticity, the
+implicit solve and landing on the pulleys are this package's: MJX has no flex and no implicit step for one.
 """
 
-import io
-from contextlib import redirect_stdout
-
-with redirect_stdout(io.StringIO()):  # it prints that Warp is not installed, which is not needed
-    import mujoco.mjx  # noqa: F401
-
-from belt_sim.space.mjx_engine import simulate, simulate_batch
-from belt_sim.space.mjx_interface import stack_cases
-from belt_sim.space.mjx_model import READING, MjxData, MjxModel, PreparedCase, command, prepare
-from belt_sim.space.mjx_step import step
+from belt_sim.space.mjx import (
+    READING,
+    MjxData,
+    MjxModel,
+    PreparedCase,
+    command,
+    prepare,
+    scene,
+    stack_cases,
+    step,
+)
+from belt_sim.space.mjx_run import simulate, simulate_batch
 from belt_sim.space.run import Command
 
 __all__ = [
@@ -23,6 +30,7 @@ __all__ = [
     "PreparedCase",
     "command",
     "prepare",
+    "scene",
     "simulate",
     "simulate_batch",
     "stack_cases",

@@ -32,14 +32,13 @@ from belt_sim.space.rolling_run import ContactRun, Edited
 from belt_sim.space.rope import RopeKinks, end_offsets, hold_run_up_end, run_off_end, sway_drag
 from belt_sim.space.run import Command, Recorder, notify_observers, plan_in_time, reading
 from belt_sim.space.wrap import (
-    HEAD,
+    NEITHER,
     TAIL,
     BeltOnPulley,
     SlipState,
-    WrapArrays,
     carry_wraps,
     sink_wraps,
-    slide_wrap,
+    slide_wraps,
 )
 
 
@@ -125,29 +124,17 @@ class StepInput(NamedTuple):
     fewest: Array
 
 
-_NEITHER = -1
-
-
 def carry_belt(fixed: Fixed, was: Carried, at: Instant, nodes: Array, pull: Array) -> tuple[Carried, Array]:
     """After a step, with held nodes on their anchors: loads on the pulleys, and what slid, landed and left; and what
     the instruments read, (22,): ``reading``, then slip and share of sliding nodes of both pulleys, x of the tail.
 
-    nodes [m], pull [N], (m, 3, n): of belt and weight on the nodes. When both belts slide as a whole they take turns,
-    since each reckons with the other standing still.
+    nodes [m], pull [N], (m, 3, n): of belt and weight on the nodes.
     """
     belt, (command, _, shaped), pulleys, slip, waiting = fixed.belt, at, was.pulleys, was.slip, was.waiting
     loads = belt_loads(pulleys, nodes, pull)
     if belt.sliding_stiffness is not None:
-        turn = jnp.where(waiting == HEAD, TAIL, HEAD)
-        waiting = jnp.where((slip.sliding > 0.5).all(), turn, _NEITHER)
-
-        def slide(of: tuple[Array, BeltOnPulley, SlipState]) -> tuple[WrapArrays, SlipState]:
-            which, pulley, own = of
-            moves = partial(slide_wrap, belt, pull, command.friction, command.speed, shaped, pulley, own)
-            return jax.lax.cond(which == waiting, lambda: (pulley.wrap, own), moves)
-
-        wraps, slip = jax.lax.map(slide, (jnp.arange(2), pulleys, slip))
-        pulleys = pulleys._replace(wrap=wraps)
+        moves = command.friction, command.speed, shaped
+        pulleys, slip, waiting = slide_wraps(belt, pulleys, slip, waiting, pull, *moves)
     pulleys = carry_wraps(belt, pulleys, (pulleys.pose, nodes), nodes, 0.0, shaped, command.share, fixed.dt)
     tail_x = pulleys.pose.centre[TAIL, 0]
     read = reading(belt, nodes, pulleys.wrap.first, pulleys.wrap.last, tail_x, command.share)
@@ -289,7 +276,7 @@ class Engine:
         kinks = RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None
         run_off = pulleys.wrap.outer(run_off_end(shape.sign)) if shape.limp else None
         slip = SlipState.none(shape.lines, shape.stations)
-        laid = Carried(pulleys, slip, np.array(_NEITHER), np.zeros((2, 3)), np.zeros(2), kinks, run_off)
+        laid = Carried(pulleys, slip, np.array(NEITHER), np.zeros((2, 3)), np.zeros(2), kinks, run_off)
         instant = Instant(Command(0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(2), 0.0), 0.0, 0.0)
         packings = Packing.of(fixed), Packing.of(laid), Packing.of(instant)
         on_device = in_float64(jax.device_put)(packings[0].pack(fixed), _processor())

@@ -86,8 +86,10 @@ def refuse(belt: str, options: Options, parts: SceneParts) -> None:
         raise CannotRepresent(f"model.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
 
 
-def in_batches(ready: Sequence[TravelCase], chunk: int | None) -> Iterator[list[Curves | SimulationError]]:
-    """Curves of cases of one kind, chunk by chunk; see BatchEngine."""
+def in_batches(
+    ready: Sequence[TravelCase], chunk: int | None, observers: Sequence[object] = ()
+) -> Iterator[list[Curves | SimulationError]]:
+    """Curves of cases of one kind, chunk by chunk, which nobody can observe; see BatchEngine."""
     rows = max(len(r.recorded) for r in ready)
     devices = jax.device_count()
     fit = devices * cases_per_chunk(ready[0].stations, ready[0].belt.shape.lines)

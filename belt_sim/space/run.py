@@ -471,13 +471,13 @@ class BatchEngine:
         options: Options | None = None,
         parts: Sequence[SceneParts] | None = None,
         chunk: int | None = None,
-        **watched: Any,
+        observers: Sequence[Sequence[Observer]] = (),
     ) -> list[Curves | SimulationError]:
         """Curves of all cases, in order, over ``travel`` [m], at most ``chunk`` of them at once (None: as many as fit).
 
         Cases may differ in everything but the mesh: tension [Pa], yaw schedules [rad], effects (parts), material. A
-        case that fails is a SimulationError, with the curves so far in its ``curves``, and stops no other. watched:
-        observers of the first case (engine=mjx). Raises InputError for meshes with unlike numbers of stations.
+        case that fails is a SimulationError, with the curves so far in its ``curves``, and stops no other. observers:
+        of each case, or of the first few (engine=mjx). Raises InputError for meshes with unlike numbers of stations.
         """
         options = options or Options()
         parts = parts or [SceneParts.from_case(case, options.friction) for case in cases]
@@ -489,14 +489,17 @@ class BatchEngine:
         if len({r.kind for r in ready}) > 1:
             counts = sorted({r.stations for r in ready})
             raise InputError("cases", f"{counts} stations", "", "give cases of one mesh and direction to a batch")
-        return [found for some in self.in_batches(ready, chunk, **watched) for found in some]
+        return [found for some in self.in_batches(ready, chunk, observers) for found in some]
 
-    def simulate(self, case: Case, *, parts: SceneParts | None = None, **run: Any) -> Curves:
+    def simulate(
+        self, case: Case, *, parts: SceneParts | None = None, observers: Sequence[Observer] = (), **run: Any
+    ) -> Curves:
         """Curves of one case; run: as of ``simulate_batch``. y = 0 at travel 0.
 
         Raises SimulationError when it diverges.
         """
-        found = self.simulate_batch([case], parts=None if parts is None else [parts], **run)[0]
+        several = None if parts is None else [parts]
+        found = self.simulate_batch([case], parts=several, observers=[observers] if observers else (), **run)[0]
         if isinstance(found, SimulationError):
             raise found
         return found
@@ -512,7 +515,7 @@ def cases_per_chunk(stations: int, lines: int) -> int:
     return max(min(int(0.5 * memory / (_BYTES * stations * lines**2)), _MOST), 1)
 
 
-def is_on_pulleys(rows: np.ndarray, width: float) -> np.ndarray:
+def is_on_pulleys(rows: np.ndarray, width: float | np.ndarray) -> np.ndarray:
     """Which rows of readings (k, 17 or more) are finite and of a belt of ``width`` [m] that is still on its pulleys."""
     return np.isfinite(rows).all(axis=1) & (np.abs(rows[:, POINTS]).max(axis=1) < RUNAWAY * width)
 

@@ -7,6 +7,7 @@ import pytest
 from pulley_bench import bare_belt, both, empty_wrap, on_jax, pose, surface
 
 from belt_sim.space import native
+from belt_sim.space import wrap as wrap_module
 from belt_sim.space.friction import SlidingStiffness
 from belt_sim.space.rope import run_off_line
 from belt_sim.space.run import Command
@@ -96,7 +97,7 @@ def test_belts_that_slide_on_both_pulleys_take_turns(monkeypatch):
     def slipped(belt, pull, friction, speed, shaped, pulley, own):
         return pulley.wrap, own._replace(total=own.total + jnp.where(pulley.pose.centre[0] > 0.0, 10.0, 1.0))
 
-    monkeypatch.setattr(native, "slide_wrap", slipped)
+    monkeypatch.setattr(wrap_module, "slide_wrap", slipped)
     monkeypatch.setattr(native, "carry_wraps", lambda belt, pulleys, *others: pulleys)
     monkeypatch.setattr(native, "reading", lambda *given: jnp.zeros(17))
     nodes, wrap, at = laid()

@@ -18,10 +18,10 @@ from belt_sim.effects.span_loads import MachineTilt
 from belt_sim.effects.yaw import Cant, YawCompliance
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.jax_setup import LEAST_EFFORT, in_float64
-from belt_sim.mjx import READING, command, prepare, simulate_batch, stack_cases, step
+from belt_sim.mjx import READING, command, prepare, scene, simulate_batch, stack_cases, step
 from belt_sim.space import Options
 from belt_sim.space.machine import TAIL_SLIDE
-from belt_sim.space.mjx_engine import plan_of
+from belt_sim.space.mjx_run import plan_of
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.native import simulate
 from belt_sim.space.options import string_speed
@@ -63,7 +63,7 @@ def test_a_batch_is_beside_native_and_each_case_by_itself():
     straight, far = (replace(yawed, settings=replace(yawed.settings, yaw=Schedule.step(turn))) for turn in (0.0, 0.5))
     watcher = Watcher()
     cases = [yawed, straight, slacker, far]
-    found, still, other, lost = simulate_batch(cases, travel=TRAVEL, options=COARSE, chunk=4, observers=[watcher])
+    found, still, other, lost = simulate_batch(cases, travel=TRAVEL, options=COARSE, chunk=4, observers=[[watcher]])
     for case, curves in ((yawed, found), (slacker, other)):
         assert beside(curves, simulate(case, travel=TRAVEL, options=COARSE)) < PARITY
         assert curves.extra["tension"][-1] == pytest.approx(float(case.settings.tension), rel=0.05)
@@ -166,16 +166,13 @@ def test_the_gradient_through_time_is_that_of_differences():
 @in_float64
 def test_users_add_actuators_and_sensors_to_the_scene():
     """A motor on the tail's slide takes a tenth off the tension; a sensor says where the slide is."""
-
-    def edit(spec):
-        motor = spec.add_actuator(name="tension", target="tail-slide", trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        motor.gainprm[0] = 1.0
-        spec.add_sensor(
-            name="slide", type=mujoco.mjtSensor.mjSENS_JOINTPOS, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname="tail-slide"
-        )
-
     case = paper_case(60.0, rig=ROPE_EXAMPLE)
-    ready = prepare([case], options=COARSE, edit=edit)[0]
+    spec = scene(case, options=COARSE)
+    motor = spec.add_actuator(name="tension", target="tail-slide", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    motor.gainprm[0] = 1.0
+    kind = mujoco.mjtSensor.mjSENS_JOINTPOS, mujoco.mjtObj.mjOBJ_JOINT
+    spec.add_sensor(name="slide", type=kind[0], objtype=kind[1], objname="tail-slide")
+    ready = prepare([case], options=COARSE, spec=spec)[0]
     less = -0.2 * float(case.tension_force)
     data = ready.data._replace(mjx=ready.data.mjx.replace(ctrl=jnp.array([less])))
     run, still = jax.jit(step), jnp.array(0.0)
@@ -183,6 +180,29 @@ def test_users_add_actuators_and_sensors_to_the_scene():
         data = run(ready.model, data, command(ready.model, data, still, jnp.zeros(2), drag=15.0))
     assert float(data.reading[READING["tension"]]) == pytest.approx(0.9 * float(case.settings.tension), rel=0.02)
     assert float(data.mjx.sensordata[0]) == pytest.approx(float(data.mjx.qpos[TAIL_SLIDE]), abs=1e-12)
+
+
+def test_data_of_any_case_are_shown_with_the_belt():
+    """The renderer's vertices are the nodes of that case, whose stress-free belt is another than the shared one's."""
+    ready = prepare([paper_case(t, rig=ROPE_EXAMPLE) for t in (40.0, 60.0)], options=COARSE)
+    for one in ready:
+        shown = one.to_mujoco(one.data)
+        nodes = one.scene.mesh.laid.reshape(-1, 3)
+        assert one.drawable.nflex == 1
+        np.testing.assert_allclose(shown.flexvert_xpos, nodes, rtol=0.0, atol=1e-12)
+        assert shown.body("tail-pulley").xpos[0] == pytest.approx(float(one.data.pulleys.pose.centre[1, 0]), abs=1e-12)
+    moved = ready[1].data.mjx.replace(qpos=ready[1].data.mjx.qpos.at[-2].add(0.01))
+    assert ready[1].to_mujoco(moved).flexvert_xpos[-1, 1] - nodes[-1, 1] == pytest.approx(0.01)
+
+
+@pytest.mark.long
+def test_a_belt_with_friction_is_beside_native():
+    case, options = paper_case(60.0, rig=ROPE_EXAMPLE), replace(COARSE, friction=0.1)
+    sticking = simulate(case, travel=TRAVEL, options=COARSE)
+    native = simulate(case, travel=TRAVEL, options=options)
+    found = simulate_batch([case], travel=TRAVEL, options=options)[0]
+    assert np.abs(native.y - sticking.y).max() > 5.0 * PARITY * np.abs(native.y).max()  # it slides
+    assert beside(found, native) < PARITY
 
 
 def test_cases_share_what_is_alike():
@@ -198,7 +218,6 @@ def test_cases_share_what_is_alike():
     [
         ("mujoco_rope", "rope"),
         ({"name": "mujoco_grid", "bonds": ["longitudinal", "transverse"]}, "bending stiffness"),
-        ({"name": "mujoco_flex", "friction": 0.3}, "friction = 0.3"),
         ({"name": "mujoco_flex", "control": True}, "control"),
     ],
 )

@@ -1,4 +1,4 @@
-"""What belt_sim.space.mjx_interface assumes of MuJoCo MJX 3.17, one by one: a version that differs fails here first."""
+"""What belt_sim.space.mjx assumes of MuJoCo MJX 3.17, one by one: a version that differs fails here first."""
 
 import jax
 import jax.numpy as jnp
@@ -11,10 +11,9 @@ from paper_cases import paper_case
 
 from belt_sim.jax_setup import LEAST_EFFORT, in_float64
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space import mjx_interface
+from belt_sim.space import mjx as mjx_interface
 from belt_sim.space.machine import STATION_JOINTS, build_scene
-from belt_sim.space.mjx_interface import advance, compute_multibody, node_masses, plain_model, to_mjx
-from belt_sim.space.mjx_model import prepare
+from belt_sim.space.mjx import advance, compute_multibody, node_masses, plain_model, prepare, to_mjx
 from belt_sim.space.options import Options, fit_options
 from studies.paper.case import ROPE_EXAMPLE
 

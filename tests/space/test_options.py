@@ -11,8 +11,8 @@ from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.files import CONF
 from belt_sim.model import model_named
 from belt_sim.space import BELTS, Options
-from belt_sim.space.native import simulate
 from belt_sim.space.model import SpaceModel
+from belt_sim.space.native import simulate
 from belt_sim.space.options import OBEYED, OF_BELT, SLOWNESS, fit_options, string_speed
 
 

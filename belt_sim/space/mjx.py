@@ -1,0 +1,450 @@
+"""engine=mjx: a belt on MuJoCo MJX; its model, which stands still, its data, which move, and a step in time.
+
+MJX (its JAX implementation) takes no flex and no discrete integrator, and its tendons and equalities have dense
+Jacobians: ``mjx.step`` cannot run a belt of steel. So a scene goes to MJX without these, and a step calls its parts.
+MJX's: where bodies are (kinematics, com_pos), inertia (crb), springs and dampers of joints (passive), gravity and
+Coriolis forces (rne), actuators, sensors, the advance from given accelerations (euler). Ours: the belt's elasticity,
+the solve that makes the step implicit in it, and the stations that land on the pulleys and leave them.
+
+From (qpos, qvel) to the next:
+1. the pulleys' joints from the forces on them (slide and spin of the tail) and from the command (drive, yaw);
+2. the anchors of landed stations for the pulleys' new places, as springs of the nodes' joints in MJX's model;
+3. a predicted state, q + h v, landed nodes on their anchors, and what MJX computes there;
+4. (M/h^2 + D/h + K) dq = f - M (q* - q - h v)/h^2 on the chain of stations, by block cyclic reduction;
+5. qacc of that into MJX's data, and MJX's advance;
+6. stations slide, land and go.
+
+One Newton iteration is enough; the tension that stiffens the belt across its direction is that of the step's beginning:
+that of the predicted state may be slack, and the run then diverges. Every assumption about MJX 3.17 is here, each with
+a test in tests/space/test_mjx_interface.py.
+"""
+
+import io
+from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple, TypeVar
+
+import jax
+import jax.numpy as jnp
+import mujoco
+import numpy as np
+
+from belt_sim.case import Case
+from belt_sim.case import Numbers as Array
+from belt_sim.jax_setup import in_float64
+from belt_sim.scene_parts import SceneParts
+from belt_sim.space.belt import (
+    ActiveFeatures,
+    BatchShape,
+    BeltArrays,
+    active_features,
+    belt_arrays,
+    guide_forces,
+    load_forces,
+)
+from belt_sim.space.block_tridiagonal import factorise, solve_chain
+from belt_sim.space.chain import (
+    ChainLayout,
+    anchor_positions,
+    chain_forces,
+    chain_stiffness,
+    cut_chain,
+    pull_on_nodes,
+    spans_blocks,
+    twist_of_cells,
+)
+from belt_sim.space.loop import smoothstep
+from belt_sim.space.machine import (
+    HEAD_SPIN,
+    STATION_JOINTS,
+    TAIL_SLIDE,
+    TAIL_SPIN,
+    SceneLayout,
+    build_scene,
+    laid_coordinates,
+    lay_out,
+    station_mass,
+)
+from belt_sim.space.mujoco_interface import compile_model
+from belt_sim.space.options import Options, fit_options, refuse_unobeyed
+from belt_sim.space.pulleys import TailPulley, belt_loads, lay_pulleys, pose_of
+from belt_sim.space.run import ANGLES, EDGES, MOMENTS, POINTS, SAGS, TENSION, TILTS, Command, reading
+from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, SlipState, carry_wraps, sink_wraps, slide_wraps
+
+with redirect_stdout(io.StringIO()):  # it prints that Warp is not installed, which is not needed
+    from mujoco import mjx
+    from mujoco.mjx._src import scan
+
+T = TypeVar("T")
+
+
+class MjxModel(NamedTuple):
+    """What stands still in a run. mjx: MJX's model; belt: what its nodes are tied by; settle [s]: time over
+    which a wobble sets in."""
+
+    mjx: mjx.Model
+    belt: BeltArrays
+    tail: TailPulley
+    settle: Array
+
+    @property
+    def dt(self) -> Array:
+        """Duration of a step [s]."""
+        return self.mjx.opt.timestep
+
+
+class MjxData(NamedTuple):
+    """What moves. mjx: MJX's data (``PreparedCase.to_mujoco`` shows them with the belt); pulleys: head and tail;
+    loads (2, 3): of ``belt_loads``; travel [m]: of the belt; reading (20,): of the instruments, READING says what of;
+    compliance_yaw [rad], (2,): by which the pulleys give way, None if they do not; slip: of a belt with friction, and
+    waiting, as of ``slide_wraps``."""
+
+    mjx: mjx.Data
+    pulleys: BeltOnPulley
+    loads: Array
+    travel: Array
+    reading: Array
+    compliance_yaw: Array | None = None
+    slip: SlipState | None = None
+    waiting: Array | None = None
+
+
+#: rows of a reading: y of points 1-4 [m], angles there [rad], entry moments [N m], slack-edge stresses [Pa], tilts
+#: [rad], sags [m], tension [Pa], x of the tail pulley [m], travel [m], belt speed [m/s]
+READING: dict[str, Any] = {
+    "y": POINTS, "angle": ANGLES, "moment": MOMENTS, "edge_stress": EDGES, "tilt": TILTS, "sag": SAGS,
+    "tension": TENSION, "tail_x": 17, "travel": 18, "speed": 19,
+}  # fmt: skip
+
+
+def command(model: MjxModel, data: MjxData, speed: Array, yaw: Array, drag: Array | float = 1.0) -> Command:
+    """The command of a controller: belt speed [m/s] and yaw [rad], (2,): head, tail; drag [1/s]: across the travel."""
+    before, one = data.reading[READING["speed"]], jnp.ones(())
+    drags = jnp.stack([0.0 * one, drag * one])
+    gained = (speed - before) / model.dt
+    return Command(data.travel + model.dt * speed, yaw, one, one * speed, gained, drags, model.belt.friction)
+
+
+@dataclass(frozen=True)
+class PreparedCase:
+    """A case ready to be stepped: its scene, the model, and the belt laid round the pulleys at rest; compiled: the
+    MjModel that MJX was given, without the belt's membrane or bonds; spec: the specification of the whole scene."""
+
+    case: Case
+    scene: SceneLayout
+    model: MjxModel
+    data: MjxData
+    compiled: mujoco.MjModel
+    spec: mujoco.MjSpec
+
+    @cached_property
+    def drawable(self) -> mujoco.MjModel:
+        """The MjModel of the scene with the belt, for MuJoCo's renderer and viewer."""
+        return compile_model(self.spec)
+
+    def to_mujoco(self, data: MjxData | mjx.Data, into: mujoco.MjData | None = None) -> mujoco.MjData:
+        """MuJoCo's data of ``drawable`` where the data of this case are, the belt's vertices included.
+
+        data: of one case (of a batch: ``jax.tree.map(lambda v: v[k], data)``); into: MjData that are filled instead of
+        new ones, so that an open viewer follows.
+        """
+        now, shown = data.mjx if isinstance(data, MjxData) else data, into or mujoco.MjData(self.drawable)
+        shown.qpos[:], shown.qvel[:], shown.time = np.asarray(now.qpos), np.asarray(now.qvel), float(now.time)
+        mesh = self.scene.mesh  # of cases that share what MJX was given, each belt has stress-free places of its own
+        first = self.drawable.nbody - mesh.stations * mesh.lines
+        apart = (mesh.rest.reshape(-1, 3) - self.drawable.body_pos[first:]).ravel()
+        shown.qpos[STATION_JOINTS : STATION_JOINTS + apart.size] += apart
+        for update in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight, mujoco.mj_flex, mujoco.mj_tendon):
+            update(self.drawable, shown)
+        return shown
+
+
+def scene(case: Case, *, belt: str = "flex", options: Options | None = None) -> mujoco.MjSpec:
+    """The specification of a case's scene, for actuators and sensors of one's own; ``prepare(cases, spec=...)``."""
+    options = fit_options(options or Options(), case, "flex")
+    return build_scene(case, belt, options, SceneParts.from_case(case, options.friction))[0]
+
+
+@in_float64
+def prepare(
+    cases: Sequence[Case],
+    *,
+    belt: str = "flex",
+    options: Options | None = None,
+    parts: Sequence[SceneParts] | None = None,
+    features: ActiveFeatures | None = None,
+    spec: mujoco.MjSpec | None = None,
+) -> list[PreparedCase]:
+    """Cases of one mesh, ready to be stepped: one MJCF is compiled and handed to MJX, with each case's own numbers.
+
+    Cases may differ in tension, yaw, speed, friction, material, effects. belt: "flex" or "grid"; options: fitted to a
+    case, or to be fitted; parts: the scenes as effects change them; features: in the batch, None = in these cases;
+    spec: of ``scene``, with actuators and sensors added. Raises InputError for an option that is not obeyed.
+    """
+    options = options or Options()
+    refuse_unobeyed(options, belt, "mjx")
+    several = parts or [SceneParts.from_case(case, options.friction) for case in cases]
+    features = features or active_features(several)
+    own = [fit_options(options, c, "flex") for c in cases]  # the step is implicit in bonds across their direction, too
+    whole = spec or build_scene(cases[0], belt, own[0], replace(several[0], edge_guides=()))[0]
+    compiled = plain_model(whole.copy(), own[0].dt)
+    shared_model, shared_data = to_mjx(compiled, compiled.qpos0)
+    prepared = []
+    for case, fitted, acting in zip(cases, own, several, strict=True):
+        layout = lay_out(case, belt, fitted, acting)
+        arrays = belt_arrays(layout, features, layout.mesh.mass / fitted.dt**2)
+        pulleys, shape = lay_pulleys(layout, arrays), arrays.shape
+        m = with_numbers_of(shared_model, layout, compiled)
+        tail = TailPulley.from_scene(layout, compiled, np.asarray(m.body_mass), np.asarray(m.dof_armature))
+        model = MjxModel(m, arrays, TailPulley(*map(np.array, tail)), np.array(max(fitted.settle, 1e-9)))
+        qpos = np.array(compiled.qpos0)
+        laid = laid_coordinates(layout, *pulleys.pose.spin)
+        qpos[: len(laid)] = laid
+        data = MjxData(
+            mjx=shared_data.replace(qpos=jnp.asarray(qpos)),
+            pulleys=pulleys,
+            loads=np.outer([1.0, -1.0], [2.0 * float(case.tension_force), 0.0, 0.0]),
+            travel=np.array(-layout.early),
+            reading=np.zeros(20),
+            compliance_yaw=np.zeros(2) if features.gives_way else None,
+            slip=SlipState.none(shape.lines, shape.stations) if features.slips else None,
+            waiting=np.array(-1) if features.slips else None,
+        )
+        prepared.append(PreparedCase(layout.case, layout, model, data, compiled, whole))
+    return prepared
+
+
+def with_numbers_of(m: mjx.Model, scene: SceneLayout, compiled: mujoco.MjModel) -> mjx.Model:
+    """MJX's model with the masses, places, gravity and step of another scene of the same mesh."""
+    mesh, case = scene.mesh, scene.case
+    body_pos, body_mass, armature = np.array(m.body_pos), np.array(m.body_mass), np.array(m.dof_armature)
+    first = m.nbody - mesh.stations * mesh.lines
+    body_pos[first:] = mesh.rest.reshape(-1, 3)
+    body_mass[first:] = np.broadcast_to(mesh.mass, mesh.rest.shape[:2]).ravel()
+    mass = station_mass(case, scene.options)
+    for name, spin, radius in (
+        ("head", HEAD_SPIN, scene.loop.radius_head),
+        ("tail", TAIL_SPIN, scene.loop.radius_tail),
+    ):
+        body_mass[compiled.body(f"{name}-carriage").id] = mass
+        armature[spin] = mass * radius**2
+    body_pos[compiled.body("tail-carriage").id, 0] = float(case.rig.centre_distance)
+    gravity, dt = jnp.array([0.0, 0.0, -scene.parts.gravity]), jnp.array(float(scene.options.dt))
+    return m.replace(  # arrays of JAX: those of NumPy are constants to MJX
+        body_pos=jnp.asarray(body_pos),
+        body_mass=jnp.asarray(body_mass),
+        dof_armature=jnp.asarray(armature),
+        opt=m.opt.replace(gravity=gravity, timestep=dt),
+    )
+
+
+def nodes_of(shape: BatchShape, flat: Array) -> Array:
+    """Values by node (m, 3, n) of values by coordinate, those of the pulleys left out."""
+    flat = flat[STATION_JOINTS:] if flat.shape[0] == STATION_JOINTS + 3 * shape.lines * shape.stations else flat
+    return jnp.moveaxis(flat.reshape(shape.stations, shape.lines, 3), 0, -1)
+
+
+def flat_of(base: Array, nodes: Array) -> Array:
+    """Values by coordinate: those of the pulleys' joints (5,), then those of the nodes (m, 3, n)."""
+    return jnp.concatenate([base, jnp.moveaxis(nodes, -1, 0).reshape(-1)])
+
+
+_HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model: those of the native engine
+
+
+def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
+    """The data after a step. For jax.jit, jax.vmap (``stack_cases`` gives the axes), jax.lax.scan and jax.grad."""
+    m, belt, shape, h = model.mjx, model.belt, model.belt.shape, model.dt
+    d = apply_actuators(m, data.mjx)
+    q, v = d.qpos, d.qvel
+    rest = nodes_of(shape, m.body_pos[m.nbody - shape.stations * shape.lines :].reshape(-1))  # stress-free places
+    before = rest + nodes_of(shape, q)
+    moves = jnp.stack([q[:STATION_JOINTS], v[:STATION_JOINTS]])
+    actuators = d.qfrc_actuator[:STATION_JOINTS]
+    driven, tail, turned = model.tail.advance(belt, moves, data.loads, data.compliance_yaw, command, h, actuators)
+    spin = shape.sign * command.travel / belt.surfaces.radius[HEAD]
+    joints = driven[0].at[TAIL_SLIDE].set(tail[0] - model.tail.x).at[TAIL_SPIN].set(tail[1]).at[HEAD_SPIN].set(spin)
+    applied = jnp.zeros_like(q).at[:STATION_JOINTS].set(driven[2])
+    askew = smoothstep(d.time / (0.5 * model.settle))  # a wobble sets in while the belt comes to rest
+    pose = pose_of(belt, command, tail, turned, askew)
+    came_from = data.pulleys.pose
+    moved = jnp.abs(pose.spin[HEAD] - came_from.spin[HEAD]) * belt.surfaces.radius[HEAD]
+    shaped = jnp.where(data.travel >= 0.0, 1.0, 0.0)
+    stands = (command.speed == 0.0) & (command.travel >= 0.0)
+    pulleys = data.pulleys._replace(surface=belt.surfaces, pose=pose)
+    pulleys = sink_wraps(belt, pulleys, came_from, moved, shaped, stands)
+    places = cut_chain(pulleys.wrap)
+    twist = twist_of_cells(belt, pulleys, places, jnp.maximum(-0.5 * data.loads[TAIL, 0], 0.0))
+    rates = nodes_of(shape, v)
+    back = (jnp.arange(shape.stations) - places.stations[0]) % shape.stations  # from the chain to stations' numbers
+    anchors, free = anchor_positions(belt, pulleys, places)[..., back], places.free[back]
+    predicted = jnp.where(free, before + h * rates, anchors)  # where the belt would go by itself
+    drag = jnp.stack([command.drag[0], command.drag[1], command.drag[1]])[None, :, None]
+    damping = belt.mass[:, None, None] * jnp.broadcast_to(drag, before.shape)
+    nothing = jnp.zeros(STATION_JOINTS)
+    m = m.replace(
+        qpos_spring=flat_of(nothing, anchors - rest),
+        jnt_stiffness=flat_of(nothing, jnp.broadcast_to(jnp.where(free, 0.0, _HOLD), before.shape)),
+        dof_damping=flat_of(nothing, damping),
+    )
+    qvel = flat_of((joints - q[:STATION_JOINTS]) / h, (predicted - before) / h)
+    there = d.replace(qpos=flat_of(joints, predicted - rest), qvel=qvel, qfrc_applied=applied)
+    there = compute_multibody(m, there)
+    after = _implicit(model, command, there, places, twist, (before, rates), damping)[..., back]
+    goal = flat_of((joints - q[:STATION_JOINTS]) / h, (after - before) / h)
+    d = read_sensors(m, advance(m, there.replace(qpos=q, qvel=v), (goal - v) / h))
+    pull, slip, waiting = pull_on_nodes(belt, after, command.share), data.slip, data.waiting
+    loads = belt_loads(pulleys, after, pull)
+    if slip is not None:
+        pulleys, slip, waiting = slide_wraps(
+            belt, pulleys, slip, waiting, pull, command.friction, command.speed, shaped
+        )
+    pulleys = carry_wraps(belt, pulleys, (came_from, before), after, moved, shaped, command.share, h)
+    tail_x = pose.centre[TAIL, 0]
+    read = reading(belt, after, pulleys.wrap.first, pulleys.wrap.last, tail_x, command.share)
+    read = jnp.concatenate([read, jnp.stack([tail_x, command.travel, command.speed])])
+    return MjxData(d, pulleys, loads, command.travel, read, turned, slip, waiting)
+
+
+def _implicit(
+    model: MjxModel,
+    command: Command,
+    there: mjx.Data,
+    places: ChainLayout,
+    twist: Array,
+    was: tuple[Array, Array],
+    damping: Array,
+) -> Array:
+    """The chain after the step [m], (m, 3, n), from MJX's data at the predicted state.
+
+    was: nodes [m] and their rates [m/s] before the step; damping [N s/m]; all (m, 3, n) by stations' numbers.
+    """
+    shape, belt, h = model.belt.shape, model.belt, model.dt
+    size, m, d = 3 * shape.lines, model.mjx, there
+
+    def on_chain(values: Array) -> Array:
+        return values[..., places.stations]
+
+    first = m.nbody - shape.stations * shape.lines
+    nodes = on_chain(nodes_of(shape, d.xpos[first:].reshape(-1)))
+    before, rates = on_chain(was[0]), on_chain(was[1])
+    mass = on_chain(nodes_of(shape, node_masses(m, d)))
+    others = on_chain(nodes_of(shape, d.qfrc_passive - d.qfrc_bias + d.qfrc_actuator))
+    pull, _ = chain_forces(belt, nodes, places, twist, command.share)
+    more = (mass / h**2 + on_chain(damping) / h).reshape(size, -1)
+    lacking = pull + (others - mass * (nodes - before - h * rates) / h**2).reshape(size, -1)
+    if belt.guides is not None:
+        force, stiffness = guide_forces(belt, nodes, places.free)
+        lacking, more = lacking.at[1::3].add(force), more.at[1::3].add(stiffness)
+    if belt.loads is not None:
+        lacking = lacking + command.share * load_forces(belt, before).reshape(lacking.shape)
+    _, cell = chain_stiffness(belt, nodes, before, places, twist, command.share)
+    levels = factorise(*spans_blocks(cell, places, more))
+    change = solve_chain(levels, jnp.where(places.free, lacking, 0.0)[:, None])[:, 0]
+    return nodes + change.reshape(nodes.shape)
+
+
+# MJX, and how it is used.
+
+
+def plain_model(spec: mujoco.MjSpec, dt: float) -> mujoco.MjModel:
+    """The compiled model of ``spec`` without flex, tendons, equalities and key frames, for steps of ``dt`` [s].
+
+    The spec loses them for good. Key frames and sizes of geoms are part of what JAX compiles for: the former go and the
+    latter, only seen, are rounded to 0.1 mm, so that cases share what is compiled.
+    MJX's own implicit damping is off: the belt's step has the damping already.
+    """
+    for elements in (spec.flexes, spec.tendons, spec.equalities, spec.keys):
+        for element in list(elements):
+            spec.delete(element)
+    for geom in spec.geoms:
+        geom.size = np.round(geom.size, 4)
+    model = compile_model(spec)
+    model.opt.timestep = dt
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP
+    return model
+
+
+def to_mjx(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[mjx.Model, mjx.Data]:
+    """The model and its data at rest at ``qpos``, on JAX.
+
+    MJX commits them to a device. The results of a step would be committed as well, unlike a command or the data before
+    the first step, and ``jax.jit`` would compile everything once more for them. So they are returned uncommitted.
+    """
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    mujoco.mj_forward(model, data)
+    tied = mjx.put_model(model, impl="jax"), mjx.put_data(model, data, impl="jax")
+    return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)), tied)
+
+
+def compute_multibody(m: mjx.Model, d: mjx.Data) -> mjx.Data:
+    """The data with what MJX computes of its position and velocity: xpos, inertia, qfrc_passive, qfrc_bias."""
+    for stage in (mjx.kinematics, mjx.com_pos, mjx.crb, mjx.com_vel, mjx.passive, mjx.rne):
+        d = stage(m, d)
+    return d
+
+
+def apply_actuators(m: mjx.Model, d: mjx.Data) -> mjx.Data:
+    """The data with qfrc_actuator of its controls; unchanged where the scene has no actuator."""
+    if not m.nu:
+        return d
+    d = mjx.transmission(m, mjx.com_pos(m, mjx.kinematics(m, d)))
+    d = d.tree_replace({"_impl.actuator_velocity": d._impl.actuator_moment @ d.qvel})
+    return mjx.fwd_actuation(m, d)
+
+
+def read_sensors(m: mjx.Model, d: mjx.Data) -> mjx.Data:
+    """The data with sensordata of its positions and velocities; unchanged where the scene has no sensor."""
+    if not m.nsensor:
+        return d
+    d = mjx.com_vel(m, mjx.com_pos(m, mjx.kinematics(m, d)))
+    return mjx.sensor_vel(m, mjx.sensor_pos(m, d))
+
+
+def node_masses(m: mjx.Model, d: mjx.Data) -> Array:
+    """The mass matrix of ``multibody`` times ones: of slides that stand square to each other, their masses [kg]."""
+    return mjx.mul_m(m, d, jnp.ones(m.nv))
+
+
+def advance(m: mjx.Model, d: mjx.Data, qacc: Array) -> mjx.Data:
+    """The data a step later under given accelerations: qvel + h qacc, then qpos + h qvel, time + h."""
+    return mjx.euler(m, d.replace(qacc=qacc))
+
+
+def stack_cases(trees: Sequence[T]) -> tuple[T, Any]:
+    """Cases of one structure as one: leaves that differ stacked on a first axis, and the in_axes for jax.vmap.
+
+    MJX keeps some fields as part of the structure, so cases must come from one compiled scene.
+    """
+    parts = [jax.tree.flatten(tree) for tree in trees]
+    structure = parts[0][1]
+    leaves, axes = [], []
+    for some in zip(*(leaves for leaves, _ in parts), strict=True):
+        first = np.asarray(some[0])
+        same = all(leaf is some[0] or np.array_equal(first, leaf, equal_nan=True) for leaf in some[1:])
+        leaves.append(some[0] if same else np.stack([np.asarray(leaf) for leaf in some]))
+        axes.append(None if same else 0)
+    return jax.tree.unflatten(structure, leaves), jax.tree.unflatten(structure, axes)
+
+
+def _once_a_model(function: Callable[[mjx.Model], np.ndarray]) -> Callable[[mjx.Model], np.ndarray]:
+    memory: dict[int, tuple[Any, np.ndarray]] = {}
+
+    def lookup(m: mjx.Model) -> np.ndarray:
+        kinds = m.jnt_type
+        if id(kinds) not in memory or memory[id(kinds)][0] is not kinds:
+            memory.clear()
+            memory[id(kinds)] = kinds, function(m)
+        return memory[id(kinds)][1]
+
+    return lookup
+
+
+#: MJX asks for the body of every coordinate once a body, in Python: 195 s of tracing on the full rig
+SLOW = "_q_bodyid"
+if hasattr(scan, SLOW):
+    setattr(scan, SLOW, _once_a_model(getattr(scan, SLOW)))
