@@ -119,11 +119,10 @@ def test_a_changed_option_changes_the_result_or_is_refused(engine, contact, belt
                 ran(engine, contact, belt, options, short_rig)
         else:
             try:
-                found = ran(engine, contact, belt, options, short_rig)
+                found, said = ran(engine, contact, belt, options, short_rig), ""
             except (CannotRepresent, InputError) as refusal:
-                assert name in str(refusal)
-            else:
-                assert found.shape != usual.shape or not np.array_equal(found, usual), name
+                found, said = np.empty(0), str(refusal)
+            assert name in said or not np.array_equal(found, usual), name
 
 
 def test_every_option_is_in_the_table():

@@ -137,7 +137,7 @@ def test_a_belt_that_has_left_a_pulley_is_one_line():
 
 
 def test_simulate_runs_an_edited_scene_and_a_file(tmp_path):
-    short = {"name": "mujoco_flex", "run_in": 0.02, "settle": 0.0}
+    short = {"name": "mujoco_flex", "run_in": 0.02}
     spec = bs.scene(model=short, rig="rope_example", tension=20, yaw=0.0)
     spec.find_default("node").geom.friction[0] = 0.2
     path = tmp_path / "belt.xml"
