@@ -163,7 +163,8 @@ class Settings:
 
     tension [Pa]; yaw of the tail pulley and yaw_head of the head pulley, both about +z; speed [m/s];
     direction +1 (the upper span runs from head to tail) or -1; start: travel [m] that the belt had behind it at travel
-    0, since its marked place lay at point 4: by so much belt and pulleys had turned.
+    0, since its marked place lay at point 4: by so much belt and pulleys had turned; y0 [m]: how far off the middle of
+    the machine the belt lay at travel 0, from where y counts.
     """
 
     tension: Numbers
@@ -172,6 +173,7 @@ class Settings:
     speed: Numbers = 0.5
     direction: Numbers = 1.0
     start: Numbers = 0.0
+    y0: Numbers = 0.0
 
 
 @pytree

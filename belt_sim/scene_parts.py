@@ -25,6 +25,7 @@ class PulleySurface:
     cant [rad]: roll of the axis about +x; yaw_offset [rad]: added to the commanded yaw; wobble [rad]: half angle of
     the cone that the axis describes about the bearings' axis: yaw wobble cos(spin + wobble_phase), roll wobble
     sin(spin + wobble_phase), where ``spin`` is the rotation since travel 0, which takes the top towards +x;
+    bow [1/m]: curvature of the axis, which keeps the radius; + where its middle lies furthest towards -x;
     yaw_compliance [rad/(N m)]: the pulley gives way to the belt's moment about z.
     """
 
@@ -35,6 +36,7 @@ class PulleySurface:
     yaw_offset: float = 0.0
     wobble: float = 0.0
     wobble_phase: float = 0.0
+    bow: float = 0.0
     yaw_compliance: float = 0.0
 
 
@@ -90,7 +92,7 @@ class SceneParts:
     @property
     def sets_in(self) -> bool:
         """Whether something besides the yaw begins at travel 0, for which the belt stands still."""
-        turned = any(s.yaw_offset or s.cant for s in (self.head, self.tail))
+        turned = any(s.yaw_offset or s.cant or s.bow for s in (self.head, self.tail))
         return turned or self.camber is not None or bool(self.lift_off or self.pushes or self.lean or self.roll)
 
     @staticmethod

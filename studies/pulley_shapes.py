@@ -25,12 +25,14 @@ from studies.paper.case import ROPE_EXAMPLE, YAW, paper_case
 SHAPES: dict[str, tuple[dict[str, Any], float]] = {
     "taper": ({"kappa_t": 1e-3}, 4.0),
     "crown": ({"c": 0.5}, 4.0),
-    "pulley_deflection": ({"compliance": 1e-4}, 4.0),
+    "pulley_deflection": ({"compliance": 2e-6}, 4.0),
     "unequal_tension": ({"yaw_per_force": 1e-7}, 4.0),
     "yaw_compliance": ({"c_m": 2e-5}, 4.0),
     "cant": ({"gamma": 1e-3}, 16.0),
     "wobble": ({"beta_cos": 5e-4, "beta_sin_head": 5e-4}, 5.0),
 }
+#: what changes y by micrometres runs without inertia, which shakes the belt as much
+STILL = ("pulley_deflection",)
 FIRST, SPACING = 0.2, 0.02
 
 
@@ -51,7 +53,12 @@ def case() -> Case:
 
 def change(effect: Effect, travel: float, dx: float) -> Change:
     """Both belts with the effect less without it."""
-    space = SpaceModel(options=Options(dx=dx, dt=2e-3, run_in=0.0, settle=0.3, acceleration=2.0))
+    options = (
+        {"run_in": 0.3, "steps": 6}
+        if effect.id in STILL
+        else {"dt": 2e-3, "run_in": 0.0, "settle": 0.3, "acceleration": 2.0}
+    )
+    space = SpaceModel(options=Options(dx=dx, **options), engine="quasi_static" if effect.id in STILL else "native")
     law = analytic_model("strip")
     at = np.arange(FIRST, travel - 0.05, SPACING)
     seen, told = (

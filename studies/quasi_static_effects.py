@@ -32,7 +32,7 @@ NUMBERS: dict[str, dict[str, float]] = {
     "lift_off": {"strength": 1.0},
     "machine_tilt": {"angle": 0.5},
     "off_centre_load": {"moment": 0.1},
-    "pulley_deflection": {"compliance": 2e-4},
+    "pulley_deflection": {"compliance": 2e-6},
     "side_drag": {"moment": 5.0, "place": 0.7},
     "slip": {"inverse_friction": 6.667},
     "taper": {"kappa_t": 1e-3},

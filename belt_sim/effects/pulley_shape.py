@@ -1,4 +1,4 @@
-"""Shape of the pulleys: taper, crown, deflection, build-up of dirt; where a sagging span really meets them."""
+"""Shape of the pulleys: taper, crown, bent axes, build-up of dirt; where a sagging span really meets them."""
 
 from dataclasses import replace
 
@@ -50,42 +50,53 @@ class Crown(Effect):
     )
 
     def runup(self, runup, state, case):
-        return replace(runup, turn=runup.turn - jnp.stack([self.c, self.c_head]) * state.y)
+        return replace(runup, turn=runup.turn - jnp.stack([self.c, self.c_head]) * (state.y + case.settings.y0))
 
     def scene(self, parts, case):
-        return parts.add_to_pulley("tail", crown=self.c).add_to_pulley("head", crown=self.c_head)
+        y0 = float(case.settings.y0)  # the scene counts y as the march does
+        for pulley, c in (("tail", self.c), ("head", self.c_head)):
+            parts = parts.add_to_pulley(pulley, crown=c, taper=-c * y0)
+        return parts
 
 
 @effect
 class PulleyDeflection(Effect):
-    """Both pulleys bend away from the pull in the middle, an anti-crown in proportion to it: kappa_t = compliance F y.
+    """The belt's pull bends both pulleys, their middle towards each other: the axis has the curvature k = compliance F.
 
-    Where a crown holds the belt in the middle (kappa_t = -c y), this drives it out, the more the tighter it is.
+    A shell or an axle that bends keeps its radius. At y it is yawed, so that theta_p(y) = -k y where the belt runs up
+    and +k y where it leaves: a belt off the middle is steered back, the more the tighter it is. Circles y = const of a
+    bent pulley are geodesics, so what lies on it keeps its y and its angle to them.
     """
 
     title = "Pulley deflection: shells and axles that bend under the belt's pull"
-    law = "run-up"
-    reference = "physics sheet, section 7 (crown); beam between two bearings under an even load"
+    law = "drive"
+    reference = "geometry of a bent cylinder: docs/theory.md; beam between two bearings under an even load"
     parity = "odd"
     cause = Cause(
         "the pulleys bend under the belt's pull",
         ("tail", "head"),
-        "Compare shell and shaft stiffness with the belt's pull; look for a cracked shell or a thin shaft.",
+        "Measure the bow of the shafts with the belt tensioned and slack; look for a thin shaft or a cracked shell.",
     )
     compliance: float = parameter(
-        "1/(N m2)",
-        "anti-crown per unit of belt force",
-        plausible=(0.0, 3e-4),
-        scale=5e-6,
-        shop=(500e3, f"{_BULGE}, per kN"),
+        "1/(N m)",
+        "curvature of both axes per unit of belt force",
+        plausible=(0.0, 5e-6),
+        scale=5e-7,
+        shop=(1.25e8, "µm of bow over 1 m, per kN"),
     )
 
-    def runup(self, runup, state, case):
-        return replace(runup, turn=runup.turn + self.compliance * case.tension_force * state.y)
+    def yaw(self, yaw, state, case):
+        bow, y0 = self.compliance * case.tension_force, case.settings.y0
+        return replace(
+            yaw,
+            skew_runup=yaw.skew_runup - bow * (state.y + y0),
+            skew_runoff=yaw.skew_runoff + bow * (state.y_runoff[::-1] + y0),
+        )
 
     def scene(self, parts, case):
-        crown = -self.compliance * float(case.tension_force)
-        return parts.add_to_pulley("tail", crown=crown).add_to_pulley("head", crown=crown)
+        bow, y0 = self.compliance * float(case.tension_force), float(case.settings.y0)
+        parts = parts.add_to_pulley("tail", bow=bow, yaw_offset=-bow * y0)
+        return parts.add_to_pulley("head", bow=-bow, yaw_offset=bow * y0)
 
 
 @effect

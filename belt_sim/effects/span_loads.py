@@ -208,7 +208,7 @@ class EdgeGuide(Effect):
         return jnp.clip(self.at, _NEAREST, length - _NEAREST)
 
     def bend(self, bend, boundary, known, case):
-        place = boundary.start + jnp.sum(known.place * boundary.ends.T, axis=1)
+        place = boundary.start + jnp.sum(known.place * boundary.ends.T, axis=1) + case.settings.y0
         stiff = jnp.stack([self.stiffness, self.stiffness_lower])
         stiff = jnp.where(boundary.direction > 0, stiff, stiff[::-1])  # the first span runs up the tail pulley
         push = -stiff * (place - jnp.clip(place, -self.gap, self.gap)) / (1.0 + stiff * known.give)
@@ -219,5 +219,6 @@ class EdgeGuide(Effect):
         for span, stiffness in (("upper", self.stiffness), ("lower", self.stiffness_lower)):
             if stiffness > 0.0:
                 for side in (1.0, -1.0):
-                    parts = parts.with_guide(span=span, x=x, gap=self.gap, side=side, stiffness=stiffness)
+                    gap = self.gap - side * float(case.settings.y0)
+                    parts = parts.with_guide(span=span, x=x, gap=gap, side=side, stiffness=stiffness)
         return parts

@@ -108,12 +108,13 @@ class YawCompliance(Effect):
 
     def yaw(self, yaw, state, case):
         grows = 2.0 * state.bending * state.stiffness[0]
-        pull = case.tension_force * (state.y[0] + state.y_runoff[0])
+        pull = case.tension_force * (state.y[0] + state.y_runoff[0] + 2.0 * case.settings.y0)
         at_rest = state.moment[0] + state.moment_runoff[1] - pull - grows * state.turned[0]
         return replace(yaw, tail=(yaw.tail - self.c_m * at_rest) / (1.0 + self.c_m * grows))
 
     def scene(self, parts, case):
-        return parts.add_to_pulley("tail", yaw_compliance=self.c_m)
+        pull = 2.0 * float(case.tension_force * case.settings.y0)  # of a belt that lies off the middle from the start
+        return parts.add_to_pulley("tail", yaw_compliance=self.c_m, yaw_offset=self.c_m * pull)
 
 
 @effect

@@ -40,8 +40,9 @@ class Yaw:
     """Pose of both pulleys.
 
     tail, head: actual yaw [rad]; roll_runup, roll_runoff: roll of the belt at the ends of each span [rad]; aside_runup,
-    aside_runoff: sideways displacement of the pulley's surface there [m], from which y of the march counts. Shape
-    (2,): span that runs up the tail pulley, span that runs up the head pulley.
+    aside_runoff: sideways displacement of the pulley's surface there [m], from which y of the march counts;
+    skew_runup, skew_runoff: direction of the surface where the belt lies beyond its pulley's yaw, along the travel
+    [rad]. Shape (2,): span that runs up the tail pulley, span that runs up the head pulley.
     """
 
     tail: jnp.ndarray
@@ -50,22 +51,24 @@ class Yaw:
     roll_runoff: jnp.ndarray
     aside_runup: jnp.ndarray
     aside_runoff: jnp.ndarray
+    skew_runup: jnp.ndarray
+    skew_runoff: jnp.ndarray
 
     @staticmethod
     def without_roll(tail, head) -> "Yaw":
         """Return pulleys with yaw only."""
-        none = jnp.zeros(2)
-        return Yaw(tail=tail, head=head, roll_runup=none, roll_runoff=none, aside_runup=none, aside_runoff=none)
+        ends = ("roll_runup", "roll_runoff", "aside_runup", "aside_runoff", "skew_runup", "skew_runoff")
+        return Yaw(tail=tail, head=head, **dict.fromkeys(ends, jnp.zeros(2)))
 
     @property
     def runup(self):
         """Return theta_p at the run-ups (tail, head)."""
-        return jnp.stack([self.tail, -self.head])
+        return jnp.stack([self.tail, -self.head]) + self.skew_runup
 
     @property
     def runoff(self):
         """Return theta_p at the run-offs of the same spans (head, tail)."""
-        return jnp.stack([self.head, -self.tail])
+        return jnp.stack([self.head, -self.tail]) + self.skew_runoff
 
 
 @pytree

@@ -103,6 +103,7 @@ class SurfaceArrays(NamedTuple):
     crown: Array
     wobble: Array
     wobble_phase: Array
+    bow: Array
     cant: Array
     yaw_offset: Array
     yaw_compliance: Array

@@ -61,7 +61,7 @@ def anchor_positions(belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayou
     wraps, pose = pulleys.wrap, pulleys.pose
     r, y, angle = (by_pulley(v[..., places.stations]) for v in (wraps.r, wraps.y, wraps.angle))
     turned, axes = angle + by_pulley(pose.spin[:, None]), by_pulley(pose.axes[..., None])
-    found = anchor_places(r, y, turned, axes, by_pulley(pose.centre[..., None]))
+    found = anchor_places(r, y, turned, axes, by_pulley(pose.centre[..., None]), by_pulley(pose.bow[:, None]))
     if pulleys.layer is None:
         return found
     return found + by_pulley(jax.vmap(partial(layer_displacements, belt, k=places.stations))(pulleys))

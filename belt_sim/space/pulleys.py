@@ -35,7 +35,7 @@ def laid_poses(scene: SceneLayout) -> PoseArrays:
         [scene.parts.head.radius, scene.parts.tail.radius],
     )
     centre = np.array([[0.0, 0.0, 0.0], [scene.loop.centre_distance, 0.0, 0.0]])
-    return PoseArrays(centre, np.stack([np.eye(3)] * 2), -sign * scene.early / np.array(radius))
+    return PoseArrays(centre, np.stack([np.eye(3)] * 2), -sign * scene.early / np.array(radius), np.zeros(2))
 
 
 def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> BeltOnPulley:
@@ -76,7 +76,8 @@ def pose_of(
     rolled = belt.shape.sign * command.travel / belt.surfaces.radius
     yaw = command.yaw if turned is None else command.yaw + turned
     axes = jax.vmap(axes_of, in_axes=(0, 0, None, 0, None))(belt.surfaces, yaw, command.share, rolled, askew)
-    return PoseArrays(jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), axes, jnp.stack([rolled[HEAD], tail[1]]))
+    centre, spin = jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), jnp.stack([rolled[HEAD], tail[1]])
+    return PoseArrays(centre, axes, spin, command.share * belt.surfaces.bow)
 
 
 def belt_loads(pulleys: BeltOnPulley, nodes: Array, pull: Array) -> Array:

@@ -33,11 +33,12 @@ OUTWARDS = (-1, 1)  # along station numbers
 
 
 class PoseArrays(NamedTuple):
-    """Where a pulley is: centre [m], (3,); axes (3, 3), pulley frame to world; spin [rad]."""
+    """Where a pulley is: centre [m], (3,); axes (3, 3), pulley frame to world; spin [rad]; bow [1/m] of its axis."""
 
     centre: Array
     axes: Array
     spin: Array
+    bow: Array
 
 
 class WrapArrays(NamedTuple):
@@ -136,15 +137,19 @@ def cylinder_coordinates(places: Array, pose: PoseArrays) -> tuple[Array, Array,
     shape = (len(places), *places.shape[2:])
     local = pose.axes.T @ (places.reshape(len(places), 3, -1) - pose.centre[:, None])
     x, y, z = (local[:, i].reshape(shape) for i in range(3))
-    return jnp.sqrt(x * x + z * z), y, jnp.arctan2(x, z) - pose.spin
+    along = y / (1.0 - pose.bow * (x - 0.5 * pose.bow * y * y))  # y of the circle, yawed by -bow y, that it lies on
+    x = x - 0.5 * pose.bow * along * along
+    return jnp.sqrt(x * x + z * z), y / (1.0 - pose.bow * x), jnp.arctan2(x, z) - pose.spin
 
 
-def anchor_places(r: Array, y: Array, turned: Array, axes: Array, centre: Array) -> Array:
+def anchor_places(r: Array, y: Array, turned: Array, axes: Array, centre: Array, bow: Array) -> Array:
     """World places [m], (m, 3, k), of anchors r, y [m] at angles ``turned`` [rad] from the top, each (m, k).
 
-    axes (3, 3, k), centre (3, k): of the pulley of each; k may be 1 there.
+    axes (3, 3, k), centre (3, k), bow (k,): of the pulley of each; k may be 1 there. The axis is the line
+    x = bow y^2/2, and the circle at y stands square to it.
     """
-    local = r * jnp.sin(turned), y, r * jnp.cos(turned)
+    x = r * jnp.sin(turned)
+    local = x + 0.5 * bow * y * y, y * (1.0 - bow * x), r * jnp.cos(turned)
     return jnp.stack([sum(axes[i, j] * local[j] for j in range(3)) + centre[i] for i in range(3)], axis=1)
 
 

@@ -17,7 +17,7 @@ class Line:
     yaw_at; offset_tail, offset_head: angles that they are off from travel 0 on; sag_roll: share of the
     sag-roll coupling, 0 for a flat strip (Th2), 1 for the strip; friction: mu on both pulleys, inf = sticking;
     cover: extra rotation per metre and moment [1/(N m2)]; compliance [rad/(N m)] of the tail pulley's yaw;
-    cant [rad] of the tail pulley; layer: share of the bending
+    cant [rad] of the tail pulley; deflection [1/(N m)]: curvature of both axes per force; layer: share of the bending
     layer with which the belt leaves its pulleys; start: travel [m] that the belt had behind it at travel 0.
     """
 
@@ -46,6 +46,7 @@ class Line:
     cover: Numbers = 0.0
     compliance: Numbers = 0.0
     cant: Numbers = 0.0
+    deflection: Numbers = 0.0
     layer: Numbers = 0.0
     residual: Numbers = 0.0
     start: Numbers = 0.0
@@ -90,6 +91,15 @@ class Line:
         """
         turned = np.clip(s / self.tail_radius, 0.0, np.pi)
         return self.tail_radius * self.cant * self.direction * (1 - np.cos(turned))
+
+    def along_bent_axes(self, y, past):
+        """State (4, ...) at the run-ups and (y, alpha) (2, ...) of what leaves the tail and the head pulley, their
+        angles counted from the straight line between the bearings: a bent pulley is yawed where the belt lies."""
+        if not np.any(self.deflection):
+            return y, past
+        bow, lean = self.deflection * self.force, np.zeros_like(y)
+        lean[1::2] = -bow * y[::2]
+        return y + lean, tuple(np.stack([off[0], off[1] + bow * off[0]]) for off in past)
 
     @property
     def sag_yaw(self) -> np.ndarray:

@@ -292,6 +292,7 @@ class _DelayEquation:
     def curvatures(self, s, k, y, past, node=None):
         """Curvature where the belt runs up, shape (2, batch), and the true yaws of the tail and head pulley."""
         beta, beta_head = self._yaws(s, k)
+        y, past = self.line.along_bent_axes(y, past)
         to_tail, to_head = self._responses(s, _ends(y, past, beta, beta_head))
         if self.yields:
             off = self._load_curvatures(s, _ends(y, past, beta, beta_head), None)[1][1]
@@ -321,7 +322,7 @@ class _DelayEquation:
         if not changed.any():
             return y
         kappa = self.curvatures(self.nodes[k], k, y, self.here)[0]
-        ends = _ends(y, self.here, *self._yaws(self.nodes[k], k))
+        ends = _ends(*self.line.along_bent_axes(y, self.here), *self._yaws(self.nodes[k], k))
         stiff = np.stack([span.run_up[3] for span in self._responses(self.nodes[k], ends)])
         turn, aside = (np.where(changed, x, 0.0) for x in slip_turn(kappa, stiff, line, self.sticks))
         return y + np.stack([aside[0], -turn[0], aside[1], -turn[1]])

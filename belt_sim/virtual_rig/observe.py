@@ -116,7 +116,8 @@ def _lateral(history: DelayHistory, place: str, s: np.ndarray) -> np.ndarray:
 
 def _tilt(history: DelayHistory, s: np.ndarray, to_tail: bool) -> np.ndarray:
     """phi at the middle of the span that runs to the tail (or to the head) pulley, from its ends and its loads."""
-    line, here, (tail_off, head_off) = history.line, history.state_at(s), history.wrap_exit(s)
+    line = history.line
+    here, (tail_off, head_off) = line.along_bent_axes(history.state_at(s), history.wrap_exit(s))
     beta, beta_head = (history.interpolate(rows, s) for rows in (history.tail_yaw, history.head_yaw))
     if to_tail:
         off, up, turn_off, turn_up = head_off, here[:2], beta_head, beta

@@ -134,17 +134,17 @@ class CrownFault(Fault):
 
 
 class PulleyDeflectionFault(Fault):
-    """Both shells bend under the belt's pull, thin in the middle: a taper + compliance F y, which drives outwards."""
+    """Both pulleys bend under the belt's pull as beams do: at y each is yawed by compliance F y, the ends apart."""
 
     draw_order = 19
-    compliance: float = size("1/(N m2)", 5e-6, 3e-4, positive=True)
+    compliance: float = size("1/(N m)", 1e-6, 5e-6, positive=True)
 
-    def turn(self, s, line, y, kappa):
-        return self.compliance * line.force * y
+    def set(self, line):
+        return replace(line, deflection=line.deflection + self.compliance)
 
     def scene(self, parts, case):
-        crown = -self.compliance * float(case.settings.tension * case.belt.area)
-        return parts.add_to_pulley("head", crown=crown).add_to_pulley("tail", crown=crown)
+        bow = self.compliance * float(case.settings.tension * case.belt.area)
+        return parts.add_to_pulley("head", bow=-bow).add_to_pulley("tail", bow=bow)
 
 
 class CantFault(Fault):

@@ -76,6 +76,10 @@ hash before anyone answers.
 - Intervals are Wilson's, 95 %.
 - An alias counts as right if the answer itself says that the two cannot be told apart.
 
+Campaigns with a hidden pulley_deflection were drawn and answered with a former law, a pulley that becomes hollow; a
+pulley that bends keeps its radius ([Theory](../theory.md)). Their answers show that both codes agreed, not that the law
+was right.
+
 These campaigns test the diagnosis against our picture of a machine. **No campaign comes from a real machine.**
 Noise, plausible sizes and kinds of faults on the virtual rig are our assumptions ([how far to believe each
 effect](how_far.md)).

@@ -314,22 +314,47 @@ def test_tapers_that_grow_with_time_or_travel_are_tapers_in_the_end():
     assert 0 < with_travel.y[0, -1] < taper.y[0, -1]  # towards the larger radius
 
 
-@pytest.mark.evidence(
-    "pulley_deflection",
-    route="definition",
-    what="hollow crowns in proportion to the pull, {EXACT}; what the pull does to a real shell is not computed",
-)
-def test_deflected_pulleys_are_hollow_in_proportion_to_the_pull():
-    case, compliance = paper_case(40), 5e-6
-    hollow = -compliance * float(case.tension_force)
-    bent, as_crown = affected(
-        [(case, {"pulley_deflection": {"compliance": compliance}}), (case, {"crown": {"c": hollow, "c_head": hollow}})],
+@pytest.mark.evidence("pulley_deflection", route="formula", what="where the belt comes to rest, {LATE}")
+def test_on_bent_pulleys_the_belt_rests_where_their_axes_are_parallel():
+    """Axes of curvature k are yawed by beta - k y at the tail and +k y at the head: parallel at y = beta/2k."""
+    bow, case = 0.12, paper_case(40)
+    (bent,) = affected([(case, {"pulley_deflection": {"compliance": bow / float(case.tension_force)}})], 400.0)
+    assert bent.y[[0, 2], -1].mean() == pytest.approx(YAW / (2 * bow), rel=LATE)
+    assert np.abs(late_rates(bent)).max() < 1e-3 * steady_rate(case, MODEL)
+
+
+@pytest.mark.evidence("pulley_deflection", route="symmetry", what="far off the middle a yaw of both pulleys, {EXACT}")
+def test_far_off_the_middle_a_bent_pulley_is_a_yawed_one():
+    """What keeps its radius is only yawed: at y0 >> y by -k y0 the tail, by +k y0 the head pulley."""
+    y0, turned, case = 1e7, 2e-4, paper_case(40)
+    off = replace(case, settings=replace(case.settings, y0=y0))
+    bow = turned / y0 / float(case.tension_force)
+    yawed = {"yaw_offset_tail": {"beta_0": -turned}, "yaw_offset_head": {"beta_0": turned}}
+    bent, as_yawed = affected([(off, {"pulley_deflection": {"compliance": bow}}), (case, yawed)], 50.0)
+    np.testing.assert_allclose(bent.y, as_yawed.y, atol=EXACT * np.abs(as_yawed.y).max())
+    parts = PulleyDeflection(compliance=bow).scene(SceneParts.from_case(off), off)
+    assert (parts.tail.yaw_offset, parts.head.yaw_offset) == pytest.approx((-turned, turned))
+
+
+def test_where_the_belt_lay_at_first_counts_on_a_crown_and_between_guides():
+    """A crown at y0 is a taper -c y0 besides; guides are y0 nearer on one side; what does not ask for it feels none."""
+    y0, c, case = 4e-3, 0.02, paper_case(40)
+    off = replace(case, settings=replace(case.settings, y0=y0))
+    guide = {"stiffness": 1e6, "gap": 5e-3, "at": 2.0}
+    crowned, tapered, guided, moved, plain = affected(
+        [
+            (off, {"crown": {"c": c}}),
+            (case, {"crown": {"c": c}, "taper": {"kappa_t": -c * y0}}),
+            (off, {"edge_guide": guide}),
+            (case, {"edge_guide": guide}),
+            (off, {"taper": {"kappa_t": 1e-5}}),
+        ],
         50.0,
     )
-    np.testing.assert_allclose(bent.y, as_crown.y, atol=EXACT * np.abs(as_crown.y).max())
-    parts = PulleyDeflection(compliance=compliance).scene(SceneParts.from_case(case), case)
-    assert parts.tail.crown == parts.head.crown == pytest.approx(hollow)
-    assert hollow < 0.0  # thinner where it is loaded most
+    np.testing.assert_allclose(crowned.y, tapered.y, atol=EXACT * np.abs(tapered.y).max())
+    assert guided.y[0].max() < 0.5 * moved.y[0].max()
+    taper = affected([(case, {"taper": {"kappa_t": 1e-5}})], 50.0)[0]
+    np.testing.assert_array_equal(plain.y, taper.y)
 
 
 @pytest.mark.evidence(

@@ -25,14 +25,14 @@ def empty_wrap(first: int, last: int, stations: int, lines: int = 2) -> WrapArra
 
 def pose(axes: np.ndarray | None = None, spin: float = 0.0) -> PoseArrays:
     """A pulley at the origin."""
-    return PoseArrays(np.zeros(3), np.eye(3) if axes is None else axes, spin)
+    return PoseArrays(np.zeros(3), np.eye(3) if axes is None else axes, spin, 0.0)
 
 
 def places(wrap: WrapArrays, at: PoseArrays) -> np.ndarray:
     """Of the anchors of the held stations [m], (m, 3, held)."""
     k = np.arange(wrap.first, wrap.last + 1) % wrap.r.shape[-1]
     turned = wrap.angle[:, k] + at.spin
-    found = anchor_places(wrap.r[:, k], wrap.y[:, k], turned, at.axes[..., None], at.centre[:, None])
+    found = anchor_places(wrap.r[:, k], wrap.y[:, k], turned, at.axes[..., None], at.centre[:, None], at.bow)
     return np.asarray(found)
 
 

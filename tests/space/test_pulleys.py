@@ -12,7 +12,16 @@ from belt_sim.scene_parts import PulleySurface, SceneParts
 from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
 from belt_sim.space.pulleys import TailPulley, belt_loads, laid_poses, pose_of
 from belt_sim.space.run import Command
-from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, PoseArrays, axes_of, roll_anchors
+from belt_sim.space.wrap import (
+    HEAD,
+    TAIL,
+    BeltOnPulley,
+    PoseArrays,
+    anchor_places,
+    axes_of,
+    cylinder_coordinates,
+    roll_anchors,
+)
 
 APART, SPEED, STEP = 2.0, 0.5, 1e-3  # [m], [m/s], [s]
 COMPLIANCE = {HEAD: 1e-4, TAIL: 3e-4}  # [rad/(N m)]
@@ -25,7 +34,7 @@ STANDS = Command(travel=0.0, yaw=np.zeros(2), share=0.0, speed=0.0, acceleration
 
 
 pytestmark = pytest.mark.usefixtures("float64")
-POSES = [PoseArrays(np.array([x, 0.0, 0.0]), np.eye(3), 0.0) for x in (0.0, APART)]
+POSES = [PoseArrays(np.array([x, 0.0, 0.0]), np.eye(3), 0.0, 0.0) for x in (0.0, APART)]
 SURFACES = [surface(p.radius, 0.025, yaw_compliance=p.yaw_compliance) for p in (PARTS.head, PARTS.tail)]
 
 
@@ -162,3 +171,21 @@ def test_a_belt_stays_where_it_is_when_its_pulley_begins_to_be_canted():
         assert at.axes[2, 1] == pytest.approx(1e-3, rel=1e-6)
         y = (places(wrap, at) - before)[:, 1]
         np.testing.assert_allclose(y, np.outer([1.0, 1.0], [-moved, 0.0, moved]), atol=5e-7)
+
+
+def test_circles_of_a_bent_pulley_are_those_of_yawed_ones():
+    """A pulley whose axis is an arc of curvature k keeps its radius: the circle at y is turned by -k y about z, and
+    lies on the axis, which is k y^2/2 back; places and anchors are each other's inverse."""
+    bow, radius, spin = 0.02, 0.17, 0.3
+    y, angle = np.meshgrid([-0.1, 0.02, 0.1], np.linspace(-np.pi, np.pi, 9), indexing="ij")
+    at = PoseArrays(np.zeros(3), np.eye(3), spin, bow)
+    found = np.asarray(anchor_places(radius, y, angle + spin, at.axes[..., None], at.centre[:, None], bow))
+    for row, across in zip(found, y[:, 0], strict=True):
+        yawed = axes_of(surface(radius, 0.025), -bow * across, 1.0, spin)
+        circle = [radius * np.sin(angle[0] + spin), 0.0 * angle[0], radius * np.cos(angle[0] + spin)]
+        centre = np.array([0.5 * bow * across**2, across, 0.0])
+        np.testing.assert_allclose(row, yawed @ np.array(circle) + centre[:, None], atol=1e-6)
+    r, there, turned = cylinder_coordinates(found, at)
+    np.testing.assert_allclose(r, radius, atol=1e-8)
+    np.testing.assert_allclose(there, y, atol=1e-8)
+    np.testing.assert_allclose(np.cos(turned - angle), 1.0, atol=1e-12)

@@ -7,6 +7,7 @@ from studies.pulley_shapes import SHAPES, change
 
 RATE = 0.03  # of the late rate, in 4 m that the belt has hardly settled in
 CHANGE = 0.02  # of the largest: dx = 25 mm stands for a span longer by dx
+BENT = 0.03  # of the largest, 8 um; 2.2 % with 25 mm between stations, 1.2 % with 12.5 mm
 CANT = 0.01  # of the late rate
 WAVE = 0.06  # of the largest y, 0.1 to 0.2 mm: 43 stations a turn of the pulley
 STATIONS = 0.025  # [m]
@@ -33,7 +34,7 @@ def of_the_study(name: str):
 @pytest.mark.evidence(
     "pulley_deflection",
     route="3d",
-    what="change of y by hollow pulleys on a short rig, {CHANGE} of the largest",
+    what="change of y by pulleys with bent axes on a short rig, {BENT} of the largest",
 )
 @pytest.mark.evidence("yaw_compliance", route="3d", what="change of y on a short rig, {CHANGE} of the largest")
 @pytest.mark.parametrize("name", ["taper", "crown", "pulley_deflection", "unequal_tension", "yaw_compliance"])
@@ -41,7 +42,7 @@ def test_the_belt_on_shapes_changes_as_their_laws_say(name):
     found = of_the_study(name)
     seen, told = found.rates
     assert seen == pytest.approx(told, rel=RATE)
-    assert name == "taper" or found.off < CHANGE
+    assert name == "taper" or found.off < (BENT if name == "pulley_deflection" else CHANGE)
 
 
 @pytest.mark.evidence(

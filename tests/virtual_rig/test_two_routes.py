@@ -55,7 +55,7 @@ CASES = [
     ("yaw_drift", {"rate": 1e-5, "time_constant": 60.0}, None, "strip", 10e6, 1.0),
     ("taper_drift", {"rate": 5e-7, "time_constant": 60.0}, None, "strip", 10e6, 1.0),
     ("build_up", {"rate": 2e-6}, None, "strip", 10e6, -1.0),
-    ("pulley_deflection", {"compliance": 2e-5}, None, "strip", 10e6, 1.0),
+    ("pulley_deflection", {"compliance": 5e-6}, None, "strip", 40e6, -1.0),
     ("traction_loss", {"loss": 1.0, "onset": 0.2}, None, "strip", 10e6, 1.0),
     ("unequal_tension", {"yaw_per_force": 5e-7}, None, "strip", 10e6, 1.0),
     ("machine_tilt", {"angle": 2e-3}, None, "strip", 10e6, 1.0),
