@@ -75,10 +75,8 @@ hash before anyone answers.
 - The *distance* of an unknown effect is what the best three effects of the catalogue leave over of it.
 - Intervals are Wilson's, 95 %.
 - An alias counts as right if the answer itself says that the two cannot be told apart.
-
-Campaigns with a hidden pulley_deflection were drawn and answered with a former law, a pulley that becomes hollow; a
-pulley that bends keeps its radius ([Theory](../theory.md)). Their answers show that both codes agreed, not that the law
-was right.
+- Campaigns with a hidden `pulley_deflection` count, though their law was wrong: it was a hollow pulley
+  ([bent pulleys](theory.md#bent-pulleys)).
 
 These campaigns test the diagnosis against our picture of a machine. **No campaign comes from a real machine.**
 Noise, plausible sizes and kinds of faults on the virtual rig are our assumptions ([how far to believe each
@@ -136,6 +134,10 @@ of its truth is written before anybody answers; the answer is made from the camp
 truth is opened. All campaigns that were answered count; a crash is wrong. d is the size of what is hidden in units of
 noise, after what nuisances can explain. Intervals are Wilson's, 95 %. An alias counts as right where the answer itself
 says that the two cannot be told apart.
+
+Campaigns with a hidden pulley_deflection were drawn and answered with a former law, a pulley that becomes hollow; a
+pulley that bends keeps its radius ([Theory](../theory.md)). Their answers show that both codes agreed, not that the law
+was right.
 """
 _IN_SPAN = """## Campaigns of changed spans
 
