@@ -5,15 +5,20 @@ from dataclasses import replace
 import numpy as np
 
 from belt_sim import si
+from belt_sim.campaign import case_of
+from belt_sim.diagnosis.decision.decide import credible_sets
+from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.errors.model_errors import K, cells, validation_uncertainty, window_edges
 from belt_sim.diagnosis.examine import Findings
 from belt_sim.diagnosis.fits.fit import fit_sets
+from belt_sim.diagnosis.fits.plausibility import estimates
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.noise.metric import metric_of
 from belt_sim.results import words
 from belt_sim.results.drawings import Drawings, Drift, FailureMap, Panel
 from belt_sim.results.errors import UNITS
-from belt_sim.results.words import KILO
+from belt_sim.results.estimates import Machine
+from belt_sim.results.words import KILO, join_effects
 
 
 def overlays(bench: Workbench, base: np.ndarray, final: np.ndarray | None) -> tuple[Panel, ...]:
@@ -80,7 +85,10 @@ def drawings_of(d: Findings) -> Drawings:
     """Everything that a diagnosis draws: base model and final model, and where the base model fails."""
     base, chosen = d.nothing, d.named
     final = (d.fitted_bench, chosen.vector, chosen.values) if chosen.ids else None
-    return drawings((d.bench, base.vector, base.values), final, mapped=base.values)
+    sets = [ids for ids in credible_sets(d.decision.explanations, POLICY) if ids in d.search.fits]
+    sizes = {join_effects(sorted(ids)): estimates(d.fitted_bench.forward, d.search.fits[ids]) for ids in sets}
+    made = drawings((d.bench, base.vector, base.values), final, mapped=base.values)
+    return replace(made, sizes=sizes)
 
 
 Predicted = tuple[Workbench, np.ndarray, np.ndarray]
@@ -95,7 +103,14 @@ def drawings(base: Predicted, final: Predicted | None, *, mapped: np.ndarray) ->
         overlays=overlays(base[0], base[2], final[2] if final else None),
         maps=maps(base[0], mapped),
         drifts=((before, after),) if before is not None else (),
+        machine=_machine(base[0]),
     )
+
+
+def _machine(bench: Workbench) -> Machine:
+    case = case_of(bench.campaign, bench.samples.runs[0])
+    rig = {n: float(getattr(case.rig, n)) for n in ("centre_distance", "tail_radius", "head_radius", "span_length")}
+    return Machine(width=float(case.belt.width), **rig)
 
 
 GPA = 1e9

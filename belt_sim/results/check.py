@@ -7,9 +7,10 @@ from typing import Annotated, Any
 from pydantic import Field, PlainSerializer, computed_field
 
 from belt_sim.results import words
-from belt_sim.results.diagnosis import RESOLVED, display_unit
+from belt_sim.results.diagnosis import RESOLVED
 from belt_sim.results.display import Display, Table, frame
 from belt_sim.results.errors import ShortLabel
+from belt_sim.results.estimates import display_unit
 from belt_sim.results.fields import Free, file_field
 
 SHOWN_PAIRS = 15

@@ -13,79 +13,19 @@ from pydantic import (
     Field,
     InstanceOf,
     PlainSerializer,
-    SerializationInfo,
     computed_field,
-    model_serializer,
     model_validator,
 )
 
 from belt_sim import si
 from belt_sim.campaign.quality.record import Suspicion
-from belt_sim.effects.library import library
 from belt_sim.results import words
 from belt_sim.results.display import Display, Table, frame
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import CampaignLabel, Errors, RunError, Where, error_grid
+from belt_sim.results.estimates import Estimate, number_texts
 from belt_sim.results.fields import Array, EffectSet, Free, file_field, is_empty
 from belt_sim.results.words import join_words
-
-COVERAGE_95 = 1.96
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A fitted parameter in SI: value, u (one sigma), unit, and whether a real machine could have it.
-
-    interval: where it lies with 95 %, where that is not 1.96 u either way.
-    """
-
-    value: float
-    u: float
-    unit: str
-    plausible: bool
-    interval: tuple[float, float] | None = None
-
-    @model_serializer
-    def _to_file(self, info: SerializationInfo) -> dict[str, Any]:
-        row: dict[str, Any] = {name: getattr(self, name) for name in ("value", "u", "unit", "plausible")}
-        return row | ({"interval_95": list(self.interval_95)} if info.by_alias else {})
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_file(cls, row: Any) -> Any:
-        """Return the fields; an interval that is 1.96 u either way is not kept."""
-        fields = {name: row[name] for name in ("value", "u", "unit", "plausible")}
-        stated, even = row.get("interval_95"), cls(**fields).interval_95
-        return fields if stated is None or tuple(stated) == even else fields | {"interval": stated}
-
-    @property
-    def interval_95(self) -> tuple[float, float]:
-        """Where the true value lies in 95 of 100 campaigns."""
-        if self.interval is not None:
-            return self.interval
-        return self.value - COVERAGE_95 * self.u, self.value + COVERAGE_95 * self.u
-
-    def __str__(self) -> str:
-        return self.shown_in(*si.shop_unit(self.unit))
-
-    def shown_in(self, factor: float, unit: str) -> str:
-        """Value and uncertainty in a unit of which ``factor`` make one of SI."""
-        low, high = self.interval_95
-        if COVERAGE_95 * self.u > high - low:  # where readings stop to change, u says nothing
-            shown = f"{words.number(factor * low)} to {words.number(factor * high)}"
-            return shown if unit in ("", "1") else f"{shown} {unit}"
-        return words.with_u(factor * self.value, factor * self.u, unit)
-
-
-def display_unit(effect: str, number: str, unit: str) -> tuple[float, str]:
-    """How many of the units in which people read a number of an effect make one of its SI ``unit``, and their name."""
-    cls = library().get(effect)
-    return cls.parameters[number].display_unit if cls is not None and number in cls.parameters else si.shop_unit(unit)
-
-
-def number_texts(effect: str, numbers: Mapping[str, Estimate]) -> dict[str, str]:
-    """Numbers of an effect as people at the machine read them, by name."""
-    return {n: e.shown_in(*display_unit(effect, n, e.unit)) for n, e in numbers.items()}
 
 
 @dataclass(frozen=True, kw_only=True)

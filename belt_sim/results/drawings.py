@@ -1,11 +1,13 @@
 """What pictures and reports draw of a comparison, in the units people read."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from pydantic import model_validator
 
+from belt_sim.results.estimates import Estimate, Machine
 from belt_sim.results.fields import Array
 
 
@@ -94,7 +96,9 @@ class Drift:
 
 @dataclass(frozen=True, kw_only=True)
 class Drawings:
-    """overlays: one Panel a run and signal; maps: E/u_val by signal and yaw sign; drifts: (before, after) each.
+    """overlays: a Panel a run and signal; maps: E/u_val by signal and yaw sign; drifts: (before, after) each; machine:
+    in whose terms numbers are told; sizes: of each set of effects (their ids, sorted, joined by +) that may be the
+    answer, the numbers by effect.
 
     Any of them may be empty.
     """
@@ -102,3 +106,5 @@ class Drawings:
     overlays: tuple[Panel, ...] = ()
     maps: tuple[FailureMap, ...] = ()
     drifts: tuple[tuple[Drift, Drift | None], ...] = ()
+    machine: Machine | None = None
+    sizes: Mapping[str, Mapping[str, Mapping[str, Estimate]]] = field(default_factory=dict)

@@ -11,7 +11,7 @@ from belt_sim.diagnosis.fits.intervals import profile_intervals
 from belt_sim.diagnosis.fits.plausibility import covariance_of
 from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.effects.base import Parameter
-from belt_sim.results.diagnosis import COVERAGE_95, Estimate
+from belt_sim.results.estimates import COVERAGE_95, Estimate
 
 WIDE = (-1e6, 1e6)
 

@@ -15,7 +15,7 @@ from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.plausibility import covariance_of, is_constrained
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.parameter_vector import Slot
-from belt_sim.results.diagnosis import COVERAGE_95, Estimate
+from belt_sim.results.estimates import COVERAGE_95, Estimate
 
 LINEAR = 0.15  # share by which the root of a rise may differ from the parabola's
 ROUNDS = 4  # places tried either way

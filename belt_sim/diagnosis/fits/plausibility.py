@@ -10,7 +10,7 @@ from belt_sim.diagnosis.fits.fit import Fit, Sides, step_bounds
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.parameter_vector import Slot
-from belt_sim.results.diagnosis import COVERAGE_95, Estimate
+from belt_sim.results.estimates import COVERAGE_95, Estimate
 
 DIVERGED = 1e4  # times a parameter's scale: no optimum but a direction in which the readings say nothing
 ALIKE = 1e-12  # beside 1, what is left of the square of a derivative that others make up

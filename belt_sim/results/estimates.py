@@ -1,0 +1,134 @@
+"""Fitted numbers, and how people at a machine read them: in degrees, mm at the pulley, um across the belt."""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import SerializationInfo, model_serializer, model_validator
+
+from belt_sim import si
+from belt_sim.effects.library import library
+from belt_sim.results import words
+
+COVERAGE_95 = 1.96
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted parameter in SI: value, u (one sigma), unit, and whether a real machine could have it.
+
+    interval: where it lies with 95 %, where that is not 1.96 u either way.
+    """
+
+    value: float
+    u: float
+    unit: str
+    plausible: bool
+    interval: tuple[float, float] | None = None
+
+    @model_serializer
+    def _to_file(self, info: SerializationInfo) -> dict[str, Any]:
+        row: dict[str, Any] = {name: getattr(self, name) for name in ("value", "u", "unit", "plausible")}
+        return row | ({"interval_95": list(self.interval_95)} if info.by_alias else {})
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_file(cls, row: Any) -> Any:
+        """Return the fields; an interval that is 1.96 u either way is not kept."""
+        fields = {name: row[name] for name in ("value", "u", "unit", "plausible")}
+        stated, even = row.get("interval_95"), cls(**fields).interval_95
+        return fields if stated is None or tuple(stated) == even else fields | {"interval": stated}
+
+    @property
+    def interval_95(self) -> tuple[float, float]:
+        """Where the true value lies in 95 of 100 campaigns."""
+        if self.interval is not None:
+            return self.interval
+        return self.value - COVERAGE_95 * self.u, self.value + COVERAGE_95 * self.u
+
+    def __str__(self) -> str:
+        return self.shown_in(*si.shop_unit(self.unit))
+
+    def shown_in(self, factor: float, unit: str) -> str:
+        """Value and uncertainty in a unit of which ``factor`` make one of SI."""
+        low, high = self.interval_95
+        if COVERAGE_95 * self.u > high - low:  # where readings stop to change, u says nothing
+            shown = f"{words.number(factor * low)} to {words.number(factor * high)}"
+            return shown if unit in ("", "1") else f"{shown} {unit}"
+        return words.with_u(factor * self.value, factor * self.u, unit)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Machine:
+    """What turns numbers into those of the shop: axes' distance, radii, the belt's width and the span's length [m]."""
+
+    centre_distance: float
+    tail_radius: float
+    head_radius: float
+    width: float
+    span_length: float
+
+
+def display_unit(effect: str, number: str, unit: str, machine: Machine | None = None) -> tuple[float, str]:
+    """How many of the units in which people read a number of an effect make one of its SI ``unit``, and their name.
+
+    With a ``machine``: tapers and crowns as differences of diameter, angles in degrees, places from a pulley.
+    """
+    cls = library().get(effect)
+    known = cls is not None and number in cls.parameters
+    factor, name = cls.parameters[number].display_unit if known else si.shop_unit(unit)  # type: ignore[union-attr]
+    if machine is None:
+        return factor, name
+    radius = machine.head_radius if number.endswith("_head") else machine.tail_radius
+    across = {  # how the effect writes it -> what it is on this machine, in one of that
+        "ppm of the radius per m of width": (2.0 * radius * machine.width, "µm of diameter across the belt's width"),
+        "‰ of the radius 1 m from the middle": (
+            0.5e3 * radius * machine.width**2,
+            "µm of diameter, middle of the belt against its edges",
+        ),
+        "mm/m": (math.degrees(1e-3), "°"),
+    }
+    for written, (more, shown) in across.items():
+        if name.startswith(written):
+            return factor * more, shown + name.removeprefix(written)
+    if cls is not None and known and cls.parameters[number].meaning.startswith("share of the span's length"):
+        return machine.span_length, "m"
+    return factor, name
+
+
+def number_texts(effect: str, numbers: Mapping[str, Estimate], machine: Machine | None = None) -> dict[str, str]:
+    """Numbers of an effect as people at the machine read them, by name; a periodic course as its peak to peak."""
+    waves = {n: e for n, e in numbers.items() if re.fullmatch(r"(cos|sin)\d+", n)}
+    others = {n: e for n, e in numbers.items() if n not in waves}
+    course = {"peak to peak": _peak_to_peak(waves)} if waves else {}
+    return course | {n: _number_text(effect, n, e, machine) for n, e in others.items()}
+
+
+def _number_text(effect: str, number: str, e: Estimate, machine: Machine | None) -> str:
+    text = e.shown_in(*display_unit(effect, number, e.unit, machine))
+    if machine is None or e.unit not in ("rad", "1/m") or effect in ("weld", "machine_tilt"):
+        return text
+    if e.unit == "rad":
+        return f"{text} ({words.number(1e3 * abs(e.value) * machine.width, 2)} mm across the belt's width)"
+    if effect == "camber":
+        kelvin = abs(e.value) * machine.width / STEEL_EXPANSION
+        return f"{text} (as {words.number(kelvin, 2)} K between the edges of a steel belt would make)"
+    return text
+
+
+STEEL_EXPANSION = 12e-6  # [1/K], of unalloyed steel at room temperature
+
+
+def _peak_to_peak(waves: Mapping[str, Estimate]) -> str:
+    """A sum of harmonics (amplitudes cosK, sinK) from its lowest to its highest point, with one sigma, in the shop's
+    unit; the amplitudes' errors are taken as independent."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
+    shapes = [(np.cos if n.startswith("cos") else np.sin)(int(n[3:]) * turn) for n in waves]
+    course = np.sum([e.value * shape for e, shape in zip(waves.values(), shapes, strict=True)], axis=0)
+    top, bottom = int(np.argmax(course)), int(np.argmin(course))
+    u = math.hypot(*(e.u * float(s[top] - s[bottom]) for e, s in zip(waves.values(), shapes, strict=True)))
+    factor, unit = si.shop_unit(next(iter(waves.values())).unit)
+    return words.with_u(factor * float(np.ptp(course)), factor * u, unit)
