@@ -195,7 +195,8 @@ def _thick_belt(case: Case) -> Limit:
 def _bending_layer(x: _LoadedCase) -> Limit:
     """The layer beside the pulleys changes the moment that the lower span carries over, and y_3 with it."""
     remedy = "use model=strip_lift_off, or effects=[lift_off] with a 3D belt"
-    return Limit("bending_layer", x.layer / WRONG, f"the belt's own stiffness lifts it off the pulleys: {remedy}")
+    words = f"the belt is too slack for this model, its own stiffness lifts it off the pulleys: {remedy}"
+    return Limit("bending_layer", x.layer / WRONG, words)
 
 
 def _flat_belt(x: _LoadedCase) -> Limit:

@@ -20,8 +20,8 @@ from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import tension
 from belt_sim.show import diagnosis as pictures
 from belt_sim.show.curves import curves_picture, steady_picture, understood_picture
-from belt_sim.show.report import write_report
-from belt_sim.show.style import save
+from belt_sim.show.report import inline_svg, most_misfit, panel_boxes, write_report
+from belt_sim.show.style import save, svg_text
 
 Draw = Callable[[Path | None], Any]
 Result = Simulation | Comparison | Diagnosis | Discovery | Campaign
@@ -181,7 +181,35 @@ def _of_discovery(d: Discovery) -> dict[str, Draw]:
     return there
 
 
+def overlays_of(c: Comparison) -> dict[str, Any]:
+    """What a page needs to show the overlays of a comparison one by one.
+
+    source: their common SVG; panels: title and svg of each, which refers to it; first: the one of the largest misfit.
+    """
+    if not (shown := pictures.shown_panels(c.drawings.overlays)):
+        return {"source": "", "panels": [], "first": 0}
+    svg = pictures.overlay_svg(shown, _compared_words(c), names=_names(c))
+    each = [
+        {"title": p.title, "svg": f'<svg viewBox="{box}" width="100%"><use href="#panel-{k}"/></svg>'}
+        for k, (p, box) in enumerate(zip(shown, panel_boxes(svg), strict=True))
+    ]
+    return {"source": str(inline_svg(svg)), "panels": each, "first": most_misfit(shown)}
+
+
+def report_pictures(d: Diagnosis) -> dict[str, str]:
+    """The pictures of a report as SVG text, by kind: each is drawn once, for the page and for the run's folder."""
+    made: dict[str, str] = {}
+    if d.drawings.overlays:
+        made["overlay"] = pictures.overlay_svg(d.drawings.overlays, _compared_words(d), names=_names(d))
+    there = _maps(d, d.where.sentence) if d.drawings.maps else {}
+    found = d.discovery if d.discovery is not None and d.discovery.found else None
+    if found is not None:
+        law = _of_discovery(found)
+        there |= {kind: law[kind] for kind in ("unknown", *(["law"] if d.law_holds else [])) if kind in law}
+    return made | {kind: svg_text(draw(None)) for kind, draw in there.items()}
+
+
 def report(diagnosis: Diagnosis | str | os.PathLike[str], path: str | os.PathLike[str]) -> Path:
     """Write the report of a diagnosis (or of the run folder of one) to ``path`` (.html), which needs no network."""
     found = diagnosis if isinstance(diagnosis, Diagnosis) else read_diagnosis(Path(diagnosis))
-    return write_report(path, found)
+    return write_report(path, found, report_pictures(found))

@@ -182,5 +182,5 @@ def validity_warnings(campaign: Campaign, model: AnalyticModel, effects: Sequenc
         runs = [run for run, limit in found if limit.id == name]
         worst = max((limit for _, limit in found if limit.id == name), key=lambda x: x.load)
         many = f"{len(runs)} of {len(campaign.runs)} runs" if len(runs) > 1 else f"run {runs[0]}"
-        sentences.append(f"model used beyond {name} in {many} (up to {worst.exceeded_by}): {worst.words}")
+        sentences.append(f"in {many} {worst.words} ({name}, up to {worst.exceeded_by})")
     return tuple(sentences)

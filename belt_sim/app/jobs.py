@@ -150,24 +150,21 @@ def _leave_with_the_asker() -> None:
 
 def _compare(request: Mapping[str, Any], say: Say) -> None:
     from belt_sim.api.inference import compare
+    from belt_sim.api.plot import overlays_of
     from belt_sim.commands.outputs import write_comparison
-    from belt_sim.show import figures
-    from belt_sim.show.report import worst
 
     folder = Path(request["folder"])
     say(stage="computing every run")
     found = compare(request["campaign"], request["model"], request["effects"], config=dict(request))
     say(stage="drawing")
     write_comparison(folder, found, pictures=True)
-    tables, overlays = [vars(t) for t in found.tables()], found.drawings.overlays
-    models = found.base_model, found.final_model
-    panels = [{"title": panel.title, "figure": figures.overlay(panel, *models)} for panel in overlays]
-    _leave(folder, lines=list(found.lines()), tables=tables, panels=panels, first=worst(overlays))
+    tables = [vars(t) for t in found.tables()]
+    _leave(folder, lines=list(found.lines()), tables=tables, **overlays_of(found))
 
 
 def _diagnose(request: Mapping[str, Any], say: Say) -> None:
     from belt_sim.api.inference import diagnose
-    from belt_sim.commands.outputs import draw, write_diagnosis
+    from belt_sim.commands.outputs import write_diagnosis
 
     folder = Path(request["folder"])
     asked = {k: request[k] for k in ("effects", "bootstraps", "seed")}
@@ -177,8 +174,7 @@ def _diagnose(request: Mapping[str, Any], say: Say) -> None:
 
     found = diagnose(request["campaign"], request["model"], **asked, progress=progress, config=dict(request))
     say(stage="drawing")
-    write_diagnosis(folder, found)
-    draw(folder, found)
+    write_diagnosis(folder, found, pictures=True)
     effects = [e.law or {"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]
     verdict = {"verdict": str(found.verdict)}
     _leave(folder, **verdict, lines=[found.sentence], effects=effects)

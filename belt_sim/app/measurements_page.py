@@ -204,8 +204,9 @@ def _show_comparison(content: dict[str, Any]) -> None:
         names = {k: p["title"] for k, p in enumerate(panels)}
         first = content["first"]
         chooser = ui.select(names, value=first, label="run and sensor").classes("w-full")
-        drawn = ui.plotly(plots.of_report(panels[first]["figure"])).props("data-name=overlay")
-        chooser.on_value_change(lambda e: drawn.update_figure(plots.of_report(panels[e.value]["figure"])))
+        ui.html(content["source"], sanitize=False).classes("source")
+        drawn = ui.html(panels[first]["svg"], sanitize=False).classes("overlay").props("data-name=overlay")
+        chooser.on_value_change(lambda e: drawn.set_content(panels[e.value]["svg"]))
     for t in content["tables"]:
         widgets.table(Table(**t))
 

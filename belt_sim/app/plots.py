@@ -1,28 +1,31 @@
 """Figures of the app as plain plotly data, in colours that are read on light and on dark ground alike."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from belt_sim.campaign import Campaign, Run
 from belt_sim.results.errors import UNITS
+from belt_sim.results.json import DIGITS, round_numbers
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import KILO
-from belt_sim.show.figures import CLEAR, FONT, numbers
 from belt_sim.si import N_PER_MM2
 
 GREY, FAINT = "#7d8a97", "rgba(125,138,151,0.28)"
 POINTS = ("#1f86cc", "#d98e00", "#0f9d76", "#e0632a")  # points 1-4, as colours.POINTS
 POINT_NAMES = ("1 upper, tail", "2 lower, tail", "3 lower, head", "4 upper, head")
 SPANS = (POINTS[0], POINTS[3])  # upper, lower
-#: names of colours in the figures of reports, here
-NAMED = {"--ink": GREY, "--faint": GREY, "--line": FAINT, "--before": POINTS[3], "--after": POINTS[0]}
-NAMED |= {"--band": "rgba(125,138,151,0.25)", "--track": CLEAR}
+FONT = {"family": "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13}
+CLEAR = "rgba(0,0,0,0)"
 AXIS = {"gridcolor": FAINT, "zerolinecolor": GREY, "linecolor": FAINT, "automargin": True}
 LEGEND = {"orientation": "h", "yanchor": "bottom", "y": 1.02, "x": 0, "font": {"size": 12}}
 MARGIN = {"l": 56, "r": 10, "t": 34, "b": 44}
 CONFIG = {"displaylogo": False, "displayModeBar": False, "responsive": True}
+
+
+def numbers(values: Any) -> list[Any]:
+    """An array as JSON numbers, null where it is not finite."""
+    return round_numbers(np.asarray(values, float).tolist(), DIGITS)  # type: ignore[no-any-return]
 
 
 def figure(data: list[dict[str, Any]], x: str, y: str, height: int, **layout: Any) -> dict[str, Any]:
@@ -84,25 +87,3 @@ def measured_figure(campaign: Campaign, run: Run) -> dict[str, Any]:
     end = float(run.travel[-1]) if len(run.travel) else 1.0
     along = {**AXIS, "range": [-0.01 * end, 1.01 * end], "title": _title("belt travel [m]")}
     return figure(data, "", f"reading [{' or '.join(units)}]", 320, xaxis=along)
-
-
-def of_report(made: dict[str, Any]) -> dict[str, Any]:
-    """A figure of ``show.figures`` with this page's colours, and a legend."""
-    named = _recolour(made)
-    for trace in named["data"]:
-        trace["showlegend"] = trace.get("yaxis", "y") == "y" and trace.get("name") is not None
-        if trace.get("mode") == "markers":
-            trace["marker"]["opacity"] = 0.9
-    for axis in ("xaxis", "yaxis", "yaxis2"):
-        if axis in named["layout"]:
-            named["layout"][axis]["title"] = _title(named["layout"][axis]["title"]["text"])
-    layout = {**named["layout"], "showlegend": True, "legend": LEGEND, "margin": MARGIN}
-    return {"data": named["data"], "layout": layout, "config": CONFIG}
-
-
-def _recolour(x: Any) -> Any:
-    if isinstance(x, str):
-        return NAMED.get(x, x)
-    if isinstance(x, dict):
-        return {k: _recolour(v) for k, v in x.items()}
-    return [_recolour(v) for v in x] if isinstance(x, Sequence) else x

@@ -5,14 +5,13 @@ from typing import Any
 
 from belt_sim.api import inference
 from belt_sim.campaign import read_campaign
-from belt_sim.commands.outputs import draw, write_comparison, write_diagnosis, write_recording
+from belt_sim.commands.outputs import write_comparison, write_diagnosis, write_page, write_recording
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import finite, whole
 from belt_sim.files import write_json
 from belt_sim.results.json import file_json, read_diagnosis
 from belt_sim.show.diagnosis import visible_picture
 from belt_sim.show.observers import in_stages, progress, resolve_watch
-from belt_sim.show.report import write_report
 from belt_sim.show.terminal import tell, tell_choice, tell_diagnosis
 
 
@@ -54,9 +53,7 @@ def diagnose(run_dir: RunDir) -> None:
             found = inference.diagnose(campaign, model, **asked, progress=stages, tell=print, config=config)
         tell_choice(config, found.base_model)
         tell_diagnosis(found, run_dir.path)
-        write_diagnosis(draft, found)
-        if config["pictures"]:
-            draw(draft, found)
+        write_diagnosis(draft, found, pictures=config["pictures"])
         if watch == "rrd":
             write_recording(draft, campaign, found)
 
@@ -65,5 +62,4 @@ def report(run_dir: RunDir) -> None:
     """Write report.html and pictures from diagnosis.json and drawings.json."""
     folder = Path(run_dir.text_setting("diagnosis", "the run folder of a diagnosis"))
     diagnosis = read_diagnosis(folder)
-    draw(folder, diagnosis)
-    print(write_report(folder / "report.html", diagnosis))
+    print(write_page(folder, diagnosis, pictures=True))

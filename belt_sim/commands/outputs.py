@@ -11,7 +11,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.curves import Curves, Frame, Observer, write_curves
-from belt_sim.errors import InputError, SimulationError
+from belt_sim.errors import BeltError, InputError, SimulationError
 from belt_sim.files import write_json, write_text, write_with
 from belt_sim.jax_setup import map_in_threads
 from belt_sim.model import AnalyticModel, Model, SteadyModel
@@ -28,9 +28,9 @@ def write_simulation(folder: Path, s: Simulation, *, pictures: bool, provenance:
     """summary.json, curves.csv and a picture."""
     if s.curves is not None:
         write_curves(folder / "curves.csv", s.curves)
+    write_json(folder / "summary.json", summary_json(s, provenance))
     if pictures:
         draw(folder, s)
-    write_json(folder / "summary.json", summary_json(s, provenance))
 
 
 @contextmanager
@@ -84,25 +84,49 @@ def write_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
     if c.per_run:
         rows = [{k: v for k, v in to_json(r).items() if not isinstance(v, dict)} for r in c.per_run]
         write_with(folder / "per_run.csv", lambda path: frame(rows).to_csv(path, index=False))
-    if pictures:
-        draw(folder, c)
     write_json(folder / "comparison.json", content)
     write_json(folder / "summary.json", content)
+    if pictures:
+        draw(folder, c)
 
 
-def write_diagnosis(folder: Path, d: Diagnosis) -> None:
-    """diagnosis.json, drawings.json, report.html, effects.yaml; what was discovered."""
+def write_diagnosis(folder: Path, d: Diagnosis, *, pictures: bool) -> None:
+    """diagnosis.json, drawings.json, effects.yaml; what was discovered; report.html and, with pictures, those in it."""
     from belt_sim.api.resolve import effects_of
     from belt_sim.effects.load import save_effects
-    from belt_sim.show.report import write_report
 
     write_json(folder / "drawings.json", file_json(d.drawings))
     spread = {e.id: {n: p.u for n, p in e.parameters.items()} for e in d.effects}
     write_text(folder / "effects.yaml", save_effects(effects_of(d.effects), spread))
-    write_report(folder / "report.html", d)
     if d.discovery is not None and d.discovery.found:
         write_discovery(folder, d.discovery)
     write_json(folder / "diagnosis.json", diagnosis_json(d))
+    write_page(folder, d, pictures=pictures)
+
+
+def write_page(folder: Path, d: Diagnosis, *, pictures: bool) -> Path:
+    """report.html and, with pictures, those in it as SVG files; each is drawn once."""
+    from belt_sim.api.plot import report_pictures
+    from belt_sim.show.report import write_report
+
+    drawn: dict[str, str] = {}
+    with numbers_first("the pictures of the report"):
+        drawn = report_pictures(d) if pictures else {}
+    for kind, svg in drawn.items():
+        write_text(folder / f"{kind}.svg", svg)
+    return write_report(folder / "report.html", d, drawn)
+
+
+@contextmanager
+def numbers_first(what: str) -> Iterator[None]:
+    """Around the drawing of ``what``: a picture that cannot be drawn is told, and the numbers are kept."""
+    try:
+        yield
+    except BeltError:
+        raise
+    except Exception as error:
+        reason = (str(error).strip().splitlines() or [""])[0]
+        print(f"belt-sim: {what}: not drawn ({type(error).__name__}: {reason})", file=sys.stderr)
 
 
 def write_discovery(folder: Path, d: Discovery) -> None:
@@ -112,14 +136,13 @@ def write_discovery(folder: Path, d: Discovery) -> None:
     write_json(folder / "discovery.json", discovery_json(d))
 
 
-def draw(folder: Path, result: Simulation | Comparison | Diagnosis | Discovery) -> None:
-    """Every picture of a result, named by its kind; of a diagnosis also those of what was discovered."""
+def draw(folder: Path, result: Simulation | Comparison) -> None:
+    """Every picture of a result, named by its kind."""
     from belt_sim.api.plot import drawings_by_kind
 
     for kind, drawn in drawings_by_kind(result).items():
-        drawn(folder / f"{kind}.png")
-    if isinstance(result, Diagnosis) and result.discovery is not None and result.discovery.found:
-        draw(folder, result.discovery)
+        with numbers_first(f"{kind}.png"):
+            drawn(folder / f"{kind}.png")
 
 
 RECORDING = "belt.rrd"

@@ -102,7 +102,7 @@ def examine(
     whatever looks wrong; laws: the search for laws that no effect of the library is; tell: hears what is being done.
     Raises InputError when the campaign has no signals, FitError when a larger set fits worse than a smaller one.
     """
-    tell("laying out the campaign")
+    tell("preparing the runs")
     longest = max((run.travel[-1] for run in campaign.runs if len(run.travel)), default=0.0)
     length = case_of(campaign, campaign.runs[0]).rig.belt_length
     tried = [c for c in classes if model.refusal(c) is None and longest >= c.min_revolutions * length]
@@ -158,7 +158,7 @@ def search_sets(
     linearisation: about the fit of no effect; chance: how many campaigns are simulated with nothing missing, and their
     seed.
     """
-    tell("asking what chance does")
+    tell("estimating false alarms")
     search = begin_search(bench, linearisation, chance_inflation(bench, linearisation, *chance))
     tell("fitting sets of effects")
     return run_search(search)

@@ -16,9 +16,7 @@ class SagRoll(Effect):
     reference = "physics sheet, section 3 (strip); edge ropes of Ritzinger 1997 and Ernst 1965 describe the same sag"
     parity = "odd"
     cause = Cause("a slack belt hangs, and tilts instead of bending", ("upper", "lower"), CHECK_MODEL, of_model=True)
-    strength: float = parameter(
-        "1", "share of the sag curvature q/F that couples", plausible=(0.5, 1.5), scale=1.0, default=1.0
-    )
+    strength: float = parameter("1", "strength of the effect (theory: 1)", plausible=(0.5, 1.5), scale=1.0, default=1.0)
 
     def span(self, span, case):
         return replace(span, sag_curvature=span.sag_curvature + self.strength * case.sag_curvature)

@@ -79,7 +79,7 @@ def sheet_evidence(
     odd = stated.chi2 - stated.counts > ODD * np.sqrt(2.0 * stated.counts)
     if not np.isfinite(excess) or not (excess >= (UNEXPLAINED - 1.0) * stated.count or odd.any()):
         return ()
-    tell("asking whether the sheet is right")
+    tell("checking the machine data")
     of_kind: dict[str, tuple[float, SheetMistake]] = {}
     for mistake in sheet_mistakes(curved):
         chi2, found = _screen(mistake, curved, stated)

@@ -161,6 +161,7 @@ class Confusable:
         return f"{self.effect} cannot be told apart from {self.other} ({words.decimal(self.sigma, 1)} sigma)"
 
 
+FLOOR = 1.2  # times the noise floor, up to which an error is noise
 RESOLVED = 3.0  # sigma, below which nobody takes two explanations for told apart
 #: sigma by which the likelier of two stands out in 97 of 100 campaigns, so that it has 95 % of the probability
 APART = 5.0
@@ -194,13 +195,18 @@ class NextRun:
     sigma_after: float
     settings: RunSettings | None = None
 
+    @property
+    def resolves(self) -> bool:
+        """Whether the run would tell the pair apart; below that nobody is advised to make it."""
+        return self.sigma_after >= RESOLVED
+
     def __str__(self) -> str:
-        change = f"{words.decimal(self.sigma_before, 1)} -> {words.decimal(self.sigma_after, 1)} sigma"
-        if self.sigma_after < RESOLVED:
-            pair = " from ".join(self.separates)
-            return f"no single further run tells {pair}; the best would be {self.action}: {change}"
+        pair = " from ".join(self.separates)
+        if not self.resolves:
+            return f"No single further run on this rig tells {pair}."
         tells = "tells" if self.sigma_after >= APART else "may tell"
-        return f"next run: {self.action} {tells} {' from '.join(self.separates)}: {change}"
+        change = f"{words.decimal(self.sigma_before, 1)} -> {words.decimal(self.sigma_after, 1)} sigma"
+        return f"{self.action[:1].upper()}{self.action[1:]}. It {tells} {pair} ({change})."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -334,6 +340,12 @@ class Discovery(Display):
     law_file: str = ""
     provenance: Free = field(default_factory=dict)
 
+    @property
+    def reaches_floor(self) -> bool:
+        """Whether the law leaves no more error than noise would."""
+        change = self.error.held_out or self.error.fit if self.error is not None else None
+        return change is not None and change.after <= FLOOR * self.error.noise_floor  # type: ignore[union-attr]
+
     def lines(self) -> list[str]:
         """The sentence, the places, what cannot be told apart and what cannot be known."""
         lines = [self.sentence]
@@ -378,7 +390,8 @@ _HEADLINES = {
 }
 _SENTENCES = {
     Verdict.ADEQUATE: "Nothing is missing from model {model} that these measurements could show.",
-    Verdict.EXPLAINED: "Model {model} lacks {effects}; with it, nothing is left that these measurements could show.",
+    Verdict.EXPLAINED: "Model {model} lacks {effects}; with it, the model agrees with all runs within measurement "
+    "error.",
     Verdict.PARTLY: "Model {model} lacks {effects}, and something else that is not in the library.",
     Verdict.NONE_KNOWN: "Model {model} is wrong here, and no effect of the library explains how.",
     Verdict.CANNOT_SAY: "The data look damaged, or the sheet is wrong, so no effect is named: {damage}; "
@@ -392,6 +405,17 @@ def other_model(model: str, better: str) -> str:
 
 
 SHOWN_ACTIONS = 3
+#: probability from which one explanation counts as likely; and in the set that cannot be told apart
+LIKELY, CREDIBLE = 0.9, 0.95
+UNKNOWN = "something unknown"  # in the place of an effect
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rival:
+    """One of several explanations that a campaign cannot tell apart: ids of effects (none: nothing more is there)."""
+
+    effects: tuple[str, ...]
+    probability: float
 
 
 def _read_suspicion(row: Any) -> Suspicion:
@@ -444,6 +468,66 @@ class Diagnosis(Display):
     discovery: Annotated[Discovery | None, Field(exclude=True)] = None
 
     @property
+    def certain_effects(self) -> tuple[str, ...]:
+        """Named effects that every likely explanation has."""
+        likely = [frozenset(e.effects) for e in self._likely]
+        return tuple(e.id for e in self.effects if all(e.id in one for one in likely))
+
+    @property
+    def tied(self) -> tuple[Rival, ...]:
+        """What may be there besides, one of several that these runs cannot tell apart; () where one is likely."""
+        likely = self._likely
+        if self.verdict is not Verdict.EXPLAINED or len(likely) < 2 or likely[0].probability >= LIKELY:
+            return ()
+        certain, found = set(self.certain_effects), dict[tuple[str, ...], float]()
+        for e in likely:
+            further = (*(i for i in e.effects if i not in certain), *([UNKNOWN] if e.unknown else []))
+            found[further] = found.get(further, 0.0) + e.probability
+        return tuple(Rival(effects=ids, probability=p) for ids, p in found.items())
+
+    @property
+    def _likely(self) -> list[Explanation]:
+        """The likeliest explanations, which together hold CREDIBLE of the probability."""
+        rows, held = list[Explanation](), 0.0
+        for e in self.considered:
+            if held >= CREDIBLE or e.refused:
+                break
+            held += e.probability
+            if e.of_effects:
+                rows.append(e)
+        return rows
+
+    @property
+    def further_runs(self) -> tuple[str, ...]:
+        """Runs to make next, each with what it tells apart; for a pair that no run tells apart, that."""
+        told = {n.separates for n in self.next_runs if n.resolves}
+        kept = [n for n in self.next_runs if n.resolves or n.separates not in told]
+        return tuple(dict.fromkeys(map(str, kept)))
+
+    @property
+    def law_holds(self) -> bool:
+        """Whether a law was found that predicts what was held out better than nothing does."""
+        if self.discovery is None or not self.discovery.found or self.discovery.law is None:
+            return False
+        change = self.discovery.error.held_out if self.discovery.error is not None else None
+        return change is None or change.after < change.before
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What takes certainty off the verdict, first of all: a model beyond its limits, damaged data."""
+        explained = self.law_holds and self.discovery is not None and self.discovery.reaches_floor
+        seen = [s for s in self.suspicions if not (s.kind == "sheet" and s.severity == "look" and explained)]
+        return (*self.beyond, *map(str, seen))
+
+    @property
+    def headline(self) -> str:
+        """The verdict in a few words, never surer than the doubts beside it allow."""
+        if self.tied:
+            return f"One of {words.count(len(self.tied))}"
+        reserved = self.verdict is Verdict.EXPLAINED and self.beyond
+        return "Explained, with a reservation" if reserved else self.verdict.headline
+
+    @property
     def law_instead(self) -> bool:
         """Whether what was found is a law, and no effect was named."""
         return not self.effects and self.discovery is not None and self.discovery.law is not None
@@ -455,11 +539,11 @@ class Diagnosis(Display):
 
     def lines(self) -> Sequence[str]:
         """The verdict, where the base model fails, the effects, and how the error fell."""
-        said = [f"{self.verdict}: {self.sentence}", self.where.sentence, *map(str, self.effects)]
+        said = [f"{self.headline}: {self.sentence}", *self.doubts, self.where.sentence, *map(str, self.effects)]
         said += _fall(self.error)
         if self.discovery is not None and self.discovery.found:
             said.append(self.discovery.sentence)
-        return [*said, *self.beyond, *(str(n) for n in self.next_runs[:1])]
+        return [*said, *self.further_runs[:1]]
 
     def tables(self) -> Sequence[Table]:
         return [ranking_table(self.ranking), error_table(self.error)]
@@ -478,11 +562,11 @@ def _fall(error: Errors) -> list[str]:
     """How the error on held-out conditions fell, beside each run's own zero and settings where that is known."""
     change, floor, beside = error.held_out, error.noise_floor, ""
     if error.own is not None:
-        change, floor, beside = error.own, error.own.floor, ", each run's zero and settings taken off"
+        change, floor, beside = error.own, error.own.floor, ", after correcting sensor zero and settings"
     if change is None:
         return []
     before, after, least = (words.thousandths(x) for x in (change.before, change.after, floor))
-    said = [f"error on held-out conditions{beside} {before} -> {after} mm, noise floor {least} mm"]
+    said = [f"error on unseen runs{beside} {before} -> {after} mm, noise floor {least} mm"]
     worse = [f"{n} {words.thousandths(c.before)} -> {words.thousandths(c.after)} mm" for n, c in error.worse().items()]
     return [*said, f"left out and predicted, these got worse: {', '.join(worse)}"] if worse else said
 

@@ -75,7 +75,8 @@ class Machine:
 def display_unit(effect: str, number: str, unit: str, machine: Machine | None = None) -> tuple[float, str]:
     """How many of the units in which people read a number of an effect make one of its SI ``unit``, and their name.
 
-    With a ``machine``: tapers and crowns as differences of diameter, angles in degrees, places from a pulley.
+    With a ``machine``: tapers and crowns as differences of diameter, turns of a pulley as mm across the belt's width,
+    places as distances from a pulley.
     """
     cls = library().get(effect)
     known = cls is not None and number in cls.parameters
@@ -89,10 +90,10 @@ def display_unit(effect: str, number: str, unit: str, machine: Machine | None = 
             0.5e3 * radius * machine.width**2,
             "µm of diameter, middle of the belt against its edges",
         ),
-        "mm/m": (math.degrees(1e-3), "°"),
+        "mm/m": (machine.width, "mm across the belt's width"),
     }
     for written, (more, shown) in across.items():
-        if name.startswith(written):
+        if name.startswith(written) and effect not in BY_SPIRIT_LEVEL:
             return factor * more, shown + name.removeprefix(written)
     if cls is not None and known and cls.parameters[number].meaning.startswith("share of the span's length"):
         return machine.span_length, "m"
@@ -109,16 +110,15 @@ def number_texts(effect: str, numbers: Mapping[str, Estimate], machine: Machine 
 
 def _number_text(effect: str, number: str, e: Estimate, machine: Machine | None) -> str:
     text = e.shown_in(*display_unit(effect, number, e.unit, machine))
-    if machine is None or e.unit not in ("rad", "1/m") or effect in ("weld", "machine_tilt"):
-        return text
-    if e.unit == "rad":
-        return f"{text} ({words.number(1e3 * abs(e.value) * machine.width, 2)} mm across the belt's width)"
-    if effect == "camber":
+    if machine is not None and e.unit == "rad":
+        return f"{text} ({words.number(math.degrees(e.value), 2)}°)"
+    if machine is not None and effect == "camber":
         kelvin = abs(e.value) * machine.width / STEEL_EXPANSION
         return f"{text} (as {words.number(kelvin, 2)} K between the edges of a steel belt would make)"
     return text
 
 
+BY_SPIRIT_LEVEL = ("machine_tilt", "weld")  # slopes that are no turn of a pulley: mm/m says more
 STEEL_EXPANSION = 12e-6  # [1/K], of unalloyed steel at room temperature
 
 

@@ -83,6 +83,13 @@ def join_effects(ids: Sequence[str]) -> str:
     return " + ".join(ids)
 
 
+def count(n: int) -> str:
+    """A small number as a word."""
+    return dict(enumerate(["no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine"])).get(
+        n, str(n)
+    )
+
+
 def join_words(names: Sequence[str]) -> str:
     """a, b and c."""
     names = list(names)

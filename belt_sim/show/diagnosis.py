@@ -14,14 +14,24 @@ from belt_sim.show import style
 from belt_sim.show.style import AFTER, BEFORE, CYCLE, FAINT, INK, MEASURED
 from belt_sim.si import shop_unit
 
-COLUMNS = 3
+COLUMNS = 2
+WIDE, HIGH = 5.4, 3.5  # [inch] of a panel with what stands about it
 #: [inch] around and between panels; a title stands above each
 AROUND = {"left": 0.8, "right": 0.15, "top": 0.75, "bottom": 1.75, "across": 0.85, "down": 1.65}
 LINE = 0.2  # [inch] of a title that has one more
+GAP = 0.06  # between a panel and its residual, likewise
 RESIDUAL = 0.4  # height of a panel's residual (model - measured), in heights of the panel
 
-DOTS = 100  # measured samples shown in one panel
+DOTS = 60  # measured samples shown in one panel
 MOST_PANELS = 36  # of a picture; more are too small to read
+
+
+def shown_panels(panels: Sequence[Panel]) -> Sequence[Panel]:
+    """Those that a picture has room for: of too many, those with the largest misfit."""
+    if len(panels) <= MOST_PANELS:
+        return panels
+    least = sorted((p.misfit for p in panels), reverse=True)[MOST_PANELS - 1]
+    return [p for p in panels if p.misfit >= least][:MOST_PANELS]
 
 
 @style.picture
@@ -34,20 +44,34 @@ def overlay_picture(
     """
     if len(panels) > MOST_PANELS:
         title = f"{title}: the {MOST_PANELS} largest misfits of {len(panels)} records"
-        least = sorted((p.misfit for p in panels), reverse=True)[MOST_PANELS - 1]
-        panels = [p for p in panels if p.misfit >= least][:MOST_PANELS]
+        panels = shown_panels(panels)
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
-    size = max(4.0 * columns, 6.5), 3.5 * rows + 1.0
+    size = max(WIDE * columns, 6.5), HIGH * rows + 1.0
     fig, axes = style.panels(*size, rows, columns, len(panels), layout=None, sharex=True)
     entries = {}
-    for ax, panel in zip(axes, panels, strict=True):
+    for k, (ax, panel) in enumerate(zip(axes, panels, strict=True)):
         _panel(ax, panel, names)
+        ax.set_gid(f"panel-{k}")
         entries.update(dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True)))
     fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=len(entries))
     lines = style.title(fig, title)
     style.place(fig, rows, columns, **{**AROUND, "top": AROUND["top"] + LINE * (lines - 1)})
     return style.save(fig, path)
+
+
+def overlay_svg(panels: Sequence[Panel], title: str, *, names: Mapping[str, str]) -> str:
+    """The same picture as SVG text, in which the group of each panel (id panel-0 ...) says where it stands."""
+    fig = overlay_picture(None, panels, title, names=names)
+    svg, (width, height) = style.svg_text(fig), fig.get_size_inches()
+    for k, ax in enumerate(ax for ax in fig.axes if ax.get_visible()):
+        place = ax.get_position()
+        left, top = place.x0 * width - AROUND["left"] + 0.05, (1.0 - place.y1) * height - 0.35
+        right = place.x1 * width + AROUND["right"]
+        bottom = (1.0 - place.y0 + (RESIDUAL + GAP) * place.height) * height + 0.5
+        box = " ".join(f"{72.0 * v:.1f}" for v in (left, top, right - left, bottom - top))
+        svg = svg.replace(f'<g id="panel-{k}"', f'<g id="panel-{k}" data-box="{box}"', 1)
+    return svg
 
 
 def _panel(ax, panel: Panel, labels: Mapping[str, str]) -> None:
@@ -64,16 +88,19 @@ def _panel(ax, panel: Panel, labels: Mapping[str, str]) -> None:
     ax.set_ylabel(f"{'tilt' if panel.unit == 'mrad' else 'position y'} [{panel.unit}]")
     ax.margins(x=0.02)
     ax.tick_params(labelbottom=False)
-    below = ax.inset_axes((0.0, -RESIDUAL - 0.06, 1.0, RESIDUAL), sharex=ax)
+    ax.locator_params(nbins=6)
+    below = ax.inset_axes((0.0, -RESIDUAL - GAP, 1.0, RESIDUAL), sharex=ax)
     below.fill_between(panel.travel, -panel.band, panel.band, **band)
     below.plot(panel.travel, panel.base - panel.measured, color=BEFORE, linewidth=1.2)
     if panel.final is not None:
         below.plot(panel.travel, panel.final - panel.measured, color=AFTER, linewidth=1.2)
     below.set_ylabel(f"error [{panel.unit}]", fontsize=style.FONT - 2)
     below.tick_params(labelsize=style.FONT - 2)
+    below.locator_params(axis="y", nbins=3)
     below.set_xlabel("belt travel [m]")
 
 
+CELL_INK = "#1f2934"  # of numbers on pale cells, which stay pale where a page is dark
 #: |E / u_val| inside of which nothing can be said (ASME V&V 20 with k = 2), and where the colour is full.
 SAYS_NOTHING = 2.0
 FULL = 10.0
@@ -103,14 +130,14 @@ def _map(ax, one: FailureMap):
     ratio = np.asarray(one.ratio, float)
     shown = np.ma.masked_invalid(np.sign(ratio) * np.maximum(np.abs(ratio) - SAYS_NOTHING, 0.0))
     rows = np.arange(len(one.tension) + 1)
-    ax.set_facecolor("#e4e7eb")
+    ax.set_facecolor(style.GRID)
     look = {"cmap": _dead_zone(), "vmin": -FULL, "vmax": FULL, "edgecolors": "white"}
     mesh = ax.pcolormesh(one.edges, rows, np.ma.masked_invalid(ratio), **look)
     middle = 0.5 * (np.asarray(one.edges)[1:] + np.asarray(one.edges)[:-1])
     for i, j in np.argwhere(np.isfinite(ratio)):
         strong = abs(float(shown[i, j])) > 0.55 * (FULL - SAYS_NOTHING)
         number = f"{ratio[i, j]:.0f}" if abs(ratio[i, j]) >= 1.0 else "·"
-        colour = "white" if strong else INK
+        colour = "white" if strong else CELL_INK
         ax.text(middle[j], i + 0.5, number, color=colour, fontsize=style.FONT - 2, ha="center", va="center")
     ax.set_yticks(rows[:-1] + 0.5, [f"{t:.4g}" for t in one.tension])
     ax.set(xlabel="belt travel [m]", ylabel="tension [N/mm$^2$]", title=one.title)

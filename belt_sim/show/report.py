@@ -1,9 +1,16 @@
-"""Write a diagnosis as one HTML page that needs nothing but a browser."""
+"""The report of a diagnosis: one HTML page that needs nothing but a browser.
 
-import importlib.util
+It shows the pictures that are drawn for the run's folder, as SVG in the colours of the page (light or dark). The words
+of an effect stand in its class (Effect.cause).
+"""
+
+import csv
+import datetime
+import functools
 import math
 import os
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,79 +20,112 @@ from belt_sim.effects.library import library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.files import write_text
 from belt_sim.results import words
-from belt_sim.results.diagnosis import RESOLVED, Candidate, Diagnosis, FoundEffect, NextRun, Verdict, number_texts
+from belt_sim.results.diagnosis import LIKELY, UNKNOWN, Candidate, Diagnosis, Discovery, FoundEffect, Rival, Verdict
 from belt_sim.results.drawings import Panel
-from belt_sim.results.errors import Errors, OwnChange
+from belt_sim.results.errors import Errors, OwnChange, Worst
+from belt_sim.results.estimates import Estimate, Machine, number_texts
 from belt_sim.results.json import DIAGNOSIS
-from belt_sim.show import figures
-from belt_sim.show.diagnosis import FULL
+from belt_sim.show.diagnosis import shown_panels
+from belt_sim.show.style import AMBER, BLUE, CYCLE, FAINT, GREEN, GRID, INK, PAPER, PINK, RED
 
 HERE = Path(__file__).parent
 SHOWN_PLACES = 6
+#: how often named effects were right in blind tests, by the probability said (docs/data/how_often_right_record.md)
+BLIND_TESTS = HERE / "blind_tests.csv"
 
 
-def write_report(path: str | os.PathLike, diagnosis: Diagnosis) -> Path:
-    """Write ``path`` (.html) from a diagnosis and its drawings.
+def write_report(path: str | os.PathLike, diagnosis: Diagnosis, pictures: Mapping[str, str] | None = None) -> Path:
+    """Write the report of ``diagnosis`` to ``path``; raises BeltError when it cannot be written.
 
-    The page holds plotly once and forbids itself the network (Content-Security-Policy). What the diagnosis does not
-    have leaves its section out. Raises BeltError when the file cannot be written.
+    pictures: SVG text by kind, as ``api.plot.report_pictures`` draws it; None: a page without pictures. The page
+    forbids itself the network (Content-Security-Policy). What the diagnosis does not hold is left out.
     """
-    page = render(diagnosis)
+    path = Path(path)
     try:
-        return write_text(Path(path), page)
+        return write_text(path, render(diagnosis, pictures))
     except OSError as cause:
         raise BeltError(f"report {path}: cannot be written ({cause.strerror}); choose another folder") from cause
 
 
-def render(diagnosis: Diagnosis) -> str:
-    import jinja2
+def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
+    """Return the whole page as text."""
+    from jinja2 import Environment, FileSystemLoader
 
-    loader = jinja2.FileSystemLoader(HERE)
-    page = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
-    page.trim_blocks = page.lstrip_blocks = True
+    page = Environment(loader=FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True)
     page.filters.update(number=words.number, milli=words.thousandths, plain=words.plain, degrees=words.degrees)
-    page.filters.update(tenths=lambda gain: words.decimal(gain, 1 if gain is not None and gain < 100.0 else 0))
-    page.filters.update(listed=words.join_words, rows=words.rows, capital=lambda text: text[:1].upper() + text[1:])
-    found = diagnosis.discovery if diagnosis.discovery is not None and diagnosis.discovery.found else None
-    cards = [plant_card(e) for e in diagnosis.effects]
+    page.filters.update(tenths=lambda gain: words.number(gain, 1 if gain is not None and gain < 100.0 else 0))
+    page.filters.update(inline=inline_svg, rows=words.rows, capital=lambda text: text[:1].upper() + text[1:])
+    found = d.discovery if d.discovery is not None and d.discovery.found else None
+    rivals, cards = rival_cards(d), [plant_card(e, d.drawings.machine) for e in d.effects]
+    certain = [c for c in cards if not rivals or c["id"] in d.certain_effects]
+    panels = shown_panels(d.drawings.overlays) if pictures and "overlay" in pictures else ()
     return page.get_template("report.html.j2").render(
-        d=diagnosis,
+        d=d,
         schema=DIAGNOSIS,
-        plots=_plots(diagnosis, found),
-        bars=bars(diagnosis.ranking),
-        falls=falls(diagnosis.error),
+        today=f"{datetime.date.today():%d %B %Y}".lstrip("0"),
+        tone="partly" if d.headline != d.verdict.headline else d.verdict.value,
+        lead=plant_headline(d, certain, rivals),
+        cards=certain,
+        rivals=rivals,
+        many=words.count(len(rivals)),
+        marked=marked_parts([*rivals, *certain], found),
+        marks=[
+            (share, f"{number}: {place}" if number else place)
+            for number, c in [*enumerate(rivals, start=1), *((0, c) for c in certain)]
+            for share, place in c["marks"]
+        ],
+        pictures=pictures or {},
+        boxes=panel_boxes(pictures["overlay"]) if pictures and panels else [],
+        panels=panels,
+        first=first_panel(panels, d.where.worst),
+        bars=bars(d.ranking),
+        falls=falls(d.error),
         discovery=found,
-        weights=weights(found) if found else [],
-        tensions=figures.tensions_of(found.courses or found.against) if found else [],
-        colours=len(figures.CYCLE),
+        places=weights(found) if found else [],
         place_note=place_note(found) if found else "",
-        final=diagnosis.final_model != diagnosis.base_model,
-        headline=headline(diagnosis),
-        lead=plant_headline(diagnosis, cards),
-        cards=cards,
-        marked=marked_parts(cards, found),
-        advice=run_advice,
-        number_texts=number_texts,
-        where=where_sentence(diagnosis),
-        fails=not _fails_nowhere(diagnosis),
-        full=f"{FULL:g}",
-        plotly=_plotly(),
+        final=d.final_model != d.base_model,
+        headline=headline(d),
+        numbers=lambda effect, numbers: number_texts(effect, numbers, d.drawings.machine),
+        where=where_sentence(d),
+        fails=not _fails_nowhere(d),
     )
 
 
-def _plots(d: Diagnosis, found: Any) -> dict:
-    """Every figure of the page, by the id of its place; ``overlays`` is a list to choose from."""
-    law = [figures.course(found.courses, found.unit)] if found and found.courses else []
-    return {
-        "overlays": [figures.overlay(panel, d.base_model, d.final_model) for panel in d.drawings.overlays],
-        "first": worst(d.drawings.overlays),
-        "where": [figures.where(one) for one in d.drawings.maps],
-        "drift": [figures.drift(*pair) for pair in d.drawings.drifts],
-        "law": [*law, figures.law(found)] if found and found.against else law,
-    }
+#: colours of pictures -> of the page, light or dark
+PAGE_COLOURS = {INK: "--ink", FAINT: "--faint", GRID: "--line", RED: "--before", BLUE: "--after", GREEN: "--c3"}
+PAGE_COLOURS |= {AMBER: "--c2", PINK: "--c5", CYCLE[6]: "--c6", PAPER: "--paper"}
 
 
-def weights(found: Any) -> list[dict]:
+def inline_svg(svg: str) -> Any:
+    """Return a picture as part of the page: its colours are the page's, and no name occurs twice in it."""
+    from markupsafe import Markup
+
+    body = svg[svg.index("<svg") :]
+    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
+    body = re.sub(r'(<svg[^>]*?) width="[^"]*" height="[^"]*"|(<svg[^>]*?) height="[^"]*" width="[^"]*"', r"\1\2", body)
+    body = re.sub(r' id="[a-zA-Z0-9.]+_\d+"', "", body).replace('id="title"', 'class="headline"')
+    for colour, name in PAGE_COLOURS.items():
+        body = body.replace(colour, f"var({name})")
+    return Markup(re.sub(r"\s*\n\s*", " ", body))
+
+
+def panel_boxes(svg: str) -> list[str]:
+    """Where the panels of an overlay stand in it, as viewBoxes."""
+    return [row.split('"')[0] for row in svg.split('data-box="')[1:]]
+
+
+def first_panel(panels: Sequence[Panel], worst: Worst) -> int:
+    """The panel of the run and signal that the page calls the worst, else the one with the largest misfit."""
+    named = [k for k, p in enumerate(panels) if p.run == worst.run and worst.signal in p.title.split(",")[0].split()]
+    return named[0] if named else most_misfit(panels)
+
+
+def most_misfit(panels: Sequence[Panel]) -> int:
+    """The panel whose model before is farthest out of its band."""
+    return max(range(len(panels)), key=lambda k: panels[k].misfit, default=0)
+
+
+def weights(found: Discovery) -> list[dict]:
     """Places of an unknown, best first: lengths [%] of their gains in log evidence."""
     best, chosen = found.places[:SHOWN_PLACES], found.law.place if found.law is not None else ""
     full = max([1e-9, *(p.gain for p in best)])
@@ -93,7 +133,7 @@ def weights(found: Any) -> list[dict]:
     return [{"words": p.words, "gain": p.gain, "length": share, "chosen": p.words in chosen} for p, share in shares]
 
 
-def place_note(found: Any) -> str:
+def place_note(found: Discovery) -> str:
     """Why a law may stand at a place that these bars do not rank first; empty where it stands at the first, or is of a
     stretch of the belt, at which no smooth unknown was tried."""
     if found.law is None or not found.places or found.places[0].words in found.law.place or not found.courses:
@@ -108,7 +148,7 @@ def place_note(found: Any) -> str:
 PLACE_PARTS = {"tail": "tail", "head": "head", "upper": "upper", "lower": "lower", "sensor": "sensors", "span": "upper"}
 
 
-def marked_parts(cards: Sequence[dict[str, Any]], found: Any) -> list[str]:
+def marked_parts(cards: Sequence[dict[str, Any]], found: Discovery | None) -> list[str]:
     """Parts of the sketch that are marked: where the named effects are, else where the unknown acts."""
     parts = [part for c in cards for part in c["parts"]]
     if not parts and found and found.law is not None:
@@ -138,25 +178,20 @@ def headline(d: Diagnosis) -> str:
 
 def falls(error: Errors) -> list[dict]:
     """The error before and after, over all and by held-out condition: lengths [%] on one linear scale, and values."""
-    rows = {"held out, zeros and settings taken off": error.own, "held out": error.held_out, "fitted": error.fit}
-    there = {name: change for name, change in (rows | error.left_out()).items() if change is not None}
-    values = [v for change in there.values() for v in (change.before, change.after) if np.isfinite(v)]
+    own = "unseen runs, after correcting sensor zero and settings"
+    rows = {own: error.own, "unseen runs": error.held_out, "fitted runs": error.fit}
+    left = {f"{name.replace('without ', '', 1)}, unseen": row for name, row in error.left_out().items()}
+    there = {name: change for name, change in (rows | left).items() if change is not None}
+    tested = [c for n, c in there.items() if "not testable" not in n]
+    values = [v for change in tested for v in (change.before, change.after) if np.isfinite(v)]
     full = max([error.noise_floor, *values, 1e-12])
-
-    def length(value: float) -> float:
-        return round(100.0 * value / full, 1) if np.isfinite(value) else 0.0
-
-    floors = {name: c.floor if isinstance(c, OwnChange) else error.noise_floor for name, c in there.items()}
-    return [
-        {
-            "label": name,
-            "change": c,
-            "before": length(c.before),
-            "after": length(c.after),
-            "floor": length(floors[name]),
-        }
-        for name, c in there.items()
-    ]
+    shown = []
+    for name, change in there.items():
+        floor = change.floor if isinstance(change, OwnChange) else error.noise_floor
+        shares = [v / full if np.isfinite(v) else 0.0 for v in (change.before, change.after, floor)]
+        lengths = [round(100.0 * min(share, 1.0), 1) for share in shares]
+        shown.append({"label": name, "change": change, **dict(zip(("before", "after", "floor"), lengths, strict=True))})
+    return shown
 
 
 def bars(ranking: Sequence[Candidate]) -> list[dict]:
@@ -167,27 +202,7 @@ def bars(ranking: Sequence[Candidate]) -> list[dict]:
     return [{"length": length, "chance": round(100.0 / full, 1), "beyond_chance": r > 1.0} for r, length in lengths]
 
 
-def worst(panels: Sequence[Panel]) -> int:
-    """The panel whose model before is farthest out of its band: the one to show first."""
-    return max(range(len(panels)), key=lambda k: panels[k].misfit, default=0)
-
-
-def _plotly() -> str:
-    """plotly.js as the installed plotly package brings it (not imported: that takes a second)."""
-    spec = importlib.util.find_spec("plotly")
-    if spec is None or spec.origin is None:
-        raise BeltError("report: plotly is not installed; run `make setup`")
-    return (Path(spec.origin).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
-
-
-# A diagnosis in the words of the plant: what is wrong, where on the machine, how large, how sure, what to check. The
-# words of an effect stand in its class (Effect.cause).
-
-
 EITHER = "tail or head"
-SURE, LIKELY = 0.99, 0.9  # probabilities from which an explanation is called nearly certain, likely
-
-
 #: parts of the sketch by the law that an effect of one's own changes
 PARTS_OF_LAW = {
     "span": ("upper", "lower"),
@@ -198,28 +213,73 @@ PARTS_OF_LAW = {
 }
 
 
-def plant_card(e: FoundEffect) -> dict[str, Any]:
-    """Return the card of a named effect for people at the machine.
+def rival_cards(d: Diagnosis) -> list[dict[str, Any]]:
+    """A card for each of several explanations that these runs cannot tell apart; none where one is likely."""
+    certain, machine = list(d.certain_effects), d.drawings.machine
+    cards = []
+    for rival in d.tied:
+        sizes = d.drawings.sizes.get(words.join_effects(sorted([*certain, *rival.effects])), {})
+        named = {e.id: e.parameters for e in d.effects}
+        single = [effect_card(i, sizes.get(i) or named.get(i, {}), machine) for i in rival.effects if i != UNKNOWN]
+        cards.append(_joined(rival, single))
+    return cards
 
-    fault: the clause of the headline; about: what the effect is, from its own file; parts: ids of the sketch; sizes: a
-    line a number; sure: how sure; unsure: marked as such; others: what it may be instead; check: what to do.
-    """
-    cls = library().get(e.id)
-    cause = cls.cause if cls is not None else None
-    pulley = _pulley(e)
-    parts = cause.parts if cause else PARTS_OF_LAW.get(getattr(cls, "law", ""), ())
-    return {
-        "id": e.id,
-        "fault": cause.phrase.format(pulley=pulley or EITHER) if cause else f"the effect {e.id} acts",
-        "about": title_of(cls) if cls is not None else f"The effect {e.id} of your own",
-        "parts": (pulley,) if pulley and set(parts) >= {"tail", "head"} else parts,
-        "sizes": _sizes(e),
+
+def _joined(rival: Rival, single: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """One card for effects that are there together, or for nothing or something unknown."""
+    if not single:
+        fault = "something acts that the catalogue does not have" if rival.effects else "there is nothing more"
+        single = [{"fault": fault, "about": "", "parts": (), "sizes": (), "check": "", "marks": (), "of_model": False}]
+    joined = {name: [x for c in single for x in c[name]] for name in ("parts", "sizes", "marks")}
+    return joined | {
+        "id": words.join_effects(rival.effects),
+        "fault": " and ".join(c["fault"] for c in single),
+        "about": " ".join(c["about"] for c in single),
+        "check": " ".join(c["check"] for c in single),
+        "sure": sureness(rival.probability),
+        "unsure": True,
+        "of_model": all(c["of_model"] for c in single),
+    }
+
+
+def plant_card(e: FoundEffect, machine: Machine | None = None) -> dict[str, Any]:
+    """Return the card of a named effect for people at the machine; see ``effect_card``. sure: how often such answers
+    were right; unsure: marked as such; others: what it may be instead."""
+    card = effect_card(e.id, e.parameters, machine)
+    return card | {
+        "sizes": card["sizes"] or e.sizes,
         "sure": sureness(e.probability),
         "unsure": e.probability < LIKELY,
         "others": [fault_of(ids) for ids in e.confusable_with],
+        "stamp": e.stamp,
+    }
+
+
+def effect_card(effect: str, numbers: Mapping[str, Estimate], machine: Machine | None) -> dict[str, Any]:
+    """Return what a card says of an effect of such numbers.
+
+    fault: the clause of the headline; about: what the effect is, from its own file; parts: ids of the sketch; marks:
+    places on the sketch (share of the span from the head pulley, words); sizes: a line a number; check: what to do.
+    """
+    cls = library().get(effect)
+    cause, known = (cls.cause, cls.parameters) if cls is not None else (None, {})
+    pulley, texts, sizes, marks = _pulley(numbers), number_texts(effect, numbers, machine), [], []
+    for n, text in texts.items():
+        meaning = known[n].meaning if n in known else n
+        if machine is not None and meaning.startswith("share of the span's length"):
+            meaning = "distance from the head pulley"
+            marks.append((min(max(numbers[n].value, 0.0), 1.0), text.split(" ")[0] + " m"))
+        sizes.append(f"{meaning}: {text}")
+    parts = cause.parts if cause else PARTS_OF_LAW.get(getattr(cls, "law", ""), ())
+    return {
+        "id": effect,
+        "fault": cause.phrase.format(pulley=pulley or EITHER) if cause else f"the effect {effect} acts",
+        "about": title_of(cls) if cls is not None else f"The effect {effect} of your own",
+        "parts": (pulley,) if pulley and set(parts) >= {"tail", "head"} else parts,
+        "marks": marks,
+        "sizes": tuple(sizes),
         "check": cause.check.format(pulley=pulley or EITHER) if cause else "See the effect's own file.",
         "of_model": bool(cause and cause.of_model),
-        "stamp": e.stamp,
     }
 
 
@@ -230,32 +290,33 @@ def fault_of(ids: Sequence[str]) -> str:
     return f"{' and '.join(said)} ({name})" if said else name
 
 
+@functools.cache
+def _blind_tests() -> list[tuple[float, float, int, int]]:
+    """Rows of BLIND_TESTS: probability from, to, right answers, answers."""
+    with BLIND_TESTS.open(encoding="utf-8") as table:
+        rows = [tuple(map(float, row)) for row in list(csv.reader(table))[1:]]
+    return [(low, high, int(right), int(of)) for low, high, right, of in rows]
+
+
 def sureness(probability: float) -> str:
-    """Return a probability in words, with the figure."""
-    probability = round(probability, 2)
-    word = "nearly certain" if probability >= SURE else "likely" if probability >= LIKELY else "uncertain"
-    return f"{word} (probability {words.decimal(min(probability, SURE), 2)}{' or more' if probability >= SURE else ''})"
+    """Return a probability in words, with how often such answers were right in blind tests."""
+    rows = [row for row in _blind_tests() if row[0] <= max(round(probability, 2), 0.0)]
+    low, _, right, of = rows[-1]
+    word = "nearly certain" if low >= 0.99 else "likely" if low >= LIKELY else "uncertain"
+    share = f"{100.0 * min(probability, 0.99):.0f} %" + (" or more" if low >= 0.99 else "")
+    return f"{word} ({share}): {right} of {of} such answers were right in blind tests"
 
 
-def _sizes(e: FoundEffect) -> tuple[str, ...]:
-    if not e.parameters:
-        return e.sizes
-    cls = library().get(e.id)
-    known = cls.parameters if cls is not None else {}
-    texts = number_texts(e.id, e.parameters)
-    return tuple(f"{known[n].meaning if n in known else n}: {text}" for n, text in texts.items())
-
-
-def _pulley(e: FoundEffect) -> str | None:
+def _pulley(numbers: Mapping[str, Estimate]) -> str | None:
     """Return the pulley that an effect is at, by the larger of its fitted numbers; None where none is fitted."""
-    known = {n: abs(p.value) / p.u if p.u > 0 else math.inf for n, p in e.parameters.items()}
+    known = {n: abs(p.value) / p.u if p.u > 0 else math.inf for n, p in numbers.items()}
     if not known:
         return None
     return "head" if max(known, key=lambda n: known[n]).endswith("_head") else "tail"
 
 
-def plant_headline(d: Diagnosis, cards: Sequence[dict[str, Any]]) -> str:
-    """Return what is wrong, in one sentence of the plant."""
+def plant_headline(d: Diagnosis, cards: Sequence[dict[str, Any]], rivals: Sequence[dict[str, Any]] = ()) -> str:
+    """Return what is wrong, in one sentence of the plant; rivals: of which these runs cannot say which it is."""
     if d.verdict is Verdict.CANNOT_SAY:
         wrong = any(s.severity == "stop" for s in d.suspicions)
         cause = (
@@ -267,23 +328,16 @@ def plant_headline(d: Diagnosis, cards: Sequence[dict[str, Any]]) -> str:
     left_out = [c["fault"] for c in cards if c["of_model"]]
     said = [f"Most likely {words.join_words(at_machine)}"] if at_machine else []
     said += [f"Perhaps {'also ' if said else ''}{words.join_words(perhaps)}"] if perhaps else []
-    if left_out:
-        said += (
-            [f"Besides, {words.join_words(left_out)}, which the model leaves out"]
-            if said
-            else ["The machine shows no fault", f"The model leaves out that {words.join_words(left_out)}"]
-        )
+    if left_out and said:
+        said.append(f"Besides, {words.join_words(left_out)}, which the model leaves out")
+    elif left_out:
+        none = [] if rivals else ["The machine shows no fault"]
+        said += [*none, f"The model leaves out that {words.join_words(left_out)}"]
+    if rivals:
+        besides = [f"Besides, {one[:1].lower()}{one[1:]}" for one in said[:1]]
+        return ". ".join([f"One of {words.count(len(rivals))}; these runs cannot say which", *besides, *said[1:]])
     if said:
         return ". ".join([*said, *(["Something unknown acts as well"] if d.verdict is Verdict.PARTLY else [])])
     if d.verdict is Verdict.ADEQUATE:
         return "No fault shows: the belt moves as the model says"
     return "Something moves the belt that none of the known causes explains"
-
-
-def run_advice(n: NextRun) -> str:
-    """Return what a further run would tell; below 3 sigma that no single run tells it."""
-    pair = " from ".join(n.separates)
-    change = f"{words.decimal(n.sigma_before, 1)} → {words.decimal(n.sigma_after, 1)} sigma"
-    if n.sigma_after < RESOLVED:
-        return f"No single further run on this rig tells {pair}. The best would be: {n.action} ({change})."
-    return f"{n.action[:1].upper()}{n.action[1:]}. It tells {pair} ({change})."

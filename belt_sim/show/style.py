@@ -4,7 +4,9 @@ Colours mean the same everywhere, and colour-blind eyes tell them apart too (aft
 """
 
 import functools
+import io
 import os
+import re
 import textwrap
 from collections.abc import Callable
 from pathlib import Path
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 INK = "#1f2933"
 FAINT = "#9aa5b1"
 PAPER = "#ffffff"
+GRID = "#e4e7eb"
 BLUE = "#0072b2"
 SKY = "#56b4e9"
 GREEN = "#009e73"
@@ -76,18 +79,29 @@ LOOK: Any = {
     "axes.spines.right": False,
     "axes.grid": True,
     "axes.axisbelow": True,
-    "grid.color": "#e4e7eb",
+    "grid.color": GRID,
     "grid.linewidth": 0.8,
     "text.color": INK,
     "xtick.color": INK,
     "ytick.color": INK,
+    "xtick.bottom": False,  # the grid marks the numbers
+    "ytick.left": False,
     "xtick.labelsize": FONT - 1,
     "ytick.labelsize": FONT - 1,
     "legend.frameon": False,
     "legend.fontsize": FONT - 1,
     "lines.linewidth": 1.8,
     "figure.facecolor": PAPER,
+    "svg.fonttype": "none",  # words stay words: smaller, and they can be searched
+    "svg.hashsalt": "belt-sim",  # the same picture is the same file
 }
+
+
+def in_look() -> Any:
+    """A context in which Matplotlib has our look and nothing of the user's own matplotlibrc."""
+    from matplotlib import style
+
+    return style.context(["default", LOOK])
 
 
 def picture(draw: Callable[..., Any]) -> Callable[..., Any]:
@@ -95,9 +109,7 @@ def picture(draw: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(draw)
     def in_style(*args, **kwargs) -> Any:
-        import matplotlib
-
-        with matplotlib.rc_context(LOOK):
+        with in_look():
             return draw(*args, **kwargs)
 
     return in_style
@@ -155,7 +167,8 @@ def title(fig: "Figure", text: str) -> int:
     """Write the headline of a picture at its left, and return its number of lines."""
     lines = textwrap.wrap(text.replace("mm2", "mm²"), int(fig.get_figwidth() / LETTER))
     where = {} if fig.get_layout_engine() else {"y": 1.0 - 0.12 / fig.get_figheight()}
-    fig.suptitle("\n".join(lines), **where, x=0.01, ha="left", fontsize=FONT + 3, fontweight="bold", color=INK)
+    look: Any = {"x": 0.01, "ha": "left", "fontsize": FONT + 3, "fontweight": "bold", "color": INK}
+    fig.suptitle("\n".join(lines), **where, **look, gid="title")
     return len(lines)
 
 
@@ -176,10 +189,36 @@ def save(fig: "Figure", path: str | os.PathLike | None, dpi: float | None = None
     if path.suffix.lower() not in ENDINGS:
         raise InputError("picture", path.name, "", f"give a name that ends in {', '.join(ENDINGS)}")
     try:
-        write_with(path, lambda draft: fig.savefig(draft, dpi=dpi or DPI))
+        with in_look():
+            write_with(path, lambda draft: fig.savefig(draft, dpi=dpi or DPI))
     except OSError as cause:
         raise BeltError(f"picture {path}: cannot be written ({cause.strerror}); choose another folder") from cause
     return path
+
+
+def svg_text(fig: "Figure") -> str:
+    """Return the figure as SVG, its numbers to a tenth of a point."""
+    page = io.StringIO()
+    with in_look():
+        fig.savefig(page, format="svg", metadata={"Date": None})
+    rounded = re.sub(r'(?<==)"[^"<]*"', lambda a: re.sub(r"(\d\.\d)\d+", r"\1", a[0]), page.getvalue())
+    return re.sub(r' d="([^"]*)"', lambda path: f' d="{_relative(path[1])}"', rounded)
+
+
+def _relative(path: str) -> str:
+    """A path of straight lines in steps instead of places, to a tenth of a point; others stay."""
+    if re.search(r"[^MLz\d.\s-]", path):
+        return path
+    parts, x, y = [], 0, 0
+    for kind, there_x, there_y in re.findall(r"([ML])\s*(\S+)\s+(\S+)|z", path):
+        if not kind:
+            parts.append("z")
+            continue
+        to_x, to_y = round(10 * float(there_x)), round(10 * float(there_y))
+        dx, dy = (to_x, to_y) if kind == "M" else (to_x - x, to_y - y)
+        parts.append(f"{kind if kind == 'M' else 'l'}{dx / 10:g} {dy / 10:g}")
+        x, y = to_x, to_y
+    return "".join(parts)
 
 
 def finish(fig: "Figure", path: str | os.PathLike | None, text: str) -> Any:

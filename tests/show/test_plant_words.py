@@ -1,14 +1,17 @@
 """The report speaks of the machine: faults, parts, sizes in units of the shop, and what to check."""
 
+import math
 import re
 from dataclasses import replace
 
 import pytest
+from small_campaign import drawn
 
 from belt_sim.campaign import Suspicion
 from belt_sim.effects.library import library
-from belt_sim.results.diagnosis import RESOLVED, Estimate, FoundEffect, NextRun, Verdict
-from belt_sim.show.report import HERE, LIKELY, plant_card, plant_headline, run_advice
+from belt_sim.results.diagnosis import RESOLVED, Estimate, Explanation, FoundEffect, NextRun, Verdict
+from belt_sim.results.estimates import Machine, number_texts
+from belt_sim.show.report import HERE, LIKELY, plant_card, plant_headline, render, sureness
 
 TAPER = FoundEffect(
     id="taper",
@@ -79,11 +82,85 @@ def test_every_number_of_the_library_is_readable_at_the_size_that_matters():
             assert NO_POWER[0] <= abs(factor * declared.scale) <= NO_POWER[1], (cls.id, name, unit)
 
 
-def test_a_run_that_resolves_nothing_is_not_said_to_tell():
+def test_a_run_that_resolves_nothing_is_not_advised():
     pair = ("taper", "crown")
-    assert run_advice(NextRun("reverse", pair, 0.1, RESOLVED - 0.1)).startswith("No single further run")
-    assert "It tells taper from crown" in run_advice(NextRun("reverse", pair, 0.1, RESOLVED + 0.1))
-    assert "no single further run" in str(NextRun("reverse", pair, 0.1, 1e-6))
+    below, above = (NextRun("reverse", pair, 0.1, RESOLVED + more) for more in (-0.1, 0.1))
+    assert str(below) == "No single further run on this rig tells taper from crown."
+    assert "may tell taper from crown" in str(above)
+    said = replace(drawn("nothing"), next_runs=(above, below, below)).further_runs
+    assert said == (str(above),)  # nothing contradicts it
+    assert replace(drawn("nothing"), next_runs=(below, below)).further_runs == (str(below),)
+
+
+def row(*effects, p, **more):
+    return Explanation(
+        effects=effects, gain=1.0, likelihood=1.0, parameters=1, occam=0.0, prior=0.0, probability=p, **more
+    )
+
+
+def named(effect, p):
+    return FoundEffect(id=effect, numbers={}, parameters={}, probability=p)
+
+
+def test_a_tie_is_told_as_one_with_a_card_for_each():
+    rows = (row("taper", "cant", p=0.4), row("side_drag", "cant", p=0.35), row("cant", p=0.2, unknown=True))
+    tie = replace(
+        drawn("nothing"),
+        verdict=Verdict.EXPLAINED,
+        effects=(named("cant", 1.0), named("taper", 0.4)),
+        considered=(*rows, row("crown", p=0.02)),
+    )
+    assert [r.effects for r in tie.tied] == [("taper",), ("side_drag",), ("something unknown",)]
+    assert tie.certain_effects == ("cant",)
+    page = render(tie)
+    assert tie.headline == "One of three"
+    assert "One of three; these runs cannot say which. Besides, most likely the axis of the tail or head" in page
+    assert '<body class="partly">' in page  # amber
+    assert page.count('<div class="card') == 4
+    for part in ("upper", "tail", "head"):
+        assert re.search(rf'class="part marked" data-part="{part}"', page)
+    sure = replace(tie, considered=(row("taper", "cant", p=0.93), *rows[1:]))
+    assert sure.tied == ()
+    assert sure.headline == "Explained"
+
+
+def test_explained_is_not_said_without_the_reservation_that_undoes_it():
+    told = replace(drawn("sag_roll"), considered=(), beyond=("in 8 of 10 runs the belt is too slack",))
+    assert told.headline == "Explained, with a reservation"
+    assert told.lines()[1] == told.beyond[0]
+    assert '<body class="partly">' in render(told)
+
+
+def test_certainty_is_told_as_it_came_true():
+    assert "64 of 67 such answers were right in blind tests" in sureness(0.999)
+    assert sureness(0.36).startswith("uncertain (36 %): 18 of 68 such answers")
+    assert sureness(0.0).startswith("uncertain")
+
+
+MACHINE = Machine(centre_distance=11.28, tail_radius=0.17, head_radius=0.1, width=0.2, span_length=11.28)
+
+
+@pytest.mark.parametrize(
+    ("effect", "number", "value", "unit", "said"),
+    [
+        # diameters at the two edges of a cone, and of a parabola R (1 - c y^2 / 2), worked out by hand
+        ("taper", "kappa_t", 2e-5, "1/m", 1e6 * 2 * 0.17 * (math.exp(2e-5 * 0.1) - math.exp(-2e-5 * 0.1))),
+        ("taper", "kappa_t_head", 2e-5, "1/m", 1e6 * 2 * 0.1 * (math.exp(2e-5 * 0.1) - math.exp(-2e-5 * 0.1))),
+        ("crown", "c", 5e-3, "1/m2", 1e6 * 2 * 0.17 * 5e-3 * 0.1**2 / 2),
+        ("yaw_offset_tail", "beta_0", 1e-4, "rad", 1e3 * 0.2 * math.tan(1e-4)),
+        ("idler_skew", "place", 0.25, "1", 0.25 * 11.28),
+    ],
+)
+def test_numbers_are_told_in_terms_of_the_machine(effect, number, value, unit, said):
+    text = number_texts(effect, {number: Estimate(value, 0.1 * abs(value), unit, True)}, MACHINE)[number]
+    assert float(text.split(" ")[0]) == pytest.approx(said, rel=0.01)
+
+
+def test_a_camber_is_told_in_kelvin_and_an_edge_by_its_peak_to_peak():
+    (camber,) = number_texts("camber", {"kappa_c": CAMBER}, MACHINE).values()
+    assert "as 1.6 K between the edges" in camber  # 9.86e-5 * 0.2 / 12e-6
+    waves = {n: Estimate(v, 1e-5, "m", True) for n, v in (("cos1", 3e-4), ("sin1", -4e-4), ("cos2", 0.0))}
+    assert number_texts("edge_profile", waves) == {"peak to peak": "1.000 ± 0.023 mm"}
 
 
 def test_no_effect_and_damaged_data_have_headlines_of_their_own():

@@ -108,7 +108,7 @@ def worst_sentence(c: Cell, count: int, kinds: Mapping[str, Kind]) -> str:
     if c.ratio <= family_k(count):
         return f"Nowhere beyond the uncertainty of the comparison; closest in {where}: E = {c.ratio:.1f} u_val."
     size = f"{KILO * c.rms:.2g} {UNITS[kinds[c.signal]]}"
-    return f"Worst in {where}: off by {size}, {c.ratio:.0f} times what the measurement leaves open."
+    return f"Worst in {where}: off by {size}, {c.ratio:.0f} times the measurement uncertainty."
 
 
 def boundary(found: list[Cell]) -> tuple[float | None, str]:
