@@ -52,7 +52,7 @@ def diagnose(run_dir: RunDir) -> None:
             stages = in_stages(done, count)
             found = inference.diagnose(campaign, model, **asked, progress=stages, tell=print, config=config)
         tell_choice(config, found.base_model)
-        tell_diagnosis(found, run_dir.path)
+        tell_diagnosis(found, run_dir.path, verbose=config["verbose"])
         write_diagnosis(draft, found, pictures=config["pictures"])
         if watch == "rrd":
             write_recording(draft, campaign, found)

@@ -540,7 +540,7 @@ class Diagnosis(Display):
     def lines(self) -> Sequence[str]:
         """The verdict, where the base model fails, the effects, and how the error fell."""
         said = [f"{self.headline}: {self.sentence}", *self.doubts, self.where.sentence, *map(str, self.effects)]
-        said += _fall(self.error)
+        said += error_line(self.error)
         if self.discovery is not None and self.discovery.found:
             said.append(self.discovery.sentence)
         return [*said, *self.further_runs[:1]]
@@ -558,7 +558,7 @@ class Diagnosis(Display):
         return error_grid(self.per_run)
 
 
-def _fall(error: Errors) -> list[str]:
+def error_line(error: Errors) -> list[str]:
     """How the error on held-out conditions fell, beside each run's own zero and settings where that is known."""
     change, floor, beside = error.held_out, error.noise_floor, ""
     if error.own is not None:
@@ -572,16 +572,19 @@ def _fall(error: Errors) -> list[str]:
 
 
 def ranking_table(ranking: Sequence[Candidate]) -> Table:
-    columns = ("effect", "chi2 gain", "threshold", "held-out rms mm", "plausible", "probability", "note")
+    columns = ("effect", "gain", "needed", "unseen mm", "prob.", "note")
     rows = []
     for c in ranking:
         gains = words.decimal(c.gain, 1), words.decimal(c.threshold, 1), words.column(c.held_out_rms)
-        rows.append((c.id, *gains, "yes" if c.plausible else "no", words.decimal(c.probability, 3), c.note))
-    return Table("candidates", columns, rows, left=("effect", "note"))
+        rows.append((c.id, *gains, words.decimal(c.probability, 3), c.note.replace("held-out", "unseen")))
+    return Table("candidates: chi-square gain, gain needed, rms of unseen runs", columns, rows, left=("effect", "note"))
 
 
 def error_table(error: Errors) -> Table:
     changes = error.rows() | error.left_out()
-    rows = [(name, words.column(row.before), words.column(row.after)) for name, row in changes.items()]
+    rows = [
+        (name.replace("held_out", "unseen"), words.column(row.before), words.column(row.after))
+        for name, row in changes.items()
+    ]
     title = f"error (noise floor {words.decimal(1e3 * error.noise_floor, 3)} mm)"
     return Table(title, ("rms in mm", "before", "after"), rows)

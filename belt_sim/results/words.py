@@ -83,6 +83,12 @@ def join_effects(ids: Sequence[str]) -> str:
     return " + ".join(ids)
 
 
+def capital(line: str) -> str:
+    """A line as a sentence begins; names such as y1 and idler_skew stay."""
+    first = line.split(" ")[0].rstrip(":,")
+    return line if "_" in first or any(c.isdigit() for c in first) else line[:1].upper() + line[1:]
+
+
 def count(n: int) -> str:
     """A small number as a word."""
     return dict(enumerate(["no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine"])).get(

@@ -1,18 +1,20 @@
-"""Results in the terminal: lines and tables."""
+"""Results in the terminal: the verdict first, lines that fit the window, tables where they are asked for."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from rich import box
 from rich.console import Console
-from rich.markup import escape
+from rich.padding import Padding
 from rich.table import Table as RichTable
+from rich.text import Text
 
 from belt_sim.model import BY_TENSION
-from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis
+from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis, error_line
 from belt_sim.results.display import Table
-
-MIN_WIDTH = 110
+from belt_sim.results.words import capital
+from belt_sim.show.report import plant_card, rival_cards
 
 
 def tell_choice(config: Mapping[str, Any], model: str) -> None:
@@ -31,41 +33,61 @@ def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
         out.print(str(line), soft_wrap=True, markup=False)
 
 
-def tell_diagnosis(d: Diagnosis, folder: Path) -> None:
-    """Verdict, where it fails, effects, ranking, errors, next runs."""
-    found = d.discovery if d.discovery is not None and d.discovery.found else None
-    sentences = [*([found.sentence] if found is not None else []), d.where.sentence, d.where.boundary_sentence]
+def tell_diagnosis(d: Diagnosis, folder: Path, *, verbose: bool = False) -> None:
+    """Verdict, what takes certainty off it, effects, where the model fails, how the error falls, what to do next.
+
+    verbose: the table of candidates and that of errors as well.
+    """
     out = console()
-    out.print(f"\n[bold]{d.verdict}[/bold]: {escape(d.sentence)}")
-    out.print(*map(escape, sentences), sep="\n")
-    for s in d.suspicions:
-        out.print(f"[yellow]{s.kind}[/yellow] {escape(str(s))}")
-    for line in d.beyond:
-        out.print(line, markup=False)
-    for e in d.effects:
-        out.print(f"  {escape(str(e))}".replace(e.id, f"[bold]{e.id}[/bold]", 1))
-    lines: list[object] = [*d.confusables, *d.next_runs[:SHOWN_ACTIONS]]
+
+    def say(line: str, style: str = "", indent: int = 2) -> None:
+        """A line that wraps below its beginning."""
+        out.print(Padding(Text(line, style=style), (0, 0, 0, indent), expand=False))
+
+    out.print()
+    out.print(Text.assemble((d.headline, "bold"), f": {d.sentence}"))
+    for doubt in d.doubts:
+        say(capital(doubt), "yellow")
+    rivals = rival_cards(d)
+    numbered = [(f"{k}. ", c) for k, c in enumerate(rivals, start=1)]
+    single = [plant_card(e, d.drawings.machine) for e in d.effects if not rivals or e.id in d.certain_effects]
+    for number, c in [*numbered, *(("", c) for c in single)]:
+        say(f"{number}{c['id'] or 'nothing more'}: {c['fault']}", "bold")
+        for line in (*c["sizes"], *(["effective value, model rejected"] if c.get("stamp") else []), c["sure"]):
+            say(line, indent=5)
+    found = d.discovery if d.discovery is not None and d.discovery.found else None
+    if found is not None and (d.law_holds or found.law is None):
+        say(found.sentence)
     if d.unknown is not None and (found is None or found.law is None):
-        lines.append(f"unknown: {d.unknown}")
+        say(f"unknown: {d.unknown}")
     elif d.unknown is not None and d.unknown.nearest:
-        lines.append(f"nearest known effect: {d.unknown.nearest}, but {d.unknown.why}")
-    law = ("found_law.yaml",) if found is not None and found.law_file else ()
-    files = (folder / name for name in ("report.html", "effects.yaml", "diagnosis.json", *law))
-    tell(d.tables(), [*lines, "", *files])
+        say(f"nearest known effect: {d.unknown.nearest}, but {d.unknown.why}")
+    for line in (d.where.sentence, d.where.boundary_sentence, *error_line(d.error), *map(str, d.confusables)):
+        say(capital(line))
+    for line in d.further_runs[:SHOWN_ACTIONS]:
+        say(line if line.startswith("No single") else f"Next: {line}", "green")
+    if verbose:
+        for table in d.tables():
+            out.print(rich_table(table))
+    elif d.ranking:
+        say(f"verbose=true lists all {len(d.ranking)} candidates", "dim")
+    law = ("found_law.yaml",) if found is not None and found.law_file and d.law_holds else ()
+    out.print()
+    for name in ("report.html", "effects.yaml", "diagnosis.json", *law):
+        out.print(str(folder / name), soft_wrap=True, markup=False)
 
 
 def console() -> Console:
-    """A console wide enough for the tables."""
-    out = Console(highlight=False)
-    out.width = max(out.width, MIN_WIDTH)
-    return out
+    """A console as wide as the window; where there is none (a pipe, a file), 80 columns or what COLUMNS says."""
+    return Console(highlight=False)
 
 
 def rich_table(table: Table) -> RichTable:
-    """A table of a result for the terminal."""
-    shown = RichTable(title=table.title, title_justify="left")
-    for name in table.columns:
-        shown.add_column(name, justify="left" if name in table.left else "right")
+    """A table of a result for the terminal, without lines between columns: on a narrow window words wrap in place."""
+    shown = RichTable(title=table.title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
+    for k, name in enumerate(table.columns):
+        side = "left" if name in table.left else "right"
+        shown.add_column(name, justify=side, overflow="fold", no_wrap=k == 0 or name not in table.left)  # type: ignore[arg-type]
     for k, row in enumerate(table.rows):
-        shown.add_row(*map(escape, row), style="red" if k in table.marked else None)
+        shown.add_row(*map(Text, row), style="red" if k in table.marked else None)
     return shown

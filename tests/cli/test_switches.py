@@ -27,7 +27,7 @@ def test_no_is_not_yes(belt, command, key):
 
 
 def test_there_are_switches():
-    assert {key for _, key in SWITCHES} == {"pictures", "overwrite", "advise", "checked", "open"}
+    assert {key for _, key in SWITCHES} == {"pictures", "overwrite", "advise", "checked", "open", "verbose"}
 
 
 @pytest.mark.parametrize("command", ["compare", "check", "diagnose"])

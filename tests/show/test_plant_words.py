@@ -116,7 +116,7 @@ def test_a_tie_is_told_as_one_with_a_card_for_each():
     assert tie.headline == "One of three"
     assert "One of three; these runs cannot say which. Besides, most likely the axis of the tail or head" in page
     assert '<body class="partly">' in page  # amber
-    assert page.count('<div class="card') == 4
+    assert len(re.findall(r'<div class="card[" ]', page)) == 4
     for part in ("upper", "tail", "head"):
         assert re.search(rf'class="part marked" data-part="{part}"', page)
     sure = replace(tie, considered=(row("taper", "cant", p=0.93), *rows[1:]))
@@ -160,7 +160,7 @@ def test_a_camber_is_told_in_kelvin_and_an_edge_by_its_peak_to_peak():
     (camber,) = number_texts("camber", {"kappa_c": CAMBER}, MACHINE).values()
     assert "as 1.6 K between the edges" in camber  # 9.86e-5 * 0.2 / 12e-6
     waves = {n: Estimate(v, 1e-5, "m", True) for n, v in (("cos1", 3e-4), ("sin1", -4e-4), ("cos2", 0.0))}
-    assert number_texts("edge_profile", waves) == {"peak to peak": "1.000 ± 0.023 mm"}
+    assert number_texts("edge_profile", waves) == {"peak to peak": "1.000 ± 0.020 mm"}
 
 
 def test_no_effect_and_damaged_data_have_headlines_of_their_own():
