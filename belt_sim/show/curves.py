@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from belt_sim.results.errors import SteadyError
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, CYCLE, FAINT, INK, MEASURED, POINT_NAMES, POINTS
 from belt_sim.si import DEGREE, MM, MM_PER_M, N_PER_MM2
-
-if TYPE_CHECKING:  # it takes SciPy's linear systems, which no other picture needs
-    from belt_sim.linear.plant import StateSpace
 
 DASHES = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
 
@@ -227,7 +224,7 @@ _LINES = ("-", "--", "-", "--")  # points 1 and 2 lie close together, and so do 
 
 
 @style.picture
-def bode_picture(path: str | os.PathLike, space: "StateSpace", highest: float) -> Path:
+def bode_picture(path: str | os.PathLike, space: Any, highest: float) -> Path:
     """Gain [mm per degree of tail yaw] and phase [degrees] of points 1-4 over rad/s at the plant's speed.
 
     highest: wavenumber [rad/m] up to which it is drawn. Lines: delays exact; dots: the state space.
