@@ -16,7 +16,7 @@ from belt_sim.errors import InputError
 from belt_sim.importing.columns import Column, LoggedTables, Note, column_questions, other_units, resolve_columns
 from belt_sim.importing.mapping import FILE, SCHEMA, MappingEntry, Question, mapping_of
 from belt_sim.importing.records import runs_on_one_grid
-from belt_sim.importing.runs import AssembledRun, find_runs
+from belt_sim.importing.runs import AssembledRun, Section, find_runs
 from belt_sim.importing.sheets import NoiseRead, belt_of, machine_of, settings_of, signals_of
 
 
@@ -56,8 +56,9 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     machine, remarks, of_machine = machine_of(entry)
     belt, of_belt, about_belt = belt_of(entry)
     missing += of_machine + about_belt
-    section = belt.width.value * belt.thickness.value if belt else float("nan")
-    unreadable = any(q.path[-1] in ("role", "unit") for q in missing)
+    width, thickness = (belt.width.value, belt.thickness.value) if belt else (float("nan"), float("nan"))
+    section = Section(width * thickness, thickness)
+    unreadable = any(q.path[-1] in ("role", "unit") or q.path[0] in ("format", "use") for q in missing)
     found = find_runs(tables, entry, section, only_rates=unreadable)
     missing += found.questions
     made = found.recorded

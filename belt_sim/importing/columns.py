@@ -6,7 +6,7 @@ These are proposed by a column's name, its unit and its numbers; what the mappin
 import re
 import unicodedata
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -19,9 +19,10 @@ from belt_sim.campaign.problems import CampaignError, did_you_mean, refusal
 from belt_sim.campaign.sheet import RESERVED, check_signal_name
 from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, kind_at
 from belt_sim.errors import InputError
+from belt_sim.importing.cells import DAY, OTHER, wind_on
 from belt_sim.importing.mapping import ROLES, TILT, ColumnEntry, MappingEntry, Question, Role
 from belt_sim.plausible import SIGNAL_DIMENSION
-from belt_sim.si import NAMES, UNITS, split_unit, unit_of
+from belt_sim.si import NAMES, UNITS, scaled_unit, split_unit, unit_of
 
 #: dimension -> unit of a column where neither file nor mapping states one, and in which a signal is written
 USUAL = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
@@ -29,13 +30,17 @@ USUAL = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress":
 SIGNAL_NAMES = {place: f"y{place[-1]}" for place, kind in PLACES.items() if kind == "lateral"}
 SIGNAL_NAMES |= {"upper_mid_span": "tilt", "lower_mid_span": "tilt_lower"}
 
-DAY = 86400.0  # [s]
 #: Rows of a record are closer in time than this [s]; runs of a table are not.
 SPARSE = 60.0
 #: dimension of a unit -> role of a column whose name says nothing, or nothing that has this unit
-BY_DIMENSION = {"time": "time", "speed": "speed", "stress": "tension", "force": "tension"}
-#: Columns that a table has once.
-ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "yaw_at", "start", "u_rate")
+BY_DIMENSION = {"time": "time", "speed": "speed", "stress": "tension", "force": "tension", "line load": "tension"}
+#: Columns that a table has once, and those of which several may be added or averaged.
+ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "yaw_at", "start", "y0", "u_rate")
+OF_SEVERAL = {"tension": ("sum", "mean"), "yaw": ("mean",), "speed": ("mean",), "travel": ("mean",)}
+#: Words of a column that was demanded, not measured, and of one that was measured.
+_SET = re.compile(
+    r"(?:^| )(?:set|soll|sollwert|sp|setpoint|target|command|cmd|vorgabe|demand|nominal|reference)(?: |$)"
+)
 _NUMBERED = re.compile(
     r"^(?:y|kante|edge|bandkante|lateral|pos|position|point|punkt|ablage|sensor|laser|p)[ _]*([1-4])\b"
 )
@@ -62,15 +67,22 @@ class Column:
     """One column as logged and what it is.
 
     name, values: its header; numbers (n,), nan where blank, or texts (object dtype). stamp: whether they were dates or
-    times of day; stated_unit: what the file states as the unit, known or not; is_certain: whether the file itself says
-    what it is; proposed_by: where the proposal comes from, in words. role, unit, at: as proposed, "" where nothing is
-    known, until ``resolve_columns`` puts them as the mapping (entry) states them, and with them the name of the table,
-    the factor to SI, sign included, and the signal's name in the campaign.
+    times of day, zone: theirs; asked: which key of ``format`` settles which of the readings (answer -> values) holds,
+    "" of one that has no other; first_cell: as it stands in the file; open_use: columns of one role of which nobody
+    knows which is meant; stated_unit: what the file states as the unit, known or not; is_certain: whether the file
+    itself says what it is; proposed_by: where the proposal comes from, in words. role, unit, at: as proposed, "" where
+    nothing is known, until ``resolve_columns`` puts them as the mapping (entry) states them, and with them the name of
+    the table, the factor to SI, sign included, and the signal's name in the campaign.
     """
 
     name: str
     values: np.ndarray
     stamp: bool = False
+    zone: str = ""
+    asked: str = ""
+    readings: Mapping[str, np.ndarray] = field(default_factory=dict)
+    first_cell: str = ""
+    open_use: tuple[str, ...] = ()
     stated_unit: str = ""
     is_certain: bool = False
     proposed_by: str = ""
@@ -115,9 +127,8 @@ class Column:
         return self.factor * (values if self.entry.axis is None else self.entry.axis.values_at(values))
 
     @property
-    def is_force(self) -> bool:
-        """Whether a tension is logged as a force."""
-        return self.role == "tension" and UNITS[self.unit][0] == "force"
+    def dimension(self) -> str:
+        return UNITS[self.unit][0]
 
     @property
     def labels(self) -> list[str]:
@@ -163,7 +174,7 @@ class LoggedTable:
 
     def select_rows(self, rows: np.ndarray) -> "LoggedTable":
         """The table with these rows only."""
-        columns = tuple(replace(c, values=c.values[rows]) for c in self.columns)
+        columns = tuple(replace(c, values=c.values[rows], readings={}) for c in self.columns)
         return replace(self, columns=columns, lines=self.lines[rows])
 
     def refuse(self, row: int, name: str, value: object, unit: str, remedy: str) -> CampaignError:
@@ -219,6 +230,8 @@ def role_named(name: str) -> str:
 
 def _speaks_of(words: str, known: str) -> bool:
     """Whether words hold a known name: as a word of its own, or, if it is long, as a part of one."""
+    if len(known) == 1:  # x, s, t, v name a column alone, not sensor s1
+        return words == known
     return bool(re.search(rf"(?:^| ){re.escape(known)}(?: |\d|$)", words)) or (len(known) > 4 and known in words)
 
 
@@ -228,12 +241,12 @@ def place_named(name: str) -> str:
     says = {part: any(w in words for w in names) for part, names in synonyms()["places"].items()}
     if says["tilt"]:
         return "lower_mid_span" if says["lower"] else "upper_mid_span"
-    numbered = _NUMBERED.match(words)
-    if numbered:
-        return f"point_{numbered.group(1)}"
+    numbered, named = _NUMBERED.match(words), ""
     if says["tail"] != says["head"] and says["upper"] != says["lower"]:
-        return f"point_{(1 if says['upper'] else 2) if says['tail'] else (4 if says['upper'] else 3)}"
-    return ""
+        named = f"point_{(1 if says['upper'] else 2) if says['tail'] else (4 if says['upper'] else 3)}"
+    if numbered and named in ("", f"point_{numbered.group(1)}"):
+        return f"point_{numbered.group(1)}"
+    return "" if numbered and words[0] in "ykbeal" else named  # y1 at another place than point 1: asked
 
 
 # ---- proposals
@@ -242,17 +255,18 @@ def place_named(name: str) -> str:
 def propose_roles(table: LoggedTable) -> LoggedTable:
     """The table with a role, a unit and a place proposed for every column, and its kind."""
     columns = _join_dates([_propose(column) for column in table.columns])
-    for role in ONCE:
-        same = [k for k, c in enumerate(columns) if c.role == role]
-        keep = max(same, key=lambda k: (not columns[k].is_text, columns[k].is_certain, -k), default=None)
-        for k in same:
-            if k != keep:
-                columns[k] = replace(columns[k], role="ignore", unit="", proposed_by=f"another column is the {role}")
+    notes = list(table.notes)
+    for k, column in enumerate(columns):
+        if column.stamp and column.role == "time":
+            values, remarks = wind_on(column.values)
+            readings = {name: wind_on(seconds)[0] for name, seconds in column.readings.items()}
+            columns[k] = replace(column, values=values, readings=readings)
+            notes += [Note(table.name, f"{column.name}: {remark}") for remark in remarks]
     if not any(c.role in ("time", "travel") for c in columns):
         rising = next((k for k, c in enumerate(columns) if c.role == "" and rises(c)), None)
         if rising is not None:
             columns[rising] = replace(columns[rising], proposed_by="it rises throughout: time or travel?")
-    return replace(table, columns=tuple(columns), kind=_kind(columns))
+    return replace(table, columns=tuple(columns), kind=_kind(columns), notes=tuple(notes))
 
 
 def _propose(column: Column) -> Column:
@@ -280,7 +294,7 @@ def _propose(column: Column) -> Column:
         unit = unit or "mm/m"
     elif ROLES[role].units and not unit:
         is_tilt = role == "signal" and any(w in plain(name) for w in synonyms()["places"]["tilt"])
-        unit, guess = _unit_by_size(column, TILT if is_tilt else ROLES[role])
+        unit, guess = _only_unit(column, TILT if is_tilt else ROLES[role])
         why = f"its name; {guess}"
     return replace(column, role=role, unit=unit, at=at, is_certain=is_certain, proposed_by=why)
 
@@ -311,24 +325,29 @@ def _join_dates(columns: list[Column]) -> list[Column]:
     """A column of dates and one of times of day as one time, so that a night does not begin a new run."""
     times = [k for k, c in enumerate(columns) if c.role == "time" and not c.is_text]
     there = {k: columns[k].values[np.isfinite(columns[k].values)] for k in times}
-    dates = [k for k, s in there.items() if len(s) and np.all((s > DAY) & (s % DAY == 0.0))]
-    clocks = [k for k in times if k not in dates and np.nanmax(columns[k].values) < DAY]
+    dates = [k for k, s in there.items() if len(s) and columns[k].stamp and np.all((s > DAY) & (s % DAY == 0.0))]
+    clocks = [k for k in times if k not in dates and columns[k].stamp and np.nanmax(columns[k].values) < DAY]
     if not dates or not clocks:
         return columns
     date, clock = columns[dates[0]], columns[clocks[0]]
+    of_day = clock.readings.get("hh:mm", clock.values)  # a clock beside a date is none of minutes and seconds
+    readings = {order: days + of_day for order, days in date.readings.items()}
     columns[dates[0]] = replace(date, role="ignore", unit="", proposed_by=f"in {clock.name} with the time of day")
-    columns[clocks[0]] = replace(clock, values=date.values + clock.values, proposed_by=f"its name, with {date.name}")
+    own = {"asked": date.asked, "readings": readings, "first_cell": date.first_cell, "zone": date.zone}
+    columns[clocks[0]] = replace(clock, values=date.values + of_day, proposed_by=f"its name, with {date.name}", **own)
     return columns
 
 
-def _unit_by_size(column: Column, role: Role) -> tuple[str, str]:
-    """The first unit in which the numbers are what a machine has, and that in words."""
+def _only_unit(column: Column, role: Role) -> tuple[str, str]:
+    """The only unit in which the numbers are what a machine has, "" where several or none are, and that in words."""
     values = column.values[np.isfinite(column.values)]
     size = float(np.ptp(values)) if role.by_range else float(np.abs(values).max())
-    for unit in role.units:
-        if role.low <= size * UNITS[unit][1] <= role.high:
-            return unit, f"{size:.3g} would be likely in {unit}"
-    return role.units[0], f"{size:.3g}, unlikely in any unit" if size else "it does not change"
+    if size == 0.0:
+        return role.units[0], "it does not change"
+    likely = [unit for unit in role.units if role.low <= size * UNITS[unit][1] <= role.high]
+    if len(likely) == 1:
+        return likely[0], f"{size:.3g} would be likely in {likely[0]} only"
+    return "", f"no unit is stated; {size:.3g} is likely in {' and in '.join(likely) or 'none'}"
 
 
 def _kind(columns: list[Column]) -> Literal["record", "settings", "rates"]:
@@ -366,9 +385,53 @@ def _resolve_table(table: LoggedTable, mapping: MappingEntry) -> LoggedTable:
         entry = mapping.columns.get(column.name, ColumnEntry())
         if column.name in along and entry.role is None:
             entry = entry.model_copy(update={"role": "travel"})
+        if column.asked and (meant := _reading(column, mapping)) is not None:
+            column = replace(column, values=meant, asked="")
         columns.append(_resolve(replace(column, table=table.name, entry=entry), taken[entry.run]))
         taken[entry.run].append(columns[-1].signal)
-    return replace(table, columns=tuple(columns))
+    notes = list(table.notes)
+    for role in ONCE:
+        same = [k for k, c in enumerate(columns) if c.role == role and not c.entry.run and c.name not in along]
+        if len(same) > 1:
+            _use_one(role, same, columns, mapping.use.get(role, ""), notes, table.kind)
+    return replace(table, columns=tuple(columns), notes=tuple(notes))
+
+
+def _reading(column: Column, mapping: MappingEntry) -> np.ndarray | None:
+    """The reading of a column that the mapping's format settles; None where it does not."""
+    stated = getattr(mapping.format, column.asked)
+    if column.asked == "decimal" and stated is None:
+        stated = OTHER.get(mapping.format.thousands or "")
+    return column.readings.get(str(stated))
+
+
+def _use_one(role: str, same: list[int], columns: list[Column], use: str, notes: list[Note], kind: str) -> None:
+    """Leave one of several columns of a role, or their sum or mean, in place; where nothing tells which, all but the
+    first are marked ``open`` for a question."""
+    if use in OF_SEVERAL.get(role, ()):
+        together = np.stack([columns[k].si() for k in same])
+        total = together.sum(axis=0) if use == "sum" else together.mean(axis=0)
+        first, names = columns[same[0]], ", ".join(columns[k].name for k in same)
+        columns[same[0]] = replace(first, values=total / first.factor, proposed_by=f"{use} of {names}")
+        chosen, why = same[:1], f"in the {use} of {names}"
+    else:
+        named = [k for k in same if columns[k].name == use]
+        stated = [k for k in same if columns[k].entry.role]
+        numbers = [k for k in same if not columns[k].is_text]
+        actual = [k for k in numbers if not _SET.search(plain(columns[k].name))]
+        sure = [k for k in numbers if columns[k].is_certain and not columns[k].stamp] if role == "time" else []
+        chosen = next((c for c in (named, stated, numbers, actual, sure[:1]) if len(c) == 1), [])
+        if (not chosen and role in ("run", "direction", "start", "yaw_at", "y0", "u_rate")) or kind != "record":
+            chosen = chosen or (numbers or same)[:1]
+        why = f"another column is the {role}"
+        if chosen and chosen == actual and chosen != named and len(numbers) > 1:
+            set_points = ", ".join(columns[k].name for k in same if k not in chosen)
+            notes.append(Note(columns[chosen[0]].name, f"is taken as the {role}; {set_points} is what was set"))
+    for k in same:
+        if chosen and k not in chosen:
+            columns[k] = replace(columns[k], role="ignore", unit="", at="", signal="", proposed_by=why)
+        elif not chosen:
+            columns[k] = replace(columns[k], open_use=tuple(columns[j].name for j in same))
 
 
 def _resolve(column: Column, taken: list[str]) -> Column:
@@ -383,8 +446,10 @@ def _resolve(column: Column, taken: list[str]) -> Column:
     if column.is_text and role not in ("run", "ignore"):
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
     if not ROLES[role].dimensions:
-        return replace(column, role=role, unit="", at="")
-    unit = _unit(column, _dimensions(role, at))
+        return replace(column, role=role, unit="", at="", asked="")
+    scaled = scaled_unit(entry.unit) if entry.unit else None
+    own, unit = scaled or (1.0, _unit(column, role, _dimensions(role, at)))
+    unit = unit_of(unit, _dimensions(role, at), f"{where}.unit") if scaled else unit
     signal = ""
     if role == "signal":
         signal = entry.name or _signal_name(column, at, taken)
@@ -392,7 +457,7 @@ def _resolve(column: Column, taken: list[str]) -> Column:
             check_signal_name(signal)
         except InputError as error:
             raise InputError(f"{where}.name", signal, "", error.remedy) from None
-    scale = UNITS[unit][1] * entry.factor * entry.sign
+    scale = UNITS[unit][1] * own * entry.factor * entry.sign
     return replace(column, role=role, unit=unit, factor=scale, at=at, signal=signal)
 
 
@@ -402,7 +467,7 @@ def _dimensions(role: str, at: str) -> tuple[str, ...]:
     return (SIGNAL_DIMENSION[kind],) if kind else ROLES[role].dimensions
 
 
-def _unit(column: Column, kinds: tuple[str, ...]) -> str:
+def _unit(column: Column, role: str, kinds: tuple[str, ...]) -> str:
     """The unit: as stated; as proposed, when it is of a kind that fits; else the usual one of that kind; "" where the
     file states one that is not known or of another kind."""
     entry = column.entry
@@ -411,9 +476,13 @@ def _unit(column: Column, kinds: tuple[str, ...]) -> str:
     for own in (column.stated_unit, column.unit):
         if own and own in UNITS and UNITS[own][0] in kinds and (column.is_certain or entry.axis is None):
             return own  # of pixels no unit can be guessed
-    if column.stated_unit and entry.axis is None and kinds != ("number",):
+    if entry.axis is not None or kinds == ("number",):
+        return "m" if entry.role == "travel" else USUAL[kinds[0]]
+    if not (ROLES[role].units or column.stated_unit):
+        return USUAL[kinds[0]]
+    if column.stated_unit or column.role == role:
         return ""
-    return "m" if entry.role == "travel" else USUAL[kinds[0]]
+    return _only_unit(column, TILT if kinds == ("angle",) and role == "signal" else ROLES[role])[0]
 
 
 def _signal_name(column: Column, at: str, taken: list[str]) -> str:
@@ -480,20 +549,79 @@ def _place_question(column: Column) -> Question:
     )
 
 
+def span_of(column: Column) -> str:
+    """The first and the last number of a column as they are understood: 0 to 30 m."""
+    there = column.values[np.isfinite(column.values)] if not column.is_text else np.empty(0)
+    if not len(there) or not column.unit:
+        return f"{there[0]:.6g} to {there[-1]:.6g}" if len(there) else ""
+    if column.stamp:
+        return " to ".join(str(np.datetime64(int(1e3 * x), "ms")).replace("T", " ") for x in (there[0], there[-1]))
+    shown = [x * column.factor / UNITS[column.unit][1] for x in (there[0], there[-1])]
+    return (
+        f"{shown[0]:.6g} to {shown[1]:.6g} {column.unit}".rstrip(" 1")
+        if column.unit == "1"
+        else (f"{shown[0]:.6g} to {shown[1]:.6g} {column.unit}")
+    )
+
+
+def _reading_question(column: Column) -> Question:
+    """Which reading of a column's cells is meant."""
+    say = {}
+    for answer, values in column.readings.items():
+        first, last = values[np.isfinite(values)][[0, -1]]
+        say[answer] = f"{first:.10g} to {last:.10g}"
+        if column.asked == "date":
+            say[answer] = " to ".join(str(np.datetime64(int(x), "s")).replace("T", " ") for x in (first, last))
+        elif column.asked == "time":
+            say[answer] += " s"
+    what = {"decimal": "which is the decimal mark", "date": "in which order are day, month and year"}
+    asks = what.get(column.asked, "is it hours and minutes, or minutes and seconds")
+    shown = "; ".join(f"{answer} makes it {text}" for answer, text in say.items())
+    text = f"{column.name} has {column.first_cell}: {asks}? {shown}"
+    return Question(("format", column.asked), text, next(iter(say)), tuple(say))
+
+
+def _unit_question(column: Column, kinds: tuple[str, ...]) -> Question:
+    """The unit of a column of which the file states none, one that is not known, or a multiple of one."""
+    there = column.values[np.isfinite(column.values)] if not column.is_text else np.empty(0)
+    numbers = f" ({there[0]:.6g} to {there[-1]:.6g})" if len(there) else ""
+    options = tuple(name for name in NAMES if UNITS[name][0] in kinds)
+    scaled = scaled_unit(column.stated_unit) if column.stated_unit else None
+    path, proposed = ("columns", column.name, "unit"), ""
+    if scaled and UNITS[scaled[1]][0] in kinds:
+        text = (
+            f"{column.name}: are its numbers{numbers} in units of {column.stated_unit}, or in {scaled[1]} to that step?"
+        )
+        options = (column.stated_unit, scaled[1])
+    elif column.stated_unit:
+        text = (
+            f"the file states {column.stated_unit} as the unit of {column.name}, which is no unit of"
+            f" {' or '.join(kinds)} that is known; in which one are its numbers{numbers}"
+            " (after a factor, as factor: 0.1)?"
+        )
+    else:
+        text = f"the file states no unit of {column.name}, the {column.role}; in which one are its numbers{numbers}?"
+        proposed = "" if column.role == "ignore" else USUAL[kinds[0]] if column.role != "yaw" else "deg"
+        proposed = {"travel": "m", "yaw_at": "m", "start": "m", "yaw_head": "deg"}.get(column.role, proposed)
+    return Question(path, text, USUAL[kinds[0]] if not scaled else options[0], options, proposed)
+
+
 def _missing(table: LoggedTable) -> Iterator[Question]:
     """Places of signals, units that the file states but that are not known or do not go with the role, and roles that a
     record cannot do without."""
     yield from (_place_question(c) for c in table.columns if c.role == "signal" and not c.at)
     for column in table.columns:
+        if column.asked and column.role != "ignore":
+            yield _reading_question(column)
+        if column.open_use:
+            shown = "; ".join(f"{c.name}: {span_of(c)}" for c in table.columns if c.name in column.open_use)
+            text = f"several columns of {table.file.name} may be the {column.role} ({shown}); which one is it"
+            more = OF_SEVERAL.get(column.role, ())
+            text += f", or is it their {' or '.join(more)}?" if more else "?"
+            yield Question(("use", column.role), text, column.open_use[0], (*column.open_use, *more))
         kinds = _dimensions(column.role, column.at)
         if kinds and not column.unit:
-            yield Question(
-                path=("columns", column.name, "unit"),
-                text=f"the file states {column.stated_unit} as the unit of {column.name}, which is no unit of"
-                f" {' or '.join(kinds)} that is known; in which one are its numbers (after a factor, as factor: 0.1)?",
-                example=USUAL[kinds[0]],
-                options=tuple(name for name in NAMES if UNITS[name][0] in kinds),
-            )
+            yield _unit_question(column, kinds)
     if table.kind != "record":
         return
     roles, file = {c.role for c in table.columns}, table.file.name

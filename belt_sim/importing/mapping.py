@@ -13,6 +13,7 @@ from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean, ref
 from belt_sim.campaign.sheet import Entry, SourceEntry
 from belt_sim.campaign.types import place_text
 from belt_sim.errors import InputError
+from belt_sim.importing.cells import zone_seconds
 
 SCHEMA = "belt-mapping/1"
 #: Name under which the mapping is left in the campaign folder.
@@ -34,15 +35,16 @@ _YAW = Role(("angle",), ("deg", "mrad", "rad", "urad"), 2e-5, 0.02)
 _PLACE = Role(("length",), ("m", "mm"), 0.1, 1e3)
 ROLES = {
     "run": Role(),
-    "time": Role(("time",), ("s", "ms", "min", "h"), 5.0, 2e5, by_range=True),
+    "time": Role(("time",), ("s", "ms", "d"), 5.0, 2e5, by_range=True),
     "travel": Role(("length",), ("m", "mm"), 2.0, 2e4, by_range=True),
     "speed": Role(("speed",), ("m/s", "m/min", "mm/s"), 0.02, 12.0),
-    "tension": Role(("stress", "force"), ("N/mm2", "N", "kN"), 1e6, 4e8),
+    "tension": Role(("stress", "force", "line load"), ("N/mm2",), 1e6, 6e7),
     "yaw": _YAW,
     "yaw_head": _YAW,
     "direction": Role(("number",)),
     "yaw_at": _PLACE,
     "start": _PLACE,
+    "y0": Role(("length",), ("mm",), 0.0, 10.0),
     "signal": Role(("length", "angle"), ("mm", "m", "um"), 2e-5, 0.2, by_range=True),
     **dict.fromkeys(("rate1", "rate2", "rate3", "rate4", "u_rate"), Role(("angle",))),
     "ignore": Role(),
@@ -75,9 +77,19 @@ class BeltMapping(Entry):
     poisson_ratio: Text | None = None
 
 
+def _zone(zone: str) -> str:
+    if zone_seconds(zone) != zone_seconds(zone):
+        raise InputError("zone", zone, "", "write it as Z or +02:00")
+    return zone
+
+
 class FormatEntry(Entry):
     separator: str | None = None
     decimal: Literal[".", ","] | None = None
+    thousands: Literal[".", ",", " ", "'"] | None = None
+    date: Literal["dmy", "mdy", "ymd"] | None = None
+    time: Literal["hh:mm", "mm:ss"] | None = None
+    zone: Annotated[str, AfterValidator(_zone)] | None = None
     encoding: str | None = None
     missing: list[float] | float | None = None
 
@@ -150,6 +162,8 @@ class RunEntry(Entry):
     yaw_at: Text | None = None
     yaw_at_u: Text | None = None
     start: Text | None = None
+    y0: Text | None = None
+    run_in: Text | None = None
     repeat_of: Text | None = None
     use: Literal["fit", "hold_out"] | None = None
     skip: bool = False
@@ -171,6 +185,8 @@ class MappingEntry(Entry):
     all_runs: RunEntry = RunEntry()
     runs: dict[str, RunEntry] = {}
     settings: SettingsMapping = SettingsMapping()
+    use: dict[str, Text] = {}
+    trust: dict[str, Text | bool] = {}
     step_m: Text | None = None
     start: Literal["yaw", "as_logged"] = "yaw"
     spikes: Literal["leave_out", "keep"] = "leave_out"
@@ -233,7 +249,7 @@ def _validate(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
 # ---- what is still open
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Question:
     """Something that the files cannot say.
 

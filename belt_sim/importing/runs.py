@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -15,9 +15,10 @@ from belt_sim.campaign.quality.signals import SPIKE, few_spikes
 from belt_sim.campaign.run_tables import NUMBERS, RATES
 from belt_sim.campaign.types import SteadyRate
 from belt_sim.errors import InputError
-from belt_sim.importing.columns import DAY, LoggedTable
+from belt_sim.importing.cells import DAY, zone_seconds
+from belt_sim.importing.columns import LoggedTable
 from belt_sim.importing.mapping import MappingEntry, Question, RunEntry
-from belt_sim.si import DEGREE, UNITS, plain_minus, quantity, round_digits
+from belt_sim.si import DEGREE, UNITS, number_of, plain_minus, quantity, round_digits
 
 #: Column of the time [s] in a record; all others are signals.
 TIME = "time_s"
@@ -49,6 +50,16 @@ class Setting:
 Settings = dict[str, Setting]
 
 
+class Section(NamedTuple):
+    """Area [m2] and thickness [m] of the belt, nan where not known yet: a force or a force per width as a stress."""
+
+    area: float
+    thickness: float
+
+    def stress(self, value: float, dimension: str) -> float:
+        return value / {"force": self.area, "line load": self.thickness}.get(dimension, 1.0)
+
+
 @dataclass(frozen=True, kw_only=True)
 class AssembledRun:
     """One run as far as it is known: key, its name in the mapping; entry: what the mapping says of it; record: time and
@@ -74,8 +85,8 @@ class FoundRuns:
     questions: list[Question] = field(default_factory=list)
 
 
-def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: float, *, only_rates: bool) -> FoundRuns:
-    """The runs of all tables, or of the tables of rates alone; section [m2]: of the belt.
+def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section, *, only_rates: bool) -> FoundRuns:
+    """The runs of all tables, or of the tables of rates alone; section: of the belt.
 
     Raises InputError for a run of the mapping that no file has, and for what cannot be.
     """
@@ -165,7 +176,7 @@ def _restarts(table: LoggedTable) -> list[int]:
 
 
 def _assemble(
-    block: LoggedTable, entry: RunEntry, stated: Settings, mapping: MappingEntry, section: float
+    block: LoggedTable, entry: RunEntry, stated: Settings, mapping: MappingEntry, section: Section
 ) -> AssembledRun | None:
     """One run; None where its travel takes a speed that nobody has told. stated: settings by the mapping."""
     named = name_settings(block.label, section)
@@ -190,7 +201,7 @@ def _assemble(
         record=pd.DataFrame(timed | signals, index=way.travel),
         settings=known,
         file=block.file.name,
-        started=_clock_time(block),
+        started=_clock_time(block, mapping.format.zone or ""),
         notes=tuple(note for note in notes if note),
     )
 
@@ -207,13 +218,17 @@ def _leave_out_spikes(block: LoggedTable, name: str, y: np.ndarray) -> str:
     return f"{name}: {what} away and back, left out (line {lines}); spikes: keep would keep them"
 
 
-def _clock_time(block: LoggedTable) -> str:
-    """Date and time of day of the first row of a run."""
-    seconds = next((c.si()[0] for c in block.columns if c.role == "time" and c.stamp), np.nan)
-    if not np.isfinite(seconds):
+def _clock_time(block: LoggedTable, zone: str) -> str:
+    """Date and time of day of the first row of a run; zone: of stamps that state none."""
+    own = next((c for c in block.columns if c.role == "time" and c.stamp), None)
+    seconds = np.nan if own is None else own.si()[0]
+    if own is None or not np.isfinite(seconds):
         return ""
-    moment = datetime(1970, 1, 1) + timedelta(seconds=float(seconds))
-    return (moment if seconds > DAY else moment.time()).isoformat(timespec="seconds")
+    there = own.zone or zone
+    moment = datetime(1970, 1, 1) + timedelta(seconds=float(seconds) + zone_seconds(own.zone))
+    if seconds < 2.0 * DAY:
+        return moment.time().isoformat(timespec="seconds")
+    return moment.isoformat(timespec="seconds") + {"Z": "+00:00", "UTC": "+00:00", "GMT": "+00:00"}.get(there, there)
 
 
 def _join_files(parts: list[AssembledRun]) -> AssembledRun:
@@ -338,21 +353,21 @@ def _integrated_travel(block: LoggedTable, speeds: np.ndarray, time: np.ndarray,
 # ---- settings that are stated: by the mapping, by a table of runs, by a name
 
 
-def stated_settings(mapping: MappingEntry, run: str, listed: dict[str, Settings], section: float) -> Settings:
+def stated_settings(mapping: MappingEntry, run: str, listed: dict[str, Settings], section: Section) -> Settings:
     """Settings of a run by all_runs, ``listed`` (tables of runs) and its own entry; of each the last that has it.
 
-    section [m2]: of the belt, for a tension given as a force, nan where it is not known yet.
+    section: of the belt, for a tension given as a force.
     """
     own = _settings_of(mapping.runs.get(run, RunEntry()), f"runs.{run}", section)
     return _settings_of(mapping.all_runs, "all_runs", section) | listed.get(run, {}) | own
 
 
-def _settings_of(entry: RunEntry, where: str, section: float) -> Settings:
+def _settings_of(entry: RunEntry, where: str, section: Section) -> Settings:
     texts = {key: getattr(entry, key) for key in RANGES if getattr(entry, key) is not None}
     return {k: Setting(_number(t, k, f"{where}.{k}", section), "the mapping", t) for k, t in texts.items()}
 
 
-def table_settings(tables: list[LoggedTable], section: float) -> dict[str, Settings]:
+def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, Settings]:
     """Run -> settings that tables of runs state, one row a run."""
     found: dict[str, Settings] = {}
     for table in tables:
@@ -363,7 +378,7 @@ def table_settings(tables: list[LoggedTable], section: float) -> dict[str, Setti
             own = found.setdefault(run_name(label), {})
             for column, values in columns:
                 if np.isfinite(values[row]):
-                    value = float(values[row]) / (section if column.is_force else 1.0)
+                    value = section.stress(float(values[row]), column.dimension)
                     unit = RANGES[column.role].unit
                     text = f"{value / UNITS[unit][1]:.6g} {unit}".strip()
                     own[column.role] = Setting(value, "the table of runs", text)
@@ -384,27 +399,30 @@ _NAMED = {
 }
 
 
-def name_settings(name: str, section: float) -> Settings:
+def name_settings(name: str, section: Section) -> Settings:
     """Settings that the name of a file or run states: ``lauf3_10Nmm2_-0,042grad`` -> tension and yaw."""
     found: Settings = {}
     for key, pattern in _NAMED.items():
         seen = pattern.search(plain_minus(name))
         if seen:
-            number, unit = seen.group(1).replace(",", "."), seen.group(2).lower()
+            try:
+                number, unit = f"{number_of(seen.group(1)):.15g}", seen.group(2).lower()
+            except InputError:
+                continue  # 10,125 has two readings
             unit = "m/min" if "min" in unit else unit if unit in ("mrad", "urad", "mdeg") else RANGES[key].unit
             text = f"{number} {unit}"
             found[key] = Setting(_number(text, key, key, section), f"the name {name}", text)
     return found
 
 
-def _number(text: str, key: str, where: str, section: float) -> float:
+def _number(text: str, key: str, where: str, section: Section) -> float:
     """A setting [SI]; raises InputError for what cannot be."""
     bounds = RANGES[key]
-    kinds = (bounds.dimension, "force") if key == "tension" else (bounds.dimension,)
+    kinds = ("stress", "force", "line load") if key == "tension" else (bounds.dimension,)
     value, _, unit = quantity(text, kinds, bounds.unit or "1", where)
     dimension, scale = UNITS[unit]
-    if dimension == "force":
-        return value * scale / section
+    if dimension != bounds.dimension:
+        return section.stress(value * scale, dimension)
     si = bounds.check(value, unit, name=where)
     if key == "direction" and abs(value) != 1.0:
         raise InputError(where, f"{value:g}", "", "must be 1 (upper span runs from head to tail) or -1")
@@ -431,12 +449,14 @@ def yaw_settings(block: LoggedTable, travel: np.ndarray, known: Settings) -> Set
     return found
 
 
-def column_settings(block: LoggedTable, section: float) -> Settings:
-    """The mean tension, the direction, and where on the belt the run starts, of columns that hold them."""
+def column_settings(block: LoggedTable, section: Section) -> Settings:
+    """The mean tension, the direction, where the run starts on the belt and across it, of columns that hold them."""
     found: Settings = {}
-    tension, start, direction = (_logged_values(block, k) for k in ("tension", "start", "direction"))
+    tension, start, direction, y0 = (_logged_values(block, k) for k in ("tension", "start", "direction", "y0"))
+    if y0 is not None:
+        found["y0"] = Setting(float(y0[np.isfinite(y0)][0]), "its column")
     if tension is not None:
-        mean = float(np.nanmean(tension)) / (section if any(c.is_force for c in block.columns) else 1.0)
+        mean = section.stress(float(np.nanmean(tension)), block.column("tension").dimension)  # type: ignore[union-attr]
         found["tension"] = Setting(round_digits(mean, DIGITS), "the mean of its column")
     if start is not None:
         found["start"] = Setting(round_digits(float(start[np.isfinite(start)][0]), START_DIGITS), "its column")
@@ -488,7 +508,7 @@ def questions(name: str, settings: Settings, file: str) -> list[Question]:
 # ---- tables of steady rates: one row a run, as published tables and digitised figures are
 
 
-def _find_rated(table: LoggedTable, mapping: MappingEntry, section: float, found: FoundRuns) -> list[str]:
+def _find_rated(table: LoggedTable, mapping: MappingEntry, section: Section, found: FoundRuns) -> list[str]:
     """Put the runs of a table of rates into ``found``; returns the names of them all."""
     rates = {c.role: c.si() for c in table.columns if c.role in RATES}
     u, question = _rate_spread(table)

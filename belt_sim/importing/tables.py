@@ -6,7 +6,6 @@ A file is decoded to lines of text; the layout of its table is found; the rows b
 import codecs
 import csv
 import io
-import re
 import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -21,11 +20,23 @@ import pandas as pd
 
 from belt_sim.campaign.problems import refusal, shortlist
 from belt_sim.errors import InputError
+from belt_sim.importing.cells import (
+    MISSING,
+    OTHER,
+    code_mask,
+    column_values,
+    count_readings,
+    decimal_marks,
+    doubtful,
+    is_missing,
+)
 from belt_sim.importing.columns import Column, LoggedTable, LoggedTables, Note, propose_roles, role_named
 from belt_sim.si import plain_minus, unit_named
 
 #: Bytes by which the encoding is told, lines by which the layout is.
 HEAD, HEAD_LINES = 1 << 16, 300
+#: Rows whose decimal marks are looked at.
+MARKS = 2000
 #: Largest text file, and largest workbook when unpacked [bytes]; longest line [characters].
 LARGEST, LARGEST_WORKBOOK, LONGEST_LINE = 500_000_000, 2_000_000_000, 100_000
 #: How every xlsx file begins.
@@ -79,12 +90,12 @@ def _read_file(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:
         if layout is None:
             remedy = "no table of numbers is seen in it (columns by tabs, semicolons, commas, bars or blanks)"
             raise refusal(file, f"{remedy}; export it as CSV, or name format: {{separator: ..., decimal: ...}}")
-        return [_table(file, "", lines, layout, f"{encoding}, {layout}, ", form.get("missing"))]
+        return [_table(file, "", lines, layout, f"{encoding}, {layout}, ", form)]
     found = []
     for sheet, lines in _sheets(file):
         layout = layout_of(lines[:HEAD_LINES], {"separator": "\t", "decimal": "."})
         if layout is not None:
-            table = _table(file, f" [{sheet}]", lines, layout, "", form.get("missing"))
+            table = _table(file, f" [{sheet}]", lines, layout, "", form)
             found.append(replace(table, name=sheet))
     if not found:
         raise refusal(file, "holds no sheet with a table of numbers; is it the right workbook?")
@@ -183,9 +194,10 @@ def _cell_text(value: Any) -> str:
         value = value.total_seconds()
     if isinstance(value, int | float) and not isinstance(value, bool):
         short = f"{value:.15g}"
-        return short if float(short) == value else repr(float(value))
+        short = short if float(short) == value else repr(float(value))
+        return f"{short}e0" if "." in short and "e" not in short else short  # a point beyond doubt
     text = plain_minus(" ".join(str(value).split()))
-    return text.replace(",", ".") if is_number(text, ",") else text
+    return text
 
 
 # ---- where the table begins, how its columns are set apart, and what they are called
@@ -215,11 +227,16 @@ class Layout:
 def layout_of(lines: Sequence[str], stated: Mapping[str, Any]) -> Layout | None:
     """The layout of the first lines of a file; None when no table stands there. stated: separator, decimal."""
     separators = [stated["separator"]] if stated.get("separator") else list(SEPARATORS)
-    decimals = [stated["decimal"]] if stated.get("decimal") else [".", ","]
+    decimals = [d] if (d := stated_decimal(stated)) else [".", ","]
     quoted = any('"' in line for line in lines)  # only then may a comma be both
     marks = [(s, d) for s in separators for d in decimals if s != d or quoted]
     tried = (_layout_with(s, d, [split(line, s) for line in lines]) for s, d in marks)
     return max((t for t in tried if t), key=lambda layout: layout.score, default=None)  # of equals the first
+
+
+def stated_decimal(form: Mapping[str, Any]) -> str:
+    """The decimal mark that ``format`` states, by itself or by the mark of thousands; "" where it states none."""
+    return str(form.get("decimal") or OTHER.get(form.get("thousands") or "", ""))
 
 
 def _layout_with(separator: str, decimal: str, rows: Sequence[Sequence[str]]) -> Layout | None:
@@ -303,11 +320,21 @@ def _pad(row: Sequence[str], width: int) -> list[str]:
 # ---- lines of text -> a table
 
 
-def _table(file: Path, part: str, lines: list[str], layout: Layout, remark: str, missing: Any) -> LoggedTable:
-    """The table in lines of text; part: what follows the file's name where it has several tables; remark: on them;
-    missing: numbers that stand for no reading, None where nobody stated them."""
+def _table(
+    file: Path, part: str, lines: list[str], layout: Layout, remark: str, form: Mapping[str, Any]
+) -> LoggedTable:
+    """The table in lines of text; part: what follows the file's name where it has several tables; remark: on them."""
     place = f"{file}{part}"
     kept, numbers, again, remarks = _rows(place, lines, layout)
+    sample = [cells for line in kept[:MARKS] if len(cells := split(line, layout.separator)) == len(layout.names)]
+    shown = decimal_marks(c for cells in sample for c in cells)
+    known = stated_decimal(form) or (shown.pop() if len(shown) == 1 else "")
+    of_doubt = {m for cells in sample for c in cells if doubtful(c) for m in ".," if m in c}
+    if not known and not shown and of_doubt == {"."} and layout.separator == ",":
+        known = "."
+    is_open = not known and not shown and bool(of_doubt)
+    decimal = known or layout.decimal
+    marked = [n for k, n in enumerate(layout.names) if is_open and any(doubtful(cells[k]) for cells in sample)]
     try:
         frame = pd.read_csv(
             io.StringIO("\n".join(kept)),
@@ -315,11 +342,12 @@ def _table(file: Path, part: str, lines: list[str], layout: Layout, remark: str,
             names=layout.names,
             index_col=False,
             sep=r"\s+" if layout.separator == " " else layout.separator,
-            decimal=layout.decimal,
+            decimal=decimal,
             na_values=list(MISSING),
             skipinitialspace=True,
             skip_blank_lines=False,
             low_memory=False,
+            dtype=dict.fromkeys(marked, str),
         )
     except pd.errors.ParserError as error:
         raise refusal(
@@ -327,17 +355,23 @@ def _table(file: Path, part: str, lines: list[str], layout: Layout, remark: str,
         ) from None
     if len(frame) != len(kept):
         raise refusal(place, "a quotation mark is opened and not closed; mend it or export the log again")
-    columns = []
+    columns, missing = [], form.get("missing")
     for (name, cells), unit in zip(frame.items(), layout.units, strict=True):
-        values, is_stamp = column_values(cells, layout.decimal, numbers, place)
-        if values.dtype != object and not is_stamp:
+        asked, readings, is_stamp, zone = column_values(cells, decimal, is_open, numbers, place)
+        values = next(iter(readings.values()))
+        if values.dtype != object and not is_stamp and not asked:
             mask = code_mask(values, missing)
             if mask.any() and missing is None:
                 codes = ", ".join(f"{c:g}" for c in np.unique(values[mask]))
                 text = f"{codes} stands for no reading (line {shortlist(numbers[mask])})"
                 remarks.append(f"{name}: {text}; format: {{missing: []}} would keep it")
             values = np.where(mask, np.nan, values)
-        columns.append(Column(name=str(name), values=values, unit="s" if is_stamp else unit, stamp=is_stamp))
+        columns.append(
+            Column(
+                name=str(name), values=values, unit="s" if is_stamp else unit, stamp=is_stamp, zone=zone,
+                asked=asked, readings=readings if asked else {}, first_cell=_first(cells, asked),
+            )
+        )  # fmt: skip
     starts = np.searchsorted(numbers, again)
     return LoggedTable(
         name=file.stem,
@@ -347,6 +381,12 @@ def _table(file: Path, part: str, lines: list[str], layout: Layout, remark: str,
         starts=tuple(int(k) for k in starts if 0 < k < len(numbers)),
         notes=tuple(Note(f"{file.name}{part}", what) for what in (f"{remark}{len(kept)} rows", *remarks)),
     )
+
+
+def _first(cells: pd.Series, asked: str) -> str:
+    """The first cell that has two readings, as it stands in the file."""
+    texts = (str(c).strip() for c in cells.dropna()) if asked else iter(())
+    return next((c for c in texts if not is_missing(c) and (asked != "decimal" or doubtful(c))), "")
 
 
 def _rows(file: str, lines: list[str], layout: Layout) -> tuple[list[str], np.ndarray, list[int], list[str]]:
@@ -387,102 +427,3 @@ def _rows(file: str, lines: list[str], layout: Layout) -> tuple[list[str], np.nd
     if not kept:
         raise refusal(file, "has a header but no rows of numbers; export the log again")
     return [*kept.values()], np.array([*kept]), again, remarks
-
-
-# ---- cells: numbers, times, texts, or words and codes for no reading
-
-#: Words that loggers write where they have no reading.
-MISSING = (
-    *("nan", "NaN", "NAN", "na", "NA", "N/A", "n/a", "null", "NULL", "None", "-", "--", "---"),
-    *("#NV", "#N/A", "#WERT!", "#VALUE!", "#DIV/0!", "#BEZUG!", "#REF!"),
-    *("ERR", "Err", "Error", "OVL", "OL", "INVALID", "invalid"),
-)
-#: Numbers that loggers write where they have no reading; taken as such where they lie FAR ranges off all others.
-CODES = (-9999.0, 9999.0, -999.0, 999.0, -99999.0, 99999.0, -32768.0, 32767.0, 65535.0, -1e30, 1e30, 9.9e37)
-FAR = 10.0
-#: Cells by which the kind of a column is told.
-SAMPLE = 200
-#: decimal mark -> a number
-_NUMBER = {d: re.compile(rf"[+-]?(?:\d+[{d}]?\d*|[{d}]\d+)(?:[eE][+-]?\d+)?\Z") for d in ".,"}
-_TIME_OF_DAY = r"\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?"
-_CLOCK = re.compile(rf"{_TIME_OF_DAY}\Z")
-_DATE = re.compile(rf"(\d{{4}}-\d{{2}}-\d{{2}}|\d{{1,2}}[./]\d{{1,2}}[./]\d{{2,4}})(?:[T ]+{_TIME_OF_DAY}Z?)?\Z")
-
-
-def is_missing(cell: str) -> bool:
-    return not cell.strip() or cell.strip() in MISSING
-
-
-def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell is a number with this decimal mark."""
-    return bool(_NUMBER[decimal].match(cell.strip()))
-
-
-def is_time(cell: str) -> bool:
-    """Whether a cell is a date or a time of day."""
-    return bool(_CLOCK.match(cell.strip()) or _DATE.match(cell.strip()))
-
-
-def count_readings(row: Sequence[str], decimal: str) -> int:
-    """How many cells of a row are numbers or times."""
-    return sum(is_number(c, decimal) or is_time(c) for c in row)
-
-
-def column_values(cells: pd.Series, decimal: str, lines: np.ndarray, file: str) -> tuple[np.ndarray, bool]:
-    """A column as numbers, seconds or texts (object dtype), shape (n,), and whether these are dates or times of day.
-
-    lines: line of each cell in the file. Raises CampaignError for the first cell that is not of its column's kind.
-    """
-    if pd.api.types.is_numeric_dtype(cells):
-        return cells.to_numpy(dtype=float), False
-    texts = cells.astype("string").str.strip().fillna("")
-    filled = ~texts.map(is_missing).to_numpy(dtype=bool)
-    sample = [str(c) for c in texts[filled].iloc[:SAMPLE]]
-    numbers = sum(is_number(c, ".") or is_number(c, ",") for c in sample)
-    are_times = sum(map(is_time, sample)) > 0.5 * len(sample)
-    if not are_times and numbers <= 0.5 * len(sample):
-        return texts.where(filled, "").to_numpy(dtype=object), False
-    if are_times:
-        values = _seconds(texts.where(filled))
-    else:
-        pointed = texts.where(texts.map(lambda c: is_number(c, decimal))).str.replace(decimal, ".", regex=False)
-        values = pd.to_numeric(pointed, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
-    wrong = filled & np.isnan(values)
-    if wrong.any():
-        remedy = "is no number; mend this cell or leave it blank"
-        if are_times:
-            remedy = "is neither a date nor a time of day; mend this cell"
-        elif any(is_number(str(c), "." if decimal == "," else ",") for c in texts[wrong]):
-            remedy = f"decimal marks are mixed: the file has '{decimal}' elsewhere; write one mark throughout"
-        k = int(np.argmax(wrong))
-        raise refusal(file, remedy, line=int(lines[k]), name=str(cells.name), value=str(cells.iloc[k]))
-    return values, are_times
-
-
-def _seconds(texts: pd.Series) -> np.ndarray:
-    """Dates or times of day as seconds, shape (n,); nan where a cell is neither."""
-    clean = texts.str.replace(",", ".", regex=False)
-    first = str(clean.dropna().iloc[0])
-    if _CLOCK.match(first):
-        clean = clean.where(~(clean.str.count(":") == 1).fillna(False), clean + ":00")
-        return pd.to_timedelta(clean, errors="coerce").dt.total_seconds().to_numpy(dtype=float)
-    iso = bool(re.match(r"\d{4}-", first))
-    found = pd.to_datetime(clean, errors="coerce", format="ISO8601" if iso else "mixed", dayfirst=not iso)
-    nanoseconds = found.astype("datetime64[ns]").to_numpy().astype("int64")
-    return np.where(found.isna().to_numpy(), np.nan, nanoseconds / 1e9)
-
-
-def code_mask(values: np.ndarray, stated: Any) -> np.ndarray:
-    """Which numbers (n,) stand for no reading: as stated, else of CODES those that lie far off all other numbers."""
-    if stated is not None:
-        return np.isin(values, np.atleast_1d(stated).astype(float))
-    mask = np.zeros(len(values), dtype=bool)
-    rest = values[np.isfinite(values) & ~np.isin(values, CODES)]
-    if len(rest) < 3:
-        return mask
-    for code in CODES:
-        reach = FAR * max(float(np.ptp(rest)), 1e-3 * abs(code))
-        is_far = not rest.min() - reach <= code <= rest.max() + reach
-        if is_far and np.sum(values == code) < len(rest):
-            mask |= values == code
-    return mask
