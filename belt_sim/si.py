@@ -90,7 +90,7 @@ NAMES = [name for name in UNITS if name.lower() not in SPELLINGS]
 _LOWER = {name.lower(): name for name in NAMES}
 _SIGNS = str.maketrans({"²": "2", "³": "3", "^": None, "µ": "u", "μ": "u", "·": None, " ": None, "\u00a0": None})
 _BRACKET = re.compile(r"[\[({<]\s*([^\])}>]{0,40})[\])}>]")
-_TAIL = re.compile(r"(?:\s+in\s+|\s*/\s*|[\s_]+)(?P<unit>[^\s/_]+(?:/[^\s/_]+)?)$")
+_TAIL = re.compile(r"(?:\s+in\s+|\s*/\s*|[\s_]+)(?P<unit>[^\s/_\])}>]+(?:/[^\s/_\])}>]+)?)$")
 #: ``0.01 mm``, ``1/100 mm``, ``mm x 0.01``, ``10^-2 mm``: a unit of the file's own, or the resolution of its numbers
 _SCALED = re.compile(
     r"(?:(?P<a>\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)(?:\s*/\s*(?P<b>\d+))?|10\^?(?P<e>[+-]\d+))\s*[x*·]?\s*(?P<u>[^\W\d].*|[°µμ].*)\Z|"

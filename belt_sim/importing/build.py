@@ -6,18 +6,30 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 from pydantic import BaseModel
 
 from belt_sim.campaign import Campaign, CampaignError, write_campaign
 from belt_sim.campaign.folder import sheet_tree
-from belt_sim.campaign.types import Source
+from belt_sim.campaign.types import BeltSheet, Machine, Source, kind_at
+from belt_sim.case import Rig
 from belt_sim.errors import InputError
-from belt_sim.importing.columns import Column, LoggedTables, Note, column_questions, other_units, resolve_columns
+from belt_sim.importing.columns import (
+    Column,
+    LoggedTable,
+    LoggedTables,
+    Note,
+    column_questions,
+    other_units,
+    resolve_columns,
+    span_of,
+)
 from belt_sim.importing.mapping import FILE, SCHEMA, MappingEntry, Question, mapping_of
 from belt_sim.importing.records import runs_on_one_grid
-from belt_sim.importing.runs import AssembledRun, Section, find_runs
+from belt_sim.importing.runs import RANGES, TIME, AssembledRun, Section, find_runs
 from belt_sim.importing.sheets import NoiseRead, belt_of, machine_of, settings_of, signals_of
+from belt_sim.si import NAMES, UNITS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,10 +74,13 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     found = find_runs(tables, entry, section, only_rates=unreadable)
     missing += found.questions
     made = found.recorded
-    if not (made or found.rated or missing):
+    asked: list[Question] = []
+    if machine and belt and not missing:
+        missing += (asked := doubts(made, tables, entry, machine, belt))
+    if not (found.recorded or found.rated or missing):
         raise InputError("files", "no run", "", "no run was found in them; is the right column the run or the travel?")
     notes = [n for t in tables for n in t.notes] + other_units(tables) + [Note(m.key, n) for m in made for n in m.notes]
-    runs, more, step = runs_on_one_grid(made, entry)
+    runs, more, step = runs_on_one_grid([] if asked else made, entry)
     signals, noise, of_signals = signals_of(runs, used, machine.centre_distance.value if machine else 10.0)
     settings, of_settings = settings_of(entry)
     campaign = None
@@ -90,6 +105,63 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
         comments=remarks | of_belt | of_signals | of_settings,
         notes=tuple(notes + more),
     )
+
+
+#: Revolutions of the belt, and part of a span, that a record is likely to travel; likely settings in SI.
+REVOLUTIONS, PART = 50.0, 0.02
+LIKELY = {"tension": (3e5, 8e8), "speed": (2e-3, 15.0), "yaw": (-0.035, 0.035), "yaw_head": (-0.035, 0.035)}
+
+
+def doubts(
+    made: list[AssembledRun], tables: list[LoggedTable], entry: MappingEntry, machine: Machine, belt: BeltSheet
+) -> list[Question]:
+    """Questions on imported numbers that this machine hardly has: travel and wandering of runs, and their settings.
+
+    Each asks for the unit of a column that has none in the mapping, else whether it is so (trust).
+    """
+    rig = Rig(**{name: quantity.value for name, quantity in vars(machine).items()})
+    columns = [c for table in tables for c in table.columns]
+    found: dict[tuple[str, ...], Question] = {}
+
+    def ask(role: str, names: tuple[str, ...], what: str) -> None:
+        if str(entry.trust.get(role, "")).lower() in ("yes", "true"):
+            return
+        open_units = [c for c in columns if (c.role in names or c.signal in names) and not c.entry.unit and not c.stamp]
+        column = next((c for c in open_units if c.unit), None)
+        if column is not None:
+            kind = UNITS[column.unit][0]
+            options = tuple(u for u in NAMES if UNITS[u][0] == kind)
+            text = f"{what}, if {column.name} is in {column.unit} ({span_of(column)}); in which unit is it?"
+            text += f" ({column.unit} if so it is)"
+            question = Question(("columns", column.name, "unit"), text, column.unit, options)
+        else:
+            options = ("yes",)
+            question = Question(
+                ("trust", role), f"{what}; is it so? else mend the number in the mapping", "yes", options
+            )
+        found.setdefault(question.path, question)
+
+    for run in made:
+        travel = run.record.index.to_numpy()
+        far = float(travel[-1] - travel[0])
+        if not PART * rig.span_length <= far <= REVOLUTIONS * rig.belt_length:
+            words = f"{far:.4g} m of travel in run {run.key}, {far / rig.belt_length:.2g} revolutions of the belt"
+            own = {c.role for c in columns}
+            ask("travel", ("travel",) if "travel" in own else ("speed", "time"), words)
+        for signal in (name for name in run.record.columns if name != TIME):
+            column = next(c for c in columns if c.signal == signal)
+            y = run.record[signal].to_numpy()
+            moved = float(np.ptp(np.nanpercentile(y, [5.0, 95.0])))  # beside a few spikes
+            if kind_at(column.at) == "lateral" and moved > belt.width.value:
+                words = f"{signal} moves by {1e3 * moved:.4g} mm in run {run.key}, more than the belt's width"
+                ask("y", (signal,), words)
+        for key, (low, high) in LIKELY.items():
+            setting = run.settings.get(key)
+            if setting is not None and not (setting.text or low <= setting.value <= high or setting.value == 0.0):
+                unit = RANGES[key].unit
+                words = f"{key} {setting.value / UNITS[unit][1]:.4g} {unit} in run {run.key}"
+                ask(key, (key,), words)
+    return list(found.values())
 
 
 def _names_in_order(names: Iterable[str]) -> str:

@@ -386,7 +386,8 @@ def _resolve_table(table: LoggedTable, mapping: MappingEntry) -> LoggedTable:
         if column.name in along and entry.role is None:
             entry = entry.model_copy(update={"role": "travel"})
         if column.asked and (meant := _reading(column, mapping)) is not None:
-            column = replace(column, values=meant, asked="")
+            elapsed = mapping.format.time == "mm:ss" and column.asked == "time"  # no time of day
+            column = replace(column, values=meant, asked="", stamp=column.stamp and not elapsed)
         columns.append(_resolve(replace(column, table=table.name, entry=entry), taken[entry.run]))
         taken[entry.run].append(columns[-1].signal)
     notes = list(table.notes)
@@ -617,7 +618,8 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
             shown = "; ".join(f"{c.name}: {span_of(c)}" for c in table.columns if c.name in column.open_use)
             text = f"several columns of {table.file.name} may be the {column.role} ({shown}); which one is it"
             more = OF_SEVERAL.get(column.role, ())
-            text += f", or is it their {' or '.join(more)}?" if more else "?"
+            text += f", or is it their {' or '.join(more)}" if more else ""
+            text += " (a force is that of one strand; an axle bears two: factor: 0.5)?" if "sum" in more else "?"
             yield Question(("use", column.role), text, column.open_use[0], (*column.open_use, *more))
         kinds = _dimensions(column.role, column.at)
         if kinds and not column.unit:
@@ -627,13 +629,15 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
     roles, file = {c.role for c in table.columns}, table.file.name
     numbers = [c for c in table.columns if not c.is_text and c.role == "ignore"]
     if not roles & {"time", "travel"}:
-        likely = next((c.name for c in (*filter(rises, numbers), *numbers)), "...")
+        first = next(iter((*filter(rises, numbers), *numbers)), None)
+        likely = first.name if first else "..."
+        is_length = first is not None and UNITS.get(first.stated_unit, ("",))[0] == "length"
         numbers = [c for c in numbers if c.name != likely]
         yield Question(
             path=("columns", likely, "role"),
             text=f"{file} has no column of time or travel that is known by its name; which is it?",
-            example="time",
-            options=("time", "travel"),
+            example="travel" if is_length else "time",
+            options=("travel", "time") if is_length else ("time", "travel"),
         )
     if "signal" not in roles and numbers:
         question = _place_question(numbers[0])

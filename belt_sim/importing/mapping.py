@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
+import yaml
 from pydantic import AfterValidator, BeforeValidator, ValidationError, model_validator
 
 from belt_sim.campaign.marked_yaml import REMEDIES, MarkedYaml, parse, validation_problem
@@ -278,7 +279,9 @@ class Question:
     @property
     def problem(self) -> Problem:
         """The question as one line: what is missing and how to give it."""
-        written = self.example
+        written = yaml.safe_dump([self.example], default_flow_style=True, width=10_000, allow_unicode=True).strip()[
+            1:-1
+        ]
         for key in reversed(self.path):
             written = f"{_key(key)}: {written}" if key is self.path[-1] else f"{_key(key)}: {{{written}}}"
         choice = f" (one of {', '.join(self.options)})" if self.options else ""

@@ -8,6 +8,7 @@ from rich.console import Console
 
 from belt_sim.campaign import Campaign
 from belt_sim.importing import Proposal
+from belt_sim.importing.columns import span_of
 from belt_sim.importing.new_campaign import PLAN_COLUMNS, PlannedRun, plan_rows
 from belt_sim.results.display import Table
 from belt_sim.show.terminal import console, rich_table
@@ -24,7 +25,7 @@ def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
             out.print(rich_table(run_noise_table(proposal)))
     if proposal.unknown:
         names = ", ".join(q.path[1] for q in proposal.unknown)
-        example = f'columns: {{"{proposal.unknown[0].path[1]}": {{at: point_1}}}}'
+        example = f'columns: {{"{proposal.unknown[0].path[1]}": {{at: point_1}}}}, or a role: travel, tension ...'
         out.print(f"left out, nothing is known of: {names}; state  {example}", soft_wrap=True, markup=False)
     alike: dict[str, list[str]] = {}
     for note in proposal.notes:
@@ -44,8 +45,9 @@ def tell_written(folder: Path, campaign: Campaign, pictures: bool) -> None:
 
 
 def columns_table(proposal: Proposal) -> Table:
-    """Every column, what it became, and why."""
+    """Every column, what it became, the first and the last number that it is believed to hold, and why."""
     alike: dict[tuple[str, ...], list[str]] = {}
+    spans: dict[tuple[str, ...], str] = {}
     marked: list[int] = []
     for use in proposal.columns:
         became = f"{use.signal} at {use.at}" if use.signal and use.at else use.role
@@ -53,8 +55,9 @@ def columns_table(proposal: Proposal) -> Table:
         if row not in alike and use.role != "ignore" and not use.sure:
             marked.append(len(alike))
         alike.setdefault(row, []).append(use.table)
-    rows = [(_names(tables), *row) for row, tables in alike.items()]
-    columns = ("table", "column", "is", "unit", "because of")
+        spans.setdefault(row, span_of(use) if use.role != "ignore" and not use.is_text else "")
+    rows = [(_names(tables), *row[:2], spans[row], row[3]) for row, tables in alike.items()]
+    columns = ("table", "column", "is", "first to last", "because of")
     return Table(title="Columns", columns=columns, rows=rows, left=columns, marked=marked)
 
 

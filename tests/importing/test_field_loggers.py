@@ -222,7 +222,9 @@ def test_a_unit_that_is_stated_is_never_guessed(tmp_path, header, row, unit):
     text = table(["Zeit" if row else "Zeit [s]", header, header], [L.time, L.y1, L.y4], ";", ",")
     path.write_text(text.replace("\n", f"\n{units}", 1), encoding="utf-8")
     columns = {header: {"at": "point_1"}, f"{header} (b)": {"at": "point_4"}}
-    proposal = understand(read([path]), MAPPING | {"all_runs": RUN | {"speed": "0.5"}, "columns": columns})
+    proposal = understand(
+        read([path]), MAPPING | {"all_runs": RUN | {"speed": "0.5"}, "columns": columns, "trust": {"y": "yes"}}
+    )
     if unit.startswith("?"):
         assert [q.path for q in proposal.missing] == [("columns", name, "unit") for name in columns]
         assert all(f"states {unit[1:]} as the unit" in q.text for q in proposal.missing)

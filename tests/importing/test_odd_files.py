@@ -1,0 +1,156 @@
+# ruff: noqa: E501 (files as they are written)
+"""Some forty odd files: every question has an answer that works, and the numbers that come out are those that were meant.
+
+Each is the record of one run of 30 m at 10 N/mm2 and 0.5 m/s, one reading of y1 every metre, as one logger or another
+would write it. Wrong readings of the same cells were once taken in silence, each with the word "sure".
+"""
+
+import sys
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+import yaml
+
+from belt_sim.app.session import begin
+from belt_sim.campaign import read_campaign
+from belt_sim.cli import run
+
+S = np.arange(31.0)  # [m]
+T = S / 0.5  # [s]
+Y = -6.0 * (1.0 - np.exp(-S / 8.0))  # [mm]
+GIVEN = {
+    "machine": "test_rig",
+    "belt": "paper_belt",
+    "all_runs": {"tension": "10 N/mm2", "yaw": "-0.042 deg"},
+    "columns": {},
+}
+START = datetime(2024, 5, 12, 23, 59, 30)
+
+
+def stamps(pattern: str) -> list[str]:
+    return [(START + timedelta(seconds=t)).strftime(pattern) for t in T]
+
+
+def text(columns: dict[str, list], separator: str = ";") -> str:
+    rows = zip(*columns.values(), strict=True)
+    lines = [separator.join(columns), *(separator.join(str(c) for c in row) for row in rows)]
+    return "\n".join([*lines, ""])
+
+
+EDGE = {"edge 1 [mm]": [f"{y:.4f}" for y in Y]}
+V = {"speed [mm/s]": ["500"] * 31}
+TRAVEL = {"travel [m]": [f"{s:.1f}" for s in S]}
+CLOCKS = {
+    "us_date": "%m/%d/%Y %H:%M:%S", "us_dashes": "%m-%d-%Y %H:%M:%S", "german": "%d.%m.%Y %H:%M:%S",
+    "british": "%d/%m/%Y %H:%M:%S", "iso": "%Y-%m-%d %H:%M:%S", "iso_t_z": "%Y-%m-%dT%H:%M:%SZ",
+    "iso_zone": "%Y-%m-%dT%H:%M:%S+02:00", "iso_zone_short": "%Y-%m-%dT%H:%M:%S+0200", "slashes": "%Y/%m/%d %H:%M:%S",
+    "am_pm": "%m/%d/%Y %I:%M:%S %p", "month_name": "%d-%b-%Y %H:%M:%S", "month_first": "%b %d, %Y %H:%M:%S",
+    "dense": "%Y%m%dT%H%M%S", "clock": "%H:%M:%S", "clock_am_pm": "%I:%M:%S %p", "fractions": "%H:%M:%S.%f",
+    "two_digits": "%m/%d/%y %H:%M:%S", "iso_fractions_z": "%Y-%m-%dT%H:%M:%S.%fZ",
+}  # fmt: skip
+#: name -> (the file, what its user answers)
+FILES: dict[str, tuple[str, dict[str, str]]] = {
+    name: (text({"time": stamps(p)} | V | EDGE), {"format.date": "mdy"}) for name, p in CLOCKS.items()
+}
+GROUPED = [f"{1e3 * (100 + y):,.0f}" for y in Y]
+FILES |= {
+    "one_date_us": (text({"time": [f"05/12/2024 10:{int(t) // 60:02d}:{int(t) % 60:02d}" for t in T]} | V | EDGE),
+                    {"format.date": "mdy"}),
+    "date_beside_clock": (text({"Date": stamps("%m/%d/%Y"), "Time": stamps("%H:%M:%S")} | V | EDGE), {"format.date": "mdy"}),
+    "minutes_seconds": (text({"time": [f"{int(t) // 60:02d}:{int(t) % 60:02d}" for t in T]} | V | EDGE), {"format.time": "mm:ss"}),
+    "minutes_seconds_tenths": (text({"time": [f"{int(t) // 60:02d}:{t % 60:04.1f}" for t in T]} | V | EDGE), {}),
+    "serial_days": (text({"time": [f"{45424.99 + t / 86400:.9f}" for t in T]} | V | EDGE), {}),
+    "milliseconds": (text({"time": [f"{1e3 * t:.0f}" for t in T]} | V | EDGE), {"columns.time.unit": "ms"}),
+    "epoch_milliseconds": (text({"time [ms]": [f"{1.7e12 + 1e3 * t:.0f}" for t in T]} | V | EDGE), {}),
+    "thousands": (text(TRAVEL | {"edge 1 [um]": GROUPED}), {}),
+    "thousands_of_speed": (text({"time [s]": [f"{t / 3:.0f}" for t in T]} | {"speed [mm/s]": ["1,500", "1,499", "1,501"] * 10 + ["1,500"],
+                            "edge 1 [um]": [f"{1e3 * y:.0f}" for y in Y]}), {"format.decimal": "."}),
+    "thousands_quoted": (text({"time [s]": [f"{t:.0f}" for t in T], "speed [mm/s]": ["500"] * 31,
+                               "edge 1 [um]": [f'"{c}"' for c in GROUPED]}, ","), {"format.decimal": "."}),
+    "points_of_thousands": (text({"travel [mm]": [f"{1e3 * s:,.0f}".replace(",", ".") for s in S], "edge 1 [mm]": [f"{y:.2f}".replace(".", ",") for y in Y]}), {}),
+    "apostrophes": (text({"travel [mm]": [f"{1e3 * s:,.0f}".replace(",", "'") for s in S]} | EDGE), {}),
+    "hundredths": (text(TRAVEL | {"edge 1 [0.01 mm]": [f"{100 * y:.2f}" for y in Y]}), {}),
+    "fraction_of_a_mm": (text(TRAVEL | {"edge 1 [1/100 mm]": [f"{100 * y:.2f}" for y in Y]}), {}),
+    "resolution": (text(TRAVEL | {"edge 1 [0.01 mm]": [f"{y:.2f}" for y in Y]}), {"columns.edge 1 [0.01 mm].unit": "mm"}),
+    "set_and_actual": (text(TRAVEL | {"tension set [N/mm2]": ["12"] * 31, "tension actual [N/mm2]": ["10"] * 31} | EDGE), {}),
+    "soll_ist": (text(TRAVEL | {"Bandzug Soll [N/mm2]": ["12"] * 31, "Bandzug Ist [N/mm2]": ["10"] * 31} | EDGE), {}),
+    "left_and_right": (text(TRAVEL | {"load cell left [N]": ["300"] * 31, "load cell right [N]": ["300"] * 31} | EDGE), {"use.tension": "sum"}),
+    "line_load": (text(TRAVEL | {"tension [PLI]": [f"{10 * 0.3 * 25.4 / 4.4482216152605:.6f}"] * 31} | EDGE), {}),
+    "newtons_a_millimetre": (text(TRAVEL | {"tension [N/mm]": ["3.0"] * 31} | EDGE), {}),
+    "decanewtons": (text(TRAVEL | {"tension [daN]": ["60"] * 31} | EDGE), {}),
+    "kiloponds": (text(TRAVEL | {"tension [kp]": [f"{600 / 9.80665:.7f}"] * 31} | EDGE), {}),
+    "millipascal": (text(TRAVEL | {"tension [mPa]": ["10"] * 31} | EDGE), {"columns.tension [mPa].unit": "MPa"}),
+    "no_unit_of_tension": (text(TRAVEL | {"tension": ["600"] * 31} | EDGE), {"columns.tension.unit": "N"}),
+    "arc_minutes": (text(TRAVEL | {"yaw [arcmin]": ["-2.52"] * 31} | EDGE), {}),
+    "odometer": (text({"odometer [m]": [f"{s:.1f}" for s in S]} | EDGE), {}),
+    "four_of_one_name": (text(TRAVEL | {"edge [mm]": EDGE["edge 1 [mm]"]}).replace("edge [mm]", "edge [mm];edge [mm]", 1).replace("\n", ";0.5\n").replace(";edge [mm];0.5", ";edge [mm]"),
+                         {"columns.edge [mm].at": "point_1", "columns.edge [mm] (b).at": "point_4"}),
+    "numbered_sensors": (text(TRAVEL | {"S1 tail upper [mm]": EDGE["edge 1 [mm]"], "S4 head upper [mm]": ["0.1"] * 31}), {}),
+    "a_thousandth_travel": (text({"travel [mm]": [f"{s:.1f}" for s in S]} | EDGE), {"columns.travel [mm].unit": "m"}),
+    "a_thousand_times_y": (text(TRAVEL | {"edge 1 [mm]": [f"{1e3 * y:.1f}" for y in Y]}), {"columns.edge 1 [mm].unit": "um"}),
+    "tension_too_small": (text(TRAVEL | {"tension [N/mm2]": ["0.01"] * 31} | EDGE), {"columns.tension [N/mm2].unit": "kN/mm2"}),
+}  # fmt: skip
+
+
+def nested(key: str, answer: str) -> dict:
+    """{a: {b: answer}} of a.b; the middle of columns.NAME.unit may hold dots."""
+    first, _, rest = key.partition(".")
+    middle, _, last = rest.rpartition(".")
+    return {first: {middle: {last: answer}} if middle else {last: answer}}
+
+
+def merge(a: dict, b: dict) -> dict:
+    return {
+        k: merge(a[k], b[k]) if k in a and k in b and isinstance(a[k], dict) else b.get(k, a.get(k)) for k in {**a, **b}
+    }
+
+
+def given_for(name: str) -> dict:
+    settings = {"tension": "10 N/mm2", "yaw": "-0.042 deg"}
+    header = FILES[name][0].split("\n")[0].lower()
+    logged = {"tension": ("tension", "load cell", "bandzug"), "yaw": ("yaw",)}
+    own = {k: v for k, v in settings.items() if not any(w in header for w in logged[k])}
+    return GIVEN | {"all_runs": own}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_every_question_of_an_odd_file_has_an_answer_that_works(name, tmp_path, monkeypatch, capsys):
+    content, answers = FILES[name]
+    (tmp_path / "a.csv").write_text(content, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["belt-sim"])
+    mapping = given_for(name)
+    asked: list[str] = []
+    for _ in range(8):
+        (tmp_path / "m.yaml").write_text(yaml.safe_dump(mapping, allow_unicode=True))
+        capsys.readouterr()
+        status = run(["import", "a.csv", "mapping=m.yaml", "out=c", "pictures=false", "hydra.run.dir=run"])
+        said = capsys.readouterr().err
+        if status == 0:
+            break
+        lines = [line for line in said.splitlines() if "give it as" in line]
+        assert lines, said  # a question, no dead end
+        written = yaml.safe_load(lines[0].rpartition("give it as  ")[2])  # what the question itself proposes
+        key = lines[0].split("mapping: ")[1].split(": ")[0]
+        assert key not in asked, said
+        asked.append(key)
+        mapping = merge(mapping, nested(key, answers[key]) if key in answers else written)
+    else:
+        raise AssertionError(f"still asked: {said}")
+    assert set(answers) - set(asked) <= {"format.date"}, asked
+    campaign = read_campaign(tmp_path / "c")
+    first = campaign.runs[0]
+    assert first.tension == pytest.approx(10e6, rel=2e-3)
+    assert first.yaw == pytest.approx(-7.33e-4, rel=2e-3)
+    assert first.travel[-1] == pytest.approx(30.0, rel=2e-3)
+    assert np.ptp(first.signals["y1"]) == pytest.approx(1e-3 * np.ptp(Y), rel=0.02)
+    if name in CLOCKS and "clock" not in name and name != "fractions":
+        assert first.started.startswith("2024-05-12T23:59:30")
+    made = begin([tmp_path / "a.csv"], given_for(name))  # the app asks the same
+    for key in asked:
+        question = next(q for q in made.proposal.missing if q.key == key)
+        made.answer({question.path: answers.get(key) or question.options[0] if question.options else question.example})
+    assert not made.errors
+    assert made.ready
+    assert made.proposal.campaign.runs[0].travel == pytest.approx(first.travel)
