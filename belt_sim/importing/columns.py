@@ -556,13 +556,10 @@ def span_of(column: Column) -> str:
     if not len(there) or not column.unit:
         return f"{there[0]:.6g} to {there[-1]:.6g}" if len(there) else ""
     if column.stamp:
-        return " to ".join(str(np.datetime64(int(1e3 * x), "ms")).replace("T", " ") for x in (there[0], there[-1]))
+        ends = [str(np.datetime64(int(x), "s")).replace("T", " ") for x in (there[0], there[-1])]
+        return " to ".join(ends if there[0] >= 2.0 * DAY else [e.split(" ")[1] for e in ends])
     shown = [x * column.factor / UNITS[column.unit][1] for x in (there[0], there[-1])]
-    return (
-        f"{shown[0]:.6g} to {shown[1]:.6g} {column.unit}".rstrip(" 1")
-        if column.unit == "1"
-        else (f"{shown[0]:.6g} to {shown[1]:.6g} {column.unit}")
-    )
+    return f"{shown[0]:.6g} to {shown[1]:.6g} {column.unit}".removesuffix(" 1")
 
 
 def _reading_question(column: Column) -> Question:
