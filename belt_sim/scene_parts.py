@@ -74,7 +74,8 @@ class SceneParts:
     layer with which the belt leaves its pulleys (0 = like a thread, 1 = like a plate); pushes: forces and couples at
     places of the spans; residual [Pa]: amplitude of the strip's residual stress, residual (1 - 12 y^2/b^2) across its
     width; lean [rad]: of the machine about its long axis, the share of the belt's weight that pulls
-    towards +y; roll [N]: couple per metre about +x on the upper span, which raises the side y > 0.
+    towards +y; roll, roll_lower [N]: couple per metre about +x on the upper and the lower span, which raises the side
+    y > 0.
     """
 
     head: PulleySurface
@@ -87,13 +88,18 @@ class SceneParts:
     pushes: tuple[Push, ...] = ()
     lean: float = 0.0
     roll: float = 0.0
+    roll_lower: float = 0.0
     residual: float = 0.0
 
     @property
     def sets_in(self) -> bool:
         """Whether something besides the yaw begins at travel 0, for which the belt stands still."""
         turned = any(s.yaw_offset or s.cant or s.bow for s in (self.head, self.tail))
-        return turned or self.camber is not None or bool(self.lift_off or self.pushes or self.lean or self.roll)
+        return (
+            turned
+            or self.camber is not None
+            or bool(self.lift_off or self.pushes or self.lean or self.roll or self.roll_lower)
+        )
 
     @staticmethod
     def from_case(case: Case, friction: float = math.inf) -> "SceneParts":

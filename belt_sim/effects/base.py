@@ -81,8 +81,8 @@ def parameter(unit: str, meaning: str, *, default: float | None = None, **more: 
 class Cause:
     """What an effect means at the machine.
 
-    phrase: the fault as a clause, with {pulley} where it may be on either; parts: ids of the report's sketch that it is
-    at; check: what to look at; of_model: the machine is sound, and the model left something out.
+    phrase: the fault as a clause, with {pulley} or {span} where it may be on either; parts: ids of the report's sketch
+    that it is at; check: what to look at; of_model: the machine is sound, and the model left something out.
     """
 
     phrase: str
@@ -93,6 +93,7 @@ class Cause:
 
 PERCENT = (100.0, "%")  # of a share
 METRES = (1.0, "m")  # of a place along the machine
+TURN_OVER = "Turn the belt over: what changes sides with it belongs to the belt, what stays to the machine."
 CHECK_MODEL = "Nothing on the machine. Use a model that has this built in, or add the effect with effects.yaml."
 CHECK_DIAMETERS = (
     "Measure the {pulley} pulley's diameter at both sides and in the middle with a pi tape. A difference "

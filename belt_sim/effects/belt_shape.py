@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.effects.base import METRES, Cause, Effect, effect, parameter
+from belt_sim.effects.base import METRES, TURN_OVER, Cause, Effect, effect, parameter
 from belt_sim.line.influence import interpolate_rows, natural_curvature_rows, span_fields
 
 HARMONICS = 40
@@ -108,7 +108,8 @@ class Camber(Effect):
     cause = Cause(
         "the belt is curved in its own plane (camber)",
         ("upper", "lower"),
-        "Stretch a string along one edge of a free length of belt and measure the bow.",
+        "Stretch a string along one edge of a free length of belt and measure the bow. A belt that is warmer at one "
+        f"edge does the same: feel both edges. {TURN_OVER}",
     )
     kappa_c: float = parameter(
         "1/m", "natural curvature", plausible=(-1e-3, 1e-3), scale=2e-5, shop=(12.5e3, "mm of bow over 10 m")
@@ -126,6 +127,40 @@ class Camber(Effect):
 
     def scene(self, parts, case):
         return parts.with_camber(lambda s: np.full(np.shape(s), self.kappa_c)) if self.kappa_c else parts
+
+
+EXPANSION = 1.2e-5  # [1/K] of steel
+
+
+@effect
+class TemperatureDifference(Effect):
+    """A belt that is warmer at +y by ``difference`` is longer there: a camber kappa_c = -alpha difference/b.
+
+    alpha = 1.2e-5 1/K of steel. A heater or a draught stays where it is when the belt is turned over; a camber turns.
+    """
+
+    title = "Temperature difference: a belt that is warmer at one edge"
+    law = "span"
+    reference = "thermal curvature alpha dT/b, any textbook; acts as camber"
+    parity = "even"
+    cause = Cause(
+        "the belt is warmer at one edge than at the other",
+        ("upper", "lower"),
+        f"Measure the temperature at both edges while the belt runs. {TURN_OVER}",
+    )
+    difference: float = parameter("K", "temperature at +y less that at -y", plausible=(-15.0, 15.0), scale=0.3)
+
+    def _camber(self, case):
+        return Camber(kappa_c=-EXPANSION * self.difference / case.belt.width)
+
+    def influence(self, span, case):
+        return self._camber(case).influence(span, case)
+
+    def bend(self, bend, boundary, known, case):
+        return self._camber(case).bend(bend, boundary, known, case)
+
+    def scene(self, parts, case):
+        return self._camber(case).scene(parts, case)
 
 
 _PLACES = 512  # of the weld's middle, from where it enters a span to where it has left it

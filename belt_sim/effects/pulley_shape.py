@@ -1,10 +1,10 @@
-"""Shape of the pulleys: taper, crown, bent axes, build-up of dirt; where a sagging span really meets them."""
+"""Radius at which the belt runs: taper, crown, wedge of the belt, build-up; bent axes; where a sagging span lands."""
 
 from dataclasses import replace
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import CHECK_DIAMETERS, CHECK_MODEL, Cause, Effect, effect, parameter
+from belt_sim.effects.base import CHECK_DIAMETERS, CHECK_MODEL, TURN_OVER, Cause, Effect, effect, parameter
 from belt_sim.line.runup import sag_angle
 
 _CONE = "ppm of the radius per m of width"
@@ -20,7 +20,11 @@ class Taper(Effect):
     law = "run-up"
     reference = "physics sheet, section 7"
     parity = "even"
-    cause = Cause("the {pulley} pulley is conical", ("tail", "head"), CHECK_DIAMETERS)
+    cause = Cause(
+        "the {pulley} pulley is conical",
+        ("tail", "head"),
+        f"{CHECK_DIAMETERS} A belt that is thicker at one edge does the same on both pulleys. {TURN_OVER}",
+    )
     kappa_t: float = parameter(
         "1/m", "taper of the tail pulley (+: thicker at +y)", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER
     )
@@ -33,6 +37,42 @@ class Taper(Effect):
 
     def scene(self, parts, case):
         return parts.add_to_pulley("tail", taper=self.kappa_t).add_to_pulley("head", taper=self.kappa_t_head)
+
+
+@effect
+class ThicknessWedge(Effect):
+    """A belt of uneven thickness, slope = dh/dy, runs on a cone of its own: kappa_t = slope/(2 R) on each pulley.
+
+    Its middle surface lies half its thickness above the pulley. The belt carries its taper along, and takes it to the
+    other side when it is turned over.
+    """
+
+    title = "Thickness wedge: a belt that is thicker at one edge"
+    law = "run-up"
+    reference = "taper of the belt's middle surface on a cylinder: docs/theory.md; wedge of rolled strip"
+    parity = "even"
+    on_belt = True
+    cause = Cause(
+        "the belt is thicker at one edge", ("upper", "lower"), f"Measure the thickness at both edges. {TURN_OVER}"
+    )
+    slope: float = parameter(
+        "1",
+        "thickness per width (+: thicker at +y)",
+        plausible=(-1e-4, 1e-4),
+        scale=7e-6,
+        shop=(1e6, "µm of thickness per m of width"),
+    )
+
+    def _tapers(self, case):
+        rig = case.rig
+        return self.slope / (2.0 * rig.tail_radius), self.slope / (2.0 * rig.head_radius)
+
+    def runup(self, runup, state, case):
+        return replace(runup, turn=runup.turn + jnp.stack(self._tapers(case)))
+
+    def scene(self, parts, case):
+        tail, head = map(float, self._tapers(case))
+        return parts.add_to_pulley("tail", taper=tail).add_to_pulley("head", taper=head)
 
 
 @effect

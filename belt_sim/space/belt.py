@@ -49,7 +49,7 @@ def active_features(parts: Sequence[SceneParts]) -> ActiveFeatures:
         layered=any(p.lift_off for p in parts),
         cambered=any(p.camber is not None for p in parts),
         pushes=max(len(p.pushes) for p in parts),
-        leans=any(p.lean or p.roll for p in parts),
+        leans=any(p.lean or p.roll or p.roll_lower for p in parts),
         canted=any(s.cant for p in parts for s in (p.head, p.tail)),
     )
 
@@ -129,7 +129,7 @@ class GuideArrays(NamedTuple):
 class LoadArrays(NamedTuple):
     """At places of the spans, every field of shape (p,): height, +1 on the upper span, -1 on the lower; x [m], along,
     across [N], couple [N m] as in belt_sim.scene_parts.Push, 0 of one that does nothing. All along: lean [m/s2], pull
-    of the weight towards +y; roll [N], couple per metre about +x on what is above the axes."""
+    of the weight towards +y; roll, roll_lower [N], couple per metre about +x on what is above and below the axes."""
 
     height: Array
     x: Array
@@ -138,6 +138,7 @@ class LoadArrays(NamedTuple):
     couple: Array
     lean: Array
     roll: Array
+    roll_lower: Array
 
     @staticmethod
     def from_parts(parts: SceneParts, count: int) -> "LoadArrays":
@@ -145,7 +146,8 @@ class LoadArrays(NamedTuple):
         rows = [(1.0 if p.span == "upper" else -1.0, p.x, p.along, p.across, p.couple) for p in parts.pushes]
         rows += [(1.0, 0.0, 0.0, 0.0, 0.0)] * (count - len(rows))
         height, x, along, across, couple = np.array(rows).reshape(count, 5).T
-        return LoadArrays(height, x, along, across, couple, np.array(parts.lean * parts.gravity), np.array(parts.roll))
+        everywhere = (np.array(v) for v in (parts.lean * parts.gravity, parts.roll, parts.roll_lower))
+        return LoadArrays(height, x, along, across, couple, *everywhere)
 
 
 @pytree
@@ -315,5 +317,5 @@ def load_forces(belt: BeltArrays, nodes: Array) -> Array:
     if len(line_y) > 1:
         outer = np.zeros((len(line_y), 1))
         outer[[0, -1], 0] = 1.0, -1.0
-        lift = outer * jnp.where(upper, loads.roll * chord / (line_y[0] - line_y[-1]), 0.0)
+        lift = outer * jnp.where(upper, loads.roll, loads.roll_lower) * chord / (line_y[0] - line_y[-1])
     return forces + jnp.stack([jnp.zeros_like(aside), aside, lift], axis=1)

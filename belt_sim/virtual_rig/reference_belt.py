@@ -31,6 +31,25 @@ class CamberFault(Fault):
         return parts.with_camber(lambda s: np.full(np.shape(s), self.kappa_c)) if self.kappa_c else parts
 
 
+class TemperatureDifferenceFault(Fault):
+    """The edge at +y is warmer, and longer by 12 ppm a kelvin: the belt is curved towards the colder edge."""
+
+    difference: float = size("K", 0.3, 15.0)
+
+    def _curved(self, width):
+        longer = 12e-6 * self.difference
+        return CamberFault(kappa_c=-longer / width)
+
+    def turn(self, s, line, y, kappa):
+        return self._curved(line.width).turn(s, line, y, kappa)
+
+    def read(self, value, place, s, line):
+        return self._curved(line.width).read(value, place, s, line)
+
+    def scene(self, parts, case):
+        return self._curved(float(case.belt.width)).scene(parts, case)
+
+
 class FlatnessFault(Fault):
     """Residual stress of the strip, amplitude (1 - 12 y^2/b^2) across its width; positive: long edges."""
 
@@ -170,44 +189,53 @@ def _place_on_span():
     return shape(0.5, lambda plan, rng: rng.uniform(0.1, 0.9), lambda plan: (0.15, 0.4, 0.6, 0.85))
 
 
+def _on_spans(upper, lower, line, unit_load):
+    """Unit loads on the spans that a fault of these sizes acts on; unit_load: of ``load``, without its span."""
+    return tuple(unit_load(line, above) for above, size in ((True, upper), (False, lower)) if above or np.any(size))
+
+
 class IdlerSkewFault(Fault):
-    """A skewed idler pushes the upper span towards +y, and to the other side when the belt runs backwards."""
+    """A skewed idler pushes a span towards +y, and to the other side when the belt runs backwards."""
 
     draw_order = 23
     force: float = size("N", 0.2, 50.0)
+    force_lower: float = size("N", 0.2, 50.0, drawn=False)
     place: float = _place_on_span()
 
     def loads(self, line):
-        return (force_at(line, True, self.place),)
+        return _on_spans(self.force, self.force_lower, line, lambda line, above: force_at(line, above, self.place))
 
     def push(self, s, line, load, free, kept):
-        return self.force * line.direction, kept
+        return (self.force if load.upper else self.force_lower) * line.direction, kept
 
     def scene(self, parts, case):
-        force = self.force * float(case.settings.direction)
-        return parts.with_push(span="upper", x=self.place * float(case.rig.centre_distance), across=force)
+        x, direction = self.place * float(case.rig.centre_distance), float(case.settings.direction)
+        parts = parts.with_push(span="upper", x=x, across=self.force * direction)
+        return parts.with_push(span="lower", x=x, across=self.force_lower * direction)
 
 
 class SideDragFault(Fault):
-    """A scraper drags on one edge of the upper span: a couple about the vertical, positive for the edge y > 0."""
+    """A scraper drags on one edge of a span: a couple about the vertical, positive for the edge y > 0."""
 
     draw_order = 24
     moment: float = size("N m", 0.5, 50.0)
+    moment_lower: float = size("N m", 0.5, 50.0, drawn=False)
     place: float = _place_on_span()
 
     def loads(self, line):
         """The drag -D t on the edge at b/2 turns y' upwards along the travel t, whichever way the belt runs."""
-        return (couple_at(line, True, self.place),)
+        return _on_spans(self.moment, self.moment_lower, line, lambda line, above: couple_at(line, above, self.place))
 
     def push(self, s, line, load, free, kept):
-        return self.moment + 0 * free, kept
+        return (self.moment if load.upper else self.moment_lower) + 0 * free, kept
 
     def scene(self, parts, case):
         """The drag itself, against the travel at one edge: on the middle of the belt, and the couple to the edge."""
-        half, travel = 0.5 * float(case.belt.width), float(case.settings.direction)
-        drag = abs(self.moment) / half
-        x = self.place * float(case.rig.centre_distance)
-        return parts.with_push(span="upper", x=x, along=-drag * travel, couple=self.moment * travel)
+        half, x = 0.5 * float(case.belt.width), self.place * float(case.rig.centre_distance)
+        for span, moment, way in (("upper", self.moment, 1.0), ("lower", self.moment_lower, -1.0)):
+            travel = way * float(case.settings.direction)  # of what runs there, along the machine
+            parts = parts.with_push(span=span, x=x, along=-abs(moment) / half * travel, couple=moment * travel)
+        return parts
 
 
 def _excursion(plan) -> float:
@@ -269,17 +297,18 @@ class MachineTiltFault(Fault):
 
 
 class OffCentreLoadFault(Fault):
-    """A load beside the middle of the upper span rolls it, its side y > 0 down; a belt that cannot roll stays."""
+    """A load beside the middle of a span rolls it, its side y > 0 down; a belt that cannot roll stays."""
 
     draw_order = 25
     idle_on = ("beam_th2",)
     moment: float = size("N", 2e-3, 1.0)
+    moment_lower: float = size("N", 2e-3, 1.0, drawn=False)
 
     def loads(self, line):
-        return (uniform_roll_couple(line, True),)
+        return _on_spans(self.moment, self.moment_lower, line, uniform_roll_couple)
 
     def push(self, s, line, load, free, kept):
-        return -self.moment + 0 * free, kept
+        return -(self.moment if load.upper else self.moment_lower) + 0 * free, kept
 
     def scene(self, parts, case):
-        return replace(parts, roll=parts.roll - self.moment)
+        return replace(parts, roll=parts.roll - self.moment, roll_lower=parts.roll_lower - self.moment_lower)

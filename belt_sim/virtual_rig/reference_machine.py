@@ -99,6 +99,21 @@ class TaperFault(Fault):
         return parts.add_to_pulley("tail", taper=self.kappa_t)
 
 
+class ThicknessWedgeFault(Fault):
+    """The belt is thicker towards +y: its middle runs on the pulley's radius and half of what is below it, a cone."""
+
+    slope: float = size("1", 7e-6, 1e-4)
+
+    def turn(self, s, line, y, kappa):
+        middle = np.stack([line.tail_radius, line.head_radius])
+        return 0.5 * self.slope / middle
+
+    def scene(self, parts, case):
+        for pulley, radius in (("tail", case.rig.tail_radius), ("head", case.rig.head_radius)):
+            parts = parts.add_to_pulley(pulley, taper=0.5 * self.slope / float(radius))
+        return parts
+
+
 class TaperDriftFault(Fault):
     """The tail pulley grows a taper as it warms up: kappa_t = rate tau (1 - exp(-t/tau)), t since travel 0."""
 

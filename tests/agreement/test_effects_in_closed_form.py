@@ -357,6 +357,37 @@ def test_where_the_belt_lay_at_first_counts_on_a_crown_and_between_guides():
     np.testing.assert_array_equal(plain.y, taper.y)
 
 
+@pytest.mark.evidence("thickness_wedge", route="formula", what="late rate of a flat belt, both directions, {LATE}")
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_a_belt_that_is_thicker_at_one_edge_climbs_to_that_side(direction):
+    """Its middle surface is half its thickness out, a cone (dh/dy)/2R on either pulley: twice a taper's late rate."""
+    slope, case = 1e-5, paper_case(40, 0.0, direction=direction)
+    own, over = affected([(case, {"thickness_wedge": {"slope": s}}) for s in (slope, -slope)], 400.0)
+    gain = float(taper_gain(kl(case))) * RIG.span_length**2 / (2 * HALF)
+    np.testing.assert_allclose(late_rates(own), 2 * slope / (2 * RIG.tail_radius) * gain, rtol=LATE)
+    np.testing.assert_array_equal(over.y, -own.y)  # the belt turned over
+
+
+@pytest.mark.evidence("thickness_wedge", route="definition", what="a taper of each pulley by its own radius, {EXACT}")
+@pytest.mark.evidence("temperature_difference", route="definition", what="a camber alpha dT/b, {EXACT}")
+def test_what_the_belt_carries_acts_as_a_taper_or_a_camber():
+    rig = replace(RIG, tail_radius=0.12)
+    case, slope = paper_case(10, 0.0, rig), 1e-5
+    taper = {"kappa_t": slope / 0.24, "kappa_t_head": slope / 0.34}
+    wedge, tapered, warm, bent = (
+        marched([case], "strip", travel=20.0, effects=[only(**numbers)])[0]
+        for numbers in (
+            {"thickness_wedge": {"slope": slope}},
+            {"taper": taper},
+            {"temperature_difference": {"difference": -2.0}},
+            {"camber": {"kappa_c": 1.2e-5 * 2.0 / BELT.width}},
+        )
+    )
+    np.testing.assert_allclose(wedge.y, tapered.y, atol=EXACT * np.abs(tapered.y).max())
+    np.testing.assert_allclose(warm.y, bent.y, atol=EXACT * np.abs(bent.y).max())
+    assert np.abs(bent.y).max() > 1e-5
+
+
 @pytest.mark.evidence(
     "traction_loss",
     route="definition",

@@ -154,7 +154,10 @@ def with_and_without(cls, sign):
     """(case, effects) in which an effect acts, and the same without it: some show in spans that hang."""
     case = paper_case(10, sign * YAW)
     others = tuple(
-        SagRoll(strength=1.0) if ("sag" in cls.needs or cls.id == "camber") and type(e) is SagRoll else e for e in NULLS
+        SagRoll(strength=1.0)
+        if ("sag" in cls.needs or cls.id in ("camber", "temperature_difference")) and type(e) is SagRoll
+        else e
+        for e in NULLS
     )
     return (case, tuple(acting(cls) if type(e) is cls else e for e in others)), (case, others)
 

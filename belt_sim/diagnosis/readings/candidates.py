@@ -12,7 +12,17 @@ SLOWEST = frozenset({"weld"})
 #: sensor laws that are a gain times the reading plus an offset, whatever the reading
 AFFINE = frozenset({"sensor_drift", "sensor_gain", "sensor_offset"})
 #: effects that look like others in most data, or have no derivative where the search begins
-ONLY_WHEN_NAMED = frozenset({"lift_off", "run_up_points", "sensor_offset", "shear", "speed_tension"})
+ONLY_WHEN_NAMED = frozenset(
+    {
+        "lift_off",
+        "run_up_points",
+        "sensor_offset",
+        "shear",
+        "speed_tension",
+        "temperature_difference",
+        "thickness_wedge",
+    }
+)
 
 
 def default_candidates(leave_out: Sequence[str] | None = None) -> dict[str, type[Effect]]:
