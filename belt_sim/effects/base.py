@@ -124,6 +124,9 @@ class Effect:
     #: what a model must have for the effect to act: "moment" (bending moments at the pulleys; such effects are called
     #: last), "sag" (spans that hang and roll), "width" (a belt that takes couples)
     needs: ClassVar[frozenset[str]] = frozenset()
+    #: its place in the physical chain among effects that change the same law; the order in which a user names effects
+    #: does not matter
+    stage: ClassVar[int] = 0
     #: how reports tell of it to people at the machine; without one they name the effect and its law
     cause: ClassVar[Cause | None] = None
     parameters: ClassVar[dict[str, Parameter]] = {}
@@ -237,8 +240,8 @@ def overrides(effect: Effect | type[Effect], hooks: Sequence[str] = HOOKS) -> se
 
 
 def uses(effects: Sequence[Effect], hook: str) -> list:
-    """Return those of ``effects`` that override ``hook``, in the order in which to call them."""
-    return sorted((e for e in effects if overrides(e, (hook,))), key=lambda e: "moment" in e.needs)
+    """Return those of ``effects`` that override ``hook``, in the physical order in which to call them."""
+    return sorted((e for e in effects if overrides(e, (hook,))), key=lambda e: ("moment" in e.needs, e.stage, e.id))
 
 
 def apply_hook(effects: Sequence[Effect], hook: str, value: Any, *context: Any) -> Any:

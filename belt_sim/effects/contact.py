@@ -1,6 +1,7 @@
 """Contact of belt and pulleys: a soft cover, a film of air or water, lift-off along a layer, finite friction."""
 
 from dataclasses import replace
+from functools import reduce
 
 import jax.numpy as jnp
 
@@ -130,16 +131,18 @@ class Slip(Effect):
     goes aside by 0.3 of turn times zone. M is what is left once it has turned, M_0 - EI k turn (k = dkappa/dtheta at
     that end of the span). A zone ends with the wrap. Given as 1/mu, so that 0 is perfect sticking.
 
-    Where the belt runs up this happens once at each change of yaw: the span bends, the belt on the pulley not yet. A
-    change over ``over`` metres lands belt bent already, and turns it by M (zone - over)/2EI or not at all. Then the
-    belt lands as bent as its span and sticks. Where it leaves, sliding goes on for good: the belt comes as bent as it
-    landed and leaves as bent as the next span wants it; M is the difference.
+    Where the belt runs up this happens once at each change of yaw, and at travel 0 for whatever bends the span from
+    then on (a yaw offset, a load): the span bends, the belt on the pulley not yet. A change over ``over`` metres lands
+    belt bent already, and turns it by M (zone - over)/2EI or not at all. Then the belt lands as bent as its span and
+    sticks. Where it leaves, sliding goes on for good: the belt comes as bent as it landed and leaves as bent as the
+    next span wants it; M is the difference.
     """
 
     title = "Finite friction: the belt turns on a pulley at a change of yaw, and wherever it leaves one"
     law = "run-up"
     reference = "Coulomb friction of a wrap; zones solved in tests/agreement/test_slip.py, 3D belt with friction"
     parity = "odd"
+    stage = 1  # after a cant has moved the belt round the pulley
     cause = Cause(
         "the belt turns on its pulleys where it should stick",
         ("tail", "head"),
@@ -149,8 +152,9 @@ class Slip(Effect):
 
     def slide(self, contact, state, case):
         held, zone = self._zone(state.moment, state.stiffness, case)
-        turned = sum(self._turn_at_ends(yaw, held, zone, state) for yaw in (case.settings.yaw, case.settings.yaw_head))
-        turned = turned / (2.0 * state.bending)
+        begins = jnp.where((state.since < 0.0) & (state.travel >= 0.0), zone, 0.0)
+        ends = (self._slides_at_ends(yaw, zone, state) for yaw in (case.settings.yaw, case.settings.yaw_head))
+        turned = held * reduce(jnp.maximum, ends, begins) / (2.0 * state.bending)
         return replace(contact, y=contact.y + _ASIDE * turned * zone, alpha=contact.alpha - turned)
 
     def wrap(self, runoff, state, case):
@@ -171,12 +175,12 @@ class Slip(Effect):
         zone = jnp.minimum(width * x * _share(x), wrap)
         return moment / (1.0 + 0.5 * stiffness * zone), zone
 
-    def _turn_at_ends(self, schedule, held, zone, state):
-        """Moment times length [N m2] over which it turns the belt, if a change of yaw has just ended."""
+    def _slides_at_ends(self, schedule, zone, state):
+        """Length [m] on which the belt slides where it runs up, if a change of yaw has just ended."""
         end = schedule.at + schedule.over
         ended = (schedule.change != 0.0) & (end > state.since) & (end <= state.travel)
         slides = jnp.maximum(zone[:, None] - schedule.over, 0.0)
-        return held * jnp.max(jnp.where(ended, slides, 0.0), axis=1)
+        return jnp.max(jnp.where(ended, slides, 0.0), axis=1)
 
     def scene(self, parts, case):
         return replace(parts, friction=1.0 / self.inverse_friction) if self.inverse_friction > 0 else parts

@@ -88,6 +88,7 @@ def law_effect(content: SizedLaw, id: str = ID) -> type[GenericLaw]:
     namespace = {
         "id": id,
         "title": "A law found in data: " + ", ".join(dict.fromkeys(t.place.words for t in terms)),
+        "stage": 3,  # it was found beside all others
         "law": _ACTS[terms[0].place.kind][0],
         "parity": content.law.parity,
         "parameters": {n.name: _parameter(n) for n in numbers},

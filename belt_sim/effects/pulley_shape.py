@@ -172,6 +172,7 @@ class RunUpPoints(Effect):
     law = "drive"
     reference = "paper Fig. 10; physics sheet, section 6"
     parity = "odd"
+    stage = 1  # of the yaw that the pulley really has
     cause = Cause("a sagging span meets its pulley before the top", ("tail", "head"), CHECK_MODEL, of_model=True)
     share: float = parameter("1", "share of psi that counts", plausible=(0.5, 1.5), scale=1.0, default=1.0)
 

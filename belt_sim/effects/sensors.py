@@ -27,6 +27,7 @@ class SensorGain(Effect):
     law = "sensor"
     reference = "physics sheet, section 7"
     parity = "odd"
+    stage = 1  # after the belt's own edge
     cause = Cause(
         "an edge sensor shows the wrong scale", ("sensors",), "Move a target by a gauge block in front of the sensor."
     )
@@ -49,6 +50,7 @@ class SensorOffset(Effect):
     reference = "physics sheet, section 7"
     parity = "even"
     tension_exponent = 0.0
+    stage = 2
     cause = Cause(
         "an edge sensor's zero is off", ("sensors",), "Set the sensor's zero on a straightedge along the machine."
     )
@@ -71,6 +73,7 @@ class SensorDrift(Effect):
     reference = "physics sheet, section 7"
     parity = "even"
     tension_exponent = 0.0
+    stage = 2
     cause = Cause(
         "an edge sensor drifts with time", ("sensors",), "Read the sensor against a fixed edge before and after a run."
     )

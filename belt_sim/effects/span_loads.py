@@ -186,6 +186,7 @@ class OffCentreLoad(Effect):
 
 
 _NEAREST = 0.25  # [m] to a pulley: nearer, a step of the march no longer follows the span's stiffness
+_FRICTION = 0.3  # of belt on pulley
 
 
 @effect
@@ -194,7 +195,8 @@ class EdgeGuide(Effect):
 
     The belt beside the roller is where its ends and P put it, y = y_ends - P give, so that P = k (|y_ends| - gap) /
     (1 + k give). P bends the span's run-up back until the belt no longer runs sideways: y saturates. ``at`` counts
-    from the tail pulley's axis; a sticking belt does not move on the pulleys themselves.
+    from the tail pulley's axis; a sticking belt does not move on the pulleys themselves. Friction there bears a push of
+    pi mu F at most (mu = 0.3), and P stays at that; a guide close behind a run-off reaches it, and the belt slides.
     """
 
     title = "Edge guides: rollers beside the spans that push the belt's edge back"
@@ -241,7 +243,8 @@ class EdgeGuide(Effect):
         stiff = jnp.stack([self.stiffness, self.stiffness_lower])
         stiff = jnp.where(boundary.direction > 0, stiff, stiff[::-1])  # the first span runs up the tail pulley
         push = -stiff * (place - jnp.clip(place, -self.gap, self.gap)) / (1.0 + stiff * known.give)
-        return add_load(bend, known, push)
+        grip = jnp.pi * _FRICTION * case.tension_force
+        return add_load(bend, known, jnp.clip(push, -grip, grip))
 
     def scene(self, parts, case):
         x = float(case.rig.centre_distance) - float(self._from_tail(case.rig.span_length))

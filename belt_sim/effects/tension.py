@@ -30,6 +30,7 @@ class SpeedTension(Effect):
     law = "drive"
     reference = "physics sheet, sections 7 and 9"
     parity = "odd"
+    stage = 1  # of the tension that the load cell should have shown
     cause = Cause("speed takes tension off the spans", ("upper", "lower"), CHECK_MODEL, of_model=True)
     share: float = parameter("1", "share of rho v^2 that counts", plausible=(0.5, 1.5), scale=1.0, default=1.0)
 

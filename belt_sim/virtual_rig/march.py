@@ -315,10 +315,10 @@ class _DelayEquation:
         return past[0] + gone[0], past[1] + gone[1]
 
     def slip_at_yaw_step(self, k: int, y: np.ndarray) -> np.ndarray:
-        """The state once the run-ups have let go, in lanes whose yaw is changed at the beginning of step k."""
+        """The state once the run-ups have let go: at the start, and where the yaw is changed as step k begins."""
         line, before = self.line, self.nodes[max(k - 1, 0)]
         middle = (self.nodes[k] + self.nodes[k + 1]) / 2
-        changed = (middle > line.yaw_at) & ((k == 0) | ((before + self.nodes[k]) / 2 <= line.yaw_at))
+        changed = (middle > line.yaw_at) & ((before + self.nodes[k]) / 2 <= line.yaw_at) | (k == 0)
         if not changed.any():
             return y
         kappa = self.curvatures(self.nodes[k], k, y, self.here)[0]

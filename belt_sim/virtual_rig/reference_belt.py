@@ -265,10 +265,11 @@ class EdgeGuideFault(Fault):
         return force_at(line, True, share), force_at(line, False, share)
 
     def push(self, s, line, load, free, kept):
-        """The roller and the span give way together: k (|y| - gap) back towards the middle."""
+        """The roller and the span give way together: k (|y| - gap) back towards the middle, as far as friction of the
+        half turn on a pulley bears it, 0.3 pi F."""
         k = np.broadcast_to(self.stiffness if load.upper else self.stiffness_lower, free.shape)
         beyond = np.maximum(np.abs(free) - self.gap, 0.0)
-        return -np.sign(free) * k * beyond / (1 + k * load.give), kept
+        return -np.sign(free) * np.minimum(k * beyond / (1 + k * load.give), 0.3 * np.pi * line.force), kept
 
     def scene(self, parts, case):
         """As lines beside the spans; equal pulleys are taken for the place along the machine."""

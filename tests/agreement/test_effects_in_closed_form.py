@@ -388,6 +388,15 @@ def test_what_the_belt_carries_acts_as_a_taper_or_a_camber():
     assert np.abs(bent.y).max() > 1e-5
 
 
+def test_a_guide_pushes_no_harder_than_friction_on_the_pulleys_bears():
+    """Close behind a run-off a hard roller meets belt that the pulley holds: at most pi mu F, and no run-away."""
+    case = paper_case(10)
+    (behind,) = affected([(case, {"edge_guide": {"stiffness_lower": 1e7, "gap": 1e-3, "at": 0.25}})], 100.0)
+    assert np.abs(behind.y).max() < 0.02  # [m]
+    grip = 0.3 * np.pi * float(case.tension_force)
+    assert np.abs(behind.moment[1]).max() < grip * 0.25  # [N m], an arm as long as the guide is away
+
+
 @pytest.mark.evidence(
     "traction_loss",
     route="definition",

@@ -195,3 +195,20 @@ def test_a_belt_that_turned_starts_faster():
     slips, sticks = affected([(paper_case(7), {"slip": {"inverse_friction": 1 / MU}}), (paper_case(7), {})], 20.0)
     assert np.abs(slips.moment[0, 0]) < np.abs(sticks.moment[0, 0])
     assert slips.y[0, 5] / sticks.y[0, 5] > 1.02
+
+
+def test_it_answers_to_any_moment_at_the_start_and_once():
+    """A yaw offset is a yaw that was there before; turning the head pulley at the same time doubles nothing."""
+    slip, offset = {"slip": {"inverse_friction": 1 / MU}}, {"yaw_offset_tail": {"beta_0": YAW}}
+    yawed, stands, both, head = affected(
+        [
+            (paper_case(20), slip),
+            (paper_case(20, 0.0), slip | offset),
+            (paper_case(20, yaw_head=Schedule.step(1e-12)), slip),
+            (paper_case(20, 0.0, yaw_head=Schedule.step(YAW)), slip),
+        ],
+        20.0,
+    )
+    np.testing.assert_allclose(stands.y, yawed.y, atol=EXACT * np.abs(yawed.y).max())
+    np.testing.assert_allclose(both.y, yawed.y, atol=1e-6 * np.abs(yawed.y).max())
+    assert np.abs(head.y[2, :10]).max() > 1e-5

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from paper_cases import LANES, YAW, marched, paper_case
 
-from belt_sim.effects.base import HOOKS, LAWS, Effect
+from belt_sim.effects.base import HOOKS, LAWS, Effect, uses
 from belt_sim.effects.library import library
 from belt_sim.effects.pipeline import indicate
 from belt_sim.effects.span_stiffness import SagRoll
@@ -211,3 +211,15 @@ def test_declarations_are_complete(cls):
         assert low < high, name
         assert low <= p.scale <= high or low <= -p.scale <= high, name
         assert getattr(cls.null(), name) == p.null
+
+
+def test_the_order_in_which_effects_are_named_does_not_matter():
+    """Physics has one order: the belt's edge, gain, offset and drift; the load cell, then centrifugal tension."""
+    effects, draw = [acting(cls) for cls in EFFECTS], np.random.default_rng(1)
+    for hook in HOOKS:
+        named = [e for e in effects if getattr(type(e), hook) is not getattr(Effect, hook)]
+        orders = [[e.id for e in uses([named[k] for k in draw.permutation(len(named))], hook)] for _ in range(5)]
+        assert all(order == orders[0] for order in orders), hook
+    sensors = [e.id for e in uses(effects[::-1], "sensor")]
+    assert sensors[:2] == ["edge_profile", "sensor_gain"]
+    assert [e.id for e in uses(effects[::-1], "settings")][-1] == "speed_tension"
