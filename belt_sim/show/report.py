@@ -268,7 +268,8 @@ def effect_card(effect: str, numbers: Mapping[str, Estimate], machine: Machine |
         meaning = known[n].meaning if n in known else n
         if machine is not None and meaning.startswith("share of the span's length"):
             meaning = "distance from the head pulley"
-            marks.append((min(max(numbers[n].value, 0.0), 1.0), text.split(" ")[0] + " m"))
+            if there.get("span") != "lower":  # the sketch marks places of the upper span
+                marks.append((min(max(numbers[n].value, 0.0), 1.0), text.split(" ")[0] + " m"))
         sizes.append(f"{meaning}: {text}")
     parts = cause.parts if cause else PARTS_OF_LAW.get(getattr(cls, "law", ""), ())
     return {
