@@ -71,9 +71,11 @@ class TractionLoss(Effect):
 class LiftOff(Effect):
     """Steel of thickness h straightens over l = sqrt(D/(sigma h)) beside the tangent point, D its plate stiffness.
 
-    A fibre under more tension has a shorter layer and lies lower there, by l^2/2R of a height of its own. A belt with
-    an in-plane moment M so tilts where it leaves the pulley, phi = s (l^2/2R) M/T, and by reciprocity leaves it at
-    y' = theta -+ (l^3/8R^2) M/T + s (l^2/2R) phi' (- at the run-up, + at the run-off; s = +1 upper, -1 lower span).
+    A fibre under more tension has a shorter layer and lies lower there. A belt with an in-plane moment M so tilts where
+    it leaves the pulley, phi = s H M/T with H = (l^2/R)/(1 + r) and r^2 = F b^2/(12 T), and leaves it at
+    y' = theta -+ (l^3/2R^2)/(1 + r)^2 M/T + s H phi' (- at the run-up, + at the run-off; s = +1 upper, -1 lower span;
+    the last term by reciprocity). docs/theory.md derives it.
+
     ``strength`` multiplies l^2 and l^3; 1 is a steel belt, nothing is fitted. What cambers, welds and guides add
     between the ends is not felt by the layer.
     """
@@ -92,8 +94,9 @@ class LiftOff(Effect):
         tail, head = case.rig.tail_radius, case.rig.head_radius
         runup, runoff = jnp.stack([tail, head]), jnp.stack([head, tail])
         side = case.settings.direction * jnp.array([1.0, -1.0])
-        lift = [self.strength * side * layer**2 / (2.0 * r) for r in (runup, runoff)]
-        lean = [self.strength * layer**3 / (8.0 * r**2) for r in (runup, runoff)]
+        share = 1.0 + jnp.sqrt(case.tension_force * case.belt.width**2 / (12.0 * span.torsion))
+        lift = [self.strength * side * layer**2 / (share * r) for r in (runup, runoff)]
+        lean = [self.strength * layer**3 / (2.0 * (share * r) ** 2) for r in (runup, runoff)]
         moment = span.bending / span.torsion  # M/T per unit of curvature
         # outputs kappa and phi' at run-up and run-off -> what they add to the boundary values
         back = jnp.zeros((2, 5, 4))

@@ -123,17 +123,21 @@ class Line:
     def end_compliance(self, to_tail: bool) -> tuple[np.ndarray, np.ndarray]:
         """How run-off and run-up give way to the span: (slope, tilt) per (couple about z, couple about x), symmetric.
 
-        Shape (batch, 2, 2) each [rad/(N m)]. A fibre under the tension n b h per width lifts off where its bending
-        layer, sqrt(D/(sigma h)) long, begins; a couple about z spreads n over the width by 1/T of itself.
+        Shape (batch, 2, 2) each [rad/(N m)]. The belt lies on the pulley to where its bending layer begins, whose slope
+        is (length/R) exp(-x/length) towards the straight line. There a couple M about z twists it. The rate of twist t
+        obeys D b^3/12 t'' - T t = M times that slope, t = 0 at the pulley: the difference of two exponentials.
         """
         plate = self.youngs_modulus * self.thickness**3 / (12 * (1 - self.poisson_ratio**2))
         length = np.sqrt(plate / (self.stress * self.thickness))
         upper = np.where((self.direction > 0) == to_tail, 1.0, -1.0)
         pulleys = (self.head_radius, self.tail_radius) if to_tail else (self.tail_radius, self.head_radius)
+        twist = np.sqrt(plate * self.width**3 / 12 / self.torsion)  # the other length, along which a twist dies out
         found = []
         for radius, at_runup in zip(pulleys, (-1.0, 1.0), strict=True):
-            slope = -self.layer * length**3 / (8 * radius**2) / self.torsion
-            cross = at_runup * upper * self.layer * length**2 / (2 * radius) / self.torsion
+            rolled = length**3 / (length + twist) / radius  # integral of t, times T/M
+            turned = rolled * length / (2 * radius) / (1 + twist / length)  # of the layer's slope times t
+            slope = -self.layer * turned / self.torsion
+            cross = at_runup * upper * self.layer * rolled / self.torsion
             found.append(np.stack([np.stack([slope, cross], -1), np.stack([cross, 0 * cross], -1)], -2))
         return found[0], found[1]
 
