@@ -41,7 +41,7 @@ class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
 
     title = "Edge profile: the belt's own edge is not straight"
     law = "sensor"
-    reference = "physics sheet, section 7; spectrum as measured on a laboratory conveyor, 1.9 mm peak to peak"
+    reference = "docs/theory.md; spectrum as measured on a laboratory conveyor, 1.9 mm peak to peak"
     parity = "even"
     tension_exponent = 0.0
     on_belt = True
@@ -102,7 +102,7 @@ class Camber(Effect):
 
     title = "Camber: a belt that is evenly curved in its own plane when nothing holds it"
     law = "span"
-    reference = "physics sheet, sections 3 and 7; Benson 2002 (JDSMC 124(1) 25)"
+    reference = "docs/theory.md; Benson 2002 (JDSMC 124(1) 25)"
     parity = "even"
     on_belt = True
     cause = Cause(
@@ -182,7 +182,7 @@ class Weld(Effect):
 
     title = "A weld: the belt is curved in its own plane over a short length, which passes once every belt length"
     law = "span"
-    reference = "physics sheet, section 7; Benson 2002 (JDSMC 124(1) 25) for splices"
+    reference = "docs/theory.md; Benson 2002 (JDSMC 124(1) 25) for splices"
     parity = "even"
     on_belt = True
     comes_round = True

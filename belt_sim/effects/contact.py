@@ -14,7 +14,7 @@ class SoftCover(Effect):
 
     title = "Soft cover, rolling-radius compliance: the belt turns under its own entry moment"
     law = "run-up"
-    reference = "physics sheet, section 7"
+    reference = "docs/theory.md"
     parity = "odd"
     cause = Cause(
         "a soft pulley cover gives way under one edge",

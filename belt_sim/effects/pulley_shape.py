@@ -18,7 +18,7 @@ class Taper(Effect):
 
     title = "Taper: a pulley that is a cone"
     law = "run-up"
-    reference = "physics sheet, section 7"
+    reference = "docs/theory.md"
     parity = "even"
     cause = Cause(
         "the {pulley} pulley is conical",
@@ -81,7 +81,7 @@ class Crown(Effect):
 
     title = "Crown: pulleys that are thicker in the middle"
     law = "run-up"
-    reference = "physics sheet, section 7"
+    reference = "docs/theory.md"
     parity = "odd"
     cause = Cause("the {pulley} pulley is crowned or hollow", ("tail", "head"), CHECK_DIAMETERS)
     c: float = parameter("1/m2", "crown of the tail pulley", plausible=(-0.5, 0.5), scale=5e-3, shop=(500.0, _BULGE))
@@ -145,7 +145,7 @@ class BuildUp(Effect):
 
     title = "Build-up: dirt that grows on one side of a pulley as the belt brings it"
     law = "run-up"
-    reference = "physics sheet, section 7 (taper); makers' guides: carry-back on return pulleys"
+    reference = "docs/theory.md (taper); makers' guides: carry-back on return pulleys"
     parity = "even"
     cause = Cause(
         "dirt builds up on one side of the tail pulley", ("tail",), "Look at the tail pulley's surface, and clean it."
@@ -170,7 +170,7 @@ class RunUpPoints(Effect):
 
     title = "Real positions of the run-up and run-off points of a sagging span"
     law = "drive"
-    reference = "paper Fig. 10; physics sheet, section 6"
+    reference = "paper Fig. 10; docs/theory.md"
     parity = "odd"
     stage = 1  # of the yaw that the pulley really has
     cause = Cause("a sagging span meets its pulley before the top", ("tail", "head"), CHECK_MODEL, of_model=True)

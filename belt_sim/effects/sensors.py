@@ -25,7 +25,7 @@ class SensorGain(Effect):
 
     title = "Gain error of the edge sensors"
     law = "sensor"
-    reference = "physics sheet, section 7"
+    reference = "docs/theory.md"
     parity = "odd"
     stage = 1  # after the belt's own edge
     cause = Cause(
@@ -47,7 +47,7 @@ class SensorOffset(Effect):
 
     title = "Zero error common to all runs of an edge sensor"
     law = "sensor"
-    reference = "physics sheet, section 7"
+    reference = "docs/theory.md"
     parity = "even"
     tension_exponent = 0.0
     stage = 2
@@ -70,7 +70,7 @@ class SensorDrift(Effect):
 
     title = "Drift of the edge sensors in time"
     law = "sensor"
-    reference = "physics sheet, section 7"
+    reference = "docs/theory.md"
     parity = "even"
     tension_exponent = 0.0
     stage = 2
@@ -116,7 +116,7 @@ class EncoderScale(Effect):
 
     title = "Encoder scale: a metre on the display is not a metre of belt"
     law = "sensor"
-    reference = "physics sheet, section 7"
+    reference = "docs/theory.md"
     parity = "odd"
     tension_exponent = 0.0
     cause = Cause(

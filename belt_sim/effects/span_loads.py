@@ -32,7 +32,7 @@ class MachineTilt(Effect):
 
     title = "Machine tilt: a machine that leans to one side about its long axis"
     law = "span"
-    reference = "clamped span under an even side load, any textbook; physics sheet, section 3 for the hanging strip"
+    reference = "clamped span under an even side load, any textbook; docs/theory.md for the hanging strip"
     parity = "even"
     tension_exponent = -1.0
     cause = Cause(
@@ -201,7 +201,7 @@ class EdgeGuide(Effect):
 
     title = "Edge guides: rollers beside the spans that push the belt's edge back"
     law = "span"
-    reference = "physics sheet, section 7; clamped beam with an elastic stop, any textbook"
+    reference = "docs/theory.md; clamped beam with an elastic stop, any textbook"
     parity = "odd"
     cause = Cause(
         "a guide roller pushes the belt back at its edge",

@@ -13,7 +13,7 @@ class SagRoll(Effect):
 
     title = "Sag-roll coupling: a hanging belt relieves its in-plane bending by tilting"
     law = "span"
-    reference = "physics sheet, section 3 (strip); edge ropes of Ritzinger 1997 and Ernst 1965 describe the same sag"
+    reference = "docs/theory.md (strip); edge ropes of Ritzinger 1997 and Ernst 1965 describe the same sag"
     parity = "odd"
     cause = Cause("a slack belt hangs, and tilts instead of bending", ("upper", "lower"), CHECK_MODEL, of_model=True)
     strength: float = parameter("1", "strength of the effect (theory: 1)", plausible=(0.5, 1.5), scale=1.0, default=1.0)

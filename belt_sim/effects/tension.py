@@ -11,7 +11,7 @@ class TensionBias(Effect):
 
     title = "Load-cell gain or bias: the tension is not what the display says"
     law = "drive"
-    reference = "physics sheet, section 7"
+    reference = "docs/theory.md"
     parity = "odd"
     cause = Cause("the tension is not the one displayed", ("tensioner",), "Check the load cell with a known weight.")
     gain: float = parameter("1", "gain error of the load cell", plausible=(-0.3, 0.3), scale=0.05, shop=PERCENT)
@@ -28,7 +28,7 @@ class SpeedTension(Effect):
 
     title = "Centrifugal tension: a fast belt pulls on itself, not on the pulleys"
     law = "drive"
-    reference = "physics sheet, sections 7 and 9"
+    reference = "docs/theory.md"
     parity = "odd"
     stage = 1  # of the tension that the load cell should have shown
     cause = Cause("speed takes tension off the spans", ("upper", "lower"), CHECK_MODEL, of_model=True)

@@ -64,7 +64,7 @@ class TaperDrift(Effect):
 
     title = "Warming up makes the steered pulley a cone"
     law = "run-up"
-    reference = "physics sheet, section 7 (taper); expansion of steel 1.2e-5 1/K"
+    reference = "docs/theory.md (taper); expansion of steel 1.2e-5 1/K"
     parity = "even"
     cause = Cause(
         "the tail pulley becomes conical as it warms up",

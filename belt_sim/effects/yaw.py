@@ -21,7 +21,7 @@ class YawOffsetTail(Effect):
 
     title = "Zero error of the tail pulley's yaw"
     law = "drive"
-    reference = "physics sheet, section 7"
+    reference = "docs/theory.md"
     parity = "even"
     tension_exponent = 0.0
     cause = Cause(
@@ -44,7 +44,7 @@ class YawOffsetHead(Effect):
 
     title = "Zero error of the head pulley's yaw"
     law = "drive"
-    reference = "physics sheet, section 7"
+    reference = "docs/theory.md"
     parity = "even"
     tension_exponent = 0.0
     cause = Cause(
@@ -67,7 +67,7 @@ class YawBacklash(Effect):
 
     title = "Yaw backlash: play in the steering"
     law = "drive"
-    reference = "physics sheet, section 7; play operator of Prandtl"
+    reference = "docs/theory.md; play operator of Prandtl"
     parity = "odd"
     cause = Cause(
         "the steering of the tail pulley has play",
@@ -96,7 +96,7 @@ class YawCompliance(Effect):
 
     title = "Yaw compliance: the belt's bending moment and its pull off the middle turn the steered pulley"
     law = "drive"
-    reference = "physics sheet, section 7"
+    reference = "docs/theory.md"
     parity = "odd"
     needs = frozenset({"moment"})
     cause = Cause(
@@ -157,7 +157,7 @@ class Cant(Effect):
 
     title = "Cant: a pulley axis that is not level"
     law = "wrap"
-    reference = "Zhang 2011 (10.1115/1.4004975); physics sheet, section 7"
+    reference = "Zhang 2011 (10.1115/1.4004975); docs/theory.md"
     parity = "even"
     tension_exponent = 0.0
     cause = Cause(

@@ -76,8 +76,7 @@ hash before anyone answers.
 - The *distance* of an unknown effect is what the best three effects of the catalogue leave over of it.
 - Intervals are Wilson's, 95 %.
 - An alias counts as right if the answer itself says that the two cannot be told apart.
-- Campaigns with a hidden `pulley_deflection` count, though their law was wrong: it was a hollow pulley
-  ([bent pulleys](theory.md#bent-pulleys)).
+- Hidden `pulley_deflection` had a [wrong law](theory.md#bent-pulleys).
 
 These campaigns test the diagnosis against our picture of a machine. **No campaign comes from a real machine.**
 Noise, plausible sizes and kinds of faults on the virtual rig are our assumptions ([how far to believe each
