@@ -1,9 +1,11 @@
 """What the truth leaves of the readings: the noise that was drawn, and nothing of what is hidden."""
 
+import numpy as np
 import pytest
 from small_challenge import PLAN, answer_of
 
 from belt_sim.virtual_rig import Noise, make_campaign
+from studies.challenge import oracle
 from studies.challenge.oracle import least_error, left_by_named
 
 #: white noise only: a perfect law leaves just that, whatever is hidden
@@ -56,3 +58,19 @@ def test_a_stiffer_span_is_told_from_a_taper_and_not_from_a_load_cell_that_errs(
     assert left is not None
     assert left < 0.1 if alike else left > 10.0
     assert left_by_named(campaign, truth, {"effects": []}) is None
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_rounding_of_a_processor_does_not_move_the_distance(seed, monkeypatch):
+    stiffer = [{"id": "span_stiffening", "c": 0.5, "bend": 1e-5}]
+    campaign, truth = make_campaign(hidden=stiffer, seed=5, base="beam_th2", plan=PLAN, noise=WHITE)
+    numbers = {"gain": -0.2, "bias": 0.0}
+    named = {"id": "tension_bias", "numbers": numbers, "parameters": {name: {} for name in numbers}}
+    random, exact = np.random.default_rng(seed), oracle.observe
+
+    def rounded(*asked):
+        seen = exact(*asked)
+        return seen * (1.0 + 1e-11 * random.standard_normal(seen.shape))
+
+    monkeypatch.setattr(oracle, "observe", rounded)
+    assert left_by_named(campaign, truth, {"effects": [named]}) == pytest.approx(0.00575, rel=0.01)
