@@ -86,7 +86,9 @@ _UNFUSED = "--xla_cpu_max_isa=AVX"
 _WHOLE_LOOPS = f"--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold={2**30}"
 _IN_ONE_PIECE = "--xla_cpu_parallel_codegen_split_count=1"
 _FLAGS = (_UNFUSED, _WHOLE_LOOPS, _IN_ONE_PIECE)
-#: compiles three times as fast; code runs up to twice as long
+#: from this JAX on nobody has tried these flags: each is tried in a process of its own (XLA ends one that it knows not)
+UNTRIED = (0, 13)
+#: compiles three times as fast; code runs up to twice as long. JAX 0.11 and later have no fusion emitters to switch off
 LEAST_EFFORT = {"xla_backend_optimization_level": 0, "xla_cpu_use_fusion_emitters": False}
 #: compiled programs of a kind that a process keeps: each maps memory, of which Linux allows 65,530 regions
 PROGRAMS = 32
@@ -98,7 +100,46 @@ def jit_float64(function: Callable[..., Any], *, brief: bool = False, **options:
     brief: the function runs so seldom that compiling costs more: it is compiled with LEAST_EFFORT, which changes last
     bits of a few functions only.
     """
-    return in_float64(jax.jit(function, compiler_options=LEAST_EFFORT if brief else None, **options))
+
+    @functools.cache
+    def compiled() -> Callable[..., Any]:
+        return jax.jit(
+            function, compiler_options=known_options(tuple(LEAST_EFFORT.items())) if brief else None, **options
+        )
+
+    return in_float64(functools.wraps(function)(lambda *args, **kwargs: compiled()(*args, **kwargs)))
+
+
+@functools.cache
+def known_options(options: tuple[tuple[str, Any], ...]) -> dict[str, Any]:
+    """Return those of some compiler options that this XLA knows: they come and go with its versions."""
+
+    def is_known(name: str, value: Any) -> bool:
+        try:
+            jax.jit(lambda: 0, compiler_options={name: value}).lower().compile()
+        except jax.errors.JaxRuntimeError as error:
+            if name not in str(error):
+                raise
+            return False
+        return True
+
+    return {name: value for name, value in options if is_known(name, value)}
+
+
+def known_flags(flags: Sequence[str]) -> list[str]:
+    """Return those of some XLA_FLAGS with which this XLA starts."""
+    if jax.__version_info__ < UNTRIED or not _why_not_started(flags):
+        return list(flags)
+    return [flag for flag in flags if not _why_not_started([flag])]
+
+
+def _why_not_started(flags: Sequence[str]) -> str:
+    """Return what XLA says as it ends a process with such XLA_FLAGS; empty where it starts."""
+    command, cpu = [sys.executable, "-c", "import jax; jax.devices()"], {"JAX_PLATFORMS": "cpu"}
+    environment = os.environ | cpu | {"XLA_FLAGS": " ".join(flags)}
+    tried = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    said = [line for line in tried.stderr.splitlines() if "nknown flag" in line] or tried.stderr.splitlines()[-1:]
+    return (" ".join(said) or f"exit status {tried.returncode}") if tried.returncode else ""
 
 
 def in_float64(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -128,7 +169,7 @@ def prepare(space: bool = False) -> None:
     if not space:
         said = os.environ.get("XLA_FLAGS", "").split()
         given = {flag.partition("=")[0] for flag in said}
-        said += [flag for flag in _FLAGS if flag.partition("=")[0] not in given]
+        said += known_flags([flag for flag in _FLAGS if flag.partition("=")[0] not in given])
         os.environ["XLA_FLAGS"] = " ".join(said)
     if asked and asked != "cpu":
         try:
@@ -141,7 +182,7 @@ def prepare(space: bool = False) -> None:
 
 def keep_programs(replace: bool = False) -> None:
     """Keep compiled programs under BELT_SIM_CACHE or ~/.cache; where JAX has a cache already, only if ``replace``."""
-    if not replace and jax.config.values["jax_compilation_cache_dir"]:
+    if not replace and jax.config.jax_compilation_cache_dir:
         return
     folder = os.environ.get("BELT_SIM_CACHE", str(Path.home() / ".cache" / "belt_sim" / "jax"))
     if folder == "off" and not replace:
@@ -155,17 +196,13 @@ def keep_programs(replace: bool = False) -> None:
 def check_environment() -> None:
     """Raise InputError for variables of the user's that JAX cannot work with: XLA ends a process that has a flag which
     it does not know."""
-    if jax.config.values["jax_disable_jit"]:
+    if jax.config.jax_disable_jit:
         raise InputError("JAX_DISABLE_JIT", "1", "", "belts are compiled; unset it")
     flags = " ".join(flag for flag in os.environ.get("XLA_FLAGS", "").split() if flag not in _FLAGS)
     if not flags:  # none but our own, which this process or the one that started it has set
         return
-    command = [sys.executable, "-c", "import jax; jax.devices()"]
-    cpu = os.environ | {"JAX_PLATFORMS": "cpu"}
-    tried = subprocess.run(command, capture_output=True, text=True, check=False, env=cpu)
-    if tried.returncode:
-        said = [line for line in tried.stderr.splitlines() if "nknown flag" in line] or tried.stderr.splitlines()[-1:]
-        raise InputError("XLA_FLAGS", flags, "", f"XLA does not start with it ({' '.join(said)[-120:]}); unset it")
+    if said := _why_not_started(os.environ["XLA_FLAGS"].split()):
+        raise InputError("XLA_FLAGS", flags, "", f"XLA does not start with it ({said[-120:]}); unset it")
 
 
 def is_unfused() -> bool:

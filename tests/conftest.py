@@ -15,7 +15,9 @@ from xdist.scheduler import LoadScopeScheduling
 from belt_sim.files import ROOT
 from belt_sim.jax_setup import prepare
 
-LITTLE_EFFORT = "--xla_backend_optimization_level=1 --xla_cpu_use_fusion_emitters=false"
+LITTLE_EFFORT = "--xla_backend_optimization_level=1"
+if jax.__version_info__ < (0, 11):  # later ones have no fusion emitters to switch off
+    LITTLE_EFFORT += " --xla_cpu_use_fusion_emitters=false"
 
 prepare()
 usual = os.environ["XLA_FLAGS"]

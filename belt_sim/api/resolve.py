@@ -6,8 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from belt_sim.campaign import Campaign, read_campaign
-from belt_sim.campaign.types import case_of
+from belt_sim.campaign.types import Campaign, case_of
 from belt_sim.case import Case
 from belt_sim.config import model_settings
 from belt_sim.diagnosis.readings.candidates import default_candidates
@@ -30,6 +29,8 @@ def campaign_of(spec: Campaign | str | Path) -> Campaign:
     if not isinstance(spec, Campaign | str | Path):
         remedy = "give a campaign, its folder, or the name of one that ships"
         raise InputError("campaign", type(spec).__name__, "", remedy)
+    from belt_sim.campaign.folder import read_campaign  # files of a campaign: a run of a model has none
+
     return spec if isinstance(spec, Campaign) else read_campaign(spec)
 
 

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from belt_sim import si
-from belt_sim.api import plant
 from belt_sim.api import simulate as simulation
 from belt_sim.api.resolve import by_tension, model_of
 from belt_sim.commands.outputs import RECORDING, observers_of, partial_curves_kept, show, write_simulation
@@ -17,7 +16,6 @@ from belt_sim.config import case_from, model_settings
 from belt_sim.curves import read_curves
 from belt_sim.errors import InputError, finite
 from belt_sim.files import write_text
-from belt_sim.linear.plant import LinearBelt
 from belt_sim.provenance import provenance
 from belt_sim.show.observers import resolve_watch
 from belt_sim.show.terminal import tell_choice
@@ -119,6 +117,9 @@ def scene(run_dir: RunDir) -> None:
 
 def export(run_dir: RunDir) -> None:
     """Leave the plant for the design of a controller: the FMU, the MAT file, plant.json and bode.png."""
+    from belt_sim.api import plant
+    from belt_sim.linear.plant import LinearBelt
+
     config = run_dir.config
     case = case_from({**config, "yaw": 0.0, "yaw_head": 0.0, "travel": 1.0})
     linear = plant.linearise(case, model=model_settings(config["model"]), effects=config["effects"])

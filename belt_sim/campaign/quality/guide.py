@@ -8,7 +8,6 @@ belt's revolution and alike in all runs; it is subtracted first.
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from belt_sim.campaign.quality.record import Record, Suspicion
 from belt_sim.campaign.types import Campaign, rig_of
@@ -75,6 +74,8 @@ def _guide_signs(record: Record, span: float) -> tuple[bool, bool] | None:
     run, error, s = record.run, record.drift_error, record.travel
     if run.yaw == 0.0 or len(s) <= 24 or s[-1] <= SPANS * span or s[0] >= EARLY * s[-1]:
         return None
+    from scipy.ndimage import uniform_filter1d  # a quarter of a second, which runs of a model need not wait for
+
     y = uniform_filter1d(record.readings, max(1, len(record.readings) // 50), mode="nearest")
     if np.abs(y).max() <= CLEAR_SWING * error:
         return None

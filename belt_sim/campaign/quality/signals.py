@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from belt_sim.campaign.problems import shortlist
 from belt_sim.campaign.quality.record import (
@@ -173,6 +172,8 @@ def jumps(y: np.ndarray, least: float) -> np.ndarray:
     Near the ends the neighbours are those of the nearest whole window, carried on along their median slope. 0 where
     nothing scatters.
     """
+    from scipy.ndimage import median_filter  # a quarter of a second, which runs of a model need not wait for
+
     width, last = 2 * LONGEST_SPIKE + 1, len(y) - 1 - LONGEST_SPIKE
     local, place = median_filter(y, width), np.arange(len(y))
     for window, middle, end in ((y[:width], LONGEST_SPIKE, place < LONGEST_SPIKE), (y[-width:], last, place > last)):

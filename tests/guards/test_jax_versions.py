@@ -1,0 +1,21 @@
+"""Options and flags of XLA come and go with its versions: those that one does not know are left out."""
+
+import numpy as np
+
+from belt_sim import jax_setup
+from belt_sim.jax_setup import jit_float64, known_flags, known_options
+
+
+def test_an_option_of_the_compiler_that_xla_does_not_know_is_left_out(monkeypatch):
+    known = {"xla_backend_optimization_level": 0}
+    assert known_options((*known.items(), ("xla_fusion_of_last_year", False))) == known
+    monkeypatch.setattr(jax_setup, "LEAST_EFFORT", known | {"xla_fusion_of_last_year": False})
+    third = jit_float64(lambda x: x / 3.0, brief=True)(np.ones(2))
+    assert np.asarray(third).tolist() == [1 / 3, 1 / 3]
+
+
+def test_a_flag_that_an_untried_xla_does_not_know_is_left_out(monkeypatch):
+    flags = ["--xla_cpu_max_isa=AVX", "--xla_flag_of_last_year=1"]
+    assert known_flags(flags) == flags  # a version that was tried costs no process
+    monkeypatch.setattr(jax_setup, "UNTRIED", (0, 1))
+    assert known_flags(flags) == flags[:1]
