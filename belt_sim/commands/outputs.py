@@ -170,57 +170,54 @@ def observers_of(model: Model | SteadyModel, watch: str | None, title: str, fold
     elif watch is not None:
         from belt_sim.show.rerun import RerunObserver
 
-        watching.append(RerunObserver(folder / RECORDING if watch == "rrd" else None))
+        watching.append(RerunObserver(folder / RECORDING if watch == "rrd" else None, model=model.name))
     return watching
 
 
-def show(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: Path) -> None:
-    """Record a finished run in ``folder``, or show it in the Rerun viewer until Enter is pressed.
+def record(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: Path) -> None:
+    """Leave the recording of a finished run that was not watched meanwhile."""
+    if watch == "rrd" and s.curves is not None and not in_time(model):
+        from belt_sim.show.rerun import Overlay, record_runs, run_title
 
-    A viewer that is a web page of this process is served until Ctrl-C; with nobody at the terminal the run is recorded.
-    """
-    if watch in (None, "viewer") or s.curves is None:
-        return
-    if watch == "rrd":
-        if not in_time(model):
-            _record(s, folder)
-        return
-    from belt_sim.show.geometry import frames
-    from belt_sim.show.observers import has_display
-    from belt_sim.show.rerun import RerunObserver
+        title = run_title(s.case)
+        overlay = Overlay(modelled={s.model: s.curves}, case=s.case)
+        record_runs(folder / RECORDING, {title: overlay}, name=f"{s.model}, {title}")
 
+
+def stay(s: Simulation, model: Model | SteadyModel, watching: Sequence[Observer], watch: str | None) -> None:
+    """Show a run whose results are written: in the Rerun viewer until Enter is pressed, as a web page of this process
+    until Ctrl-C; in MuJoCo's viewer until its window is closed."""
+    from belt_sim.show.observers import ViewerObserver, has_display
+
+    for observer in watching:
+        if isinstance(observer, ViewerObserver):
+            observer.wait()
+    if watch != "rerun" or s.curves is None:
+        return
     if not in_time(model):
-        viewer = RerunObserver()
+        from belt_sim.show.geometry import frames
+        from belt_sim.show.rerun import RerunObserver
+
+        viewer = RerunObserver(model=s.model)
         viewer.start(s.case, s.travel)
         for frame in frames(s.case, s.curves):
             viewer.frame(frame)
         viewer.finish(s.curves)
-    if not sys.stdin.isatty():
-        print(f"the viewer ends with this process; rerun {_record(s, folder)} shows the run again")
-    elif has_display():
-        if not in_time(model):
-            input("press Enter to close the viewer")
-    else:
-        print("the page is served until Ctrl-C")
+    if not has_display():
+        print("the page is served until Ctrl-C", flush=True)
         with suppress(KeyboardInterrupt):
             while True:
                 time.sleep(1.0)
         print()
-
-
-def _record(s: Simulation, folder: Path) -> Path:
-    from belt_sim.show.rerun import Overlay, record_runs
-
-    assert s.curves is not None
-    record_runs(folder / RECORDING, {"run": Overlay(modelled={s.model: s.curves}, case=s.case)})
-    return folder / RECORDING
+    elif not in_time(model) and sys.stdin.isatty():
+        input("press Enter to close the viewer")
 
 
 def write_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
     """comparison.rrd, a tab a run: what was measured, the base model and, where effects were found, the final model."""
     from belt_sim.api.resolve import effects_of, fitted_model
     from belt_sim.diagnosis.readings.samples import samples_of
-    from belt_sim.show.rerun import Overlay, record_runs
+    from belt_sim.show.rerun import Overlay, record_runs, run_title
 
     samples, model, effects = samples_of(campaign), fitted_model(d.base_model), effects_of(d.effects)
     variants = {model.name: ()} | ({"with " + ", ".join(e.id for e in effects): effects} if effects else {})
@@ -233,8 +230,8 @@ def write_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
     runs = range(len(samples.runs))
     first = [overlay(r) for r in runs[:1]]  # compiles, before there are several threads
     overlays = [*first, *map_in_threads(overlay, runs[1:])]
-    named = zip((run.name for run in samples.runs), overlays, strict=True)
-    record_runs(folder / "comparison.rrd", dict(named))
+    titles = [f"{run.name}, {run_title(o.case)}" for run, o in zip(samples.runs, overlays, strict=True)]
+    record_runs(folder / "comparison.rrd", dict(zip(titles, overlays, strict=True)), name=campaign.title)
 
 
 def _measured_curves(samples: Any, r: int) -> Curves:

@@ -10,7 +10,7 @@ import numpy as np
 from belt_sim import si
 from belt_sim.api import simulate as simulation
 from belt_sim.api.resolve import by_tension, model_of
-from belt_sim.commands.outputs import RECORDING, observers_of, partial_curves_kept, show, write_simulation
+from belt_sim.commands.outputs import RECORDING, observers_of, partial_curves_kept, record, stay, write_simulation
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.config import case_from, model_settings
 from belt_sim.curves import read_curves
@@ -89,9 +89,10 @@ def simulate(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> fl
             asked |= {"observers": observers, "scene_path": draft / "scene.xml", "computed": computed}
             found = simulation.simulate(case, model=model, **asked)
         write_simulation(draft, found, pictures=pictures, provenance=provenance(config))
-        show(found, model, watch, folder)
+        record(found, model, watch, folder)
     tell_choice(config, model.name)
-    print(*found.lines(), folder, sep="\n")
+    print(*found.lines(), folder, sep="\n", flush=True)
+    stay(found, model, observers, watch)
     return _report_objective(folder, wanted)
 
 

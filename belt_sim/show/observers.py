@@ -176,6 +176,11 @@ class ViewerObserver(Observer):
             self.window.sync()
 
     def finish(self, curves: Curves) -> None:
+        """Show the last instant; results are written before anybody waits."""
+        if self.window is not None and self.window.is_running():
+            self.window.sync()
+
+    def wait(self) -> None:
         """Wait until the window is closed."""
         while self.window is not None and self.window.is_running():
             self.window.sync()

@@ -20,15 +20,16 @@ import rerun.blueprint as rrb
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Frame
 from belt_sim.errors import BeltError
+from belt_sim.results import words
 from belt_sim.show import geometry
 from belt_sim.show.geometry import TRUE, ViewScale, full_colour_tilt, view_scale_of
 from belt_sim.show.observers import has_display
-from belt_sim.show.style import AFTER, BEFORE, BLUE, CYCLE, FAINT, GREEN, INK, POINT_NAMES, POINTS, RED, pale, rgb
+from belt_sim.show.style import BLUE, CYCLE, FAINT, GREEN, INK, POINT_NAMES, POINTS, RED, pale, rgb
 from belt_sim.si import MM, N_PER_MM2
 
 # Time series, in the units that people read.
 
-TRAVEL = "travel [mm]"  # Rerun's timelines count whole numbers and have no units of length
+TRAVEL = "travel, 1 s = 1 m"  # Rerun has no timeline of lengths: of its kinds a duration alone reads 10 at 10 m
 TIME = "time"
 
 #: SI name -> (plot, label, colour, SI units in one unit drawn)
@@ -48,8 +49,7 @@ KNOWN: dict[str, tuple[str, str, str, float]] = {
 
 def time_columns(travel: Sequence[float], time: Sequence[float]) -> list[rr.TimeColumn]:
     """Instants on the timelines, from travel [m] and time [s]."""
-    along = [round(s / MM) for s in travel]
-    return [rr.TimeColumn(TRAVEL, sequence=along), rr.TimeColumn(TIME, duration=list(time))]
+    return [rr.TimeColumn(TRAVEL, duration=list(travel)), rr.TimeColumn(TIME, duration=list(time))]
 
 
 def style_series(
@@ -68,7 +68,7 @@ def frame_numbers(frame: Frame) -> dict[str, float]:
 
 
 def send_series(
-    recording: rr.RecordingStream, rows: Sequence[tuple[float, float, Mapping[str, float]]], styled: set[str]
+    recording: rr.RecordingStream, root: str, rows: Sequence[tuple[float, float, Mapping[str, float]]], styled: set[str]
 ) -> None:
     """Send (travel [m], time [s], numbers) of instants, a column a number; ``styled`` gathers names that have a style.
 
@@ -77,7 +77,7 @@ def send_series(
     for name in dict.fromkeys(name for _, _, row in rows for name in row):
         unknown = "further", f"{name} [SI]", CYCLE[len(styled) % len(CYCLE)], 1.0
         plot, label, colour, unit = KNOWN.get(name, unknown)
-        path = f"series/{plot}/{name}"
+        path = f"{root}/series/{plot}/{name}"
         if name not in styled:
             style_series(recording, path, [label], [colour])
             styled.add(name)
@@ -87,9 +87,34 @@ def send_series(
         rr.send_columns(path, time_columns(travels, times), shown, recording=recording)
 
 
-TRUE_ROOT = "machine/true"
-DRAWN_ROOT = "machine/drawn"
-PLAY_SPEED = 2000.0  # [mm of travel per second]
+PLAY_SPEED = 2.0  # [m of travel per second]
+
+
+def run_title(case: Case) -> str:
+    """The settings of a run, as a tab or a view is called: 7 N/mm2, yaw -0.042 deg."""
+    tail, head = (float(yaw.last()) for yaw in (case.settings.yaw, case.settings.yaw_head))
+    return ", ".join(
+        [
+            f"{words.tension(float(case.settings.tension))} N/mm2",
+            f"yaw {words.yaw(tail)} deg",
+            *([f"head {words.yaw(head)} deg"] if head else []),
+            *(["reversed"] if float(case.settings.direction) < 0 else []),
+        ]
+    )
+
+
+def root_of(title: str) -> str:
+    """The path under which a run of this title is logged: runs/7_N_mm2/yaw_-0.042_deg."""
+    return "/".join(["runs", *(re.sub(r"[^\w.+-]+", "_", part) for part in title.split(", "))])
+
+
+def begin_recording(name: str) -> rr.RecordingStream:
+    """A recording that the viewer lists as ``name``."""
+    recording = rr.RecordingStream(APPLICATION)
+    rr.send_recording_name(name, recording=recording)
+    return recording
+
+
 #: Behind the machine: a level belt, near white, and a tilted one, dark red or blue, stand out from it.
 BACKGROUND = [206, 214, 223]
 #: Share of a plot's width, to the right of the curves, that is left to its legend.
@@ -111,8 +136,8 @@ def space(case: Case, root: str, name: str, scale: ViewScale) -> rrb.Spatial3DVi
 
 def plot(origin: str, name: str, travel: float, legend: float = NARROW) -> rrb.TimeSeriesView:
     """One plot of time series over all of the ``travel`` [m] to come, its legend to the right of the curves."""
-    end = rrb.TimeRangeBoundary.absolute(seq=round(travel / (1.0 - legend) / MM))
-    whole = rrb.TimeRange(rrb.TimeRangeBoundary.absolute(seq=0), end)
+    end = rrb.TimeRangeBoundary.absolute(seconds=travel / (1.0 - legend))
+    whole = rrb.TimeRange(rrb.TimeRangeBoundary.absolute(seconds=0.0), end)
     return rrb.TimeSeriesView(
         origin=origin,
         name=name,
@@ -124,7 +149,7 @@ def plot(origin: str, name: str, travel: float, legend: float = NARROW) -> rrb.T
 def blueprint(body: rrb.Container, live: bool) -> rrb.Blueprint:
     """``body`` over the travel timeline, played at 2 m/s; live: it follows what comes, else it plays from the start."""
     state: Literal["following", "playing"] = "following" if live else "playing"
-    time_panel = rrb.TimePanel(timeline=TRAVEL, fps=PLAY_SPEED, state="collapsed", play_state=state)
+    time_panel = rrb.TimePanel(timeline=TRAVEL, playback_speed=PLAY_SPEED, state="collapsed", play_state=state)
     hidden = rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed")
     return rrb.Blueprint(body, time_panel, *hidden)
 
@@ -134,20 +159,20 @@ def scale_words(case: Case, scale: ViewScale) -> str:
     return f"{scale.words()}; colour: tilt, white 0, red/blue +-{full_colour_tilt(case) / 1e-3:.0f} mrad"
 
 
-def of_run(case: Case, travel: float, scale: ViewScale, live: bool) -> rrb.Blueprint:
+def of_run(case: Case, root: str, travel: float, scale: ViewScale, live: bool) -> rrb.Blueprint:
     """The machine with its movements enlarged (and, as a tab, true to scale) above the plots."""
-    seen = space(case, DRAWN_ROOT, scale_words(case, scale), scale)
-    machine = rrb.Tabs(seen, space(case, TRUE_ROOT, "True to scale", TRUE), active_tab=0)
+    seen = space(case, f"{root}/machine/drawn", f"{run_title(case)}: {scale_words(case, scale)}", scale)
+    machine = rrb.Tabs(seen, space(case, f"{root}/machine/true", "True to scale", TRUE), active_tab=0)
     loads = rrb.Tabs(
-        plot("series/moment", "Entry moment [N m]", travel),
-        plot("series/tension", "Tension [N/mm2]", travel),
-        plot("series/slip", "Lateral slip [um]", travel),
-        plot("series/sag", "Sag [mm]", travel),
-        plot("series/further", "Further", travel),
+        plot(f"{root}/series/moment", "Entry moment [N m]", travel),
+        plot(f"{root}/series/tension", "Tension [N/mm2]", travel),
+        plot(f"{root}/series/slip", "Lateral slip [um]", travel),
+        plot(f"{root}/series/sag", "Sag [mm]", travel),
+        plot(f"{root}/series/further", "Further", travel),
     )
     plots = rrb.Horizontal(
-        plot("series/y", "Lateral position y of points 1-4 [mm] over travel [mm]", travel, WIDE),
-        plot("series/tilt", "Tilt at mid-span [mrad]", travel),
+        plot(f"{root}/series/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel, WIDE),
+        plot(f"{root}/series/tilt", "Tilt at mid-span [mrad]", travel),
         loads,
         column_shares=[3, 2, 2],
     )
@@ -164,9 +189,26 @@ EDGE, AXIS, REACH, DOT = -0.7, -1.5, -2.0, -5.0
 SIGN, STEPS = 0.12, 21
 #: Marks stand so many pulley radii above the belt, which would hide them.
 ABOVE = 0.04
-#: cylinders stand along z in Rerun; a pulley's axis lies along y
 UP = (0, 0, 1)
-LYING = rr.RotationAxisAngle(axis=[1, 0, 0], radians=math.pi / 2)
+ROUND = 96  # corners of a pulley's rim: Rerun's own cylinders have few enough to be seen
+
+
+def drum(width: float, radius: float) -> rr.Mesh3D:
+    """A pulley about the y axis, with its two faces."""
+    turn = np.linspace(0.0, 2.0 * np.pi, ROUND, endpoint=False)
+    rim = np.column_stack([radius * np.sin(turn), np.zeros(ROUND), radius * np.cos(turn)])
+    rings = [rim + np.array([0.0, side * 0.5 * width, 0.0]) for side in (-1.0, 1.0)]
+    out, flat = rim / radius, np.tile([0.0, 1.0, 0.0], (ROUND, 1))
+    here = np.arange(ROUND)
+    after = (here + 1) % ROUND
+    side = [np.column_stack([here, after, here + ROUND]), np.column_stack([after, after + ROUND, here + ROUND])]
+    fan = np.column_stack([0 * here[2:], here[1:-1], here[2:]])
+    return rr.Mesh3D(
+        vertex_positions=np.vstack([*rings, *rings]),
+        vertex_normals=np.vstack([out, out, -flat, flat]),
+        triangle_indices=np.vstack([*side, fan + 2 * ROUND, fan + 3 * ROUND]),
+        albedo_factor=PULLEY,
+    )
 
 
 class Scene:
@@ -193,10 +235,7 @@ class Scene:
         width = (FACE_TRUE if self.scale == TRUE else FACE_DRAWN) * float(self.case.belt.width)
         reach = (0.5 + STUB) * width
         path, log = f"{self.root}/{name}", self.recording.log
-        body = rr.Cylinders3D(
-            lengths=[width], radii=[0.985 * radius], rotation_axis_angles=[LYING], colors=[PULLEY], fill_mode="solid"
-        )
-        log(f"{path}/turned/pulley", body, static=True)
+        log(f"{path}/turned/pulley", drum(width, 0.985 * radius), static=True)
         axis = [[[0.0, -reach, 0.0], [0.0, reach, 0.0]]]
         log(f"{path}/turned/axis", rr.LineStrips3D(axis, colors=[rgb(INK)], radii=[AXIS]), static=True)
         aligned = [[[0.0, -1.2 * reach, 0.0], [0.0, 1.2 * reach, 0.0]]]
@@ -245,7 +284,7 @@ class Scene:
         """
         thin = [geometry.thin_stations(frame, float(self.case.rig.tail_radius)) for frame in frames]
         drawn, stations = [geometry.enlarge(frame, self.scale) for frame in thin], len(thin[0].left)
-        self.recording.set_time(TRAVEL, sequence=round(frames[0].travel / MM))
+        self.recording.set_time(TRAVEL, duration=frames[0].travel)
         self.recording.set_time(TIME, duration=frames[0].time)
         if stations != self.stations:
             triangles = rr.Mesh3D.from_fields(triangle_indices=geometry.ribbon_triangles(stations))
@@ -280,7 +319,7 @@ class Scene:
 
 APPLICATION = "belt-sim"
 DATA_PORT, VIEWER_PORT = 9876, 9090  # Rerun's own defaults
-EVERY = 0.1  # [m] of travel between two readings
+EVERY = 0.025  # [m] of travel between two readings
 PICTURES = 100  # of the belt, at most, in a run
 
 
@@ -310,55 +349,67 @@ class RecordingFile:
 
 
 class RerunObserver:
-    """Logs numbers each ``every`` [m] of travel, the belt at most PICTURES times.
+    """Logs numbers each ``every`` [m] of travel, the belt at most PICTURES times, and the last instant.
 
     path: of the file (.rrd, open it with `rerun PATH`), which gets all at the end as columns, as a viewer reads them in
     a fraction of the time; None: a live viewer gets every instant as it comes, Rerun's own window or, where there is no
-    display, a web viewer whose address is printed to standard error.
+    display, a web viewer whose address is printed to standard error. model: its name, in that of the recording.
     """
 
-    def __init__(self, path: str | os.PathLike | None = None, *, every: float = EVERY) -> None:
+    def __init__(self, path: str | os.PathLike | None = None, *, model: str = "belt", every: float = EVERY) -> None:
         self.file = None if path is None else RecordingFile(path)
-        self.every = self.every_picture = every
+        self.model, self.every, self.every_picture = model, every, every
         self.recording: rr.RecordingStream | None = None
         self.scenes: list[Scene] = []
         self.rows: list[tuple[float, float, dict[str, float]]] = []
         self.pictures: list[Frame] = []
         self.styled: set[str] = set()
         self.last = self.last_picture = float("-inf")
+        self.newest: Frame | None = None
 
     def start(self, case: Case, travel: float) -> None:
         """Open the file or a viewer, send the blueprint and all that does not move; raises BeltError."""
-        self.recording, scale = rr.RecordingStream(APPLICATION), view_scale_of(case, travel)
+        self.recording, scale = begin_recording(f"{self.model}, {run_title(case)}"), view_scale_of(case, travel)
         if self.file is None:
             _open_viewer(self.recording)
         else:
             self.file.open(self.recording)
         self.every_picture = max(self.every, travel / PICTURES)
-        rr.send_blueprint(of_run(case, travel, scale, self.file is None), recording=self.recording)
-        self.scenes = [Scene(self.recording, root, case, s) for root, s in ((TRUE_ROOT, TRUE), (DRAWN_ROOT, scale))]
+        self.root = f"{root_of(run_title(case))}/{path_part(self.model)}"
+        rr.send_blueprint(of_run(case, self.root, travel, scale, self.file is None), recording=self.recording)
+        roots = ((f"{self.root}/machine/true", TRUE), (f"{self.root}/machine/drawn", scale))
+        self.scenes = [Scene(self.recording, root, case, s) for root, s in roots]
 
     def frame(self, frame: Frame) -> None:
         """Log this instant, unless the last one is less than ``every`` [m] of travel ago."""
-        if self.recording is None or frame.travel - self.last < self.every * (1.0 - 1e-6):
+        if self.recording is None:
             return
-        self.last = frame.travel
-        self.rows.append((frame.travel, frame.time, frame_numbers(frame)))
-        if frame.travel - self.last_picture >= self.every_picture * (1.0 - 1e-6):
-            self.last_picture = frame.travel
-            self.pictures.append(frame)
+        self.newest = frame
+        if frame.travel - self.last < self.every * (1.0 - 1e-6):
+            return
+        self._take(frame, pictured=frame.travel - self.last_picture >= self.every_picture * (1.0 - 1e-6))
         if self.file is None:
             self._send(self.recording)
 
+    def _take(self, frame: Frame, *, pictured: bool) -> None:
+        if frame.travel > self.last:
+            self.rows.append((frame.travel, frame.time, frame_numbers(frame)))
+            self.last = frame.travel
+        if pictured:
+            self.last_picture = frame.travel
+            self.pictures.append(frame)
+
     def _send(self, recording: rr.RecordingStream) -> None:
-        send_series(recording, self.rows, self.styled)
+        send_series(recording, self.root, self.rows, self.styled)
         for scene in self.scenes if self.pictures else ():
             scene.frames(self.pictures)
         self.rows, self.pictures = [], []
 
     def finish(self, curves: Curves) -> None:
-        """Flush and close; a file gets its name only now."""
+        """Log the last instant, flush and close; a file gets its name only now."""
         if self.recording is not None:
+            if self.newest is not None and self.newest.travel > self.last_picture:
+                self._take(self.newest, pictured=True)
             self._send(self.recording)
             self.recording.flush()
             if self.file is not None:
@@ -392,12 +443,11 @@ def _free_port(wanted: int) -> int:
     raise OSError("no free port")
 
 
-MEASURED_NAME = "measured"
-MEASURED_COLOUR = "#6b7785"  # readable on Rerun's light and dark grounds
-MODELS = (BEFORE, AFTER, *CYCLE[2:])
+MEASURED = "measured"
 #: Pictures of the belt in a recording of many runs; each run has its share, within FEWEST and MOST.
 IN_ALL, FEWEST, MOST = 400, 20, 120
 ROWS = 200  # of a model's curves, at most, in a run
+VIEWS = 9  # of runs beside each other, at most; each has a tab of its own in any case
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -424,22 +474,28 @@ class Overlay:
         return view_scale_of(self.case, self.length)
 
 
-def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay]) -> None:
-    """Write any number of runs to ``path`` (.rrd), one tab a run, all on the travel timeline.
+def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str = "belt-sim") -> Path:
+    """Write any number of runs, by their titles, to ``path`` (.rrd): side by side, and a tab a run, on one timeline.
 
-    Logged under runs/RUN, a column a curve: y/NAME (points 1-4 [mm]; where some were measured, those), residual/NAME
-    (model - measured [mm], at the travel of the measurement), tilt/NAME (upper, lower [mrad]); belt (movements
-    enlarged as the view's name says).
+    name: of the recording in the viewer's list. Each run is logged under ``root_of`` its title, a column a curve:
+    y/MODEL (points 1-4 [mm]; where some were measured, those), residual/MODEL (model - measured [mm], at the travel of
+    the measurement), tilt/MODEL (upper, lower [mrad]); belt (movements enlarged as the view's name says). Points have
+    their four colours; models but the last are pale, what was measured are dots. Returns the path.
     """
-    file, recording = RecordingFile(path), rr.RecordingStream(APPLICATION)
+    file, recording = RecordingFile(path), begin_recording(name)
     file.open(recording)
-    tabs = [_tab(name, overlay) for name, overlay in runs.items()]
-    body = rrb.Tabs(*tabs) if len(tabs) > 1 else tabs[0]
+    tabs: list[rrb.Container] = [_tab(title, overlay) for title, overlay in runs.items()]
+    if 1 < len(runs) <= VIEWS:
+        columns = math.ceil(math.sqrt(len(runs)))
+        views = [_view(title, overlay) for title, overlay in runs.items()]
+        tabs.insert(0, rrb.Grid(*views, grid_columns=columns, name=f"all {len(runs)}"))
+    body = rrb.Tabs(*tabs, active_tab=0) if len(tabs) > 1 else tabs[0]
     rr.send_blueprint(blueprint(body, live=False), recording=recording)
     pictures = min(max(IN_ALL // len(runs), FEWEST), MOST)
-    for name, overlay in runs.items():
-        _log_run(recording, name, overlay, pictures)
+    for title, overlay in runs.items():
+        _log_run(recording, root_of(title), overlay, pictures)
     file.close()
+    return Path(path)
 
 
 def path_part(name: str) -> str:
@@ -447,45 +503,45 @@ def path_part(name: str) -> str:
     return re.sub(r"[^\w.-]+", "_", name)
 
 
-def _log_run(recording: rr.RecordingStream, run: str, overlay: Overlay, pictures: int) -> None:
+def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, pictures: int) -> None:
     """Log one run, the belt in space at most ``pictures`` times."""
-    root, measured = f"runs/{path_part(run)}", overlay.measured
+    measured, names = overlay.measured, list(overlay.modelled)
     wanted = [True] * 4 if measured is None else np.isfinite(np.asarray(measured.y, float)).any(axis=1)
 
-    def log(kind: str, name: str, travel: Any, rows: Mapping[str, np.ndarray], colour: str, width: float) -> None:
-        """Time series of one name at once, those of the head pulley and the lower span paler.
-
-        Travel [m] at which none is finite was not measured and is left out; width [px].
-        """
-        known, path = np.isfinite(list(rows.values())).any(axis=0), f"{root}/{kind}/{path_part(name)}"
+    def log(kind: str, name: str, travel: Any, rows: np.ndarray, labels: Sequence[str], colours: Sequence[str]) -> None:
+        """Time series of one name at once; travel [m] at which none is finite was not measured and is left out."""
+        known, path = np.isfinite(rows).any(axis=0), f"{root}/{kind}/{path_part(name)}"
         if not known.any():
             return
-        values = np.column_stack(list(rows.values()))[known]
-        colours = [pale(colour) if label.startswith(("3", "4", "lower")) else colour for label in rows]
-        style_series(recording, path, list(rows), colours, width)
-        index = rr.TimeColumn(TRAVEL, sequence=np.rint(np.asarray(travel, float)[known] / MM).astype(np.int64))
-        shown = rr.Scalars.columns(scalars=values.ravel()).partition([len(rows)] * len(values))
-        rr.send_columns(path, [index], shown, recording=recording)
+        shown = colours if name in (MEASURED, names[-1]) else [pale(c) for c in colours]
+        look: dict[str, Any] = {"names": [f"{label} {name}" for label in labels], "colors": [rgb(c) for c in shown]}
+        if name == MEASURED:
+            recording.log(path, rr.SeriesPoints(**look, marker_sizes=[1.5] * len(labels)), static=True)
+        else:
+            recording.log(path, rr.SeriesLines(**look, widths=[2.0] * len(labels)), static=True)
+        values = rows.T[known]
+        index = rr.TimeColumn(TRAVEL, duration=np.asarray(travel, float)[known].tolist())
+        cut = rr.Scalars.columns(scalars=values.ravel()).partition([len(labels)] * len(values))
+        rr.send_columns(path, [index], cut, recording=recording)
 
-    def log_curves(name: str, curves: Curves, colour: str, width: float = 2.0) -> None:
+    points = [k for k in range(4) if wanted[k]]
+    numbers, colours = [f"{k + 1}" for k in points], [POINTS[k] for k in points]
+
+    def log_curves(name: str, curves: Curves) -> None:
         """Points 1-4 [mm], of which some were measured, and tilts [mrad]."""
-        log("y", name, curves.travel, points(np.asarray(curves.y, float), name), colour, width)
+        log("y", name, curves.travel, np.asarray(curves.y, float)[points] / MM, numbers, colours)
         if curves.tilt is not None and np.any(curves.tilt):
-            upper, lower = 1e3 * np.asarray(curves.tilt, float)
-            log("tilt", name, curves.travel, {f"upper {name}": upper, f"lower {name}": lower}, colour, width)
+            log("tilt", name, curves.travel, 1e3 * np.asarray(curves.tilt, float), ("upper", "lower"), (BLUE, RED))
 
-    def points(y: np.ndarray, name: str) -> dict[str, np.ndarray]:
-        return {f"{k + 1} {name}": y[k] / MM for k in range(4) if wanted[k]}
-
-    for k, (name, curves) in enumerate(overlay.modelled.items()):
-        colour = MODELS[k % len(MODELS)]
-        log_curves(name, _fewer(curves), colour)
+    for name, curves in overlay.modelled.items():
+        log_curves(name, _fewer(curves))
         if measured is not None:
             at, known = np.asarray(measured.travel, float), np.asarray(curves.travel, float)
             modelled = [np.interp(at, known, y, left=np.nan, right=np.nan) for y in np.asarray(curves.y, float)]
-            log("residual", name, at, points(np.array(modelled) - np.asarray(measured.y), name), colour, 2.0)
+            apart = (np.array(modelled) - np.asarray(measured.y))[points] / MM
+            log("residual", name, at, apart, numbers, colours)
     if measured is not None:
-        log_curves(MEASURED_NAME, measured, MEASURED_COLOUR, width=1.2)
+        log_curves(MEASURED, measured)
     scene = Scene(recording, f"{root}/belt", overlay.case, overlay.scale)
     scene.frames(list(geometry.frames(overlay.case, overlay.last_curves, every=max(overlay.length / pictures, EVERY))))
 
@@ -499,16 +555,26 @@ def _fewer(curves: Curves) -> Curves:
     return replace(curves, travel=np.asarray(curves.travel)[rows], y=np.asarray(curves.y)[:, rows], tilt=tilt)
 
 
-def _tab(run: str, overlay: Overlay) -> rrb.Container:
-    """One run: the points beside the residuals and the tilt, the belt in space above."""
-    root = f"runs/{path_part(run)}"
+def _travel(overlay: Overlay) -> float:
     drawn = [*overlay.modelled.values(), *([overlay.measured] if overlay.measured is not None else [])]
-    travel = max(float(curves.travel[-1]) for curves in drawn)
-    plots = [plot(f"{root}/y", f"{run}: lateral position y of points 1-4 [mm] over travel [mm]", travel)]
+    return max(float(curves.travel[-1]) for curves in drawn)
+
+
+def _view(title: str, overlay: Overlay) -> rrb.Container:
+    """One run among several: the belt in space above its points."""
+    root = root_of(title)
+    picture = space(overlay.case, f"{root}/belt", title, overlay.scale)
+    return rrb.Vertical(picture, plot(f"{root}/y", f"y [mm], {title}", _travel(overlay)), row_shares=[3, 2], name=title)
+
+
+def _tab(title: str, overlay: Overlay) -> rrb.Container:
+    """One run: the points beside the residuals and the tilt, the belt in space above."""
+    root, travel = root_of(title), _travel(overlay)
+    plots = [plot(f"{root}/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel)]
     if overlay.measured is not None:
         plots.append(plot(f"{root}/residual", "Residual: model - measured [mm]", travel))
     if any(c.tilt is not None for c in overlay.modelled.values()):
         plots.append(plot(f"{root}/tilt", "Tilt at mid-span [mrad]", travel))
-    title = f"{run}, {list(overlay.modelled)[-1]}: {scale_words(overlay.case, overlay.scale)}"
-    picture = space(overlay.case, f"{root}/belt", title, overlay.scale)
-    return rrb.Vertical(picture, rrb.Horizontal(*plots, name=run), row_shares=[1, 1], name=run)
+    seen = f"{title}, {list(overlay.modelled)[-1]}: {scale_words(overlay.case, overlay.scale)}"
+    picture = space(overlay.case, f"{root}/belt", seen, overlay.scale)
+    return rrb.Vertical(picture, rrb.Horizontal(*plots, name=title), row_shares=[1, 1], name=title)
