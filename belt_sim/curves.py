@@ -119,11 +119,13 @@ def curves_columns(curves: Curves) -> dict[str, np.ndarray]:
 
 
 def read_curves(path: Path) -> Curves:
-    """Return travel and points 1-4 of a curves.csv."""
+    """Return travel, points 1-4 and, where it has them, the tilts of a curves.csv."""
     with path.open(encoding="utf-8") as lines:
         header = lines.readline().strip().split(",")
         columns = dict(zip(header, np.loadtxt(lines, delimiter=",", ndmin=2).T, strict=True))
-    return Curves(travel=columns["travel_m"], y=np.array([columns[f"y{k}_mm"] for k in (1, 2, 3, 4)]) * si.MM)
+    tilts = [columns[n] * 1e-3 for n in ("tilt_upper_mrad", "tilt_lower_mrad") if n in columns]
+    y = np.array([columns[f"y{k}_mm"] for k in (1, 2, 3, 4)]) * si.MM
+    return Curves(travel=columns["travel_m"], y=y, tilt=np.array(tilts) if tilts else None)
 
 
 def write_curves(path: Path, curves: Curves) -> Path:

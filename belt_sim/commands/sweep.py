@@ -22,13 +22,10 @@ from hydra.errors import HydraException
 
 from belt_sim.commands.command_line import Request, case_of
 from belt_sim.commands.run_dir import Outcome, RunDir, run_case
-from belt_sim.curves import read_curves
 from belt_sim.errors import BeltError, whole
 from belt_sim.files import clear_drafts, read_json, write_text, write_with
 from belt_sim.jax_setup import cores
 
-MIN_TENSIONS = 3  # from here on a picture of rates against tension says something
-CURVES_SHOWN = 9
 LOST = "its process was lost (memory?); run the same command again"
 
 
@@ -157,8 +154,9 @@ def _tabulate(request: Request, runs: Sequence[RunDir], outcomes: Sequence[Outco
     rows.sort(key=lambda row: row.get("failed") is not None)
     table = pd.DataFrame(rows)
     write_with(folder / "sweep.csv", lambda path: table.to_csv(path, index=False))
-    if there and runs[0].config.get("pictures", False):
-        _draw(folder, there, table.head(len(there)))
+    if there:
+        asked = runs[0].config
+        _draw(folder, there, pictures=asked.get("pictures") is True, recorded=asked.get("watch") == "rrd")
     failed = len(runs) - len(there)
     said = f"sweep of {len(runs)} runs" + (f", {failed} of them failed" if failed else "")
     print(f"{said}: {folder / 'sweep.csv'}", flush=True)
@@ -171,20 +169,17 @@ def _row(summary: Mapping[str, Any]) -> dict[str, Any]:
     return row | {"steady_rate_mm_per_m": summary.get("steady_rate_mm_per_m"), "failed": None}
 
 
-def _draw(folder: Path, runs: Sequence[tuple[Path, Mapping[str, Any]]], table: pd.DataFrame) -> None:
-    from belt_sim.show.curves import Rates, curves_picture, rates_picture
+def _draw(folder: Path, runs: Sequence[tuple[Path, Mapping[str, Any]]], *, pictures: bool, recorded: bool) -> None:
+    """Pictures of a sweep, and one recording of all its runs where they were recorded."""
+    from belt_sim.commands.outputs import numbers_first
+    from belt_sim.show.sweep import draw_sweep, read_run, record_sweep
 
-    shown = {f"{s['model']} {s['tension_n_per_mm2']:g} N/mm²": p / "curves.csv" for p, s in runs}
-    curves = {name: read_curves(path) for name, path in shown.items() if path.is_file()}
-    if 1 < len(curves) <= CURVES_SHOWN:
-        curves_picture(folder / "sweep_curves.png", curves, "Points 1-4 against travel")
-    rates = {}
-    for name, rows in table.sort_values("tension_n_per_mm2").groupby("model", sort=False):
-        if rows["tension_n_per_mm2"].nunique() >= MIN_TENSIONS:
-            tension, rate = rows["tension_n_per_mm2"].to_numpy(), rows["rate1_mm_per_m"].to_numpy()
-            rates[str(name)] = Rates(tension=tension, rate=rate)
-    if rates:
-        rates_picture(folder / "sweep_rates.png", rates, "Late rate of point 1 against tension")
+    with numbers_first("the pictures of the sweep"):
+        finished = [read_run(path) for path, _ in runs]
+        if pictures:
+            draw_sweep(folder, finished)
+        if recorded and any(run.curves is not None for run in finished):
+            record_sweep(folder / "sweep.rrd", finished)
 
 
 # A search by Optuna: which settings make the number small (or large) that a run returns. The settings are those of

@@ -234,7 +234,7 @@ def record_sweep(path: Path, runs: Sequence[FinishedRun]) -> Path:
 
     keys = [k for k in swept_keys(runs) if k not in ("tension", "yaw", "yaw_head", "direction", "model")]
     overlays: dict[str, Overlay] = {}
-    for run in runs:
+    for run in sorted(runs, key=lambda r: (r.case.settings.tension, float(r.case.settings.yaw.last()))):
         if run.curves is None:
             continue
         title = ", ".join([run_title(run.case), *(in_words(k, run.keys.get(k)) for k in keys)])

@@ -77,15 +77,17 @@ def test_what_is_drawn_by_lot_is_not_told(belt):
     assert "model=" not in belt("virtual-rig", "hidden=random", "seed=3").out
 
 
-def test_the_rates_of_a_sweep_keep_their_sign(belt, monkeypatch):
-    from belt_sim.show import curves as pictures
+def test_a_sweep_is_drawn_and_recorded_as_what_it_swept(belt):
+    from belt_sim.show.sweep import read_run, swept_keys
 
-    drawn = {}
-    monkeypatch.setattr(pictures, "rates_picture", lambda path, rates, title: drawn.update(rates))
-    belt("simulate", "-m", "model=strip", "tension=20,30,40", "travel=2")
+    belt("simulate", "-m", "model=strip", "tension=20,30,40", "yaw=-0.03,0.042", "travel=2", "watch=rrd")
     rows = list(csv.DictReader((belt.folder / "sweep.csv").open(encoding="utf-8")))
-    assert sorted(drawn["strip"].rate) == sorted(float(r["rate1_mm_per_m"]) for r in rows)
-    assert max(drawn["strip"].rate) < 0
+    runs = [read_run(belt.folder / row["run"]) for row in rows]
+    assert swept_keys(runs) == ["tension", "yaw"]
+    assert [run.late * 1e3 for run in runs] == pytest.approx([float(row["rate1_mm_per_m"]) for row in rows])
+    assert [run.steady * 1e3 for run in runs] == pytest.approx([float(row["steady_rate_mm_per_m"]) for row in rows])
+    made = {p.name for p in belt.folder.iterdir() if p.is_file()}
+    assert {"sweep_curves.png", "sweep_rates.png", "sweep.rrd"} <= made
 
 
 def test_compare_tells_of_slack_edges(belt):

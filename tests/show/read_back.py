@@ -18,8 +18,10 @@ class LoggedComponent:
     values: list
 
 
-def read_back(path: str | os.PathLike) -> dict[str, LoggedComponent]:
+def read_back(path: str | os.PathLike, below: str = "") -> dict[str, LoggedComponent]:
     """All that is not static in an .rrd, as {"entity/path:Archetype:component": LoggedComponent}, in order of travel.
+
+    below: of a path, which is left out of the names.
 
     Raises BeltError when the file is no recording.
     """
@@ -34,14 +36,17 @@ def read_back(path: str | os.PathLike) -> dict[str, LoggedComponent]:
     out = {}
     for key, rows in found.items():
         rows.sort(key=lambda row: row[0])
-        out[key] = LoggedComponent(travel_mm=np.array([t for t, _ in rows]), values=[v for _, v in rows])
+        out[key.removeprefix(f"{below}/")] = LoggedComponent(
+            travel_mm=np.array([t for t, _ in rows]), values=[v for _, v in rows]
+        )
     return out
 
 
 def _gather(chunk, found: dict[str, list[tuple[int, object]]]) -> None:
     """Append the rows of one chunk."""
     batch = chunk.to_record_batch()
-    travel = batch.column(TRAVEL).to_pylist()
+    nanoseconds = np.array(batch.column(TRAVEL).cast("int64").to_pylist())  # 1 s stands for 1 m
+    travel = (nanoseconds / 1e6).round(6).tolist()
     for name in batch.schema.names:
         if ":" not in name:
             continue

@@ -16,7 +16,7 @@ from belt_sim.api.simulate import simulate
 from belt_sim.errors import BeltError, InputError
 from belt_sim.results.errors import SteadyError
 from belt_sim.show import style
-from belt_sim.show.curves import Rates, curves_picture, rates_picture, steady_picture
+from belt_sim.show.curves import curves_picture, steady_picture
 from belt_sim.show.diagnosis import drift_chart_picture, overlay_picture, ranking_picture
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -103,9 +103,6 @@ def test_before_alone(tmp_path):
 
 def test_steady_rates(tmp_path):
     assert inked(steady_picture(tmp_path / "steady.png", STEADY, "strip", "Late rates"))
-    tension = np.array(TENSIONS) / 1e6
-    several = {n: Rates(tension=tension, rate=np.array([0.1, r, 0.15])) for n, r in (("rope", 0.2), ("strip", 0.1))}
-    assert inked(rates_picture(tmp_path / "rates.png", several, "Late rate of point 1"))
 
 
 def test_a_candidate_that_cannot_be_seen_has_no_bar(tmp_path):
@@ -132,12 +129,28 @@ def test_importing_the_pictures_does_not_import_matplotlib():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_names_of_lines_that_end_together_keep_apart():
-    from belt_sim.show.curves import _spread_heights
+def test_the_look_is_ours_whatever_the_users_matplotlibrc_says(runs, tmp_path):
+    import matplotlib
 
-    heights = _spread_heights([(0.2, "a", ""), (0.201, "b", ""), (0.1, "c", "")], gap=0.02)
-    assert np.diff(heights).min() >= 0.02 - 1e-12
-    assert heights[0] == 0.1
+    with matplotlib.rc_context({"text.usetex": True, "axes.facecolor": "red"}):  # LaTeX is not installed
+        path = curves_picture(tmp_path / "curves.png", runs, "At 10 N/mm²")
+        assert matplotlib.rcParams["text.usetex"]  # theirs stays theirs
+    assert whole(path)
+
+
+@pytest.mark.parametrize(("ending", "begins"), [("svg", b"<?xml"), ("PDF", b"%PDF"), ("png", PNG)])
+def test_a_picture_is_what_its_ending_says(ending, begins, runs, tmp_path):
+    path = curves_picture(tmp_path / f"curves.{ending}", runs, "At 10 N/mm²")
+    assert path.read_bytes().startswith(begins)
+    with pytest.raises(InputError, match=r"give a name that ends in \.png, \.svg, \.pdf"):
+        curves_picture(tmp_path / "curves.docx", runs, "Nowhere")
+
+
+def test_steps_of_a_path_end_where_its_places_do():
+    from belt_sim.show.style import _relative
+
+    assert _relative("M 10.0 20.0 L 11.26 19.5 L 11.0 19.0 z") == "M10 20l1.3 -0.5l-0.3 -0.5z"
+    assert _relative("M 0 0 C 1 1 2 2 3 3") == "M 0 0 C 1 1 2 2 3 3"
 
 
 def test_panels_are_placed_by_distances():

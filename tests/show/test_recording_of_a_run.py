@@ -29,7 +29,7 @@ def run(tmp_path_factory):
     path = tmp_path_factory.mktemp("run") / "belt.rrd"
     case = paper_case(60, -YAW, ROPE_EXAMPLE)
     curves = simulate(case, travel=TRAVEL, options=SHORT, observers=(RerunObserver(path, every=EVERY),))
-    return read_back(path), curves
+    return read_back(path, "runs/60_N_mm2/yaw_-0.042_deg/belt"), curves
 
 
 def rows_near(curves, travel, values):
@@ -66,7 +66,7 @@ def test_points_in_the_series_are_those_of_the_curves(run):
     logged, curves = run
     shown = np.array([np.ravel(logged[f"series/y/y{k + 1}:Scalars:scalars"].values) for k in range(4)]) * MM
     travels = logged["series/y/y1:Scalars:scalars"].travel_mm * MM
-    assert len(travels) == 6  # 0, 50 .. 250 mm
+    assert len(travels) == 7  # 0, 50 .. 250 mm, and the end
     for travel, moved in zip(travels, (shown - shown[:, :1]).T, strict=True):
         least, most = rows_near(curves, travel, curves.y)
         assert np.all((moved >= least - SINGLE) & (moved <= most + SINGLE)), travel

@@ -12,12 +12,15 @@ from rerun.chunk import RrdReader
 
 from belt_sim.errors import BeltError
 from belt_sim.show.geometry import tilt, view_scale_of
-from belt_sim.show.rerun import PICTURES, Overlay, RecordingFile, RerunObserver, Scene, _free_port, record_runs
+from belt_sim.show.rerun import PICTURES, Overlay, RecordingFile, RerunObserver, Scene, _free_port, record_runs, root_of
+from belt_sim.show.style import POINTS, rgb
 from belt_sim.si import MM
 from studies.paper.case import YAW
 
 SINGLE = 1e-6  # [m] Rerun keeps positions in single precision: half a unit in the last place at 11 m is 5e-7 m
 TRAVEL = 3.0
+ROOT = "runs/10_N_mm2/yaw_-0.042_deg/belt"  # of a run of no named model
+RUN = "10 N/mm2, yaw -0.042 deg"
 
 
 @pytest.fixture(scope="module")
@@ -31,13 +34,13 @@ def recorded(tmp_path_factory):
     assert not path.exists()  # it gets its name when it is whole
     observer.finish(curves(TRAVEL))
     assert [p.name for p in path.parent.iterdir()] == ["run.rrd"]
-    return read_back(path), shown
+    return read_back(path, ROOT), shown
 
 
 def test_true_edges_come_back_from_the_file(recorded):
     logged, shown = recorded
     strips = logged["machine/true/belt/edges:LineStrips3D:strips"]
-    np.testing.assert_array_equal(strips.travel_mm, [round(f.travel / MM) for f in shown])
+    np.testing.assert_allclose(strips.travel_mm, [f.travel / MM for f in shown], atol=1e-5)
     for (left, right), frame in zip(strips.values, shown, strict=True):
         np.testing.assert_allclose(left[:-1], frame.left, atol=SINGLE)
         np.testing.assert_allclose(right[:-1], frame.right, atol=SINGLE)
@@ -107,8 +110,22 @@ def test_frames_closer_than_asked_for_are_left_out(tmp_path):
     for frame in frames(TRAVEL, every=0.1):
         observer.frame(frame)
     observer.finish(curves(TRAVEL))
-    seen = read_back(tmp_path / "thin.rrd")["series/y/y1:Scalars:scalars"].travel_mm
-    np.testing.assert_array_equal(seen, np.arange(0, 3001, 500))
+    seen = read_back(tmp_path / "thin.rrd", ROOT)["series/y/y1:Scalars:scalars"].travel_mm
+    np.testing.assert_allclose(seen, np.arange(0, 3001, 500), atol=1e-5)
+
+
+def test_the_last_row_and_picture_are_there_and_rows_come_every_25_mm(tmp_path):
+    observer = RerunObserver(tmp_path / "fine.rrd", model="mujoco_flex")
+    observer.start(case(), 0.99)
+    for frame in frames(1.0, every=0.005):
+        if frame.travel < 0.9901:
+            observer.frame(frame)
+    observer.finish(curves(0.99))
+    logged = read_back(tmp_path / "fine.rrd", ROOT.replace("belt", "mujoco_flex"))
+    rows = logged["series/y/y1:Scalars:scalars"].travel_mm
+    np.testing.assert_allclose(rows, [*np.arange(0.0, 990.0, 25.0), 990.0], atol=1e-5)
+    for drawing in ("true", "drawn"):
+        assert logged[f"machine/{drawing}/belt/edges:LineStrips3D:strips"].travel_mm[-1] == pytest.approx(990.0)
 
 
 def test_curves_measurement_and_residual_come_back(tmp_path):
@@ -117,19 +134,19 @@ def test_curves_measurement_and_residual_come_back(tmp_path):
     half.y[1:3] = np.nan
     measured = replace(half, y=half.y + 1e-3)
     overlay = Overlay(modelled={"strip + taper": model}, measured=measured, case=case())
-    record_runs(tmp_path / "c.rrd", {"r01": overlay})
-    logged = read_back(tmp_path / "c.rrd")
-    shown = logged["runs/r01/y/strip_taper:Scalars:scalars"]
+    record_runs(tmp_path / "c.rrd", {f"r01, {RUN}": overlay})
+    logged = read_back(tmp_path / "c.rrd", "runs/r01/10_N_mm2/yaw_-0.042_deg")
+    shown = logged["y/strip_taper:Scalars:scalars"]
     rows = np.rint(shown.travel_mm * MM / 0.1).astype(int)
     assert len(rows) <= 200
     assert rows[[0, -1]].tolist() == [0, 200]
     np.testing.assert_allclose(np.array(shown.values), model.y[[0, 3]][:, rows].T / MM, rtol=1e-12)
-    residual = np.array(logged["runs/r01/residual/strip_taper:Scalars:scalars"].values)
+    residual = np.array(logged["residual/strip_taper:Scalars:scalars"].values)
     assert residual.shape == (67, 2)  # points 1 and 4 were measured; the last sample lies beyond the model's travel
     np.testing.assert_allclose(residual, -1.0, atol=1e-9)
-    tilt_rows = np.array(logged["runs/r01/tilt/strip_taper:Scalars:scalars"].values)
+    tilt_rows = np.array(logged["tilt/strip_taper:Scalars:scalars"].values)
     np.testing.assert_allclose(tilt_rows, model.tilt[:, rows].T / 1e-3, rtol=1e-12)
-    assert "runs/r01/belt/belt/edges:LineStrips3D:strips" in logged
+    assert "belt/belt/edges:LineStrips3D:strips" in logged
 
 
 def test_a_folder_that_cannot_be_written_is_one_line(tmp_path):
@@ -163,7 +180,7 @@ def test_slip_and_sag_have_their_own_plots(tmp_path):
     numbers = {"slip_head": 3e-6, "sag_upper": 0.122, "something_new": 7.0}
     observer.frame(replace(next(frames(TRAVEL)), scalars=numbers))
     observer.finish(curves(TRAVEL))
-    logged = read_back(tmp_path / "slip.rrd")
+    logged = read_back(tmp_path / "slip.rrd", ROOT)
     seen = [
         logged[f"series/{k}:Scalars:scalars"].values[0].item()
         for k in ("slip/slip_head", "sag/sag_upper", "further/something_new")
@@ -190,8 +207,8 @@ def test_a_recording_of_a_long_run_and_of_a_campaign_stays_small(tmp_path):
     for frame in frames(60.0):
         observer.frame(frame)
     observer.finish(curves(60.0))
-    logged = read_back(tmp_path / "long.rrd")
-    assert len(logged["series/y/y1:Scalars:scalars"].travel_mm) == 601
+    logged = read_back(tmp_path / "long.rrd", ROOT)
+    assert len(logged["series/y/y1:Scalars:scalars"].travel_mm) == 601  # one a frame: they come every 0.1 m
     assert len(logged["machine/drawn/points:Points3D:positions"].travel_mm) <= PICTURES + 1
     measured = replace(curves(60.0, step=0.5), tilt=None)
     overlay = Overlay(modelled={"a": curves(60.0), "b": curves(60.0)}, measured=measured, case=case())
@@ -200,17 +217,57 @@ def test_a_recording_of_a_long_run_and_of_a_campaign_stays_small(tmp_path):
     assert (tmp_path / "campaign.rrd").stat().st_size < 3.5e6
 
 
-def test_no_two_curves_of_a_plot_share_a_colour(tmp_path):
+def styled(path):
+    """Colours of the curves of an .rrd, by path."""
+    found = {}
+    for chunk in RrdReader(str(path)).stream():
+        batch = chunk.to_record_batch()
+        for name in ("SeriesLines:colors", "SeriesPoints:colors"):
+            if name in batch.schema.names:
+                found[chunk.entity_path.lstrip("/")] = batch.column(name).to_pylist()[0]
+    return found
+
+
+def whole(colour: str) -> int:
+    """A colour as Rerun keeps it."""
+    red, green, blue = rgb(colour)
+    return red << 24 | green << 16 | blue << 8 | 255
+
+
+def test_points_have_their_four_colours_and_models_before_the_last_are_pale(tmp_path):
     overlay = Overlay(modelled={"a": curves(5.0), "b": curves(5.0)}, measured=curves(5.0), case=case())
     record_runs(tmp_path / "c.rrd", {"r01": overlay})
-    styled = {}
-    for chunk in RrdReader(str(tmp_path / "c.rrd")).stream():
-        batch = chunk.to_record_batch()
-        if "SeriesLines:colors" in batch.schema.names:
-            plot = chunk.entity_path.split("/")[3]
-            styled.setdefault(plot, []).extend(batch.column("SeriesLines:colors").to_pylist()[0])
-    assert sorted(styled) == ["residual", "tilt", "y"]
-    assert len(styled["tilt"]) == 6  # two spans, of two models and of the measurement
-    for plot, colours in styled.items():
-        pairs = 2 if plot != "tilt" else 1  # points 1 and 2 lie side by side, and so do 3 and 4
-        assert len(set(colours)) * pairs == len(colours), plot
+    colours = styled(tmp_path / "c.rrd")
+    points = [whole(c) for c in POINTS]
+    assert colours["runs/r01/y/b"] == colours["runs/r01/y/measured"] == colours["runs/r01/residual/b"] == points
+    pale = colours["runs/r01/y/a"]
+    assert len({*pale, *points}) == 8
+    observer = RerunObserver(tmp_path / "run.rrd")
+    observer.start(case(), TRAVEL)
+    observer.frame(next(frames(TRAVEL)))
+    observer.finish(curves(TRAVEL))
+    assert [styled(tmp_path / "run.rrd")[f"{ROOT}/series/y/y{k}"] for k in (1, 2, 3, 4)] == [[p] for p in points]
+
+
+def test_a_sweep_is_one_recording_whose_paths_say_tension_yaw_and_model(tmp_path):
+    titles = [f"{t} N/mm2, yaw -0.042 deg" for t in (7, 10, 20, 40)]
+    runs = {title: Overlay(modelled={"strip": curves(5.0), "rope": curves(5.0)}, case=case()) for title in titles}
+    assert record_runs(tmp_path / "sweep.rrd", runs, name="four tensions") == tmp_path / "sweep.rrd"
+    logged = read_back(tmp_path / "sweep.rrd")
+    for title in titles:
+        assert f"{root_of(title)}/y/strip:Scalars:scalars" in logged
+        assert f"{root_of(title)}/belt/points:Points3D:positions" in logged
+    assert root_of(titles[0]) == "runs/7_N_mm2/yaw_-0.042_deg"
+    named = [chunk.to_record_batch() for chunk in RrdReader(str(tmp_path / "sweep.rrd")).stream()]
+    names = [b.column("RecordingInfo:name").to_pylist() for b in named if "RecordingInfo:name" in b.schema.names]
+    assert names == [[["four tensions"]]]
+
+
+def test_pulleys_are_round():
+    from belt_sim.show.rerun import drum
+
+    corners = np.array(drum(0.3, 0.17).vertex_positions.pa_array.flatten()).reshape(-1, 3)
+    radius = np.hypot(corners[:, 0], corners[:, 2])
+    np.testing.assert_allclose(radius, 0.17, rtol=1e-6)
+    assert len(np.unique(np.round(np.arctan2(corners[:, 0], corners[:, 2]), 4))) >= 90
+    assert sorted(set(np.round(corners[:, 1], 6))) == [-0.15, 0.15]

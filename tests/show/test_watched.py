@@ -8,7 +8,7 @@ import pytest
 
 import belt_sim as bs
 from belt_sim.commands import outputs
-from belt_sim.commands.outputs import observers_of, show
+from belt_sim.commands.outputs import observers_of, record, stay
 from belt_sim.errors import SimulationError
 from belt_sim.show.geometry import frames
 
@@ -58,24 +58,55 @@ def test_a_run_without_instants_is_recorded_when_it_ends(simulation, tmp_path):
 
     model = SpaceModel(engine="quasi_static")
     assert observers_of(model, "rrd", "title", tmp_path) == []
-    show(simulation, model, "rrd", tmp_path)
+    record(simulation, model, "rrd", tmp_path)
     assert (tmp_path / "belt.rrd").stat().st_size > 0
 
 
-def test_nobody_at_the_terminal_is_told_where_the_recording_lies(simulation, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("model", ["strip", "mujoco_flex"])
+def test_without_a_display_the_page_is_served_until_ctrl_c(simulation, monkeypatch, capsys, model):
     pytest.importorskip("rerun")
-    from belt_sim.show import rerun
+    from belt_sim.model import MODELS
+    from belt_sim.show import observers, rerun
+    from belt_sim.space.model import SpaceModel
+
+    served = []
 
     class Viewer:
+        def __init__(self, model):
+            served.append(model)
+
         def start(self, case, travel):
             pass
 
         frame = finish = lambda self, shown: None
 
-    monkeypatch.setattr(rerun, "RerunObserver", Viewer)
-    monkeypatch.setattr("sys.stdin", io.StringIO())
-    from belt_sim.model import MODELS
+    def sleep(seconds):
+        served.append("waits")
+        raise KeyboardInterrupt
 
-    show(simulation, MODELS["strip"], "rerun", tmp_path)
-    assert str(tmp_path / "belt.rrd") in capsys.readouterr().out
-    assert (tmp_path / "belt.rrd").is_file()
+    monkeypatch.setattr(rerun, "RerunObserver", Viewer)
+    monkeypatch.setattr(observers, "has_display", lambda: False)
+    monkeypatch.setattr("time.sleep", sleep)
+    monkeypatch.setattr("sys.stdin", io.StringIO())  # nobody at the terminal: it is served all the same
+    stay(simulation, MODELS["strip"] if model == "strip" else SpaceModel(), [], "rerun")
+    assert served == (["strip", "waits"] if model == "strip" else ["waits"])
+    assert "served until Ctrl-C" in capsys.readouterr().out
+
+
+def test_mujocos_window_is_waited_for_when_results_are_written():
+    from belt_sim.show.observers import ViewerObserver
+
+    viewer, steps = ViewerObserver(), []
+
+    class Window:
+        def is_running(self):
+            return len(steps) < 3
+
+        def sync(self):
+            steps.append("sync")
+
+    viewer.window = Window()
+    viewer.finish(None)
+    assert steps == ["sync"]  # and the run goes on to its files
+    viewer.wait()
+    assert len(steps) == 3

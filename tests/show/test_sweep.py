@@ -1,0 +1,81 @@
+"""Pictures of a sweep are keyed by what was swept."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from moving_belt import case, curves
+
+from belt_sim.show.style import CYCLE
+from belt_sim.show.sweep import DASHES, MOST, FinishedRun, draw_sweep, looks_of, sweep_curves, sweep_rates, swept_keys
+
+RATES = {7: 0.1, 10: 0.2, 20: 0.15, 40: 0.12}  # mm per m
+
+
+def finished(tension=10.0, yaw=-0.042, model="strip", effects="", **more):
+    """A run of a made-up belt whose rate goes with the sign of the yaw."""
+    keys = {"tension": tension, "yaw": yaw, "effects": effects, "model": model, **more}
+    rate = 1e-3 * np.sign(yaw) * RATES.get(tension, 0.1)
+    return FinishedRun(
+        keys=keys, case=case(), model=model, curves=curves(5.0), late=0.7 * rate, steady=rate, settled=False
+    )
+
+
+SWEEP = [finished(t, y, m) for t, y, m in product(RATES, (-0.042, 0.03), ("strip", "rope"))]
+
+
+def test_colour_is_the_tension_and_dash_the_model():
+    looks = looks_of(SWEEP, swept_keys(SWEEP))
+    assert looks.keys == ("tension", "model", "yaw")
+    for run in SWEEP:
+        look = looks.of(run)
+        assert look["color"] == CYCLE[list(RATES).index(run.keys["tension"])]
+        assert look["linestyle"] == DASHES[("strip", "rope").index(run.model)]
+    assert len({str(looks.of(run)) for run in SWEEP}) == len(SWEEP)  # none is taken for another
+
+
+def test_every_curve_is_drawn():
+    figure = sweep_curves(None, SWEEP, swept_keys(SWEEP))
+    for ax in figure.axes:
+        assert len([line for line in ax.lines if len(line.get_xdata()) > 2]) == len(SWEEP)
+
+
+def test_rates_are_steady_ones_and_yaws_are_lines_of_their_own():
+    figure = sweep_rates(None, SWEEP, "tension", ["yaw", "model"])
+    (ax,) = figure.axes
+    lines = [line for line in ax.lines if line.get_linestyle() != "None" and len(line.get_xdata()) == len(RATES)]
+    assert len(lines) == 4
+    for line in lines:
+        sign = np.sign(line.get_ydata()[0])
+        np.testing.assert_allclose(line.get_ydata(), sign * np.array(list(RATES.values())))
+    assert ax.get_ylabel().startswith("steady rate")
+
+
+def test_a_rate_that_has_not_settled_is_hollow():
+    runs = [replace(finished(t), steady=None, settled=t > 15) for t in RATES]
+    (ax,) = sweep_rates(None, runs, "tension", []).axes
+    dots = [line for line in ax.lines if line.get_marker() == "o"]
+    full, hollow = ([d for d in dots if (d.get_markerfacecolor() == "white") == white] for white in (False, True))
+    assert [list(d.get_xdata()) for d in full if len(d.get_xdata())] == [[20, 40]]
+    assert [list(d.get_xdata()) for d in hollow if len(d.get_xdata())] == [[7, 10]]
+
+
+@pytest.mark.parametrize(
+    ("runs", "made"),
+    [
+        ([finished(yaw=y) for y in (-0.042, 0.0, 0.03)], {"sweep_curves.png", "sweep_rates.png"}),
+        ([finished(effects=e) for e in ("", "[taper]")], {"sweep_curves.png"}),
+        ([finished(**{"belt.width": w}) for w in (0.1, 0.2, 0.3)], {"sweep_curves.png", "sweep_rates.png"}),
+        ([finished()], set()),
+    ],
+)
+def test_whatever_is_swept_is_drawn(runs, made, tmp_path):
+    assert {p.name for p in draw_sweep(tmp_path, runs)} == made == {p.name for p in tmp_path.iterdir()}
+
+
+def test_of_very_many_values_a_few_are_shown_and_that_is_said():
+    runs = [finished(float(t)) for t in range(10, 74)]
+    figure = sweep_curves(None, runs, swept_keys(runs))
+    assert len([line for line in figure.axes[0].lines if len(line.get_xdata()) > 2]) == MOST
+    assert f"({MOST} of 64 runs)" in figure.get_suptitle()
