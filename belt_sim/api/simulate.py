@@ -10,7 +10,7 @@ from belt_sim.case import Case
 from belt_sim.config import CaseSettings, case_from, case_or_settings, model_settings
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect
-from belt_sim.errors import BeltError, InputError, SimulationError
+from belt_sim.errors import BeltError, InputError
 from belt_sim.line.march import march_traced, plan_steps
 from belt_sim.model import Model, SteadyModel
 from belt_sim.results.simulation import Simulation
@@ -19,6 +19,8 @@ from belt_sim.space.options import CONTACTS
 
 if TYPE_CHECKING:
     from mujoco import MjSpec
+
+    from belt_sim.space.run import Computed
 
 
 def simulate(
@@ -73,10 +75,11 @@ def on_engine(model: Model | SteadyModel, engine: str | None) -> Model | SteadyM
 
 def run_in_batches(
     configs: Sequence[Mapping[str, Any]], batch: int | None
-) -> Iterator[tuple[Sequence[int], Sequence[Curves | SimulationError | None]]]:
+) -> Iterator[tuple[Sequence[int], Sequence["Computed | None"]]]:
     """Numbers of the configurations of a batch, and what it found for each; batch: most cases of one, None: that fit.
 
-    What cannot be marched comes first, with None: its own run says why.
+    Frames of cases that are to be watched are kept for them. What cannot be marched comes first, with None: its own
+    run says why.
     """
     without: list[int] = []
     alike: dict[Any, list[tuple[int, Any]]] = {}
@@ -89,11 +92,16 @@ def run_in_batches(
     if without:
         yield without, [None] * len(without)
     for (engine, _), members in alike.items():
+        from belt_sim.space.run import Computed, FrameKeeper
+
         numbers, ready = zip(*members, strict=True)
+        keepers = [FrameKeeper() if configs[k]["watch"] and engine == "mjx" else None for k in numbers]
         begin = 0
-        for curves in batch_engine(engine).in_batches(ready, batch):
-            yield numbers[begin : begin + len(curves)], curves
-            begin += len(curves)
+        for some in batch_engine(engine).in_batches(ready, batch, [[k] if k else [] for k in keepers]):
+            kept = keepers[begin : begin + len(some)]
+            found = [Computed(c, k.frames if k else ()) for c, k in zip(some, kept, strict=True)]
+            yield numbers[begin : begin + len(some)], found
+            begin += len(some)
 
 
 def _prepare(config: Mapping[str, Any]) -> Any:
@@ -104,7 +112,7 @@ def _prepare(config: Mapping[str, Any]) -> Any:
         model = on_engine(model_of(spec), config["engine"])
         if not isinstance(model, SpaceModel) or model.engine not in BATCH_ENGINES:
             return None
-        if model.control or model.contact != CONTACTS[0] or config["watch"]:
+        if model.control or model.contact != CONTACTS[0] or config["watch"] == "viewer":
             return None
         effects = effects_of(config["effects"])
         driven, far = model.engine_task(case, effects, float(config["travel"]))

@@ -130,26 +130,42 @@ def in_stages(done: Callable[..., None], replicates: int) -> Callable[[int, str]
 
 
 class ProgressObserver:
-    """Travel, belt speed, metres simulated a second and remaining time of a run; travel starts at 0."""
+    """Travel, belt speed and remaining time of a run that is under way.
+
+    The time begins with the first step, when all is compiled, and the work is all steps of the run, those before travel
+    0 as well, where the engine says how many it has made (``advance``); else it is the travel.
+    """
+
+    live_only = True  # of a run that has ended it has nothing to say
 
     def __init__(self, title: str = "belt", console: Console | None = None) -> None:
         self.title, self.console = title, console
         self.close: Callable[[], None] = lambda: None
 
     def start(self, case: Case, travel: float) -> None:
-        self.travel, self.began = travel, time.monotonic()
+        self.travel, self.note, self.counted = travel, "", False
+        self.update: Callable[[float, str], None] | None = None
         self.before: tuple[float, float] | None = None
-        self.update, self.close = _begin(self.console, self.title, travel)
+
+    def advance(self, share: float) -> None:
+        """Move the bar on: so much of the steps (0 .. 1) has been made."""
+        self.counted = True
+        self._tell(share)
 
     def frame(self, frame: Frame) -> None:
-        """Move the bar on."""
+        """Note where the belt is."""
         speed = ""
         if self.before is not None and frame.time > self.before[1]:
             speed = f" at {(frame.travel - self.before[0]) / (frame.time - self.before[1]):.2f} m/s"
         self.before = frame.travel, frame.time
-        done = min(max(frame.travel, 0.0), self.travel)  # a belt that is being tensioned runs before travel 0
-        pace = done / max(time.monotonic() - self.began, 1e-9)
-        self.update(done, f"{frame.travel:.1f} of {self.travel:g} m{speed}, {pace:.2g} m each second")
+        self.note = f"{frame.travel:.1f} of {self.travel:g} m{speed}"
+        if not self.counted:
+            self._tell(min(max(frame.travel / self.travel, 0.0), 1.0))
+
+    def _tell(self, share: float) -> None:
+        if self.update is None:
+            self.update, self.close = _begin(self.console, self.title, 1.0)
+        self.update(share, self.note)
 
     def finish(self, curves: Curves) -> None:
         """End the bar."""

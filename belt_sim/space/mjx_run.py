@@ -31,6 +31,7 @@ from belt_sim.space.run import (
     is_on_pulleys,
     notify_observers,
     plan_in_time,
+    tell_share,
 )
 
 SEGMENT = 50  # steps of one compiled call: at most 0.1 m of travel at 1 ms and 2 m/s
@@ -117,6 +118,7 @@ def run(
                     break
             places = np.asarray(data.mjx[0]) if watched else ()
             for k, one in watched:
+                tell_share(one.observers, begin / len(plan.travel[0]))
                 if now.stop <= steps[k]:
                     one.show(places[k], np.asarray(reads[k, -1]), now.stop, plan.yaw[k, now.stop - 1])
             pending = reads

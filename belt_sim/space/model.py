@@ -15,7 +15,7 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.space.options import CONTACTS, Options, refuse_unobeyed
 
 if TYPE_CHECKING:
-    from belt_sim.space.run import BatchEngine
+    from belt_sim.space.run import BatchEngine, Computed
 
 #: in time by MuJoCo; in time by MuJoCo MJX; without inertia
 ENGINES = ("native", "mjx", "quasi_static")
@@ -119,7 +119,7 @@ class SpaceModel:
         travel: float,
         observers: Sequence[Observer] = (),
         scene_path: Path | None = None,
-        computed: Curves | Exception | None = None,
+        computed: "Computed | None" = None,
     ) -> Curves:
         """Curves over ``travel`` [m] as the instruments show them; raises SimulationError.
 
@@ -128,9 +128,9 @@ class SpaceModel:
         self.admit(effects)
 
         def engine(driven: Case, far: float) -> Curves:
-            if isinstance(computed, Exception):
-                raise computed
-            return computed or self._compute(driven, far, self.parts(driven, effects), observers, scene_path)
+            if computed is not None:
+                return computed.replay(observers, driven, far)
+            return self._compute(driven, far, self.parts(driven, effects), observers, scene_path)
 
         return as_indicated(engine, case, effects, travel)
 

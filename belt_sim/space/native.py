@@ -30,7 +30,7 @@ from belt_sim.space.pulleys import TailPulley, belt_loads, lay_pulleys, pose_of
 from belt_sim.space.rolling_contact import build_contact
 from belt_sim.space.rolling_run import ContactRun, Edited
 from belt_sim.space.rope import RopeKinks, end_offsets, hold_run_up_end, run_off_end, sway_drag
-from belt_sim.space.run import Command, Recorder, notify_observers, plan_in_time, reading
+from belt_sim.space.run import TOLD_EVERY, Command, Recorder, notify_observers, plan_in_time, reading, tell_share
 from belt_sim.space.wrap import (
     NEITHER,
     TAIL,
@@ -415,6 +415,8 @@ class SpaceRun:
                     state.instant = row
                     recorder.begin(state)
                 self.engine.step(state, row, following)
+                if k % TOLD_EVERY == 0:
+                    tell_share(recorder.observers, k / len(rows))
                 if k >= resting:
                     recorder.step(state)
         return recorder.curves()

@@ -8,7 +8,7 @@ sag, tension). The wrapper runs many cases at once on JAX.
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -311,6 +311,55 @@ class RunState(Motion):
         """What ``reading`` says of it, shape (17,)."""
         wraps = self.pulleys.wrap
         return np.asarray(_reading(arrays, nodes, wraps.first, wraps.last, self.tail_x, self.share))
+
+
+class FrameKeeper:
+    """An observer that keeps the frames of a case of a batch, for the observers of its own run afterwards."""
+
+    def __init__(self) -> None:
+        self.frames: list[Frame] = []
+
+    def start(self, case: Case, travel: float) -> None:
+        """A run begins."""
+        self.frames.clear()
+
+    def frame(self, frame: Frame) -> None:
+        """Keep it, in half the memory."""
+        left, right = (np.asarray(edge, np.float32) for edge in (frame.left, frame.right))
+        self.frames.append(replace(frame, left=left, right=right))
+
+    def finish(self, curves: Curves) -> None:
+        """Nothing to close."""
+
+
+class Computed(NamedTuple):
+    """What a batch has found for a case: its curves, or why it failed, and frames if it was watched."""
+
+    curves: Curves | SimulationError
+    frames: Sequence[Frame] = ()
+
+    def replay(self, observers: Sequence[Observer], case: Case, travel: float) -> Curves:
+        """The curves, once the observers have seen the frames; raises the failure."""
+        watching = [o for o in observers if self.frames and not getattr(o, "live_only", False)]
+        failed = isinstance(self.curves, SimulationError)
+        curves: Any = self.curves.curves if isinstance(self.curves, SimulationError) else self.curves
+        with notify_observers(watching, case, travel, lambda: curves):
+            for frame in self.frames:
+                for observer in watching:
+                    observer.frame(frame)
+            if failed:
+                raise self.curves  # type: ignore[misc]
+        return curves  # type: ignore[no-any-return]
+
+
+TOLD_EVERY = 200  # steps
+
+
+def tell_share(observers: Sequence[Observer], share: float) -> None:
+    """Tell observers who want to know (``advance``) which share of a run's steps has been made."""
+    for observer in observers:
+        if advance := getattr(observer, "advance", None):
+            advance(share)
 
 
 _READINGS_PER_SAMPLE = 5  # a landing shakes the belt once per station; the curve is the mean over a sample

@@ -69,7 +69,7 @@ def test_cases_at_once_leave_their_files_and_only_missing_ones_run(belt):
 def test_unlike_meshes_are_batches_of_their_own(monkeypatch):
     seen = []
 
-    def recorded(ready, batch):
+    def recorded(ready, batch, observers):
         seen.append([float(r.case.settings.tension) / 1e6 for r in ready])
         yield from ([r.stations] for r in ready)
 
@@ -88,8 +88,22 @@ def test_unlike_meshes_are_batches_of_their_own(monkeypatch):
     assert found[0] == ([4, 5], [None, None])  # their own runs say why
     assert seen == [[40, 42], [41, 43]]
     assert sorted(k for numbers, _ in found for k in numbers) == list(range(6))
-    by_case = {k: c for numbers, curves in found[1:] for k, c in zip(numbers, curves, strict=True)}
+    by_case = {k: c.curves for numbers, curves in found[1:] for k, c in zip(numbers, curves, strict=True)}
     assert by_case[0] == by_case[2] < by_case[1] == by_case[3]  # stations
+
+
+@pytest.mark.long
+def test_every_case_of_a_watched_batch_is_recorded(belt):
+    """At once, and each with a recording of its own."""
+    watched = ("-m", *COARSE[:2], "engine=mjx", "model.dx=0.04", "model.dt=1.5e-3", "model.run_in=0.1", "travel=0.3")
+    quick = ("model.settle=0.05", "pictures=false", "watch=rrd", "hydra.launcher.batch=2")
+    found = belt("simulate", *watched, *quick, "tension=40,60")
+    assert found.status == 0, found.err
+    assert "2 cases at once" in found.out
+    recordings = sorted(belt.folder.glob("*/*.rrd"))
+    assert len(recordings) == 2
+    assert all(path.stat().st_size > 10_000 for path in recordings)
+    assert len({path.read_bytes() for path in recordings}) == 2
 
 
 @pytest.mark.parametrize("asked", ["batch=0", "batch=many", "workers=0"])

@@ -47,6 +47,20 @@ def test_a_run_tells_travel_speed_and_time_left():
     assert "s left" in lines[4]
 
 
+def test_time_left_counts_the_run_in_and_not_the_compilation(monkeypatch):
+    """100 s until the first step, then 1 s a percent of the steps, the first half of them before travel 0."""
+    console, now = Console(file=io.StringIO(), force_terminal=False, width=160), 0.0
+    monkeypatch.setattr("time.monotonic", lambda: now)
+    watcher = ProgressObserver("r01", console)
+    watcher.start(case(), 10.0)
+    for percent in range(100):
+        now = 100.0 + percent
+        watcher.advance(percent / 100)
+    lines = console.file.getvalue().splitlines()
+    assert "20 s gone, 80 s left" in lines[1]
+    assert "80 s gone, 20 s left" in lines[7]
+
+
 def test_a_worker_of_a_sweep_prints_lines_on_a_terminal_too(monkeypatch):
     monkeypatch.setattr("multiprocessing.parent_process", lambda: "the sweep")
     console = Console(file=io.StringIO(), force_terminal=True, width=160)
