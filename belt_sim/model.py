@@ -82,7 +82,8 @@ class SteadyModel(Protocol):
 class AnalyticModel(Composition):
     """A linear span law marched in travel, differentiable in every number of a case and of an effect.
 
-    step [m]: of the march; keep [m]: between two records.
+    step [m]: of the march; keep [m]: between two rows of curves.csv. Results are found from records that are no further
+    apart than KEEP, so that a larger ``keep`` changes none.
     """
 
     step: float = STEP
@@ -102,7 +103,7 @@ class AnalyticModel(Composition):
             observer.start(case, travel)
 
         def engine(driven: Case, far: float) -> Curves:
-            return march_driven(driven, self, effects, travel=far, step=self.step, keep=self.keep)
+            return march_driven(driven, self, effects, travel=far, step=self.step, keep=min(self.keep, KEEP))
 
         curves = as_indicated(engine, case, effects, travel)
         for observer in observers:

@@ -56,7 +56,8 @@ def simulate(
         return Simulation(**common, curves=None, steady_rate=steady)
     run: dict[str, Any] = {"travel": float(travel), "observers": observers}
     if not isinstance(chosen, SpaceModel):
-        return Simulation(**common, curves=chosen.run(case, acting, **run), steady_rate=steady)
+        curves = chosen.run(case, acting, **run)
+        return Simulation(**common, curves=curves, steady_rate=steady, keep=getattr(chosen, "keep", 0.0))
     curves = chosen.run(case, acting, **run, scene_path=scene_path, computed=computed)
     details = {"options": asdict(chosen.options), "engine": chosen.engine, "contact": chosen.contact}
     details |= {"scene": scene_path.name} if scene_path and scene_path.is_file() else {}

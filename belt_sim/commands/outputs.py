@@ -26,8 +26,8 @@ EVERY = 10.0  # [s] between two writings of what a run in 3D has so far
 
 def write_simulation(folder: Path, s: Simulation, *, pictures: bool, provenance: Mapping[str, Any]) -> None:
     """summary.json, curves.csv and a picture."""
-    if s.curves is not None:
-        write_curves(folder / "curves.csv", s.curves)
+    if s.written_curves is not None:
+        write_curves(folder / "curves.csv", s.written_curves)
     write_json(folder / "summary.json", summary_json(s, provenance))
     if pictures:
         draw(folder, s)

@@ -1,7 +1,7 @@
 """A simulation: one case, one model, its curves."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ class Simulation(Display):
 
     steady_rate: late dy/ds [m/m] in closed form, or of a 3D run that has settled; None where there is neither;
     details: what else the engine says of its run (numerical settings, scene file); beyond: limits of its validity that
-    the model is used beyond.
+    the model is used beyond; keep [m]: least distance of rows on file.
     """
 
     case: Case
@@ -37,6 +37,20 @@ class Simulation(Display):
     steady_rate: float | None = None
     details: Mapping[str, Any] = field(default_factory=dict)
     beyond: tuple[Limit, ...] = ()
+    keep: float = 0.0
+
+    @property
+    def written_curves(self) -> Curves | None:
+        """The curves with rows ``keep`` apart, and the last one."""
+        travel = np.empty(0) if self.curves is None else np.asarray(self.curves.travel)
+        every = int(self.keep / np.diff(travel).mean() + 1e-6) if len(travel) > 1 else 0
+        if self.curves is None or every < 2:
+            return self.curves
+        rows = np.unique(np.append(np.arange(0, len(travel), every), len(travel) - 1))
+        along = ("travel", "y", "angle", "moment", "edge_stress", "tilt")
+        there = {name: np.asarray(v)[..., rows] for name in along if (v := getattr(self.curves, name)) is not None}
+        extra = self.curves.extra and {name: np.asarray(v)[rows] for name, v in self.curves.extra.items()}
+        return replace(self.curves, **there, extra=extra)
 
     @property
     def rates(self) -> np.ndarray:

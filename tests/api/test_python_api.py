@@ -243,3 +243,15 @@ def test_a_campaign_draws_its_readings(tmp_path):
     picture = campaign("sag_roll").plot(str(tmp_path / "readings.svg"))
     assert len(picture.axes) >= len(campaign("sag_roll").runs)
     assert (tmp_path / "readings.svg").stat().st_size > 10_000
+
+
+def test_rows_further_apart_change_no_result(tmp_path):
+    """``keep`` thins curves.csv: the rates, and y at the rows that are left, are the same bit for bit."""
+    asked = {"tension": 10.0, "travel": 30.0}
+    fine = bs.simulate(model="strip", **asked)
+    coarse = bs.simulate(model={"name": "strip", "keep": 5.0}, **asked)
+    np.testing.assert_array_equal(coarse.rates, fine.rates)
+    np.testing.assert_array_equal(coarse.curves.y, fine.curves.y)
+    written = coarse.written_curves
+    np.testing.assert_allclose(written.travel, np.arange(0.0, 31.0, 5.0), atol=1e-9)
+    np.testing.assert_array_equal(written.y, fine.curves.y[:, ::50])
