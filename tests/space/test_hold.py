@@ -6,7 +6,7 @@ from paper_cases import paper_case
 
 from belt_sim.errors import InputError
 from belt_sim.space.loop import lay_loop
-from belt_sim.space.native import SpaceRun
+from belt_sim.space.native import SpaceRun, refuse_folding, simulate
 from belt_sim.space.options import Options, fit_options
 from belt_sim.space.run import plan_in_time
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG
@@ -46,3 +46,18 @@ def test_belt_stands_still_for_a_yaw_step():
 def test_too_long_a_step_is_refused_in_one_line():
     with pytest.raises(InputError, match=r"model\.dt = 0\.002 s: give at most"):
         fit_options(Options(dt=2e-3, belt_speed=2.0), paper_case(40, 0.0, TEST_RIG), "flex")
+
+
+@pytest.mark.parametrize(("tension", "yaw", "dx"), [(7.0, 0.048, 0.025), (40.0, 0.3, 0.025), (40.0, 0.218, 0.04)])
+def test_a_yaw_step_that_would_fold_the_belt_is_refused_before_the_run(tension, yaw, dx):
+    """Each of these ran until its accelerations grew without bound."""
+    case = paper_case(tension, np.radians(yaw), ROPE_EXAMPLE)
+    with pytest.raises(InputError, match=r"model\.dt = 0\.001 s: give at most .* folds it"):
+        simulate(case, travel=0.1, options=Options(dx=dx))
+
+
+@pytest.mark.parametrize(("tension", "yaw", "options"), [
+    (7.0, 0.042, {}), (7.0, 0.048, {"dt": 5e-4}), (40.0, 0.3, {"dt": 2.5e-4}), (7.0, 0.076, {"dx": 0.04}),
+])  # fmt: skip
+def test_a_yaw_step_that_runs_is_not_refused(tension, yaw, options):
+    refuse_folding(paper_case(tension, np.radians(yaw), ROPE_EXAMPLE), Options(**options))
