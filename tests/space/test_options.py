@@ -62,7 +62,7 @@ def test_the_pace_that_was_run_is_told():
 #: a changed value of every option, within its bounds
 CHANGED = {
     "dx": 0.05, "across": 3, "dt": 1.5e-3, "belt_speed": 0.3, "friction": 0.05, "bonds": ("longitudinal", "transverse"),
-    "tensioning": "length", "run_in": 0.1, "acceleration": 2.0, "settle": 0.1, "yaw_time": 0.1, "damping": 20.0,
+    "tensioning": "length", "run_in": 0.1, "acceleration": 2.0, "settle": 0.1, "yaw_time": 0.1, "damping": 200.0,
     "hold_stiffness": 1e9, "tail_mass": 600.0, "sample": 0.02, "frame": 0.03, "steps": 3,
 }  # fmt: skip
 #: what makes a run short; an engine takes of these what it obeys
@@ -112,7 +112,7 @@ def test_a_changed_option_changes_the_result_or_is_refused(engine, contact, belt
     known = OBEYED[by] | OF_BELT[belt]
     brief = Options(**{name: value for name, value in BRIEF.items() if name in known})
     usual = ran(engine, contact, belt, brief, short_rig)
-    for name, value in CHANGED.items():
+    for name, value in (CHANGED | ({} if belt == "flex" else {"dt": 1e-4})).items():  # tendons bound the step
         options = replace(brief, **{name: value})
         if name not in known:
             with pytest.raises(InputError, match=rf"model\.{name} = .* does not obey it"):
