@@ -41,6 +41,7 @@ def grid(case: Case, *, tensions: ArrayLike, yaws: ArrayLike) -> tuple[Case, Axe
             speed=None,
             direction=None,
             start=None,
+            y0=None,
         ),
     )
     return replace(case, settings=replace(case.settings, tension=tension, yaw=schedule)), axes

@@ -171,7 +171,7 @@ def test_what_a_diagnosis_found_can_be_added_to_the_model(tmp_path):
     assert early.discovery is None
     assert (early.ranking, early.drawings, early.sentence) == (d.ranking, d.drawings, d.sentence)
     assert sum(n for n, _ in told) >= 200
-    assert "laying out the campaign" in [what for _, what in told]
+    assert "preparing the runs" in [what for _, what in told]
     before, after = bs.compare(measured, "beam_th2"), bs.compare(measured, "beam_th2", d.effects)
     assert after.error.fit.before == pytest.approx(before.error.fit.before)
     assert after.error.fit.after < 0.2 * before.error.fit.before
@@ -201,7 +201,7 @@ def test_a_diagnosis_shows_itself():
     d = diagnosed("sag_roll")
     said = str(d)
     assert said == repr(d)
-    assert said.splitlines()[0] == f"explained: {d.sentence}"
+    assert said.splitlines()[0] == f"Explained: {d.sentence}"
     assert len(said.splitlines()) < 8
     html = d._repr_html_()
     assert all(c.id in html for c in d.ranking)
@@ -218,7 +218,7 @@ def test_a_diagnosis_shows_itself():
 def test_a_diagnosis_of_a_run_folder_is_loaded(tmp_path):
     from belt_sim.commands.outputs import write_diagnosis
 
-    write_diagnosis(tmp_path, drawn("sag_roll"))
+    write_diagnosis(tmp_path, drawn("sag_roll"), pictures=True)
     back = bs.load_diagnosis(tmp_path)
     assert str(back) == str(drawn("sag_roll"))
     assert bs.report(tmp_path, tmp_path / "again.html").is_file()

@@ -63,7 +63,7 @@ def test_diagnose_twice_then_compare_and_report(belt, folder):
     check(read(again.folder / "drawings.json"))
     assert (after["verdict"], [e["id"] for e in after["effects"]]) == ("explained", ["sag_roll"])
     assert after["campaign"]["sha256"] == read_campaign(folder).sha256
-    assert "explained" in again.out
+    assert "Explained" in again.out
 
     found = again.folder / "effects.yaml"
     (effect,) = load_effects(str(found))

@@ -104,5 +104,5 @@ def test_a_campaign_is_told_once_a_limit():
     campaign = read_campaign(ROOT / "models" / "campaigns" / "slack_belt")
     (sentence,) = validity_warnings(campaign, MODELS["strip"], ())
     slack = sum(run.tension < 22e6 for run in campaign.runs)
-    assert sentence.startswith(f"model used beyond bending_layer in {slack} of {len(campaign.runs)} runs")
+    assert sentence.startswith(f"in {slack} of {len(campaign.runs)} runs the belt is too slack for this model")
     assert validity_warnings(campaign, MODELS["strip"], ("lift_off",)) == ()
