@@ -40,7 +40,7 @@ class Estimate:
         """Return the fields; an interval that is 1.96 u either way is not kept."""
         fields = {name: row[name] for name in ("value", "u", "unit", "plausible")}
         stated, even = row.get("interval_95"), cls(**fields).interval_95
-        rounding = 1e-4 * abs(fields["u"])  # numbers of drawings are kept to six digits
+        rounding = 1e-3 * abs(fields["u"])  # numbers of drawings are kept to six digits
         if stated is None or all(abs(a - b) <= rounding for a, b in zip(stated, even, strict=True)):
             return fields
         return fields | {"interval": stated}

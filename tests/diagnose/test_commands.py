@@ -79,7 +79,7 @@ def test_diagnose_twice_then_compare_and_report(belt, folder):
     answer = belt("report", f"diagnosis={again.folder}")
     assert (answer.status, answer.err) == (0, "")
     assert "sag_roll" in report.read_text(encoding="utf-8")
-    assert (again.folder / "overlay.png").is_file()
+    assert (again.folder / "overlay.svg").is_file()
 
 
 def test_tilt_is_compared_in_milliradians(belt, tmp_path):
