@@ -12,10 +12,8 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.scene_parts import SceneParts
-from belt_sim.virtual_rig.line import Line
-from belt_sim.virtual_rig.load import UnitLoad
+from belt_sim.virtual_rig.line import Line, Sections, UnitLoad
 from belt_sim.virtual_rig.plan import Plan
-from belt_sim.virtual_rig.span import Sections
 
 TAIL = np.array([[1.0], [0.0]])  # on the tail pulley only
 HEAD = np.array([[0.0], [1.0]])  # on the head pulley only

@@ -1,23 +1,22 @@
 """Faults by id: those that a fitter may know, each the twin of an effect, and those that no catalogue lists."""
 
-from collections.abc import Iterable
 from types import ModuleType
 from typing import Any
 
 from belt_sim.errors import InputError, finite
-from belt_sim.virtual_rig import reference_belt, reference_machine, unmodelled_machine, unmodelled_spans
+from belt_sim.virtual_rig import faults, unmodelled
 from belt_sim.virtual_rig.fault import Fault, UnmodelledFault
 
 
-def _faults_in(modules: Iterable[ModuleType]) -> dict[str, type[Fault]]:
-    """Fault classes of some modules, by id in alphabetical order: random draws depend on it."""
-    classes = [v for m in modules for v in vars(m).values() if isinstance(v, type) and v.__module__ == m.__name__]
+def _faults_in(module: ModuleType) -> dict[str, type[Fault]]:
+    """Fault classes of a module, by id in alphabetical order: random draws depend on it."""
+    classes = [v for v in vars(module).values() if isinstance(v, type) and v.__module__ == module.__name__]
     public = [c for c in classes if issubclass(c, Fault) and not c.__name__.startswith("_")]
     return {c.id: c for c in sorted(public, key=lambda c: c.id)}
 
 
-CATALOGUE = _faults_in([reference_belt, reference_machine])
-UNMODELLED: dict[str, type[UnmodelledFault]] = _faults_in([unmodelled_machine, unmodelled_spans])  # type: ignore[assignment]
+CATALOGUE = _faults_in(faults)
+UNMODELLED: dict[str, type[UnmodelledFault]] = _faults_in(unmodelled)  # type: ignore[assignment]
 #: the unmodelled faults on which a fitter may have been developed
 DEVELOPMENT = (
     *("adhesion_loss", "dead_zone", "mid_stick", "quadratic_contact", "sensor_cubic", "strange_wave", "tension_decay"),

@@ -1,12 +1,178 @@
-"""A batch of belt lines as they truly are: machine, belt, settings and constant faults, one entry a run."""
+"""A batch of belt lines as they truly are: their spans as finite elements, the machine, and what loads do to a span.
 
+A span has cubic Hermite fields for position and tilt; its elements are glued by doubling. Arrays have an entry a run.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from belt_sim.case import Belt, Numbers, Rig
-from belt_sim.virtual_rig.span import Sections, SpanResponse, curvature_along, solve_span, solve_varied_span
+
+#: 2**DOUBLINGS elements a span: 0.18 m on the test rig, shorter than the shortest decay length at 4 N/mm2.
+DOUBLINGS = 6
+_GAUSS = np.polynomial.legendre.leggauss(5)
+_ENDS = [0, 1, 4, 5]  # y, theta at the run-off and at the run-up; the tilt is held at 0 there
+_FREE = [3, 7]  # the slope of the tilt stays free
+
+
+@dataclass(frozen=True)
+class SpanResponse:
+    """What a batch of spans answers to unit boundary values (y_o, theta_o, y_u, theta_u).
+
+    run_up, run_off [1/m2, 1/m, ...], shape (4, batch): in-plane curvature kappa at x = L and x = 0;
+    tilt, shape (4, batch): roll of the cross-section at mid-span; nodes, shape (batch, n, 4, 4): the fields
+    y, y', phi, phi' at equally spaced x (last axis: the boundary value that is 1).
+    """
+
+    run_up: np.ndarray
+    run_off: np.ndarray
+    tilt: np.ndarray
+    nodes: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sections:
+    """Factors on EI, T, Z and F of a span, each (batch,) or (batch, 2**DOUBLINGS) from run-off to run-up, and a spring
+    against the roll at mid-span [N m/rad], (batch,).
+    """
+
+    bending: np.ndarray | float = 1.0
+    torsion: np.ndarray | float = 1.0
+    sag: np.ndarray | float = 1.0
+    tension: np.ndarray | float = 1.0
+    roll_spring: np.ndarray | float = 0.0
+
+
+def hermite(t: np.ndarray, h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cubic Hermite functions of t = x/h and their first and second derivatives in x, shape (..., 4)."""
+    t, h = np.broadcast_arrays(t, h)
+    zero, one = np.zeros_like(t), np.ones_like(t)
+    value = [1 - 3 * t**2 + 2 * t**3, h * (t - 2 * t**2 + t**3), 3 * t**2 - 2 * t**3, h * (t**3 - t**2)]
+    first = [(6 * t**2 - 6 * t) / h, one - 4 * t + 3 * t**2, (6 * t - 6 * t**2) / h, 3 * t**2 - 2 * t + zero]
+    second = [(12 * t - 6) / h**2, (6 * t - 4) / h, (6 - 12 * t) / h**2, (6 * t - 2) / h]
+    return np.stack(value, -1), np.stack(first, -1), np.stack(second, -1)
+
+
+def element(h, bending, force, torsion, sag_curvature) -> np.ndarray:
+    """Stiffness of one element, shape (batch, 8, 8), unknowns (y, y', phi, phi') at both ends.
+
+    Second derivative of the energy 1/2 int EI (y'' + Z phi)^2 + F y'^2 + T phi'^2 dx, whose stationarity is
+    EI kappa'' = F y'' and T phi'' = EI Z kappa (physics sheet, section 3).
+    """
+    lateral, roll = [0, 1, 4, 5], [2, 3, 6, 7]
+    stiffness = np.zeros((*np.shape(h), 8, 8))
+    for x, weight in zip(*_GAUSS, strict=True):
+        value, first, second = hermite(np.full_like(h, (1 + x) / 2), h)
+        curvature, slope, twist = np.zeros((3, *np.shape(h), 8))
+        curvature[..., lateral] = second
+        curvature[..., roll] = sag_curvature[..., None] * value
+        slope[..., lateral] = first
+        twist[..., roll] = first
+        for factor, row in ((bending, curvature), (force, slope), (torsion, twist)):
+            stiffness += (weight * h / 2 * factor)[..., None, None] * row[..., :, None] * row[..., None, :]
+    return stiffness
+
+
+def solve_span(length, bending, force, torsion, sag_curvature, yields=None) -> SpanResponse:
+    """Condense a batch of spans onto their ends; all arguments shape (batch,), SI.
+
+    yields: how the slope and the tilt at the run-off and at the run-up give way to the couples there, a pair of
+    arrays (batch, 2, 2) [rad/(N m)]; None = held.
+    """
+    stiffness = element(length / 2**DOUBLINGS, bending, force, torsion, sag_curvature)
+    middles = []
+    for _ in range(DOUBLINGS):
+        stiffness, middle = _glue(stiffness, stiffness)
+        middles.append(middle)
+    ends = _clamped_ends(stiffness) if yields is None else _compliant_ends(stiffness, yields)
+    moments = stiffness[:, [5, 1]] @ ends / bending[:, None, None]
+    nodes = _recover(ends, middles)
+    return SpanResponse(
+        run_up=moments[:, 0].T, run_off=-moments[:, 1].T, tilt=nodes[:, nodes.shape[1] // 2, 2].T, nodes=nodes
+    )
+
+
+def solve_varied_span(length, bending, force, torsion, sag_curvature, sections: Sections, yields=None) -> SpanResponse:
+    """The same for a span whose properties change along it; its fields are not worked out (``nodes`` is empty)."""
+    shape = (len(length), 2**DOUBLINGS)
+
+    def per_element(value, factor=1.0) -> np.ndarray:
+        factor = np.asarray(factor, dtype=float)
+        return np.broadcast_to(value[:, None] * (factor[:, None] if factor.ndim == 1 else factor), shape)
+
+    rigid = per_element(bending, sections.bending)
+    pieces = element(
+        per_element(length / shape[1]),
+        rigid,
+        per_element(force, sections.tension),
+        per_element(torsion, sections.torsion),
+        per_element(sag_curvature, sections.sag),
+    )
+    while pieces.shape[1] > 2:
+        pieces = _glue(pieces[:, ::2], pieces[:, 1::2])[0]
+    left, right = pieces[:, 0].copy(), pieces[:, 1]
+    left[:, 6, 6] += sections.roll_spring
+    stiffness, middle = _glue(left, right)
+    ends = _clamped_ends(stiffness) if yields is None else _compliant_ends(stiffness, yields)
+    run_up, run_off = ((stiffness[:, row] @ ends)[:, 0] / rigid[:, place, None] for row, place in (([5], -1), ([1], 0)))
+    return SpanResponse(
+        run_up=run_up.T, run_off=-run_off.T, tilt=(middle @ ends)[:, 2].T, nodes=np.empty((shape[0], 0, 4, 4))
+    )
+
+
+def _clamped_ends(stiffness: np.ndarray) -> np.ndarray:
+    """All values at both ends, shape (batch, 8, 4), per unit of y and slope there; no tilt."""
+    ends = np.zeros((len(stiffness), 8, 4))
+    ends[:, _ENDS] = np.eye(4)
+    ends[:, _FREE] = -np.linalg.solve(stiffness[:, _FREE][:, :, _FREE], stiffness[:, _FREE][:, :, _ENDS])
+    return ends
+
+
+def _compliant_ends(stiffness: np.ndarray, yields: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """The same where slope and tilt give way to the couples that the span has there."""
+    system, given = np.tile(np.eye(8), (len(stiffness), 1, 1)), np.zeros((8, 4))
+    given[_ENDS] = np.eye(4)
+    for couples, end in zip(([1, 2], [5, 6]), yields, strict=True):
+        system[:, couples] -= end @ stiffness[:, couples]
+    system[:, _FREE] = stiffness[:, _FREE]
+    return np.linalg.solve(system, np.broadcast_to(given, (len(stiffness), 8, 4)))
+
+
+def curvature_along(nodes: np.ndarray, length, sag_curvature) -> np.ndarray:
+    """In-plane curvature kappa = y'' + Z phi in the middle of every element, (batch, n - 1, k), of fields y, y', phi,
+    phi' at the nodes, (batch, n, 4, k)."""
+    h = length / (nodes.shape[1] - 1)
+    value, _, second = hermite(np.full_like(h, 0.5), h)
+    left, right = nodes[:, :-1], nodes[:, 1:]
+    lateral = np.concatenate([left[:, :, :2], right[:, :, :2]], axis=2)
+    roll = np.concatenate([left[:, :, 2:], right[:, :, 2:]], axis=2)
+    bent = np.einsum("bd,bndk->bnk", second, lateral)
+    return bent + sag_curvature[:, None, None] * np.einsum("bd,bndk->bnk", value, roll)
+
+
+def _glue(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Glue two pieces and eliminate the node between them: stiffness of the pair, middle from ends."""
+    pair = np.zeros_like(left)
+    pair[..., :4, :4], pair[..., 4:, 4:] = left[..., :4, :4], right[..., 4:, 4:]
+    to_middle = np.concatenate([left[..., 4:, :4], right[..., :4, 4:]], axis=-1)
+    middle = -np.linalg.solve(left[..., 4:, 4:] + right[..., :4, :4], to_middle)
+    from_middle = np.concatenate([left[..., :4, 4:], right[..., 4:, :4]], axis=-2)
+    return pair + from_middle @ middle, middle
+
+
+def _recover(ends: np.ndarray, middles: list[np.ndarray]) -> np.ndarray:
+    """Values at all nodes from the values at the ends, the way back through the doublings."""
+    nodes = np.stack([ends[:, :4], ends[:, 4:]], axis=1)
+    for middle in reversed(middles):
+        pairs = np.concatenate([nodes[:, :-1], nodes[:, 1:]], axis=2)
+        between = middle[:, None] @ pairs
+        merged = np.empty((nodes.shape[0], 2 * nodes.shape[1] - 1, 4, 4))
+        merged[:, ::2], merged[:, 1::2] = nodes, between
+        nodes = merged
+    return nodes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,3 +340,157 @@ def stack(lines: list[Line]) -> Line:
     """Several batches as one."""
     names = Line.__dataclass_fields__
     return Line(**{name: np.concatenate([getattr(line, name) for line in lines]) for name in names})
+
+
+_COUPLES = [1, 2]  # slope and tilt of a node's (y, y', phi, phi')
+_FREE_END = 3
+
+
+@dataclass(frozen=True)
+class UnitLoad:
+    """A unit load on one span, shape (batch,) each: what it adds at fixed ends.
+
+    upper: on the span above (whichever way the belt runs); run_up, run_off: curvature there [1/m]; tilt: roll at
+    mid-span [rad]; row, shape (4, batch): y at the load's place per boundary value (y_o, theta_o, y_u, theta_u);
+    give: y there per unit of the load. A load that is spread has no place: row and give are 0.
+    """
+
+    upper: bool
+    run_up: np.ndarray
+    run_off: np.ndarray
+    tilt: np.ndarray
+    row: np.ndarray
+    give: np.ndarray
+
+
+def force_at(line: Line, upper: bool, share) -> UnitLoad:
+    """1 N towards +y at a share of the span's length, counted from the head to the tail pulley."""
+    return _point_load(line, upper, share, slope=False)
+
+
+def couple_at(line: Line, upper: bool, share) -> UnitLoad:
+    """1 N m about the vertical, turning y' upwards along the travel, at a share of the way from head to tail."""
+    return _point_load(line, upper, share, slope=True)
+
+
+def uniform_force(line: Line, upper: bool) -> UnitLoad:
+    """1 N/m towards +y all along."""
+    return _spread_load(line, upper, [0, 1])
+
+
+def uniform_roll_couple(line: Line, upper: bool) -> UnitLoad:
+    """1 N m per m about the long axis all along, lifting the side y > 0."""
+    return _spread_load(line, upper, [2, 3])
+
+
+def roll_at_tail(line: Line, upper: bool) -> UnitLoad:
+    """1 rad of roll, the side y > 0 up, of the tail pulley where the span meets it."""
+    last = (line.direction > 0) == upper
+    no_loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
+    return _without_place(upper, *_solve(line, upper, no_loads, (np.where(last, 0.0, 1.0), np.where(last, 1.0, 0.0))))
+
+
+def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
+    """Curvature in the middle of every element by 1 N m about the long axis at mid-span, (batch, n) [1/(N m2)].
+
+    By Betti's theorem natural curvature there tilts mid-span by EI times as much.
+    """
+    loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
+    loads[:, 2 ** (DOUBLINGS - 1), 2] = 1.0
+    nodes = _solve(line, upper, loads)[0][..., None]
+    return curvature_along(nodes, line.span_length, line.sag_roll * line.sag_curvature)[..., 0]
+
+
+def _spread_load(line: Line, upper: bool, fields: list[int]) -> UnitLoad:
+    """1 a metre on these fields, a value and its slope, of every element's two nodes."""
+    h = line.span_length / 2**DOUBLINGS
+    pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)
+    loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
+    loads[:, :-1, fields] += pair[:, None, :2]
+    loads[:, 1:, fields] += pair[:, None, 2:]
+    return _without_place(upper, *_solve(line, upper, loads))
+
+
+def _without_place(upper: bool, nodes: np.ndarray, run_up: np.ndarray, run_off: np.ndarray) -> UnitLoad:
+    """The load that ``_solve`` was given, which acts at no one place."""
+    nothing = np.zeros_like(run_up)
+    return UnitLoad(upper, run_up, run_off, nodes[:, nodes.shape[1] // 2, 2], np.zeros((4, len(nothing))), nothing)
+
+
+def _point_load(line: Line, upper: bool, share, *, slope: bool) -> UnitLoad:
+    count = 2**DOUBLINGS
+    share = np.broadcast_to(np.asarray(share, dtype=float), line.stress.shape)
+    along = np.where((line.direction > 0) == upper, share, 1 - share) * count
+    k = np.clip(along.astype(int), 0, count - 1)
+    value, first, _ = hermite(along - k, line.span_length / count)
+    lanes = np.arange(len(k))
+    loads = np.zeros((len(k), count + 1, 4))
+    chosen = first if slope else value
+    for node, part in ((k, chosen[:, :2]), (k + 1, chosen[:, 2:])):
+        loads[lanes, node, :2] += part
+
+    def y_at_place(nodes):  # of shape (batch, n, 4, ...)
+        pair = np.concatenate([nodes[lanes, k, :2], nodes[lanes, k + 1, :2]], axis=1)
+        return np.einsum("bi,bi...->b...", value, pair)
+
+    nodes, run_up, run_off = _solve(line, upper, loads)
+    free = _on_span(line, upper, line.span().nodes, line.span(to_tail=False).nodes)
+    return UnitLoad(upper, run_up, run_off, nodes[:, count // 2, 2], y_at_place(free).T, y_at_place(nodes))
+
+
+def _on_span(line: Line, upper: bool, to_tail: np.ndarray, to_head: np.ndarray) -> np.ndarray:
+    """What belongs to the upper (or the lower) span, lane by lane."""
+    chosen = (line.direction > 0) == upper
+    return np.where(chosen.reshape(-1, *(1,) * (to_tail.ndim - 1)), to_tail, to_head)
+
+
+def _solve(
+    line: Line, upper: bool, loads: np.ndarray, rolls: Sequence[np.ndarray | float] = (0.0, 0.0)
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fields (batch, n, 4) of a loaded span between ends at rest, curvature at run-up and run-off (batch,).
+
+    Elimination node after node; at the ends y and slope are 0 and the tilt is one of ``rolls``, but for how they give
+    way to the couples there.
+    """
+    coupling = line.sag_roll * line.sag_curvature
+    stiffness = element(line.span_length / 2**DOUBLINGS, line.bending, line.force, line.torsion, coupling)
+    a, b = stiffness[:, :4, :4], stiffness[:, :4, 4:]
+    c, d = stiffness[:, 4:, :4], stiffness[:, 4:, 4:]
+    pairs = zip(line.end_compliance(True), line.end_compliance(False), strict=True)
+    off, up = (_on_span(line, upper, tail, head) for tail, head in pairs)
+    first = _end(a, b, loads[:, 0], off, rolls[0])
+    last = _end(d, c, loads[:, -1], up, rolls[1])
+    count = loads.shape[1]
+    upwards, rest = [], []
+    diagonal, right, force = first
+    for k in range(count - 1):
+        upwards.append(np.linalg.solve(diagonal, right))
+        rest.append(np.linalg.solve(diagonal, force[..., None])[..., 0])
+        diagonal_next, left, force_next = (a + d, c, loads[:, k + 1]) if k < count - 2 else last
+        diagonal = diagonal_next - left @ upwards[-1]
+        force = force_next - (left @ rest[-1][..., None])[..., 0]
+        right = b
+    nodes = [np.linalg.solve(diagonal, force[..., None])[..., 0]]
+    for ahead, there in zip(reversed(upwards), reversed(rest), strict=True):
+        nodes.append(there - (ahead @ nodes[-1][..., None])[..., 0])
+    fields = np.stack(nodes[::-1], axis=1)
+    moment_up = np.einsum("bij,bj->bi", d, fields[:, -1]) + np.einsum("bij,bj->bi", c, fields[:, -2]) - loads[:, -1]
+    moment_off = np.einsum("bij,bj->bi", a, fields[:, 0]) + np.einsum("bij,bj->bi", b, fields[:, 1]) - loads[:, 0]
+    return fields, moment_up[:, 1] / line.bending, -moment_off[:, 1] / line.bending
+
+
+def _end(own: np.ndarray, other: np.ndarray, load: np.ndarray, yields: np.ndarray, roll: np.ndarray | float):
+    """Rows of an end node: y = 0, slope and tilt = (0, roll) + yields @ couples, no moment on the tilt's slope."""
+    diagonal, beside, force = np.zeros_like(own), np.zeros_like(other), np.zeros_like(load)
+    diagonal[:, 0, 0] = 1.0
+    diagonal[:, _COUPLES, _COUPLES] = 1.0
+    diagonal[:, _COUPLES] -= yields @ own[:, _COUPLES]
+    beside[:, _COUPLES] = -yields @ other[:, _COUPLES]
+    force[:, _COUPLES] = -np.einsum("bij,bj->bi", yields, load[:, _COUPLES])
+    force[:, _COUPLES[1]] += roll
+    diagonal[:, _FREE_END], beside[:, _FREE_END], force[:, _FREE_END] = (
+        own[:, _FREE_END],
+        other[:, _FREE_END],
+        load[:, _FREE_END],
+    )
+    return diagonal, beside, force

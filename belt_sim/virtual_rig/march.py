@@ -17,9 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from belt_sim.virtual_rig.fault import Fault, overrides
-from belt_sim.virtual_rig.line import Line
-from belt_sim.virtual_rig.load import UnitLoad
-from belt_sim.virtual_rig.span import Sections, SpanResponse
+from belt_sim.virtual_rig.line import Line, Sections, SpanResponse, UnitLoad
 
 
 class DelayHistory:

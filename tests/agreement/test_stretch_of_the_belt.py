@@ -18,9 +18,9 @@ from belt_sim.line.influence import stretch_adds, stretch_response
 from belt_sim.line.span import strip
 from belt_sim.model import analytic_model
 from belt_sim.virtual_rig.library import fault_from_spec
+from belt_sim.virtual_rig.line import DOUBLINGS, Sections, solve_varied_span
 from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan
-from belt_sim.virtual_rig.span import DOUBLINGS, Sections, solve_varied_span
 
 TENSION, TIGHT = 5.0, 40.0  # N/mm2: the coupling of bending and roll is strong, and bends fade away within a stretch
 HALF = 0.5 / 2**DOUBLINGS  # half an element

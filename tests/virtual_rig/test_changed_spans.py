@@ -8,9 +8,9 @@ from virtual_bench import ARC, SPAN, YAW, measured, plan_of
 
 from belt_sim.virtual_rig.library import SPAN as NAMES
 from belt_sim.virtual_rig.library import UNMODELLED, fault_class
+from belt_sim.virtual_rig.line import DOUBLINGS, Sections
 from belt_sim.virtual_rig.observe import TrueErrors, true_line
 from belt_sim.virtual_rig.plan import RunSetting
-from belt_sim.virtual_rig.span import DOUBLINGS, Sections
 
 ROUNDING = 1e-9  # relative, of two ways to eliminate the same nodes
 STEP = 1e-7  # [m]: far below what the faults do here, tenths of a millimetre

@@ -5,9 +5,10 @@ import pytest
 from scipy.integrate import cumulative_trapezoid
 from virtual_bench import ARC, SPAN, YAW, late_rate, measured, plan_of
 
-from belt_sim.virtual_rig.hidden_faults import random_fault
-from belt_sim.virtual_rig.reference_belt import DECAY, FIRST, HARMONICS
-from belt_sim.virtual_rig.reference_machine import (
+from belt_sim.virtual_rig.faults import (
+    DECAY,
+    FIRST,
+    HARMONICS,
     BuildUpFault,
     PulleyDeflectionFault,
     SensorDelayFault,
@@ -18,6 +19,7 @@ from belt_sim.virtual_rig.reference_machine import (
     YawDriftFault,
     YawOffsetTailFault,
 )
+from belt_sim.virtual_rig.hidden_faults import random_fault
 
 FORCE = 40e6 * 0.2 * 3e-4  # [N]
 LINEAR = 1e5  # [s]

@@ -5,11 +5,13 @@ import pytest
 from virtual_bench import ARC, RADIUS, SPAN, YAW, late_rate, measured
 
 from belt_sim.si import MM, MM_PER_M, N_PER_MM2
-from belt_sim.virtual_rig.reference_belt import EdgeProfileFault, MachineTiltFault, SagRollFault, WeldFault
-from belt_sim.virtual_rig.reference_machine import (
+from belt_sim.virtual_rig.faults import (
     CantFault,
     CrownFault,
+    EdgeProfileFault,
     EncoderScaleFault,
+    MachineTiltFault,
+    SagRollFault,
     SensorDriftFault,
     SensorGainFault,
     SensorOffsetFault,
@@ -18,6 +20,7 @@ from belt_sim.virtual_rig.reference_machine import (
     SpeedTensionFault,
     TaperFault,
     TensionBiasFault,
+    WeldFault,
     WobbleFault,
     YawBacklashFault,
     YawComplianceFault,

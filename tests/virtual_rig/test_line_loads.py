@@ -5,16 +5,16 @@ import pytest
 from scipy.linalg import expm
 from virtual_bench import SPAN, YAW, measured, plan_of
 
-from belt_sim.virtual_rig.load import couple_at, force_at, uniform_force, uniform_roll_couple
-from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
-from belt_sim.virtual_rig.plan import Plan, RunSetting
-from belt_sim.virtual_rig.reference_belt import (
+from belt_sim.virtual_rig.faults import (
     EdgeGuideFault,
     IdlerSkewFault,
     MachineTiltFault,
     OffCentreLoadFault,
     SideDragFault,
 )
+from belt_sim.virtual_rig.line import couple_at, force_at, uniform_force, uniform_roll_couple
+from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
+from belt_sim.virtual_rig.plan import Plan, RunSetting
 
 EXACT = 1e-5  # relative: 64 cubic elements a span
 TILTED = 1e-4

@@ -7,9 +7,9 @@ from virtual_bench import ARC, SPAN, YAW, late_rate, measured, plan_of
 from belt_sim.campaign import Quantity
 from belt_sim.si import MM, MM_PER_M, N_PER_MM2
 from belt_sim.virtual_rig import march
+from belt_sim.virtual_rig.line import solve_span
 from belt_sim.virtual_rig.observe import TrueErrors, true_line
 from belt_sim.virtual_rig.plan import RunSetting
-from belt_sim.virtual_rig.span import solve_span
 
 LATE_TOLERANCE = 1e-3  # the sheet's tables carry four digits
 EARLY_TOLERANCE = 5e-3  # what the sheet asks of a march; this one is ten times closer
