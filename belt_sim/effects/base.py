@@ -81,8 +81,8 @@ def parameter(unit: str, meaning: str, *, default: float | None = None, **more: 
 class Cause:
     """What an effect means at the machine.
 
-    phrase: the fault as a clause, with {pulley} or {span} where it may be on either; parts: ids of the report's sketch
-    that it is at; check: what to look at; of_model: the machine is sound, and the model left something out.
+    phrase: the fault as a clause, with {pulley} where it may be on either; parts: ids of the report's sketch that it is
+    at; check: what to look at; of_model: the machine is sound, and the model left something out.
     """
 
     phrase: str

@@ -1,6 +1,7 @@
 """Loads on the spans: a leaning machine, idlers, scrapers, what the belt carries, edge guides."""
 
 from dataclasses import replace
+from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -18,7 +19,6 @@ from belt_sim.line.influence import (
     spread_roll,
     supports,
 )
-from belt_sim.line.span import Span
 
 
 @effect
@@ -62,127 +62,146 @@ def _position(place: float, case: Case) -> float:
     return place * float(case.rig.centre_distance)
 
 
-def _at_place(response, span: Span, place: float, case: Case):
-    """Return the responses of both spans, the one up the tail pulley first, to a unit load at a place of either."""
-    fields, from_runoff = span_fields(span), share_from_runoff(place, case.settings.direction)
-    both = response(span, from_runoff, fields), response(span, 1.0 - from_runoff, fields)
-    upper_first = jax.tree.map(lambda *of: jnp.stack(of), *both)
-    return jax.tree.map(lambda of: jnp.where(case.settings.direction > 0, of, of[::-1]), upper_first)
+class _OnOneSpan(Effect):
+    """A load on one span: the upper one, or with ``side`` -1 the lower one, along which the belt runs the other way."""
 
+    side: ClassVar[float] = 1.0
 
-def _on_spans(upper, lower, direction):
-    """Return loads on the upper and the lower span as (2,): the first runs up the tail pulley."""
-    return on_upper_span(upper, direction) + on_upper_span(lower, -direction)
+    def _direction(self, case: Case):
+        """Return the direction of travel along the machine on this span (+1, -1)."""
+        return self.side * case.settings.direction
+
+    @property
+    def _span(self) -> str:
+        return "upper" if self.side > 0 else "lower"
 
 
 @effect
-class IdlerSkew(Effect):
-    """A roller askew under a span exerts a constant side force, to +y on forward travel, to -y on reversed travel.
+class IdlerSkew(_OnOneSpan):
+    """A roller askew under the upper span exerts a constant side force, to +y on forward travel, to -y on reversed.
 
     A support with friction on one side only does the same.
     """
 
-    title = "Idler skew: a roller under a span that does not stand square"
+    title = "Idler skew: a roller under the upper span that does not stand square"
     law = "span"
     reference = "clamped span under a side force, any textbook; makers' guides: skewed and seized idlers"
     parity = "even"
     tension_exponent = -1.0
     cause = Cause(
-        "a roller under the {span} span is not square to the belt",
-        ("upper", "lower"),
+        "a roller under the upper span is not square to the belt",
+        ("upper",),
         "Measure the rollers' angles, or lower them away for one run.",
     )
-    force: float = parameter("N", "side force on the upper span, forward travel", plausible=(-50.0, 50.0), scale=0.1)
-    force_lower: float = parameter(
-        "N", "side force on the lower span, forward travel", plausible=(-50.0, 50.0), scale=0.1
-    )
+    force: float = parameter("N", "side force on the span, forward travel", plausible=(-50.0, 50.0), scale=0.1)
     place: float = _place()
 
     def influence(self, span, case):
-        return _at_place(force_at, span, self.place, case)
+        return force_at(span, share_from_runoff(self.place, self._direction(case)), span_fields(span))
 
     def bend(self, bend, boundary, known, case):
-        direction = boundary.direction
-        return add_load(bend, known, _on_spans(self.force * direction, self.force_lower * direction, direction))
+        return add_load(bend, known, on_upper_span(self.force * case.settings.direction, self._direction(case)))
 
     def scene(self, parts, case):
-        x, direction = _position(self.place, case), float(case.settings.direction)
-        for span, force in (("upper", self.force), ("lower", self.force_lower)):
-            parts = parts.with_push(span=span, x=x, across=force * direction)
-        return parts
+        across = self.force * float(case.settings.direction)
+        return parts.with_push(span=self._span, x=_position(self.place, case), across=across)
 
 
 @effect
-class SideDrag(Effect):
+class IdlerSkewLower(IdlerSkew):
+    """The same under the lower span."""
+
+    title = "Idler skew below: a roller under the lower span that does not stand square"
+    cause = Cause(
+        "a roller under the lower span is not square to the belt",
+        ("lower",),
+        "Measure the rollers' angles, or lower them away for one run.",
+    )
+    side = -1.0
+
+
+@effect
+class SideDrag(_OnOneSpan):
     """A drag D against the travel at the edge y = b/2 turns the belt there by a couple about z, moment = D b/2.
 
     With x along the travel the couple turns x towards y, in either direction of travel. The change of tension by D is
     neglected.
     """
 
-    title = "Side drag: a scraper or skirt that rubs on one edge of a span"
+    title = "Side drag: a scraper or skirt that rubs on one edge of the upper span"
     law = "span"
     reference = "clamped span under a couple, any textbook; makers' guides: scrapers and skirts"
     parity = "even"
     needs = frozenset({"width"})
     cause = Cause(
-        "a scraper or skirt rubs on one edge of the {span} span",
-        ("upper", "lower"),
+        "a scraper or skirt rubs on one edge of the upper span",
+        ("upper",),
         "Look for rub marks on one edge, and lift the scraper for one run.",
     )
     moment: float = parameter(
-        "N m", "couple of a drag at the edge y > 0 of the upper span", plausible=(-50.0, 50.0), scale=0.2
-    )
-    moment_lower: float = parameter(
-        "N m", "couple of a drag at the edge y > 0 of the lower span", plausible=(-50.0, 50.0), scale=0.2
+        "N m", "couple of a drag at the edge y > 0 of the span", plausible=(-50.0, 50.0), scale=0.2
     )
     place: float = _place()
 
     def influence(self, span, case):
-        return _at_place(couple_at, span, self.place, case)
+        return couple_at(span, share_from_runoff(self.place, self._direction(case)), span_fields(span))
 
     def bend(self, bend, boundary, known, case):
-        return add_load(bend, known, _on_spans(self.moment, self.moment_lower, boundary.direction))
+        return add_load(bend, known, on_upper_span(self.moment, self._direction(case)))
 
     def scene(self, parts, case):
-        x, direction = _position(self.place, case), float(case.settings.direction)
-        for span, moment, along_x in (("upper", self.moment, direction), ("lower", self.moment_lower, -direction)):
-            drag = 2.0 * abs(moment) / float(case.belt.width)
-            parts = parts.with_push(span=span, x=x, along=-along_x * drag, couple=along_x * moment)
-        return parts
+        direction, drag = float(self._direction(case)), 2.0 * abs(self.moment) / float(case.belt.width)
+        x = _position(self.place, case)
+        return parts.with_push(span=self._span, x=x, along=-direction * drag, couple=direction * self.moment)
 
 
 @effect
-class OffCentreLoad(Effect):
+class SideDragLower(SideDrag):
+    """The same on the lower span."""
+
+    title = "Side drag below: a scraper or skirt that rubs on one edge of the lower span"
+    cause = Cause(
+        "a scraper or skirt rubs on one edge of the lower span",
+        ("lower",),
+        "Look for rub marks on one edge, and lift the scraper for one run.",
+    )
+    side = -1.0
+
+
+@effect
+class OffCentreLoad(_OnOneSpan):
     """A load of w newton per metre at the offset e rolls the span, its loaded side down: a couple w e a metre.
 
     A hanging span that rolls bends in its own plane, kappa = y'' + Z phi; a span without sag does not respond. The
     additional sag is neglected.
     """
 
-    title = "Off-centre load: what a span carries lies on one side"
+    title = "Off-centre load: what the upper span carries lies on one side"
     law = "span"
     reference = "hanging strip with a rolling couple: docs/theory.md; makers' guides: off-centre loading"
     parity = "even"
     needs = frozenset({"sag"})
-    cause = Cause(
-        "the load on the {span} span lies off centre", ("upper", "lower"), "Centre the load, or run the belt empty."
-    )
-    moment: float = parameter(
-        "N", "couple per metre of the upper span, side y > 0 loaded", plausible=(-2.0, 2.0), scale=5e-3
-    )
-    moment_lower: float = parameter(
-        "N", "couple per metre of the lower span, side y > 0 loaded", plausible=(-2.0, 2.0), scale=5e-3
-    )
+    cause = Cause("the load on the upper span lies off centre", ("upper",), "Centre the load, or run the belt empty.")
+    moment: float = parameter("N", "couple per metre of the span, side y > 0 loaded", plausible=(-2.0, 2.0), scale=5e-3)
 
     def influence(self, span, case):
         return spread_roll(span, span_fields(span))
 
     def bend(self, bend, boundary, known, case):
-        return add_load(bend, known, _on_spans(-self.moment, -self.moment_lower, boundary.direction))
+        return add_load(bend, known, on_upper_span(-self.moment, self._direction(case)))
 
     def scene(self, parts, case):
-        return replace(parts, roll=parts.roll - self.moment, roll_lower=parts.roll_lower - self.moment_lower)
+        field = "roll" if self.side > 0 else "roll_lower"
+        return replace(parts, **{field: getattr(parts, field) - self.moment})
+
+
+@effect
+class OffCentreLoadLower(OffCentreLoad):
+    """The same on the lower span."""
+
+    title = "Off-centre load below: what the lower span carries lies on one side"
+    cause = Cause("the load on the lower span lies off centre", ("lower",), "Centre the load, or run the belt empty.")
+    side = -1.0
 
 
 _NEAREST = 0.25  # [m] to a pulley: nearer, a step of the march no longer follows the span's stiffness

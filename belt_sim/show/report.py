@@ -202,7 +202,7 @@ def bars(ranking: Sequence[Candidate]) -> list[dict]:
     return [{"length": length, "chance": round(100.0 / full, 1), "beyond_chance": r > 1.0} for r, length in lengths]
 
 
-EITHER = {"pulley": "tail or head", "span": "upper or lower"}
+EITHER = "tail or head"
 #: parts of the sketch by the law that an effect of one's own changes
 PARTS_OF_LAW = {
     "span": ("upper", "lower"),
@@ -263,23 +263,23 @@ def effect_card(effect: str, numbers: Mapping[str, Estimate], machine: Machine |
     """
     cls = library().get(effect)
     cause, known = (cls.cause, cls.parameters) if cls is not None else (None, {})
-    there, texts, sizes, marks = _where(numbers), number_texts(effect, numbers, machine), [], []
+    pulley, texts, sizes, marks = _pulley(numbers), number_texts(effect, numbers, machine), [], []
     for n, text in texts.items():
         meaning = known[n].meaning if n in known else n
         if machine is not None and meaning.startswith("share of the span's length"):
             meaning = "distance from the head pulley"
-            if there.get("span") != "lower":  # the sketch marks places of the upper span
+            if cause is None or "upper" in cause.parts:  # where the sketch marks places
                 marks.append((min(max(numbers[n].value, 0.0), 1.0), text.split(" ")[0] + " m"))
         sizes.append(f"{meaning}: {text}")
     parts = cause.parts if cause else PARTS_OF_LAW.get(getattr(cls, "law", ""), ())
     return {
         "id": effect,
-        "fault": cause.phrase.format(**(there or EITHER)) if cause else f"the effect {effect} acts",
+        "fault": cause.phrase.format(pulley=pulley or EITHER) if cause else f"the effect {effect} acts",
         "about": title_of(cls) if cls is not None else f"The effect {effect} of your own",
-        "parts": next(((there[w],) for w in there if cause and f"{{{w}}}" in cause.phrase), parts),
+        "parts": (pulley,) if pulley and set(parts) >= {"tail", "head"} else parts,
         "marks": marks,
         "sizes": tuple(sizes),
-        "check": cause.check.format(**(there or EITHER)) if cause else "See the effect's own file.",
+        "check": cause.check.format(pulley=pulley or EITHER) if cause else "See the effect's own file.",
         "of_model": bool(cause and cause.of_model),
     }
 
@@ -287,7 +287,7 @@ def effect_card(effect: str, numbers: Mapping[str, Estimate], machine: Machine |
 def fault_of(ids: Sequence[str]) -> str:
     """Return the faults of effects that act together, with their ids in brackets."""
     classes, name = [library().get(one) for one in ids], words.join_effects(ids)
-    said = [c.cause.phrase.format(**EITHER) for c in classes if c is not None and c.cause is not None]
+    said = [c.cause.phrase.format(pulley=EITHER) for c in classes if c is not None and c.cause is not None]
     return f"{' and '.join(said)} ({name})" if said else name
 
 
@@ -308,16 +308,12 @@ def sureness(probability: float) -> str:
     return f"{word} ({share}): {right} of {of} such answers were right in blind tests"
 
 
-def _where(numbers: Mapping[str, Estimate]) -> dict[str, str]:
-    """Return the pulley and the span that an effect is at, by the surest of its fitted numbers; empty without one."""
+def _pulley(numbers: Mapping[str, Estimate]) -> str | None:
+    """Return the pulley that an effect is at, by the larger of its fitted numbers; None where none is fitted."""
     known = {n: abs(p.value) / p.u if p.u > 0 else math.inf for n, p in numbers.items()}
     if not known:
-        return {}
-    surest = max(known, key=lambda n: known[n])
-    return {
-        "pulley": "head" if surest.endswith("_head") else "tail",
-        "span": "lower" if surest.endswith("_lower") else "upper",
-    }
+        return None
+    return "head" if max(known, key=lambda n: known[n]).endswith("_head") else "tail"
 
 
 def plant_headline(d: Diagnosis, cards: Sequence[dict[str, Any]], rivals: Sequence[dict[str, Any]] = ()) -> str:

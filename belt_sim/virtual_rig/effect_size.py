@@ -295,6 +295,5 @@ _SMALL = 0.3  # of the typical size
 
 
 def visible_sizes(cls: type[Fault], plan: Plan) -> dict:
-    """Sizes of the parameters that are drawn and that the plan's sensors can show."""
-    drawn = {n: s for n, s in cls.sizes.items() if s.drawn}
-    return {n: s for n, s in drawn.items() if not s.place or s.place in plan.signals.values()}
+    """Sizes of the parameters that the plan's sensors can show."""
+    return {n: s for n, s in cls.sizes.items() if not s.place or s.place in plan.signals.values()}

@@ -24,7 +24,7 @@ class Size:
     """SI unit of a parameter, a typical size, and the largest one that a real machine would have.
 
     positive: negative sizes have no meaning; place: the sensor that it belongs to; it is drawn only where the plan has
-    one there; drawn: False for what ``hidden=random`` leaves out, so that a seed draws what it did before.
+    one there.
     """
 
     unit: str
@@ -32,7 +32,6 @@ class Size:
     limit: float
     positive: bool = False
     place: str = ""
-    drawn: bool = True
 
 
 def size(unit: str, typical: float, limit: float, **more: Any) -> Any:

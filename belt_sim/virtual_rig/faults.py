@@ -1,6 +1,7 @@
 """Twins of the library's effects: the belt, its spans and loads; then the machine: yaw, pulleys, drive, sensors."""
 
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -207,53 +208,60 @@ def _place_on_span():
     return shape(0.5, lambda plan, rng: rng.uniform(0.1, 0.9), lambda plan: (0.15, 0.4, 0.6, 0.85))
 
 
-def _on_spans(upper, lower, line, unit_load):
-    """Unit loads on the spans that a fault of these sizes acts on; unit_load: of ``load``, without its span."""
-    return tuple(unit_load(line, above) for above, size in ((True, upper), (False, lower)) if above or np.any(size))
-
-
 class IdlerSkewFault(Fault):
-    """A skewed idler pushes a span towards +y, and to the other side when the belt runs backwards."""
+    """A skewed idler pushes the upper span towards +y, and to the other side when the belt runs backwards."""
 
     draw_order = 23
+    above: ClassVar[bool] = True
     force: float = size("N", 0.2, 50.0)
-    force_lower: float = size("N", 0.2, 50.0, drawn=False)
     place: float = _place_on_span()
 
     def loads(self, line):
-        return _on_spans(self.force, self.force_lower, line, lambda line, above: force_at(line, above, self.place))
+        return (force_at(line, self.above, self.place),)
 
     def push(self, s, line, load, free, kept):
-        return (self.force if load.upper else self.force_lower) * line.direction, kept
+        return self.force * line.direction, kept
 
     def scene(self, parts, case):
-        x, direction = self.place * float(case.rig.centre_distance), float(case.settings.direction)
-        parts = parts.with_push(span="upper", x=x, across=self.force * direction)
-        return parts.with_push(span="lower", x=x, across=self.force_lower * direction)
+        force, span = self.force * float(case.settings.direction), "upper" if self.above else "lower"
+        return parts.with_push(span=span, x=self.place * float(case.rig.centre_distance), across=force)
+
+
+class IdlerSkewLowerFault(IdlerSkewFault):
+    """The same under the lower span."""
+
+    draw_order = 0
+    above = False
 
 
 class SideDragFault(Fault):
-    """A scraper drags on one edge of a span: a couple about the vertical, positive for the edge y > 0."""
+    """A scraper drags on one edge of the upper span: a couple about the vertical, positive for the edge y > 0."""
 
     draw_order = 24
+    above: ClassVar[bool] = True
     moment: float = size("N m", 0.5, 50.0)
-    moment_lower: float = size("N m", 0.5, 50.0, drawn=False)
     place: float = _place_on_span()
 
     def loads(self, line):
         """The drag -D t on the edge at b/2 turns y' upwards along the travel t, whichever way the belt runs."""
-        return _on_spans(self.moment, self.moment_lower, line, lambda line, above: couple_at(line, above, self.place))
+        return (couple_at(line, self.above, self.place),)
 
     def push(self, s, line, load, free, kept):
-        return (self.moment if load.upper else self.moment_lower) + 0 * free, kept
+        return self.moment + 0 * free, kept
 
     def scene(self, parts, case):
         """The drag itself, against the travel at one edge: on the middle of the belt, and the couple to the edge."""
-        half, x = 0.5 * float(case.belt.width), self.place * float(case.rig.centre_distance)
-        for span, moment, way in (("upper", self.moment, 1.0), ("lower", self.moment_lower, -1.0)):
-            travel = way * float(case.settings.direction)  # of what runs there, along the machine
-            parts = parts.with_push(span=span, x=x, along=-abs(moment) / half * travel, couple=moment * travel)
-        return parts
+        half, travel = 0.5 * float(case.belt.width), float(case.settings.direction) * (1.0 if self.above else -1.0)
+        drag, span = abs(self.moment) / half, "upper" if self.above else "lower"
+        x = self.place * float(case.rig.centre_distance)
+        return parts.with_push(span=span, x=x, along=-drag * travel, couple=self.moment * travel)
+
+
+class SideDragLowerFault(SideDragFault):
+    """The same on the lower span."""
+
+    draw_order = 0
+    above = False
 
 
 def _excursion(plan) -> float:
@@ -316,21 +324,30 @@ class MachineTiltFault(Fault):
 
 
 class OffCentreLoadFault(Fault):
-    """A load beside the middle of a span rolls it, its side y > 0 down; a belt that cannot roll stays."""
+    """A load beside the middle of the upper span rolls it, its side y > 0 down; a belt that cannot roll stays."""
 
     draw_order = 25
+    above: ClassVar[bool] = True
     idle_on = ("beam_th2",)
     moment: float = size("N", 2e-3, 1.0)
-    moment_lower: float = size("N", 2e-3, 1.0, drawn=False)
 
     def loads(self, line):
-        return _on_spans(self.moment, self.moment_lower, line, uniform_roll_couple)
+        return (uniform_roll_couple(line, self.above),)
 
     def push(self, s, line, load, free, kept):
-        return -(self.moment if load.upper else self.moment_lower) + 0 * free, kept
+        return -self.moment + 0 * free, kept
 
     def scene(self, parts, case):
-        return replace(parts, roll=parts.roll - self.moment, roll_lower=parts.roll_lower - self.moment_lower)
+        if self.above:
+            return replace(parts, roll=parts.roll - self.moment)
+        return replace(parts, roll_lower=parts.roll_lower - self.moment)
+
+
+class OffCentreLoadLowerFault(OffCentreLoadFault):
+    """The same on the lower span."""
+
+    draw_order = 0
+    above = False
 
 
 # Yaw of the pulleys: set, offset, drifting, yielding.

@@ -119,5 +119,5 @@ def felt(parts: SceneParts) -> list:
     """The parts as the belt feels them, the camber by where it bends."""
     guides = [vars(g) for g in (*parts.edge_guides, *parts.pushes)]
     camber = None if parts.camber is None else parts.camber(np.linspace(0.0, 25.0, 501)).tolist()
-    loads = [parts.lean, parts.roll, guides]
+    loads = [parts.lean, parts.roll, parts.roll_lower, guides]
     return [parts.head, parts.tail, parts.gravity, parts.friction, camber, loads]

@@ -22,7 +22,7 @@ PASSING = 1e-5  # [m]: a weld, whose passing both integrate on tables of their o
 TILTED = 1e-4  # [rad]: the fitter reads the tilt under a load between places, and a wobble at steps; 0.5 % of the tilt
 KINKED = 1e-3  # [rad]: a weld at mid-span, where the kernel of both tables has a kink; 5 % of the tilt
 TRAVEL = 20.0
-PUSHED = ("edge_guide", "idler_skew", "side_drag")
+PUSHED = ("edge_guide", "idler_skew", "idler_skew_lower", "side_drag", "side_drag_lower")
 ON_THE_BELT = ("edge_profile",)
 TILTS = {"upper": "upper_mid_span", "lower": "lower_mid_span"}
 #: id, parameters here, parameters there (None: the same), base, tension, direction
@@ -64,9 +64,9 @@ CASES = [
     ("idler_skew", {"force": 0.5, "place": 0.3}, None, "strip", 40e6, -1.0),
     ("side_drag", {"moment": 2.0, "place": 0.3}, None, "strip", 10e6, 1.0),
     ("side_drag", {"moment": 2.0, "place": 0.3}, None, "strip", 40e6, -1.0),
-    ("idler_skew", {"force_lower": 0.5, "place": 0.3}, None, "strip", 10e6, 1.0),
-    ("side_drag", {"moment": 1.0, "moment_lower": 2.0, "place": 0.7}, None, "strip", 40e6, -1.0),
-    ("off_centre_load", {"moment_lower": 1e-2}, None, "strip", 10e6, 1.0),
+    ("idler_skew_lower", {"force": 0.5, "place": 0.3}, None, "strip", 10e6, 1.0),
+    ("side_drag_lower", {"moment": 2.0, "place": 0.7}, None, "strip", 40e6, -1.0),
+    ("off_centre_load_lower", {"moment": 1e-2}, None, "strip", 10e6, 1.0),
     ("thickness_wedge", {"slope": 1e-5}, None, "strip", 10e6, 1.0),
     ("temperature_difference", {"difference": 0.3}, None, "strip", 10e6, -1.0),
     ("off_centre_load", {"moment": 1e-2}, None, "strip", 10e6, 1.0),
@@ -106,12 +106,15 @@ def routes(name, here, there, base, tension, direction):
     "crown",
     "edge_guide",
     "idler_skew",
+    "idler_skew_lower",
     "machine_tilt",
     "off_centre_load",
+    "off_centre_load_lower",
     "pulley_deflection",
     "sag_roll",
     "sensor_delay",
     "side_drag",
+    "side_drag_lower",
     "soft_cover",
     "taper",
     "taper_drift",

@@ -13,15 +13,10 @@ SLOWEST = frozenset({"weld"})
 AFFINE = frozenset({"sensor_drift", "sensor_gain", "sensor_offset"})
 #: effects that look like others in most data, or have no derivative where the search begins
 ONLY_WHEN_NAMED = frozenset(
-    {
-        "lift_off",
-        "run_up_points",
-        "sensor_offset",
-        "shear",
-        "speed_tension",
-        "temperature_difference",
-        "thickness_wedge",
-    }
+    (
+        *("lift_off", "run_up_points", "sensor_offset", "shear", "speed_tension", "temperature_difference"),
+        *("thickness_wedge", "idler_skew_lower", "side_drag_lower", "off_centre_load_lower"),
+    )
 )
 
 
