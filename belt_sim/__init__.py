@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.api.simulate import jax_function as jax_function
     from belt_sim.api.simulate import scene as scene
     from belt_sim.api.simulate import simulate as simulate
+    from belt_sim.api.sweep import sweep as sweep
     from belt_sim.campaign import Campaign as Campaign
     from belt_sim.campaign import read_campaign
     from belt_sim.case import Belt as Belt
@@ -63,6 +64,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "belt_sim.api.inference": ("check", "check_effect", "compare", "diagnose", "discover", "fit"),
     "belt_sim.api.plant": ("export", "linearise"),
     "belt_sim.api.plot": ("plot", "report"),
+    "belt_sim.api.sweep": ("sweep",),
     "belt_sim.api.simulate": ("jax_function", "scene", "simulate"),
     "belt_sim.campaign": ("Campaign",),
     "belt_sim.case": ("Belt", "Case", "Rig", "Schedule", "Settings"),

@@ -1,26 +1,51 @@
-"""The command line: one run, or a sweep, of one command; errors of the user are one line and a non-zero exit."""
+"""The command line: every command is an application of Hydra on ``conf``; an error of the user is one line and a
+non-zero exit.
+
+Hydra has its own flags (--cfg, --info, --config-dir, --multirun ...) and grammar of overrides. Added here: help with
+units, file names that need no quotes, and Hydra's errors in one line.
+"""
 
 import os
 import re
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
+from functools import partial, update_wrapper
+from hashlib import sha256
 from importlib.metadata import version
-from importlib.util import find_spec
 from io import BufferedWriter, FileIO, TextIOWrapper
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from belt_sim.commands.command_line import HELP, SHOW, compose_request, help_text, import_arguments, known_keys
-from belt_sim.commands.run_dir import COMMANDS, run_alone
+from belt_sim.commands.words import COMMANDS, HELP, OUTPUT, help_text, known_keys, nearest, one_line
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import CONF, MODELS, group_names, sample_campaigns, write_text
+from belt_sim.files import CONF, MODELS, sample_campaigns, write_text
 
-#: [bytes] of address space that JAX needs: with less, XLA ends the process in the midst of its work
-LEAST_MEMORY = 2_500_000_000
-ON_ONE_CORE = ("native", "line", "mujoco")  # engines that leave a GPU alone
+SWEEP = ("-m", "--multirun")
+#: flags of Hydra, and whether a value follows
+FLAGS = {
+    **dict.fromkeys((*HELP, *SWEEP, "--hydra-help", "--resolve", "-r", "--run", "-sc", "--shell-completion"), False),
+    **dict.fromkeys(("-c", "--cfg", "-p", "--package", "-i", "--info", "--experimental-rerun"), True),
+    **dict.fromkeys(("-cp", "--config-path", "-cn", "--config-name", "-cd", "--config-dir"), True),
+}
+INFO = ("all", "config", "defaults", "defaults-tree", "plugins", "searchpath")
+#: key=value, as Hydra takes it
+OVERRIDE = re.compile(r"[+~]*[A-Za-z_][\w./@]*=")
+HYDRAS = re.compile(r"[+~]*hydra[./]")
+#: keys whose values are files and folders
+PATHS = (
+    "campaign",
+    "diagnosis",
+    "draft",
+    "effects",
+    "hydra.run.dir",
+    "hydra.sweep.dir",
+    "mapping",
+    "model.scene",
+    "out",
+)
+OPEN = ("model", "hydra")  # groups that take keys which their files do not list
+LONGEST = 120  # characters of a folder's name; file systems take 255 bytes, and a letter may have four
 #: read when numpy and scipy are loaded; matrices here are small, and what runs at once are marches
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -40,9 +65,11 @@ def main() -> None:
     try:
         status = run(sys.argv[1:])
         sys.stdout.flush()
-    except OSError as error:  # its disk is full
+    except OSError as error:
+        if error.filename != OUTPUT:
+            raise
         os.dup2(nowhere, sys.stdout.fileno())  # as Python's documentation has it
-        status = _complain(f"standard output = {error.strerror or error}: what was finished is kept")
+        status = _complain(f"{OUTPUT} = {error.strerror or error}: what was finished is kept")
     sys.exit(status)
 
 
@@ -54,6 +81,9 @@ class Output(FileIO):
             return super().write(data)
         except BrokenPipeError:
             return memoryview(data).nbytes
+        except OSError as error:  # its disk is full
+            error.filename = OUTPUT
+            raise
 
 
 def use_one_blas_thread() -> None:
@@ -62,90 +92,218 @@ def use_one_blas_thread() -> None:
         os.environ.setdefault(name, "1")
 
 
+_USAGE = {
+    "demo": "usage: belt-sim demo    it takes no settings; what it makes goes to outputs/demo",
+    "new-effect": "usage: belt-sim new-effect NAME    as belt-sim new-effect side_wind: it writes side_wind.py",
+    "completion": 'usage: eval "$(belt-sim completion)"    in ~/.bashrc',
+}
+
+
 def run(arguments: list[str]) -> int:
     """Run one command; returns the exit status."""
-    if not arguments or arguments[0] in ("-h", "--help", "help"):
+    if not arguments or arguments[0] in (*HELP, "help"):
         print("usage: belt-sim COMMAND [key=value ...] [-m key=a,b,c ...]\n")
         print(*(f"  {name:12s} {what}" for name, (what, _) in COMMANDS.items()), sep="\n")
         print("\nbelt-sim COMMAND --help shows every key of a command.")
         return 0 if arguments else 2
-    if arguments[0] in ("--version", "-V", "version"):
+    command, settings = arguments[0], arguments[1:]
+    if command in ("--version", "-V", "version"):
         print(f"belt-sim {version('belt-sim')}")
         return 0
-    command = arguments[0]
-    if command not in COMMANDS:
-        return _complain(f"command = {command}: use one of {', '.join(COMMANDS)}")
-    if command == "demo":
-        return demo(run) if not arguments[1:] else _complain("demo: it takes no settings; use diagnose for your own")
-    if command == "completion":
-        print(script(COMMANDS), end="")
-        return 0
-    if command != "new-effect" and any(a in HELP for a in arguments):
-        print(help_text(command))
-        return 0
-    settings = import_arguments(arguments[1:]) if command == "import" else arguments[1:]
     try:
-        if command == "new-effect":
-            return _new_effect(settings)
-        return _run_composed(command, settings)
+        if not _current_folder_is_there():
+            raise BeltError("current folder: it has been deleted; go to one that is there (cd)")
+        if command in ("-sc", "--shell-completion") or (command == "completion" and not settings):
+            return complete(settings or ["install=bash"])
+        if command not in COMMANDS:
+            raise BeltError(f"command = {command}: use one of {', '.join(COMMANDS)}")
+        if any(a in HELP for a in settings):
+            file = (CONF / f"{command}.yaml").is_file()
+            print(help_text(command) if file else f"belt-sim {command}: {COMMANDS[command][0]}\n\n{_USAGE[command]}")
+            return 0
+        if command == "demo":
+            return demo(settings)
+        return _new_effect(settings) if command == "new-effect" else run_hydra(command, settings)
     except BeltError as error:
         return _complain(str(error))
     except OSError as error:
-        if error.filename is None:
+        if error.filename == OUTPUT:
             raise
-        return _complain(f"{error.filename} = {error.strerror or error}: choose a folder that can be written")
+        from belt_sim.commands.run_dir import told
+
+        return _complain(told(error, "belt-sim"))
     except KeyboardInterrupt:
         return _complain("stopped; what was finished is kept", status=130)
 
 
-def _new_effect(arguments: list[str]) -> int:
-    if len(arguments) != 1 or arguments[0].startswith("-"):
-        return _complain("new-effect: give one name, as in belt-sim new-effect side_wind")
-    path = new_effect(arguments[0])
-    print(f"{path}: change its law, then belt-sim simulate 'effects=[{{id: {path.as_posix()}, load: 0.01}}]'")
-    print(f"to test it: python -c \"import belt_sim as bs; print(*bs.check_effect('{path.as_posix()}'), sep='\\n')\"")
-    return 0
-
-
-def _run_composed(command: str, settings: list[str]) -> int:
-    """Run a command on the configuration, or the configurations, that its settings mean."""
-    shown = [k for k, a in enumerate(settings) if a.split("=")[0] in SHOW]
-    if shown:
-        kept = [a for k, a in enumerate(settings) if not ({k, k - 1} & set(shown))]
-        for case in compose_request(command, kept).runs:
-            print(yaml.safe_dump(dict(case.config), sort_keys=False, allow_unicode=True), end="")
-        return 0
-    request = compose_request(command, settings)
-    _check_memory()
+def _current_folder_is_there() -> bool:
     try:
-        from belt_sim.jax_setup import check_environment, prepare
-    except ValueError as error:  # JAX reads JAX_... as it is imported
-        raise BeltError(f"JAX_...: {error}; unset it") from error
-    check_environment()
-    prepare(space=any(case.config.get("engine") not in (None, *ON_ONE_CORE) for case in request.runs))
-    if request.folder is not None:
-        from belt_sim.commands.sweep import run_sweep
+        return Path.cwd().is_dir()
+    except OSError:
+        return False
 
-        return run_sweep(request)
-    run_alone(request.runs[0])
+
+def run_hydra(command: str, settings: Sequence[str]) -> int:
+    """Run a command as Hydra's application on ``conf``; return the exit status. Raises BeltError for Hydra's errors."""
+    typed = import_arguments(settings) if command == "import" else list(settings)
+    flags, overrides = _sorted_out(command, typed)
+    from belt_sim.commands import sweep
+    from belt_sim.commands.run_dir import run_task
+
+    sweep.at_work.clear()
+    task = update_wrapper(partial(run_task, command=command), run_task)
+    named = [] if any(o.startswith("hydra.job.name=") for o in overrides) else [f"hydra.job.name={command}"]
+    try:
+        status = apply_hydra(f"belt-sim {command}", task, command, [*flags, *named, *overrides])
+    finally:
+        sweep.finish()
+    if "crash" in sweep.at_work:
+        raise sweep.at_work.pop("crash")
+    return status or int(bool(sweep.at_work.get("failures")))
+
+
+def apply_hydra(program: str, task: Callable[..., Any], name: str, arguments: Sequence[str], conf: Path = CONF) -> int:
+    """Let Hydra compose ``name`` of ``conf`` and call ``task``; return the exit status, raise its errors as BeltError.
+
+    program: how a result says that it was made; arguments: flags first, then overrides.
+    """
+    full = os.environ.get("HYDRA_FULL_ERROR") == "1"
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises its errors, which become one line here
+    import hydra
+    from hydra.errors import HydraException
+    from omegaconf import OmegaConf
+    from omegaconf.errors import OmegaConfBaseException
+
+    swept = folder_name(",".join(sorted(a for a in arguments if OVERRIDE.match(a) and not HYDRAS.match(a)))) or "all"
+    OmegaConf.register_new_resolver("folder_name", folder_name, replace=True)
+    OmegaConf.register_new_resolver("sweep_name", lambda: swept, replace=True, use_cache=True)
+    before, sys.argv = sys.argv, [program, *arguments]
+    try:
+        hydra.main(version_base="1.3", config_path=str(conf), config_name=name)(task)()
+    except BeltError:
+        raise
+    except (HydraException, OmegaConfBaseException, ValueError) as error:
+        raise BeltError(one_line(error, name, conf)) from error
+    except OSError:
+        raise
+    except Exception as error:  # of a launcher or sweeper: no Slurm, a lost job ...
+        if full:
+            raise
+        first = next((" ".join(line.split()) for line in str(error).splitlines() if line.strip()), "")
+        raise BeltError(f"{type(error).__name__}: {first}; HYDRA_FULL_ERROR=1 shows where") from error
+    except SystemExit as end:
+        if isinstance(end.code, str):
+            raise BeltError(end.code) from end
+        return end.code or 0
+    finally:
+        sys.argv = before
+        if not full:
+            del os.environ["HYDRA_FULL_ERROR"]
     return 0
 
 
-def _check_memory() -> None:
-    """Raise InputError where the address space of this process is limited to less than JAX needs."""
-    if find_spec("resource") is None:  # Windows
-        return
-    import resource
+def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Flags, with their values, and overrides, quoted as Hydra wants them; raises BeltError for what cannot be."""
+    flags: list[str] = []
+    overrides: list[str] = []
+    rest = list(settings)
+    while rest:
+        argument = rest.pop(0)
+        flag, equals, _ = argument.partition("=")
+        if not argument.startswith("-"):
+            overrides.append(quote(argument))
+            continue
+        if flag not in FLAGS:
+            raise BeltError(f"{argument}: no such flag{nearest(flag, list(FLAGS))} (settings are written key=value)")
+        flags.append(argument)
+        if flag in ("-i", "--info") and not equals:
+            flags[-1] = f"--info={rest.pop(0) if rest and rest[0] in INFO else 'all'}"
+        elif FLAGS[flag] and not equals:
+            if not rest:
+                raise BeltError(f"{argument}: needs a value, as {argument} NAME")
+            flags.append(rest.pop(0))
+    own = [flags[k + 1] for k, flag in enumerate(flags[:-1]) if flag in ("-cd", "--config-dir")]
+    own += [flag.partition("=")[2] for flag in flags if flag.startswith(("-cd=", "--config-dir="))]
+    for argument in overrides:
+        key, _, value = argument.partition("=")
+        added = key.lstrip("+").split("@")[0]
+        groups = any((Path(place) / added).is_dir() for place in (CONF, *own)) or "hydra.searchpath=" in "".join(
+            overrides
+        )
+        if argument.startswith("+") and not (added.split(".")[0].split("/")[0] in OPEN or groups):
+            raise BeltError(f"{argument}: no such key{nearest(added, known_keys(command))}")
+        if key.lstrip("+") in ("hydra.run.dir", "hydra.sweep.dir") and value in ("", "''", '""', "null"):
+            raise InputError(key, value, "", "is empty; name a folder")
+        if re.search(r"sort\(.*range\([^)]*,\s*-", value):
+            raise BeltError(
+                f"{argument}: Hydra sorts a range that runs down wrongly; write it upwards, as range(10,41,10)"
+            )
+    return flags, overrides
 
-    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
-    if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY:
-        needed = f"at least {LEAST_MEMORY / 1e9:g} GB of address space are needed"
-        raise InputError("ulimit -v", f"{limit / 1e9:.3g}", "GB", f"{needed}; raise the limit (ulimit -v unlimited)")
+
+def quote(argument: str) -> str:
+    """Put quotes around letters beyond ASCII and signs that paths may have, as Hydra's grammar wants them."""
+    key, equals, value = argument.partition("=")
+    if not equals or value[:1] in ("'", '"'):
+        return argument
+    is_path = key.lstrip("+") in PATHS
+    if is_path and value.startswith("~/"):
+        value = str(Path(value).expanduser())
+    strange = bool(re.search(r"[^\w./\\:%@+ -]", value, re.ASCII))
+    there = os.path.exists(value) or os.path.isdir(os.path.dirname(value) or "?")
+    named = is_path and strange and (there or not ({"[", "{"} & {value[:1]} or "," in value))
+    if named or (not value.isascii() and value[:1] not in ("[", "{")):
+        return f"{key}='{value.replace(chr(92), chr(92) * 2).replace(chr(39), chr(92) + chr(39))}'"
+    return f"{key}={value}"
+
+
+def import_arguments(arguments: Sequence[str]) -> list[str]:
+    """The arguments of ``import`` with its bare file names as files=[...], quoted as Hydra wants it."""
+    after = {k + 1 for k, a in enumerate(arguments) if FLAGS.get(a)}
+    loose = [a for k, a in enumerate(arguments) if k not in after]
+    bare = [a for a in loose if Path(a).is_file() or not (a.startswith("-") or OVERRIDE.match(a))]
+    others = [a for a in arguments if a not in bare]
+    quoted = ",".join("'" + a.replace("\\", "\\\\").replace("'", "\\'") + "'" for a in bare)
+    return [*others, f"files=[{quoted}]"] if bare else others
+
+
+def folder_name(overrides: str) -> str:
+    """A name of one folder for ``overrides`` (key=value, separated by commas): the same ones have the same name."""
+    name = re.sub(r"[/\\:*?\"'<>|\s]+", "_", overrides)
+    if name == overrides and len(name) <= LONGEST:
+        return name
+    return f"{name[:LONGEST]}-{sha256(overrides.encode()).hexdigest()[:8]}"
 
 
 def _complain(message: str, status: int = 1) -> int:
     print(f"belt-sim: {message}", file=sys.stderr)
     return status
+
+
+def complete(asked: Sequence[str]) -> int:
+    """Hydra's shell completion: install=bash, or query=bash for the line that the shell hands over."""
+    words, command = os.environ.get("COMP_LINE", "").split(), "simulate"
+    if "query=" in asked[0] and words[2:] == [] and not os.environ.get("COMP_LINE", "").endswith(f"{words[-1]} "):
+        print(*COMMANDS)
+        return 0
+    if "query=" in asked[0]:
+        command, current = words[1], words[-1]
+        if current.startswith("campaign="):
+            print(*(f"campaign={name}" for name in sample_campaigns()))
+            return 0
+        if command not in COMMANDS or not (CONF / f"{command}.yaml").is_file():
+            return 0
+        os.environ["COMP_LINE"] = os.environ["COMP_LINE"].replace(f" {command}", "", 1)
+    return apply_hydra("belt-sim", lambda config: None, command, ["-sc", *asked])
+
+
+def _new_effect(arguments: Sequence[str]) -> int:
+    if len(arguments) != 1 or arguments[0].startswith("-"):
+        raise BeltError("new-effect: give one name, as in belt-sim new-effect side_wind")
+    path = new_effect(arguments[0])
+    print(f"{path}: change its law, then belt-sim simulate 'effects=[{{id: {path.as_posix()}, load: 0.01}}]'")
+    print(f"to test it: python -c \"import belt_sim as bs; print(*bs.check_effect('{path.as_posix()}'), sep='\\n')\"")
+    return 0
 
 
 def new_effect(name: str, folder: Path = Path()) -> Path:
@@ -163,54 +321,14 @@ def new_effect(name: str, folder: Path = Path()) -> Path:
     return write_text(path, text.replace("An effect of one's own: a steady side wind", "A steady side wind"))
 
 
-GROUPS = ("rig", "belt", "model")
-#: filled in by ``script``; the value of any key may be a file
-_SCRIPT = """_belt_sim() {{
-  local line=${{COMP_LINE:0:COMP_POINT}} words
-  local current=${{line##* }} command
-  read -r _ command _ <<< "$line "
-  [[ $line == *\\ *\\ * ]] || command=
-  case $command in
-{cases}
-  *) words="{commands}" ;;
-  esac
-  COMPREPLY=($(compgen -W "$words" -- "$current"))
-  [[ $current == *=* ]] || return
-  local value=${{current#*=}}
-  COMPREPLY+=($(compgen -f -P "${{current%%=*}}=" -- "$value"))
-  COMPREPLY=("${{COMPREPLY[@]#"${{current%"$value"}}"}}")
-}}
-[ -z "$ZSH_VERSION" ] || {{ autoload -U +X bashcompinit && bashcompinit; }}
-complete -o nospace -F _belt_sim belt-sim
-"""
-
-
-def script(commands: Iterable[str]) -> str:
-    """Return the script that a shell evaluates: the words of every command, as its file in conf lists them."""
-    names = [*commands, "--help", "--version"]
-    cases = [f'  {c}) words="{" ".join(words(c))}" ;;' for c in names if (CONF / f"{c}.yaml").is_file()]
-    return _SCRIPT.format(cases="\n".join(cases), commands=" ".join(names))
-
-
-def words(command: str) -> list[str]:
-    """Return what may follow a command: its keys with =, names of rigs, belts, models and campaigns, flags."""
-    keys = known_keys(command)
-    found = [f"{key}=" for key in keys if key not in (*GROUPS, "campaign")]
-    for group in (g for g in GROUPS if g in keys):
-        found += [f"{group}={name}" for name in group_names(group)]
-    if "campaign" in keys:
-        found += [f"campaign={name}" for name in sample_campaigns()]
-    if command == "simulate":
-        found += [f"+experiment={name}" for name in group_names("experiment")] + ["-m"]
-    return [*found, "--help"]
-
-
 FOLDER = Path("outputs") / "demo"  # of the current folder
 CASE = ("campaign=slack_belt", "model=beam_th2")
 
 
-def demo(run: Callable[[list[str]], int]) -> int:
-    """Diagnose the sample, then compare with what was found; ``run``: the command line. Returns the exit status."""
+def demo(arguments: Sequence[str]) -> int:
+    """Diagnose the sample, then compare with what was found; return the exit status."""
+    if arguments:
+        raise BeltError("demo: it takes no settings; use diagnose for your own")
     started = time.perf_counter()
     print("A belt at 7 to 40 N/mm2, measured after a yaw step, against the beam model that controllers use.\n")
     folder, again = FOLDER / "diagnosis", FOLDER / "comparison"

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any, TypedDict
 
 import numpy as np
 
 from belt_sim import plausible, si
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
-from belt_sim.errors import InputError, finite, flag
+from belt_sim.errors import BeltError, InputError, finite, flag
 from belt_sim.files import CONF, group_names
 from belt_sim.si import UNITS
 
@@ -74,15 +75,35 @@ def case_or_settings(case: Case | None, settings: Mapping[str, Any]) -> Case:
     if case is None:
         return make_case(**settings)
     for name, value in settings.items():
+        if value is None:
+            continue
         raise InputError(name, value, "", "give either a case or its settings")
     return case
 
 
-def make_case(**settings: Any) -> Case:
+def make_case(
+    *,
+    tension: Any = None,
+    yaw: Any = None,
+    yaw_head: Any = None,
+    speed: float | None = None,
+    direction: float | None = None,
+    rig: Any = None,
+    belt: Any = None,
+    travel: float | None = None,
+) -> Case:
     """A case from settings as on the command line (``CaseSettings``); what is not given is as in conf/simulate.yaml.
 
     rig and belt are names (of conf/rig, conf/belt), objects, or mappings of what is other than in the standard ones.
     """
+    given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
+    given |= {"rig": rig, "belt": belt, "travel": travel}
+    return case_from(make_settings(given))
+
+
+def make_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """The whole configuration of a case from the settings that are given and not None; raises InputError."""
+    settings = {k: v for k, v in settings.items() if v is not None}
     standard = _file("simulate.yaml")
     common = {k: standard[k] for k in ("tension", "yaw", "yaw_head", "travel", "direction", "speed")}
     groups = {k: v for entry in standard["defaults"] if isinstance(entry, Mapping) for k, v in entry.items()}
@@ -95,16 +116,17 @@ def make_case(**settings: Any) -> Case:
             for name in value.keys() - standard.keys():
                 raise InputError(f"{key}.{name}", value[name], "", f"use one of {', '.join(standard)}")
             settings[key] = {**standard, **value}
-    return case_from(known | settings)
+    return known | settings
 
 
+@cache
 def _file(name: str) -> Mapping[str, Any]:
     from omegaconf import OmegaConf  # it reads 2.1e11 as a number, which plain YAML does not
 
     return OmegaConf.to_container(OmegaConf.load(CONF / name))  # type: ignore[return-value]
 
 
-def _group(kind: str, asked: Any) -> Any:
+def group_from(kind: str, asked: Any) -> Any:
     """A group by its name, or as it is."""
     if not isinstance(asked, str):
         return asked
@@ -114,8 +136,10 @@ def _group(kind: str, asked: Any) -> Any:
 
 
 def check_switches(command: str, config: Mapping[str, Any]) -> None:
-    """Raise InputError for the first switch of a command or its model (true or false in conf) that is neither."""
+    """Raise InputError for the first key that is left out, and for a switch (true or false in conf) that is neither."""
     for key, standard in _file(f"{command}.yaml").items():
+        if key not in config and key != "defaults":
+            raise BeltError(f"{key}: is left out, and {command} needs it; give it a value, {key}=...")
         if isinstance(standard, bool):
             flag(key, config[key])
     model = config.get("model") or {}
@@ -135,7 +159,7 @@ def model_settings(cfg: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def rig_from(asked: Any) -> Rig:
     """The machine of a ``rig`` group, its name, or the machine itself."""
-    cfg = _group("rig", asked)
+    cfg = group_from("rig", asked)
     if isinstance(cfg, Rig):
         return cfg
     flat = {f"rig.{k}": v for k, v in cfg.items()}
@@ -155,7 +179,7 @@ def rig_from(asked: Any) -> Rig:
 
 def belt_from(asked: Any) -> Belt:
     """The strip of a ``belt`` group, its name, or the strip itself."""
-    cfg = _group("belt", asked)
+    cfg = group_from("belt", asked)
     if isinstance(cfg, Belt):
         return cfg
     flat = {f"belt.{k}": v for k, v in cfg.items()}
@@ -188,6 +212,8 @@ def schedule_from(spec: Any, name: str) -> Schedule:
 
 def check_range(cfg: Mapping[str, Any], key: str) -> float:
     """A number within RANGES[key]."""
+    if key not in cfg:
+        raise BeltError(f"{key}: is left out; give it a value, {key}=...")
     return _check_bounds(key, finite(key, cfg[key], RANGES[key][2]), key)
 
 

@@ -51,6 +51,9 @@ def write_with(path: Path, writer: Callable[[Path], Any]) -> Path:
     try:
         writer(temporary)
         os.replace(temporary, path)
+    except OSError as error:
+        error.filename = error.filename or str(path)  # a full disk is told without one
+        raise
     finally:
         temporary.unlink(missing_ok=True)
     return path

@@ -38,11 +38,13 @@ def config_hash(config: Any) -> str:
 
 
 def _command() -> str:
-    """The command line; a study puts ``python -m studies.NAME`` in front."""
-    program = sys.argv[0] if sys.argv[0].startswith("python -m ") else "belt-sim"
-    return shlex.join([*program.split(), *sys.argv[1:]])
+    """The command line; a study puts ``python -m studies.NAME`` in front, a command of belt-sim its name."""
+    program = sys.argv[0] if sys.argv[0].startswith(("python -m ", "belt-sim ")) else "belt-sim"
+    typed = [a for a in sys.argv[1:] if not a.startswith("hydra.job.name=")]  # the command's name
+    return shlex.join([*program.split(), *typed])
 
 
+@cache
 def version_of(package: str) -> str | None:
     try:
         return version(package)
@@ -52,11 +54,14 @@ def version_of(package: str) -> str | None:
 
 def _commit() -> str | None:
     """Of the checkout; None for an installed package, whatever repository it may lie in."""
-    if INSTALLED or not (ROOT / ".git").exists():
-        return None
+    return None if INSTALLED or not (ROOT / ".git").exists() else _head(ROOT)
+
+
+@cache
+def _head(checkout: Path) -> str | None:
     try:
         done = subprocess.run(
-            ["git", "-C", str(ROOT), "rev-parse", "HEAD"], capture_output=True, text=True, timeout=5, check=False
+            ["git", "-C", str(checkout), "rev-parse", "HEAD"], capture_output=True, text=True, timeout=5, check=False
         )
     except (OSError, subprocess.TimeoutExpired):
         return None

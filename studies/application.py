@@ -5,13 +5,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from belt_sim.commands.command_line import HELP, compose_request
+from belt_sim.cli import apply_hydra
+from belt_sim.commands.words import HELP
 from belt_sim.errors import BeltError
 from belt_sim.files import CONF
 from belt_sim.jax_setup import prepare
 
 HERE = Path(__file__).resolve().parent
-FIXED = (f"hydra.searchpath=[file://{CONF}]",)  # rigs, belts and models
+#: rigs, belts and models are those of belt-sim, and Hydra leaves no files of its own
+FIXED = (
+    f"hydra.searchpath=[file://{CONF}]", "hydra.output_subdir=null", "hydra.run.dir=.", "hydra.sweep.dir=.",
+    "hydra.sweep.subdir=.", "hydra/job_logging=none", "hydra/hydra_logging=none",
+)  # fmt: skip
 
 
 def application(name: str, study: Callable[[dict[str, Any]], None]) -> None:
@@ -21,10 +26,25 @@ def application(name: str, study: Callable[[dict[str, Any]], None]) -> None:
     if any(a in HELP for a in arguments):
         print((HERE / "conf" / f"{name}.yaml").read_text(encoding="utf-8"))
         return
-    sys.argv = [f"python -m {module}", *arguments]  # what a result says of where it came from
     prepare()
+
+    def task(config: Any) -> None:
+        from belt_sim.commands.run_dir import plain
+
+        try:
+            study(plain(config))
+        except BeltError as error:  # Hydra would print words of its own
+            sys.exit(str(error))
+        except Exception as error:
+            crashed.append(error)
+
+    crashed: list[Exception] = []
+    flags = [a for a in arguments if a.startswith("-")]
+    overrides = [*FIXED, *(a for a in arguments if a not in flags)]
     try:
-        for case in compose_request(name, arguments, conf=HERE / "conf", fixed=FIXED).runs:
-            study(dict(case.config))
+        status = apply_hydra(f"python -m {module}", task, name, [*flags, *overrides], HERE / "conf")
     except BeltError as error:
         sys.exit(f"{name}: {error}")
+    if crashed:
+        raise crashed[0]
+    sys.exit(status)

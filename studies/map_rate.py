@@ -1,7 +1,7 @@
 """How many cases ``belt-sim map`` makes in a second, from one to a million: ``python -m studies.map_rate``.
 
-Each map is made as the command makes it, files and all, by a process that has compiled its march before. Time is told
-both by the clock and as CPU time, which does not mind what else the machine does.
+Each map is made as the command makes it, its file and all, by a process that has compiled its march before. Time is
+told both by the clock and as CPU time, which does not mind what else the machine does.
 """
 
 import resource
@@ -13,7 +13,7 @@ from typing import Any
 
 import pandas as pd
 
-from belt_sim.commands.map import case_map, write_map
+from belt_sim.api.sweep import sweep
 from belt_sim.files import write_with
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, RED
@@ -24,10 +24,12 @@ NAMES = {True: "march of the strip over {travel:g} m", False: "steady rate in cl
 
 def measure(config: Mapping[str, Any], count: int) -> dict[str, Any]:
     """What a map of ``count`` cases costs: seconds, CPU seconds, MiB on disk, largest MiB of memory so far."""
-    made = case_map({**config, "cases": count})
+    across = 10 ** ((len(str(count)) - 1) // 2)
+    counts = {"tension": count // across, "yaw": across}
+    axes = {k: {**config[k], "count": n} if n > 1 else [config[k]["to"]] for k, n in counts.items()}
     with tempfile.TemporaryDirectory() as scratch:
         began = time.perf_counter(), time.process_time()
-        write_map(Path(scratch), made, {}, lambda number: None)
+        sweep(**{**config, **axes}).to_parquet(Path(scratch) / "map.parquet")
         seconds, cpu = time.perf_counter() - began[0], time.process_time() - began[1]
         disk = sum(p.stat().st_size for p in Path(scratch).rglob("*.parquet")) / 2**20
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
@@ -38,6 +40,7 @@ def measure(config: Mapping[str, Any], count: int) -> dict[str, Any]:
 def rows(config: Mapping[str, Any]) -> pd.DataFrame:
     """A row a number of cases, for marches and for closed forms."""
     plain = {k: v for k, v in config.items() if k not in ("counts", "table", "picture")}
+    plain["model"] = plain["model"]["name"]
     found = []
     for travel in (None, config["travel"]):
         asked = {**plain, "travel": travel}

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from belt_sim.campaign import Campaign
 from belt_sim.effects.library import library, short_title
@@ -19,7 +20,7 @@ from belt_sim.results.json import read_diagnosis
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import tension
 from belt_sim.show import diagnosis as pictures
-from belt_sim.show.curves import curves_picture, steady_picture, understood_picture
+from belt_sim.show.curves import curves_picture, map_picture, steady_picture, understood_picture
 from belt_sim.show.report import inline_svg, most_misfit, panel_boxes, write_report
 from belt_sim.show.style import save, svg_text
 
@@ -51,7 +52,7 @@ class Picture:
 
 
 def plot(
-    result: Result | Sequence[Simulation],
+    result: Result | Sequence[Simulation] | pd.DataFrame,
     path: str | os.PathLike[str] | None = None,
     *,
     kind: str | None = None,
@@ -60,12 +61,15 @@ def plot(
     """A picture of ``result``, written to ``path`` (.png, .svg, .pdf) if one is given.
 
     result: one result, several simulations, whose curves are drawn together, or a campaign, whose readings are drawn;
-    kind: "curves" of a simulation; "readings" of a campaign;
+    kind: "curves" of a simulation; "readings" of a campaign; a column of a table of ``bs.sweep``;
     "overlay" (the default), "where", "drift" or "steady" of a comparison; "overlay", "headline", "where", "drift" or
     "ranking" of a diagnosis; "evidence", "unknown", "law" or "falling_error" of a discovery;
     dpi: dots per inch of a PNG.
     """
-    there = _of_several(result) if isinstance(result, Sequence) else drawings_by_kind(result)
+    if isinstance(result, pd.DataFrame):
+        there = _of_table(result)
+    else:
+        there = _of_several(result) if isinstance(result, Sequence) else drawings_by_kind(result)
     wanted = kind or next(iter(there), "")
     if wanted not in there:
         raise InputError("kind", wanted, "", f"use one of {', '.join(there) or 'none: this result has no picture'}")
@@ -73,6 +77,24 @@ def plot(
     if path is not None:
         picture.save(path, dpi)
     return picture
+
+
+def drawn_columns(table: pd.DataFrame) -> list[str]:
+    """Columns of a table of ``bs.sweep`` that can be drawn over what varies."""
+    return [c for c in table.columns if c not in table.attrs.get("axes", ()) and c != "model"]
+
+
+def _of_table(table: pd.DataFrame) -> dict[str, Draw]:
+    """Every column of a table of ``bs.sweep`` over its one or two axes, by its name."""
+    axes = table.attrs.get("axes", {})
+    if not 0 < len(axes) <= 2:
+        raise InputError("result", f"{len(axes)} axes", "", "a table of bs.sweep is drawn over one or two axes")
+
+    def drawn(column: str) -> Draw:
+        columns = {c: table[c].to_numpy() for c in (*axes, column)}
+        return lambda p: map_picture(p, columns, tuple(axes.values()))  # type: ignore[arg-type]
+
+    return {column: drawn(column) for column in drawn_columns(table)}
 
 
 def _of_several(results: Sequence[Simulation]) -> dict[str, Draw]:

@@ -3,11 +3,11 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 from belt_sim.api.resolve import ModelSpec, by_tension, effects_of, fitted_model, model_of, refuse, validity_limits
 from belt_sim.case import Case
-from belt_sim.config import CaseSettings, case_from, case_or_settings, model_settings
+from belt_sim.config import case_from, case_or_settings, make_settings, model_settings
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError, InputError
@@ -19,12 +19,56 @@ from belt_sim.space.options import CONTACTS
 
 if TYPE_CHECKING:
     from mujoco import MjSpec
+    from pandas import DataFrame
 
     from belt_sim.space.run import Computed
 
 
 def simulate(
     case: Case | None = None,
+    *,
+    tension: Any = None,
+    yaw: Any = None,
+    yaw_head: Any = None,
+    speed: Any = None,
+    direction: float | None = None,
+    rig: Any = None,
+    belt: Any = None,
+    travel: float = 60.0,
+    model: ModelSpec | None = None,
+    effects: Any = None,
+    engine: str | None = None,
+    observers: Sequence[Observer] = (),
+    scene_path: Path | None = None,
+) -> "Simulation | DataFrame":
+    """Run ``case`` (in SI), or the case that the settings describe, for ``travel`` [m].
+
+    Settings as on the command line: rig and belt (a name, a mapping or an object), tension [N/mm2], yaw and yaw_head
+    [degrees, {dx, d} in metres, or a list of {at, over, yaw}], speed [m/s], direction. A list of numbers,
+    ``tension=[7, 10, 20]``, gives the table of ``bs.sweep``, a row a case.
+
+    model: a name, {name: ..., further settings} or a Model; None: strip_lift_off below 22 N/mm2, strip above; engine:
+    of a 3D model, "native" (None), "mjx" or "quasi_static"; effects: ids, mappings, .py files or objects. scene_path:
+    where a 3D model writes its scene (MJCF). A 3D model's setting ``scene`` is an MjSpec that ``bs.scene`` made,
+    edited, or the path of an XML: that is run instead, by MuJoCo's contacts.
+    """
+    given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
+    given |= {"rig": rig, "belt": belt}
+    from belt_sim.api.sweep import axes_of, sweep
+
+    if case is None and axes_of(make_settings(given))[0]:
+        if observers or scene_path:
+            raise InputError(
+                "observers" if observers else "scene_path", "given", "", "goes with one case; leave it out"
+            )
+        return sweep(**given, travel=travel, model=model, effects=effects, engine=engine)
+    case = case_or_settings(case, given | ({"travel": travel} if case is None else {}))
+    run: dict[str, Any] = {"observers": observers, "scene_path": scene_path}
+    return simulate_one(case, model=model, effects=effects, travel=travel, engine=engine, **run)
+
+
+def simulate_one(
+    case: Case,
     *,
     model: ModelSpec | None = None,
     effects: Any = None,
@@ -33,19 +77,8 @@ def simulate(
     observers: Sequence[Observer] = (),
     scene_path: Path | None = None,
     computed: Any = None,
-    **settings: Unpack[CaseSettings],
 ) -> Simulation:
-    """Run ``case`` (in SI), or the case that ``settings`` describe, for ``travel`` [m].
-
-    settings: as on the command line: rig and belt (a name, a mapping or an object), tension [N/mm2], yaw and yaw_head
-    [degrees, {dx, d} in metres, or a list of {at, over, yaw}], speed [m/s], direction. model: a name, {name: ...,
-    further settings} or a Model; None: strip_lift_off below 22 N/mm2, strip above; engine: of a 3D model, "native"
-    (None), "mjx" or "quasi_static"; effects: ids, mappings, .py files or objects. scene_path: where a 3D model writes
-    its scene (MJCF); computed: what a batch has found for the case as driven (``belt_sim.api.simulate``), so that no
-    engine runs. A 3D model's setting ``scene`` is an MjSpec that ``bs.scene`` made, edited, or the path of an XML: that
-    is run instead, by MuJoCo's contacts.
-    """
-    case = case_or_settings(case, {**settings, "travel": travel} if case is None else settings)
+    """One case; computed: what a batch has found for it as driven, so that no engine runs."""
     spec = by_tension(model, [float(case.settings.tension)])
     chosen, acting = on_engine(model_of(spec), engine), effects_of(effects)
     common: dict[str, Any] = {"case": case, "model": chosen.name, "effects": acting, "travel": float(travel)}
@@ -124,12 +157,24 @@ def _prepare(config: Mapping[str, Any]) -> Any:
         return None
 
 
-def scene(case: Case | None = None, *, model: ModelSpec = "mujoco_flex", **settings: Unpack[CaseSettings]) -> "MjSpec":
-    """The scene of ``case`` (in SI), or of the case that ``settings`` describe as for ``simulate``, not yet compiled.
+def scene(
+    case: Case | None = None,
+    *,
+    tension: Any = None,
+    yaw: Any = None,
+    yaw_head: Any = None,
+    speed: float | None = None,
+    direction: float | None = None,
+    rig: Any = None,
+    belt: Any = None,
+    model: ModelSpec = "mujoco_flex",
+) -> "MjSpec":
+    """The scene of ``case`` (in SI), or of the case that the settings describe as for ``simulate``, not yet compiled.
 
     MuJoCo's contacts carry the belt; ``simulate(model={"name": ..., "scene": spec})`` runs it, edited or not.
     """
-    case = case_or_settings(case, settings)
+    given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
+    case = case_or_settings(case, given | {"rig": rig, "belt": belt})
     from belt_sim.space.native import contact_scene
 
     chosen = model_of(model)

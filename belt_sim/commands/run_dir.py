@@ -1,10 +1,12 @@
-"""The folder of one run (locked while it runs, filled in one move, kept only as long as its inputs are the same), and a
-run in it, alone or as a case of a sweep.
+"""A run in its folder, as Hydra calls it: alone or as a case of a sweep.
+
+The folder is locked while the run is at work, filled in one move, and kept only as long as its inputs are the same.
 
 ``.hydra/run.json`` (belt-run/1) says what a run was: hashes of its configuration, of the code, of every file that it
 read and of every file that it wrote. A sweep keeps a case only where all of them still hold.
 """
 
+import errno
 import os
 import shutil
 import sys
@@ -12,12 +14,20 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from math import inf
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 
-import yaml
+from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 
+from belt_sim.commands import sweep
+from belt_sim.commands.words import COMMANDS, OUTPUT, one_line
 from belt_sim.errors import BeltError, InputError
 from belt_sim.files import DRAFTS, clear_drafts, read_json, write_json, write_text
 from belt_sim.provenance import code_hash, config_hash, file_hash, input_hashes
@@ -41,6 +51,16 @@ class RunDir:
     config: Mapping[str, Any]
     overrides: Sequence[str] = ()
     case: int | None = None
+
+    @staticmethod
+    def of_hydra(config: DictConfig, hydra: DictConfig, command: str) -> "RunDir":
+        """The run that a configuration and Hydra's own part of it describe; raises BeltError for what has no value."""
+        many = hydra.mode == RunMode.MULTIRUN
+        try:
+            path = Path(hydra.sweep.dir) / str(hydra.sweep.subdir) if many else Path(hydra.run.dir)
+            return RunDir(path, command, plain(config), list(hydra.overrides.task), hydra.job.num if many else None)
+        except OmegaConfBaseException as error:
+            raise BeltError(one_line(error, command)) from error
 
     def text_setting(self, key: str, what: str) -> str:
         """A file or folder that the configuration names; raises InputError for what is no text."""
@@ -89,16 +109,7 @@ class RunDir:
             clear_drafts(self.path)
             clear_drafts(notes)
             (self.path / FAILED).unlink(missing_ok=True)
-            write_text(notes / "config.yaml", yaml.safe_dump(dict(self.config), sort_keys=False, allow_unicode=True))
-            write_text(notes / "overrides.yaml", yaml.safe_dump(list(self.overrides), allow_unicode=True))
-            try:
-                yield
-            except BeltError:
-                if {p.name for p in self.path.iterdir()} <= {NOTES}:
-                    shutil.rmtree(notes, ignore_errors=True)
-                    with suppress(OSError):
-                        self.path.rmdir()
-                raise
+            yield
 
     @contextmanager
     def outputs(self, *beside: str) -> Iterator[Path]:
@@ -139,6 +150,32 @@ class RunDir:
                 with suppress(OSError):
                     (self.path / name).unlink(missing_ok=True)
 
+    def carry_out(self, computed: Any = None) -> float | None:
+        """Run a case of a sweep unless its result is there; return what the command returns."""
+        again = self.why_not_done()
+        if again is None:
+            (self.path / FAILED).unlink(missing_ok=True)
+            print(f"done before, kept: {self.path}", flush=True)
+            sought = self.config.get("objective") is not None
+            return self._task()(self, done=True) if sought else None  # type: ignore[no-any-return]
+        if again:
+            print(f"runs again, {again}: {self.path}", flush=True)
+        return self.carry_out_alone(**({} if computed is None else {"computed": computed}))
+
+    def carry_out_alone(self, **given: Any) -> float | None:
+        """Run the command in the folder; return what it returns."""
+        task = self._task()
+        with nullcontext() if self.command in WITHOUT_FOLDER else self.open():
+            return task(self, **given)  # type: ignore[no-any-return]
+
+    def _task(self) -> Callable[..., Any]:
+        """The function of the command, imported only now: JAX and MuJoCo take a while."""
+        prepare_jax(self.config.get("engine") not in (None, *ON_ONE_CORE))
+        from belt_sim.config import check_switches
+
+        check_switches(self.command, self.config)
+        return resolve_name(f"belt_sim.commands.{COMMANDS[self.command][1]}")  # type: ignore[no-any-return]
+
     def fail(self, message: str) -> None:
         """Write down why the case has failed; a disk that takes nothing more does not stop the other cases."""
         try:
@@ -161,73 +198,102 @@ def _lock(path: Path, folder: Path) -> Iterator[None]:
         yield
 
 
-WITHOUT_FOLDER = ("app", "map", "report", "reveal", "scene")  # commands that say themselves where their files go
+#: commands that say themselves where their files go
+WITHOUT_FOLDER = ("app", "report", "reveal", "scene")
+#: engines that leave a GPU alone
+ON_ONE_CORE = ("native", "line", "mujoco")
+#: [bytes] of address space that JAX needs: with less, XLA ends the process in the midst of its work
+LEAST_MEMORY = 2_500_000_000
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """How a run ended. value: what the command returns; failure: empty when it went well."""
+def run_task(config: DictConfig, *, command: str, computed: Any = None) -> float | None:
+    """What Hydra calls: the command in its folder, or what is left of it to do; returns the number that a search reads.
 
-    value: float | None = None
-    failure: str = ""
+    computed: curves that a batch has found for the case. A failure is one line and counted (``sweep.note``); a case of
+    a sweep that fails has it in failed.txt and stops no other case.
+    """
+    hydra = HydraConfig.get()
+    many = hydra.mode == RunMode.MULTIRUN
+    nothing = _worst(hydra) if many else None
+    if many and sweep.failing_alike(hydra):
+        return nothing
+    run: RunDir | None = None
+    failure, value = "", None
+    try:
+        run = RunDir.of_hydra(config, hydra, command)
+        sweep.note(hydra, run.path.name, sweep.LOST) if many else None
+        value = run.carry_out(computed) if many else run.carry_out_alone()
+    except BeltError as error:
+        failure = str(error)
+    except OSError as error:
+        failure = told(error, run.path if run else "hydra.run.dir")
+        if error.filename == OUTPUT:
+            sweep.at_work["crash"] = error
+            return nothing
+    except Exception as error:
+        failure = f"{type(error).__name__}: {error}"
+        if not many:
+            sweep.at_work["crash"] = error  # Hydra would print words of its own
+            return nothing
+        traceback.print_exception(error, file=sys.stderr)
+    if failure and many and run is not None:
+        run.fail(failure)
+    elif failure and hydra.output_subdir is not None:
+        leave_nothing(Path(hydra.runtime.output_dir))
+    sweep.note(hydra, run.path.name if run else "", failure)
+    return nothing if failure else value
 
 
-#: command -> what it does, and where its function is in belt_sim.commands (empty: in cli)
-COMMANDS = {
-    "simulate": ("one model, one case: curves and late rates", "simulate:simulate"),
-    "scene": ("a 3D belt as MJCF that runs in plain MuJoCo", "simulate:scene"),
-    "compare": ("a model against a measured campaign: where it agrees, where it fails", "inference:compare"),
-    "diagnose": ("which physical effect the model lacks", "inference:diagnose"),
-    "import": ("a logger's files (CSV, xlsx ...) -> a campaign", "campaigns:import_"),
-    "new": ("an empty, commented campaign with the runs that a diagnosis needs", "campaigns:new"),
-    "check": ("the linter, and what a campaign can and cannot tell", "inference:check"),
-    "virtual-rig": ("make a campaign with a hidden effect", "campaigns:virtual_rig"),
-    "reveal": ("what was hidden in such a campaign", "campaigns:reveal"),
-    "export": ("the linear plant for a controller: FMU, MAT file, Bode plot", "simulate:export"),
-    "map": ("very many cases of an analytic model, as one table", "map:map_cases"),
-    "report": ("write the report of a diagnosis again", "inference:report"),
-    "app": ("a local web page: sliders, own measurements, diagnoses", "app:app"),
-    "new-effect": ("a file with a whole effect, to be changed into one of your own", ""),
-    "demo": ("a diagnosis of a campaign that ships, into outputs/demo", ""),
-    "completion": ('completion in bash and zsh: eval "$(belt-sim completion)"', ""),
+def leave_nothing(folder: Path) -> None:
+    """Remove the folder of a run that was refused, where it holds nothing but what Hydra noted."""
+    with suppress(OSError):
+        if {p.name for p in folder.iterdir()} <= {NOTES} and not (folder / NOTES / "run.json").exists():
+            shutil.rmtree(folder / NOTES, ignore_errors=True)
+            folder.rmdir()
+
+
+def _worst(hydra: DictConfig) -> float | None:
+    """What a case that failed counts in a search: the worst there is; None where nothing is sought."""
+    direction = OmegaConf.select(hydra, "sweeper.direction")
+    return None if direction is None else (-inf if "maximize" in str(direction) else inf)
+
+
+def told(error: OSError, path: object) -> str:
+    """An error of the system in one line: what it is about, what went wrong, what to do."""
+    remedy = _REMEDIES.get(error.errno or 0, "choose a folder that can be written")
+    return f"{error.filename or path} = {error.strerror or error}: {remedy}"
+
+
+_REMEDIES = {
+    errno.ENOMEM: "free memory, or ask for less at once",
+    errno.ENOSPC: "free the disk; what was finished is kept",
+    errno.EDQUOT: "free the disk; what was finished is kept",
+    errno.EFBIG: "raise the limit of file sizes (ulimit -f)",
+    errno.EMFILE: "raise the limit of open files (ulimit -n)",
 }
 
 
-def task(command: str) -> Callable[..., Any]:
-    """The function behind a command, imported only when it is needed."""
-    return resolve_name(f"belt_sim.commands.{COMMANDS[command][1]}")  # type: ignore[no-any-return]
+def plain(config: DictConfig) -> dict[str, Any]:
+    """A configuration as plain dicts and lists, without Hydra's own."""
+    bare = OmegaConf.masked_copy(config, [k for k in config if k != "hydra"]) if "hydra" in config else config
+    return OmegaConf.to_container(bare, resolve=True, throw_on_missing=True)  # type: ignore[return-value]
 
 
-def run_alone(run: RunDir, **given: Any) -> float | None:
-    """Run the command of ``run`` in its folder, and return what it returns."""
-    from belt_sim.config import check_switches  # it loads JAX
+@cache
+def prepare_jax(space: bool) -> None:
+    """Set JAX up for this process; raises InputError for what it cannot work with."""
+    if find_spec("resource") is not None:  # not on Windows
+        import resource
 
-    check_switches(run.command, run.config)
-    with nullcontext() if run.command in WITHOUT_FOLDER else run.open():
-        return task(run.command)(run, **given)  # type: ignore[no-any-return]
-
-
-def run_case(run: RunDir, **given: Any) -> Outcome:
-    """Run a case of a sweep unless its result is there; given: what the command takes beside its folder.
-
-    A failure is told, stands in failed.txt of the case's folder, and stops no other case.
-    """
+        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY:
+            needed = f"at least {LEAST_MEMORY / 1e9:g} GB of address space are needed"
+            raise InputError(
+                "ulimit -v", f"{limit / 1e9:.3g}", "GB", f"{needed}; raise the limit (ulimit -v unlimited)"
+            )
     try:
-        again = run.why_not_done()
-        if again is None:
-            print(f"done before, kept: {run.path}", flush=True)
-            return Outcome(task(run.command)(run, done=True) if run.command == "simulate" else None)
-        if again:
-            print(f"runs again, {again}: {run.path}", flush=True)
-        return Outcome(run_alone(run, **given))
-    except BeltError as error:
-        failure = str(error)
-        print(f"belt-sim: {failure}", file=sys.stderr, flush=True)
-    except OSError as error:  # a full disk
-        failure = f"{error.filename or run.path} = {error.strerror or error}"
-        print(f"belt-sim: {failure}", file=sys.stderr, flush=True)
-    except Exception as error:
-        failure = f"{type(error).__name__}: {error}"
-        traceback.print_exception(error, file=sys.stderr)
-    run.fail(failure)
-    return Outcome(failure=failure)
+        from belt_sim.jax_setup import check_environment, prepare
+    except ValueError as error:  # JAX reads JAX_... as it is imported
+        raise BeltError(f"JAX_...: {error}; unset it") from error
+    check_environment()
+    prepare(space)

@@ -87,7 +87,7 @@ def simulate(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> fl
     with run_dir.outputs(RECORDING) as draft:
         with partial_curves_kept(folder, observers):
             asked |= {"observers": observers, "scene_path": draft / "scene.xml", "computed": computed}
-            found = simulation.simulate(case, model=model, **asked)
+            found = simulation.simulate_one(case, model=model, **asked)
         write_simulation(draft, found, pictures=pictures, provenance=provenance(config))
         record(found, model, watch, folder)
     tell_choice(config, model.name)

@@ -10,5 +10,4 @@ from command import Shell
 def belt(tmp_path, capsys, monkeypatch):
     """A Shell; sys.argv and the environment are put back afterwards."""
     monkeypatch.setattr(sys, "argv", ["belt-sim"])
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "1")
     return Shell(tmp_path / "run", capsys)

@@ -45,7 +45,7 @@ WRONG = [
     (["rig=null"], "rig"),
     (["tension"], "write key=value"),
     (["tension=[1,2"], "write key=value"),
-    (["~tension"], "no key can be left out"),
+    (["~tension"], "tension: is left out, and simulate needs it"),
     (["--tension=4"], "no such flag"),
     (["effects=[foo]"], "effects = foo: use one of build_up, camber, cant, crown"),
     (["effects=[taper]"], "it would do nothing; give numbers"),

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from belt_sim.commands.command_line import LONGEST, folder_name, sweep_folder
+from belt_sim.cli import LONGEST, folder_name, run
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import InputError
 
@@ -27,9 +27,10 @@ def test_a_sweep_that_finds_its_runs_done_keeps_them(belt):
 
 
 def test_of_two_runs_in_one_folder_the_second_is_refused_and_takes_nothing_away(tmp_path):
-    run = RunDir(tmp_path, "simulate", {})
-    with run.open():
-        with pytest.raises(InputError, match="another run is at work there"), run.open():
+    here = RunDir(tmp_path, "simulate", {})
+    (tmp_path / ".hydra").mkdir()
+    with here.open():
+        with pytest.raises(InputError, match="another run is at work there"), here.open():
             pass
         assert (tmp_path / ".hydra" / "lock").is_file()
 
@@ -65,7 +66,22 @@ def test_names_of_folders():
     assert folder_name("effects=/a/b.yaml") != folder_name("effects=_a_b.yaml")
 
 
-def test_two_sweeps_have_two_folders():
-    one, two = (sweep_folder("simulate", [f"tension={t}"]) for t in ("7,10", "20,40"))
-    assert one != two
-    assert sweep_folder("simulate", ["tension=7,10", "hydra/launcher=joblib"]) == one
+def test_two_sweeps_have_two_folders(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for tensions in ("30,40", "50,60"):
+        assert run(["simulate", "-m", "model=rope", "travel=2", "pictures=false", f"tension={tensions}"]) == 0
+    assert {p.parent.name for p in tmp_path.glob("outputs/simulate/sweep/*/sweep.csv")} == {
+        f"model=rope,pictures=false,tension={tensions},travel=2" for tensions in ("30,40", "50,60")
+    }
+
+
+def test_of_two_sweeps_in_one_folder_the_second_is_refused(belt):
+    from belt_sim.commands import sweep
+
+    belt.folder.mkdir()
+    with (belt.folder / sweep.NOTES).open("a") as other:
+        sweep.fcntl.flock(other, sweep.fcntl.LOCK_EX)
+        answer = belt("simulate", "-m", "model=rope", "travel=2", "pictures=false", "tension=30,40")
+    assert answer.status == 1
+    assert answer.err.startswith(f"belt-sim: hydra.sweep.dir = {belt.folder}: another sweep is at work there")
+    assert not list(belt.folder.glob("*/summary.json"))

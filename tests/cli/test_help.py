@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
-from belt_sim.cli import COMMANDS, new_effect, run
-from belt_sim.commands.command_line import help_text
+from belt_sim.cli import new_effect, run
+from belt_sim.commands.words import COMMANDS, help_text
 
 OWN_HELP = ("completion", "demo", "new-effect")
 
@@ -15,6 +15,12 @@ def test_help_names_every_key_and_nothing_of_hydra(command):
     text = help_text(command)
     assert text.startswith(f"belt-sim {command}")
     assert not {"defaults:", "_self_", "override", "???"} & set(text.split())
+
+
+@pytest.mark.parametrize("command", OWN_HELP)
+def test_commands_without_settings_have_help_too(command, capsys):
+    assert run([command, "--help"]) == 0
+    assert f"usage: {'eval' if command == 'completion' else 'belt-sim ' + command}" in capsys.readouterr().out
 
 
 def test_help_gives_units():

@@ -2,7 +2,6 @@
 
 import csv
 import json
-import sys
 from importlib.metadata import version
 
 import pytest
@@ -53,8 +52,7 @@ def test_a_model_that_is_not_stated_is_chosen_by_tension_and_named(belt):
     assert "chosen by tension" not in stated.out
 
 
-def test_the_command_stands_in_the_provenance(belt, monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["/usr/bin/belt-sim", "simulate", "travel=2"])
+def test_the_command_stands_in_the_provenance(belt):
     belt("simulate", "travel=2", "pictures=false")
     summary = json.loads((belt.folder / "summary.json").read_text())
     assert summary["provenance"]["command"].startswith("belt-sim simulate travel=2")

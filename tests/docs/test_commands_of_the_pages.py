@@ -7,13 +7,16 @@ import sys
 from typing import Any
 
 import pytest
+from hydra import compose, initialize_config_dir
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from omegaconf.errors import MissingMandatoryValue
 from pages import PAGES, Command, commands, missing, name
 
-from belt_sim.cli import COMMANDS, run
-from belt_sim.commands.command_line import SWEEP, compose_request, import_arguments
+from belt_sim.cli import import_arguments, quote, run
+from belt_sim.commands.run_dir import plain
+from belt_sim.commands.words import COMMANDS
 from belt_sim.config import case_from, model_settings
 from belt_sim.effects.load import load_classes
-from belt_sim.errors import BeltError
 from belt_sim.files import CAMPAIGNS, CONF, ROOT
 from belt_sim.model import BY_TENSION, model_named
 from studies.application import FIXED
@@ -50,25 +53,31 @@ def belt_sim_can(words: list[str], monkeypatch) -> None:
     command, *given = words
     assert command in COMMANDS, f"no such command: {command}"
     given = import_arguments(given) if command == "import" else given
-    given = [w for w in given if not w.startswith("--") or w in SWEEP]
+    if "--config-dir" in given:  # a folder that the page tells the reader to make
+        return
+    given = [quote(w) for w in given if not w.startswith("-")]
     if not (CONF / f"{command}.yaml").is_file():
         assert not given, f"{command} takes no settings"
         return
     monkeypatch.chdir(ROOT)
-    for case in complete(command, given):
-        cfg = dict(case.config)
-        if not OPEN.search(" ".join(given)):
-            mean_something(command, cfg)
+    cfg = complete(command, given)
+    if cfg and not OPEN.search(" ".join(given)):
+        mean_something(command, cfg)
 
 
-def complete(command: str, given: list[str], **place) -> list[Any]:
-    """The runs that a command asks for; none where a page names it without a setting that it must have."""
-    try:
-        return list(compose_request(command, given, **place).runs)
-    except BeltError as error:
-        if "is not given; write" not in str(error):
-            raise
-        return []
+def complete(command: str, given: list[str], conf=CONF) -> dict[str, Any]:
+    """The configuration that Hydra composes, of a sweep's first case; none where a setting is left to the reader."""
+    first = []
+    for override in OverridesParser.create().parse_overrides(given):
+        if override.is_discrete_sweep() and not hasattr(override.value(), "filter"):
+            first.append(f"{override.get_key_element()}={next(iter(override.sweep_string_iterator()))}")
+        elif not override.is_sweep_override():
+            first.append(override.input_line)
+    with initialize_config_dir(version_base="1.3", config_dir=str(conf)):
+        try:
+            return plain(compose(command, first))
+        except MissingMandatoryValue:
+            return {}
 
 
 def study_can(module: str, given: list[str]) -> None:
@@ -80,7 +89,7 @@ def study_can(module: str, given: list[str]) -> None:
     )
     config = re.search(r'application\("(\w+)"', (ROOT / place).read_text(encoding="utf-8"))
     if config:
-        complete(config.group(1), given, conf=STUDIES / "conf", fixed=FIXED)
+        complete(config.group(1), [*FIXED, *(w for w in given if not w.startswith("-"))], conf=STUDIES / "conf")
 
 
 @pytest.mark.parametrize("command", dict.fromkeys(ALL), ids=str)

@@ -39,16 +39,13 @@ REFUSED = [
     (["import", "{tmp}/a.csv", "out=.", "overwrite=true", "mapping={tmp}/mapping.yaml"], "."),
     (["import", "{tmp}/a.csv", "mapping={tmp}/pipe"], "cannot be read"),
     (["import", "{tmp}/a.csv", "mapping={tmp}"], "cannot be read"),
-    (["map", "tension=[7,10]", "travel=2", "pictures=false", "out={tmp}/map_deep"], "damaged"),
-    (["map", "tension=[7,10]", "travel=2", "pictures=false", "out={tmp}/map_list"], "damaged"),
-    (["map", "tension=[7,10]", "travel=2", "pictures=false", "out={tmp}/map_other"], "holds another map"),
+    (["map", "tension=[7,10]", "travel=2", "pictures=false", "out=maps"], "out: no such key"),
     (["simulate", "model=ritzinger", "rig.gravity=0"], "rig.gravity = 0 m/s2: Ritzinger's formula"),
     (["simulate", "model=ritzinger", "tension=0.1", "rig.centre_distance=500"], "raise the tension"),
-    (["simulate", "-cn", "map"], "-cn: no such flag"),
-    (["simulate", "--experimental-rerun", "job.pickle"], "--experimental-rerun: no such flag"),
-    (["simulate", "--info"], "--info: no such flag"),
+    (["simulate", "-cn", "map"], "engine: is left out, and simulate needs it"),
+    (["simulate", "--inform"], "--inform: no such flag; did you mean --info?"),
     (["simulate", "tension=7,10"], "tension=7,10: several values are a sweep; add -m"),
-    (["simulate", "-m", "tension=interval(7,10)"], "an interval is for a search"),
+    (["simulate", "-m", "tension=interval(7,10)"], "is for a search"),
     (["simulate", "-m", "tension=7,10", "hydra/launcher=nowhere"], "hydra/launcher = nowhere: use one of"),
     (["simulate", *SHORT, "rig.centre_distance=100", "effects=[{id: crown, c: -100}]"], "effects.crown.c"),
     (["simulate", "hydra.run.dir=/dev/null/x", *SHORT], "choose a folder that can be written"),
@@ -72,9 +69,6 @@ def damaged(tmp_path_factory):
         (folder / name).mkdir()
         for file in ("diagnosis.json", "drawings.json"):
             (folder / name / file).write_text(content, encoding="utf-8")
-    for name, content in (("map_deep", DEEP), ("map_list", "[]"), ("map_other", "{}")):
-        (folder / name).mkdir()
-        (folder / name / "map.json").write_text(content, encoding="utf-8")
     (folder / "deep_truth").mkdir()
     (folder / "deep_truth" / "truth.sealed").write_text(b64encode(zlib.compress(DEEP.encode())).decode())
     (folder / "deep_truth" / "truth.sha256").write_text("0" * 64 + "  truth.sealed\n")

@@ -1,0 +1,326 @@
+"""Many cases at once: ``bs.sweep`` marches a grid of cases side by side and returns a table, a row a case."""
+
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim import si
+from belt_sim.api.resolve import analytic_model, by_tension, effects_of, fitted_model, model_of
+from belt_sim.api.simulate import simulate_one
+from belt_sim.case import Case
+from belt_sim.config import case_from, group_from, make_settings, model_settings
+from belt_sim.curves import Curves, late_rates, late_records
+from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
+from belt_sim.errors import InputError, finite, whole
+from belt_sim.jax_setup import cores, jit_float64, map_in_chunks
+from belt_sim.line.march import march_traced, plan_steps
+from belt_sim.line.steady import steady_traced
+from belt_sim.model import KEEP, AnalyticModel, Model
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: setting -> (name of its column, what one unit is in SI)
+SETTINGS = {
+    "tension": ("tension_n_per_mm2", si.N_PER_MM2),
+    "yaw": ("yaw_deg", si.DEGREE),
+    "yaw_head": ("yaw_head_deg", si.DEGREE),
+    "speed": ("speed_m_per_s", 1.0),
+}
+GROUPS = {
+    "rig": ("centre_distance", "pulley_radius", "head_radius", "tail_radius", "gravity"),
+    "belt": ("width", "thickness", "youngs_modulus", "density", "poisson_ratio"),
+}
+SPACINGS = ("even", "ratio")
+POINTS = (1, 2, 3, 4)
+CHUNK = 250  # cases marched side by side in one thread; their state stays in a core's cache
+PART = 16384  # cases between two reports of progress
+MOST = 10**7  # cases
+PLACES = (1.0, 10.0)  # [m] of travel
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One number that varies: key as on the command line (tension, belt.thickness, taper.kappa_t), values (n,)."""
+
+    key: str
+    values: np.ndarray
+
+    @property
+    def column(self) -> str:
+        return SETTINGS[self.key][0] if self.key in SETTINGS else self.key.replace(".", "_")
+
+    @property
+    def unit(self) -> float:
+        """One of ``values`` in SI."""
+        return SETTINGS[self.key][1] if self.key in SETTINGS else 1.0
+
+
+def sweep(
+    *,
+    tension: Any = None,
+    yaw: Any = None,
+    yaw_head: Any = None,
+    speed: Any = None,
+    direction: float | None = None,
+    rig: Any = None,
+    belt: Any = None,
+    travel: float | None = 60.0,
+    model: Any = None,
+    effects: Any = None,
+    engine: str | None = None,
+    at: Sequence[float] | None = None,
+    workers: int | None = None,
+    tell: Callable[[float], None] = lambda share: None,
+) -> "pd.DataFrame":
+    """A table of the grid of all values, a row a case: late rates, positions, offsets, overshoot, slackest edge.
+
+    What varies is a list, ``tension=[7, 10, 20]``, or a range, ``{"from": 5, "to": 60, "count": 100}`` (``"spacing":
+    "ratio"``: evenly over its logarithm); so may numbers of ``rig``, ``belt`` and ``effects``. All else as for
+    ``bs.simulate``. Analytic models are marched side by side, 3D ones one after another.
+
+    travel [m]: None gives steady rates in closed form alone; at [m]: travels at which positions are told, None for 1
+    and 10; workers: threads, None for one a core; tell: hears what share of the cases is newly done.
+    ``bs.plot`` draws the table. Raises InputError, CannotRepresent.
+    """
+    given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
+    given |= {"rig": rig, "belt": belt}
+    config = make_settings({k: v for k, v in given.items() if v is not None}) | {"travel": travel, "effects": effects}
+    axes, plain = axes_of({k: group_from(k, v) if k in GROUPS else v for k, v in config.items()})
+    if not axes:
+        raise InputError("tension", config["tension"], "", "let something vary, e.g. tension=[7,10,20]")
+    shape = tuple(len(a.values) for a in axes)
+    count = int(np.prod(shape, dtype=object))
+    if count > MOST:
+        raise InputError("count", count, "cases", f"at most {MOST:,}; give the axes smaller counts")
+    threads = cores() if workers is None else whole("workers", workers)
+    grid = [v.ravel() for v in np.meshgrid(*(a.values for a in axes), indexing="ij")]
+    varied = dict(zip((a.column for a in axes), grid, strict=True))
+    values = np.stack(grid, axis=1) * [a.unit for a in axes]  # SI
+    any_case = case_from(plain if travel is not None else {**plain, "travel": 1.0})
+    tensions = varied.get("tension_n_per_mm2", np.array([float(plain["tension"])])) * si.N_PER_MM2
+    names = np.array([model_of(by_tension(model, [t])).name for t in np.unique(tensions)])
+    chosen = np.broadcast_to(names[np.searchsorted(np.unique(tensions), tensions)], count)
+    told: dict[str, np.ndarray] = {}
+    for name in dict.fromkeys(chosen.tolist()):
+        rows = np.flatnonzero(chosen == name)
+        spec = {**model, "name": name} if isinstance(model, Mapping) else (model if isinstance(model, Model) else name)
+        one = model_of(model_settings(spec) if isinstance(spec, Mapping) else spec)
+        if isinstance(one, AnalyticModel) or travel is None:
+            work = _marches(one, any_case, axes, plain, at, threads)
+        else:
+            work = partial(_runs, one, axes, plain, engine)
+        for start in range(0, len(rows), PART):
+            part = rows[start : start + PART]
+            for column, numbers in work(values[part]).items():
+                told.setdefault(column, np.full(count, np.nan))[part] = numbers
+            tell(len(part) / count)
+    import pandas as pd
+
+    table = pd.DataFrame(varied | {"model": chosen} | told)
+    table.attrs["axes"] = {a.column: len(a.values) for a in axes}
+    return table
+
+
+def _marches(
+    model: Any, case: Case, axes: Sequence[Axis], plain: Mapping[str, Any], at: Any, threads: int
+) -> Callable[[np.ndarray], dict[str, np.ndarray]]:
+    """The function from values (cases, axes) [SI] to columns, by marches side by side; raises InputError."""
+    travel, effects = plain["travel"], effects_of(plain["effects"])
+    chosen = fitted_model(model) if travel is not None else analytic_model(model)
+    if getattr(chosen, "keep", KEEP) != KEEP:
+        raise InputError("model.keep", chosen.keep, "m", "a table keeps no curves; leave it out")
+    chosen.admit(effects) if effects else None
+    for e in effects:
+        if travel is None:
+            raise InputError("effects", e.id, "", "closed forms read no effects; give a travel in m")
+        if uses((e,), "encoder") or any(uses((e,), hook) for hook in AFTER_ENGINE):
+            raise InputError("effects", e.id, "", "acts on what is read; a sweep tells of the belt's own movement")
+    corners = _corners(axes, plain, case, effects)
+    task = MapTask(chosen, tuple(a.key for a in axes), None, (), (0, 0, 0), not effects)
+    if travel is not None:
+        plans = [plan_steps(c, travel=travel, step=chosen.step, keep=KEEP) for c in corners]
+        plan = (*plans[0][:2], max(p[2] for p in plans))
+        task = MapTask(chosen, task.keys, float(travel), _places(at, travel), plan, task.steady)
+
+    def work(values: np.ndarray) -> dict[str, np.ndarray]:
+        def rows_of(cases: np.ndarray) -> list[Any]:
+            return [_rows(case, effects, values[cases], task=task)]
+
+        return dict(zip(task.columns, map_in_chunks(rows_of, len(values), CHUNK, threads)[0].T, strict=True))
+
+    return work
+
+
+def _runs(
+    model: Any, axes: Sequence[Axis], plain: Mapping[str, Any], engine: str | None, values: np.ndarray
+) -> dict[str, np.ndarray]:
+    """The same of runs one after another, of models that are no march: late rates and offsets."""
+    rows = []
+    for own in values:
+        case, effects = place_values(case_from(plain), effects_of(plain["effects"]), [a.key for a in axes], own)
+        found = simulate_one(case, model=model, effects=effects, travel=plain["travel"], engine=engine)
+        rates = found.rates / si.MM_PER_M if found.curves is not None else np.full(4, found.steady_rate / si.MM_PER_M)
+        offsets = np.array(found.offsets) / si.MM if found.curves is not None else np.full(2, np.nan)
+        rows.append([*rates, *offsets])
+    names = [*(f"rate{k}_mm_per_m" for k in POINTS), "offset_upper_mm", "offset_lower_mm"]
+    return dict(zip(names, np.array(rows).T, strict=True))
+
+
+def axes_of(config: Mapping[str, Any]) -> tuple[tuple[Axis, ...], dict[str, Any]]:
+    """The axes of a sweep, and the configuration with the first value of each in its place (of an effect, the last)."""
+    plain = copy.deepcopy(dict(config))
+    axes: list[Axis] = []
+    stated = [(key, plain, key) for key in SETTINGS]
+    for group, names in GROUPS.items():
+        if isinstance(plain[group], Mapping):
+            stated += [(f"{group}.{name}", plain[group], name) for name in names]
+    for key, owner, name in stated:
+        if axis := _axis(key, owner.get(name)):
+            axes.append(axis)
+            owner[name] = float(axis.values[0])
+    effects = plain["effects"] if isinstance(plain.get("effects"), list) else []
+    for entry in (e for e in effects if isinstance(e, dict)):
+        for name, spec in entry.items():
+            if axis := _axis(f"{entry.get('id')}.{name}", spec):
+                axes.append(axis)
+                entry[name] = float(axis.values[-1]) or float(axis.values[0])
+    return tuple(axes), plain
+
+
+def _axis(key: str, spec: Any) -> Axis | None:
+    """The axis that ``spec`` means; None for a number that does not vary, and for a schedule of yaw."""
+    if isinstance(spec, Mapping) and not {"from", "to", "count"} & set(spec):
+        return None  # an adjustment {dx, d}
+    if isinstance(spec, Mapping):
+        return Axis(key, _range(key, spec))
+    if not isinstance(spec, Sequence) or isinstance(spec, str) or any(isinstance(x, Mapping) for x in spec):
+        return None
+    if not spec:
+        raise InputError(key, "[]", "", "give at least one value")
+    return Axis(key, np.array([finite(key, x) for x in spec]))
+
+
+def _range(key: str, spec: Mapping[str, Any]) -> np.ndarray:
+    if not {"from", "to"} <= set(spec) <= {"from", "to", "count", "spacing"} or "count" not in spec:
+        raise InputError(key, dict(spec), "", "write {from: low, to: high, count: how many, spacing: even or ratio}")
+    low, high = finite(f"{key}.from", spec["from"]), finite(f"{key}.to", spec["to"])
+    count, spacing = whole(f"{key}.count", spec["count"]), spec.get("spacing", "even")
+    if spacing not in SPACINGS:
+        raise InputError(f"{key}.spacing", spacing, "", f"use one of {', '.join(SPACINGS)}")
+    if spacing == "ratio" and not low * high > 0:
+        raise InputError(f"{key}.from", low, "", "spacing by ratio needs both ends above 0, or both below")
+    return np.geomspace(low, high, count) if spacing == "ratio" else np.linspace(low, high, count)
+
+
+def place_values(
+    case: Case, effects: tuple[Effect, ...], keys: Sequence[str], values: Any
+) -> tuple[Case, tuple[Effect, ...]]:
+    """``case`` and ``effects`` with ``values`` [SI], shape (axes,), in place of what ``keys`` name; may be traced."""
+    for key, value in zip(keys, values, strict=True):
+        owner, _, name = key.partition(".")
+        if key in SETTINGS:
+            now = getattr(case.settings, key)
+            new = replace(now, change=value[None]) if key.startswith("yaw") else now * 0.0 + value
+            case = replace(case, settings=replace(case.settings, **{key: new}))
+        elif key == "rig.pulley_radius":
+            case = replace(case, rig=replace(case.rig, head_radius=value, tail_radius=value))
+        elif owner in GROUPS:
+            case = replace(case, **{owner: replace(getattr(case, owner), **{name: value})})
+        else:
+            effects = tuple(replace(e, **{name: value}) if e.id == owner else e for e in effects)
+    return case, effects
+
+
+@dataclass(frozen=True)
+class MapTask:
+    """What all cases share. keys: names of what varies; travel [m], None for closed forms alone; at [m]: travels at
+    which positions are told; plan: records, steps a record, slots of the wrap (march.plan_steps)."""
+
+    model: AnalyticModel
+    keys: tuple[str, ...]
+    travel: float | None
+    at: tuple[float, ...]
+    plan: tuple[int, int, int]
+    steady: bool
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of what is told, in the order of ``_row``."""
+        names: tuple[str, ...] = ()
+        if self.travel is not None:
+            names += tuple(f"rate{k}_mm_per_m" for k in POINTS)
+            names += tuple(f"y{k}_mm_at_{s:g}_m" for s in self.at for k in POINTS)
+            names += ("offset_upper_mm", "offset_lower_mm", "overshoot1_mm", "retreat1_mm", "slackest_edge_n_per_mm2")
+        return (*names, "steady_rate_mm_per_m") if self.steady else names
+
+
+@partial(jit_float64, static_argnames=("task",))
+def _rows(case: Case, effects: tuple[Effect, ...], values: Any, *, task: MapTask) -> Any:
+    return jax.vmap(lambda own: _row(*place_values(case, effects, task.keys, own), task))(values)
+
+
+def _row(case: Case, effects: tuple[Effect, ...], task: MapTask) -> Any:
+    told = []
+    if task.travel is not None:
+        curves = march_traced(case, effects, task.travel, model=task.model, plan=task.plan)
+        told += _reduce_curves(curves, np.linspace(0.0, task.travel, task.plan[0] + 1), task.at)
+    if task.steady:
+        told.append(steady_traced(case, task.model)[None] / si.MM_PER_M)
+    return jnp.concatenate(told)
+
+
+def _reduce_curves(curves: Curves, travel: np.ndarray, at: tuple[float, ...]) -> list[Any]:
+    """Late rates, positions, offsets, overshoot and retreat of point 1, slackest edge; as people write them."""
+    y = jnp.asarray(curves.y) / si.MM
+    unit = np.eye(len(travel))  # rates and positions are sums over records: their weights
+    slopes = late_rates(Curves(travel=travel, y=unit))
+    positions = np.array([[np.interp(s, travel, row) for row in unit] for s in at]).reshape(len(at), len(travel))
+    rates, end = y @ slopes, y[:, -1]
+    late = late_records(travel)
+    line = y[0, late].mean() + rates[0] * (travel - travel[late].mean())
+    away = jnp.where(end[0] < 0, -1.0, 1.0)
+    overshoot = jnp.maximum(jnp.max((y[0] - line) * away), 0.0)
+    out = y[0] * away
+    retreat = jnp.max(jax.lax.cummax(out) - out)
+    edge = jnp.min(jnp.asarray(curves.edge_stress)) / si.N_PER_MM2
+    offset = jnp.stack([end[0] - end[3], end[2] - end[1]])
+    return [rates, (positions @ y.T).ravel(), offset, jnp.stack([overshoot, retreat, edge])]
+
+
+def _corners(axes: Sequence[Axis], plain: Mapping[str, Any], case: Case, effects: tuple[Effect, ...]) -> list[Case]:
+    """The cases at the ends of all axes of the rig, and of each other axis by itself, each checked as a case is."""
+    ends = [(float(a.values.min()), float(a.values.max())) for a in axes]
+    first = tuple(float(a.values[0]) for a in axes)
+    machine = [k for k, a in enumerate(axes) if a.key.startswith("rig.")]  # pulleys may overlap at a corner
+    chosen = {first}
+    for corner in product(*(ends[k] for k in machine)):
+        chosen.add(tuple(corner[machine.index(k)] if k in machine else first[k] for k in range(len(axes))))
+    chosen |= {(*first[:k], end, *first[k + 1 :]) for k in range(len(axes)) for end in ends[k]}
+    found, units = [], [a.unit for a in axes]
+    for corner in sorted(chosen):
+        checked = copy.deepcopy(dict(plain)) | {"travel": plain["travel"] or 1.0}
+        for axis, value in zip(axes, corner, strict=True):
+            group, _, name = axis.key.rpartition(".")
+            if group in ("", *GROUPS):
+                (checked[group] if group else checked)[name] = value
+        case_from(checked)
+        found.append(place_values(case, effects, [a.key for a in axes], np.array(corner) * units)[0])
+    return found
+
+
+def _places(at: Any, travel: float) -> tuple[float, ...]:
+    """Travels [m] at which positions are told."""
+    if at is None:
+        return tuple(s for s in PLACES if s <= travel)
+    if not isinstance(at, Sequence) or isinstance(at, str):
+        raise InputError("at", at, "m", "give a list of travels, e.g. at=[1,10]")
+    remedy = f"give travels from 0 to {travel:g}"
+    return tuple(finite("at", s, "m", remedy, lambda x: 0 <= x <= travel) for s in at)
