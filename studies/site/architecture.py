@@ -6,6 +6,7 @@ docs/images/architecture.svg, and the table of docs/architecture.md between its 
 """
 
 import ast
+import re
 from collections import defaultdict
 from functools import cache
 from pathlib import Path
@@ -68,12 +69,13 @@ def circles(imports: dict[str, dict[str, list[str]]]) -> set[frozenset[str]]:
 
 
 def about(room: str) -> tuple[str, int, int]:
-    """First line of a room's docstring, its files and its lines."""
+    """First sentence of a room's docstring, its files and its lines."""
     place = PACKAGE / room
     files = sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
     head = place / "__init__.py" if place.is_dir() else files[0]
     doc = ast.get_docstring(ast.parse(head.read_text(encoding="utf-8"))) or ""
-    return doc.split("\n\n")[0].replace("\n", " "), len(files), sum(len(f.read_bytes().splitlines()) for f in files)
+    words = re.split(r"(?<=[.:])\s", doc.replace("\n", " "))[0].rstrip(".:")
+    return words, len(files), sum(len(f.read_bytes().splitlines()) for f in files)
 
 
 def drawing(imports: dict[str, dict[str, list[str]]], at: dict[str, int]) -> str:
