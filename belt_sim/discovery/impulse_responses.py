@@ -19,10 +19,11 @@ from belt_sim.diagnosis.readings.programs import ROWS, room_for
 from belt_sim.effects.base import Effect, apply_hook, effect, overrides, parameter
 from belt_sim.effects.law_terms import AT_PULLEYS, BY_THE_BELT, PULLEYS, RELATIVE
 from belt_sim.effects.pipeline import as_driven, true_travel
-from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
+from belt_sim.jax_setup import PROGRAMS, in_float64
 from belt_sim.line.influence import StretchResponse, stretch_response
 from belt_sim.line.march import march_open, plan_steps
 from belt_sim.line.span import log_of_change, response_by_change
+from belt_sim.stored_programs import StoredProgram, program_key
 
 #: every kind of input at the tail and at the head pulley
 CHANNELS = tuple(f"{kind}_{pulley}" for kind in AT_PULLEYS for pulley in PULLEYS)
@@ -148,7 +149,8 @@ def impulse_responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> 
 def _compile_march(model, classes, room: int, history: int):
     one = partial(_respond, model=model, room=room, history=history)
     axes = (None, Case(rig=None, belt=None, settings=0), None, None, None)  # type: ignore[arg-type]
-    return jit_float64(jax.vmap(one, in_axes=axes), brief=True)
+    key = program_key("impulse responses", model, classes, room, history)
+    return StoredProgram(jax.vmap(one, in_axes=axes), key, brief=True)
 
 
 def _respond(effects: tuple[Effect, ...], case: Case, step, spacing, steps, *, model, room, history):
@@ -204,7 +206,7 @@ def span_changes(bench: Workbench, fit: Fit) -> dict[str, SpanChange]:
     cases = replace(forward.samples.cases, settings=settings)
     made = _compile_changes(forward.model, tuple(map(type, effects)))(effects, cases)
     made = jax.tree.map(lambda x: np.asarray(x)[:runs], made)
-    return {kind: SpanChange(*both) for kind, both in made.items()}
+    return {k: SpanChange(rows, StretchResponse(**s) if s else None) for k, (rows, s) in made.items()}
 
 
 @lru_cache(PROGRAMS)
@@ -214,9 +216,12 @@ def _compile_changes(model, classes):
         span = apply_hook((*model.built_in, *effects), "span", model.span(case), case)
         at, ends = jnp.array([0, 2]), slice(0, 3)  # run-up and middle; the ends of a belt do not roll
         return {
-            k: (response_by_change(span, case, k)[:, at, ends], stretch_response(span, k) if k in BY_THE_BELT else None)
+            k: (
+                response_by_change(span, case, k)[:, at, ends],
+                vars(stretch_response(span, k)) if k in BY_THE_BELT else {},
+            )
             for k in dict.fromkeys(RELATIVE.values())
         }
 
     many = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0)))  # type: ignore[arg-type]
-    return jit_float64(many, brief=True)
+    return StoredProgram(many, program_key("span changes", model, classes), brief=True)

@@ -19,11 +19,12 @@ from belt_sim.curves import Curves, SensorPlace
 from belt_sim.effects.base import apply_hook, call_hook, uses
 from belt_sim.effects.pipeline import as_driven, as_numpy
 from belt_sim.errors import InputError, SimulationError
-from belt_sim.jax_setup import PROGRAMS, in_float64, jit_float64
+from belt_sim.jax_setup import PROGRAMS, in_float64
 from belt_sim.line import runup as drive
 from belt_sim.line.runup import RunOff, RunUp, Yaw, delayed_runoff
 from belt_sim.line.spans import Composition, Spans
 from belt_sim.si import N_PER_MM2
+from belt_sim.stored_programs import StoredProgram, program_key
 
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
 KEEP = 0.1  # [m]
@@ -160,7 +161,7 @@ def _compile_march(model: Composition, plan, effects: tuple[type, ...]):
         curves = _steps_traced(*args, model=model, plan=plan)
         return tuple(getattr(curves, name) for name in RETURNED)
 
-    return jit_float64(rows, brief=True)  # a run of 400 m takes 5 ms
+    return StoredProgram(rows, program_key("curves", model, effects, plan), brief=True)  # a run of 400 m takes 5 ms
 
 
 def _stepper(spans, spacing):

@@ -24,9 +24,10 @@ from belt_sim.diagnosis.readings.samples import MAX_SAMPLES, Samples
 from belt_sim.diagnosis.readings.sensor_places import places_of, reading_at
 from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.effects.pipeline import indicate
-from belt_sim.jax_setup import PROGRAMS, WORKERS, jit_float64
+from belt_sim.jax_setup import PROGRAMS, WORKERS
 from belt_sim.line.march import march_open
 from belt_sim.line.spans import Composition
+from belt_sim.stored_programs import StoredProgram, program_key
 
 ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
 SLOTS = 16  # the same of the wrap's history
@@ -52,7 +53,10 @@ def compile_march(
     only = ("y", "tilt") if tilts else ("y",)
     one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only, others=others)
     seldom = any(issubclass(s.effect, GenericLaw) for s in slots)  # a program of this campaign alone
-    return jit_float64(jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None)), brief=seldom)
+    many = jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None))
+    names = [s.name for s in slots]
+    key = program_key("readings", model, [s.effect for s in slots], names, room, history, tilts, others)
+    return StoredProgram(many, key, brief=seldom)
 
 
 def _one_run(
