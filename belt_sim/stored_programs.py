@@ -11,12 +11,14 @@ import sys
 import threading
 from collections.abc import Callable, Hashable, Iterable
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import jax
 from jax import export
 
+from belt_sim.errors import BeltError
 from belt_sim.files import write_with
 from belt_sim.jax_setup import LEAST_EFFORT, PROGRAMS, in_float64
 from belt_sim.provenance import code_hash
@@ -69,18 +71,28 @@ class StoredProgram:
             return self.function(*jax.tree.unflatten(structure, leaves))
 
         folder = jax.config.values["jax_compilation_cache_dir"]
-        if self.key is None or not folder or jax.default_backend() != "cpu":
+        if self.key is None or not folder or jax.default_backend() != "cpu" or find_spec("flatbuffers") is None:
             return jax.jit(of_leaves, compiler_options=self.options)
         told = "\n".join([code_hash(), jax.__version__, self.key, str(structure), *map(str, types)])
         file = Path(folder) / FOLDER / f"{hashlib.sha256(told.encode()).hexdigest()}.stablehlo"
-        exported = None
-        with suppress(OSError, ValueError):  # none, or damaged: it is made anew
-            exported = export.deserialize(bytearray(file.read_bytes()))
-        if exported is None:
+        if (written := _read(file)) is not None:
+            exported = export.deserialize(bytearray(written))
+        else:
             exported = export.export(jax.jit(of_leaves))(*leaves)
-            with suppress(OSError):  # a full or read-only disk keeps none
-                write_with(file, lambda path: path.write_bytes(exported.serialize()))
+            written = bytes(exported.serialize())
+            with suppress(OSError, BeltError):  # a full or read-only disk keeps none
+                write_with(file, lambda path: path.write_bytes(hashlib.sha256(written).digest() + written))
         return jax.jit(exported.call, compiler_options=self.options)
+
+
+def _read(file: Path) -> bytes | None:
+    """What a file holds behind the hash of it; None where there is none, or it is damaged."""
+    try:
+        content = file.read_bytes()
+    except OSError:
+        return None
+    hashed, written = content[:32], content[32:]
+    return written if hashlib.sha256(written).digest() == hashed else None
 
 
 @in_float64

@@ -42,7 +42,6 @@ def basis(rows: np.ndarray) -> np.ndarray:
 
 # The best step of a fit where numbers have to stay on their sides.
 
-FEW_UNKNOWNS = 16  # numbers, up to which it costs nothing to look at all directions of a system
 WELL_CONDITIONED = 1e-6  # of the largest direction of a system: with more of all, any way to solve it is as exact
 NEGLIGIBLE = 1e-10  # the same, what is as good as none
 LEAST_GAIN = 1e-6  # chi2, which letting go of a held number has to be worth
@@ -92,9 +91,11 @@ def _descend(system, along, step: np.ndarray, held: np.ndarray, low: np.ndarray,
 def _solve_free(system: np.ndarray, along: np.ndarray, step: np.ndarray, held: np.ndarray) -> np.ndarray:
     """The shortest solution of a symmetric system for numbers that are not ``held``, the others where they are, without
     the directions that it has next to nothing of."""
-    free, right = system[np.ix_(~held, ~held)], along[~held] - system[np.ix_(~held, held)] @ step[held]
-    if len(right) > FEW_UNKNOWNS:
-        root, failed = dpotrf(free)
-        if not failed and dpocon(root, np.abs(free).sum(axis=0).max())[0] > WELL_CONDITIONED:
-            return dpotrs(root, right)[0]
+    if held.any():
+        free, right = system[np.ix_(~held, ~held)], along[~held] - system[np.ix_(~held, held)] @ step[held]
+    else:
+        free, right = system, along
+    root, failed = dpotrf(free)
+    if not failed and dpocon(root, np.abs(free).sum(axis=0).max())[0] > WELL_CONDITIONED:
+        return dpotrs(root, right)[0]
     return np.linalg.lstsq(free, right, rcond=NEGLIGIBLE)[0]

@@ -1,0 +1,79 @@
+"""Traced programs on disk give the same bits as those traced now, and are never those of other code."""
+
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+
+from belt_sim.effects.base import Effect, effect, parameter
+from belt_sim.effects.library import library
+from belt_sim.model import MODELS
+from belt_sim.stored_programs import FOLDER, StoredProgram, program_key
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """JAX's folder of programs, empty."""
+    before = jax.config.values["jax_compilation_cache_dir"]
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path))
+    yield tmp_path / FOLDER
+    jax.config.update("jax_compilation_cache_dir", before)
+
+
+def traced(log):
+    """A function that notes every time it is traced."""
+
+    def function(x, pair):
+        log.append(x)
+        return jax.numpy.sin(x) * pair["a"] + pair["b"]
+
+    return function
+
+
+def test_a_program_is_traced_once_and_then_read(folder):
+    log: list = []
+    arguments = np.linspace(0.0, 1.0, 5), {"a": 2.0, "b": np.ones(5)}
+    first = StoredProgram(traced(log), "test")(*arguments)
+    assert len(log) == 1
+    assert len(list(folder.iterdir())) == 1
+    again = StoredProgram(traced(log), "test")(*arguments)
+    assert len(log) == 1
+    assert again.dtype == np.float64
+    assert np.array_equal(first, again)
+
+
+@pytest.mark.parametrize("other", ["another key", "another shape"])
+def test_what_shapes_a_trace_is_in_its_name(folder, other):
+    log: list = []
+    StoredProgram(traced(log), "test")(np.ones(5), {"a": 2.0, "b": 1.0})
+    key, size = ("other", 5) if other == "another key" else ("test", 6)
+    StoredProgram(traced(log), key)(np.ones(size), {"a": 2.0, "b": 1.0})
+    assert len(log) == 2
+    assert len(list(folder.iterdir())) == 2
+
+
+def test_a_damaged_file_is_made_anew(folder):
+    log: list = []
+    first = StoredProgram(traced(log), "test")(np.ones(3), {"a": 2.0, "b": 1.0})
+    for file in folder.iterdir():
+        file.write_bytes(file.read_bytes()[:100])
+    assert np.array_equal(StoredProgram(traced(log), "test")(np.ones(3), {"a": 2.0, "b": 1.0}), first)
+    assert len(log) == 2
+
+
+def test_code_that_is_not_the_packages_own_is_not_kept(folder):
+    @effect
+    class Mine(Effect):
+        """An effect of a user."""
+
+        law = "drive"
+        reference = "none"
+        size: float = parameter("1", "size", plausible=(0.0, 1.0), scale=1.0)
+
+    strip, taper = MODELS["strip"], library()["taper"]
+    assert program_key("march", strip, [taper])
+    assert program_key("march", strip, [Mine]) is None
+    assert program_key("march", replace(strip, span=lambda case: strip.span(case)), [taper]) is None
+    StoredProgram(traced([]), None)(np.ones(3), {"a": 2.0, "b": 1.0})
+    assert not folder.exists()
