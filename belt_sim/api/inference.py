@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.special import chdtrc
 
 from belt_sim.api.resolve import (
     ModelSpec,
@@ -32,8 +33,10 @@ from belt_sim.diagnosis.drawings import drawings, drawings_of, overlays
 from belt_sim.diagnosis.errors.misreadings import free_zeros
 from belt_sim.diagnosis.errors.model_errors import locate_failure, overall_errors, run_errors
 from belt_sim.diagnosis.examine import BOOTSTRAPS, Findings, examine
-from belt_sim.diagnosis.fits.fit import Fit
+from belt_sim.diagnosis.fits.fit import Fit, step_bounds
+from belt_sim.diagnosis.fits.plausibility import CORRELATED, inseparable_numbers, unbound_numbers
 from belt_sim.diagnosis.fits.workbench import Workbench, linear_response, workbench
+from belt_sim.diagnosis.linear_algebra import covariance_root
 from belt_sim.diagnosis.next_run import next_runs
 from belt_sim.discovery.describe import describe as describe_discovery
 from belt_sim.discovery.diagnosis_interface import LawSearch, unknown_evidence
@@ -319,12 +322,16 @@ def check_effect(
     return tuple(line for cls in classes for line in admit(cls, chosen, read))
 
 
+REJECTED = 1e-3  # probability of so large a chi2, below which the model does not describe the readings
+
+
 @dataclass(frozen=True, kw_only=True, repr=False)
 class FitResult(Display):
     """Numbers that fit a campaign best: values and standard uncertainties u by name ("taper.kappa_t") in SI.
 
     covariance (k, k): in the order of ``values``; effects: with these numbers, for ``simulate`` and ``compare``;
-    chi2: before and after; rms [m]: of the lateral signals, before and after.
+    chi2: before and after; degrees: of freedom; rms [m]: of the lateral signals, before and after; unbound: names of
+    numbers that the readings do not bound within what a machine could have; notes: what else the fit leaves open.
     """
 
     values: dict[str, float]
@@ -332,21 +339,73 @@ class FitResult(Display):
     covariance: np.ndarray
     effects: tuple[Effect, ...]
     chi2: tuple[float, float]
+    degrees: int
     rms: tuple[float, float]
+    unbound: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """Correlations (k, k) of the numbers, in the order of ``values``."""
+        u = np.array(list(self.u.values()))
+        return self.covariance / np.outer(u, u)
 
     def lines(self) -> Sequence[str]:
-        """One line a number, and what became of the error."""
+        """One line a number, what became of the error, and what the fit leaves open."""
         numbers = [f"{name} = {text}" for name, text in self._texts().items()]
         before, after = (1e3 * r for r in self.rms)
-        return [*numbers, f"rms {before:.4f} -> {after:.4f} mm"]
+        chi2, share = self.chi2[1], self.chi2[1] / max(self.degrees, 1)
+        said = f"chi2 {self.chi2[0]:.0f} -> {chi2:.0f} on {self.degrees} degrees of freedom ({share:.2f} each)"
+        return [*numbers, f"rms {before:.4f} -> {after:.4f} mm", said, *self.notes]
 
     def tables(self) -> Sequence[Table]:
         return [Table("numbers, ± 1 sigma", ("name", "value"), list(self._texts().items()), left=("name", "value"))]
 
     def _texts(self) -> dict[str, str]:
         """Values with their uncertainties in units of the shop, by name."""
-        units = {f"{e.id}.{n}": p.display_unit for e in self.effects for n, p in type(e).parameters.items()}
-        return {n: words.with_u(units[n][0] * v, units[n][0] * self.u[n], units[n][1]) for n, v in self.values.items()}
+        units = _shop_units(self.effects)
+        return {
+            n: "not bound by these readings" if n in self.unbound
+            else words.with_u(units[n][0] * v, units[n][0] * self.u[n], units[n][1])
+            for n, v in self.values.items()
+        }  # fmt: skip
+
+
+def _shop_units(effects: Sequence[Effect]) -> dict[str, tuple[float, str]]:
+    """Name of every number -> units of the shop in one SI unit, and what they are called."""
+    return {f"{e.id}.{n}": p.display_unit for e in effects for n, p in type(e).parameters.items()}
+
+
+def _fit_notes(bench: Workbench, found: Fit, names: Sequence[str], scales: np.ndarray, degrees: int) -> list[str]:
+    """What a fit leaves open, a sentence each: a rejected model, ends at bounds, numbers that cannot be told apart with
+    the sums that are known, correlations beyond CORRELATED."""
+    notes = []
+    if degrees > 0 and chdtrc(degrees, found.chi2) < REJECTED:
+        notes.append("the model is rejected by these readings: the numbers are effective values, their u too small")
+    down, up = step_bounds(found, bench.forward.sides)
+    notes += [f"{n} is at its bound" for n, a, b in zip(names, down, up, strict=True) if a >= 0.0 or b <= 0.0]
+    root, units = covariance_root(found.columns), _shop_units(bench.forward.effects_at(found.vector, found.ids))
+    shop = np.array([units[n][0] for n in names]) * scales
+    apart: set[int] = set()
+    for group in inseparable_numbers(bench.forward, found):
+        apart |= {*group.members}
+        sums = []
+        for weights in group.sums:
+            first = next(k for k in np.flatnonzero(weights) if weights[k] == 1.0)
+            parts = [(k, weights[k] * shop[first] / shop[k]) for k in np.flatnonzero(weights) if k != first]
+            terms = "".join(f" {'+' if w > 0.0 else '−'} {words.number(abs(w))}·{names[k]}" for k, w in parts)
+            value, u = weights @ found.vector[found.free], np.linalg.norm(weights @ root)
+            sums.append(
+                f"{names[first]}{terms} = {words.with_u(value * shop[first], u * shop[first], units[names[first]][1])}"
+            )
+        members = ", ".join(names[k] for k in group.members)
+        notes.append(f"these readings cannot separate {members}; they fix {'; '.join(sums)}")
+    u = np.maximum(np.linalg.norm(root, axis=1), 1e-300)
+    correlation = root @ root.T / np.outer(u, u)
+    pairs = [(j, k) for k in range(len(names)) for j in range(k) if not {j, k} <= apart]
+    notes += [f"{names[j]} and {names[k]}: correlation {correlation[j, k]:+.2f}"
+              for j, k in pairs if abs(correlation[j, k]) > CORRELATED]  # fmt: skip
+    return notes
 
 
 @one_blas_thread
@@ -381,6 +440,7 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
         raise InputError(still[0], 0, "", "moves no reading where the search starts; start elsewhere")
     scales = np.array([s.scale for s in slots])
     covariance = found.covariance * np.outer(scales, scales)
+    degrees = int(np.isfinite(bench.fitted.y).sum()) - len(names)
     lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
     nothing, after = bench.forward.values(np.stack([bench.forward.null(), found.vector]))
     before, now = (bench.fitted.y - values for values in (nothing, after))
@@ -390,6 +450,9 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
         covariance=covariance,
         effects=bench.forward.effects_at(found.vector, ids),
         chi2=(float(bench.metric.chi2(before)), found.chi2),
+        degrees=degrees,
+        unbound=tuple(names[k] for k in unbound_numbers(bench.forward, found)),
+        notes=tuple(_fit_notes(bench, found, names, scales, degrees)),
         rms=(_rms(before[:, lateral]), _rms(now[:, lateral])),
     )
 

@@ -5,6 +5,7 @@ from scipy.linalg.lapack import dpocon, dpotrf, dpotrs
 
 FAINT = 1e-2  # a column this small, in sigma, cannot be seen in these readings
 DEPENDENT = 1e-12  # of the largest eigenvalue of columns of unit length: those below are sums of the others
+ALIKE = 1e-12  # beside 1, what is left of the square of a derivative that others make up
 SMALL = 1e-6  # of the largest direction of several rows; what is smaller is not in these readings
 
 
@@ -26,6 +27,28 @@ def inverse_roots(gram: np.ndarray) -> np.ndarray:
     kept = values > DEPENDENT * np.maximum(values[:, -1:], 1e-300)
     roots = np.sqrt(np.where(kept, 1.0 / np.where(kept, values, 1.0), 0.0))
     return scale[:, :, None] * vectors * roots[:, None, :]
+
+
+def covariance_root(columns: np.ndarray) -> np.ndarray:
+    """Root W (k, k) of the covariance W W^T of numbers with whitened derivatives ``columns`` (k, N), best-known
+    direction first; a direction that no reading shows counts as nearly unbounded (1 / sqrt(ALIKE)), never as known.
+
+    A sum g of numbers has the variance |g W|^2, which keeps its digits where the numbers alone are unbounded.
+    """
+    if not len(columns):
+        return np.zeros((0, 0))
+    size = np.maximum(np.linalg.norm(columns, axis=1), 1e-30)
+    alike = np.linalg.qr((columns / size[:, None]).T, mode="r")
+    _, values, vectors = np.linalg.svd(alike, full_matrices=True)
+    seen = np.zeros(len(size))
+    seen[: len(values)] = values
+    return vectors.T / np.sqrt(seen**2 + ALIKE) / size[:, None]
+
+
+def covariance_of(columns: np.ndarray) -> np.ndarray:
+    """Covariance (k, k) of numbers with whitened derivatives ``columns`` (k, N), large along what no reading shows."""
+    root = covariance_root(columns)
+    return root @ root.T
 
 
 def basis(rows: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ from belt_sim.diagnosis.errors.model_errors import errors_of
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.plausibility import has_diverged
 from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.linear_algebra import covariance_of, covariance_root
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.discovery.latent_input import LatentInput
 from belt_sim.discovery.linear_search import WITHIN, ScoredLaw, cost
@@ -93,22 +94,21 @@ class MarchFit:
 
     def _squared_distance(self, k: int) -> float:
         """Squared distance of the sizes of the k-th term from zero, in sigma, its knee being held."""
-        at, found = self.positions, 0.0
-        for p in (at[name] for name in (number_name(n, k) for n in ("size", "cos", "sin")) if name in at):
-            variance, knee = self._covariance(p, p), at.get(number_name("knee", k), -1)
-            if self._covariance(knee, knee):
-                variance -= self._covariance(p, knee) ** 2 / self._covariance(knee, knee)
-            found += float(self.fit.vector[p]) ** 2 / variance if variance > 0.0 else np.inf
-        return found
+        at, free = self.positions, self.fit.free
+        knee = at.get(number_name("knee", k), -1)
+        kept = [n for n, p in enumerate(free) if p != knee]
+        variance = dict(zip([free[n] for n in kept], np.diag(covariance_of(self.fit.columns[kept])), strict=True))
+        sizes = (at[name] for name in (number_name(n, k) for n in ("size", "cos", "sin")) if name in at)
+        return sum(float(self.fit.vector[p]) ** 2 / variance[p] if p in variance else np.inf for p in sizes)
 
     def size_times_knee(self, k: int) -> tuple[float, float]:
         """Size times knee of the k-th term, and its u: what it comes to beyond its knee."""
         size, knee = (self.positions[number_name(n, k)] for n in ("size", "knee"))
         a, b = (float(self.fit.vector[p]) for p in (size, knee))
-        variance = b * b * self._covariance(size, size) + a * a * self._covariance(knee, knee)
-        variance += 2.0 * a * b * self._covariance(size, knee)
+        weights = np.array([b if p == size else a if p == knee else 0.0 for p in self.fit.free])
+        u = np.linalg.norm(weights @ covariance_root(self.fit.columns))  # the sum is known where neither number is
         scale = self.bench.forward.slots[size].scale * self.bench.forward.slots[knee].scale
-        return a * b * scale, float(np.sqrt(max(variance, 0.0))) * abs(scale)
+        return a * b * scale, float(u) * abs(scale)
 
 
 def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from belt_sim.diagnosis.linear_algebra import bounded_step
+from belt_sim.diagnosis.linear_algebra import bounded_step, covariance_of
 from belt_sim.diagnosis.noise.metric import Metric
 from belt_sim.diagnosis.readings.forward import Forward
 
@@ -62,8 +62,8 @@ class Fit:
 
     @property
     def covariance(self) -> np.ndarray:
-        """Covariance (k, k) of the free parameters, in units of their scales."""
-        return np.linalg.pinv(self.columns @ self.columns.T, hermitian=True)
+        """Covariance (k, k) of the free parameters, in units of their scales; large along what no reading shows."""
+        return covariance_of(self.columns)
 
     @property
     def sensitivity(self) -> np.ndarray:

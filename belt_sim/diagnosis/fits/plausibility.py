@@ -2,18 +2,20 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import qr
 from scipy.special import chdtri
 
 from belt_sim.diagnosis.fits.fit import Fit, Sides, step_bounds
 from belt_sim.diagnosis.fits.workbench import Workbench
+from belt_sim.diagnosis.linear_algebra import covariance_of, covariance_root
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.results.estimates import COVERAGE_95, Estimate
 
 DIVERGED = 1e4  # times a parameter's scale: no optimum but a direction in which the readings say nothing
-ALIKE = 1e-12  # beside 1, what is left of the square of a derivative that others make up
 ROUNDED = 1e-9  # share of a bound, by which a number that a fit put there may have come out beside it
 EDGE = 2.0  # what a machine could have is a judgement, good to this factor
 
@@ -38,13 +40,6 @@ def is_constrained(slot: Slot, estimate: Estimate) -> bool:
 def _numbers_with_sigma(forward: Forward, fit: Fit) -> tuple[list[Slot], np.ndarray, np.ndarray]:
     """What a fit says: slots, numbers and one sigma of each, in units of their scales."""
     return [forward.slots[p] for p in fit.free], fit.vector[fit.free], np.sqrt(np.diag(covariance_of(fit.columns)))
-
-
-def covariance_of(columns: np.ndarray) -> np.ndarray:
-    """Covariance (k, k) of numbers with whitened derivatives ``columns`` (k, N), large along what no reading shows."""
-    size = np.maximum(np.linalg.norm(columns, axis=1), 1e-30)
-    alike = columns / size[:, None]
-    return np.linalg.inv(alike @ alike.T + ALIKE * np.eye(len(size))) / np.outer(size, size)
 
 
 def _judge(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> list[tuple[Slot, Estimate]]:
@@ -176,3 +171,58 @@ def _least_along_valley(bench: Workbench, fit: Fit) -> np.ndarray:
     vector = fit.vector.copy()
     vector[fit.free] += np.linalg.solve(fit.columns @ fit.columns.T + np.diag(weight), pull)
     return vector
+
+
+# What a fit leaves open, as its report says it.
+
+WORST, PART = 1e8, 1e-3  # condition of the pivots; share of a pivot's sensitivity, below which it has no part
+BLIND = 1.0  # of what a machine could have: a direction in which a number goes further than that is not bound
+CORRELATED = 0.9
+
+
+def unbound_numbers(forward: Forward, fit: Fit) -> list[int]:
+    """Which of the free numbers, by place, the readings do not bound: one sigma is more than a machine could have."""
+    sigma = np.sqrt(np.diag(fit.covariance))
+    return [k for k, (u, known) in enumerate(zip(sigma, prior_sigma(forward, fit.free), strict=True)) if u > known]
+
+
+@dataclass(frozen=True)
+class Inseparable:
+    """Numbers, by place, that a fit knows together only; sums: weights (k,) of those sums of them that it knows."""
+
+    members: tuple[int, ...]
+    sums: tuple[np.ndarray, ...]
+
+
+def inseparable_numbers(forward: Forward, fit: Fit) -> list[Inseparable]:
+    """Groups of free numbers that the readings cannot tell apart, each known on its own if the others were.
+
+    The blind directions of the covariance are brought to the form in which each has one number (its pivot) to itself;
+    every other number less its share of the pivots is a sum that the readings know.
+    """
+    known = prior_sigma(forward, fit.free)
+    root = covariance_root(fit.columns)
+    blind = np.abs(root / known[:, None]).max(axis=0, initial=0.0) > BLIND
+    alone = 1.0 / np.maximum(fit.sensitivity, 1e-30) < known  # what moves no reading is not bound, and no partner
+    if not (blind.any() and alone.sum() > 1):
+        return []
+    directions = root[:, blind] / np.linalg.norm(root[:, blind], axis=0)
+    weight = np.where(alone, fit.sensitivity, 0.0)[:, None] * directions
+    _, _, order = qr(weight.T, pivoting=True, mode="economic")
+    pivots = order[: directions.shape[1]]
+    if np.linalg.cond(weight[pivots]) > WORST:
+        return []
+    share = directions @ np.linalg.inv(directions[pivots])  # (k, b), the unit matrix at the pivots
+    found: list[Inseparable] = []
+    for k in np.flatnonzero(alone):
+        strong = np.abs(share[k]) * fit.sensitivity[k] > PART * fit.sensitivity[pivots]
+        if k in pivots or not strong.any():
+            continue
+        known_sum = np.eye(len(share))[k]
+        known_sum[pivots[strong]] -= share[k, strong]
+        members, sums = {int(k), *pivots[strong].tolist()}, [known_sum]
+        for other in [group for group in found if members & {*group.members}]:
+            found.remove(other)
+            members, sums = members | {*other.members}, [*other.sums, *sums]
+        found.append(Inseparable(tuple(sorted(members)), tuple(sums)))
+    return found
