@@ -15,6 +15,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # the same names for editors and type checkers
+    from belt_sim import mjx as mjx
     from belt_sim.api.campaigns import import_files as import_files
     from belt_sim.api.inference import check as check
     from belt_sim.api.inference import check_effect as check_effect
@@ -86,7 +87,7 @@ _PLACES |= {
     "load_campaign": ("belt_sim.campaign", "read_campaign"),
     "load_diagnosis": ("belt_sim.results.json", "read_diagnosis"),
 }
-__all__ = [*_PLACES, "__version__"]
+__all__ = [*_PLACES, "__version__", "mjx"]
 
 
 if not TYPE_CHECKING:  # a type checker would take any name to be there
@@ -96,6 +97,8 @@ if not TYPE_CHECKING:  # a type checker would take any name to be there
         if name == "__version__":
             globals()[name] = importlib.import_module("importlib.metadata").version("belt-sim")
             return globals()[name]
+        if name == "mjx":  # a module of its own, with MuJoCo MJX
+            return importlib.import_module("belt_sim.mjx")
         if name not in _PLACES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         home, there = _PLACES[name]

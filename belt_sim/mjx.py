@@ -21,6 +21,7 @@ from belt_sim.space.mjx import (
 )
 from belt_sim.space.mjx_run import simulate, simulate_batch
 from belt_sim.space.run import Command
+from belt_sim.space.steering import Ranges, SteeringEnvironment, SteeringState
 
 __all__ = [
     "READING",
@@ -28,6 +29,9 @@ __all__ = [
     "MjxData",
     "MjxModel",
     "PreparedCase",
+    "Ranges",
+    "SteeringEnvironment",
+    "SteeringState",
     "command",
     "prepare",
     "scene",
