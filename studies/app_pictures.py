@@ -103,7 +103,7 @@ def report(page: Any, address: str) -> Any:
         page.wait_for_timeout(2000)
     page.set_viewport_size({"width": page.viewport_size["width"], "height": TALL})
     page.goto(f"{address}/measurements")
-    page.frame_locator("iframe[title=report]").locator(".js-plotly-plot .main-svg").first.wait_for(state="attached")
+    page.frame_locator("iframe[title=report]").locator("#overlays svg.shown").wait_for()
     page.wait_for_timeout(2000)
     return page.locator("section", has_text="Diagnosis of")
 

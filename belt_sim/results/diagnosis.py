@@ -97,12 +97,6 @@ class Candidate:
     probability: float
     note: str
 
-    @model_validator(mode="before")
-    @classmethod
-    def _from_file(cls, row: Any) -> Any:
-        """Before there was one table of evidence, a frequency stood in the place of the probability."""
-        return row if "probability" in row else row | {"probability": row["selection_frequency"]}
-
 
 @dataclass(frozen=True, kw_only=True)
 class Explanation:
@@ -184,10 +178,8 @@ class RunSettings:
 
 @dataclass(frozen=True)
 class NextRun:
-    """One action on the rig, the pair that it separates, and the separation before and after in sigma.
-
-    settings: None in a diagnosis of an earlier version.
-    """
+    """One action on the rig, the pair that it separates, and the separation before and after in sigma; settings: of the
+    run, where it is one."""
 
     action: str
     separates: tuple[str, str]

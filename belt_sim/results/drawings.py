@@ -2,10 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
-from pydantic import model_validator
 
 from belt_sim.results.estimates import Estimate, Machine
 from belt_sim.results.fields import Array
@@ -38,12 +36,6 @@ class Panel:
 
     def __post_init__(self) -> None:
         _check_shapes(self, ("travel", "measured", "base", "band", "final"), (len(self.travel),))
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_file(cls, row: Any) -> Any:
-        """Return the fields; earlier files named the run at the head of the title only."""
-        return {"run": row["title"].split(" ")[0]} | row
 
     @property
     def misfit(self) -> float:

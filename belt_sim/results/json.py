@@ -26,7 +26,6 @@ from belt_sim.results.simulation import POINTS, SPANS, Simulation
 DIAGNOSIS, COMPARISON, SUMMARY = "belt-diagnosis/1", "belt-comparison/1", "belt-summary/1"
 RUNS = "belt-run-errors/2"  # version 1 called every unit mm
 DRAWINGS, DISCOVERY, CHECK = "belt-drawings/1", "belt-discovery/2", "belt-check/1"
-DISCOVERY_1 = "belt-discovery/1"  # held the law as code; what else it held is read
 DIGITS, DISCOVERY_DIGITS = 6, 8  # significant digits of a drawing, of a discovery
 Json = dict[str, Any]
 
@@ -203,9 +202,7 @@ def diagnosis_of(content: Json, drawn: Json, where: str) -> Diagnosis:
             raise ValueError(f"drawings.json has the schema {drawn['schema']!r}")
         discovery = read_discovery(content["discovery"]) if "discovery" in content else None
         drawings = adapter(Drawings).validate_python(drawn)
-        rows = [row for row in content.get("considered", ()) if "log_posterior" in row]  # of today's kind
-        more = {"drawings": drawings, "discovery": discovery, "considered": rows}
-        read: Diagnosis = adapter(Diagnosis).validate_python(content | more)
+        read: Diagnosis = adapter(Diagnosis).validate_python(content | {"drawings": drawings, "discovery": discovery})
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         remedy = f"written by another version of belt-sim or damaged ({_one_line(error)}); run belt-sim diagnose again"
         raise InputError("diagnosis", where, "", remedy) from error
@@ -215,10 +212,11 @@ def diagnosis_of(content: Json, drawn: Json, where: str) -> Diagnosis:
 def read_discovery(content: Mapping[str, Any]) -> Discovery:
     """Build a discovery from the content of discovery.json; raise InputError if damaged or of another version."""
     try:
-        if content["schema"] not in (DISCOVERY, DISCOVERY_1):
+        if content["schema"] != DISCOVERY:
             raise KeyError("schema")
-        known = content if "probability" in content else dict(content) | {"probability": 1.0 - content["p"]}
-        found: Discovery = adapter(Discovery).validate_python(known, by_alias=False, by_name=True, context=IN_SI)
+        found: Discovery = adapter(Discovery).validate_python(
+            dict(content), by_alias=False, by_name=True, context=IN_SI
+        )
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         remedy = f"written by another version of belt-sim or damaged ({_one_line(error)}); run it again"
         raise InputError("discovery", "discovery.json", "", remedy) from error

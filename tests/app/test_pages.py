@@ -106,7 +106,7 @@ def test_a_small_diagnosis_runs_to_its_report(measurements, small, served):
     measurements.go_back()
     frame = measurements.frame_locator("iframe[title=report]")
     frame.locator("h1").wait_for(timeout=180_000)
-    frame.locator(".js-plotly-plot .main-svg").first.wait_for(state="attached")
+    frame.locator("#overlays svg.shown").wait_for()
     assert measurements.get_by_label("synthetic repeats").is_visible()  # what was unfolded stays so
     assert measurements.locator("iframe").get_attribute("sandbox") == "allow-scripts"
     answer = measurements.request.get(f"{served.address}{measurements.locator('iframe').get_attribute('src')}")
