@@ -451,6 +451,7 @@ class SpaceRun:
                     tell_share(recorder.observers, k / len(rows))
                 if k >= resting:
                     recorder.step(state)
+            recorder.end(state)
         return recorder.curves()
 
 

@@ -93,7 +93,7 @@ class Options:
     hold_stiffness: float = 1e13
     tail_mass: float = 60.0
     sample: float = 0.025
-    frame: float = 0.1
+    frame: float = 0.025
     steps: int = 2
 
     def __post_init__(self) -> None:

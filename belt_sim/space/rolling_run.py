@@ -107,6 +107,8 @@ class ContactRun:
                     if not recorder.rows:
                         recorder.begin(state)
                 recorder.step(state)
+            self._find_wraps()
+            recorder.end(state)
         return curves()
 
     def _step(self) -> None:

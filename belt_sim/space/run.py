@@ -413,6 +413,11 @@ class Recorder:
         if state.travel >= self.next_frame:
             self._frame(state, read)
 
+    def end(self, state: RunState) -> None:
+        """Hand observers the last instant of a run."""
+        if self.observers and self.rows and state.travel > self.next_frame - self.scene.options.frame:
+            self._frame(state, self._read(state, state.travel))
+
     def _read(self, state: RunState, travel: float) -> np.ndarray:
         read = self.reading(state)
         if not np.all(np.isfinite(read)):

@@ -81,7 +81,9 @@ def test_a_campaign_that_is_dropped_is_shown_and_compared(measurements, small, t
     measurements.get_by_text("step: 4 runs").wait_for()
     measurements.wait_for_selector(DRAWN.format("measured"), state="attached")
     measurements.get_by_role("button", name="Compare").click()
-    measurements.wait_for_selector(DRAWN.format("overlay"), state="attached")
+    shown = measurements.locator("[data-name=overlay] svg")
+    shown.wait_for()
+    assert shown.evaluate("e => e.getBBox().width > 100")  # what it refers to is in the page
     assert measurements.locator("section", has_text="Comparison of").locator("td", has_text="r05").count() == 2
     with measurements.expect_download() as got:
         measurements.get_by_text("Download everything").click()
