@@ -19,7 +19,7 @@ COMMANDS = {
     "diagnose": ("which physical effect the model lacks", "inference:diagnose"),
     "import": ("a logger's files (CSV, xlsx ...) -> a campaign", "campaigns:import_"),
     "new": ("an empty, commented campaign with the runs that a diagnosis needs", "campaigns:new"),
-    "check": ("the linter, and what a campaign can and cannot tell", "inference:check"),
+    "check": ("checks your data: slips in them, and what they can and cannot tell", "inference:check"),
     "virtual-rig": ("make a campaign with a hidden effect", "campaigns:virtual_rig"),
     "reveal": ("what was hidden in such a campaign", "campaigns:reveal"),
     "export": ("the linear plant for a controller: FMU, MAT file, Bode plot", "simulate:export"),

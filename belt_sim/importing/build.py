@@ -261,7 +261,7 @@ MEANING = {
     "white": "one sigma from sample to sample",
     "zero": "one sigma of where y = 0 is, anew in every run",
     "gain": "one sigma of the scale, relative",
-    "wander": "slow noise: its sd, and the travel [m] over which it forgets itself",
+    "wander": "slow noise: its sd, and its correlation length [m]",
     "settings.tension_rel": "one sigma of how a run hits its stated tension, relative",
     "settings.yaw": "one sigma of how a run hits its stated yaw",
 }

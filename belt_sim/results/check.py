@@ -132,7 +132,7 @@ def pairs_table(pairs: Sequence[Pair]) -> Table:
     for p in pairs[:SHOWN_PAIRS]:
         best = p.action or words.NONE, words.number(p.sigma_after, 2)
         rows.append((" - ".join(p.effects), words.number(p.sigma, 2), *best))
-    more = f", {SHOWN_PAIRS} of {len(pairs)}" if len(pairs) > SHOWN_PAIRS else ""
-    title = f"What could not be told apart at 12 sigma{more}"
+    more = f" ({SHOWN_PAIRS} of {len(pairs)} shown)" if len(pairs) > SHOWN_PAIRS else ""
+    title = f"Pairs these runs cannot separate{more}"
     columns = ("pair", "sigma apart", "best further run", "sigma with it")
     return Table(title=title, columns=columns, rows=rows, left=("pair", "best further run"))
