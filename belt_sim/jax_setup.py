@@ -103,16 +103,14 @@ def jit_float64(function: Callable[..., Any], *, brief: bool = False, **options:
 
     @functools.cache
     def compiled() -> Callable[..., Any]:
-        return jax.jit(
-            function, compiler_options=known_options(tuple(LEAST_EFFORT.items())) if brief else None, **options
-        )
+        return jax.jit(function, compiler_options=least_effort() if brief else None, **options)
 
     return in_float64(functools.wraps(function)(lambda *args, **kwargs: compiled()(*args, **kwargs)))
 
 
 @functools.cache
-def known_options(options: tuple[tuple[str, Any], ...]) -> dict[str, Any]:
-    """Return those of some compiler options that this XLA knows: they come and go with its versions."""
+def least_effort() -> dict[str, Any]:
+    """Return those of LEAST_EFFORT that this XLA knows: compiler options come and go with its versions."""
 
     def is_known(name: str, value: Any) -> bool:
         try:
@@ -123,7 +121,7 @@ def known_options(options: tuple[tuple[str, Any], ...]) -> dict[str, Any]:
             return False
         return True
 
-    return {name: value for name, value in options if is_known(name, value)}
+    return {name: value for name, value in LEAST_EFFORT.items() if is_known(name, value)}
 
 
 def known_flags(flags: Sequence[str]) -> list[str]:

@@ -11,7 +11,7 @@ from belt_sim import si
 from belt_sim.case import Case, Rig, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.library import library
-from belt_sim.jax_setup import LEAST_EFFORT
+from belt_sim.jax_setup import least_effort
 from belt_sim.line.march import march_traced
 from belt_sim.model import MODELS, AnalyticModel
 from studies.paper import case as paper
@@ -80,4 +80,4 @@ def _stacked(trees):
 @cache
 def _compiled(model: AnalyticModel):
     run = partial(march_traced, model=model, plan=(RECORDS, STRIDE, SLOTS))
-    return jax.jit(jax.vmap(run, in_axes=(0, 0, None)), compiler_options=LEAST_EFFORT)  # it runs for 0.1 s
+    return jax.jit(jax.vmap(run, in_axes=(0, 0, None)), compiler_options=least_effort())  # it runs for 0.1 s

@@ -13,7 +13,7 @@ from belt_sim.effects.base import HOOKS, LAWS, Effect, uses
 from belt_sim.effects.library import library
 from belt_sim.effects.pipeline import indicate
 from belt_sim.effects.span_stiffness import SagRoll
-from belt_sim.jax_setup import LEAST_EFFORT
+from belt_sim.jax_setup import least_effort
 from belt_sim.line import span as span_law
 from belt_sim.line.influence import Bend, BoundaryValues
 from belt_sim.line.march import march, march_traced
@@ -195,7 +195,7 @@ _KEPT: dict = {}
 
 def _derivative(curves):
     """One compilation for both points, which runs so seldom that little effort is spent on it."""
-    march = jax.jit(lambda at, along: jax.jvp(curves, at, along), compiler_options=LEAST_EFFORT)
+    march = jax.jit(lambda at, along: jax.jvp(curves, at, along), compiler_options=least_effort())
     return _KEPT.setdefault("jvp", march)
 
 

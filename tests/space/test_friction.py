@@ -4,7 +4,7 @@ import jax
 import numpy as np
 import pytest
 
-from belt_sim.jax_setup import LEAST_EFFORT, in_float64
+from belt_sim.jax_setup import in_float64, least_effort
 from belt_sim.space import Options
 from belt_sim.space.friction import slip_increments, wrap_chain
 from belt_sim.space.native import SpaceRun, instants_of, simulate
@@ -16,7 +16,7 @@ STIFF = 1e-4  # of the stiffest: a finite difference over 1 um
 ALIKE = 0.01  # of y: half the step; 1 ms against 2 ms differ by 0.2 %
 STRETCH = 0.005  # the tension adds F / EA, and the laid links are longer by as much
 HARDLY = 0.1  # [N], of links that carry 1800 N: the width is laid 0.03 um off
-SOLVE = jax.jit(slip_increments, compiler_options=LEAST_EFFORT)  # it runs ten times
+SOLVE = jax.jit(slip_increments, compiler_options=least_effort())  # it runs ten times
 
 
 @pytest.fixture(scope="module")

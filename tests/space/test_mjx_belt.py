@@ -17,7 +17,7 @@ from belt_sim.effects.pulley_shape import Taper
 from belt_sim.effects.span_loads import MachineTilt
 from belt_sim.effects.yaw import Cant, YawCompliance
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
-from belt_sim.jax_setup import LEAST_EFFORT, in_float64
+from belt_sim.jax_setup import in_float64, least_effort
 from belt_sim.mjx import READING, command, prepare, scene, simulate_batch, stack_cases, step
 from belt_sim.space import Options
 from belt_sim.space.machine import TAIL_SLIDE
@@ -30,7 +30,7 @@ from studies.paper.case import ROPE_EXAMPLE
 COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2, acceleration=3.0)
 TRAVEL = 0.4
 SIX_EFFECTS = 0.03  # of the largest y: 1.8 % were measured, at 40 mm between stations and 1.5 ms
-RUN = jax.jit(step, compiler_options=LEAST_EFFORT)  # one compilation for all loops below
+RUN = jax.jit(step, compiler_options=least_effort())  # one compilation for all loops below
 PARITY = 0.01  # of the largest y: native itself moves by as much when its step is halved
 
 

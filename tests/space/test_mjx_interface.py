@@ -9,7 +9,7 @@ from mujoco import mjx
 from mujoco.mjx._src import scan
 from paper_cases import paper_case
 
-from belt_sim.jax_setup import LEAST_EFFORT, in_float64
+from belt_sim.jax_setup import in_float64, least_effort
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space import mjx as mjx_interface
 from belt_sim.space.machine import STATION_JOINTS, build_scene
@@ -19,7 +19,7 @@ from studies.paper.case import ROPE_EXAMPLE
 
 COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2)
 ROUNDING = 1e-12  # relative, of float64
-COMPUTE = jax.jit(compute_multibody, compiler_options=LEAST_EFFORT)
+COMPUTE = jax.jit(compute_multibody, compiler_options=least_effort())
 
 
 def scene(tension=40.0):
