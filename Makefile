@@ -3,7 +3,11 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: setup demo test test-long test-cluster docs how_often_right paper bench lint clean
+OLDEST ?= python3.11
+NEWEST ?= python3.13
+EXTRAS := dev,watch,control,app,sweeps,studies
+
+.PHONY: setup demo test test-kernels test-versions test-long test-cluster docs how_often_right paper bench lint clean
 
 setup: $(STAMP)
 
@@ -18,6 +22,14 @@ demo: setup
 
 test: setup  # two processes, a thread each: more would wait for each other
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --max-worker-restart 0
+
+test-kernels: setup  # the linear algebra of two kinds of processors, on one with AVX-512
+	for kernel in Haswell SkylakeX; do OPENBLAS_CORETYPE=$$kernel $(MAKE) test || exit 1; done
+
+test-versions:  # both ends of the declared versions: the oldest JAX and Python, the newest of everything
+	$(OLDEST) -m venv $(VENV)-oldest && $(VENV)-oldest/bin/pip install --quiet 'jax==0.9.0' 'jaxlib==0.9.0' -e '.[$(EXTRAS)]'
+	$(NEWEST) -m venv $(VENV)-newest && $(VENV)-newest/bin/pip install --quiet --upgrade -e '.[$(EXTRAS)]'
+	for end in oldest newest; do $(VENV)-$$end/bin/python -m pytest -n 2 --max-worker-restart 0 || exit 1; done
 
 test-long: setup
 	$(BIN)/python -m pytest -m long -o faulthandler_timeout=0
@@ -48,4 +60,4 @@ lint: setup
 	$(BIN)/mypy
 
 clean:
-	rm -rf $(VENV) outputs/*/
+	rm -rf $(VENV) $(VENV)-oldest $(VENV)-newest outputs/*/
