@@ -168,29 +168,38 @@ def scene(
     rig: Any = None,
     belt: Any = None,
     model: ModelSpec = "mujoco_flex",
+    effects: Any = None,
 ) -> "MjSpec":
     """The scene of ``case`` (in SI), or of the case that the settings describe as for ``simulate``, not yet compiled.
 
-    MuJoCo's contacts carry the belt; ``simulate(model={"name": ..., "scene": spec})`` runs it, edited or not.
+    MuJoCo's contacts carry the belt; ``simulate(model={"name": ..., "scene": spec})`` runs it, edited or not. effects:
+    as for ``simulate``; those whose shape a plain scene cannot have are refused.
     """
     given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
-    case = case_or_settings(case, given | {"rig": rig, "belt": belt})
-    from belt_sim.space.native import contact_scene
-
-    chosen = model_of(model)
-    if not isinstance(chosen, SpaceModel):
-        raise InputError("model", chosen.name, "", "use mujoco_flex, mujoco_grid or mujoco_rope")
-    return contact_scene(case, chosen.belt, chosen.options)
+    return _scene_and_story(case_or_settings(case, given | {"rig": rig, "belt": belt}), model, effects)[0]
 
 
-def scene_text(case: Case, model: Any) -> str:
+def scene_text(case: Case, model: Any, effects: Any = None) -> str:
     """The same as MJCF, commented."""
     from belt_sim.space.mujoco_interface import compile_model, mjcf
-    from belt_sim.space.rolling_contact import STORY
 
-    spec = scene(case, model=model)
+    spec, said = _scene_and_story(case, model, effects)
     compile_model(spec)
-    return mjcf(spec, STORY)
+    return mjcf(spec, said)
+
+
+def _scene_and_story(case: Case, model: ModelSpec, effects: Any) -> tuple["MjSpec", str]:
+    from belt_sim.space.native import contact_scene
+
+    chosen, acting = model_of(model), effects_of(effects)
+    if not isinstance(chosen, SpaceModel):
+        raise InputError("model", chosen.name, "", "use mujoco_flex, mujoco_grid or mujoco_rope")
+    chosen = replace(chosen, contact=CONTACTS[1])
+    driven, _ = chosen.engine_task(case, acting, _SOME_TRAVEL)
+    return contact_scene(driven, chosen.belt, chosen.options, chosen.parts(driven, acting))
+
+
+_SOME_TRAVEL = 1.0  # [m]: a scene has no end
 
 
 def jax_function(case: Case, model: ModelSpec = "strip", *, travel: float) -> Callable[..., Curves]:

@@ -135,8 +135,8 @@ def add_nodes(spec: mujoco.MjSpec, mesh: Mesh, *, sites: bool) -> None:
             body = spec.worldbody.add_body(name=node_name(i, j), pos=mesh.rest[i, j])
             body.mass, body.inertia, body.explicitinertial = mesh.mass[j], [1e-9] * 3, True
             body.ipos = [0.0, 0.0, 0.0]  # without it the inertia is not written into the MJCF
-            for axis in np.eye(3):
-                body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+            for name, axis in zip("xyz", np.eye(3), strict=True):
+                body.add_joint(name=f"{body.name}-{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
             if sites:
                 body.add_site(name=node_name(i, j), size=[_NODE_RADIUS] * 3)
 

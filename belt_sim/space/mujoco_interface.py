@@ -50,12 +50,17 @@ def set_solver(spec: mujoco.MjSpec, dt: float, gravity: float) -> None:
     spec.option.disableflags = int(off.mjDSBL_ISLAND) | int(off.mjDSBL_CONTACT)
 
 
-def set_contact_solver(spec: mujoco.MjSpec, dt: float, gravity: float) -> None:
-    """Contacts of elliptic cones whose friction creeps by 2 um a metre at 1 m/s; dt [s], gravity [m/s2]."""
+def set_contact_solver(spec: mujoco.MjSpec, dt: float, gravity: float, lean: float = 0.0) -> None:
+    """Contacts of elliptic cones whose friction creeps by 2 um a metre at 1 m/s; dt [s], gravity [m/s2].
+
+    lean [rad]: of the machine about +x. A contact's spring may be stiffer than the step resolves (``refsafe`` is off).
+    """
     set_solver(spec, dt, gravity)
+    spec.option.gravity = [0.0, gravity * math.sin(lean), -gravity * math.cos(lean)]
     spec.option.iterations = _CONTACT_ITERATIONS
     spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, _IMPRATIO
-    spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
+    off = mujoco.mjtDisableBit
+    spec.option.disableflags = int(off.mjDSBL_ISLAND) | int(off.mjDSBL_REFSAFE)
 
 
 def add_dummy_equality(spec: mujoco.MjSpec, first_joint: str) -> None:
@@ -208,13 +213,35 @@ def mjcf(spec: mujoco.MjSpec, comment: str = HELD_COMMENT) -> str:
         element.set("qpos", _full_digits(key.qpos))
         if element.get("qvel"):
             element.set("qvel", " ".join(f"{v:.6g}" for v in key.qvel))
+    for element in tree.findall("custom/text"):  # MuJoCo writes long ones where it does not read them
+        element.set("data", element.get("data") or (element.text or "").strip())
+        element.text = None
+    for element in tree.findall("actuator/general"):
+        _name_actuator(element)
+    ET.indent(tree)
     tree.insert(0, ET.Comment(comment))
+    tree[0].tail = "\n\n  "
     for part, said in _PARTS.items():
         for at, element in enumerate(tree):
             if element.tag == part:
                 tree.insert(at, ET.Comment(said))
+                tree[at].tail = "\n  "
                 break
     return ET.tostring(tree, encoding="unicode")
+
+
+def _name_actuator(element: ET.Element) -> None:
+    """Call an actuator motor or position where it is one; MuJoCo writes them all as general. A velocity with a bias of
+    its own has no shorter name."""
+    bias = [float(v) for v in element.get("biasprm", "0 0 0").split()]
+    if element.get("biastype") is None and element.get("gainprm") is None:
+        element.tag = "motor"
+    elif element.get("biastype") == "affine" and bias[0] == 0.0 and bias[1]:
+        element.tag = "position"
+        element.set("kp", element.attrib.pop("gainprm"))
+        element.set("kv", f"{-bias[2]:g}")
+        for name in ("biastype", "biasprm", "input"):
+            element.attrib.pop(name, None)
 
 
 def _full_digits(numbers: Iterable[float]) -> str:

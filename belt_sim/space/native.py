@@ -28,7 +28,7 @@ from belt_sim.space.mesh import drag_coefficients, tie_lengths
 from belt_sim.space.mujoco_interface import Motion, Solver, compile_model, mjcf, silence_expected_warnings
 from belt_sim.space.options import BELTS, CONTACTS, Options, fit_options, is_limp
 from belt_sim.space.pulleys import TailPulley, belt_loads, lay_pulleys, pose_of
-from belt_sim.space.rolling_contact import build_contact
+from belt_sim.space.rolling_contact import build_contact, story
 from belt_sim.space.rolling_run import ContactRun, Edited
 from belt_sim.space.rope import RopeKinks, end_offsets, hold_run_up_end, run_off_end, sway_drag
 from belt_sim.space.run import TOLD_EVERY, Command, Recorder, notify_observers, plan_in_time, reading, tell_share
@@ -404,10 +404,10 @@ def refuse_folding(case: Case, options: Options) -> None:
         raise InputError("model.dt", options.dt, "s", f"{remedy}; or make the yaw a ramp, or smaller")
 
 
-def contact_scene(case: Case, belt: str, options: Options) -> mujoco.MjSpec:
-    """The specification of a case's scene that MuJoCo's contacts carry."""
-    options = fit_options(options, case, belt, CONTACTS[1])
-    return build_contact(case, belt, options, SceneParts.from_case(case, options.friction))[0]
+def contact_scene(case: Case, belt: str, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, str]:
+    """The specification of a case's scene that MuJoCo's contacts carry, and what is to be said of it in its MJCF."""
+    spec, scene = build_contact(case, belt, fit_options(options, case, belt, CONTACTS[1]), parts)
+    return spec, story(scene)
 
 
 @dataclass

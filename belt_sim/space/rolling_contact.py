@@ -1,143 +1,240 @@
 """The scene of a belt that MuJoCo's contacts alone carry: an MJCF that needs nothing of ours at run time.
 
-It has colliding pulleys, actuators, sensors and key frames. A node touches a pulley with a small sphere. Points 1-4
-are places and nodes travel, so that y at a point is measured as on a machine, by two rays along y from either side:
-they meet the edge flags, boxes one chord long that ride on the nodes and end where the real belt's edge is.
-``rolling_run`` runs it.
+A node touches a pulley with a small sphere. A contact that began only where a sphere has sunk in would begin at a random
+depth of up to a step's fall, 0.1 mm, which stretches the chord behind it by several times the belt's own strain. So the
+contacts stand ready before touchdown, through a gap of 0.5 mm (an adhesion of no weight keeps them active there), and the
+discrete integrator lets the sphere arrive on the surface at the end of a step. Then they may be as stiff as MuJoCo's
+largest impedance allows, and quiet.
+
+Points 1-4 are places and nodes travel, so that y at a point is measured as on a machine, by two rays along y from either
+side. They meet the edge flags, boxes one chord long that ride on the nodes and end where the real belt's edge is.
+``rolling_run`` runs it, ``scene_looks`` says what is seen of it.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, replace
 
 import mujoco
 import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent
-from belt_sim.scene_parts import PulleySurface, SceneParts
+from belt_sim.scene_parts import GuideRoller, PulleySurface, SceneParts
 from belt_sim.si import DEGREE, N_PER_MM2
 from belt_sim.space.loop import LaidLoop
-from belt_sim.space.machine import SceneLayout, begin_scene
+from belt_sim.space.machine import HEAD_YAW, TAIL_YAW, SceneLayout, begin_scene, station_mass
 from belt_sim.space.mesh import node_name
-from belt_sim.space.mujoco_interface import compile_model, set_contact_solver, silence_expected_warnings
+from belt_sim.space.mujoco_interface import set_contact_solver
 from belt_sim.space.options import Options, is_limp
-
-#: what stands at the top of the MJCF
-STORY = """ A steel belt on two pulleys, carried and tracked by MuJoCo's contacts alone.
-     In python -m mujoco.viewer load the key frame "running" and press play: the belt runs. Key frame "laid" is the same
-     belt at rest. Sliders: speed of the belt [m/s], tension [N/mm2], yaw of tail and head pulley [degrees]. Sensors
-     edge-1-left ... edge-4-right are rays from beside the machine to the belt's edges at the points 1 (upper end at the
-     tail pulley), 2 (lower, tail), 3 (lower, head) and 4 (upper, head): y = (right - left) / 2. Units are SI. """
+from belt_sim.space.scene_looks import furnish
 
 #: friction coefficient that stands for a belt that sticks: 1 lets the beginning of a wrap slip at the yaw step
 STICKING = 10.0
-_DEEPEST = 1e-3  # [m]
-
-
-@dataclass(frozen=True)
-class ContactLaw:
-    """How a node meets a pulley.
-
-    timeconst [s]; solimp: impedance where contact begins and from a depth [m] on, that depth, midpoint and power;
-    friction [1], inf = sticking.
-    """
-
-    timeconst: float
-    solimp: tuple[float, float, float, float, float]
-    friction: float
-
-    def depth(self, load: float, mass: float) -> float:
-        """How far a node sinks in under ``load`` [N]: load = mass p d / ((1 - d) (d_max t_c)^2), mass [kg] as in
-        ``_mass_in_contact``."""
-        softest, hardest, width, middle, power = self.solimp
-        depth = np.linspace(0.0, _DEEPEST, 10001)
-        x = np.minimum(depth / width, 1.0)
-        rising, falling = x**power / middle ** (power - 1.0), 1.0 - (1.0 - x) ** power / (1.0 - middle) ** (power - 1.0)
-        d = softest + (hardest - softest) * np.where(x < middle, rising, falling)
-        carried = mass * depth * d / ((1.0 - d) * (hardest * self.timeconst) ** 2)
-        return float(np.interp(load, carried, depth))
+NODE_RADIUS = 1e-3  # [m], of the spheres that touch the pulleys
+IMPEDANCE = 0.9999  # MuJoCo's largest
+#: of a contact, times step^2 and times step: more stiffness changes y by less than 1 %, less damping lets nodes rebound
+STIFFNESS, DAMPING = 10.0, 10.0
+_READY, _NO_WEIGHT = 5e-4, 1e-6  # [m] before touchdown, [N]
 
 
 def build_contact(
-    case: Case, belt: str, options: Options, parts: SceneParts, contact: ContactLaw | None = None
+    case: Case, belt: str, options: Options, parts: SceneParts
 ) -> tuple[mujoco.MjSpec, SceneLayout]:
-    """The scene and its specification, not yet compiled; options: fitted to the case; contact: None = the stiffest.
+    """The scene and its specification, not yet compiled; options: fitted to the case.
 
-    Raises CannotRepresent for parts that are no plain cylinders.
+    Raises CannotRepresent for parts without a rigid shape that a sphere can touch.
     """
-    cylinders = all(p == PulleySurface(radius=p.radius) for p in (parts.head, parts.tail))
-    if not cylinders or parts.edge_guides or parts.sets_in or parts.residual:
-        raise CannotRepresent(
-            "model.contact = mujoco: it has plain cylinders and a straight belt; use model.contact=held with effects "
-            "that have a shape"
-        )
+    _refuse_shapes(parts)
     # nodes come straight onto the circle
-    spec, scene = begin_scene(case, belt, options, parts, path=lambda depth, *_: 0.0 * depth)
-    set_contact_solver(spec, options.dt, parts.gravity)
-    if contact is None:
-        contact = _stiffest_contact(scene)
-    _dress_nodes(spec, scene, contact)
-    _add_actuators(spec, scene.case)
-    _add_sensors(spec, scene.loop)
+    lain = _with_plate_torsion(case) if belt != "rope" else case
+    spec, scene = begin_scene(lain, belt, options, parts, path=lambda depth, *_: 0.0 * depth)
+    scene = replace(scene, case=replace(case, rig=scene.case.rig))
+    set_contact_solver(spec, options.dt, parts.gravity, parts.lean)
+    _dress_nodes(spec, scene)
+    for name, radius in (("head", scene.loop.radius_head), ("tail", scene.loop.radius_tail)):
+        _make_solid(spec, name, radius, scene)
+    for k, guide in enumerate(parts.edge_guides):
+        _add_guide(spec, f"guide-{k}", guide, scene)
+    _start_tensioned(spec, scene)
+    _add_actuators(spec, scene)
+    _add_sensors(spec, scene)
     _complete_keys(spec, scene)
-    _make_solid(spec, scene, contact)
+    furnish(spec, scene)
+    spec.add_text(name=CASE, data="; ".join(f"{name} = {value}" for name, value in case_words(scene).items()))
     return spec, scene
 
 
-def _stiffest_contact(scene: SceneLayout) -> ContactLaw:
-    """With a shorter time constant the belt chatters on the pulleys.
+def story(scene: SceneLayout) -> str:
+    """What stands at the top of the MJCF."""
+    case, options = scene.case, scene.options
+    tension, yaw = float(case.settings.tension) / N_PER_MM2, float(case.settings.yaw.last()) / DEGREE
+    return f""" A steel belt on two pulleys, carried and tracked by MuJoCo's contacts alone. Units are SI.
+     python -m mujoco.viewer with this file, play: the belt, at {tension:g} N/mm2, starts to run at {options.run_speed:.3g} m/s
+     and tracks, for its tail pulley is yawed by {yaw:g} degrees. Sliders add to these three: speed [m/s], tension
+     [N/mm2], tail_yaw and head_yaw [degrees]. Key frames: "laid" (the same at rest) and "running" (at its speed).
+     y at the points 1 (upper end at the tail pulley), 2 (lower, tail), 3 (lower, head) and 4 (upper, head):
+     (edge-N-right - edge-N-left) / 2. Tilt of a span's middle: upper (right - left) / {2.0 * flag_middle(scene):.6g}, lower
+     (left - right) / {2.0 * flag_middle(scene):.6g} of height-upper-..., height-lower-...; sag: their mean - {RAY + CLEAR:.6g}, of the lower
+     span {lower_ray(scene) - CLEAR:.6g} - mean. Stress of the edges beside the mean: 6 M / (b^2 h), M about half the axle-moment's z. """
 
-    MuJoCo takes the stiffness of tendons for inertia of the nodes: their contact is hundreds of times as stiff, but not
-    where the normal runs along x or z. So it is softer, and hardens within three times the depth at which the wrap goes
-    slack, strain x radius.
-    """
-    dt, belt, settings = scene.options.dt, scene.case.belt, scene.case.settings
-    if scene.kind == "flex":
-        return ContactLaw(2.0 * dt, (0.998, 0.9998, 1e-4, 0.5, 2.0), scene.parts.friction)
-    slack = float(settings.tension) / float(belt.youngs_modulus) * scene.loop.radius_head
-    return ContactLaw(4.0 * dt, (0.5, 0.9, 3.0 * slack, 0.5, 2.0), scene.parts.friction)
+
+#: the text in which a scene carries the settings that it was made of
+CASE = "belt_sim case"
 
 
-NODE_RADIUS = 1e-3  # [m], of the spheres that touch the pulleys
-_BELT_BIT, _PULLEY_BIT = 1, 2  # nodes meet pulleys, and nothing else meets anything
-_FLAG = (4e-4, 4e-3)  # [m], half thickness along y and half height of an edge flag
+def case_words(scene: SceneLayout) -> dict[str, str]:
+    """The settings that a scene stands for, by their names on the command line and in its units."""
+    case, options = scene.case, scene.options
+    words: dict[str, float | str] = {"model": f"mujoco_{scene.kind}", "tension": float(case.settings.tension) / N_PER_MM2}
+    words |= {"direction": float(case.settings.direction), "friction": scene.parts.friction}
+    words |= {f"rig.{k}": float(v) for k, v in asdict(case.rig).items()}
+    words |= {f"belt.{k}": float(v) for k, v in asdict(case.belt).items()}
+    words |= {"model.dx": options.dx, "model.dt": options.dt, "model.belt_speed": options.run_speed}
+    for name in ("head", "tail"):
+        shape = vars(getattr(scene.parts, name)).items()
+        words |= {f"effects ({name} pulley's {k})": v for k, v in shape if k != "radius"}
+    words |= {"effects (guide rollers)": len(scene.parts.edge_guides), "effects (lean)": scene.parts.lean}
+    words |= {"yaw": float(case.settings.yaw.last()) / DEGREE, "yaw_head": float(case.settings.yaw_head.last()) / DEGREE}
+    return {k: v if isinstance(v, str) else f"{v:.9g}" for k, v in words.items()}
+
+
+def _refuse_shapes(parts: SceneParts) -> None:
+    """Raise CannotRepresent, by name, for what has no rigid shape here."""
+    asked = {
+        "camber": parts.camber is not None,
+        "lift_off": bool(parts.lift_off),
+        "a load on a span": bool(parts.pushes or parts.roll),
+        "residual stress": bool(parts.residual),
+    }
+    for surface in (parts.head, parts.tail):
+        shown = PulleySurface(
+            radius=surface.radius, taper=surface.taper, cant=surface.cant, yaw_offset=surface.yaw_offset
+        )
+        other = [name for name, value in vars(surface).items() if value != getattr(shown, name)]
+        asked |= {f"a pulley's {name}": True for name in other}
+    for name in (name for name, is_asked in asked.items() if is_asked):
+        raise CannotRepresent(
+            f"model.contact = mujoco: {name} has no place in a scene of plain MuJoCo, which takes taper, cant, "
+            "yaw_offset and guide rollers; use model.contact=held"
+        )
+
+
+def _with_plate_torsion(case: Case) -> Case:
+    """The case with a belt of the same section, weight and EI whose tension holds the twist as its tension and its plate
+    torsion G b h^3 / 3 together do: lines of nodes have none."""
+    belt, force = case.belt, float(case.tension_force)
+    b, h, modulus = (float(v) for v in (belt.width, belt.thickness, belt.youngs_modulus))
+    plate = modulus * b * h**3 / (6.0 * (1.0 + float(belt.poisson_ratio)))
+    wider = math.sqrt(1.0 + 12.0 * plate / (force * b**2))
+    return replace(case, belt=replace(belt, width=b * wider, thickness=h / wider, youngs_modulus=modulus / wider**2))
+
+
+#: what meets what: nodes meet pulleys; nodes and edge flags meet what a user adds, whose bits are 1 and 1
+_NODE, _PULLEY, _FLAG_BIT, _USER = 8, 2, 4, 1
+CLEAR = -4e-3  # [m], minus half the height of an edge flag, where rays at heights end
 _FLAGS_OVERLAP = 1.04  # length of an edge flag over a chord: the corners on a pulley would let a ray through
-_COLOURS = {"node": (0.75, 0.78, 0.82, 1.0), "flag": (0.2, 0.45, 0.8, 1.0)}
+_FLAG_FRICTION = 0.2
+_COLOURS = {"node": (0.75, 0.78, 0.82, 1.0), "flag": (0.2, 0.45, 0.8, 1.0), "guide": (0.9, 0.6, 0.1, 1.0)}
 
 
-def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout, contact: ContactLaw) -> None:
+def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     """Spheres on all nodes that meet the pulleys (class "node"; what the pulleys say of contact does not count), edge
-    flags that the rays meet on those of the outer lines (class "flag")."""
-    mesh, node, flag = scene.mesh, spec.add_default("node", spec.default), spec.add_default("flag", spec.default)
+    flags that rays and guides meet on those of the outer lines (class "flag")."""
+    mesh, dt, friction = scene.mesh, scene.options.dt, scene.parts.friction
+    node, flag = spec.add_default("node", spec.default), spec.add_default("flag", spec.default)
     touch, seen = node.geom, flag.geom
-    touch.contype, touch.conaffinity, touch.condim, touch.priority = _BELT_BIT, _PULLEY_BIT, 3, 1
-    touch.friction = [contact.friction if math.isfinite(contact.friction) else STICKING, 0.0, 0.0]
-    touch.solref, touch.solimp = [contact.timeconst, 1.0], contact.solimp
+    touch.contype, touch.conaffinity, touch.condim, touch.priority = _NODE, _PULLEY | _USER, 3, 1
+    touch.friction = [friction if math.isfinite(friction) else STICKING, 0.0, 0.0]
+    touch.solref, touch.solimp = [-STIFFNESS / dt**2, -DAMPING / dt], [IMPEDANCE, IMPEDANCE, NODE_RADIUS, 0.5, 2.0]
+    touch.gap, touch.adhesion = _READY, _NO_WEIGHT
     touch.type, touch.size, touch.mass = mujoco.mjtGeom.mjGEOM_SPHERE, [NODE_RADIUS, 0, 0], 0.0
-    touch.rgba, touch.group = _COLOURS["node"], 2
-    seen.type, seen.size = mujoco.mjtGeom.mjGEOM_BOX, [0.5 * _FLAGS_OVERLAP * scene.loop.chord, *_FLAG]
-    seen.contype = seen.conaffinity = 0
+    touch.rgba, touch.group = _COLOURS["node"], 3
+    half = 0.25 * float(scene.case.belt.width) - 0.5 * mesh.line_y[0]
+    seen.type, seen.size = mujoco.mjtGeom.mjGEOM_BOX, [0.5 * _FLAGS_OVERLAP * scene.loop.chord, half, -CLEAR]
+    seen.contype, seen.conaffinity, seen.priority = _FLAG_BIT, _USER, 1
+    seen.friction, seen.solref, seen.solimp = [_FLAG_FRICTION, 0, 0], [2.0 * dt, 1.0], [0.99, 0.99, 1e-3, 0.5, 2.0]
     seen.mass, seen.rgba, seen.group = 0.0, _COLOURS["flag"], 4
-    margin = 0.5 * float(scene.case.belt.width) - mesh.line_y[0] - _FLAG[0]
     drag = scene.options.damping if is_limp(scene.kind, scene.options) else 0.0  # of spans that would sway on
     for i in range(mesh.stations):
         for j in range(mesh.lines):
             body = spec.body(node_name(i, j))
-            body.add_geom(node)
+            body.add_geom(node, **_line_bits(scene, j))
             for joint in body.joints[1:]:
                 joint.damping[0] = drag * mesh.mass[j]
             for side, line in ((1.0, 0), (-1.0, mesh.lines - 1)):
                 if j == line:
-                    body.add_geom(flag, pos=[0.0, side * margin, 0.0])
+                    body.add_geom(flag, pos=[0.0, side * half, 0.0])
+
+
+def _is_tapered(scene: SceneLayout) -> bool:
+    return bool(scene.parts.head.taper or scene.parts.tail.taper)
+
+
+_FIRST_LINE = 16  # bit of line 0 where every line of nodes has a shell of its own
+
+
+def _line_bits(scene: SceneLayout, line: int) -> dict[str, int]:
+    """Contact bits of a node on a tapered pulley, where each line meets its own shell."""
+    return {"conaffinity": (_FIRST_LINE << line) | _USER} if _is_tapered(scene) else {}
+
+
+def _make_solid(spec: mujoco.MjSpec, name: str, radius: float, scene: SceneLayout) -> None:
+    """Let a pulley collide; a tapered one has a shell for each line of nodes, as wide as the cone is there."""
+    surface, shell, pulley = getattr(scene.parts, name), spec.geom(f"{name}-shell"), spec.body(f"{name}-pulley")
+    shell.size, shell.group = [radius - NODE_RADIUS, shell.size[1], 0.0], 3
+    shell.contype, shell.conaffinity = _PULLEY, _NODE
+    if _is_tapered(scene):
+        for line, y in enumerate(scene.mesh.line_y):
+            size = [radius * (1.0 + surface.taper * y) - NODE_RADIUS, shell.size[1], 0.0]
+            other = pulley.add_geom(name=f"{name}-shell-{line}", type=shell.type, size=size, quat=_ACROSS)
+            other.contype, other.conaffinity, other.mass, other.group = _FIRST_LINE << line, 0, 0.0, 3
+        shell.contype = shell.conaffinity = 0
+    nominal = scene.case.settings.yaw if name == "tail" else scene.case.settings.yaw_head
+    spec.joint(f"{name}-yaw").ref = -(float(nominal.last()) + surface.yaw_offset)  # laid straight, then yawed
+
+
+_ACROSS = [math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0]  # a cylinder's axis along y
+_GUIDE = (0.02, 0.03)  # [m], radius and half height of an edge guide
+
+
+def _add_guide(spec: mujoco.MjSpec, name: str, guide: GuideRoller, scene: SceneLayout) -> None:
+    """A standing roller that the belt's edge can touch."""
+    rig, width = scene.case.rig, float(scene.case.belt.width)
+    level = float(rig.tail_radius) * (1.0 if guide.span == "upper" else -1.0)
+    y = guide.side * (0.5 * width + guide.gap + _GUIDE[0])
+    geom = spec.worldbody.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[guide.x, y, level])
+    geom.size, geom.rgba, geom.group, geom.friction = [*_GUIDE, 0.0], _COLOURS["guide"], 1, [0, 0, 0]
+    geom.priority, geom.solref = 2, [-guide.stiffness / scene.mesh.mass[0], -2.0 / scene.options.dt]
+    geom.solimp = [0.5, 0.5, 1e-3, 0.5, 2.0]
+
+
+_SOFT = 100.0  # [N/m], of the spring that gives the tail pulley its nominal pull, over metres
+
+
+def _start_tensioned(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
+    """Let the model's default state be the laid belt under its tension.
+
+    A flex is stress-free in the default state. So the machine stands there shorter by the belt's strain, its nodes sunk
+    into the pulleys by as much; contacts and the pull on the tail stretch the belt within 20 ms.
+    """
+    case, slide = scene.case, spec.joint("tail-slide")
+    strain = float(case.settings.tension) / float(case.belt.youngs_modulus)
+    shorter = float(case.rig.centre_distance) * strain / (1.0 + strain)
+    spec.body("tail-carriage").pos, slide.ref = [-shorter, 0.0, 0.0], -shorter
+    slide.stiffness[0], slide.springref = _SOFT, 2.0 * float(case.tension_force) / _SOFT
+    spans = 2.0 * float(case.belt.youngs_modulus) * float(case.belt.area) / float(case.rig.span_length)
+    slide.damping[0] = 2.0 * math.sqrt(spans * station_mass(case, scene.options))
 
 
 _FASTEST, _TIGHTEST, _MOST_YAW = 2.0, 200.0, 0.5  # ranges of the sliders: m/s, N/mm2, degrees
 _SPEED_GAIN, _DRIVE_FORCE = 2e4, 200.0  # [N s/m] and [N] at the rim: the drive accelerates the machine at 1-2 m/s2
+_YAW_TIME = 0.05  # [s]: a pulley that jumped would leave the belt that it carries
 _YAW_STIFFNESS = 1e9  # [N m/rad]: a moment of 100 N m turns the pulley by 1e-7 rad
 
 
-def _add_actuators(spec: mujoco.MjSpec, case: Case) -> None:
-    """Sliders in the units of the command line: m/s, N/mm2, degrees."""
+def _add_actuators(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
+    """Sliders in the units of the command line (m/s, N/mm2, degrees) that add to the case's own values."""
+    case, tension = scene.case, float(scene.case.settings.tension) / N_PER_MM2
 
     def add(name: str, target: str, gear: float, least: float, most: float) -> mujoco.MjsActuator:
         made = spec.add_actuator(name=name, target=target, trntype=mujoco.mjtTrn.mjTRN_JOINT)
@@ -147,77 +244,62 @@ def _add_actuators(spec: mujoco.MjSpec, case: Case) -> None:
 
     speed = add("speed", "head-spin", float(case.rig.head_radius), -_FASTEST, _FASTEST)
     speed.set_to_velocity(kv=_SPEED_GAIN)
+    speed.biasprm[0] = _SPEED_GAIN * scene.options.run_speed * float(np.sign(float(case.settings.direction)))
     speed.forcelimited, speed.forcerange = True, [-_DRIVE_FORCE, _DRIVE_FORCE]
-    add("tension", "tail-slide", 2.0 * float(case.belt.area) * N_PER_MM2, 0.0, _TIGHTEST).set_to_motor()
+    add("tension", "tail-slide", 2.0 * float(case.belt.area) * N_PER_MM2, -tension, _TIGHTEST).set_to_motor()
     for name in ("tail", "head"):
         yaw = add(f"{name}_yaw", f"{name}-yaw", 1.0 / DEGREE, -_MOST_YAW, _MOST_YAW)
-        yaw.set_to_position(kp=_YAW_STIFFNESS * DEGREE**2, dampratio=1.0)
+        yaw.set_to_position(kp=_YAW_STIFFNESS * DEGREE**2, kv=_YAW_TIME * _YAW_STIFFNESS * DEGREE**2)
 
 
-_RAY_FROM = 0.3  # [m] from the middle of the machine
+RAY = 0.3  # [m] from the middle of the machine to a ray's beginning, and from a level span to one above it
 
 
-def _add_sensors(spec: mujoco.MjSpec, loop: LaidLoop) -> None:
-    """Two rays to the edges at each of the points 1-4; joints; loads on the axles."""
+def flag_middle(scene: SceneLayout) -> float:
+    """Distance [m] of an edge flag's middle from the belt's."""
+    return 0.25 * float(scene.case.belt.width) + 0.5 * float(scene.mesh.line_y[0])
+
+
+def _add_sensors(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
+    """Rays to the edges at each of the points 1-4 and to the flags at mid-span; joints; loads on the axles."""
     kind, site, joint = mujoco.mjtSensor, mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_JOINT
+    loop: LaidLoop = scene.loop
     head, tail = loop.radius_head, loop.radius_tail
-    places = ((1, "tail", tail), (2, "tail", -tail), (3, "head", -head), (4, "head", head))
-    for point, station, z in places:
+
+    def ray(body: mujoco.MjsBody, name: str, pos: list[float], quat: list[float]) -> None:
+        body.add_site(name=name, pos=pos, quat=quat, size=[5e-3] * 3, group=4)
+        spec.add_sensor(name=name, type=kind.mjSENS_RANGEFINDER, objtype=site, objname=name, intprm=[1, 0, 0])
+
+    turn = math.sqrt(0.5)
+    for point, station, z in ((1, "tail", tail), (2, "tail", -tail), (3, "head", -head), (4, "head", head)):
         for side, way in (("left", 1.0), ("right", -1.0)):
-            name, turned = f"edge-{point}-{side}", [math.sqrt(0.5), way * math.sqrt(0.5), 0, 0]
-            carriage = spec.body(f"{station}-carriage")
-            carriage.add_site(name=name, pos=[0, way * _RAY_FROM, z], quat=turned, size=[5e-3] * 3, group=4)
-            spec.add_sensor(name=name, type=kind.mjSENS_RANGEFINDER, objtype=site, objname=name, intprm=[1, 0, 0])
+            ray(spec.body(f"{station}-carriage"), f"edge-{point}-{side}", [0, way * RAY, z], [turn, way * turn, 0, 0])
+    x, level = 0.5 * float(scene.case.rig.centre_distance), 0.5 * (head + tail)
+    for span, z, quat in (("upper", level + RAY, [0, 1, 0, 0]), ("lower", -level - lower_ray(scene), [1, 0, 0, 0])):
+        for side, way in (("left", 1.0), ("right", -1.0)):
+            ray(spec.worldbody, f"height-{span}-{side}", [x, way * flag_middle(scene), z], quat)
     for name in ("head-spin", "tail-spin", "tail-slide", "head-yaw", "tail-yaw"):
         spec.add_sensor(name=name, type=kind.mjSENS_JOINTPOS, objtype=joint, objname=name)
     for name in ("head", "tail"):
         spec.body(f"{name}-fork").add_site(name=f"{name}-axle", size=[5e-3] * 3, group=4)
         spec.add_sensor(name=f"{name}-axle-load", type=kind.mjSENS_FORCE, objtype=site, objname=f"{name}-axle")
+        spec.add_sensor(name=f"{name}-axle-moment", type=kind.mjSENS_TORQUE, objtype=site, objname=f"{name}-axle")
+
+
+def lower_ray(scene: SceneLayout) -> float:
+    """Distance [m] from a level lower span down to the beginning of its rays, which the sagging belt does not reach."""
+    lowest = float(scene.loop.z.min())
+    return RAY + max(-lowest - scene.loop.radius_tail, 0.0)
 
 
 def _complete_keys(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
-    """``laid``: at rest, the sliders at the speed and the tension of the case; ``running``: at its speed, about to be
-    yawed as the case's schedule ends."""
+    """``laid``: the strained belt at rest; ``running``: at its speed. Sliders are at 0."""
     mesh, rig, settings, laid = scene.mesh, scene.case.rig, scene.case.settings, spec.key("laid")
     pace = scene.options.run_speed * float(np.sign(float(settings.direction)))
     way = np.roll(mesh.laid, -1, axis=0) - np.roll(mesh.laid, 1, axis=0)
     way /= np.linalg.norm(way, axis=2, keepdims=True)
     spins = np.array([0.0, pace / float(rig.head_radius), 0.0, 0.0, pace / float(rig.tail_radius)])
-    at_speed = np.concatenate([spins, (pace * way).ravel()])
-    driven = [pace, float(settings.tension) / N_PER_MM2]
-    yawed = [float(schedule.last()) / DEGREE for schedule in (settings.yaw, settings.yaw_head)]
-    laid.ctrl = [*driven, 0.0, 0.0]
-    spec.add_key(name="running", qpos=laid.qpos, qvel=at_speed, ctrl=[*driven, *yawed])
-
-
-_TOUCH = 5e-6  # [m] by which the nodes sink in when the mass that counts in contact is read
-
-
-def _make_solid(spec: mujoco.MjSpec, scene: SceneLayout, contact: ContactLaw) -> None:
-    """Let the pulleys collide; they are so much wider as the nodes sink in, which then run on the circle wanted."""
-    circles = {"head": scene.loop.radius_head, "tail": scene.loop.radius_tail}
-
-    def widen(by: dict[str, float]) -> None:
-        for name, radius in circles.items():
-            shell = spec.geom(f"{name}-shell")
-            shell.contype, shell.conaffinity = _PULLEY_BIT, _BELT_BIT
-            shell.size = [radius - NODE_RADIUS + by[name], shell.size[1], 0.0]
-
-    widen(dict.fromkeys(circles, _TOUCH))
-    mass, force = _mass_in_contact(compile_model(spec)), float(scene.case.tension_force) / scene.mesh.lines
-    widen({name: contact.depth(force * scene.loop.chord / radius, mass) for name, radius in circles.items()})
-
-
-def _mass_in_contact(model: mujoco.MjModel) -> float:
-    """The inertia [kg] of a node by which MuJoCo scales the stiffness of its contact: 1 / A of R = A (1 - d) / d.
-
-    The discrete integrator takes spring k and damper b of a contact at the end of the step: R is divided by
-    1 + h b + h^2 k.
-    """
-    data, h = mujoco.MjData(model), model.opt.timestep
-    mujoco.mj_resetDataKeyframe(model, data, model.key("laid").id)
-    with silence_expected_warnings():
-        mujoco.mj_forward(model, data)
-    rows = data.contact.efc_address[: data.ncon]
-    k, b, d, _ = data.efc_KBIP[rows].T
-    return float(np.median((1.0 - d) / (d * data.efc_R[rows] * (1.0 + h * b + h**2 * k))))
+    straight = np.array(laid.qpos)
+    straight[[HEAD_YAW, TAIL_YAW]] = spec.joint("head-yaw").ref, spec.joint("tail-yaw").ref
+    laid.qpos = straight
+    spec.add_key(name="running", qpos=straight, qvel=np.concatenate([spins, (pace * way).ravel()]))

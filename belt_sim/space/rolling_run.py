@@ -1,7 +1,8 @@
 """A run of the scene that MuJoCo's contacts carry (``rolling_contact``), read like any 3D run."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
@@ -11,15 +12,16 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
-from belt_sim.errors import InputError, SimulationError
+from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import write_text
 from belt_sim.scene_parts import SceneParts
 from belt_sim.si import DEGREE
-from belt_sim.space.machine import HEAD_SPIN, STATION_JOINTS, TAIL_SLIDE, SceneLayout
+from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_YAW, SceneLayout
+from belt_sim.space.mesh import node_name
 from belt_sim.space.mujoco_interface import compile_model, mjcf, refuse_divergence, silence_expected_warnings
 from belt_sim.space.options import Options
 from belt_sim.space.pulleys import laid_poses
-from belt_sim.space.rolling_contact import STORY, build_contact
+from belt_sim.space.rolling_contact import CASE, build_contact, case_words, story
 from belt_sim.space.run import Recorder, RunState, YawPlan, notify_observers
 from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, SlipState, WrapArrays
 
@@ -31,14 +33,38 @@ def _load_specification(edited: Edited) -> mujoco.MjSpec:
     """A scene that has been edited; raises InputError for a file that is no MJCF."""
     if isinstance(edited, mujoco.MjSpec):
         return edited
-    try:
+    with _one_line(edited):
         return mujoco.MjSpec.from_file(str(edited))
+
+
+@contextmanager
+def _one_line(edited: Edited) -> Iterator[None]:
+    """Make one line of what MuJoCo says of a scene that it cannot read or compile."""
+    try:
+        yield
     except ValueError as error:
-        reason = " ".join(str(error).split())
-        raise InputError("model.scene", edited, "", f"give an MJCF that belt-sim scene wrote ({reason})") from error
+        reason, shown = " ".join(str(error).split()), "" if isinstance(edited, mujoco.MjSpec) else edited
+        raise InputError("model.scene", shown, "", f"give an MJCF that belt-sim scene wrote ({reason})") from error
+
+
+def _refuse_other_case(spec: mujoco.MjSpec, scene: SceneLayout) -> np.ndarray:
+    """The yaw [rad] at which an edited scene has its head and its tail pulley.
+
+    Raises InputError for the first setting in which the case differs from the one that the scene was made of; yaw may.
+    """
+    texts = [text.data for text in spec.texts if text.name == CASE]
+    if not texts:
+        raise InputError("model.scene", "", "", f'it has no text "{CASE}"; edit a scene that belt-sim scene wrote')
+    made = dict(entry.split(" = ") for entry in texts[0].split("; "))
+    for name, value in case_words(scene).items():
+        if name not in ("yaw", "yaw_head") and value != made.get(name):
+            there = made.get(name, "nothing")
+            raise InputError(name, value, "", f"the scene was made with {there}: give that, or write a scene with {value}")
+    return np.array([float(made["yaw_head"]), float(made["yaw"])]) * DEGREE
 
 
 _ACTUATORS = ("speed", "tension", "tail_yaw", "head_yaw")
+_JOINTS = ("head-yaw", "head-spin", "tail-slide", "tail-yaw", "tail-spin")  # in the order of machine.HEAD_YAW ...
 
 
 class ContactRun:
@@ -54,39 +80,54 @@ class ContactRun:
         edited: Edited | None = None,
     ) -> "ContactRun":
         """Build the scene (and write its MJCF); options: fitted to the case; edited: the scene that is run instead of
-        the case's own, with the joints, nodes and actuators of that."""
+        the case's own, which was made of the same case."""
+        if parts.sets_in:
+            raise CannotRepresent(
+                "model.contact = mujoco: yaw_offset, cant and lean would act before travel 0 already; write them with "
+                "belt-sim scene, or use model.contact=held"
+            )
         spec, scene = build_contact(case, belt, options, parts)
+        mounted = np.array([float(case.settings.yaw_head.last()), float(case.settings.yaw.last())])
         if edited is not None:
             spec = _load_specification(edited)
-        model = compile_model(spec)
+            mounted = _refuse_other_case(spec, scene)
+        with _one_line(edited or spec):
+            model = compile_model(spec)
         if scene_path is not None:
-            write_text(scene_path, mjcf(spec, STORY))
-        return ContactRun(scene, model)
+            write_text(scene_path, mjcf(spec, story(scene)))
+        return ContactRun(scene, model, mounted)
 
-    def __init__(self, scene: SceneLayout, model: mujoco.MjModel) -> None:
+    def __init__(self, scene: SceneLayout, model: mujoco.MjModel, mounted: np.ndarray) -> None:
         """The belt laid round the pulleys, at its speed, ``scene.early`` before travel 0.
 
-        Raises InputError for a model that does not have the case's joints, nodes and actuators.
+        mounted [rad]: yaw of head and tail pulley where their sliders are at 0.
+        Raises InputError for a model that lacks the case's joints, nodes, actuators or key frame.
         """
         self.scene, self.model, self.data = scene, model, mujoco.MjData(model)
         n, m = scene.mesh.stations, scene.mesh.lines
-        lacking = [name for name in _ACTUATORS if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name) < 0]
-        wanted = STATION_JOINTS + 3 * n * m
-        if lacking or model.nq != wanted:
-            what = f"no actuator {lacking[0]}" if lacking else f"{model.nq} coordinates, not {wanted}"
-            raise InputError("model.scene", what, "", "edit a scene that belt-sim scene made with the same settings")
+        nodes = [f"{node_name(i, j)}-{axis}" for i in range(n) for j in range(m) for axis in "xyz"]
+        kinds, number = mujoco.mjtObj, lambda kind, name: mujoco.mj_name2id(model, kind, name)
+        wanted = [("joint", kinds.mjOBJ_JOINT, name) for name in (*_JOINTS, *nodes)]
+        wanted += [("actuator", kinds.mjOBJ_ACTUATOR, name) for name in _ACTUATORS]
+        wanted.append(("key frame", kinds.mjOBJ_KEY, "running"))
+        for what, kind, name in wanted:
+            if number(kind, name) < 0:
+                remedy = "edit a scene that belt-sim scene made with the same settings, and leave its names"
+                raise InputError("model.scene", f"no {what} {name}", "", remedy)
+        joints = np.array([number(kinds.mjOBJ_JOINT, name) for name in (*_JOINTS, *nodes)])
+        self._places, self._rates = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
         settings, options = scene.case.settings, scene.options
         self.rim = float(np.sign(float(settings.direction))) * float(scene.case.rig.head_radius)  # [m], signed
         # steps are made while the belt runs, within yaw_time: friction of contacts creeps at rest
         self.plan = YawPlan.from_settings(settings, step_over=options.yaw_time * options.run_speed)
+        self.mounted = mounted
         mujoco.mj_resetDataKeyframe(model, self.data, model.key("running").id)
-        joints, rates = self.data.qpos[:STATION_JOINTS], self.data.qvel[:STATION_JOINTS]
-        slides, slide_rates = (v[STATION_JOINTS:].reshape(n, m, 3) for v in (self.data.qpos, self.data.qvel))
+        self.data.qpos[self._places[[HEAD_YAW, TAIL_YAW]]] = self.plan.angles(-scene.early, -math.inf) - mounted
         # what holds a station is MuJoCo's contact: the wraps say only which lie there
         wraps = WrapArrays(*np.zeros((2, 2), int), *[np.zeros(0)] * 5)
         pulleys = BeltOnPulley(wraps, None, laid_poses(scene))  # type: ignore[arg-type]
-        slip = SlipState.none(m, n)
-        self.state = RunState(joints, rates, slides, slide_rates, pulleys, slip, -scene.early)
+        motion = [np.zeros(STATION_JOINTS), np.zeros(STATION_JOINTS), np.zeros((n, m, 3)), np.zeros((n, m, 3))]
+        self.state = RunState(*motion, pulleys, SlipState.none(m, n), -scene.early)
 
     def go(self, travel: float, observers: Sequence[Observer] = ()) -> Curves:
         """Run in, then ``travel`` [m]."""
@@ -103,6 +144,7 @@ class ContactRun:
             while state.travel < travel + 0.5 * self.scene.options.sample:
                 self._step()
                 if recorder.is_due(state.travel):
+                    self._read_motion()
                     self._find_wraps()
                     if not recorder.rows:
                         recorder.begin(state)
@@ -115,16 +157,25 @@ class ContactRun:
         """One step of MuJoCo with the sliders where the case wants them at this travel."""
         state, data = self.state, self.data
         state.yaw = self.plan.angles(state.travel, -math.inf)
-        data.actuator("head_yaw").ctrl, data.actuator("tail_yaw").ctrl = state.yaw / DEGREE
+        data.actuator("head_yaw").ctrl, data.actuator("tail_yaw").ctrl = (state.yaw - self.mounted) / DEGREE
         mujoco.mj_step(self.model, data)
-        state.time, state.speed = data.time, data.qvel[HEAD_SPIN] * self.rim
-        state.travel = data.qpos[HEAD_SPIN] * self.rim - self.scene.early
+        state.time, state.speed = data.time, data.qvel[self._rates[HEAD_SPIN]] * self.rim
+        state.travel = data.qpos[self._places[HEAD_SPIN]] * self.rim - self.scene.early
         refuse_divergence(data)
+
+    def _read_motion(self) -> None:
+        """Copy the joints of pulleys and belt, wherever an edited scene has them."""
+        state, p = self.state, STATION_JOINTS
+        for places, joints, slides in (
+            (self.data.qpos[self._places], state.joints, state.slides),
+            (self.data.qvel[self._rates], state.joint_rates, state.slide_rates),
+        ):
+            joints[:], slides[:] = places[:p], places[p:].reshape(slides.shape)
 
     def _find_wraps(self) -> None:
         """Find what is read seldom: where the pulleys are, and which stations lie on them."""
         state, mesh = self.state, self.scene.mesh
-        tail_x = float(self.scene.case.rig.centre_distance) + float(self.data.qpos[TAIL_SLIDE])
+        tail_x = float(self.scene.case.rig.centre_distance) + float(state.joints[TAIL_SLIDE])
         state.pulleys.pose.centre[TAIL, 0] = tail_x
         x = (mesh.rest + state.slides).mean(axis=1)[:, 0]
         ends = [_wrap_ends(np.flatnonzero(on), mesh.stations) for on in (x <= 0.0, x >= tail_x)]

@@ -1,0 +1,158 @@
+"""What is seen of a scene in MuJoCo's own viewer: light, floor, materials, cameras, and the belt at its real width.
+
+The nodes of a belt stand nearer together than its edges (mesh.py), so a skin is drawn that their line cuts at +-b/2.
+"""
+
+import math
+
+import mujoco
+import numpy as np
+
+from belt_sim.space.machine import SceneLayout
+from belt_sim.space.mesh import node_name
+
+_ROOM = 0.5  # [m] beyond the machine
+_STRIPE = 0.25  # [m] of belt of one colour
+_SPOKES, _SPOKE = 4, (0.012, 0.0015)  # stripes on a pulley: half width [m], how far they stand out [m]
+_DRAWN_BELOW = 4e-3  # [m] of a pulley's drawn surface under the one that the belt meets: no flicker
+_NO_DAMPING = 1e-12  # [s]: MuJoCo warns of a flex that nothing holds, and counts no elastic2d
+_STEEL, _DARK, _AMBER = [0.62, 0.68, 0.75, 1.0], [0.23, 0.27, 0.33, 1.0], [0.95, 0.62, 0.15, 1.0]
+
+
+def furnish(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
+    """Add all that is seen and touches nothing of the belt."""
+    length, lowest = float(scene.case.rig.centre_distance), float(scene.loop.z.min())
+    radius = max(scene.loop.radius_head, scene.loop.radius_tail)
+    ends = np.array([-scene.loop.radius_head, length + scene.loop.radius_tail])
+    spec.stat.center, spec.stat.extent = [0.5 * length, 0.0, 0.0], float(np.ptp(ends))
+    _light(spec, length, radius)
+    _colours(spec)
+    floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, material="floor")
+    floor.pos, floor.size = [0.5 * length, 0.0, lowest - 2.0 * radius], [length, 3.0, 0.1]
+    floor.contype, floor.conaffinity = 0, 1
+    for name, at in (("head", scene.loop.radius_head), ("tail", scene.loop.radius_tail)):
+        _dress_pulley(spec, name, at)
+    _point_cameras(spec, length, radius, lowest)
+    if scene.mesh.lines > 1:
+        _add_skin(spec, scene)
+        for flex in spec.flexes:
+            flex.group = 3
+            flex.damping = _NO_DAMPING
+
+
+def _light(spec: mujoco.MjSpec, length: float, radius: float) -> None:
+    """Two lights, one with shadows, and a plain sky."""
+    for light in list(spec.lights):
+        spec.delete(light)
+    for name, at, along, bright in (
+        ("sun", [0.0, -4.0, 6.0], [0.2, 0.5, -0.8], 0.65),
+        ("fill", [length, 4.0, 5.0], [-0.3, -0.6, -0.7], 0.25),
+    ):
+        light = spec.worldbody.add_light(name=name, pos=at, dir=along, type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
+        light.diffuse, light.specular, light.castshadow = [bright] * 3, [0.15] * 3, name == "sun"
+    spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.35] * 3, [0.15] * 3
+    spec.visual.headlight.specular = [0.0] * 3
+    spec.visual.quality.shadowsize, spec.visual.global_.fovy = 4096, 40.0
+    spec.visual.global_.offwidth, spec.visual.global_.offheight = 1280, 720
+    spec.visual.global_.azimuth, spec.visual.global_.elevation = 125.0, -22.0
+    spec.visual.rgba.rangefinder = [1.0, 0.85, 0.2, 0.35]
+    spec.visual.map.znear, spec.visual.map.zfar = 0.005, 20.0
+
+
+def _colours(spec: mujoco.MjSpec) -> None:
+    """Textures and materials."""
+    kind, builtin = mujoco.mjtTexture, mujoco.mjtBuiltin
+    spec.add_texture(
+        name="sky", type=kind.mjTEXTURE_SKYBOX, builtin=builtin.mjBUILTIN_GRADIENT,
+        rgb1=[0.86, 0.9, 0.95], rgb2=[0.55, 0.63, 0.73], width=64, height=384,
+    )  # fmt: skip
+    grid = spec.add_texture(
+        name="floor", type=kind.mjTEXTURE_2D, builtin=builtin.mjBUILTIN_CHECKER,
+        rgb1=[0.5, 0.53, 0.56], rgb2=[0.46, 0.49, 0.52], width=256, height=256,
+    )  # fmt: skip
+    grid.mark, grid.markrgb = mujoco.mjtMark.mjMARK_EDGE, [0.40, 0.43, 0.46]
+    spec.add_texture(
+        name="belt", type=kind.mjTEXTURE_2D, builtin=builtin.mjBUILTIN_CHECKER,
+        rgb1=[0.78, 0.81, 0.84], rgb2=[0.30, 0.47, 0.66], width=64, height=64,
+    )  # fmt: skip
+    role = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
+    for name, rgba, texture in (("floor", [1.0] * 4, "floor"), ("belt", [1.0] * 4, "belt"), ("pulley", _DARK, ""),
+                                ("stripe", _AMBER, ""), ("axle", _STEEL, "")):  # fmt: skip
+        made = spec.add_material(name=name, rgba=rgba, specular=0.3, shininess=0.4)
+        if texture:
+            textures = list(made.textures)
+            textures[role] = texture
+            made.textures = textures
+            made.texuniform = name == "floor"
+
+
+def _dress_pulley(spec: mujoco.MjSpec, name: str, radius: float) -> None:
+    """A drum with stripes along it and across its faces, and an axle."""
+    pulley, half = spec.body(f"{name}-pulley"), float(spec.geom(f"{name}-shell").size[1])
+    spec.delete(spec.geom(f"{name}-mark"))
+    for end in ("top", "bottom"):
+        spec.site(f"{name}-{end}").group = 4
+    across, drawn = [math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0], radius - _DRAWN_BELOW
+    cylinder, box = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX
+    seen = [
+        dict(name=f"{name}-drum", type=cylinder, size=[drawn, half, 0], quat=across, material="pulley"),
+        dict(name=f"{name}-shaft", type=cylinder, size=[0.03, half + 0.06, 0], quat=across, material="axle"),
+    ]
+    width, out = _SPOKE
+    for k in range(_SPOKES):
+        angle = k * math.pi / _SPOKES
+        turned = [math.cos(0.5 * angle), 0.0, math.sin(0.5 * angle), 0.0]
+        size = [width, half + out, drawn + out]
+        seen.append(dict(name=f"{name}-stripe-{k}", type=box, size=size, quat=turned, material="stripe"))
+    for geom in seen:
+        pulley.add_geom(contype=0, conaffinity=0, mass=0.0, group=1, **geom)
+
+
+def _point_cameras(spec: mujoco.MjSpec, length: float, radius: float, lowest: float) -> None:
+    """``overview`` along the belt, ``side`` and ``above`` to scale, ``tail`` and ``head`` near the pulleys."""
+    for camera in list(spec.cameras):
+        spec.delete(camera)
+    middle = np.array([0.5 * length, 0.0, 0.5 * (radius + lowest)])
+    flat = (length + 2.0 * radius + _ROOM) * 9.0 / 16.0  # height of a picture of 16:9 that is as wide as the machine
+    views = {
+        "overview": (np.array([length + 1.3 + 0.08 * length, -1.1 - 0.08 * length, 0.85 + 0.07 * length]),
+                     np.array([(0.72 if length > 4.0 else 0.55) * length, 0.0, -0.05]), 0.0),
+        "side": (middle + [0.0, -2.0 - length, 0.35 * length], middle, flat),
+        "above": (middle + [0.0, 0.0, length + 2.0], middle, flat),
+        "tail": (np.array([length + 0.75, -1.0, 0.65]), np.array([length - 0.15, 0.0, 0.0]), 0.0),
+        "head": (np.array([-0.75, -1.0, 0.65]), np.array([0.15, 0.0, 0.0]), 0.0),
+    }  # fmt: skip
+    for name, (at, towards, height) in views.items():
+        back = (at - towards) / np.linalg.norm(at - towards)
+        right = np.cross([0.0, 1.0, 0.0] if name == "above" else [0.0, 0.0, 1.0], back)
+        right /= np.linalg.norm(right)
+        camera = spec.worldbody.add_camera(name=name, pos=at, xyaxes=[*right, *np.cross(back, right)])
+        camera.fovy = height or 45.0
+        if height:
+            camera.proj = mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC
+
+
+def edge_share(scene: SceneLayout) -> float:
+    """How far the edges lie beyond the outer nodes, as a share of the nodes' distance."""
+    return 0.5 * float(scene.case.belt.width) / (2.0 * float(scene.mesh.line_y[0])) - 0.5
+
+
+def _add_skin(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
+    """The belt between its real edges, each a straight continuation of the line through the outer nodes."""
+    mesh, beyond = scene.mesh, edge_share(scene)
+    n, last = mesh.stations, mesh.lines - 1
+    at = np.arange(n + 1) % n  # the first station again, at the other end of the texture
+    outer = mesh.rest[at][:, [0, last]]
+    edges = outer + beyond * (outer - outer[:, ::-1])
+    skin = spec.add_skin(name="belt", material="belt")
+    skin.vert = edges.ravel().tolist()
+    u = np.arange(n + 1) * round(n * scene.loop.chord / _STRIPE / 2.0) / n
+    skin.texcoord = np.stack([np.repeat(u, 2), np.tile([0.1, 0.4], n + 1)], axis=1).ravel().tolist()
+    k = 2 * np.arange(n)[:, None]
+    skin.face = np.concatenate([k + [0, 1, 2], k + [2, 1, 3]], axis=1).ravel().tolist()
+    skin.bodyname = [node_name(i, j) for i in range(n) for j in (0, last)]
+    skin.bindpos = mesh.rest[:, [0, last]].ravel().tolist()
+    skin.bindquat = [1.0, 0.0, 0.0, 0.0] * (2 * n)
+    bound = [[2 * v + side for v in ((0, n) if i == 0 else (i,)) for side in (0, 1)] for i in range(n)]
+    skin.vertid = [own for own in bound for _ in (0, 1)]
+    skin.vertweight = [[1.0 + beyond if v % 2 == side else -beyond for v in own] for own in bound for side in (0, 1)]
