@@ -112,8 +112,8 @@ def scene(run_dir: RunDir) -> None:
     if out.suffix != ".xml":
         raise InputError("out", config["out"], "", "give a file name that ends in .xml")
     case, model = case_from(config | {"travel": _NO_END}), model_of(model_settings(config["model"]))
-    write_text(out, simulation.scene_text(case, model))
-    print(f"{out}: python -m mujoco.viewer --mjcf={out}, load the key frame running, press play, move the sliders")
+    write_text(out, simulation.scene_text(case, model, config["effects"]))
+    print(f"{out}: python -m mujoco.viewer --mjcf={out}, press play, move the sliders")
 
 
 def export(run_dir: RunDir) -> None:

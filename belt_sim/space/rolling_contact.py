@@ -1,14 +1,14 @@
 """The scene of a belt that MuJoCo's contacts alone carry: an MJCF that needs nothing of ours at run time.
 
-A node touches a pulley with a small sphere. A contact that began only where a sphere has sunk in would begin at a random
-depth of up to a step's fall, 0.1 mm, which stretches the chord behind it by several times the belt's own strain. So the
-contacts stand ready before touchdown, through a gap of 0.5 mm (an adhesion of no weight keeps them active there), and the
-discrete integrator lets the sphere arrive on the surface at the end of a step. Then they may be as stiff as MuJoCo's
-largest impedance allows, and quiet.
+A node touches a pulley with a small sphere. A contact that began only where a sphere has sunk in would begin at a
+random depth of up to a step's fall, 0.1 mm, which stretches the chord behind it by several times the belt's own strain.
+So the contacts stand ready before touchdown, through a gap of 0.5 mm (an adhesion of no weight keeps them active
+there), and the discrete integrator lets the sphere arrive on the surface at the end of a step. Then they may be as
+stiff as MuJoCo's largest impedance allows, and quiet.
 
-Points 1-4 are places and nodes travel, so that y at a point is measured as on a machine, by two rays along y from either
-side. They meet the edge flags, boxes one chord long that ride on the nodes and end where the real belt's edge is.
-``rolling_run`` runs it, ``scene_looks`` says what is seen of it.
+Points 1-4 are places and nodes travel, so that y at a point is measured as on a machine, by two rays along y from
+either side. They meet the edge flags, boxes one chord long that ride on the nodes and end where the real belt's edge
+is. ``rolling_run`` runs it, ``scene_looks`` says what is seen of it.
 """
 
 import math
@@ -37,9 +37,7 @@ STIFFNESS, DAMPING = 10.0, 10.0
 _READY, _NO_WEIGHT = 5e-4, 1e-6  # [m] before touchdown, [N]
 
 
-def build_contact(
-    case: Case, belt: str, options: Options, parts: SceneParts
-) -> tuple[mujoco.MjSpec, SceneLayout]:
+def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, SceneLayout]:
     """The scene and its specification, not yet compiled; options: fitted to the case.
 
     Raises CannotRepresent for parts without a rigid shape that a sphere can touch.
@@ -68,14 +66,15 @@ def story(scene: SceneLayout) -> str:
     """What stands at the top of the MJCF."""
     case, options = scene.case, scene.options
     tension, yaw = float(case.settings.tension) / N_PER_MM2, float(case.settings.yaw.last()) / DEGREE
+    apart, lower = 2.0 * flag_middle(scene), lower_ray(scene) - CLEAR
     return f""" A steel belt on two pulleys, carried and tracked by MuJoCo's contacts alone. Units are SI.
-     python -m mujoco.viewer with this file, play: the belt, at {tension:g} N/mm2, starts to run at {options.run_speed:.3g} m/s
-     and tracks, for its tail pulley is yawed by {yaw:g} degrees. Sliders add to these three: speed [m/s], tension
-     [N/mm2], tail_yaw and head_yaw [degrees]. Key frames: "laid" (the same at rest) and "running" (at its speed).
+     python -m mujoco.viewer with this file, play: the belt, at {tension:g} N/mm2, starts to run at
+     {options.run_speed:.3g} m/s and tracks, for its tail pulley is yawed by {yaw:g} degrees. Sliders add to it:
+     speed [m/s], tension [N/mm2], tail_yaw and head_yaw [degrees]. Key frames: "laid" (the same at rest) and "running".
      y at the points 1 (upper end at the tail pulley), 2 (lower, tail), 3 (lower, head) and 4 (upper, head):
-     (edge-N-right - edge-N-left) / 2. Tilt of a span's middle: upper (right - left) / {2.0 * flag_middle(scene):.6g}, lower
-     (left - right) / {2.0 * flag_middle(scene):.6g} of height-upper-..., height-lower-...; sag: their mean - {RAY + CLEAR:.6g}, of the lower
-     span {lower_ray(scene) - CLEAR:.6g} - mean. Stress of the edges beside the mean: 6 M / (b^2 h), M about half the axle-moment's z. """
+     (edge-N-right - edge-N-left) / 2. Of a span's middle, by height-upper-..., height-lower-...: tilt = upper
+     (right - left) / {apart:.6g}, lower (left - right) / {apart:.6g}; sag = upper mean - {RAY + CLEAR:.6g}, lower
+     {lower:.6g} - mean. Stress of the edges beside the mean: 6 M / (b^2 h), M about half the axle-moment's z. """
 
 
 #: the text in which a scene carries the settings that it was made of
@@ -85,7 +84,10 @@ CASE = "belt_sim case"
 def case_words(scene: SceneLayout) -> dict[str, str]:
     """The settings that a scene stands for, by their names on the command line and in its units."""
     case, options = scene.case, scene.options
-    words: dict[str, float | str] = {"model": f"mujoco_{scene.kind}", "tension": float(case.settings.tension) / N_PER_MM2}
+    words: dict[str, float | str] = {
+        "model": f"mujoco_{scene.kind}",
+        "tension": float(case.settings.tension) / N_PER_MM2,
+    }
     words |= {"direction": float(case.settings.direction), "friction": scene.parts.friction}
     words |= {f"rig.{k}": float(v) for k, v in asdict(case.rig).items()}
     words |= {f"belt.{k}": float(v) for k, v in asdict(case.belt).items()}
@@ -94,7 +96,10 @@ def case_words(scene: SceneLayout) -> dict[str, str]:
         shape = vars(getattr(scene.parts, name)).items()
         words |= {f"effects ({name} pulley's {k})": v for k, v in shape if k != "radius"}
     words |= {"effects (guide rollers)": len(scene.parts.edge_guides), "effects (lean)": scene.parts.lean}
-    words |= {"yaw": float(case.settings.yaw.last()) / DEGREE, "yaw_head": float(case.settings.yaw_head.last()) / DEGREE}
+    words |= {
+        "yaw": float(case.settings.yaw.last()) / DEGREE,
+        "yaw_head": float(case.settings.yaw_head.last()) / DEGREE,
+    }
     return {k: v if isinstance(v, str) else f"{v:.9g}" for k, v in words.items()}
 
 
@@ -120,8 +125,8 @@ def _refuse_shapes(parts: SceneParts) -> None:
 
 
 def _with_plate_torsion(case: Case) -> Case:
-    """The case with a belt of the same section, weight and EI whose tension holds the twist as its tension and its plate
-    torsion G b h^3 / 3 together do: lines of nodes have none."""
+    """The case with a belt of the same section, weight and EI whose tension resists twist as the real one's tension and
+    plate torsion G b h^3 / 3 together do: lines of nodes have none of the latter."""
     belt, force = case.belt, float(case.tension_force)
     b, h, modulus = (float(v) for v in (belt.width, belt.thickness, belt.youngs_modulus))
     plate = modulus * b * h**3 / (6.0 * (1.0 + float(belt.poisson_ratio)))
@@ -152,7 +157,7 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     half = 0.25 * float(scene.case.belt.width) - 0.5 * mesh.line_y[0]
     seen.type, seen.size = mujoco.mjtGeom.mjGEOM_BOX, [0.5 * _FLAGS_OVERLAP * scene.loop.chord, half, -CLEAR]
     seen.contype, seen.conaffinity, seen.priority = _FLAG_BIT, _USER, 1
-    seen.friction, seen.solref, seen.solimp = [_FLAG_FRICTION, 0, 0], [2.0 * dt, 1.0], [0.99, 0.99, 1e-3, 0.5, 2.0]
+    seen.friction, seen.solref, seen.solimp = [_FLAG_FRICTION, 0, 0], touch.solref, touch.solimp
     seen.mass, seen.rgba, seen.group = 0.0, _COLOURS["flag"], 4
     drag = scene.options.damping if is_limp(scene.kind, scene.options) else 0.0  # of spans that would sway on
     for i in range(mesh.stations):

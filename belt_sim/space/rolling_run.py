@@ -59,7 +59,9 @@ def _refuse_other_case(spec: mujoco.MjSpec, scene: SceneLayout) -> np.ndarray:
     for name, value in case_words(scene).items():
         if name not in ("yaw", "yaw_head") and value != made.get(name):
             there = made.get(name, "nothing")
-            raise InputError(name, value, "", f"the scene was made with {there}: give that, or write a scene with {value}")
+            raise InputError(
+                name, value, "", f"the scene was made with {there}: give that, or write a scene with {value}"
+            )
     return np.array([float(made["yaw_head"]), float(made["yaw"])]) * DEGREE
 
 

@@ -56,7 +56,6 @@ def _light(spec: mujoco.MjSpec, length: float, radius: float) -> None:
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 1280, 720
     spec.visual.global_.azimuth, spec.visual.global_.elevation = 125.0, -22.0
     spec.visual.rgba.rangefinder = [1.0, 0.85, 0.2, 0.35]
-    spec.visual.map.znear, spec.visual.map.zfar = 0.005, 20.0
 
 
 def _colours(spec: mujoco.MjSpec) -> None:
@@ -95,17 +94,18 @@ def _dress_pulley(spec: mujoco.MjSpec, name: str, radius: float) -> None:
     across, drawn = [math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0], radius - _DRAWN_BELOW
     cylinder, box = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX
     seen = [
-        dict(name=f"{name}-drum", type=cylinder, size=[drawn, half, 0], quat=across, material="pulley"),
-        dict(name=f"{name}-shaft", type=cylinder, size=[0.03, half + 0.06, 0], quat=across, material="axle"),
+        (f"{name}-drum", cylinder, [drawn, half, 0.0], across, "pulley"),
+        (f"{name}-shaft", cylinder, [0.03, half + 0.06, 0.0], across, "axle"),
     ]
     width, out = _SPOKE
     for k in range(_SPOKES):
         angle = k * math.pi / _SPOKES
         turned = [math.cos(0.5 * angle), 0.0, math.sin(0.5 * angle), 0.0]
-        size = [width, half + out, drawn + out]
-        seen.append(dict(name=f"{name}-stripe-{k}", type=box, size=size, quat=turned, material="stripe"))
-    for geom in seen:
-        pulley.add_geom(contype=0, conaffinity=0, mass=0.0, group=1, **geom)
+        seen.append((f"{name}-stripe-{k}", box, [width, half + out, drawn + out], turned, "stripe"))
+    for title, shape, size, quat, material in seen:
+        pulley.add_geom(
+            name=title, type=shape, size=size, quat=quat, material=material, contype=0, conaffinity=0, mass=0.0, group=1
+        )
 
 
 def _point_cameras(spec: mujoco.MjSpec, length: float, radius: float, lowest: float) -> None:
@@ -117,8 +117,8 @@ def _point_cameras(spec: mujoco.MjSpec, length: float, radius: float, lowest: fl
     views = {
         "overview": (np.array([length + 1.3 + 0.08 * length, -1.1 - 0.08 * length, 0.85 + 0.07 * length]),
                      np.array([(0.72 if length > 4.0 else 0.55) * length, 0.0, -0.05]), 0.0),
-        "side": (middle + [0.0, -2.0 - length, 0.35 * length], middle, flat),
-        "above": (middle + [0.0, 0.0, length + 2.0], middle, flat),
+        "side": (middle + np.array([0.0, -2.0 - length, 0.35 * length]), middle, flat),
+        "above": (middle + np.array([0.0, 0.0, length + 2.0]), middle, flat),
         "tail": (np.array([length + 0.75, -1.0, 0.65]), np.array([length - 0.15, 0.0, 0.0]), 0.0),
         "head": (np.array([-0.75, -1.0, 0.65]), np.array([0.15, 0.0, 0.0]), 0.0),
     }  # fmt: skip
@@ -149,7 +149,7 @@ def _add_skin(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     u = np.arange(n + 1) * round(n * scene.loop.chord / _STRIPE / 2.0) / n
     skin.texcoord = np.stack([np.repeat(u, 2), np.tile([0.1, 0.4], n + 1)], axis=1).ravel().tolist()
     k = 2 * np.arange(n)[:, None]
-    skin.face = np.concatenate([k + [0, 1, 2], k + [2, 1, 3]], axis=1).ravel().tolist()
+    skin.face = (k + np.array([0, 1, 2, 2, 1, 3])).ravel().tolist()
     skin.bodyname = [node_name(i, j) for i in range(n) for j in (0, last)]
     skin.bindpos = mesh.rest[:, [0, last]].ravel().tolist()
     skin.bindquat = [1.0, 0.0, 0.0, 0.0] * (2 * n)

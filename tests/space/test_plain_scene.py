@@ -13,12 +13,13 @@ import belt_sim as bs
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import MODELS
 from belt_sim.show.observers import resolve_watch
+from belt_sim.space.mujoco_interface import mjcf
 from belt_sim.space.rolling_run import _wrap_ends
 
 SHORT_RIG = MODELS / "scenes" / "short_rig.xml"
 MACHINE = {"rig": "rope_example", "tension": 20, "yaw": 0.042}
-#: share of the largest y: soft contact acts as a soft cover, which starts the belt faster (docs/belts_in_3d.md)
-TOLERANCE = 0.2
+#: share of the largest y (docs/belts_in_3d.md); a scene that is opened in its default state starts running first
+TOLERANCE = 0.05
 STILL = 1e-6  # [m] of y without yaw over 0.1 m; symmetric but for rounding
 ONE_NODE = 1e-5  # [m]: a ray reads the nearest node, half a chord away, where the belt runs askew by 0.7 mrad
 
@@ -27,7 +28,6 @@ import json, sys
 import mujoco, numpy as np
 model = mujoco.MjModel.from_xml_path(sys.argv[1])
 data = mujoco.MjData(model)
-mujoco.mj_resetDataKeyframe(model, data, model.key("running").id)
 rows = []
 for step in range(round(float(sys.argv[2]) / model.opt.timestep)):
     mujoco.mj_step(model, data)
@@ -40,6 +40,7 @@ contacts = sorted({int(g) for pair in data.contact.geom for g in pair if model.g
 print(json.dumps({
     "rows": rows, "pulleys": len(contacts), "contacts": int(data.ncon), "warnings": int(data.warning.number.sum()),
     "load": data.sensor("tail-axle-load").data.tolist(), "highest": float(data.xpos[nodes, 2].max()),
+    "sag": data.sensor("height-upper-left").data[0] - 0.296, "length": 0.5 * data.sensor("tail-slide").data[0],
     "ours": sorted(m for m in sys.modules if m.startswith("belt_sim")),
 }))
 """
@@ -66,18 +67,19 @@ def on_the_pulleys(told: dict) -> bool:
 
 
 def test_the_scene_tracks_in_bare_mujoco(tmp_path):
-    told = play(3.0, tmp_path)
+    told = play(4.0, tmp_path)
     assert told["ours"] == []
     assert told["warnings"] == 0
     assert on_the_pulleys(told)
     assert abs(told["load"][0]) == pytest.approx(2 * 20 * 60, rel=0.05)  # two spans of 20 N/mm2 x 60 mm2
+    assert told["sag"] == pytest.approx(0.0019, abs=0.0003)  # mu g L^2 / 8T
     assert beside_the_law(told) < TOLERANCE
 
 
 @pytest.mark.long
 def test_twenty_seconds_in_bare_mujoco(tmp_path):
-    told = play(20.0, tmp_path)
-    assert told["rows"][-1][0] > 9.9
+    told = play(30.0, tmp_path)
+    assert told["rows"][-1][0] > 9.3
     assert on_the_pulleys(told)
     assert beside_the_law(told) < TOLERANCE
 
@@ -121,7 +123,7 @@ def test_the_reader_of_the_readme_reads_what_the_rays_read():
     model = mujoco.MjModel.from_xml_path(str(SHORT_RIG))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("running").id)
-    for _ in range(200):
+    for _ in range(800):
         mujoco.mj_step(model, data)
     rays = [
         0.5 * (data.sensor(f"edge-{p}-right").data[0] - data.sensor(f"edge-{p}-left").data[0]) for p in (1, 2, 3, 4)
@@ -139,20 +141,92 @@ def test_a_belt_that_has_left_a_pulley_is_one_line():
 def test_simulate_runs_an_edited_scene_and_a_file(tmp_path):
     short = {"name": "mujoco_flex", "run_in": 0.02}
     spec = bs.scene(model=short, rig="rope_example", tension=20, yaw=0.0)
-    spec.find_default("node").geom.friction[0] = 0.2
     path = tmp_path / "belt.xml"
     spec.compile()
-    path.write_text(spec.to_xml(), encoding="utf-8")
+    path.write_text(mjcf(spec), encoding="utf-8")
+    spec.worldbody.add_body(name="ball", pos=[1.0, 2.0, 1.0]).add_freejoint()
+    spec.body("ball").add_geom(size=[0.05, 0, 0])
     for edited in (spec, path):
         found = bs.simulate(model=short | {"scene": edited}, rig="rope_example", tension=20, yaw=0.0, travel=0.1)
         assert np.abs(found.curves.y).max() < STILL
         assert found.curves.extra["tension"][-1] == pytest.approx(20e6, rel=0.05)
 
 
+def test_a_scene_is_run_with_its_own_case_alone(tmp_path):
+    spec = bs.scene(model="mujoco_flex", **MACHINE)
+    for setting, other in (("tension", {"tension": 40}), ("belt.width", {"belt": {"width": 0.1}}), ("model.dt", {})):
+        model = {"name": "mujoco_flex", "scene": spec} | ({} if other else {"dt": 5e-4})
+        with pytest.raises(InputError, match=f"{setting} = .*the scene was made with"):
+            bs.simulate(model=model, travel=0.1, **(MACHINE | other))
+    for key in list(spec.keys):
+        spec.delete(key)
+    with pytest.raises(InputError, match="no key frame running"):
+        bs.simulate(model={"name": "mujoco_flex", "scene": spec}, travel=0.1, **MACHINE)
+    path = tmp_path / "mesh.xml"
+    path.write_text('<mujoco><asset><mesh file="no.stl"/></asset></mujoco>', encoding="utf-8")
+    with pytest.raises(InputError, match=r"model\.scene"):
+        bs.simulate(model={"name": "mujoco_flex", "scene": path}, travel=0.1, **MACHINE)
+
+
+def test_a_roller_that_a_user_adds_pushes_the_belt():
+    """10 mm inside the real edge, which lies 44 mm outside the nodes."""
+    spec = bs.scene(model="mujoco_flex", rig="rope_example", tension=20, yaw=0.0)
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[0.02, 0.05, 0], pos=[1.0, 0.1 + 0.02 - 0.002, 0.168]
+    )
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    while data.time < 0.5:
+        mujoco.mj_step(model, data)
+    names = [model.body(i).name for i in range(model.nbody)]
+    nodes = data.xpos[[i for i, name in enumerate(names) if name.startswith("node-")]].reshape(-1, 2, 3).mean(axis=1)
+    upper = nodes[(nodes[:, 2] > 0.1) & (np.abs(nodes[:, 0] - 1.0) < 0.03)]
+    assert upper[:, 1].mean() == pytest.approx(-2e-3, abs=5e-4)
+
+
+def test_two_belts_in_one_scene_need_the_options_of_one():
+    """``attach`` takes bodies and no options: docs/belts_in_3d.md says which to copy."""
+    both = mujoco.MjSpec()
+    one = bs.scene(model="mujoco_flex", rig="rope_example", tension=20, yaw=0.0)
+    for name in ("timestep", "integrator", "cone", "impratio", "iterations", "gravity", "disableflags"):
+        setattr(both.option, name, getattr(one.option, name))
+    for side, prefix in ((-0.5, "left-"), (0.5, "right-")):
+        belt = bs.scene(model="mujoco_flex", rig="rope_example", tension=20, yaw=0.0)
+        both.attach(belt, prefix=prefix, frame=both.worldbody.add_frame(pos=[0.0, side, 0.0]))
+    model = both.compile()
+    data = mujoco.MjData(model)
+    while data.time < 0.2:
+        mujoco.mj_step(model, data)
+    for prefix in ("left-", "right-"):
+        assert data.sensor(f"{prefix}tail-axle-load").data[0] == pytest.approx(2400.0, rel=0.05)
+    assert not data.warning.number.any()
+
+
+@pytest.mark.parametrize("effect", [{"id": "taper", "kappa_t": 1e-4}, {"id": "cant", "gamma": 1e-3}])
+def test_shapes_of_effects_stand_in_the_scene(effect):
+    plain, shaped = (bs.scene(model="mujoco_flex", effects=e, **MACHINE).compile() for e in ([], [effect]))
+    if effect["id"] == "taper":
+        sizes = [float(shaped.geom(f"tail-shell-{line}").size[0]) for line in (0, 1)]
+        assert sizes[0] - sizes[1] == pytest.approx(1e-4 * 0.17 * 0.112, rel=0.03)
+    else:
+        assert not np.allclose(plain.body_quat, shaped.body_quat)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("tension", [10, 40])
+def test_the_test_rig_tracks_as_the_held_belt(tension):
+    from studies.contact import Contact, difference, run
+
+    case = Contact("test_rig", tension)
+    off = difference(run(case, "mujoco", 2.0), run(case, "held", 2.0))
+    assert max(off["point_1"], off["point_3"]) < 100 * TOLERANCE
+    assert off["tilt"] < 10
+
+
 def test_what_cannot_be_is_refused_in_a_line(tmp_path, monkeypatch):
     contact = {"name": "mujoco_flex", "contact": "mujoco"}
-    with pytest.raises(CannotRepresent, match="plain cylinders"):
-        bs.simulate(model=contact, effects=[{"id": "taper", "kappa_t": 1e-5}], travel=1, **MACHINE)
+    with pytest.raises(CannotRepresent, match="crown has no place"):
+        bs.simulate(model=contact, effects=[{"id": "crown", "c": 0.1}], travel=1, **MACHINE)
     with pytest.raises(CannotRepresent, match="quasi_static"):
         bs.simulate(model=contact, engine="quasi_static", travel=1, **MACHINE)
     with pytest.raises(InputError, match="glue"):
