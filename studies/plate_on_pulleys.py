@@ -23,8 +23,7 @@ from scipy.sparse.linalg import splu
 from belt_sim.case import Case
 from belt_sim.jax_setup import jit_float64, prepare
 from belt_sim.si import MM, N_PER_MM2
-from belt_sim.space.calibration import matching_width, zigzag
-from belt_sim.space.mesh import node_lines
+from belt_sim.space.mesh import matching_width, node_lines, zigzag
 from studies.paper.case import paper_case
 
 RUNS = ((7.0, 1, 2), (10.0, 4, 2), (10.0, 2, 2), (10.0, 2, 5), (20.0, 2, 2), (40.0, 1, 2))  # N/mm2, mm, nodes across

@@ -15,12 +15,11 @@ import numpy as np
 from belt_sim.case import Case, pytree
 from belt_sim.case import Numbers as Array
 from belt_sim.scene_parts import GuideRoller, SceneParts
-from belt_sim.space.calibration import calibrate, membrane_law
 from belt_sim.space.elastic import Ties, TwistStiffness
 from belt_sim.space.friction import SlidingStiffness, read_sliding_stiffness
 from belt_sim.space.loop import sink_chords
 from belt_sim.space.machine import SceneLayout
-from belt_sim.space.mesh import Mesh
+from belt_sim.space.mesh import Mesh, calibrate, membrane_law
 from belt_sim.space.options import is_limp
 
 

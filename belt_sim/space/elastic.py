@@ -12,8 +12,7 @@ import numpy as np
 
 from belt_sim.case import Belt
 from belt_sim.case import Numbers as Array
-from belt_sim.space.calibration import EDGES, SIGNS
-from belt_sim.space.mesh import Mesh
+from belt_sim.space.mesh import EDGES, SIGNS, Mesh
 from belt_sim.space.options import RESIDUAL_TORSION
 
 

@@ -1,8 +1,20 @@
-"""Runs of the 3D belt on JAX: one case, or a batch of cases of one mesh at once."""
+"""engine=quasi_static: the 3D belt as static equilibria, one case, or a batch of cases of one mesh at once.
+
+One step of travel: pulleys, anchors, prediction, equilibrium, landing.
+
+Inertia is left out: the belt of a 3D run goes at a 35th of its string speed, where it does not matter. So a step is a
+length of travel, not of time. What a run filters over time is filtered over the travel made in that time.
+
+The equilibrium: Newton iterations on the belt, the tail pulley, and pulleys that give way. The tail pulley is free on
+its slide and its axis. An iteration is one factorisation of the block-tridiagonal stiffness of the whole loop, cut in
+the middle of the head's wrap; rows of held stations are unit blocks, which part the spans.
+"""
 
 import math
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -14,12 +26,25 @@ from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, SimulationError
 from belt_sim.jax_setup import in_float64
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space.belt import ActiveFeatures, BeltArrays, belt_arrays
-from belt_sim.space.equilibrium_step import TravelState, step
+from belt_sim.space.belt import ActiveFeatures, BeltArrays, belt_arrays, guide_forces, load_forces
+from belt_sim.space.block_tridiagonal import Level, factorise, solve_chain
+from belt_sim.space.chain import (
+    ChainLayout,
+    anchor_positions,
+    chain_forces,
+    chain_stiffness,
+    cut_chain,
+    divide_chain,
+    loads_on_tail,
+    pull_on_nodes,
+    spans_blocks,
+    tail_derivatives,
+    twist_of_cells,
+)
 from belt_sim.space.machine import lay_out
-from belt_sim.space.options import Options, fit_options, is_limp
-from belt_sim.space.pulleys import lay_pulleys
-from belt_sim.space.rope import RopeKinks
+from belt_sim.space.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME, Options, fit_options, is_limp
+from belt_sim.space.pulleys import belt_loads, lay_pulleys, pose_of
+from belt_sim.space.rope import RopeKinks, end_offsets, hold_run_up_end
 from belt_sim.space.run import (
     BatchEngine,
     Command,
@@ -30,7 +55,222 @@ from belt_sim.space.run import (
     plan_in_travel,
     reading,
 )
-from belt_sim.space.wrap import TAIL, SlipState
+from belt_sim.space.wrap import (
+    TAIL,
+    BeltOnPulley,
+    SlipState,
+    land_stations,
+    relax_layers,
+    release_stations,
+    sink_wraps,
+    slide_wrap,
+    update_tangents,
+)
+
+
+class TravelState(NamedTuple):
+    """nodes [m], (m, 3, n); pulleys: head and tail; tension [N]: mean of the spans; travel [m]; correction [m]: by how
+    much the step's last Newton iteration moved a node at most; slip: None if it sticks; kinks: of a limp belt;
+    compliance_yaw [rad], (2,): yaw by which the pulleys give way, None if they do not."""
+
+    nodes: Array
+    pulleys: BeltOnPulley
+    tension: Array
+    travel: Array
+    correction: Array
+    slip: SlipState | None = None
+    kinks: RopeKinks | None = None
+    compliance_yaw: Array | None = None
+
+
+def newton_step(
+    belt: BeltArrays,
+    levels: list[Level],
+    cell: Array,
+    on_nodes: Array,
+    places: ChainLayout,
+    moves: Array,
+    lacking: Array,
+) -> tuple[Array, Array]:
+    """Moves of the free nodes (3 m, n) [m] and of the tail pulley (2,) [m, rad] towards equilibrium.
+
+    Static condensation: the free nodes are solved for their own forces and for those of a unit of slide and of spin,
+    and two equations are left for the tail pulley.
+
+    levels: the factorised chain; cell [N/m], (6 m, 6 m, n): stiffness of the cells' stretch; on_nodes [N], (3 m, n);
+    moves: ``tail_derivatives``; lacking (2,): force [N] and moment [N m] on the tail pulley, which are to become 0.
+    """
+    size, (first, last) = len(on_nodes), places.ends[TAIL]
+    entry, leave = cell[:, :, first - 1], cell[:, :, last]
+    pulls = jnp.zeros((size, 2, on_nodes.shape[-1]))  # forces on the free nodes by slide and spin
+    pulls = pulls.at[:, :, first - 1].add(-entry[:size, size:] @ moves[0])
+    pulls = pulls.at[:, :, last + 1].add(-leave[size:, :size] @ moves[1])
+    wanted = jnp.where(places.free, on_nodes, 0.0)[:, None]
+    found = solve_chain(levels, jnp.concatenate([wanted, pulls], axis=1))
+    at_ends = [entry[size:, :size] @ found[..., first - 1], leave[:size, size:] @ found[..., last + 1]]
+    felt = -jnp.stack(at_ends)  # by the tail's outermost stations: alone, with its slide, with its spin
+    own = -jnp.stack([entry[size:, size:] @ moves[0], leave[:size, :size] @ moves[1]])
+    lacking = lacking + jnp.einsum("eip,ei->p", moves, felt[..., 0])
+    (a, b), (c, d) = jnp.einsum("eip,eiq->pq", moves, felt[..., 1:] + own)
+    fixed = belt.slide_fixed
+    a, b, force = jnp.where(fixed > 0, 1.0, a), jnp.where(fixed > 0, 0.0, b), jnp.where(fixed > 0, 0.0, lacking[0])
+    tail = -jnp.stack([d * force - b * lacking[1], a * lacking[1] - c * force]) / (a * d - b * c)
+    return found[:, 0] + jnp.einsum("ipn,p->in", found[:, 1:], tail), tail
+
+
+def compliance_step(belt: BeltArrays, before: Array, turned: Array, moment: Array, moved: Array) -> Array:
+    """Yaw by compliance [rad], (2,), after a step of ``moved`` [m] which began with ``before``.
+
+    moment [N m]: on pulleys that have given way by ``turned`` so far. Implicit: with what both spans take from it when
+    a pulley turns, taken rather too large.
+    """
+    compliance = belt.surfaces.yaw_compliance
+    slowly = jnp.where(moved > 0.0, belt.run_speed * COMPLIANCE_TIME / jnp.where(moved > 0.0, moved, 1.0), 0.0)
+    lacking = compliance * moment - turned - slowly * (turned - before)
+    return turned + lacking / (1.0 + slowly + compliance * belt.yaw_stiffness)
+
+
+#: After the first a node is where it should be to a tenth of a mm at most; but the entry moment of a slack belt hangs
+#: on parts of a nm between its edges, which links that turn by that much have not kept.
+ITERATIONS = 2
+_YIELDING = 2  # more of them, in which pulleys that give way come to rest with the belt
+
+
+class Equilibrium(NamedTuple):
+    """nodes [m], (m, 3, n), of the chain; tail (2,): x [m] and spin [rad] of the tail pulley; tension [N]: mean of the
+    spans; correction [m]: by how much the last iteration moved a node at most; turned [rad], (2,): yaw by which the
+    pulleys give way, or None."""
+
+    nodes: Array
+    tail: Array
+    tension: Array
+    correction: Array
+    compliance_yaw: Array | None
+
+
+def find_equilibrium(
+    belt: BeltArrays,
+    pulleys: BeltOnPulley,
+    nodes: Array,
+    places: ChainLayout,
+    state: TravelState,
+    command: Command,
+    aside: Array | float,
+) -> Equilibrium:
+    """Newton iterations from where the step has led the pulleys and the chain, ``nodes`` [m], (m, 3, n).
+
+    The tension that stiffens the belt across its direction is that of its last equilibrium. aside [m]: by how much held
+    stations stand aside of their anchors.
+    """
+    taut, moved, wraps = state.nodes[..., places.stations], command.travel - state.travel, pulleys.wrap
+
+    def iteration(found: Equilibrium, more: Array) -> tuple[Equilibrium, None]:
+        turned, pose = found.compliance_yaw, pose_of(belt, command, found.tail, found.compliance_yaw)
+        nodes, moves = found.nodes, tail_derivatives(wraps, pose)
+        twist = twist_of_cells(belt, pulleys._replace(pose=pose), places, state.tension)
+        on_nodes, at_ends = chain_forces(belt, nodes, places, twist, command.share)
+        on_nodes = on_nodes.reshape(nodes.shape).at[:, 2].add(-belt.mass[:, None] * belt.gravity)
+        on_diagonal = None
+        if belt.guides is not None:
+            force, stiffness = guide_forces(belt, nodes, places.free)
+            on_nodes = on_nodes.at[:, 1].add(force)
+            on_diagonal = jnp.zeros_like(nodes).at[:, 1].set(stiffness).reshape(-1, nodes.shape[-1])
+        if belt.loads is not None:
+            on_nodes = on_nodes + command.share * load_forces(belt, nodes)
+        cell, whole = chain_stiffness(belt, nodes, taut, places, twist, command.share)
+        levels = factorise(*spans_blocks(whole, places, on_diagonal))
+        on_tail = loads_on_tail(belt, nodes, places, pose, moves, at_ends)
+        on_nodes, lacking = on_nodes.reshape(-1, nodes.shape[-1]), on_tail.at[0].add(belt.load)
+        change, tail_change = newton_step(belt, levels, cell, on_nodes, places, moves, lacking)
+        nodes, tail = nodes + change.reshape(nodes.shape), found.tail + tail_change
+        if turned is not None:
+            there = jnp.zeros_like(nodes).at[..., places.stations].set(nodes)
+            moment = belt_loads(pulleys._replace(pose=pose), there, pull_on_nodes(belt, there, command.share))[:, 2]
+            turned = jnp.where(more, compliance_step(belt, state.compliance_yaw, turned, moment, moved), turned)
+        pose = pose_of(belt, command, tail, turned)
+        anchors = anchor_positions(belt, pulleys._replace(pose=pose), places) + aside
+        nodes, tension = jnp.where(places.free, nodes, anchors), -0.5 * on_tail[0]
+        return Equilibrium(nodes, tail, tension, jnp.abs(change).max(), turned), None
+
+    tail = jnp.stack([pulleys.pose.centre[TAIL, 0], pulleys.pose.spin[TAIL]])
+    begin = Equilibrium(nodes, tail, state.tension, state.correction, state.compliance_yaw)
+    count = ITERATIONS if state.compliance_yaw is None else ITERATIONS + _YIELDING
+    return jax.lax.scan(iteration, begin, jnp.arange(count) < count - 1)[0]
+
+
+def predict(belt: BeltArrays, nodes: Array, held: Array, places: ChainLayout, chords: Array) -> Array:
+    """The chain led on by so many chords: free stations go along their links, held ones where the pulleys take them.
+
+    What a span's ends are taken further than along their links is shared out along the span, linearly, and unless it
+    is limp, as a beam bends when they turn in its plane: a link that took it all would be slack or twice as tight.
+    """
+    at, link = jnp.arange(nodes.shape[-1]), jnp.roll(nodes, -1, axis=-1) - nodes
+    shape, line_y = belt.shape, belt.line_y
+    along = nodes + chords * (link if shape.sign > 0 else jnp.roll(link, 1, axis=-1) * -1.0)
+    (before_head, after_head), (entry, leaves) = places.ends
+    found = held
+    for start, end in ((after_head, entry), (leaves, before_head)):
+        first, last = (
+            held[..., k] - nodes[..., k] - shape.sign * chords * link[..., j]
+            for k, j in ((start, start), (end, end - 1))
+        )
+        s = (at - start) / (end - start)
+        if not shape.limp:
+            length = (held[..., end] - held[..., start])[:, 0].mean()
+            turns = [(v[-1, 0] - v[0, 0]) / (line_y[0] - line_y[-1]) for v in (first, last)]
+            turn = turns[0] * (1.0 - 4.0 * s + 3.0 * s**2) + turns[1] * (3.0 * s**2 - 2.0 * s)
+            aside = length * (turns[0] * (s - 2.0 * s**2 + s**3) + turns[1] * (s**3 - s**2))
+            first, last = (v.at[:, 0].set(v[:, 0].mean()) for v in (first, last))
+        moved = along + (1.0 - s) * first[..., None] + s * last[..., None]
+        if not shape.limp:
+            moved = moved.at[:, 1].add(aside).at[:, 0].add(-line_y[:, None] * turn)
+        found = jnp.where((at > start) & (at < end), moved, found)
+    return found
+
+
+def step(belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
+    """The state after a step."""
+    moved, sign = command.travel - state.travel, belt.shape.sign
+    shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
+    spin = state.pulleys.pose.spin[TAIL] + sign * moved / belt.surfaces.radius[TAIL]
+    tail = jnp.stack([state.pulleys.pose.centre[TAIL, 0], spin])
+    pose = pose_of(belt, command, tail, state.compliance_yaw)
+    pulleys = state.pulleys._replace(surface=belt.surfaces, pose=pose)
+    kinks, before = state.kinks, state.pulleys.pose
+    if kinks is not None:
+        wraps, kinks = jax.vmap(partial(hold_run_up_end, sign=sign))(pulleys, kinks)
+        pulleys = pulleys._replace(wrap=wraps)
+    rests = (moved == 0.0) & (state.travel >= 0.0)
+    pulleys = sink_wraps(belt, pulleys, before, moved, shaped, rests)
+    places = cut_chain(pulleys.wrap)
+    taut, chords = state.nodes[..., places.stations], moved / belt.chord
+    anchors = anchor_positions(belt, pulleys, places)
+    nodes = predict(belt, taut, jnp.where(places.free, taut, anchors), places, chords)
+    pulleys = release_stations(belt, pulleys)
+    places = divide_chain(pulleys.wrap, places.stations)
+    if pulleys.layer is not None:
+        anchors = anchor_positions(belt, pulleys, places)
+    aside = 0.0 if kinks is None else end_offsets(belt, pulleys, places, taut, chords, kinks)[0]
+    nodes = jnp.where(places.free, nodes, anchors + aside)
+    found = find_equilibrium(belt, pulleys, nodes, places, state, command, aside)
+    nodes = jnp.zeros_like(nodes).at[..., places.stations].set(found.nodes)
+    pulleys, slip = pulleys._replace(pose=pose_of(belt, command, found.tail, found.compliance_yaw)), state.slip
+    if slip is not None:
+        pull = pull_on_nodes(belt, nodes, command.share)
+        wraps, slip = jax.vmap(partial(slide_wrap, belt, pull, belt.friction, 0.0, shaped))(pulleys, slip)
+        pulleys = pulleys._replace(wrap=wraps)
+
+    def filter_share(time: float) -> Array:
+        return jnp.where(moved > 0.0, jnp.minimum(moved / (belt.run_speed * time), 1.0), 1.0)
+
+    turned = jax.vmap(lambda w, p: update_tangents(w, p, nodes, filter_share(SPAN_TIME)))
+    pulleys = pulleys._replace(wrap=turned(pulleys.wrap, pulleys.pose))
+    pulleys = land_stations(belt, pulleys, (before, state.nodes), nodes, moved, shaped)
+    pulleys = relax_layers(belt, pulleys, nodes, command.share, filter_share(LAYER_TIME))
+    return TravelState(
+        nodes, pulleys, found.tension, command.travel, found.correction, slip, kinks, found.compliance_yaw
+    )
+
 
 #: columns of a run with friction
 COLUMNS = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "friction_residual")

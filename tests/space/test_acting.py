@@ -8,10 +8,9 @@ from paper_cases import paper_case
 
 from belt_sim.effects.load import load_effects
 from belt_sim.space import Options
-from belt_sim.space.equilibrium_step import compliance_step
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.native import simulate
-from belt_sim.space.quasi_static import prepare_case, simulate_batch
+from belt_sim.space.quasi_static import compliance_step, prepare_case, simulate_batch
 from studies.paper.case import ROPE_EXAMPLE
 
 pytestmark = pytest.mark.filterwarnings("ignore:flex")

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from strip_bench import DX, strip
 
-from belt_sim.space.calibration import stiffness_ratio
-from belt_sim.space.mesh import Grid, Membrane
+from belt_sim.space.mesh import Grid, Membrane, stiffness_ratio
 
 STIFFNESS = 0.01  # the calibrations hold to 0.5 % for 2 to 5 nodes across
 SHORT = 0.03  # of a strip 12 stations long, whose clamped end is a station

@@ -1,6 +1,6 @@
 """The bonded-particle belt as input for LAMMPS: particles, harmonic bonds, two rotating cylinders with friction.
 
-Stations, bonds and stiffnesses are those of belt_sim.space.calibration. The cylinders are granular walls
+Stations, bonds and stiffnesses are those of belt_sim.space.mesh. The cylinders are granular walls
 (fix wall/gran/region); the particles do not roll.
 """
 
@@ -12,9 +12,8 @@ import scipy.sparse as sparse
 from scipy.sparse.linalg import eigsh
 
 from belt_sim.case import Case
-from belt_sim.space.calibration import calibrate
 from belt_sim.space.loop import lay_loop
-from belt_sim.space.mesh import Grid, Mesh
+from belt_sim.space.mesh import Grid, Mesh, calibrate
 from belt_sim.space.options import Options
 
 DIAMETER = 0.01  # [m] of a particle; its density is chosen to give the node's mass

@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.show import style
 from belt_sim.show.style import AMBER, BLUE, FAINT, INK, PINK
-from belt_sim.space.calibration import Lattice, calibrate
+from belt_sim.space.mesh import Lattice, calibrate
 from studies.paper import drawing
 from studies.paper.models import LOOKS, case_at, moving, y_mm
 from studies.paper.plate import Plate, column
