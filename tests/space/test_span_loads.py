@@ -140,3 +140,33 @@ def test_nodes_take_what_the_effects_say(direction):
     assert x == pytest.approx(place * ROPE_EXAMPLE.centre_distance, abs=1e-3)
     held = np.concatenate([state.held_stations(k) for k in (HEAD, TAIL)])
     assert not forces[held].any()
+
+
+BELOW = 0.04  # of the largest y; 0.8 and 0.3 % but for the drag, which moves it by 14 um
+WEDGE = 0.1  # of the largest y, in the points that leave: its sudden beginning, as of a taper
+
+
+@pytest.mark.long
+@pytest.mark.evidence(
+    "idler_skew_lower", "side_drag_lower", "off_centre_load_lower",
+    route="3d", what="y of all points on a narrow short rig, {BELOW} of the largest",
+)  # fmt: skip
+@pytest.mark.evidence(
+    "thickness_wedge", route="3d", what="y of all points on a narrow short rig, {WEDGE} of the largest"
+)
+@pytest.mark.parametrize("tension", [60, 10])
+def test_loads_below_and_a_belt_of_uneven_thickness_move_it_as_their_laws_say(tension):
+    """Static equilibria in 3D, two effects a tension in one batch."""
+    numbers = {
+        60: {"idler_skew_lower": {"force": 20.0, "place": 0.3}, "side_drag_lower": {"moment": 2.0, "place": 0.3}},
+        10: {"off_centre_load_lower": {"moment": 0.01}, "thickness_wedge": {"slope": 3e-4}},
+    }[tension]
+    case, options = narrow(tension), Options(dx=0.025, run_in=0.3, steps=4)
+    effects = [library()[name](**values) for name, values in numbers.items()]
+    parts = [SpaceModel(options=options).parts(case, (e,)) for e in effects]
+    at = np.arange(0.2, 2.95, 0.02)
+    for e, seen in zip(effects, simulate_batch([case] * 2, travel=3.0, options=options, parts=parts), strict=True):
+        told = analytic_model("strip").run(case, (e,), travel=3.0)
+        found, wanted = (np.array([np.interp(at, c.travel, row) for row in np.asarray(c.y)]) for c in (seen, told))
+        limit = WEDGE if e.id == "thickness_wedge" else BELOW
+        np.testing.assert_allclose(found, wanted, atol=limit * np.abs(wanted).max(), err_msg=e.id)
