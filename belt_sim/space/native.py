@@ -19,7 +19,6 @@ from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.files import write_text
 from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.scene_parts import SceneParts
-from belt_sim.si import N_PER_MM2
 from belt_sim.space.belt import BeltArrays, active_features, belt_arrays, guide_forces, load_forces
 from belt_sim.space.chain import anchor_positions, cut_chain, twist_of_cells, twist_on_nodes
 from belt_sim.space.loop import library_of, smoothstep
@@ -41,7 +40,6 @@ from belt_sim.space.wrap import (
     sink_wraps,
     slide_wraps,
 )
-from belt_sim.validity import limits
 
 
 @dataclass(frozen=True)
@@ -358,8 +356,6 @@ def simulate(
     if held and math.isfinite(parts.friction) and is_limp(belt, options):
         raise CannotRepresent(f"model.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
     options = fit_options(options, case, belt, contact)
-    if held and belt != "rope":
-        refuse_folding(case, options)
 
     def run(case: Case, path: Path | None = None, observers: Sequence[Observer] = ()) -> Curves:
         if held:
@@ -374,34 +370,6 @@ def simulate(
     drift = np.array([np.interp(curves.travel, zero.travel, y) for y in zero.y])
     names = {f"control_{k + 1}": y for k, y in enumerate(drift)}
     return replace(curves, y=curves.y - drift, extra=(curves.extra or {}) | names)
-
-
-FOLDS = 2.5  # dt times the rate [1/s] at which a pressed line folds: runs with 2.3 went on, with 2.5 they broke off
-
-
-def refuse_folding(case: Case, options: Options) -> None:
-    """Raise InputError where a yaw step presses a line of nodes so much that it folds within a step.
-
-    A line under the pressure P zigzags at the rate 2 sqrt(P / (m dx)), m the mass of a node. P by the strip law's
-    entry moment (``validity``), with the lines b / sqrt(12) from the middle.
-    """
-    changes = [np.asarray(s.change)[np.asarray(s.over) <= 0.0] for s in (case.settings.yaw, case.settings.yaw_head)]
-    step = max(np.abs(c).max(initial=0.0) for c in changes)
-    tension, width = float(case.settings.tension), float(case.belt.width)
-    beam = 4.0 * float(case.belt.bending_stiffness / case.rig.span_length) * step  # [N m], at most
-    if not step or 6.0 * beam / (float(case.tension_force) * width) < math.sqrt(3.0):
-        return
-    straight = replace(case.settings, yaw=Schedule.step(step), yaw_head=Schedule.step(0.0))
-    load = next(limit.load for limit in limits(replace(case, settings=straight)) if limit.id == "slack_edge")
-    pressure = tension * (load / math.sqrt(3.0) - 1.0)
-    if pressure <= 0.0:
-        return
-    longest = 0.5 * FOLDS * options.dx * math.sqrt(float(case.belt.density) / pressure)
-    if options.dt > longest:
-        remedy = (
-            f"give at most {longest:.1e}: a yaw step presses an edge with {pressure / N_PER_MM2:.3g} N/mm2 and folds it"
-        )
-        raise InputError("model.dt", options.dt, "s", f"{remedy}; or make the yaw a ramp, or smaller")
 
 
 def contact_scene(case: Case, belt: str, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, str]:

@@ -6,7 +6,8 @@ from paper_cases import paper_case
 
 from belt_sim.errors import InputError
 from belt_sim.space.loop import lay_loop
-from belt_sim.space.native import SpaceRun, refuse_folding, simulate
+from belt_sim.space.model import SpaceModel, refuse_folding
+from belt_sim.space.native import SpaceRun
 from belt_sim.space.options import Options, fit_options
 from belt_sim.space.run import plan_in_time
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG
@@ -53,7 +54,7 @@ def test_a_yaw_step_that_would_fold_the_belt_is_refused_before_the_run(tension, 
     """Each of these ran until its accelerations grew without bound."""
     case = paper_case(tension, np.radians(yaw), ROPE_EXAMPLE)
     with pytest.raises(InputError, match=r"model\.dt = 0\.001 s: give at most .* folds it"):
-        simulate(case, travel=0.1, options=Options(dx=dx))
+        SpaceModel(options=Options(dx=dx)).run(case, travel=0.1)
 
 
 @pytest.mark.parametrize(("tension", "yaw", "options"), [
