@@ -196,21 +196,21 @@ def occam(row: Row, inflation: float, policy: Policy) -> float:
     chosen = dict.fromkeys(owners, float(scales[len(scales) // 2]))
     among: dict[str, float] = {}  # what the choice of each scale costs
     for _, name in product(range(ROUNDS), owners):
-        cost = np.array([_occam_at_scales(row, chosen | {name: float(s)}, inflation) for s in scales])
+        cost = _occam_at_scales(row, chosen | {name: scales}, inflation)
         chosen[name] = float(scales[int(np.argmin(cost))])
         among[name] = log(len(scales)) - float(np.logaddexp.reduce(cost.min() - cost))
-    return _occam_at_scales(row, chosen, inflation) + sum(among.values()) + sum(map(log, row.scanned))
+    return float(_occam_at_scales(row, chosen, inflation)[0]) + sum(among.values()) + sum(map(log, row.scanned))
 
 
-def _occam_at_scales(row: Row, scales: Mapping[str, float], inflation: float) -> float:
-    """The same with Gaussian priors of these scales of what is plausible."""
+def _occam_at_scales(row: Row, scales: Mapping[str, float | np.ndarray], inflation: float) -> np.ndarray:
+    """The same with Gaussian priors of these scales of what is plausible, of which one may be several (S,): (S,)."""
     if not len(row.away):
-        return 0.0
-    scale = np.array([scales[o] if s else 1.0 for o, s in zip(row.owner, row.sized, strict=True)])
-    sigma = np.maximum(row.sigma * scale, 1e-12)
-    size, vectors = np.linalg.eigh(row.gram * np.outer(sigma, sigma))
-    size, along = np.maximum(size, 0.0), vectors.T @ (row.away / sigma)
-    return 0.5 * float(np.sum(size / (1.0 + size) * along**2)) / inflation + 0.5 * float(np.sum(np.log1p(size)))
+        return np.zeros(max(np.size(s) for s in scales.values()) if scales else 1)
+    own = [scales[o] if s else 1.0 for o, s in zip(row.owner, row.sized, strict=True)]
+    sigma = np.maximum(row.sigma * np.stack(np.broadcast_arrays(*map(np.atleast_1d, own)), axis=-1), 1e-12)
+    size, vectors = np.linalg.eigh(row.gram * sigma[:, :, None] * sigma[:, None, :])
+    size, along = np.maximum(size, 0.0), np.einsum("skj,sk->sj", vectors, row.away / sigma)
+    return 0.5 * np.sum(size / (1.0 + size) * along**2, axis=1) / inflation + 0.5 * np.sum(np.log1p(size), axis=1)
 
 
 def _scales(policy: Policy) -> np.ndarray:

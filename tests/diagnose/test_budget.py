@@ -1,0 +1,44 @@
+"""What a sample diagnosis does, counted: marches, programs and eigen-decompositions may not grow unnoticed.
+
+The counts do not depend on the machine. A change that needs more says why, and moves the limit.
+"""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+import belt_sim as bs
+from belt_sim.diagnosis.readings import programs
+from belt_sim.discovery import impulse_responses as responses
+from belt_sim.line import march
+from belt_sim.stored_programs import StoredProgram
+
+FEW = ["sag_roll", "taper", "yaw_offset_tail"]
+#: runs marched at a point, programs asked for, calls of eigh
+LIMITS = {
+    ("slack_belt", "beam_th2"): {"rows": 4150, "programs": 12, "eigh": 2036},
+}
+SLACK = 1.05  # rounding of another processor may cost a step
+
+
+@pytest.mark.parametrize(("campaign", "model"), LIMITS)
+def test_a_diagnosis_does_no_more_than_it_did(monkeypatch, campaign, model):
+    done: Counter[str] = Counter()
+    plan, make, eigh = programs.plan_batches, StoredProgram._make, np.linalg.eigh
+
+    def count(name, function):
+        def counted(*arguments, **more):
+            done[name] += len(arguments[1]) * len(arguments[3].runs) if name == "rows" else 1
+            return function(*arguments, **more)
+
+        return counted
+
+    monkeypatch.setattr("belt_sim.diagnosis.readings.forward.plan_batches", count("rows", plan))
+    monkeypatch.setattr(StoredProgram, "_make", count("programs", make))
+    monkeypatch.setattr(np.linalg, "eigh", count("eigh", eigh))
+    for cached in (programs.compile_march, responses._compile_march, responses._compile_changes, march._compile_march):
+        cached.cache_clear()  # what other tests have compiled
+    bs.diagnose(campaign, model, effects=FEW, advise=False)
+    for name, limit in LIMITS[campaign, model].items():
+        assert 0 < done[name] <= SLACK * limit, f"{name}: {done[name]}, {limit} before"
