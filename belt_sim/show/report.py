@@ -70,8 +70,8 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
         many=words.count(len(rivals)),
         marked=marked_parts([*rivals, *certain], found),
         marks=[
-            (share, f"{number}: {place}" if number else place)
-            for number, c in [*enumerate(rivals, start=1), *((0, c) for c in certain)]
+            (share, number, place)
+            for number, c in [*enumerate(rivals, start=1), *(("", c) for c in certain)]
             for share, place in c["marks"]
         ],
         pictures=pictures or {},
