@@ -52,14 +52,6 @@ def time_columns(travel: Sequence[float], time: Sequence[float]) -> list[rr.Time
     return [rr.TimeColumn(TRAVEL, duration=list(travel)), rr.TimeColumn(TIME, duration=list(time))]
 
 
-def style_series(
-    recording: rr.RecordingStream, path: str, names: Sequence[str], colours: Sequence[str], width: float = 2.0
-) -> None:
-    """Names, colours and line width [px] of the curves of one path."""
-    lines = rr.SeriesLines(names=names, colors=[rgb(c) for c in colours], widths=[width] * len(names))
-    recording.log(path, lines, static=True)
-
-
 def frame_numbers(frame: Frame) -> dict[str, float]:
     """y1-y4, the mid-span tilts and every named number of a frame, by name, in SI."""
     upper, lower = geometry.mid_span_tilt(frame)
@@ -79,7 +71,7 @@ def send_series(
         plot, label, colour, unit = KNOWN.get(name, unknown)
         path = f"{root}/series/{plot}/{name}"
         if name not in styled:
-            style_series(recording, path, [label], [colour])
+            recording.log(path, rr.SeriesLines(names=[label], colors=[rgb(colour)], widths=[2.0]), static=True)
             styled.add(name)
         there = [(travel, time, row[name]) for travel, time, row in rows if name in row]
         travels, times, values = zip(*there, strict=True)
@@ -470,6 +462,12 @@ class Overlay:
         return float(self.last_curves.travel[-1] - self.last_curves.travel[0])
 
     @property
+    def end(self) -> float:
+        """Travel [m] at which the last curve ends."""
+        drawn = [*self.modelled.values(), *([self.measured] if self.measured is not None else [])]
+        return max(float(curves.travel[-1]) for curves in drawn)
+
+    @property
     def scale(self) -> ViewScale:
         return view_scale_of(self.case, self.length)
 
@@ -555,21 +553,16 @@ def _fewer(curves: Curves) -> Curves:
     return replace(curves, travel=np.asarray(curves.travel)[rows], y=np.asarray(curves.y)[:, rows], tilt=tilt)
 
 
-def _travel(overlay: Overlay) -> float:
-    drawn = [*overlay.modelled.values(), *([overlay.measured] if overlay.measured is not None else [])]
-    return max(float(curves.travel[-1]) for curves in drawn)
-
-
 def _view(title: str, overlay: Overlay) -> rrb.Container:
     """One run among several: the belt in space above its points."""
     root = root_of(title)
     picture = space(overlay.case, f"{root}/belt", title, overlay.scale)
-    return rrb.Vertical(picture, plot(f"{root}/y", f"y [mm], {title}", _travel(overlay)), row_shares=[3, 2], name=title)
+    return rrb.Vertical(picture, plot(f"{root}/y", f"y [mm], {title}", overlay.end), row_shares=[3, 2], name=title)
 
 
 def _tab(title: str, overlay: Overlay) -> rrb.Container:
     """One run: the points beside the residuals and the tilt, the belt in space above."""
-    root, travel = root_of(title), _travel(overlay)
+    root, travel = root_of(title), overlay.end
     plots = [plot(f"{root}/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel)]
     if overlay.measured is not None:
         plots.append(plot(f"{root}/residual", "Residual: model - measured [mm]", travel))
