@@ -198,7 +198,6 @@ _CONTACT_SPEED = 0.5  # [m/s]: slower than a held belt, because its landings are
 #: [m/s], string speed^2 over belt speed: in a step a node goes straight on, (v dt)^2 / 2R off the pulley, and a slack
 #: belt does not press it back
 _ROLLED_OFF = 8000.0
-_TENDONS_SHAKEN = 140.0  # string speed over belt speed: faster ropes and grids are thrown off by these impacts
 _LIMP_DRAG = 2.0  # times string speed / span length: a third of critical for the lowest sway of a limp span
 
 
@@ -213,7 +212,6 @@ def fit_options(options: Options, case: Case, belt: str, contact: str = CONTACTS
     waves = string_speed(case)
     fastest, pace = waves / _SHAKEN, accurate_speed(waves)
     if contact != CONTACTS[0]:
-        fastest = fastest if belt == "flex" else waves / _TENDONS_SHAKEN
         pace = min(_CONTACT_SPEED, fastest, waves**2 / _ROLLED_OFF)
     if options.belt_speed is not None:
         pace = _speed_given(options, case, fastest, pace)

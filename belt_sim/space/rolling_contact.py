@@ -25,7 +25,7 @@ from belt_sim.space.loop import LaidLoop
 from belt_sim.space.machine import HEAD_YAW, TAIL_YAW, SceneLayout, begin_scene, station_mass
 from belt_sim.space.mesh import node_name
 from belt_sim.space.mujoco_interface import set_contact_solver
-from belt_sim.space.options import Options, is_limp
+from belt_sim.space.options import Options
 from belt_sim.space.scene_looks import furnish
 
 #: friction coefficient that stands for a belt that sticks: 1 lets the beginning of a wrap slip at the yaw step
@@ -42,10 +42,14 @@ def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) ->
 
     Raises CannotRepresent for parts without a rigid shape that a sphere can touch.
     """
+    if belt != "flex":
+        raise CannotRepresent(
+            f"model.contact = mujoco: a {belt} chatters off its pulleys, for tendons lend MuJoCo's step no stiffness "
+            "across them; use model=mujoco_flex, or model.contact=held"
+        )
     _refuse_shapes(parts)
     # nodes come straight onto the circle
-    lain = _with_plate_torsion(case) if belt != "rope" else case
-    spec, scene = begin_scene(lain, belt, options, parts, path=lambda depth, *_: 0.0 * depth)
+    spec, scene = begin_scene(_with_plate_torsion(case), belt, options, parts, path=lambda depth, *_: 0.0 * depth)
     scene = replace(scene, case=replace(case, rig=scene.case.rig))
     set_contact_solver(spec, options.dt, parts.gravity, parts.lean)
     _dress_nodes(spec, scene)
@@ -159,13 +163,10 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     seen.contype, seen.conaffinity, seen.priority = _FLAG_BIT, _USER, 1
     seen.friction, seen.solref, seen.solimp = [_FLAG_FRICTION, 0, 0], touch.solref, touch.solimp
     seen.mass, seen.rgba, seen.group = 0.0, _COLOURS["flag"], 4
-    drag = scene.options.damping if is_limp(scene.kind, scene.options) else 0.0  # of spans that would sway on
     for i in range(mesh.stations):
         for j in range(mesh.lines):
             body = spec.body(node_name(i, j))
             body.add_geom(node, **_line_bits(scene, j))
-            for joint in body.joints[1:]:
-                joint.damping[0] = drag * mesh.mass[j]
             for side, line in ((1.0, 0), (-1.0, mesh.lines - 1)):
                 if j == line:
                     body.add_geom(flag, pos=[0.0, side * half, 0.0])
