@@ -20,7 +20,7 @@ from jax import export
 
 from belt_sim.errors import BeltError
 from belt_sim.files import write_with
-from belt_sim.jax_setup import LEAST_EFFORT, PROGRAMS, in_float64
+from belt_sim.jax_setup import PROGRAMS, in_float64, least_effort
 from belt_sim.provenance import code_hash
 
 PACKAGE = "belt_sim."
@@ -47,7 +47,7 @@ class StoredProgram:
 
     def __init__(self, function: Callable[..., Any], key: str | None, *, brief: bool = False) -> None:
         self.function, self.key = function, key
-        self.options = LEAST_EFFORT if brief else None
+        self.options = least_effort() if brief else None
         self.plain = jax.jit(function, compiler_options=self.options)
         self.programs: dict[Hashable, Callable[..., Any]] = {}
         self.lock = threading.Lock()
