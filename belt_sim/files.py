@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from belt_sim.errors import BeltError
 
 #: what travels with the package: at the top of a checkout, or inside an installed package
@@ -28,6 +30,56 @@ def group_names(group: str) -> list[str]:
 def sample_campaigns() -> list[str]:
     """Names of the campaigns that ship."""
     return sorted(path.parent.name for path in CAMPAIGNS.glob("*/campaign.yaml"))
+
+
+#: Largest YAML that is read from a user [bytes], and how deep it may nest.
+LARGEST_YAML, DEEPEST = 1_000_000, 40
+
+
+class CarefulLoader(yaml.SafeLoader):
+    """YAML in which nothing is stated twice, no alias multiplies, nothing nests beyond DEEPEST, and dates are text."""
+
+    depth = 0
+    yaml_implicit_resolvers = {
+        first: [(tag, rule) for tag, rule in rules if tag != "tag:yaml.org,2002:timestamp"]
+        for first, rules in yaml.SafeLoader.yaml_implicit_resolvers.items()
+    }
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """A node, one floor deeper; raises MarkedYAMLError for an alias and for too many floors."""
+        event = self.peek_event()  # type: ignore[no-untyped-call]
+        if isinstance(event, yaml.AliasEvent):
+            raise yaml.MarkedYAMLError(problem="write the value out; anchors and aliases are not read here", problem_mark=event.start_mark)
+        self.depth += 1
+        if self.depth > DEEPEST:
+            problem = f"brackets or levels nest deeper than {DEEPEST}"
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        """A mapping; raises MarkedYAMLError for a key that stands there twice."""
+        seen: set[str] = set()
+        for key, _ in node.value:
+            if str(key.value) in seen:
+                raise yaml.MarkedYAMLError(problem=f"{key.value} is stated twice", problem_mark=key.start_mark)
+            seen.add(str(key.value))
+        return super().construct_mapping(node, deep)
+
+
+def careful_yaml(data: bytes, name: str) -> Any:
+    """The content of a user's YAML; raises ValueError with one line that names the place and what is wrong there."""
+    if len(data) > LARGEST_YAML:
+        raise ValueError(f"{name}: has {len(data)} bytes; at most {LARGEST_YAML} are read")
+    try:
+        return yaml.load(data.decode("utf-8-sig"), Loader=CarefulLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = f":{mark.line + 1}" if mark else ""
+        raise ValueError(f"{name}{line}: {' '.join(str(error.problem or error.context).split())}") from None
+    except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
+        raise ValueError(f"{name}: not readable as YAML ({' '.join(str(error).split())[:200]})") from None
 
 
 DRAFTS = ".draft"  # a folder of files that a process has not finished

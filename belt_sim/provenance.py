@@ -17,7 +17,7 @@ from typing import Any
 import yaml
 
 from belt_sim.errors import BeltError
-from belt_sim.files import INSTALLED, PACKAGE, ROOT
+from belt_sim.files import INSTALLED, PACKAGE, ROOT, careful_yaml
 
 PACKAGES = ("belt-sim", "mujoco", "jax", "numpy", "scipy", "hydra-core")
 
@@ -112,7 +112,7 @@ def _with_what_it_names(path: Path, seen: set[Path]) -> Iterator[Path]:
     names: list[str] = []
     with suppress(OSError, ValueError, SyntaxError, yaml.YAMLError):
         if path.suffix in (".yaml", ".yml"):
-            names = _python_files(yaml.safe_load(path.read_text(encoding="utf-8")))
+            names = _python_files(careful_yaml(path.read_bytes(), path.name))
         elif path.suffix == ".py":
             names = _imports(path.read_text(encoding="utf-8"))
     for name in names:

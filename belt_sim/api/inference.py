@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtrc
 
+from belt_sim import plausible
 from belt_sim.api.resolve import (
     ModelSpec,
     analytic_model,
@@ -190,6 +191,7 @@ def discover(
 
 
 PLANNED_TRAVEL, PLANNED_STEP = 60.0, 0.5  # [m] that a planned run is recorded over, and between its readings
+MOST_PLANNED = 10_000  # readings of a planned run
 
 
 @one_blas_thread
@@ -210,7 +212,11 @@ def check(
     """
     flag("advise", advise)
     planned = not isinstance(campaign, Campaign) and is_plan(campaign)
-    if planned and not (0.0 < step < travel / 10.0):
+    plausible.SIMULATED_TRAVEL.check(travel, name="travel")
+    if not step > 0.0 or travel / step > MOST_PLANNED:
+        remedy = f"between readings of planned runs; {travel / MOST_PLANNED:g} or more ({MOST_PLANNED} readings a run)"
+        raise InputError("step", f"{step:g}", "m", remedy)
+    if planned and not step < travel / 10.0:
         raise InputError("step", step, "m", f"between readings of planned runs; above 0 and below {travel / 10.0:g}")
     missing: tuple[Run, ...] = ()
     if isinstance(campaign, Campaign):

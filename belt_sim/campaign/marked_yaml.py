@@ -9,6 +9,7 @@ from pydantic import BaseModel
 
 from belt_sim.campaign.problems import Problem, did_you_mean
 from belt_sim.errors import InputError
+from belt_sim.files import CarefulLoader
 
 #: Largest campaign.yaml that is parsed [characters]; a sheet of a hundred signals has a tenth of it.
 LONGEST = 200_000
@@ -38,7 +39,7 @@ def parse(text: str, file: str, problems: list[Problem]) -> MarkedYaml | None:
         problems.append(Problem(file=file, name="length", value=len(text), unit="characters", remedy=remedy))
         return None
     try:
-        root = yaml.compose(text, Loader=yaml.SafeLoader)
+        root = yaml.compose(text, Loader=CarefulLoader)
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
         problems.append(_syntax_problem(error, text, file))
         return None

@@ -11,14 +11,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import yaml
-
 from belt_sim.effects.base import HOOKS, LAW_OF_HOOK, Effect, line_of, overrides, wrong_file
 from belt_sim.effects.generic_law import ID as LAW
 from belt_sim.effects.generic_law import GenericLaw, law_effect
 from belt_sim.effects.law_file import law_lines, law_of_entry, yaml_number
 from belt_sim.effects.library import effects_in, library
 from belt_sim.errors import InputError, finite
+from belt_sim.files import careful_yaml
 
 SCHEMA, WITH_LAWS = "belt-effects/1", "belt-effects/2"  # version 2 may hold laws that were found
 BEYOND = 100.0  # times the largest plausible value: more is a slip of the pen
@@ -116,9 +115,9 @@ def split_entry(item: Any) -> tuple[str, dict[str, Any]]:
 def entries_of(data: bytes, name: str) -> list:
     """The entries of an effects.yaml; raises InputError for what is none."""
     try:
-        content = yaml.safe_load(data.decode("utf-8-sig"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError("effects", name, "", f"not readable as YAML: {str(error).splitlines()[0]}") from error
+        content = careful_yaml(data, name)
+    except ValueError as error:
+        raise InputError("effects", name, "", f"{error}; mend the file") from None
     if not isinstance(content, Mapping) or content.get("schema") not in (SCHEMA, WITH_LAWS) or "effects" not in content:
         raise InputError("effects", name, "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
     return _as_list(content["effects"] or [])

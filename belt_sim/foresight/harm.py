@@ -24,7 +24,8 @@ def safe_yaw(rig: Rig, belt: Belt, tensions: Iterable[float]) -> float:
         load = {limit.id: float(limit.load) for limit in limits(case)}
         bent = load["thick_belt"] * STRENGTH
         room = max(STRESS * STRENGTH - bent, 0.0) / (tension * load["slack_edge"])
-        found += [SHARE / load["slack_edge"], (SHARE / load["second_order"]) ** 0.5]
+        ends = (("slack_edge", 1.0), ("second_order", 0.5))  # neither without gravity and sag
+        found += [(SHARE / load[name]) ** power for name, power in ends if load[name] > 0.0]
         found += [room] if room else []  # a belt that its pulleys alone bend too far is told of, whatever the yaw
     return _ASKED * min(found)
 

@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from belt_sim.campaign.problems import refusal, shortlist
-from belt_sim.errors import InputError
+from belt_sim.errors import BeltError, InputError
 from belt_sim.importing.cells import (
     MISSING,
     OTHER,
@@ -38,7 +38,7 @@ HEAD, HEAD_LINES = 1 << 16, 300
 #: Rows whose decimal marks are looked at.
 MARKS = 2000
 #: Largest text file, and largest workbook when unpacked [bytes]; longest line [characters].
-LARGEST, LARGEST_WORKBOOK, LONGEST_LINE = 500_000_000, 2_000_000_000, 100_000
+LARGEST, LARGEST_WORKBOOK, LONGEST_LINE, LONGEST_NAME = 500_000_000, 200_000_000, 100_000, 500
 #: How every xlsx file begins.
 ZIP = b"PK\x03\x04"
 _MARKS = (
@@ -172,8 +172,11 @@ def _sheets(file: Path) -> Iterator[tuple[str, list[str]]]:
         if size > LARGEST_WORKBOOK:
             raise refusal(file, f"unpacks to {size / 1e9:.1f} GB; export the sheet as CSV")
         sheets = pd.read_excel(file, sheet_name=None, header=None, dtype=object, engine="openpyxl")
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
-        raise refusal(file, f"is no Excel workbook that can be read ({error}); save it as .xlsx or CSV") from None
+    except BeltError:
+        raise
+    except Exception as error:  # whatever its reader finds in XML that is cut, swollen or overflows
+        cause = " ".join(str(error).split())[:120]
+        raise refusal(file, f"is no Excel workbook that can be read ({cause}); save it as .xlsx or CSV") from None
     for name, cells in sheets.items():
         texts = cells.map(_cell_text)
         texts = texts.loc[:, (texts != "").any()]
@@ -325,6 +328,8 @@ def _table(
 ) -> LoggedTable:
     """The table in lines of text; part: what follows the file's name where it has several tables; remark: on them."""
     place = f"{file}{part}"
+    if (longest := max(map(len, layout.names))) > LONGEST_NAME:
+        raise refusal(place, f"a column's name has {longest} characters; give it a short one", line=layout.header)
     kept, numbers, again, remarks = _rows(place, lines, layout)
     sample = [cells for line in kept[:MARKS] if len(cells := split(line, layout.separator)) == len(layout.names)]
     shown = decimal_marks(c for cells in sample for c in cells)
