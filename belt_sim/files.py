@@ -49,7 +49,8 @@ class CarefulLoader(yaml.SafeLoader):
         """A node, one floor deeper; raises MarkedYAMLError for an alias and for too many floors."""
         event = self.peek_event()  # type: ignore[no-untyped-call]
         if isinstance(event, yaml.AliasEvent):
-            raise yaml.MarkedYAMLError(problem="write the value out; anchors and aliases are not read here", problem_mark=event.start_mark)
+            problem = "write the value out; anchors and aliases are not read here"
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
         self.depth += 1
         if self.depth > DEEPEST:
             problem = f"brackets or levels nest deeper than {DEEPEST}"

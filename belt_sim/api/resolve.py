@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from belt_sim.campaign.types import Campaign, case_of
+from belt_sim.campaign.types import Campaign, case_of, sensor_place
 from belt_sim.case import Case
 from belt_sim.config import model_settings
 from belt_sim.diagnosis.readings.candidates import default_candidates
@@ -16,8 +16,18 @@ from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.line.march import KEEP, STEP
 from belt_sim.line.steady import RitzingerFormula
-from belt_sim.model import BY_TENSION, AnalyticModel, Model, ModelName, SteadyModel, model_for, model_named
+from belt_sim.model import (
+    BY_TENSION,
+    LAYER_TENSION,
+    AnalyticModel,
+    Model,
+    ModelName,
+    SteadyModel,
+    model_for,
+    model_named,
+)
 from belt_sim.results.diagnosis import FoundEffect
+from belt_sim.si import N_PER_MM2
 from belt_sim.validity import Limit, exceeded_limits, geometric
 
 #: a model by name, by name and settings, or as an object
@@ -42,15 +52,31 @@ def by_tension(spec: Any, tensions: Iterable[float]) -> Any:
     return {**(spec if isinstance(spec, Mapping) else {}), "name": model_for(tensions)}
 
 
+def model_for_campaign(campaign: Campaign) -> str:
+    """The model of a campaign for which none is stated, and after a comma why it is this one."""
+    places = [place for s in campaign.signals if (place := sensor_place(s.at)) is not None]
+    if campaign.source.kind == "synthetic":
+        return "strip, as the virtual rig's belts leave their pulleys like a thread"
+    name = model_for(run.tension for run in campaign.runs)
+    if name != "strip" and not all(place.on_wrap for place in places):
+        return "strip, as a sensor stands inside a span, of which strip_lift_off says nothing"
+    slackest = min((run.tension for run in campaign.runs), default=0.0) / N_PER_MM2
+    side = "below" if name != "strip" else "not below"
+    return f"{name}, as the slackest run ({slackest:.4g} N/mm2) is {side} {LAYER_TENSION / N_PER_MM2:g} N/mm2"
+
+
 def campaign_model(spec: Any, campaign: Campaign) -> Model | SteadyModel:
     """The model of ``spec``, or where it states none the one for all runs of a campaign; raises InputError.
 
     A synthetic campaign is judged by strip: belts of the virtual rig leave their pulleys like a thread.
     """
-    synthetic = campaign.source.kind == "synthetic"
     if isinstance(spec, Mapping):
         model_settings(spec)
-    chosen = model_of(by_tension(spec, () if synthetic else [run.tension for run in campaign.runs]))
+    name = spec.get("name") if isinstance(spec, Mapping) else spec
+    if name in (None, BY_TENSION):
+        own = model_for_campaign(campaign).partition(",")[0]
+        spec = {**(spec if isinstance(spec, Mapping) else {}), "name": own}
+    chosen = model_of(spec)
     if isinstance(chosen, AnalyticModel):
         for name, standard in (("step", STEP), ("keep", KEEP)):
             if (given := getattr(chosen, name)) != standard:

@@ -8,6 +8,7 @@ from typing import Any
 from nicegui import run, ui
 
 from belt_sim.api.inference import MIN_BOOTSTRAPS
+from belt_sim.api.resolve import model_for_campaign
 from belt_sim.app import plots, widgets
 from belt_sim.app.jobs import Job
 from belt_sim.app.session import GROUPS, Import, Place, Session, read_shown
@@ -20,6 +21,7 @@ from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
 from belt_sim.files import group_names, sample_campaigns
 from belt_sim.importing.mapping import ROLES
+from belt_sim.model import BY_TENSION
 from belt_sim.results import words
 from belt_sim.results.display import Table
 from belt_sim.show.imports import noise_table, run_noise_table, runs_table
@@ -70,7 +72,12 @@ def _drop(session: Session) -> Any:
     async def take_files(event: Any) -> None:
         files = [(file.name, await file.read()) for file in event.files]
         event.sender.reset()
-        await run.io_bound(session.drop, files)
+        try:
+            await run.io_bound(session.drop, files)
+        except Exception as error:  # the page must say so of these files, not go on showing the last ones
+            names = ", ".join(name for name, _ in files)
+            session.end_drop(f"{names}: cannot be read ({type(error).__name__}: {error}); please report this file")
+            raise
 
     async def sample() -> None:
         await run.io_bound(session.sample, str(chosen.value))
@@ -103,7 +110,9 @@ def asking(session: Session) -> None:
     if session.campaign is None or session.importing is not None:
         return
     with widgets.card("3. Ask", "Compare shows where a model fails; diagnose finds which physical effect it lacks."):
-        ui.select(TITLES, label="model").bind_value(session.inputs, "model").classes("w-full").props("data-name=model")
+        assert session.campaign is not None
+        titles = {BY_TENSION: f"by tension: {model_for_campaign(session.campaign)}"} | TITLES
+        ui.select(titles, label="model").bind_value(session.inputs, "model").classes("w-full").props("data-name=model")
         if session.effects:
             names = ", ".join(str(e["id"]) for e in session.effects)
             with ui.element("div").classes("line"):

@@ -3,18 +3,23 @@
 Any page that a browser has open may send requests to 127.0.0.1. Two headers, which no page can forge, tell them
 apart: Host names the address that the browser asked for (a foreign name that was made to point here stays foreign), and
 Origin names the page that asks. Everything else is refused, web sockets included, and so is more than ``MAX_UPLOAD``.
+Other accounts of the machine reach the address too: the one that is printed bears a token, which the browser keeps as a
+cookie.
 """
 
 import contextlib
 import html
 import io
+import secrets
 import socket
 import threading
 import traceback
 import webbrowser
 import zipfile
+from hmac import compare_digest
 from pathlib import Path
 from typing import Any
+from urllib.parse import parse_qs, quote
 
 import uvicorn
 from fastapi import FastAPI
@@ -42,38 +47,53 @@ ICON = (
 
 
 class Guard:
-    """ASGI middleware: lets through what names ``port`` on the loopback address."""
+    """ASGI middleware: lets through what names ``port`` on the loopback address and bears the token."""
 
-    def __init__(self, app: Any, port: int) -> None:
-        self.app = app
+    def __init__(self, app: Any, port: int, token: str) -> None:
+        self.app, self.token, self.cookie = app, token, f"belt_sim_{port}"
         self.hosts = {f"{name}:{port}" for name in (ADDRESS, "localhost")}
         self.origins = {f"http://{host}" for host in self.hosts}
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
-        """Hand on, or answer with one line."""
+        """Hand on, or answer with one line; an address with the token sets the cookie and goes on without it."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        refused = self.refusal({k.decode("latin-1").lower(): v.decode("latin-1") for k, v in scope["headers"]})
+        headers = {k.decode("latin-1").lower(): v.decode("latin-1").strip() for k, v in scope["headers"]}
+        refused = self.refusal(headers, scope["type"])
+        given = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])[0]
+        head = [(b"content-type", b"text/plain; charset=utf-8")]
+        if refused is None and scope["type"] == "http" and compare_digest(given.encode(), self.token.encode()):
+            cookie = f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict"
+            head += [(b"location", quote(scope["path"]).encode()), (b"set-cookie", cookie.encode())]
+            refused = 303, "belt-sim app is open here"
+        elif refused is None and not self.knows(headers.get("cookie", "")):
+            refused = 403, "open the address that belt-sim app has printed in its terminal; it bears a token"
         if refused is None:
             await self.app(scope, receive, send)
         elif scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": 1008})
         else:
             status, line = refused
-            head = [(b"content-type", b"text/plain; charset=utf-8")]
             await send({"type": "http.response.start", "status": status, "headers": head})
             await send({"type": "http.response.body", "body": line.encode()})
 
-    def refusal(self, headers: dict[str, str]) -> tuple[int, str] | None:
-        """Status and reason; None for a request that is let through."""
-        if headers.get("host") not in self.hosts:
+    def knows(self, cookies: str) -> bool:
+        """Whether one of the cookies is the token."""
+        pairs = (pair.strip().partition("=") for pair in cookies.split(";"))
+        return any(n == self.cookie and compare_digest(v.encode(), self.token.encode()) for n, _, v in pairs)
+
+    def refusal(self, headers: dict[str, str], kind: str) -> tuple[int, str] | None:
+        """Status and reason, None to let through; kind: http, or websocket, which states its origin."""
+        if headers.get("host", "").lower() not in self.hosts:
             return 403, "belt-sim app answers to 127.0.0.1 only"
-        if headers.get("origin", next(iter(self.origins))) not in self.origins:
+        is_socket = kind == "websocket" or headers.get("upgrade", "").lower() == "websocket"
+        own = "" if is_socket else next(iter(self.origins))
+        if headers.get("origin", own).lower() not in self.origins:
             return 403, "belt-sim app answers to its own pages only"
-        if headers.get("sec-fetch-site") in ("cross-site", "same-site"):
+        if headers.get("sec-fetch-site", "").lower() in ("cross-site", "same-site"):
             return 403, "belt-sim app answers to its own pages only"
-        if "chunked" in headers.get("transfer-encoding", ""):
+        if "chunked" in headers.get("transfer-encoding", "").lower():
             return 411, "say how long the request is"
         length = headers.get("content-length", "0")
         if not length.isdigit() or int(length) > MAX_UPLOAD:
@@ -98,10 +118,11 @@ def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
     """Serve the pages until Ctrl-C; results go to ``folder``. show: open a browser."""
     ear = listen(port)
     chosen = ear.getsockname()[1]
-    address = f"http://{ADDRESS}:{chosen}"
+    token = secrets.token_urlsafe(24)
+    address = f"http://{ADDRESS}:{chosen}/?token={token}"
     session = Session(folder)
-    outer = application(session, chosen)
-    print(f"belt_sim is open at {address}; only this machine can reach it. Ctrl-C ends it.", flush=True)
+    outer = application(session, chosen, token)
+    print(f"belt_sim is open at {address} for this account of this machine. Ctrl-C ends it.", flush=True)
     if show:
         threading.Timer(1.0, webbrowser.open, (address,)).start()
     config = uvicorn.Config(outer, log_level="warning", loop="asyncio", ws_max_size=2**24, timeout_graceful_shutdown=2)
@@ -109,7 +130,7 @@ def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
         uvicorn.Server(config).run(sockets=[ear])
 
 
-def application(session: Session, port: int) -> FastAPI:
+def application(session: Session, port: int, token: str) -> FastAPI:
     """Pages and files behind the guard."""
     outer = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     simulate_page.add()
@@ -119,7 +140,7 @@ def application(session: Session, port: int) -> FastAPI:
     pages_app.on_exception(traceback.print_exception)  # what broke in a page goes to the terminal, whole
     look: dict[str, Any] = {"title": "belt_sim", "favicon": ICON, "dark": None, "tailwind": False}
     ui.run_with(outer, **look, reconnect_timeout=PATIENCE, show_welcome_message=False)
-    outer.add_middleware(Guard, port=port)
+    outer.add_middleware(Guard, port=port, token=token)
     return outer
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from belt_sim.api.resolve import campaign_model
 from belt_sim.app import upload
 from belt_sim.app.jobs import SHOWN, Job
 from belt_sim.app.upload import read_effects
@@ -19,6 +20,7 @@ from belt_sim.diagnosis.examine import BOOTSTRAPS
 from belt_sim.errors import BeltError, InputError
 from belt_sim.importing import LoggedTables, Proposal, Question, read, understand, write
 from belt_sim.importing.mapping import inner_mapping
+from belt_sim.model import BY_TENSION
 
 Place = tuple[str, ...]  # keys in the mapping, from the outside in
 GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the name of one that is known
@@ -121,8 +123,8 @@ def nest_answers(base: Mapping[str, Any], answers: Mapping[Place, str]) -> dict[
 
 
 TITLES = {"compare": "Comparison", "diagnose": "Diagnosis"}
-#: what is asked of a campaign at first: of the model that controllers use, with more inputs folded away
-INPUTS = {"model": "beam_th2", "candidates": [], "bootstraps": BOOTSTRAPS, "more": False}
+#: what is asked of a campaign at first: with the model that the command line takes, with more inputs folded away
+INPUTS = {"model": BY_TENSION, "candidates": [], "bootstraps": BOOTSTRAPS, "more": False}
 
 
 @dataclass
@@ -254,6 +256,8 @@ class Session:
             raise InputError("campaign", "none", "", "drop the files of a campaign first")
         if self.job is not None and self.busy:
             raise InputError(task, "not begun", "", f"{self.job.title} is still going on; wait, or stop it")
+        if model == BY_TENSION:
+            model = campaign_model(None, self.campaign).name
         number = len(self.jobs) + 1
         folder = self.folder / f"{task}_{number}"
         asked = {"task": task, "model": model, "campaign": str(self.campaign_folder), "folder": str(folder), **request}

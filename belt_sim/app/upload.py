@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from belt_sim.effects.library import library
 from belt_sim.effects.load import entries_of, load_effects, split_entry
 from belt_sim.errors import BeltError, InputError
 from belt_sim.importing.mapping import FILE as MAPPING
+from belt_sim.si import plain_minus
 
 MEBI = 2**20
 MAX_UPLOAD = 256 * MEBI  # bytes of one request
@@ -49,16 +51,26 @@ def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
         last = last_name(name)
         known = last.lower()
         try:
-            if known in FILES:
-                tray.campaign[known] = data
-            elif known.endswith(".zip"):
-                tray.campaign |= unpack(last, data)
-            elif known == MAPPING:
-                tray.mapping = (last, data)
-            elif known.endswith((".yaml", ".yml")):
-                tray.effects = (last, data)
+            if known in FILES or known.endswith(".zip"):
+                found = {known: data} if known in FILES else unpack(last, data)
+                for file in found.keys() & tray.campaign.keys():
+                    remedy = f"{file} was dropped twice, the first is kept; drop one campaign at a time"
+                    raise InputError("file", quote(name), "", remedy)
+                tray.campaign |= found
+            elif known == MAPPING or known.endswith((".yaml", ".yml")):
+                kind = "mapping" if known == MAPPING else "effects"
+                if (before := getattr(tray, kind)) is not None:
+                    remedy = f"a second file of {kind} beside {quote(before[0])}, which is kept; drop one of them"
+                    raise InputError("file", quote(name), "", remedy)
+                setattr(tray, kind, (last, data))
             elif known.endswith(LOGGERS):
-                tray.loggers[safe(last)] = data
+                kept = safe(last)
+                stem, _, end = kept.rpartition(".")
+                taken = {file.lower() for file in tray.loggers}
+                kept = next(n for k in count(1) if (n := kept if k == 1 else f"{stem}_{k}.{end}").lower() not in taken)
+                if kept != safe(last):
+                    tray.messages.append(f"{quote(name)}: another file has this name; this one is kept as {kept}")
+                tray.loggers[kept] = data
             elif known.endswith(".py"):
                 raise InputError("file", quote(last), "", NO_CODE)
             else:
@@ -76,7 +88,7 @@ def last_name(name: str) -> str:
 
 def safe(name: str) -> str:
     """A last name as a file can bear it: what it says of a run stays, what is no letter, digit or mark goes."""
-    kept = "".join(c if c.isalnum() or c in " _-+.,()" else "_" for c in name).lstrip(".")
+    kept = "".join(c if c.isalnum() or c in " _-+.,()" else "_" for c in plain_minus(name)).lstrip(".")
     stem, _, end = kept.rpartition(".")
     return f"{stem[-LONGEST_NAME:] or '_'}.{end}"
 

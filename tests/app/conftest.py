@@ -24,10 +24,11 @@ ENDS_WITHIN = 20.0  # [s]
 
 @dataclass(frozen=True)
 class Served:
-    """A running app: its address, the folder that it writes to, and its process."""
+    """A running app: its address, port and token, the folder that it writes to, and its process."""
 
     address: str
     port: int
+    token: str
     folder: Path
     process: subprocess.Popen
 
@@ -43,12 +44,12 @@ def served(tmp_path_factory) -> Iterator[Served]:
     stopper.start()
     assert process.stdout is not None
     said = ""
-    while not (found := re.search(r"http://127\.0\.0\.1:(\d+)", said)):
+    while not (found := re.search(r"(http://127\.0\.0\.1:(\d+))/\?token=([\w-]+)", said)):
         line = process.stdout.readline()
         assert line, f"the app ended without an address: {said}"
         said += line
     stopper.cancel()
-    yield Served(found.group(0), int(found.group(1)), folder, process)
+    yield Served(found[1], int(found[2]), found[3], folder, process)
     process.send_signal(signal.SIGINT)
     assert process.wait(ENDS_WITHIN) == 0
 
@@ -70,6 +71,7 @@ def browser() -> Iterator[Any]:
 def page(browser, served) -> Iterator[Any]:
     """An empty tab, which must neither complain nor ask anybody but the app."""
     context = browser.new_context(viewport={"width": 1400, "height": 1000})
+    context.add_cookies([{"name": f"belt_sim_{served.port}", "value": served.token, "url": served.address}])
     tab = context.new_page()
     tab.set_default_timeout(PATIENCE)
     complaints, strangers = [], []

@@ -11,11 +11,30 @@ from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import BeltError
 
 
-def get(served, path="/", **headers) -> tuple[int, str]:
+def get(served, path="/", token=None, **headers) -> tuple[int, str]:
     connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=20)
-    connection.request("GET", path, headers=headers)
+    cookie = {"Cookie": f"belt_sim_{served.port}={served.token if token is None else token}"}
+    connection.request("GET", path, headers=cookie | headers)
     answer = connection.getresponse()
     return answer.status, answer.read().decode(errors="replace")
+
+
+def test_another_account_of_the_machine_is_turned_away(served):
+    socket_io = "/_nicegui_ws/socket.io/?EIO=4&transport=polling"
+    for path in ("/", "/measurements", "/results/1/zip", "/?token=wrong", socket_io):
+        assert get(served, path, token="")[0] == 403
+        assert get(served, path, token="wrong")[0] == 403
+    connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=20)
+    connection.request("GET", f"/measurements?token={served.token}")
+    answer = connection.getresponse()
+    assert (answer.status, answer.getheader("location")) == (303, "/measurements")
+    assert "HttpOnly; SameSite=Strict" in answer.getheader("set-cookie")
+
+
+def test_headers_are_compared_without_case(served):
+    assert get(served, **{"Transfer-Encoding": "Chunked"})[0] == 411
+    assert get(served, Host=f"LocalHost:{served.port}")[0] == 200
+    assert get(served, **{"Sec-Fetch-Site": "Cross-Site"})[0] == 403
 
 
 def test_only_the_loopback_address_answers(served):
@@ -33,6 +52,7 @@ def test_foreign_names_and_pages_are_turned_away(served):
     key = {"Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ=="}
     place = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
     assert get(served, place, Origin="http://evil.example", **upgrade, **key)[0] == 403
+    assert get(served, place, **upgrade, **key)[0] == 403  # a page's socket states where it comes from
 
 
 def test_results_go_by_number(served):

@@ -94,9 +94,10 @@ def test_code_and_bombs_are_no_effects(data):
 
 
 def test_the_guard_lets_its_own_pages_in_and_nobody_else():
-    guard = Guard(None, port=8080)
-    assert guard.refusal({"host": "127.0.0.1:8080"}) is None
-    assert guard.refusal({"host": "localhost:8080", "origin": "http://localhost:8080"}) is None
+    guard = Guard(None, port=8080, token="t")
+    assert guard.refusal({"host": "127.0.0.1:8080"}, "http") is None
+    assert guard.refusal({"host": "localhost:8080", "origin": "http://localhost:8080"}, "websocket") is None
+    assert guard.refusal({"host": "127.0.0.1:8080"}, "websocket")[0] == 403
     for headers in (
         {},
         {"host": "127.0.0.1:8081"},
@@ -105,9 +106,9 @@ def test_the_guard_lets_its_own_pages_in_and_nobody_else():
         {"host": "127.0.0.1:8080", "origin": "null"},
         {"host": "127.0.0.1:8080", "sec-fetch-site": "cross-site"},
     ):
-        assert guard.refusal(headers)[0] == 403
-    assert guard.refusal({"host": "127.0.0.1:8080", "content-length": str(MAX_UPLOAD + 1)})[0] == 413
-    assert guard.refusal({"host": "127.0.0.1:8080", "transfer-encoding": "chunked"})[0] == 411
+        assert guard.refusal(headers, "http")[0] == 403
+    assert guard.refusal({"host": "127.0.0.1:8080", "content-length": str(MAX_UPLOAD + 1)}, "http")[0] == 413
+    assert guard.refusal({"host": "127.0.0.1:8080", "transfer-encoding": "Chunked"}, "http")[0] == 411
 
 
 def test_a_port_that_is_taken_has_its_line():
@@ -115,3 +116,30 @@ def test_a_port_that_is_taken_has_its_line():
         assert taken.getsockname()[0] == "127.0.0.1"
         with pytest.raises(InputError, match="port = "):
             listen(taken.getsockname()[1])
+
+
+def test_a_typographic_minus_keeps_its_sign():
+    tray = upload.sort_files([("10Nmm2_yaw \u22120.042deg.csv", b"x")])
+    assert [*tray.loggers] == ["10Nmm2_yaw -0.042deg.csv"]
+
+
+def test_files_whose_names_collide_are_all_kept_and_named():
+    dropped = [
+        ("day1/lauf.csv", b"1"),
+        ("day2/lauf.csv", b"2"),
+        ("run#1.csv", b"3"),
+        ("run@1.csv", b"4"),
+        ("RUN#1.csv", b"5"),
+    ]
+    tray = upload.sort_files(dropped)
+    assert [*tray.loggers.items()] == [
+        ("lauf.csv", b"1"), ("lauf_2.csv", b"2"), ("run_1.csv", b"3"), ("run_1_2.csv", b"4"), ("RUN_1_3.csv", b"5"),
+    ]  # fmt: skip
+    assert len(tray.messages) == 3
+    assert "lauf_2.csv" in tray.messages[0]
+    twice = upload.sort_files(
+        [("a/campaign.yaml", b"1"), ("b/campaign.yaml", b"2"), ("x.yaml", b"3"), ("y.yaml", b"4")]
+    )
+    assert twice.campaign == {"campaign.yaml": b"1"}
+    assert twice.effects == ("x.yaml", b"3")
+    assert len(twice.messages) == 2

@@ -1,0 +1,49 @@
+"""The app, the command line and Python take one model for one campaign, and say why."""
+
+import asyncio
+from dataclasses import replace
+
+import pytest
+
+from belt_sim.api.resolve import campaign_model, model_for_campaign
+from belt_sim.app.session import INPUTS, Session
+from belt_sim.campaign import read_campaign
+from belt_sim.campaign.folder import campaign_folder
+
+
+def measured(name: str, tension: float | None = None, at: str | None = None):
+    campaign = read_campaign(campaign_folder(name))
+    runs = tuple(replace(r, tension=tension or r.tension) for r in campaign.runs)
+    signals = tuple(replace(s, at=at or s.at) for s in campaign.signals[:1]) + campaign.signals[1:]
+    source = replace(campaign.source, kind="measured") if tension or at else campaign.source
+    return replace(campaign, runs=runs, signals=signals, source=source)
+
+
+CASES = [
+    (measured("slack_belt"), "strip", "virtual rig"),
+    (measured("slack_belt", tension=10e6), "strip_lift_off", "below 22"),
+    (measured("slack_belt", tension=40e6), "strip", "not below 22"),
+    (measured("slack_belt", tension=10e6, at="upper_span at 2.0 m"), "strip", "inside a span"),
+    (measured("slack_belt", tension=10e6, at="tail_wrap at 0.2 m"), "strip_lift_off", "below 22"),
+]
+
+
+@pytest.mark.parametrize(("campaign", "model", "why"), CASES)
+def test_one_campaign_has_one_model(campaign, model, why, tmp_path, monkeypatch):
+    assert campaign_model(None, campaign).name == model
+    assert campaign_model({"name": "by_tension"}, campaign).name == model
+    assert why in model_for_campaign(campaign)
+    session = Session(tmp_path, campaign=campaign, campaign_folder=tmp_path)
+
+    async def ask():
+        async def nothing(job):
+            job.state = "finished"
+
+        monkeypatch.setattr("belt_sim.app.jobs.Job.run", nothing)
+        job = session.start("diagnose", INPUTS["model"])
+        await asyncio.sleep(0)
+        return job
+
+    job = asyncio.run(ask())
+    assert job.request["model"] == model
+    assert model in job.title
