@@ -57,7 +57,7 @@ OBEYED: dict[str, set[str]] = {
     "native": _SHARED | _IN_TIME | {"tensioning", "hold_stiffness"},
     "mjx": _SHARED | _IN_TIME | {"tensioning"},
     "quasi_static": _SHARED | {"tensioning", "steps"},
-    "mujoco": _SHARED | {"dt", "yaw_time", "tail_mass", "frame"},
+    "mujoco": _SHARED | {"dt", "yaw_time", "damping", "tail_mass", "frame"},
 }
 #: the options of the belt itself, which every engine obeys
 OF_BELT: dict[str, set[str]] = {"rope": set(), "grid": {"across", "bonds"}, "flex": {"across"}}

@@ -2,7 +2,7 @@
 
 Belts run on MJX at their tension and speed. From a reset on, the tail pulley stands askew by an unknown angle, may be
 conical, and the tension is one of several; the action turns the tail pulley. ``reset`` and ``step`` are pure functions
-for jax.jit, jax.vmap (one key, one action a belt) and jax.grad.
+for jax.jit, jax.vmap (one key, one action a belt) and jax.grad; they want float64 (``jax_enable_x64``).
 """
 
 from collections.abc import Sequence
@@ -13,13 +13,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.case import Case
+from belt_sim.case import Case, Schedule
 from belt_sim.case import Numbers as Array
 from belt_sim.errors import InputError
 from belt_sim.jax_setup import in_float64
-from belt_sim.space.mjx import READING, MjxData, MjxModel, command, prepare, step
+from belt_sim.space.mjx import READING, MjxData, MjxModel, PreparedCase, command, prepare, step
 from belt_sim.space.mjx_run import plan_of
 from belt_sim.space.options import RUNAWAY, Options
+from belt_sim.space.run import Command
 
 SETS_IN = 0.1  # [m] of travel over which what is wrong with the pulley sets in after a reset
 
@@ -61,7 +62,7 @@ class SteeringEnvironment:
         ranges: Ranges | None = None,
         speed: float = 1.0,
         control_travel: float = 0.1,
-        most_yaw: float = 2e-3,
+        most_yaw: float = 1e-3,
         y_scale: float = 1e-3,
         effort: float = 0.01,
     ) -> None:
@@ -71,24 +72,23 @@ class SteeringEnvironment:
         """
         self.ranges, self.most_yaw, self.y_scale, self.effort = ranges or Ranges(), most_yaw, y_scale, effort
         self.speed, self.control_travel, self.tilt_scale, self.tension_scale = speed, control_travel, 1e-2, 1e8
-        options = replace(options or Options(), belt_speed=speed)
-        self.ready = prepare(cases, options=options)
+        aligned = {"yaw": Schedule.step(0.0), "yaw_head": Schedule.step(0.0)}
+        cases = [replace(case, settings=replace(case.settings, **aligned)) for case in cases]
+        self.ready = prepare(cases, options=replace(options or Options(), belt_speed=speed))
         self.width, dt = float(cases[0].belt.width), float(self.ready[0].model.dt)
         self.substeps = max(round(control_travel / (speed * dt)), 1)
-        running = [self._run_in(one) for one in self.ready]
+        march = in_float64(jax.jit(lambda m, d, rows: jax.lax.scan(lambda d, c: (step(m, d, c), None), d, rows)[0]))
+        running = [march(one.model, one.data, self._run_in(one)) for one in self.ready]
         self.models = jax.tree.map(lambda *v: jnp.stack([jnp.asarray(x) for x in v]), *[r.model for r in self.ready])
         self.running = jax.tree.map(lambda *v: jnp.stack(v), *running)
 
-    @in_float64
-    def _run_in(self, one: Any) -> MjxData:
-        """A belt that has come to rest, then to its speed, as it is at travel 0."""
+    def _run_in(self, one: PreparedCase) -> Command:
+        """The commands that bring a belt to rest, then to its speed at travel 0."""
         plan = plan_of(one.scene, 0.0)
         until = int(np.argmax(plan.travel >= 0.0))
         if plan.speed[until] < self.speed:
             raise InputError("model.run_in", one.scene.options.run_in, "m", f"too short to reach {self.speed:g} m/s")
-        rows = jax.tree.map(lambda c: jnp.asarray(c[: until + 1]), plan)
-        march = jax.jit(lambda model, data: jax.lax.scan(lambda d, c: (step(model, d, c), None), data, rows)[0])
-        return march(one.model, jax.tree.map(jnp.asarray, one.data))  # type: ignore[no-any-return]
+        return jax.tree.map(lambda c: c[: until + 1], plan)  # type: ignore[no-any-return]
 
     def reset(self, rng: Array) -> SteeringState:
         """One of the belts, whose tail pulley goes askew and conical from now on."""

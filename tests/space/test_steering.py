@@ -17,7 +17,7 @@ def test_belts_differ_by_what_is_drawn_and_go_where_they_are_steered():
     with jax.enable_x64(True):
         cases = [make_case(rig=RIG, tension=tension, yaw=0.0) for tension in (30.0, 50.0)]
         options = Options(dx=0.07, dt=4e-3, run_in=0.3, settle=0.2, acceleration=3.0)
-        env = SteeringEnvironment(cases, options=options, ranges=Ranges(yaw_offset=2e-4, taper=1e-4), most_yaw=4e-4)
+        env = SteeringEnvironment(cases, options=options, ranges=Ranges(yaw_offset=5e-5, taper=1e-5), most_yaw=2e-4)
         keys = jax.random.split(jax.random.PRNGKey(0), 4)
         state, run = jax.jit(jax.vmap(env.reset))(keys), jax.jit(jax.vmap(env.step))
         assert state.obs.shape == (4, env.observation_size)
