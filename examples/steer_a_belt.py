@@ -1,9 +1,10 @@
-"""Learn to steer a belt: gains of a controller, by gradients through the simulation, in a few minutes on a CPU.
+"""Learn to steer a belt: two gains of a controller, in a few minutes on a CPU.
 
 python examples/steer_a_belt.py [PICTURE.png]
 
 Four belts of 30 to 50 N/mm2 run at once; in each the tail pulley stands askew by an unknown angle. The controller sees
-y1 and y4 and turns the pulley. Adam follows the gradient of the mean reward by the two gains over 3 m of belt.
+y1 and y4 and turns the pulley. Adam follows the slope of the mean reward over 3 m of belt by the two gains: differences
+of one batch, which on a CPU are cheaper than ``jax.grad`` through the same steps, because less is compiled.
 """
 
 import sys
@@ -20,6 +21,7 @@ from belt_sim.mjx import Ranges, SteeringEnvironment
 from belt_sim.space import Options
 
 BELTS, CONTROLS, UPDATES, RATE, FADE = 4, 30, 12, 0.3, (0.8, 0.95)  # RATE, FADE: of Adam
+NEAR = 0.02  # of the gains, for their slope
 RIG = {"centre_distance": 2.0, "head_radius": 0.3, "tail_radius": 0.3}  # [m]: large pulleys take far stations
 COARSE = Options(dx=0.07, dt=4e-3, run_in=0.3, settle=0.2, acceleration=3.0)
 
@@ -44,18 +46,13 @@ def rewards(env: SteeringEnvironment, gains: jax.Array, rng: jax.Array) -> tuple
 def learn(env: SteeringEnvironment) -> tuple[np.ndarray, np.ndarray]:
     """Gains before every update (UPDATES, 2), and the mean reward with them (UPDATES,)."""
 
-    @jax.jit
-    def value_and_slope(gains, keys):
-        def value(gains):
-            mean = jax.vmap(lambda key: rewards(env, gains, key)[0])(keys).mean()
-            return mean, mean
-
-        slope, mean = jax.jacfwd(value, has_aux=True)(gains)  # two gains: forwards is cheapest
-        return mean, slope
+    sets = jax.jit(jax.vmap(jax.vmap(lambda g, key: rewards(env, g, key)[0].mean(), (None, 0)), (0, None)))
+    beside = NEAR * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
 
     keys, gains, mean, square, rows = jax.random.split(jax.random.PRNGKey(0), BELTS), jnp.zeros(2), 0.0, 0.0, []
     for k in range(UPDATES):
-        value, slope = value_and_slope(gains, keys)
+        value, *around = sets(gains + beside, keys).mean(axis=1)
+        slope = jnp.array([around[0] - around[1], around[2] - around[3]]) / (2 * NEAR)
         rows.append((*gains.tolist(), float(value)))
         print(f"update {k:2d}: gains {gains[0]:+.3f} {gains[1]:+.3f}, mean reward {value:.3f}", flush=True)
         mean, square = FADE[0] * mean + (1 - FADE[0]) * slope, FADE[1] * square + (1 - FADE[1]) * slope**2
