@@ -120,9 +120,9 @@ def visible_table(visible: Sequence[Visible]) -> Table:
         factor, unit = display_unit(v.effect, v.parameter, v.unit)
         sizes = [words.number(s and factor * s, 2) for s in (v.smallest, v.largest_plausible)]
         rows.append((v.effect, v.parameter, *sizes, unit, v.word))
-    columns = ("effect", "number", "shows from", "a machine has up to", "unit", "seen")
+    columns = ("effect", "number", "shows from", "up to", "unit", "seen")
     hidden = [k for k, v in enumerate(visible) if v.share >= 1.0]
-    title = "What would show (nine times in ten)"
+    title = "What would show nine times in ten, and the largest size that a machine has"
     return Table(title=title, columns=columns, rows=rows, left=("effect", "number", "unit", "seen"), marked=hidden)
 
 
