@@ -58,7 +58,9 @@ class FinishedRun:
 
 def read_run(folder: Path) -> FinishedRun:
     """Read a finished run from its folder; raises BeltError, OSError, KeyError where its files are damaged."""
-    config = yaml.safe_load((folder / ".hydra" / "config.yaml").read_text(encoding="utf-8"))
+    from omegaconf import OmegaConf  # Hydra notes references as they are written
+
+    config: Any = OmegaConf.to_container(OmegaConf.load(folder / ".hydra" / "config.yaml"), resolve=True)
     typed = yaml.safe_load((folder / ".hydra" / "overrides.yaml").read_text(encoding="utf-8")) or []
     summary = read_json(folder / "summary.json")
     own = dict(o.lstrip("+").split("=", 1) for o in typed if "=" in o)

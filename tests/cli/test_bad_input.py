@@ -32,7 +32,7 @@ WRONG = [
     (["rig.gravity=-1"], "rig.gravity = -1 m/s2"),
     (["model.step=0"], "model.step = 0 m"),
     (["model.step=-1"], "model.step = -1 m"),
-    (["model.step=0.9", "travel=20", "model.keep=0.9"], "use a step shorter than the wrapped arc"),
+    (["model.step=0.9"], "model.step = 0.9 m: give a value between 0.0001 and 0.1 m"),
     (["model.keep=often"], "model.keep = often m"),
     (["model.name=membrane"], "use one of rope"),
     (["pictures=maybe"], "give true or false"),
