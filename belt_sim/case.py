@@ -50,13 +50,15 @@ def pytree(cls: type[C]) -> type[C]:
 class Rig:
     """Two pulleys, the head pulley (driven) at x = 0 and the tail pulley (steered) at x = centre_distance.
 
-    centre_distance [m]; head_radius, tail_radius [m], to the belt's middle surface; gravity [m/s2].
+    centre_distance [m]; head_radius, tail_radius [m], to the belt's middle surface; gravity [m/s2]; face_width [m] of
+    the pulleys, where it is known: no law reads it, and a run says when the belt runs over its edge.
     """
 
     centre_distance: float
     head_radius: float
     tail_radius: float
     gravity: float = GRAVITY
+    face_width: float | None = field(default=None, metadata={"static": True})
 
     @property
     def span_length(self) -> Numbers:

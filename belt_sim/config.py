@@ -30,7 +30,7 @@ RANGES: dict[str, tuple[float, float, str]] = {
         ("model.step", plausible.STEP, "m"),
         ("model.keep", plausible.KEEP, "m"),
     )
-} | {"rig.gravity": (0.0, 100.0, "m/s2")}
+} | {"rig.gravity": (0.0, 100.0, "m/s2"), "rig.face_width": (1e-3, 20.0, "m")}
 
 
 def case_from(cfg: Mapping[str, Any]) -> Case:
@@ -174,7 +174,8 @@ def rig_from(asked: Any) -> Rig:
     if abs(radii[0] - radii[1]) > 0.1 * centre:
         raise InputError("rig.head_radius", radii[0], "m", "radii may differ by a tenth of the centre distance")
     gravity = check_range(flat, "rig.gravity")
-    return Rig(centre_distance=centre, head_radius=radii[0], tail_radius=radii[1], gravity=gravity)
+    face = None if flat.get("rig.face_width") is None else check_range(flat, "rig.face_width")
+    return Rig(centre_distance=centre, head_radius=radii[0], tail_radius=radii[1], gravity=gravity, face_width=face)
 
 
 def belt_from(asked: Any) -> Belt:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from belt_sim.case import Case, Schedule
+from belt_sim.curves import Curves
 from belt_sim.effects.contact import LiftOff
 from belt_sim.jax_setup import jit_float64
 from belt_sim.line.influence import span_fields
@@ -23,6 +24,7 @@ NEXT = 0.25  # share of either second-order term that is kept where both cancel
 STRENGTH = 450e6  # [Pa], bending fatigue of usual belt steels
 NARROW = 20.0  # thicknesses that a strip is wide at least: below it is a bar, whose section the laws do not have
 SHORT = 1.0  # widths that a span is long at least: below it is a plate
+SMALL_ANGLE = (2.0 * WRONG) ** 0.5  # [rad]: laws take cosines of rolls and of directions for 1
 NEAR = 0.8  # share of the centre distance that both pulleys may fill
 
 
@@ -88,6 +90,38 @@ def geometric(case: Case) -> tuple[Limit, ...]:
     return tuple(sorted((Limit(x.id, float(x.load), x.words) for x in found if x.load > 1.0), key=lambda x: -x.load))
 
 
+def run_limits(case: Case, curves: Curves, bends: bool = True) -> tuple[Limit, ...]:
+    """Return the limits that a run left, all effects included, the worst first, with the place and the travel.
+
+    bends: whether the belt's moments, rolls and directions are those of a linear law; of a belt in three dimensions
+    only the lateral position counts. Without ``rig.face_width`` a face is taken to be as wide as the belt, which may
+    leave it by half its width.
+    """
+    belt, face, travel = case.belt, case.rig.face_width, np.asarray(curves.travel)
+    room = float(belt.width) / 2.0 if face is None else max(float(face - belt.width) / 2.0, 1e-3)
+    edge = "the belt lies half beside a face of its own width" if face is None else "an edge leaves the pulley's face"
+    spans, points = ("upper span", "lower span"), tuple(f"point {k}" for k in (1, 2, 3, 4))
+    kinds = [("off_pulley", np.abs(np.asarray(curves.y) + float(case.settings.y0)) / room, points, edge)]
+    if bends and curves.edge_stress is not None:
+        share = 1.0 - np.asarray(curves.edge_stress) / float(case.settings.tension)
+        kinds.append(("slack_edge", share, spans, "an edge is slack, which a linear span does not know"))
+    if bends and curves.tilt is not None:
+        words = "the cross-section rolls beyond small angles"
+        kinds.append(("large_tilt", np.abs(np.asarray(curves.tilt)) / SMALL_ANGLE, spans, words))
+    if bends and curves.angle is not None:
+        words = "the belt runs aslant beyond small angles"
+        kinds.append(("large_angle", np.abs(np.asarray(curves.angle)) / SMALL_ANGLE, points, words))
+    left = []
+    for name, load, places, words in kinds:
+        if load.max() > 1.0:
+            where, _ = np.unravel_index(np.argmax(load), load.shape)
+            first = float(travel[np.argmax((load > 1.0).any(axis=0))])
+            left.append(
+                Limit(name, float(load.max()), f"{words} from {first:.3g} m of travel on, most at {places[where]}")
+            )
+    return tuple(sorted(left, key=lambda x: -x.load))
+
+
 def warning(model: str, beyond: Iterable[Limit]) -> str:
     """One line, empty when nothing is exceeded."""
     said = "; ".join(f"{x.id} ({x.exceeded_by}): {x.words}" for x in beyond)
@@ -98,14 +132,14 @@ def _load_case(case: Case) -> _LoadedCase:
     span = strip(case)
     response, lifted = (_responses(case, effects, span) for effects in ((), (LiftOff(),)))
     runup, flat = (np.asarray(r.runup)[0, 2] for r in (response, _responses(case, (), beam_second_order(case))))
-    carried, changed = (np.asarray(r.runoff)[1, 2] for r in (response, lifted))
+    carried, changed = (np.asarray(r.runoff)[:, 2] for r in (response, lifted))
     return _LoadedCase(
         case=case,
         yaw=max(_largest(case.settings.yaw), _largest(case.settings.yaw_head)),
         entry=abs(float(span.bending * runup)),
         square=_beyond_linear(case),
         flat=abs(float(flat / runup) - 1.0),
-        layer=abs(float(changed / carried) - 1.0),
+        layer=float(np.abs(changed / carried - 1.0).max()),  # of both spans: the lower one's, whichever way it runs
     )
 
 

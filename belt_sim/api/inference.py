@@ -131,7 +131,7 @@ def diagnose(
             law = findings.law.describe(findings.decision.probability_of_unknown, config)
             found = replace(found, discovery=law)
         shown(found)
-        limits = validity_warnings(campaign, chosen, [e.id for e in found.effects])
+        limits = validity_warnings(campaign, chosen, effects_of(list(found.effects)) if found.effects else ())
         runs = tuple(_advice(findings, tell_stage)) if advise else ()
         return replace(found, beyond=limits, next_runs=runs)
 
@@ -271,7 +271,7 @@ def compare(
     base, final = bench.forward.null(), parameter_vector(bench, acting)
     before, after = bench.forward.values(np.stack([base, final]))
     shown = (bench, final, after) if acting else None
-    limits = validity_warnings(campaign, fitted_model(chosen), [e.id for e in acting])
+    limits = validity_warnings(campaign, fitted_model(chosen), acting)
     return Comparison(
         **common,
         error=overall_errors(bench, before, after),

@@ -9,12 +9,13 @@ from typing import Any
 from belt_sim.campaign.types import Campaign, case_of, sensor_place
 from belt_sim.case import Case
 from belt_sim.config import model_settings
+from belt_sim.curves import Curves
 from belt_sim.diagnosis.readings.candidates import default_candidates
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.line.march import KEEP, STEP
+from belt_sim.line.march import KEEP, STEP, march
 from belt_sim.line.steady import RitzingerFormula
 from belt_sim.model import (
     BY_TENSION,
@@ -28,7 +29,7 @@ from belt_sim.model import (
 )
 from belt_sim.results.diagnosis import FoundEffect
 from belt_sim.si import N_PER_MM2
-from belt_sim.validity import Limit, exceeded_limits, geometric
+from belt_sim.validity import Limit, exceeded_limits, geometric, run_limits
 
 #: a model by name, by name and settings, or as an object
 ModelSpec = ModelName | str | Mapping[str, Any] | Model | SteadyModel
@@ -184,6 +185,13 @@ def validity_limits(case: Case, model: Any, effects: Sequence[str] = ()) -> tupl
     return (*found, *(x for x in geometric(case) if x.id not in there))
 
 
+def with_run(beyond: tuple[Limit, ...], case: Case, model: Any, curves: Curves) -> tuple[Limit, ...]:
+    """Return the limits that a case is beyond, and those that its run left with all its effects; one of a kind."""
+    left = run_limits(case, curves, bends=isinstance(model, AnalyticModel))
+    known = {x.id: x for x in beyond}
+    return (*beyond, *(x for x in left if x.id not in known))
+
+
 def _in_space(model: Any) -> bool:
     """Whether a model is a belt in three dimensions; asking for its class would load MuJoCo."""
     return hasattr(model, "options")
@@ -199,11 +207,15 @@ def _of_model(case: Case, model: Any, effects: Sequence[str]) -> tuple[Limit, ..
     return tuple(replace(limit, words=_LAYER_IN_SPACE) if limit.id == "bending_layer" else limit for limit in found)
 
 
-def validity_warnings(campaign: Campaign, model: AnalyticModel, effects: Sequence[str]) -> tuple[str, ...]:
-    """A sentence a limit that some runs of a campaign are beyond."""
-    found = [
-        (run.name, limit) for run in campaign.runs for limit in validity_limits(case_of(campaign, run), model, effects)
-    ]
+def validity_warnings(campaign: Campaign, model: AnalyticModel, effects: Sequence[Effect]) -> tuple[str, ...]:
+    """A sentence a limit that some runs of a campaign are beyond; with effects the runs are marched to see it."""
+    found = []
+    for run in campaign.runs:
+        case = case_of(campaign, run)
+        beyond = validity_limits(case, model, [e.id for e in effects])
+        if effects and len(run.travel):
+            beyond = with_run(beyond, case, model, march(case, model, effects, travel=float(run.travel[-1])))
+        found += [(run.name, limit) for limit in beyond]
     sentences = []
     for name in dict.fromkeys(limit.id for _, limit in found):
         runs = [run for run, limit in found if limit.id == name]

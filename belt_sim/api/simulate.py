@@ -5,7 +5,16 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from belt_sim.api.resolve import ModelSpec, by_tension, effects_of, fitted_model, model_of, refuse, validity_limits
+from belt_sim.api.resolve import (
+    ModelSpec,
+    by_tension,
+    effects_of,
+    fitted_model,
+    model_of,
+    refuse,
+    validity_limits,
+    with_run,
+)
 from belt_sim.case import Case
 from belt_sim.config import case_from, case_or_settings, make_settings, model_settings
 from belt_sim.curves import Curves, Observer
@@ -90,8 +99,10 @@ def simulate_one(
     run: dict[str, Any] = {"travel": float(travel), "observers": observers}
     if not isinstance(chosen, SpaceModel):
         curves = chosen.run(case, acting, **run)
+        common["beyond"] = with_run(common["beyond"], case, chosen, curves)
         return Simulation(**common, curves=curves, steady_rate=steady, keep=getattr(chosen, "keep", 0.0))
     curves = chosen.run(case, acting, **run, scene_path=scene_path, computed=computed)
+    common["beyond"] = with_run(common["beyond"], case, chosen, curves)
     details = {"options": asdict(chosen.options), "engine": chosen.engine, "contact": chosen.contact}
     details |= {"scene": scene_path.name} if scene_path and scene_path.is_file() else {}
     found = Simulation(**common, curves=curves, details=details)

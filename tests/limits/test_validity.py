@@ -106,3 +106,50 @@ def test_a_campaign_is_told_once_a_limit():
     slack = sum(run.tension < 22e6 for run in campaign.runs)
     assert sentence.startswith(f"in {slack} of {len(campaign.runs)} runs the belt is too slack for this model")
     assert validity_warnings(campaign, MODELS["strip"], ("lift_off",)) == ()
+
+
+def test_the_half_turn_of_the_machine_is_told_the_same():
+    """Seen from the other side, yaw and yaw_head change places and the belt runs the other way."""
+    ahead = paper_case(7.0)
+    ahead = replace(ahead, rig=replace(ahead.rig, centre_distance=6.0))
+    turned = replace(ahead.settings, yaw=ahead.settings.yaw_head, yaw_head=ahead.settings.yaw, direction=-1.0)
+    back = replace(ahead, settings=turned)
+    assert loads(back)["bending_layer"] == pytest.approx(loads(ahead)["bending_layer"], rel=1e-9)
+    assert loads(ahead)["bending_layer"] > 5.0
+
+
+#: effects at the end of what is plausible, and what a run of 60 m at 10 N/mm2 leaves with them
+AT_THEIR_LIMIT = {
+    "camber": ({"kappa_c": 1e-3}, {"off_pulley", "slack_edge"}),
+    "off_centre_load": ({"moment": 2.0}, {"off_pulley", "slack_edge", "large_tilt"}),
+    "taper": ({"kappa_t": 1e-3}, {"off_pulley", "slack_edge"}),
+    "thickness_wedge": ({"slope": 1e-4}, set()),
+    "temperature_difference": ({"difference": 15.0}, {"off_pulley", "slack_edge"}),
+    "machine_tilt": ({"angle": 0.05}, set()),
+    "side_drag": ({"moment": 50.0}, {"slack_edge"}),
+    "idler_skew": ({"force": 50.0}, {"off_pulley", "slack_edge", "large_tilt"}),
+    "crown": ({"c": -0.5}, {"off_pulley", "slack_edge", "large_tilt", "large_angle"}),
+    "yaw_offset_tail": ({"beta_0": 0.002}, set()),
+}
+
+
+@pytest.mark.parametrize("name", AT_THEIR_LIMIT)
+def test_what_an_effect_does_beyond_the_laws_is_told_with_its_place(name):
+    numbers, left = AT_THEIR_LIMIT[name]
+    found = simulate(paper_case(10.0), model="strip_lift_off", effects=[{"id": name, **numbers}], travel=60.0)
+    told = {x.id: x for x in found.beyond}
+    assert left == set(told)
+    y, edge = np.abs(found.curves.y).max(), found.curves.edge_stress.min()
+    assert ("off_pulley" in told) == (y > 0.1)
+    assert ("slack_edge" in told) == (edge < 0.0)
+    assert all("m of travel on, most at" in told[x].words for x in left)
+
+
+def test_a_stated_face_says_when_the_belt_runs_over_its_edge():
+    narrow, wide = (replace(paper_case(20.0).rig, face_width=w) for w in (0.202, 0.4))
+    ends = [simulate(paper_case(20.0, rig=rig), model="strip", travel=60.0) for rig in (narrow, wide)]
+    said = [{x.id: x for x in run.beyond} for run in ends]
+    assert "off_pulley" in said[0]
+    assert "off_pulley" not in said[1]
+    travel = float(said[0]["off_pulley"].words.split("from ")[1].split(" m")[0])
+    assert np.abs(ends[0].curves.y[:, np.searchsorted(ends[0].curves.travel, travel - 0.2)]).max() < 1e-3
