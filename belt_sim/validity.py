@@ -6,6 +6,7 @@ belt, are wrong by some 3 %; the derivations and what they were checked against 
 
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.contact import LiftOff
 from belt_sim.jax_setup import jit_float64
-from belt_sim.line.influence import span_fields
+from belt_sim.line.influence import SpanFields, span_fields
 from belt_sim.line.span import beam_second_order, strip
 from belt_sim.line.spans import span_responses
 
@@ -42,7 +43,13 @@ class Limit:
         return f"{float(f'{self.load:.2g}'):,.12g} times the limit"
 
 
-_responses, _fields = (jit_float64(function, brief=True) for function in (span_responses, span_fields))
+@partial(jit_float64, brief=True)
+def _spans_of(case: Case):
+    """Return the responses of the strip, of one that lifts off and of a flat beam, and the fields of the strip: one
+    program, as every run of a model asks for all."""
+    span = strip(case)
+    answers = [span_responses(case, effects, span) for effects in ((), (LiftOff(strength=1.0),))]
+    return *answers, span_responses(case, (), beam_second_order(case)), span_fields(span)
 
 
 @dataclass(frozen=True)
@@ -130,20 +137,20 @@ def warning(model: str, beyond: Iterable[Limit]) -> str:
 
 def _load_case(case: Case) -> _LoadedCase:
     span = strip(case)
-    response, lifted = (_responses(case, effects, span) for effects in ((), (LiftOff(),)))
-    runup, flat = (np.asarray(r.runup)[0, 2] for r in (response, _responses(case, (), beam_second_order(case))))
+    response, lifted, beam, fields = _spans_of(case)
+    runup, flat = (np.asarray(r.runup)[0, 2] for r in (response, beam))
     carried, changed = (np.asarray(r.runoff)[:, 2] for r in (response, lifted))
     return _LoadedCase(
         case=case,
         yaw=max(_largest(case.settings.yaw), _largest(case.settings.yaw_head)),
         entry=abs(float(span.bending * runup)),
-        square=_beyond_linear(case),
+        square=_beyond_linear(case, fields),
         flat=abs(float(flat / runup) - 1.0),
         layer=float(np.abs(changed / carried - 1.0).max()),  # of both spans: the lower one's, whichever way it runs
     )
 
 
-def _beyond_linear(case: Case) -> float:
+def _beyond_linear(case: Case, fields: SpanFields) -> float:
     """Change of the entry moment over the square of the yaw [1/rad^2]: 4 (stretch - relief) / (M_entry yaw).
 
     Energies of fourth order, with the linear fields put in: twist stretches the edges, E h b^5/1440 int phi'^4; and in
@@ -151,7 +158,6 @@ def _beyond_linear(case: Case) -> float:
     order is left: a quarter of the larger is kept.
     """
     span, belt = strip(case), case.belt
-    fields = _fields(span)
     x, per_runup = np.asarray(fields.x), np.asarray(fields.per_runup)
     moment = float(span.bending) * per_runup
     twist = _integral(moment * float(span.sag_curvature / span.torsion), x)

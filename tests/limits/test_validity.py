@@ -10,6 +10,7 @@ from belt_sim.api.resolve import validity_limits, validity_warnings
 from belt_sim.api.simulate import simulate
 from belt_sim.campaign import read_campaign
 from belt_sim.case import Rig, Schedule
+from belt_sim.effects.library import library
 from belt_sim.files import ROOT
 from belt_sim.model import MODELS
 from belt_sim.results.json import summary_json
@@ -105,7 +106,7 @@ def test_a_campaign_is_told_once_a_limit():
     (sentence,) = validity_warnings(campaign, MODELS["strip"], ())
     slack = sum(run.tension < 22e6 for run in campaign.runs)
     assert sentence.startswith(f"in {slack} of {len(campaign.runs)} runs the belt is too slack for this model")
-    assert validity_warnings(campaign, MODELS["strip"], ("lift_off",)) == ()
+    assert validity_warnings(campaign, MODELS["strip"], (library()["lift_off"](strength=1.0),)) == ()
 
 
 def test_the_half_turn_of_the_machine_is_told_the_same():
