@@ -131,7 +131,8 @@ def diagnose(
             law = findings.law.describe(findings.decision.probability_of_unknown, config)
             found = replace(found, discovery=law)
         shown(found)
-        limits = validity_warnings(campaign, chosen, effects_of(list(found.effects)) if found.effects else ())
+        named = all(e.id in library() for e in found.effects)
+        limits = validity_warnings(campaign, chosen, effects_of(list(found.effects)) if named else found.effects)
         runs = tuple(_advice(findings, tell_stage)) if advise else ()
         return replace(found, beyond=limits, next_runs=runs)
 

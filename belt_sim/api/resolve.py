@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from belt_sim.diagnosis.readings.candidates import default_candidates
 from belt_sim.effects.base import Effect
 from belt_sim.effects.library import library
 from belt_sim.effects.load import load_classes, load_effects
-from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.line.march import KEEP, STEP, march
 from belt_sim.line.steady import RitzingerFormula
 from belt_sim.model import (
@@ -207,14 +208,19 @@ def _of_model(case: Case, model: Any, effects: Sequence[str]) -> tuple[Limit, ..
     return tuple(replace(limit, words=_LAYER_IN_SPACE) if limit.id == "bending_layer" else limit for limit in found)
 
 
-def validity_warnings(campaign: Campaign, model: AnalyticModel, effects: Sequence[Effect]) -> tuple[str, ...]:
-    """A sentence a limit that some runs of a campaign are beyond; with effects the runs are marched to see it."""
+def validity_warnings(
+    campaign: Campaign, model: AnalyticModel, effects: Sequence[Effect | FoundEffect]
+) -> tuple[str, ...]:
+    """A sentence a limit that some runs of a campaign are beyond; with effects of the library runs are marched."""
+    acting = [e for e in effects if isinstance(e, Effect)]
     found = []
     for run in campaign.runs:
         case = case_of(campaign, run)
         beyond = validity_limits(case, model, [e.id for e in effects])
-        if effects and len(run.travel):
-            beyond = with_run(beyond, case, model, march(case, model, effects, travel=float(run.travel[-1])))
+        if acting and len(run.travel):
+            with suppress(SimulationError):  # what diverges is told by its errors
+                curves = march(case, model, acting, travel=float(run.travel[-1]))
+                beyond = with_run(beyond, case, model, curves)
         found += [(run.name, limit) for limit in beyond]
     sentences = []
     for name in dict.fromkeys(limit.id for _, limit in found):
