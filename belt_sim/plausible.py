@@ -76,6 +76,7 @@ TRAVEL = Range("length", 0.0, 20000.0, "m")  # of a reading
 STEP = Range("length", 1e-4, 0.1, "m")  # of an analytic march, whose records are 0.1 m apart at most
 KEEP = Range("length", 1e-3, 1e3, "m")
 SIMULATED_TRAVEL = Range("length", 0.1, 1e5, "m")
+Y0 = Range("length", -10000.0, 10000.0, "mm")
 YAW_AT_U = Range("length", 0.0, 10.0, "m")
 TIME = Range("time", -1e10, 1e10, "s")
 RATE = Range("angle", -200.0, 200.0, "mm/m")

@@ -237,7 +237,12 @@ def _put(fresh: Path, folder: Path) -> None:
     old = fresh.with_name(fresh.name + ".old")
     if folder.exists():
         os.rename(folder, old)
-    os.rename(fresh, folder)
+    try:
+        os.rename(fresh, folder)
+    except OSError:
+        if old.exists():
+            os.rename(old, folder)  # as it was
+        raise
     if old.exists():
         for path in old.iterdir():
             if path.name not in FILES and not (folder / path.name).exists():
@@ -306,10 +311,12 @@ def runs_text(runs: tuple[Run, ...]) -> str:
     columns = {"run": [run.name for run in runs]}
     for column, (name, bounds, _) in NUMBERS.items():
         values = np.array([getattr(run, name) for run in runs], dtype=float)
+        if name == "yaw_at":  # in the file both count from the beginning of the record
+            values = values - np.array([run.run_in for run in runs])
         columns[column] = _cells(values, UNITS[bounds.unit][1])
     columns["direction"] = [f"{run.direction:g}" for run in runs]
     columns |= {name: [getattr(run, name) or "" for run in runs] for name in ("repeat_of", "use", "started")}
-    blank = {"u_yaw_at_m": "0.0", "start_m": "", "started": ""}
+    blank = {"u_yaw_at_m": "0.0", "start_m": "", "run_in_m": "0.0", "y0_mm": "", "started": ""}
     stated = {n: cells for n, cells in columns.items() if n not in blank or set(cells) - {blank[n]}}
     return "\n".join([",".join(stated), *(",".join(row) for row in zip(*stated.values(), strict=True)), ""])
 
@@ -322,7 +329,7 @@ def _signals(campaign: Campaign) -> str:
     rows = [",".join(["run", "travel_m", *(["time_s"] if timed else []), *(signal.name for signal in used)])]
     for run in recorded:
         blank = np.full(len(run.travel), np.nan)
-        columns = [[run.name] * len(run.travel), _cells(run.travel)]
+        columns = [[run.name] * len(run.travel), _cells(run.travel - run.run_in)]
         if timed:
             columns.append(_cells(blank if run.time is None else run.time))
         for signal in used:

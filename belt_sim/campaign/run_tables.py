@@ -30,12 +30,16 @@ NUMBERS: dict[str, tuple[str, Range, float | None]] = {
     "yaw_at_m": ("yaw_at", plausible.TRAVEL, 0.0),
     "u_yaw_at_m": ("yaw_at_u", plausible.YAW_AT_U, 0.0),
     "start_m": ("start", plausible.TRAVEL, math.nan),
+    "run_in_m": ("run_in", plausible.TRAVEL, 0.0),
+    "y0_mm": ("y0", plausible.Y0, math.nan),
 }
 REQUIRED = ("run", "tension_N_per_mm2", "yaw_deg")
 KNOWN = ("run", *NUMBERS, "repeat_of", "use", "started")
 RATES = ("rate1", "rate2", "rate3", "rate4")
 #: A repeat's stated settings may differ from its first run's by this share: set again, they are read again.
 REPEAT_TOLERANCE = 0.05
+#: What a repeat need not have alike.
+FREE = ("yaw_at_u", "start", "run_in", "y0")
 
 
 # ---- tables of any kind
@@ -180,8 +184,9 @@ def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
         if not _name_fits(rows, row, name):
             continue
         values: dict[str, Any] = {field: float(column[row]) for field, column in numbers.items()}
-        if math.isnan(values.get("start", 0.0)):
-            values["start"] = None
+        values |= {key: None for key in ("start", "y0") if math.isnan(values.get(key, 0.0))}
+        if run_in := values.get("run_in", 0.0):
+            values["yaw_at"] = values.get("yaw_at", 0.0) + run_in
         use: Any = uses[row] or "fit"
         rows.runs[name] = Run(name=name, repeat_of=repeats[row] or None, use=use, started=started[row], **values)
     _check_repeats(rows)
@@ -198,7 +203,7 @@ def _check_cells(table: CsvTable, directions: np.ndarray) -> None:
             table.refuse(row, "use", use, "", did_you_mean(use, ("fit", "hold_out")))
     for row, moment in enumerate(table.texts("started")):
         try:
-            (datetime.datetime if "-" in moment else datetime.time).fromisoformat(moment or "00:00")
+            (datetime.datetime if "-" in moment[:5] else datetime.time).fromisoformat(moment or "00:00")
         except ValueError:
             remedy = "write a date and time as 2024-05-12T13:00:00, or leave it blank"
             table.refuse(row, "started", moment, "", remedy)
@@ -242,8 +247,10 @@ def _check_repeats(rows: RunRows) -> None:
 
 def _check_same_settings(rows: RunRows, run: Run, first: Run) -> None:
     for column, (field, bounds, _) in NUMBERS.items():
-        own, its = (getattr(r, field) for r in (run, first))
-        if field not in ("yaw_at_u", "start") and abs(own - its) > REPEAT_TOLERANCE * abs(its):
+        if field in FREE:
+            continue
+        own, its = (getattr(r, field) - (r.run_in if field == "yaw_at" else 0.0) for r in (run, first))
+        if abs(own - its) > REPEAT_TOLERANCE * abs(its):
             shown, other = (x / UNITS[bounds.unit][1] for x in (own, its))
             remedy = f"{first.name} has {other:.6g}; a repeat has the settings of its first run"
             rows.refuse(run.name, column, float(f"{shown:.6g}"), bounds.unit, remedy)
@@ -276,7 +283,8 @@ def read_signals(
             table.refuse(index[0], "travel_m", float(travel[index[0]]), "m", remedy)
         signals = {signal: column[index] for signal, column in columns.items() if np.isfinite(column[index]).any()}
         own = time[index] if time is not None and np.isfinite(time[index]).any() else None
-        recorded[name] = replace(rows.runs[name], travel=travel[index], time=own, signals=signals)
+        way = travel[index] + rows.runs[name].run_in
+        recorded[name] = replace(rows.runs[name], travel=way, time=own, signals=signals)
         if columns and not signals and len(problems) == before:
             table.refuse(index[0], "run", name, "", "has rows but no readings; fill them in or remove the run")
     return recorded

@@ -137,8 +137,10 @@ class Run:
     increasing from the straight start at 0; time [s], shape (n,), or None; signals: name -> shape (n,) [m or rad],
     nan where blank. A signal without any value in this run is absent from ``signals``; n = 0 for a run of steady
     rates only. start [m]: travel that the belt had behind it at travel 0, None where nobody knows; start_u: one sigma
-    of it where it was read off the records. started: date and time of day of the first reading (ISO 8601; "" where not
-    known).
+    of it where it was read off the records. run_in [m]: how far the belt had run from a straight start when the record
+    began; ``travel`` and ``yaw_at`` count from that start. y0 [m]: how far the belt stood from the middle of the
+    pulleys at the yaw, to the side of positive y, None where nobody knows. started: date and time of day of the first
+    reading (ISO 8601; "" where not known).
     """
 
     name: str
@@ -151,6 +153,8 @@ class Run:
     yaw_at_u: float = 0.0
     start: float | None = None
     start_u: float = 0.0
+    run_in: float = 0.0
+    y0: float | None = None
     repeat_of: str | None = None
     use: Use = "fit"
     started: str = ""

@@ -222,7 +222,7 @@ def role_named(name: str) -> str:
     rate = _RATE.match(words)
     if rate:
         return f"rate{rate.group(1) or 1}"
-    if _NUMBERED.match(words) or re.fullmatch(r"y[ _]?\w?", words):
+    if _NUMBERED.match(words) or re.fullmatch(r"y[ _]?[a-z1-9]?", words):
         return "signal"
     spoken = {known: role for role, names in synonyms()["roles"].items() for known in names if _speaks_of(words, known)}
     return spoken[max(spoken, key=len)] if spoken else ""

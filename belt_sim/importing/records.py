@@ -53,7 +53,8 @@ def runs_on_one_grid(made: list[AssembledRun], entry: MappingEntry) -> tuple[lis
     for run, record in zip(runs, records, strict=True):
         time = record[TIME].to_numpy() if TIME in record else None
         signals = {name: record[name].to_numpy() for name in _signals_in(record)}
-        out.append(replace(run, travel=record.index.to_numpy(), time=time, signals=signals))
+        way = record.index.to_numpy() + run.run_in
+        out.append(replace(run, travel=way, yaw_at=run.yaw_at + run.run_in, time=time, signals=signals))
     return out, notes, step
 
 

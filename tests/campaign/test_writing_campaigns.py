@@ -2,6 +2,9 @@
 
 import dataclasses
 import math
+import os
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ from hypothesis import strategies as st
 
 from belt_sim.campaign import CampaignError, Quantity, Run, SteadyRate, read_campaign, write_campaign
 from belt_sim.errors import InputError
+from belt_sim.files import CAMPAIGNS
 
 #: Numbers are written with 15 digits: half a unit of the last one, and the rounding of two factors.
 WRITTEN = 6e-15
@@ -121,3 +125,33 @@ def test_what_the_reader_would_refuse_is_never_written(folder, tmp_path):
     with pytest.raises(CampaignError, match="tension_N_per_mm2 = -1e-06 N/mm2"):
         write_campaign(dataclasses.replace(campaign, runs=(wrong, *campaign.runs[1:])), tmp_path / "bad")
     assert [path.name for path in tmp_path.iterdir()] == ["slack"]
+
+
+def test_a_run_of_a_running_machine_and_its_place_come_back(tmp_path):
+    campaign = read_campaign(CAMPAIGNS / "slack_belt")
+    first, *others = campaign.runs
+    moved = replace(first, run_in=80.0, travel=first.travel + 80.0, yaw_at=first.yaw_at + 80.0, y0=-0.008)
+    others = [replace(r, repeat_of=None) if r.repeat_of == first.name else r for r in others]
+    back = write_campaign(replace(campaign, runs=(moved, *others)), tmp_path / "c")
+    assert "run_in_m,y0_mm" in (tmp_path / "c" / "runs.csv").read_text()
+    assert (back.runs[0].run_in, back.runs[0].y0) == (80.0, pytest.approx(-0.008))
+    assert back.runs[0].yaw_at == pytest.approx(first.yaw_at + 80.0)
+    assert back.runs[0].travel == pytest.approx(first.travel + 80.0)
+    assert back.runs[1].y0 is None
+
+
+def test_the_old_folder_comes_back_where_the_new_cannot_be_put(tmp_path, monkeypatch):
+    campaign = read_campaign(CAMPAIGNS / "slack_belt")
+    write_campaign(campaign, tmp_path / "c")
+    before = (tmp_path / "c" / "runs.csv").read_bytes()
+    rename = os.rename
+
+    def fails(source, target):
+        if Path(target) == tmp_path / "c" and not str(source).endswith(".old"):
+            raise OSError(28, "No space left on device")
+        rename(source, target)
+
+    monkeypatch.setattr(os, "rename", fails)
+    with pytest.raises(OSError, match="No space"):
+        write_campaign(campaign, tmp_path / "c", overwrite=True)
+    assert (tmp_path / "c" / "runs.csv").read_bytes() == before
