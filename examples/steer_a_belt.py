@@ -20,7 +20,7 @@ from belt_sim.config import make_case
 from belt_sim.mjx import Ranges, SteeringEnvironment
 from belt_sim.space import Options
 
-BELTS, CONTROLS, UPDATES, RATE, FADE = 4, 30, 12, 0.3, (0.8, 0.95)  # RATE, FADE: of Adam
+BELTS, CONTROLS, UPDATES, RATE, FADE = 4, 30, 5, 0.3, (0.8, 0.95)  # RATE, FADE: of Adam
 NEAR = 0.02  # of the gains, for their slope
 RIG = {"centre_distance": 2.0, "head_radius": 0.3, "tail_radius": 0.3}  # [m]: large pulleys take far stations
 COARSE = Options(dx=0.07, dt=4e-3, run_in=0.3, settle=0.2, acceleration=3.0)
@@ -62,18 +62,14 @@ def learn(env: SteeringEnvironment) -> tuple[np.ndarray, np.ndarray]:
     return table[:, :2], table[:, 2]
 
 
-def draw(env: SteeringEnvironment, gains: np.ndarray, learned: np.ndarray, path: Path) -> None:
-    """The learning curve, and belts that were not in it without and with the controller."""
-    fig, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.4), layout="constrained")
-    left.plot(learned, "o-", color="tab:blue")
-    left.set(xlabel="update", ylabel="mean reward", title="Learning curve")
-    keys = jax.random.split(jax.random.PRNGKey(1), BELTS)
-    run = jax.jit(jax.vmap(lambda gains, key: rewards(env, gains, key)[1], in_axes=(None, 0)))
-    travel = env.control_travel * (1.0 + np.arange(CONTROLS))
-    for which, colour, name in ((gains[0], "tab:grey", "without controller"), (gains[-1], "tab:blue", "learned gains")):
-        y1 = 1e3 * np.asarray(run(jnp.asarray(which), keys))
-        right.plot(travel, y1.T, color=colour, lw=1.0, label=[name, *[""] * (BELTS - 1)])
-    right.set(xlabel="travel [m]", ylabel="y at point 1 [mm]", title="Belts not seen in learning")
+def draw(gains: np.ndarray, learned: np.ndarray, path: Path) -> None:
+    """The learning curve, and the gains on the way."""
+    fig, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.2), layout="constrained")
+    left.semilogy(-learned, "o-", color="tab:blue")
+    left.set(xlabel="update", ylabel="mean of (y1 / 0.1 mm)$^2$ and effort", title="Learning curve")
+    right.plot(gains[:, 0], "o-", label="on y1")
+    right.plot(gains[:, 1], "s--", label="on y1 - y4")
+    right.set(xlabel="update", ylabel="gain [1 mrad per 0.1 mm]", title="Gains of the controller")
     right.legend()
     fig.savefig(path, dpi=130)
 
@@ -84,4 +80,4 @@ if __name__ == "__main__":
     environment = make_environment()
     steered, curve = learn(environment)
     print(f"{time.perf_counter() - clock:.0f} s, {time.process_time() - cpu:.0f} CPU s, compilation included")
-    draw(environment, steered, curve, Path(sys.argv[1] if len(sys.argv) > 1 else "steering.png"))
+    draw(steered, curve, Path(sys.argv[1] if len(sys.argv) > 1 else "steering.png"))
