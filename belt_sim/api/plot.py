@@ -1,14 +1,14 @@
 """Pictures and reports of results."""
 
 import os
+import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from belt_sim.campaign import Campaign
 from belt_sim.effects.library import library, short_title
@@ -23,6 +23,9 @@ from belt_sim.show import diagnosis as pictures
 from belt_sim.show.curves import curves_picture, map_picture, steady_picture, understood_picture
 from belt_sim.show.report import inline_svg, most_misfit, panel_boxes, write_report
 from belt_sim.show.style import save, svg_text
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Draw = Callable[[Path | None], Any]
 Result = Simulation | Comparison | Diagnosis | Discovery | Campaign
@@ -52,7 +55,7 @@ class Picture:
 
 
 def plot(
-    result: Result | Sequence[Simulation] | pd.DataFrame,
+    result: "Result | Sequence[Simulation] | pd.DataFrame",
     path: str | os.PathLike[str] | None = None,
     *,
     kind: str | None = None,
@@ -66,7 +69,8 @@ def plot(
     "ranking" of a diagnosis; "evidence", "unknown", "law" or "falling_error" of a discovery;
     dpi: dots per inch of a PNG.
     """
-    if isinstance(result, pd.DataFrame):
+    pandas = sys.modules.get("pandas")  # who has a table has loaded it; a run of a model does not wait for it
+    if pandas is not None and isinstance(result, pandas.DataFrame):
         there = _of_table(result)
     else:
         there = _of_several(result) if isinstance(result, Sequence) else drawings_by_kind(result)
@@ -79,12 +83,12 @@ def plot(
     return picture
 
 
-def drawn_columns(table: pd.DataFrame) -> list[str]:
+def drawn_columns(table: "pd.DataFrame") -> list[str]:
     """Columns of a table of ``bs.sweep`` that can be drawn over what varies."""
     return [c for c in table.columns if c not in table.attrs.get("axes", ()) and c != "model"]
 
 
-def _of_table(table: pd.DataFrame) -> dict[str, Draw]:
+def _of_table(table: "pd.DataFrame") -> dict[str, Draw]:
     """Every column of a table of ``bs.sweep`` over its one or two axes, by its name."""
     axes = table.attrs.get("axes", {})
     if not 0 < len(axes) <= 2:

@@ -101,3 +101,12 @@ def test_the_command_line_says_how_many_threads_before_linear_algebra_is_loaded(
     monkeypatch.setattr(os, "environ", {"MKL_NUM_THREADS": "3"})
     use_one_blas_thread()
     assert os.environ == {"MKL_NUM_THREADS": "3", "OPENBLAS_NUM_THREADS": "1"}
+
+
+def test_a_run_of_a_model_loads_no_libraries_that_it_does_not_use(tmp_path):
+    heavy = ("scipy.signal", "scipy.stats", "scipy.ndimage", "pandas", "mujoco", "belt_sim.campaign.sheet")
+    program = (
+        "import json, sys; from belt_sim.cli import run; run(['simulate', 'model=strip', 'travel=5', sys.argv[1]])"
+    )
+    program += f"; print(json.dumps([m for m in {heavy} if m in sys.modules]))"
+    assert _said(program, f"hydra.run.dir={tmp_path}") == []
