@@ -97,7 +97,7 @@ def _number_texts(entry: MachineMapping | BeltMapping | str | None, kind: str, k
         numbers["pulley_radius"] = numbers.pop("head_radius")
         del numbers["tail_radius"]
     units = {"youngs_modulus": " Pa", "density": " kg/m^3", "poisson_ratio": ""}
-    return {k: f"{v:.15g}{units.get(k, ' m')}" for k, v in numbers.items() if k != "gravity"}
+    return {k: f"{v:.15g}{units.get(k, ' m')}" for k, v in numbers.items() if k != "gravity" and v is not None}
 
 
 def _quantities(

@@ -93,7 +93,7 @@ def case_words(scene: SceneLayout) -> dict[str, str]:
         "tension": float(case.settings.tension) / N_PER_MM2,
     }
     words |= {"direction": float(case.settings.direction), "friction": scene.parts.friction}
-    words |= {f"rig.{k}": float(v) for k, v in asdict(case.rig).items()}
+    words |= {f"rig.{k}": float(v) for k, v in asdict(case.rig).items() if v is not None}
     words |= {f"belt.{k}": float(v) for k, v in asdict(case.belt).items()}
     words |= {"model.dx": options.dx, "model.dt": options.dt, "model.belt_speed": options.run_speed}
     for name in ("head", "tail"):

@@ -33,7 +33,7 @@ SETTINGS = (
     "yaw_offset_head",
     "yaw_compliance",
     "unequal_tension",
-    "pulley_deflection",
+    "thickness_wedge",  # a bent pulley shows only where the belt is far off the middle, which a short run is not
     "slip",
     "camber",
     "weld",

@@ -75,6 +75,7 @@ def about(room: str) -> tuple[str, int, int]:
     head = place / "__init__.py" if place.is_dir() else files[0]
     doc = ast.get_docstring(ast.parse(head.read_text(encoding="utf-8"))) or ""
     words = re.split(r"(?<=[.:])\s", doc.replace("\n", " "))[0].rstrip(".:")
+    words = words.split(",")[0] if len(words) > 60 else words
     return words, len(files), sum(len(f.read_bytes().splitlines()) for f in files)
 
 

@@ -23,7 +23,8 @@ def fitted(apart: float, product: float = U) -> MarchFit:
     numbers = [LawNumber("size", "1", "", SIZE), LawNumber("knee", "1/m", "", KNEE, True)]
     cls = SimpleNamespace(id="generic_law", numbers=numbers, parameters={n.name: n for n in numbers})
     covariance = turned.T @ np.diag([apart**2, product**2]) @ turned
-    fit = SimpleNamespace(vector=np.array([-1.0, 1.0]), free=[0, 1], covariance=covariance)
+    columns = np.linalg.cholesky(np.linalg.inv(covariance))
+    fit = SimpleNamespace(vector=np.array([-1.0, 1.0]), free=[0, 1], covariance=covariance, columns=columns)
     place = next(p for p in surveyed("yaw_creep").places if p.name == "turn_both")
     law = Law((Term(place, Form("kappa", shape="saturation", knee=KNEE)),))
     return MarchFit(ScoredLaw(law, 400.0, 397.0), cls, SimpleNamespace(forward=forward), fit, 400.0, (0.0, 0.0))

@@ -63,7 +63,7 @@ def test_the_pace_that_was_run_is_told():
 CHANGED = {
     "dx": 0.05, "across": 3, "dt": 1.5e-3, "belt_speed": 0.3, "friction": 0.05, "bonds": ("longitudinal", "transverse"),
     "tensioning": "length", "run_in": 0.1, "acceleration": 2.0, "settle": 0.1, "yaw_time": 0.1, "damping": 200.0,
-    "hold_stiffness": 1e9, "tail_mass": 600.0, "sample": 0.02, "frame": 0.03, "steps": 3,
+    "hold_stiffness": 1e9, "tail_mass": 600.0, "sample": 0.02, "frame": 0.01, "steps": 3,
 }  # fmt: skip
 #: what makes a run short; an engine takes of these what it obeys
 BRIEF = {"dx": 0.04, "dt": 2e-3, "run_in": 0.05, "settle": 0.05, "acceleration": 3.0, "yaw_time": 0.05, "sample": 0.01}
