@@ -108,7 +108,7 @@ def _sentence(d: Findings) -> str:
     more = f" Or one change of the span, in its bending or twisting, may stand in the place of {join_words(alike)}."
     said = decision.verdict.sentence(model, named, str(gravest)) + (more if alike else "")
     if decision.is_tie:
-        said = f"One of {len(decision.tied)}, and these runs cannot say which: {' or '.join(decision.tied)}."
+        said = f"Model {model} lacks one of these, and these runs cannot say which: {' or '.join(decision.tied)}."
     if shared := decision.in_every_explanation(POLICY):
         said += f" Whatever else acts, every likely explanation has {join_words(shared)} (size not reliable)."
     sheet = [s for s in d.suspicions if s.kind == "sheet" and s.severity == "look"]
