@@ -23,7 +23,6 @@ from belt_sim.si import N_PER_MM2
 # What the sliders ask for: one march over the longest travel, of which a shorter one is the start.
 
 LONGEST = 200.0  # [m]
-KEEP = 0.2  # [m]
 MODELS = tuple(name for name in ANALYTIC if name != "ritzinger")  # those that have curves
 SCALES = 10.0  # how far a slider of an effect reaches, in scales of its parameter
 
@@ -38,7 +37,7 @@ def simulate_sliders(
     """
     case = make_case(tension=tension, yaw=yaw, **machine)
     acting = [library()[effect](**numbers) for effect, numbers in effects.items()]  # a size of nothing is allowed here
-    whole = simulate(case, model={"name": model, "keep": KEEP}, effects=acting, travel=LONGEST)
+    whole = simulate(case, model=model, effects=acting, travel=LONGEST)
     curves = whole.curves
     assert curves is not None
     keep = np.asarray(curves.travel) <= travel + 1e-9

@@ -65,7 +65,7 @@ def test_sliders_change_the_curve(page, served):
 @pytest.mark.parametrize(("width", "scheme"), [(390, "dark"), (1400, "light")])
 def test_nothing_is_wider_than_the_screen(browser, served, width, scheme):
     tab = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
-    tab.goto(served.address)
+    tab.goto(f"{served.address}/?token={served.token}")
     tab.wait_for_selector(DRAWN.format("curves"), state="attached")
     assert tab.evaluate("document.documentElement.scrollWidth") <= width
     assert tab.evaluate("document.body.classList.contains('body--dark')") == (scheme == "dark")
