@@ -349,7 +349,7 @@ def demo(arguments: Sequence[str]) -> int:
     products = {
         folder / "report.html": "the whole diagnosis on one page",
         folder / "effects.yaml": "the missing effect; simulate and compare accept it as effects=FILE",
-        folder / "where.png": "where the beam model fails",
+        folder / "where.svg": "where the beam model fails",
         again / "overlay.png": "measured and modelled, before and after",
         folder / "comparison.rrd": "points, residuals and tilt against travel; open it with rerun FILE",
     }
