@@ -81,7 +81,8 @@ def disagreement(samples: Samples, c: Contrast) -> Disagreement | None:
     times = float(np.sqrt(np.mean((slow @ modes) ** 2 / (1.0 + ratios[: len(slow)]))))
     if times < DISAGREE:
         return None
-    apart = np.array(c.weights) @ samples.y[list(c.runs), c.signal][:, c.keep] * np.sqrt(2.0)
+    weights = np.array(c.weights) / c.weights[-1]  # the last run less the mean of the others
+    apart = weights @ samples.y[list(c.runs), c.signal][:, c.keep]
     names = tuple(samples.runs[r].name for r in c.runs)
     return Disagreement(names, c.sheet, float(np.sqrt(np.mean((apart - apart.mean()) ** 2))), times)
 
