@@ -14,7 +14,7 @@ from belt_sim.foresight.harm import harm_warnings
 from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, understand, write
 from belt_sim.importing.columns import DRAWING
 from belt_sim.importing.mapping import mapping_of
-from belt_sim.importing.new_campaign import plan_for, template, tensions_for, travel_for, yaw_for
+from belt_sim.importing.sheets import plan_for, template, tensions_for, travel_for, yaw_for
 from belt_sim.show.imports import tell_plan, tell_proposal, tell_written
 
 

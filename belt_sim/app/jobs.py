@@ -133,7 +133,7 @@ def main() -> None:
 
 def _of_the_library(effects: Sequence[Any]) -> None:
     """Raise InputError for effects that are code, wherever they come from."""
-    from belt_sim.app.upload import NO_CODE
+    from belt_sim.app.session import NO_CODE
     from belt_sim.effects.generic_law import ID as LAW
     from belt_sim.effects.library import library
 

@@ -9,11 +9,10 @@ from nicegui import run, ui
 
 from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.api.resolve import model_for_campaign
-from belt_sim.app import plots, widgets
+from belt_sim.app import widgets
 from belt_sim.app.jobs import Job
-from belt_sim.app.session import GROUPS, Import, Place, Session, read_shown
+from belt_sim.app.session import GROUPS, MAX_UPLOAD, MEBI, TOO_LARGE, Import, Place, Session, read_shown
 from belt_sim.app.simulate_page import TITLES, effect_title
-from belt_sim.app.upload import MAX_UPLOAD, MEBI, TOO_LARGE
 from belt_sim.campaign import Campaign
 from belt_sim.campaign.folder import FILES, sheet_tree
 from belt_sim.campaign.types import PLACES
@@ -383,8 +382,8 @@ def _curves(campaign: Campaign) -> None:
     first = next(iter(recorded))
     labels = {n: f"{n}: {words.tension(r.tension)} N/mm², yaw {words.yaw(r.yaw)}°" for n, r in recorded.items()}
     chooser = ui.select(labels, value=first, label="run").classes("w-full")
-    drawn = ui.plotly(plots.measured_figure(campaign, recorded[first])).props("data-name=measured")
-    chooser.on_value_change(lambda e: drawn.update_figure(plots.measured_figure(campaign, recorded[e.value])))
+    drawn = ui.plotly(widgets.measured_figure(campaign, recorded[first])).props("data-name=measured")
+    chooser.on_value_change(lambda e: drawn.update_figure(widgets.measured_figure(campaign, recorded[e.value])))
 
 
 def _machine_facts(campaign: Campaign) -> dict[str, str]:

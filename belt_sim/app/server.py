@@ -28,8 +28,7 @@ from nicegui import app as pages_app
 from nicegui import ui
 
 from belt_sim.app import measurements_page, simulate_page
-from belt_sim.app.session import Session
-from belt_sim.app.upload import MAX_UPLOAD, TOO_LARGE
+from belt_sim.app.session import MAX_UPLOAD, TOO_LARGE, Session
 from belt_sim.errors import InputError
 
 ADDRESS = "127.0.0.1"

@@ -9,7 +9,7 @@ import numpy as np
 from nicegui import run, ui
 
 from belt_sim.api.simulate import simulate
-from belt_sim.app import plots, widgets
+from belt_sim.app import widgets
 from belt_sim.app.widgets import labelled_slider
 from belt_sim.config import make_case
 from belt_sim.effects.base import Parameter
@@ -207,7 +207,7 @@ def _start(effect_id: str) -> dict[str, float]:
 
 def _answers(view: View) -> None:
     with widgets.card("Where the belt runs"):
-        view.places["curves"] = ui.plotly(plots.figure([], "", "", 420)).props("data-name=curves")
+        view.places["curves"] = ui.plotly(widgets.figure([], "", "", 420)).props("data-name=curves")
         busy = ui.linear_progress(show_value=False, size="4px").props("indeterminate aria-label='computing'")
         busy.set_visibility(False)
         view.places["busy"] = busy
@@ -215,7 +215,7 @@ def _answers(view: View) -> None:
         view.places["facts"] = ui.element("div").classes("w-full").props("data-name=facts")
         ui.label("Late rates of points 1-4: over the last fifth of the travel shown.").classes("soft small")
     with widgets.card("How slack its edges become") as below:
-        view.places["edges"] = ui.plotly(plots.figure([], "", "", 240))
+        view.places["edges"] = ui.plotly(widgets.figure([], "", "", 240))
     view.places["edges_card"] = below
 
 
@@ -254,8 +254,8 @@ async def _simulate(view: View, model: str) -> Simulation | None:
 
 def _show(view: View, shown: Simulation, beside: Simulation | None) -> None:
     places = view.places
-    places["curves"].update_figure(plots.lateral(shown, beside))
-    slacker = plots.edges(shown)
+    places["curves"].update_figure(widgets.lateral(shown, beside))
+    slacker = widgets.edges(shown)
     places["edges_card"].set_visibility(slacker is not None)
     if slacker is not None:
         places["edges"].update_figure(slacker)

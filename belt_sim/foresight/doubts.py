@@ -10,7 +10,7 @@ import numpy as np
 from scipy import stats
 
 from belt_sim.campaign import Campaign, suspicions
-from belt_sim.campaign.quality.record import records_of
+from belt_sim.campaign.quality import records_of
 from belt_sim.campaign.types import rig_of
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.plausibility import prior_sigma

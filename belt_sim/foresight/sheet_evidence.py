@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from belt_sim.campaign import Campaign, Suspicion
-from belt_sim.campaign.quality.record import Severity
+from belt_sim.campaign.quality import Severity
 from belt_sim.campaign.sheet_doubts import SheetMistake, sheet_mistakes
 from belt_sim.diagnosis.fits.workbench import linear_response
 from belt_sim.diagnosis.readings.forward import Forward

@@ -11,7 +11,6 @@ import yaml
 from pydantic import BaseModel
 
 from belt_sim.campaign import Campaign, CampaignError, write_campaign
-from belt_sim.campaign.folder import sheet_tree
 from belt_sim.campaign.types import BeltSheet, Machine, Source, kind_at
 from belt_sim.case import Rig
 from belt_sim.errors import InputError
@@ -26,9 +25,8 @@ from belt_sim.importing.columns import (
     span_of,
 )
 from belt_sim.importing.mapping import FILE, SCHEMA, MappingEntry, Question, mapping_of
-from belt_sim.importing.records import runs_on_one_grid
-from belt_sim.importing.runs import RANGES, TIME, AssembledRun, Section, find_runs
-from belt_sim.importing.sheets import NoiseRead, belt_of, machine_of, settings_of, signals_of
+from belt_sim.importing.runs import RANGES, TIME, AssembledRun, Section, find_runs, runs_on_one_grid
+from belt_sim.importing.sheets import NoiseRead, belt_of, flow_text, machine_of, settings_of, sheet_text, signals_of
 from belt_sim.si import NAMES, UNITS
 
 
@@ -227,71 +225,8 @@ def mapping_text(mapping: dict[str, Any]) -> str:
             continue
         if key in flow and isinstance(value, dict):
             lines.append(f"{key}:")
-            lines += [f"  {_flow(str(k))}: {_flow(v)}" for k, v in value.items()]
+            lines += [f"  {flow_text(str(k))}: {flow_text(v)}" for k, v in value.items()]
         else:
             text = yaml.safe_dump({key: value}, sort_keys=False, allow_unicode=True, width=10_000)
             lines += text.rstrip("\n").split("\n")
     return _HEAD + "\n".join([*lines, ""])
-
-
-def _flow(value: Any) -> str:
-    """A value on one line."""
-    text = yaml.safe_dump(value, sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=True)
-    return text.removesuffix("\n...\n").strip()
-
-
-# ---- the sheet with a comment beside every field
-
-#: key of the sheet -> what it is
-MEANING = {
-    "schema": "what kind of folder this is; leave it",
-    "title": "what the campaign is, in a line",
-    "source.kind": "measured, digitised (from a printed figure) or synthetic (computed)",
-    "source.reference": "log book, paper or figure, date",
-    "source.licence": "under which others may use the data",
-    "machine.centre_distance": "between the axes of the pulleys; u: one sigma",
-    "machine.pulley_radius": "to the belt's middle surface; or head_radius and tail_radius where they differ",
-    "machine.head_radius": "of the pulley that stands still, to the belt's middle surface",
-    "machine.tail_radius": "of the pulley that yaws, to the belt's middle surface",
-    "belt.youngs_modulus": "of the belt's material",
-    "belt.density": "of the belt's material",
-    "belt.poisson_ratio": "of the belt's material; 0.3 if left out",
-    "unit": "of this column of signals.csv, of white, zero and wander.sd",
-    "at": "point_1, _2: upper, lower end at the tail pulley; _3, _4: lower, upper end at the head; or mid-span (tilt)",
-    "white": "one sigma from sample to sample",
-    "zero": "one sigma of where y = 0 is, anew in every run",
-    "gain": "one sigma of the scale, relative",
-    "wander": "slow noise: its sd, and its correlation length [m]",
-    "settings.tension_rel": "one sigma of how a run hits its stated tension, relative",
-    "settings.yaw": "one sigma of how a run hits its stated yaw",
-}
-COLUMN = 60
-
-
-def sheet_text(campaign: Campaign, remarks: dict[str, str]) -> str:
-    """The sheet with a comment beside every field; remarks: dotted key -> where its number comes from."""
-    lines = ["# belt-sim campaign sheet. Every number that is uncertain has u: one sigma in the unit of the value."]
-    tree = sheet_tree(campaign)
-    for signal in campaign.signals:
-        tree["signals"][signal.name].setdefault("wander", {"sd": 0, "length_m": signal.wander_length})
-    for key, value in tree.items():
-        lines += _lines((key,), value, remarks)
-    return "\n".join([*lines, ""])
-
-
-def _lines(path: tuple[str, ...], value: Any, remarks: dict[str, str]) -> list[str]:
-    """The lines of a field; a quantity and a spread take one."""
-    begin, where = "  " * (len(path) - 1) + _flow(path[-1]) + ":", ".".join(path)
-    if isinstance(value, dict) and value and not {"u", "sd"} & set(value):
-        return [begin, *(line for key, inner in value.items() for line in _lines((*path, key), inner, remarks))]
-    meaning = MEANING.get(where, MEANING.get(path[-1], ""))
-    comment = "; ".join(part for part in (meaning, remarks.get(where, "")) if part)
-    text = f"{begin} {_flow(_whole(value))}"
-    return [f"{text:{COLUMN}s}  # {comment}" if comment else text]
-
-
-def _whole(value: Any) -> Any:
-    """A value with whole numbers as such: 200, not 200.0."""
-    if isinstance(value, dict):
-        return {k: _whole(v) for k, v in value.items()}
-    return int(value) if isinstance(value, float) and value.is_integer() else value

@@ -15,12 +15,10 @@ from typing import Any, Literal
 import numpy as np
 import yaml
 
-from belt_sim.campaign.problems import CampaignError, did_you_mean, refusal
 from belt_sim.campaign.sheet import RESERVED, check_signal_name
-from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, kind_at
+from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, CampaignError, did_you_mean, kind_at, refusal
 from belt_sim.errors import InputError
-from belt_sim.importing.cells import DAY, OTHER, wind_on
-from belt_sim.importing.mapping import ROLES, TILT, ColumnEntry, MappingEntry, Question, Role
+from belt_sim.importing.mapping import DAY, ROLES, TILT, ColumnEntry, MappingEntry, Question, Role
 from belt_sim.plausible import SIGNAL_DIMENSION
 from belt_sim.si import NAMES, UNITS, scaled_unit, split_unit, unit_of
 
@@ -49,6 +47,12 @@ _COUNT = re.compile(r" \((?:[a-z]|no \d+)\)$")
 #: Where a header states its unit.
 _STATED = re.compile(r"\[\s*([^\]]+?)\s*\]|\(\s*(\S{2,8}|[A-Z])\s*\)|(?:\s+in\s+|\s*/\s*)(\S{1,8})$")
 _RATE = re.compile(r"^(?:rate|drift|driftrate|laufrate)[ _]*([1-4])?$")
+
+
+#: the other mark of a number
+OTHER = {".": ",", ",": "."}
+#: a clock goes on at midnight, and is set by an hour in spring and autumn, where the step left is below so many steps
+NEXT, SHORT = 20.0, 60.0
 
 
 @dataclass(frozen=True)
@@ -319,6 +323,25 @@ def _propose_text(column: Column, role: str) -> Column:
             values, why = np.array([signs[w] for w in words]), "its name and words"
             return replace(column, values=values, role=role, unit="1", is_certain=True, proposed_by=why)
     return replace(column, role="run" if role == "run" else "ignore", unit="", proposed_by="text")
+
+
+def wind_on(seconds: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Seconds (n,) that go on over midnight and over an hour's change of the clock, and remarks on where they do."""
+    there = np.flatnonzero(np.isfinite(seconds))
+    out, steps, remarks = seconds.copy(), np.diff(seconds[there]), []
+    usual = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 1.0
+    changes = [(DAY, SHORT, "the clock passed midnight")] if len(there) and np.nanmax(seconds) < DAY else []
+    hour = ((seconds[there][:-1] % DAY) / 3600.0 >= 1) & ((seconds[there][:-1] % DAY) / 3600.0 <= 4)
+    changes += [(3600.0, 5.0, "the clock was set back by an hour"), (-3600.0, 5.0, "the clock was set on by an hour")]
+    for shift, short, remark in changes:
+        left = steps + shift
+        at = np.flatnonzero((left > 0.0) & (left <= max(short, NEXT * usual)) & ((steps < 0.0) | (shift < 0.0)))
+        at = at if shift == DAY else at[hour[at] & (left[at] <= max(short, 5.0 * usual))]
+        for k in at:
+            out[there[k + 1] :] += shift
+        if len(at):
+            remarks.append(remark)
+    return out, remarks
 
 
 def _join_dates(columns: list[Column]) -> list[Column]:

@@ -1,5 +1,6 @@
 """The mapping, belt-mapping/1: what the files cannot say, by YAML or as plain Python data."""
 
+import re
 from collections.abc import Mapping as AnyMapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,14 +10,12 @@ import numpy as np
 import yaml
 from pydantic import AfterValidator, BeforeValidator, ValidationError, model_validator
 
-from belt_sim.campaign.marked_yaml import REMEDIES, MarkedYaml, parse, validation_problem
-from belt_sim.campaign.problems import CampaignError, Problem, did_you_mean, refusal
-from belt_sim.campaign.sheet import Entry, SourceEntry
-from belt_sim.campaign.types import place_text
+from belt_sim.campaign.sheet import REMEDIES, Entry, MarkedYaml, SourceEntry, parse, validation_problem
+from belt_sim.campaign.types import CampaignError, Problem, did_you_mean, place_text, refusal
 from belt_sim.errors import InputError
-from belt_sim.importing.cells import zone_seconds
 
 SCHEMA = "belt-mapping/1"
+DAY = 86400.0  # [s]
 #: Name under which the mapping is left in the campaign folder.
 FILE = "mapping.yaml"
 
@@ -76,6 +75,14 @@ class BeltMapping(Entry):
     youngs_modulus: Text | None = None
     density: Text | None = None
     poisson_ratio: Text | None = None
+
+
+def zone_seconds(zone: str) -> float:
+    """Seconds that a zone (+02:00, Z, "") is ahead of UTC; nan for what is none."""
+    found = re.fullmatch(r"([+-])(\d{2}):?(\d{2})", zone)
+    if not found:
+        return 0.0 if zone.upper() in ("", "Z", "UTC", "GMT") else np.nan
+    return (-60.0 if found[1] == "-" else 60.0) * (60 * int(found[2]) + int(found[3]))
 
 
 def _zone(zone: str) -> str:

@@ -18,7 +18,7 @@ from pydantic import (
 )
 
 from belt_sim import si
-from belt_sim.campaign.quality.record import Suspicion
+from belt_sim.campaign.quality import Suspicion
 from belt_sim.results import words
 from belt_sim.results.display import Display, Table, frame
 from belt_sim.results.drawings import Drawings

@@ -9,7 +9,7 @@ from rich.console import Console
 from belt_sim.campaign import Campaign
 from belt_sim.importing import Proposal
 from belt_sim.importing.columns import span_of
-from belt_sim.importing.new_campaign import PLAN_COLUMNS, PlannedRun, plan_rows
+from belt_sim.importing.sheets import PLAN_COLUMNS, PlannedRun, plan_rows
 from belt_sim.results.display import Table
 from belt_sim.show.terminal import console, rich_table
 from belt_sim.si import DEGREE, MM, N_PER_MM2

@@ -5,7 +5,7 @@ import zipfile
 
 import pytest
 
-from belt_sim.app.upload import MAX_UPLOAD
+from belt_sim.app.session import MAX_UPLOAD
 
 CURVE = "document.querySelector('[data-name=curves]')?.data?.[0]?.y"
 NOTED = 2000  # [ms] until the server has heard of what was written, on a busy machine

@@ -7,9 +7,9 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
-from belt_sim.app import upload
+from belt_sim.app import session as upload
 from belt_sim.app.server import Guard, listen
-from belt_sim.app.upload import MAX_UPLOAD, read_effects
+from belt_sim.app.session import MAX_UPLOAD, read_effects
 from belt_sim.errors import BeltError, InputError
 
 EFFECTS = b"schema: belt-effects/1\neffects:\n  - id: %s\n    parameters:\n      kappa_t: 2.0e-5\n"

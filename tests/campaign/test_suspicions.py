@@ -7,8 +7,7 @@ import pytest
 from roped_campaign import damaged, roped_campaign
 
 from belt_sim.campaign import leave_out_bad_readings, suspicions
-from belt_sim.campaign.quality.record import records_of
-from belt_sim.campaign.quality.signals import NOISE_FACTOR, jumps
+from belt_sim.campaign.quality import NOISE_FACTOR, jumps, records_of
 
 #: Clean campaigns looked at; the thresholds leave room for one false alarm in thousands, none is expected.
 CLEAN = 40

@@ -8,8 +8,7 @@ import pytest
 from roped_campaign import LENGTH, RADIUS, SPACING, WHITE, YAW, damaged, roped_campaign
 
 from belt_sim.campaign import Quantity, suspicions
-from belt_sim.campaign.quality.guide import check_guide
-from belt_sim.campaign.quality.record import records_of
+from belt_sim.campaign.quality import check_guide, records_of
 
 
 def stops(campaign):

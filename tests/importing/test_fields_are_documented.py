@@ -7,8 +7,8 @@ import typing
 import pytest
 from pydantic import BaseModel
 
-from belt_sim.campaign.run_tables import KNOWN, NUMBERS, RATES
-from belt_sim.campaign.run_tables import REQUIRED as REQUIRED_RUNS
+from belt_sim.campaign.folder import KNOWN, NUMBERS, RATES
+from belt_sim.campaign.folder import REQUIRED as REQUIRED_RUNS
 from belt_sim.campaign.sheet import RESERVED, CampaignEntry, QuantityEntry
 from belt_sim.campaign.types import PLACES, Run
 from belt_sim.files import ROOT

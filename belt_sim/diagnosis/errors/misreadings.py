@@ -8,8 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from belt_sim.campaign import Campaign, Suspicion
-from belt_sim.campaign.quality.record import records_of
-from belt_sim.campaign.quality.signals import check_starts, counted_from_yaw
+from belt_sim.campaign.quality import check_starts, counted_from_yaw, records_of
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.noise.metric import FREE_ZERO
 

@@ -7,7 +7,7 @@ import jax
 import numpy as np
 
 from belt_sim.campaign import Campaign, Run, SignalSheet, case_of, leave_out_bad_readings
-from belt_sim.campaign.quality.signals import reading_at_yaw
+from belt_sim.campaign.quality import reading_at_yaw
 from belt_sim.campaign.types import sensor_place
 from belt_sim.case import Case
 from belt_sim.errors import InputError

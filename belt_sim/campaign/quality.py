@@ -1,0 +1,888 @@
+"""Data-quality checks of a campaign, before any fit and without any belt model.
+
+They find sensors that clip, stick or drop out, slipped units, exchanged columns and turned signs, by magnitude, by
+repetition, and by kinematics that all belts share.
+"""
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from belt_sim.campaign.types import Campaign, Run, SignalSheet, rig_of, shortlist
+from belt_sim.si import MM
+
+SuspicionKind = Literal[
+    "unit_slip",
+    "clipped",
+    "swapped",
+    "wrong_sign",
+    "dropout",
+    "shifted",
+    "zero",
+    "same_place",
+    "guided",
+    "sheet",
+    "repeats",
+]
+Severity = Literal["stop", "look"]
+
+
+@dataclass(frozen=True)
+class Suspicion:
+    """A probable error in the data.
+
+    run: where (None: in all runs); signals: names of the one or two signals concerned, () for all; sentence: what was
+    observed; severity "stop": do not fit before it is cleared, "look": an effect of the machine could do the same.
+    """
+
+    run: str | None
+    signals: tuple[str, ...]
+    kind: SuspicionKind
+    sentence: str
+    severity: Severity = "stop"
+
+    @property
+    def signal(self) -> str | None:
+        """The names of the signals in words, "y1" or "y1 and y4"; None for all signals."""
+        return " and ".join(self.signals) or None
+
+    def __str__(self) -> str:
+        where = ", ".join(part for part in (f"run {self.run}" if self.run else "", self.signal) if part)
+        return f"{where}: {self.sentence}" if where else self.sentence
+
+
+#: Median absolute deviation -> standard deviation of a normal distribution.
+MAD_TO_SIGMA = 1.4826
+#: Readings below which a record says nothing about its noise or its repetitions.
+FEWEST = 12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """One signal of one run without blanks, all of shape (n,).
+
+    rows: where the readings stand in the run; travel: since the yaw was applied [m]; readings [m or rad].
+    """
+
+    run: Run
+    sheet: SignalSheet
+    rows: np.ndarray
+    travel: np.ndarray
+    readings: np.ndarray
+
+    @property
+    def stated_noise(self) -> float:
+        """Standard deviation expected of ``measured_noise`` from the stated sensor errors."""
+        step = float(np.median(np.diff(self.travel))) if len(self.travel) > 1 else 0.0
+        return math.hypot(self.sheet.white, scatter_of_wander(self.sheet.wander_sd, self.sheet.wander_length, step))
+
+    @property
+    def measured_noise(self) -> float:
+        """Standard deviation of the scatter from sample to sample, from the median second difference."""
+        return scatter(self.readings)
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the readings."""
+        return float(np.sqrt(np.mean(self.readings**2)))
+
+    @property
+    def drift_error(self) -> float:
+        """One sigma of zero, wander and white noise together."""
+        return math.hypot(self.sheet.zero, self.sheet.wander_sd, self.sheet.white)
+
+
+def scatter(y: np.ndarray) -> float:
+    """Return one sigma of the scatter from sample to sample of readings (n,), from the median second difference."""
+    second = np.abs(np.diff(y, 2))
+    return MAD_TO_SIGMA * float(np.median(second)) / math.sqrt(6.0) if second.size else 0.0
+
+
+def scatter_of_wander(sd: float, length: float, step: float) -> float:
+    """Return the ``scatter`` of samples a step apart that wander with the correlation exp(-distance/length) gives.
+
+    Second differences have the variance 6 w^2 for white noise w, and sd^2 (6 - 8 c + 2 c^2) = 2 sd^2 (1 - c) (3 - c)
+    for wander with c = exp(-step/length). sd [m or rad]; length, step [m].
+    """
+    c = math.exp(-step / length)
+    return sd * math.sqrt((1.0 - c) * (3.0 - c) / 3.0)
+
+
+def resolution(y: np.ndarray) -> float:
+    """Return the smallest step between distinct readings (n,); 0 if all are equal."""
+    steps = np.diff(np.unique(y))
+    return float(steps.min()) if steps.size else 0.0
+
+
+def records_of(campaign: Campaign) -> list[Record]:
+    """Return the records of all signals of all runs that have a reading."""
+    sheets = {sheet.name: sheet for sheet in campaign.signals}
+    found = []
+    for run in campaign.runs:
+        for name, readings in run.signals.items():
+            rows = np.flatnonzero(np.isfinite(readings))
+            travel = run.travel[rows] - run.yaw_at
+            found.append(Record(run=run, sheet=sheets[name], rows=rows, travel=travel, readings=readings[rows]))
+    return found
+
+
+def pairs_at(records: list[Record], one: str, other: str) -> list[tuple[Record, Record]]:
+    """Return the records of two places in every run that has both; of two sensors at a place, the first."""
+    at, also = ({r.run.name: r for r in reversed(records) if r.sheet.at == place} for place in (one, other))
+    runs = dict.fromkeys(r.run.name for r in records)
+    return [(at[run], also[run]) for run in runs if run in at and run in also]
+
+
+#: Equal readings in a row that are never taken for chance, and the factor on the longest streak expected.
+STREAK, STREAK_FACTOR = 8, 3.0
+#: Readings at the extreme value against those at the three values next to it.
+PILE, PILE_FACTOR = 6, 4.0
+#: A spike stands this many sigmas of scatter out of its neighbours; heavy tails (Student's t with
+#: 3 degrees of freedom) reach 200 once in a million readings.
+SPIKE, LONE_SPIKE, SPIKES = 40.0, 200.0, 3
+#: Scatter of a record that is taken at least, over the stated noise: readings that hardly differ have no spikes.
+LEAST_SCATTER = 0.1
+#: Rows that one spike lasts at most, and the shares of a record that may be spikes and stuck readings: what is more
+#: makes a broken sensor.
+LONGEST_SPIKE, MOST_SPIKES, MOST_STUCK = 4, 0.05, 0.1
+#: Places of bad readings that a sentence lists.
+LISTED = 6
+#: A blank stretch is a gap when it is this share of the record and this many usual steps.
+GAP_SHARE, GAP_STEPS = 0.03, 10.0
+#: Scatter over its stated size beyond which it is a slip (inch: 25; milli: 1000); stated noise errs by 40 %.
+NOISE_FACTOR = 6.0
+#: Root mean square of lateral readings over |yaw| times travel: linear belts give 0.05 to 0.4.
+TINY, HUGE = 0.01, 3.0
+#: Factor on step and length of the travel, against other runs, or on travel/(speed time), that is a slip.
+TRAVEL_FACTOR = 20.0
+#: Length of the line as a share of a span, and its fewest readings.
+LINE_SHARE, FEWEST_ON_LINE = 0.08, 6
+#: Error of the line by the curvature of the path, as a share of yaw times its length.
+CURVATURE_SHARE = 0.2
+#: One run this many sigmas off is shifted. This rms over all runs means that ``zero`` is stated too small, or that it
+#: was forgotten if none is stated.
+SHIFTED, UNSTATED, FORGOTTEN = 12.0, 5.0, 1.8
+FEWEST_RUNS = 4
+
+
+# ---- readings that are none
+
+
+def leave_out_bad_readings(campaign: Campaign) -> tuple[Campaign, tuple[Suspicion, ...]]:
+    """Return the campaign with spikes and short dropouts blanked, and what was left out where.
+
+    A record of which too many readings are bad stays as it is: its sensor is broken (``check_record``).
+    """
+    signals, found = {run.name: dict(run.signals) for run in campaign.runs}, []
+    for record in records_of(campaign):
+        run, name = record.run, record.sheet.name
+        for what, rows in _bad_readings(record):
+            readings = signals[run.name][name].copy()
+            readings[rows] = np.nan
+            signals[run.name][name] = readings
+            places = shortlist((f"{s:.6g}" for s in run.travel[rows]), LISTED)
+            sentence = f"{len(rows)} readings {what}, left out (travel {places} m)"
+            found.append(Suspicion(run.name, (name,), "dropout", sentence, "look"))
+    if found:
+        campaign = replace(campaign, runs=tuple(replace(run, signals=signals[run.name]) for run in campaign.runs))
+    return campaign, tuple(found)
+
+
+def _bad_readings(record: Record) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield what is wrong with readings of a record that is sound but for them, and in which rows of the run."""
+    if len(record.readings) < FEWEST:
+        return
+    stuck = _stuck_stretch(record)
+    if len(stuck) > MOST_STUCK * len(record.readings):
+        return
+    if len(stuck):
+        yield "in a row are one and the same value", record.rows[stuck]
+        rows, travel, readings = (np.delete(x, stuck) for x in (record.rows, record.travel, record.readings))
+        record = replace(record, rows=rows, travel=travel, readings=readings)
+    spikes = few_spikes(record.readings, LEAST_SCATTER * record.stated_noise)
+    if len(spikes):
+        yield "jump away from their neighbours and back", record.rows[spikes]
+
+
+def check_record(record: Record) -> list[Suspicion]:
+    """Return at most one suspicion: stuck at a value, clipped, or jumping away from its neighbours and back."""
+    y, s = record.readings, record.travel + record.run.yaw_at
+    if len(y) < FEWEST:
+        return []
+    stuck, clipped = _stuck_stretch(record), _clipped_values(y)
+    spikes = spike_sizes(y, LEAST_SCATTER * record.stated_noise)
+    kind: SuspicionKind = "dropout"
+    if len(stuck):
+        what = "exactly 0" if y[stuck[0]] == 0.0 else "one and the same value"
+        sentence = f"{len(stuck)} readings in a row are {what}, from travel {s[stuck[0]]:.6g} to {s[stuck[-1]]:.6g} m"
+        sentence += ": the sensor dropped out or stuck"
+    elif clipped:
+        kind, side = "clipped", "above" if clipped[0] == y.max() else "below"
+        sentence = f"{np.sum(y == clipped[0])} readings are exactly the extreme value and none is {side} it: clipped"
+    elif spikes.any():
+        sentence = f"{np.count_nonzero(spikes)} readings jump by more than {SPIKE:g} times the scatter, the largest at"
+        sentence += f" {s[int(np.argmax(spikes))]:.6g} m: the sensor drops out"
+    else:
+        return []
+    return [Suspicion(record.run.name, (record.sheet.name,), kind, sentence)]
+
+
+# ---- sensors that stick or clip
+
+
+def _stuck_stretch(record: Record) -> np.ndarray:
+    """Return the places (k,) of the longest streak of equal readings.
+
+    There are none where no streak is too long for chance, and where it is at an extreme (that is clipping).
+    """
+    y = record.readings
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(y) != 0.0) + 1])
+    lengths = np.diff(np.concatenate([starts, [len(y)]]))
+    longest = int(np.argmax(lengths))
+    streak = starts[longest] + np.arange(lengths[longest])
+    first, last, value = streak[0], streak[-1], y[streak[0]]
+    if len(streak) < _chance_streak(lengths) or (value == 0.0 and record.travel[last] <= 0.0):
+        return streak[:0]
+    jump = max(abs(value - y[max(first - 1, 0)]), abs(value - y[min(last + 1, len(y) - 1)]))
+    is_clipped = value in _clipped_values(y) and jump < SPIKE * record.stated_noise
+    return streak[:0] if is_clipped else streak
+
+
+def _chance_streak(lengths: np.ndarray) -> float:
+    """Return the length of a streak of equal readings that a sensor of this resolution does not reach by chance.
+
+    lengths: of all streaks of the record, the longest of which says nothing about its resolution.
+    """
+    others = lengths[lengths < max(lengths.max(), 2)]
+    equal = float((others - 1).sum()) / max(int(others.sum()), 1)
+    expected = math.log(lengths.sum()) / -math.log(equal) if 0.0 < equal < 1.0 else 0.0
+    return max(STREAK, STREAK_FACTOR * expected)
+
+
+def _clipped_values(y: np.ndarray) -> list[float]:
+    """Return the extremes at which readings pile up, more than at the three values next to it; the largest first."""
+    levels, counts = np.unique(y, return_counts=True)
+    if len(levels) < 2:
+        return []
+    ends = (levels[-1], counts[-1], counts[-4:-1].max()), (levels[0], counts[0], counts[1:4].max())
+    return [
+        float(value) for value, count, beside in ends if value != 0.0 and count >= PILE and count > PILE_FACTOR * beside
+    ]
+
+
+# ---- spikes
+
+
+def jumps(y: np.ndarray, least: float) -> np.ndarray:
+    """Return how far readings (n,) stand off the median of their neighbours, over their scatter (``least`` at least).
+
+    Near the ends the neighbours are those of the nearest whole window, carried on along their median slope. 0 where
+    nothing scatters.
+    """
+    from scipy.ndimage import median_filter  # a quarter of a second, which runs of a model need not wait for
+
+    width, last = 2 * LONGEST_SPIKE + 1, len(y) - 1 - LONGEST_SPIKE
+    local, place = median_filter(y, width), np.arange(len(y))
+    for window, middle, end in ((y[:width], LONGEST_SPIKE, place < LONGEST_SPIKE), (y[-width:], last, place > last)):
+        local[end] = np.median(window) + np.median(np.diff(window)) * (place[end] - middle)
+    noise = max(scatter(y), least)
+    return np.abs(y - local) / noise if noise > 0.0 else np.zeros(len(y))
+
+
+def spike_sizes(y: np.ndarray, least: float, lone: float = LONE_SPIKE) -> np.ndarray:
+    """Return the ``jumps`` of readings (n,) that are spikes, several by SPIKE or one by ``lone``; 0 of all others."""
+    out = jumps(y, least)
+    spikes = np.where(out > SPIKE, out, 0.0)
+    return spikes if np.count_nonzero(spikes) >= SPIKES or spikes.max() > lone else np.zeros(len(y))
+
+
+def few_spikes(y: np.ndarray, least: float, lone: float = LONE_SPIKE) -> np.ndarray:
+    """Return the places (k,) of the spikes in readings (n,); none where so many jump that the sensor is broken."""
+    spikes = np.flatnonzero(spike_sizes(y, least, lone)) if len(y) >= FEWEST else np.arange(0)
+    return spikes if len(spikes) < MOST_SPIKES * len(y) else spikes[:0]
+
+
+# ---- blanks
+
+
+def check_gaps(campaign: Campaign) -> list[Suspicion]:
+    """Return long blank stretches inside signals, and signals that are missing in some runs only."""
+    found = []
+    recorded = [run for run in campaign.runs if len(run.travel) >= FEWEST]
+    for run in recorded:
+        for name, readings in run.signals.items():
+            there = run.travel[np.isfinite(readings)]
+            edges = np.concatenate([run.travel[:1], there, run.travel[-1:]])
+            steps = np.diff(edges)
+            worst = int(np.argmax(steps))
+            usual = float(np.median(np.diff(there))) if len(there) > 1 else 0.0
+            if steps[worst] > max(GAP_STEPS * usual, GAP_SHARE * (run.travel[-1] - run.travel[0])):
+                sentence = f"no readings from travel {edges[worst]:.6g} to {edges[worst + 1]:.6g} m"
+                found.append(Suspicion(run.name, (name,), "dropout", sentence, "look"))
+        for name in sorted({n for other in recorded for n in other.signals} - set(run.signals)):
+            share = sum(name in other.signals for other in recorded) / len(recorded)
+            if share > 0.5:
+                sentence = "no readings at all, though most runs have them"
+                found.append(Suspicion(run.name, (name,), "dropout", sentence, "look"))
+    return found
+
+
+# ---- travel and scatter of another magnitude than stated, or than in other runs: a unit slipped
+
+
+def check_travel(campaign: Campaign) -> list[Suspicion]:
+    """Return runs whose travel has another magnitude than the other runs, or than speed times time."""
+    recorded = [run for run in campaign.runs if len(run.travel) > 2]
+    step_and_length = {run.name: (np.median(np.diff(run.travel)), np.ptp(run.travel)) for run in recorded}
+    found = []
+    for run in recorded:
+        others = [sizes for name, sizes in step_and_length.items() if name != run.name]
+        ratios = np.array(step_and_length[run.name]) / np.median(others, axis=0) if len(others) > 1 else np.ones(2)
+        if ratios.min() > TRAVEL_FACTOR or ratios.max() < 1.0 / TRAVEL_FACTOR:
+            sentence = f"its travel is {ratios[1]:.3g} times that of the other runs: its unit has slipped"
+            found.append(Suspicion(run.name, (), "unit_slip", sentence))
+        elif not 1.0 / TRAVEL_FACTOR < (pace := _pace(run)) < TRAVEL_FACTOR:
+            sentence = f"travel is {pace:.3g} times speed times time: one of them is in another unit"
+            found.append(Suspicion(run.name, (), "unit_slip", sentence))
+    return found
+
+
+def _pace(run: Run) -> float:
+    """Return travel over speed times time; 1 without a record of time."""
+    if run.time is None or np.isfinite(run.time).sum() < 3:
+        return 1.0
+    there = np.isfinite(run.time)
+    return float(np.ptp(run.travel[there]) / (np.ptp(run.time[there]) * run.speed))
+
+
+def check_noise(records: list[Record]) -> list[Suspicion]:
+    """Return scatter of another magnitude than stated: a unit slipped, in the data or in the sheet.
+
+    A slip of one run also stands out from the other runs. A ratio common to all runs belongs to the signal: the
+    sensor is noisier than stated, or its samples are too far apart to follow the belt's edge.
+    """
+    ratios: dict[str, dict[str, float]] = defaultdict(dict)
+    for record in records:
+        noise = record.measured_noise or resolution(record.readings)  # a slip may leave no more than the last digits
+        if len(record.readings) >= FEWEST and noise > 0.0:
+            ratios[record.sheet.name][record.run.name] = noise / record.stated_noise
+    found = []
+    for signal, of_run in ratios.items():
+        off = {run: r for run, r in of_run.items() if _is_other_magnitude(r)}
+        others = {run: [r for name, r in of_run.items() if name != run] or [1.0] for run in of_run}
+        odd = {run for run, r in of_run.items() if _is_other_magnitude(r / float(np.median(others[run])))}
+        alone = {run: r for run, r in off.items() if run in odd} if odd <= set(off) else off
+        if len(alone) < len(off):
+            typical = float(np.median(list(of_run.values())))
+            sentence = f"its scatter is {typical:.3g} times the stated one in every run: unit or noise is wrong"
+            severity: Severity = "stop" if _size_out_of_scale(signal, records) else "look"
+            found.append(Suspicion(None, (signal,), "unit_slip", sentence, severity))
+        for run, ratio in alone.items():
+            sentence = f"its scatter is {ratio:.3g} times the stated one: its unit slipped, or the sensor broke"
+            found.append(Suspicion(run, (signal,), "unit_slip", sentence))
+    return found
+
+
+def _is_other_magnitude(ratio: float) -> bool:
+    """Return whether a ratio is of another magnitude."""
+    return not 1.0 / NOISE_FACTOR < ratio < NOISE_FACTOR
+
+
+def _size_out_of_scale(signal: str, records: list[Record]) -> bool:
+    """Return whether lateral readings are far larger or smaller than a yawed belt can move."""
+    sizes = [
+        r.rms / (abs(r.run.yaw) * float(r.travel[-1]))
+        for r in records
+        if r.sheet.name == signal and r.sheet.kind == "lateral" and r.run.yaw != 0.0 and r.travel[-1] > 0.0
+    ]
+    return bool(sizes) and not TINY < float(np.median(sizes)) < HUGE
+
+
+# ---- where a run begins
+
+
+def check_starts(
+    campaign: Campaign, records: list[Record], *, curvature_share: float = CURVATURE_SHARE
+) -> list[Suspicion]:
+    """Return runs that are shifted, and signals whose runs begin further from zero than the sheet allows.
+
+    curvature_share: 0 for residuals of a model, which have no path of their own.
+    """
+    found, reach = [], LINE_SHARE * campaign.machine.centre_distance.value
+    for sheet in campaign.signals:
+        own = [r for r in records if r.sheet.name == sheet.name and sheet.kind == "lateral"]
+        starts = {r.run.name: start for r in own if (start := _start(r, reach, curvature_share)) is not None}
+        if not starts:
+            continue
+        score = {run: abs(y) / sigma for run, (y, sigma) in starts.items()}
+        shifted = [run for run in score if score[run] > SHIFTED * max(float(np.median([*score.values()])), 1.0)]
+        for run in shifted:
+            sentence = f"begins at {starts[run][0] / MM:.3g} mm, where y = 0 should be: this run is shifted"
+            sentence += "; take its readings from where the point was when the yaw was applied"
+            found.append(Suspicion(run, (sheet.name,), "shifted", sentence))
+        rest = [run for run in score if run not in shifted]
+        limit = FORGOTTEN if curvature_share == 0.0 and sheet.zero == 0.0 else UNSTATED
+        if len(rest) >= FEWEST_RUNS and _rms([min(score[run], 20.0) for run in rest]) > limit:
+            size = _rms([starts[run][0] for run in rest])
+            stated = f"states zero: {sheet.zero / MM:g} mm" if sheet.zero > 0.0 else "states no zero"
+            sentence = f"its runs begin {size / MM:.2g} mm (rms) off y = 0, while the sheet {stated}: "
+            sentence += "the zero of every run is what is left when belt and effects are fitted"
+            found.append(Suspicion(None, (sheet.name,), "zero", sentence, "look"))
+    return found
+
+
+def _rms(values: list[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def counted_from_yaw(records: list[Record]) -> list[Record]:
+    """Return records with their readings counted from the last rows before the yaw, where there are such rows.
+
+    What a machine does before the yaw is no error of zero, wherever its sensors were set to zero.
+    """
+    return [
+        replace(r, readings=r.readings - reading_at_yaw(r.travel, r.readings)) if r.sheet.kind == "lateral" else r
+        for r in records
+    ]
+
+
+def reading_at_yaw(travel: np.ndarray, readings: np.ndarray) -> float:
+    """The reading at the yaw, by a line through the last of the rows before it; travel (n,): from the yaw [m].
+
+    The mean of these rows where they are too few for a line; 0 where there are none.
+    """
+    before = np.flatnonzero((travel < 0.0) & np.isfinite(readings))[-FEWEST_ON_LINE:]
+    s, y = travel[before], readings[before]
+    if len(before) == FEWEST_ON_LINE:
+        return float(np.polynomial.Polynomial.fit(s, y, 1)(0.0))
+    return float(np.mean(y)) if len(before) else 0.0
+
+
+def _start(record: Record, reach: float, curvature_share: float) -> tuple[float, float] | None:
+    """Return the reading at the yaw and its sigma [m], from a line over ``reach`` [m]; None without data there."""
+    after = record.travel >= 0.0
+    s, y = record.travel[after], record.readings[after]
+    if len(s) < 4 * FEWEST_ON_LINE or s[0] > max(reach, s[1] - s[0]):
+        return None
+    count = max(FEWEST_ON_LINE, int(np.searchsorted(s, reach)))
+    line = np.polynomial.Polynomial.fit(s[:count], y[:count], 1)
+    sheet, path = record.sheet, curvature_share * abs(record.run.yaw) * float(s[count - 1])
+    white = max(sheet.white, record.measured_noise)
+    return float(line(0.0)), float(np.sqrt(4.0 * white**2 / count + sheet.wander_sd**2 + sheet.zero**2)) + path
+
+
+TAIL_AND_HEAD = (("point_1", "point_4"), ("point_2", "point_3"), ("point_1", "point_3"), ("point_2", "point_4"))
+
+# Constants of the decisions. Leads are in units of beta L/2; an error is zero, wander and white noise together.
+
+#: Sigmas of its error that a lead, a slope or a curve must exceed to be judged.
+CLEAR = 6.0
+#: The lead is judged once the belt has travelled this many spans.
+SPANS = 1.2
+#: A lead below -REVERSED is turned round; outside LOW..HIGH the yaw is of another magnitude. Linear belts give 0.5 to
+#: 1.7, with a pulley offset as large as the yaw itself 0 to 3.
+REVERSED, LOW, HIGH = 0.45, 0.12, 6.0
+#: Leads, and yaws, within this ratio are alike.
+ALIKE = 3.0
+#: If a pulley offset is the reason, the runs of the other yaw sign have a lead above this.
+OFFSET = 1.8
+#: Late slopes come from the last LATE of records longer than SETTLED spans; MOST: share of runs that must agree.
+LATE, SETTLED, MOST = 0.4, 3.5, 0.8
+#: How much better the exchanged order of two points across a wrap must fit, as a ratio of variances.
+WRAP_RATIO = 4.0
+#: Readings of one place may differ by so many sigmas (rms over a run); what a yaw moves apart must exceed so many.
+SAME_PLACE, OTHER_PLACE = 4.0, 8.0
+#: Lead that any belt reaches once it has travelled two spans.
+LEAST_LEAD = 0.3
+#: Runs are compared if their tensions differ by less than this share.
+SAME_TENSION = 0.2
+#: A curve (over yaw) is turned round if its cosine with another is below this, and its size within this ratio.
+OPPOSED, ALIKE_SIZE = -0.8, 1.5
+_GRID = 100
+
+
+# ---- the lead of the tail over the head
+
+
+class Lead(NamedTuple):
+    """Mean lead and drift of one run over beta L/2 [1], from one tail and one head signal, after a span; yaw [rad]."""
+
+    tail: Record
+    head: Record
+    yaw: float
+    lead: float
+    drift: float
+
+
+def check_leads(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
+    """Return exchanged columns, turned signs and slipped yaw units, from the lead of the tail over the head."""
+    span = float(rig_of(campaign).span_length)
+    found: dict[tuple[str | None, str | None], Suspicion] = {}
+    for tail, head in TAIL_AND_HEAD:
+        leads = [lead for pair in pairs_at(records, tail, head) if (lead := _lead_of(*pair, span)) is not None]
+        for suspicion in _judge(leads, span) if leads else ():
+            found.setdefault((suspicion.run, suspicion.kind), suspicion)
+    return list(found.values())
+
+
+def _lead_of(tail: Record, head: Record, span: float) -> Lead | None:
+    """Return the lead of a run; None if neither the lead nor the yaw exceeds the errors."""
+    run, scale, end = tail.run, tail.run.yaw * span / 2.0, min(tail.travel[-1], head.travel[-1])
+    if scale == 0.0 or abs(run.yaw_head) > 0.2 * abs(run.yaw) or end < SPANS * span:
+        return None
+    s = np.linspace(span, end, _GRID)
+    y_tail, y_head = (np.interp(s, r.travel, r.readings) for r in (tail, head))
+    lead, drift = float(np.mean(y_tail - y_head)), float(np.mean(y_tail + y_head))
+    if max(abs(lead), abs(scale) * LOW) < CLEAR * math.hypot(tail.drift_error, head.drift_error):
+        return None
+    return Lead(tail, head, run.yaw, lead / scale, drift / scale)
+
+
+def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
+    """Return what is wrong by the leads of one tail over one head signal in all runs."""
+    factors = np.array([lead.lead for lead in leads])
+    common = len(leads) > 1 and factors.min() > 0.0 and factors.max() <= ALIKE * factors.min()
+    if common and (factors.min() > HIGH or factors.max() < LOW):
+        sentence = f"in every run {leads[0].tail.sheet.name} and {leads[0].head.sheet.name} differ by about"
+        sentence += f" {float(np.median(factors)):.2g} times what the stated yaw gives: the yaw (or the readings) is in"
+        sentence += " another unit (rad or mrad written as yaw_deg?)"
+        return [Suspicion(None, (), "unit_slip", sentence)]
+    usual = float(np.median([abs(lead.yaw) for lead in leads]))
+    odd = [lead for lead in leads if _is_odd(lead, usual)]
+    if not odd:
+        return _turned_column(leads, span)
+    found = []
+    for lead in odd:
+        across = [other.lead for other in leads if other.yaw * lead.yaw < 0.0]
+        if across and lead.lead < LOW and float(np.median(across)) > OFFSET:
+            continue  # the yaw offset of a pulley explains it
+        certain = (len(odd) < len(leads) or bool(across)) if lead.lead < 0.0 else _fits_other_runs(lead, leads)
+        found.append(_suspicion(lead, "stop" if certain else "look"))
+    if len(found) == len(leads) > 1 and len({s.kind for s in found}) == 1:
+        return [replace(found[0], run=None, sentence=f"in every run: {found[0].sentence}")]
+    return found
+
+
+def _is_odd(lead: Lead, usual: float) -> bool:
+    """Return whether a lead is turned round (at a yaw larger than machine faults) or of another magnitude."""
+    size, yaw = abs(lead.lead), abs(lead.yaw)
+    turned = lead.lead < -REVERSED and yaw > 0.5 * usual
+    small = size * yaw < LOW * usual / 2.0 or (size < LOW and yaw > HIGH * usual)
+    return turned or small or size > HIGH
+
+
+def _fits_other_runs(lead: Lead, leads: list[Lead]) -> bool:
+    """Return whether the yaw implied by the lead, but not the stated yaw, is that of the other runs."""
+    others = [abs(other.yaw) for other in leads if other is not lead]
+    if not others:
+        return False
+    stated = abs(lead.yaw) / float(np.median(others))
+    implied = stated * abs(lead.lead)
+    return 1.0 / ALIKE < implied < ALIKE and not 1.0 / ALIKE < stated < ALIKE
+
+
+def _suspicion(lead: Lead, severity: Severity) -> Suspicion:
+    """Describe an odd lead: slipped unit, exchanged columns or wrong sign."""
+    run, names = lead.tail.run, (lead.tail.sheet.name, lead.head.sheet.name)
+    times = f"{lead.lead:.2g} times what the yaw of {math.degrees(lead.yaw):.3g} deg gives"
+    seen = f"{' and '.join(names)} differ by {times} in the end"
+    if not LOW < abs(lead.lead) < HIGH:
+        sentence = f"{seen}: the yaw or the readings are in another unit"
+        return Suspicion(run.name, (), "unit_slip", sentence, severity)
+    if lead.drift > 0.0:
+        sentence = f"{seen}, though they move to its side: the two columns are exchanged"
+        return Suspicion(run.name, names, "swapped", sentence, severity)
+    sentence = f"{seen}, and they move away from its side: the yaw or the readings have the wrong sign"
+    return Suspicion(run.name, (), "wrong_sign", sentence, severity)
+
+
+def _turned_column(leads: list[Lead], span: float) -> list[Suspicion]:
+    """Return a column of the wrong sign: tail and head drift apart in the end in nearly all runs."""
+    slopes = [slopes for lead in leads if (slopes := _late_slopes(lead, span)) is not None]
+    apart = [(tail, head) for tail, head in slopes if abs(tail + head) < 0.5 * abs(tail - head)]
+    if len(slopes) < 3 or len(apart) < MOST * len(slopes):
+        return []
+    against = sum(tail < 0.0 for tail, _ in apart)
+    if max(against, len(apart) - against) < MOST * len(apart):
+        return []  # what does not follow the yaw is no sign of a column
+    turned = leads[0].tail if against > len(apart) / 2 else leads[0].head
+    sentence = "drifts away from the other points to the end, in nearly all runs: the sign of this column is turned"
+    both = len({lead.yaw > 0.0 for lead in leads}) == 2
+    severity: Severity = "stop" if both and len(apart) == len(leads) else "look"
+    return [Suspicion(None, (turned.sheet.name,), "wrong_sign", sentence, severity)]
+
+
+def _late_slopes(lead: Lead, span: float) -> tuple[float, float] | None:
+    """Return late slopes over the yaw of tail and head; None if the record is short or the slopes are not clear."""
+    end = min(lead.tail.travel[-1], lead.head.travel[-1])
+    if end < SETTLED * span:
+        return None
+    s = np.linspace((1.0 - LATE) * end, end, _GRID)
+    tail, head = (float(np.polyfit(s, np.interp(s, r.travel, r.readings), 1)[0]) for r in (lead.tail, lead.head))
+    clear = CLEAR * max(lead.tail.drift_error, lead.head.drift_error) / (LATE * end)
+    return None if min(abs(tail), abs(head)) < clear else (tail / lead.yaw, head / lead.yaw)
+
+
+# ---- the way across a pulley
+
+
+def check_wraps(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
+    """Return exchanged points of one pulley: the run-off must repeat the run-up one wrapped arc later, not earlier."""
+    machine, found = campaign.machine, []
+    arcs = {("point_1", "point_2"): machine.tail_radius.value, ("point_3", "point_4"): machine.head_radius.value}
+    for places, radius in arcs.items():
+        for up, off in pairs_at(records, *places):
+            if up.run.direction < 0:
+                up, off = off, up
+            early = _misfit(up, off, math.pi * radius)
+            if _misfit(off, up, math.pi * radius) * WRAP_RATIO < early:
+                first, second = sorted((up.sheet.name, off.sheet.name))
+                sentence = f"{off.sheet.name} moves before {up.sheet.name}, where the belt comes from: exchanged"
+                sentence += ", or the direction of travel is the other one"
+                found.append(Suspicion(up.run.name, (first, second), "swapped", sentence))
+    return found
+
+
+def _misfit(up: Record, off: Record, arc: float) -> float:
+    """Return the variance of off(s) - up(s - arc) about its mean [m2], plus half the variance of the stated noise."""
+    s = off.travel[(off.travel >= arc) & (off.travel <= up.travel[-1])]
+    if len(s) < 3:
+        return 0.0
+    rest = np.interp(s, off.travel, off.readings) - np.interp(s - arc, up.travel, up.readings)
+    noise = up.sheet.white**2 + off.sheet.white**2 + up.sheet.wander_sd**2 + off.sheet.wander_sd**2
+    return float(np.var(rest)) + 0.5 * noise
+
+
+# ---- two sensors at one place, or at two
+
+
+def check_places(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
+    """Return signals stated at one place that differ, and signals stated at two places that agree."""
+    of_pair: dict[tuple[str, str], list[tuple[Record, Record]]] = defaultdict(list)
+    judged = [r for r in records if r.sheet.kind == "lateral" and len(r.travel) >= FEWEST]
+    for a, b in combinations(judged, 2):
+        if a.run.name == b.run.name:
+            of_pair[a.sheet.name, b.sheet.name].append((a, b))
+    found = []
+    for names, pairs in of_pair.items():
+        first, second = (r.sheet.at for r in pairs[0])
+        sentence = ""
+        if first != second and _read_the_same(campaign, pairs):
+            sentence = f"read the same, though stated at {first} and {second}: both are at one place, or a column was"
+            sentence += " copied"
+        off = float(np.median([_difference(*pair) / _noise(*pair) for pair in pairs]))
+        if first == second and off >= OTHER_PLACE:
+            sentence = (
+                f"both are stated at {first}, but differ by {off:.0f} times their noise: one of them is elsewhere"
+            )
+        if sentence:
+            found.append(Suspicion(None, names, "same_place", sentence))
+    return found
+
+
+def _read_the_same(campaign: Campaign, pairs: list[tuple[Record, Record]]) -> bool:
+    """Return whether two signals of two places are equal, or agree although the yaw must part them."""
+    if all(np.array_equal(a.readings, b.readings) and len(np.unique(a.readings)) > FEWEST for a, b in pairs):
+        return True
+    if {r.sheet.at for r in pairs[0]} not in [set(places) for places in TAIL_AND_HEAD]:
+        return False
+    span, apart = float(rig_of(campaign).span_length), []
+    for a, b in pairs:
+        least = LEAST_LEAD * abs(a.run.yaw) * span / 2.0
+        if min(a.travel[-1], b.travel[-1]) > 2.0 * span and least > OTHER_PLACE * _noise(a, b):
+            apart.append(_difference(a, b) < SAME_PLACE * _noise(a, b))
+    return len(apart) > 1 and all(apart)
+
+
+def _difference(a: Record, b: Record) -> float:
+    """Return the standard deviation of a - b over the run [m], which ignores errors of zero."""
+    s = a.travel[(a.travel >= b.travel[0]) & (a.travel <= b.travel[-1])]
+    return float(np.std(np.interp(s, a.travel, a.readings) - np.interp(s, b.travel, b.readings)))
+
+
+def _noise(a: Record, b: Record) -> float:
+    """Return the standard deviation of a - b that the instruments explain [m]."""
+    gains = [r.sheet.gain * float(np.std(r.readings)) for r in (a, b)]
+    return math.hypot(*gains, *(x for r in (a, b) for x in (r.measured_noise, r.sheet.white, r.sheet.wander_sd)))
+
+
+# ---- one run against the others
+
+
+def check_signs(records: list[Record]) -> list[Suspicion]:
+    """Return signals that run opposite to the same signal of other runs at the same tension, after division by yaw."""
+    found = []
+    for name in dict.fromkeys(record.sheet.name for record in records):
+        own = [r for r in records if r.sheet.name == name and abs(r.run.yaw) > 2.0 * abs(r.run.yaw_head)]
+        own = [r for r in own if r.rms > CLEAR * r.drift_error and len(r.travel) > 2]
+        if len(own) > 2 and (turned := _turned_round(own)) is not None:
+            record, certain = turned
+            sentence = "runs opposite to the runs at the same tension, yaw for yaw: its sign is turned round"
+            severity: Severity = "stop" if certain else "look"
+            found.append(Suspicion(record.run.name, (name,), "wrong_sign", sentence, severity))
+    return found
+
+
+def _turned_round(own: list[Record]) -> tuple[Record, bool] | None:
+    """Return the record that opposes comparable runs, and whether it is certain (one of them has a yaw of its sign)."""
+    s = np.linspace(0.0, min(r.travel[-1] for r in own), _GRID)
+    curves = np.array([np.interp(s, r.travel, r.readings) / r.run.yaw for r in own])
+    size = np.maximum(np.linalg.norm(curves, axis=1), 1e-300)
+    cosine = (curves / size[:, None]) @ (curves / size[:, None]).T
+    tension, direction, side = np.array([(r.run.tension, r.run.direction, np.sign(r.run.yaw)) for r in own]).T
+    group = (np.abs(tension[:, None] / tension - 1.0) < SAME_TENSION) & (direction[:, None] == direction)
+    opposed = (cosine < OPPOSED) & (np.abs(np.log(size[:, None] / size)) < math.log(ALIKE_SIZE))
+    alike = group & ~np.eye(len(own), dtype=bool)
+    opposing = alike & opposed
+    turned = np.flatnonzero(alike.any(axis=1) & (2 * opposing.sum(axis=1) >= alike.sum(axis=1)))
+    if len(np.unique(group[turned], axis=0)) != 1:
+        return None  # none, or the same conflict at several tensions: an effect that does not follow the yaw
+    k = turned[np.argmin(cosine[turned].sum(axis=1))]
+    return own[k], bool((opposing[k] & (side == side[k])).any())
+
+
+def check_copies(records: list[Record]) -> list[Suspicion]:
+    """Return runs that hold the readings of another run."""
+    found, seen = [], dict[tuple[str, bytes], str]()
+    for record in records:
+        if len(np.unique(record.readings)) < FEWEST:
+            continue
+        first = seen.setdefault((record.sheet.name, record.readings.tobytes()), record.run.name)
+        if first != record.run.name:
+            sentence = f"has the very readings of run {first}: one of the two was copied; leave it out"
+            found.append(Suspicion(record.run.name, (record.sheet.name,), "same_place", sentence))
+    return found
+
+
+#: Spans that a record must cover; the first and the last part of it that are compared.
+GUIDED_SPANS, GUIDED_EARLY, GUIDED_LATE = 3.0, 0.5, 0.3
+#: Share of the early peak below which late readings have returned, and above which late swings are an oscillation.
+BACK, SWING = 0.25, 0.3
+#: A signal is judged if it exceeds this many sigmas of zero, wander and white noise.
+CLEAR_SWING = 8.0
+#: Fewest runs, and the share of the judged runs that must agree.
+FEWEST_RECORDS, GUIDED_MOST = 3, 0.8
+TURNS = 4  # changes of direction that make an oscillation
+HALTED = 0.03  # of yaw times travel: a free belt has drifted further
+#: Harmonics of the belt's length, degree of the drift polynomial, and the fewest revolutions that separate the two.
+WAVES, DEGREE, ROUNDS = 8, 3, 2.0
+
+
+def check_guide(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
+    """Return signals that return to zero or oscillate in nearly all runs with a yaw."""
+    span, found = float(rig_of(campaign).span_length), []
+    for name in dict.fromkeys(r.sheet.name for r in records if r.sheet.kind == "lateral"):
+        signal = _subtract_edge(campaign, [r for r in records if r.sheet.name == name])
+        judged = [signs for r in signal if (signs := _guide_signs(r, span)) is not None]
+        if len(judged) < FEWEST_RECORDS:
+            continue
+        returning, swinging = np.sum(judged, axis=0) >= GUIDED_MOST * len(judged)
+        if returning or swinging:
+            sentence = "comes back to y = 0 against the yaw" if returning else "swings to and fro"
+            sentence += " in nearly all runs: a guide seems to steer the belt; switch it off, or record"
+            sentence += " what it does as yaw in runs.csv"
+            found.append(Suspicion(None, (name,), "guided", sentence))
+    return found
+
+
+def _subtract_edge(campaign: Campaign, records: list[Record]) -> list[Record]:
+    """Subtract from the records of one signal the periodic edge profile that all runs share."""
+    length = float(rig_of(campaign).belt_length)
+    long = [r for r in records if r.travel[-1] > ROUNDS * length]
+    if not long:
+        return records
+    waves, readings = [_waves(r, length) for r in long], [r.readings for r in long]
+    drifts = [np.vander(r.travel / r.travel[-1], DEGREE + 1) for r in long]
+    bases = [np.linalg.qr(drift)[0] for drift in drifts]
+    rest = [w - q @ (q.T @ w) for q, w in zip(bases, waves, strict=True)]
+    left = [y - q @ (q.T @ y) for q, y in zip(bases, readings, strict=True)]
+    edge = np.linalg.lstsq(np.concatenate(rest), np.concatenate(left), rcond=None)[0]
+    found = {id(r): replace(r, readings=r.readings - w @ edge) for r, w in zip(long, waves, strict=True)}
+    return [found.get(id(r), r) for r in records]
+
+
+def _waves(record: Record, length: float) -> np.ndarray:
+    """Return cosines and sines (n, 2 WAVES) that repeat with the belt's length."""
+    place = record.run.direction * (record.travel + record.run.yaw_at)
+    phase = 2.0 * np.pi / length * place[:, None] * np.arange(1, WAVES + 1)
+    return np.concatenate([np.cos(phase), np.sin(phase)], axis=1)
+
+
+def _guide_signs(record: Record, span: float) -> tuple[bool, bool] | None:
+    """Return whether a record returns to zero after an early peak on the side of the yaw, and whether it oscillates.
+
+    None for one that is short or does not move clearly beyond its errors. It is averaged over a fiftieth of its length.
+    """
+    run, error, s = record.run, record.drift_error, record.travel
+    if run.yaw == 0.0 or len(s) <= 24 or s[-1] <= GUIDED_SPANS * span or s[0] >= GUIDED_EARLY * s[-1]:
+        return None
+    from scipy.ndimage import uniform_filter1d  # a quarter of a second, which runs of a model need not wait for
+
+    y = uniform_filter1d(record.readings, max(1, len(record.readings) // 50), mode="nearest")
+    if np.abs(y).max() <= CLEAR_SWING * error:
+        return None
+    part = s / s[-1]
+    early, late = y[part < GUIDED_EARLY], y[part > 1.0 - GUIDED_LATE]
+    peak = early[np.argmax(np.abs(early))]
+    returns = peak * run.yaw > 0.0 and abs(peak) > CLEAR_SWING * error
+    returns = returns and np.abs(late).max() < BACK * abs(peak) + error
+    later = y[part > GUIDED_EARLY]
+    swing = 0.5 * float(np.ptp(later))
+    drifted = abs(float(np.mean(later))) > HALTED * abs(run.yaw) * float(s[-1])
+    swings = not drifted and swing >= max(CLEAR_SWING * error, SWING * float(np.abs(y).max()))
+    return bool(returns), swings and _turns(later, swing / 2.0) >= TURNS
+
+
+def _turns(y: np.ndarray, least: float) -> int:
+    """Return how often readings change their direction; each time they come back by more than ``least``."""
+    turns, extreme, direction = 0, y[0], 0.0
+    for value in y:
+        step = value - extreme
+        if abs(step) > least and step * direction <= 0.0:
+            turns, extreme, direction = turns + 1, value, np.sign(step)
+        elif step * direction > 0.0:
+            extreme = value
+    return turns
+
+
+def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
+    """Return everything that looks like a slip of the hand or a broken sensor, severity "stop" first.
+
+    Spikes and short dropouts, and records that one check finds broken, are left out of the later checks.
+    """
+    gaps = check_gaps(campaign)
+    campaign, left_out = leave_out_bad_readings(campaign)
+    records = records_of(campaign)
+    broken = [s for record in records for s in check_record(record)]
+    found = [*left_out, *broken, *gaps, *check_copies(records), *check_travel(campaign)]
+    sound = _others(records, broken)
+    found += check_noise(sound)
+    sound = counted_from_yaw(_others(sound, [s for s in found if s.kind == "unit_slip"]))
+    shifts = check_starts(campaign, sound)
+    sound = _others(sound, shifts)
+    found += [*shifts, *check_leads(campaign, sound)]
+    known = [s for s in found if s.kind in ("swapped", "wrong_sign", "unit_slip")]
+    found += [s for s in check_signs(sound) if not any(_covers(k, s) for k in known)]
+    found += [*check_wraps(campaign, sound), *check_places(campaign, sound)]
+    if not any(s.severity == "stop" for s in found):
+        found += check_guide(campaign, sound)
+    return tuple(sorted(found, key=lambda s: s.severity != "stop"))
+
+
+def _others(records: list[Record], suspected: list[Suspicion]) -> list[Record]:
+    """Return the records that none of these suspicions concerns."""
+    return [r for r in records if not any(_concerns(s, r) for s in suspected)]
+
+
+def _concerns(known: Suspicion, record: Record) -> bool:
+    return known.run in (None, record.run.name) and known.signals in ((), (record.sheet.name,))
+
+
+def _covers(known: Suspicion, new: Suspicion) -> bool:
+    """Return whether a known suspicion explains a new one of a single signal too."""
+    return known.run in (None, new.run) and (not known.signals or set(new.signals) <= set(known.signals))
