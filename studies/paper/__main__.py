@@ -3,7 +3,7 @@
 Leaves index.html, a picture a figure and paper.json in ``folder``.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -15,95 +15,53 @@ from belt_sim.show.observers import progress
 from studies.application import application
 from studies.paper.plate import FIGURES, IN_SPACE, NOT_COMPUTED, Plate, compute, select_figures
 from studies.paper.report import answer, criteria, document, lay_pictures, verdicts, what_decides, write_page
-from studies.paper.statements import Judgement, judge_models
+from studies.paper.statements import judge_models
 from studies.paper.stored_runs import stored_run
 
 
 def paper(config: Mapping[str, Any]) -> None:
     """Write what ``config`` (studies/conf/paper.yaml) asks for into its folder, and print where."""
-    folder, origin = Path(config["folder"]), provenance(config)
-    if not isinstance(config["fast"], bool):
-        raise InputError("fast", config["fast"], "", "use true or false")
-    target = _document(config["document"])
-    in_space = not config["fast"]
-    numbers = select_figures(config["figures"], in_space=in_space)
-    plates = _plates(folder, numbers, in_space)
-    left_out = NOT_COMPUTED | {k: _why_not(k, in_space) for k in FIGURES if k not in numbers}
-    judgements = judge_models(in_space=in_space)
-    told, question = verdicts(judgements), answer(judgements)
-    write_json(folder / "paper.json", _paper_json(plates, left_out, judgements, question, origin))
-    parts = {"table": told.html() + criteria().html(), "question": "".join(f"<p>{escape(p)}</p>" for p in question)}
-    made = [write_page(folder, plates, left_out, _origin(origin), parts)]
-    if target is not None:
-        made.append(write_text(target, document(plates, left_out, _command(config), told, question)))
-        lay_pictures(target, folder, plates)
-    print(f"{len(plates)} figures, {', '.join(str(p) for p in made)}")
-
-
-def _document(asked: Any) -> Path | None:
-    if asked is None:
-        return None
-    if not isinstance(asked, str) or Path(asked).suffix != ".md":
-        raise InputError("document", asked, "", "give a file name ending in .md, or null")
-    return Path(asked)
-
-
-def _why_not(number: int, in_space: bool) -> str:
-    three_dimensional = number in IN_SPACE and not in_space
-    return "a belt in three dimensions, left out by fast=true" if three_dimensional else "not asked for"
-
-
-def _command(config: Mapping[str, Any]) -> str:
-    """What writes the document again."""
-    words = ["python -m studies.paper"]
-    words += ["fast=true"] if config["fast"] else []
-    words += [f"figures={config['figures']}".replace(" ", "")] if config["figures"] is not None else []
-    return " ".join([*words, f"document={config['document']}"])
-
-
-def _plates(folder: Path, numbers: Sequence[int], in_space: bool) -> list[Plate]:
-    """Compute and draw, one figure after another."""
+    folder, origin, target, fast = Path(config["folder"]), provenance(config), config["document"], config["fast"]
+    if not isinstance(fast, bool):
+        raise InputError("fast", fast, "", "use true or false")
+    if target is not None and (not isinstance(target, str) or Path(target).suffix != ".md"):
+        raise InputError("document", target, "", "give a file name ending in .md, or null")
+    numbers = select_figures(config["figures"], in_space=not fast)
     plates = []
     with progress(len(numbers), "paper") as done:
         for number in numbers:
-            plate = compute(number, in_space=in_space)
-            plate.draw(folder / plate.file)
-            plates.append(plate)
+            plates.append(compute(number, in_space=not fast))
+            plates[-1].save(folder)
             done(note=f"figure {number}")
-    return plates
-
-
-def _paper_json(
-    plates: Sequence[Plate],
-    left_out: Mapping[int, str],
-    judgements: Mapping[str, Mapping[str, Judgement]],
-    question: Sequence[str],
-    origin: Mapping[str, Any],
-) -> dict[str, Any]:
-    """Everything that is drawn, as numbers."""
-    figures = {
-        str(p.number): {
-            "title": p.title,
-            "caption": p.caption,
-            "file": p.file,
-            "numbers": dict(p.numbers),
-            "stored_runs": {name: stored_run(name).made for name in p.stored},
-        }
-        for p in plates
-    }
-    return {
+    without = "a belt in three dimensions, left out by fast=true"
+    why = {k: without if k in IN_SPACE and fast else "not asked for" for k in FIGURES if k not in numbers}
+    left_out = NOT_COMPUTED | why
+    judgements = judge_models(in_space=not fast)
+    told, question = verdicts(judgements), answer(judgements)
+    content = {
         "schema": "belt-paper/1",
-        "figures": figures,
+        "figures": {str(p.number): _figure_json(p) for p in plates},
         "statements": {name: {m: vars(j) for m, j in of.items()} for name, of in judgements.items()},
-        "open_question": {"answer": list(question), "what_decides": what_decides()},
+        "open_question": {"answer": question, "what_decides": what_decides()},
         "left_out": {str(k): why for k, why in sorted(left_out.items())},
         "provenance": dict(origin),
     }
+    write_json(folder / "paper.json", content)
+    source = origin["command"] + (f", commit {origin['commit'][:7]}" if origin["commit"] else "")
+    said = "".join(f"<p>{escape(p)}</p>" for p in question)
+    made = [write_page(folder, plates, left_out, source, told.html() + criteria().html(), said)]
+    if target is not None:
+        command = "python -m studies.paper" + (" fast=true" if fast else "")
+        command += f" figures={config['figures']}".replace(", ", ",") if config["figures"] is not None else ""
+        text = document(plates, left_out, f"{command} document={target}", told, question)
+        made.append(write_text(Path(target), text))
+        lay_pictures(Path(target), folder, plates)
+    print(f"{len(plates)} figures, {', '.join(str(p) for p in made)}")
 
 
-def _origin(origin: Mapping[str, Any]) -> str:
-    commit = origin["commit"]
-    return f"{origin['command']}" + (f", commit {commit[:7]}" if commit else "")
+def _figure_json(p: Plate) -> dict[str, Any]:
+    runs = {name: stored_run(name).made for name in p.stored}
+    return {"title": p.title, "caption": p.caption, "file": p.file, "numbers": dict(p.numbers), "stored_runs": runs}
 
 
 if __name__ == "__main__":

@@ -6,12 +6,16 @@ from typing import Any
 
 import numpy as np
 
+from belt_sim.case import Rig
 from belt_sim.show import style
+from belt_sim.show.geometry import tilt
 from belt_sim.show.style import FAINT, INK
+from studies.paper.case import PAPER_BELT, ROPE_EXAMPLE, TEST_RIG, YAW
 from studies.paper.stored_runs import Shape
 
 TRAVEL_LABEL = "belt travel x [m]"
 Y_LABEL = "lateral position y [mm]"
+BOTH_WAYS = {"arrowstyle": "<->", "color": INK, "linewidth": 1.0, "shrinkA": 0, "shrinkB": 0}
 
 
 def mosaic(width: float, height: float, layout: Sequence[Sequence[str]], **grid: Any) -> tuple[Any, dict[str, Any]]:
@@ -27,23 +31,15 @@ def zero_line(ax: Any) -> None:
     ax.margins(x=0.0)
 
 
-def dimension(ax: Any, ends: Sequence[tuple[float, float]], words: str, **text: Any) -> None:
-    """A dimension line between two places, with its name in the middle."""
-    begin, end = ends
-    ax.annotate("", end, begin, arrowprops={"arrowstyle": "<->", "color": INK, "linewidth": 1.0, "shrinkA": 0,
-                                            "shrinkB": 0})  # fmt: skip
-    middle = (0.5 * (begin[0] + end[0]), 0.5 * (begin[1] + end[1]))
-    place = {"xytext": (6, 0), "textcoords": "offset points", "va": "center", "color": INK} | text
-    ax.annotate(words, middle, **place)
+def note(ax: Any, words: str, at: tuple, offset: tuple[float, float], **text: Any) -> None:
+    """Words beside a place, ``offset`` points from it."""
+    ax.annotate(words, at, xytext=offset, textcoords="offset points", **text)
 
 
 def bare(ax: Any) -> None:
     """A drawing: no grid, no frame, no ticks."""
     ax.set_axis_off()
     ax.set_aspect("equal")
-
-
-FAINT_LINE = {"color": FAINT, "linewidth": 0.8}
 
 
 DEPTH = np.array([0.42, 0.34])  # what a metre of y is drawn as, to the right and up
@@ -53,14 +49,13 @@ ROUND = np.linspace(0.0, 2.0 * np.pi, 120)
 @dataclass(frozen=True, kw_only=True)
 class Oblique:
     """width: times the belt's width is enlarged; lateral: its sideways movement; height: z; tilt: of cross-sections
-    (beside height). radius, centre_distance, half_width [m] of the machine and the belt."""
+    (beside height). half_width [m] of the belt."""
 
     width: float
     lateral: float
     height: float
     tilt: float
-    radius: float
-    centre_distance: float
+    rig: Rig
     half_width: float
 
     def edges(self, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
@@ -74,52 +69,50 @@ class Oblique:
         """(n, 3) [m] of the machine -> (n, 2) of the drawing, the tail pulley at the left as in the paper."""
         x, y, z = np.asarray(place, float).T
         y = -y  # of the paper
-        return np.stack([self.centre_distance - x + DEPTH[0] * y, self.height * z + DEPTH[1] * y], axis=1)
+        return np.stack([self.rig.centre_distance - x + DEPTH[0] * y, self.height * z + DEPTH[1] * y], axis=1)
 
     def pulleys(self, ax: Any, yaw: float) -> None:
         """Both cylinders, the tail pulley turned by its yaw, enlarged like the movements."""
         from scipy.spatial import ConvexHull
 
-        reach = 1.25 * self.width * self.half_width
-        for x, turn in ((self.centre_distance, yaw), (0.0, 0.0)):
+        reach, radius = 1.25 * self.width * self.half_width, self.rig.tail_radius
+        for x, turn in ((self.rig.centre_distance, yaw), (0.0, 0.0)):
             lean = -turn * self.lateral * reach
-            rings = [
-                self.flat(np.stack([x + s * lean + self.radius * np.sin(ROUND), np.full(len(ROUND), s * reach),
-                                    self.radius * np.cos(ROUND)], axis=1)) for s in (-1.0, 1.0)
-            ]  # fmt: skip
+            rings = []
+            for s in (-1.0, 1.0):
+                ring = x + s * lean + radius * np.sin(ROUND), np.full(len(ROUND), s * reach), radius * np.cos(ROUND)
+                rings.append(self.flat(np.stack(ring, axis=1)))
             both = np.concatenate(rings)
             ax.fill(*both[ConvexHull(both).vertices].T, facecolor=FAINT, alpha=0.22, linewidth=0, zorder=1)
             ax.plot(*rings[1].T, color=FAINT, linewidth=0.9, zorder=1)
 
     def name_pulleys(self, ax: Any) -> None:
         """Which is which."""
-        for x, name in ((self.centre_distance, "tail pulley (yawed)"), (0.0, "head pulley")):
-            place = self.flat(np.array([[x, 1.25 * self.width * self.half_width, -self.radius]]))[0]
-            ax.annotate(name, place, xytext=(0, -6), textcoords="offset points", ha="center", va="top")
+        for x, name in ((self.rig.centre_distance, "tail pulley (yawed)"), (0.0, "head pulley")):
+            place = self.flat(np.array([[x, 1.25 * self.width * self.half_width, -self.rig.tail_radius]]))[0]
+            note(ax, name, tuple(place), (0, -6), ha="center", va="top")
 
-    def belt(self, ax: Any, shape: Shape, colours: np.ndarray | None = None, **look: Any) -> Any:
-        """The ribbon, lower parts first; colours: a value a station for the diverging map."""
+    def tilted_belt(self, fig: Any, ax: Any, shape: Shape) -> None:
+        """The machine with its ribbon, lower parts first, coloured by the tilt of its cross-sections."""
         from matplotlib.collections import PolyCollection
 
+        self.pulleys(ax, YAW)
         left, right = self.edges(shape)
         after = np.roll(np.arange(len(left)), -1)
         quads = np.stack([left, left[after], right[after], right], axis=1)
-        order = np.argsort(shape.middle[:, 2], kind="stable")
-        given: dict[str, Any] = {"linewidths": 0.2, "zorder": 2} | look
-        if colours is None:
-            patches = PolyCollection(list(quads[order]), **({"facecolors": "#cfd8e3", "edgecolors": "#8899aa"} | given))
-        else:
-            full = float(np.max(np.abs(colours))) or 1.0
-            patches = PolyCollection(list(quads[order]), array=colours[order], cmap=style.diverging_map(),
-                                     edgecolors="face", **given)  # fmt: skip
-            patches.set_clim(-full, full)
+        order, angle = np.argsort(shape.middle[:, 2], kind="stable"), 1e3 * tilt(shape.left, shape.right)
+        patches = PolyCollection(list(quads[order]), array=angle[order], cmap=style.diverging_map(),
+                                 edgecolors="face", linewidths=0.2, zorder=2)  # fmt: skip
+        full = float(np.max(np.abs(angle))) or 1.0
+        patches.set_clim(-full, full)
         ax.add_collection(patches)
         for edge in (left, right):
-            closed = np.vstack([edge, edge[:1]])
-            ax.plot(*closed.T, color=INK, linewidth=0.7, zorder=3)
-        return patches
+            ax.plot(*np.vstack([edge, edge[:1]]).T, color=INK, linewidth=0.7, zorder=3)
+        fig.colorbar(patches, ax=ax, label="tilt [mrad]", shrink=0.8, pad=0.01)
+        self.name_pulleys(ax)
+        bare(ax)
 
-    def rope(self, ax: Any, shape: Shape, colour: str, label: str | None = None) -> None:
-        """Particles of a chain."""
-        place = self.flat(shape.middle * [1.0, self.lateral, 1.0])
-        ax.plot(*place.T, "o", color=colour, markersize=2.6, markeredgewidth=0.0, zorder=3, label=label)
+
+ROPE_DRAWN = Oblique(width=1.0, lateral=50.0, height=1.0, tilt=1.0, rig=ROPE_EXAMPLE, half_width=0.36)
+TEST_RIG_DRAWN = Oblique(width=5.0, lateral=60.0, height=3.0, tilt=15.0, rig=TEST_RIG,
+                         half_width=0.5 * PAPER_BELT.width)  # fmt: skip

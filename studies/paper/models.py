@@ -8,12 +8,15 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
+import jax
 import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
+from belt_sim.jax_setup import in_float64, jit_float64
+from belt_sim.line.influence import span_fields
 from belt_sim.line.steady import ritzinger_rate
-from belt_sim.model import analytic_model
+from belt_sim.model import AnalyticModel, analytic_model
 from belt_sim.show.style import AMBER, BLUE, FAINT, GREEN, INK, PINK, RED, SKY
 from belt_sim.si import MM, MM_PER_M, N_PER_MM2
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG, paper_case
@@ -87,3 +90,33 @@ def rate_mm_per_m(rate: Any) -> Any:
 def x_m(x: Any, centre_distance: float) -> np.ndarray:
     """Place along the machine, from the head pulley [m] -> from the tail pulley [m]."""
     return centre_distance - np.asarray(x, float)
+
+
+_span_fields = jit_float64(span_fields)  # op by op it would take seconds
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpanShape:
+    """x from the run-off point along the travel [m]; y [m], curvature [1/m], tilt of the section [rad], shape (n,)."""
+
+    x: np.ndarray
+    y: np.ndarray
+    curvature: np.ndarray
+    tilt: np.ndarray
+
+
+@in_float64
+def span_shape(case: Case, model: AnalyticModel, y: tuple[float, float], angle: tuple[float, float]) -> SpanShape:
+    """A span whose run-off and run-up have y [m] and angle dy/dx [rad], and whose cross-sections lie level there.
+
+    A straight line between the ends, and what the law makes of the angles that they keep with it.
+    """
+    fields = jax.tree.map(np.asarray, _span_fields(model.span(case)))
+    chord = (y[1] - y[0]) / fields.x[-1]
+    off, up = angle[0] - chord, angle[1] - chord
+    return SpanShape(
+        x=fields.x,
+        y=y[0] + chord * fields.x + up * fields.place[0] + off * fields.place[1],
+        curvature=up * fields.per_runup + off * fields.per_runoff,
+        tilt=up * fields.roll[0] + off * fields.roll[1],
+    )

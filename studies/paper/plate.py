@@ -1,7 +1,6 @@
 """A plate: one figure of the paper, computed; which there are, and which have nothing to compute."""
 
-import importlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.errors import InputError
+from belt_sim.show import style
 
 DIGITS = 7  # significant, of the numbers written down
 
@@ -17,21 +17,26 @@ DIGITS = 7  # significant, of the numbers written down
 class Plate:
     """number and title as in the paper; caption: what was computed here, in plain words.
 
-    numbers: everything that is drawn, JSON-able, units in the names; draw: writes the picture; stored: names of the
-    stored runs in three dimensions that it shows.
+    numbers: everything that is drawn, JSON-able, units in the names; draw: returns the picture, a matplotlib figure;
+    stored: names of the stored runs in three dimensions that it shows.
     """
 
     number: int
     title: str
     caption: str
     numbers: Mapping[str, Any]
-    draw: Callable[[Path], Path]
+    draw: Callable[[], Any]
     stored: tuple[str, ...] = ()
 
     @property
     def file(self) -> str:
         """Name of its picture."""
         return f"figure_{self.number:02d}.png"
+
+    def save(self, folder: Path) -> Path:
+        """Draw it into a folder."""
+        drawn: Path = style.picture(lambda path: style.save(self.draw(), path))(folder / self.file)
+        return drawn
 
 
 def column(values: Any) -> list[float]:
@@ -54,10 +59,10 @@ NOT_COMPUTED = {
 
 def compute(number: int, *, in_space: bool = True) -> Plate:
     """A figure; in_space: with the stored belts in three dimensions beside the laws."""
-    name = "figure_18_and_20" if number in (18, 20) else f"figure_{number:02d}"
-    figure = importlib.import_module(f"studies.paper.figures.{name}")
-    plate: Plate = figure.plate(number) if number in (18, 20) else figure.plate(in_space)
-    return plate
+    from studies.paper import by_laws
+    from studies.paper import in_space as stored
+
+    return stored.FIGURES[number]() if number in IN_SPACE else by_laws.FIGURES[number](in_space)
 
 
 def select_figures(figures: object, *, in_space: bool) -> list[int]:
@@ -67,16 +72,12 @@ def select_figures(figures: object, *, in_space: bool) -> list[int]:
         return [*there]
     wanted = figures if isinstance(figures, list | tuple) else [figures]
     for number in wanted:
-        _check(number, there)
+        if isinstance(number, bool) or not isinstance(number, int):
+            raise InputError("figures", number, "", "give numbers, as figures=[12,13]")
+        if number in NOT_COMPUTED:
+            raise InputError("figures", number, "", f"is {NOT_COMPUTED[number]}; nothing to compute")
+        if number in FIGURES and number not in there:
+            raise InputError("figures", number, "", "is a belt in three dimensions; ask without fast=true")
+        if number not in there:
+            raise InputError("figures", number, "", f"use some of {', '.join(map(str, there))}")
     return sorted({*wanted})
-
-
-def _check(number: object, there: Iterable[int]) -> None:
-    if isinstance(number, bool) or not isinstance(number, int):
-        raise InputError("figures", number, "", "give numbers, as figures=[12,13]")
-    if number in NOT_COMPUTED:
-        raise InputError("figures", number, "", f"is {NOT_COMPUTED[number]}; nothing to compute")
-    if number in FIGURES and number not in there:
-        raise InputError("figures", number, "", "is a belt in three dimensions; ask without fast=true")
-    if number not in there:
-        raise InputError("figures", number, "", f"use some of {', '.join(map(str, there))}")

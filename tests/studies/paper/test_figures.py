@@ -6,12 +6,11 @@ import pytest
 from belt_sim.errors import InputError
 from belt_sim.line.steady import edge_tensions, required_moment
 from belt_sim.model import analytic_model
+from studies.paper import by_laws
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG, YAW
-from studies.paper.figures import figure_02, figure_06, figure_08, figure_09, figure_10, figure_14
-from studies.paper.figures.figure_19 import pushed_span
-from studies.paper.models import case_at, moving
+from studies.paper.in_space import pushed_span
+from studies.paper.models import case_at, moving, span_shape
 from studies.paper.plate import ANALYTIC, FIGURES, NOT_COMPUTED, compute, select_figures
-from studies.paper.span_shape import span_shape
 
 
 def test_every_figure_of_the_paper_is_computed_or_named_with_a_reason():
@@ -31,7 +30,7 @@ def test_choosing():
 
 
 def test_figure_2_ends_with_the_offset_and_the_slope_that_it_names():
-    n = figure_02.plate(False).numbers
+    n = compute(2, in_space=False).numbers
     s, y1, y4 = (np.array(n[k]) for k in ("travel_m", "y1_mm", "y4_mm"))
     late = s > 40.0
     assert np.polyfit(s[late], y1[late], 1)[0] == pytest.approx(n["steady_rate_mm_per_m"], rel=0.02)
@@ -39,7 +38,7 @@ def test_figure_2_ends_with_the_offset_and_the_slope_that_it_names():
 
 
 def test_figure_6_points_begin_when_the_paper_says_so():
-    n = figure_06.plate(False).numbers
+    n = compute(6, in_space=False).numbers
     s, half = np.array(n["travel_m"]), np.pi * ROPE_EXAMPLE.tail_radius
     begins = {k: s[np.argmax(np.array(n[f"y{k}_mm"]) > 1e-6)] for k in (1, 2, 3, 4)}
     assert begins[1] < 0.05
@@ -50,7 +49,7 @@ def test_figure_6_points_begin_when_the_paper_says_so():
 
 
 def test_figure_8_has_the_boundary_values_and_the_moment_of_the_paper():
-    n = figure_08.plate(False).numbers
+    n = compute(8, in_space=False).numbers
     x, y, moment = (np.array(n[k]) if k == "x_m" else np.array(n["beam_th1"][k]) for k in ("x_m", "y_mm", "moment_Nm"))
     order = np.argsort(x)
     x, y, moment = x[order], y[order], moment[order]
@@ -61,16 +60,16 @@ def test_figure_8_has_the_boundary_values_and_the_moment_of_the_paper():
 
 
 def test_figure_9_the_bounds_bound():
-    n = figure_09.plate(False).numbers
+    n = compute(9, in_space=False).numbers
     rope, first = np.array(n["rope_y1_mm"]), np.array(n["beam_th1_y1_mm"])
-    for tension in figure_09.TENSIONS:
+    for tension in by_laws.BOUNDED:
         y = np.array(n[f"beam_th2_{tension:g}_N_per_mm2_y1_mm"])
         assert np.all(y <= rope + 0.03)
         assert np.all(y >= first - 0.01)
 
 
 def test_figure_10_the_catenary_meets_the_pulley_at_psi():
-    n = figure_10.plate(False).numbers
+    n = compute(10, in_space=False).numbers
     at = n["7_N_per_mm2"]
     psi = np.interp(7.0, n["tension_N_per_mm2"], n["psi_mrad"])
     assert at["upper_psi_mrad"] == pytest.approx(psi, rel=0.01)
@@ -78,16 +77,16 @@ def test_figure_10_the_catenary_meets_the_pulley_at_psi():
 
 
 def test_figure_14_the_shape_has_the_tilt_of_the_march_at_mid_span():
-    curves = moving("strip", figure_14.TENSION)
-    k = int(np.argmin(np.abs(np.asarray(curves.travel) - figure_14.AT)))
-    for row, name in enumerate(figure_14.SPANS):
-        shape = figure_14._span(name)
+    curves = moving("strip", by_laws.TILTED)
+    k = int(np.argmin(np.abs(np.asarray(curves.travel) - by_laws.TILTED_AT)))
+    for row, name in enumerate(by_laws.SPANS):
+        shape = by_laws.tilted_span(name)
         assert shape.tilt[len(shape.tilt) // 2] == pytest.approx(float(np.asarray(curves.tilt)[row, k]), rel=1e-6)
 
 
 def test_figure_14_the_stored_belt_tilts_like_the_strip():
-    n = figure_14.plate(True).numbers
-    for name in figure_14.SPANS:
+    n = compute(14, in_space=True).numbers
+    for name in by_laws.SPANS:
         law, space = n[name], n["mujoco_flex"][name]
         order = np.argsort(law["x_m"])
         beside = np.interp(space["x_m"], np.array(law["x_m"])[order], np.array(law["tilt_mrad"])[order])
