@@ -38,7 +38,6 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.case import Rig as Rig
     from belt_sim.case import Schedule as Schedule
     from belt_sim.case import Settings as Settings
-    from belt_sim.config import make_case as make_case
     from belt_sim.curves import Curves as Curves
     from belt_sim.effects.base import Effect as Effect
     from belt_sim.effects.library import library as library
@@ -55,6 +54,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.results.errors import Comparison as Comparison
     from belt_sim.results.json import read_diagnosis
     from belt_sim.results.simulation import Simulation as Simulation
+    from belt_sim.settings import make_case as make_case
 
     load_campaign, load_diagnosis = read_campaign, read_diagnosis
     __version__: str
@@ -69,7 +69,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "belt_sim.api.simulate": ("jax_function", "scene", "simulate"),
     "belt_sim.campaign": ("Campaign",),
     "belt_sim.case": ("Belt", "Case", "Rig", "Schedule", "Settings"),
-    "belt_sim.config": ("make_case",),
+    "belt_sim.settings": ("make_case",),
     "belt_sim.curves": ("Curves",),
     "belt_sim.effects.base": ("Effect",),
     "belt_sim.effects.library": ("library",),

@@ -19,7 +19,7 @@ from typing import Any
 
 from belt_sim.commands.words import COMMANDS, HELP, OUTPUT, help_text, known_keys, nearest, one_line
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import CONF, MODELS, sample_campaigns, write_text
+from belt_sim.io import CONF, MODELS, sample_campaigns, write_text
 
 SWEEP = ("-m", "--multirun")
 #: flags of Hydra, and whether a value follows

@@ -8,9 +8,9 @@ from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from belt_sim import si
 from belt_sim.case import Case, Numbers, pytree
-from belt_sim.files import write_with
+from belt_sim.io import write_with
+from belt_sim.units import MM, N_PER_MM2
 
 #: The last share of a record over which the late slope is taken.
 LATE_SHARE = 0.2
@@ -42,11 +42,11 @@ class Curves:
 
 #: what a 3D run knows besides -> its name in curves.csv, and the SI units in one unit there
 _EXTRA_COLUMNS = {
-    "tension": ("tension_N_per_mm2", si.N_PER_MM2),
+    "tension": ("tension_N_per_mm2", N_PER_MM2),
     "tail_x": ("tail_x_m", 1.0),
     "belt_speed": ("belt_speed_m_per_s", 1.0),
-    **{name: (f"{name}_mm", si.MM) for name in ("slip_head", "slip_tail", "correction")},
-    **{f"control_{k}": (f"control_{k}_mm", si.MM) for k in (1, 2, 3, 4)},
+    **{name: (f"{name}_mm", MM) for name in ("slip_head", "slip_tail", "correction")},
+    **{f"control_{k}": (f"control_{k}_mm", MM) for k in (1, 2, 3, 4)},
 }
 
 
@@ -101,14 +101,14 @@ def offsets(curves: Curves) -> tuple[float, float]:
 def curves_columns(curves: Curves) -> dict[str, np.ndarray]:
     """Return the columns of curves.csv by name: travel_m, y1_mm..y4_mm, and what else the model gives."""
     columns: dict[str, np.ndarray] = {"travel_m": np.asarray(curves.travel)}
-    columns |= {f"y{k + 1}_mm": row / si.MM for k, row in enumerate(np.asarray(curves.y))}
+    columns |= {f"y{k + 1}_mm": row / MM for k, row in enumerate(np.asarray(curves.y))}
     spans = ("upper", "lower")
     if curves.angle is not None:
         columns |= {f"angle{k + 1}_mrad": row * 1e3 for k, row in enumerate(np.asarray(curves.angle))}
     if curves.moment is not None:
         columns |= {f"moment_{n}_Nm": row for n, row in zip(spans, np.asarray(curves.moment), strict=True)}
     if curves.edge_stress is not None:
-        rows = np.asarray(curves.edge_stress) / si.N_PER_MM2
+        rows = np.asarray(curves.edge_stress) / N_PER_MM2
         columns |= {f"edge_stress_{n}_N_per_mm2": row for n, row in zip(spans, rows, strict=True)}
     if curves.tilt is not None:
         columns |= {f"tilt_{n}_mrad": row * 1e3 for n, row in zip(spans, np.asarray(curves.tilt), strict=True)}
@@ -124,7 +124,7 @@ def read_curves(path: Path) -> Curves:
         header = lines.readline().strip().split(",")
         columns = dict(zip(header, np.loadtxt(lines, delimiter=",", ndmin=2).T, strict=True))
     tilts = [columns[n] * 1e-3 for n in ("tilt_upper_mrad", "tilt_lower_mrad") if n in columns]
-    y = np.array([columns[f"y{k}_mm"] for k in (1, 2, 3, 4)]) * si.MM
+    y = np.array([columns[f"y{k}_mm"] for k in (1, 2, 3, 4)]) * MM
     return Curves(travel=columns["travel_m"], y=y, tilt=np.array(tilts) if tilts else None)
 
 

@@ -10,22 +10,31 @@
   of a loop's step, which for the small arrays of a march costs two thirds of the time. Results are the same bit by bit.
 - every program in one piece: by default XLA cuts a large one up to compile it on several cores, and puts the pieces
   together again whenever it is loaded, which then takes half as long again.
+- traced programs on disk (``StoredProgram``): JAX keeps compiled code on disk, but finds it by the traced program, and
+  a diagnosis spent half of its time on tracing the same ten marches again. ``jax.export`` writes a traced program as a
+  file. Its name is a hash of all that the trace depends on: the package's own code, JAX's version, what the caller says
+  of the function, and the types of the arguments. So a program of other code is never read; the result is the same.
 """
 
 import functools
+import hashlib
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Sequence
+import threading
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import jax
 import numpy as np
+from jax import export
 
-from belt_sim.errors import InputError
+from belt_sim.errors import BeltError, InputError
+from belt_sim.io import code_hash, write_with
 
 WORKERS = 2  # marches at once, unless told otherwise
 P = ParamSpec("P")
@@ -206,3 +215,67 @@ def check_environment() -> None:
 def is_unfused() -> bool:
     """Whether results of this process can be compared bit for bit (see the module's text)."""
     return _UNFUSED in os.environ.get("XLA_FLAGS", "")
+
+
+TRACED = "traced"  # below JAX's folder of compiled programs
+
+
+def program_key(name: str, model: Any, effects: Iterable[type], *shape: Any) -> str | None:
+    """Return a name for a program of a composition of laws and classes of effects, None where a part of it is not the
+    package's own and its code therefore not in the hash; shape: whatever else shapes the trace, of plain values."""
+    parts = [model.span, *effects, *map(type, model.built_in)]
+    own = [getattr(sys.modules.get(p.__module__), p.__qualname__, None) is p for p in parts]
+    if not (all(own) and all(p.__module__.startswith("belt_sim.") for p in parts)):
+        return None
+    laws = (model.name, sorted(model.hooks), sorted(model.contains), model.built_in, model.moments)
+    return repr((name, laws, [(p.__module__, p.__qualname__) for p in parts], shape))
+
+
+class StoredProgram:
+    """A function compiled in float64, whose trace is kept on disk.
+
+    function: takes pytrees of numbers, returns an array or a tuple of arrays; key: its name and everything that shapes
+    its trace except the types of its arguments, as text; None: nothing is kept on disk; brief: as in ``jit_float64``.
+    """
+
+    def __init__(self, function: Callable[..., Any], key: str | None, *, brief: bool = False) -> None:
+        self.function, self.key = function, key
+        self.options = least_effort() if brief else None
+        self.plain = jax.jit(function, compiler_options=self.options)
+        self.programs: dict[Hashable, Callable[..., Any]] = {}
+        self.lock = threading.Lock()
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Return what the function gives."""
+        leaves, structure = jax.tree.flatten(arguments)
+        with jax.enable_x64(True):
+            return self.program_for(leaves, structure)(*leaves)
+
+    def program_for(self, leaves: list[Any], structure: Any) -> Callable[..., Any]:
+        """Return the compiled function of leaves (one argument each), from memory, from disk, or traced now."""
+        types = tuple(map(jax.typeof, leaves))
+        with self.lock:
+            if (structure, types) not in self.programs:
+                if len(self.programs) >= PROGRAMS:
+                    self.programs.clear()
+                self.programs[structure, types] = self._make(leaves, structure, types)
+            return self.programs[structure, types]
+
+    def _make(self, leaves: list[Any], structure: Any, types: tuple[Any, ...]) -> Callable[..., Any]:
+        def of_leaves(*leaves: Any) -> Any:
+            return self.function(*jax.tree.unflatten(structure, leaves))
+
+        folder = jax.config.values["jax_compilation_cache_dir"]
+        if self.key is None or not folder or jax.default_backend() != "cpu" or find_spec("flatbuffers") is None:
+            return jax.jit(of_leaves, compiler_options=self.options)
+        told = "\n".join([code_hash(), jax.__version__, self.key, str(structure), *map(str, types)])
+        file = Path(folder) / TRACED / f"{hashlib.sha256(told.encode()).hexdigest()}.stablehlo"
+        with suppress(OSError):
+            kept = file.read_bytes()
+            if hashlib.sha256(kept[32:]).digest() == kept[:32]:  # else it is damaged
+                return jax.jit(export.deserialize(bytearray(kept[32:])).call, compiler_options=self.options)
+        exported = export.export(jax.jit(of_leaves))(*leaves)
+        written = bytes(exported.serialize())
+        with suppress(OSError, BeltError):  # a full or read-only disk keeps none
+            write_with(file, lambda path: path.write_bytes(hashlib.sha256(written).digest() + written))
+        return jax.jit(exported.call, compiler_options=self.options)

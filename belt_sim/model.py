@@ -22,7 +22,7 @@ from belt_sim.line import steady
 from belt_sim.line.march import KEEP, STEP, march_driven
 from belt_sim.line.spans import ALL_HOOKS, Composition
 from belt_sim.line.steady import RitzingerFormula
-from belt_sim.si import N_PER_MM2
+from belt_sim.units import N_PER_MM2
 
 
 @runtime_checkable

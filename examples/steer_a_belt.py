@@ -16,8 +16,8 @@ import jax.numpy as jnp
 import matplotlib.pyplot as plt
 import numpy as np
 
-from belt_sim.config import make_case
 from belt_sim.mjx import Ranges, SteeringEnvironment
+from belt_sim.settings import make_case
 from belt_sim.space import Options
 
 BELTS, CONTROLS, UPDATES, RATE, FADE = 4, 30, 5, 0.3, (0.8, 0.95)  # RATE, FADE: of Adam

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.errors import InputError
-from belt_sim.files import MODELS, ROOT
+from belt_sim.io import MODELS, ROOT
 from studies.application import application
 from studies.browser import open_tab
 

@@ -8,7 +8,7 @@ from typing import Any
 from belt_sim.cli import apply_hydra
 from belt_sim.commands.words import HELP
 from belt_sim.errors import BeltError
-from belt_sim.files import CONF
+from belt_sim.io import CONF
 from belt_sim.jax_setup import prepare
 
 HERE = Path(__file__).resolve().parent

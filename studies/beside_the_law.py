@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.config import case_from
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import InputError
 from belt_sim.model import analytic_model
+from belt_sim.settings import case_from
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, INK, RED
-from belt_sim.si import MM, MM_PER_M
+from belt_sim.units import MM, MM_PER_M
 from studies.application import application
 
 _POINTS = ((0, BLUE), (2, RED))

@@ -14,12 +14,12 @@ import numpy as np
 from belt_sim.api.simulate import simulate
 from belt_sim.case import Case, Schedule
 from belt_sim.commands.simulate import CentringGoal, centring_asked
-from belt_sim.config import case_from
 from belt_sim.curves import Curves, read_curves
 from belt_sim.model import model_named
+from belt_sim.settings import case_from
 from belt_sim.show import style
 from belt_sim.show.style import FAINT, INK, POINT_NAMES, POINTS
-from belt_sim.si import DEGREE, MM
+from belt_sim.units import DEGREE, MM
 from studies.application import application
 
 SPARE = 7  # of so many records one is asked of in the linear programme

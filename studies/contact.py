@@ -16,7 +16,7 @@ import belt_sim as bs
 from belt_sim.curves import Curves
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, INK, RED
-from belt_sim.si import MM
+from belt_sim.units import MM
 
 FAR, YAW = 5.0, -0.042  # [m], [degrees]
 SETTLED = 1.0  # [m]: the tilt swings with the start of the run before

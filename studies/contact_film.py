@@ -14,9 +14,9 @@ import mujoco
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from belt_sim.config import make_case
-from belt_sim.files import MODELS, write_with
-from belt_sim.si import MM
+from belt_sim.io import MODELS, write_with
+from belt_sim.settings import make_case
+from belt_sim.units import MM
 
 EXAGGERATED = 60.0
 YAW, YAWED_AT, END, EVERY = 0.042, 0.15, 2.4, 0.05  # degrees; m of travel: yaw, end, between frames

@@ -13,7 +13,7 @@ from scipy.linalg import solve_continuous_are
 
 import belt_sim as bs
 from belt_sim.linear.plant import LinearBelt, state_space
-from belt_sim.si import DEGREE, MM
+from belt_sim.units import DEGREE, MM
 from studies.application import application
 
 REAL: dict[str, Any] = {  # a machine: 5 mm off, tail pulley askew by 0.01 deg, drive of 0.1 deg

@@ -33,7 +33,7 @@ from typing import Any
 
 import yaml
 
-from belt_sim.files import CAMPAIGNS
+from belt_sim.io import CAMPAIGNS
 
 ROOT = Path(__file__).resolve().parents[1]
 GOLDEN = ROOT / "tests" / "golden"

@@ -13,7 +13,7 @@ from belt_sim.jax_setup import jit_float64, prepare
 from belt_sim.line.span import strip
 from belt_sim.line.spans import span_responses
 from belt_sim.model import analytic_model
-from belt_sim.si import N_PER_MM2
+from belt_sim.units import N_PER_MM2
 from studies.paper.case import paper_case
 
 TENSIONS = (7.0, 10.0, 20.0, 40.0)  # [N/mm2]

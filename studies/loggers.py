@@ -17,8 +17,8 @@ import pandas as pd
 
 from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity, Run
 from belt_sim.errors import InputError
-from belt_sim.files import write_with
-from belt_sim.si import DEGREE, MM, N_PER_MM2
+from belt_sim.io import write_with
+from belt_sim.units import DEGREE, MM, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan, RunSetting
 from studies.application import application

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.files import write_text
+from belt_sim.io import write_text
 from studies.application import application
 
 #: tension [N/mm2] -> offset [mm], length [m] and late rate [mm/m] of an invented start

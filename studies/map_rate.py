@@ -14,7 +14,7 @@ from typing import Any
 import pandas as pd
 
 from belt_sim.api.sweep import sweep
-from belt_sim.files import write_with
+from belt_sim.io import write_with
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, RED
 from studies.application import application

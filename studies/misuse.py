@@ -27,7 +27,7 @@ import yaml
 from belt_sim.campaign import read_campaign, suspicions, write_campaign
 from belt_sim.cli import run
 from belt_sim.errors import BeltError
-from belt_sim.files import CAMPAIGNS, ROOT
+from belt_sim.io import CAMPAIGNS, ROOT
 
 LIMIT = 60.0  # [s] without an answer that count as a hang
 LOGGERS = ROOT / "models" / "loggers"

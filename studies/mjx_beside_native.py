@@ -15,11 +15,11 @@ import jax
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.config import make_case
 from belt_sim.curves import Curves
 from belt_sim.errors import SimulationError
-from belt_sim.files import write_text
+from belt_sim.io import write_text
 from belt_sim.jax_setup import prepare
+from belt_sim.settings import make_case
 from belt_sim.space.options import Options
 
 TRAVEL = 2.0  # [m]

@@ -20,7 +20,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from rich.console import Console
 
 import belt_sim as bs
-from belt_sim.files import write_text
+from belt_sim.io import write_text
 from studies.application import application
 
 TENSIONS = (7.0, 10.0, 20.0, 40.0)  # [N/mm2], at which the paper measured

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.files import write_text, write_with
+from belt_sim.io import write_text, write_with
 from studies.application import application
 
 SPACING = 0.1  # [m]

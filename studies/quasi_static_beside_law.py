@@ -16,7 +16,7 @@ import belt_sim as bs
 from belt_sim.jax_setup import prepare
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, RED
-from belt_sim.si import MM
+from belt_sim.units import MM
 from studies.beside_the_law import ComparedRun
 
 COLUMNS = 4

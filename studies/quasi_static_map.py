@@ -16,10 +16,10 @@ import numpy as np
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.curves import late_rates
 from belt_sim.errors import SimulationError
-from belt_sim.files import write_text
+from belt_sim.io import write_text
 from belt_sim.jax_setup import prepare
 from belt_sim.scene_parts import SceneParts
-from belt_sim.si import DEGREE, MM, MM_PER_M, N_PER_MM2
+from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 from studies.paper.case import PAPER_BELT, TEST_RIG
 
 HEADER = "tension_n_per_mm2,yaw_deg,rate1,rate2,rate3,rate4,y1_3m_mm,y1_10m_mm,y1_end_mm,most_mm,retreat_mm,worst_um"

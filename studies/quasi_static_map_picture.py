@@ -13,7 +13,7 @@ import belt_sim as bs
 from belt_sim.curves import late_rates
 from belt_sim.jax_setup import prepare
 from belt_sim.show import style
-from belt_sim.si import MM, MM_PER_M
+from belt_sim.units import MM, MM_PER_M
 
 TABLE, PICTURE = Path("docs/maps/tension_yaw_3d.csv"), Path("docs/images/tension_yaw_3d.png")
 COLUMNS = {

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from belt_sim.si import MM
+from belt_sim.units import MM
 from belt_sim.virtual_rig import make_campaign, write_blind
 from belt_sim.virtual_rig.plan import Noise, Plan
 from belt_sim.virtual_rig.space import make_space_campaign

@@ -13,11 +13,11 @@ from rich.console import Console
 from rich.table import Table
 
 from belt_sim.case import Case
-from belt_sim.config import case_from
 from belt_sim.model import analytic_model
+from belt_sim.settings import case_from
 from belt_sim.show import style
 from belt_sim.show.style import CYCLE, INK
-from belt_sim.si import MM, MM_PER_M
+from belt_sim.units import MM, MM_PER_M
 from studies.application import application
 
 READ = ((10.0, 15.0), (15.0, 25.0))  # [m] of travel over which a record of 15 to 25 m is read

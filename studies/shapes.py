@@ -7,7 +7,7 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Frame
-from belt_sim.files import write_with
+from belt_sim.io import write_with
 
 COLUMNS = (
     "travel_m",

@@ -16,16 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.config import case_from
 from belt_sim.curves import Curves, late_rates, write_curves
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import InputError, SimulationError
-from belt_sim.files import write_text
+from belt_sim.io import provenance, write_text
 from belt_sim.model import model_named
-from belt_sim.provenance import provenance
+from belt_sim.settings import case_from
 from belt_sim.show.observers import ProgressObserver
-from belt_sim.si import MM, MM_PER_M
 from belt_sim.space.model import SpaceModel
+from belt_sim.units import MM, MM_PER_M
 from studies.application import application
 from studies.shapes import Shapes
 

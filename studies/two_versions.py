@@ -17,7 +17,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from belt_sim.api.inference import diagnose
-from belt_sim.files import read_json, write_json
+from belt_sim.io import read_json, write_json
 from belt_sim.jax_setup import cores
 from belt_sim.results.json import diagnosis_json
 from studies.application import application

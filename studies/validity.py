@@ -13,10 +13,10 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from belt_sim.case import Case, Schedule
-from belt_sim.config import case_from
+from belt_sim.settings import case_from
 from belt_sim.show import style
 from belt_sim.show.style import CYCLE, INK
-from belt_sim.si import DEGREE, MM, N_PER_MM2
+from belt_sim.units import DEGREE, MM, N_PER_MM2
 from belt_sim.validity import limits
 from studies.application import application
 

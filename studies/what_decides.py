@@ -18,10 +18,9 @@ from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.next_run import Outlook
 from belt_sim.effects.library import library
-from belt_sim.files import write_json
+from belt_sim.io import provenance, write_json
 from belt_sim.model import analytic_model
-from belt_sim.provenance import provenance
-from belt_sim.si import DEGREE, N_PER_MM2
+from belt_sim.units import DEGREE, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting
 from studies.application import application

@@ -12,7 +12,7 @@ import jax
 import pytest
 from xdist.scheduler import LoadScopeScheduling
 
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 from belt_sim.jax_setup import prepare
 
 LITTLE_EFFORT = "--xla_backend_optimization_level=1"

@@ -7,13 +7,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim import si
 from belt_sim.case import Case, Rig, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.library import library
 from belt_sim.jax_setup import least_effort
 from belt_sim.line.march import march_traced
 from belt_sim.model import MODELS, AnalyticModel
+from belt_sim.units import N_PER_MM2
 from studies.paper import case as paper
 from studies.paper.case import TEST_RIG as RIG
 
@@ -25,7 +25,7 @@ BELT, EFFECTS = paper.PAPER_BELT, library()
 
 def paper_case(tension: float, yaw: float = YAW, rig: Rig = RIG, **settings) -> Case:
     """The test rig at ``tension`` [N/mm2] after a yaw step [rad] at travel 0; further fields of Settings as named."""
-    return paper.paper_case(tension * si.N_PER_MM2, yaw, rig, **settings)
+    return paper.paper_case(tension * N_PER_MM2, yaw, rig, **settings)
 
 
 def steered(case: Case, yaw: Schedule) -> Case:

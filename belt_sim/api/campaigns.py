@@ -7,26 +7,28 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.campaign import Campaign
-from belt_sim.config import MAX_TENSION, MAX_YAW, belt_from, rig_from
 from belt_sim.errors import InputError, finite, flag
-from belt_sim.files import write_text
 from belt_sim.foresight.harm import harm_warnings
 from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, understand, write
 from belt_sim.importing.columns import DRAWING
 from belt_sim.importing.mapping import mapping_of
 from belt_sim.importing.sheets import plan_for, template, tensions_for, travel_for, yaw_for
+from belt_sim.io import write_text
+from belt_sim.settings import BOUNDS, belt_from, rig_from
 from belt_sim.show.imports import tell_plan, tell_proposal, tell_written
 
 
 def new_campaign(folder: Path, config: Mapping[str, Any]) -> Campaign:
     """Write the template and tell the plan; config: as conf/new.yaml. Raises InputError, CampaignError."""
     rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
-    asked = config["tensions"]
-    tensions = tensions_for(rig, belt) if asked is None else sorted(_numbers("tensions", asked, "N/mm2", MAX_TENSION))
+    if config["tensions"] is None:
+        tensions = tensions_for(rig, belt)
+    else:
+        tensions = sorted(_numbers("tensions", config["tensions"], "N/mm2", BOUNDS["tension"].high))
     if config["yaw"] is None:
         yaw = yaw_for(rig, belt, tensions)
     else:
-        yaw = _numbers("yaw", [config["yaw"]], "degrees", MAX_YAW / 2.0)[0]
+        yaw = _numbers("yaw", [config["yaw"]], "degrees", BOUNDS["yaw"].high / 2.0)[0]
     travel = travel_for(rig)
     planned = plan_for(tensions, yaw, _numbers("speed", [config["speed"]], "m/s", 25.0)[0])
     places = config["signals"] if isinstance(config["signals"], list) else [config["signals"]]

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtrc
 
-from belt_sim import plausible
 from belt_sim.api.resolve import (
     ModelSpec,
     analytic_model,
@@ -48,15 +47,16 @@ from belt_sim.effects.library import library
 from belt_sim.errors import InputError, flag, whole
 from belt_sim.foresight.doubts import doubts, pairs, visible
 from belt_sim.foresight.sheet_evidence import sheet_evidence
+from belt_sim.io import provenance
 from belt_sim.jax_setup import one_blas_thread
 from belt_sim.model import Model, SteadyModel
-from belt_sim.provenance import provenance
 from belt_sim.results import words
 from belt_sim.results.check import Check, Doubt
 from belt_sim.results.diagnosis import APART, Diagnosis, Discovery, NextRun
 from belt_sim.results.display import Display, Table
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Comparison, SteadyError
+from belt_sim.settings import BOUNDS
 from belt_sim.show.observers import stages_shown
 
 MIN_BOOTSTRAPS, MAX_BOOTSTRAPS = 100, 100_000
@@ -213,7 +213,7 @@ def check(
     """
     flag("advise", advise)
     planned = not isinstance(campaign, Campaign) and is_plan(campaign)
-    plausible.SIMULATED_TRAVEL.check(travel, name="travel")
+    BOUNDS["travel"].check(travel, name="travel")
     if not step > 0.0 or travel / step > MOST_PLANNED:
         remedy = f"between readings of planned runs; {travel / MOST_PLANNED:g} or more ({MOST_PLANNED} readings a run)"
         raise InputError("step", f"{step:g}", "m", remedy)

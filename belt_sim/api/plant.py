@@ -7,12 +7,11 @@ from typing import Any, Unpack
 
 from belt_sim.api.resolve import ModelSpec, effects_of, fitted_model
 from belt_sim.case import Case
-from belt_sim.config import CaseSettings, case_or_settings
 from belt_sim.errors import InputError, finite
-from belt_sim.files import write_json
+from belt_sim.io import provenance, write_json
 from belt_sim.linear.plant import LinearBelt, PlantSchedule, linear_belt, plant_json, state_space
-from belt_sim.provenance import provenance
-from belt_sim.si import N_PER_MM2
+from belt_sim.settings import CaseSettings, case_or_settings
+from belt_sim.units import N_PER_MM2
 
 
 def linearise(

@@ -9,7 +9,6 @@ from typing import Any
 
 from belt_sim.campaign.types import Campaign, case_of, sensor_place
 from belt_sim.case import Case
-from belt_sim.config import model_settings
 from belt_sim.curves import Curves
 from belt_sim.diagnosis.readings.candidates import default_candidates
 from belt_sim.effects.base import Effect
@@ -29,7 +28,8 @@ from belt_sim.model import (
     model_named,
 )
 from belt_sim.results.diagnosis import FoundEffect
-from belt_sim.si import N_PER_MM2
+from belt_sim.settings import model_settings
+from belt_sim.units import N_PER_MM2
 from belt_sim.validity import Limit, exceeded_limits, geometric, run_limits
 
 #: a model by name, by name and settings, or as an object

@@ -16,13 +16,13 @@ from belt_sim.api.resolve import (
     with_run,
 )
 from belt_sim.case import Case
-from belt_sim.config import case_from, case_or_settings, make_settings, model_settings
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError, InputError
 from belt_sim.line.march import march_traced, plan_steps
 from belt_sim.model import Model, SteadyModel
 from belt_sim.results.simulation import Simulation
+from belt_sim.settings import case_from, case_or_settings, make_settings, model_settings
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
 from belt_sim.space.options import CONTACTS
 

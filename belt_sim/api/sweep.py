@@ -11,11 +11,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim import si
 from belt_sim.api.resolve import analytic_model, by_tension, effects_of, fitted_model, model_of
 from belt_sim.api.simulate import simulate_one
 from belt_sim.case import Case
-from belt_sim.config import case_from, group_from, make_settings, model_settings
 from belt_sim.curves import Curves, late_rates, late_records
 from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
 from belt_sim.errors import InputError, finite, whole
@@ -23,15 +21,17 @@ from belt_sim.jax_setup import cores, jit_float64, map_in_chunks
 from belt_sim.line.march import march_traced, plan_steps
 from belt_sim.line.steady import steady_traced
 from belt_sim.model import KEEP, AnalyticModel, Model
+from belt_sim.settings import case_from, group_from, make_settings, model_settings
+from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 
 if TYPE_CHECKING:
     import pandas as pd
 
 #: setting -> (name of its column, what one unit is in SI)
 SETTINGS = {
-    "tension": ("tension_n_per_mm2", si.N_PER_MM2),
-    "yaw": ("yaw_deg", si.DEGREE),
-    "yaw_head": ("yaw_head_deg", si.DEGREE),
+    "tension": ("tension_n_per_mm2", N_PER_MM2),
+    "yaw": ("yaw_deg", DEGREE),
+    "yaw_head": ("yaw_head_deg", DEGREE),
     "speed": ("speed_m_per_s", 1.0),
 }
 GROUPS = {
@@ -105,7 +105,7 @@ def sweep(
     varied = dict(zip((a.column for a in axes), grid, strict=True))
     values = np.stack(grid, axis=1) * [a.unit for a in axes]  # SI
     any_case = case_from(plain if travel is not None else {**plain, "travel": 1.0})
-    tensions = varied.get("tension_n_per_mm2", np.array([float(plain["tension"])])) * si.N_PER_MM2
+    tensions = varied.get("tension_n_per_mm2", np.array([float(plain["tension"])])) * N_PER_MM2
     names = np.array([model_of(by_tension(model, [t])).name for t in np.unique(tensions)])
     chosen = np.broadcast_to(names[np.searchsorted(np.unique(tensions), tensions)], count)
     told: dict[str, np.ndarray] = {}
@@ -167,8 +167,8 @@ def _runs(
     for own in values:
         case, effects = place_values(case_from(plain), effects_of(plain["effects"]), [a.key for a in axes], own)
         found = simulate_one(case, model=model, effects=effects, travel=plain["travel"], engine=engine)
-        rates = found.rates / si.MM_PER_M if found.curves is not None else np.full(4, found.steady_rate / si.MM_PER_M)
-        offsets = np.array(found.offsets) / si.MM if found.curves is not None else np.full(2, np.nan)
+        rates = found.rates / MM_PER_M if found.curves is not None else np.full(4, found.steady_rate / MM_PER_M)
+        offsets = np.array(found.offsets) / MM if found.curves is not None else np.full(2, np.nan)
         rows.append([*rates, *offsets])
     names = [*(f"rate{k}_mm_per_m" for k in POINTS), "offset_upper_mm", "offset_lower_mm"]
     return dict(zip(names, np.array(rows).T, strict=True))
@@ -273,13 +273,13 @@ def _row(case: Case, effects: tuple[Effect, ...], task: MapTask) -> Any:
         curves = march_traced(case, effects, task.travel, model=task.model, plan=task.plan)
         told += _reduce_curves(curves, np.linspace(0.0, task.travel, task.plan[0] + 1), task.at)
     if task.steady:
-        told.append(steady_traced(case, task.model)[None] / si.MM_PER_M)
+        told.append(steady_traced(case, task.model)[None] / MM_PER_M)
     return jnp.concatenate(told)
 
 
 def _reduce_curves(curves: Curves, travel: np.ndarray, at: tuple[float, ...]) -> list[Any]:
     """Late rates, positions, offsets, overshoot and retreat of point 1, slackest edge; as people write them."""
-    y = jnp.asarray(curves.y) / si.MM
+    y = jnp.asarray(curves.y) / MM
     unit = np.eye(len(travel))  # rates and positions are sums over records: their weights
     slopes = late_rates(Curves(travel=travel, y=unit))
     positions = np.array([[np.interp(s, travel, row) for row in unit] for s in at]).reshape(len(at), len(travel))
@@ -290,7 +290,7 @@ def _reduce_curves(curves: Curves, travel: np.ndarray, at: tuple[float, ...]) ->
     overshoot = jnp.maximum(jnp.max((y[0] - line) * away), 0.0)
     out = y[0] * away
     retreat = jnp.max(jax.lax.cummax(out) - out)
-    edge = jnp.min(jnp.asarray(curves.edge_stress)) / si.N_PER_MM2
+    edge = jnp.min(jnp.asarray(curves.edge_stress)) / N_PER_MM2
     offset = jnp.stack([end[0] - end[3], end[2] - end[1]])
     return [rates, (positions @ y.T).ravel(), offset, jnp.stack([overshoot, retreat, edge])]
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import write_json
+from belt_sim.io import write_json
 
 WORKER = "belt_sim.app.jobs"  # this module, run by itself
 PATIENCE = 3.0  # [s] from asking a process to end to ending it

@@ -18,8 +18,8 @@ from belt_sim.campaign.folder import FILES, sheet_tree
 from belt_sim.campaign.types import PLACES
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
-from belt_sim.files import group_names, sample_campaigns
 from belt_sim.importing.mapping import ROLES
+from belt_sim.io import group_names, sample_campaigns
 from belt_sim.model import BY_TENSION
 from belt_sim.results import words
 from belt_sim.results.display import Table

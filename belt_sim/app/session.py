@@ -31,7 +31,7 @@ from belt_sim.importing import LoggedTables, Proposal, Question, read, understan
 from belt_sim.importing.mapping import FILE as MAPPING
 from belt_sim.importing.mapping import inner_mapping
 from belt_sim.model import BY_TENSION
-from belt_sim.si import plain_minus
+from belt_sim.units import plain_minus
 
 MEBI = 2**20
 MAX_UPLOAD = 256 * MEBI  # bytes of one request

@@ -11,14 +11,14 @@ from nicegui import run, ui
 from belt_sim.api.simulate import simulate
 from belt_sim.app import widgets
 from belt_sim.app.widgets import labelled_slider
-from belt_sim.config import make_case
 from belt_sim.effects.base import Parameter
 from belt_sim.effects.library import library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.model import ANALYTIC, model_named
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import NONE, decimal, thousandths
-from belt_sim.si import N_PER_MM2
+from belt_sim.settings import make_case
+from belt_sim.units import N_PER_MM2
 
 # What the sliders ask for: one march over the longest travel, of which a shorter one is the start.
 

@@ -15,7 +15,7 @@ from belt_sim.results.errors import UNITS
 from belt_sim.results.json import DIGITS, round_numbers
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import KILO
-from belt_sim.si import N_PER_MM2, round_digits
+from belt_sim.units import N_PER_MM2, round_digits
 
 PAGES = {"/": "Simulate", "/measurements": "My measurements"}
 CSS = (Path(__file__).parent / "widgets.css").read_text(encoding="utf-8")

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 import yaml
 
-from belt_sim import plausible
 from belt_sim.campaign.sheet import SCHEMA, check_name, read_sheet
 from belt_sim.campaign.types import (
     Campaign,
@@ -32,22 +31,22 @@ from belt_sim.campaign.types import (
     refusal,
 )
 from belt_sim.errors import InputError
-from belt_sim.files import CAMPAIGNS, sample_campaigns
-from belt_sim.plausible import BELT, Range
-from belt_sim.si import MM_PER_M, UNITS
+from belt_sim.io import CAMPAIGNS, sample_campaigns
+from belt_sim.settings import BELT, BOUNDS, Range
+from belt_sim.units import MM_PER_M, UNITS
 
 #: column -> field of Run, range, value of a blank (None: required)
 NUMBERS: dict[str, tuple[str, Range, float | None]] = {
-    "tension_N_per_mm2": ("tension", plausible.TENSION, None),
-    "yaw_deg": ("yaw", plausible.YAW, None),
-    "yaw_head_deg": ("yaw_head", plausible.YAW, 0.0),
-    "speed_m_per_s": ("speed", plausible.SPEED, 0.5),
-    "direction": ("direction", plausible.DIRECTION, 1.0),
-    "yaw_at_m": ("yaw_at", plausible.TRAVEL, 0.0),
-    "u_yaw_at_m": ("yaw_at_u", plausible.YAW_AT_U, 0.0),
-    "start_m": ("start", plausible.TRAVEL, math.nan),
-    "run_in_m": ("run_in", plausible.TRAVEL, 0.0),
-    "y0_mm": ("y0", plausible.Y0, math.nan),
+    "tension_N_per_mm2": ("tension", BOUNDS["tension"], None),
+    "yaw_deg": ("yaw", BOUNDS["yaw"], None),
+    "yaw_head_deg": ("yaw_head", BOUNDS["yaw"], 0.0),
+    "speed_m_per_s": ("speed", BOUNDS["speed"], 0.5),
+    "direction": ("direction", BOUNDS["direction"], 1.0),
+    "yaw_at_m": ("yaw_at", BOUNDS["reading_travel"], 0.0),
+    "u_yaw_at_m": ("yaw_at_u", BOUNDS["u_yaw_at"], 0.0),
+    "start_m": ("start", BOUNDS["reading_travel"], math.nan),
+    "run_in_m": ("run_in", BOUNDS["reading_travel"], 0.0),
+    "y0_mm": ("y0", BOUNDS["y0"], math.nan),
 }
 REQUIRED = ("run", "tension_N_per_mm2", "yaw_deg")
 KNOWN = ("run", *NUMBERS, "repeat_of", "use", "started")
@@ -284,8 +283,8 @@ def read_signals(
     table = parse_table(text, "signals.csv", ("run", "travel_m"), known, problems)
     if table is None:
         return {}
-    travel = table.numbers("travel_m", plausible.TRAVEL)
-    time = table.numbers("time_s", plausible.TIME, blank=math.nan) if "time_s" in table.columns else None
+    travel = table.numbers("travel_m", BOUNDS["reading_travel"])
+    time = table.numbers("time_s", BOUNDS["time"], blank=math.nan) if "time_s" in table.columns else None
     columns = _readings(table, sheets)
     recorded = {}
     for name, index in _rows_of_runs(table, rows).items():
@@ -309,7 +308,7 @@ def read_signals(
 def _readings(table: CsvTable, sheets: tuple[SignalSheet, ...] | None) -> dict[str, np.ndarray]:
     """Return the signal columns in SI; having none is a problem."""
     columns = {
-        sheet.name: table.numbers(sheet.name, plausible.READING[sheet.kind], unit=sheet.unit, blank=math.nan)
+        sheet.name: table.numbers(sheet.name, BOUNDS[sheet.kind], unit=sheet.unit, blank=math.nan)
         for sheet in sheets or ()
         if sheet.name in table.columns
     }
@@ -347,11 +346,11 @@ def read_steady(text: str, rows: RunRows | None, problems: list[Problem]) -> tup
     table = parse_table(text, "steady.csv", ("run", "u_rate"), ("run", *RATES, "u_rate"), problems)
     if table is None:
         return ()
-    u = table.numbers("u_rate", plausible.RATE_U)
+    u = table.numbers("u_rate", BOUNDS["u_rate"])
     rates = np.full((4, len(table)), math.nan)
     for k, column in enumerate(RATES):
         if column in table.columns:
-            rates[k] = table.numbers(column, plausible.RATE, blank=math.nan)
+            rates[k] = table.numbers(column, BOUNDS["rate"], blank=math.nan)
     found = _rows_of_runs(table, rows)
     for name, index in found.items():
         if len(index) > 1:
@@ -615,7 +614,7 @@ def sheet_tree(campaign: Campaign) -> dict[str, Any]:
         "title": campaign.title,
         "source": dict(vars(campaign.source)),
         "machine": {name: _quantity(q, "m") for name, q in machine.items()},
-        "belt": {name: _quantity(getattr(campaign.belt, name), bounds.unit) for name, bounds in BELT.items()},
+        "belt": {name: _quantity(getattr(campaign.belt, name), BOUNDS[name].unit) for name in BELT},
         "signals": {signal.name: _signal(signal) for signal in campaign.signals},
         "settings": {
             "tension_rel": float(settings.tension_rel),

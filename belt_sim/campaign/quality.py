@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from belt_sim.campaign.types import Campaign, Run, SignalSheet, rig_of, shortlist
-from belt_sim.si import MM
+from belt_sim.units import MM
 
 SuspicionKind = Literal[
     "unit_slip",

@@ -13,7 +13,6 @@ from typing import Annotated, Any, Literal, get_args
 import yaml
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
 
-from belt_sim import plausible
 from belt_sim.campaign.types import (
     ELSEWHERE_EXAMPLE,
     PLACES,
@@ -31,9 +30,9 @@ from belt_sim.campaign.types import (
     sensor_place,
 )
 from belt_sim.errors import InputError
-from belt_sim.files import CarefulLoader
-from belt_sim.plausible import ERROR, SIGNAL_DIMENSION, WHITE
-from belt_sim.si import UNITS
+from belt_sim.io import CarefulLoader
+from belt_sim.settings import BELT, BOUNDS, MACHINE, SIGNAL_DIMENSION, Range
+from belt_sim.units import UNITS
 
 #: Largest campaign.yaml that is parsed [characters]; a sheet of a hundred signals has a tenth of it.
 LONGEST_SHEET = 200_000
@@ -211,7 +210,7 @@ class QuantityEntry(Entry):
         return Quantity(value=self.value * scale, u=self.u * scale)
 
 
-def in_range(bounds: plausible.Range) -> AfterValidator:
+def in_range(bounds: Range) -> AfterValidator:
     """Return a validator of a quantity's unit and magnitude, which also requires 0 <= u <= |value|."""
 
     def check(entry: QuantityEntry) -> QuantityEntry:
@@ -238,7 +237,7 @@ def require_text(text: str) -> str:
 
 
 Line = Annotated[str, AfterValidator(to_one_line)]
-Radius = Annotated[QuantityEntry, in_range(plausible.RADIUS)]
+Radius = Annotated[QuantityEntry, in_range(BOUNDS["pulley_radius"])]
 
 
 class SourceEntry(Entry):
@@ -248,7 +247,7 @@ class SourceEntry(Entry):
 
 
 class MachineEntry(Entry):
-    centre_distance: Annotated[QuantityEntry, in_range(plausible.CENTRE_DISTANCE)]
+    centre_distance: Annotated[QuantityEntry, in_range(BOUNDS["centre_distance"])]
     pulley_radius: Radius | None = None
     head_radius: Radius | None = None
     tail_radius: Radius | None = None
@@ -265,15 +264,15 @@ class MachineEntry(Entry):
         return self
 
     def si(self) -> Machine:
-        return Machine(**{n: (getattr(self, n) or self.pulley_radius).si for n in plausible.MACHINE})  # type: ignore[union-attr]
+        return Machine(**{n: (getattr(self, n) or self.pulley_radius).si for n in MACHINE})  # type: ignore[union-attr]
 
 
 class BeltEntry(Entry):
-    width: Annotated[QuantityEntry, in_range(plausible.WIDTH)]
-    thickness: Annotated[QuantityEntry, in_range(plausible.THICKNESS)]
-    youngs_modulus: Annotated[QuantityEntry, in_range(plausible.YOUNGS_MODULUS)]
-    density: Annotated[QuantityEntry, in_range(plausible.DENSITY)]
-    poisson_ratio: Annotated[QuantityEntry, in_range(plausible.POISSON_RATIO)] = QuantityEntry(value=0.3)
+    width: Annotated[QuantityEntry, in_range(BOUNDS["width"])]
+    thickness: Annotated[QuantityEntry, in_range(BOUNDS["thickness"])]
+    youngs_modulus: Annotated[QuantityEntry, in_range(BOUNDS["youngs_modulus"])]
+    density: Annotated[QuantityEntry, in_range(BOUNDS["density"])]
+    poisson_ratio: Annotated[QuantityEntry, in_range(BOUNDS["poisson_ratio"])] = QuantityEntry(value=0.3)
 
     @model_validator(mode="after")
     def _flat(self) -> "BeltEntry":
@@ -284,7 +283,7 @@ class BeltEntry(Entry):
 
 class WanderEntry(Entry):
     sd: float
-    length_m: Annotated[float, AfterValidator(plausible.WANDER_LENGTH.check)]
+    length_m: Annotated[float, AfterValidator(BOUNDS["wander_length"].check)]
 
 
 class SignalEntry(Entry):
@@ -292,7 +291,7 @@ class SignalEntry(Entry):
     at: Annotated[str, BeforeValidator(place_text)]
     white: float
     zero: float = 0.0
-    gain: Annotated[float, AfterValidator(plausible.GAIN.check)] = 0.0
+    gain: Annotated[float, AfterValidator(BOUNDS["gain"].check)] = 0.0
     wander: WanderEntry | None = None
 
     @model_validator(mode="after")
@@ -305,10 +304,10 @@ class SignalEntry(Entry):
         if self.unit not in units:
             remedy = f"{self.at} gives a {kind} signal; use one of {', '.join(units)}"
             raise InputError("unit", self.unit, "", remedy)
-        WHITE[kind].check(self.white, self.unit, name="white")
-        ERROR[kind].check(self.zero, self.unit, name="zero")
+        BOUNDS[f"white_{kind}"].check(self.white, self.unit, name="white")
+        BOUNDS[f"error_{kind}"].check(self.zero, self.unit, name="zero")
         if self.wander is not None:
-            ERROR[kind].check(self.wander.sd, self.unit, name="wander.sd")
+            BOUNDS[f"error_{kind}"].check(self.wander.sd, self.unit, name="wander.sd")
         return self
 
 
@@ -318,12 +317,12 @@ class SpreadEntry(Entry):
 
     @model_validator(mode="after")
     def _magnitude(self) -> "SpreadEntry":
-        plausible.YAW_U.check(self.u, self.unit, name="u")
+        BOUNDS["u_yaw"].check(self.u, self.unit, name="u")
         return self
 
 
 class SettingsEntry(Entry):
-    tension_rel: Annotated[float, AfterValidator(plausible.TENSION_REL.check)] = 0.0
+    tension_rel: Annotated[float, AfterValidator(BOUNDS["tension_rel"].check)] = 0.0
     yaw: SpreadEntry = SpreadEntry(u=0.0, unit="rad")
 
 
@@ -425,7 +424,7 @@ def _sheet(entry: CampaignEntry) -> Campaign:
         title=entry.title,
         source=Source(**entry.source.model_dump()),
         machine=entry.machine.si(),
-        belt=BeltSheet(**{n: getattr(entry.belt, n).si for n in plausible.BELT}),
+        belt=BeltSheet(**{n: getattr(entry.belt, n).si for n in BELT}),
         signals=tuple(_signal(name, signal) for name, signal in entry.signals.items()),
         settings=SettingsSheet(tension_rel=entry.settings.tension_rel, yaw_u=yaw.u * UNITS[yaw.unit][1]),
         runs=(),

@@ -8,10 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from belt_sim import si
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.curves import SensorPlace
 from belt_sim.errors import BeltError, InputError
+from belt_sim.units import DEGREE, N_PER_MM2
 
 Kind = Literal["lateral", "tilt"]
 Use = Literal["fit", "hold_out"]
@@ -194,10 +194,10 @@ class Campaign:
             "held out": sum(r.use != "fit" for r in self.runs),
         }
         more = ", ".join(f"{n} {what}" for what, n in counts.items() if n)
-        yaws = np.array([r.yaw for r in self.runs]) / si.DEGREE
+        yaws = np.array([r.yaw for r in self.runs]) / DEGREE
         signs = {"> 0": yaws > 0.0, "< 0": yaws < 0.0, "= 0": yaws == 0.0}
         counted = ", ".join(f"{there.sum()} at yaw {name}" for name, there in signs.items() if there.any())
-        tensions = _numbers(r.tension / si.N_PER_MM2 for r in self.runs)
+        tensions = _numbers(r.tension / N_PER_MM2 for r in self.runs)
         said = [
             f"{self.title}: {len(self.runs)} runs{f' ({more})' if more else ''}"
             f" at {tensions} N/mm2, {counted} (|yaw| {_numbers(abs(yaws))} deg)"

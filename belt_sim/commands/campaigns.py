@@ -16,12 +16,12 @@ from belt_sim.campaign import Campaign
 from belt_sim.campaign.folder import campaign_folder
 from belt_sim.case import GRAVITY
 from belt_sim.commands.run_dir import RunDir
-from belt_sim.config import belt_from, rig_from
 from belt_sim.errors import BeltError, InputError, whole
-from belt_sim.files import group_names
 from belt_sim.importing.build import Proposal, understand
 from belt_sim.importing.columns import DRAWING, LoggedTables
 from belt_sim.importing.mapping import ROLES, Question
+from belt_sim.io import group_names
+from belt_sim.settings import belt_from, rig_from
 from belt_sim.show.imports import tell_proposal
 from belt_sim.virtual_rig import Truth, make_campaign, write_blind
 from belt_sim.virtual_rig import reveal as reveal_truth

@@ -8,7 +8,7 @@ from belt_sim.campaign import read_campaign
 from belt_sim.commands.outputs import write_comparison, write_diagnosis, write_page, write_recording
 from belt_sim.commands.run_dir import RunDir
 from belt_sim.errors import finite, whole
-from belt_sim.files import write_json
+from belt_sim.io import write_json
 from belt_sim.results.json import file_json, read_diagnosis
 from belt_sim.show.diagnosis import visible_picture
 from belt_sim.show.observers import in_stages, progress, resolve_watch

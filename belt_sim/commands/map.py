@@ -6,9 +6,9 @@ from typing import Any
 from belt_sim.api.plot import drawn_columns, plot
 from belt_sim.api.sweep import sweep
 from belt_sim.commands.run_dir import RunDir
-from belt_sim.config import model_settings
 from belt_sim.errors import BeltError, InputError, whole
-from belt_sim.files import write_with
+from belt_sim.io import write_with
+from belt_sim.settings import model_settings
 from belt_sim.show.observers import progress
 
 GIVEN = ("tension", "yaw", "yaw_head", "speed", "direction", "rig", "belt", "travel", "effects", "at", "workers")

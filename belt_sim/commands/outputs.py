@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.curves import Curves, Frame, Observer, write_curves
 from belt_sim.errors import BeltError, InputError, SimulationError
-from belt_sim.files import write_json, write_text, write_with
+from belt_sim.io import write_json, write_text, write_with
 from belt_sim.jax_setup import map_in_threads
 from belt_sim.model import AnalyticModel, Model, SteadyModel
 from belt_sim.results.diagnosis import Diagnosis, Discovery

@@ -6,6 +6,7 @@ The folder is locked while the run is at work, filled in one move, and kept only
 read and of every file that it wrote. A sweep keeps a case only where all of them still hold.
 """
 
+import ast
 import errno
 import os
 import shutil
@@ -21,6 +22,7 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 
+import yaml
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
@@ -29,8 +31,17 @@ from omegaconf.errors import OmegaConfBaseException
 from belt_sim.commands import sweep
 from belt_sim.commands.words import COMMANDS, OUTPUT, one_line
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import DRAFTS, clear_drafts, read_json, write_json, write_text
-from belt_sim.provenance import code_hash, config_hash, file_hash, input_hashes
+from belt_sim.io import (
+    DRAFTS,
+    careful_yaml,
+    clear_drafts,
+    code_hash,
+    config_hash,
+    file_hash,
+    read_json,
+    write_json,
+    write_text,
+)
 
 try:
     import fcntl
@@ -171,7 +182,7 @@ class RunDir:
     def _task(self) -> Callable[..., Any]:
         """The function of the command, imported only now: JAX and MuJoCo take a while."""
         prepare_jax(self.config.get("engine") not in (None, *ON_ONE_CORE))
-        from belt_sim.config import check_switches
+        from belt_sim.settings import check_switches
 
         check_switches(self.command, self.config)
         return resolve_name(f"belt_sim.commands.{COMMANDS[self.command][1]}")  # type: ignore[no-any-return]
@@ -297,3 +308,66 @@ def prepare_jax(space: bool) -> None:
         raise BeltError(f"JAX_...: {error}; unset it") from error
     check_environment()
     prepare(space)
+
+
+def input_hashes(config: Any) -> dict[str, str]:
+    """Path -> SHA-256 of every file that a configuration names: campaign folders, effects, scenes, mappings."""
+    found: dict[str, str] = {}
+    for path in _named_files(config):
+        with suppress(OSError):  # a run that cannot read it says so
+            found[str(path)] = file_hash(path)
+    return found
+
+
+def _named_files(value: Any, key: str = "") -> Iterator[Path]:
+    if isinstance(value, Mapping):
+        for name, inner in value.items():
+            yield from _named_files(inner, str(name))
+    elif isinstance(value, list | tuple):
+        for inner in value:
+            yield from _named_files(inner, key)
+    elif isinstance(value, str) and value and key not in ("out", "draft"):
+        if key == "campaign":
+            from belt_sim.campaign.folder import campaign_folder
+
+            with suppress(OSError, BeltError):
+                yield from sorted(p for p in campaign_folder(value).glob("*") if p.is_file())
+        elif len(value) < 4096 and "\0" not in value and Path(value).suffix and Path(value).is_file():
+            yield from _with_what_it_names(Path(value), set())
+
+
+def _with_what_it_names(path: Path, seen: set[Path]) -> Iterator[Path]:
+    """A file, the .py files that an effects.yaml names, and the modules beside a .py file that it imports."""
+    if path in seen:
+        return
+    seen.add(path)
+    yield path
+    names: list[str] = []
+    with suppress(OSError, ValueError, SyntaxError, yaml.YAMLError):
+        if path.suffix in (".yaml", ".yml"):
+            names = _python_files(careful_yaml(path.read_bytes(), path.name))
+        elif path.suffix == ".py":
+            names = _imports(path.read_text(encoding="utf-8"))
+    for name in names:
+        for place in (Path(name), path.parent / name):
+            if place.is_file():
+                yield from _with_what_it_names(place, seen)
+                break
+
+
+def _python_files(content: Any) -> list[str]:
+    if isinstance(content, Mapping):
+        return [name for inner in content.values() for name in _python_files(inner)]
+    if isinstance(content, list):
+        return [name for inner in content for name in _python_files(inner)]
+    return [content] if isinstance(content, str) and content.endswith(".py") else []
+
+
+def _imports(text: str) -> list[str]:
+    names: list[str] = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names.append(node.module)
+    return [f"{name.replace('.', '/')}.py" for name in names]

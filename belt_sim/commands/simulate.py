@@ -7,18 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim import si
 from belt_sim.api import simulate as simulation
 from belt_sim.api.resolve import by_tension, model_of
 from belt_sim.commands.outputs import RECORDING, observers_of, partial_curves_kept, record, stay, write_simulation
 from belt_sim.commands.run_dir import RunDir
-from belt_sim.config import case_from, model_settings
 from belt_sim.curves import read_curves
 from belt_sim.errors import InputError, finite
-from belt_sim.files import write_text
-from belt_sim.provenance import provenance
+from belt_sim.io import provenance, write_text
+from belt_sim.settings import case_from, model_settings
 from belt_sim.show.observers import resolve_watch
 from belt_sim.show.terminal import tell_choice
+from belt_sim.units import MM
 
 _NO_END = 1e5  # [m]: a scene has no end of travel that a schedule could overrun
 OVERSHOT = 50.0  # [m] that every millimetre of overshoot beyond what is allowed counts for
@@ -51,7 +50,7 @@ class CentringGoal:
         """What a search makes small: travel until centred, and more for overshoot and for what is left at the end."""
         over = max(self.overshoot(y) - self.beyond, 0.0)
         left = max(float(self.largest_distance(y)[-1]) - self.within, 0.0)
-        return self.centring_travel(travel, y) + (OVERSHOT * over + SHORT * left) / si.MM
+        return self.centring_travel(travel, y) + (OVERSHOT * over + SHORT * left) / MM
 
 
 def centring_asked(asked: Any) -> CentringGoal | None:
@@ -61,7 +60,7 @@ def centring_asked(asked: Any) -> CentringGoal | None:
     names = ("start", "within", "beyond")
     if not isinstance(asked, Mapping) or set(asked) != set(names):
         raise InputError("objective", asked, "", "write {start: mm, within: mm, beyond: mm}, or null")
-    goal = CentringGoal(**{name: finite(f"objective.{name}", asked[name], "mm") * si.MM for name in names})
+    goal = CentringGoal(**{name: finite(f"objective.{name}", asked[name], "mm") * MM for name in names})
     if not goal.within > 0 or goal.beyond < 0:
         raise InputError("objective.within", asked["within"], "mm", "must be above 0, and beyond not below it")
     return goal

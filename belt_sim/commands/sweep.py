@@ -17,7 +17,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import clear_drafts, read_json, write_with
+from belt_sim.io import clear_drafts, read_json, write_with
 
 try:
     import fcntl

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import yaml
 
-from belt_sim.files import CONF, group_names, sample_campaigns
+from belt_sim.io import CONF, group_names, sample_campaigns
 
 HELP = ("-h", "--help")
 OUTPUT = "standard output"  # the file name of its errors

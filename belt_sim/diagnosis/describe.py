@@ -20,7 +20,7 @@ from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.search import NOTHING, row_of
 from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.effects.law_file import law_entry
-from belt_sim.provenance import provenance
+from belt_sim.io import provenance
 from belt_sim.results.diagnosis import (
     Candidate,
     Confusable,

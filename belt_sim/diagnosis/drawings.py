@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from belt_sim import si
 from belt_sim.campaign import case_of
 from belt_sim.diagnosis.decision.decide import credible_sets
 from belt_sim.diagnosis.decision.policy import POLICY
@@ -19,6 +18,7 @@ from belt_sim.results.drawings import Drawings, Drift, FailureMap, Panel
 from belt_sim.results.errors import UNITS
 from belt_sim.results.estimates import Machine
 from belt_sim.results.words import KILO, join_effects
+from belt_sim.units import N_PER_MM2
 
 
 def overlays(bench: Workbench, base: np.ndarray, final: np.ndarray | None) -> tuple[Panel, ...]:
@@ -140,7 +140,7 @@ def stiffness_drift(bench: Workbench, vector: np.ndarray) -> Drift | None:
     return Drift(
         parameter="Young's modulus",
         unit="GPa",
-        tension=tensions / si.N_PER_MM2,
+        tension=tensions / N_PER_MM2,
         value=np.array(value),
         u=np.array(u),
         stated=stated.value / GPA,

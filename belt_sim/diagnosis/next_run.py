@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim import si
 from belt_sim.campaign import Run, SignalSheet, case_of
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
@@ -21,9 +20,10 @@ from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import Samples, stack_cases
 from belt_sim.jax_setup import map_in_threads
 from belt_sim.results.diagnosis import APART, RESOLVED, NextRun, RunSettings
+from belt_sim.units import DEGREE, N_PER_MM2
 
 SAMPLES = 120
-OPPOSITE_YAW = 0.042 * si.DEGREE
+OPPOSITE_YAW = 0.042 * DEGREE
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def _make_action(base: Run, words: str, change: dict[str, Any]) -> Action:
     others = {name: change[name] for name in ("all_points", "turned_over") if name in change}
     run = replace(base, **{name: x for name, x in change.items() if name not in others})
     stated: dict[str, Any] = {name: float(getattr(run, name)) for name in ("tension", "yaw", "speed", "direction")}
-    tension, yaw = f"{run.tension / si.N_PER_MM2:.3g} N/mm2", f"yaw {run.yaw / si.DEGREE:+.3g} deg"
+    tension, yaw = f"{run.tension / N_PER_MM2:.3g} N/mm2", f"yaw {run.yaw / DEGREE:+.3g} deg"
     told = f"{tension}, {yaw}, {run.speed:g} m/s, {run.travel[-1]:.0f} m{'' if run.direction > 0 else ', reversed'}"
     return Action(f"{words} ({told})", run, RunSettings(**stated, travel=float(run.travel[-1]), **others))
 

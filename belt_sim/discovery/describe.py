@@ -14,7 +14,7 @@ from belt_sim.discovery.selection import LawChoice
 from belt_sim.discovery.states import States
 from belt_sim.effects.law_terms import VARIABLES, Form
 from belt_sim.effects.load import save_effects
-from belt_sim.provenance import provenance
+from belt_sim.io import provenance
 from belt_sim.results import words
 from belt_sim.results.diagnosis import Discovery, Estimate, FoundLaw, LawPoints, PlaceEvidence, RivalLaw, UnknownCourse
 from belt_sim.results.errors import Errors

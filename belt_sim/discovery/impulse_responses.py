@@ -19,11 +19,10 @@ from belt_sim.diagnosis.readings.programs import ROWS, room_for
 from belt_sim.effects.base import Effect, apply_hook, effect, overrides, parameter
 from belt_sim.effects.law_terms import AT_PULLEYS, BY_THE_BELT, PULLEYS, RELATIVE
 from belt_sim.effects.pipeline import as_driven, true_travel
-from belt_sim.jax_setup import PROGRAMS, in_float64
+from belt_sim.jax_setup import PROGRAMS, StoredProgram, in_float64, program_key
 from belt_sim.line.influence import StretchResponse, stretch_response
 from belt_sim.line.march import march_open, plan_steps
 from belt_sim.line.span import log_of_change, response_by_change
-from belt_sim.stored_programs import StoredProgram, program_key
 
 #: every kind of input at the tail and at the head pulley
 CHANNELS = tuple(f"{kind}_{pulley}" for kind in AT_PULLEYS for pulley in PULLEYS)

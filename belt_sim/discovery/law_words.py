@@ -12,7 +12,7 @@ from belt_sim.effects.law_terms import ONE_SIDED, SPAN, STIFFNESS, TENSION, TRAV
 from belt_sim.results import words
 from belt_sim.results.diagnosis import FoundLaw
 from belt_sim.results.errors import Change
-from belt_sim.si import N_PER_MM2, shop_unit
+from belt_sim.units import N_PER_MM2, shop_unit
 
 MOST = 5  # tensions that are told
 SLIGHT = 1e-3  # relative change that is none

@@ -20,7 +20,7 @@ from belt_sim.line.influence import Bend, BoundaryValues
 from belt_sim.line.runup import Contact, Reading, RunOff, RunUp, State, Yaw
 from belt_sim.line.span import Response, Span
 from belt_sim.scene_parts import SceneParts
-from belt_sim.si import shop_unit
+from belt_sim.units import shop_unit
 
 LAWS = ("span", "run-up", "wrap", "drive", "sensor")
 #: hooks of an effect by who calls them: before an engine, an analytic engine, a 3D engine, after an engine

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
-from belt_sim.si import DEGREE, N_PER_MM2
+from belt_sim.units import DEGREE, N_PER_MM2
 from belt_sim.validity import STRENGTH, Limit, geometric, limits
 
 #: Share of the yaw at which an edge goes slack, or the linear laws end, that a plan may use.

@@ -27,7 +27,7 @@ from belt_sim.importing.columns import (
 from belt_sim.importing.mapping import FILE, SCHEMA, MappingEntry, Question, mapping_of
 from belt_sim.importing.runs import RANGES, TIME, AssembledRun, Section, find_runs, runs_on_one_grid
 from belt_sim.importing.sheets import NoiseRead, belt_of, flow_text, machine_of, settings_of, sheet_text, signals_of
-from belt_sim.si import NAMES, UNITS
+from belt_sim.units import NAMES, UNITS
 
 
 @dataclass(frozen=True, kw_only=True)

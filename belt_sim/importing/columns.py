@@ -19,8 +19,8 @@ from belt_sim.campaign.sheet import RESERVED, check_signal_name
 from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, CampaignError, did_you_mean, kind_at, refusal
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import DAY, ROLES, TILT, ColumnEntry, MappingEntry, Question, Role
-from belt_sim.plausible import SIGNAL_DIMENSION
-from belt_sim.si import NAMES, UNITS, scaled_unit, split_unit, unit_of
+from belt_sim.settings import SIGNAL_DIMENSION
+from belt_sim.units import NAMES, UNITS, scaled_unit, split_unit, unit_of
 
 #: dimension -> unit of a column where neither file nor mapping states one, and in which a signal is written
 USUAL = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}

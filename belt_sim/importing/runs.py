@@ -17,7 +17,7 @@ from belt_sim.campaign.types import SteadyRate, did_you_mean, shortlist
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import LoggedTable, Note
 from belt_sim.importing.mapping import DAY, MappingEntry, Question, RunEntry, zone_seconds
-from belt_sim.si import DEGREE, N_PER_MM2, UNITS, number_of, plain_minus, quantity, round_digits, size_of
+from belt_sim.units import DEGREE, N_PER_MM2, UNITS, number_of, plain_minus, quantity, round_digits, size_of
 
 #: Column of the time [s] in a record; all others are signals.
 TIME = "time_s"

@@ -16,20 +16,18 @@ import numpy as np
 import yaml
 from scipy.interpolate import BSpline
 
-from belt_sim import plausible
 from belt_sim.campaign import Campaign, Run, SignalSheet, Source
 from belt_sim.campaign.folder import put_folder, read_plan, runs_text, sheet_tree
 from belt_sim.campaign.quality import resolution, scatter, scatter_of_wander
 from belt_sim.campaign.types import PLACES, BeltSheet, Machine, Quantity, SettingsSheet, did_you_mean, kind_at
 from belt_sim.case import Belt, Rig
-from belt_sim.config import belt_from, rig_from
 from belt_sim.errors import InputError
-from belt_sim.files import group_names
 from belt_sim.foresight.harm import harm_warnings, safe_yaw
 from belt_sim.importing.columns import SIGNAL_NAMES, USUAL, Column
 from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry, Question
-from belt_sim.plausible import SIGNAL_DIMENSION
-from belt_sim.si import DEGREE, MM, N_PER_MM2, UNITS, quantity, round_digits, size_of
+from belt_sim.io import group_names
+from belt_sim.settings import BOUNDS, SIGNAL_DIMENSION, Range, belt_from, rig_from
+from belt_sim.units import DEGREE, MM, N_PER_MM2, UNITS, quantity, round_digits, size_of
 
 
 class Datum(NamedTuple):
@@ -37,7 +35,7 @@ class Datum(NamedTuple):
     question: "" where the number need not be given; proposed: a likely answer."""
 
     unit: str
-    bounds: plausible.Range
+    bounds: Range
     relative_u: float
     question: str = ""
     example: str = ""
@@ -49,17 +47,17 @@ _PULLEYS = "what is the radius of the pulleys, to the belt's middle surface?"
 _MODULUS = "which Young's modulus has the belt (steel: 210 GPa)?"
 _DENSITY = "which density has the belt (steel: 7850 kg/m^3)?"
 MACHINE = {
-    "centre_distance": Datum("m", plausible.CENTRE_DISTANCE, 5e-4, _AXES, "11.28 +- 0.005 m"),
-    "pulley_radius": Datum("m", plausible.RADIUS, 3e-3, _PULLEYS, "0.170 m"),
-    "head_radius": Datum("m", plausible.RADIUS, 3e-3),
-    "tail_radius": Datum("m", plausible.RADIUS, 3e-3),
+    "centre_distance": Datum("m", BOUNDS["centre_distance"], 5e-4, _AXES, "11.28 +- 0.005 m"),
+    "pulley_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3, _PULLEYS, "0.170 m"),
+    "head_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3),
+    "tail_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3),
 }
 BELT = {
-    "width": Datum("mm", plausible.WIDTH, 5e-4, "how wide is the belt?", "200 mm"),
-    "thickness": Datum("mm", plausible.THICKNESS, 1e-2, "how thick is the belt?", "0.3 +- 0.003 mm"),
-    "youngs_modulus": Datum("GPa", plausible.YOUNGS_MODULUS, 2e-2, _MODULUS, "210 +- 4 GPa", "210 +- 4 GPa"),
-    "density": Datum("kg/m^3", plausible.DENSITY, 0.0, _DENSITY, "7850 kg/m^3", "7850 kg/m^3"),
-    "poisson_ratio": Datum("1", plausible.POISSON_RATIO, 0.0),
+    "width": Datum("mm", BOUNDS["width"], 5e-4, "how wide is the belt?", "200 mm"),
+    "thickness": Datum("mm", BOUNDS["thickness"], 1e-2, "how thick is the belt?", "0.3 +- 0.003 mm"),
+    "youngs_modulus": Datum("GPa", BOUNDS["youngs_modulus"], 2e-2, _MODULUS, "210 +- 4 GPa", "210 +- 4 GPa"),
+    "density": Datum("kg/m^3", BOUNDS["density"], 0.0, _DENSITY, "7850 kg/m^3", "7850 kg/m^3"),
+    "poisson_ratio": Datum("1", BOUNDS["poisson_ratio"], 0.0),
 }
 
 
@@ -526,7 +524,7 @@ def template(
     campaign = Campaign(
         title=title,
         source=Source(kind="measured", reference="REPLACE: log book, date", licence=""),
-        machine=Machine(**{n: _quantity(getattr(rig, n), MACHINE[n].relative_u) for n in plausible.MACHINE}),
+        machine=Machine(**{n: _quantity(getattr(rig, n), MACHINE[n].relative_u) for n in Machine.__dataclass_fields__}),
         belt=BeltSheet(**{n: _quantity(getattr(belt, n), BELT[n].relative_u) for n in BELT}),
         signals=signals,
         settings=SettingsSheet(tension_rel=TENSION_REL, yaw_u=YAW_U),

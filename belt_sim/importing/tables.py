@@ -26,7 +26,7 @@ from belt_sim.campaign.types import refusal, shortlist
 from belt_sim.errors import BeltError, InputError
 from belt_sim.importing.columns import OTHER, Column, LoggedTable, LoggedTables, Note, propose_roles, role_named
 from belt_sim.importing.mapping import zone_seconds
-from belt_sim.si import plain_minus, unit_named
+from belt_sim.units import plain_minus, unit_named
 
 #: Words that loggers write where they have no reading.
 MISSING = (

@@ -19,12 +19,11 @@ from belt_sim.curves import Curves, SensorPlace
 from belt_sim.effects.base import apply_hook, call_hook, uses
 from belt_sim.effects.pipeline import as_driven, as_numpy
 from belt_sim.errors import InputError, SimulationError
-from belt_sim.jax_setup import PROGRAMS, in_float64
+from belt_sim.jax_setup import PROGRAMS, StoredProgram, in_float64, program_key
 from belt_sim.line import runup as drive
 from belt_sim.line.runup import RunOff, RunUp, Yaw, delayed_runoff
 from belt_sim.line.spans import Composition, Spans
-from belt_sim.si import N_PER_MM2
-from belt_sim.stored_programs import StoredProgram, program_key
+from belt_sim.units import N_PER_MM2
 
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
 KEEP = 0.1  # [m]

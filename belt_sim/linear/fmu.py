@@ -18,10 +18,9 @@ from typing import Any
 import numpy as np
 
 from belt_sim.errors import InputError
-from belt_sim.files import write_with
+from belt_sim.io import version_of, write_with
 from belt_sim.linear.plant import StateSpace
-from belt_sim.provenance import version_of
-from belt_sim.si import N_PER_MM2
+from belt_sim.units import N_PER_MM2
 
 _HERE = Path(__file__).parent
 #: System of a library: its target for zig, folder in an FMU of FMI 2 and of FMI 3 (None: the standard has none), ending

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from belt_sim.errors import InputError, finite, whole
 from belt_sim.linear.plant import LinearBelt, state_space
-from belt_sim.si import DEGREE, MM
+from belt_sim.units import DEGREE, MM
 
 ORDER = 6  # of the rational function that stands for each wrapped arc
 WAVES = np.geomspace(1e-4, 20.0, 8000)  # [rad per metre of travel] at which the open loop is drawn

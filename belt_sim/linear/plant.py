@@ -25,11 +25,11 @@ from belt_sim.case import Case, Schedule
 from belt_sim.effects.base import AFTER_ENGINE, Effect, apply_hook, overrides
 from belt_sim.effects.pipeline import as_driven
 from belt_sim.errors import CannotRepresent, InputError, whole
-from belt_sim.files import write_with
+from belt_sim.io import write_with
 from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.line.runup import RunOff, RunUp, Yaw
 from belt_sim.line.spans import Composition, Spans
-from belt_sim.si import N_PER_MM2
+from belt_sim.units import N_PER_MM2
 
 INPUTS = ("yaw", "yaw_head")
 OUTPUTS = ("y1", "y2", "y3", "y4")

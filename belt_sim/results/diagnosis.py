@@ -17,7 +17,6 @@ from pydantic import (
     model_validator,
 )
 
-from belt_sim import si
 from belt_sim.campaign.quality import Suspicion
 from belt_sim.results import words
 from belt_sim.results.display import Display, Table, frame
@@ -26,6 +25,7 @@ from belt_sim.results.errors import CampaignLabel, Errors, RunError, Where, erro
 from belt_sim.results.estimates import Estimate, number_texts
 from belt_sim.results.fields import Array, EffectSet, Free, file_field, is_empty
 from belt_sim.results.words import join_words
+from belt_sim.units import MM
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +91,7 @@ class Candidate:
     id: str
     gain: float
     threshold: float | None
-    held_out_rms: Annotated[float, file_field("held_out_rms_mm", si.MM)]
+    held_out_rms: Annotated[float, file_field("held_out_rms_mm", MM)]
     parameters: Mapping[str, Estimate]
     plausible: bool
     probability: float

@@ -6,12 +6,12 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, PlainSerializer, computed_field, model_serializer, model_validator
 
-from belt_sim import si
 from belt_sim.campaign.types import Kind
 from belt_sim.results import words
 from belt_sim.results.display import Display, Table, dataset, frame
 from belt_sim.results.drawings import Drawings, Drift
 from belt_sim.results.fields import SETTING_DIGITS, Free, StoredEffect, file_field, is_empty
+from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 
 WORSE = 1.05  # of an error, above which it has risen: a refit without a condition is one step, good to some per cent
 UNITS: dict[Kind, str] = {"lateral": "mm", "tilt": "mrad"}
@@ -21,15 +21,15 @@ UNITS: dict[Kind, str] = {"lateral": "mm", "tilt": "mrad"}
 class Change:
     """rms of the lateral signals before and after effects were added [m]."""
 
-    before: Annotated[float, file_field("before_mm", si.MM)]
-    after: Annotated[float, file_field("after_mm", si.MM)]
+    before: Annotated[float, file_field("before_mm", MM)]
+    after: Annotated[float, file_field("after_mm", MM)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class OwnChange(Change):
     """The same beside what each run's zero, gain and settings most likely are; floor: a perfect model's [m]."""
 
-    floor: Annotated[float, file_field("noise_floor_mm", si.MM)]
+    floor: Annotated[float, file_field("noise_floor_mm", MM)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +40,7 @@ class Errors:
     was held out, beside each run's own zero and settings.
     """
 
-    noise_floor: Annotated[float, file_field("noise_floor_mm", si.MM)]
+    noise_floor: Annotated[float, file_field("noise_floor_mm", MM)]
     fit: Annotated[Change | None, file_field("fit", omit_empty=True)] = None
     held_out: Annotated[Change | None, file_field("held_out", omit_empty=True)] = None
     by_condition: Annotated[Mapping[str, Change], file_field("held_out_by_condition", omit_empty=True)] = field(
@@ -70,9 +70,9 @@ class Features:
     overshoot beyond the late line [m or rad]; None where the record does not show it.
     """
 
-    late_rate: Annotated[float | None, file_field("late_rate", si.MM)] = None
+    late_rate: Annotated[float | None, file_field("late_rate", MM)] = None
     first_move: float | None = None
-    overshoot: Annotated[float | None, file_field("overshoot", si.MM)] = None
+    overshoot: Annotated[float | None, file_field("overshoot", MM)] = None
 
 
 def _feature_names(unit: str) -> tuple[str, str, str]:
@@ -98,13 +98,13 @@ class RunError:
 
     run: str
     signal: str
-    tension: Annotated[float, file_field("tension_n_per_mm2", si.N_PER_MM2, digits=SETTING_DIGITS)]
-    yaw: Annotated[float, file_field("yaw_deg", si.DEGREE, digits=SETTING_DIGITS)]
+    tension: Annotated[float, file_field("tension_n_per_mm2", N_PER_MM2, digits=SETTING_DIGITS)]
+    yaw: Annotated[float, file_field("yaw_deg", DEGREE, digits=SETTING_DIGITS)]
     use: str
     kind: StoredKind
-    before: Annotated[float, file_field("before", si.MM)]
-    after: Annotated[float, file_field("after", si.MM)]
-    floor: Annotated[float, file_field("floor", si.MM)]
+    before: Annotated[float, file_field("before", MM)]
+    after: Annotated[float, file_field("after", MM)]
+    floor: Annotated[float, file_field("floor", MM)]
     worse: bool
     measured: Features
     modelled: Features
@@ -148,7 +148,7 @@ class Where:
 
     worst: Worst
     sentence: str
-    boundary: Annotated[float | None, file_field("boundary_n_per_mm2", si.N_PER_MM2)]
+    boundary: Annotated[float | None, file_field("boundary_n_per_mm2", N_PER_MM2)]
     boundary_sentence: str
 
 
@@ -158,10 +158,10 @@ class SteadyError:
 
     run: str
     point: int
-    tension: Annotated[float, file_field("tension_n_per_mm2", si.N_PER_MM2, digits=SETTING_DIGITS)]
-    measured: Annotated[float, file_field("measured_mm_per_m", si.MM_PER_M)]
-    modelled: Annotated[float, file_field("modelled_mm_per_m", si.MM_PER_M)]
-    u: Annotated[float, file_field("u_mm_per_m", si.MM_PER_M)]
+    tension: Annotated[float, file_field("tension_n_per_mm2", N_PER_MM2, digits=SETTING_DIGITS)]
+    measured: Annotated[float, file_field("measured_mm_per_m", MM_PER_M)]
+    modelled: Annotated[float, file_field("modelled_mm_per_m", MM_PER_M)]
+    u: Annotated[float, file_field("u_mm_per_m", MM_PER_M)]
     ratio: float
 
 

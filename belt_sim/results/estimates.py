@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from pydantic import SerializationInfo, model_serializer, model_validator
 
-from belt_sim import si
 from belt_sim.effects.library import library
 from belt_sim.results import words
+from belt_sim.units import shop_unit
 
 COVERAGE_95 = 1.96
 
@@ -53,7 +53,7 @@ class Estimate:
         return self.value - COVERAGE_95 * self.u, self.value + COVERAGE_95 * self.u
 
     def __str__(self) -> str:
-        return self.shown_in(*si.shop_unit(self.unit))
+        return self.shown_in(*shop_unit(self.unit))
 
     def shown_in(self, factor: float, unit: str) -> str:
         """Value and uncertainty in a unit of which ``factor`` make one of SI."""
@@ -83,7 +83,7 @@ def display_unit(effect: str, number: str, unit: str, machine: Machine | None = 
     """
     cls = library().get(effect)
     known = cls is not None and number in cls.parameters
-    factor, name = cls.parameters[number].display_unit if known else si.shop_unit(unit)  # type: ignore[union-attr]
+    factor, name = cls.parameters[number].display_unit if known else shop_unit(unit)  # type: ignore[union-attr]
     if machine is None:
         return factor, name
     radius = machine.head_radius if number.endswith("_head") else machine.tail_radius
@@ -133,5 +133,5 @@ def _peak_to_peak(waves: Mapping[str, Estimate]) -> str:
     course = np.sum([e.value * shape for e, shape in zip(waves.values(), shapes, strict=True)], axis=0)
     top, bottom = int(np.argmax(course)), int(np.argmin(course))
     u = math.hypot(*(e.u * float(s[top] - s[bottom]) for e, s in zip(waves.values(), shapes, strict=True)))
-    factor, unit = si.shop_unit(next(iter(waves.values())).unit)
+    factor, unit = shop_unit(next(iter(waves.values())).unit)
     return words.with_u(factor * float(np.ptp(course)), factor * u, unit)

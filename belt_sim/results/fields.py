@@ -21,7 +21,7 @@ from pydantic import (
 
 from belt_sim.effects.base import Effect
 from belt_sim.results.words import join_effects
-from belt_sim.si import round_digits
+from belt_sim.units import round_digits
 
 IN_SI = {"units": "SI"}  # context of reading a file that has our own names and SI throughout
 SETTING_DIGITS = 12  # significant digits of what somebody has set: fewer than a change of units leaves

@@ -12,16 +12,16 @@ import numpy as np
 from pydantic import ConfigDict, Field, TypeAdapter, with_config
 from typing_extensions import TypedDict  # pydantic takes that of Python itself from 3.12 on
 
-from belt_sim import si
 from belt_sim.case import Schedule
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import read_json
+from belt_sim.io import read_json
 from belt_sim.results.check import Check
 from belt_sim.results.diagnosis import Diagnosis, Discovery
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Comparison
 from belt_sim.results.fields import IN_SI, SETTING_DIGITS, effect_json
 from belt_sim.results.simulation import POINTS, SPANS, Simulation
+from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2, round_digits
 
 DIAGNOSIS, COMPARISON, SUMMARY = "belt-diagnosis/1", "belt-comparison/1", "belt-summary/1"
 RUNS = "belt-run-errors/2"  # version 1 called every unit mm
@@ -104,20 +104,20 @@ def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> Json:
     content: Json = {
         "schema": SUMMARY,
         "model": s.model,
-        "tension_n_per_mm2": si.round_digits(float(s.case.settings.tension) / si.N_PER_MM2, SETTING_DIGITS),
+        "tension_n_per_mm2": round_digits(float(s.case.settings.tension) / N_PER_MM2, SETTING_DIGITS),
         "yaw_deg": yaw_json(s.case.settings.yaw),
         "travel_m": s.travel,
-        "rate_mm_per_m": {str(k): float(r) / si.MM_PER_M for k, r in zip(POINTS, s.rates, strict=True)},
-        "offset_mm": {k: None if e is None else e / si.MM for k, e in ends.items()},
+        "rate_mm_per_m": {str(k): float(r) / MM_PER_M for k, r in zip(POINTS, s.rates, strict=True)},
+        "offset_mm": {k: None if e is None else e / MM for k, e in ends.items()},
     }
     content["settled"] = s.is_settled
     if s.sag is not None:
-        content["sag_mm"] = s.sag / si.MM
+        content["sag_mm"] = s.sag / MM
     if s.slackest_edge is not None:
-        content |= {"slackest_edge_n_per_mm2": s.slackest_edge / si.N_PER_MM2, "slack_edge": s.slackest_edge < 0}
+        content |= {"slackest_edge_n_per_mm2": s.slackest_edge / N_PER_MM2, "slack_edge": s.slackest_edge < 0}
     content["effects"] = [effect_json(e) for e in s.effects]
     if s.steady_rate is not None:
-        content["steady_rate_mm_per_m"] = s.steady_rate / si.MM_PER_M
+        content["steady_rate_mm_per_m"] = s.steady_rate / MM_PER_M
     if s.note:
         content["note"] = s.note
     if s.beyond:
@@ -154,7 +154,7 @@ def discovery_json(d: Discovery) -> Json:
 def yaw_json(schedule: Schedule) -> float | list[Json]:
     """Return the degrees of a step at travel 0, otherwise the list of {at, over, yaw} that ``yaw=`` takes."""
     at, over = np.asarray(schedule.at, float), np.asarray(schedule.over, float)
-    degrees = [si.round_digits(a, SETTING_DIGITS) for a in np.cumsum(schedule.change) / si.DEGREE]
+    degrees = [round_digits(a, SETTING_DIGITS) for a in np.cumsum(schedule.change) / DEGREE]
     if len(at) == 1 and at[0] == over[0] == 0.0:
         return degrees[0]
     return [{"at": a, "over": o, "yaw": d} for a, o, d in zip(at.tolist(), over.tolist(), degrees, strict=True)]
@@ -174,7 +174,7 @@ def round_numbers(x: Any, digits: int) -> Any:
     if isinstance(x, list):
         return [round_numbers(v, digits) for v in x]
     if isinstance(x, float):
-        return si.round_digits(x, digits) if np.isfinite(x) else None
+        return round_digits(x, digits) if np.isfinite(x) else None
     return x
 
 

@@ -12,7 +12,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent
 from belt_sim.results import words
 from belt_sim.results.display import Display, Table, dataset, frame
-from belt_sim.si import N_PER_MM2
+from belt_sim.units import N_PER_MM2
 from belt_sim.validity import Limit, warning
 
 POINTS = (1, 2, 3, 4)

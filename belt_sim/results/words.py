@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from belt_sim import si
+from belt_sim.units import DEGREE, N_PER_MM2
 
 KILO = 1e3  # m -> mm, rad -> mrad
 NONE = "–"
@@ -50,17 +50,17 @@ def plain(value: Any) -> str:
 
 def tension(stress: float) -> str:
     """A tension [Pa] as somebody set it, in N/mm2."""
-    return f"{stress / si.N_PER_MM2:g}"
+    return f"{stress / N_PER_MM2:g}"
 
 
 def yaw(angle: float) -> str:
     """An angle [rad] in degrees, with its sign."""
-    return f"{angle / si.DEGREE:+.3g}"
+    return f"{angle / DEGREE:+.3g}"
 
 
 def degrees(angle: float) -> str:
     """An angle [rad] in degrees, without digits that say nothing."""
-    return plain(angle / si.DEGREE)
+    return plain(angle / DEGREE)
 
 
 def with_u(value: Any, u: Any, unit: str = "") -> str:

@@ -12,7 +12,7 @@ from belt_sim.curves import Curves
 from belt_sim.results.errors import SteadyError
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, CYCLE, FAINT, INK, MEASURED, POINT_NAMES, POINTS
-from belt_sim.si import DEGREE, MM, MM_PER_M, N_PER_MM2
+from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 
 DASHES = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
 

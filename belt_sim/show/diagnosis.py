@@ -12,7 +12,7 @@ from belt_sim.results.diagnosis import Candidate, Discovery
 from belt_sim.results.drawings import Drift, FailureMap, Panel
 from belt_sim.show import style
 from belt_sim.show.style import AFTER, BEFORE, CYCLE, FAINT, INK, MEASURED
-from belt_sim.si import shop_unit
+from belt_sim.units import shop_unit
 
 COLUMNS = 2
 WIDE, HIGH = 5.4, 3.5  # [inch] of a panel with what stands about it

@@ -12,7 +12,7 @@ from belt_sim.importing.columns import span_of
 from belt_sim.importing.sheets import PLAN_COLUMNS, PlannedRun, plan_rows
 from belt_sim.results.display import Table
 from belt_sim.show.terminal import console, rich_table
-from belt_sim.si import DEGREE, MM, N_PER_MM2
+from belt_sim.units import DEGREE, MM, N_PER_MM2
 
 
 def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:

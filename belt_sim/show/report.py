@@ -18,7 +18,7 @@ import numpy as np
 
 from belt_sim.effects.library import library, title_of
 from belt_sim.errors import BeltError
-from belt_sim.files import write_text
+from belt_sim.io import write_text
 from belt_sim.results import words
 from belt_sim.results.diagnosis import LIKELY, UNKNOWN, Candidate, Diagnosis, Discovery, FoundEffect, Rival, Verdict
 from belt_sim.results.drawings import Panel

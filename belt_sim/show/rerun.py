@@ -25,7 +25,7 @@ from belt_sim.show import geometry
 from belt_sim.show.geometry import TRUE, ViewScale, full_colour_tilt, view_scale_of
 from belt_sim.show.observers import has_display
 from belt_sim.show.style import BLUE, CYCLE, FAINT, GREEN, INK, POINT_NAMES, POINTS, RED, pale, rgb
-from belt_sim.si import MM, N_PER_MM2
+from belt_sim.units import MM, N_PER_MM2
 
 # Time series, in the units that people read.
 

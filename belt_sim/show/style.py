@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import write_with
+from belt_sim.io import write_with
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,10 +9,10 @@ import numpy as np
 import yaml
 
 from belt_sim.case import Case
-from belt_sim.config import case_from
 from belt_sim.curves import Curves, read_curves
-from belt_sim.files import read_json
+from belt_sim.io import read_json
 from belt_sim.results import words
+from belt_sim.settings import case_from
 from belt_sim.show import style
 from belt_sim.show.style import CYCLE, INK, POINT_NAMES
 

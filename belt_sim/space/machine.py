@@ -11,13 +11,13 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent
-from belt_sim.files import MODELS
+from belt_sim.io import MODELS
 from belt_sim.scene_parts import GuideRoller, PulleySurface, SceneParts
-from belt_sim.si import N_PER_MM2
 from belt_sim.space.loop import LaidLoop, lay_loop, lift
 from belt_sim.space.mesh import BELT_MODELS, Mesh
 from belt_sim.space.mujoco_interface import add_dummy_equality, set_solver
 from belt_sim.space.options import RESIDUAL_TORSION, Options
+from belt_sim.units import N_PER_MM2
 
 STATION = MODELS / "pulley_station.xml"
 #: the pulleys' joints in a scene; the nodes follow

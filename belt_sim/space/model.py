@@ -15,8 +15,8 @@ from belt_sim.effects.base import IN_MARCH, Effect, call_hook, overrides
 from belt_sim.effects.pipeline import as_indicated, asked_of_engine
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.scene_parts import SceneParts
-from belt_sim.si import N_PER_MM2
 from belt_sim.space.options import CONTACTS, Options, fit_options, refuse_unobeyed
+from belt_sim.units import N_PER_MM2
 from belt_sim.validity import limits
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from belt_sim.case import Case, Schedule
 from belt_sim.case import Numbers as Array
 from belt_sim.curves import Curves, Observer
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
-from belt_sim.files import write_text
+from belt_sim.io import write_text
 from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.belt import BeltArrays, active_features, belt_arrays, guide_forces, load_forces

@@ -20,13 +20,13 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent
 from belt_sim.scene_parts import GuideRoller, PulleySurface, SceneParts
-from belt_sim.si import DEGREE, N_PER_MM2
 from belt_sim.space.loop import LaidLoop
 from belt_sim.space.machine import HEAD_YAW, TAIL_YAW, SceneLayout, begin_scene, station_mass
 from belt_sim.space.mesh import node_name
 from belt_sim.space.mujoco_interface import set_contact_solver
 from belt_sim.space.options import Options
 from belt_sim.space.scene_looks import furnish
+from belt_sim.units import DEGREE, N_PER_MM2
 
 #: friction coefficient that stands for a belt that sticks: 1 lets the beginning of a wrap slip at the yaw step
 STICKING = 10.0

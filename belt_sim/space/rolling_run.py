@@ -13,9 +13,8 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
-from belt_sim.files import write_text
+from belt_sim.io import write_text
 from belt_sim.scene_parts import SceneParts
-from belt_sim.si import DEGREE
 from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_YAW, SceneLayout
 from belt_sim.space.mesh import node_name
 from belt_sim.space.mujoco_interface import compile_model, mjcf, refuse_divergence, silence_expected_warnings
@@ -24,6 +23,7 @@ from belt_sim.space.pulleys import laid_poses
 from belt_sim.space.rolling_contact import CASE, build_contact, case_words, story
 from belt_sim.space.run import Recorder, RunState, YawPlan, notify_observers
 from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, SlipState, WrapArrays
+from belt_sim.units import DEGREE
 
 #: an MjSpec, or the path of an MJCF
 Edited: TypeAlias = mujoco.MjSpec | str | Path

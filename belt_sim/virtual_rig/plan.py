@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from belt_sim.campaign import BeltSheet, Machine, Quantity, Run, SettingsSheet, SignalSheet
-from belt_sim.si import DEGREE, MM, N_PER_MM2
+from belt_sim.units import DEGREE, MM, N_PER_MM2
 
 #: The paper's test rig; E, rho and nu are not given there and assumed (physics sheet, section 1).
 TEST_RIG = Machine(

@@ -9,7 +9,7 @@ import numpy as np
 
 from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity
 from belt_sim.errors import InputError
-from belt_sim.si import MM, N_PER_MM2
+from belt_sim.units import MM, N_PER_MM2
 from belt_sim.virtual_rig.effect_size import detectability_of
 from belt_sim.virtual_rig.hidden_faults import MIX, OUTSIDE, REACHED, random_hidden
 from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT

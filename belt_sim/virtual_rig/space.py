@@ -17,8 +17,8 @@ from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import cores
 from belt_sim.scene_parts import SceneParts
 from belt_sim.show.observers import progress
-from belt_sim.si import N_PER_MM2
 from belt_sim.space.options import Options, accurate_speed
+from belt_sim.units import N_PER_MM2
 from belt_sim.virtual_rig.fault import Fault, overrides
 from belt_sim.virtual_rig.hidden_faults import HiddenFaults, specified_hidden
 from belt_sim.virtual_rig.library import CATALOGUE

@@ -13,9 +13,8 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from belt_sim.files import ROOT, write_json, write_with
+from belt_sim.io import ROOT, provenance, write_json, write_with
 from belt_sim.jax_setup import prepare
-from belt_sim.provenance import provenance
 from studies.bench.commands import ROWS, measure
 from studies.bench.speed import batch_figures, delay_figures, plain_figures
 

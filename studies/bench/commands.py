@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.campaign.folder import write_campaign
-from belt_sim.files import ROOT
-from belt_sim.si import DEGREE, N_PER_MM2
+from belt_sim.io import ROOT
+from belt_sim.units import DEGREE, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Plan, grid
 

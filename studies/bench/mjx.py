@@ -6,8 +6,8 @@ import time
 import jax
 import numpy as np
 
-from belt_sim.config import make_case
 from belt_sim.jax_setup import in_float64, prepare
+from belt_sim.settings import make_case
 from belt_sim.space.options import Options
 
 

@@ -11,9 +11,9 @@ import mujoco
 import numpy as np
 from mujoco import mjx
 
-from belt_sim.config import make_case
 from belt_sim.jax_setup import in_float64, prepare
 from belt_sim.scene_parts import SceneParts
+from belt_sim.settings import make_case
 from belt_sim.space import mjx as mjx_interface  # remembers bodies of coordinates: without it tracing takes minutes
 from belt_sim.space.machine import build_scene
 from belt_sim.space.mujoco_interface import compile_model

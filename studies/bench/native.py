@@ -5,8 +5,8 @@ import time
 import mujoco
 import numpy as np
 
-from belt_sim.config import make_case
 from belt_sim.jax_setup import prepare
+from belt_sim.settings import make_case
 from belt_sim.space.native import SpaceRun, instants_of
 from belt_sim.space.options import Options, fit_options
 

@@ -17,7 +17,7 @@ import pandas as pd
 from matplotlib.ticker import LogLocator
 
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
-from belt_sim.files import write_with
+from belt_sim.io import write_with
 from belt_sim.jax_setup import in_float64, prepare
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, RED

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim import si
 from belt_sim.line.batch import grid, march_many
+from belt_sim.units import N_PER_MM2
 from studies.bench.delay import DelayEquation
 from studies.bench.plain import plain_march
 from studies.bench.task import KEEP, TENSIONS, TRAVEL, YAWS, errors, linear, strip, truth
@@ -48,7 +48,7 @@ def plain_figures() -> dict[str, Any]:
 
 def delay_figures() -> dict[str, Any] | None:
     """The same for jitcdde; None where it or a C compiler is missing."""
-    case = paper_case(7.0 * si.N_PER_MM2, YAWS[0])
+    case = paper_case(7.0 * N_PER_MM2, YAWS[0])
     if not (shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")):
         return None
     try:

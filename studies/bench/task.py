@@ -4,19 +4,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from belt_sim import si
 from belt_sim.case import Case
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.march import march
 from belt_sim.line.span import response
 from belt_sim.model import AnalyticModel as Model
 from belt_sim.model import analytic_model
+from belt_sim.units import DEGREE, N_PER_MM2
 
 TRAVEL = 100.0  # [m]
 KEEP = 0.1  # [m]
 FINE = 0.0125  # [m], step of the march that stands for the truth: its own error is some 1e-6
-TENSIONS = np.linspace(4.0, 100.0, 100) * si.N_PER_MM2
-YAWS = np.linspace(-0.1, 0.1, 100) * si.DEGREE
+TENSIONS = np.linspace(4.0, 100.0, 100) * N_PER_MM2
+YAWS = np.linspace(-0.1, 0.1, 100) * DEGREE
 START = 10  # record at 1 m of travel, where first-order stepping is at its worst
 
 

@@ -13,8 +13,8 @@ from rich.table import Table
 
 from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.errors import InputError, whole
+from belt_sim.io import provenance
 from belt_sim.jax_setup import cores
-from belt_sim.provenance import provenance
 from belt_sim.show.observers import progress
 from studies.application import application
 from studies.challenge.registry import ABLATIONS, answerer, cost, source

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from belt_sim import si
 from belt_sim.api.resolve import fitted_model
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.errors.model_errors import ErrorsWithoutNuisances
 from belt_sim.diagnosis.fits.heldout import conditions
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.readings.samples import samples_of
+from belt_sim.units import MM
 from belt_sim.virtual_rig import Truth
 from belt_sim.virtual_rig.effect_size import detectability_of
 from belt_sim.virtual_rig.library import CATALOGUE, fault_from_spec
@@ -53,7 +53,7 @@ def least_error(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -> 
 
 
 def _rms(parts: list[np.ndarray]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) / si.MM
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) / MM
 
 
 def noise_free(campaign: Campaign, truth: Truth) -> Campaign:

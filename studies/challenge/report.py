@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.files import ROOT, write_text
-from belt_sim.provenance import provenance
+from belt_sim.io import ROOT, provenance, write_text
 from belt_sim.results.words import join_words
 from belt_sim.show.report import BLIND_TESTS
 from belt_sim.virtual_rig.effect_size import ALIKE

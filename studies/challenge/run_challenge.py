@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.errors import InputError
-from belt_sim.files import read_json
+from belt_sim.io import read_json
 from belt_sim.jax_setup import cores
 from belt_sim.virtual_rig.sealed_truth import SEALED, reveal
 from studies.challenge.pool import share

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
-from belt_sim import si
+from belt_sim.units import MM
 from belt_sim.virtual_rig.effect_size import ALIKE
 from studies.challenge.laws import law_right, place_right
 
@@ -270,7 +270,7 @@ def error_removed(error: Mapping[str, Any] | None, least: Mapping[str, float] | 
     before, after = told[f"before{unit}"], told[f"after{unit}"]
     floor = next(d[k] for d in (told, error) for k in (f"noise_floor{unit}", "floor") if k in d)
     if least and CRASH not in least:
-        floor = least["beside_settings_mm" if own else "plain_mm"] * (1.0 if unit else si.MM)
+        floor = least["beside_settings_mm" if own else "plain_mm"] * (1.0 if unit else MM)
     if not before > REDUCIBLE * floor:
         return None
     return round(min(1.0, (before - after) / (before - floor)), 4)

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.errors import InputError
-from belt_sim.files import write_json, write_text
-from belt_sim.provenance import provenance
+from belt_sim.io import provenance, write_json, write_text
 from belt_sim.show.observers import progress
 from studies.application import application
 from studies.paper.plate import FIGURES, IN_SPACE, NOT_COMPUTED, Plate, compute, select_figures

@@ -13,8 +13,8 @@ from belt_sim.model import analytic_model
 from belt_sim.show import style
 from belt_sim.show.geometry import tilt
 from belt_sim.show.style import AMBER, BLUE, CYCLE, FAINT, INK, POINT_NAMES, POINTS, RED
-from belt_sim.si import DEGREE, MM
 from belt_sim.space.loop import Catenary
+from belt_sim.units import DEGREE, MM
 from studies.closed_forms import steady_offsets
 from studies.paper import drawing
 from studies.paper.case import PAPER_BELT, ROPE_EXAMPLE, TEST_RIG, YAW

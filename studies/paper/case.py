@@ -7,7 +7,7 @@ does not give. ``conf/rig`` and ``conf/belt`` say the same for the command line.
 from typing import Any
 
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
-from belt_sim.si import DEGREE
+from belt_sim.units import DEGREE
 
 TEST_RIG = Rig(centre_distance=11.28, head_radius=0.17, tail_radius=0.17)
 ROPE_EXAMPLE = Rig(centre_distance=2.0, head_radius=0.17, tail_radius=0.17)

@@ -18,7 +18,7 @@ from belt_sim.line.influence import span_fields
 from belt_sim.line.steady import ritzinger_rate
 from belt_sim.model import AnalyticModel, analytic_model
 from belt_sim.show.style import AMBER, BLUE, FAINT, GREEN, INK, PINK, RED, SKY
-from belt_sim.si import MM, MM_PER_M, N_PER_MM2
+from belt_sim.units import MM, MM_PER_M, N_PER_MM2
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG, paper_case
 
 TRAVEL = 25.0  # [m] of the moving curves on the test rig

@@ -7,7 +7,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from belt_sim.files import PACKAGE, write_text, write_with
+from belt_sim.io import PACKAGE, write_text, write_with
 from studies.paper.models import LOOKS
 from studies.paper.plate import Plate
 from studies.paper.statements import CONTRADICTED, REPRODUCED, SILENT, STATEMENTS, Judgement

@@ -14,8 +14,8 @@ import numpy as np
 
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError
-from belt_sim.files import MODELS
-from belt_sim.si import MM
+from belt_sim.io import MODELS
+from belt_sim.units import MM
 
 PLACE = MODELS / "paper"
 SETTLED = 20.0  # [m], from where on a rate over the rest of a record is taken

@@ -13,8 +13,8 @@ from rich.console import Console
 from rich.table import Table
 
 from belt_sim.case import Schedule
-from belt_sim.config import case_from
-from belt_sim.si import DEGREE
+from belt_sim.settings import case_from
+from belt_sim.units import DEGREE
 from belt_sim.validity import limits
 from studies.application import application
 from studies.shell import ccx

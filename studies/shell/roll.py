@@ -15,8 +15,8 @@ from rich.console import Console
 from rich.table import Table
 
 from belt_sim.case import Case, Rig
-from belt_sim.config import case_from
 from belt_sim.line.span import torsional_stiffness
+from belt_sim.settings import case_from
 from studies.application import application
 from studies.closed_forms import sievers_coefficients
 from studies.shell import ccx

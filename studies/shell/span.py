@@ -16,13 +16,13 @@ from rich.console import Console
 from rich.table import Table
 
 from belt_sim.case import Case
-from belt_sim.config import case_from
 from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.span_stiffness import Flatness
 from belt_sim.jax_setup import jit_float64
 from belt_sim.line.span import strip
 from belt_sim.line.spans import span_responses
-from belt_sim.si import DEGREE, N_PER_MM2
+from belt_sim.settings import case_from
+from belt_sim.units import DEGREE, N_PER_MM2
 from studies.application import application
 from studies.shell import ccx
 from studies.shell.span_deck import SIDES, Mesh, SpanDeck, span_deck

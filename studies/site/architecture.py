@@ -11,7 +11,7 @@ from collections import defaultdict
 from functools import cache
 from pathlib import Path
 
-from belt_sim.files import ROOT, write_text
+from belt_sim.io import ROOT, write_text
 
 PACKAGE = ROOT / "belt_sim"
 PAGE, PICTURE = ROOT / "docs" / "architecture.md", ROOT / "docs" / "images" / "architecture.svg"

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from belt_sim.effects.library import library
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 
 TESTS, PAGE = ROOT / "tests", ROOT / "docs" / "how_far.md"
 BEGIN, END = "<!-- evidence -->", "<!-- end -->"

@@ -3,7 +3,7 @@
 import re
 import sys
 
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 MOST, MOST_OF_README, LONG = 27_000, 600, 1_500

@@ -22,7 +22,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import least_squares
 
-from belt_sim.files import write_text
+from belt_sim.io import write_text
 from belt_sim.line.span import Span, response
 from studies.application import application
 

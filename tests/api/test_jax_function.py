@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
-from belt_sim.config import make_case
 from belt_sim.effects.load import load_effects
 from belt_sim.jax_setup import least_effort
+from belt_sim.settings import make_case
 
 jit = partial(jax.jit, compiler_options=least_effort())  # each runs once or twice
 

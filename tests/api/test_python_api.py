@@ -12,7 +12,7 @@ from small_campaign import MODEL, SEED, campaign, diagnosed, drawn
 import belt_sim as bs
 from belt_sim.campaign import write_campaign
 from belt_sim.curves import curves_columns
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 
 TAPER = {"id": "taper", "kappa_t": 2e-5}
 SHORT = {"travel": 5.0}

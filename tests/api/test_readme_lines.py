@@ -6,7 +6,7 @@ from small_campaign import campaign
 
 import belt_sim as bs
 from belt_sim.campaign import write_campaign
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 
 
 def test_the_lines_of_the_readme_run(tmp_path, monkeypatch, capsys):

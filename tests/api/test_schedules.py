@@ -8,13 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from belt_sim.case import Schedule
-from belt_sim.config import MAX_YAW, schedule_from
 from belt_sim.errors import InputError
 from belt_sim.line.runup import angle_at, mean_angle
-from belt_sim.si import DEGREE
+from belt_sim.settings import BOUNDS, schedule_from
+from belt_sim.units import DEGREE
 
 ROUNDING = 1e-12  # [rad] sums of a dozen numbers below 0.1
 FINE = 20_000  # parts of an integral by the midpoint rule
+MAX_YAW = BOUNDS["yaw"].high  # [degrees]
 INTEGRATED = 2 * MAX_YAW * DEGREE / FINE * 12  # [rad]: each step may fall into a part
 
 

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import belt_sim as bs
-from belt_sim.files import PACKAGE, ROOT
+from belt_sim.io import PACKAGE, ROOT
 
 SCRIPT = """
 import belt_sim as bs

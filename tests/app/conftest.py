@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from belt_sim.files import CAMPAIGNS, ROOT
+from belt_sim.io import CAMPAIGNS, ROOT
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 STARTS_WITHIN = 120.0  # [s], on a busy machine

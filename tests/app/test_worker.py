@@ -11,7 +11,7 @@ import pytest
 
 from belt_sim.app.jobs import Job
 from belt_sim.app.session import Session
-from belt_sim.files import CAMPAIGNS, ROOT
+from belt_sim.io import CAMPAIGNS, ROOT
 
 WITHIN = 90.0  # [s], on a busy machine
 

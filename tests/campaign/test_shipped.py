@@ -5,7 +5,7 @@ import pytest
 from belt_sim.campaign import read_campaign
 from belt_sim.campaign.folder import campaign_folder
 from belt_sim.campaign.types import CampaignError
-from belt_sim.files import CAMPAIGNS, sample_campaigns
+from belt_sim.io import CAMPAIGNS, sample_campaigns
 from belt_sim.virtual_rig.sealed_truth import reveal
 
 

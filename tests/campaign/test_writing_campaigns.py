@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from belt_sim.campaign import CampaignError, Quantity, Run, SteadyRate, read_campaign, write_campaign
 from belt_sim.errors import InputError
-from belt_sim.files import CAMPAIGNS
+from belt_sim.io import CAMPAIGNS
 
 #: Numbers are written with 15 digits: half a unit of the last one, and the rounding of two factors.
 WRITTEN = 6e-15

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from belt_sim.api import simulate as module
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 from belt_sim.space import quasi_static
 
 COARSE = (

@@ -15,7 +15,7 @@ from belt_sim.cli import run
 from belt_sim.commands import campaigns, inference
 from belt_sim.commands.words import COMMANDS, known_keys
 from belt_sim.errors import BeltError
-from belt_sim.files import CONF, ROOT
+from belt_sim.io import CONF, ROOT
 
 TAPER = "effects=[{id: taper, kappa_t: 2.0e-5}]"
 RIG = {"centre_distance": "9", "pulley_radius": "0.2", "head_radius": "0.16", "tail_radius": "0.18", "gravity": "9.7"}

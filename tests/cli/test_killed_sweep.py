@@ -11,7 +11,7 @@ import time
 import pandas as pd
 import pytest
 
-from belt_sim.files import ROOT, clear_drafts
+from belt_sim.io import ROOT, clear_drafts
 
 TENSIONS = tuple(range(10, 34, 2))
 RECORDS = 21  # 2 m, every 0.1 m
@@ -73,7 +73,7 @@ def test_killed_at_random_moments_and_run_again(tmp_path):
 def test_killed_while_it_writes(tmp_path):
     target = tmp_path / "summary.json"
     program = (
-        "import os, signal; from pathlib import Path; from belt_sim.files import write_with\n"
+        "import os, signal; from pathlib import Path; from belt_sim.io import write_with\n"
         f"write_with(Path({str(target)!r}), lambda p: (p.write_text('{{half'), os.kill(os.getpid(), signal.SIGKILL)))"
     )
     killed = subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=False)

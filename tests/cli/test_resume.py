@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from belt_sim.commands import run_dir
-from belt_sim.files import CAMPAIGNS, ROOT
+from belt_sim.io import CAMPAIGNS, ROOT
 
 SWEEP = ("simulate", "-m", "travel=2", "pictures=false", "tension=20,40")
 OWN = ROOT / "models" / "effects" / "wind.py"

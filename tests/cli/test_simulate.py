@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from shipped_schema import check
 
-from belt_sim.config import schedule_from
-from belt_sim.files import CONF
+from belt_sim.io import CONF
 from belt_sim.model import BY_TENSION, MODEL_NAMES
+from belt_sim.settings import schedule_from
 
 COLUMNS = (
     "travel_m,y1_mm,y2_mm,y3_mm,y4_mm,angle1_mrad,angle2_mrad,angle3_mrad,angle4_mrad,"

@@ -3,7 +3,7 @@
 import pytest
 import yaml
 
-from belt_sim.files import CONF
+from belt_sim.io import CONF
 
 NEEDED = {"campaign": "slack_belt", "diagnosis": "."}
 SWITCHES = [

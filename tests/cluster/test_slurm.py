@@ -11,7 +11,7 @@ import time
 import pandas as pd
 import pytest
 
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 
 CASES = 40
 PATIENCE = 1500.0  # s

@@ -2,9 +2,9 @@
 
 from omegaconf import OmegaConf
 
-from belt_sim.config import belt_from, rig_from
-from belt_sim.files import CONF
-from belt_sim.si import DEGREE
+from belt_sim.io import CONF
+from belt_sim.settings import belt_from, rig_from
+from belt_sim.units import DEGREE
 from belt_sim.virtual_rig import plan
 from studies.paper.case import PAPER_BELT, ROPE_EXAMPLE, TEST_RIG, YAW
 

@@ -18,7 +18,7 @@ from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.discovery.diagnosis_interface import LawSearch
 from belt_sim.model import analytic_model
 from belt_sim.results.diagnosis import Diagnosis
-from belt_sim.si import N_PER_MM2
+from belt_sim.units import N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, Plan, grid
 

@@ -11,8 +11,8 @@ import pytest
 import belt_sim as bs
 from belt_sim.diagnosis.readings import programs
 from belt_sim.discovery import impulse_responses as responses
+from belt_sim.jax_setup import StoredProgram
 from belt_sim.line import march
-from belt_sim.stored_programs import StoredProgram
 
 FEW = ["sag_roll", "taper", "yaw_offset_tail"]
 #: runs marched at a point, programs asked for, calls of eigh

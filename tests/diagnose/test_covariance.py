@@ -6,7 +6,7 @@ from linear_bench import SPREAD, WHITE, linear_bench, with_readings
 
 import belt_sim as bs
 from belt_sim.diagnosis.linear_algebra import covariance_of, covariance_root
-from belt_sim.si import DEGREE, N_PER_MM2
+from belt_sim.units import DEGREE, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Plan, grid
 

@@ -10,7 +10,7 @@ from belt_sim.campaign import suspicions
 from belt_sim.diagnosis.errors.misreadings import find_offsets
 from belt_sim.diagnosis.examine import examine
 from belt_sim.results.diagnosis import Verdict
-from belt_sim.si import MM
+from belt_sim.units import MM
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Noise
 

@@ -12,7 +12,7 @@ from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.model import analytic_model
-from belt_sim.si import DEGREE, MM, N_PER_MM2
+from belt_sim.units import DEGREE, MM, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting
 

@@ -13,7 +13,7 @@ from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.effects.library import library
 from belt_sim.errors import BeltError
-from belt_sim.si import DEGREE, N_PER_MM2
+from belt_sim.units import DEGREE, N_PER_MM2
 from belt_sim.virtual_rig.hidden_faults import specified_hidden
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.march import march

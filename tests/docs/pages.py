@@ -9,7 +9,7 @@ import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 PAGES += [ROOT / "studies" / "README.md", ROOT / "models" / "README.md", ROOT / "models" / "campaigns" / "README.md"]

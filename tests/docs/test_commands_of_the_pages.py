@@ -15,10 +15,10 @@ from pages import PAGES, Command, commands, missing, name
 from belt_sim.cli import import_arguments, quote, run
 from belt_sim.commands.run_dir import plain
 from belt_sim.commands.words import COMMANDS
-from belt_sim.config import case_from, model_settings
 from belt_sim.effects.load import load_classes
-from belt_sim.files import CAMPAIGNS, CONF, ROOT
+from belt_sim.io import CAMPAIGNS, CONF, ROOT
 from belt_sim.model import BY_TENSION, model_named
+from belt_sim.settings import case_from, model_settings
 from studies.application import FIXED
 
 ALL = [c for page in PAGES for c in commands(page)]

@@ -6,7 +6,7 @@ import sys
 import pytest
 from pages import missing
 
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 from studies.site.notebooks import cells, markdown, source
 
 BOOKS = sorted((ROOT / "examples").glob("*.ipynb"))

@@ -5,7 +5,7 @@ import doctest
 import pytest
 from pages import PAGES, missing, name, python
 
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 
 BLOCKS = [b for page in PAGES for b in python(page)]
 

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 
 
 def docker_runs() -> bool:

@@ -6,7 +6,7 @@ import pytest
 
 import belt_sim as bs
 from belt_sim.effects.library import library
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 from studies.site.effect_pages import text
 from studies.site.mathml import mathml
 from studies.site.offline import loads, loads_of_site

@@ -14,7 +14,7 @@ from belt_sim.effects.base import Effect, Parameter, effect
 from belt_sim.effects.library import library
 from belt_sim.effects.load import load_classes
 from belt_sim.errors import InputError
-from belt_sim.files import MODELS
+from belt_sim.io import MODELS
 
 SIZE = Parameter(unit="1/m", meaning="turn where the belt runs up", plausible=(-1e-3, 1e-3), scale=2e-5)
 

@@ -6,7 +6,7 @@ import pytest
 from belt_sim.effects.library import library
 from belt_sim.effects.load import load_classes, load_effects, save_effects
 from belt_sim.errors import BeltError
-from belt_sim.files import MODELS
+from belt_sim.io import MODELS
 
 WIND = MODELS / "effects" / "wind.py"
 ISSUE = {

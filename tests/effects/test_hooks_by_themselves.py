@@ -12,7 +12,7 @@ from belt_sim.effects.belt_shape import Weld
 from belt_sim.effects.load import load_classes
 from belt_sim.effects.span_stiffness import Shear
 from belt_sim.effects.yaw import Wobble
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.influence import BoundaryValues, no_bend
 from belt_sim.line.runup import State, Yaw

@@ -4,7 +4,7 @@ import ast
 
 import pytest
 
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 
 PRODUCT, STUDIES = (sorted((ROOT / part).rglob("*.py")) for part in ("belt_sim", "studies"))
 FILES = [*PRODUCT, *STUDIES]

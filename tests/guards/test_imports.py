@@ -13,7 +13,7 @@ from paper_cases import paper_case
 from belt_sim import cli
 from belt_sim.cli import use_one_blas_thread
 from belt_sim.effects.library import library
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 from belt_sim.model import model_named
 
 ROUNDING = 1e-9  # relative: without prepare() XLA fuses multiply-adds, which shifts last bits; float32 would give 1e-4

@@ -4,14 +4,14 @@ import subprocess
 
 import pytest
 
-from belt_sim import provenance
-from belt_sim.files import ROOT
+from belt_sim import io
+from belt_sim.io import ROOT
 
 
 @pytest.mark.skipif(not (ROOT / ".git").exists(), reason="no checkout of a repository")
 def test_the_commit_is_that_of_the_checkout(monkeypatch):
     head = subprocess.run(["git", "-C", str(ROOT), "rev-parse", "HEAD"], capture_output=True, text=True, check=True)
-    assert provenance.provenance()["commit"] == head.stdout.strip()
+    assert io.provenance()["commit"] == head.stdout.strip()
     inside = ROOT / "outputs"  # lies in this repository and is none itself, as site-packages may
-    monkeypatch.setattr(provenance, "ROOT", inside)
-    assert provenance.provenance()["commit"] is None
+    monkeypatch.setattr(io, "ROOT", inside)
+    assert io.provenance()["commit"] is None

@@ -8,8 +8,8 @@ from belt_sim.api.campaigns import import_files
 from belt_sim.api.inference import compare, diagnose
 from belt_sim.campaign import read_campaign
 from belt_sim.errors import BeltError
-from belt_sim.files import CAMPAIGNS, MODELS
 from belt_sim.importing import read, understand, write
+from belt_sim.io import CAMPAIGNS, MODELS
 from studies.made_up_figures import INVENTED, RATES, figure_12, figure_13
 
 FIGURES = MODELS / "figures"

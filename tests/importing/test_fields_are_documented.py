@@ -11,7 +11,7 @@ from belt_sim.campaign.folder import KNOWN, NUMBERS, RATES
 from belt_sim.campaign.folder import REQUIRED as REQUIRED_RUNS
 from belt_sim.campaign.sheet import RESERVED, CampaignEntry, QuantityEntry
 from belt_sim.campaign.types import PLACES, Run
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 
 TEXT = (ROOT / "docs" / "campaign_files.md").read_text(encoding="utf-8")
 

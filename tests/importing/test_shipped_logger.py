@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from belt_sim.campaign import suspicions
-from belt_sim.files import MODELS
 from belt_sim.importing import read, understand
+from belt_sim.io import MODELS
 from studies.loggers import BEFORE, FORMS, NOISE, SPACING, loggers
 
 FILES = sorted((MODELS / "loggers").glob("lauf_*.csv"))

@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from belt_sim import plausible
-from belt_sim.config import RANGES
 from belt_sim.errors import InputError
-from belt_sim.si import NAMES, SPELLINGS, UNITS, number_of, quantity, scaled_unit, split_unit, unit_named, unit_of
+from belt_sim.settings import BELT, BOUNDS, check_range
+from belt_sim.units import NAMES, SPELLINGS, UNITS, number_of, quantity, scaled_unit, split_unit, unit_named, unit_of
 
 ROUNDING = 1e-12  # relative: a product or two in float64
 NUMBERS = st.floats(min_value=-1e6, max_value=1e6).filter(lambda x: x == 0 or abs(x) > 1e-6)
@@ -120,9 +119,11 @@ def test_a_number_times_a_unit(text, found):
 
 
 def test_one_table_of_bounds_for_configurations_and_data_sheets():
-    for key, bounds in (plausible.MACHINE | plausible.BELT).items():
-        name = next((n for n in RANGES if n.endswith(f".{key}")), "rig.pulley_radius")
-        low, high, unit = RANGES[name]
-        assert bounds.holds(low * UNITS[unit][1] * (1 + 1e-9))
-        assert bounds.holds(high * UNITS[unit][1] * (1 - 1e-9))
-        assert not bounds.holds(high * UNITS[unit][1] * 1.001)
+    for key in ("rig.centre_distance", "rig.head_radius", *(f"belt.{name}" for name in BELT)):
+        bounds = BOUNDS[key.partition(".")[2]]
+        for end in (bounds.low, bounds.high):
+            assert check_range({key: end * UNITS[bounds.unit][1]}, key) == pytest.approx(bounds.check(end))
+        with pytest.raises(InputError, match="between"):
+            check_range({key: bounds.high * 1.001 * UNITS[bounds.unit][1]}, key)
+        with pytest.raises(InputError, match="must be"):
+            bounds.check(bounds.high * 1.001)

@@ -8,8 +8,8 @@ import pytest
 
 from belt_sim.effects.base import Effect, effect, parameter
 from belt_sim.effects.library import library
+from belt_sim.jax_setup import TRACED, StoredProgram, program_key
 from belt_sim.model import MODELS
-from belt_sim.stored_programs import FOLDER, StoredProgram, program_key
 
 
 @pytest.fixture
@@ -17,7 +17,7 @@ def folder(tmp_path):
     """JAX's folder of programs, empty."""
     before = jax.config.values["jax_compilation_cache_dir"]
     jax.config.update("jax_compilation_cache_dir", str(tmp_path))
-    yield tmp_path / FOLDER
+    yield tmp_path / TRACED
     jax.config.update("jax_compilation_cache_dir", before)
 
 

@@ -12,7 +12,7 @@ from base64 import b64encode
 import pytest
 
 from belt_sim.cli import run
-from belt_sim.files import CAMPAIGNS, ROOT
+from belt_sim.io import CAMPAIGNS, ROOT
 
 DEEP = "[" * 100_000
 NO_JSON = {"nothing": "", "list": "[]", "null": "null", "half": "{", "deep": DEEP, "other": '{"schema": "belt-x/1"}'}

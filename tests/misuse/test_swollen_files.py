@@ -8,8 +8,8 @@ import pytest
 
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import BeltError, InputError
-from belt_sim.files import careful_yaml
 from belt_sim.importing import read
+from belt_sim.io import careful_yaml
 
 HEAD = "schema: belt-effects/1\neffects:\n"
 DEEP = 20_000

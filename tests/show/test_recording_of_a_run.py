@@ -7,9 +7,9 @@ from read_back import read_back
 
 from belt_sim.show.geometry import tilt
 from belt_sim.show.rerun import RerunObserver
-from belt_sim.si import MM
 from belt_sim.space import Options
 from belt_sim.space.native import simulate
+from belt_sim.units import MM
 from studies.paper.case import ROPE_EXAMPLE
 
 TRAVEL, EVERY = 0.3, 0.05  # [m]

@@ -14,7 +14,7 @@ from belt_sim.errors import BeltError
 from belt_sim.show.geometry import tilt, view_scale_of
 from belt_sim.show.rerun import PICTURES, Overlay, RecordingFile, RerunObserver, Scene, _free_port, record_runs, root_of
 from belt_sim.show.style import POINTS, rgb
-from belt_sim.si import MM
+from belt_sim.units import MM
 from studies.paper.case import YAW
 
 SINGLE = 1e-6  # [m] Rerun keeps positions in single precision: half a unit in the last place at 11 m is 5e-7 m

@@ -13,7 +13,7 @@ from small_campaign import diagnosed, drawn
 from belt_sim.api.plot import report_pictures
 from belt_sim.campaign import Suspicion
 from belt_sim.errors import BeltError
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 from belt_sim.results.diagnosis import Candidate, Confusable, NextRun, Verdict
 from belt_sim.results.drawings import Drawings
 from belt_sim.results.errors import Change, Errors

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 
 
 @pytest.mark.long

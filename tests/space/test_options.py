@@ -8,7 +8,7 @@ import yaml
 from paper_cases import paper_case
 
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.files import CONF
+from belt_sim.io import CONF
 from belt_sim.model import model_named
 from belt_sim.space import BELTS, Options
 from belt_sim.space.model import SpaceModel

@@ -11,7 +11,7 @@ import pytest
 
 import belt_sim as bs
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
-from belt_sim.files import MODELS
+from belt_sim.io import MODELS
 from belt_sim.show.observers import resolve_watch
 from belt_sim.space.mujoco_interface import mjcf
 from belt_sim.space.rolling_run import _wrap_ends
@@ -86,7 +86,7 @@ def test_twenty_seconds_in_bare_mujoco(tmp_path):
 
 def test_the_checked_in_scene_is_what_the_command_writes():
     from belt_sim.api.simulate import scene_text
-    from belt_sim.config import make_case
+    from belt_sim.settings import make_case
 
     written = scene_text(make_case(**MACHINE), "mujoco_flex")
     assert re.sub(r"\d\.\d+", "", written) == re.sub(r"\d\.\d+", "", SHORT_RIG.read_text(encoding="utf-8"))

@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from belt_sim.config import make_case
 from belt_sim.mjx import Ranges, SteeringEnvironment
+from belt_sim.settings import make_case
 from belt_sim.space import Options
 
 RIG = {"centre_distance": 1.2, "head_radius": 0.3, "tail_radius": 0.3}

@@ -4,7 +4,7 @@ import pytest
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
-from belt_sim.files import CONF
+from belt_sim.io import CONF
 from studies.application import HERE
 
 

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from belt_sim.config import case_from
 from belt_sim.curves import Curves, write_curves
 from belt_sim.line.march import march
 from belt_sim.model import analytic_model
+from belt_sim.settings import case_from
 from studies import beside_the_law
 
 

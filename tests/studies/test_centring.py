@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from belt_sim.commands.simulate import CentringGoal, centring_asked
-from belt_sim.config import case_from
 from belt_sim.curves import read_curves
 from belt_sim.errors import InputError
-from belt_sim.files import ROOT
-from belt_sim.si import MM
+from belt_sim.io import ROOT
+from belt_sim.settings import case_from
+from belt_sim.units import MM
 from studies.centring import nearest
 
 WANTED = CentringGoal(start=10 * MM, within=1 * MM, beyond=0.2 * MM)

@@ -3,7 +3,7 @@
 import pytest
 
 from belt_sim.campaign import read_campaign
-from belt_sim.files import CAMPAIGNS
+from belt_sim.io import CAMPAIGNS
 from belt_sim.virtual_rig import reveal
 from studies.samples import SAMPLES, write_sample
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from belt_sim.campaign import read_campaign
-from belt_sim.files import CAMPAIGNS
+from belt_sim.io import CAMPAIGNS
 from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.fault import overrides
 from belt_sim.virtual_rig.library import fault_from_spec

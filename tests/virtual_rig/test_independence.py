@@ -68,4 +68,4 @@ def test_truth_and_fitter_do_not_import_each_other(mine, forbidden):
 def test_the_search_sees_through_other_modules(tmp_path, monkeypatch):
     """A guard that finds nothing must be able to find something: elements are reached through the 3D engines."""
     assert "belt_sim.space.elastic" in reach(TRUTH)
-    assert "belt_sim.si" in reach(TRUTH)
+    assert "belt_sim.units" in reach(TRUTH)

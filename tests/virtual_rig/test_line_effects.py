@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from virtual_bench import ARC, RADIUS, SPAN, YAW, late_rate, measured
 
-from belt_sim.si import MM, MM_PER_M, N_PER_MM2
+from belt_sim.units import MM, MM_PER_M, N_PER_MM2
 from belt_sim.virtual_rig.faults import (
     CantFault,
     CrownFault,

@@ -5,7 +5,7 @@ import pytest
 from virtual_bench import ARC, SPAN, YAW, late_rate, measured, plan_of
 
 from belt_sim.campaign import Quantity
-from belt_sim.si import MM, MM_PER_M, N_PER_MM2
+from belt_sim.units import MM, MM_PER_M, N_PER_MM2
 from belt_sim.virtual_rig import march
 from belt_sim.virtual_rig.line import solve_span
 from belt_sim.virtual_rig.observe import TrueErrors, true_line

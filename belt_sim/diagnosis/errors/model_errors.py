@@ -13,7 +13,6 @@ from itertools import pairwise
 import numpy as np
 from scipy.special import ndtri
 
-from belt_sim import si
 from belt_sim.campaign.types import Kind
 from belt_sim.curves import LATE_SHARE
 from belt_sim.diagnosis.fits.fit import Fit
@@ -23,6 +22,7 @@ from belt_sim.diagnosis.noise.metric import metric_of, zero_sigmas
 from belt_sim.diagnosis.readings.samples import zero_is_read
 from belt_sim.results.errors import UNITS, Change, Errors, Features, OwnChange, RunError, Where, Worst
 from belt_sim.results.words import KILO
+from belt_sim.units import MM, N_PER_MM2
 
 K = 2.0
 WINDOWS = 6
@@ -85,7 +85,7 @@ def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:
                     Cell(
                         run=run.name,
                         signal=signal.name,
-                        tension=run.tension / si.N_PER_MM2,
+                        tension=run.tension / N_PER_MM2,
                         sign=int(np.sign(run.yaw)),
                         window=(float(low), float(high)),
                         ratio=rms / floor,
@@ -142,14 +142,14 @@ def locate_failure(bench: Workbench, values: np.ndarray) -> Where:
     return Where(
         worst=Worst(run=worst.run, signal=worst.signal, travel=worst.window, ratio=worst.ratio),
         sentence=worst_sentence(worst, len(found), {s.name: s.kind for s in bench.samples.signals}),
-        boundary=None if at is None else at * si.N_PER_MM2,
+        boundary=None if at is None else at * N_PER_MM2,
         boundary_sentence=words,
     )
 
 
 # Errors of every run, and over all.
 
-FIRST = 0.1 * si.MM  # and 0.1 mrad of a tilt
+FIRST = 0.1 * MM  # and 0.1 mrad of a tilt
 LEAST = 5  # samples
 
 

@@ -24,10 +24,9 @@ from belt_sim.diagnosis.readings.samples import MAX_SAMPLES, Samples
 from belt_sim.diagnosis.readings.sensor_places import places_of, reading_at
 from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.effects.pipeline import indicate
-from belt_sim.jax_setup import PROGRAMS, WORKERS
+from belt_sim.jax_setup import PROGRAMS, WORKERS, StoredProgram, program_key
 from belt_sim.line.march import march_open
 from belt_sim.line.spans import Composition
-from belt_sim.stored_programs import StoredProgram, program_key
 
 ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
 SLOTS = 16  # the same of the wrap's history

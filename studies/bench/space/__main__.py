@@ -14,8 +14,7 @@ from typing import Any
 from rich.console import Console
 
 from belt_sim.errors import InputError
-from belt_sim.files import ROOT, write_json
-from belt_sim.provenance import provenance
+from belt_sim.io import ROOT, provenance, write_json
 from belt_sim.show.observers import progress
 from studies.application import application
 from studies.bench.space.explicit import explicit_figures

@@ -12,8 +12,8 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Frame, late_rates
 from belt_sim.jax_setup import prepare
-from belt_sim.si import MM_PER_M
 from belt_sim.space import Options
+from belt_sim.units import MM_PER_M
 from studies.bench.space.task import TASKS, Task, off_the_law
 
 STEADY_SHARE = 0.25  # the last part of a run, at full speed, that gives steps a metre and time a step

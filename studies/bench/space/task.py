@@ -8,10 +8,10 @@ from belt_sim.case import Case, Rig
 from belt_sim.curves import Curves, late_rates
 from belt_sim.line.march import march
 from belt_sim.model import analytic_model
-from belt_sim.si import N_PER_MM2
 from belt_sim.space import Options
 from belt_sim.space.native import SpaceRun
 from belt_sim.space.options import fit_options
+from belt_sim.units import N_PER_MM2
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG, paper_case
 
 

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 
 TENSIONS = "60,61,62,63"  # N/mm2
 CASES = 4

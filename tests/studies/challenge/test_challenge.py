@@ -13,9 +13,9 @@ from small_challenge import FEW, HIDDEN, PATIENCE, answer_of, draw
 
 from belt_sim.campaign import write_campaign
 from belt_sim.errors import InputError
-from belt_sim.files import ROOT, write_json
+from belt_sim.io import ROOT, write_json
 from belt_sim.results.diagnosis import RunSettings
-from belt_sim.si import DEGREE
+from belt_sim.units import DEGREE
 from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.sealed_truth import HASH
 from studies.challenge import baselines

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from belt_sim.errors import InputError
-from belt_sim.files import ROOT
+from belt_sim.io import ROOT
 from studies.paper.__main__ import paper
 from studies.paper.report import answer, criteria, verdicts
 from studies.paper.statements import judge_models

@@ -1,10 +1,17 @@
-"""Where the files of the package stand, and files written so that nothing half-written is ever seen."""
+"""Where the files of the package stand, files written so that nothing half-written is ever seen, and what a result came
+from: versions, commit, command line and the hash of its configuration."""
 
+import hashlib
 import json
 import os
 import re
+import shlex
 import shutil
+import subprocess
+import sys
 from collections.abc import Callable, Mapping
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -147,3 +154,66 @@ def _alive(process: int) -> bool:
     except PermissionError:
         pass
     return True
+
+
+PACKAGES = ("belt-sim", "mujoco", "jax", "numpy", "scipy", "hydra-core")
+
+
+def provenance(config: Any = None) -> dict[str, Any]:
+    """Versions, commit, command line and the hash of a resolved configuration."""
+    return {
+        "versions": {p: version_of(p) for p in PACKAGES} | {"python": sys.version.split()[0]},
+        "commit": _commit(),
+        "command": _command(),
+        "config_sha256": config_hash(config) if config is not None else None,
+    }
+
+
+def config_hash(config: Any) -> str:
+    """SHA-256 of a configuration (mappings, lists, numbers, strings)."""
+    return hashlib.sha256(json.dumps(config, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _command() -> str:
+    """The command line; a study puts ``python -m studies.NAME`` in front, a command of belt-sim its name."""
+    program = sys.argv[0] if sys.argv[0].startswith(("python -m ", "belt-sim ")) else "belt-sim"
+    typed = [a for a in sys.argv[1:] if not a.startswith("hydra.job.name=")]  # the command's name
+    return shlex.join([*program.split(), *typed])
+
+
+@cache
+def version_of(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _commit() -> str | None:
+    """Of the checkout; None for an installed package, whatever repository it may lie in."""
+    return None if INSTALLED or not (ROOT / ".git").exists() else _head(ROOT)
+
+
+@cache
+def _head(checkout: Path) -> str | None:
+    try:
+        done = subprocess.run(
+            ["git", "-C", str(checkout), "rev-parse", "HEAD"], capture_output=True, text=True, timeout=5, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout.strip() or None
+
+
+@cache
+def code_hash() -> str:
+    """SHA-256 of the package's own code."""
+    found = hashlib.sha256()
+    for path in sorted(PACKAGE.rglob("*.py")):
+        found.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return found.hexdigest()
+
+
+def file_hash(path: Path) -> str:
+    """SHA-256 of a file's content."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,50 +1,123 @@
-"""From a configuration to the nouns: units converted and every number checked, before any long work."""
+"""Every number that people state: the ONE table of its bounds, and the way from a configuration to a case, with units
+converted and every number checked before any long work."""
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypedDict
 
 import numpy as np
 
-from belt_sim import plausible, si
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.errors import BeltError, InputError, finite, flag
-from belt_sim.files import CONF, group_names
-from belt_sim.si import UNITS
+from belt_sim.io import CONF, group_names
+from belt_sim.units import DEGREE, N_PER_MM2, UNITS, to_si
 
-MAX_TENSION, MAX_YAW = plausible.TENSION.high, plausible.YAW.high  # [N/mm2], [degrees]
-#: number of a configuration -> its range, in the unit of the configuration
-RANGES: dict[str, tuple[float, float, str]] = {
-    name: (*(float(f"{x * UNITS[bounds.unit][1] / UNITS[unit][1]:.12g}") for x in (bounds.low, bounds.high)), unit)
-    for name, bounds, unit in (
-        ("rig.centre_distance", plausible.CENTRE_DISTANCE, "m"),
-        ("rig.pulley_radius", plausible.RADIUS, "m"),
-        ("belt.width", plausible.WIDTH, "m"),
-        ("belt.thickness", plausible.THICKNESS, "m"),
-        ("belt.youngs_modulus", plausible.YOUNGS_MODULUS, "Pa"),
-        ("belt.density", plausible.DENSITY, "kg/m3"),
-        ("belt.poisson_ratio", plausible.POISSON_RATIO, ""),
-        ("travel", plausible.SIMULATED_TRAVEL, "m"),
-        ("speed", plausible.SPEED, "m/s"),
-        ("model.step", plausible.STEP, "m"),
-        ("model.keep", plausible.KEEP, "m"),
-    )
-} | {"rig.gravity": (0.0, 100.0, "m/s2"), "rig.face_width": (1e-3, 20.0, "m")}
+
+@dataclass(frozen=True)
+class Range:
+    """Bounds of a quantity in ``unit``: low <= value <= high, or low < value when ``open_low``."""
+
+    dimension: str
+    low: float
+    high: float
+    unit: str
+    open_low: bool = False
+
+    def check(self, value: float, unit: str | None = None, *, name: str = "") -> float:
+        """The value in SI; raises InputError for a unit of another kind or an implausible magnitude."""
+        unit = self.unit if unit is None else unit
+        try:
+            si = to_si(value, unit, dimension=self.dimension, name=name)
+        except InputError as error:
+            what = "unknown unit" if unit else "the unit is missing"
+            raise InputError(name, _short(value), unit, f"{what}; {error.remedy}") from None
+        if not self.holds(si):
+            raise InputError(name, _short(value), unit, self._remedy(value, unit))
+        return si
+
+    def holds(self, si: Any) -> Any:
+        """Whether an SI value, or each of an array, lies in the range."""
+        factor = UNITS[self.unit][1]
+        above = si > self.low * factor if self.open_low else si >= self.low * factor
+        return above & (si <= self.high * factor)
+
+    def _remedy(self, value: float, unit: str) -> str:
+        low = f"above {self.low:g} and at most" if self.open_low else f"{self.low:g} to"
+        bounds = f"must be {low} {self.high:g} {self.unit}".rstrip()
+        for other, (dimension, factor) in UNITS.items():
+            ratio = factor / UNITS[unit][1]
+            if dimension == self.dimension != "number" and ratio != 1.0 and self.holds(value * factor) and value:
+                return f"{bounds}; did you mean {_short(value)} {other}, that is {_short(value * ratio)} {unit}?"
+        return f"{bounds}; check the value and its unit"
+
+
+def _short(value: float) -> str:
+    return f"{value:.6g}" if abs(value) < 1e6 else f"{value:.15g}"
+
+
+_RADIUS = Range("length", 5.0, 5000.0, "mm")
+#: The ONE table of bounds, for configurations, data sheets and imports alike: only a slipped unit or a typing error
+#: leaves them.
+BOUNDS = {
+    "centre_distance": Range("length", 0.1, 500.0, "m"),
+    "pulley_radius": _RADIUS,
+    "head_radius": _RADIUS,
+    "tail_radius": _RADIUS,
+    "face_width": Range("length", 1e-3, 20.0, "m"),
+    "gravity": Range("acceleration", 0.0, 100.0, "m/s2"),
+    "width": Range("length", 2.0, 10000.0, "mm"),
+    "thickness": Range("length", 0.005, 50.0, "mm"),
+    "youngs_modulus": Range("stress", 1.0, 1000.0, "GPa"),
+    "density": Range("density", 500.0, 25000.0, "kg/m^3"),
+    "poisson_ratio": Range("number", 0.0, 0.5, ""),
+    "tension": Range("stress", 0.1, 1500.0, "N/mm2"),  # a slacker belt lies on the floor, a tighter one is broken
+    "yaw": Range("angle", -2.0, 2.0, "deg"),  # beyond any steering
+    "speed": Range("speed", 1e-3, 50.0, "m/s"),
+    "direction": Range("number", -1e9, 1e9, ""),  # which of them are directions is said by the reader
+    "travel": Range("length", 0.1, 1e5, "m"),  # that is simulated
+    "step": Range("length", 1e-4, 0.1, "m"),  # of an analytic march, whose records are 0.1 m apart at most
+    "keep": Range("length", 1e-3, 1e3, "m"),
+    "reading_travel": Range("length", 0.0, 20000.0, "m"),
+    "y0": Range("length", -10000.0, 10000.0, "mm"),
+    "time": Range("time", -1e10, 1e10, "s"),
+    "rate": Range("angle", -200.0, 200.0, "mm/m"),
+    "lateral": Range("length", -1000.0, 1000.0, "m"),  # one reading of a signal of this kind
+    "tilt": Range("angle", -1000.0, 1000.0, "rad"),
+    # standard uncertainties
+    "u_yaw_at": Range("length", 0.0, 10.0, "m"),
+    "u_rate": Range("angle", 0.0, 200.0, "mm/m", open_low=True),
+    "u_yaw": Range("angle", 0.0, 0.5, "deg"),
+    "tension_rel": Range("number", 0.0, 0.5, ""),
+    "gain": Range("number", 0.0, 0.5, ""),
+    "wander_length": Range("length", 0.0, 10000.0, "m", open_low=True),
+    "white_lateral": Range("length", 0.0, 1000.0, "mm", open_low=True),
+    "white_tilt": Range("angle", 0.0, 1000.0, "mrad", open_low=True),
+    "error_lateral": Range("length", 0.0, 1000.0, "mm"),  # zero and wander
+    "error_tilt": Range("angle", 0.0, 1000.0, "mrad"),
+}
+#: what a data sheet states of the machine and of the belt
+MACHINE = ("centre_distance", "head_radius", "tail_radius")
+BELT = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
+#: kind of signal -> dimension of its unit
+SIGNAL_DIMENSION = {"lateral": "length", "tilt": "angle"}
+#: unit of a configuration by the dimension of a number; tension and yaw have those of BOUNDS
+_CONF_UNITS = {"length": "m", "stress": "Pa", "density": "kg/m3", "speed": "m/s", "acceleration": "m/s2", "number": ""}
 
 
 def case_from(cfg: Mapping[str, Any]) -> Case:
     """Rig, belt and settings of a configuration; raises InputError naming the first value that cannot be."""
     rig, belt = rig_from(cfg["rig"]), belt_from(cfg["belt"])
     tension = finite("tension", cfg["tension"], "N/mm2")
-    if not (bounds := plausible.TENSION).low <= tension <= bounds.high:
+    if not (bounds := BOUNDS["tension"]).low <= tension <= bounds.high:
         remedy = f"give the tension in N/mm2, from {bounds.low:g} to {bounds.high:g}"
         raise InputError("tension", f"{tension:g}", "N/mm2", remedy)
     direction = finite("direction", cfg["direction"])
     if direction not in (1, -1):
         raise InputError("direction", direction, "", "use 1 or -1")
     settings = Settings(
-        tension=tension * si.N_PER_MM2,
+        tension=tension * N_PER_MM2,
         yaw=schedule_from(cfg["yaw"], "yaw"),
         yaw_head=schedule_from(cfg["yaw_head"], "yaw_head"),
         speed=check_range(cfg, "speed"),
@@ -74,9 +147,7 @@ def case_or_settings(case: Case | None, settings: Mapping[str, Any]) -> Case:
     """``case``, or where it is None the one that ``settings`` describe; raises InputError where both are given."""
     if case is None:
         return make_case(**settings)
-    for name, value in settings.items():
-        if value is None:
-            continue
+    for name, value in ((n, v) for n, v in settings.items() if v is not None):
         raise InputError(name, value, "", "give either a case or its settings")
     return case
 
@@ -151,9 +222,9 @@ def check_switches(command: str, config: Mapping[str, Any]) -> None:
 
 def model_settings(cfg: Mapping[str, Any]) -> Mapping[str, Any]:
     """A ``model`` group, with the lengths of an analytic march within their ranges."""
-    flat = {f"model.{k}": v for k, v in cfg.items() if f"model.{k}" in RANGES}
-    for key in flat:
-        check_range(flat, key)
+    for key in ("step", "keep"):
+        if key in cfg:
+            check_range({f"model.{key}": cfg[key]}, f"model.{key}")
     return cfg
 
 
@@ -164,11 +235,8 @@ def rig_from(asked: Any) -> Rig:
         return cfg
     flat = {f"rig.{k}": v for k, v in cfg.items()}
     centre = check_range(flat, "rig.centre_distance")
-    common = check_range(flat, "rig.pulley_radius")
-    radii = []
-    for key in ("rig.head_radius", "rig.tail_radius"):
-        given = flat.get(key)
-        radii.append(common if given is None else _check_bounds(key, finite(key, given, "m"), "rig.pulley_radius"))
+    common, own = check_range(flat, "rig.pulley_radius"), ("rig.head_radius", "rig.tail_radius")
+    radii = [common if flat.get(key) is None else check_range(flat, key) for key in own]
     if sum(radii) >= centre:
         raise InputError("rig.centre_distance", centre, "m", "the pulleys overlap; move them apart")
     if abs(radii[0] - radii[1]) > 0.1 * centre:
@@ -184,8 +252,7 @@ def belt_from(asked: Any) -> Belt:
     if isinstance(cfg, Belt):
         return cfg
     flat = {f"belt.{k}": v for k, v in cfg.items()}
-    names = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
-    return Belt(**{n: check_range(flat, f"belt.{n}") for n in names})
+    return Belt(**{n: check_range(flat, f"belt.{n}") for n in BELT})
 
 
 def schedule_from(spec: Any, name: str) -> Schedule:
@@ -212,16 +279,15 @@ def schedule_from(spec: Any, name: str) -> Schedule:
 
 
 def check_range(cfg: Mapping[str, Any], key: str) -> float:
-    """A number within RANGES[key]."""
+    """A number of a configuration within its bounds; raises BeltError, InputError."""
     if key not in cfg:
         raise BeltError(f"{key}: is left out; give it a value, {key}=...")
-    return _check_bounds(key, finite(key, cfg[key], RANGES[key][2]), key)
-
-
-def _check_bounds(name: str, value: float, key: str) -> float:
-    low, high, unit = RANGES[key]
+    bounds = BOUNDS[key.rpartition(".")[2]]
+    unit = _CONF_UNITS[bounds.dimension]
+    value, one = finite(key, cfg[key], unit), UNITS.get(bounds.unit, ("", 1.0))[1]
+    low, high = (float(f"{x * one:.12g}") for x in (bounds.low, bounds.high))
     if not low <= value <= high:
-        raise InputError(name, f"{value:g}", unit, f"give a value between {low:g} and {high:g} {unit}".rstrip())
+        raise InputError(key, f"{value:g}", unit, f"give a value between {low:g} and {high:g} {unit}".rstrip())
     return value
 
 
@@ -234,8 +300,8 @@ def _angle(name: str, value: Any) -> float:
         dx, d = (finite(f"{name}.{key}", value[key], "m") for key in ("dx", "d"))
         if d <= 0.0:
             raise InputError(f"{name}.d", f"{d:g}", "m", "give the distance of the axis' ends, above 0")
-        value = math.atan2(2.0 * dx, d) / si.DEGREE
+        value = math.atan2(2.0 * dx, d) / DEGREE
     degrees = finite(name, value, "degrees")
-    if abs(degrees) > MAX_YAW:
-        raise InputError(name, f"{degrees:g}", "degrees", f"give the yaw in degrees, at most {MAX_YAW:g} either way")
-    return degrees * si.DEGREE
+    if abs(degrees) > (most := BOUNDS["yaw"].high):
+        raise InputError(name, f"{degrees:g}", "degrees", f"give the yaw in degrees, at most {most:g} either way")
+    return degrees * DEGREE
