@@ -40,11 +40,11 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.case import Settings as Settings
     from belt_sim.curves import Curves as Curves
     from belt_sim.effects.base import Effect as Effect
-    from belt_sim.effects.library import library as library
+    from belt_sim.effects.base import library as library
     from belt_sim.errors import BeltError as BeltError
     from belt_sim.errors import InputError as InputError
     from belt_sim.jax_setup import prepare as prepare
-    from belt_sim.linear.loop import close_loop as close_loop
+    from belt_sim.linear.plant import close_loop as close_loop
     from belt_sim.model import model_named as model_named
     from belt_sim.model import models as models
     from belt_sim.results.check import Check as Check
@@ -71,11 +71,10 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "belt_sim.case": ("Belt", "Case", "Rig", "Schedule", "Settings"),
     "belt_sim.settings": ("make_case",),
     "belt_sim.curves": ("Curves",),
-    "belt_sim.effects.base": ("Effect",),
-    "belt_sim.effects.library": ("library",),
+    "belt_sim.effects.base": ("Effect", "library"),
     "belt_sim.errors": ("BeltError", "InputError"),
     "belt_sim.jax_setup": ("prepare",),
-    "belt_sim.linear.loop": ("close_loop",),
+    "belt_sim.linear.plant": ("close_loop",),
     "belt_sim.model": ("model_named", "models"),
     "belt_sim.results.check": ("Check",),
     "belt_sim.results.errors": ("Comparison",),

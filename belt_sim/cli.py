@@ -313,7 +313,7 @@ def _new_effect(arguments: Sequence[str]) -> int:
 
 def new_effect(name: str, folder: Path = Path()) -> Path:
     """Write NAME.py, the side wind of models/effects under another name, and return its path."""
-    from belt_sim.effects.library import library
+    from belt_sim.effects.base import library
 
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
         raise InputError("NAME", name, "", "use lower-case letters, digits and _, as in side_wind")

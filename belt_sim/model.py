@@ -15,13 +15,11 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect
 from belt_sim.effects.contact import LiftOff
-from belt_sim.effects.pipeline import as_indicated
 from belt_sim.errors import InputError, finite, flag
 from belt_sim.line import span as span_law
-from belt_sim.line import steady
+from belt_sim.line.hooks import as_indicated
 from belt_sim.line.march import KEEP, STEP, march_driven
-from belt_sim.line.spans import ALL_HOOKS, Composition
-from belt_sim.line.steady import RitzingerFormula
+from belt_sim.line.spans import ALL_HOOKS, Composition, RitzingerFormula, steady_rate
 from belt_sim.units import N_PER_MM2
 
 
@@ -112,7 +110,7 @@ class AnalyticModel(Composition):
 
     def steady_rate(self, case: Case) -> float:
         """Return the late drift w = dy/ds without effects [m/m], in closed form."""
-        return steady.steady_rate(case, self)
+        return steady_rate(case, self)
 
 
 _NO_SPAN = ALL_HOOKS - {"span"}

@@ -4,8 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.line.spans import Composition
-from belt_sim.line.steady import edge_tensions, runup_weights, steady_rate
+from belt_sim.line.spans import Composition, edge_tensions, runup_weights, steady_rate
 
 
 def steady_offsets(case: Case, model: Composition) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.next_run import Outlook
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.io import provenance, write_json
 from belt_sim.model import analytic_model
 from belt_sim.units import DEGREE, N_PER_MM2

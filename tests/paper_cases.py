@@ -9,7 +9,7 @@ import numpy as np
 
 from belt_sim.case import Case, Rig, Schedule
 from belt_sim.curves import Curves
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.jax_setup import least_effort
 from belt_sim.line.march import march_traced
 from belt_sim.model import MODELS, AnalyticModel

@@ -42,8 +42,7 @@ from belt_sim.discovery.describe import describe as describe_discovery
 from belt_sim.discovery.diagnosis_interface import LawSearch, unknown_evidence
 from belt_sim.discovery.march_fit import SearchOutcome, search_law
 from belt_sim.discovery.search_data import search_data_of
-from belt_sim.effects.base import Effect
-from belt_sim.effects.library import library
+from belt_sim.effects.base import Effect, library
 from belt_sim.errors import InputError, flag, whole
 from belt_sim.foresight.doubts import doubts, pairs, visible
 from belt_sim.foresight.sheet_evidence import sheet_evidence

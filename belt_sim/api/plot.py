@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from belt_sim.campaign import Campaign
-from belt_sim.effects.library import library, short_title
+from belt_sim.effects.base import library, short_title
 from belt_sim.errors import InputError
 from belt_sim.model import models
 from belt_sim.results.diagnosis import Diagnosis, Discovery

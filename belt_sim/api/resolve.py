@@ -11,12 +11,11 @@ from belt_sim.campaign.types import Campaign, case_of, sensor_place
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.diagnosis.readings.candidates import default_candidates
-from belt_sim.effects.base import Effect
-from belt_sim.effects.library import library
+from belt_sim.effects.base import Effect, library
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.line.march import KEEP, STEP, march
-from belt_sim.line.steady import RitzingerFormula
+from belt_sim.line.spans import RitzingerFormula
 from belt_sim.model import (
     BY_TENSION,
     LAYER_TENSION,

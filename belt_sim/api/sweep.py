@@ -15,11 +15,12 @@ from belt_sim.api.resolve import analytic_model, by_tension, effects_of, fitted_
 from belt_sim.api.simulate import simulate_one
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates, late_records
-from belt_sim.effects.base import AFTER_ENGINE, Effect, uses
+from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, finite, whole
 from belt_sim.jax_setup import cores, jit_float64, map_in_chunks
+from belt_sim.line.hooks import AFTER_ENGINE, uses
 from belt_sim.line.march import march_traced, plan_steps
-from belt_sim.line.steady import steady_traced
+from belt_sim.line.spans import steady_traced
 from belt_sim.model import KEEP, AnalyticModel, Model
 from belt_sim.settings import case_from, group_from, make_settings, model_settings
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2

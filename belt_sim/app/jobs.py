@@ -134,8 +134,8 @@ def main() -> None:
 def _of_the_library(effects: Sequence[Any]) -> None:
     """Raise InputError for effects that are code, wherever they come from."""
     from belt_sim.app.session import NO_CODE
-    from belt_sim.effects.generic_law import ID as LAW
-    from belt_sim.effects.library import library
+    from belt_sim.effects.base import library
+    from belt_sim.effects.law import ID as LAW
 
     for entry in effects:
         name = str(entry["id"] if isinstance(entry, Mapping) else entry)

@@ -16,7 +16,7 @@ from belt_sim.app.simulate_page import TITLES, effect_title
 from belt_sim.campaign import Campaign
 from belt_sim.campaign.folder import FILES, sheet_tree
 from belt_sim.campaign.types import PLACES
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.errors import BeltError
 from belt_sim.importing.mapping import ROLES
 from belt_sim.io import group_names, sample_campaigns

@@ -23,8 +23,8 @@ from belt_sim.campaign.sheet import FILE as SHEET
 from belt_sim.campaign.sheet import parse
 from belt_sim.campaign.types import CampaignError, Problem, quote
 from belt_sim.diagnosis.examine import BOOTSTRAPS
-from belt_sim.effects.generic_law import ID as LAW
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
+from belt_sim.effects.law import ID as LAW
 from belt_sim.effects.load import entries_of, load_effects, split_entry
 from belt_sim.errors import BeltError, InputError
 from belt_sim.importing import LoggedTables, Proposal, Question, read, understand, write

@@ -11,8 +11,7 @@ from nicegui import run, ui
 from belt_sim.api.simulate import simulate
 from belt_sim.app import widgets
 from belt_sim.app.widgets import labelled_slider
-from belt_sim.effects.base import Parameter
-from belt_sim.effects.library import library, title_of
+from belt_sim.effects.base import Parameter, library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.model import ANALYTIC, model_named
 from belt_sim.results.simulation import Simulation

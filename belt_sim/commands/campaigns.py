@@ -25,9 +25,8 @@ from belt_sim.settings import belt_from, rig_from
 from belt_sim.show.imports import tell_proposal
 from belt_sim.virtual_rig import Truth, make_campaign, write_blind
 from belt_sim.virtual_rig import reveal as reveal_truth
-from belt_sim.virtual_rig.make import BASE
+from belt_sim.virtual_rig.make import BASE, plan_by_number, random_campaign
 from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Plan
-from belt_sim.virtual_rig.random_campaigns import plan_by_number, random_campaign
 
 
 def new(run_dir: RunDir) -> None:

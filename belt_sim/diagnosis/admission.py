@@ -12,11 +12,10 @@ from belt_sim.curves import late_rates
 from belt_sim.diagnosis.fits.linearisation import linearise
 from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.linear_algebra import basis
-from belt_sim.effects.base import Effect, call_hook
-from belt_sim.effects.library import library
-from belt_sim.effects.pipeline import indicate
+from belt_sim.effects.base import Effect, library
 from belt_sim.errors import InputError
 from belt_sim.jax_setup import is_unfused
+from belt_sim.line.hooks import call_hook, indicate
 from belt_sim.line.march import march
 from belt_sim.line.spans import Composition
 from belt_sim.scene_parts import SceneParts

@@ -18,8 +18,7 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.next_run import Rival
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.search import NOTHING, row_of
-from belt_sim.effects.generic_law import GenericLaw
-from belt_sim.effects.law_file import law_entry
+from belt_sim.effects.law import GenericLaw, law_entry
 from belt_sim.io import provenance
 from belt_sim.results.diagnosis import (
     Candidate,

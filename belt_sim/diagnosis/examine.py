@@ -23,8 +23,8 @@ from belt_sim.diagnosis.noise.levels import words_of
 from belt_sim.diagnosis.readings.sensor_places import first_place_inside_span, shapes_a_span, shows_places
 from belt_sim.diagnosis.search import NOTHING, Search, add_fits, begin_search, extend, row_of, run_search, tabulate
 from belt_sim.effects.base import Effect
-from belt_sim.effects.pipeline import as_driven
 from belt_sim.jax_setup import in_float64
+from belt_sim.line.hooks import as_driven
 from belt_sim.line.spans import Composition
 from belt_sim.model import MODELS
 from belt_sim.results.diagnosis import Discovery

@@ -23,7 +23,7 @@ from belt_sim.discovery.latent_input import LatentInput
 from belt_sim.discovery.linear_search import ScoredLaw, cost, exponents_of
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.states import States
-from belt_sim.effects.law_terms import ROLLS, WRAPPED, Form, Law, Term, stop
+from belt_sim.effects.law import ROLLS, WRAPPED, Form, Law, Term, stop
 
 ITERATIONS = 60  # at most; those of a Volterra equation converge
 DAMPING = 0.3  # share of a step, where whole steps do not converge

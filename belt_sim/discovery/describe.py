@@ -12,7 +12,7 @@ from belt_sim.discovery.law_words import formula, looks_like, place_words, sente
 from belt_sim.discovery.march_fit import FEWEST, Estimates, MarchFit, SearchOutcome
 from belt_sim.discovery.selection import LawChoice
 from belt_sim.discovery.states import States
-from belt_sim.effects.law_terms import VARIABLES, Form
+from belt_sim.effects.law import VARIABLES, Form
 from belt_sim.effects.load import save_effects
 from belt_sim.io import provenance
 from belt_sim.results import words

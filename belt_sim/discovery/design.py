@@ -15,9 +15,9 @@ from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.noise.metric import Metric
 from belt_sim.discovery.impulse_responses import CHANNELS, TILT, ImpulseResponses, Y
 from belt_sim.effects.base import Effect
-from belt_sim.effects.law_terms import ROLLS, Place
-from belt_sim.effects.pipeline import true_travel
+from belt_sim.effects.law import ROLLS, Place
 from belt_sim.jax_setup import in_float64
+from belt_sim.line.hooks import true_travel
 
 HIDDEN = 2e-3  # share of a column that must be left beside what is chosen
 CHOSEN = 1e-8  # prior precision of a chosen effect's parameters, in whitened units

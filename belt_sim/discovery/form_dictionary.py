@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from belt_sim.discovery.states import States
-from belt_sim.effects.law_terms import ONE_SIDED, SPAN, STIFFNESS, TENSION, TRAVEL, Form
+from belt_sim.effects.law import ONE_SIDED, SPAN, STIFFNESS, TENSION, TRAVEL, Form
 
 WITH_KNEE = ("saturation", "dead_zone")  # shapes with a knee that are tried of what reads the state
 STEADY = ("constant", "linear", "square_root")

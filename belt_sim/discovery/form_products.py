@@ -15,7 +15,7 @@ from belt_sim.discovery.design import single_precision
 from belt_sim.discovery.form_dictionary import travel_of, variable
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.states import States
-from belt_sim.effects.law_terms import TRAVEL, WRAPPED, Form, Place
+from belt_sim.effects.law import TRAVEL, WRAPPED, Form, Place
 
 CANCELS = 1e-4  # of what its cells do one by one: a column that is smaller is multiplied in double precision
 

@@ -16,10 +16,10 @@ from belt_sim.case import Case
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.readings.programs import ROWS, room_for
-from belt_sim.effects.base import Effect, apply_hook, effect, overrides, parameter
-from belt_sim.effects.law_terms import AT_PULLEYS, BY_THE_BELT, PULLEYS, RELATIVE
-from belt_sim.effects.pipeline import as_driven, true_travel
+from belt_sim.effects.base import Effect, effect, parameter
+from belt_sim.effects.law import AT_PULLEYS, BY_THE_BELT, PULLEYS, RELATIVE
 from belt_sim.jax_setup import PROGRAMS, StoredProgram, in_float64, program_key
+from belt_sim.line.hooks import apply_hook, as_driven, overrides, true_travel
 from belt_sim.line.influence import StretchResponse, stretch_response
 from belt_sim.line.march import march_open, plan_steps
 from belt_sim.line.span import log_of_change, response_by_change

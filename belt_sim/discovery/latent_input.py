@@ -11,7 +11,7 @@ import numpy as np
 
 from belt_sim.campaign import Run
 from belt_sim.discovery.design import DesignMatrices, ResidualProjector
-from belt_sim.effects.law_terms import Place
+from belt_sim.effects.law import Place
 
 KNOTS = 65
 LENGTHS = {0.04: 1, 0.12: 1, 0.4: 2, 1.2: 4}  # of the record; each wants every so manieth knot

@@ -8,7 +8,7 @@ import numpy as np
 from belt_sim.discovery.form_dictionary import form_values
 from belt_sim.discovery.march_fit import Estimates, MarchFit
 from belt_sim.discovery.search_data import SearchData
-from belt_sim.effects.law_terms import ONE_SIDED, SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Law, Term, number_name
+from belt_sim.effects.law import ONE_SIDED, SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Law, Term, number_name
 from belt_sim.results import words
 from belt_sim.results.diagnosis import FoundLaw
 from belt_sim.results.errors import Change

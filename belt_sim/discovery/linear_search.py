@@ -14,7 +14,7 @@ from scipy.optimize import minimize_scalar
 from belt_sim.discovery.design import HIDDEN
 from belt_sim.discovery.form_products import Products, Targets, form_products
 from belt_sim.discovery.search_data import SearchData
-from belt_sim.effects.law_terms import Form, Law, Place, Term
+from belt_sim.effects.law import Form, Law, Place, Term
 
 WITHIN = 6.0  # chi2: a likelihood ratio of 20
 EXPONENTS = (0.0, -1.0, -2.0, 1.0)

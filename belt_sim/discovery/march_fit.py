@@ -20,8 +20,7 @@ from belt_sim.discovery.latent_input import LatentInput
 from belt_sim.discovery.linear_search import WITHIN, ScoredLaw, cost
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import MODELLED, LawChoice, choose_law
-from belt_sim.effects.generic_law import GenericLaw, law_effect
-from belt_sim.effects.law_terms import TRAVEL, Law, SizedLaw, number_name
+from belt_sim.effects.law import TRAVEL, GenericLaw, Law, SizedLaw, law_effect, number_name
 from belt_sim.jax_setup import map_in_threads
 
 ROUND = 2.0  # sigma

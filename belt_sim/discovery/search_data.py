@@ -19,7 +19,7 @@ from belt_sim.discovery.form_dictionary import belt_sections, form_values, rare_
 from belt_sim.discovery.impulse_responses import ImpulseResponses, impulse_responses, span_changes
 from belt_sim.discovery.latent_input import LatentInput, basis_at, latent_inputs
 from belt_sim.discovery.states import States, states_of
-from belt_sim.effects.law_terms import (
+from belt_sim.effects.law import (
     AT_PULLEYS,
     BY_THE_BELT,
     CARRIED,

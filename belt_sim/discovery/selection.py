@@ -29,7 +29,7 @@ from belt_sim.discovery.linear_search import (
     two_term_laws,
 )
 from belt_sim.discovery.search_data import SearchData
-from belt_sim.effects.law_terms import BY_THE_BELT, Form, Law, Place, Term
+from belt_sim.effects.law import BY_THE_BELT, Form, Law, Place, Term
 
 SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
 PLACES, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there

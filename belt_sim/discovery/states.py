@@ -11,7 +11,7 @@ import numpy as np
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.discovery.design import curve_row, span_ends
 from belt_sim.discovery.impulse_responses import MOMENT, ImpulseResponses, SpanChange
-from belt_sim.effects.law_terms import COURSES, ROLLS, SPANS, TRAVEL, WRAPPED, Form, Place
+from belt_sim.effects.law import COURSES, ROLLS, SPANS, TRAVEL, WRAPPED, Form, Place
 from belt_sim.line.influence import stretch_adds, stretch_ends
 
 LITTLE = 1e-6  # size of a law of a stretch, to which its work goes with its size
@@ -94,7 +94,7 @@ class States:
     ) -> np.ndarray:
         """What stretches of another stiffness add to a channel per unit of the ends of the span, (3, R, F, J).
 
-        change (R, F, 1), at, wide (F, 1): the numbers of laws of a stretch (``belt_sim.effects.law_terms``).
+        change (R, F, 1), at, wide (F, 1): the numbers of laws of a stretch (``belt_sim.effects.law``).
         """
         response, found = self.changes[place.relative].stretch, []
         for run, part in enumerate(self.belt_part[:, pulley]):

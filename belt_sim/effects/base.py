@@ -1,48 +1,25 @@
-"""The contract of an effect: a frozen dataclass of SI parameters that changes one of the five laws.
+"""The contract of an effect: a frozen dataclass of SI parameters that changes one of the five laws; and the library.
 
-A new effect is one file: subclass ``Effect``, decorate with ``@effect``, give ``law`` and ``reference``,
-declare its numbers with ``parameter``, and override the hook of its law. Every hook returns its first argument changed;
-with null parameters it must return it unchanged, bit for bit. The hook ``scene`` is the geometric half of an effect: it
-gives the parts of a 3D scene (``belt_sim.scene_parts``) with its own change; the 3D models refuse an effect that acts
-between drive and sensor without it.
+A new effect is one class: subclass ``Effect``, decorate with ``@effect``, give ``law`` and ``reference``,
+declare its numbers with ``parameter``, and override the hook of its law (``belt_sim.line.hooks``). Every hook returns
+its first argument changed; with null parameters it must return it unchanged, bit for bit. The hook ``scene`` is the
+geometric half of an effect: it gives the parts of a 3D scene (``belt_sim.scene_parts``) with its own change; the 3D
+models refuse an effect that acts between drive and sensor without it.
 """
 
+import importlib
+import os
+import pkgutil
 import re
-import traceback
-from collections.abc import Sequence
+import sys
 from dataclasses import dataclass, field, fields
-from pathlib import Path
+from functools import cache
 from typing import Any, ClassVar, dataclass_transform
 
-from belt_sim.case import Case, Settings, pytree
-from belt_sim.errors import BeltError, InputError
-from belt_sim.line.influence import Bend, BoundaryValues
-from belt_sim.line.runup import Contact, Reading, RunOff, RunUp, State, Yaw
-from belt_sim.line.span import Response, Span
-from belt_sim.scene_parts import SceneParts
+from belt_sim.case import Case, pytree
+from belt_sim.errors import InputError
+from belt_sim.line.hooks import HOOKS, LAWS, Hooks
 from belt_sim.units import shop_unit
-
-LAWS = ("span", "run-up", "wrap", "drive", "sensor")
-#: hooks of an effect by who calls them: before an engine, an analytic engine, a 3D engine, after an engine
-BEFORE_ENGINE = ("settings",)
-IN_MARCH = ("span", "hold", "bend", "yaw", "runup", "slide", "wrap")
-IN_SCENE = ("scene",)
-AFTER_ENGINE = ("encoder", "sensor_travel", "sensor")
-HOOKS = (*BEFORE_ENGINE, *IN_MARCH, *IN_SCENE, *AFTER_ENGINE)
-#: the laws that a hook may change; the scene is the geometric half of any of them
-LAW_OF_HOOK = {
-    "settings": ("drive",),
-    "span": ("span",),
-    "hold": ("run-up",),
-    "bend": ("span",),
-    "yaw": ("drive", "run-up", "wrap"),
-    "runup": ("run-up",),
-    "slide": ("run-up",),
-    "wrap": ("wrap",),
-    "encoder": ("sensor",),
-    "sensor_travel": ("sensor",),
-    "sensor": ("sensor",),
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +79,7 @@ CHECK_DIAMETERS = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Effect:
+class Effect(Hooks):
     """Base of all effects; see the module's text."""
 
     #: its name in files and on the command line; empty: of the class, ``YawDrift`` is yaw_drift
@@ -121,67 +98,9 @@ class Effect:
     comes_round: ClassVar[bool] = False
     #: belt revolutions that a record must cover before the effect can be told from a slow movement
     min_revolutions: ClassVar[float] = 0.0
-    #: what a model must have for the effect to act: "moment" (bending moments at the pulleys; such effects are called
-    #: last), "sag" (spans that hang and roll), "width" (a belt that takes couples)
-    needs: ClassVar[frozenset[str]] = frozenset()
-    #: its place in the physical chain among effects that change the same law; the order in which a user names effects
-    #: does not matter
-    stage: ClassVar[int] = 0
     #: how reports tell of it to people at the machine; without one they name the effect and its law
     cause: ClassVar[Cause | None] = None
     parameters: ClassVar[dict[str, Parameter]] = {}
-
-    def settings(self, settings: Settings, case: Case) -> Settings:
-        """Drive law: return the actual tension and yaw schedules for the commanded ones."""
-        return settings
-
-    def span(self, span: Span, case: Case) -> Span:
-        """Span law: return the properties of the span."""
-        return span
-
-    def hold(self, answer: Response, span: Span, case: Case) -> Response:
-        """Run-up law: return the responses of the supported spans; rows (2, 5), span up the tail first."""
-        return answer
-
-    def influence(self, span: Span, case: Case) -> Any:
-        """Return what ``bend`` needs of a span, computed once before a march."""
-        return None
-
-    def bend(self, bend: Bend, boundary: BoundaryValues, known: Any, case: Case) -> Bend:
-        """Span law: return the curvature added inside the spans; known: the result of ``influence``."""
-        return bend
-
-    def yaw(self, yaw: Yaw, state: State, case: Case) -> Yaw:
-        """Drive and run-up law: return the pose of the pulleys at this travel."""
-        return yaw
-
-    def runup(self, runup: RunUp, state: State, case: Case) -> RunUp:
-        """Run-up law: return the terms added to dy/ds and dalpha/ds."""
-        return runup
-
-    def slide(self, contact: Contact, state: State, case: Case) -> Contact:
-        """Run-up law: return the position at the run-ups after the belt has slid on the pulleys, at one instant."""
-        return contact
-
-    def wrap(self, runoff: RunOff, state: State, case: Case) -> RunOff:
-        """Wrap law: return the state of the belt where it leaves the pulleys."""
-        return runoff
-
-    def scene(self, parts: SceneParts, case: Case) -> SceneParts:
-        """3D scene: return the parts from which the scene is built."""
-        return parts
-
-    def encoder(self, travel, case: Case):
-        """Sensor law: return the true belt travel [m] when the encoder shows ``travel`` [m]."""
-        return travel
-
-    def sensor_travel(self, travel, case: Case):
-        """Sensor law: return the belt travel [m] that the lateral sensors show while the belt is at ``travel`` [m]."""
-        return travel
-
-    def sensor(self, reading: Reading, case: Case) -> Reading:
-        """Sensor law: return the indicated readings."""
-        return reading
 
     @classmethod
     def columns(cls, sensor_travel, case: Case):
@@ -213,9 +132,6 @@ def effect(cls):
 
     The class may also be a dataclass already that lists its numbers in ``parameters``.
     """
-    if "seen" in vars(cls):  # what the hook was called in version 0.1
-        cls.sensor_travel = cls.seen
-        del cls.seen
     if "id" not in vars(cls):
         cls.id = re.sub("(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
     if "__dataclass_fields__" not in vars(cls):
@@ -233,61 +149,27 @@ def effect(cls):
     return pytree(cls)
 
 
-def overrides(effect: Effect | type[Effect], hooks: Sequence[str] = HOOKS) -> set[str]:
-    """Return which of ``hooks`` an effect overrides."""
-    cls = effect if isinstance(effect, type) else type(effect)
-    return {hook for hook in hooks if getattr(cls, hook) is not getattr(Effect, hook)}
+@cache
+def library() -> dict[str, type[Effect]]:
+    """Return the effect classes by id, in alphabetical order."""
+    found: dict[str, type[Effect]] = {}
+    for module in pkgutil.iter_modules([os.path.dirname(__file__)]):
+        found |= effects_in(importlib.import_module(f"belt_sim.effects.{module.name}"))
+    return dict(sorted(found.items()))
 
 
-def uses(effects: Sequence[Effect], hook: str) -> list:
-    """Return those of ``effects`` that override ``hook``, in the physical order in which to call them."""
-    return sorted((e for e in effects if overrides(e, (hook,))), key=lambda e: ("moment" in e.needs, e.stage, e.id))
+def title_of(cls: type[Effect]) -> str:
+    """Return an effect in a few words: its title, else the first line of its file."""
+    lines = (sys.modules[cls.__module__].__doc__ or cls.id).strip().splitlines()
+    return cls.title or lines[0].rstrip(".")
 
 
-def apply_hook(effects: Sequence[Effect], hook: str, value: Any, *context: Any) -> Any:
-    """Return ``value`` as those of ``effects`` that override ``hook`` change it, one after another."""
-    for e in uses(effects, hook):
-        value = call_hook(e, hook, value, *context)
-    return value
+def short_title(cls: type[Effect]) -> str:
+    """Return the name of an effect in words: its title up to the colon that an explanation follows."""
+    return title_of(cls).partition(":")[0]
 
 
-def call_hook(effect: Effect, hook: str, *arguments: Any) -> Any:
-    """Return what a hook of an effect returns; an error in a user's own file is an InputError with its line."""
-    path = getattr(type(effect), "source_file", None)
-    function = getattr(effect, hook)
-    if path is None:
-        return function(*arguments)
-    try:
-        answer = function(*arguments)
-    except BeltError:
-        raise
-    except Exception as error:
-        kind = type(error).__name__
-        remedy = _REMEDIES.get(kind) or str(error).splitlines()[0]
-        raise wrong_file(Path(path), line_of(error, Path(path)), f"{hook}: {kind}: {remedy}") from error
-    if answer is None:
-        line = function.__func__.__code__.co_firstlineno
-        raise wrong_file(
-            Path(path), line, f"{hook} returns nothing; end it with return and its first argument, changed"
-        )
-    return answer
-
-
-#: what JAX says of a value that is not there yet -> what to write instead
-_REMEDIES = {
-    "TracerBoolConversionError": "write jnp.where(condition, a, b) for 'if'",
-    "TracerArrayConversionError": "use jax.numpy for numpy",
-    "ConcretizationTypeError": "use jax.numpy, and no float() or int() of it",
-    "TracerIntegerConversionError": "use jax.numpy, and no int() of it",
-}
-
-
-def line_of(error: BaseException, path: Path) -> int:
-    """The last line of the file that an error came through."""
-    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
-    return lines[-1] or 1 if lines else 1
-
-
-def wrong_file(path: Path, line: int, what: str) -> InputError:
-    """What is wrong with a user's own effect file."""
-    return InputError("effects", f"{path}, line {line}", "", what)
+def effects_in(module) -> dict[str, type[Effect]]:
+    """Return the effect classes that a module itself defines, by id."""
+    classes = [v for v in vars(module).values() if isinstance(v, type) and issubclass(v, Effect)]
+    return {c.id: c for c in classes if c.id and c.__module__ == module.__name__}

@@ -11,13 +11,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from belt_sim.effects.base import HOOKS, LAW_OF_HOOK, Effect, line_of, overrides, wrong_file
-from belt_sim.effects.generic_law import ID as LAW
-from belt_sim.effects.generic_law import GenericLaw, law_effect
-from belt_sim.effects.law_file import law_lines, law_of_entry, yaml_number
-from belt_sim.effects.library import effects_in, library
+from belt_sim.effects.base import Effect, effects_in, library
+from belt_sim.effects.law import ID as LAW
+from belt_sim.effects.law import GenericLaw, law_effect, law_lines, law_of_entry, yaml_number
 from belt_sim.errors import InputError, finite
 from belt_sim.io import careful_yaml
+from belt_sim.line.hooks import HOOKS, LAW_OF_HOOK, line_of, overrides, wrong_file
 
 SCHEMA, WITH_LAWS = "belt-effects/1", "belt-effects/2"  # version 2 may hold laws that were found
 BEYOND = 100.0  # times the largest plausible value: more is a slip of the pen

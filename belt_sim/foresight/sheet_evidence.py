@@ -17,7 +17,7 @@ from belt_sim.campaign.sheet_doubts import SheetMistake, sheet_mistakes
 from belt_sim.diagnosis.fits.workbench import linear_response
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.line.spans import Composition
 from belt_sim.model import MODELS
 

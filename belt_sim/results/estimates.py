@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from pydantic import SerializationInfo, model_serializer, model_validator
 
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.results import words
 from belt_sim.units import shop_unit
 

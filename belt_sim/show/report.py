@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.effects.library import library, title_of
+from belt_sim.effects.base import library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.io import write_text
 from belt_sim.results import words

@@ -11,9 +11,9 @@ import numpy as np
 
 from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves, Observer
-from belt_sim.effects.base import IN_MARCH, Effect, call_hook, overrides
-from belt_sim.effects.pipeline import as_indicated, asked_of_engine
+from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.line.hooks import IN_MARCH, as_indicated, asked_of_engine, call_hook, overrides
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.options import CONTACTS, Options, fit_options, refuse_unobeyed
 from belt_sim.units import N_PER_MM2

@@ -53,7 +53,7 @@ def shape(default: float, draw: Callable, grid: Callable = lambda plan: ()) -> A
 class Fault:
     """A departure from the faultless line; parameters are SI numbers or arrays (batch,), and 0 is no fault.
 
-    A fault is the twin of an effect, of the same id (reference_*.py), or unmodelled (unmodelled_*.py). It
+    A fault is the twin of an effect, of the same id (``faults``), or unmodelled. It
     overrides the hooks that it needs; the others change nothing. Every subclass becomes a frozen dataclass, whose
     fields are declared by ``size``, the leading ones first, and ``shape``. Its id comes from its name:
     ``YawOffsetTailFault`` is yaw_offset_tail.

@@ -20,12 +20,10 @@ from belt_sim.show.observers import progress
 from belt_sim.space.options import Options, accurate_speed
 from belt_sim.units import N_PER_MM2
 from belt_sim.virtual_rig.fault import Fault, overrides
-from belt_sim.virtual_rig.hidden_faults import HiddenFaults, specified_hidden
-from belt_sim.virtual_rig.library import CATALOGUE
-from belt_sim.virtual_rig.make import BASES, build_campaign, check_base, check_seed, describe_truth
-from belt_sim.virtual_rig.observe import TrueErrors, add_noise, draw_errors, true_machine
+from belt_sim.virtual_rig.hidden import CATALOGUE, HiddenFaults, specified_hidden
+from belt_sim.virtual_rig.make import BASES, Truth, build_campaign, check_base, check_seed, describe_truth
+from belt_sim.virtual_rig.march import TrueErrors, add_noise, draw_errors, true_machine
 from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting, grid
-from belt_sim.virtual_rig.sealed_truth import Truth
 
 #: A narrow belt, so that the bending stress of its edges, 2 E b beta/L = 5.3 N/mm2 at the yaw below, stays under its
 #: tension, and K L = 0.48 ... 1.17 makes the tension felt; Lambda = 0.41 at 10 N/mm2, 0.002 at 60.
@@ -46,7 +44,7 @@ YAW = 2.5e-4  # [rad]
 TRAVEL, SPACING = 12.0, 0.1  # [m]
 
 #: What the sensors do. They are no better than this on purpose: noise much below what the simulator itself is off by
-#: (stated_error.py) would let a diagnosis see the mesh. The signals are tenths of a millimetre.
+#: (python -m studies.space_error) would let a diagnosis see the mesh. The signals are tenths of a millimetre.
 SENSORS = Noise(
     white=5e-6, zero=1e-5, wander_sd=1e-5, wander_length=2.0, tilt_white=2e-5, tension_rel=0.005, yaw_u=1e-6
 )
@@ -80,7 +78,7 @@ def with_simulator_error(sensors: Noise, engine: str = "native") -> tuple[Noise,
     return stated, f"gain and wander cover the simulator's own error ({gain:.1%} of a reading, {wander * 1e6:g} um)"
 
 
-#: Fine enough for minutes; what it costs in accuracy the campaign file states (stated_error.py).
+#: Fine enough for minutes; what it costs in accuracy the campaign file states (python -m studies.space_error).
 OPTIONS = Options(dx=0.02, run_in=0.0)
 REFERENCE = "belt-sim virtual-rig engine=mujoco: a membrane belt in 3D ({engine}); {error}"
 _SALT_BYTES = 16

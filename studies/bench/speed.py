@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.line.batch import grid, march_many
+from belt_sim.line.march import grid, march_many
 from belt_sim.units import N_PER_MM2
 from studies.bench.delay import DelayEquation
 from studies.bench.plain import plain_march

@@ -11,9 +11,9 @@ import numpy as np
 from belt_sim.campaign import Campaign, Run, SignalSheet, read_campaign, write_campaign
 from belt_sim.results.diagnosis import RESOLVED, RunSettings
 from belt_sim.virtual_rig import Truth
-from belt_sim.virtual_rig.library import fault_from_spec
+from belt_sim.virtual_rig.hidden import fault_from_spec
 from belt_sim.virtual_rig.make import RESOLUTION
-from belt_sim.virtual_rig.observe import TrueErrors, add_noise, observe, true_line
+from belt_sim.virtual_rig.march import TrueErrors, add_noise, observe, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan, setting_from
 from studies.challenge.registry import answerer
 from studies.challenge.score import score_case

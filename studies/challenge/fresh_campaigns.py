@@ -10,14 +10,33 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, Quantity
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig.effect_size import Detectability, detectability_of
-from belt_sim.virtual_rig.hidden_faults import OUTSIDE, REACHED, HiddenFaults, random_hidden
-from belt_sim.virtual_rig.library import BLIND, SPAN, fault_class
-from belt_sim.virtual_rig.make import build_campaign, check_seed, describe_truth, measure_campaign, random_streams
-from belt_sim.virtual_rig.observe import TrueErrors, add_noise, draw_errors, observe, true_line
+from belt_sim.virtual_rig.hidden import (
+    BLIND,
+    OUTSIDE,
+    REACHED,
+    SPAN,
+    Detectability,
+    HiddenFaults,
+    detectability_of,
+    fault_class,
+    random_hidden,
+)
+from belt_sim.virtual_rig.make import (
+    FRESH_KINDS,
+    KINDS,
+    POOL,
+    Truth,
+    build_campaign,
+    check_seed,
+    describe_truth,
+    measure_campaign,
+    plan_by_number,
+    random_plan,
+    random_streams,
+    true_noise,
+)
+from belt_sim.virtual_rig.march import TrueErrors, add_noise, draw_errors, observe, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan
-from belt_sim.virtual_rig.random_campaigns import FRESH_KINDS, KINDS, POOL, plan_by_number, random_plan, true_noise
-from belt_sim.virtual_rig.sealed_truth import Truth
 
 #: Plans by name, and how many there are of each.
 FRESH_PLANS = ("stiff_short", "wide_thick", "drift_before", "anywhere")

@@ -20,9 +20,8 @@ from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.readings.samples import samples_of
 from belt_sim.units import MM
 from belt_sim.virtual_rig import Truth
-from belt_sim.virtual_rig.effect_size import detectability_of
-from belt_sim.virtual_rig.library import CATALOGUE, fault_from_spec
-from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
+from belt_sim.virtual_rig.hidden import CATALOGUE, detectability_of, fault_from_spec
+from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan, setting_from
 from studies.challenge.score import error_of
 

@@ -18,7 +18,7 @@ import numpy as np
 from belt_sim.io import ROOT, provenance, write_text
 from belt_sim.results.words import join_words
 from belt_sim.show.report import BLIND_TESTS
-from belt_sim.virtual_rig.effect_size import ALIKE
+from belt_sim.virtual_rig.hidden import ALIKE
 from studies.challenge.pictures import confusion_picture, reliability_picture
 from studies.challenge.registry import OWN
 from studies.challenge.score import CRASH, NAMING, STOPS, HeldBack, ScoredCase, score_case

@@ -14,7 +14,7 @@ from typing import Any
 from belt_sim.campaign import read_campaign, write_campaign
 from belt_sim.errors import InputError
 from belt_sim.io import write_json
-from belt_sim.virtual_rig.sealed_truth import HASH, SEALED, Truth, reveal, seal
+from belt_sim.virtual_rig.make import HASH, SEALED, Truth, reveal, seal
 from studies.challenge.registry import ABLATIONS, answerer, source
 from studies.challenge.score import CRASH
 

@@ -9,7 +9,7 @@ from typing import Any
 from belt_sim.errors import InputError
 from belt_sim.io import read_json
 from belt_sim.jax_setup import cores
-from belt_sim.virtual_rig.sealed_truth import SEALED, reveal
+from belt_sim.virtual_rig.make import SEALED, reveal
 from studies.challenge.pool import share
 from studies.challenge.registry import ANSWERS, SOURCES
 from studies.challenge.run_case import Task, crash_answer, run_case, write_result

@@ -6,7 +6,7 @@ from enum import StrEnum
 from typing import Any
 
 from belt_sim.units import MM
-from belt_sim.virtual_rig.effect_size import ALIKE
+from belt_sim.virtual_rig.hidden import ALIKE
 from studies.challenge.laws import law_right, place_right
 
 SURE = 0.9  # probability from which a name is said with confidence

@@ -4,11 +4,9 @@ import numpy as np
 
 from belt_sim.campaign import Campaign
 from belt_sim.space import Options
-from belt_sim.virtual_rig.effect_size import detectability_of, scale_to_size
-from belt_sim.virtual_rig.hidden_faults import SIZES, HiddenFaults, random_fault
-from belt_sim.virtual_rig.make import check_seed
+from belt_sim.virtual_rig.hidden import SIZES, HiddenFaults, detectability_of, random_fault, scale_to_size
+from belt_sim.virtual_rig.make import Truth, check_seed
 from belt_sim.virtual_rig.plan import Plan, grid
-from belt_sim.virtual_rig.sealed_truth import Truth
 from belt_sim.virtual_rig.space import (
     NARROW_BELT,
     OPTIONS,

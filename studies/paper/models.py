@@ -15,7 +15,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.line.influence import span_fields
-from belt_sim.line.steady import ritzinger_rate
+from belt_sim.line.spans import ritzinger_rate
 from belt_sim.model import AnalyticModel, analytic_model
 from belt_sim.show.style import AMBER, BLUE, FAINT, GREEN, INK, PINK, RED, SKY
 from belt_sim.units import MM, MM_PER_M, N_PER_MM2

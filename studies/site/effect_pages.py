@@ -11,8 +11,8 @@ from sphinx.application import Sphinx
 from sphinx.util.nodes import nested_parse_with_titles
 
 from belt_sim.diagnosis.readings.candidates import ONLY_WHEN_NAMED
-from belt_sim.effects.base import HOOKS, Effect, overrides
-from belt_sim.effects.library import library, title_of
+from belt_sim.effects.base import Effect, library, title_of
+from belt_sim.line.hooks import HOOKS, overrides
 from studies.site.effect_table import table
 
 

@@ -1,8 +1,7 @@
 """The model x effect table, computed for the site: which model can represent which effect."""
 
 from belt_sim.diagnosis.readings.candidates import ONLY_WHEN_NAMED
-from belt_sim.effects.base import Effect
-from belt_sim.effects.library import library
+from belt_sim.effects.base import Effect, library
 from belt_sim.model import ANALYTIC, Model, SteadyModel, model_named
 
 CAN, HAS, CANNOT = "yes", "built in", "-"

@@ -14,7 +14,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.io import ROOT
 
 TESTS, PAGE = ROOT / "tests", ROOT / "docs" / "how_far.md"

@@ -8,15 +8,15 @@ from paper_cases import BELT, RIG, YAW, affected, marched, only, paper_case, ste
 
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
-from belt_sim.effects.pipeline import indicate
 from belt_sim.effects.pulley_shape import PulleyDeflection
 from belt_sim.effects.sensors import EncoderScale
-from belt_sim.effects.span_stiffness import Shear
+from belt_sim.effects.span import Shear
 from belt_sim.effects.yaw import UnequalTension
+from belt_sim.line.hooks import indicate
 from belt_sim.line.march import march
 from belt_sim.line.runup import sag_angle
 from belt_sim.line.span import beam_second_order, response
-from belt_sim.line.steady import steady_rate
+from belt_sim.line.spans import steady_rate
 from belt_sim.model import analytic_model
 from belt_sim.scene_parts import SceneParts
 from studies.closed_forms import shelton_factor, taper_gain

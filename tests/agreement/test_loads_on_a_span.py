@@ -9,8 +9,7 @@ from paper_cases import RIG, YAW, affected, paper_case
 
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
-from belt_sim.effects.span_loads import IdlerSkew, MachineTilt, OffCentreLoad, SideDrag
-from belt_sim.effects.span_stiffness import Shear
+from belt_sim.effects.span import IdlerSkew, MachineTilt, OffCentreLoad, Shear, SideDrag
 from belt_sim.errors import CannotRepresent
 from belt_sim.line.influence import couple_at, force_at, span_fields, spread_force, spread_roll
 from belt_sim.line.march import march

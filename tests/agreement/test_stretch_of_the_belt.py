@@ -11,15 +11,14 @@ import pytest
 from paper_cases import paper_case
 
 import belt_sim as bs
-from belt_sim.effects.generic_law import law_effect
-from belt_sim.effects.law_terms import Form, Law, SizedLaw, Term, fixed_places
+from belt_sim.effects.law import Form, Law, SizedLaw, Term, fixed_places, law_effect
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.influence import stretch_adds, stretch_response
 from belt_sim.line.span import strip
 from belt_sim.model import analytic_model
-from belt_sim.virtual_rig.library import fault_from_spec
+from belt_sim.virtual_rig.hidden import fault_from_spec
 from belt_sim.virtual_rig.line import DOUBLINGS, Sections, solve_varied_span
-from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
+from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan
 
 TENSION, TIGHT = 5.0, 40.0  # N/mm2: the coupling of bending and roll is strong, and bends fade away within a stretch

@@ -8,9 +8,8 @@ from paper_cases import YAW, marched, paper_case, steered
 
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates, offsets
-from belt_sim.line.batch import grid, march_many
-from belt_sim.line.march import march
-from belt_sim.line.steady import steady_rate
+from belt_sim.line.march import grid, march, march_many
+from belt_sim.line.spans import steady_rate
 from belt_sim.model import analytic_model
 from studies.bench.plain import plain_march
 from studies.bench.task import errors, linear, truth

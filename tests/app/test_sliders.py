@@ -7,7 +7,7 @@ pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-
 
 from belt_sim.api.simulate import simulate
 from belt_sim.app.simulate_page import choices, reach, simulate_sliders, warnings
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.line import march
 
 TAPER = {"taper": {"kappa_t": 2e-5}}

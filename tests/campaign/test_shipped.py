@@ -6,7 +6,7 @@ from belt_sim.campaign import read_campaign
 from belt_sim.campaign.folder import campaign_folder
 from belt_sim.campaign.types import CampaignError
 from belt_sim.io import CAMPAIGNS, sample_campaigns
-from belt_sim.virtual_rig.sealed_truth import reveal
+from belt_sim.virtual_rig.make import reveal
 
 
 def test_a_shipped_campaign_needs_no_path(tmp_path, monkeypatch):

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 from paper_cases import LANES, YAW, marched, paper_case
 
-from belt_sim.effects.base import HOOKS, LAWS, Effect, uses
-from belt_sim.effects.library import library
-from belt_sim.effects.pipeline import indicate
-from belt_sim.effects.span_stiffness import SagRoll
+from belt_sim.effects.base import Effect, library
+from belt_sim.effects.span import SagRoll
 from belt_sim.jax_setup import least_effort
 from belt_sim.line import span as span_law
+from belt_sim.line.hooks import HOOKS, LAWS, indicate, uses
 from belt_sim.line.influence import Bend, BoundaryValues
 from belt_sim.line.march import march, march_traced
 from belt_sim.line.runup import Contact, Reading, RunOff, RunUp, State, Yaw

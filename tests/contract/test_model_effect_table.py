@@ -3,7 +3,7 @@
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.line.march import march
 from belt_sim.model import MODELS, analytic_model, model_named

@@ -10,7 +10,7 @@ from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.heldout import Condition, held_out, shrink_harmonics
 from belt_sim.diagnosis.fits.plausibility import prior_sigma
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 
 HARMONICS = 16
 EDGE = [library()["edge_profile"]]

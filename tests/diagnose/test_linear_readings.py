@@ -11,8 +11,7 @@ from belt_sim.diagnosis.fits.workbench import workbench
 from belt_sim.diagnosis.readings.additive_effects import select_addable
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
-from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.effects.library import library
+from belt_sim.effects.base import Effect, Parameter, effect, library
 from studies.paper.case import TEST_RIG
 
 NAMES = ("edge_profile", "encoder_scale", "sensor_delay", "sensor_gain")

@@ -11,13 +11,12 @@ from belt_sim.api.resolve import fitted_model
 from belt_sim.campaign import case_of, read_campaign, write_campaign
 from belt_sim.diagnosis.readings.forward import Forward
 from belt_sim.diagnosis.readings.samples import samples_of
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.errors import BeltError
 from belt_sim.units import DEGREE, N_PER_MM2
-from belt_sim.virtual_rig.hidden_faults import specified_hidden
+from belt_sim.virtual_rig.hidden import specified_hidden
 from belt_sim.virtual_rig.make import make_campaign
-from belt_sim.virtual_rig.march import march
-from belt_sim.virtual_rig.observe import TrueErrors, true_line
+from belt_sim.virtual_rig.march import TrueErrors, march, true_line
 from belt_sim.virtual_rig.plan import Plan, RunSetting
 
 STRIP, ROPE, BEAM_TH1, BEAM_TH2 = map(fitted_model, ("strip", "rope", "beam_th1", "beam_th2"))

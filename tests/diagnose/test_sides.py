@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from belt_sim.diagnosis.readings.parameter_vector import Slot
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 
 SHAPES = [(e, n) for e in library().values() for n, p in e.parameters.items() if p.modifier]
 

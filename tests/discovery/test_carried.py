@@ -14,7 +14,7 @@ from belt_sim.discovery.law_words import formula, sentence
 from belt_sim.discovery.linear_search import ScoredLaw
 from belt_sim.discovery.search_data import SearchData, campaign_places
 from belt_sim.discovery.selection import _laws_at_other_places, choose_law
-from belt_sim.effects.law_terms import Form, Law, Term
+from belt_sim.effects.law import Form, Law, Term
 from belt_sim.results.errors import Change
 from studies.challenge.laws import generator_place, pairs
 

@@ -7,7 +7,7 @@ import pytest
 from small_discovery import effect_of, fitted, forward_with, surveyed
 
 from belt_sim.discovery.impulse_responses import Pulse
-from belt_sim.effects.law_terms import Form, Law, Term
+from belt_sim.effects.law import Form, Law, Term
 
 SAME = 0.999  # cosine; cells of 0.2 m against steps of 0.1 m leave a few per mille
 SIZE = 0.01

@@ -5,7 +5,7 @@ import pytest
 from small_discovery import marched, surveyed
 
 from belt_sim.discovery.closed_loop import fit_closed_loop, solve_loop, states_of_fit
-from belt_sim.effects.law_terms import Form, Law, Term, stop
+from belt_sim.effects.law import Form, Law, Term, stop
 
 #: a crown that steers the belt [1/m^2], and a belt that slides by much of its angle: what they make is not what the
 #: base model's states would

@@ -9,7 +9,7 @@ from small_discovery import surveyed
 from belt_sim.discovery.closed_loop import fit_closed_loop
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law, laws_with_both_slopes
-from belt_sim.effects.law_terms import Form, Law, Term
+from belt_sim.effects.law import Form, Law, Term
 
 
 def made_with(*terms: tuple[str, Form, float]) -> SearchData:

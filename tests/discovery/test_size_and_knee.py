@@ -9,7 +9,7 @@ from small_discovery import surveyed
 from belt_sim.discovery.law_words import sentence
 from belt_sim.discovery.linear_search import ScoredLaw
 from belt_sim.discovery.march_fit import MarchFit
-from belt_sim.effects.law_terms import Form, Law, LawNumber, Term
+from belt_sim.effects.law import Form, Law, LawNumber, Term
 from belt_sim.results.errors import Change
 
 SIZE, KNEE, U = -1.6, 2e-6, 0.02

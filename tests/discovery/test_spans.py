@@ -8,7 +8,7 @@ from small_discovery import both_ways, marched, surveyed
 from belt_sim.discovery.closed_loop import solve_loop
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
-from belt_sim.effects.law_terms import Form, Law, Term
+from belt_sim.effects.law import Form, Law, Term
 
 WAVE = Form("none", course="wave", at=3.0)
 SIZES = [2e-6, 1e-6]

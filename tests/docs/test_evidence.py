@@ -1,6 +1,6 @@
 """docs/how_far.md says of every effect what was checked: the table is made of the tests' own markers."""
 
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from studies.site.evidence import BEGIN, END, INDEPENDENT, PAGE, evidence, table
 
 

@@ -5,7 +5,7 @@ import re
 import pytest
 
 import belt_sim as bs
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.io import ROOT
 from studies.site.effect_pages import text
 from studies.site.mathml import mathml

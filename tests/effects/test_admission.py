@@ -10,8 +10,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "diagnose"))
 from small_campaign import MODEL, campaign
 
 from belt_sim.diagnosis import admission
-from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.effects.library import library
+from belt_sim.effects.base import Effect, Parameter, effect, library
 from belt_sim.effects.load import load_classes
 from belt_sim.errors import InputError
 from belt_sim.io import MODELS

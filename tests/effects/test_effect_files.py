@@ -3,7 +3,7 @@
 import jax
 import pytest
 
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.effects.load import load_classes, load_effects, save_effects
 from belt_sim.errors import BeltError
 from belt_sim.io import MODELS

@@ -5,7 +5,7 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim.curves import late_rates
-from belt_sim.effects.span_stiffness import Flatness
+from belt_sim.effects.span import Flatness
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.span import response_by_change, strip, thin_strip_torsion, with_change
 from belt_sim.model import analytic_model

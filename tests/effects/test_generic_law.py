@@ -11,10 +11,7 @@ import yaml
 
 import belt_sim as bs
 from belt_sim.api.resolve import effects_of
-from belt_sim.effects.base import overrides
-from belt_sim.effects.generic_law import law_effect
-from belt_sim.effects.law_file import law_entry, law_of_entry, yaml_number
-from belt_sim.effects.law_terms import (
+from belt_sim.effects.law import (
     COURSES,
     ONE_SIDED,
     SHAPES,
@@ -25,9 +22,14 @@ from belt_sim.effects.law_terms import (
     SizedLaw,
     Term,
     fixed_places,
+    law_effect,
+    law_entry,
+    law_of_entry,
+    yaml_number,
 )
 from belt_sim.effects.load import load_effects, save_effects
 from belt_sim.errors import BeltError, CannotRepresent
+from belt_sim.line.hooks import overrides
 from belt_sim.model import analytic_model
 from belt_sim.results.diagnosis import FoundEffect
 from belt_sim.scene_parts import SceneParts

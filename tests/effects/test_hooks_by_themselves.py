@@ -10,7 +10,7 @@ from paper_cases import BELT, RIG, paper_case
 
 from belt_sim.effects.belt_shape import Weld
 from belt_sim.effects.load import load_classes
-from belt_sim.effects.span_stiffness import Shear
+from belt_sim.effects.span import Shear
 from belt_sim.effects.yaw import Wobble
 from belt_sim.io import ROOT
 from belt_sim.jax_setup import in_float64

@@ -12,7 +12,7 @@ from paper_cases import paper_case
 
 from belt_sim import cli
 from belt_sim.cli import use_one_blas_thread
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.io import ROOT
 from belt_sim.model import model_named
 
@@ -48,7 +48,7 @@ print(json.dumps([len(names), [a for a, b in zip(before.split(","), after.split(
 RUN_UNPREPARED = """
 import json
 from paper_cases import paper_case
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.model import model_named
 import jax.numpy as jnp
 play = library()["yaw_backlash"](half=1e-4)

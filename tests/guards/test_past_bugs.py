@@ -5,7 +5,7 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim.curves import Curves, late_rates
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.errors import InputError
 from belt_sim.line.march import march
 from belt_sim.model import analytic_model

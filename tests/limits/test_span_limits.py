@@ -8,7 +8,7 @@ from paper_cases import paper_case
 from scipy.integrate import solve_bvp
 
 from belt_sim.line import span as law
-from belt_sim.line.steady import runup_weights, steady_rate
+from belt_sim.line.spans import runup_weights, steady_rate
 from belt_sim.model import analytic_model
 from studies.closed_forms import shelton_factor, sievers_coefficients
 

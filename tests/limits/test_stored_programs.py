@@ -6,8 +6,7 @@ import jax
 import numpy as np
 import pytest
 
-from belt_sim.effects.base import Effect, effect, parameter
-from belt_sim.effects.library import library
+from belt_sim.effects.base import Effect, effect, library, parameter
 from belt_sim.jax_setup import TRACED, StoredProgram, program_key
 from belt_sim.model import MODELS
 

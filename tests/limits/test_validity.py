@@ -10,7 +10,7 @@ from belt_sim.api.resolve import validity_limits, validity_warnings
 from belt_sim.api.simulate import simulate
 from belt_sim.campaign import read_campaign
 from belt_sim.case import Rig, Schedule
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.io import ROOT
 from belt_sim.model import MODELS
 from belt_sim.results.json import summary_json

@@ -6,7 +6,7 @@ from paper_cases import YAW, marched, paper_case
 
 from belt_sim.curves import late_rates
 from belt_sim.line.span import sag_softening
-from belt_sim.line.steady import RitzingerFormula, steady_rate
+from belt_sim.line.spans import RitzingerFormula, steady_rate
 from belt_sim.model import analytic_model
 from studies.closed_forms import shelton_factor, sievers_coefficients
 

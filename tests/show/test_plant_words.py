@@ -8,7 +8,7 @@ import pytest
 from small_campaign import drawn
 
 from belt_sim.campaign import Suspicion
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.results.diagnosis import RESOLVED, Estimate, Explanation, FoundEffect, NextRun, Verdict
 from belt_sim.results.estimates import Machine, number_texts
 from belt_sim.show.report import HERE, LIKELY, plant_card, plant_headline, render, sureness

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.effects.span_stiffness import Flatness
+from belt_sim.effects.span import Flatness
 from belt_sim.errors import CannotRepresent
 from belt_sim.jax_setup import in_float64
 from belt_sim.space import Options

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from paper_cases import YAW, paper_case
 
-from belt_sim.effects.span_loads import EdgeGuide
+from belt_sim.effects.span import EdgeGuide
 from belt_sim.line.march import march
 from belt_sim.model import analytic_model
 from belt_sim.space import Options

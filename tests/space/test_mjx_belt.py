@@ -14,7 +14,7 @@ from belt_sim.case import Schedule
 from belt_sim.effects.belt_shape import Camber
 from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.pulley_shape import Taper
-from belt_sim.effects.span_loads import MachineTilt
+from belt_sim.effects.span import MachineTilt
 from belt_sim.effects.yaw import Cant, YawCompliance
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.jax_setup import in_float64, least_effort

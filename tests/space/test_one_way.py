@@ -10,9 +10,8 @@ from belt_sim.curves import curves_columns
 from belt_sim.effects.belt_shape import Camber, Weld
 from belt_sim.effects.pulley_shape import Crown, Taper
 from belt_sim.effects.sensors import EncoderScale, SensorGain
-from belt_sim.effects.span_loads import EdgeGuide
-from belt_sim.effects.tension import TensionBias
-from belt_sim.effects.yaw import Cant, YawOffsetTail
+from belt_sim.effects.span import EdgeGuide
+from belt_sim.effects.yaw import Cant, TensionBias, YawOffsetTail
 from belt_sim.space import Options
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.native import simulate

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.effects.library import library
-from belt_sim.effects.span_loads import IdlerSkew, SideDrag
-from belt_sim.effects.span_stiffness import Shear
+from belt_sim.effects.base import library
+from belt_sim.effects.span import IdlerSkew, Shear, SideDrag
 from belt_sim.effects.yaw import Cant
 from belt_sim.jax_setup import in_float64
 from belt_sim.model import analytic_model

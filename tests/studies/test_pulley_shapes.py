@@ -2,7 +2,7 @@
 
 import pytest
 
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from studies.pulley_shapes import SHAPES, change
 
 RATE = 0.03  # of the late rate, in 4 m that the belt has hardly settled in

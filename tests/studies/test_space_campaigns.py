@@ -13,9 +13,9 @@ from belt_sim.campaign import read_campaign
 from belt_sim.io import CAMPAIGNS
 from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.fault import overrides
-from belt_sim.virtual_rig.library import fault_from_spec
+from belt_sim.virtual_rig.hidden import fault_from_spec
 from belt_sim.virtual_rig.make import check_base
-from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
+from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.space import OWN_ERROR, SENSORS, space_plan, with_simulator_error
 from studies.challenge.space_campaigns import SETTINGS, space_setting
 from studies.samples import SPACE_SAMPLES

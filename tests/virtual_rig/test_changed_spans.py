@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from virtual_bench import ARC, SPAN, YAW, measured, plan_of
 
-from belt_sim.virtual_rig.library import SPAN as NAMES
-from belt_sim.virtual_rig.library import UNMODELLED, fault_class
+from belt_sim.virtual_rig.hidden import SPAN as NAMES
+from belt_sim.virtual_rig.hidden import UNMODELLED, fault_class
 from belt_sim.virtual_rig.line import DOUBLINGS, Sections
-from belt_sim.virtual_rig.observe import TrueErrors, true_line
+from belt_sim.virtual_rig.march import TrueErrors, true_line
 from belt_sim.virtual_rig.plan import RunSetting
 
 ROUNDING = 1e-9  # relative, of two ways to eliminate the same nodes

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from virtual_bench import YAW, plan_of
 
-from belt_sim.effects.library import library
+from belt_sim.effects.base import library
 from belt_sim.scene_parts import SceneParts
 from belt_sim.virtual_rig.fault import overrides
-from belt_sim.virtual_rig.library import CATALOGUE, RANDOM_LIBRARY, UNMODELLED
+from belt_sim.virtual_rig.hidden import CATALOGUE, RANDOM_LIBRARY, UNMODELLED
 from belt_sim.virtual_rig.make import BASES
-from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
+from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan, RunSetting
 from belt_sim.virtual_rig.space import true_cases
 

@@ -7,8 +7,8 @@ import pytest
 from virtual_bench import ARC, SPAN, YAW, plan_of
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig.library import fault_class
-from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
+from belt_sim.virtual_rig.hidden import fault_class
+from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import RunSetting
 from studies.challenge.fresh_campaigns import (
     FRESH_MIX,

@@ -19,7 +19,7 @@ from belt_sim.virtual_rig.faults import (
     YawDriftFault,
     YawOffsetTailFault,
 )
-from belt_sim.virtual_rig.hidden_faults import random_fault
+from belt_sim.virtual_rig.hidden import random_fault
 
 FORCE = 40e6 * 0.2 * 3e-4  # [N]
 LINEAR = 1e5  # [s]

@@ -13,7 +13,7 @@ from belt_sim.virtual_rig.faults import (
     SideDragFault,
 )
 from belt_sim.virtual_rig.line import couple_at, force_at, uniform_force, uniform_roll_couple
-from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
+from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan, RunSetting
 
 EXACT = 1e-5  # relative: 64 cubic elements a span

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from belt_sim.virtual_rig import Noise, Plan, RunSetting, make_campaign
-from belt_sim.virtual_rig.effect_size import detectability_of, scale_to_size
-from belt_sim.virtual_rig.library import fault_from_spec
-from belt_sim.virtual_rig.observe import TrueErrors, draw_errors, stated_data, true_line
+from belt_sim.virtual_rig.hidden import detectability_of, fault_from_spec, scale_to_size
+from belt_sim.virtual_rig.march import TrueErrors, draw_errors, stated_data, true_line
 
 RUNS = 200
 STILL = Plan(runs=tuple(RunSetting(tension=20e6, yaw=0.0) for _ in range(RUNS)), length=30.0, spacing=0.5)

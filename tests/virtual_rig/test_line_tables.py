@@ -8,7 +8,7 @@ from belt_sim.campaign import Quantity
 from belt_sim.units import MM, MM_PER_M, N_PER_MM2
 from belt_sim.virtual_rig import march
 from belt_sim.virtual_rig.line import solve_span
-from belt_sim.virtual_rig.observe import TrueErrors, true_line
+from belt_sim.virtual_rig.march import TrueErrors, true_line
 from belt_sim.virtual_rig.plan import RunSetting
 
 LATE_TOLERANCE = 1e-3  # the sheet's tables carry four digits

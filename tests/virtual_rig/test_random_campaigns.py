@@ -7,10 +7,17 @@ import pytest
 
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig import Noise, random_campaign
-from belt_sim.virtual_rig.effect_size import LibrarySignatures, detectability_of
-from belt_sim.virtual_rig.hidden_faults import MIX, OUTSIDE
-from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT, UNMODELLED, fault_from_spec
-from belt_sim.virtual_rig.random_campaigns import KINDS, POOL, plan_by_number, true_noise
+from belt_sim.virtual_rig.hidden import (
+    BLIND,
+    DEVELOPMENT,
+    MIX,
+    OUTSIDE,
+    UNMODELLED,
+    LibrarySignatures,
+    detectability_of,
+    fault_from_spec,
+)
+from belt_sim.virtual_rig.make import KINDS, POOL, plan_by_number, true_noise
 
 PLANS = [plan_by_number(k) for k in range(POOL)]
 QUICK = min(range(POOL), key=lambda k: len(PLANS[k][1].runs) * PLANS[k][1].length)

@@ -4,9 +4,16 @@ import numpy as np
 import pytest
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig import Plan, RunSetting, hidden_faults, make_campaign
-from belt_sim.virtual_rig.hidden_faults import CORRUPTIONS, MIX, random_fault, random_noise
-from belt_sim.virtual_rig.library import CATALOGUE, RANDOM_LIBRARY, UNMODELLED
+from belt_sim.virtual_rig import Plan, RunSetting, hidden, make_campaign
+from belt_sim.virtual_rig.hidden import (
+    CATALOGUE,
+    CORRUPTIONS,
+    MIX,
+    RANDOM_LIBRARY,
+    UNMODELLED,
+    random_fault,
+    random_noise,
+)
 from belt_sim.virtual_rig.plan import Noise
 
 SMALL = Plan(
@@ -24,22 +31,22 @@ def test_the_mix_is_complete_and_unmodelled_faults_are_many():
 
 @pytest.mark.parametrize("kind", MIX)
 def test_every_kind_makes_a_campaign(kind, monkeypatch):
-    monkeypatch.setattr(hidden_faults, "MIX", {kind: 1.0})
+    monkeypatch.setattr(hidden, "MIX", {kind: 1.0})
     campaign, truth = make_campaign(hidden="random", seed=11, plan=SMALL)
     assert truth.kind == kind
     assert all(np.all(np.isfinite(run.signals["y1"])) for run in campaign.runs)
     expected = {"nothing": 0, "dirty": 0, "two": 2}.get(kind, 1)
     assert len(truth.effects) == expected
     if kind == "library":
-        assert min(abs(truth.effects[0]["d"] - d) for d in hidden_faults.SIZES) < 0.2 * truth.effects[0]["d"]
+        assert min(abs(truth.effects[0]["d"] - d) for d in hidden.SIZES) < 0.2 * truth.effects[0]["d"]
         assert truth.effects[0]["id"] in {c.id for c in RANDOM_LIBRARY if not c.part_of}
     if kind == "outside":
         assert truth.effects[0]["id"] in UNMODELLED
         assert truth.distance is not None
-        assert truth.distance > 0.5 * hidden_faults.OUTSIDE[0]
+        assert truth.distance > 0.5 * hidden.OUTSIDE[0]
         assert truth.lookalikes == []
     if kind == "below_noise":
-        assert truth.effects[0]["d"] <= hidden_faults._BELOW[1]
+        assert truth.effects[0]["d"] <= hidden._BELOW[1]
     if kind == "dirty":
         assert truth.dirty is not None
 

@@ -10,7 +10,7 @@ import pytest
 from belt_sim.campaign import read_campaign
 from belt_sim.errors import BeltError
 from belt_sim.virtual_rig import Plan, make_campaign, reveal, write_blind
-from belt_sim.virtual_rig.sealed_truth import HASH, SEALED
+from belt_sim.virtual_rig.make import HASH, SEALED
 
 SHORT = Plan(length=5.0, spacing=0.5)
 

@@ -11,8 +11,8 @@ from belt_sim.errors import BeltError, InputError
 from belt_sim.scene_parts import PulleySurface, Push, SceneParts
 from belt_sim.space.options import Options
 from belt_sim.virtual_rig import reveal, write_blind
-from belt_sim.virtual_rig.library import fault_from_spec
-from belt_sim.virtual_rig.observe import TrueErrors
+from belt_sim.virtual_rig.hidden import fault_from_spec
+from belt_sim.virtual_rig.march import TrueErrors
 from belt_sim.virtual_rig.plan import RunSetting
 from belt_sim.virtual_rig.space import (
     NARROW_BELT,

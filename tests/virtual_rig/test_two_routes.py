@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from virtual_bench import YAW, plan_of
 
-from belt_sim.effects.library import library
-from belt_sim.effects.pipeline import indicate
+from belt_sim.effects.base import library
+from belt_sim.line.hooks import indicate
 from belt_sim.line.march import march
 from belt_sim.model import analytic_model
-from belt_sim.virtual_rig.library import fault_from_spec
-from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
+from belt_sim.virtual_rig.hidden import fault_from_spec
+from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import RunSetting
 from studies.paper.case import paper_case
 

@@ -8,8 +8,7 @@ from virtual_bench import YAW, plan_of
 
 from belt_sim.campaign import Quantity
 from belt_sim.virtual_rig.faults import EdgeProfileFault, WeldFault
-from belt_sim.virtual_rig.march import march
-from belt_sim.virtual_rig.observe import TrueErrors, position, true_line
+from belt_sim.virtual_rig.march import TrueErrors, march, position, true_line
 from belt_sim.virtual_rig.plan import TEST_RIG, RunSetting
 
 MACHINE = replace(TEST_RIG, head_radius=Quantity(value=0.12), tail_radius=Quantity(value=0.30))

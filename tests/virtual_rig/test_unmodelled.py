@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from virtual_bench import SPAN, YAW, late_rate, measured, plan_of
 
-from belt_sim.virtual_rig.library import fault_class
-from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
+from belt_sim.virtual_rig.hidden import fault_class
+from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import TEST_BELT, RunSetting
 
 

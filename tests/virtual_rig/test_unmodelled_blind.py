@@ -5,9 +5,9 @@ import pytest
 from virtual_bench import ARC, SPAN, YAW, measured, plan_of
 from virtual_bench import late_rate as rate
 
-from belt_sim.virtual_rig.library import BLIND, DEVELOPMENT, UNMODELLED, fault_class
-from belt_sim.virtual_rig.library import SPAN as SPAN_FAULTS
-from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
+from belt_sim.virtual_rig.hidden import BLIND, DEVELOPMENT, UNMODELLED, fault_class
+from belt_sim.virtual_rig.hidden import SPAN as SPAN_FAULTS
+from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import RunSetting
 
 BELT = 2 * (SPAN + ARC)

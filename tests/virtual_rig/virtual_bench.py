@@ -3,7 +3,7 @@
 import numpy as np
 
 from belt_sim.units import DEGREE, MM_PER_M, N_PER_MM2
-from belt_sim.virtual_rig.observe import TrueErrors, observe, true_line
+from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan, RunSetting
 
 YAW = 0.042 * DEGREE

@@ -21,9 +21,9 @@ from belt_sim.diagnosis.readings.candidates import AFFINE
 from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, actual_case
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.readings.sensor_places import indicate_place, places_of, travel_lead
-from belt_sim.effects.base import Effect, apply_hook, overrides
-from belt_sim.effects.pipeline import true_travel
+from belt_sim.effects.base import Effect
 from belt_sim.jax_setup import jit_float64
+from belt_sim.line.hooks import apply_hook, overrides, true_travel
 from belt_sim.line.runup import Reading
 
 READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same

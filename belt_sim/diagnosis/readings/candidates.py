@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 
-from belt_sim.effects.base import Effect
-from belt_sim.effects.library import library
+from belt_sim.effects.base import Effect, library
 
 #: effects that make every step of a march slower: they are compiled in only where one of them acts
 SLOW = frozenset({"weld", "wobble"})

@@ -23,7 +23,8 @@ from belt_sim.diagnosis.readings.parameter_vector import NUISANCES, Slot, length
 from belt_sim.diagnosis.readings.programs import Work, compile_march, finish, plan_batches, room_for
 from belt_sim.diagnosis.readings.samples import Samples
 from belt_sim.diagnosis.readings.sensor_places import check_places, places_of
-from belt_sim.effects.base import AFTER_ENGINE, Effect, overrides
+from belt_sim.effects.base import Effect
+from belt_sim.line.hooks import AFTER_ENGINE, overrides
 from belt_sim.line.march import plan_steps
 from belt_sim.line.spans import Composition
 

@@ -22,9 +22,9 @@ from belt_sim.curves import SensorPlace
 from belt_sim.diagnosis.readings.parameter_vector import Slot, effects_and_case
 from belt_sim.diagnosis.readings.samples import MAX_SAMPLES, Samples
 from belt_sim.diagnosis.readings.sensor_places import places_of, reading_at
-from belt_sim.effects.generic_law import GenericLaw
-from belt_sim.effects.pipeline import indicate
+from belt_sim.effects.law import GenericLaw
 from belt_sim.jax_setup import PROGRAMS, WORKERS, StoredProgram, program_key
+from belt_sim.line.hooks import indicate
 from belt_sim.line.march import march_open
 from belt_sim.line.spans import Composition
 

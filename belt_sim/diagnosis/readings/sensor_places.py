@@ -13,9 +13,9 @@ from belt_sim.campaign.types import SignalSheet, sensor_place
 from belt_sim.case import Case
 from belt_sim.curves import Curves, SensorPlace
 from belt_sim.diagnosis.readings.samples import Samples
-from belt_sim.effects.base import Effect, apply_hook, overrides
-from belt_sim.effects.pipeline import looked_up, true_travel
+from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.line.hooks import apply_hook, looked_up, overrides, true_travel
 from belt_sim.line.runup import Reading
 from belt_sim.line.spans import Composition
 

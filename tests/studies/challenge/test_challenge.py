@@ -17,7 +17,7 @@ from belt_sim.io import ROOT, write_json
 from belt_sim.results.diagnosis import RunSettings
 from belt_sim.units import DEGREE
 from belt_sim.virtual_rig import reveal
-from belt_sim.virtual_rig.sealed_truth import HASH
+from belt_sim.virtual_rig.make import HASH
 from studies.challenge import baselines
 from studies.challenge.registry import ANSWERS, SOURCES, cost
 from studies.challenge.run_case import Task, run_case

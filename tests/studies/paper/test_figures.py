@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from belt_sim.errors import InputError
-from belt_sim.line.steady import edge_tensions, required_moment
+from belt_sim.line.spans import edge_tensions, required_moment
 from belt_sim.model import analytic_model
 from studies.paper import by_laws
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG, YAW
