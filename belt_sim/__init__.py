@@ -23,11 +23,11 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.api.inference import diagnose as diagnose
     from belt_sim.api.inference import discover as discover
     from belt_sim.api.inference import fit as fit
-    from belt_sim.api.plant import export as export
-    from belt_sim.api.plant import linearise as linearise
     from belt_sim.api.plot import plot as plot
     from belt_sim.api.plot import report as report
+    from belt_sim.api.simulate import export as export
     from belt_sim.api.simulate import jax_function as jax_function
+    from belt_sim.api.simulate import linearise as linearise
     from belt_sim.api.simulate import scene as scene
     from belt_sim.api.simulate import simulate as simulate
     from belt_sim.api.sweep import sweep as sweep
@@ -52,7 +52,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.results.diagnosis import Discovery as Discovery
     from belt_sim.results.diagnosis import Verdict as Verdict
     from belt_sim.results.errors import Comparison as Comparison
-    from belt_sim.results.json import read_diagnosis
+    from belt_sim.results.files import read_diagnosis
     from belt_sim.results.simulation import Simulation as Simulation
     from belt_sim.settings import make_case as make_case
 
@@ -63,10 +63,9 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
 _HOMES: dict[str, tuple[str, ...]] = {
     "belt_sim.api.campaigns": ("import_files",),
     "belt_sim.api.inference": ("check", "check_effect", "compare", "diagnose", "discover", "fit"),
-    "belt_sim.api.plant": ("export", "linearise"),
     "belt_sim.api.plot": ("plot", "report"),
     "belt_sim.api.sweep": ("sweep",),
-    "belt_sim.api.simulate": ("jax_function", "scene", "simulate"),
+    "belt_sim.api.simulate": ("export", "jax_function", "linearise", "scene", "simulate"),
     "belt_sim.campaign": ("Campaign",),
     "belt_sim.case": ("Belt", "Case", "Rig", "Schedule", "Settings"),
     "belt_sim.settings": ("make_case",),
@@ -84,7 +83,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
 _PLACES = {name: (home, name) for home, names in _HOMES.items() for name in names}
 _PLACES |= {
     "load_campaign": ("belt_sim.campaign", "read_campaign"),
-    "load_diagnosis": ("belt_sim.results.json", "read_diagnosis"),
+    "load_diagnosis": ("belt_sim.results.files", "read_diagnosis"),
 }
 __all__ = [*_PLACES, "__version__", "mjx"]
 

@@ -17,7 +17,7 @@ from io import BufferedWriter, FileIO, TextIOWrapper
 from pathlib import Path
 from typing import Any
 
-from belt_sim.commands.words import COMMANDS, HELP, OUTPUT, help_text, known_keys, nearest, one_line
+from belt_sim.commands import COMMANDS, HELP, OUTPUT, help_text, known_keys, nearest, one_line
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import CONF, MODELS, sample_campaigns, write_text
 
@@ -129,9 +129,9 @@ def run(arguments: list[str]) -> int:
     except OSError as error:
         if error.filename == OUTPUT:
             raise
-        from belt_sim.commands.run_dir import told
+        from belt_sim.commands.runs import explain
 
-        return _complain(told(error, "belt-sim"))
+        return _complain(explain(error, "belt-sim"))
     except KeyboardInterrupt:
         return _complain("stopped; what was finished is kept", status=130)
 
@@ -147,19 +147,18 @@ def run_hydra(command: str, settings: Sequence[str]) -> int:
     """Run a command as Hydra's application on ``conf``; return the exit status. Raises BeltError for Hydra's errors."""
     typed = import_arguments(settings) if command == "import" else list(settings)
     flags, overrides = _sorted_out(command, typed)
-    from belt_sim.commands import sweep
-    from belt_sim.commands.run_dir import run_task
+    from belt_sim.commands.runs import at_work, end_sweep, run_task
 
-    sweep.at_work.clear()
+    at_work.clear()
     task = update_wrapper(partial(run_task, command=command), run_task)
     named = [] if any(o.startswith("hydra.job.name=") for o in overrides) else [f"hydra.job.name={command}"]
     try:
         status = apply_hydra(f"belt-sim {command}", task, command, [*flags, *named, *overrides])
     finally:
-        sweep.finish()
-    if "crash" in sweep.at_work:
-        raise sweep.at_work.pop("crash")
-    return status or int(bool(sweep.at_work.get("failures")))
+        end_sweep()
+    if "crash" in at_work:
+        raise at_work.pop("crash")
+    return status or int(bool(at_work.get("failures")))
 
 
 def apply_hydra(program: str, task: Callable[..., Any], name: str, arguments: Sequence[str], conf: Path = CONF) -> int:

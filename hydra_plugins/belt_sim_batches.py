@@ -45,7 +45,7 @@ class BatchLauncher(BasicLauncher):
 
     def launch(self, job_overrides: Sequence[Case], initial_job_idx: int) -> Sequence[JobReturn]:
         """Run the cases and return what became of each."""
-        from belt_sim.commands.run_dir import ON_ONE_CORE, prepare_jax
+        from belt_sim.commands.runs import ON_ONE_CORE, prepare_jax
         from belt_sim.errors import whole
 
         assert self.config is not None
@@ -69,12 +69,14 @@ class BatchLauncher(BasicLauncher):
 
     def _launch_one(self, case: Case, number: int, **given: Any) -> JobReturn:
         """One case, with what its task takes beside its configuration."""
-        from belt_sim.commands.sweep import stop_if_all_fail_alike
+        from belt_sim.commands.runs import failing_alike
+        from belt_sim.errors import BeltError
 
         assert self.config is not None
         assert self.hydra_context is not None
         assert self.task_function is not None
-        stop_if_all_fail_alike(self.config.hydra)
+        if why := failing_alike(self.config.hydra):
+            raise BeltError(why)
         return run_job(
             hydra_context=self.hydra_context,
             task_function=partial(self.task_function, **given) if given else self.task_function,
@@ -124,7 +126,7 @@ class BatchLauncher(BasicLauncher):
     def _launch_batches(self, cases: Sequence[Case], first: int, size: int | None) -> Sequence[JobReturn]:
         """Cases of like meshes in batches, each then in its folder; what is done, or what no batch takes, alone."""
         from belt_sim.api.simulate import run_in_batches
-        from belt_sim.commands.run_dir import RunDir
+        from belt_sim.commands.runs import RunDir
 
         assert self.hydra_context is not None
         due = []

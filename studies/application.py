@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.cli import apply_hydra
-from belt_sim.commands.words import HELP
+from belt_sim.commands import HELP
 from belt_sim.errors import BeltError
 from belt_sim.io import CONF
 from belt_sim.jax_setup import prepare
@@ -29,10 +29,10 @@ def application(name: str, study: Callable[[dict[str, Any]], None]) -> None:
     prepare()
 
     def task(config: Any) -> None:
-        from belt_sim.commands.run_dir import plain
+        from belt_sim.commands.runs import plain_settings
 
         try:
-            study(plain(config))
+            study(plain_settings(config))
         except BeltError as error:  # Hydra would print words of its own
             sys.exit(str(error))
         except Exception as error:

@@ -13,7 +13,7 @@ import numpy as np
 
 from belt_sim.api.simulate import simulate
 from belt_sim.case import Case, Schedule
-from belt_sim.commands.simulate import CentringGoal, centring_asked
+from belt_sim.commands.cases import CentringGoal
 from belt_sim.curves import Curves, read_curves
 from belt_sim.model import model_named
 from belt_sim.settings import case_from
@@ -81,7 +81,7 @@ def run_line(name: str, travel: np.ndarray, y: np.ndarray, wanted: CentringGoal)
 
 def centring(config: dict[str, Any]) -> None:
     """Tell, and draw."""
-    case, wanted = case_from(config), centring_asked(config["objective"])
+    case, wanted = case_from(config), CentringGoal.from_setting(config["objective"])
     assert wanted is not None
     for by in config["quickest"]:
         print(f"from {by:g} m on, any yaw: within {nearest(case, wanted, by, config) / MM:.2f} mm at best", flush=True)

@@ -19,7 +19,7 @@ from scipy.stats import binomtest
 from belt_sim.api.inference import diagnose
 from belt_sim.io import read_json, write_json
 from belt_sim.jax_setup import cores
-from belt_sim.results.json import diagnosis_json
+from belt_sim.results.files import diagnosis_json
 from studies.application import application
 from studies.challenge.pool import share
 from studies.challenge.registry import source

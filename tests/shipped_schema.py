@@ -6,7 +6,7 @@ from typing import Any
 
 import jsonschema
 
-from belt_sim.results.json import schema
+from belt_sim.results.files import schema
 
 
 @cache

@@ -1,4 +1,5 @@
-"""Write a campaign folder: an empty one with a plan of runs, or one from a logger's files."""
+"""Write a campaign folder: an empty one with a plan of runs, or one from a logger's files; and tell what an import
+understood."""
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
@@ -6,48 +7,63 @@ from glob import glob
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from rich.console import Console
+
 from belt_sim.campaign import Campaign
 from belt_sim.errors import InputError, finite, flag
 from belt_sim.foresight.harm import harm_warnings
 from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, understand, write
-from belt_sim.importing.columns import DRAWING
+from belt_sim.importing.columns import DRAWING, span_of
 from belt_sim.importing.mapping import mapping_of
-from belt_sim.importing.sheets import plan_for, template, tensions_for, travel_for, yaw_for
+from belt_sim.importing.sheets import (
+    PLAN_COLUMNS,
+    plan_for,
+    plan_rows,
+    template,
+    tensions_for,
+    travel_for,
+    yaw_for,
+)
 from belt_sim.io import write_text
+from belt_sim.results.words import Table
 from belt_sim.settings import BOUNDS, belt_from, rig_from
-from belt_sim.show.imports import tell_plan, tell_proposal, tell_written
+from belt_sim.show.terminal import console, rich_table
+from belt_sim.units import DEGREE, MM, N_PER_MM2
+
+PICTURE = "understood.png"
 
 
 def new_campaign(folder: Path, config: Mapping[str, Any]) -> Campaign:
-    """Write the template and tell the plan; config: as conf/new.yaml. Raises InputError, CampaignError."""
+    """Write the template and tell what each planned run is good for; config: as conf/new.yaml. Raises InputError,
+    CampaignError."""
+
+    def numbers(name: str, asked: Any, unit: str, most: float) -> list[float]:
+        if not isinstance(asked, Sequence) or isinstance(asked, str) or not asked:
+            raise InputError(name, asked, unit, "give a list, as [7,15,35]")
+        remedy = f"give a number above 0 and up to {most:g}"
+        return list(dict.fromkeys(finite(name, v, unit, remedy, lambda x: 0.0 < x <= most) for v in asked))
+
     rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
     if config["tensions"] is None:
         tensions = tensions_for(rig, belt)
     else:
-        tensions = sorted(_numbers("tensions", config["tensions"], "N/mm2", BOUNDS["tension"].high))
+        tensions = sorted(numbers("tensions", config["tensions"], "N/mm2", BOUNDS["tension"].high))
     if config["yaw"] is None:
         yaw = yaw_for(rig, belt, tensions)
     else:
-        yaw = _numbers("yaw", [config["yaw"]], "degrees", BOUNDS["yaw"].high / 2.0)[0]
+        yaw = numbers("yaw", [config["yaw"]], "degrees", BOUNDS["yaw"].high / 2.0)[0]
     travel = travel_for(rig)
-    planned = plan_for(tensions, yaw, _numbers("speed", [config["speed"]], "m/s", 25.0)[0])
+    planned = plan_for(tensions, yaw, numbers("speed", [config["speed"]], "m/s", 25.0)[0])
     places = config["signals"] if isinstance(config["signals"], list) else [config["signals"]]
     campaign = template(folder, rig, belt, planned, [str(p) for p in places], travel, str(config["title"]))
-    tell_plan(planned, folder, travel)
+    title = f"Runs to measure, {travel:g} m each"
+    console().print(rich_table(Table(title, PLAN_COLUMNS, plan_rows(planned), left=("run", "good for"))))
+    print(f"campaign  {folder} (campaign.yaml: replace what says REPLACE; plan.md: this table)")
+    print(f"next      belt-sim check campaign={folder} travel={travel:g}")
     for warning in harm_warnings(campaign):
         print(f"warning   {warning}")
     return campaign
-
-
-def _numbers(name: str, asked: Any, unit: str, most: float) -> list[float]:
-    """Positive numbers of a setting."""
-    if not isinstance(asked, Sequence) or isinstance(asked, str) or not asked:
-        raise InputError(name, asked, unit, "give a list, as [7,15,35]")
-    remedy = f"give a number above 0 and up to {most:g}"
-    return list(dict.fromkeys(finite(name, v, unit, remedy, lambda x: 0.0 < x <= most) for v in asked))
-
-
-PICTURE = "understood.png"
 
 
 def import_files(
@@ -92,7 +108,12 @@ def import_files(
         from belt_sim.show.curves import understood_picture
 
         understood_picture(folder / PICTURE, campaign)
-    tell_written(folder, campaign, pictures)
+    print(f"campaign  {folder}")
+    if pictures:
+        print(f"picture   {folder / PICTURE}")
+    has_curves = any(len(r.travel) for r in campaign.runs) and any(s.kind == "lateral" for s in campaign.signals)
+    then = "diagnose" if has_curves else "compare"
+    print(f"next      belt-sim check campaign={folder}, then belt-sim {then} campaign={folder}")
     return campaign
 
 
@@ -115,3 +136,81 @@ def draft_text(proposal: Proposal) -> str:
     if any(q.path[-1] == "at" for q in (*proposal.missing, *proposal.unknown)):
         lines += [f"# {line}" for line in DRAWING.splitlines()]
     return mapping_text(mapping) + "\n".join([*lines, ""] if lines else [])
+
+
+def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
+    """What an import understood, in the terminal: tables of columns, runs and noise, and what is left open."""
+    out = out or console()
+
+    def several(names: Sequence[str]) -> str:
+        return names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]} ({len(names)})"
+
+    tables: dict[tuple[str, ...], list[str]] = {}  # row of a column -> tables that have it alike
+    spans: dict[tuple[str, ...], str] = {}  # its first and last number
+    marked: list[int] = []
+    for use in proposal.columns:
+        became = f"{use.signal} at {use.at}" if use.signal and use.at else use.role
+        row = (use.name, became, use.unit, use.why)
+        if row not in tables and use.role != "ignore" and not use.sure:
+            marked.append(len(tables))
+        tables.setdefault(row, []).append(use.table)
+        spans.setdefault(row, span_of(use) if use.role != "ignore" and not use.is_text else "")
+    rows = [(several(names), *row[:2], spans[row], row[3]) for row, names in tables.items()]
+    columns = ("table", "column", "is", "first to last", "because of")
+    out.print(rich_table(Table(title="Columns", columns=columns, rows=rows, left=columns, marked=marked)))
+    if proposal.campaign is not None:
+        out.print(rich_table(imported_runs_table(proposal.campaign)))
+        if proposal.noise:
+            out.print(rich_table(noise_table(proposal)))
+            out.print(rich_table(run_noise_table(proposal)))
+    if proposal.unknown:
+        left_out = ", ".join(q.path[1] for q in proposal.unknown)
+        example = f'columns: {{"{proposal.unknown[0].path[1]}": {{at: point_1}}}}, or a role: travel, tension ...'
+        out.print(f"left out, nothing is known of: {left_out}; state  {example}", soft_wrap=True, markup=False)
+    alike: dict[str, list[str]] = {}
+    for note in proposal.notes:
+        alike.setdefault(note.text, []).append(note.about)
+    for what, about in alike.items():
+        out.print(f"{several(about)}: {what}" if any(about) else what, soft_wrap=True, markup=False)
+
+
+def imported_runs_table(campaign: Campaign) -> Table:
+    """Every run as it would be written."""
+    rows = [
+        {
+            "run": r.name,
+            "N/mm2": f"{r.tension / N_PER_MM2:.4g}",
+            "yaw deg": f"{r.yaw / DEGREE:+.4g}",
+            "m/s": f"{r.speed:.3g}",
+            "direction": f"{r.direction:+.0f}",
+            "yaw at m": f"{r.yaw_at:.3g}" + (f" +-{r.yaw_at_u:.2g}" if r.yaw_at_u else ""),
+            "travel m": f"{r.travel[-1]:.4g}" if len(r.travel) else "",
+            "samples": f"{len(r.travel)}",
+            "start m": "" if r.start is None else f"{r.start:.6g}",
+            "repeats": r.repeat_of or "",
+            "use": "" if r.use == "fit" else r.use.replace("_", " "),
+        }
+        for r in campaign.runs
+    ]
+    return Table("Runs", list(rows[0]), [list(row.values()) for row in rows], left=("run", "repeats", "use"))
+
+
+def noise_table(proposal: Proposal) -> Table:
+    """White noise, wander and zero of every signal, in mm or mrad."""
+    rows = []
+    for name, n in proposal.noise.items():
+        white, wander, zero = (f"{np.round(x / MM, 6):.3g}" for x in (n.white, n.wander, n.zero))
+        rows.append((name, white, wander, f"{n.length:.3g}", zero, n.wander_from))
+    columns = ("signal", "white", "wander", "over m", "zero", "wander read off")
+    return Table(title="Noise (mm or mrad, one sigma)", columns=columns, rows=rows, left=("signal", "wander read off"))
+
+
+def run_noise_table(proposal: Proposal) -> Table:
+    """White noise of every run, in mm or mrad; blank where a run lacks the signal."""
+    runs = dict.fromkeys(run for n in proposal.noise.values() for run in n.by_run)
+    rows = [
+        (run, *(f"{np.round(n.by_run[run] / MM, 6):.3g}" if run in n.by_run else "" for n in proposal.noise.values()))
+        for run in runs
+    ]
+    columns = ("run", *proposal.noise)
+    return Table(title="White noise of each run (mm or mrad)", columns=columns, rows=rows, left=("run",))

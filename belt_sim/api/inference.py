@@ -52,9 +52,8 @@ from belt_sim.model import Model, SteadyModel
 from belt_sim.results import words
 from belt_sim.results.check import Check, Doubt
 from belt_sim.results.diagnosis import APART, Diagnosis, Discovery, NextRun
-from belt_sim.results.display import Display, Table
-from belt_sim.results.drawings import Drawings
-from belt_sim.results.errors import Comparison, SteadyError
+from belt_sim.results.errors import Comparison, Drawings, SteadyError
+from belt_sim.results.words import Display, Table
 from belt_sim.settings import BOUNDS
 from belt_sim.show.observers import stages_shown
 

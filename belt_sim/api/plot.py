@@ -1,24 +1,28 @@
-"""Pictures and reports of results."""
+"""Pictures and reports of results, and the files that results leave in a folder."""
 
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from belt_sim.api.resolve import effects_of
 from belt_sim.campaign import Campaign
 from belt_sim.effects.base import library, short_title
-from belt_sim.errors import InputError
+from belt_sim.effects.load import save_effects
+from belt_sim.errors import BeltError, InputError
+from belt_sim.io import write_json, write_text, write_with
 from belt_sim.model import models
 from belt_sim.results.diagnosis import Diagnosis, Discovery
 from belt_sim.results.errors import Comparison
-from belt_sim.results.json import read_diagnosis
+from belt_sim.results.files import diagnosis_json, discovery_json, file_json, read_diagnosis, to_json
 from belt_sim.results.simulation import Simulation
-from belt_sim.results.words import tension
+from belt_sim.results.words import data_frame, tension
 from belt_sim.show import diagnosis as pictures
 from belt_sim.show.curves import curves_picture, map_picture, steady_picture, understood_picture
 from belt_sim.show.report import inline_svg, most_misfit, panel_boxes, write_report
@@ -73,7 +77,7 @@ def plot(
     if pandas is not None and isinstance(result, pandas.DataFrame):
         there = _of_table(result)
     else:
-        there = _of_several(result) if isinstance(result, Sequence) else drawings_by_kind(result)
+        there = _of_several(result) if isinstance(result, Sequence) else pictures_by_kind(result)
     wanted = kind or next(iter(there), "")
     if wanted not in there:
         raise InputError("kind", wanted, "", f"use one of {', '.join(there) or 'none: this result has no picture'}")
@@ -113,7 +117,7 @@ def _of_several(results: Sequence[Simulation]) -> dict[str, Draw]:
     return {"curves": lambda p: curves_picture(p, curves, "Points 1-4 against belt travel")} if curves else {}
 
 
-def drawings_by_kind(result: Result) -> dict[str, Draw]:
+def pictures_by_kind(result: Result) -> dict[str, Draw]:
     """What can be drawn of a result, the most telling picture first; each is drawn when called with a path."""
     if isinstance(result, Simulation):
         if result.curves is None:
@@ -239,3 +243,65 @@ def report(diagnosis: Diagnosis | str | os.PathLike[str], path: str | os.PathLik
     """Write the report of a diagnosis (or of the run folder of one) to ``path`` (.html), which needs no network."""
     found = diagnosis if isinstance(diagnosis, Diagnosis) else read_diagnosis(Path(diagnosis))
     return write_report(path, found, report_pictures(found))
+
+
+# ---- files in the folder of a run
+
+
+def write_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
+    """comparison.json (and the same as summary.json, which sweeps look for), per_run.csv and pictures."""
+    content = file_json(c)
+    if c.per_run:
+        rows = [{k: v for k, v in to_json(r).items() if not isinstance(v, dict)} for r in c.per_run]
+        write_with(folder / "per_run.csv", lambda path: data_frame(rows).to_csv(path, index=False))
+    write_json(folder / "comparison.json", content)
+    write_json(folder / "summary.json", content)
+    if pictures:
+        draw_all(folder, c)
+
+
+def draw_all(folder: Path, result: Simulation | Comparison) -> None:
+    """Every picture of a result, named by its kind."""
+    for kind, drawn in pictures_by_kind(result).items():
+        with numbers_first(f"{kind}.png"):
+            drawn(folder / f"{kind}.png")
+
+
+@contextmanager
+def numbers_first(what: str) -> Iterator[None]:
+    """Around the drawing of ``what``: a picture that cannot be drawn is told, and the numbers are kept."""
+    try:
+        yield
+    except BeltError:
+        raise
+    except Exception as error:
+        reason = (str(error).strip().splitlines() or [""])[0]
+        print(f"belt-sim: {what}: not drawn ({type(error).__name__}: {reason})", file=sys.stderr)
+
+
+def write_diagnosis(folder: Path, d: Diagnosis, *, pictures: bool) -> None:
+    """diagnosis.json, drawings.json, effects.yaml; what was discovered; report.html and, with pictures, those in it."""
+    write_json(folder / "drawings.json", file_json(d.drawings))
+    spread = {e.id: {n: p.u for n, p in e.parameters.items()} for e in d.effects}
+    write_text(folder / "effects.yaml", save_effects(effects_of(d.effects), spread))
+    if d.discovery is not None and d.discovery.found:
+        write_discovery(folder, d.discovery)
+    write_json(folder / "diagnosis.json", diagnosis_json(d))
+    write_page(folder, d, pictures=pictures)
+
+
+def write_discovery(folder: Path, d: Discovery) -> None:
+    """discovery.json, and found_law.yaml where a law was found."""
+    if d.law_file:
+        write_text(folder / "found_law.yaml", d.law_file)
+    write_json(folder / "discovery.json", discovery_json(d))
+
+
+def write_page(folder: Path, d: Diagnosis, *, pictures: bool) -> Path:
+    """report.html and, with pictures, those in it as SVG files; each is drawn once."""
+    drawn: dict[str, str] = {}
+    with numbers_first("the pictures of the report"):
+        drawn = report_pictures(d) if pictures else {}
+    for kind, svg in drawn.items():
+        write_text(folder / f"{kind}.svg", svg)
+    return write_report(folder / "report.html", d, drawn)

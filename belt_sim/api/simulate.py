@@ -1,9 +1,10 @@
-"""Simulate one case or a batch of 3D cases; the scene of a 3D case; curves that JAX can trace."""
+"""Simulate one case or a batch of 3D cases; the scene of a 3D case; curves that JAX can trace; the linear plant that a
+controller sees, and its files for other tools."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from belt_sim.api.resolve import (
     ModelSpec,
@@ -18,18 +19,21 @@ from belt_sim.api.resolve import (
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect
-from belt_sim.errors import BeltError, InputError
+from belt_sim.errors import BeltError, InputError, finite
+from belt_sim.io import provenance, write_json
 from belt_sim.line.march import march_traced, plan_steps
 from belt_sim.model import Model, SteadyModel
 from belt_sim.results.simulation import Simulation
-from belt_sim.settings import case_from, case_or_settings, make_settings, model_settings
+from belt_sim.settings import CaseSettings, case_from, case_or_settings, make_settings, model_settings
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
 from belt_sim.space.options import CONTACTS
+from belt_sim.units import N_PER_MM2
 
 if TYPE_CHECKING:
     from mujoco import MjSpec
     from pandas import DataFrame
 
+    from belt_sim.linear.plant import LinearBelt, PlantSchedule
     from belt_sim.space.run import Computed
 
 
@@ -228,3 +232,74 @@ def jax_function(case: Case, model: ModelSpec = "strip", *, travel: float) -> Ca
         return march_traced(case, tuple(effects), travel, model=chosen, plan=plan)
 
     return curves
+
+
+def linearise(
+    case: Case | None = None, *, model: ModelSpec = "strip", effects: Any = None, **settings: Unpack[CaseSettings]
+) -> "LinearBelt | PlantSchedule":
+    """The linear plant of ``case`` (in SI), or of the case that ``settings`` describe as for ``simulate``.
+
+    A sequence of tensions [N/mm2] gives a ``PlantSchedule``, a plant at any tension between them. Raises InputError,
+    CannotRepresent.
+    """
+    from belt_sim.linear.plant import PlantSchedule, linear_belt
+
+    chosen, acting = fitted_model(model), effects_of(effects)
+    tension = settings.get("tension")
+    if not isinstance(tension, Sequence) or isinstance(tension, str):
+        return linear_belt(case_or_settings(case, settings), chosen, acting)  # type: ignore[no-any-return]
+    if not tension:
+        raise InputError("tension", tension, "N/mm2", "give one, or at least two different ones")
+    first = case_or_settings(case, settings | {"tension": tension[0]})
+    cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
+    return PlantSchedule.from_plants([linear_belt(c, chosen, acting) for c in cases])
+
+
+def export(
+    plant: "LinearBelt",
+    folder: Path | str,
+    *,
+    order: int = 4,
+    delay: str = "pade",
+    highest: float = 2.0,
+    fmu: str | None = "belt.fmu",
+    fmi: int = 2,
+    libraries: str = "here",
+    mat: str | None = "belt.mat",
+    config: Any = None,
+) -> list[str]:
+    """Write ``plant`` into ``folder`` as an FMU, a MAT file, bode.png and plant.json; return what to tell of them.
+
+    order, delay: rational function that replaces each wrapped arc; highest [rad per metre of travel]: up to where its
+    error is stated; fmi: 2 or 3; libraries: of the FMU, "here" or "all" (extra ``fmu``); fmu, mat: file names, None for
+    no such file; config: for the provenance. Raises InputError before anything is written.
+    """
+    from belt_sim.linear.fmu import write_fmu
+    from belt_sim.linear.plant import plant_json, state_space
+    from belt_sim.show.curves import bode_picture
+
+    finite("highest", highest, "rad/m", "give a positive number", lambda x: x > 0)
+    for kind, name in (("fmu", fmu), ("mat", mat)):
+        bare = name is None or (isinstance(name, str) and Path(name).name == name and Path(name).suffix == f".{kind}")
+        if not bare:
+            remedy = f"give a file name ending in .{kind} (it is put in the run folder), or null"
+            raise InputError(kind, name, "", remedy)
+    if fmi not in (2, 3):
+        raise InputError("fmi", fmi, "", "use 2 or 3, the version of the FMI standard")
+    if libraries not in ("here", "all"):
+        raise InputError("libraries", libraries, "", "use here (this system) or all (Linux, macOS and Windows)")
+    folder = Path(folder)
+    metres = state_space(plant, order=order, delay=delay, per_metre=True)
+    lines = [
+        f"wrapped arcs by {delay}, order {order}: off by at most {metres.error(highest):.1e} of each response up to "
+        f"{highest:g} rad per metre of travel ({highest * plant.speed:g} rad/s)"
+    ]
+    if fmu:
+        path, systems = write_fmu(metres, folder / fmu, fmi, libraries)
+        built = f"built for {', '.join(systems)}" if systems else "without a library: no C compiler (cc) was found here"
+        lines.append(f"{path}  FMI {fmi}.0, {built}; other systems: build its sources/belt.c")
+    if mat:
+        lines.append(str(state_space(plant, order=order, delay=delay).save_mat(folder / mat)))
+    lines.append(str(bode_picture(folder / "bode.png", metres, float(highest))))
+    lines.append(str(write_json(folder / "plant.json", plant_json(metres, float(highest), provenance(config)))))
+    return lines

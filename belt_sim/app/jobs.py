@@ -150,8 +150,7 @@ def _leave_with_the_asker() -> None:
 
 def _compare(request: Mapping[str, Any], say: Say) -> None:
     from belt_sim.api.inference import compare
-    from belt_sim.api.plot import overlays_of
-    from belt_sim.commands.outputs import write_comparison
+    from belt_sim.api.plot import overlays_of, write_comparison
 
     folder = Path(request["folder"])
     say(stage="computing every run")
@@ -164,7 +163,7 @@ def _compare(request: Mapping[str, Any], say: Say) -> None:
 
 def _diagnose(request: Mapping[str, Any], say: Say) -> None:
     from belt_sim.api.inference import diagnose
-    from belt_sim.commands.outputs import write_diagnosis
+    from belt_sim.api.plot import write_diagnosis
 
     folder = Path(request["folder"])
     asked = {k: request[k] for k in ("effects", "bootstraps", "seed")}

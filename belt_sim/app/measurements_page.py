@@ -7,6 +7,7 @@ from typing import Any
 
 from nicegui import run, ui
 
+from belt_sim.api.campaigns import imported_runs_table, noise_table, run_noise_table
 from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.api.resolve import model_for_campaign
 from belt_sim.app import widgets
@@ -22,8 +23,7 @@ from belt_sim.importing.mapping import ROLES
 from belt_sim.io import group_names, sample_campaigns
 from belt_sim.model import BY_TENSION
 from belt_sim.results import words
-from belt_sim.results.display import Table
-from belt_sim.show.imports import noise_table, run_noise_table, runs_table
+from belt_sim.results.words import Table
 
 OFTEN = 0.4  # [s] between two looks at the session
 
@@ -343,7 +343,7 @@ def _show_proposal(now: Import) -> None:
     assert now.proposal.campaign is not None
     _curves(now.proposal.campaign)
     with ui.expansion("All runs, the noise that was read off, remarks").classes("w-full"):
-        widgets.table(runs_table(now.proposal.campaign))
+        widgets.table(imported_runs_table(now.proposal.campaign))
         if now.proposal.noise:
             widgets.table(noise_table(now.proposal))
             widgets.table(run_noise_table(now.proposal))
@@ -370,7 +370,7 @@ def campaign_view(session: Session) -> None:
             with ui.element("div").classes("line"):
                 ui.button("Change how the files were read", on_click=session.back_to_import).props("flat no-caps dense")
         with ui.expansion("All runs and sensors").classes("w-full"):
-            widgets.table(runs_table(campaign))
+            widgets.table(imported_runs_table(campaign))
             _signals(campaign)
 
 

@@ -10,11 +10,10 @@ import numpy as np
 from nicegui import ui
 
 from belt_sim.campaign import Campaign, Run
-from belt_sim.results.display import Table
 from belt_sim.results.errors import UNITS
-from belt_sim.results.json import DIGITS, round_numbers
+from belt_sim.results.files import DIGITS, round_numbers
 from belt_sim.results.simulation import Simulation
-from belt_sim.results.words import KILO
+from belt_sim.results.words import KILO, Table
 from belt_sim.units import N_PER_MM2, round_digits
 
 PAGES = {"/": "Simulate", "/measurements": "My measurements"}

@@ -1,1 +1,128 @@
-"""What stands behind each command: a resolved configuration in, files in the run folder out."""
+"""The commands: what there are, their keys with units, Hydra's errors in one line each. Behind each stands a function
+that takes a run with its resolved configuration and leaves files in its folder."""
+
+import difflib
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import yaml
+
+from belt_sim.io import CONF, group_names, sample_campaigns
+
+HELP = ("-h", "--help")
+OUTPUT = "standard output"  # the file name of its errors
+#: command -> what it does, and where its function is in belt_sim.commands (empty: in this module)
+COMMANDS = {
+    "simulate": ("one model, one case: curves and late rates", "cases:simulate_command"),
+    "scene": ("a 3D belt as MJCF that runs in plain MuJoCo", "cases:scene_command"),
+    "compare": ("a model against a measured campaign: where it agrees, where it fails", "inference:compare_command"),
+    "diagnose": ("which physical effect the model lacks", "inference:diagnose_command"),
+    "import": ("a logger's files (CSV, xlsx ...) -> a campaign", "campaigns:import_command"),
+    "new": ("an empty, commented campaign with the runs that a diagnosis needs", "campaigns:new_command"),
+    "check": ("checks your data: slips in them, and what they can and cannot tell", "inference:check_command"),
+    "virtual-rig": ("make a campaign with a hidden effect", "campaigns:rig_command"),
+    "reveal": ("what was hidden in such a campaign", "campaigns:reveal_command"),
+    "export": ("the linear plant for a controller: FMU, MAT file, Bode plot", "cases:export_command"),
+    "map": ("very many cases of an analytic model, as one table", "cases:map_command"),
+    "report": ("write the report of a diagnosis again", "inference:report_command"),
+    "app": ("a local web page: sliders, own measurements, diagnoses", "inference:app_command"),
+    "new-effect": ("a file with a whole effect, to be changed into one of your own", ""),
+    "demo": ("a diagnosis of a campaign that ships, into outputs/demo", ""),
+    "completion": ('completion in bash and zsh: eval "$(belt-sim completion)"', ""),
+}
+
+
+def one_line(error: BaseException, command: str, conf: Path = CONF) -> str:
+    """Hydra's commonest errors, in one line each that says what to type instead."""
+    from hydra.errors import MissingConfigException
+
+    keys, text = known_keys(command, conf), str(error)
+    first = " ".join((text or str(error.__cause__ or "")).splitlines()[0].split()) if text or error.__cause__ else ""
+    if isinstance(error, MissingConfigException) and error.missing_cfg_file:
+        group, _, name = error.missing_cfg_file.rpartition("/")
+        if not group:
+            return f"--config-name = {name}: no such file of conf or --config-dir"
+        options = error.options or sorted(p.stem for p in (CONF / group).glob("*.yaml"))
+        return f"{group} = {name}: use one of {', '.join(options)}" if options else f"{group}: no such key"
+    found = next((e for e in (error, error.__cause__) if getattr(e, "full_key", None)), None)
+    key = getattr(found, "full_key", None)
+    if key and "Missing mandatory value" in f"{error} {error.__cause__}":
+        meaning = dict(_settings(conf / f"{command}.yaml")).get(f"{key}=...", "").removeprefix("needed: ")
+        names = f": {', '.join(sample_campaigns())}" if key == "campaign" else ""
+        return f"{key}: is not given; write {key}=..." + (f" ({meaning}{names})" if meaning else "")
+    if key and "nterpolation" in f"{type(error).__name__} {type(error.__cause__).__name__}":
+        return f"{key}: {' '.join(str(found).splitlines()[0].split())}"
+    said = {
+        r"Ambiguous value for argument '(.*)'": "several values are a sweep; add -m, or write a list as [a,b]",
+        r"Sweep parameters '(.*)' requires": "several values are a sweep; add -m",
+        r"Could not append to config. An item is already at '(.*)'": "the key is there already; leave the + out",
+        r"Could not delete from config. '?(.*?)'? does not exist": "no such key",
+        r"Could not override '(.*)'": "no such key",
+        r"Could not append override '(.*)'": "no such group, or it is there already",
+        r"Additional config directory '(.*)' not found": "no such folder",
+        r"does not support sweep type : INTERVAL()": "is for a search; add hydra/sweeper=optuna",
+        r"Key '(.*?)' is not in struct": "no such key",
+        r"Multiple values for ([\w/]*)": "give it once",
+    }
+    for pattern, remedy in said.items():
+        if match := re.search(pattern, text):
+            name = key or match.group(1)
+            near = nearest(name, [k for k in keys if k != name]) if remedy == "no such key" else ""
+            return f"{name or 'interval(...)'}: {remedy}{near}"
+    if key:
+        return f"{key}: {first or 'cannot be'}" if key in keys else f"{key}: no such key{nearest(key, keys)}"
+    if isinstance(error, ValueError) and "--" in first:  # flags that exclude each other
+        return f"{first.replace('shell_completion', 'shell-completion')}: give one of them"
+    if isinstance(error, ValueError) and "group" not in text.lower():
+        return first
+    if isinstance(error, ValueError):  # Hydra checks the names of groups with it
+        return "a group (rig, belt, model) is named by one of its files, as rig=test_rig"
+    return f"{first}: write key=value, lists as [a,b]; quote what holds signs, as key=\"'a,b'\""
+
+
+def known_keys(command: str, conf: Path = CONF) -> list[str]:
+    """The keys of a command's configuration and of the groups it starts with."""
+    top = yaml.safe_load((conf / f"{command}.yaml").read_text(encoding="utf-8"))
+    keys = [k for k in top if k not in ("defaults", "hydra")]
+    for entry in top.get("defaults", []):
+        for group, option in entry.items() if isinstance(entry, dict) else ():
+            file = CONF / group / f"{option}.yaml"
+            if file.is_file():
+                inside = yaml.safe_load(file.read_text(encoding="utf-8")) or {}
+                keys += [group, *(f"{group}.{k}" for k in inside)]
+    return keys
+
+
+def nearest(name: str, known: Sequence[str]) -> str:
+    close = difflib.get_close_matches(name, known, n=1)
+    if close:
+        return f"; did you mean {close[0]}?"
+    return f"; the keys are {', '.join(known)}" if len(known) < 25 else ""
+
+
+def help_text(command: str) -> str:
+    """Return what a command does, and every key with its value, unit and meaning, as its files in conf have them."""
+    text = (CONF / f"{command}.yaml").read_text(encoding="utf-8").split("\nhydra:\n")[0]
+    about, _, settings = text.partition("defaults:")
+    said = [line.lstrip("# ") for line in about.splitlines()]
+    rows: list[tuple[str, str]] = []
+    for group, chosen in re.findall(r"- (\w+): (\w+)", settings):
+        rows.append((f"{group}={chosen}", f"one of {', '.join(group_names(group))}"))
+        rows += [(f"  {group}.{k}", c) for k, c in _settings(CONF / group / f"{chosen}.yaml")]
+    if command == "simulate":
+        rows.append(("+experiment=...", f"one of {', '.join(group_names('experiment'))}"))
+    rows += _settings(CONF / f"{command}.yaml")
+    wide = max(len(key) for key, _ in rows)
+    lines = [f"  {key:{wide}s}  {comment}".rstrip() for key, comment in rows]
+    usage = [f"usage: belt-sim {command} [KEY=VALUE ...]"]
+    usage.append(f"       belt-sim {command} -m KEY=A,B,C   a sweep, a run a value")
+    more = f"belt-sim {command} --cfg job KEY=VALUE ... shows the whole configuration and runs nothing."
+    return "\n".join([*said, *usage, "", "keys, with what they are set to:", *lines, "", more])
+
+
+def _settings(file: Path) -> list[tuple[str, str]]:
+    """Return the settings of a file of conf as (key=value, comment); ??? stands for what must be given."""
+    text = file.read_text(encoding="utf-8").split("\nhydra:\n")[0]
+    found = re.findall(r"^(\w+):[ \t]*([^#\n]*[^#\s])[ \t]*(?:#[ \t]*(.*))?$", text, re.MULTILINE)
+    return [(f"{k}={'...' if v == '???' else v}", ("needed: " if v == "???" else "") + c) for k, v, c in found]

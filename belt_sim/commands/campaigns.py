@@ -11,37 +11,34 @@ from rich.console import Console
 from rich.markup import escape
 from rich.prompt import Confirm, Prompt
 
-from belt_sim.api.campaigns import import_files, new_campaign
-from belt_sim.campaign import Campaign
+from belt_sim import virtual_rig
+from belt_sim.api.campaigns import import_files, new_campaign, tell_proposal
 from belt_sim.campaign.folder import campaign_folder
 from belt_sim.case import GRAVITY
-from belt_sim.commands.run_dir import RunDir
+from belt_sim.commands.runs import RunDir
 from belt_sim.errors import BeltError, InputError, whole
 from belt_sim.importing.build import Proposal, understand
 from belt_sim.importing.columns import DRAWING, LoggedTables
 from belt_sim.importing.mapping import ROLES, Question
 from belt_sim.io import group_names
 from belt_sim.settings import belt_from, rig_from
-from belt_sim.show.imports import tell_proposal
-from belt_sim.virtual_rig import Truth, make_campaign, write_blind
-from belt_sim.virtual_rig import reveal as reveal_truth
 from belt_sim.virtual_rig.make import BASE, plan_by_number, random_campaign
 from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Plan
 
 
-def new(run_dir: RunDir) -> None:
+def new_command(run_dir: RunDir) -> None:
     """Write an empty, commented campaign and say what each of its runs is good for."""
     new_campaign(Path(run_dir.config["out"] or run_dir.path / "campaign"), run_dir.config)
 
 
-def reveal(run_dir: RunDir) -> None:
+def reveal_command(run_dir: RunDir) -> None:
     """Print the truth of a campaign of the virtual rig, checked against its published hash."""
-    truth = reveal_truth(campaign_folder(run_dir.campaign))
+    truth = virtual_rig.reveal(campaign_folder(run_dir.campaign))
     print(f"sha256 {truth.sha256()} matches")
     print(json.dumps(asdict(truth), indent=2))
 
 
-def import_(run_dir: RunDir) -> None:
+def import_command(run_dir: RunDir) -> None:
     """Read, ask what is missing (in a terminal), show what was understood, and write the folder."""
     config = run_dir.config
     files = [config["files"]] if isinstance(config["files"], str | int | float) else config["files"]
@@ -122,7 +119,7 @@ def _correction(logged: LoggedTables, proposal: Proposal, out: Console) -> Quest
     return Question(path=("runs", name, key), text=f"{name}: {key}?", example="with its unit, as 10 N/mm2")
 
 
-def virtual_rig(run_dir: RunDir) -> None:
+def rig_command(run_dir: RunDir) -> None:
     """Write a campaign with its sealed truth."""
     config: Any = run_dir.config
     machine = [o for o in run_dir.overrides if o.lstrip("+").startswith(("rig", "belt"))]
@@ -136,22 +133,22 @@ def virtual_rig(run_dir: RunDir) -> None:
     if isinstance(hidden, str) and hidden != "random":
         hidden = [hidden]
     if config["engine"] == "line":
-        campaign, truth = _line(hidden, config)
-    elif config["engine"] == "mujoco":
-        if config["plan"] is not None:
-            raise InputError("plan", config["plan"], "", "needs engine=line")
-        if folder.exists():
-            raise InputError("out", folder, "", "exists already; choose another folder")
+        campaign, truth = _by_line(hidden, config)
+    elif config["engine"] != "mujoco":
+        raise InputError("engine", config["engine"], "", "use line or mujoco")
+    elif config["plan"] is not None:
+        raise InputError("plan", config["plan"], "", "needs engine=line")
+    elif folder.exists():
+        raise InputError("out", folder, "", "exists already; choose another folder")
+    else:
         from belt_sim.virtual_rig.space import make_space_campaign
 
         campaign, truth = make_space_campaign(hidden=hidden, seed=config["seed"], base=config["base"])
-    else:
-        raise InputError("engine", config["engine"], "", "use line or mujoco")
     if config["out"]:
-        digest = write_blind(folder, campaign, truth)
+        digest = virtual_rig.write_blind(folder, campaign, truth)
     else:
         with run_dir.outputs() as draft:
-            digest = write_blind(draft / "campaign", campaign, truth)
+            digest = virtual_rig.write_blind(draft / "campaign", campaign, truth)
     print(f"campaign  {folder}")
     print(f"truth     sealed, sha256 {digest}")
     told = config["hidden"] != "random" and config["engine"] == "line"  # what is drawn at random is not told
@@ -159,11 +156,19 @@ def virtual_rig(run_dir: RunDir) -> None:
     print(f"next      belt-sim diagnose campaign={folder}{model}, then belt-sim reveal campaign={folder}")
 
 
-def _line(hidden: Any, config: dict) -> tuple[Campaign, Truth]:
-    """On the test rig, on a random plan of a number, or, plan and all, at random."""
+def _by_line(hidden: Any, config: dict) -> Any:
+    """A campaign and its truth: on the test rig, on a random plan of a number, or, plan and all, at random."""
     seed, base, plan = config["seed"], config["base"], config["plan"]
-    if plan is None:
-        return make_campaign(hidden=hidden, seed=seed, base=base, plan=_on_machine(config))
+    if plan is None:  # on the machine and belt that were asked for, known as surely as the test rig's own
+        rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
+        if float(rig.gravity) != GRAVITY:
+            remedy = f"a campaign is measured on earth, {GRAVITY:g}"
+            raise InputError("rig.gravity", f"{float(rig.gravity):g}", "m/s2", remedy)
+        machine = {n: replace(q, value=float(getattr(rig, n))) for n, q in vars(TEST_RIG).items()}
+        values = {n: float(getattr(belt, n)) for n in vars(TEST_BELT)}
+        sheet = {n: replace(q, value=values[n], u=q.u * values[n] / q.value) for n, q in vars(TEST_BELT).items()}
+        own = Plan(machine=replace(TEST_RIG, **machine), belt=replace(TEST_BELT, **sheet))
+        return virtual_rig.make_campaign(hidden=hidden, seed=seed, base=base, plan=own)
     if plan != "random":
         whole("plan", plan, 0, otherwise="random or ")
     if hidden == "random":
@@ -173,16 +178,4 @@ def _line(hidden: Any, config: dict) -> tuple[Campaign, Truth]:
     if plan == "random":
         raise InputError("plan", plan, "", "goes with hidden=random; give the number of a plan")
     _, chosen, noise = plan_by_number(plan)
-    return make_campaign(hidden=hidden, seed=seed, base=base, plan=chosen, noise=noise)
-
-
-def _on_machine(config: dict) -> Any:
-    """The runs of the test rig on the machine and belt that were asked for, known as surely as its own."""
-    rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
-    if float(rig.gravity) != GRAVITY:
-        remedy = f"a campaign is measured on earth, {GRAVITY:g}"
-        raise InputError("rig.gravity", f"{float(rig.gravity):g}", "m/s2", remedy)
-    machine = {n: replace(q, value=float(getattr(rig, n))) for n, q in vars(TEST_RIG).items()}
-    values = {n: float(getattr(belt, n)) for n in vars(TEST_BELT)}
-    sheet = {n: replace(q, value=values[n], u=q.u * values[n] / q.value) for n, q in vars(TEST_BELT).items()}
-    return Plan(machine=replace(TEST_RIG, **machine), belt=replace(TEST_BELT, **sheet))
+    return virtual_rig.make_campaign(hidden=hidden, seed=seed, base=base, plan=chosen, noise=noise)

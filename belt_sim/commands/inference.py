@@ -1,21 +1,28 @@
-"""belt-sim check, compare, diagnose and report: what a campaign tells of a model."""
+"""belt-sim check, compare, diagnose and report: what a campaign tells of a model; belt-sim app."""
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from belt_sim.api import inference
-from belt_sim.campaign import read_campaign
-from belt_sim.commands.outputs import write_comparison, write_diagnosis, write_page, write_recording
-from belt_sim.commands.run_dir import RunDir
-from belt_sim.errors import finite, whole
+from belt_sim.api.plot import write_comparison, write_diagnosis, write_page
+from belt_sim.api.resolve import effects_of, fitted_model
+from belt_sim.campaign import Campaign, case_of, read_campaign
+from belt_sim.commands.runs import RunDir
+from belt_sim.curves import Curves
+from belt_sim.errors import BeltError, finite, flag, whole
 from belt_sim.io import write_json
-from belt_sim.results.json import file_json, read_diagnosis
+from belt_sim.jax_setup import map_in_threads
+from belt_sim.results.diagnosis import Diagnosis
+from belt_sim.results.files import file_json, read_diagnosis
 from belt_sim.show.diagnosis import visible_picture
 from belt_sim.show.observers import in_stages, progress, resolve_watch
 from belt_sim.show.terminal import tell, tell_choice, tell_diagnosis
 
 
-def check(run_dir: RunDir) -> None:
+def check_command(run_dir: RunDir) -> None:
     """Check a campaign or a plan and leave check.json and check.png in the run folder."""
     config, folder = run_dir.config, run_dir.path
     for key in ("travel", "step"):
@@ -29,7 +36,7 @@ def check(run_dir: RunDir) -> None:
     tell(found.tables(), [*found.lines(), folder / "check.json"])
 
 
-def compare(run_dir: RunDir) -> None:
+def compare_command(run_dir: RunDir) -> None:
     """Compare and leave comparison.json, summary.json, tables and pictures in the run folder."""
     config = run_dir.config
     asked, pictures = (run_dir.campaign, config["model"], config["effects"]), config["pictures"]
@@ -40,7 +47,7 @@ def compare(run_dir: RunDir) -> None:
     tell(found.tables(), [*found.lines()[1:], run_dir.path])  # the first line is the title of the table
 
 
-def diagnose(run_dir: RunDir) -> None:
+def diagnose_command(run_dir: RunDir) -> None:
     """Diagnose a campaign and leave diagnosis.json, report.html, effects.yaml and pictures in the run folder."""
     config: Any = run_dir.config
     watch, model = resolve_watch(config["watch"], "auto", "rrd"), config["model"]
@@ -58,8 +65,46 @@ def diagnose(run_dir: RunDir) -> None:
             write_recording(draft, campaign, found)
 
 
-def report(run_dir: RunDir) -> None:
+def report_command(run_dir: RunDir) -> None:
     """Write report.html and pictures from diagnosis.json and drawings.json."""
     folder = Path(run_dir.text_setting("diagnosis", "the run folder of a diagnosis"))
-    diagnosis = read_diagnosis(folder)
-    print(write_page(folder, diagnosis, pictures=True))
+    print(write_page(folder, read_diagnosis(folder), pictures=True))
+
+
+def app_command(run_dir: RunDir) -> None:
+    """Serve the page for people who do not use terminals until Ctrl-C; what it makes goes into the run folder."""
+    port, show = run_dir.config["port"], flag("open", run_dir.config["open"])
+    if port is not None:
+        whole("port", port, 1, 65535, otherwise="null or ")
+    if find_spec("nicegui") is None:
+        raise BeltError("app: the page needs NiceGUI: pip install 'belt-sim[app]'")
+    from belt_sim.app.server import serve
+
+    serve(run_dir.path.resolve(), port, show=show)
+
+
+def write_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
+    """comparison.rrd, a tab a run: what was measured, the base model and, where effects were found, the final model."""
+    from belt_sim.diagnosis.readings.samples import samples_of
+    from belt_sim.show.rerun import Overlay, record_runs, run_title
+
+    samples, model, effects = samples_of(campaign), fitted_model(d.base_model), effects_of(d.effects)
+    variants = {model.name: ()} | ({"with " + ", ".join(e.id for e in effects): effects} if effects else {})
+
+    def overlay(r: int) -> Overlay:
+        case, end = case_of(campaign, samples.runs[r]), float(samples.travel[r].max())
+        y, tilt = np.full((4, samples.y.shape[2]), np.nan), np.full((2, samples.y.shape[2]), np.nan)
+        for s, signal in enumerate(samples.signals):
+            if signal.at.startswith("point_"):
+                y[int(signal.at[-1]) - 1] = samples.y[r, s]
+            elif signal.kind == "tilt":
+                tilt[0 if signal.at.startswith("upper") else 1] = samples.y[r, s]
+        measured = Curves(travel=samples.travel[r], y=y, tilt=tilt if np.isfinite(tilt).any() else None)
+        modelled = {name: model.run(case, acting, travel=end) for name, acting in variants.items()}
+        return Overlay(modelled=modelled, measured=measured, case=case)
+
+    runs = range(len(samples.runs))
+    first = [overlay(r) for r in runs[:1]]  # compiles, before there are several threads
+    overlays = [*first, *map_in_threads(overlay, runs[1:])]
+    titles = [f"{run.name}, {run_title(o.case)}" for run, o in zip(samples.runs, overlays, strict=True)]
+    record_runs(folder / "comparison.rrd", dict(zip(titles, overlays, strict=True)), name=campaign.title)

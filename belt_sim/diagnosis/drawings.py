@@ -14,8 +14,7 @@ from belt_sim.diagnosis.fits.plausibility import estimates
 from belt_sim.diagnosis.fits.workbench import Workbench
 from belt_sim.diagnosis.noise.metric import metric_of
 from belt_sim.results import words
-from belt_sim.results.drawings import Drawings, Drift, FailureMap, Panel
-from belt_sim.results.errors import UNITS
+from belt_sim.results.errors import UNITS, Drawings, Drift, FailureMap, Panel
 from belt_sim.results.estimates import Machine
 from belt_sim.results.words import KILO, join_effects
 from belt_sim.units import N_PER_MM2

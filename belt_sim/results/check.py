@@ -8,10 +8,9 @@ from pydantic import Field, PlainSerializer, computed_field
 
 from belt_sim.results import words
 from belt_sim.results.diagnosis import RESOLVED
-from belt_sim.results.display import Display, Table, frame
 from belt_sim.results.errors import ShortLabel
-from belt_sim.results.estimates import display_unit
-from belt_sim.results.fields import Free, file_field
+from belt_sim.results.estimates import Free, display_unit, file_field
+from belt_sim.results.words import Display, Table, data_frame
 
 SHOWN_PAIRS = 15
 WELL = 0.1  # of the largest plausible size
@@ -110,7 +109,7 @@ class Check(Display):
 
     def to_pandas(self) -> Any:
         """A row an effect, in SI."""
-        return frame([vars(v) for v in self.visible])
+        return data_frame([vars(v) for v in self.visible])
 
 
 def visible_table(visible: Sequence[Visible]) -> Table:

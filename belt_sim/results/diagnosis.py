@@ -19,12 +19,9 @@ from pydantic import (
 
 from belt_sim.campaign.quality import Suspicion
 from belt_sim.results import words
-from belt_sim.results.display import Display, Table, frame
-from belt_sim.results.drawings import Drawings
-from belt_sim.results.errors import CampaignLabel, Errors, RunError, Where, error_grid
-from belt_sim.results.estimates import Estimate, number_texts
-from belt_sim.results.fields import Array, EffectSet, Free, file_field, is_empty
-from belt_sim.results.words import join_words
+from belt_sim.results.errors import CampaignLabel, Drawings, Errors, RunError, Where, error_grid
+from belt_sim.results.estimates import Array, EffectSet, Estimate, Free, file_field, is_empty, number_texts
+from belt_sim.results.words import Display, Table, data_frame, join_words
 from belt_sim.units import MM
 
 
@@ -543,7 +540,7 @@ class Diagnosis(Display):
     def to_pandas(self) -> Any:
         """The candidates, best first: gain, threshold, held-out rms [m], and their notes."""
         names = ("id", "gain", "threshold", "held_out_rms", "plausible", "probability", "note")
-        return frame([{n: getattr(c, n) for n in names} for c in self.ranking])
+        return data_frame([{n: getattr(c, n) for n in names} for c in self.ranking])
 
     def to_xarray(self) -> Any:
         """rms before and after of every run and signal, in SI."""

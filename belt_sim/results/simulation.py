@@ -11,7 +11,7 @@ from belt_sim.curves import LATE_SHARE, Curves, curves_columns, late_rates, offs
 from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent
 from belt_sim.results import words
-from belt_sim.results.display import Display, Table, dataset, frame
+from belt_sim.results.words import Display, Table, data_frame, dataset
 from belt_sim.units import N_PER_MM2
 from belt_sim.validity import Limit, warning
 
@@ -129,7 +129,7 @@ class Simulation(Display):
 
     def to_pandas(self) -> Any:
         """The curves as in curves.csv: travel in m, y in mm, angles in mrad."""
-        return frame(curves_columns(self._stored_curves()))
+        return data_frame(curves_columns(self._stored_curves()))
 
     def to_xarray(self) -> Any:
         """The curves over travel, point and span, in SI."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from belt_sim.results.check import WELL, Visible
 from belt_sim.results.diagnosis import Candidate, Discovery
-from belt_sim.results.drawings import Drift, FailureMap, Panel
+from belt_sim.results.errors import Drift, FailureMap, Panel
 from belt_sim.show import style
 from belt_sim.show.style import AFTER, BEFORE, CYCLE, FAINT, INK, MEASURED
 from belt_sim.units import shop_unit

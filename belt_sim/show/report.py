@@ -21,10 +21,9 @@ from belt_sim.errors import BeltError
 from belt_sim.io import write_text
 from belt_sim.results import words
 from belt_sim.results.diagnosis import LIKELY, UNKNOWN, Candidate, Diagnosis, Discovery, FoundEffect, Rival, Verdict
-from belt_sim.results.drawings import Panel
-from belt_sim.results.errors import Errors, OwnChange, Worst
+from belt_sim.results.errors import Errors, OwnChange, Panel, Worst
 from belt_sim.results.estimates import Estimate, Machine, number_texts
-from belt_sim.results.json import DIAGNOSIS
+from belt_sim.results.files import DIAGNOSIS
 from belt_sim.show.diagnosis import shown_panels
 from belt_sim.show.style import AMBER, BLUE, CYCLE, FAINT, GREEN, GRID, INK, PAPER, PINK, RED
 
@@ -52,7 +51,7 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
     from jinja2 import Environment, FileSystemLoader
 
     page = Environment(loader=FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    page.filters.update(number=words.number, milli=words.thousandths, plain=words.plain, degrees=words.degrees)
+    page.filters.update(number=words.number, milli=words.thousandths, plain=words.setting, degrees=words.degrees)
     page.filters.update(tenths=lambda gain: words.number(gain, 1 if gain is not None and gain < 100.0 else 0))
     page.filters.update(inline=inline_svg, rows=words.rows, capital=words.capital)
     found = d.discovery if d.discovery is not None and d.discovery.found else None

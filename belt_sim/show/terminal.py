@@ -12,8 +12,7 @@ from rich.text import Text
 
 from belt_sim.model import BY_TENSION
 from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis, error_line
-from belt_sim.results.display import Table
-from belt_sim.results.words import capital
+from belt_sim.results.words import Table, capital
 from belt_sim.show.report import plant_card, rival_cards
 
 

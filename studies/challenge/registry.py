@@ -88,7 +88,7 @@ def with_white_noise(campaign: Campaign) -> Campaign:
 
 def _diagnose(campaign: Campaign, bootstraps: int, seed: int, base: str, advise: bool = True) -> dict[str, Any]:
     from belt_sim.api.inference import diagnose
-    from belt_sim.results.json import diagnosis_json
+    from belt_sim.results.files import diagnosis_json
 
     content = diagnosis_json(diagnose(campaign, base, bootstraps=bootstraps, seed=seed, advise=advise))
     kept = {key: value for key, value in content.items() if key not in _LONG}

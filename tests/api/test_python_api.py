@@ -217,7 +217,7 @@ def test_a_diagnosis_shows_itself():
 
 
 def test_a_diagnosis_of_a_run_folder_is_loaded(tmp_path):
-    from belt_sim.commands.outputs import write_diagnosis
+    from belt_sim.api.plot import write_diagnosis
 
     write_diagnosis(tmp_path, drawn("sag_roll"), pictures=True)
     back = bs.load_diagnosis(tmp_path)

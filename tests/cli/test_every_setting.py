@@ -12,8 +12,7 @@ import pytest
 
 from belt_sim.app import server
 from belt_sim.cli import run
-from belt_sim.commands import campaigns, inference
-from belt_sim.commands.words import COMMANDS, known_keys
+from belt_sim.commands import COMMANDS, campaigns, inference, known_keys
 from belt_sim.errors import BeltError
 from belt_sim.io import CONF, ROOT
 
@@ -100,7 +99,8 @@ WHY_NOT = {
 }  # fmt: skip
 BEHIND = {
     inference.inference: ("check", "compare", "diagnose"),
-    campaigns: ("import_files", "make_campaign", "plan_by_number", "reveal_truth"),
+    campaigns: ("import_files", "plan_by_number"),
+    campaigns.virtual_rig: ("make_campaign", "reveal"),
     server: ("serve",),
 }
 

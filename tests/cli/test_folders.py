@@ -2,11 +2,8 @@
 
 import json
 
-import pytest
-
 from belt_sim.cli import LONGEST, folder_name, run
-from belt_sim.commands.run_dir import RunDir
-from belt_sim.errors import InputError
+from belt_sim.commands import runs
 
 
 def test_nothing_of_an_earlier_run_stays(belt):
@@ -26,13 +23,15 @@ def test_a_sweep_that_finds_its_runs_done_keeps_them(belt):
     assert len(list(belt.folder.glob("*/curves.csv"))) == 2
 
 
-def test_of_two_runs_in_one_folder_the_second_is_refused_and_takes_nothing_away(tmp_path):
-    here = RunDir(tmp_path, "simulate", {})
-    (tmp_path / ".hydra").mkdir()
-    with here.open():
-        with pytest.raises(InputError, match="another run is at work there"), here.open():
-            pass
-        assert (tmp_path / ".hydra" / "lock").is_file()
+def test_of_two_runs_in_one_folder_the_second_is_refused_and_takes_nothing_away(belt):
+    notes = belt.folder / ".hydra"
+    notes.mkdir(parents=True)
+    with (notes / "lock").open("a") as other:
+        runs.fcntl.flock(other, runs.fcntl.LOCK_EX)
+        answer = belt("simulate", "model=strip", "travel=2")
+    assert answer.status == 1
+    assert "another run is at work there" in answer.err
+    assert (notes / "lock").is_file()
 
 
 def test_a_refused_run_leaves_no_folder(belt):
@@ -76,11 +75,9 @@ def test_two_sweeps_have_two_folders(tmp_path, monkeypatch, capsys):
 
 
 def test_of_two_sweeps_in_one_folder_the_second_is_refused(belt):
-    from belt_sim.commands import sweep
-
     belt.folder.mkdir()
-    with (belt.folder / sweep.NOTES).open("a") as other:
-        sweep.fcntl.flock(other, sweep.fcntl.LOCK_EX)
+    with (belt.folder / runs.CASES).open("a") as other:
+        runs.fcntl.flock(other, runs.fcntl.LOCK_EX)
         answer = belt("simulate", "-m", "model=rope", "travel=2", "pictures=false", "tension=30,40")
     assert answer.status == 1
     assert answer.err.startswith(f"belt-sim: hydra.sweep.dir = {belt.folder}: another sweep is at work there")

@@ -5,7 +5,7 @@ import pytest
 
 import belt_sim as bs
 from belt_sim.cli import new_effect, run
-from belt_sim.commands.words import COMMANDS, help_text
+from belt_sim.commands import COMMANDS, help_text
 
 OWN_HELP = ("completion", "demo", "new-effect")
 

@@ -6,7 +6,7 @@ import shutil
 import pandas as pd
 import pytest
 
-from belt_sim.commands import run_dir
+from belt_sim.commands import runs
 from belt_sim.io import CAMPAIGNS, ROOT
 
 SWEEP = ("simulate", "-m", "travel=2", "pictures=false", "tension=20,40")
@@ -59,7 +59,7 @@ def test_missing_curves_are_made_again(belt):
 
 def test_another_version_of_the_code_runs_again(belt, monkeypatch):
     belt(*SWEEP)
-    monkeypatch.setattr(run_dir, "code_hash", lambda: "0" * 64)
+    monkeypatch.setattr(runs, "code_hash", lambda: "0" * 64)
     assert kept(belt(*SWEEP)) == (0, ["the code of belt-sim has changed"] * 2)
 
 

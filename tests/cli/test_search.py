@@ -3,7 +3,7 @@
 import pytest
 import yaml
 
-from belt_sim.commands.simulate import centring_asked
+from belt_sim.commands.cases import CentringGoal
 from belt_sim.curves import read_curves
 
 pytest.importorskip("hydra_plugins.hydra_optuna_sweeper")
@@ -15,7 +15,7 @@ def test_the_best_of_a_few_runs_is_the_best_of_what_they_left(belt):
     assert answer.status == 0, answer.err
     assert "best of 4: " in answer.out  # and the end of the sweep raised nothing
     assert (belt.folder / "sweep.csv").is_file()
-    wanted = centring_asked({"start": 10.0, "within": 1.0, "beyond": 0.2})
+    wanted = CentringGoal.from_setting({"start": 10.0, "within": 1.0, "beyond": 0.2})
     reached = [wanted.count(c.travel, c.y) for c in map(read_curves, belt.folder.glob("*/curves.csv"))]
     best = yaml.safe_load((belt.folder / "optimization_results.yaml").read_text(encoding="utf-8"))
     assert len(reached) == 4

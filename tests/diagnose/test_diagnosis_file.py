@@ -13,8 +13,8 @@ from belt_sim.diagnosis.describe import describe
 from belt_sim.errors import InputError
 from belt_sim.io import write_json
 from belt_sim.results.diagnosis import Diagnosis
-from belt_sim.results.drawings import Drawings
-from belt_sim.results.json import diagnosis_json, file_json, read_diagnosis, to_json
+from belt_sim.results.errors import Drawings
+from belt_sim.results.files import diagnosis_json, file_json, read_diagnosis, to_json
 
 NAMES = ("nothing", "sag_roll", "two", "stranger")
 

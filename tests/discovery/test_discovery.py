@@ -8,8 +8,7 @@ from shipped_schema import check
 from small_discovery import MODEL, D, campaign, described, discovered, fitted, surveyed
 
 import belt_sim as bs
-from belt_sim.api.plot import drawings_by_kind
-from belt_sim.commands.outputs import write_discovery
+from belt_sim.api.plot import pictures_by_kind, write_discovery
 from belt_sim.diagnosis.decision.decide import log_evidence
 from belt_sim.diagnosis.decision.policy import POLICY
 from belt_sim.diagnosis.fits.workbench import workbench
@@ -20,7 +19,7 @@ from belt_sim.discovery.march_fit import CloseLaw, search_law
 from belt_sim.discovery.search_data import search_data_of
 from belt_sim.errors import InputError
 from belt_sim.results.errors import Change, Errors, OwnChange
-from belt_sim.results.json import discovery_json, read_discovery
+from belt_sim.results.files import discovery_json, read_discovery
 from belt_sim.results.words import thousandths
 
 EXPLAINED = 0.9  # of the hidden effect's chi2, D^2
@@ -54,11 +53,11 @@ def test_the_held_out_error_falls():
 
 def test_the_written_effect_lets_the_error_fall_in_a_comparison(tmp_path):
     write_discovery(tmp_path, described("yaw_creep"))
-    for name, draw in drawings_by_kind(described("yaw_creep")).items():
+    for name, draw in pictures_by_kind(described("yaw_creep")).items():
         draw(tmp_path / f"{name}.png")
     compared = bs.compare(campaign("yaw_creep"), "strip", [str(tmp_path / "found_law.yaml")], drawn=False)
     assert compared.error.fit.after < 0.8 * compared.error.fit.before
-    assert {p.name for p in tmp_path.glob("*.png")} == {f"{n}.png" for n in drawings_by_kind(described("yaw_creep"))}
+    assert {p.name for p in tmp_path.glob("*.png")} == {f"{n}.png" for n in pictures_by_kind(described("yaw_creep"))}
     content = json.loads((tmp_path / "discovery.json").read_text())
     check(content)
     read = read_discovery(content)

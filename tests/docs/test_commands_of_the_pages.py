@@ -13,8 +13,8 @@ from omegaconf.errors import MissingMandatoryValue
 from pages import PAGES, Command, commands, missing, name
 
 from belt_sim.cli import import_arguments, quote, run
-from belt_sim.commands.run_dir import plain
-from belt_sim.commands.words import COMMANDS
+from belt_sim.commands import COMMANDS
+from belt_sim.commands.runs import plain_settings
 from belt_sim.effects.load import load_classes
 from belt_sim.io import CAMPAIGNS, CONF, ROOT
 from belt_sim.model import BY_TENSION, model_named
@@ -75,7 +75,7 @@ def complete(command: str, given: list[str], conf=CONF) -> dict[str, Any]:
             first.append(override.input_line)
     with initialize_config_dir(version_base="1.3", config_dir=str(conf)):
         try:
-            return plain(compose(command, first))
+            return plain_settings(compose(command, first))
         except MissingMandatoryValue:
             return {}
 

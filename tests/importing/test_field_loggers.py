@@ -9,13 +9,12 @@ from logger_files import MAPPING, log, table, truth
 from rich.console import Console
 from rich.prompt import Confirm, Prompt
 
-from belt_sim.api.campaigns import draft_text
+from belt_sim.api.campaigns import draft_text, run_noise_table
 from belt_sim.campaign import read_campaign
 from belt_sim.commands.campaigns import ask_in_terminal
 from belt_sim.errors import BeltError
 from belt_sim.foresight.doubts import noisy_runs
 from belt_sim.importing import read, understand, write
-from belt_sim.show.imports import run_noise_table
 
 RUN = {"tension": "10 N/mm2", "yaw": "-0.73 mrad"}
 L = log(length=10.0)

@@ -12,7 +12,7 @@ from belt_sim.campaign import CampaignError, read_campaign
 from belt_sim.campaign.folder import is_plan, read_plan
 from belt_sim.errors import BeltError
 from belt_sim.foresight.harm import harm_warnings
-from belt_sim.results.json import file_json
+from belt_sim.results.files import file_json
 
 SETTINGS = {
     "rig": "test_rig",

@@ -13,7 +13,7 @@ from belt_sim.case import Rig, Schedule
 from belt_sim.effects.base import library
 from belt_sim.io import ROOT
 from belt_sim.model import MODELS
-from belt_sim.results.json import summary_json
+from belt_sim.results.files import summary_json
 from belt_sim.units import DEGREE
 from belt_sim.validity import exceeded_limits, limits, warning
 from studies.paper.case import ROPE_EXAMPLE

@@ -25,9 +25,8 @@ from belt_sim.results.diagnosis import (
     Unknown,
     Verdict,
 )
-from belt_sim.results.drawings import Drawings
-from belt_sim.results.errors import Change, Errors, Features, OwnChange, RunError, Where, Worst
-from belt_sim.results.json import diagnosis_json, diagnosis_of, file_json
+from belt_sim.results.errors import Change, Drawings, Errors, Features, OwnChange, RunError, Where, Worst
+from belt_sim.results.files import diagnosis_json, diagnosis_of, file_json
 
 STORED = Path(__file__).parent / "stored"  # a diagnosis with a discovery, as it was once written
 UNITS = 1e-9  # relative: to mm or degrees, written with 12 digits, and back

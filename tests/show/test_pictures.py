@@ -11,7 +11,7 @@ from matplotlib.text import Text
 from paper_cases import paper_case
 from small_campaign import drawn
 
-from belt_sim.api.plot import drawings_by_kind, plot
+from belt_sim.api.plot import pictures_by_kind, plot
 from belt_sim.api.simulate import simulate
 from belt_sim.errors import BeltError, InputError
 from belt_sim.results.errors import SteadyError
@@ -52,7 +52,7 @@ def whole(path) -> bool:
 @pytest.mark.parametrize("kind", OF_DIAGNOSIS)
 def test_every_picture_of_a_diagnosis_is_written_whole(kind, tmp_path):
     d = drawn("sag_roll")
-    assert set(drawings_by_kind(d)) == set(OF_DIAGNOSIS)
+    assert set(pictures_by_kind(d)) == set(OF_DIAGNOSIS)
     path = tmp_path / "deeper" / "picture.png"
     plot(d, path, kind=kind)
     assert whole(path)

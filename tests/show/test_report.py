@@ -15,8 +15,7 @@ from belt_sim.campaign import Suspicion
 from belt_sim.errors import BeltError
 from belt_sim.io import ROOT
 from belt_sim.results.diagnosis import Candidate, Confusable, NextRun, Verdict
-from belt_sim.results.drawings import Drawings
-from belt_sim.results.errors import Change, Errors
+from belt_sim.results.errors import Change, Drawings, Errors
 from belt_sim.results.words import thousandths
 from belt_sim.show.report import (
     BLIND_TESTS,

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 import belt_sim as bs
-from belt_sim.commands import outputs
-from belt_sim.commands.outputs import observers_of, record, stay
+from belt_sim.commands import cases
+from belt_sim.commands.cases import observers_of, record, stay
 from belt_sim.errors import SimulationError
 from belt_sim.show.geometry import frames
 
@@ -19,22 +19,22 @@ def simulation():
 
 
 def test_positions_so_far_are_on_disk_while_a_run_goes_on(simulation, tmp_path, monkeypatch):
-    monkeypatch.setattr(outputs, "EVERY", 0.0)
-    observer = outputs.CurvesSoFar(tmp_path)
+    monkeypatch.setattr(cases, "EVERY", 0.0)
+    observer = cases.CurvesSoFar(tmp_path)
     observer.start(simulation.case, simulation.travel)
     for frame in frames(simulation.case, simulation.curves):
         observer.frame(frame)
-    table = pd.read_csv(tmp_path / outputs.PARTIAL)
+    table = pd.read_csv(tmp_path / cases.PARTIAL)
     assert table["travel_m"].iloc[-1] == 3.0
     assert table["y1_mm"].iloc[-1] == pytest.approx(1e3 * float(np.asarray(simulation.curves.y)[0, -1]), rel=1e-6)
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt, SimulationError, None])
 def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(simulation, tmp_path, end):
-    observer = outputs.CurvesSoFar(tmp_path)
+    observer = cases.CurvesSoFar(tmp_path)
 
     def go_on():
-        with outputs.partial_curves_kept(tmp_path, [observer]):
+        with cases.partial_curves_kept(tmp_path, [observer]):
             for frame in frames(simulation.case, simulation.curves):
                 observer.frame(frame)
             if end is SimulationError:
@@ -49,7 +49,7 @@ def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(simulation, tmp_pa
     else:
         with pytest.raises(end):
             go_on()
-    assert (tmp_path / outputs.PARTIAL).is_file() == (end is not None)
+    assert (tmp_path / cases.PARTIAL).is_file() == (end is not None)
 
 
 def test_a_run_without_instants_is_recorded_when_it_ends(simulation, tmp_path):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from belt_sim.commands.simulate import CentringGoal, centring_asked
+from belt_sim.commands.cases import CentringGoal
 from belt_sim.curves import read_curves
 from belt_sim.errors import InputError
 from belt_sim.io import ROOT
@@ -30,7 +30,7 @@ def test_travel_overshoot_and_rest():
 @pytest.mark.parametrize("asked", ["fast", {"start": 10}, {"start": "ten", "within": 1, "beyond": 0.2}])
 def test_an_objective_that_cannot_be_is_refused(asked):
     with pytest.raises(InputError, match="objective"):
-        centring_asked(asked)
+        CentringGoal.from_setting(asked)
 
 
 def test_the_stored_belt_in_3d_is_centred():

@@ -7,7 +7,7 @@ from typing import Any
 
 from belt_sim.api.inference import diagnose
 from belt_sim.campaign import read_campaign
-from belt_sim.results.json import diagnosis_json
+from belt_sim.results.files import diagnosis_json
 from belt_sim.units import DEGREE, N_PER_MM2
 from belt_sim.virtual_rig import Plan, grid, make_campaign
 

@@ -1,6 +1,6 @@
 """Write results as JSON in the units of users, read a diagnosis back, and give the JSON schema of each file.
 
-The names and units of files stand beside the fields of the types (``belt_sim.results.fields``).
+The names and units of files stand beside the fields of the types (``belt_sim.results.estimates``).
 """
 
 from collections.abc import Mapping
@@ -17,9 +17,8 @@ from belt_sim.errors import BeltError, InputError
 from belt_sim.io import read_json
 from belt_sim.results.check import Check
 from belt_sim.results.diagnosis import Diagnosis, Discovery
-from belt_sim.results.drawings import Drawings
-from belt_sim.results.errors import Comparison
-from belt_sim.results.fields import IN_SI, SETTING_DIGITS, effect_json
+from belt_sim.results.errors import Comparison, Drawings
+from belt_sim.results.estimates import IN_SI, SETTING_DIGITS, effect_json
 from belt_sim.results.simulation import POINTS, SPANS, Simulation
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2, round_digits
 

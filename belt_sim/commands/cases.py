@@ -1,0 +1,276 @@
+"""belt-sim simulate, scene, export and map: one model, one case; its scene; its linear plant; a table of many cases."""
+
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from belt_sim.api.resolve import by_tension, model_of
+from belt_sim.api.simulate import on_engine, scene_text, simulate_one
+from belt_sim.commands.runs import RunDir
+from belt_sim.curves import Curves, Frame, Observer, read_curves, write_curves
+from belt_sim.errors import BeltError, InputError, SimulationError, finite, whole
+from belt_sim.io import provenance, write_json, write_text, write_with
+from belt_sim.model import AnalyticModel, Model, SteadyModel
+from belt_sim.results.simulation import Simulation
+from belt_sim.settings import case_from, model_settings
+from belt_sim.show.observers import ProgressObserver, ViewerObserver, has_display, progress, resolve_watch
+from belt_sim.show.terminal import tell_choice
+from belt_sim.units import MM
+
+PARTIAL, RECORDING = "curves_partial.csv", "belt.rrd"
+EVERY = 10.0  # [s] between two writings of what a run in 3D has so far
+WATCHED = ("native", "mjx")  # engines that show their instants as they go
+OVERSHOT = 50.0  # [m] that every millimetre of overshoot beyond what is allowed counts for
+SHORT = 10.0  # [m] that every millimetre counts for by which the belt is not centred at the end
+_NO_END = 1e5  # [m]: a scene has no end of travel that a schedule could overrun
+#: of a map
+GIVEN = ("tension", "yaw", "yaw_head", "speed", "direction", "rig", "belt", "travel", "effects", "at", "workers")
+DRAWN = 2_000_000  # cases of a picture, at most
+
+
+@dataclass(frozen=True, kw_only=True)
+class CentringGoal:
+    """What is wanted. start [m]: where all four points lie before the run; within [m] of the middle they are to stay;
+    beyond [m] it, on the other side, none may go."""
+
+    start: float
+    within: float
+    beyond: float
+
+    @staticmethod
+    def from_setting(asked: Any) -> "CentringGoal | None":
+        """What ``objective`` asks for, in mm; None for nothing. Raises InputError."""
+        if asked is None:
+            return None
+        names = ("start", "within", "beyond")
+        if not isinstance(asked, Mapping) or set(asked) != set(names):
+            raise InputError("objective", asked, "", "write {start: mm, within: mm, beyond: mm}, or null")
+        goal = CentringGoal(**{name: finite(f"objective.{name}", asked[name], "mm") * MM for name in names})
+        if not goal.within > 0 or goal.beyond < 0:
+            raise InputError("objective.within", asked["within"], "mm", "must be above 0, and beyond not below it")
+        return goal
+
+    def largest_distance(self, y: np.ndarray) -> np.ndarray:
+        """Distance of the farthest point from the middle [m], shape (n,), of y (4, n) [m]."""
+        return np.asarray(np.abs(y + self.start).max(axis=0))
+
+    def centring_travel(self, travel: np.ndarray, y: np.ndarray) -> float:
+        """Travel [m] from which all of y (4, n) [m] stay within; the last where they do not."""
+        late = np.flatnonzero(self.largest_distance(y) > self.within)
+        return float(travel[0] if not len(late) else travel[min(late[-1] + 1, len(travel) - 1)])
+
+    def overshoot(self, y: np.ndarray) -> float:
+        """How far y (4, n) [m] go beyond the middle [m]."""
+        return max(float((-(y + self.start) * np.sign(self.start)).max()), 0.0)
+
+    def count(self, travel: np.ndarray, y: np.ndarray) -> float:
+        """What a search makes small: travel until centred, and more for overshoot and for what is left at the end."""
+        over = max(self.overshoot(y) - self.beyond, 0.0)
+        left = max(float(self.largest_distance(y)[-1]) - self.within, 0.0)
+        return self.centring_travel(travel, y) + (OVERSHOT * over + SHORT * left) / MM
+
+
+def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float | None:
+    """Run one simulation and leave summary.json, curves.csv and pictures in the run folder.
+
+    computed: curves that a batch has found for the case; done: the result is there. Returns what ``objective`` makes
+    of the run, for a search.
+    """
+    config, folder = run_dir.config, run_dir.path
+    wanted = CentringGoal.from_setting(config["objective"])
+    if not done:
+        watch = resolve_watch(config["watch"], "rrd", "rerun", "viewer")
+        case, stated = case_from(config), model_settings(config["model"])
+        model = on_engine(model_of(by_tension(stated, [float(case.settings.tension)])), config["engine"])
+        title = f"{model.name}, {float(config['tension']):g} N/mm2"
+        title += "" if run_dir.case is None else f", job {run_dir.case}"  # several may run at once
+        observers = observers_of(model, watch, title, folder)
+        with run_dir.outputs(RECORDING) as draft:
+            with partial_curves_kept(folder, observers):
+                asked: dict[str, Any] = {"effects": config["effects"], "travel": config["travel"]}
+                asked |= {"observers": observers, "scene_path": draft / "scene.xml", "computed": computed}
+                found = simulate_one(case, model=model, **asked)
+            if (curves := found.written_curves) is not None:
+                write_curves(draft / "curves.csv", curves)
+            from belt_sim.results.files import summary_json
+
+            write_json(draft / "summary.json", summary_json(found, provenance(config)))
+            if config["pictures"]:
+                from belt_sim.api.plot import draw_all
+
+                draw_all(draft, found)
+            record(found, model, watch, folder)
+        tell_choice(config, model.name)
+        print(*found.lines(), folder, sep="\n", flush=True)
+        stay(found, model, observers, watch)
+    if wanted is None:
+        return None
+    curves = read_curves(folder / "curves.csv")
+    travel = wanted.count(curves.travel, curves.y)
+    print(f"objective {travel:.4g}")
+    return travel
+
+
+def scene_command(run_dir: RunDir) -> None:
+    """Write a case as MJCF that runs in plain MuJoCo, and say how to look at it."""
+    config = dict(run_dir.config)
+    out = Path(str(config["out"]))
+    if out.suffix != ".xml":
+        raise InputError("out", config["out"], "", "give a file name that ends in .xml")
+    case, model = case_from(config | {"travel": _NO_END}), model_of(model_settings(config["model"]))
+    write_text(out, scene_text(case, model, config["effects"]))
+    print(f"{out}: python -m mujoco.viewer --mjcf={out}, press play, move the sliders")
+
+
+def export_command(run_dir: RunDir) -> None:
+    """Leave the plant for the design of a controller: the FMU, the MAT file, plant.json and bode.png."""
+    from belt_sim.api.simulate import export, linearise
+    from belt_sim.linear.plant import LinearBelt
+
+    config = run_dir.config
+    case = case_from({**config, "yaw": 0.0, "yaw_head": 0.0, "travel": 1.0})
+    linear = linearise(case, model=model_settings(config["model"]), effects=config["effects"])
+    assert isinstance(linear, LinearBelt)  # a schedule needs several tensions, which the command does not take
+    files = {key: config[key] for key in ("order", "delay", "highest", "fmu", "fmi", "libraries", "mat")}
+    with run_dir.outputs() as draft:
+        lines = export(linear, draft, **files, config=config)
+    print("\n".join(lines).replace(str(draft), str(run_dir.path)))
+
+
+def map_command(run_dir: RunDir) -> None:
+    """Leave map.parquet, a row a case, and map.png in the run folder."""
+    config: Any = run_dir.config
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError as missing:
+        raise BeltError("a map needs PyArrow: pip install 'belt-sim[sweeps]'") from missing
+    from belt_sim.api.plot import drawn_columns, plot
+    from belt_sim.api.sweep import sweep
+
+    if config["workers"] is not None:
+        whole("workers", config["workers"])
+    began = time.monotonic()
+    with run_dir.outputs() as draft:
+        with progress(1.0, "map") as done:
+            table = sweep(**{k: config[k] for k in GIVEN}, model=model_settings(config["model"]), tell=done)
+        shown = config["show"] or drawn_columns(table)[0]
+        if shown not in drawn_columns(table):
+            raise InputError("show", shown, "", f"use one of {', '.join(drawn_columns(table))}")
+        seconds = time.monotonic() - began
+        print(f"{len(table)} cases in {seconds:.1f} s, {len(table) / seconds:.0f} a second")
+        write_with(draft / "map.parquet", lambda path: table.to_parquet(path, index=False))
+        if config["pictures"] and len(table.attrs["axes"]) <= 2 and len(table) <= DRAWN:
+            plot(table, draft / "map.png", kind=shown)
+    print(f"{run_dir.path / 'map.parquet'}: a row a case, for pandas.read_parquet")
+
+
+# ---- who watches a run
+
+
+@contextmanager
+def partial_curves_kept(folder: Path, observers: Sequence[Observer] = ()) -> Iterator[None]:
+    """A run that diverges or is stopped leaves what it had as curves_partial.csv, which a run to the end removes."""
+    partial = folder / PARTIAL
+    partial.unlink(missing_ok=True)
+    try:
+        yield
+    except SimulationError as failure:
+        if failure.curves is not None and len(failure.curves.travel):
+            write_curves(partial, failure.curves)
+        raise
+    except KeyboardInterrupt:
+        for observer in observers:
+            if isinstance(observer, CurvesSoFar):
+                observer.write()
+        raise
+    partial.unlink(missing_ok=True)
+
+
+class CurvesSoFar(Observer):
+    """Writes positions of a run that goes on to curves_partial.csv, every ``EVERY`` seconds."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / PARTIAL
+        self.rows: list[np.ndarray] = []
+        self.written = time.monotonic()
+
+    def frame(self, frame: Frame) -> None:
+        """Keep this instant; before travel 0 the belt is still laid and tensioned."""
+        if frame.travel < 0.0:
+            return
+        self.rows.append(np.array([frame.travel, *frame.points[:, 1]]))
+        if time.monotonic() - self.written >= EVERY:
+            self.write()
+
+    def write(self) -> None:
+        """What there is so far; y counts from travel 0."""
+        self.written = time.monotonic()
+        if self.rows:
+            travel, *y = np.array(self.rows).T
+            write_curves(self.path, Curves(travel=travel, y=np.array([row - row[0] for row in y])))
+
+
+def in_time(model: Model | SteadyModel) -> bool:
+    """Whether a run of the model goes through its instants one by one, so that it can be watched meanwhile."""
+    by_formula = isinstance(model, AnalyticModel) or not isinstance(model, Model)
+    return not by_formula and getattr(model, "engine", "native") in WATCHED
+
+
+def observers_of(model: Model | SteadyModel, watch: str | None, title: str, folder: Path) -> list[Observer]:
+    """Who looks on while ``model`` runs in time: progress, curves so far, with watch = "rrd" a recording, "rerun" and
+    "viewer" the live viewers of Rerun and MuJoCo."""
+    if watch == "viewer" and getattr(model, "engine", None) != "native":
+        raise InputError("watch", watch, "", "only a 3D belt of engine=native is MuJoCo's; use watch=rerun")
+    if not in_time(model):
+        return []
+    watching: list[Observer] = [ProgressObserver(title), CurvesSoFar(folder)]
+    if watch == "viewer":
+        watching.append(ViewerObserver())
+    elif watch is not None:
+        from belt_sim.show.rerun import RerunObserver
+
+        watching.append(RerunObserver(folder / RECORDING if watch == "rrd" else None, model=model.name))
+    return watching
+
+
+def record(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: Path) -> None:
+    """Leave the recording of a finished run that was not watched meanwhile."""
+    if watch == "rrd" and s.curves is not None and not in_time(model):
+        from belt_sim.show.rerun import Overlay, record_runs, run_title
+
+        title = run_title(s.case)
+        overlay = Overlay(modelled={s.model: s.curves}, case=s.case)
+        record_runs(folder / RECORDING, {title: overlay}, name=f"{s.model}, {title}")
+
+
+def stay(s: Simulation, model: Model | SteadyModel, watching: Sequence[Observer], watch: str | None) -> None:
+    """Show a run whose results are written: in the Rerun viewer until Enter is pressed, as a web page of this process
+    until Ctrl-C; in MuJoCo's viewer until its window is closed."""
+    for observer in watching:
+        if isinstance(observer, ViewerObserver):
+            observer.wait()
+    if watch != "rerun" or s.curves is None:
+        return
+    if not in_time(model):
+        from belt_sim.show.geometry import frames
+        from belt_sim.show.rerun import RerunObserver
+
+        viewer = RerunObserver(model=s.model)
+        viewer.start(s.case, s.travel)
+        for frame in frames(s.case, s.curves):
+            viewer.frame(frame)
+        viewer.finish(s.curves)
+    if not has_display():
+        print("the page is served until Ctrl-C", flush=True)
+        with suppress(KeyboardInterrupt):
+            while True:
+                time.sleep(1.0)
+        print()
+    elif not in_time(model) and sys.stdin.isatty():
+        input("press Enter to close the viewer")

@@ -1,0 +1,487 @@
+"""Runs and sweeps as Hydra calls us.
+
+A run's folder is locked while the run is at work, filled in one move, and kept only as long as its inputs are the same.
+``.hydra/run.json`` (belt-run/1) says what a run was: hashes of its configuration, of the code, of every file that it
+read and of every file that it wrote. A sweep keeps a case only where all of them still hold.
+
+Every case of a sweep, in whatever process, adds a line to ``.cases`` in the sweep's folder when it begins and when it
+has ended: its number, its folder, its overrides, why it failed, in JSON. The last line of each becomes a row of
+sweep.csv.
+"""
+
+import ast
+import errno
+import json
+import os
+import shutil
+import sys
+import traceback
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from itertools import islice
+from math import inf
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import Any
+
+import yaml
+from hydra.core.hydra_config import HydraConfig
+from hydra.experimental.callback import Callback
+from hydra.types import RunMode
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from belt_sim.commands import COMMANDS, OUTPUT, one_line
+from belt_sim.errors import BeltError, InputError
+from belt_sim.io import (
+    DRAFTS,
+    careful_yaml,
+    clear_drafts,
+    code_hash,
+    config_hash,
+    file_hash,
+    read_json,
+    write_json,
+    write_text,
+    write_with,
+)
+
+try:
+    import fcntl
+except ImportError:  # not on this system: runs in one folder at once are the user's business
+    fcntl = None  # type: ignore[assignment]
+
+SCHEMA = "belt-run/1"
+NOTES = ".hydra"  # folder of what is said about a run
+FAILED = "failed.txt"
+CASES = ".cases"
+BUSY = "another run is at work there"
+LOST = "its process or job was lost (killed, out of memory or of time); run the same command again"
+#: of the run or sweep of this process: its lock, its configuration, and lines about what failed
+at_work: dict[str, Any] = {}
+#: commands that say themselves where their files go
+WITHOUT_FOLDER = ("app", "report", "reveal", "scene")
+#: engines that leave a GPU alone
+ON_ONE_CORE = ("native", "line", "mujoco")
+#: [bytes] of address space that JAX needs: with less, XLA ends the process in the midst of its work
+LEAST_MEMORY = 2_500_000_000
+
+
+def _lock(path: Path, key: str, folder: Path, remedy: str) -> Any:
+    """The open file that is locked until it is closed; raises InputError where another process has it."""
+    lock = path.open("a")
+    if fcntl is not None:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            lock.close()
+            raise InputError(key, str(folder), "", remedy) from error
+    return lock
+
+
+# ---- a run
+
+
+@dataclass(frozen=True)
+class RunDir:
+    """Where a run of ``command`` leaves its files. overrides: as typed; case: its number in a sweep."""
+
+    path: Path
+    command: str
+    config: Mapping[str, Any]
+    overrides: Sequence[str] = ()
+    case: int | None = None
+
+    @staticmethod
+    def of_hydra(config: DictConfig, hydra: DictConfig, command: str) -> "RunDir":
+        """The run that a configuration and Hydra's own part of it describe; raises BeltError for what has no value."""
+        many = hydra.mode == RunMode.MULTIRUN
+        try:
+            path = Path(hydra.sweep.dir) / str(hydra.sweep.subdir) if many else Path(hydra.run.dir)
+            settings, typed = plain_settings(config), list(hydra.overrides.task)
+            return RunDir(path, command, settings, typed, hydra.job.num if many else None)
+        except OmegaConfBaseException as error:
+            raise BeltError(one_line(error, command)) from error
+
+    def text_setting(self, key: str, what: str) -> str:
+        """A file or folder that the configuration names; raises InputError for what is no text."""
+        value = self.config[key]
+        if not isinstance(value, str) or not value.strip():
+            raise InputError(key, "null" if value is None else value, "", f"name {what}")
+        return value
+
+    @property
+    def campaign(self) -> str:
+        """The campaign that the configuration names."""
+        return self.text_setting("campaign", "the folder of a campaign")
+
+    def why_not_done(self) -> str | None:
+        """None when the folder holds the result of this very configuration, unharmed and of today's inputs and code;
+        else why the case runs again, empty where it never came to its end."""
+        try:
+            record = read_json(self.path / NOTES / "run.json")
+            if record["schema"] != SCHEMA or record["config_sha256"] != config_hash(self.config):
+                return ""
+            inputs, files = dict(record["inputs"]), dict(record["files"])
+            if record["code_sha256"] != code_hash():
+                return "the code of belt-sim has changed"
+        except FileNotFoundError:
+            return ""
+        except (BeltError, KeyError, TypeError, ValueError):
+            return f"{NOTES}/run.json is damaged"
+        now = input_hashes(self.config)
+        changed = sorted(name for name in inputs.keys() | now.keys() if inputs.get(name) != now.get(name))
+        if changed:
+            return f"{changed[0]} has changed"
+        for name, digest in files.items():
+            if not (self.path / name).is_file():
+                return f"{name} is missing"
+            if file_hash(self.path / name) != digest:
+                return f"{name} has been changed"
+        return None
+
+    @contextmanager
+    def outputs(self, *beside: str) -> Iterator[Path]:
+        """A draft of the folder; when the block has ended, its files replace those of the command's last run.
+
+        beside: files that the run wrote to the folder itself (a recording grows while it is watched). The record comes
+        first, summary.json last: what is killed meanwhile does not match its record.
+        """
+        draft, record = self.path / f"{DRAFTS}.{os.getpid()}", self.path / NOTES / "run.json"
+        read = input_hashes(self.config)  # as they were when the run began
+        draft.mkdir(parents=True, exist_ok=True)
+        try:
+            yield draft
+            names = sorted(str(p.relative_to(draft)) for p in draft.rglob("*") if p.is_file())
+            names.sort(key=lambda name: name == "summary.json")
+            before: list[str] = []  # what the command's last run left
+            with suppress(OSError, BeltError, KeyError, TypeError):  # no record, or a damaged one
+                last = read_json(record)
+                before = [str(name) for name in last["files"]] if last["command"] == self.command else []
+            files = {name: file_hash(draft / name) for name in names}
+            files |= {name: file_hash(self.path / name) for name in beside if (self.path / name).is_file()}
+            content = {"schema": SCHEMA, "command": self.command, "config_sha256": config_hash(self.config)}
+            write_json(record, {**content, "code_sha256": code_hash(), "inputs": read, "files": files})
+            for name in names:
+                place = self.path / name
+                try:
+                    place.parent.mkdir(parents=True, exist_ok=True)
+                    os.replace(draft / name, place)
+                except OSError as error:
+                    raise BeltError(f"{place}: {error.strerror}; move it away") from None
+            for name in set(before) - set(files):
+                if not Path(name).is_absolute() and ".." not in Path(name).parts:
+                    with suppress(OSError):
+                        (self.path / name).unlink(missing_ok=True)
+        finally:
+            shutil.rmtree(draft, ignore_errors=True)
+
+    def carry_out(self, computed: Any = None) -> float | None:
+        """Run the command in the folder, a case of a sweep only where its result is not there; return what it returns.
+
+        The folder is locked meanwhile; raises InputError where another run is at work. A run that is refused leaves
+        none. The function of the command is imported only now: JAX and MuJoCo take a while.
+        """
+        again = "" if self.case is None else self.why_not_done()
+        if again is None:
+            (self.path / FAILED).unlink(missing_ok=True)
+            print(f"done before, kept: {self.path}", flush=True)
+            if self.config.get("objective") is None:
+                return None
+        elif again:
+            print(f"runs again, {again}: {self.path}", flush=True)
+        prepare_jax(self.config.get("engine") not in (None, *ON_ONE_CORE))
+        from belt_sim.settings import check_switches
+
+        check_switches(self.command, self.config)
+        task = resolve_name(f"belt_sim.commands.{COMMANDS[self.command][1]}")
+        if again is None:
+            return task(self, done=True)  # type: ignore[no-any-return]
+        with ExitStack() as stack:
+            if self.command not in WITHOUT_FOLDER:
+                notes = self.path / NOTES
+                notes.mkdir(parents=True, exist_ok=True)
+                remedy = f"{BUSY}; give each run a folder of its own"
+                stack.enter_context(_lock(notes / "lock", "hydra.run.dir", self.path, remedy))
+                clear_drafts(self.path)
+                clear_drafts(notes)
+                (self.path / FAILED).unlink(missing_ok=True)
+            return task(self, **({} if computed is None else {"computed": computed}))  # type: ignore[no-any-return]
+
+
+def run_task(config: DictConfig, *, command: str, computed: Any = None) -> float | None:
+    """What Hydra calls: the command in its folder, or what is left of it to do; returns the number that a search reads.
+
+    computed: curves that a batch has found for the case. A failure is one line and counted (``note_end``); a case of a
+    sweep that fails has it in failed.txt, stops no other case, and counts in a search as the worst there is.
+    """
+    hydra = HydraConfig.get()
+    many, nothing = hydra.mode == RunMode.MULTIRUN, None
+    if many and (direction := OmegaConf.select(hydra, "sweeper.direction")) is not None:
+        nothing = -inf if "maximize" in str(direction) else inf
+    if many and failing_alike(hydra):
+        return nothing
+    run: RunDir | None = None
+    failure, value = "", None
+    try:
+        run = RunDir.of_hydra(config, hydra, command)
+        note_end(hydra, run.path.name, LOST) if many else None
+        value = run.carry_out(computed)
+    except BeltError as error:
+        failure = str(error)
+    except OSError as error:
+        failure = explain(error, run.path if run else "hydra.run.dir")
+        if error.filename == OUTPUT:
+            at_work["crash"] = error
+            return nothing
+    except Exception as error:
+        failure = f"{type(error).__name__}: {error}"
+        if not many:
+            at_work["crash"] = error  # Hydra would print words of its own
+            return nothing
+        traceback.print_exception(error, file=sys.stderr)
+    if failure and many and run is not None:
+        try:
+            write_text(run.path / FAILED, " ".join(failure.split()) + "\n")
+        except OSError as error:  # a disk that takes nothing more does not stop the other cases
+            print(f"belt-sim: {run.path} = {error.strerror or error}", file=sys.stderr)
+    elif failure and hydra.output_subdir is not None and BUSY not in failure:
+        # refused: nothing stays where Hydra alone noted something
+        folder = Path(hydra.runtime.output_dir)
+        with suppress(OSError):
+            if {p.name for p in folder.iterdir()} <= {NOTES} and not (folder / NOTES / "run.json").exists():
+                shutil.rmtree(folder / NOTES, ignore_errors=True)
+                folder.rmdir()
+    note_end(hydra, run.path.name if run else "", failure)
+    return nothing if failure else value
+
+
+def explain(error: OSError, path: object) -> str:
+    """An error of the system in one line: what it is about, what went wrong, what to do."""
+    full = "free the disk; what was finished is kept"
+    remedies = {
+        errno.ENOMEM: "free memory, or ask for less at once",
+        errno.ENOSPC: full,
+        errno.EDQUOT: full,
+        errno.EFBIG: "raise the limit of file sizes (ulimit -f)",
+        errno.EMFILE: "raise the limit of open files (ulimit -n)",
+    }
+    remedy = remedies.get(error.errno or 0, "choose a folder that can be written")
+    return f"{error.filename or path} = {error.strerror or error}: {remedy}"
+
+
+def plain_settings(config: DictConfig) -> dict[str, Any]:
+    """A configuration as plain dicts and lists, without Hydra's own."""
+    bare = OmegaConf.masked_copy(config, [k for k in config if k != "hydra"]) if "hydra" in config else config
+    return OmegaConf.to_container(bare, resolve=True, throw_on_missing=True)  # type: ignore[return-value]
+
+
+@cache
+def prepare_jax(space: bool) -> None:
+    """Set JAX up for this process; raises InputError for what it cannot work with."""
+    if find_spec("resource") is not None:  # not on Windows
+        import resource
+
+        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY:
+            needed = f"at least {LEAST_MEMORY / 1e9:g} GB of address space are needed"
+            remedy = f"{needed}; raise the limit (ulimit -v unlimited)"
+            raise InputError("ulimit -v", f"{limit / 1e9:.3g}", "GB", remedy)
+    try:
+        from belt_sim.jax_setup import check_environment, prepare
+    except ValueError as error:  # JAX reads JAX_... as it is imported
+        raise BeltError(f"JAX_...: {error}; unset it") from error
+    check_environment()
+    prepare(space)
+
+
+def input_hashes(config: Any) -> dict[str, str]:
+    """Path -> SHA-256 of every file that a configuration names: campaign folders, effects, scenes, mappings."""
+    found: dict[str, str] = {}
+    for path in _named_files(config):
+        with suppress(OSError):  # a run that cannot read it says so
+            found[str(path)] = file_hash(path)
+    return found
+
+
+def _named_files(value: Any, key: str = "") -> Iterator[Path]:
+    if isinstance(value, Mapping):
+        for name, inner in value.items():
+            yield from _named_files(inner, str(name))
+    elif isinstance(value, list | tuple):
+        for inner in value:
+            yield from _named_files(inner, key)
+    elif isinstance(value, str) and value and key not in ("out", "draft"):
+        if key == "campaign":
+            from belt_sim.campaign.folder import campaign_folder
+
+            with suppress(OSError, BeltError):
+                yield from sorted(p for p in campaign_folder(value).glob("*") if p.is_file())
+        elif len(value) < 4096 and "\0" not in value and Path(value).suffix and Path(value).is_file():
+            yield from _with_what_it_names(Path(value), set())
+
+
+def _with_what_it_names(path: Path, seen: set[Path]) -> Iterator[Path]:
+    """A file, the .py files that an effects.yaml names, and the modules beside a .py file that it imports."""
+    if path in seen:
+        return
+    seen.add(path)
+    yield path
+    names: list[str] = []
+    with suppress(OSError, ValueError, SyntaxError, yaml.YAMLError):
+        if path.suffix in (".yaml", ".yml"):
+            inside = [careful_yaml(path.read_bytes(), path.name)]
+            while inside:
+                content = inside.pop()
+                if isinstance(content, Mapping | list):
+                    inside += content.values() if isinstance(content, Mapping) else content
+                elif isinstance(content, str) and content.endswith(".py"):
+                    names.append(content)
+        elif path.suffix == ".py":
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                imported = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+                imported += [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
+                names += [f"{name.replace('.', '/')}.py" for name in imported]
+    for name in names:
+        place = next((p for p in (Path(name), path.parent / name) if p.is_file()), None)
+        if place is not None:
+            yield from _with_what_it_names(place, seen)
+
+
+# ---- a sweep
+
+
+class Sweep(Callback):
+    """Hydra's callback. stop_after: a sweep whose first so many cases fail alike stops; None: it tries all."""
+
+    def __init__(self, stop_after: int | None = 5) -> None:
+        self.stop_after = stop_after
+
+    def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
+        """Lock the folder; end the process where another sweep is at work there, or a search has nothing to seek.
+
+        Hydra only warns of what a callback raises.
+        """
+        try:
+            begin_sweep(config)
+        except BeltError as error:
+            print(f"belt-sim: {error}", file=sys.stderr)
+            sys.exit(1)
+
+    def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
+        """Write the table and pictures."""
+        end_sweep()
+
+
+def begin_sweep(config: DictConfig) -> None:
+    """Lock the folder of a sweep and begin its notes; raises InputError."""
+    folder = Path(config.hydra.sweep.dir)
+    if OmegaConf.select(config, "hydra.sweeper.direction") is not None:
+        if OmegaConf.select(config, "objective") is None:
+            remedy = "a search makes a number small: state it, as objective={start: 10, within: 0.5, beyond: 0.2}"
+            raise InputError("objective", "null", "", remedy)
+        import optuna
+
+        optuna.logging.set_verbosity(optuna.logging.WARNING)
+    folder.mkdir(parents=True, exist_ok=True)
+    clear_drafts(folder)
+    remedy = "another sweep is at work there; wait for it, or give this one a folder of its own"
+    lock = _lock(folder / CASES, "hydra.sweep.dir", folder, remedy)
+    lock.truncate(0)
+    at_work.update(config=config, lock=lock)
+
+
+def note_end(hydra: DictConfig, name: str, failure: str) -> None:
+    """Note how a run or case has ended; a failure is told, once where several cases fail alike. LOST: it begins."""
+    if hydra.mode != RunMode.MULTIRUN:
+        if failure:
+            at_work.setdefault("failures", []).append(failure)
+            print(f"belt-sim: {failure}", file=sys.stderr, flush=True)
+        return
+    if failure not in ("", LOST) and all(case["failed"] != failure for case in noted_cases(hydra)):
+        print(f"belt-sim: {failure}", file=sys.stderr, flush=True)
+    line = {"number": hydra.job.num, "run": name, "overrides": list(hydra.overrides.task)}
+    with suppress(OSError), (Path(hydra.sweep.dir) / CASES).open("a", encoding="utf-8") as file:
+        file.write(json.dumps(line | {"failed": failure}) + "\n")
+
+
+def noted_cases(hydra: DictConfig) -> Iterator[dict[str, Any]]:
+    """The beginnings and ends of a sweep's cases, in their order."""
+    with suppress(OSError, ValueError), (Path(hydra.sweep.dir) / CASES).open(encoding="utf-8") as file:
+        for line in file:
+            yield json.loads(line)
+
+
+def failing_alike(hydra: DictConfig) -> str:
+    """Why the first cases of a sweep failed and the sweep stops, where all of them did so alike; else empty."""
+    most, key = OmegaConf.select(hydra, "callbacks.sweep.stop_after"), "hydra.callbacks.sweep.stop_after"
+    if most is None:
+        return ""
+    first = list(islice((case["failed"] for case in noted_cases(hydra) if case["failed"] != LOST), most))
+    alike = len(first) == most and len(set(first)) == 1 and first[0]
+    said = f"the first {most} cases failed alike ({alike}): the sweep stops; {key}=null tries all cases"
+    return said if alike else ""
+
+
+def end_sweep() -> None:
+    """The table, pictures and recording of the sweep of this process; its lock is given back."""
+    config = at_work.pop("config", None)
+    if config is None:
+        return
+    folder = Path(config.hydra.sweep.dir)
+    cases = [case for _, case in sorted({case["number"]: case for case in noted_cases(config.hydra)}.items())]
+    failures = [case["failed"] for case in cases if case["failed"]]
+    at_work.setdefault("failures", []).extend(failures)
+    best = folder / "optimization_results.yaml"
+    if len(cases) > 1 and OmegaConf.select(config, "hydra.job.name") == "simulate":
+        _tabulate(config, folder, cases)
+    if OmegaConf.select(config, "hydra.sweeper.direction") is not None and best.is_file():
+        if len(failures) == len(cases):
+            best.unlink()
+            print(f"belt-sim: none of the {len(cases)} trials came to its end", file=sys.stderr)
+        else:
+            found: Any = OmegaConf.to_container(OmegaConf.load(best))
+            print(f"best of {len(cases)}: {found.get('best_value')} with {found.get('best_params')}")
+    (folder / CASES).unlink(missing_ok=True)
+    at_work.pop("lock").close()
+
+
+def _tabulate(config: DictConfig, folder: Path, cases: Sequence[Mapping[str, Any]]) -> None:
+    """Write sweep.csv, pictures of the sweep, and one recording of all its runs where they were recorded."""
+    import pandas as pd
+
+    from belt_sim.api.plot import numbers_first
+    from belt_sim.show.sweep import draw_sweep, read_run, record_sweep
+
+    rows, there = [], []
+    typed = [dict(o.lstrip("+").split("=", 1) for o in case["overrides"] if "=" in o) for case in cases]
+    swept = [key for key in typed[0] if len({own.get(key) for own in typed}) > 1]
+    for case, own in zip(cases, typed, strict=True):
+        told: dict[str, Any] = {"failed": case["failed"] or None}
+        if not case["failed"]:
+            try:
+                summary = read_json(folder / case["run"] / "summary.json")
+                told = {k: summary[k] for k in ("model", "tension_n_per_mm2", "yaw_deg", "travel_m")}
+                told |= {f"rate{k}_mm_per_m": v for k, v in summary["rate_mm_per_m"].items()}
+                told |= {f"offset_{k}_mm": v for k, v in summary["offset_mm"].items()}
+                told |= {"steady_rate_mm_per_m": summary.get("steady_rate_mm_per_m"), "failed": None}
+                there.append(folder / case["run"])
+            except (BeltError, OSError, KeyError, TypeError) as error:
+                told = {"failed": f"summary.json is damaged: {error}"}
+        rows.append({"run": case["run"]} | {key: own[key] for key in swept if key in own} | told)
+    rows.sort(key=lambda row: row.get("failed") is not None)
+    table = pd.DataFrame(rows)
+    write_with(folder / "sweep.csv", lambda path: table.to_csv(path, index=False))
+    if there:
+        with numbers_first("the pictures of the sweep"):
+            finished = [read_run(path) for path in there]
+            if config.pictures is True:
+                draw_sweep(folder, finished)
+            if config.watch == "rrd" and any(run.curves is not None for run in finished):
+                record_sweep(folder / "sweep.rrd", finished)
+    failed = len(rows) - len(there)
+    said = f"sweep of {len(rows)} runs" + (f", {failed} of them failed" if failed else "")
+    print(f"{said}: {folder / 'sweep.csv'}", flush=True)
