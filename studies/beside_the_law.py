@@ -1,6 +1,7 @@
 """3D runs beside the strip law: python -m studies.beside_the_law 'files=outputs/study/r*.json' picture=FILE.png
 
-Prints how far each run of studies.space_run, sticking or slipping, is at most from the law with the effects of the run,
+Runs are those of studies.space_run, or of a sweep (``belt-sim simulate -m engine=quasi_static tension=...``), as
+'files=SWEEP/*/summary.json'. Prints how far each, sticking or slipping, is at most from the law with its effects,
 of points 1-4 over the whole travel, all relative to the largest y and each relative to itself; with
 'windows=[[20,60],[100,200]]' the slopes over these metres of travel too. Draws points 1 and 3, a panel a tension.
 """
@@ -17,10 +18,10 @@ import numpy as np
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import InputError
 from belt_sim.model import analytic_model
-from belt_sim.settings import case_from
+from belt_sim.settings import case_from, make_case
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, INK, RED
-from belt_sim.units import MM, MM_PER_M
+from belt_sim.units import MM, MM_PER_M, N_PER_MM2
 from studies.application import application
 
 _POINTS = ((0, BLUE), (2, RED))
@@ -41,15 +42,26 @@ class ComparedRun:
 
 
 def read(path: Path) -> ComparedRun:
-    """A run of the study and the strip law for its case."""
+    """A run of studies.space_run, or a case of a sweep (its summary.json), and the strip law for it."""
     content = json.loads(path.read_text(encoding="utf-8"))
-    table = np.genfromtxt(path.with_suffix(".csv"), delimiter=",", names=True)
+    of_sweep = path.name == "summary.json"
+    file = path.with_name("curves.csv") if of_sweep else path.with_suffix(".csv")
+    table = np.genfromtxt(file, delimiter=",", names=True)
     travel, y = table["travel_m"], np.array([table[f"y{k}_mm"] for k in (1, 2, 3, 4)]) * MM
-    config, options, effects = content["config"], content["options"], load_effects(content["config"]["effects"])
-    law = analytic_model("strip").run(case_from(config), effects, travel=float(travel[-1]))
+    if of_sweep:  # a sticking belt on the test rig
+        case, effects = make_case(tension=content["tension_n_per_mm2"], yaw=content["yaw_deg"]), load_effects(None)
+        options: dict[str, Any] = {"dx": 0.025, "friction": np.inf}
+    else:
+        case, effects, options = (
+            case_from(content["config"]),
+            load_effects(content["config"]["effects"]),
+            content["options"],
+        )
+    law = analytic_model("strip").run(case, effects, travel=float(travel[-1]))
     expected = np.array([np.interp(travel, law.travel, point) for point in law.y])
     stations, friction = float(options["dx"]), float(options["friction"])
-    return ComparedRun(float(config["tension"]), friction, stations, tuple(e.id for e in effects), travel, y, expected)
+    tension = float(case.settings.tension) / N_PER_MM2
+    return ComparedRun(tension, friction, stations, tuple(e.id for e in effects), travel, y, expected)
 
 
 def run_lines(run: ComparedRun, windows: Sequence[tuple[float, float]]) -> list[str]:

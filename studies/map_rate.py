@@ -15,11 +15,7 @@ import pandas as pd
 
 from belt_sim.api.sweep import sweep
 from belt_sim.io import write_with
-from belt_sim.show import style
-from belt_sim.show.style import BLUE, RED
 from studies.application import application
-
-NAMES = {True: "march of the strip over {travel:g} m", False: "steady rate in closed form"}
 
 
 def measure(config: Mapping[str, Any], count: int) -> dict[str, Any]:
@@ -37,9 +33,9 @@ def measure(config: Mapping[str, Any], count: int) -> dict[str, Any]:
     return row | {"disk_mib": disk, "memory_mib": memory}
 
 
-def rows(config: Mapping[str, Any]) -> pd.DataFrame:
-    """A row a number of cases, for marches and for closed forms."""
-    plain = {k: v for k, v in config.items() if k not in ("counts", "table", "picture")}
+def map_rate(config: dict[str, Any]) -> None:
+    """A row a number of cases, for closed forms and for marches; into ``table`` where it is named."""
+    plain = {k: v for k, v in config.items() if k not in ("counts", "table")}
     plain["model"] = plain["model"]["name"]
     found = []
     for travel in (None, config["travel"]):
@@ -48,37 +44,9 @@ def rows(config: Mapping[str, Any]) -> pd.DataFrame:
             measure(asked, min(count, 1000))  # compiles for chunks of this size
             found.append(measure(asked, count))
             print({k: round(v, 3) if isinstance(v, float) else v for k, v in found[-1].items()}, flush=True)
-    return pd.DataFrame(found)
-
-
-@style.picture
-def picture(path: Path, table: pd.DataFrame) -> Path:
-    """Cases per second of CPU time, and memory, against the number of cases."""
-    fig, [[rate, memory]] = style.figure(9.6, 4.2, columns=2)
-    for marched, colour in ((True, BLUE), (False, RED)):
-        part = table[table["travel_m"].notna() == marched]
-        name = NAMES[marched].format(travel=table["travel_m"].max())
-        rate.loglog(part["cases"], part["cases"] / part["cpu_seconds"], "o-", color=colour, label=name)
-        memory.semilogx(part["cases"], part["memory_mib"], "o-", color=colour, label=name)
-    rate.set(xlabel="cases", ylabel="cases a second of CPU time")
-    memory.set(xlabel="cases", ylabel="largest memory of the process so far [MiB]")
-    memory.set_ylim(bottom=0.0)
-    rate.legend(loc="lower right")
-    style.title(fig, "Maps of one to a million cases")
-    return style.save(fig, path)
-
-
-def map_rate(config: dict[str, Any]) -> None:
-    """Measure, or read what was measured; draw."""
-    stored = None if config["table"] is None else Path(config["table"])
-    if stored is not None and stored.is_file():
-        table = pd.read_csv(stored)
-    else:
-        table = rows(config)
-        if stored is not None:
-            write_with(stored, lambda draft: table.to_csv(draft, index=False, float_format="%.4g"))
-    if config["picture"]:
-        print(picture(Path(config["picture"]), table))
+    if config["table"]:
+        table = pd.DataFrame(found)
+        print(write_with(Path(config["table"]), lambda draft: table.to_csv(draft, index=False, float_format="%.4g")))
 
 
 if __name__ == "__main__":

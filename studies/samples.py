@@ -1,6 +1,5 @@
 """The campaigns of models/campaigns, written anew: python -m studies.samples names=[slack_belt]."""
 
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,55 +13,39 @@ SPACING = 0.5  # [m], which keeps a sample small
 MILD = Noise(white=0.01 * MM, wander_sd=0.03 * MM, zero=0.05 * MM, tension_rel=0.005)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Sample:
-    """Title, seed, base law and hidden effects of a sample."""
-
-    title: str
-    seed: int
-    base: str
-    hidden: list[dict] = field(default_factory=list)
-
-
-SAMPLES = {
-    "slack_belt": Sample(
-        title="A steel belt at 7 to 40 N/mm2 after a yaw step",
-        seed=7,
-        base="beam_th2",
-        hidden=[{"id": "sag_roll", "strength": 1.0}],
-    ),
-    "machine_fault": Sample(
-        title="A steel belt on a machine that may have a fault",
-        seed=12,
-        base="strip",
-        hidden=[{"id": "taper", "kappa_t": 4e-6}, {"id": "yaw_offset_tail", "beta_0": 1e-4}],
-    ),
-    "nothing_hidden": Sample(title="A steel belt on a machine in order", seed=3, base="strip"),
-}
+SAMPLES: dict[str, dict[str, Any]] = {
+    "slack_belt": {
+        "title": "A steel belt at 7 to 40 N/mm2 after a yaw step", "seed": 7, "base": "beam_th2",
+        "hidden": [{"id": "sag_roll", "strength": 1.0}],
+    },
+    "machine_fault": {
+        "title": "A steel belt on a machine that may have a fault", "seed": 12, "base": "strip",
+        "hidden": [{"id": "taper", "kappa_t": 4e-6}, {"id": "yaw_offset_tail", "beta_0": 1e-4}],
+    },
+    "nothing_hidden": {"title": "A steel belt on a machine in order", "seed": 3, "base": "strip", "hidden": []},
+}  # fmt: skip
 #: measured on the 3D belt: minutes each
-SPACE_SAMPLES = {
-    "space_taper": Sample(
-        title="A steel belt in three dimensions on a machine that may have a fault",
-        seed=21,
-        base="strip",
-        hidden=[{"id": "taper", "kappa_t": 1.2e-4}],
-    ),
-    "space_gravity": Sample(
-        title="A steel belt in three dimensions at 10 to 60 N/mm2",
-        seed=22,
-        base="beam_th2",
-        hidden=[{"id": "sag_roll", "strength": 1.0}],
-    ),
-    "space_nothing": Sample(title="A steel belt in three dimensions on a machine in order", seed=23, base="strip"),
-}
+SPACE_SAMPLES: dict[str, dict[str, Any]] = {
+    "space_taper": {
+        "title": "A steel belt in three dimensions on a machine that may have a fault", "seed": 21, "base": "strip",
+        "hidden": [{"id": "taper", "kappa_t": 1.2e-4}],
+    },
+    "space_gravity": {
+        "title": "A steel belt in three dimensions at 10 to 60 N/mm2", "seed": 22, "base": "beam_th2",
+        "hidden": [{"id": "sag_roll", "strength": 1.0}],
+    },
+    "space_nothing": {
+        "title": "A steel belt in three dimensions on a machine in order", "seed": 23, "base": "strip", "hidden": [],
+    },
+}  # fmt: skip
 
 
 def write_sample(name: str, folder: Path) -> str:
     """Measure one campaign and write it, replacing what is there; returns the SHA-256 of its truth."""
     if name in SPACE_SAMPLES:
-        campaign, truth = make_space_campaign(**vars(SPACE_SAMPLES[name]))
+        campaign, truth = make_space_campaign(**SPACE_SAMPLES[name])
     else:
-        campaign, truth = make_campaign(**vars(SAMPLES[name]), plan=Plan(spacing=SPACING), noise=MILD)
+        campaign, truth = make_campaign(**SAMPLES[name], plan=Plan(spacing=SPACING), noise=MILD)
     return write_blind(folder / name, campaign, truth, overwrite=True)
 
 

@@ -10,23 +10,60 @@ import json
 import resource
 import signal
 import time
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from belt_sim.curves import Curves, late_rates, write_curves
+from belt_sim.case import Case
+from belt_sim.curves import Curves, Frame, late_rates, write_curves
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import InputError, SimulationError
-from belt_sim.io import provenance, write_text
+from belt_sim.io import provenance, write_text, write_with
 from belt_sim.model import model_named
 from belt_sim.settings import case_from
 from belt_sim.show.observers import ProgressObserver
 from belt_sim.space.model import SpaceModel
 from belt_sim.units import MM, MM_PER_M
 from studies.application import application
-from studies.shapes import Shapes
+
+
+@dataclass
+class Shapes:
+    """The belt's edges in space at chosen places of its travel, kept while it runs (an observer).
+
+    at [m]: wanted travels; kept: for each of them the first frame that is not before it, or the last there is.
+    """
+
+    at: tuple[float, ...]
+    kept: dict[float, Frame] = field(default_factory=dict)
+    last: Frame | None = None
+
+    def start(self, case: Case, travel: float) -> None:
+        """Nothing to do."""
+
+    def frame(self, frame: Frame) -> None:
+        """Keep it where it is the first at or beyond a wanted travel."""
+        self.last = frame
+        for wanted in self.at:
+            if wanted not in self.kept and frame.travel >= wanted - 1e-9:
+                self.kept[wanted] = frame
+
+    def finish(self, curves: Curves) -> None:
+        """A travel at the very end has no frame beyond it."""
+        if self.last is not None and self.at and max(self.at) not in self.kept:
+            self.kept[max(self.at)] = self.last
+
+    def write(self, path: Path) -> Path:
+        """One row a station and travel: both edges [m], the tail pulley's axis [m] and yaw [rad]."""
+        rows = []
+        for f in self.kept.values():
+            same = np.tile([f.travel, f.tail_x, f.yaw_tail], (len(f.left), 1))
+            rows.append(np.hstack([same, f.left, f.right]))
+        table, edges = np.concatenate(rows) + 0.0, [f"{s}_{axis}_m" for s in ("left", "right") for axis in "xyz"]
+        header = ",".join(["travel_m", "tail_x_m", "yaw_tail_rad", *edges])
+        return write_with(path, lambda p: np.savetxt(p, table, "%.7g", ",", header=header, comments=""))
 
 
 def space_run(config: dict[str, Any]) -> None:

@@ -16,8 +16,8 @@ from urllib.parse import quote
 import rerun as rr
 
 from belt_sim.errors import InputError
+from studies.app_pictures import open_tab
 from studies.application import application
-from studies.browser import open_tab
 
 BAR = 36  # [px], height of the viewer's own bar
 

@@ -18,8 +18,7 @@ from belt_sim.units import DEGREE
 from belt_sim.validity import limits
 from studies.application import application
 from studies.shell import ccx
-from studies.shell.span import by_law, by_shell
-from studies.shell.span_deck import Mesh
+from studies.shell.span import Mesh, by_law, by_shell
 
 LIMITS = ("slack_edge", "second_order")
 

@@ -7,7 +7,7 @@ from belt_sim.effects.base import library
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.line.march import march
 from belt_sim.model import MODELS, analytic_model, model_named
-from studies.site.effect_table import CAN, cell, table
+from studies.site.effect_pages import CAN, cell, table
 
 
 def test_every_refusal_is_raised_with_a_remedy():

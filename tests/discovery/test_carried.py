@@ -16,7 +16,7 @@ from belt_sim.discovery.search_data import SearchData, campaign_places
 from belt_sim.discovery.selection import _laws_at_other_places, choose_law
 from belt_sim.effects.law import Form, Law, Term
 from belt_sim.results.errors import Change
-from studies.challenge.laws import generator_place, pairs
+from studies.challenge.score import generator_place, pairs
 
 GREASE = Form("alpha", course="belt_section", at=1.2, wide=0.1)
 CARRIED = ["turn_carried", "drift_carried", "bending_carried", "torsion_carried"]

@@ -30,5 +30,5 @@ def test_a_sample_is_made_anew_bit_for_bit(name, fresh):
 def test_a_sample_is_small_and_its_truth_opens(name):
     folder = CAMPAIGNS / name
     assert sum(path.stat().st_size for path in folder.iterdir()) < LARGEST
-    assert [e["id"] for e in reveal(folder).effects] == [f["id"] for f in SAMPLES[name].hidden]
+    assert [e["id"] for e in reveal(folder).effects] == [f["id"] for f in SAMPLES[name]["hidden"]]
     assert len(read_campaign(folder).runs) == 10

@@ -11,9 +11,9 @@ from belt_sim.case import Rig
 from belt_sim.errors import SimulationError
 from studies.closed_forms import shelton_factor
 from studies.paper.case import PAPER_BELT
-from studies.shell import ccx, mesh, roll, span
-from studies.shell.roll_deck import Roll, roll_deck
-from studies.shell.span_deck import Mesh, layer, span_deck
+from studies.shell import ccx, roll, span
+from studies.shell.roll import Roll, roll_deck
+from studies.shell.span import Mesh, layer, span_deck
 
 COARSE = Mesh(finest=0.02, coarsest=0.3, across=2)
 PARABOLA = 1e-6  # of the length of a span with a sag of 1 %
@@ -37,7 +37,7 @@ def sections(deck: str) -> Counter:
 
 
 def test_graded_elements_fill_the_length_and_are_finest_at_the_ends():
-    steps = mesh.graded_lengths(11.28, 0.004, 0.08)
+    steps = ccx.graded_lengths(11.28, 0.004, 0.08)
     assert steps.sum() == pytest.approx(11.28)
     assert steps[0] == steps[-1] == steps.min()
     assert steps.max() < 0.08 * 1.05
@@ -45,7 +45,7 @@ def test_graded_elements_fill_the_length_and_are_finest_at_the_ends():
 
 
 def test_quadratic_elements_have_no_node_in_their_middle():
-    belt = mesh.strip([0.0, 1.0, 3.0], 0.2, 2, quadratic=True)
+    belt = ccx.strip([0.0, 1.0, 3.0], 0.2, 2, quadratic=True)
     assert len(belt.elements()) == 4
     assert len(belt.nodes()) == 5 * 5 - 4
     named = {int(n) for line in belt.elements() for n in line.split(",")[1:]}

@@ -49,8 +49,8 @@ def errors_in_sigmas(name: str, *, with_faults: bool = True) -> np.ndarray:
 def test_it_is_small_reads_and_its_truth_opens(name):
     assert sum(path.stat().st_size for path in folder(name).iterdir()) < LARGEST
     truth, campaign = reveal(folder(name)), read_campaign(folder(name))
-    assert (truth.seed, truth.base) == (SPACE_SAMPLES[name].seed, SPACE_SAMPLES[name].base)
-    assert [{"id": e["id"], **e["parameters"]} for e in truth.effects] == SPACE_SAMPLES[name].hidden
+    assert (truth.seed, truth.base) == (SPACE_SAMPLES[name]["seed"], SPACE_SAMPLES[name]["base"])
+    assert [{"id": e["id"], **e["parameters"]} for e in truth.effects] == SPACE_SAMPLES[name]["hidden"]
     assert len(campaign.runs) == len(space_plan().runs)
     assert campaign.signals[0].gain == pytest.approx(with_simulator_error(SENSORS)[0].gain)
 
@@ -68,7 +68,7 @@ def test_space_and_line_measure_alike_within_the_stated_error(name):
     assert np.abs(off).max() < WORST
 
 
-@pytest.mark.parametrize("name", [n for n, s in SPACE_SAMPLES.items() if s.hidden])
+@pytest.mark.parametrize("name", [n for n, s in SPACE_SAMPLES.items() if s["hidden"]])
 def test_without_what_is_hidden_they_do_not(name):
     assert np.abs(errors_in_sigmas(name, with_faults=False)).max() > 1.5 * WORST
 

@@ -4,9 +4,8 @@ import pytest
 from scored import DIRT, facts, result, truth
 from small_challenge import answer_of
 
-from studies.challenge.laws import generator_place, pairs
 from studies.challenge.report import reliability
-from studies.challenge.score import error_removed, score_case
+from studies.challenge.score import error_removed, generator_place, pairs, score_case
 from studies.challenge.targets import Share, confidently_wrong, targets
 
 
