@@ -21,7 +21,7 @@ from belt_sim.diagnosis.fits.null_simulation import chance_inflation
 from belt_sim.diagnosis.fits.workbench import Workbench, workbench
 from belt_sim.diagnosis.noise.levels import words_of
 from belt_sim.diagnosis.readings.sensor_places import first_place_inside_span, shapes_a_span, shows_places
-from belt_sim.diagnosis.search import NOTHING, Search, add_fits, begin_search, extend, row_of, run_search, tabulate
+from belt_sim.diagnosis.search import Search, add_fits, begin_search, extend, row_of, run_search, tabulate
 from belt_sim.effects.base import Effect
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.hooks import as_driven
@@ -129,7 +129,7 @@ def examine(
         tell("looking for what is beyond the library")
         search, table = _gather(search, bench, nothing, laws)
         decision = decide(table, POLICY)
-        if laws is not None and decision.suspects_something_unknown(POLICY):
+        if laws is not None and decision.suspects_something_unknown(table, POLICY):
             tell("looking for the law of what is left")
             search, table, found = _add_laws(search, table, decision, laws)
             decision = decide(table, POLICY)
@@ -231,14 +231,10 @@ def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids
 def _add_laws(
     search: Search, table: EvidenceTable, decision: Decision, laws: LawFinder
 ) -> tuple[Search, EvidenceTable, dict[Ids, LawResult]]:
-    """The search, its table with the evidence of laws in the march, and these laws: beside nothing, and beside the
-    effects that may stay with something unknown.
-
-    A crooked edge takes on part of an unknown that comes round with the belt: only a law alone tells that it is none.
-    """
-    beside = frozenset(decision.likeliest_unknown.effects) & table.additive
-    search = add_fits(search, [tuple(sorted(beside)), ()])
-    found = {ids: laws.law(search.bench, search.fits[ids]) for ids in dict.fromkeys([beside, NOTHING])}
+    """The search, its table with the evidence of laws in the march, and these laws, by the effects beside them."""
+    sets = decision.law_sets(table)
+    search = add_fits(search, [tuple(sorted(ids)) for ids in sets])
+    found = {ids: laws.law(search.bench, search.fits[ids]) for ids in sets}
     in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
     rows = [replace(b, laws=(*b.laws, in_march[b.ids])) if b.ids in in_march else b for b in table.unknown]
     return search, replace(table, unknown=tuple(rows)), found

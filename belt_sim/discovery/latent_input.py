@@ -29,6 +29,8 @@ class Basis:
 
     def with_fewer_knots(self, apart: int) -> "Basis":
         """The same on every so manieth knot, which straight lines join."""
+        if apart == 1:
+            return self
         count = (len(self.knots) - 1) // apart + 1
         hats = np.maximum(0.0, 1.0 - np.abs(np.arange(count)[:, None] - np.arange(len(self.knots)) / apart))
         return Basis(self.knots[::apart], hats @ self.information @ hats.T, self.pull @ hats.T, hats @ self.shared)
@@ -95,12 +97,9 @@ def pooling_weights(runs: Sequence[Run]) -> dict[str, np.ndarray]:
 
 def latent_inputs(projector: ResidualProjector, basis: Basis, place: Place, runs: Sequence[Run]) -> list[LatentInput]:
     """The likeliest input at a place for each way of pooling runs."""
-    found = []
+    found, bases = [], {share: basis.with_fewer_knots(apart) for share, apart in LENGTHS.items()}
     for pool, weights in pooling_weights(runs).items():
-        of_lengths = [
-            _of_best_height(projector, basis.with_fewer_knots(apart), place, pool, weights, share)
-            for share, apart in LENGTHS.items()
-        ]
+        of_lengths = [_of_best_height(projector, fewer, place, pool, weights, share) for share, fewer in bases.items()]
         found.append(max(of_lengths, key=lambda c: c.gain))
     return found
 

@@ -154,10 +154,24 @@ def test_a_law_is_sought_where_the_linear_range_cannot_tell_it_from_effects():
     worth = explanations(table(pair), POLICY)[0].log_posterior + log(POLICY.unknown)
     asked = []
     for behind in (19.0, 21.0):
-        decision = decide(table(pair, unknown=(unknown(worth - behind),)), POLICY)
+        asked_of = table(pair, unknown=(unknown(worth - behind),))
+        decision = decide(asked_of, POLICY)
         assert decision.verdict is Verdict.EXPLAINED
-        asked.append(decision.suspects_something_unknown(POLICY))
+        asked.append(decision.suspects_something_unknown(asked_of, POLICY))
     assert asked == [True, False]
+
+
+def test_no_law_is_sought_for_a_row_that_the_search_cannot_change():
+    """A law is fitted beside nothing or beside effects that only add to the readings: a row with another effect stays
+    as it is, however close it comes."""
+    pair, alone = row("crown", "taper", gain=2000.0), row("crown", gain=1000.0)
+    best, other = explanations(table(pair, alone), POLICY)[:2]
+    behind = best.log_posterior - other.log_posterior + log(POLICY.unknown * POLICY.further) - 5.0
+    for additive, law in ((frozenset(), False), (frozenset(["crown"]), True)):
+        asked_of = table(pair, alone, unknown=(unknown(behind, "crown"),), additive=additive)
+        decision = decide(asked_of, POLICY)
+        assert decision.probability_of_unknown < POLICY.alarm
+        assert decision.suspects_something_unknown(asked_of, POLICY) is law
 
 
 def test_readings_that_could_show_nothing_do_not_say_that_nothing_is_missing():

@@ -89,15 +89,26 @@ class Decision:
         first, *others = policy.like_one_change_of_the_span
         return (*(name for name in others if name in self.named), first) if first in self.named else ()
 
-    def suspects_something_unknown(self, policy: Policy) -> bool:
+    def law_sets(self, table: EvidenceTable) -> tuple[Ids, ...]:
+        """The sets of effects beside which a law is fitted in the march: none, and those that only add to the readings
+        of the likeliest set with something unknown.
+
+        A crooked edge takes on part of an unknown that comes round with the belt: only a law alone tells that it is
+        none.
+        """
+        return tuple(dict.fromkeys([frozenset(self.likeliest_unknown.effects) & table.additive, frozenset[str]()]))
+
+    def suspects_something_unknown(self, table: EvidenceTable, policy: Policy) -> bool:
         """Whether something unknown may be there, so that its law is worth a search.
 
-        What is beyond the library is judged in the linear range, which is good to a share of a gain only.
+        What is beyond the library is judged in the linear range, which is good to a share of a gain only. A search
+        changes the rows of ``law_sets`` and no others, so that only these count.
         """
         if self.instead:
             return False
-        best = self.best
-        imitated = [e for e in self.explanations if e.unknown and set(e.effects) < set(best.effects)]
+        best, sets = self.best, self.law_sets(table)
+        unknown = [e for e in self.explanations if e.unknown and frozenset(e.effects) in sets]
+        imitated = [e for e in unknown if set(e.effects) < set(best.effects)]
         behind = [best.log_posterior - policy.linear * (best.likelihood - e.likelihood) for e in imitated]
         in_doubt = any(e.log_posterior > b for e, b in zip(imitated, behind, strict=True))
         return in_doubt or self.probability_of_unknown > policy.alarm

@@ -93,7 +93,7 @@ def workbench(
     samples = samples_of(campaign)
     still = np.zeros((1, *samples.y.shape))
     exact = metric_of(samples, Levels(), still, still)  # every setting is
-    step, error = choose_step(samples, model, exact.whiten)
+    step, error = choose_step(samples, model, classes, exact.whiten)
     forward = Forward(samples, model, classes, step, terms)
     null = forward.null()
     shapes, shared, values = _nuisances_at(campaign, samples, forward, null)

@@ -35,6 +35,8 @@ DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6, 1e-3)
 KEPT = 8  # sets of columns of additive effects, at once
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
 READ, LIGHT, HEAVY = "read", "light", "heavy"
+BEYOND = 4  # steps behind a record, between which its last reading is looked up
+FURTHER = ("encoder", "sensor_travel")  # hooks of effects with which a reading may be of a later travel than is shown
 _AT_STEPS = ("yaw", "runup", "bend", "slide", "wrap")
 Groups = frozenset[str]
 
@@ -76,6 +78,7 @@ class Forward:
         travel = samples.end * REACH + 0.5
         steps, _, history = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._steps, self._room = (travel / steps, steps), room_for(steps, history)
+        self._far = np.array([bool(overrides(s.effect, FURTHER)) for s in self.slots] + [False] * len(NUISANCES))
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.longer = 0.0
         self.offset: np.ndarray | float = 0.0
@@ -165,8 +168,14 @@ class Forward:
         slots = tuple(self.slots[k] for k in kept)
         march = compile_march(self.model, slots, *self._room, tilts, others)
         scales = [s.scale for s in slots] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
+        spacing, most = self._steps
+        steps = np.full(len(samples.runs), most)
+        if not others and not np.any((vector != self._null)[:, self._far]):
+            ends = np.maximum(np.max(samples.travel, axis=1), samples.yaw_at)
+            steps = np.minimum(np.ceil(ends / spacing).astype(int) + BEYOND, most)
         vector = vector[:, [*kept, *self.nuisances]] * scales
-        return plan_batches(march, vector, bin_attenuation(slots, samples, len(NUISANCES)), samples, self._steps)
+        shown = bin_attenuation(slots, samples, len(NUISANCES))
+        return plan_batches(march, vector, shown, samples, spacing, steps)
 
     def values_and_slopes(self, vector: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""
@@ -239,12 +248,13 @@ ORDER = 4.0  # error of a step over that of half the step: the march is of secon
 
 
 def choose_step(
-    samples: Samples, model: Composition, whiten: Callable[[np.ndarray], np.ndarray]
+    samples: Samples, model: Composition, classes: Sequence[type[Effect]], whiten: Callable[[np.ndarray], np.ndarray]
 ) -> tuple[float, np.ndarray]:
     """The longest step [m], of STEP and its halves, whose error is no longer than WANTED, and that error (R, S, n)
-    [m or rad]; ``whiten`` as in ``Metric``.
+    [m or rad]; ``classes``: within reach, all null, for the program that other predictions need as well; ``whiten`` as
+    in ``Metric``.
     """
-    both = (Forward(samples, model, (), step) for step in (STEP, STEP / 2))
+    both = (Forward(samples, model, classes, step) for step in (STEP, STEP / 2))
     coarse, fine = (f.values(f.null()[None])[0] for f in both)
     error = (coarse - fine) * ORDER / (ORDER - 1.0)
     size = float(np.linalg.norm(whiten(error)))

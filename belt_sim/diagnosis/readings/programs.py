@@ -92,10 +92,15 @@ class Work:
 
 
 def plan_batches(
-    program: Callable[..., jax.Array], vector: np.ndarray, shown: np.ndarray, samples: Samples, more: tuple
+    program: Callable[..., jax.Array],
+    vector: np.ndarray,
+    shown: np.ndarray,
+    samples: Samples,
+    spacing: float,
+    steps: np.ndarray,
 ) -> Work:
     """What a ``program`` of one run is to show of all runs at points (C, k); shown (R, k): how much of each number the
-    readings of a run show; more: arguments that all runs share."""
+    readings of a run show; spacing [m], steps (R,): of the march, which goes as far as a batch asks for."""
     stand = [*PLACES, *places_of(samples)]  # rows of what a program shows
     places = [stand.index(sensor_place(s.at) or s.at) for s in samples.signals]
     runs, _, n = samples.y.shape
@@ -109,7 +114,7 @@ def plan_batches(
         r = run[rows]
         settings = jax.tree.map(lambda x: x[r], cases.settings)
         of_rows = vector[points[rows]], shown[r], settings, travel[r], time[r], samples.yaw_at[r]
-        predicted = program(*of_rows, cases.rig, cases.belt, *more)
+        predicted = program(*of_rows, cases.rig, cases.belt, spacing, int(steps[r].max()))
         part = found[start : start + ROWS]
         part[:] = np.asarray(predicted)[: len(part), places, :n]
 
