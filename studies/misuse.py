@@ -287,8 +287,8 @@ def of_effects(folder: Path, rng: random.Random) -> Case:
 
 
 def of_json(folder: Path, rng: random.Random) -> Case:
-    """A damaged JSON in a folder that is read: a run, a diagnosis, a map, a sealed truth."""
-    kind = rng.choice(("diagnosis", "diagnosis", "map", "run"))
+    """A damaged JSON in a folder that is read: a run, a diagnosis, a sealed truth."""
+    kind = rng.choice(("diagnosis", "diagnosis", "run"))
     shutil.copytree(_right_folder(kind), folder / kind)
     files = sorted((folder / kind).rglob("*.json"))
     file = rng.choice(files)
@@ -301,7 +301,6 @@ def of_json(folder: Path, rng: random.Random) -> Case:
     file.write_bytes(text.encode("utf-8", "surrogatepass"))
     typed = {
         "diagnosis": ["report", f"diagnosis={folder / kind}"],
-        "map": ["map", "tension=[7,10]", "travel=2", "pictures=false", f"out={folder / kind}"],
         "run": ["simulate", "-m", "tension=10,20", "travel=2", "pictures=false", f"hydra.sweep.dir={folder / kind}"],
     }
     return Case(typed[kind], f"{file.relative_to(folder)}: {words}")
@@ -347,7 +346,6 @@ def _right_folder(kind: str) -> Path:
                 *("diagnose", "campaign=slack_belt", "effects=[taper]", "bootstraps=100"),
                 *("pictures=false", f"hydra.run.dir={folder}"),
             ],
-            "map": ["map", "tension=[7,10]", "travel=2", "pictures=false", f"out={folder}"],
             "run": ["simulate", "-m", "tension=10,20", "travel=2", "pictures=false", f"hydra.sweep.dir={folder}"],
         }
         outcome, said = finish(Case(typed[kind], "undamaged"), 300.0)
@@ -360,7 +358,7 @@ def _right_folder(kind: str) -> Path:
 NUMBERS = {
     "simulate": ("tension", "yaw", "yaw_head", "travel", "direction", "speed"),
     "new": ("yaw", "speed", "tensions"),
-    "map": ("tension", "travel", "part", "cases", "seed", "speed"),
+    "map": ("tension", "travel", "speed"),
     "virtual-rig": ("seed", "plan", "hidden", "base"),
     "export": ("tension", "order", "fmu", "speed"),
 }

@@ -6,15 +6,15 @@ repetition, and by kinematics that all belts share.
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from datetime import datetime
 from itertools import combinations
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from belt_sim.campaign.types import Campaign, Run, SignalSheet, rig_of, shortlist
-from belt_sim.units import MM
+from belt_sim.units import MM, N_PER_MM2
 
 SuspicionKind = Literal[
     "unit_slip",
@@ -28,6 +28,8 @@ SuspicionKind = Literal[
     "guided",
     "sheet",
     "repeats",
+    "travel",
+    "running_start",
 ]
 Severity = Literal["stop", "look"]
 
@@ -160,6 +162,8 @@ NOISE_FACTOR = 6.0
 TINY, HUGE = 0.01, 3.0
 #: Factor on step and length of the travel, against other runs, or on travel/(speed time), that is a slip.
 TRAVEL_FACTOR = 20.0
+#: Share by which travel over speed times time may be off 1 in all runs alike: speeds are known to a percent.
+ENCODER = 0.015
 #: Length of the line as a share of a span, and its fewest readings.
 LINE_SHARE, FEWEST_ON_LINE = 0.08, 6
 #: Error of the line by the curvature of the path, as a share of yaw times its length.
@@ -180,33 +184,22 @@ def leave_out_bad_readings(campaign: Campaign) -> tuple[Campaign, tuple[Suspicio
     """
     signals, found = {run.name: dict(run.signals) for run in campaign.runs}, []
     for record in records_of(campaign):
+        stuck = _stuck_stretch(record) if len(record.readings) >= FEWEST else np.arange(0)
+        if len(record.readings) < FEWEST or len(stuck) > MOST_STUCK * len(record.readings):
+            continue
+        others = np.delete(np.arange(len(record.readings)), stuck)
+        spikes = others[few_spikes(record.readings[others], LEAST_SCATTER * record.stated_noise)]
         run, name = record.run, record.sheet.name
-        for what, rows in _bad_readings(record):
-            readings = signals[run.name][name].copy()
+        bad = ("in a row are one and the same value", stuck), ("jump away from their neighbours and back", spikes)
+        for what, rows in ((what, record.rows[places]) for what, places in bad if len(places)):
+            signals[run.name][name] = readings = signals[run.name][name].copy()
             readings[rows] = np.nan
-            signals[run.name][name] = readings
             places = shortlist((f"{s:.6g}" for s in run.travel[rows]), LISTED)
             sentence = f"{len(rows)} readings {what}, left out (travel {places} m)"
             found.append(Suspicion(run.name, (name,), "dropout", sentence, "look"))
     if found:
         campaign = replace(campaign, runs=tuple(replace(run, signals=signals[run.name]) for run in campaign.runs))
     return campaign, tuple(found)
-
-
-def _bad_readings(record: Record) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield what is wrong with readings of a record that is sound but for them, and in which rows of the run."""
-    if len(record.readings) < FEWEST:
-        return
-    stuck = _stuck_stretch(record)
-    if len(stuck) > MOST_STUCK * len(record.readings):
-        return
-    if len(stuck):
-        yield "in a row are one and the same value", record.rows[stuck]
-        rows, travel, readings = (np.delete(x, stuck) for x in (record.rows, record.travel, record.readings))
-        record = replace(record, rows=rows, travel=travel, readings=readings)
-    spikes = few_spikes(record.readings, LEAST_SCATTER * record.stated_noise)
-    if len(spikes):
-        yield "jump away from their neighbours and back", record.rows[spikes]
 
 
 def check_record(record: Record) -> list[Suspicion]:
@@ -238,7 +231,8 @@ def check_record(record: Record) -> list[Suspicion]:
 def _stuck_stretch(record: Record) -> np.ndarray:
     """Return the places (k,) of the longest streak of equal readings.
 
-    There are none where no streak is too long for chance, and where it is at an extreme (that is clipping).
+    There are none where a sensor of this resolution reaches it by chance (by all other streaks, as the longest says
+    nothing about the resolution), and where it is at an extreme (that is clipping).
     """
     y = record.readings
     starts = np.concatenate([[0], np.flatnonzero(np.diff(y) != 0.0) + 1])
@@ -246,22 +240,14 @@ def _stuck_stretch(record: Record) -> np.ndarray:
     longest = int(np.argmax(lengths))
     streak = starts[longest] + np.arange(lengths[longest])
     first, last, value = streak[0], streak[-1], y[streak[0]]
-    if len(streak) < _chance_streak(lengths) or (value == 0.0 and record.travel[last] <= 0.0):
+    others = lengths[lengths < max(lengths.max(), 2)]
+    equal = float((others - 1).sum()) / max(int(others.sum()), 1)
+    expected = math.log(lengths.sum()) / -math.log(equal) if 0.0 < equal < 1.0 else 0.0
+    if len(streak) < max(STREAK, STREAK_FACTOR * expected) or (value == 0.0 and record.travel[last] <= 0.0):
         return streak[:0]
     jump = max(abs(value - y[max(first - 1, 0)]), abs(value - y[min(last + 1, len(y) - 1)]))
     is_clipped = value in _clipped_values(y) and jump < SPIKE * record.stated_noise
     return streak[:0] if is_clipped else streak
-
-
-def _chance_streak(lengths: np.ndarray) -> float:
-    """Return the length of a streak of equal readings that a sensor of this resolution does not reach by chance.
-
-    lengths: of all streaks of the record, the longest of which says nothing about its resolution.
-    """
-    others = lengths[lengths < max(lengths.max(), 2)]
-    equal = float((others - 1).sum()) / max(int(others.sum()), 1)
-    expected = math.log(lengths.sum()) / -math.log(equal) if 0.0 < equal < 1.0 else 0.0
-    return max(STREAK, STREAK_FACTOR * expected)
 
 
 def _clipped_values(y: np.ndarray) -> list[float]:
@@ -336,71 +322,72 @@ def check_gaps(campaign: Campaign) -> list[Suspicion]:
 
 
 def check_travel(campaign: Campaign) -> list[Suspicion]:
-    """Return runs whose travel has another magnitude than the other runs, or than speed times time."""
+    """Return runs whose travel has another magnitude than the other runs, or than speed times time.
+
+    A ratio to speed times time that all runs share to ENCODER and that is not 1 is of the wheel that counts the travel.
+    """
     recorded = [run for run in campaign.runs if len(run.travel) > 2]
     step_and_length = {run.name: (np.median(np.diff(run.travel)), np.ptp(run.travel)) for run in recorded}
-    found = []
+    found, paces = [], []
     for run in recorded:
         others = [sizes for name, sizes in step_and_length.items() if name != run.name]
         ratios = np.array(step_and_length[run.name]) / np.median(others, axis=0) if len(others) > 1 else np.ones(2)
+        pace = 1.0
+        if run.time is not None and (there := np.isfinite(run.time)).sum() > 2:
+            pace = float(np.ptp(run.travel[there]) / (np.ptp(run.time[there]) * run.speed))
+            paces.append(pace)
         if ratios.min() > TRAVEL_FACTOR or ratios.max() < 1.0 / TRAVEL_FACTOR:
             sentence = f"its travel is {ratios[1]:.3g} times that of the other runs: its unit has slipped"
             found.append(Suspicion(run.name, (), "unit_slip", sentence))
-        elif not 1.0 / TRAVEL_FACTOR < (pace := _pace(run)) < TRAVEL_FACTOR:
+        elif not 1.0 / TRAVEL_FACTOR < pace < TRAVEL_FACTOR:
             sentence = f"travel is {pace:.3g} times speed times time: one of them is in another unit"
             found.append(Suspicion(run.name, (), "unit_slip", sentence))
+    usual = float(np.median(paces or [1.0]))
+    if not found and len(paces) >= FEWEST_RUNS and np.ptp(paces) < ENCODER < abs(usual - 1.0):
+        sentence = (
+            f"in every run travel is {usual:.4g} times speed times time: the wheel that counts the travel slips or"
+        )
+        sentence += (
+            f" is scaled wrongly (true travel {1.0 / usual:.3g} times the recorded?), or the speed is; one turn of"
+        )
+        sentence += f" the belt, mark to mark, is {float(rig_of(campaign).belt_length):.4g} m"
+        found.append(Suspicion(None, (), "travel", sentence, "look"))
     return found
-
-
-def _pace(run: Run) -> float:
-    """Return travel over speed times time; 1 without a record of time."""
-    if run.time is None or np.isfinite(run.time).sum() < 3:
-        return 1.0
-    there = np.isfinite(run.time)
-    return float(np.ptp(run.travel[there]) / (np.ptp(run.time[there]) * run.speed))
 
 
 def check_noise(records: list[Record]) -> list[Suspicion]:
     """Return scatter of another magnitude than stated: a unit slipped, in the data or in the sheet.
 
     A slip of one run also stands out from the other runs. A ratio common to all runs belongs to the signal: the
-    sensor is noisier than stated, or its samples are too far apart to follow the belt's edge.
+    sensor is noisier than stated, or its samples are too far apart to follow the belt's edge; it stops where lateral
+    readings are far larger or smaller than a yawed belt can move.
     """
     ratios: dict[str, dict[str, float]] = defaultdict(dict)
     for record in records:
         noise = record.measured_noise or resolution(record.readings)  # a slip may leave no more than the last digits
         if len(record.readings) >= FEWEST and noise > 0.0:
             ratios[record.sheet.name][record.run.name] = noise / record.stated_noise
+
+    def is_slip(ratio: float) -> bool:
+        return not 1.0 / NOISE_FACTOR < ratio < NOISE_FACTOR
+
     found = []
     for signal, of_run in ratios.items():
-        off = {run: r for run, r in of_run.items() if _is_other_magnitude(r)}
+        off = {run: r for run, r in of_run.items() if is_slip(r)}
         others = {run: [r for name, r in of_run.items() if name != run] or [1.0] for run in of_run}
-        odd = {run for run, r in of_run.items() if _is_other_magnitude(r / float(np.median(others[run])))}
+        odd = {run for run, r in of_run.items() if is_slip(r / float(np.median(others[run])))}
         alone = {run: r for run, r in off.items() if run in odd} if odd <= set(off) else off
         if len(alone) < len(off):
+            own = [r for r in records if r.sheet.name == signal and r.sheet.kind == "lateral" and r.run.yaw != 0.0]
+            sizes = [r.rms / (abs(r.run.yaw) * float(r.travel[-1])) for r in own if r.travel[-1] > 0.0]
             typical = float(np.median(list(of_run.values())))
             sentence = f"its scatter is {typical:.3g} times the stated one in every run: unit or noise is wrong"
-            severity: Severity = "stop" if _size_out_of_scale(signal, records) else "look"
+            severity: Severity = "stop" if sizes and not TINY < float(np.median(sizes)) < HUGE else "look"
             found.append(Suspicion(None, (signal,), "unit_slip", sentence, severity))
         for run, ratio in alone.items():
             sentence = f"its scatter is {ratio:.3g} times the stated one: its unit slipped, or the sensor broke"
             found.append(Suspicion(run, (signal,), "unit_slip", sentence))
     return found
-
-
-def _is_other_magnitude(ratio: float) -> bool:
-    """Return whether a ratio is of another magnitude."""
-    return not 1.0 / NOISE_FACTOR < ratio < NOISE_FACTOR
-
-
-def _size_out_of_scale(signal: str, records: list[Record]) -> bool:
-    """Return whether lateral readings are far larger or smaller than a yawed belt can move."""
-    sizes = [
-        r.rms / (abs(r.run.yaw) * float(r.travel[-1]))
-        for r in records
-        if r.sheet.name == signal and r.sheet.kind == "lateral" and r.run.yaw != 0.0 and r.travel[-1] > 0.0
-    ]
-    return bool(sizes) and not TINY < float(np.median(sizes)) < HUGE
 
 
 # ---- where a run begins
@@ -411,24 +398,34 @@ def check_starts(
 ) -> list[Suspicion]:
     """Return runs that are shifted, and signals whose runs begin further from zero than the sheet allows.
 
-    curvature_share: 0 for residuals of a model, which have no path of their own.
+    Judged by a straight line through the first readings after the yaw. curvature_share: 0 for residuals of a model,
+    which have no path of their own.
     """
     found, reach = [], LINE_SHARE * campaign.machine.centre_distance.value
     for sheet in campaign.signals:
-        own = [r for r in records if r.sheet.name == sheet.name and sheet.kind == "lateral"]
-        starts = {r.run.name: start for r in own if (start := _start(r, reach, curvature_share)) is not None}
-        if not starts:
-            continue
+        starts = {}  # run -> reading at the yaw and its sigma [m]
+        for record in (r for r in records if r.sheet.name == sheet.name and sheet.kind == "lateral"):
+            after = record.travel >= 0.0
+            s, y = record.travel[after], record.readings[after]
+            if len(s) < 4 * FEWEST_ON_LINE or s[0] > max(reach, s[1] - s[0]):
+                continue
+            count = max(FEWEST_ON_LINE, int(np.searchsorted(s, reach)))
+            line = np.polynomial.Polynomial.fit(s[:count], y[:count], 1)
+            path = curvature_share * abs(record.run.yaw) * float(s[count - 1])
+            white = max(sheet.white, record.measured_noise)
+            sigma = float(np.sqrt(4.0 * white**2 / count + sheet.wander_sd**2 + sheet.zero**2))
+            starts[record.run.name] = (float(line(0.0)), sigma + path)
         score = {run: abs(y) / sigma for run, (y, sigma) in starts.items()}
-        shifted = [run for run in score if score[run] > SHIFTED * max(float(np.median([*score.values()])), 1.0)]
+        usual = max(float(np.median([*score.values()])), 1.0) if score else 1.0
+        shifted = [run for run in score if score[run] > SHIFTED * usual]
         for run in shifted:
             sentence = f"begins at {starts[run][0] / MM:.3g} mm, where y = 0 should be: this run is shifted"
             sentence += "; take its readings from where the point was when the yaw was applied"
             found.append(Suspicion(run, (sheet.name,), "shifted", sentence))
         rest = [run for run in score if run not in shifted]
         limit = FORGOTTEN if curvature_share == 0.0 and sheet.zero == 0.0 else UNSTATED
-        if len(rest) >= FEWEST_RUNS and _rms([min(score[run], 20.0) for run in rest]) > limit:
-            size = _rms([starts[run][0] for run in rest])
+        if len(rest) >= FEWEST_RUNS and np.sqrt(np.mean([min(score[run], 20.0) ** 2 for run in rest])) > limit:
+            size = np.sqrt(np.mean([starts[run][0] ** 2 for run in rest]))
             stated = f"states zero: {sheet.zero / MM:g} mm" if sheet.zero > 0.0 else "states no zero"
             sentence = f"its runs begin {size / MM:.2g} mm (rms) off y = 0, while the sheet {stated}: "
             sentence += "the zero of every run is what is left when belt and effects are fitted"
@@ -436,8 +433,116 @@ def check_starts(
     return found
 
 
-def _rms(values: list[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+def check_running_start(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
+    """Return a campaign whose records begin on a belt that runs off already, before any yaw could move it.
+
+    Of a straight belt at rest the two pulleys begin unlike, as the lean spreads with the travel, and an edge that is
+    not straight shows in opposite phases. So the rate before the yaw (or at the start of a run without yaw) is
+    judged by its mean over both pulleys and all runs, against its scatter between them.
+    """
+    reach, rates, errors = 0.5 * float(rig_of(campaign).span_length), [], []
+    for pair in (p for places in TAIL_AND_HEAD for p in pairs_at(records, *places) if p[0].run.run_in == 0.0):
+        own = []
+        for record in pair:
+            begins = record.travel - record.travel[0] < reach
+            early = begins & (record.travel < 0.0) if record.run.yaw or record.run.yaw_head else begins
+            s, y = record.travel[early], record.readings[early]
+            if len(s) >= FEWEST_ON_LINE:
+                error = math.hypot(record.sheet.white * math.sqrt(12.0 / len(s)), 2.0 * record.sheet.wander_sd)
+                own.append((float(np.polynomial.Polynomial.fit(s, y, 1).deriv()(0.0)), error / float(np.ptp(s))))
+        if len(own) == 2:
+            rates.append(float(np.mean([rate for rate, _ in own])))
+            errors.append(math.hypot(*(error for _, error in own)) / 2.0)
+    if len(rates) < FEWEST_RUNS:
+        return []
+    rate, error = (
+        float(np.mean(rates)),
+        max(float(np.mean(errors)), float(np.std(rates, ddof=1))) / math.sqrt(len(rates)),
+    )
+    if abs(rate) < CLEAR * error:
+        return []
+    sentence = (
+        f"the belt runs off by {1e3 * rate:+.2g} mm/m (one sigma {1e3 * error:.1g}) before any yaw, at both pulleys"
+    )
+    sentence += " alike: the records do not begin on a straight belt at rest; state how far it had run from a straight"
+    sentence += " start, run_in_m in runs.csv (run_in of the run in an import's mapping)"
+    return [Suspicion(None, (), "running_start", sentence, "look")]
+
+
+def check_repeats(campaign: Campaign) -> list[Suspicion]:
+    """Return repeats that differ by more than sensors and settings explain: what would make the difference, in numbers.
+
+    The difference is compared, without a model, with what the same run would do at another tension (by the runs at the
+    same yaw), after another yaw (in proportion), and with a further drift; the time between the runs is told.
+    """
+    records = counted_from_yaw([r for r in records_of(campaign) if r.sheet.kind == "lateral"])
+    of_run: dict[str, dict[str, Record]] = defaultdict(dict)
+    for record in records:
+        of_run[record.run.name][record.sheet.name] = record
+    runs, told = {run.name: run for run in campaign.runs}, []
+    for run in campaign.runs:
+        first = runs.get(run.repeat_of or "")
+        names = [n for n in of_run[run.name] if first and n in of_run[first.name]]
+        if first is None or not names:
+            continue
+        own, its = of_run[run.name], of_run[first.name]
+        end = min(r.travel[-1] for r in (*own.values(), *its.values()))
+        s = np.linspace(0.0, end, _GRID)
+
+        def stacked(of: dict[str, Record], s: np.ndarray = s, names: list[str] = names) -> np.ndarray:
+            curves = [np.interp(s, of[n].travel, of[n].readings) for n in names]
+            return np.concatenate(curves) * np.sign(next(iter(of.values())).run.yaw or 1.0)
+
+        before, apart = stacked(its), stacked(own) - stacked(its)
+        ends = np.abs(apart.reshape(len(names), -1)[:, -_GRID // 5 :].mean(axis=1))
+        name = names[int(np.argmax(ends))]
+        error = math.hypot(its[name].drift_error, 0.5 * campaign.settings.yaw_u * end)  # drift per yaw is about a half
+        error = math.sqrt(2.0) * math.hypot(error, campaign.settings.tension_rel * its[name].rms)
+        if ends.max() < APART * error:
+            continue
+
+        def share(shape: np.ndarray, apart: np.ndarray = apart) -> tuple[float, float]:
+            """Return how much of a shape the difference holds, and which share of its squares that explains."""
+            size = float(shape @ apart) / max(float(shape @ shape), 1e-300)
+            return size, 1.0 - float(np.sum((apart - size * shape) ** 2)) / float(apart @ apart)
+
+        size, explained = share(before)
+        likely = [(explained, f"as after {1.0 + size:.3g} times the yaw")]
+        size, explained = share(np.tile(s, len(names)))
+        likely.append((explained, f"as with a further drift of {1e3 * size * np.sign(first.yaw or 1.0):+.2g} mm/m"))
+        for other in campaign.runs:
+            alike = other.direction == first.direction and abs(abs(other.yaw) - abs(first.yaw)) < 0.05 * abs(first.yaw)
+            there = of_run[other.name]
+            if (
+                alike
+                and other.tension != first.tension
+                and all(n in there and there[n].travel[-1] >= end for n in names)
+            ):
+                size, explained = share(stacked(there) - before)
+                tension = first.tension * (other.tension / first.tension) ** size
+                words = f"as at {tension / N_PER_MM2:.3g} N/mm2 instead of {first.tension / N_PER_MM2:.3g}"
+                likely.append((explained, words))
+        best, words = max(likely)
+        sentence = f"{run.name} differs from {first.name} by {ends.max() / MM:.2g} mm in {name} (one sigma"
+        sentence += f" {error / MM:.1g}){_hours_between(first, run)}"
+        told.append(f"{sentence}, {words} ({100.0 * best:.0f} % of the squares)" if best > 0.6 else sentence)
+    if not told:
+        return []
+    sentence = f"repeats disagree: {'; '.join(told)}; something changes between the runs: log tension, yaw and"
+    return [Suspicion(None, (), "repeats", f"{sentence} temperature with the time of day", "look")]
+
+
+def _hours_between(first: Run, run: Run) -> str:
+    """Return how much later a run started, in words; "" where their clocks do not tell."""
+    try:
+        begun = [
+            datetime.fromisoformat(r.started if "-" in r.started[:5] else f"2000-01-01T{r.started}")
+            for r in (first, run)
+        ]
+        hours = (begun[1] - begun[0]).total_seconds() / 3600.0
+    except (ValueError, TypeError):
+        return ""
+    return f", {hours:.2g} h later" if hours >= 0.0 else f", {-hours:.2g} h earlier"
 
 
 def counted_from_yaw(records: list[Record]) -> list[Record]:
@@ -501,6 +606,8 @@ SAME_PLACE, OTHER_PLACE = 4.0, 8.0
 LEAST_LEAD = 0.3
 #: Runs are compared if their tensions differ by less than this share.
 SAME_TENSION = 0.2
+#: Sigmas of sensors and settings by which repeats must differ in the end to be told.
+APART = 4.0
 #: A curve (over yaw) is turned round if its cosine with another is below this, and its size within this ratio.
 OPPOSED, ALIKE_SIZE = -0.8, 1.5
 _GRID = 100
@@ -553,7 +660,14 @@ def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
         sentence += " another unit (rad or mrad written as yaw_deg?)"
         return [Suspicion(None, (), "unit_slip", sentence)]
     usual = float(np.median([abs(lead.yaw) for lead in leads]))
-    odd = [lead for lead in leads if _is_odd(lead, usual)]
+
+    def is_odd(lead: Lead) -> bool:
+        """Whether a lead is turned round (at a yaw larger than machine faults) or of another magnitude."""
+        size, yaw = abs(lead.lead), abs(lead.yaw)
+        small = size * yaw < LOW * usual / 2.0 or (size < LOW and yaw > HIGH * usual)
+        return (lead.lead < -REVERSED and yaw > 0.5 * usual) or small or size > HIGH
+
+    odd = [lead for lead in leads if is_odd(lead)]
     if not odd:
         return _turned_column(leads, span)
     found = []
@@ -561,29 +675,17 @@ def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
         across = [other.lead for other in leads if other.yaw * lead.yaw < 0.0]
         if across and lead.lead < LOW and float(np.median(across)) > OFFSET:
             continue  # the yaw offset of a pulley explains it
-        certain = (len(odd) < len(leads) or bool(across)) if lead.lead < 0.0 else _fits_other_runs(lead, leads)
+        certain = len(odd) < len(leads) or bool(across)
+        if (
+            lead.lead >= 0.0
+        ):  # certain if the yaw implied by the lead, but not the stated yaw, is that of the other runs
+            others = [abs(other.yaw) for other in leads if other is not lead]
+            stated = abs(lead.yaw) / float(np.median(others)) if others else 1.0
+            certain = 1.0 / ALIKE < stated * abs(lead.lead) < ALIKE and not 1.0 / ALIKE < stated < ALIKE
         found.append(_suspicion(lead, "stop" if certain else "look"))
     if len(found) == len(leads) > 1 and len({s.kind for s in found}) == 1:
         return [replace(found[0], run=None, sentence=f"in every run: {found[0].sentence}")]
     return found
-
-
-def _is_odd(lead: Lead, usual: float) -> bool:
-    """Return whether a lead is turned round (at a yaw larger than machine faults) or of another magnitude."""
-    size, yaw = abs(lead.lead), abs(lead.yaw)
-    turned = lead.lead < -REVERSED and yaw > 0.5 * usual
-    small = size * yaw < LOW * usual / 2.0 or (size < LOW and yaw > HIGH * usual)
-    return turned or small or size > HIGH
-
-
-def _fits_other_runs(lead: Lead, leads: list[Lead]) -> bool:
-    """Return whether the yaw implied by the lead, but not the stated yaw, is that of the other runs."""
-    others = [abs(other.yaw) for other in leads if other is not lead]
-    if not others:
-        return False
-    stated = abs(lead.yaw) / float(np.median(others))
-    implied = stated * abs(lead.lead)
-    return 1.0 / ALIKE < implied < ALIKE and not 1.0 / ALIKE < stated < ALIKE
 
 
 def _suspicion(lead: Lead, severity: Severity) -> Suspicion:
@@ -603,7 +705,14 @@ def _suspicion(lead: Lead, severity: Severity) -> Suspicion:
 
 def _turned_column(leads: list[Lead], span: float) -> list[Suspicion]:
     """Return a column of the wrong sign: tail and head drift apart in the end in nearly all runs."""
-    slopes = [slopes for lead in leads if (slopes := _late_slopes(lead, span)) is not None]
+    slopes = []  # late slopes over the yaw of tail and head, where records are long and slopes are clear
+    for lead in leads:
+        end = min(lead.tail.travel[-1], lead.head.travel[-1])
+        s = np.linspace((1.0 - LATE) * end, end, _GRID)
+        pair = [np.polyfit(s, np.interp(s, r.travel, r.readings), 1)[0] for r in (lead.tail, lead.head)]
+        clear = CLEAR * max(lead.tail.drift_error, lead.head.drift_error) / (LATE * end)
+        if end >= SETTLED * span and min(map(abs, pair)) >= clear:
+            slopes.append([float(slope) / lead.yaw for slope in pair])
     apart = [(tail, head) for tail, head in slopes if abs(tail + head) < 0.5 * abs(tail - head)]
     if len(slopes) < 3 or len(apart) < MOST * len(slopes):
         return []
@@ -615,17 +724,6 @@ def _turned_column(leads: list[Lead], span: float) -> list[Suspicion]:
     both = len({lead.yaw > 0.0 for lead in leads}) == 2
     severity: Severity = "stop" if both and len(apart) == len(leads) else "look"
     return [Suspicion(None, (turned.sheet.name,), "wrong_sign", sentence, severity)]
-
-
-def _late_slopes(lead: Lead, span: float) -> tuple[float, float] | None:
-    """Return late slopes over the yaw of tail and head; None if the record is short or the slopes are not clear."""
-    end = min(lead.tail.travel[-1], lead.head.travel[-1])
-    if end < SETTLED * span:
-        return None
-    s = np.linspace((1.0 - LATE) * end, end, _GRID)
-    tail, head = (float(np.polyfit(s, np.interp(s, r.travel, r.readings), 1)[0]) for r in (lead.tail, lead.head))
-    clear = CLEAR * max(lead.tail.drift_error, lead.head.drift_error) / (LATE * end)
-    return None if min(abs(tail), abs(head)) < clear else (tail / lead.yaw, head / lead.yaw)
 
 
 # ---- the way across a pulley
@@ -715,35 +813,33 @@ def _noise(a: Record, b: Record) -> float:
 
 
 def check_signs(records: list[Record]) -> list[Suspicion]:
-    """Return signals that run opposite to the same signal of other runs at the same tension, after division by yaw."""
+    """Return signals that run opposite to the same signal of other runs at the same tension, after division by yaw.
+
+    It is certain where one of the opposed runs has a yaw of the same sign.
+    """
     found = []
     for name in dict.fromkeys(record.sheet.name for record in records):
         own = [r for r in records if r.sheet.name == name and abs(r.run.yaw) > 2.0 * abs(r.run.yaw_head)]
         own = [r for r in own if r.rms > CLEAR * r.drift_error and len(r.travel) > 2]
-        if len(own) > 2 and (turned := _turned_round(own)) is not None:
-            record, certain = turned
-            sentence = "runs opposite to the runs at the same tension, yaw for yaw: its sign is turned round"
-            severity: Severity = "stop" if certain else "look"
-            found.append(Suspicion(record.run.name, (name,), "wrong_sign", sentence, severity))
+        if len(own) < 3:
+            continue
+        s = np.linspace(0.0, min(r.travel[-1] for r in own), _GRID)
+        curves = np.array([np.interp(s, r.travel, r.readings) / r.run.yaw for r in own])
+        size = np.maximum(np.linalg.norm(curves, axis=1), 1e-300)
+        cosine = (curves / size[:, None]) @ (curves / size[:, None]).T
+        tension, direction, side = np.array([(r.run.tension, r.run.direction, np.sign(r.run.yaw)) for r in own]).T
+        group = (np.abs(tension[:, None] / tension - 1.0) < SAME_TENSION) & (direction[:, None] == direction)
+        opposed = (cosine < OPPOSED) & (np.abs(np.log(size[:, None] / size)) < math.log(ALIKE_SIZE))
+        alike = group & ~np.eye(len(own), dtype=bool)
+        opposing = alike & opposed
+        turned = np.flatnonzero(alike.any(axis=1) & (2 * opposing.sum(axis=1) >= alike.sum(axis=1)))
+        if len(np.unique(group[turned], axis=0)) != 1:
+            continue  # none, or the same conflict at several tensions: an effect that does not follow the yaw
+        k = turned[np.argmin(cosine[turned].sum(axis=1))]
+        severity: Severity = "stop" if (opposing[k] & (side == side[k])).any() else "look"
+        sentence = "runs opposite to the runs at the same tension, yaw for yaw: its sign is turned round"
+        found.append(Suspicion(own[k].run.name, (name,), "wrong_sign", sentence, severity))
     return found
-
-
-def _turned_round(own: list[Record]) -> tuple[Record, bool] | None:
-    """Return the record that opposes comparable runs, and whether it is certain (one of them has a yaw of its sign)."""
-    s = np.linspace(0.0, min(r.travel[-1] for r in own), _GRID)
-    curves = np.array([np.interp(s, r.travel, r.readings) / r.run.yaw for r in own])
-    size = np.maximum(np.linalg.norm(curves, axis=1), 1e-300)
-    cosine = (curves / size[:, None]) @ (curves / size[:, None]).T
-    tension, direction, side = np.array([(r.run.tension, r.run.direction, np.sign(r.run.yaw)) for r in own]).T
-    group = (np.abs(tension[:, None] / tension - 1.0) < SAME_TENSION) & (direction[:, None] == direction)
-    opposed = (cosine < OPPOSED) & (np.abs(np.log(size[:, None] / size)) < math.log(ALIKE_SIZE))
-    alike = group & ~np.eye(len(own), dtype=bool)
-    opposing = alike & opposed
-    turned = np.flatnonzero(alike.any(axis=1) & (2 * opposing.sum(axis=1) >= alike.sum(axis=1)))
-    if len(np.unique(group[turned], axis=0)) != 1:
-        return None  # none, or the same conflict at several tensions: an effect that does not follow the yaw
-    k = turned[np.argmin(cosine[turned].sum(axis=1))]
-    return own[k], bool((opposing[k] & (side == side[k])).any())
 
 
 def check_copies(records: list[Record]) -> list[Suspicion]:
@@ -774,11 +870,34 @@ WAVES, DEGREE, ROUNDS = 8, 3, 2.0
 
 
 def check_guide(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
-    """Return signals that return to zero or oscillate in nearly all runs with a yaw."""
+    """Return signals that return to zero or oscillate in nearly all runs with a yaw: a guide acts, in closed loop.
+
+    A free belt follows its yaw: it drifts, or a crown stops it off the middle on the side of the yaw. Only a guide
+    returns it to zero against the yaw, or lets it oscillate for ever. A curved belt edge also oscillates, but with the
+    belt's revolution and alike in all runs; it is subtracted first.
+    """
+    from scipy.ndimage import uniform_filter1d  # a quarter of a second, which runs of a model need not wait for
+
     span, found = float(rig_of(campaign).span_length), []
     for name in dict.fromkeys(r.sheet.name for r in records if r.sheet.kind == "lateral"):
-        signal = _subtract_edge(campaign, [r for r in records if r.sheet.name == name])
-        judged = [signs for r in signal if (signs := _guide_signs(r, span)) is not None]
+        judged = []  # does a run return to zero after an early peak on the side of the yaw, and does it oscillate?
+        for record in _subtract_edge(campaign, [r for r in records if r.sheet.name == name]):
+            run, error, s = record.run, record.drift_error, record.travel
+            if run.yaw == 0.0 or len(s) <= 24 or s[-1] <= GUIDED_SPANS * span or s[0] >= GUIDED_EARLY * s[-1]:
+                continue
+            y = uniform_filter1d(record.readings, max(1, len(record.readings) // 50), mode="nearest")
+            if np.abs(y).max() <= CLEAR_SWING * error:
+                continue
+            part = s / s[-1]
+            early, late = y[part < GUIDED_EARLY], y[part > 1.0 - GUIDED_LATE]
+            peak = early[np.argmax(np.abs(early))]
+            returns = peak * run.yaw > 0.0 and abs(peak) > CLEAR_SWING * error
+            returns = returns and np.abs(late).max() < BACK * abs(peak) + error
+            later = y[part > GUIDED_EARLY]
+            swing = 0.5 * float(np.ptp(later))
+            drifted = abs(float(np.mean(later))) > HALTED * abs(run.yaw) * float(s[-1])
+            swings = not drifted and swing >= max(CLEAR_SWING * error, SWING * float(np.abs(y).max()))
+            judged.append((bool(returns), swings and _turns(later, swing / 2.0) >= TURNS))
         if len(judged) < FEWEST_RECORDS:
             continue
         returning, swinging = np.sum(judged, axis=0) >= GUIDED_MOST * len(judged)
@@ -796,46 +915,15 @@ def _subtract_edge(campaign: Campaign, records: list[Record]) -> list[Record]:
     long = [r for r in records if r.travel[-1] > ROUNDS * length]
     if not long:
         return records
-    waves, readings = [_waves(r, length) for r in long], [r.readings for r in long]
-    drifts = [np.vander(r.travel / r.travel[-1], DEGREE + 1) for r in long]
-    bases = [np.linalg.qr(drift)[0] for drift in drifts]
+    places = [r.run.direction * (r.travel + r.run.yaw_at) for r in long]
+    phases = [2.0 * np.pi / length * s[:, None] * np.arange(1, WAVES + 1) for s in places]
+    waves = [np.concatenate([np.cos(phase), np.sin(phase)], axis=1) for phase in phases]
+    bases = [np.linalg.qr(np.vander(r.travel / r.travel[-1], DEGREE + 1))[0] for r in long]
     rest = [w - q @ (q.T @ w) for q, w in zip(bases, waves, strict=True)]
-    left = [y - q @ (q.T @ y) for q, y in zip(bases, readings, strict=True)]
+    left = [r.readings - q @ (q.T @ r.readings) for q, r in zip(bases, long, strict=True)]
     edge = np.linalg.lstsq(np.concatenate(rest), np.concatenate(left), rcond=None)[0]
     found = {id(r): replace(r, readings=r.readings - w @ edge) for r, w in zip(long, waves, strict=True)}
     return [found.get(id(r), r) for r in records]
-
-
-def _waves(record: Record, length: float) -> np.ndarray:
-    """Return cosines and sines (n, 2 WAVES) that repeat with the belt's length."""
-    place = record.run.direction * (record.travel + record.run.yaw_at)
-    phase = 2.0 * np.pi / length * place[:, None] * np.arange(1, WAVES + 1)
-    return np.concatenate([np.cos(phase), np.sin(phase)], axis=1)
-
-
-def _guide_signs(record: Record, span: float) -> tuple[bool, bool] | None:
-    """Return whether a record returns to zero after an early peak on the side of the yaw, and whether it oscillates.
-
-    None for one that is short or does not move clearly beyond its errors. It is averaged over a fiftieth of its length.
-    """
-    run, error, s = record.run, record.drift_error, record.travel
-    if run.yaw == 0.0 or len(s) <= 24 or s[-1] <= GUIDED_SPANS * span or s[0] >= GUIDED_EARLY * s[-1]:
-        return None
-    from scipy.ndimage import uniform_filter1d  # a quarter of a second, which runs of a model need not wait for
-
-    y = uniform_filter1d(record.readings, max(1, len(record.readings) // 50), mode="nearest")
-    if np.abs(y).max() <= CLEAR_SWING * error:
-        return None
-    part = s / s[-1]
-    early, late = y[part < GUIDED_EARLY], y[part > 1.0 - GUIDED_LATE]
-    peak = early[np.argmax(np.abs(early))]
-    returns = peak * run.yaw > 0.0 and abs(peak) > CLEAR_SWING * error
-    returns = returns and np.abs(late).max() < BACK * abs(peak) + error
-    later = y[part > GUIDED_EARLY]
-    swing = 0.5 * float(np.ptp(later))
-    drifted = abs(float(np.mean(later))) > HALTED * abs(run.yaw) * float(s[-1])
-    swings = not drifted and swing >= max(CLEAR_SWING * error, SWING * float(np.abs(y).max()))
-    return bool(returns), swings and _turns(later, swing / 2.0) >= TURNS
 
 
 def _turns(y: np.ndarray, least: float) -> int:
@@ -855,34 +943,30 @@ def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
 
     Spikes and short dropouts, and records that one check finds broken, are left out of the later checks.
     """
+
+    def others(records: list[Record], suspected: list[Suspicion]) -> list[Record]:
+        """The records that none of these suspicions concerns."""
+        of = [(s.run, s.signals) for s in suspected]
+        return [
+            r for r in records if not any(n in (None, r.run.name) and sigs in ((), (r.sheet.name,)) for n, sigs in of)
+        ]
+
     gaps = check_gaps(campaign)
     campaign, left_out = leave_out_bad_readings(campaign)
     records = records_of(campaign)
     broken = [s for record in records for s in check_record(record)]
     found = [*left_out, *broken, *gaps, *check_copies(records), *check_travel(campaign)]
-    sound = _others(records, broken)
+    sound = others(records, broken)
     found += check_noise(sound)
-    sound = counted_from_yaw(_others(sound, [s for s in found if s.kind == "unit_slip"]))
+    sound = counted_from_yaw(others(sound, [s for s in found if s.kind == "unit_slip"]))
     shifts = check_starts(campaign, sound)
-    sound = _others(sound, shifts)
-    found += [*shifts, *check_leads(campaign, sound)]
+    sound = others(sound, shifts)
+    found += [*shifts, *check_running_start(campaign, sound), *check_leads(campaign, sound)]
     known = [s for s in found if s.kind in ("swapped", "wrong_sign", "unit_slip")]
-    found += [s for s in check_signs(sound) if not any(_covers(k, s) for k in known)]
+    for turned in check_signs(sound):  # unless a suspicion that is known explains it too
+        if not any(k.run in (None, turned.run) and (not k.signals or {*turned.signals} <= {*k.signals}) for k in known):
+            found.append(turned)
     found += [*check_wraps(campaign, sound), *check_places(campaign, sound)]
     if not any(s.severity == "stop" for s in found):
         found += check_guide(campaign, sound)
     return tuple(sorted(found, key=lambda s: s.severity != "stop"))
-
-
-def _others(records: list[Record], suspected: list[Suspicion]) -> list[Record]:
-    """Return the records that none of these suspicions concerns."""
-    return [r for r in records if not any(_concerns(s, r) for s in suspected)]
-
-
-def _concerns(known: Suspicion, record: Record) -> bool:
-    return known.run in (None, record.run.name) and known.signals in ((), (record.sheet.name,))
-
-
-def _covers(known: Suspicion, new: Suspicion) -> bool:
-    """Return whether a known suspicion explains a new one of a single signal too."""
-    return known.run in (None, new.run) and (not known.signals or set(new.signals) <= set(known.signals))

@@ -129,8 +129,24 @@ class SettingsSheet:
     yaw_u: float = 0.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class Run:
+class _OfArrays:
+    """A dataclass with arrays is equal to another if all numbers are, nan beside nan."""
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and _equal(vars(self), vars(other))
+
+    def __hash__(self) -> int:
+        return hash(next(iter(vars(self).values())))
+
+
+def _equal(a: Any, b: Any) -> bool:
+    if isinstance(a, dict) and isinstance(b, dict):
+        return a.keys() == b.keys() and all(_equal(a[key], b[key]) for key in a)
+    return np.array_equal(a, b, equal_nan=True) if isinstance(a, np.ndarray) else bool(a == b)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Run(_OfArrays):
     """One run: what was set, and what was recorded.
 
     tension [Pa]; yaw and yaw_head [rad], both applied at travel yaw_at [m], known to yaw_at_u (one sigma); speed
@@ -164,8 +180,8 @@ class Run:
     signals: dict[str, np.ndarray] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class SteadyRate:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SteadyRate(_OfArrays):
     """Steady drift of one run: rates, shape (4,), of points 1-4, nan where absent; u one sigma [m/m]."""
 
     run: str
@@ -239,7 +255,10 @@ def rig_of(campaign: Campaign) -> Rig:
 
 
 def case_of(campaign: Campaign, run: Run) -> Case:
-    """Return the nominal case of a run: stated machine, belt and settings, with both yaws stepped at ``run.yaw_at``."""
+    """Return the nominal case of a run: stated machine, belt and settings, with both yaws stepped at ``run.yaw_at``.
+
+    A run counts ``y0`` at the yaw, a case at travel 0: what the belt moves before the yaw is small beside it.
+    """
     settings = Settings(
         tension=run.tension,
         yaw=Schedule.step(run.yaw, at=run.yaw_at),
@@ -247,6 +266,7 @@ def case_of(campaign: Campaign, run: Run) -> Case:
         speed=run.speed,
         direction=run.direction,
         start=run.start or 0.0,
+        y0=run.y0 or 0.0,
     )
     belt = Belt(**{name: quantity.value for name, quantity in vars(campaign.belt).items()})
     return Case(rig=rig_of(campaign), belt=belt, settings=settings)

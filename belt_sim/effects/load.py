@@ -146,7 +146,8 @@ def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
         if name not in cls.parameters:
             raise InputError(f"effects.{cls.id}.{name}", value, "", f"its parameters are {', '.join(cls.parameters)}")
         where, parameter = f"effects.{cls.id}.{name}", cls.parameters[name]
-        finite(where, value, parameter.unit, "give a finite number (write 2.0e-5, not 2e-5)")
+        as_text = " (write 2.0e-5, not 2e-5)" if re.fullmatch(r"[+-]?\d+e[+-]?\d+", str(value)) else ""
+        finite(where, value, parameter.unit, f"give a finite number{as_text}")
         low, high = parameter.plausible
         if abs(value) > (most := BEYOND * max(abs(low), abs(high))):
             remedy = f"give at most {most:g} {parameter.unit}; {low:g} to {high:g} is plausible"

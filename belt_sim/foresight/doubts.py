@@ -10,7 +10,7 @@ import numpy as np
 from scipy import stats
 
 from belt_sim.campaign import Campaign, suspicions
-from belt_sim.campaign.quality import records_of
+from belt_sim.campaign.quality import check_repeats, records_of
 from belt_sim.campaign.types import rig_of
 from belt_sim.diagnosis.fits.fit import Fit
 from belt_sim.diagnosis.fits.plausibility import prior_sigma
@@ -31,7 +31,7 @@ def doubts(campaign: Campaign, model: Composition, *, planned: bool) -> tuple[Do
     """Slips in the data and in the sheet first, then what the plan lacks."""
     found = []
     if not planned:
-        slips = suspicions(campaign)
+        slips = (*suspicions(campaign), *check_repeats(campaign))
         settled = any(s.severity == "stop" for s in slips)
         of_sheet = () if settled else sheet_evidence(campaign, model)
         for s in (*slips, *(e.suspicion for e in of_sheet)):

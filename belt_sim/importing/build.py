@@ -78,7 +78,8 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     if not (found.recorded or found.rated or missing):
         raise InputError("files", "no run", "", "no run was found in them; is the right column the run or the travel?")
     notes = [n for t in tables for n in t.notes] + other_units(tables) + [Note(m.key, n) for m in made for n in m.notes]
-    runs, more, step = runs_on_one_grid([] if asked else made, entry)
+    middles = {c.signal: c.middle for c in used if c.middle is not None}
+    runs, more, step = runs_on_one_grid([] if asked else made, entry, middles)
     signals, noise, of_signals = signals_of(runs, used, machine.centre_distance.value if machine else 10.0)
     settings, of_settings = settings_of(entry)
     campaign = None

@@ -20,7 +20,7 @@ from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, CampaignError, di
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import DAY, ROLES, TILT, ColumnEntry, MappingEntry, Question, Role
 from belt_sim.settings import SIGNAL_DIMENSION
-from belt_sim.units import NAMES, UNITS, scaled_unit, split_unit, unit_of
+from belt_sim.units import NAMES, UNITS, quantity, scaled_unit, split_unit, unit_of
 
 #: dimension -> unit of a column where neither file nor mapping states one, and in which a signal is written
 USUAL = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
@@ -129,6 +129,14 @@ class Column:
         """Numbers [SI]; of a force [N]; of an axis of a digitised picture, the value at each pixel."""
         values = self.values.astype(float)
         return self.factor * (values if self.entry.axis is None else self.entry.axis.values_at(values))
+
+    @property
+    def middle(self) -> float | None:
+        """The reading [SI] with the belt in the middle of the pulleys; None where the mapping does not state it."""
+        if self.entry.middle is None or self.role != "signal":
+            return None
+        value, _, unit = quantity(self.entry.middle, (self.dimension,), self.unit, f"columns.{self.name}.middle")
+        return value * (self.factor if unit == self.unit else UNITS[unit][1] * self.entry.factor * self.entry.sign)
 
     @property
     def dimension(self) -> str:

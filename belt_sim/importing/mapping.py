@@ -153,6 +153,7 @@ class ColumnEntry(Entry):
     factor: Annotated[float, AfterValidator(_factor)] = 1.0
     run: Text | None = None
     against: str | None = None
+    middle: Text | None = None
     white: Text | None = None
     zero: Text | None = None
     gain: Text | None = None

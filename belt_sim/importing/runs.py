@@ -3,6 +3,7 @@
 import math
 import re
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from typing import Any, NamedTuple
@@ -12,7 +13,7 @@ import pandas as pd
 
 from belt_sim.campaign import Run
 from belt_sim.campaign.folder import NUMBERS, RATES, REPEAT_TOLERANCE
-from belt_sim.campaign.quality import SPIKE, few_spikes, resolution
+from belt_sim.campaign.quality import SPIKE, few_spikes, reading_at_yaw, resolution
 from belt_sim.campaign.types import SteadyRate, did_you_mean, shortlist
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import LoggedTable, Note
@@ -555,8 +556,13 @@ SAME_DIGITS, SAME = 3, 0.01
 ALIKE = 0.1
 
 
-def runs_on_one_grid(made: list[AssembledRun], entry: MappingEntry) -> tuple[list[Run], list[Note], float]:
-    """Runs on one grid, their readings counted from the yaw, repeats recognised; remarks; the step [m]."""
+def runs_on_one_grid(
+    made: list[AssembledRun], entry: MappingEntry, middles: Mapping[str, float]
+) -> tuple[list[Run], list[Note], float]:
+    """Runs on one grid, their readings counted from the yaw, repeats recognised; remarks; the step [m].
+
+    middles: signal -> its reading [SI] with the belt in the middle of the pulleys, by which y0 of a run is known.
+    """
     if not made:
         return [], [], 0.0
     notes: list[Note] = []
@@ -572,9 +578,24 @@ def runs_on_one_grid(made: list[AssembledRun], entry: MappingEntry) -> tuple[lis
     found = [r for r, is_stated in zip(runs, stated, strict=True) if r.repeat_of and not is_stated]
     notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in found] + _note_blanks(made, records)
     records = _cut_repeats(runs, records)
+    ats = [r.yaw_at for r in runs]
+    off = [
+        {n: _reading_at_yaw(r.index.to_numpy() - at, r[n].to_numpy()) for n in _signals_in(r)}
+        for r, at in zip(records, ats, strict=True)
+    ]
     if entry.start == "yaw":
-        records, said = _count_from_yaw(records, [r.yaw_at for r in runs])
-        notes += [Note("", text) for text in said]
+        pairs = zip(records, off, strict=True)
+        records = [r.assign(**{n: np.round(r[n] - y, DECIMALS) for n, y in starts.items()}) for r, starts in pairs]
+        of_signal = {n: [1e3 * starts[n] for starts in off if n in starts] for starts in off for n in starts}
+        told = [f"{n} {min(x):.4g} to {max(x):.4g}" for n, x in of_signal.items() if max(map(abs, x)) > 1e-3]
+        if told:
+            text = f"readings count from where each point was at the yaw; taken off: {', '.join(told)} (mm or mrad)"
+            more = "" if middles else "; middle: 150 mm of a column, its reading with the belt in the middle, keeps y0"
+            notes.append(Note("", text + more))
+    for k, starts in enumerate(off):
+        if runs[k].y0 is None and (known := middles.keys() & starts):
+            y0 = float(np.mean([starts[n] - middles[n] for n in known]))
+            runs[k] = replace(runs[k], y0=round_digits(y0, DIGITS))
     out = []
     for run, record in zip(runs, records, strict=True):
         time = record[TIME].to_numpy() if TIME in record else None
@@ -644,29 +665,13 @@ def _resample(record: pd.DataFrame, step: float) -> pd.DataFrame:
     return means.iloc[:-1] if hardly_begun else means
 
 
-def _count_from_yaw(records: list[pd.DataFrame], yaw_at: list[float]) -> tuple[list[pd.DataFrame], list[str]]:
-    """Readings counted from where each point was when the yaw was applied [m], and what was taken off, in words."""
-    out: list[pd.DataFrame] = []
-    off: dict[str, list[float]] = {}
-    for record, at in zip(records, yaw_at, strict=True):
-        travel = record.index.to_numpy()
-        starts = {name: _reading_at_yaw(travel, record[name].to_numpy(), at) for name in _signals_in(record)}
-        out.append(record.assign(**{name: np.round(record[name] - y, DECIMALS) for name, y in starts.items()}))
-        for name, start in starts.items():
-            off.setdefault(name, []).append(1e3 * start)
-    told = [f"{name} {min(x):.4g} to {max(x):.4g}" for name, x in off.items() if max(map(abs, x)) > 1e-3]
-    if not told:
-        return out, []
-    return out, [f"readings count from where each point was at the yaw; taken off: {', '.join(told)} (mm or mrad)"]
-
-
-def _reading_at_yaw(travel: np.ndarray, y: np.ndarray, yaw_at: float) -> float:
-    """Reading [SI] at the yaw: the mean of what stands before it, else a line through the first readings after it."""
+def _reading_at_yaw(travel: np.ndarray, y: np.ndarray) -> float:
+    """Reading [SI] at the yaw, travel (n,) from there [m]: as the checks take it, or a line through the first readings
+    after it where fewer than three stand before it."""
     there = np.isfinite(y)
-    before = there & (travel < yaw_at)
-    if before.sum() >= 3:
-        return float(np.mean(y[before]))
-    s, values = travel[there] - yaw_at, y[there]
+    if (there & (travel < 0.0)).sum() >= 3:
+        return reading_at_yaw(travel, y)
+    s, values = travel[there], y[there]
     if not len(s):
         return 0.0
     near = s <= max(0.01 * (s[-1] - s[0]), 4.0 * float(np.median(np.diff(s))) if len(s) > 4 else 0.0)

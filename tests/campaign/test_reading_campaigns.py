@@ -1,8 +1,12 @@
 """A right campaign folder becomes SI numbers, whatever program saved it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from roped_campaign import roped_campaign
 
+import belt_sim as bs
 from belt_sim.campaign import Quantity, case_of, read_campaign
 
 #: Numbers pass through one decimal conversion and one factor: a few last bits.
@@ -122,3 +126,32 @@ def test_a_campaign_is_a_table_in_si():
     assert set(mine["tension"]) == {first.tension}
     for name, values in first.signals.items():
         assert mine[name].tolist() == pytest.approx(values.tolist(), nan_ok=True)
+
+
+def test_a_run_and_a_campaign_are_equal_to_themselves_read_again(folder):
+    """Guard: == of arrays raised."""
+    first, again = read_campaign(folder.path), read_campaign(folder.path)
+    assert first == again
+    assert first.runs[0] == again.runs[0] != first.runs[1]
+    assert first.steady == again.steady
+    assert len({*first.runs, *again.runs}) == len(first.runs)
+
+
+def test_where_the_belt_stood_reaches_what_depends_on_it():
+    """A crown acts by the absolute place: its size is found where y0 is stated, and badly where it is left out."""
+    base, crown, runs = roped_campaign(1), 0.02, []
+    case = case_of(base, base.runs[0])
+    for k, y0 in enumerate((8e-3, -8e-3)):
+        curves = bs.simulate(
+            replace(case, settings=replace(case.settings, y0=y0)),
+            model="strip",
+            effects=[{"id": "crown", "c": crown}],
+            travel=30.0,
+        ).curves
+        signals = {f"y{point}": np.asarray(curves.y)[point - 1] for point in (1, 2, 3, 4)}
+        travel = np.asarray(curves.travel)
+        runs.append(replace(base.runs[k], tension=10e6, yaw=base.runs[0].yaw, y0=y0, travel=travel, signals=signals))
+    found = bs.fit(replace(base, runs=tuple(runs)), ["crown"], "strip").effects[0]
+    assert found.c == pytest.approx(crown, rel=0.02)
+    lost = bs.fit(replace(base, runs=tuple(replace(r, y0=None) for r in runs)), ["crown"], "strip").effects[0]
+    assert lost.c != pytest.approx(crown, rel=0.1)

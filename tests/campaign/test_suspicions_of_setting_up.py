@@ -8,7 +8,7 @@ import pytest
 from roped_campaign import LENGTH, RADIUS, SPACING, WHITE, YAW, damaged, roped_campaign
 
 from belt_sim.campaign import Quantity, suspicions
-from belt_sim.campaign.quality import check_guide, records_of
+from belt_sim.campaign.quality import check_guide, check_repeats, records_of
 
 
 def stops(campaign):
@@ -126,3 +126,54 @@ def test_an_edge_that_is_not_straight_is_no_guide():
         runs.append(dataclasses.replace(r, signals=seen))
     edged = dataclasses.replace(campaign, machine=machine, runs=tuple(runs))
     assert check_guide(edged, records_of(edged)) == []
+
+
+def drifting(seed, rate, rows=40):
+    """Runs of which ``rows`` stand before the yaw, on a belt that runs off by ``rate`` [m/m] at both pulleys."""
+    campaign = roped_campaign(seed)
+    runs = []
+    for run in campaign.runs:
+        way = SPACING * np.arange(len(run.travel) + rows)
+        still = {n: np.concatenate([np.full(rows, y[0]), y]) + rate * way for n, y in run.signals.items()}
+        noise = np.random.default_rng(seed)
+        before = {n: y + np.where(way < SPACING * rows, noise.normal(0, WHITE, len(way)), 0) for n, y in still.items()}
+        runs.append(dataclasses.replace(run, travel=way, yaw_at=SPACING * rows, signals=before))
+    return dataclasses.replace(campaign, runs=tuple(runs))
+
+
+def test_a_record_that_begins_on_a_running_belt_names_run_in():
+    (told,) = [s for s in suspicions(drifting(10, 1e-4)) if s.kind == "running_start"]
+    assert told.severity == "look"
+    assert "+0.1 mm/m" in told.sentence
+    assert "run_in_m" in told.sentence
+    assert not [s for s in suspicions(drifting(10, 0.0)) if s.kind == "running_start"]
+    stated = drifting(10, 1e-4)
+    stated = dataclasses.replace(stated, runs=tuple(dataclasses.replace(r, run_in=80.0) for r in stated.runs))
+    assert not [s for s in suspicions(stated) if s.kind == "running_start"]
+
+
+@pytest.mark.parametrize("scale", [1.03, 0.97])
+def test_a_wheel_that_counts_too_little_or_too_much_is_told(scale):
+    campaign = roped_campaign(11)
+    runs = tuple(dataclasses.replace(r, time=r.travel * scale / r.speed) for r in campaign.runs)
+    (told,) = suspicions(dataclasses.replace(campaign, runs=runs))
+    assert (told.kind, told.severity, told.run) == ("travel", "look", None)
+    assert f"true travel {scale:.3g} times" in told.sentence
+    true = tuple(dataclasses.replace(r, time=r.travel / r.speed) for r in campaign.runs)
+    assert suspicions(dataclasses.replace(campaign, runs=true)) == ()
+
+
+def test_repeats_that_disagree_are_told_with_hours_and_what_would_do_it():
+    """r2 repeats r0 seven hours later and moves as at 20 N/mm2, half way to the tension of r3."""
+    campaign = roped_campaign(12, tension=(10e6, 40e6))
+    assert check_repeats(campaign) == []
+    clock = ("2025-05-12T07:00:00", "2025-05-12T07:30:00", "2025-05-12T14:00:00", "2025-05-12T15:00:00")
+    runs = [dataclasses.replace(r, started=c) for r, c in zip(campaign.runs[:4], clock, strict=True)]
+    later = runs[3].travel / runs[3].travel[-1]
+    stiff = {n: y * (1.0 + later) for n, y in runs[3].signals.items()}
+    half = {n: 0.5 * (y + stiff[n]) for n, y in runs[0].signals.items()}
+    runs[2], runs[3] = (dataclasses.replace(r, signals=s) for r, s in zip(runs[2:], (half, stiff), strict=True))
+    (told,) = check_repeats(dataclasses.replace(campaign, runs=tuple(runs)))
+    assert "r2 differs from r0" in told.sentence
+    assert "7 h later" in told.sentence
+    assert "as at 20 N/mm2 instead of 10" in told.sentence

@@ -244,3 +244,19 @@ def test_a_unit_by_size_stays_a_guess(tmp_path):
     assert [(u.why, u.sure) for u in again.columns] == [("the mapping", True), ("the mapping; mm is a guess", False)]
     looked_at = understand(logged, MAPPING | {"all_runs": RUN, "columns": {"y1": {"unit": "mm"}}})
     assert "guess" not in draft_text(looked_at) + looked_at.columns[1].why
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_where_the_belt_stood_across_the_pulleys_is_kept(tmp_path, sign):
+    """What is taken off at the yaw is the belt's place: 158.6 mm on a sensor that reads 150 mm in the middle."""
+    path = tmp_path / "a.csv"
+    path.write_text(table(["travel [m]", "y1 [mm]"], [L.travel, sign * (L.y1 - L.y1[0]) + 158.6]))
+    column = {"y1 [mm]": {"role": "signal", "at": "point_1", "middle": "150 mm", "sign": sign}}
+    run = campaign(path, columns=column).runs[0]
+    assert run.y0 == pytest.approx(sign * 8.6e-3, abs=NOISE)
+    written = write(understand(read([path]), MAPPING | {"all_runs": RUN, "columns": column}), tmp_path / "c")
+    assert written.runs[0].y0 == pytest.approx(run.y0)
+    del column["y1 [mm]"]["middle"]
+    proposal = understand(read([path]), MAPPING | {"all_runs": RUN, "columns": column})
+    assert proposal.complete().runs[0].y0 is None
+    assert any("middle" in n.text and "158" in n.text for n in proposal.notes)
