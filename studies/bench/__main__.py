@@ -1,7 +1,8 @@
-"""``python -m studies.bench [only=WORDS] [base=CHECKOUT] [picture=FILE.svg]``: what commands and the march cost.
+"""What commands and marches cost: ``python -m studies.bench [only=WORDS] [base=CHECKOUT] [at_once=7] [picture=FILE]``.
 
 base: a checkout of an earlier version, which answers the same rows beside this one; only: the rows whose names contain
-these words, and no march. The table is also written to outputs/bench/bench.json.
+these words, and no march; at_once: rows at a time, on two cores each of a machine with many idle ones. The table is
+also written to outputs/bench/bench.json.
 """
 
 import os
@@ -29,7 +30,7 @@ def main() -> None:
     console, only = Console(width=150), options.get("only", "")
     trees = (ROOT, *([Path(options["base"]).resolve()] if "base" in options else []))
     found: list[dict[str, Any]] = []
-    for row in measure(only, trees):
+    for row in measure(only, trees, int(options.get("at_once", 1))):
         found.append(row)
         print(f"{row['row']}: {row['cpu_s']:.2f} CPU s ({row['tree']})", file=sys.stderr)
     console.print(_commands(found))
