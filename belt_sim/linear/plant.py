@@ -23,11 +23,10 @@ from scipy.io import savemat
 from scipy.linalg import block_diag, expm
 
 from belt_sim.case import Case, Schedule
-from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, InputError, finite, whole
 from belt_sim.io import write_with
 from belt_sim.jax_setup import in_float64, jit_float64
-from belt_sim.line.hooks import AFTER_ENGINE, apply_hook, as_driven, overrides
+from belt_sim.line.hooks import AFTER_ENGINE, Hooks, apply_hook, as_driven, overrides
 from belt_sim.line.runup import RunOff, RunUp, Yaw
 from belt_sim.line.spans import Composition, Spans
 from belt_sim.units import DEGREE, MM, N_PER_MM2
@@ -251,7 +250,7 @@ _STRAIGHT = (np.zeros(4), np.zeros(4), np.zeros(2))
 
 
 @in_float64
-def linear_belt(case: Case, model: Composition, effects: Sequence[Effect] = ()) -> LinearBelt:
+def linear_belt(case: Case, model: Composition, effects: Sequence[Hooks] = ()) -> LinearBelt:
     """The plant of ``case`` under ``model`` with ``effects``, around the straight belt.
 
     Raises CannotRepresent for an effect that the model cannot represent, or whose law is not linear with coefficients
@@ -287,7 +286,7 @@ def linear_belt(case: Case, model: Composition, effects: Sequence[Effect] = ()) 
     )
 
 
-def _nonlinearity(case: Case, effects: Sequence[Effect], model: Composition) -> str | None:
+def _nonlinearity(case: Case, effects: Sequence[Hooks], model: Composition) -> str | None:
     """Why no linear plant represents ``effects``; None if one does.
 
     The laws at random working points are compared with their tangent at the straight belt, and with themselves at
@@ -308,21 +307,21 @@ def _nonlinearity(case: Case, effects: Sequence[Effect], model: Composition) -> 
     return None if lasting else "its law changes along the travel, and the coefficients of a linear plant do not"
 
 
-def _rate_of(case: Case, effects: tuple[Effect, ...], model: Composition):
+def _rate_of(case: Case, effects: tuple[Hooks, ...], model: Composition):
     """dx/ds of a case as a function (travel, x, late, yaws)."""
     effects = (*model.built_in, *effects)
     return partial(_rate, Spans.from_case(case, effects, apply_hook(effects, "span", model.span(case), case)))
 
 
 @partial(jit_float64, brief=True, static_argnames=("model",))
-def _derivatives(case: Case, effects: tuple[Effect, ...], *, model: Composition):
+def _derivatives(case: Case, effects: tuple[Hooks, ...], *, model: Composition):
     """dx/ds at x = 0 and its derivatives along x (4, 4), the delayed x (4, 4) and the yaws (4, 2)."""
     rate = partial(_rate_of(case, effects, model), case.rig.belt_length)
     return rate(*_STRAIGHT), *jax.jacfwd(rate, argnums=(0, 1, 2))(*_STRAIGHT)
 
 
 @partial(jit_float64, brief=True, static_argnames=("model",))
-def _linear_and_lasting(case: Case, effects: tuple[Effect, ...], travel, *points, model: Composition):
+def _linear_and_lasting(case: Case, effects: tuple[Hooks, ...], travel, *points, model: Composition):
     """Whether dx/ds at ``points``, shapes (k, 4), (k, 4), (k, 2), lies on its tangent at x = 0, and whether it is the
     same at ``travel`` [m], shape (k,)."""
     rate = _rate_of(case, effects, model)

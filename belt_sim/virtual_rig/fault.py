@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields
 from functools import cache
 from itertools import product
 from typing import Any, ClassVar, dataclass_transform
@@ -192,20 +192,11 @@ def overrides(fault: Fault | type[Fault], hook: str) -> bool:
     return getattr(cls, hook) is not getattr(Fault, hook)
 
 
-class UnmodelledFault(Fault):
-    """A fault that no catalogue lists, and what the generator calls it.
-
-    place, where it acts: yaw_tail, yaw_head, runup_tail, runup_head, runup_both, wrap, span, span_bending,
-    span_torsion, span_tension, tension, travel, sensor_all or sensor_y1; variable, what it depends on: travel,
-    time_since_step, yaw, curvature, contact_angle, y, belt_phase, pulley_phase, wave, speed or tension; form, how:
-    constant, linear, power, saturating, threshold, exponential, periodic or random; also: other pairs (variable, form)
-    that are as right.
-    """
-
-    place: ClassVar[str] = ""
-    variable: ClassVar[str] = ""
-    form: ClassVar[str] = ""
-    also: ClassVar[tuple[tuple[str, str], ...]] = ()
+def fault(id: str, module: str, words: str, *, base: type[Fault] = Fault, **given: Any) -> Any:
+    """Return the class of a fault from a row of a module's table: numbers (``size``, ``shape``), hooks and facts."""
+    numbers = {name: float for name, value in given.items() if isinstance(value, Field)}
+    name = id.title().replace("_", "") + "Fault"
+    return type(name, (base,), {"__doc__": words, "__module__": module, "__annotations__": numbers, **given})
 
 
 # Numbers of a plan from which shapes are drawn.

@@ -3,29 +3,19 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from belt_sim.errors import InputError, finite
-from belt_sim.virtual_rig import faults, unmodelled
-from belt_sim.virtual_rig.fault import Fault, UnmodelledFault, overrides
+from belt_sim.virtual_rig.fault import Fault, overrides
+from belt_sim.virtual_rig.faults import CATALOGUE
 from belt_sim.virtual_rig.line import Line, stack
 from belt_sim.virtual_rig.march import TrueErrors, observe, repeat_line, stated_data, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan
+from belt_sim.virtual_rig.unmodelled import UNMODELLED
 
-
-def _faults_in(module: ModuleType) -> dict[str, type[Fault]]:
-    """Fault classes of a module, by id in alphabetical order: random draws depend on it."""
-    classes = [v for v in vars(module).values() if isinstance(v, type) and v.__module__ == module.__name__]
-    public = [c for c in classes if issubclass(c, Fault) and not c.__name__.startswith("_")]
-    return {c.id: c for c in sorted(public, key=lambda c: c.id)}
-
-
-CATALOGUE = _faults_in(faults)
-UNMODELLED: dict[str, type[UnmodelledFault]] = _faults_in(unmodelled)  # type: ignore[assignment]
 #: the unmodelled faults on which a fitter may have been developed
 DEVELOPMENT = (
     *("adhesion_loss", "dead_zone", "mid_stick", "quadratic_contact", "sensor_cubic", "strange_wave", "tension_decay"),

@@ -20,7 +20,7 @@ import numpy as np
 from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity, Run, Source, write_campaign
 from belt_sim.errors import InputError, whole
 from belt_sim.units import MM, N_PER_MM2
-from belt_sim.virtual_rig.fault import Fault, UnmodelledFault
+from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.hidden import (
     BLIND,
     CORRUPTIONS,
@@ -36,6 +36,7 @@ from belt_sim.virtual_rig.hidden import (
 )
 from belt_sim.virtual_rig.march import TrueErrors, add_noise, draw_errors, observe, true_line
 from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan, RunSetting
+from belt_sim.virtual_rig.unmodelled import UnmodelledFault
 
 #: Fields that a truth sealed before does not have; left out where they say nothing.
 _SINCE = ("plan", "place", "variable", "form", "also")

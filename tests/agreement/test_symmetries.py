@@ -8,7 +8,6 @@ from paper_cases import YAW, marched, paper_case, steered
 
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates, offsets
-from belt_sim.line.march import grid, march, march_many
 from belt_sim.line.spans import steady_rate
 from belt_sim.model import analytic_model
 from studies.bench.plain import plain_march
@@ -98,18 +97,6 @@ def test_start_is_straight_and_stuck():
     assert curves.angle[0, 0] == pytest.approx(YAW, rel=1e-12)
     bent = curves.moment[0, 0] / paper_case(40).belt.bending_stiffness
     assert curves.y[0, 1] == pytest.approx(bent * curves.travel[1] ** 2 / 2, rel=0.02)  # kappa falls as it moves
-
-
-def test_batch_is_the_march_of_each_case():
-    model, tensions, yaws = analytic_model("strip"), [7e6, 40e6], [-YAW, 0.5 * YAW]
-    cases, axes = grid(paper_case(1.0), tensions=tensions, yaws=yaws)
-    batch = march_many(cases, model, travel=20.0, step=0.1, axes=axes, only=("y", "tilt"), chunk=3)
-    assert batch.y.shape == (4, 4, 201)
-    assert batch.moment is None
-    for k, (t, b) in enumerate((t, b) for t in tensions for b in yaws):
-        alone = march(paper_case(t / 1e6, b), model, travel=20.0, step=0.1)
-        np.testing.assert_allclose(batch.y[k], alone.y, atol=1e-13)
-        np.testing.assert_allclose(batch.tilt[k], alone.tilt, atol=1e-13)
 
 
 def test_a_plain_loop_agrees_to_its_first_order():
