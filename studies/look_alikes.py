@@ -11,7 +11,7 @@ import numpy as np
 
 from belt_sim.api.resolve import candidates_of
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fits.workbench import Workbench, workbench
+from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.model import analytic_model
 from belt_sim.units import N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.workbench import Workbench, workbench
+from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.next_run import Outlook
+from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import library
 from belt_sim.io import provenance, write_json
 from belt_sim.model import analytic_model

@@ -11,8 +11,8 @@ import numpy as np
 from rich.console import Console
 
 from belt_sim.campaign import Campaign
+from belt_sim.diagnosis.foresight import harm_warnings
 from belt_sim.errors import InputError, finite, flag
-from belt_sim.foresight.harm import harm_warnings
 from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, understand, write
 from belt_sim.importing.columns import DRAWING, span_of
 from belt_sim.importing.mapping import mapping_of

@@ -26,26 +26,22 @@ from belt_sim.campaign.folder import is_plan, read_begun, read_plan
 from belt_sim.campaign.types import sensor_place
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.admission import admit
-from belt_sim.diagnosis.decision.decide import probability_of_unknown
-from belt_sim.diagnosis.decision.policy import POLICY
-from belt_sim.diagnosis.describe import describe, final_model, label, rivals
-from belt_sim.diagnosis.drawings import drawings, drawings_of, overlays
-from belt_sim.diagnosis.errors.misreadings import free_zeros
-from belt_sim.diagnosis.errors.model_errors import locate_failure, overall_errors, run_errors
+from belt_sim.diagnosis.decide import POLICY, probability_of_unknown
+from belt_sim.diagnosis.describe import describe, drawings, drawings_of, final_model, label, overlays, rivals
+from belt_sim.diagnosis.errors import free_zeros, locate_failure, overall_errors, run_errors
 from belt_sim.diagnosis.examine import BOOTSTRAPS, Findings, examine
-from belt_sim.diagnosis.fits.fit import Fit, step_bounds
-from belt_sim.diagnosis.fits.plausibility import CORRELATED, inseparable_numbers, unbound_numbers
-from belt_sim.diagnosis.fits.workbench import Workbench, linear_response, workbench
+from belt_sim.diagnosis.fit import Fit, step_bounds
+from belt_sim.diagnosis.foresight import doubts, pairs, sheet_evidence, visible
 from belt_sim.diagnosis.linear_algebra import covariance_root
 from belt_sim.diagnosis.next_run import next_runs
-from belt_sim.discovery.describe import describe as describe_discovery
-from belt_sim.discovery.diagnosis_interface import LawSearch, unknown_evidence
-from belt_sim.discovery.march_fit import SearchOutcome, search_law
+from belt_sim.diagnosis.plausibility import CORRELATED, inseparable_numbers, unbound_numbers
+from belt_sim.diagnosis.workbench import Workbench, linear_response, workbench
+from belt_sim.discovery.law_search import LawSearch, unknown_evidence
 from belt_sim.discovery.search_data import search_data_of
+from belt_sim.discovery.selection import SearchOutcome, search_law
+from belt_sim.discovery.words import describe as describe_discovery
 from belt_sim.effects.base import Effect, library
 from belt_sim.errors import InputError, flag, whole
-from belt_sim.foresight.doubts import doubts, pairs, visible
-from belt_sim.foresight.sheet_evidence import sheet_evidence
 from belt_sim.io import provenance
 from belt_sim.jax_setup import one_blas_thread
 from belt_sim.model import Model, SteadyModel

@@ -10,7 +10,7 @@ from typing import Any
 from belt_sim.campaign.types import Campaign, case_of, sensor_place
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.diagnosis.readings.candidates import default_candidates
+from belt_sim.diagnosis.forward import default_candidates
 from belt_sim.effects.base import Effect, library
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import CannotRepresent, InputError, SimulationError

@@ -85,7 +85,7 @@ def app_command(run_dir: RunDir) -> None:
 
 def write_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:
     """comparison.rrd, a tab a run: what was measured, the base model and, where effects were found, the final model."""
-    from belt_sim.diagnosis.readings.samples import samples_of
+    from belt_sim.diagnosis.samples import samples_of
     from belt_sim.show.rerun import Overlay, record_runs, run_title
 
     samples, model, effects = samples_of(campaign), fitted_model(d.base_model), effects_of(d.effects)

@@ -10,18 +10,25 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
 from belt_sim.case import Case
-from belt_sim.diagnosis.decision.decide import Decision, decide, explanations, would_show
-from belt_sim.diagnosis.decision.policy import POLICY
-from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, LawEvidence, OtherModel, UnknownEvidence
-from belt_sim.diagnosis.errors.misreadings import find_faults, free_zeros
-from belt_sim.diagnosis.fits.belt_starts import find_starts
-from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.linearisation import Linearisation, linearise
-from belt_sim.diagnosis.fits.null_simulation import chance_inflation
-from belt_sim.diagnosis.fits.workbench import Workbench, workbench
-from belt_sim.diagnosis.noise.levels import words_of
-from belt_sim.diagnosis.readings.sensor_places import first_place_inside_span, shapes_a_span, shows_places
+from belt_sim.diagnosis.decide import (
+    POLICY,
+    Decision,
+    EvidenceTable,
+    Ids,
+    LawEvidence,
+    OtherModel,
+    UnknownEvidence,
+    decide,
+    explanations,
+    would_show,
+)
+from belt_sim.diagnosis.errors import find_faults, free_zeros
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.linearisation import Linearisation, chance_inflation, find_starts, linearise
+from belt_sim.diagnosis.noise import words_of
+from belt_sim.diagnosis.samples import first_place_inside_span, shapes_a_span, shows_places
 from belt_sim.diagnosis.search import Search, add_fits, begin_search, extend, row_of, run_search, tabulate
+from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.hooks import as_driven

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Run, SignalSheet, case_of
-from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.metric import Metric, metric_of, nuisance_shapes
-from belt_sim.diagnosis.readings.forward import Forward
-from belt_sim.diagnosis.readings.samples import Samples, stack_cases
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.forward import Forward
+from belt_sim.diagnosis.noise import Metric, metric_of, nuisance_shapes
+from belt_sim.diagnosis.samples import Samples, stack_cases
+from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.jax_setup import map_in_threads
 from belt_sim.results.diagnosis import APART, RESOLVED, NextRun, RunSettings
 from belt_sim.units import DEGREE, N_PER_MM2

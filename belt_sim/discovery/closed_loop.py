@@ -16,13 +16,9 @@ from typing import Any
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from belt_sim.discovery.design import curve_row, single_precision, span_ends
-from belt_sim.discovery.form_dictionary import travel_of, variable
-from belt_sim.discovery.impulse_responses import CHANNELS, MOMENT, drift_at
-from belt_sim.discovery.latent_input import LatentInput
 from belt_sim.discovery.linear_search import ScoredLaw, cost, exponents_of
-from belt_sim.discovery.search_data import SearchData
-from belt_sim.discovery.states import States
+from belt_sim.discovery.responses import CHANNELS, MOMENT, States, curve_row, drift_at, single_precision, span_ends
+from belt_sim.discovery.search_data import LatentInput, SearchData, travel_of, variable
 from belt_sim.effects.law import ROLLS, WRAPPED, Form, Law, Term, stop
 
 ITERATIONS = 60  # at most; those of a Volterra equation converge

@@ -1,22 +1,22 @@
-"""The choice of a law: laws of one term, then of two where the second earns its place; how stable the choice is.
+"""The choice of a law in closed loop, and its fit in the march."""
 
-Candidates come from the linear range, with the states of the base model and with those of the likeliest latent input.
-They are fitted and compared in closed loop.
-"""
-
-from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from belt_sim.diagnosis.errors import errors_of
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.forward import Forward
+from belt_sim.diagnosis.linear_algebra import covariance_of, covariance_root
+from belt_sim.diagnosis.plausibility import has_diverged
+from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.closed_loop import (
     ClosedLoopFit,
     fit_closed_loop,
     states_of_fit,
     states_with_latent_input,
 )
-from belt_sim.discovery.form_dictionary import COURSES_ONLY, WITH_KNEE, simpler_form
-from belt_sim.discovery.latent_input import LatentInput
 from belt_sim.discovery.linear_search import (
     WITHIN,
     ScoredLaw,
@@ -28,8 +28,26 @@ from belt_sim.discovery.linear_search import (
     single_term_laws,
     two_term_laws,
 )
-from belt_sim.discovery.search_data import SearchData
-from belt_sim.effects.law import BY_THE_BELT, Form, Law, Place, Term
+from belt_sim.discovery.search_data import COURSES_ONLY, WITH_KNEE, LatentInput, SearchData, simpler_form
+from belt_sim.effects.law import (
+    BY_THE_BELT,
+    TRAVEL,
+    Form,
+    GenericLaw,
+    Law,
+    Place,
+    SizedLaw,
+    Term,
+    law_effect,
+    number_name,
+)
+from belt_sim.jax_setup import map_in_threads
+
+# The choice of a law: laws of one term, then of two where the second earns its place; how stable the choice is.
+#
+# Candidates come from the linear range, with the states of the base model and with those of the likeliest latent input.
+# They are fitted and compared in closed loop.
+
 
 SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
 PLACES, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
@@ -238,3 +256,349 @@ def _frequency(data: SearchData, laws: Sequence[ClosedLoopFit]) -> float:
     noise = rng.standard_normal((REPETITIONS, len(laws))) @ root.T
     gains = 2.0 * (first + noise) - np.diag(along)
     return float(np.mean(np.argmax(gains - prices, axis=1) == 0))
+
+
+# Laws fitted in the march itself: which are fitted there, and which the readings cannot tell from the best; and the
+# search for a law from end to end.
+#
+# The closed loop follows whatever acts on the belt to all orders. A law of the encoder moves the travel at which the
+# belt is read: of that the loop has the first order only, so such a law may explain much more in the march.
+
+
+ROUND = 2.0  # sigma
+FURTHEST = 10.0  # times the largest reading: a belt that a march takes further has run away
+HALVINGS = 20  # to a millionth, as good as nothing
+WORTH_TRYING = 0.5  # of the best law's gain, that a law of the encoder has to show
+FAMILIES = 4  # of laws of the travel: against an edge's short waves a long way is not of first order
+ELSEWHERE = 2  # close laws at other places that are put into the march
+ANYWHERE = frozenset[str]()
+SHOWN = 12  # laws that are told beside the one that won
+CERTAIN = 2.0  # sigma that the size of every term must be from zero
+
+#: number of a law -> value, u (one sigma), unit
+Estimates = dict[str, tuple[float, float, str]]
+
+
+@dataclass(frozen=True)
+class MarchFit:
+    """A law in the march: its effect, its workbench and joint fit, and the chi2 it explains; exponent: of the
+    first term with the tension, value and u, as a fit has it that leaves it free."""
+
+    scored: ScoredLaw
+    effect: type[GenericLaw]
+    bench: Workbench
+    fit: Fit
+    gain: float
+    exponent: tuple[float, float]
+
+    @property
+    def worth(self) -> float:
+        """chi2 that the law explains in the march, its numbers paid."""
+        return self.gain - cost(self.scored.law)
+
+    @property
+    def positions(self) -> dict[str, int]:
+        """Positions of the law's numbers in the parameter vector."""
+        forward = self.bench.forward
+        return {forward.slots[p].name: p for p in forward.index(self.effect.id)}
+
+    def estimates(self) -> Estimates:
+        """Every number of the law, with its u (one sigma) and unit; u is 0 of a number that was held."""
+        found = {}
+        for name, p in self.positions.items():
+            scale = self.bench.forward.slots[p].scale
+            u = float(np.sqrt(self._covariance(p, p))) * abs(scale)
+            found[name] = (float(self.fit.vector[p]) * scale, u, self.effect.parameters[name].unit)
+        return found
+
+    def _covariance(self, p: int, q: int) -> float:
+        """Covariance of two entries of the parameter vector, in units of their scales; 0 where one was held."""
+        free = self.fit.free
+        return float(self.fit.covariance[free.index(p), free.index(q)]) if p in free and q in free else 0.0
+
+    @property
+    def fitted_effect(self) -> GenericLaw:
+        """The effect with the numbers that it has in the march."""
+        return self.effect(**{name: value for name, (value, _, _) in self.estimates().items()})
+
+    @property
+    def fitted_law(self) -> Law:
+        """The law with the shape numbers and exponents that it has in the march."""
+        return self.scored.law.with_numbers({name: value for name, (value, _, _) in self.estimates().items()})
+
+    def sizes_are_certain(self, sigmas: float) -> bool:
+        """Whether the size of every term lies that far from zero, its knee being held; of a wave, both sizes together.
+
+        Of a term that is beyond its knee nearly always, readings know size times knee and none of the two.
+        """
+        return all(self._squared_distance(k) >= sigmas**2 for k in range(len(self.scored.law.terms)))
+
+    def _squared_distance(self, k: int) -> float:
+        """Squared distance of the sizes of the k-th term from zero, in sigma, its knee being held."""
+        at, free = self.positions, self.fit.free
+        knee = at.get(number_name("knee", k), -1)
+        kept = [n for n, p in enumerate(free) if p != knee]
+        variance = dict(zip([free[n] for n in kept], np.diag(covariance_of(self.fit.columns[kept])), strict=True))
+        sizes = (at[name] for name in (number_name(n, k) for n in ("size", "cos", "sin")) if name in at)
+        return sum(float(self.fit.vector[p]) ** 2 / variance[p] if p in variance else np.inf for p in sizes)
+
+    def size_times_knee(self, k: int) -> tuple[float, float]:
+        """Size times knee of the k-th term, and its u: what it comes to beyond its knee."""
+        size, knee = (self.positions[number_name(n, k)] for n in ("size", "knee"))
+        a, b = (float(self.fit.vector[p]) for p in (size, knee))
+        weights = np.array([b if p == size else a if p == knee else 0.0 for p in self.fit.free])
+        u = np.linalg.norm(weights @ covariance_root(self.fit.columns))  # the sum is known where neither number is
+        scale = self.bench.forward.slots[size].scale * self.bench.forward.slots[knee].scale
+        return a * b * scale, float(u) * abs(scale)
+
+
+def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:
+    """Fit a law in the march with the chosen effects; None where the belt runs away, however small the law."""
+    sizes = data.projector.fit_sizes(data.columns(scored.law))[1] if scored.sizes is None else np.array(scored.sizes)
+    effect = law_effect(SizedLaw(scored.law, tuple(float(s) for s in sizes), data.tension))
+    old = data.bench.forward
+    chosen = [c for c in old.classes if c.id in data.fit.ids]
+    forward = Forward(data.bench.samples, old.model, [*chosen, effect], old.step, old.terms)
+    bench = replace(data.bench, forward=forward, keeps_noise=True)
+    vector, free, own = forward.null(), [], []
+    for cls in chosen:
+        for new, before in zip(forward.index(cls.id), old.index(cls.id), strict=True):
+            vector[new] = data.fit.vector[before]
+            free += [new] if before in data.fit.free else []
+    positions = {forward.slots[p].name: p for p in forward.index(effect.id)}
+    for number in effect.numbers:
+        position = positions[number.name]
+        vector[position] = number.value / forward.slots[position].scale
+        own += [] if number.modifier else [position]
+        if not (number.name.startswith("exponent") and len(np.unique(data.stated_tension)) == 1):
+            free.append(position)
+    ids = (*[c.id for c in chosen], effect.id)
+    start = _start_on_pulleys(bench, vector, own)
+    if start is None:
+        return None
+    made = _fit_from(data, scored, effect, bench.moved_to(start), Fit(ids=ids, free=free, vector=start))
+    return None if made is None else _round_exponents(data, made)
+
+
+def _fit_from(
+    data: SearchData, scored: ScoredLaw, effect: type[GenericLaw], bench: Workbench, start: Fit
+) -> MarchFit | None:
+    fit = bench.fit([start])[0]
+    if has_diverged(fit):
+        return None
+    left = float(data.bench.metric.chi2(data.bench.fitted.y - fit.values))
+    made = MarchFit(scored, effect, bench, fit, data.fit.chi2 - min(left, fit.chi2), (0.0, 0.0))
+    return replace(made, exponent=made.estimates()["exponent"][:2])
+
+
+def _round_exponents(data: SearchData, free: MarchFit) -> MarchFit:
+    """The law with those exponents of the tension held that its readings cannot tell from the round ones of the search,
+    or else from the nearest whole number.
+
+    A number that says nothing costs much where a tension was left out: what is left may not know it at all.
+    """
+    numbers, positions, forward = free.estimates(), free.positions, free.bench.forward
+    vector, held = free.fit.vector.copy(), set()
+    for n in free.effect.numbers:
+        round_one = round_exponent(*numbers[n.name][:2], n.value) if n.name.startswith("exponent") else None
+        if round_one is not None:
+            vector[positions[n.name]] = round_one / forward.slots[positions[n.name]].scale
+            held.add(positions[n.name])
+    if not held:
+        return free
+    start = Fit(ids=free.fit.ids, free=[p for p in free.fit.free if p not in held], vector=vector)
+    made = _fit_from(data, free.scored, free.effect, free.bench, start)
+    return free if made is None or made.gain < free.gain - WITHIN else replace(made, exponent=free.exponent)
+
+
+def round_exponent(value: float, u: float, searched: float) -> float | None:
+    """The exponent of the search, or else the nearest whole one, that a fitted one cannot be told from."""
+    return next((n for n in (searched, float(np.round(value))) if abs(value - n) < ROUND * u), None)
+
+
+def _start_on_pulleys(bench: Workbench, vector: np.ndarray, sizes: list[int]) -> np.ndarray | None:
+    """``vector`` with the law's ``sizes`` halved until the march's belt goes no further than some times the real one.
+
+    The sizes are those of the linear range; a law that feeds back on itself may run away in the march. None where it
+    does so without the law.
+    """
+    furthest = FURTHEST * float(np.nanmax(np.abs(bench.fitted.y)))
+    points = np.repeat(vector[None], HALVINGS + 1, axis=0)
+    points[:, sizes] *= 0.5 ** np.arange(HALVINGS + 1.0)[:, None]
+    for point in points:
+        if float(np.max(np.abs(bench.forward.values(point[None])))) < furthest:  # nan is no less
+            return point
+    return None
+
+
+@dataclass(frozen=True)
+class CloseLaw:
+    """A law that the readings cannot tell from the one that won, and the chi2 by which it is worth less."""
+
+    scored: ScoredLaw
+    less: float
+
+
+@dataclass
+class MarchTrials:
+    """Laws fitted in the march (``tried``; None of one that runs away); enough: chi2 that a law has to explain."""
+
+    data: SearchData
+    choice: LawChoice
+    enough: float
+    tried: dict[tuple, MarchFit | None] = field(default_factory=dict)
+
+    def fit(self, laws: Sequence[ScoredLaw]) -> None:
+        """Fit laws there that have not been."""
+        new: dict[tuple, ScoredLaw] = {}
+        for s in laws:
+            new.setdefault(_key(s.law), s)
+        new = {key: s for key, s in new.items() if key not in self.tried}
+        # side by side: compiling, loading and marching a few rows leave a core idle
+        made = map_in_threads(lambda s: fit_law_in_march(self.data, s), new.values())
+        self.tried |= dict(zip(new, made, strict=True))
+
+    def acceptable(self) -> list[MarchFit]:
+        """Laws that explain enough, every size being known, best first."""
+        made = [
+            r for r in self.tried.values() if r is not None and r.gain >= self.enough and r.sizes_are_certain(CERTAIN)
+        ]
+        return sorted(made, key=lambda r: r.worth, reverse=True)
+
+    def winner(self) -> MarchFit | None:
+        """The law that is worth most."""
+        return next(iter(self.acceptable()), None)
+
+    def best_predicting(self, won: MarchFit) -> MarchFit | None:
+        """The best of the law that won and those close to it with which the held-out error does not rise; else None."""
+        close = [r for r in self.acceptable() if won.worth - r.worth < margin(won)]
+        return next((r for r in close if self.predicts(r)), None)
+
+    def predicts(self, made: MarchFit) -> bool:
+        """Whether the held-out error does not rise with a law."""
+        s = self.data
+        error = errors_of(s.bench, s.fit, made.bench, made.fit).held_out
+        return error is None or error.after <= error.before
+
+    def indistinguishable(self, won: MarchFit) -> list[CloseLaw]:
+        """Laws that the readings cannot tell from one: the best of each place, then the rest."""
+        found: dict[tuple, CloseLaw] = {}
+        shift = self._shifts()
+        for s in (*self.choice.judged, *(r.scored for r in self.tried.values() if r is not None)):
+            key, there = _key(s.law), s.score + shift.get(law_places(s.law), shift[ANYWHERE])
+            if key in self.tried:
+                made = self.tried[key]
+                there = -np.inf if made is None else made.worth
+            close = CloseLaw(s, max(won.worth - there, 0.0))
+            fewer = len(s.law.terms) <= len(won.scored.law.terms)
+            if key != _key(won.scored.law) and fewer and close.less < margin(won):
+                found.setdefault(key, close)
+        ranked = sorted(found.values(), key=lambda c: c.less)
+        first = {law_places(c.scored.law): c for c in reversed(ranked)}
+        return sorted(ranked, key=lambda c: (first[law_places(c.scored.law)] is not c, c.less))
+
+    def _shifts(self) -> dict[frozenset[str], float]:
+        """What the march makes of laws at each place, beyond the search: what it made of the last that was put there;
+        anywhere else what it made of the first."""
+        made = [r for r in self.tried.values() if r is not None]
+        found = {law_places(r.scored.law): r.worth - r.scored.score for r in made}
+        return {ANYWHERE: made[0].worth - made[0].scored.score if made else 0.0} | found
+
+
+def margin(won: MarchFit) -> float:
+    """chi2 within which the readings cannot tell laws from one, by chance or since a nearly right form does as well."""
+    return WITHIN + MODELLED * won.gain
+
+
+def best_in_march(
+    data: SearchData, choice: LawChoice, likeliest: LatentInput, enough: float
+) -> tuple[MarchFit | None, tuple[CloseLaw, ...]]:
+    """The best law in the march, and those that the readings cannot tell from it.
+
+    likeliest: the latent input of the likeliest place; enough: chi2 that a law has to explain.
+    """
+    march = MarchTrials(data, choice, enough)
+    march.fit([choice.best, *([choice.simple] if len(choice.best.law.terms) > 1 else [])])
+    march.fit(laws_of_the_encoder(choice, likeliest))
+    won = march.winner()
+    if won is None:
+        return None, ()
+    march.fit(laws_elsewhere(march.indistinguishable(won), won))
+    won = march.best_predicting(march.winner() or won)
+    if won is None:  # what predicts unseen runs worse than nothing is no law
+        return None, ()
+    return won, tuple(march.indistinguishable(won)[:SHOWN])
+
+
+def laws_elsewhere(near: Sequence[CloseLaw], won: MarchFit) -> list[ScoredLaw]:
+    """The closest laws at other places, one of each."""
+    first: dict[frozenset[str], ScoredLaw] = {}
+    for c in near:
+        first.setdefault(law_places(c.scored.law), c.scored)
+    first.pop(law_places(won.scored.law), None)
+    return list(first.values())[:ELSEWHERE]
+
+
+def laws_of_the_encoder(choice: LawChoice, likeliest: LatentInput) -> list[ScoredLaw]:
+    """The best laws of the encoder, where it is the likeliest place or they explain a good part of what the best law
+    does."""
+    own = [s for s in choice.judged if [t.place.name for t in s.law.terms] == [TRAVEL]][:FAMILIES]
+    promise = max((s.gain for s in own), default=0.0)
+    return own if promise >= WORTH_TRYING * choice.best.gain or likeliest.place.name == TRAVEL else []
+
+
+def law_places(law: Law) -> frozenset[str]:
+    """Where a law acts."""
+    return frozenset(t.place.name for t in law.terms)
+
+
+def _key(law: Law) -> tuple:
+    """What tells laws apart: what they say, and the lengths of waves to a tenth."""
+    lengths = tuple(round(10.0 * float(np.log(t.form.at))) if t.form.is_wave and t.form.at else 0 for t in law.terms)
+    return law.family, tuple(t.exponent for t in law.terms), lengths
+
+
+# The search from end to end: where something acts, which law, and how that does in the march.
+
+FEWEST = 3  # runs, below which no law is guessed
+DESCRIBED = 0.7  # of what a latent input explains; a law that explains less does not describe it
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchOutcome:
+    """What a search has found.
+
+    data: of the search; latent_inputs: of all places, by evidence (none where nothing was sought); choice: None where
+    nothing is missing; best: None where no law describes it; close: laws that the readings cannot tell from it.
+    """
+
+    data: SearchData
+    latent_inputs: tuple[LatentInput, ...]
+    choice: LawChoice | None = None
+    best: MarchFit | None = None
+    close: tuple[CloseLaw, ...] = ()
+
+    @property
+    def latent(self) -> LatentInput:
+        """The latent input of greatest evidence; where a law was found, of those at its place, but for a stretch of the
+        belt, which is nowhere along the travel."""
+        place = None if self.best is None else self.best.scored.law.terms[0].place
+        if place is None or place.is_stretch:
+            return self.latent_inputs[0]
+        if place.is_carried:
+            return self.data.latent_inputs_at(place)[0]
+        return next(c for c in self.latent_inputs if c.place.name == place.name)
+
+
+def search_law(data: SearchData, tell: Callable[[str], None] = lambda text: None) -> SearchOutcome:
+    """Search the law of what is missing beside a fit; something is missing."""
+    if len(data.bench.samples.runs) < FEWEST:
+        return SearchOutcome(data=data, latent_inputs=())
+    tell("looking for the law of what is left")
+    latent_inputs = tuple(data.latent_inputs())
+    choice = choose_law(data, latent_inputs[0])
+    enough = DESCRIBED * choice.possible
+    if choice.best.gain < enough:
+        return SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice)
+    best, close = best_in_march(data, choice, latent_inputs[0], enough)
+    return SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice, best=best, close=close)

@@ -21,8 +21,8 @@ from belt_sim.campaign.folder import put_folder, read_plan, runs_text, sheet_tre
 from belt_sim.campaign.quality import resolution, scatter, scatter_of_wander
 from belt_sim.campaign.types import PLACES, BeltSheet, Machine, Quantity, SettingsSheet, did_you_mean, kind_at
 from belt_sim.case import Belt, Rig
+from belt_sim.diagnosis.foresight import harm_warnings, safe_yaw
 from belt_sim.errors import InputError
-from belt_sim.foresight.harm import harm_warnings, safe_yaw
 from belt_sim.importing.columns import SIGNAL_NAMES, USUAL, Column
 from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry, Question
 from belt_sim.io import group_names

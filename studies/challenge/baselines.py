@@ -14,9 +14,8 @@ import numpy as np
 
 from belt_sim.api.resolve import candidates_of, fitted_model
 from belt_sim.campaign import Campaign, read_campaign
-from belt_sim.diagnosis.readings import additive_effects
-from belt_sim.diagnosis.readings.forward import Forward
-from belt_sim.diagnosis.readings.samples import samples_of
+from belt_sim.diagnosis.forward import Forward, columns, harmonics_of
+from belt_sim.diagnosis.samples import samples_of
 
 MOST_EFFECTS = 4
 SWEEPS = 10  # of the sparse regression
@@ -73,7 +72,7 @@ def table_of(campaign: Campaign, base: str, effects: Sequence[str] | None = None
     """Residual and columns of a campaign, those of ``effects`` (None: the library); every record less its mean."""
     model, samples = fitted_model(base), samples_of(campaign)
     classes = candidates_of(effects, model)
-    free = additive_effects.harmonics_of(classes, samples)
+    free = harmonics_of(classes, samples)
     forward = Forward(samples, model, classes, terms=dict.fromkeys(free, 0))  # what is linear needs no march
     vector = forward.null()
     steps = np.eye(forward.size)[: len(forward.slots)]
@@ -85,7 +84,7 @@ def table_of(campaign: Campaign, base: str, effects: Sequence[str] | None = None
     for cls in (c for c in classes if c.is_additive()):
         names = list(cls.parameters)[: 2 * free[cls.id]]
         scales = [cls.parameters[name].scale for name in names]
-        shapes = additive_effects.columns(samples, cls)[: len(names)]
+        shapes = columns(samples, cls)[: len(names)]
         changes = np.concatenate([changes, shapes * np.reshape(scales, (-1, 1, 1, 1))])
         owner += [(cls.id, name, scale) for name, scale in zip(names, scales, strict=True)]
     flat = [_subtract_means(x, there) for x in (samples.y - values[0], *changes)]

@@ -14,10 +14,9 @@ from scipy.optimize import least_squares
 
 from belt_sim.api.resolve import fitted_model
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.errors.model_errors import ErrorsWithoutNuisances
-from belt_sim.diagnosis.fits.heldout import conditions
-from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.diagnosis.readings.samples import samples_of
+from belt_sim.diagnosis.errors import ErrorsWithoutNuisances, conditions
+from belt_sim.diagnosis.samples import samples_of
+from belt_sim.diagnosis.workbench import workbench
 from belt_sim.units import MM
 from belt_sim.virtual_rig import Truth
 from belt_sim.virtual_rig.hidden import CATALOGUE, detectability_of, fault_from_spec

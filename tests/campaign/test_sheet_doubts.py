@@ -9,7 +9,7 @@ from roped_campaign import SPACING, WHITE, roped_campaign
 
 from belt_sim.campaign import Campaign, Quantity, SignalSheet, suspicions
 from belt_sim.campaign.sheet_doubts import sheet_mistakes
-from belt_sim.foresight.sheet_evidence import sheet_evidence
+from belt_sim.diagnosis.foresight import sheet_evidence
 from belt_sim.model import MODELS
 
 ROPE = MODELS["rope"]

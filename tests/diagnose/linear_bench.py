@@ -6,12 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 
 from belt_sim.campaign import SignalSheet
-from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.levels import LevelFinder
-from belt_sim.diagnosis.noise.metric import Levels, metric_of
-from belt_sim.diagnosis.readings.forward import Forward
-from belt_sim.diagnosis.readings.parameter_vector import Slot
-from belt_sim.diagnosis.readings.samples import Samples
+from belt_sim.diagnosis.forward import Forward, Slot
+from belt_sim.diagnosis.noise import LevelFinder, Levels, metric_of
+from belt_sim.diagnosis.samples import Samples
+from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.effects.base import Parameter
 
 YAW, SPACING = 7e-4, 0.5

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.diagnosis.noise.metric import Levels
+from belt_sim.diagnosis.noise import Levels
+from belt_sim.diagnosis.workbench import Workbench
 
 
 def errors(

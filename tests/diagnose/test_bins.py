@@ -4,9 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from belt_sim.diagnosis.readings.additive_effects import bin_attenuation
-from belt_sim.diagnosis.readings.parameter_vector import Slot
-from belt_sim.diagnosis.readings.samples import Samples
+from belt_sim.diagnosis.forward import Slot, bin_attenuation
+from belt_sim.diagnosis.samples import Samples
 from belt_sim.effects.belt_shape import EdgeProfile
 from belt_sim.effects.pulley_shape import Taper
 

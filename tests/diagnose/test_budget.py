@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
-from belt_sim.diagnosis.readings import programs
-from belt_sim.discovery import impulse_responses as responses
+from belt_sim.diagnosis import forward
+from belt_sim.discovery import responses
 from belt_sim.jax_setup import StoredProgram
 from belt_sim.line import march
 
@@ -25,7 +25,7 @@ SLACK = 1.05  # rounding of another processor may cost a step
 @pytest.mark.parametrize(("campaign", "model"), LIMITS)
 def test_a_diagnosis_does_no_more_than_it_did(monkeypatch, campaign, model):
     done: Counter[str] = Counter()
-    plan, make, eigh = programs.plan_batches, StoredProgram._make, np.linalg.eigh
+    plan, make, eigh = forward.plan_batches, StoredProgram._make, np.linalg.eigh
 
     def count(name, function):
         def counted(*arguments, **more):
@@ -34,10 +34,10 @@ def test_a_diagnosis_does_no_more_than_it_did(monkeypatch, campaign, model):
 
         return counted
 
-    monkeypatch.setattr("belt_sim.diagnosis.readings.forward.plan_batches", count("rows", plan))
+    monkeypatch.setattr("belt_sim.diagnosis.forward.plan_batches", count("rows", plan))
     monkeypatch.setattr(StoredProgram, "_make", count("programs", make))
     monkeypatch.setattr(np.linalg, "eigh", count("eigh", eigh))
-    for cached in (programs.compile_march, responses._compile_march, responses._compile_changes, march._compile_march):
+    for cached in (forward.compile_march, responses._compile_march, responses._compile_changes, march._compile_march):
         cached.cache_clear()  # what other tests have compiled
     bs.diagnose(campaign, model, effects=FEW, advise=False)
     for name, limit in LIMITS[campaign, model].items():

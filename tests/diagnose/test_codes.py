@@ -3,9 +3,8 @@
 import numpy as np
 from small_campaign import MODEL, campaign
 
-from belt_sim.diagnosis.readings.forward import HEAVY, LIGHT, Forward
-from belt_sim.diagnosis.readings.programs import Work
-from belt_sim.diagnosis.readings.samples import samples_of
+from belt_sim.diagnosis.forward import HEAVY, LIGHT, Forward, Work
+from belt_sim.diagnosis.samples import samples_of
 from belt_sim.effects.belt_shape import Weld
 from belt_sim.effects.pulley_shape import Crown, Taper
 

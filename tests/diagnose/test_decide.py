@@ -6,9 +6,21 @@ from math import exp, log
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.decision.decide import decide, explanations, log_evidence, needed_gain, occam, would_show
-from belt_sim.diagnosis.decision.policy import POLICY, Policy
-from belt_sim.diagnosis.decision.table import EvidenceTable, LawEvidence, OtherModel, Row, UnknownEvidence
+from belt_sim.diagnosis.decide import (
+    POLICY,
+    EvidenceTable,
+    LawEvidence,
+    OtherModel,
+    Policy,
+    Row,
+    UnknownEvidence,
+    decide,
+    explanations,
+    log_evidence,
+    needed_gain,
+    occam,
+    would_show,
+)
 from belt_sim.results.diagnosis import Verdict
 
 CANDIDATES = 30

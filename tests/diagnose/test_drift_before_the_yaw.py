@@ -7,7 +7,7 @@ from small_campaign import CLASSES, MODEL, SPREAD
 
 from belt_sim.api.inference import compare
 from belt_sim.campaign import suspicions
-from belt_sim.diagnosis.errors.misreadings import find_offsets
+from belt_sim.diagnosis.errors import find_offsets
 from belt_sim.diagnosis.examine import examine
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.units import MM

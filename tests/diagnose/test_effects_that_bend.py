@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.fits import screening
-from belt_sim.diagnosis.fits.linearisation import Linearisation
-from belt_sim.diagnosis.fits.screening import best_gauss_newton_step, find_nonlinear, screen
+from belt_sim.diagnosis import search
+from belt_sim.diagnosis.linearisation import Linearisation
+from belt_sim.diagnosis.search import best_gauss_newton_step, find_nonlinear, screen
 
 
 @pytest.fixture(name="laid_out")
@@ -54,7 +54,7 @@ def test_what_a_machine_has_on_the_other_side_only_is_not_asked_for(laid_out):
 
 def test_it_is_refitted_though_others_promise_more(laid_out, monkeypatch):
     bench, near = laid_out
-    monkeypatch.setattr(screening, "REFITTED", 1)
+    monkeypatch.setattr(search, "REFITTED", 1)
     names = ("soft", "straight", "other")
     promised = {n: near.fit.chi2 - best_gauss_newton_step(bench, near, n).chi2 for n in names}
     found = screen(bench, near, names, 10.0, {})

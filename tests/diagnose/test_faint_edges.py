@@ -5,11 +5,10 @@ import pytest
 from small_campaign import MODEL, campaign
 from test_linear_readings import with_edge
 
-from belt_sim.diagnosis.errors.model_errors import ErrorsWithoutNuisances
-from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.heldout import Condition, held_out, shrink_harmonics
-from belt_sim.diagnosis.fits.plausibility import prior_sigma
-from belt_sim.diagnosis.fits.workbench import Workbench, workbench
+from belt_sim.diagnosis.errors import Condition, ErrorsWithoutNuisances, held_out, shrink_harmonics
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.plausibility import prior_sigma
+from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import library
 
 HARMONICS = 16

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.fits.linearisation import ShapeGrid, best_of_grid
-from belt_sim.diagnosis.readings.parameter_vector import Slot
+from belt_sim.diagnosis.forward import Slot
+from belt_sim.diagnosis.linearisation import ShapeGrid, best_of_grid
 from belt_sim.effects.base import Parameter
 
 N = 60

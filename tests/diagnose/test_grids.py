@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from small_campaign import MODEL, campaign
 
-from belt_sim.diagnosis.readings.forward import Forward
-from belt_sim.diagnosis.readings.samples import samples_of
+from belt_sim.diagnosis.forward import Forward
+from belt_sim.diagnosis.samples import samples_of
 from belt_sim.effects.belt_shape import Weld
 
 GRID = (2.0, 3.0, 4.0, 5.0, 7.0)

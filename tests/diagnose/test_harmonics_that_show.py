@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.readings.additive_effects import significant_harmonics
+from belt_sim.diagnosis.forward import significant_harmonics
 
 LENGTH, N, RUNS, HARMONICS = 12.0, 240, 4, 12
 NOISE = 1.0

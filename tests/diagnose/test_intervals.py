@@ -6,10 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.intervals import profile_intervals
-from belt_sim.diagnosis.fits.plausibility import covariance_of
-from belt_sim.diagnosis.readings.parameter_vector import Slot
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.forward import Slot
+from belt_sim.diagnosis.plausibility import covariance_of, profile_intervals
 from belt_sim.effects.base import Parameter
 from belt_sim.results.estimates import COVERAGE_95, Estimate
 

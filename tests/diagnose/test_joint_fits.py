@@ -9,11 +9,10 @@ from linear_bench import with_readings
 from noise_by_recursion import errors
 from small_campaign import CLASSES, MODEL, SHAPE, bench, campaign, examined, q_of
 
-from belt_sim.diagnosis.fits.heldout import conditions
-from belt_sim.diagnosis.fits.linearisation import linearise
-from belt_sim.diagnosis.fits.screening import fit_best
-from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.diagnosis.search import MAX_EFFECTS
+from belt_sim.diagnosis.errors import conditions
+from belt_sim.diagnosis.linearisation import linearise
+from belt_sim.diagnosis.search import MAX_EFFECTS, fit_best
+from belt_sim.diagnosis.workbench import workbench
 from studies.paper.case import TEST_RIG
 
 NESTED = 0.05  # in chi2; the fit ends when a round gains less than 0.02

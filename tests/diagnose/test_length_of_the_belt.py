@@ -9,9 +9,9 @@ from small_campaign import MODEL
 
 from belt_sim.api.resolve import candidates_of
 from belt_sim.campaign import Campaign, Machine, Quantity
-from belt_sim.diagnosis.fits.workbench import Workbench, workbench
-from belt_sim.diagnosis.noise.metric import length_sigma
-from belt_sim.diagnosis.readings.parameter_vector import NUISANCES
+from belt_sim.diagnosis.forward import NUISANCES
+from belt_sim.diagnosis.noise import length_sigma
+from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.units import DEGREE, MM, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting

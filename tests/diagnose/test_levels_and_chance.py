@@ -3,8 +3,8 @@
 import numpy as np
 from linear_bench import REPEATS, WHITE
 
-from belt_sim.diagnosis.fits.null_simulation import rough_wander
-from belt_sim.diagnosis.noise.contrasts import WINDOW
+from belt_sim.diagnosis.linearisation import rough_wander
+from belt_sim.diagnosis.noise import WINDOW
 
 DRAWS = 4000
 SIGMAS = 4.5

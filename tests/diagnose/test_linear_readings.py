@@ -7,10 +7,9 @@ import pytest
 from small_campaign import MODEL, campaign
 
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.diagnosis.readings.additive_effects import select_addable
-from belt_sim.diagnosis.readings.forward import Forward
-from belt_sim.diagnosis.readings.samples import samples_of
+from belt_sim.diagnosis.forward import Forward, select_addable
+from belt_sim.diagnosis.samples import samples_of
+from belt_sim.diagnosis.workbench import workbench
 from belt_sim.effects.base import Effect, Parameter, effect, library
 from studies.paper.case import TEST_RIG
 

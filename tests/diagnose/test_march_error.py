@@ -7,8 +7,8 @@ import pytest
 from small_campaign import MODEL, bench
 
 from belt_sim.campaign import Quantity
-from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.diagnosis.readings.forward import STEP, WANTED, Forward
+from belt_sim.diagnosis.forward import STEP, WANTED, Forward
+from belt_sim.diagnosis.workbench import workbench
 from belt_sim.units import MM
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_RIG, TEST_TENSIONS, TEST_YAWS, Noise, Plan, grid

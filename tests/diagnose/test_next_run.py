@@ -9,10 +9,10 @@ from scipy.special import ndtr
 from small_campaign import CLASSES, MODEL, TENSIONS, campaign
 
 from belt_sim.diagnosis import next_run
-from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.workbench import workbench
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.next_run import Outlook, Rival, menu, next_runs, twofold
-from belt_sim.diagnosis.readings.forward import Forward
+from belt_sim.diagnosis.workbench import workbench
 from belt_sim.results.diagnosis import APART, RESOLVED
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, grid

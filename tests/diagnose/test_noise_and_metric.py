@@ -8,11 +8,18 @@ from noise_by_recursion import errors
 from small_campaign import bench, repeated_bench
 
 from belt_sim.campaign import Quantity
-from belt_sim.diagnosis.errors.model_errors import cells, validation_uncertainty
-from belt_sim.diagnosis.noise import levels
-from belt_sim.diagnosis.noise.levels import LevelFinder
-from belt_sim.diagnosis.noise.metric import Levels, Reach, covariance, metric_of, nuisance_shapes, stiffness_sigma
-from belt_sim.diagnosis.readings.parameter_vector import NUISANCES
+from belt_sim.diagnosis.errors import cells, validation_uncertainty
+from belt_sim.diagnosis.forward import NUISANCES
+from belt_sim.diagnosis.noise import (
+    LevelFinder,
+    Levels,
+    Reach,
+    covariance,
+    levels,
+    metric_of,
+    nuisance_shapes,
+    stiffness_sigma,
+)
 
 DRAWS = 600
 SIGMAS = 4.5  # a handful of figures, each beyond this once in 150,000

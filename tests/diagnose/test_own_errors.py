@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, linear_bench
 
-from belt_sim.diagnosis.errors.model_errors import ErrorsWithoutNuisances, errors_of
-from belt_sim.diagnosis.noise.metric import metric_of
+from belt_sim.diagnosis.errors import ErrorsWithoutNuisances, errors_of
+from belt_sim.diagnosis.noise import metric_of
 
 COUNT, ZERO = 40, 1e-3  # a zero of a hundred times the noise
 

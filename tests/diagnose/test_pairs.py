@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.screening import leading_pairs, linear_gains, marginal_gains
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.search import leading_pairs, linear_gains, marginal_gains
 
 RNG = np.random.default_rng(3)
 A, B, OTHER = RNG.standard_normal((3, 200))

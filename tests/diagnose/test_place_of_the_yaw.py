@@ -8,9 +8,9 @@ from small_campaign import MODEL, SPREAD
 from belt_sim.api.resolve import candidates_of
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.examine import examine
-from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.diagnosis.readings.parameter_vector import NUISANCES
-from belt_sim.diagnosis.readings.samples import samples_of
+from belt_sim.diagnosis.forward import NUISANCES
+from belt_sim.diagnosis.samples import samples_of
+from belt_sim.diagnosis.workbench import workbench
 from belt_sim.model import analytic_model
 from belt_sim.units import DEGREE, MM, N_PER_MM2
 from belt_sim.virtual_rig.make import make_campaign

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from linear_bench import NUMBER, SPREAD, WHITE, linear_bench, with_readings
 
-from belt_sim.diagnosis.fits.fit import Fit, fit_sets
-from belt_sim.diagnosis.fits.linearisation import Linearisation
-from belt_sim.diagnosis.fits.plausibility import has_diverged
-from belt_sim.diagnosis.fits.screening import fit_best
-from belt_sim.diagnosis.readings.parameter_vector import Slot
-from belt_sim.diagnosis.search import NOTHING, Search, add_fits, keep_screened, move_to
+from belt_sim.diagnosis.fit import Fit, fit_sets
+from belt_sim.diagnosis.forward import Slot
+from belt_sim.diagnosis.linearisation import Linearisation
+from belt_sim.diagnosis.plausibility import has_diverged
+from belt_sim.diagnosis.search import NOTHING, Search, add_fits, fit_best, keep_screened, move_to
 
 SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from small_campaign import CLASSES, MODEL, REPEATED
 
-from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.diagnosis.noise.levels import DISAGREE, words_of
+from belt_sim.diagnosis.noise import DISAGREE, words_of
+from belt_sim.diagnosis.workbench import workbench
 from belt_sim.virtual_rig.make import make_campaign
 
 SWING, LENGTH = 0.5e-3, 8.0  # [m]: by which the last repeat differs from the others, over such a length

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.readings.samples import samples_of
+from belt_sim.diagnosis.samples import samples_of
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Plan, RunSetting
 

@@ -9,8 +9,8 @@ from scipy.integrate import solve_bvp
 
 from belt_sim.api.resolve import fitted_model
 from belt_sim.campaign import case_of, read_campaign, write_campaign
-from belt_sim.diagnosis.readings.forward import Forward
-from belt_sim.diagnosis.readings.samples import samples_of
+from belt_sim.diagnosis.forward import Forward
+from belt_sim.diagnosis.samples import samples_of
 from belt_sim.effects.base import library
 from belt_sim.errors import BeltError
 from belt_sim.units import DEGREE, N_PER_MM2

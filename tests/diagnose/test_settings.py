@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_campaign import bench
 
-from belt_sim.diagnosis.fits import workbench
+from belt_sim.diagnosis import workbench
 
 OFF = 2.0  # sigma
 TENSION, YAW = 0.06, 3e-5  # one sigma of a careless setting

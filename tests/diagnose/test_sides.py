@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from belt_sim.diagnosis.readings.parameter_vector import Slot
+from belt_sim.diagnosis.forward import Slot
 from belt_sim.effects.base import library
 
 SHAPES = [(e, n) for e in library().values() for n, p in e.parameters.items() if p.modifier]

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from small_campaign import repeated_bench
 
+from belt_sim.diagnosis import forward
 from belt_sim.diagnosis.examine import keeps_tension
-from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.readings import programs
+from belt_sim.diagnosis.fit import Fit
 from belt_sim.effects.base import Parameter
 from belt_sim.results.diagnosis import error_table
 from belt_sim.results.errors import Change, Errors
@@ -34,28 +34,28 @@ def test_the_first_batch_of_every_program_comes_before_the_second_of_any(monkeyp
     """So programs are loaded side by side."""
     done = []
     works = [
-        programs.Work(np.zeros(0), [partial(done.append, (name, k)) for k in range(n)])
+        forward.Work(np.zeros(0), [partial(done.append, (name, k)) for k in range(n)])
         for name, n in (("a", 3), ("b", 1), ("c", 2))
     ]
     with ThreadPoolExecutor(1) as one:
-        monkeypatch.setattr(programs, "_pool", lambda: one)
-        programs.finish(works)
+        monkeypatch.setattr(forward, "_pool", lambda: one)
+        forward.finish(works)
     assert done == [("a", 0), ("b", 0), ("c", 0), ("a", 1), ("c", 1), ("a", 2)]
 
 
 def test_batches_of_all_requests_run_in_the_same_threads():
     seen = set()
-    works = [programs.Work(np.zeros(0), [lambda: seen.add(threading.get_ident())] * 4)]
+    works = [forward.Work(np.zeros(0), [lambda: seen.add(threading.get_ident())] * 4)]
     for _ in range(8):
-        programs.finish(works)
-    assert len(seen) <= programs.WORKERS + 1  # and the caller's own, which compiles a lone program
+        forward.finish(works)
+    assert len(seen) <= forward.WORKERS + 1  # and the caller's own, which compiles a lone program
 
 
 def test_an_error_of_a_batch_is_told_when_all_have_ended():
     ended = []
-    works = [programs.Work(np.zeros(0), [batch]) for batch in (lambda: 1 / 0, lambda: ended.append(1))]
+    works = [forward.Work(np.zeros(0), [batch]) for batch in (lambda: 1 / 0, lambda: ended.append(1))]
     with pytest.raises(ZeroDivisionError):
-        programs.finish(works)
+        forward.finish(works)
     assert ended == [1]
 
 

@@ -8,9 +8,8 @@ import pytest
 from linear_bench import SPACING, SPREAD, WHITE, linear_bench, run
 from scipy.linalg import toeplitz
 
-from belt_sim.diagnosis.fits.null_simulation import draw_noise
-from belt_sim.diagnosis.noise.levels import LevelFinder, of_wander
-from belt_sim.diagnosis.noise.metric import Levels
+from belt_sim.diagnosis.linearisation import draw_noise
+from belt_sim.diagnosis.noise import LevelFinder, Levels, of_wander
 
 LENGTH, COUNT = 20, 160  # samples
 REPEATS = tuple(run() for _ in range(4))

@@ -8,9 +8,8 @@ from small_campaign import CLASSES, MODEL, SPREAD
 
 from belt_sim.campaign import read_campaign, write_campaign
 from belt_sim.diagnosis.examine import examine
-from belt_sim.diagnosis.fits.belt_starts import PeriodicWaves, find_starts
-from belt_sim.diagnosis.fits.linearisation import linearise
-from belt_sim.diagnosis.fits.workbench import workbench
+from belt_sim.diagnosis.linearisation import PeriodicWaves, find_starts, linearise
+from belt_sim.diagnosis.workbench import workbench
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.virtual_rig.make import make_campaign
 

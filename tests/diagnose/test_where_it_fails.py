@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from belt_sim.diagnosis.describe import _required_angle
-from belt_sim.diagnosis.errors.model_errors import Cell, boundary, family_k, worst_sentence
+from belt_sim.diagnosis.errors import Cell, boundary, family_k, worst_sentence
 
 KINDS = {"y1": "lateral", "tilt": "tilt"}
 

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
-from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.plausibility import (
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.forward import Slot
+from belt_sim.diagnosis.plausibility import (
     estimates,
     estimates_of_single_sizes,
     is_plausible,
     plausible_bounds,
     prefer_plausible,
 )
-from belt_sim.diagnosis.readings.parameter_vector import Slot
 from belt_sim.effects.base import Parameter
 from belt_sim.results.diagnosis import Estimate, FoundEffect
 

@@ -7,12 +7,12 @@ import numpy as np
 from small_campaign import SHAPE, TENSIONS
 
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.workbench import Workbench, workbench
-from belt_sim.diagnosis.readings.forward import Forward
-from belt_sim.discovery.describe import describe
-from belt_sim.discovery.march_fit import SearchOutcome, search_law
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.forward import Forward
+from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.discovery.search_data import SearchData, search_data_of
+from belt_sim.discovery.selection import SearchOutcome, search_law
+from belt_sim.discovery.words import describe
 from belt_sim.effects.base import Effect
 from belt_sim.effects.law import ID, GenericLaw, Law, SizedLaw, law_effect
 from belt_sim.model import analytic_model

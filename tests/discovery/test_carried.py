@@ -8,12 +8,10 @@ import pytest
 from small_discovery import both_ways, marched
 
 from belt_sim.discovery.closed_loop import solve_loop
-from belt_sim.discovery.describe import _drawn_travel, _law_curve
-from belt_sim.discovery.form_dictionary import form_values
-from belt_sim.discovery.law_words import formula, sentence
 from belt_sim.discovery.linear_search import ScoredLaw
-from belt_sim.discovery.search_data import SearchData, campaign_places
+from belt_sim.discovery.search_data import SearchData, campaign_places, form_values
 from belt_sim.discovery.selection import _laws_at_other_places, choose_law
+from belt_sim.discovery.words import _drawn_travel, _law_curve, formula, sentence
 from belt_sim.effects.law import Form, Law, Term
 from belt_sim.results.errors import Change
 from studies.challenge.score import generator_place, pairs

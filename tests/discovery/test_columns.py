@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_discovery import effect_of, fitted, forward_with, surveyed
 
-from belt_sim.discovery.impulse_responses import Pulse
+from belt_sim.discovery.responses import Pulse
 from belt_sim.effects.law import Form, Law, Term
 
 SAME = 0.999  # cosine; cells of 0.2 m against steps of 0.1 m leave a few per mille

@@ -9,14 +9,12 @@ from small_discovery import MODEL, D, campaign, described, discovered, fitted, s
 
 import belt_sim as bs
 from belt_sim.api.plot import pictures_by_kind, write_discovery
-from belt_sim.diagnosis.decision.decide import log_evidence
-from belt_sim.diagnosis.decision.policy import POLICY
-from belt_sim.diagnosis.fits.workbench import workbench
-from belt_sim.discovery.describe import describe, worse_predictions
-from belt_sim.discovery.diagnosis_interface import LawSearch, unknown_evidence
-from belt_sim.discovery.law_words import place_words, sentence
-from belt_sim.discovery.march_fit import CloseLaw, search_law
+from belt_sim.diagnosis.decide import POLICY, log_evidence
+from belt_sim.diagnosis.workbench import workbench
+from belt_sim.discovery.law_search import LawSearch, unknown_evidence
 from belt_sim.discovery.search_data import search_data_of
+from belt_sim.discovery.selection import CloseLaw, search_law
+from belt_sim.discovery.words import describe, place_words, sentence, worse_predictions
 from belt_sim.errors import InputError
 from belt_sim.results.errors import Change, Errors, OwnChange
 from belt_sim.results.files import discovery_json, read_discovery

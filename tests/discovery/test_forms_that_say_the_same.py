@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from small_discovery import surveyed
 
-from belt_sim.discovery.form_dictionary import form_values, rare_forms, simpler_form, usual_forms
+from belt_sim.discovery.search_data import form_values, rare_forms, simpler_form, usual_forms
 from belt_sim.effects.law import Form
 
 YAW = 1e-3  # rad

@@ -7,8 +7,8 @@ import pytest
 from small_discovery import effect_of, surveyed
 
 from belt_sim.campaign import case_of
-from belt_sim.discovery.form_dictionary import rare_forms
-from belt_sim.discovery.march_fit import round_exponent
+from belt_sim.discovery.search_data import rare_forms
+from belt_sim.discovery.selection import round_exponent
 from belt_sim.effects.law import Form, Law, Term
 from belt_sim.line.influence import BoundaryValues, no_bend
 from belt_sim.line.span import response, strip

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from belt_sim.discovery.design import ResidualProjector
-from belt_sim.discovery.latent_input import _posterior
+from belt_sim.discovery.responses import ResidualProjector
+from belt_sim.discovery.search_data import _posterior
 
 KNOTS, READINGS, DRAWS = 20, 300, 400
 

@@ -6,8 +6,14 @@ import pytest
 from small_discovery import surveyed
 
 from belt_sim.discovery.linear_search import ScoredLaw, cost
-from belt_sim.discovery.march_fit import MarchTrials, law_places, laws_elsewhere, laws_of_the_encoder
-from belt_sim.discovery.selection import LawChoice, _laws_at_other_places
+from belt_sim.discovery.selection import (
+    LawChoice,
+    MarchTrials,
+    _laws_at_other_places,
+    law_places,
+    laws_elsewhere,
+    laws_of_the_encoder,
+)
 from belt_sim.effects.law import Form, Law, Term
 
 WAVE = 5.0  # m

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from small_discovery import fitted, surveyed
 
-from belt_sim.diagnosis.fits.null_simulation import draw_noise
-from belt_sim.discovery import form_products
-from belt_sim.discovery.design import single_precision
-from belt_sim.discovery.latent_input import LENGTHS, basis_at
+from belt_sim.diagnosis.linearisation import draw_noise
+from belt_sim.discovery import linear_search
+from belt_sim.discovery.responses import single_precision
+from belt_sim.discovery.search_data import LENGTHS, basis_at
 
 ROUNDED = 1e-5
 FEWER = 0.02  # of the largest; straight lines between every fourth knot
@@ -27,13 +27,13 @@ def test_lengths_of_columns_are_as_in_double_precision_also_of_what_cancels():
     data = surveyed("yaw_creep")
     for name in ("yaw_both", "turn_tail", "sensor_y1"):
         place = next(p for p in data.places if p.name == name)
-        for block in form_products._blocks(data, place)[1]:
+        for block in linear_search._blocks(data, place)[1]:
             if block.depends_on_pulley:
                 continue
-            inputs = form_products.form_inputs(data.states, block.everything, None, None)
-            exact = form_products._sum_of_parts(data, place, lambda c: data.design.rows[c].swapaxes(0, 1))
+            inputs = linear_search.form_inputs(data.states, block.everything, None, None)
+            exact = linear_search._sum_of_parts(data, place, lambda c: data.design.rows[c].swapaxes(0, 1))
             right = np.sum(np.square(inputs @ exact), axis=2)
-            found = np.sum(np.square(form_products._plain_rows(data, place, block, inputs)), axis=2, dtype=float)
+            found = np.sum(np.square(linear_search._plain_rows(data, place, block, inputs)), axis=2, dtype=float)
             seen = right > 1e-9 * right.max()
             np.testing.assert_allclose(found[seen], right[seen], rtol=ROUNDED)
             assert found[~seen].max(initial=0.0) < 2e-9 * right.max()

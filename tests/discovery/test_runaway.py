@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.discovery.march_fit import FURTHEST, _start_on_pulleys
+from belt_sim.discovery.selection import FURTHEST, _start_on_pulleys
 
 READ = 2e-3
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from small_discovery import surveyed
 
-from belt_sim.discovery.law_words import sentence
 from belt_sim.discovery.linear_search import ScoredLaw
-from belt_sim.discovery.march_fit import MarchFit
+from belt_sim.discovery.selection import MarchFit
+from belt_sim.discovery.words import sentence
 from belt_sim.effects.law import Form, Law, LawNumber, Term
 from belt_sim.results.errors import Change
 

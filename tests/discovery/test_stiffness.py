@@ -8,9 +8,9 @@ import pytest
 from small_discovery import surveyed
 
 from belt_sim.discovery.closed_loop import solve_loop
-from belt_sim.discovery.law_words import _as_belt, _by_how_much, formula, looks_like
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
+from belt_sim.discovery.words import _as_belt, _by_how_much, formula, looks_like
 from belt_sim.effects.law import Form, Law, Term, fixed_places
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.span import response, strip, with_change

@@ -12,8 +12,8 @@ from rich.prompt import Confirm, Prompt
 from belt_sim.api.campaigns import draft_text, run_noise_table
 from belt_sim.campaign import read_campaign
 from belt_sim.commands.campaigns import ask_in_terminal
+from belt_sim.diagnosis.foresight import noisy_runs
 from belt_sim.errors import BeltError
-from belt_sim.foresight.doubts import noisy_runs
 from belt_sim.importing import read, understand, write
 
 RUN = {"tension": "10 N/mm2", "yaw": "-0.73 mrad"}

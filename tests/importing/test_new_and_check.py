@@ -10,8 +10,8 @@ from belt_sim.api.campaigns import new_campaign
 from belt_sim.api.inference import check
 from belt_sim.campaign import CampaignError, read_campaign
 from belt_sim.campaign.folder import is_plan, read_plan
+from belt_sim.diagnosis.foresight import harm_warnings
 from belt_sim.errors import BeltError
-from belt_sim.foresight.harm import harm_warnings
 from belt_sim.results.files import file_json
 
 SETTINGS = {

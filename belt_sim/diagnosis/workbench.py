@@ -6,13 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fits.fit import EarlyStopping, Fit, Sides, fit_sets
-from belt_sim.diagnosis.noise.levels import LevelFinder
-from belt_sim.diagnosis.noise.metric import Levels, Metric, length_sigma, metric_of, nuisance_shapes
-from belt_sim.diagnosis.readings.additive_effects import significant_harmonics
-from belt_sim.diagnosis.readings.forward import Forward, choose_step
-from belt_sim.diagnosis.readings.parameter_vector import NUISANCES
-from belt_sim.diagnosis.readings.samples import Samples, samples_of
+from belt_sim.diagnosis.fit import EarlyStopping, Fit, Sides, fit_sets
+from belt_sim.diagnosis.forward import NUISANCES, Forward, choose_step, significant_harmonics
+from belt_sim.diagnosis.noise import LevelFinder, Levels, Metric, length_sigma, metric_of, nuisance_shapes
+from belt_sim.diagnosis.samples import Samples, samples_of
 from belt_sim.effects.base import Effect
 from belt_sim.line.spans import Composition
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.linear_algebra import bounded_step, covariance_of
-from belt_sim.diagnosis.noise.metric import Metric
-from belt_sim.diagnosis.readings.forward import Forward
+from belt_sim.diagnosis.noise import Metric
 
 MAX_ROUNDS = 24
 TOLERANCE = 0.02  # in chi2; thresholds are about 10

@@ -13,9 +13,131 @@ from math import comb, log
 
 import numpy as np
 
-from belt_sim.diagnosis.decision.policy import Policy
-from belt_sim.diagnosis.decision.table import EvidenceTable, Ids, Row, UnknownEvidence
 from belt_sim.results.diagnosis import Explanation, Verdict
+
+# Every constant of the decision.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Policy:
+    """What is declared before any reading. All but ``chance`` are judgements; none is fitted to single campaigns.
+
+    further: odds of one fault against one more, 1
+    unknown: odds of no unknown law against one, 1
+    decades: orders of magnitude below the largest plausible size, in which the size of a fault may lie
+    per_decade: sizes that are tried in each of them
+    chance: log evidence [nats] of a free input, its length and height chosen among 68, that chance exceeds in one of
+        100 campaigns. It is the one number that was calibrated: 7.5 +- 1.5 on 97 campaigns in which nothing is hidden
+    linear: share of a gain, to which the linear range is good: so far behind, a law is put into the march all the same
+    held_out: -2 log of the predictive density, by which whole conditions that were left out may become less likely than
+        with nothing
+    alarm: probability of nothing, below which something is said: a false alarm costs twenty times what a miss does
+    credible: probability in the set of explanations that cannot be told apart
+    like_one_change_of_the_span: an error of the load cell does nearly what one change of a span's stiffness does, as a
+        span knows its tension by F/EI and F/T; with it a crown or an edge guide makes up for a slope
+    """
+
+    further: float = 10.0
+    unknown: float = 10.0
+    decades: float = 3.0
+    per_decade: int = 2
+    chance: float = 7.0
+    linear: float = 0.02
+    held_out: float = 2.0
+    alarm: float = 0.05
+    credible: float = 0.95
+    like_one_change_of_the_span: tuple[str, ...] = ("tension_bias", "crown", "edge_guide")
+
+
+POLICY = Policy()
+
+
+# The table of evidence: what joint fits and searches say of a campaign, as plain numbers.
+
+
+Ids = frozenset[str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """A set of named effects, fitted jointly on the metric that all rows share.
+
+    chi2: at the best point; gram (k, k): products of whitened derivatives; away (k,): the numbers in units of their
+    scales; sigma (k,): the largest that a machine may have, for harmonics what they have in common; owner (k,): the
+    effect of each number; sized (k,): whether it takes its effect's scale (a number that only shapes, and a harmonic,
+    have their own); scanned: of every further number, which was scanned over a grid, how many values were tried;
+    plausible: whether a real machine could have these numbers; held_out: condition that can be tested -> -2 log of its
+    predictive density.
+    """
+
+    ids: Ids
+    chi2: float
+    gram: np.ndarray
+    away: np.ndarray
+    sigma: np.ndarray
+    owner: tuple[str, ...]
+    sized: np.ndarray
+    scanned: tuple[int, ...] = ()
+    plausible: bool = True
+    held_out: Mapping[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OtherModel:
+    """Another base model in the place of effects, with nothing fitted.
+
+    name: as the user would set it; chi2: on the same metric; rms: of its lateral errors [m]; tried: how many were.
+    """
+
+    name: str
+    chi2: float
+    rms: float = 0.0
+    tried: int = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class LawEvidence:
+    """A generic law: what it says, its chi2 gain, what its numbers must earn [chi2], and of how many sizes it is."""
+
+    words: str
+    gain: float
+    cost: float
+    sizes: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnknownEvidence:
+    """What is seen beside a set of named effects.
+
+    courses: log evidence of a free course of the unknown at every place and way of pooling runs, over that of none;
+    laws: the best of the dictionary; tried: how many of one term were tried.
+    """
+
+    ids: Ids
+    courses: np.ndarray
+    laws: tuple[LawEvidence, ...]
+    tried: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvidenceTable:
+    """All that a decision rests on.
+
+    candidates: how many effects could be named; inflation: by how much chance gains more than its degrees of freedom,
+    the noise being uncertain; damaged: whether the data look so; additive: effects that only add to the readings, so
+    that something unknown in the belt's movement neither changes them nor is imitated by them; visible: effects that
+    these readings would show at a plausible size (None: not asked).
+    """
+
+    candidates: int
+    inflation: float
+    damaged: bool
+    rows: tuple[Row, ...]
+    unknown: tuple[UnknownEvidence, ...] = ()
+    other_models: tuple[OtherModel, ...] = ()
+    additive: Ids = frozenset()
+    visible: Ids | None = None
+
 
 ROUNDS = 3  # over the scales of all effects of a set, one after the other
 

@@ -6,15 +6,14 @@ from functools import partial
 
 import numpy as np
 
-from belt_sim.diagnosis.decision.table import LawEvidence, UnknownEvidence
+from belt_sim.diagnosis.decide import LawEvidence, UnknownEvidence
 from belt_sim.diagnosis.examine import LawResult
-from belt_sim.diagnosis.fits.fit import Fit
-from belt_sim.diagnosis.fits.workbench import Workbench
-from belt_sim.discovery.describe import describe
-from belt_sim.discovery.law_words import formula
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.linear_search import ScoredLaw, distinct_families, exponents_of, single_term_laws
-from belt_sim.discovery.march_fit import search_law
 from belt_sim.discovery.search_data import SearchData, search_data_of
+from belt_sim.discovery.selection import search_law
+from belt_sim.discovery.words import describe, formula
 
 LAWS = 12  # that are compared in the linear range
 

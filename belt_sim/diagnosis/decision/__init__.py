@@ -1,1 +1,0 @@
-"""The decision: one table of evidence, one policy, one pure function."""

@@ -1,0 +1,592 @@
+"""Errors of a model on a campaign: on left-out conditions, run by run, where they are largest; and damaged readings."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, pairwise
+
+import numpy as np
+from scipy.special import ndtri
+
+from belt_sim.campaign import Campaign, Suspicion
+from belt_sim.campaign.quality import check_starts, counted_from_yaw, records_of
+from belt_sim.campaign.types import Kind
+from belt_sim.curves import LATE_SHARE
+from belt_sim.diagnosis.fit import Fit, step_bounds
+from belt_sim.diagnosis.forward import Slot
+from belt_sim.diagnosis.linear_algebra import bounded_step
+from belt_sim.diagnosis.noise import FREE_ZERO, metric_of, zero_sigmas
+from belt_sim.diagnosis.plausibility import prior_sigma
+from belt_sim.diagnosis.samples import zero_is_read
+from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.results.errors import UNITS, Change, Errors, Features, OwnChange, RunError, Where, Worst
+from belt_sim.results.words import KILO
+from belt_sim.units import MM, N_PER_MM2
+
+# Held-out error: whole conditions (a tension, a sign of yaw) are left out, the rest is refitted, they are predicted.
+#
+# Refits are one Gauss-Newton step from the joint fit, which is exact for effects that enter linearly. Before any
+# reading a parameter is known as well as a real machine allows (plausibility.prior_sigma), and harmonics as well as
+# they fall (shrink_harmonics): what only the left-out runs show falls back to null; a condition is untestable where the
+# rest does not know what the effects do to it.
+
+
+# How large the many harmonics of a linear effect are before a reading: they fall as their scales do, all together.
+#
+# Nobody knows how straight a belt's edge is, but a belt of which thirty numbers hardly show has none of millimetres.
+# Refits that may take each number for anything a machine allows predict such an edge worse than no edge at all.
+
+SIZES = np.geomspace(1e-3, 1e3, 121)  # that are tried, beside a typical number and its sigma
+
+
+def shrink_harmonics(slots: Sequence[Slot], numbers: np.ndarray, variance: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """``sigma`` (k,), of numbers before any reading, where those of a linear effect are Gaussian with a common size:
+    that at which numbers (k,) as they were fitted, of such variance (k,), are likeliest; all in units of their scales.
+    """
+    found = sigma.copy()
+    for cls in {s.effect for s in slots if s.effect.is_additive()}:
+        rows = np.array([s.effect is cls for s in slots])
+        square, own = numbers[rows] ** 2, variance[rows]
+        tried = SIZES * np.sqrt(np.median(own) + np.median(square))
+        total = tried[:, None] ** 2 + own
+        size = tried[np.argmin(np.sum(square / total + np.log(total), axis=1))]
+        found[rows] = np.minimum(sigma[rows], size)
+    return found
+
+
+KNOWN = 0.5  # what the numbers do to left-out readings is known from the other runs when its u is below this share of
+#             what it was before any, and below its size: what may as well be nothing, or twice as much, says nothing
+LARGE = 0.9  # of the largest yaw, from which a yaw counts as the largest
+VISIBLE = 2.0  # sigma by which left-out readings have to be uncertain before anybody asks who knows them
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One condition left out: -2 log of the density that the rest predicted for it (surprise; without free parameters
+    the squared length of the whitened error), its runs out (R,), all their errors (r, S, n), those of lateral readings
+    (m,) [m], and whether the rest knows what the numbers do there: else leaving it out tests nothing.
+    """
+
+    surprise: float
+    out: np.ndarray
+    errors: np.ndarray
+    lateral: np.ndarray
+    testable: bool
+
+
+def lateral_rms(left_out: Iterable[Condition]) -> float:
+    """rms [m] of the lateral errors of some conditions; nan where there are none."""
+    errors = np.concatenate([c.lateral for c in left_out])
+    return float(np.sqrt(np.mean(errors**2))) if errors.size else float("nan")
+
+
+def conditions(bench: Workbench) -> dict[str, np.ndarray]:
+    """Name -> which runs (R,) it leaves out: every tension, every sign of yaw, the largest yaws where there are smaller
+    ones, and the runs marked hold_out.
+
+    The lowest and the highest tension and the largest yaw ask for an extrapolation, in which a wrong law shows first.
+    """
+    runs = bench.samples.runs
+    fitted = np.array([r.use == "fit" for r in runs])
+    tension = np.array([r.tension for r in runs])
+    sign = np.array([np.sign(r.yaw) for r in runs])
+    found = {f"{t / 1e6:g} N/mm2": (tension == t) & fitted for t in np.unique(tension)}
+    found |= {f"yaw {'+' if s > 0 else '-' if s < 0 else '0'}": (sign == s) & fitted for s in np.unique(sign)}
+    size = np.abs([r.yaw for r in runs])
+    large = size > LARGE * np.max(size[fitted], initial=0.0)
+    if np.any(fitted & ~large & (size > 0.0)):
+        found["largest yaw"] = large & fitted
+    kept = {n: m for n, m in found.items() if m.any() and not m[fitted].all()}
+    if not fitted.all():
+        kept["hold_out"] = ~fitted
+    return kept or {"all": fitted}
+
+
+def held_out(bench: Workbench, fit: Fit) -> dict[str, Condition]:
+    """Prediction error of ``fit`` on each condition when that condition is left out."""
+    before = prior_of_fit(bench, fit)
+    return {name: _predict_left_out(bench, fit, out, *before) for name, out in conditions(bench).items()}
+
+
+def prior_of_fit(bench: Workbench, fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of the free numbers (k,) of a fit: one sigma before any reading, the same as harmonics fall, and how far off null
+    they are.
+    """
+    allowed = prior_sigma(bench.forward, fit.free)
+    away = fit.vector[fit.free] - bench.forward.null()[fit.free]
+    slots = [bench.forward.slots[k] for k in fit.free]
+    variance = np.diag(fit.covariance) if any(s.effect.is_additive() for s in slots) else allowed
+    return allowed, shrink_harmonics(slots, away, variance, allowed), away
+
+
+def _predict_left_out(
+    bench: Workbench, fit: Fit, out: np.ndarray, allowed: np.ndarray, sigma: np.ndarray, away: np.ndarray
+) -> Condition:
+    samples, count = bench.samples, len(fit.free)
+    blocks = fit.residual.reshape(len(samples.runs), -1)
+    columns = fit.columns.reshape(count, *blocks.shape)
+    here, rest = (columns[:, m].reshape(count, blocks[m].size) for m in (out, ~out))
+    step, root = _refit(rest, blocks[~out].ravel(), sigma, away, step_bounds(fit, bench.forward.sides))
+    seen = root @ here
+    errors = samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
+    lateral = np.array([s.kind == "lateral" for s in samples.signals])
+    return Condition(
+        surprise=_surprise(blocks[out].ravel() - step @ here, seen),
+        out=out,
+        errors=errors,
+        lateral=errors[np.isfinite(samples.y[out]) & lateral[None, :, None]],
+        testable=_is_known(here, root, allowed, away, [bench.forward.slots[k].effect.id for k in fit.free]),
+    )
+
+
+def _refit(columns: np.ndarray, residual: np.ndarray, sigma: np.ndarray, away: np.ndarray, space):
+    """The step (k,) from a joint fit ``away`` from null to that of some runs with the prior, and a root (k, k) of its
+    covariance: rows are what one sigma of independent combinations adds to the numbers.
+
+    space: how far each number may go down and up (k,); what a machine has on one side of null only (a stiffness) some
+    runs alone, which may hardly show it, do not put on the other.
+    """
+    scale = 1.0 / np.sqrt(np.sum(columns**2, axis=1) + sigma**-2.0)
+    information = (columns @ columns.T + np.diag(sigma**-2.0)) * np.outer(scale, scale)
+    values, vectors = np.linalg.eigh(information)
+    root = (vectors / np.sqrt(np.maximum(values, 1e-12))).T * scale
+    along = columns @ residual - away / sigma**2
+    step = root.T @ (root @ along)
+    if np.any((step < space[0]) | (step > space[1])):
+        step = scale * bounded_step(information, scale * along, space[0] / scale, space[1] / scale)
+    return step, root
+
+
+def _surprise(left: np.ndarray, seen: np.ndarray) -> float:
+    """-2 log predictive density of whitened errors ``left`` (m,) when one sigma of each of k independent combinations
+    of parameters adds ``seen`` (k, m): r^T (I + S^T S)^-1 r + log det(I + S^T S).
+    """
+    total, along = np.eye(len(seen)) + seen @ seen.T, seen @ left
+    return float(left @ left - along @ np.linalg.solve(total, along) + np.linalg.slogdet(total)[1])
+
+
+def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.ndarray, owners: Sequence[str]) -> bool:
+    """Whether the other runs know what the numbers do to the left-out readings ``here`` (k, m): better than any machine
+    does, and better than to within the whole of it.
+
+    Numbers that are known together only (an offset and a gain of the tension) may each be unknown in that. But what
+    every effect does has to be known, of which the numbers ``owners`` (k,) are, or else all of them together as well as
+    that: beside an edge of a thousand sigma nobody sees that the others know nothing of a crown.
+    """
+    off = float(np.linalg.norm(root @ here))
+
+    def knows(own: np.ndarray) -> bool:
+        least = float(np.linalg.norm(root[:, own] @ here[own]))
+        before = float(np.linalg.norm(sigma[own, None] * here[own]))
+        whole = float(np.linalg.norm(away[own] @ here[own]))
+        return least < VISIBLE or min(off, least) < min(KNOWN * before, whole)
+
+    return off < VISIBLE or all(knows(np.array([o == name for o in owners])) for name in set(owners))
+
+
+# The error of a model against a campaign, run by run and over all, beside what the uncertainties alone make it; and
+# where it fails, by tension, yaw sign, travel window and signal.
+#
+# ASME V&V 20: E = model - measurement; u_val from noise, zero, gain, settings, stiffness and the march's step; |E| <= k
+# u_val means that the comparison cannot say more. k = 2 for one cell; a statement about many cells takes the k that all
+# of them together exceed by chance in one comparison of twenty.
+
+
+K = 2.0
+WINDOWS = 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One tension, yaw sign, signal and travel window: rms of E over rms of u_val (ratio), and which run it came from;
+    signed: the ratio with the sign of the mean error.
+    """
+
+    run: str
+    signal: str
+    tension: float
+    sign: int
+    window: tuple[float, float]
+    ratio: float
+    signed: float
+    rms: float
+
+
+def family_k(count: int) -> float:
+    """k such that none of ``count`` independent normal errors exceeds k sigma, with probability 95 %."""
+    return float(-ndtri(0.025 / max(count, 1)))
+
+
+def validation_uncertainty(bench: Workbench) -> np.ndarray:
+    """u_val, one sigma, of every sample, shape (R, S, n) [m or rad]."""
+    samples, noise = bench.samples, _noise_variance(bench)
+    shapes = np.sum(bench.shapes**2, axis=0)
+    for s, signal in enumerate(samples.signals):  # a zero that is read off the record is as uncertain as a reading
+        read = zero_is_read(samples, signal)
+        shapes[read, s] += (noise[:, s] - zero_sigmas(samples, signal) ** 2)[read, None]
+    return np.sqrt(noise[..., None] + np.maximum(shapes, 0.0) + np.sum(bench.shared**2, axis=0) + bench.march_error**2)
+
+
+def _noise_variance(bench: Workbench) -> np.ndarray:
+    """Variance of the noise in every run and signal (R, S), white and wander."""
+    samples, levels = bench.samples, bench.levels
+    white = np.asarray(levels.white) * [s.white for s in samples.signals]
+    wander = np.asarray(levels.wander) * [s.wander_sd for s in samples.signals]
+    return white**2 / samples.per_bin[:, None] + wander**2
+
+
+def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:
+    """The map's cells for predictions ``values`` (R, S, n)."""
+    samples, u_val = bench.samples, validation_uncertainty(bench)
+    edges = window_edges(bench)
+    found = []
+    for r, run in enumerate(samples.runs):
+        for s, signal in enumerate(samples.signals):
+            error = values[r, s] - samples.y[r, s]
+            for low, high in pairwise(edges):
+                inside = (samples.travel[r] >= low) & (samples.travel[r] <= high) & np.isfinite(error)
+                if not inside.any():
+                    continue
+                rms = float(np.sqrt(np.mean(error[inside] ** 2)))
+                floor = float(np.sqrt(np.mean(u_val[r, s][inside] ** 2)))
+                found.append(
+                    Cell(
+                        run=run.name,
+                        signal=signal.name,
+                        tension=run.tension / N_PER_MM2,
+                        sign=int(np.sign(run.yaw)),
+                        window=(float(low), float(high)),
+                        ratio=rms / floor,
+                        signed=float(np.copysign(rms / floor, np.mean(error[inside]))),
+                        rms=rms,
+                    )
+                )
+    return found
+
+
+def window_edges(bench: Workbench) -> np.ndarray:
+    """Edges of the travel windows [m]."""
+    return np.linspace(0.0, bench.samples.end, WINDOWS + 1)
+
+
+def worst_sentence(c: Cell, count: int, kinds: Mapping[str, Kind]) -> str:
+    """The worst of ``count`` cells in a sentence."""
+    sign = {1: "> 0", -1: "< 0", 0: "= 0"}[c.sign]
+    where = f"{c.signal} of run {c.run} ({c.tension:g} N/mm2, yaw {sign}, {c.window[0]:.0f}-{c.window[1]:.0f} m)"
+    if c.ratio <= family_k(count):
+        return f"Nowhere beyond the uncertainty of the comparison; closest in {where}: E = {c.ratio:.1f} u_val."
+    size = f"{KILO * c.rms:.2g} {UNITS[kinds[c.signal]]}"
+    return f"Worst in {where}: off by {size}, {c.ratio:.0f} times the measurement uncertainty."
+
+
+def boundary(found: list[Cell]) -> tuple[float | None, str]:
+    """The tension at which the model stops being adequate [N/mm2], where there is one, and a sentence."""
+    tensions = sorted({c.tension for c in found})
+    worst = np.array([max(c.ratio for c in found if c.tension == t) for t in tensions])
+    k = family_k(len(found))
+    good = worst <= k
+    span = f"{tensions[0]:g} to {tensions[-1]:g} N/mm2"
+    if good.all():
+        return None, f"Cell by cell within the uncertainty of the comparison at every tension measured ({span})."
+    if not good.any():
+        return None, f"Inadequate at every tension measured ({span})."
+    flips = np.flatnonzero(np.diff(good.astype(int)))
+    if len(flips) > 1:
+        bad = ", ".join(f"{t:g}" for t, fits in zip(tensions, good, strict=True) if not fits)
+        return None, f"Inadequate at {bad} N/mm2."
+    n = int(flips[0])
+    part = (np.log(k) - np.log(worst[n])) / (np.log(worst[n + 1]) - np.log(worst[n]))
+    at = float(np.exp(np.log(tensions[n]) + part * np.log(tensions[n + 1] / tensions[n])))
+    limit = f"|E| <= {k:.1f} u_val; measured at {span}"
+    if good[-1]:
+        return at, f"Adequate above {at:.3g} N/mm2 ({limit})."
+    return at, f"Inadequate above {at:.3g} N/mm2; below it the error does not exceed the uncertainty ({limit})."
+
+
+def locate_failure(bench: Workbench, values: np.ndarray) -> Where:
+    """The worst cell, the boundary in tension, and both in a sentence, for predictions ``values`` (R, S, n)."""
+    found = cells(bench, values)
+    worst, (at, words) = max(found, key=lambda c: c.ratio), boundary(found)
+    return Where(
+        worst=Worst(run=worst.run, signal=worst.signal, travel=worst.window, ratio=worst.ratio),
+        sentence=worst_sentence(worst, len(found), {s.name: s.kind for s in bench.samples.signals}),
+        boundary=None if at is None else at * N_PER_MM2,
+        boundary_sentence=words,
+    )
+
+
+# Errors of every run, and over all.
+
+FIRST = 0.1 * MM  # and 0.1 mrad of a tilt
+LEAST = 5  # samples
+
+
+def features(travel: np.ndarray, y: np.ndarray) -> Features:
+    """Features of one record [m or rad] against travel [m], both (n,).
+
+    Overshoot is the largest distance beyond the line that the late record lies on, in the direction of motion.
+    """
+    keep = np.isfinite(y)
+    travel, y = travel[keep], y[keep]
+    if len(y) < LEAST:
+        return Features()
+    late = travel >= travel[-1] - LATE_SHARE * (travel[-1] - travel[0])
+    slope, start = np.polyfit(travel[late], y[late], 1)
+    beyond = (y - (start + slope * travel)) * np.sign(y[-1] if y[-1] != 0 else 1.0)
+    moved = np.flatnonzero(np.abs(y) >= FIRST)
+    return Features(
+        late_rate=float(slope),
+        first_move=float(travel[moved[0]]) if len(moved) else None,
+        overshoot=float(max(beyond.max(), 0.0)),
+    )
+
+
+WORSE = 1.5  # a run counts as worse only beyond this many times its floor
+
+
+def run_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> tuple[RunError, ...]:
+    """Every run and signal that was measured; before and after (R, S, n) are predictions."""
+    floor = validation_uncertainty(bench)
+    rows = []
+    for r, run in enumerate(bench.samples.runs):
+        for s, signal in enumerate(bench.samples.signals):
+            y, travel = bench.samples.y[r, s], bench.samples.travel[r]
+            if not np.isfinite(y).any():
+                continue
+            first, then = (_rms(y - values[r, s]) for values in (before, after))
+            least = _rms(np.where(np.isfinite(y), floor[r, s], np.nan))
+            rows.append(
+                RunError(
+                    run=run.name,
+                    signal=signal.name,
+                    kind=signal.kind,
+                    tension=run.tension,
+                    yaw=run.yaw,
+                    use=run.use,
+                    before=first,
+                    after=then,
+                    floor=least,
+                    worse=bool(then > first and then > WORSE * least),
+                    measured=features(travel, y),
+                    modelled=features(travel, after[r, s]),
+                )
+            )
+    return tuple(rows)
+
+
+def overall_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> Errors | None:
+    """rms of the lateral signals before and after, over fitted and hold-out runs, and the noise floor.
+
+    None when there is no lateral signal.
+    """
+    samples = bench.samples
+    there = np.isfinite(samples.y) & np.array([s.kind == "lateral" for s in samples.signals])[None, :, None]
+    if not there.any():
+        return None
+    fitted = np.array([r.use == "fit" for r in samples.runs])[:, None, None]
+
+    def change(kept: np.ndarray) -> Change | None:
+        first, then = (_rms((samples.y - values)[kept]) for values in (before, after))
+        return Change(before=first, after=then) if kept.any() else None
+
+    floor = _rms(validation_uncertainty(bench)[there])
+    return Errors(noise_floor=floor, fit=change(there & fitted), held_out=change(there & ~fitted))
+
+
+def _rms(x: np.ndarray) -> float:
+    return float(np.sqrt(np.nanmean(x**2))) if x.size else float("nan")
+
+
+# Errors once every run's own zero, gain and settings, and the belt's stiffness, are what they most likely are.
+#
+# A sensor's zero or a tension one sigma off moves a whole record by more than most effects do, and no effect can take
+# that away: in plain rms a right effect may even make it larger. So what is told of an error before and after is what
+# the readings do not ascribe to these, each within its stated uncertainty (the mean of its posterior, run by run); and
+# the noise floor is what a perfect model would leave of it.
+
+
+class ErrorsWithoutNuisances:
+    """Nuisances of every run of a workbench, and what remains beside them.
+
+    shapes (K, R, S, n): in units of one sigma; posterior (R, K, K): their covariance after readings; taken
+    (R, K, S, n): how much of each a reading stands for.
+    """
+
+    def __init__(self, bench: Workbench) -> None:
+        self.bench = bench
+        samples, metric = bench.samples, bench.metric
+        if any(r.use != "fit" for r in samples.runs):  # the metric is blind to runs that were held out
+            metric = metric_of(samples, bench.levels, bench.shapes, bench.shared)
+        self.shapes = np.concatenate([bench.shapes, bench.shared])
+        columns = metric.noise_white(self.shapes).swapaxes(0, 1)  # (R, K, S * n)
+        self.posterior = np.linalg.inv(columns @ columns.swapaxes(1, 2) + np.eye(len(self.shapes)))
+        runs, signals, n = samples.y.shape
+        onto = (self.posterior @ columns).reshape(runs, -1, signals, 1, n)
+        self.taken = np.matmul(onto, metric.roots[:, None])[..., 0, :]
+        lateral = np.array([s.kind == "lateral" for s in samples.signals])
+        self.there = np.isfinite(samples.y) & lateral[None, :, None]
+
+    def remove_nuisances(self, errors: np.ndarray, runs: np.ndarray) -> np.ndarray:
+        """Errors (r, S, n) of some runs (R,) without what their nuisances most likely make of them."""
+        size = np.einsum("rksn,rsn->rk", self.taken[runs], np.where(np.isfinite(errors), errors, 0.0))
+        return errors - np.einsum("rk,krsn->rsn", size, self.shapes[:, runs])
+
+    @property
+    def floor(self) -> float:
+        """rms of the lateral errors of a perfect model [m]."""
+        known = np.einsum("krsn,rkl,lrsn->rsn", self.shapes, self.posterior, self.shapes)
+        variance = _noise_variance(self.bench)[..., None] - known
+        return _rms(np.sqrt(np.maximum(variance, 0.0) + self.bench.march_error**2)[self.there])
+
+    def rms(self, left_out: Iterable[Condition]) -> float:
+        """Of the lateral errors of held-out conditions [m]."""
+        return _rms(np.concatenate([self.remove_nuisances(c.errors, c.out)[self.there[c.out]] for c in left_out]))
+
+
+def errors_of(base_bench: Workbench, base: Fit, bench: Workbench, fit: Fit) -> Errors:
+    """The fall of the error from ``base`` to ``fit``, each on its workbench, over conditions that hold-out can test."""
+    over_all = overall_errors(bench, base.values, fit.values)
+    assert over_all is not None  # a diagnosis has a lateral signal
+    own, without, left_out = ErrorsWithoutNuisances(bench), held_out(base_bench, base), held_out(bench, fit)
+    untestable = tuple(name for name, c in left_out.items() if not c.testable)
+    tested = [name for name in left_out if name not in untestable] or list(left_out)
+    before, after = ([held[name] for name in tested] for held in (without, left_out))
+    return replace(
+        over_all,
+        held_out=Change(before=lateral_rms(before), after=lateral_rms(after)),
+        by_condition={
+            name: Change(before=lateral_rms([without[name]]), after=lateral_rms([c])) for name, c in left_out.items()
+        },
+        untestable=untestable,
+        own=OwnChange(before=own.rms(before), after=own.rms(after), floor=own.floor),
+    )
+
+
+# What looks wrong in a campaign once the model's own path is taken off its readings.
+
+
+CLEARED = 30.0  # chi2 that one record read another way has to clear; no chance among all records does that
+ALONE = 0.1  # share of it that the same may clear in another run: what an effect does, it does in several
+WITHIN = 4.0  # sigmas of its chi2 that the run may then still be from what noise makes of it
+UNDONE = 0.5  # share of the chi2 beyond noise that a turned sign must at least account for
+LEFT = 0.05  # share of the chi2 cleared that may stay beside that: settings and noise levels are not known exactly
+
+
+def free_zeros(campaign: Campaign, suspicions: Sequence[Suspicion]) -> Campaign:
+    """The campaign with any zero allowed to signals whose runs begin further from zero than the sheet allows."""
+    free = {name for s in suspicions if s.kind == "zero" for name in s.signals}
+    signals = tuple(replace(s, zero=max(s.zero, FREE_ZERO)) if s.name in free else s for s in campaign.signals)
+    return replace(campaign, signals=signals) if free else campaign
+
+
+def confirm_signs(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
+    """``suspicions`` of the data by themselves, each sign judged by what is left beside ``values`` (R, S, n) once it is
+    turned back.
+
+    A sign that accounts for less than half is to be looked at only: a fault of the machine larger than the yaw turns
+    readings as well. A column that was to be looked at stops the diagnosis where noise is all that is left.
+    """
+    return tuple(_confirm_sign(bench, values, s) if s.kind == "wrong_sign" else s for s in suspicions)
+
+
+def _confirm_sign(bench: Workbench, values: np.ndarray, told: Suspicion) -> Suspicion:
+    """``told`` with the severity that the model gives it."""
+    samples, before = bench.samples, _excess_chi2(bench, values, bench.fitted.y)
+    runs = [r for r, run in enumerate(samples.runs) if told.run in (None, run.name) and run.use == "fit"]
+    if not runs:
+        return told
+    lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
+    own = [k for k in lateral if samples.signals[k].name == told.signal]
+    if told.severity == "stop":  # of one signal or all, or of the one that fits
+        left = min(_left_by_turning(bench, values, runs, turned) for turned in (own, lateral, *([k] for k in lateral)))
+        return told if left < UNDONE * np.sum(before[runs]) else replace(told, severity="look")
+    if told.run is not None:
+        return told
+    left = _left_by_turning(bench, values, runs, own)
+    cleared, count = float(np.sum(before[runs])) - left, np.isfinite(bench.fitted.y[runs]).sum()
+    return replace(told, severity="stop") if _leaves_noise(left, cleared, count) else told
+
+
+def _left_by_turning(bench: Workbench, values: np.ndarray, runs: Sequence[int], signals: Sequence[int]) -> float:
+    """chi2 beyond noise that is left in ``runs`` with the sign of ``signals`` turned there."""
+    y = bench.fitted.y.copy()
+    y[np.ix_(runs, signals)] *= -1.0
+    return float(np.sum(_excess_chi2(bench, values, y)[runs]))
+
+
+def _leaves_noise(left: float, cleared: float, count: int) -> bool:
+    """Whether readings, read another way, ``cleared`` more chi2 than chance and have noise ``left``, of ``count``."""
+    return cleared > CLEARED and left - WITHIN * np.sqrt(2.0 * count) < LEFT * cleared
+
+
+def _excess_chi2(bench: Workbench, values: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """chi2 of readings y (R, S, n) beyond their number, run by run (R,)."""
+    white = bench.metric.whiten(y - values).reshape(len(y), -1)
+    return np.sum(white**2, axis=1) - np.isfinite(bench.fitted.y).sum(axis=(1, 2))
+
+
+def find_faults(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
+    """What is wrong, worst first: ``suspicions`` of the data by themselves, and what ``values`` (R, S, n) show."""
+    seen = confirm_signs(bench, values, suspicions)
+    if all(s.kind == "dropout" and s.severity == "look" for s in seen):  # what was left out says nothing of the rest
+        seen = (*seen, *find_offsets(bench, values))
+    return seen if any(s.severity == "stop" for s in seen) else (*find_misread_run(bench, values), *seen)
+
+
+def find_misread_run(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
+    """The run in which a single record with its sign turned, or two exchanged, is all that the model does not explain.
+
+    What a machine does shows in more than one record; what a hand did is undone to within noise.
+    """
+    before, count = _excess_chi2(bench, values, bench.fitted.y), np.isfinite(bench.fitted.y).sum(axis=(1, 2))
+    gains, found = defaultdict[tuple, list[float]](list), []
+    for r, told, read in _alternative_readings(bench):
+        y = bench.fitted.y.copy()
+        y[r] = read
+        after = _excess_chi2(bench, values, y)
+        gain = float(np.sum(before - after))
+        gains[told.kind, told.signal].append(gain)
+        if _leaves_noise(after[r], gain, count[r]):
+            found.append((gain, r, told))
+    if len({r for _, r, _ in found}) != 1:
+        return ()  # in several runs: the model lacks something
+    gain, _, told = max(found, key=lambda f: f[0])
+    others = sorted(gains[told.kind, told.signal])[:-1]
+    return (told,) if max(others, default=0.0) < ALONE * gain else ()
+
+
+def _alternative_readings(bench: Workbench) -> Iterator[tuple[int, Suspicion, np.ndarray]]:
+    """A run with a sign turned (of one signal, of the yaw) or with two signals exchanged: which, what was done to it,
+    and its readings (S, n) with that undone.
+    """
+    y = bench.fitted.y
+    lateral = [s for s, signal in enumerate(bench.samples.signals) if signal.kind == "lateral"]
+    for r, run in enumerate(bench.samples.runs):
+        there = [s for s in lateral if np.isfinite(y[r, s]).any()]
+        for turned in [[s] for s in there] + ([there] if len(there) > 1 else []):
+            name = bench.samples.signals[turned[0]].name if len(turned) == 1 else None
+            whose = "its sign" if name else "the sign of its yaw"
+            words = f"fits the model with {whose} turned round, and nothing else in this run is off"
+            read = y[r].copy()
+            read[turned] *= -1.0
+            yield r, Suspicion(run=run.name, signals=(name,) if name else (), kind="wrong_sign", sentence=words), read
+        for s, t in combinations(there, 2):
+            if np.array_equal(np.isfinite(y[r, s]), np.isfinite(y[r, t])):
+                both = tuple(bench.samples.signals[k].name for k in (s, t))
+                words = "fit the model with the two exchanged, and nothing else in this run is off"
+                read = y[r].copy()
+                read[[s, t]] = read[[t, s]]
+                yield r, Suspicion(run=run.name, signals=both, kind="swapped", sentence=words), read
+
+
+def find_offsets(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
+    """Runs that do not begin where ``values`` (R, S, n) do, by more than the sheet's errors allow."""
+    samples = bench.samples
+    rest = samples.y - values
+    runs = []
+    for r, run in enumerate(samples.runs):
+        own = np.concatenate([[True], np.diff(samples.travel[r]) > 0])  # shorter records are padded
+        signals = {s.name: rest[r, k, own] for k, s in enumerate(samples.signals) if s.name in run.signals}
+        runs.append(replace(run, travel=samples.travel[r, own], time=None, signals=signals))
+    left = replace(bench.campaign, runs=tuple(runs))
+    return tuple(check_starts(left, counted_from_yaw(records_of(left)), curvature_share=0.0))

@@ -1,0 +1,446 @@
+"""Foresight: mistakes in the sheet, harm to the belt, and what a campaign can tell, before anything is searched for."""
+
+import math
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from scipy import stats
+from scipy.optimize import minimize_scalar
+
+from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
+from belt_sim.campaign.quality import Severity, check_repeats, records_of
+from belt_sim.campaign.sheet_doubts import SheetMistake, sheet_mistakes
+from belt_sim.campaign.types import rig_of
+from belt_sim.case import Belt, Case, Rig, Schedule, Settings
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.forward import SLOWEST, Forward
+from belt_sim.diagnosis.next_run import Outlook
+from belt_sim.diagnosis.plausibility import prior_sigma
+from belt_sim.diagnosis.samples import samples_of
+from belt_sim.diagnosis.workbench import Workbench, linear_response
+from belt_sim.effects.base import library
+from belt_sim.line.spans import Composition
+from belt_sim.model import MODELS
+from belt_sim.results.check import Doubt, Pair, Visible
+from belt_sim.results.diagnosis import RESOLVED
+from belt_sim.units import DEGREE, N_PER_MM2
+from belt_sim.validity import STRENGTH, Limit, geometric, limits
+
+# Runs of a plan that could harm the belt or mean nothing: an edge slack, steel near its strength, laws left behind.
+
+
+#: Share of the yaw at which an edge goes slack, or the linear laws end, that a plan may use.
+SHARE = 0.8
+#: Share of the belt's bending fatigue strength that tension, bending over the pulleys and the yaw together may reach.
+STRESS = 0.9
+#: A yaw at which the limits are asked; their loads go with the yaw or with its square [rad].
+_ASKED = 0.01 * DEGREE
+
+
+def safe_yaw(rig: Rig, belt: Belt, tensions: Iterable[float]) -> float:
+    """Return the largest yaw [rad] that harms no run at these tensions [Pa] and leaves no law of the models behind."""
+    found = []
+    for tension in tensions:
+        case = Case(rig=rig, belt=belt, settings=Settings(tension=tension, yaw=Schedule.step(_ASKED)))
+        load = {limit.id: float(limit.load) for limit in limits(case)}
+        bent = load["thick_belt"] * STRENGTH
+        room = max(STRESS * STRENGTH - bent, 0.0) / (tension * load["slack_edge"])
+        ends = (("slack_edge", 1.0), ("second_order", 0.5))  # neither without gravity and sag
+        found += [(SHARE / load[name]) ** power for name, power in ends if load[name] > 0.0]
+        found += [room] if room else []  # a belt that its pulleys alone bend too far is told of, whatever the yaw
+    return _ASKED * min(found)
+
+
+def harm_warnings(campaign: Campaign) -> tuple[str, ...]:
+    """Return a sentence a kind of harm, the runs concerned and the worst of them named."""
+    found: dict[str, list[tuple[Limit, str]]] = {}
+    for run in campaign.runs:
+        for limit in _harm(case_of(campaign, replace(run, yaw_at=0.0))):
+            found.setdefault(limit.id, []).append((limit, run.name))
+    sentences = []
+    for runs in found.values():
+        worst, name = max(runs, key=lambda run: run[0].load)
+        some = f"{len(runs)} of {len(campaign.runs)} runs" if len(runs) > 1 else f"run {name}"
+        sentences.append(f"{some}: {worst.words} ({worst.exceeded_by}{f', worst in {name}' if len(runs) > 1 else ''})")
+    return tuple(sentences)
+
+
+def _harm(case: Case) -> Sequence[Limit]:
+    """The limits of harm that a case is beyond."""
+    load = {limit.id: float(limit.load) for limit in limits(case)}
+    tension = float(case.settings.tension)
+    stress = load["thick_belt"] * STRENGTH + tension * load["slack_edge"]
+    own = (
+        Limit("slack_edge", load["slack_edge"], "the yaw takes the tension off one edge; take a smaller yaw"),
+        Limit("second_order", load["second_order"], "the yaw is too large for the models' laws; take a smaller one"),
+        Limit(
+            "stress",
+            stress / STRENGTH,
+            f"tension, bending and yaw reach {stress / N_PER_MM2:.0f} of the {STRENGTH / N_PER_MM2:.0f} N/mm2 that belt"
+            " steels bear; take a smaller yaw or a larger pulley",
+        ),
+    )
+    seen = {limit.id for limit in own} | {"edge_stretch", "thick_belt"}
+    return [limit for limit in (*own, *geometric(case)) if limit.load > 1.0 and (limit in own or limit.id not in seen)]
+
+
+# Which mistake in the sheet explains what a model leaves unexplained: tried before any law or fault is searched for.
+#
+# The campaign as each mistake would have it is predicted by the model with a yaw offset of either pulley and a taper
+# free, so that a usual fault of the machine hides no mistake. chi2 is that of the noise as repeats show it, else as
+# stated. Every mistake is screened with the nuisances of the stated campaign; those that help are laid out anew.
+
+
+#: Faults that are free in every layout.
+USUAL = ("yaw_offset_tail", "yaw_offset_head", "taper")
+#: chi2 a reading below which too little is unexplained to ask; stated noise is seldom better known.
+UNEXPLAINED = 1.2
+#: Sigmas of the chi2 of noise that one run's chi2 must be off, to ask as well: a mistake in one run is lost in all.
+ODD = 3.5
+#: Share of the unexplained chi2 that a mistake must remove to be believed, and to be mentioned.
+BELIEVED, MENTIONED = 0.9, 0.5
+#: chi2 a reading that may be left then, unless nearly all is removed: a fault may stand beside the mistake.
+LEFT, NEARLY_ALL = 2.0, 0.98
+#: chi2 by which the best mistake must beat the stated sheet, by one noise too, and all other mistakes to be believed.
+DECISIVE = 100.0
+#: Mistakes that make a belt stiffer or softer alike; by less than this factor a machine can be off by itself.
+STIFFNESS, OFF = ("width", "thickness", "modulus", "tension"), 3.0
+#: Mistakes that change a belt's movement as another base model does, and those models: one that removes BELIEVED of
+#: what the mistake removes may be meant.
+LIKE_A_MODEL, HOUSE = (*STIFFNESS, "radius", "centre_distance", "travel_unit"), ("beam_th1", "beam_th2", "strip")
+#: chi2 by which a run must gain to count among those in which a mistake was made.
+OF_RUN = 50.0
+#: Steps of the refinement of a mistake's size, and how far it reaches, as a logarithm.
+REFINED, REACH = 12, 0.9
+#: Kinds of mistakes that are laid out anew after the screening.
+FINALISTS = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class SheetEvidence:
+    """mistake; share: of the unexplained chi2 of the runs that it concerns, which it removes; certain: whether it
+    removes so much, and more than mistakes in anything else, that nothing else should be searched for; gain: chi2 over
+    that of the sheet without faults."""
+
+    mistake: SheetMistake
+    share: float
+    certain: bool
+    gain: float
+
+    @property
+    def suspicion(self) -> Suspicion:
+        """The mistake as one of the data's."""
+        run = self.mistake.runs[0] if len(self.mistake.runs) == 1 else None
+        sentence = f"{self.mistake.sentence}; that explains {self.share:.0%} of what the model leaves"
+        severity: Severity = "stop" if self.certain else "look"
+        return Suspicion(run, tuple(self.mistake.places), "sheet", sentence, severity)
+
+
+def sheet_evidence(
+    campaign: Campaign, model: Composition, tell: Callable[[str], None] = lambda text: None
+) -> tuple[SheetEvidence, ...]:
+    """Return the mistakes that explain what ``model`` leaves, the best first; () if it leaves little."""
+    curved = replace(campaign, runs=tuple(r for r in campaign.runs if len(r.travel)), steady=())
+    if not curved.runs or not any(s.kind == "lateral" for s in campaign.signals):
+        return ()
+    stated = _Layout(curved, model)
+    total = stated.total()
+    excess = total - stated.count
+    odd = stated.chi2 - stated.counts > ODD * np.sqrt(2.0 * stated.counts)
+    if not np.isfinite(excess) or not (excess >= (UNEXPLAINED - 1.0) * stated.count or odd.any()):
+        return ()
+    tell("checking the machine data")
+    of_kind: dict[str, tuple[float, SheetMistake]] = {}
+    for mistake in sheet_mistakes(curved):
+        chi2, found = _screen(mistake, curved, stated)
+        if chi2 < of_kind.get(found.kind, (np.inf, found))[0]:
+            of_kind[found.kind] = chi2, found
+    screened = sorted((_refine(chi2, m, stated) for chi2, m in of_kind.values()), key=lambda f: f[0])
+    exact = []
+    for _, m in screened[:FINALISTS]:
+        undone = _Layout(m.campaign, model)
+        # by one noise: what only reads another noise off the repeats gains nothing
+        gain = float(np.sum(undone.chi2_by_run(curved))) - undone.total(m)
+        # two repeats that differ by a mistake are noise until it is undone
+        deviance = undone.total(m) + undone.log_det() - stated.log_det()
+        exact += [(deviance, m)] if gain > DECISIVE and np.isfinite(deviance) else []
+    ranked = sorted([*exact, *screened[FINALISTS:]], key=lambda f: f[0])
+    if not ranked:
+        return ()
+    best, rival = ranked[0][0], np.inf
+    if total - best > MENTIONED * excess and not ranked[0][1].runs:
+        rival = _other_models(stated)
+    if rival < best:  # the model is to blame, and not the sheet
+        return ()
+    like_a_model = ranked[0][1].kind in LIKE_A_MODEL and rival - best < (1.0 - BELIEVED) * excess
+    clear = _is_clear(ranked, total) and not like_a_model
+    alone, evidence = float(np.sum(stated.alone)), []
+    one = ranked[0][1].runs if len(ranked[0][1].runs) == 1 else None  # the run that the best mistake concerns
+    for chi2, m in ranked:
+        own = np.array([not m.runs or r.name in m.runs for r in curved.runs])
+        numbers, unexplained = int(stated.counts[own].sum()), float(np.sum((stated.chi2 - stated.counts)[own]))
+        removed, unexplained = total - chi2, max(unexplained, 1.0)
+        share, left = min(removed / unexplained, 1.0), max((unexplained - removed) / numbers + 1.0, 0.0)
+        first = m is ranked[0][1] or (m.runs == one and chi2 - best < DECISIVE)
+        asked = max(unexplained, removed) >= (UNEXPLAINED - 1.0) * numbers
+        certain = clear and first and asked and (share > NEARLY_ALL or (share > BELIEVED and left < LEFT))
+        if share > MENTIONED:
+            evidence.append(SheetEvidence(mistake=m, share=share, certain=certain, gain=alone - chi2))
+    return tuple(evidence)
+
+
+def _is_clear(ranked: Sequence[tuple[float, SheetMistake]], total: float) -> bool:
+    """Whether the best mistake beats the stated sheet and all others, but those that do the same or concern the same
+    run, and is more than a fault of the machine."""
+    (chi2, best), *rest = ranked
+    stiffness, one = best.kind in STIFFNESS, best.runs if len(best.runs) == 1 else None
+    factor = best.size**2 if best.kind == "width" else best.size
+    alike = [m for _, m in rest if m.runs == one or (stiffness and m.kind in STIFFNESS)]
+    others = [total, *(c for c, m in rest if m not in alike)]
+    return min(others) - chi2 > DECISIVE and not (stiffness and 1.0 / OFF < factor < OFF)
+
+
+def _other_models(stated: "_Layout") -> float:
+    """The least chi2 that another base model leaves without any mistake."""
+    others = [MODELS[name] for name in HOUSE if name != stated.model.name]
+    return min(float(np.sum(stated.chi2_by_run(stated.bench.campaign, other))) for other in others)
+
+
+class _Layout:
+    """A campaign laid out for a model.
+
+    chi2: what is left of every run (R,) when the usual faults are fitted; alone: without any fault.
+    """
+
+    def __init__(self, campaign: Campaign, model: Composition) -> None:
+        self.model = model
+        classes = [cls for name, cls in library().items() if name in USUAL and model.refusal(cls) is None]
+        self.bench, fit = linear_response(campaign, model, classes, planned=False)
+        self.counts = np.isfinite(self.bench.samples.y).sum(axis=(1, 2))
+        self.count = int(self.counts.sum())
+        sound = np.isfinite(fit.columns).all(axis=1)
+        self._basis = np.linalg.qr(fit.columns[sound].T)[0]
+        self.chi2 = self._chi2_of_residual(self.bench.samples.y - fit.values)
+        self.alone = self._chi2_of_residual(self.bench.samples.y - fit.values, faults=False)
+
+    def total(self, mistake: SheetMistake | None = None) -> float:
+        """chi2 of all runs; of a mistake in the unit of readings with their scale allowed for."""
+        return float(np.sum(self.chi2)) - (2.0 * mistake.log_jacobian * self.count if mistake else 0.0)
+
+    def total_without(self, mistake: SheetMistake) -> float:
+        """The same of the campaign with a mistake undone, by the nuisances of this layout."""
+        return float(np.sum(self.chi2_by_run(mistake.campaign))) - 2.0 * mistake.log_jacobian * self.count
+
+    def log_det(self) -> float:
+        """ln of the determinant of the noise's covariance."""
+        diagonal = np.diagonal(self.bench.metric.roots, axis1=-2, axis2=-1)
+        return -2.0 * float(np.sum(np.log(diagonal[diagonal > 0.0])))
+
+    def _chi2_of_residual(self, rest: np.ndarray, *, faults: bool = True) -> np.ndarray:
+        if not np.isfinite(rest[np.isfinite(self.bench.samples.y)]).all():
+            return np.full(len(rest), np.inf)
+        white = self.bench.metric.whiten(rest)
+        white = white - self._basis @ (self._basis.T @ white) if faults else white
+        return np.sum(white.reshape(len(rest), -1) ** 2, axis=1)
+
+    def chi2_by_run(self, campaign: Campaign, model: Composition | None = None, *, faults: bool = True) -> np.ndarray:
+        """chi2 of every run where readings, settings or the model are others, by the nuisances of this layout."""
+        if any(r.yaw_at >= r.travel[-1] for r in campaign.runs):
+            return np.full(len(campaign.runs), np.inf)
+        samples = samples_of(campaign)
+        if samples.y.shape != self.bench.samples.y.shape:
+            return np.full(len(campaign.runs), np.inf)
+        forward = Forward(samples, model or self.model, ())
+        rest = samples.y - forward.values(forward.null()[None])[0]
+        rest = np.where(np.isnan(samples.y), 0.0, rest)  # a tilt is blank about the yaw
+        return self._chi2_of_residual(rest, faults=faults)
+
+
+def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple[float, SheetMistake]:
+    """chi2 with the mistake in all runs, or in those alone in which it helps."""
+    chi2 = stated.total_without(mistake)
+    if not mistake.by_run:
+        return chi2, mistake
+    # which runs it helps is asked without faults: one that is free would take the mistake of some runs to all
+    alone = stated.chi2_by_run(mistake.campaign, faults=False)
+    helped = [r.name for r, a, b in zip(campaign.runs, stated.alone, alone, strict=True) if a - b > OF_RUN]
+    oddest = campaign.runs[int(np.argmax(np.nan_to_num(stated.alone - alone, nan=-np.inf)))].name
+    parts = [names for names in {tuple(helped), (oddest,)} if 0 < len(names) < len(campaign.runs)]
+    tried = [(stated.total_without(m), m) for m in (replace(mistake, runs=names) for names in parts)]
+    return min([(chi2, mistake), *tried], key=lambda f: f[0])
+
+
+def _refine(chi2: float, mistake: SheetMistake, stated: _Layout) -> tuple[float, SheetMistake]:
+    """The mistake of the size that fits best, where its size is free."""
+    if not mistake.continuous or chi2 > stated.total():
+        return chi2, mistake
+
+    def misfit(logarithm: float) -> float:
+        return min(stated.total_without(replace(mistake, size=float(np.exp(logarithm)))), 1e300)
+
+    at = float(np.log(mistake.size))
+    best = minimize_scalar(misfit, bounds=(at - REACH, at + REACH), method="bounded", options={"maxiter": REFINED})
+    return (float(best.fun), replace(mistake, size=float(np.exp(best.x)))) if best.fun < chi2 else (chi2, mistake)
+
+
+# What a campaign's runs leave open whatever they measure: no second tension, no opposite yaw, no repeat ...
+
+
+NOISY = 2.0  # times the usual scatter
+SPANS = 3.0  # a record shorter than so many spans shows the start of the movement only
+
+
+def doubts(campaign: Campaign, model: Composition, *, planned: bool) -> tuple[Doubt, ...]:
+    """Slips in the data and in the sheet first, then what the plan lacks."""
+    found = []
+    if not planned:
+        slips = (*suspicions(campaign), *check_repeats(campaign))
+        settled = any(s.severity == "stop" for s in slips)
+        of_sheet = () if settled else sheet_evidence(campaign, model)
+        for s in (*slips, *(e.suspicion for e in of_sheet)):
+            found.append(Doubt(kind=s.kind, sentence=str(s), stops=s.severity == "stop"))
+    found += [Doubt(kind="harm", sentence=s) for s in harm_warnings(campaign)]
+    found += [Doubt(kind="noise", sentence=s) for s in noisy_runs(campaign)]
+    return (*found, *(Doubt(kind="plan", sentence=s) for s in _missing_runs(campaign)), *_sheet(campaign))
+
+
+def noisy_runs(campaign: Campaign) -> list[str]:
+    """Runs in which a signal scatters far more than in the others."""
+    levels: dict[str, dict[str, float]] = defaultdict(dict)
+    for record in records_of(campaign):
+        levels[record.sheet.name][record.run.name] = record.measured_noise
+    found = []
+    for signal, of_run in levels.items():
+        usual = float(np.median([*of_run.values()]))
+        noisy = [f"{run} ({level / usual:.2g} times)" for run, level in of_run.items() if level > NOISY * usual > 0.0]
+        if noisy:
+            found.append(
+                f"{signal} scatters more in {', '.join(noisy)} than in the other runs; look at its sensor there"
+            )
+    return found
+
+
+def _missing_runs(campaign: Campaign) -> list[str]:
+    runs, found = campaign.runs, []
+    tensions = {round(r.tension / 1e3) for r in runs}
+    if len(tensions) < 2:
+        found.append("there is one tension; a second one tells what belongs to the belt's stiffness or its sag")
+    if not any(r.yaw > 0.0 for r in runs) or not any(r.yaw < 0.0 for r in runs):
+        found.append("there is one sign of yaw; the other one tells what the machine does by itself from what yaw does")
+    if not any(r.yaw == 0.0 and r.yaw_head == 0.0 for r in runs):
+        found.append("there is no run at zero yaw; one shows what the machine does by itself, and the noise")
+    if not any(r.repeat_of for r in runs):
+        found.append("no run is repeated; noise is read off repeats, and is taken as stated without")
+    if len({r.direction for r in runs}) < 2:
+        found.append("there is one direction of travel; one reversed run tells offsets of a pulley from skewed rollers")
+    curved = [r for r in runs if len(r.travel)]
+    span = float(rig_of(campaign).span_length)
+    short = [r.name for r in curved if r.travel[-1] - r.yaw_at < SPANS * span]
+    if curved and len(short) == len(curved):
+        found.append(f"no record reaches {SPANS:g} spans ({SPANS * span:.0f} m): late drift is hardly in it")
+    if curved and len(campaign.signals) < 2:
+        found.append(
+            "there is one signal; a second point, at the other pulley, tells drift from a belt that stands askew"
+        )
+    return found
+
+
+def _sheet(campaign: Campaign) -> list[Doubt]:
+    """What the sheet states as perfect that no instrument is."""
+    perfect = [s.name for s in campaign.signals if s.zero == 0.0]
+    found = []
+    if perfect and campaign.source.kind != "synthetic":
+        sentence = f"zero of {', '.join(perfect)} is not stated and counts as perfect; state how well y = 0 is known"
+        found.append(Doubt(kind="sheet", sentence=sentence))
+    if campaign.source.kind != "synthetic" and campaign.settings.yaw_u == 0.0:
+        found.append(Doubt(kind="sheet", sentence="settings.yaw is not stated: every yaw counts as exact"))
+    return found
+
+
+# The smallest size of an effect that the readings would show: seen nine times in ten, named by chance in one of twenty
+# campaigns.
+
+
+FALSE_ALARM, MISSED = 0.05, 0.1
+NOTHING = 1e-9  # whitened size of a column that is not there
+
+
+def visible(bench: Workbench, fit: Fit) -> list[Visible]:
+    """Every effect by the parameter that shows best, those that show best first."""
+    chance = stats.chi2.isf(FALSE_ALARM / max(len(bench.forward.classes), 1), 1)  # of all candidates together
+    least = math.sqrt(float(chance)) + float(stats.norm.isf(MISSED))  # whitened size that shows
+    found = []
+    for cls in bench.forward.classes:
+        best, strength = _best_column(bench, fit, cls.id)
+        slot = bench.forward.slots[best]
+        most, share = prior_sigma(bench.forward, [best])[0] * slot.scale, least / strength if strength else math.inf
+        found.append(
+            Visible(
+                effect=cls.id,
+                parameter=slot.name,
+                unit=slot.parameter.unit,
+                meaning=slot.parameter.meaning,
+                smallest=share * most if strength else None,
+                largest_plausible=most,
+                share=share,
+            )
+        )
+    return sorted(found, key=lambda v: v.share)
+
+
+def _best_column(bench: Workbench, fit: Fit, name: str) -> tuple[int, float]:
+    """Position of the parameter of an effect that shows best, and its whitened size at the largest that a machine could
+    have; 0 where nothing shows.
+    """
+    own = bench.forward.index(name)
+    length = np.linalg.norm(fit.columns[own], axis=1)
+    sized = np.array([not bench.forward.slots[k].only_shapes for k in own])
+    strength = np.where(sized & (length > NOTHING), length * prior_sigma(bench.forward, own), 0.0)
+    return own[int(np.argmax(strength))], float(np.max(strength))
+
+
+#: Size at which a pair is judged, in whitened units: an effect that is plain to see.
+PLAIN = 12.0
+
+
+def pairs(bench: Workbench, fit: Fit, seen: list[Visible], *, advise: bool) -> list[Pair]:
+    """Pairs of visible effects: the one, at PLAIN, leaves less than RESOLVED when the other is fitted in its place."""
+    names = [v.effect for v in seen if v.share < 1.0]
+    alike = [(_separation(bench, fit, a, b), a, b) for a, b in combinations(names, 2)]
+    alike = sorted(pair for pair in alike if pair[0] < RESOLVED)
+    advice = _advice(bench, fit, [(a, b) for _, a, b in alike]) if advise and alike else {}
+    return [Pair(effects=(a, b), sigma=sigma, **advice.get((a, b), {})) for sigma, a, b in alike]
+
+
+def _separation(bench: Workbench, fit: Fit, a: str, b: str, columns: np.ndarray | None = None) -> float:
+    """Sigmas by which one at PLAIN differs from the other fitted in its place, whichever is less; columns (k, m): those
+    of the fit, and of a further run."""
+    columns = fit.columns if columns is None else columns
+    left = []
+    for own, other in ((a, b), (b, a)):
+        best, _ = _best_column(bench, fit, own)
+        span = columns[bench.forward.index(other)]
+        span = span[np.linalg.norm(span, axis=1) > NOTHING * np.linalg.norm(span)]
+        target = PLAIN / np.linalg.norm(fit.columns[best]) * columns[best]
+        fitted = np.linalg.lstsq(span.T, target, rcond=1e-9)[0] if len(span) else np.zeros(0)
+        left.append(float(np.linalg.norm(target - fitted @ span)))
+    return min(left)
+
+
+def _advice(bench: Workbench, fit: Fit, alike: list[tuple[str, str]]) -> dict[tuple[str, str], dict[str, Any]]:
+    """The action of the menu that tells each pair apart best, and the sigma after it; none of pairs with SLOWEST
+    effects, as a second compilation for each of them would take longer than all else."""
+    light = [k for k, s in enumerate(bench.forward.slots) if s.effect.id not in SLOWEST]
+    outlook = Outlook(bench, replace(fit, free=light, columns=fit.columns[light], slopes=fit.slopes[light]))
+    further = np.zeros((len(outlook.actions), len(fit.free), outlook.forward.samples.y[0].size))
+    further[:, light] = outlook.white(outlook.predict(fit, light)[1]).swapaxes(0, 1)
+    found = {}
+    for a, b in alike:
+        if not SLOWEST & {a, b}:
+            after = [_separation(bench, fit, a, b, np.concatenate([fit.columns, f], axis=1)) for f in further]
+            found[a, b] = {"action": outlook.actions[int(np.argmax(after))].words, "sigma_after": max(after)}
+    return found

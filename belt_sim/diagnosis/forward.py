@@ -1,0 +1,626 @@
+"""The model as a function of everything that may be wrong: effect parameters, stiffness, and how runs were set.
+
+A parameter vector is [effect parameters in units of their scale | stiffness | tension | yaw | place of the yaw | length
+of the belt | start on the belt], the last six relative, relative, in radians, in metres, relative and in metres, the
+same for every run (a run's own setting error is small and enters linearly, through the derivative). Many points are
+computed at once; derivatives are differences of neighbouring points, which share the point they start from. Both points
+of a difference are marched by the same program, so that its rounding is not taken for a derivative.
+
+Few rows pay for effects that are null in them, and few programs serve all rows. Effects stand in groups: those that a
+march does not ask at its steps are always compiled in; of the others the slow ones are one group, and the rest another,
+each compiled in where any of it acts.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache, partial
+from itertools import zip_longest
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.interpolate import BSpline
+from scipy.special import chdtrc
+
+from belt_sim.campaign.types import sensor_place
+from belt_sim.case import Case, Numbers, Rig, Schedule, Settings
+from belt_sim.curves import SensorPlace
+from belt_sim.diagnosis.samples import (
+    MAX_SAMPLES,
+    Samples,
+    check_places,
+    indicate_place,
+    places_of,
+    reading_at,
+    travel_lead,
+)
+from belt_sim.effects.base import Effect, Parameter, library
+from belt_sim.effects.law import GenericLaw
+from belt_sim.jax_setup import PROGRAMS, WORKERS, StoredProgram, jit_float64, program_key
+from belt_sim.line.hooks import AFTER_ENGINE, apply_hook, indicate, overrides, true_travel
+from belt_sim.line.march import march_open, plan_steps
+from belt_sim.line.runup import Reading
+from belt_sim.line.spans import Composition
+
+# Hints of the fitter about effects: cost in a march, form of the readings, and which are candidates by default.
+
+
+#: effects that make every step of a march slower: they are compiled in only where one of them acts
+SLOW = frozenset({"weld", "wobble"})
+#: effects whose second compilation is not worth a table of next runs
+SLOWEST = frozenset({"weld"})
+#: sensor laws that are a gain times the reading plus an offset, whatever the reading
+AFFINE = frozenset({"sensor_drift", "sensor_gain", "sensor_offset"})
+#: effects that look like others in most data, or have no derivative where the search begins
+ONLY_WHEN_NAMED = frozenset(
+    (
+        *("lift_off", "run_up_points", "sensor_offset", "shear", "speed_tension", "temperature_difference"),
+        *("thickness_wedge", "idler_skew_lower", "side_drag_lower", "off_centre_load_lower"),
+    )
+)
+
+
+def default_candidates(leave_out: Sequence[str] | None = None) -> dict[str, type[Effect]]:
+    """Return the library without ``leave_out`` (None: without ONLY_WHEN_NAMED), by id."""
+    excluded = ONLY_WHEN_NAMED if leave_out is None else leave_out
+    return {name: cls for name, cls in library().items() if name not in excluded}
+
+
+# A run as a parameter vector has it: effects with their numbers, and the case as it was really set.
+
+
+NUISANCES = ("stiffness", "tension", "yaw", "yaw_at", "belt_length", "start")
+
+
+@dataclass(frozen=True)
+class Slot:
+    """One parameter of one effect in the parameter vector."""
+
+    effect: type[Effect]
+    name: str
+
+    @property
+    def parameter(self) -> Parameter:
+        """What the effect says of it."""
+        return self.effect.parameters[self.name]
+
+    @property
+    def scale(self) -> float:
+        return self.parameter.scale
+
+    @property
+    def null(self) -> float:
+        return self.parameter.null
+
+    @property
+    def only_shapes(self) -> bool:
+        """Whether it only shapes what others of its effect do, and so moves nothing while these are null."""
+        return self.parameter.modifier
+
+    @property
+    def side(self) -> tuple[float, float]:
+        """Lowest and highest value in units of scale that a fit may take.
+
+        A size has null for one, where a machine has it on one side of null only: how large it is, is for the readings
+        to say. What only shapes an effect ends where no machine goes on: a weld of many metres is a camber, and one of
+        a hair's breadth is whatever noise did when it passed.
+        """
+        low, high = self.parameter.plausible
+        ends = self.null if self.null <= low else -np.inf, self.null if self.null >= high else np.inf
+        if self.only_shapes:
+            ends = min(low, self.null), max(high, self.null)
+        return ends[0] / self.scale, ends[1] / self.scale
+
+
+def effects_and_case(vector, slots: Sequence[Slot], case: Case) -> tuple[tuple[Effect, ...], Case]:
+    """Effects with their numbers, and the case as it was really set."""
+    numbers: dict[type[Effect], dict] = {}
+    for k, slot in enumerate(slots):
+        numbers.setdefault(slot.effect, {})[slot.name] = vector[k]
+    return tuple(cls(**values) for cls, values in numbers.items()), actual_case(case, vector[len(slots) :])
+
+
+def lengthen_belt(rig: Rig, longer: Numbers) -> Rig:
+    """The rig with a belt that is so much longer [1], all in its spans: what comes once a turn does not feel where."""
+    return replace(rig, centre_distance=rig.centre_distance + 0.5 * longer * rig.belt_length)
+
+
+def actual_case(case: Case, nuisance) -> Case:
+    """The case as it was really set: stiffness, tension, yaw, its place, the belt's length and where on it a run
+    starts off by ``nuisance``."""
+    stiffness, tension, yaw, late, longer, further = nuisance
+    belt = replace(case.belt, youngs_modulus=case.belt.youngs_modulus * (1.0 + stiffness))
+    schedule = case.settings.yaw
+    last = jnp.zeros_like(schedule.change).at[-1].set(yaw)
+    turned = Schedule(at=schedule.at + late, over=schedule.over, change=schedule.change + last)
+    head = replace(case.settings.yaw_head, at=case.settings.yaw_head.at + late)
+    settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned, yaw_head=head)
+    settings = replace(settings, start=case.settings.start + further)
+    return Case(rig=lengthen_belt(case.rig, longer), belt=belt, settings=settings)
+
+
+# Effects that only add to the readings, linearly: their readings without a march, and as many as the data show.
+#
+# An additive effect (a free edge profile: eighty numbers) is fitted like any other, but its columns come from travel
+# and places alone, so that its harmonics make no march another program, and only those harmonics stand in the parameter
+# vector that show. It must declare its parameters in the order in which they are to be taken, in pairs (cosine, sine)
+# of 1, 2, ... waves a belt length. Of short waves the mean over a bin of readings shows less (``bin_attenuation``).
+
+
+READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same
+FEWEST = 3  # harmonics that are always asked for
+SMOOTH = 6.0  # knots a belt length: slower movements are the belt's, and must not count as harmonics
+
+
+def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual: np.ndarray) -> int:
+    """How many harmonics a residual (R, S, n) calls for, beside all that moves slowly.
+
+    Where there are any by less than one chance in as many as there are readings (of a single one that is Schwarz's
+    criterion), Akaike's says how many predict best, and one further on that stands out alone is asked for as well: what
+    is left out of a shape that is there would be taken for something unknown. Noise is no larger than what all of them
+    leave.
+
+    roots (R, S, n, n): whitening of each record; shapes (2 H, R, S, n): of the harmonics.
+    """
+    length = float(np.max(samples.cases.rig.belt_length))
+    white, left, slow_ones = [], [], 0
+    for r, travel in enumerate(samples.travel):
+        slow = _slow_splines(travel, length / SMOOTH)
+        for root, shape, y in zip(roots[r], shapes[:, r].swapaxes(0, 1), residual[r], strict=True):
+            known = np.isfinite(y)
+            own = np.linalg.qr(root[:, known] @ slow[known])[0]
+            rows = np.column_stack([root @ shape.T, root[:, known] @ y[known]])
+            rows = rows - own @ (own.T @ rows)
+            white.append(rows[:, :-1])
+            left.append(rows[:, -1])
+            slow_ones += own.shape[1]
+    columns, residual = np.concatenate(white), np.concatenate(left)
+    gains = np.cumsum(np.square(np.linalg.qr(columns)[0].T @ residual))[1::2]
+    if (free := len(residual) - columns.shape[1] - slow_ones) > 0:  # an edge that is there may have passed for noise
+        gains /= np.clip((residual @ residual - gains[-1]) / free, 1e-3, 1.0)
+    harmonics = np.arange(1, len(gains) + 1)
+    readings = np.isfinite(samples.y).sum()
+    if not np.any(chdtrc(2 * harmonics, gains) < 1.0 / readings):
+        return min(FEWEST, len(gains))
+    alone = harmonics[np.diff(gains, prepend=0.0) > 2.0 * np.log(readings)]
+    best = max([harmonics[np.argmax(gains - 2 * 2 * harmonics)], *alone])
+    return int(min(max(FEWEST, best), len(gains)))
+
+
+def _slow_splines(travel: np.ndarray, spacing: float) -> np.ndarray:
+    """Cubic splines (n, k) with knots every ``spacing`` [m]."""
+    low, high = float(np.min(travel)), float(np.max(travel))
+    inner = np.linspace(low, high, max(2, round((high - low) / spacing) + 1))
+    knots = np.concatenate([[low] * 3, inner, [high] * 3])
+    return BSpline.design_matrix(travel, knots, 3).toarray()
+
+
+def harmonics_of(classes: Sequence[type[Effect]], samples: Samples) -> dict[str, int]:
+    """Harmonics of the belt length that the lateral readings can be asked for, of every linear effect (not more than it
+    has)."""
+    lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
+    most = np.isfinite(samples.y[:, lateral]).sum() / (2 * READINGS_A_NUMBER)
+    return {c.id: int(np.clip(most, FEWEST, len(c.parameters) // 2)) for c in classes if c.is_additive()}
+
+
+def columns(
+    samples: Samples, cls: type[Effect], effects: Sequence[Effect] = (), nuisances: np.ndarray | None = None
+) -> np.ndarray:
+    """Lateral readings (k, R, S, n) per unit of every parameter of ``cls``.
+
+    What encoder, delay and the sensors after it make of them is in it, and every sensor reads zero where the yaw is
+    applied. Roll is not touched. effects: all others that act, with their numbers; nuisances: as at the end of a
+    parameter vector, by default none.
+    """
+    runs, signals, n = samples.y.shape
+    shapes = np.zeros((len(cls.parameters), runs, signals, n))
+    by_bins = bin_attenuation([Slot(cls, name) for name in cls.parameters], samples).T[:, :, None]
+    others, off = places_of(samples), np.zeros(len(NUISANCES)) if nuisances is None else nuisances
+    stated = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
+    given = samples.cases.settings, stated, samples.cases.rig, samples.cases.belt, tuple(effects), off
+    shown = np.asarray(_columns_of_runs(*given, cls=cls, others=others)).swapaxes(0, 1)
+    places = [*(f"point_{k}" for k in (1, 2, 3, 4)), *others]
+    for s, signal in enumerate(samples.signals):
+        if signal.kind == "lateral":
+            rows = shown[:, :, places.index(sensor_place(signal.at) or signal.at)]
+            shapes[:, :, s] = rows[..., :-1] * by_bins - rows[..., -1:]
+    return shapes
+
+
+@partial(jit_float64, brief=True, static_argnames=("cls", "others"))
+def _columns_of_runs(settings, travel, rig, belt, effects, nuisances, *, cls: type[Effect], others) -> jax.Array:
+    """Columns (R, k, 4 + j, n) at encoder travels (R, n), at points 1-4 and j others, as the sensors show them."""
+
+    def one_run(settings, travel):
+        case = actual_case(Case(rig=rig, belt=belt, settings=settings), nuisances)
+        seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, travel), case)
+        at_others = [cls.columns(seen + travel_lead(place, case), case)[:, place.point, None] for place in others]
+        own = jnp.concatenate([cls.columns(seen, case), *at_others], axis=1)
+        none = jnp.zeros((2, len(travel)))
+
+        def read(y):
+            reading = Reading(travel=travel, sensor_travel=seen, time=0.0 * seen, y=y[:4], tilt=none)
+            rows = [
+                indicate_place(place, row, case, effects, travel, seen, 0.0 * seen)[None]
+                for place, row in zip(others, y[4:], strict=True)
+            ]
+            return jnp.concatenate([apply_hook(effects, "sensor", reading, case).y, *rows])
+
+        return jax.vmap(read)(own) - read(jnp.zeros_like(own[0]))  # in proportion to y: gains, not offsets
+
+    return jax.vmap(one_run)(settings, travel)
+
+
+def bin_attenuation(slots: Sequence[Slot], samples: Samples, others: int = 0) -> np.ndarray:
+    """How much of every parameter, and of so many ``others`` behind them, the readings of each run show, (R, k): of a
+    harmonic what the mean over a bin leaves, of all else the whole."""
+    harmonics = [1 + list(s.effect.parameters).index(s.name) // 2 if s.effect.is_additive() else 0 for s in slots]
+    return samples.bin_attenuation(np.array([*harmonics, *[0] * others]))
+
+
+def select_addable(classes: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
+    """Those of ``classes`` whose readings can be added to those of a march without them, by their ``columns``.
+
+    That is exact where every other sensor law shows a gain times the reading and an offset; beside any other law, one
+    of a gauge that sticks for instance, an additive effect is compiled into the march.
+    """
+    sensors = [c for c in classes if overrides(c, ("sensor",))]
+    simple = all(c.is_additive() or c.id in AFFINE for c in sensors)
+    return tuple(c for c in classes if c.is_additive()) if simple else ()
+
+
+# Compiled marches that predict readings.
+#
+# A program has room for more steps than a campaign needs: one compilation serves campaigns of any number of runs,
+# samples, travel and step. Runs at points are one list of rows, computed a fixed number at a time, those of several
+# programs side by side.
+
+
+ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
+SLOTS = 16  # the same of the wrap's history
+
+
+def room_for(steps: int, slots: int) -> tuple[int, int]:
+    """Records and slots of the wrap's history that compiled code has, for so many."""
+    first, second = (2 ** math.ceil(math.log2(max(x, 1.0))) for x in ((steps + 2) / ROOM, slots / SLOTS))
+    return ROOM * first, SLOTS * second
+
+
+@lru_cache(PROGRAMS)
+def compile_march(
+    model: Composition,
+    slots: tuple[Slot, ...],
+    room: int,
+    history: int,
+    tilts: bool,
+    others: tuple[SensorPlace, ...] = (),
+):
+    """Predictions at a batch of points and runs; tilts: of roll as well, which a march feels; others: places of sensors
+    beside the points."""
+    only = ("y", "tilt") if tilts else ("y",)
+    one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only, others=others)
+    seldom = any(issubclass(s.effect, GenericLaw) for s in slots)  # a program of this campaign alone
+    many = jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None))
+    names = [s.name for s in slots]
+    key = program_key("readings", model, [s.effect for s in slots], names, room, history, tilts, others)
+    return StoredProgram(many, key, brief=seldom)
+
+
+def _one_run(
+    vector, shown, settings: Settings, travel, time, yaw_at, rig, belt, spacing, steps, *,
+    model, slots, room, history, only, others,
+):  # fmt: skip
+    """Readings (6, n) of one run at every place, and (k, n) at the ``others``; (4, n) where ``only`` has no tilt."""
+    effects, case = effects_and_case(vector * shown, slots, Case(rig=rig, belt=belt, settings=settings))
+    curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history, only=only, inside=others)
+    stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
+    clock = jnp.append(time, yaw_at / case.settings.speed)
+    read = indicate(curves, case, effects, stated, clock)
+    rows = [read.y[:, :-1] - read.y[:, -1:], *([read.tilt[:, :-1]] if "tilt" in only else [])]
+    before = yaw_at - 2.0 * spacing  # of the yaw, with which these move at once
+    stated, clock = stated.at[-1].set(before), clock.at[-1].set(before / case.settings.speed)
+    for place in others:
+        y = reading_at(place, curves, case, effects, stated, clock)
+        rows.append((y[:-1] - y[-1])[None])
+    return jnp.concatenate(rows) if len(rows) > 1 else rows[0]
+
+
+COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
+ROWS = 8  # runs at points a batch: requests are cut and padded to it, so that one shape is compiled; most are small
+
+PLACES = ("point_1", "point_2", "point_3", "point_4", "upper_mid_span", "lower_mid_span")
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a program shows of all runs at points, (C, R, S, n), once its batches are done."""
+
+    found: np.ndarray
+    batches: Sequence[Callable[[], None]]
+
+
+def plan_batches(
+    program: Callable[..., jax.Array],
+    vector: np.ndarray,
+    shown: np.ndarray,
+    samples: Samples,
+    spacing: float,
+    steps: np.ndarray,
+) -> Work:
+    """What a ``program`` of one run is to show of all runs at points (C, k); shown (R, k): how much of each number the
+    readings of a run show; spacing [m], steps (R,): of the march, which goes as far as a batch asks for."""
+    stand = [*PLACES, *places_of(samples)]  # rows of what a program shows
+    places = [stand.index(sensor_place(s.at) or s.at) for s in samples.signals]
+    runs, _, n = samples.y.shape
+    points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
+    cases, columns = samples.cases, np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
+    travel, time = samples.travel[:, columns], samples.time[:, columns]
+    found = np.empty((len(points), len(places), n))
+
+    def batch(start: int) -> None:
+        rows = np.minimum(np.arange(start, start + ROWS), len(points) - 1)
+        r = run[rows]
+        settings = jax.tree.map(lambda x: x[r], cases.settings)
+        of_rows = vector[points[rows]], shown[r], settings, travel[r], time[r], samples.yaw_at[r]
+        predicted = program(*of_rows, cases.rig, cases.belt, spacing, int(steps[r].max()))
+        part = found[start : start + ROWS]
+        part[:] = np.asarray(predicted)[: len(part), places, :n]
+
+    batches = [partial(batch, start) for start in range(0, len(points), ROWS)]
+    return Work(found.reshape(len(vector), *samples.y.shape), batches)
+
+
+def finish(works: Sequence[Work]) -> None:
+    """Do all batches: first one of each program, so that each is compiled once and several side by side."""
+    turns = [[batch for batch in turn if batch is not None] for turn in zip_longest(*(w.batches for w in works))]
+    for batches in (turns[:1], turns[1:]):
+        here = [batch for turn in batches for batch in turn]
+        if len(here) == 1:
+            here[0]()
+        else:
+            for done in [_pool().submit(batch) for batch in here]:
+                done.result()
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    """The threads that batches run in, those of all requests: to begin and end two for each takes half as long as a
+    batch."""
+    return ThreadPoolExecutor(WORKERS, thread_name_prefix="batches")
+
+
+STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``choose_step``)
+DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
+#: of stiffness, tension, yaw [rad], its place [m] (half a step), length, start [m]
+DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6, 1e-3)
+KEPT = 8  # sets of columns of additive effects, at once
+REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
+READ, LIGHT, HEAVY = "read", "light", "heavy"
+BEYOND = 4  # steps behind a record, between which its last reading is looked up
+FURTHER = ("encoder", "sensor_travel")  # hooks of effects with which a reading may be of a later travel than is shown
+_AT_STEPS = ("yaw", "runup", "bend", "slide", "wrap")
+Groups = frozenset[str]
+
+
+def group_of(cls: type[Effect]) -> str:
+    """The group of an effect: its own id where it need not be compiled at all."""
+    if cls.is_additive():
+        return cls.id
+    if cls.id in SLOW:
+        return HEAVY
+    return LIGHT if overrides(cls, _AT_STEPS) else READ
+
+
+class Forward:
+    """Predictions of ``model`` with every effect of ``classes`` within reach, all null to begin with."""
+
+    def __init__(
+        self,
+        samples: Samples,
+        model: Composition,
+        classes: Sequence[type[Effect]],
+        step: float = STEP,
+        terms: Mapping[str, int] | None = None,
+    ) -> None:
+        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved."""
+        self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
+        check_places(samples, model, self.classes)
+        self.terms = harmonics_of(classes, samples) if terms is None else dict(terms)
+        names = {c: list(c.parameters)[: 2 * self.terms[c.id] if c.id in self.terms else None] for c in self.classes}
+        self.slots = tuple(Slot(c, name) for c in self.classes for name in names[c])
+        self.linear = np.array([s.effect.is_additive() for s in self.slots] + [False] * len(NUISANCES))
+        self.size = len(self.slots) + len(NUISANCES)
+        self.nuisances = range(len(self.slots), self.size)
+        ends = [s.side for s in self.slots] + [(-np.inf, np.inf)] * len(NUISANCES)
+        self.sides = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
+        self._addable = select_addable(self.classes)
+        self._null = np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
+        self._groups = [group_of(s.effect) for s in self.slots]
+        travel = samples.end * REACH + 0.5
+        steps, _, history = plan_steps(samples.cases, travel=travel, step=step, keep=step)
+        self._steps, self._room = (travel / steps, steps), room_for(steps, history)
+        self._far = np.array([bool(overrides(s.effect, FURTHER)) for s in self.slots] + [False] * len(NUISANCES))
+        self.tension, self.yaw = np.zeros((2, len(samples.runs)))
+        self.longer = 0.0
+        self.offset: np.ndarray | float = 0.0
+        self._columns: dict[tuple, np.ndarray] = {}  # of additive effects, as far as they are known
+
+    def set_to(self, tension: np.ndarray, yaw: np.ndarray, longer: float = 0.0) -> "Forward":
+        """The same with every run (R,) set off by these [relative, rad], and a belt that is so much longer [1]."""
+        settings = self.samples.cases.settings
+        change = np.array(settings.yaw.change)
+        change[:, -1] += yaw - self.yaw
+        settings = replace(
+            settings,
+            tension=settings.tension * (1.0 + tension) / (1.0 + self.tension),
+            yaw=replace(settings.yaw, change=change),
+        )
+        found = copy(self)
+        rig = lengthen_belt(self.samples.cases.rig, (1.0 + longer) / (1.0 + self.longer) - 1.0)
+        found.samples = replace(self.samples, cases=replace(self.samples.cases, settings=settings, rig=rig))
+        found.tension, found.yaw, found.longer, found.offset = tension, yaw, longer, 0.0
+        found._columns = {}
+        return found
+
+    def subtract(self, offset: np.ndarray) -> "Forward":
+        """The same with ``offset`` (R, S, n) taken off all predictions."""
+        found = copy(self)
+        found.offset = offset
+        return found
+
+    def of_runs(self, which: np.ndarray) -> "Forward":
+        """The same for some of its runs, by number."""
+        found = copy(self)
+        found.samples, found._columns = self.samples.of_runs(which), {}
+        found.tension, found.yaw = self.tension[which], self.yaw[which]
+        found.offset = np.broadcast_to(self.offset, self.samples.y.shape)[which]
+        return found
+
+    def index(self, effect_id: str) -> list[int]:
+        """Positions in the parameter vector of an effect's parameters."""
+        return [k for k, s in enumerate(self.slots) if s.effect.id == effect_id]
+
+    def grids(self, effect_id: str) -> dict[int, tuple[float, ...]]:
+        """Positions of an effect's parameters that are tried on a grid, and the values there."""
+        declared = {k: self.slots[k].parameter for k in self.index(effect_id)}
+        belt = float(self.samples.cases.rig.belt_length)
+        units = {k: (belt if p.of_belt else 1.0) / p.scale for k, p in declared.items()}
+        return {k: tuple(v * units[k] for v in p.grid) for k, p in declared.items() if p.grid}
+
+    def null(self) -> np.ndarray:
+        """q (size,) with nothing wrong."""
+        return self._null.copy()
+
+    def values(self, vector: np.ndarray) -> np.ndarray:
+        """Predictions (C, R, S, n) at parameter vectors (C, size)."""
+        return self._predict(vector, self._active_groups(vector))
+
+    def _active_groups(self, vector: np.ndarray) -> list[Groups]:
+        """Groups of effects that are not null at each of (C, size), as far as that makes a difference to a march."""
+        off = (vector != self._null)[:, : len(self.slots)]
+        out = {READ, *map(group_of, self._addable)}
+        return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - out for row in off]
+
+    def _groups_of_derivatives(self, points: np.ndarray, of: np.ndarray, along: np.ndarray) -> list[Groups]:
+        """Groups that each derivative (C,) is taken with: all cheap ones of a point together, and what is dear by
+        itself; points (P, size), of (C,): at which of them; along (C, size)."""
+        there, moved = self._active_groups(points), self._active_groups(self._null + along)
+        shared = [
+            groups.union(*(moved[k] & {LIGHT} for k in np.flatnonzero(of == p))) for p, groups in enumerate(there)
+        ]
+        return [(there if groups - {LIGHT} else shared)[p] | groups for p, groups in zip(of, moved, strict=True)]
+
+    def _predict(self, vector: np.ndarray, groups: Sequence[Groups]) -> np.ndarray:
+        """Predictions (C, R, S, n) at parameter vectors (C, size), each marched with some groups of effects."""
+        places = {code: np.flatnonzero([c == code for c in groups]) for code in dict.fromkeys(groups)}
+        works = [self._march(vector[rows], code) for code, rows in places.items()]
+        finish(works)
+        found = np.empty((len(vector), *self.samples.y.shape))
+        for rows, work in zip(places.values(), works, strict=True):
+            found[rows] = work.found
+        found -= self.offset
+        return found + self._additive_readings(vector, vector, self._addable) if self._addable else found
+
+    def _march(self, vector: np.ndarray, groups: Groups) -> Work:
+        """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
+        kept = [k for k, group in enumerate(self._groups) if group in {READ, *groups}]
+        samples, others = self.samples, places_of(self.samples)
+        tilts = bool(others) or any(s.at.endswith("mid_span") for s in samples.signals)
+        slots = tuple(self.slots[k] for k in kept)
+        march = compile_march(self.model, slots, *self._room, tilts, others)
+        scales = [s.scale for s in slots] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
+        spacing, most = self._steps
+        steps = np.full(len(samples.runs), most)
+        if not others and not np.any((vector != self._null)[:, self._far]):
+            ends = np.maximum(np.max(samples.travel, axis=1), samples.yaw_at)
+            steps = np.minimum(np.ceil(ends / spacing).astype(int) + BEYOND, most)
+        vector = vector[:, [*kept, *self.nuisances]] * scales
+        shown = bin_attenuation(slots, samples, len(NUISANCES))
+        return plan_batches(march, vector, shown, samples, spacing, steps)
+
+    def values_and_slopes(self, vector: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""
+        points, of = np.unique(vector, axis=0, return_inverse=True)
+        additive = np.any(directions[:, self.linear], axis=1) & ~np.any(directions[:, ~self.linear], axis=1)
+        along = np.where(additive[:, None], 0.0, directions)
+        groups = self._groups_of_derivatives(points, of.reshape(-1), along)
+        keys = list(zip(of.reshape(-1).tolist(), groups, strict=True))
+        starts = list(dict.fromkeys(keys))
+        moving = np.flatnonzero(np.any(along, axis=1))
+        least = np.array([DIFFERENCE] * len(self.slots) + list(DIFFERENCES))
+        step = np.min(least / np.maximum(np.abs(along[moving]), 1e-30), axis=1, initial=np.inf)[:, None]
+        asked = np.concatenate([points[[k for k, _ in starts]], vector[moving] + step * along[moving]])
+        programs = [own for _, own in starts] + [groups[k] for k in moving]
+        found = self._predict(asked, programs)
+        values = found[[starts.index(key) for key in keys]]
+        slopes = np.zeros_like(values)
+        slopes[moving] = (found[len(starts) :] - values[moving]) / step[..., None, None]
+        if additive.any():
+            own = [c for c in self.classes if c.is_additive()]
+            slopes[additive] = self._additive_readings(vector[additive], directions[additive], own)
+        return values, slopes
+
+    def _additive_readings(self, vector: np.ndarray, sizes: np.ndarray, classes: Sequence[type[Effect]]) -> np.ndarray:
+        """What additive effects add to the readings (C, R, S, n) with their numbers as in ``sizes`` (C, size), all else
+        being as in vectors (C, size)."""
+        found = np.zeros((len(vector), *self.samples.y.shape))
+        points, of = np.unique(np.where(self.linear, 0.0, vector), axis=0, return_inverse=True)
+        for cls in classes:
+            own = self.index(cls.id)
+            scaled = sizes[:, own] * [self.slots[j].scale for j in own]
+            for k, point in enumerate(points):
+                rows = np.flatnonzero((of.reshape(-1) == k) & np.any(scaled, axis=1))
+                if len(rows):
+                    found[rows] += np.tensordot(scaled[rows], self.columns_of(cls, point), axes=1)
+        return found
+
+    def columns_of(self, cls: type[Effect], vector: np.ndarray) -> np.ndarray:
+        """Readings (k, R, S, n) per unit of every parameter of an additive effect, with encoder and sensors as they are
+        at ``vector`` (size,): computed once for all points at which these are alike."""
+        acting = self.effects_at(vector, [c.id for c in self.classes if c is not cls and overrides(c, AFTER_ENGINE)])
+        nuisances = vector[len(self.slots) :]
+        key = cls, *acting, nuisances.tobytes()
+        found = self._columns.get(key)
+        if found is None:  # other threads may ask as well, and forget what is kept
+            if len(self._columns) >= KEPT:
+                self._columns.clear()
+            found = self._columns[key] = columns(self.samples, cls, acting, nuisances)
+        return found[: len(self.index(cls.id))]
+
+    def expand(self, vector: np.ndarray, positions: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Predictions (R, S, n) at a parameter vector (size,), and derivatives (k, R, S, n) along some positions."""
+        directions = np.zeros((max(1, len(positions)), self.size))
+        directions[np.arange(len(positions)), np.array(positions, dtype=int)] = 1.0
+        points = np.repeat(vector[None], len(directions), axis=0)
+        values, slopes = self.values_and_slopes(points, directions)
+        return values[0], slopes[: len(positions)]
+
+    def effects_at(self, vector: np.ndarray, ids: Sequence[str]) -> tuple[Effect, ...]:
+        """The effects ``ids`` with the numbers of a parameter vector."""
+        numbers: dict[str, dict[str, float]] = {c.id: {} for c in self.classes}
+        for slot, value in zip(self.slots, vector, strict=False):
+            numbers[slot.effect.id][slot.name] = float(value) * slot.scale
+        return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)
+
+
+WANTED = 0.1  # length of the march's error, whitened over the whole campaign: noise alone has one per reading
+HALVINGS = 3
+ORDER = 4.0  # error of a step over that of half the step: the march is of second order
+
+
+def choose_step(
+    samples: Samples, model: Composition, classes: Sequence[type[Effect]], whiten: Callable[[np.ndarray], np.ndarray]
+) -> tuple[float, np.ndarray]:
+    """The longest step [m], of STEP and its halves, whose error is no longer than WANTED, and that error (R, S, n)
+    [m or rad]; ``classes``: within reach, all null, for the program that other predictions need as well; ``whiten`` as
+    in ``Metric``.
+    """
+    both = (Forward(samples, model, classes, step) for step in (STEP, STEP / 2))
+    coarse, fine = (f.values(f.null()[None])[0] for f in both)
+    error = (coarse - fine) * ORDER / (ORDER - 1.0)
+    size = float(np.linalg.norm(whiten(error)))
+    halvings = 0 if size <= WANTED else min(int(np.ceil(np.log(size / WANTED) / np.log(ORDER))), HALVINGS)
+    return STEP / 2**halvings, ORDER**-halvings * error

@@ -1,0 +1,634 @@
+"""Linearisation at a fit, and what is read off it: where runs start on the belt, and what chance gains."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import numpy as np
+
+from belt_sim.campaign import Campaign
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.forward import DIFFERENCE
+from belt_sim.diagnosis.linear_algebra import bounded_step, inverse_roots, pseudo_inverse
+from belt_sim.diagnosis.noise import SMOOTH, Levels
+from belt_sim.diagnosis.plausibility import is_possible
+from belt_sim.diagnosis.samples import Samples
+from belt_sim.diagnosis.workbench import Workbench
+
+# The linearisation at a fit: what every further candidate would do to the predictions, computed once.
+#
+# Where the derivative along a size vanishes at null (a belt touches a guide from some gap on), the change that a
+# plausible size makes stands in its place, and a search may begin at the size that promises most. A number that only
+# shapes an effect (where a weld is, how far off a radius) moves nothing where the effect is null, so that no derivative
+# tells of it. It is tried point by point on a grid: such an effect is one candidate with alternatives, and the best
+# point counts, in readings and in the bootstrap.
+
+
+STRONG = 0.2  # whitened size above which a derivative can be trusted, and a change is seen
+SECANTS = (1.0, 3.0)  # of a parameter's scale, at which it is tried where its derivative is not seen
+GRID_STARTS = 3  # points of a grid from which a refit starts
+
+Point = tuple[tuple[int, float], ...]  # numbers on a grid: pairs of position and value
+Key = tuple[int, Point]  # a parameter, by position, while numbers of its effect are at a point
+
+
+@dataclass(frozen=True)
+class ShapeGrid:
+    """Shapes of an effect's parameters at all points of its grid.
+
+    free (k,): positions of the parameters that are not on the grid; columns (m, R, S, n): their shapes, each once;
+    choices (points, k): which of the columns stand at every point.
+    """
+
+    points: Sequence[Point]
+    free: Sequence[int]
+    columns: np.ndarray
+    choices: np.ndarray
+
+    def shapes_at(self, point: int) -> dict[int, np.ndarray]:
+        """Position -> shape of each parameter at a point; none of what is on the grid."""
+        none = dict.fromkeys((position for position, _ in self.points[point]), np.zeros(self.columns.shape[1:]))
+        return none | dict(zip(self.free, self.columns[self.choices[point]], strict=True))
+
+
+@dataclass(frozen=True)
+class GridStart:
+    """A point of an effect's grid, and the shapes (R, S, n) of the effect's parameters there, by position."""
+
+    point: Point
+    shapes: Mapping[int, np.ndarray]
+
+    def begin(self, bench: Workbench, null: Fit) -> Fit:
+        """The fit ``null`` with numbers at the point: while all sizes are null, the predictions are the same."""
+        vector = null.vector.copy()
+        for position, value in self.point:
+            vector[position] = value
+        slopes = np.stack([self.shapes.get(p, slope) for p, slope in zip(null.free, null.slopes, strict=True)])
+        return replace(null, vector=vector, slopes=slopes, columns=bench.metric.whiten(slopes), exact=False)
+
+
+@dataclass(frozen=True)
+class SizeStart:
+    """A number, by position, at a size, and what that changes of the predictions: (R, S, n), white (N,) the same
+    whitened.
+    """
+
+    position: int
+    size: float
+    change: np.ndarray
+    white: np.ndarray
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether it keeps every belt on its pulleys."""
+        return bool(np.isfinite(self.change).all())
+
+    @property
+    def shows(self) -> bool:
+        return bool(np.linalg.norm(self.white) > STRONG)
+
+    def begin(self, bench: Workbench, null: Fit) -> Fit:
+        """The fit ``null`` with the number at that size, where the derivatives of its effect are due."""
+        vector, values = null.vector.copy(), null.values + self.change
+        vector[self.position] = self.size
+        residual = bench.metric.whiten(bench.fitted.y - values)
+        effect = bench.forward.slots[self.position].effect
+        due = np.array([bench.forward.slots[p].effect is effect for p in null.free])
+        chi2 = float(residual @ residual)
+        return replace(null, vector=vector, values=values, residual=residual, chi2=chi2, due=due, exact=False)
+
+
+Start = GridStart | SizeStart
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """What every effect would do to the predictions of a fit.
+
+    slopes: position in the parameter vector -> shape (R, S, n) per unit; where the derivative at null vanishes while a
+    plausible size moves the readings, the change at that size. starts: effect id -> where else than at null a search
+    may begin. About other fits serve as well grids: of effects that have one; sizes: position -> sizes that are worth
+    trying where the derivative vanishes.
+    """
+
+    fit: Fit
+    slopes: Mapping[int, np.ndarray]
+    starts: Mapping[str, Sequence[Start]] = field(default_factory=dict)
+    grids: Mapping[str, ShapeGrid] = field(default_factory=dict)
+    sizes: Mapping[int, Sequence[float]] = field(default_factory=dict)
+
+    def shapes_of(self, bench: Workbench, name: str) -> np.ndarray:
+        """Shapes (k, R, S, n) of all parameters of one effect where the fit stands."""
+        return np.stack([self.slopes[k] for k in bench.forward.index(name)])
+
+    def with_effect(self, bench: Workbench, name: str) -> Fit:
+        """The fit with one more effect at null, evaluated already."""
+        fit, shapes = self.fit, self.shapes_of(bench, name)
+        white = bench.metric.whiten(shapes)
+        return Fit(
+            ids=(*fit.ids, name),
+            free=[*fit.free, *bench.forward.index(name)],
+            vector=fit.vector,
+            chi2=fit.chi2,
+            columns=np.concatenate([fit.columns.reshape(-1, white.shape[1]), white]),
+            slopes=np.concatenate([fit.slopes.reshape(-1, *shapes.shape[1:]), shapes]),
+            residual=fit.residual,
+            values=fit.values,
+        )
+
+    def refit_starts(self, bench: Workbench, name: str, known: Fit | None = None) -> list[Fit]:
+        """Where a search for the fit with one more effect may begin: from null, so that no super-model ends above its
+        sub-model; from points of its grid, where what only shapes it moves nothing yet; from sizes that show.
+
+        known: a fit with that effect; of the same set it says where to begin.
+        """
+        null, starts = self.with_effect(bench, name), self.starts.get(name, [])
+        if known is not None and starts and set(known.ids) == set(null.ids):
+            return [null, _with_numbers(null, known, null.free)]
+        own = [] if known is None or not starts else [_with_numbers(null, known, bench.forward.index(name))]
+        return [null, *own, *(start.begin(bench, null) for start in starts)]
+
+
+def _with_numbers(null: Fit, known: Fit, taken: Sequence[int]) -> Fit:
+    """The fit ``null``, with its derivatives, and with the numbers at positions ``taken`` as another fit knows them."""
+    vector = null.vector.copy()
+    vector[list(taken)] = known.vector[list(taken)]
+    return replace(null, vector=vector, chi2=np.inf, exact=False)
+
+
+def linearise(bench: Workbench, fit: Fit, ids: Sequence[str], before: Linearisation | None = None) -> Linearisation:
+    """Derivatives of the predictions near ``fit`` along every parameter of the effects ``ids``.
+
+    before: about another fit, whose shapes on grids serve here too, but which of them are best is asked of what is left
+    here; by default grids are gone through anew.
+    """
+    positions = [k for i in ids for k in bench.forward.index(i)]
+    if not positions:
+        return Linearisation(fit, {})
+    slopes, faint = _derivatives(bench, fit, positions)
+    sizes = {} if before is None else dict(before.sizes)
+    starts: dict[str, list[Start]] = {i: [] for i in ids}
+    for k, changes in _visible_changes(bench, fit, faint, sizes).items():
+        likeliest = min(changes, key=lambda change: float(np.sum((fit.residual - change.white) ** 2)))
+        slopes[k] = changes[0].change
+        sizes.setdefault(k, sorted({changes[0].size, likeliest.size}))
+        starts[bench.forward.slots[k].effect.id].append(likeliest)
+    known = shapes_on_grids(bench, fit, ids) if before is None else before.grids
+    grids = {i: known[i] for i in ids if i in known}
+    for i, grid in grids.items():
+        best = best_of_grid(bench, fit, grid, GRID_STARTS)
+        starts[i] += [GridStart(grid.points[k], grid.shapes_at(k)) for k in best]
+    return Linearisation(fit, slopes, {i: found for i, found in starts.items() if found}, grids, sizes)
+
+
+def _derivatives(bench: Workbench, fit: Fit, positions: Sequence[int]) -> tuple[dict[int, np.ndarray], list[int]]:
+    """Derivatives (R, S, n) by position, none along what only shapes; and where they are too small to be trusted."""
+    sizes = [k for k in positions if not bench.forward.slots[k].only_shapes]
+    _, rows = bench.forward.expand(fit.vector, sizes)
+    length = np.linalg.norm(bench.metric.whiten(rows), axis=1)
+    faint = [k for k, seen in zip(sizes, length, strict=True) if seen < STRONG and not bench.forward.linear[k]]
+    return dict.fromkeys(positions, np.zeros_like(fit.values)) | dict(zip(sizes, rows, strict=True)), faint
+
+
+# What sizes of a number change, where its derivative at null says nothing.
+
+SIZES = (0.5, 1.0, 2.0, 3.0)  # of a parameter's scale, at which a nonlinear effect may begin to show
+
+
+def _visible_changes(
+    bench: Workbench, fit: Fit, faint: Sequence[int], sizes: Mapping[int, Sequence[float]]
+) -> dict[int, list[SizeStart]]:
+    """Position -> the changes that are seen and keep every belt on its pulleys, the smallest size first.
+
+    sizes: those that are worth trying; by default all, the smaller ones where the largest shows, or is too much for a
+    belt.
+    """
+    first = _changes(bench, fit, [(k, size) for k in faint for size in sizes.get(k, SIZES[-1:])])
+    more = [s.position for s in first if s.position not in sizes and (s.shows or not s.is_possible)]
+    tried = [*_changes(bench, fit, [(k, size) for k in more for size in SIZES[:-1]]), *first]
+    found = {k: [s for s in tried if s.position == k and s.shows and s.is_possible] for k in faint}
+    return {k: changes for k, changes in found.items() if changes}
+
+
+def _changes(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> list[SizeStart]:
+    """What numbers at (position, size) change, one at a time."""
+    points = np.repeat(fit.vector[None], len(tried), axis=0)
+    for row, (k, size) in enumerate(tried):
+        points[row, k] = size
+    changes = bench.forward.values(points) - fit.values
+    return [SizeStart(*pair, x, bench.metric.whiten(x)) for pair, x in zip(tried, changes, strict=True)]
+
+
+# Shapes of an effect at the points of a grid.
+
+
+def shapes_on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, ShapeGrid]:
+    """Shapes about ``fit`` of those effects that have a grid, at every point of it."""
+    axes = {n: own for n in names if (own := bench.forward.grids(n))}
+    free = {n: [k for k in bench.forward.index(n) if k not in axes[n]] for n in axes}
+    shapes = _compute_shapes(bench, fit, [key for n in axes for key in _probes(axes[n], free[n])])
+    points = {n: list(product(*([(k, value) for value in own[k]] for k in own))) for n, own in axes.items()}
+    keys = {n: _keys_at(points[n], axes[n], free[n], shapes) for n in axes}
+    asked = {key for of_effect in keys.values() for row in of_effect for key in row}
+    shapes |= _compute_shapes(bench, fit, sorted(asked - set(shapes)))
+    found = {}
+    for n in axes:
+        place = {key: k for k, key in enumerate(dict.fromkeys(key for row in keys[n] for key in row))}
+        choices = np.array([[place[key] for key in row] for row in keys[n]])
+        found[n] = ShapeGrid(points[n], free[n], np.stack([shapes[key] for key in place]), choices)
+    return found
+
+
+# A parameter that feels only one of several numbers on a grid (the swing of one pulley) is computed for that alone.
+
+Axes = Mapping[int, Sequence[float]]  # position -> values of a number on a grid
+
+
+def _probes(axes: Axes, free: Sequence[int]) -> list[Key]:
+    """Every parameter at two points of each of several numbers: these tell which of them it feels."""
+    pairs = [((k, value),) for k, values in axes.items() for value in values[:2]] if len(axes) > 1 else []
+    return [(p, point) for point in pairs for p in free]
+
+
+def _keys_at(
+    points: Sequence[Point], axes: Axes, free: Sequence[int], shapes: Mapping[Key, np.ndarray]
+) -> list[list[Key]]:
+    """For every point, each parameter with the numbers that it feels; shapes: of the ``_probes``."""
+
+    def feels(p: int, k: int) -> bool:
+        """Whether the shape of a parameter depends on where on an axis it was taken."""
+        rows = [shapes[p, ((k, v),)] for v in axes[k][:2]]
+        return any(float(np.abs(r - rows[0]).max()) > 1e-6 * max(np.abs(x).max() for x in rows) for r in rows)
+
+    felt = {p: [k for k in axes if len(axes) == 1 or feels(p, k)] for p in free}
+    return [[(p, tuple(pair for pair in point if pair[0] in felt[p]) or point[:1]) for p in free] for point in points]
+
+
+def _compute_shapes(bench: Workbench, fit: Fit, keys: Sequence[Key]) -> dict[Key, np.ndarray]:
+    """Shape (R, S, n) of each parameter: its derivative, or else the change at the smallest of SECANTS that shows."""
+    still = {key: np.zeros_like(fit.values) for key in keys if bench.forward.slots[key[0]].only_shapes}
+    moving = [key for key in keys if key not in still]
+    vectors = np.repeat(fit.vector[None], len(moving), axis=0)
+    for row, (_, point) in zip(vectors, moving, strict=True):
+        for k, value in point:
+            row[k] = value
+    positions, rows = np.array([p for p, _ in moving], dtype=int), np.arange(len(moving))
+
+    def per_unit(chosen: np.ndarray, size: float) -> np.ndarray:
+        """Change of the predictions per unit of each parameter: while all are null, what shapes them moves nothing."""
+        moved = vectors[chosen]
+        moved[np.arange(len(chosen)), positions[chosen]] += size
+        return (bench.forward.values(moved) - fit.values) / size
+
+    shapes = per_unit(rows, DIFFERENCE)
+    faint = rows[np.linalg.norm(bench.metric.whiten(shapes), axis=1) < STRONG]
+    for size in reversed(SECANTS):  # what does not show at the largest is not asked for more
+        secants = size * per_unit(faint, size)
+        finite = np.isfinite(secants).all(axis=(1, 2, 3))
+        shows = np.linalg.norm(bench.metric.whiten(secants), axis=1) > STRONG
+        shapes[faint[shows & finite]] = secants[shows & finite]
+        faint = faint[shows | ~finite]
+    return still | dict(zip(moving, shapes, strict=True))
+
+
+# From which points of a grid a search begins: the best of those that say different things.
+#
+# Where a guide stands beyond the end of a short span, or where a force acts on a stiff one, several points of a grid do
+# the same to the readings. A search from each of them ends at the same place, and those that say something else never
+# get their turn. One of them is enough: if they do not all ask for the same numbers, one by which a machine could have
+# them.
+
+ALIKE = 0.5  # chi2 between two predictions, below which they say the same
+
+
+def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list[int]:
+    """At most so many points of a grid by what they promise in the linear range, best first, no two alike.
+
+    A number that a machine has on one side of null only promises nothing on the other.
+    """
+    gram, pull = _products(fit, bench.metric.whiten(grid.columns))
+    steps, sigma = _steps_on_grid(bench, fit, grid, gram, pull)
+    changes = np.zeros((len(steps), len(gram)))  # at every point, as a sum of the grid's columns
+    np.add.at(changes, (np.arange(len(steps))[:, None], grid.choices), steps)
+    gains = 2.0 * changes @ pull - np.sum((changes @ gram) * changes, axis=1)
+    free, slots = list(grid.free), [bench.forward.slots[p] for p in grid.free]
+
+    def alike(k: int, j: int) -> bool:
+        apart = changes[k] - changes[j]
+        return bool(apart @ gram @ apart < ALIKE)
+
+    def possible(k: int) -> bool:
+        return is_possible(slots, fit.vector[free] + steps[k], sigma[k])
+
+    found: list[int] = []
+    for k in np.argsort(-gains, kind="stable").tolist():
+        same = next((i for i, j in enumerate(found) if alike(k, j)), None)
+        if same is None and len(found) < most:
+            found.append(k)
+        elif same is not None and not possible(found[same]) and possible(k):
+            found[same] = k
+    return found
+
+
+def _products(fit: Fit, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gram matrix (m, m) of whitened columns (m, N) and their products (m,) with the residual of a fit, of both what
+    the fit's own numbers do not take up."""
+    own = fit.columns.reshape(len(fit.free), columns.shape[1])
+    onto = columns @ own.T @ pseudo_inverse((own @ own.T)[None])[0]
+    return columns @ columns.T - onto @ (own @ columns.T), columns @ fit.residual - onto @ (own @ fit.residual)
+
+
+def _steps_on_grid(
+    bench: Workbench, fit: Fit, grid: ShapeGrid, gram: np.ndarray, pull: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss-Newton steps (points, k) of an effect's parameters, and one sigma of each; gram, pull: ``_products``."""
+    choices, free = grid.choices, list(grid.free)
+    grams, pulls = gram[choices[:, :, None], choices[:, None, :]], pull[choices]
+    inverses = pseudo_inverse(grams)
+    steps = np.einsum("pkl,pl->pk", inverses, pulls)
+    low, high = (side[free] - fit.vector[free] for side in bench.forward.sides)
+    for k in np.flatnonzero(np.any((steps < low) | (steps > high), axis=1)):
+        steps[k] = bounded_step(grams[k], pulls[k], low, high)
+    return steps, np.sqrt(np.maximum(np.diagonal(inverses, axis1=1, axis2=2), 0.0))
+
+
+# Where on the belt every run starts: one free number per run, the same for the belt and both pulleys.
+#
+# What comes round with the belt or a pulley is the same in every run, but for where it begins. Whatever comes round
+# with the belt has its own harmonics at every sensor, and pulleys their own waves; a start turns them all. All runs are
+# turned until they have one shape in common. That must gain more than the same place at every start does, by what so
+# many free numbers cost (trial factor), or runs are taken to start at one place.
+
+
+HARMONICS = 12  # of the belt's length, at most
+LARGEST = 1e-3  # [m], one sigma of the first harmonic of what comes round; that of others falls with their number
+ASKEW = 10.0  # one sigma of a wobble, in units of its scale
+PARTS = 16  # of the shortest wave, between places that are tried
+PLACES = (96, 400)  # fewest and most places that are tried
+EVEN = float(np.sqrt(12.0))  # width of an even distribution over its sigma
+MOVED = 1e-4  # [m], over which derivatives along a start are taken
+WIDER = 2.0  # a start may be off by so many times what the shape in common tells, which is not yet the effect's own
+CHANCE = 2.0  # log odds asked for, over the trial factor: noise turned to fit its own shape gains up to 1.6 of that
+MOST_LEFT = 2.0  # chi2 a reading beyond candidates and waves: 1 where they hold, 9 where a lack passed for starts
+ROUNDS = 6  # of turning the runs and asking for their shape
+REFERENCES = 3  # runs whose own shape may begin
+
+
+@dataclass(frozen=True)
+class PeriodicWaves:
+    """Waves in all runs: gram (R, P, P) and moments (R, P) of whitened pairs of cosine and sine, in units of one sigma,
+    with what is left of the readings; rates (R, P/2): by how many radians a metre of start turns a pair; left: chi2 a
+    reading that neither waves nor other candidates take up.
+    """
+
+    gram: np.ndarray
+    moments: np.ndarray
+    rates: np.ndarray
+    left: float = 1.0
+
+    def rotations(self, r: int, starts: np.ndarray) -> np.ndarray:
+        """Matrices (k, P, P) that turn common numbers into those of a run that starts at ``starts`` (k,)."""
+        angle = starts[:, None] * self.rates[r]
+        found = np.zeros((len(starts), *self.gram.shape[1:]))
+        even, odd = np.arange(0, self.gram.shape[1], 2), np.arange(1, self.gram.shape[1], 2)
+        found[:, even, even] = found[:, odd, odd] = np.cos(angle)
+        found[:, even, odd], found[:, odd, even] = np.sin(angle), -np.sin(angle)
+        return found
+
+    def fit_common(self, starts: np.ndarray, runs: Sequence[int]) -> tuple[np.ndarray, float]:
+        """The likeliest common numbers (P,) of some runs that start at ``starts`` (R,), and what they gain [chi2]."""
+        turns = {r: self.rotations(r, starts[r : r + 1])[0] for r in runs}
+        gram = np.eye(self.gram.shape[1]) + sum(t.T @ self.gram[r] @ t for r, t in turns.items())
+        moments = sum(t.T @ self.moments[r] for r, t in turns.items())
+        numbers = np.linalg.solve(gram, moments)
+        return numbers, float(moments @ numbers)
+
+    def likeliest_start(self, r: int, numbers: np.ndarray, places: np.ndarray) -> float:
+        """Where a run starts if the common numbers are so: the best of evenly spaced ``places``, between its
+        neighbours by a parabola."""
+        own = self.rotations(r, places) @ numbers
+        gain = 2.0 * own @ self.moments[r] - np.einsum("ki,ij,kj->k", own, self.gram[r], own)
+        k = int(np.argmax(gain))
+        before, here, after = gain[k - 1], gain[k], gain[(k + 1) % len(gain)]
+        bend = min(before - 2.0 * here + after, -1e-9)
+        return float(places[k] + 0.5 * (before - after) / bend * (places[1] - places[0]))
+
+    def sigmas(self, starts: np.ndarray, first: int) -> np.ndarray:
+        """One sigma of every start (R,), the common numbers being as uncertain; 0 of the run whose start is 0."""
+        numbers, others = self.fit_common(starts, range(len(starts)))[0], [r for r in range(len(starts)) if r != first]
+        gram, cross, own = np.eye(len(numbers)), [], []
+        for r in range(len(starts)):
+            here, beyond = self.rotations(r, starts[r] + np.array([0.0, MOVED]))
+            shape = (beyond - here) @ numbers / MOVED
+            gram += here.T @ self.gram[r] @ here
+            cross.append(here.T @ self.gram[r] @ shape)
+            own.append(shape @ self.gram[r] @ shape)
+        between = np.array(cross)[others]
+        normal = np.diag(np.array(own)[others]) - between @ np.linalg.solve(gram, between.T)
+        found = np.zeros(len(starts))
+        found[others] = np.sqrt(np.diagonal(np.linalg.pinv(normal, hermitian=True)))
+        return found
+
+    def align(self, places: np.ndarray) -> tuple[np.ndarray, float]:
+        """Starts and their sigmas (R, 2) that have most in common, those of one run 0, and what they gain [chi2]."""
+        runs = range(len(self.gram))
+        none = np.zeros(len(self.gram))
+        alone = [self.fit_common(none, [r])[1] for r in runs]
+        best, most = (none, none), -np.inf
+        for first in np.argsort(alone)[::-1][:REFERENCES]:
+            starts, numbers = none, self.fit_common(none, [first])[0]
+            for _ in range(ROUNDS):
+                starts = np.array([0.0 if r == first else self.likeliest_start(r, numbers, places) for r in runs])
+                numbers, gain = self.fit_common(starts, runs)
+            if gain > most:
+                best, most = (starts, self.sigmas(starts, first)), gain
+        return np.stack(best, axis=1), most
+
+
+def find_starts(bench: Workbench, linearisation: Linearisation) -> Campaign | None:
+    """The campaign with where on the belt its runs start; None where that is stated, or one place does as well."""
+    runs = bench.samples.runs
+    round_ones = any(c.comes_round for c in bench.forward.classes)
+    if not round_ones or len(runs) < 2 or any(run.start is not None for run in runs):
+        return None
+    turning = periodic_waves(bench, linearisation)
+    if turning.left > MOST_LEFT:
+        return None
+    rig = bench.samples.cases.rig
+    length, shortest = float(np.max(rig.belt_length)), 2.0 * np.pi / float(turning.rates.max())
+    count = int(np.clip(np.ceil(PARTS * length / shortest), *PLACES))
+    same = turning.fit_common(np.zeros(len(runs)), range(len(runs)))[1]
+    starts, gain = turning.align(length * np.arange(count) / count)
+    if 0.5 * (gain - same) <= CHANCE * (len(runs) - 1) * np.log(count):
+        return None
+    u = np.clip(WIDER * starts[:, 1], length / count / EVEN, length / EVEN) * (starts[:, 1] > 0.0)
+    found = {run.name: (float(s), float(off)) for run, s, off in zip(runs, starts[:, 0] % length, u, strict=True)}
+    stated = {run.name: (run.start, run.start_u) for run in bench.campaign.runs} | found
+    turned = [replace(r, start=stated[r.name][0], start_u=stated[r.name][1]) for r in bench.campaign.runs]
+    return replace(bench.campaign, runs=tuple(turned))
+
+
+def places_tried(bench: Workbench) -> tuple[int, ...]:
+    """Of how many places the start of every run was chosen, where it was."""
+    length = float(np.max(bench.samples.cases.rig.belt_length))
+    return tuple(max(1, round(length / (EVEN * r.start_u))) for r in bench.samples.runs if r.start_u > 0.0)
+
+
+def periodic_waves(bench: Workbench, linearisation: Linearisation) -> PeriodicWaves:
+    """What comes round in the residual of the linearised fit, beside what all other candidates could do.
+
+    Noise is as stated (repeats that start elsewhere on the belt differ by more), or larger where all that may be there
+    leaves more.
+    """
+    samples, metric = bench.samples, bench.metric_at(Levels())
+    waves, rates = zip(_belt_waves(samples), *_pulley_waves(bench, linearisation), strict=True)
+    rows = np.concatenate([*waves, (samples.y - linearisation.fit.values)[None]])
+    others = [linearisation.slopes[p] for p, s in enumerate(bench.forward.slots) if not s.effect.comes_round]
+    known = np.concatenate([bench.shapes, bench.shared, np.reshape(others, (-1, *samples.y.shape))])
+    grams, moments, left, count = [], [], 0.0, 0
+    for r in range(len(samples.runs)):
+        white, rank = _project_out(metric.roots[r], rows[:, r], known[:, r])
+        grams.append(white[:-1] @ white[:-1].T)
+        moments.append(white[:-1] @ white[-1])
+        rest = white[-1] @ white[-1] - moments[-1] @ np.linalg.solve(grams[-1] + np.eye(len(grams[-1])), moments[-1])
+        left, count = left + rest, count + int(np.isfinite(samples.y[r]).sum()) - rank - len(grams[-1])
+    noise = max(1.0, left / max(count, 1))
+    return PeriodicWaves(np.array(grams) / noise, np.array(moments) / noise, np.concatenate(rates, axis=1), noise)
+
+
+def _belt_waves(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
+    """Cosine and sine (P, R, S, n) of the harmonics of the belt's length at each lateral sensor, of one sigma and zero
+    where the yaw is applied; and the rates (R, P/2) at which a start turns each pair [rad/m]."""
+    lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
+    length, direction = float(np.max(samples.cases.rig.belt_length)), np.asarray(samples.cases.settings.direction)
+    harmonics = np.arange(1, HARMONICS + 1)
+    many = harmonics[:, None, None]
+    phase = 2.0 * np.pi * direction[:, None] * samples.travel / length
+    at_yaw = 2.0 * np.pi * direction * samples.yaw_at / length
+    waves = np.zeros((len(lateral), HARMONICS, 2, *samples.y.shape))
+    for part, wave in enumerate((np.cos, np.sin)):
+        for k, s in enumerate(lateral):
+            waves[k, :, part, :, s] = LARGEST / many * (wave(many * phase) - wave(many * at_yaw[:, None]))
+    rates = np.tile(2.0 * np.pi * harmonics / length, len(lateral)) * direction[:, None]
+    return waves.reshape(-1, *samples.y.shape), rates
+
+
+def _pulley_waves(bench: Workbench, linearisation: Linearisation) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The same of the wobble of either pulley, where that is a candidate."""
+    rig, runs = bench.samples.cases.rig, len(bench.samples.runs)
+    shapes = {bench.forward.slots[p].name: linearisation.slopes[p] for p in bench.forward.index("wobble")}
+    return [
+        (
+            ASKEW * np.stack([shapes[f"beta_cos{end}"], shapes[f"beta_sin{end}"]]),
+            np.full((runs, 1), 1.0 / np.max(radius)),
+        )
+        for end, radius in (("", rig.tail_radius), ("_head", rig.head_radius))
+        if shapes
+    ]
+
+
+def _project_out(root: np.ndarray, rows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, int]:
+    """Rows (k, S, n) of a run, whitened by its ``root`` (S, n, n), without what ``known`` (m, S, n) ones span, as
+    (k, S*n); and the rank of these."""
+    filled = (np.where(np.isfinite(x), x, 0.0) for x in (rows, known))
+    white, beside = (np.einsum("snm,ksm->ksn", root, x).reshape(len(x), -1) for x in filled)
+    size, taken = np.linalg.svd(beside, full_matrices=False)[1:]
+    taken = taken[size > 1e-6 * size.max(initial=1e-300)]
+    return white - (white @ taken.T) @ taken, len(taken)
+
+
+# Readings of campaigns in which nothing is missing, and how much more than expected chance gains of them.
+#
+# Readings are simulated with nuisances, and with noise at levels that the readings leave possible; they are judged at
+# those believed in, as the readings themselves are. So how far off belief may be is in the draws.
+
+
+BATCH = 100  # campaigns drawn at a time: 250 of a long record take 0.8 GB more
+SINGLE = np.float32  # of what is drawn: rounded, it is another draw a hair's breadth aside
+
+
+def chance_inflation(bench: Workbench, linearisation: Linearisation, count: int, seed: int) -> float:
+    """Mean chi2 that candidates gain by chance, over their degrees of freedom; at least 1, more where noise levels are
+    uncertain.
+
+    linearisation: about the fit with nothing missing; count: of simulated campaigns.
+    """
+    errors, rng = bench.samples.y - linearisation.fit.values, np.random.default_rng(seed)
+    columns = [bench.metric.whiten(linearisation.shapes_of(bench, c.id)) for c in bench.forward.classes]
+    halves = [inverse_roots((c @ c.T)[None])[0] for c in columns]
+    total = np.zeros(len(columns))
+    for start in range(0, count, BATCH):
+        white = bench.metric.whiten(draw_noise(bench, errors, min(BATCH, count - start), rng))
+        total += [np.sum((white @ c.T @ half) ** 2) for c, half in zip(columns, halves, strict=True)]
+    ranks = [np.count_nonzero(np.any(half, axis=0)) for half in halves]
+    found = [gain / count / rank for gain, rank in zip(total, ranks, strict=True) if rank]
+    return max(1.0, float(np.mean(found))) if found else 1.0
+
+
+def draw_noise(bench: Workbench, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Draws (count, R, S, n) in single precision of everything that may differ when nothing is missing, at levels that
+    the readings leave possible; errors (R, S, n): what the current model leaves of these.
+    """
+    samples, signals = bench.samples, bench.samples.signals
+    levels, smooth = bench.finder.draw(errors, count, rng)
+    white = np.array([s.white for s in signals]) / np.sqrt(samples.per_bin)[:, None]
+    found = rng.standard_normal((count, *samples.y.shape), SINGLE)
+    found *= (white * levels[:, None, :, 0]).astype(SINGLE)[..., None]
+    stated = np.array([max(s.wander_length, 1e-6) for s in signals])
+    apart, of = np.unique(np.diff(samples.travel, axis=1), axis=0, return_inverse=True)
+    steps, of = (apart.T[:, :, None, None] / (levels[..., 2] * stated).T).astype(SINGLE), of.reshape(-1)
+    size = (levels[..., 1] * np.array([s.wander_sd for s in signals])).astype(SINGLE)
+    if not smooth.all():
+        rough = rough_wander(steps[..., ~smooth], of, size[~smooth].T, rng)
+        found[~smooth] += rough.transpose(3, 1, 2, 0)
+    if smooth.any():
+        sloped = smooth_wander(steps[..., smooth][:, of].transpose(3, 1, 2, 0), rng)
+        found[smooth] += size[smooth][:, None, :, None] * sloped
+    own = bench.shapes.astype(SINGLE).swapaxes(0, 1)  # nuisances of every run, and those that all runs share
+    runs = rng.standard_normal((len(own), count, own.shape[1]), SINGLE) @ own.reshape(*own.shape[:2], -1)
+    shared = bench.shared.astype(SINGLE).reshape(len(bench.shared), -1)
+    nuisances = (rng.standard_normal((count, len(shared)), SINGLE) @ shared).reshape(found.shape)
+    return found + (nuisances + runs.swapaxes(0, 1).reshape(found.shape))
+
+
+def rough_wander(steps: np.ndarray, of: np.ndarray, size: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Wander (n, R, S, B) of ``size`` (S, B) and exponential correlation at ``steps`` (n - 1, U, S, B) in units of its
+    length; of (R,): which of the U every run has. What is worked on together lies together.
+    """
+    keep = np.exp(-steps)
+    fresh = np.sqrt(1.0 - keep**2)
+    if steps.shape[1] > 1:
+        keep, fresh = keep[:, of], fresh[:, of]
+    n, _, signals, count = steps.shape
+    drawn = rng.standard_normal((count, len(of), signals, n + 1), steps.dtype)
+    found = np.ascontiguousarray(drawn.transpose(3, 1, 2, 0))
+    for k in range(n):
+        found[k + 1] *= fresh[k]
+        found[k + 1] += keep[k] * found[k]
+    found *= size
+    return found
+
+
+def smooth_wander(steps: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Smooth wander (..., n) of unit size at ``steps`` (..., n - 1) in units of its length, by recursion of its value
+    and its slope, which at one place are independent.
+    """
+    x = SMOOTH * steps
+    fade = np.exp(-x)
+    value = np.stack([fade * (1.0 + x), fade * x])  # of both before, the value's share of what comes
+    slope = np.stack([-fade * x, fade * (1.0 - x)])
+    own = np.sqrt(np.maximum(1.0 - np.sum(value**2, axis=0), 0.0))
+    common = -np.sum(value * slope, axis=0) / np.where(own > 0.0, own, np.inf)
+    rest = np.sqrt(np.maximum(1.0 - np.sum(slope**2, axis=0) - common**2, 0.0))
+    now = rng.standard_normal((2, *steps.shape[:-1]), steps.dtype)
+    found = [now[0]]
+    for k in range(steps.shape[-1]):
+        fresh = rng.standard_normal(now.shape, steps.dtype)
+        now = np.stack(
+            [
+                np.sum(value[..., k] * now, axis=0) + own[..., k] * fresh[0],
+                np.sum(slope[..., k] * now, axis=0) + common[..., k] * fresh[0] + rest[..., k] * fresh[1],
+            ]
+        )
+        found.append(now[0])
+    return np.stack(found, axis=-1)

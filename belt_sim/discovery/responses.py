@@ -1,0 +1,575 @@
+"""Impulse responses of every run, the design matrices made of them, and the states that a law may read."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache, partial
+from operator import itemgetter
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from belt_sim.case import Case
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.forward import ROWS, room_for
+from belt_sim.diagnosis.noise import Metric
+from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.effects.base import Effect, effect, parameter
+from belt_sim.effects.law import (
+    AT_PULLEYS,
+    BY_THE_BELT,
+    COURSES,
+    PULLEYS,
+    RELATIVE,
+    ROLLS,
+    SPANS,
+    TRAVEL,
+    WRAPPED,
+    Form,
+    Place,
+)
+from belt_sim.jax_setup import PROGRAMS, StoredProgram, in_float64, program_key
+from belt_sim.line.hooks import apply_hook, as_driven, overrides, true_travel
+from belt_sim.line.influence import StretchResponse, stretch_adds, stretch_ends, stretch_response
+from belt_sim.line.march import march_open, plan_steps
+from belt_sim.line.span import log_of_change, response_by_change
+
+# Impulse responses of every run: what a short pulse of input at every channel of the march does to it.
+#
+# A channel is an elementary entry of the march that takes an input u(travel). At fixed tension the march is linear in
+# small inputs and does not change with travel, so one pulse a run and channel gives the whole operator.
+
+
+#: every kind of input at the tail and at the head pulley
+CHANNELS = tuple(f"{kind}_{pulley}" for kind in AT_PULLEYS for pulley in PULLEYS)
+
+CELLS = 240  # of the input along the longest run, at most
+OUTSIDE_MARCH = {"encoder", "sensor_travel", "sensor", "scene"}  # hooks that a march does not call
+Y, MOMENT, TILT = 0, 8, 10  # first rows of what is kept, see ImpulseResponses
+_SCALES = {"rad": 1e-4, "1/m": 1e-5, "m": 1e-4}
+
+
+def drift_at(pulley: int) -> str:
+    """The channel of sideways drift where the belt runs up a pulley (0: tail, 1: head)."""
+    return f"drift_{PULLEYS[pulley]}"
+
+
+def _height(unit: str):
+    return parameter(unit, "height of the pulse", plausible=(-1.0, 1.0), scale=_SCALES[unit])
+
+
+def _length(meaning: str):
+    return parameter("m", meaning, plausible=(0.0, 1e3), scale=1.0, null=1.0, modifier=True)
+
+
+@effect
+class Pulse(Effect):
+    """A triangular pulse of input at every channel: yaw of a pulley's surface, turn and drift at the run-ups, shift and
+    twist over the wrapped arcs."""
+
+    law = "run-up"
+    reference = "none: an input to take impulse responses with"
+    yaw_tail: float = _height("rad")
+    yaw_head: float = _height("rad")
+    turn_tail: float = _height("1/m")
+    turn_head: float = _height("1/m")
+    drift_tail: float = _height("rad")
+    drift_head: float = _height("rad")
+    shift_tail: float = _height("m")
+    shift_head: float = _height("m")
+    twist_tail: float = _height("rad")
+    twist_head: float = _height("rad")
+    middle: float = _length("travel at its height")
+    half: float = _length("travel from its height to its foot")
+
+    def _pulse_height(self, state, name):
+        height = jnp.stack([getattr(self, f"{name}_tail"), getattr(self, f"{name}_head")])
+        return height * jnp.maximum(0.0, 1.0 - jnp.abs(state.travel - self.middle) / self.half)
+
+    def yaw(self, yaw, state, case):
+        tail, head = self._pulse_height(state, "yaw")
+        return replace(yaw, tail=yaw.tail + tail, head=yaw.head + head)
+
+    def runup(self, runup, state, case):
+        return replace(
+            runup,
+            turn=runup.turn + self._pulse_height(state, "turn"),
+            drift=runup.drift + self._pulse_height(state, "drift"),
+        )
+
+    def wrap(self, runoff, state, case):
+        return replace(
+            runoff,
+            y=runoff.y + self._pulse_height(state, "shift"),
+            alpha=runoff.alpha + self._pulse_height(state, "twist"),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImpulseResponses:
+    """What the march of every run does with an input.
+
+    grid (J,): travels [m] at which an input is given, linear in between; fine (n,): travels of the records;
+    curves (R, 12, n): y and angle at run-up tail, run-up head, run-off tail, run-off head, then moment and tilt of the
+    span up the tail and up the head; pulses (R, channels, 12, n): what a pulse of height 1 at grid[1] adds.
+    """
+
+    grid: np.ndarray
+    fine: np.ndarray
+    curves: np.ndarray
+    pulses: np.ndarray
+
+    def cell_responses(self, rows: np.ndarray, where: np.ndarray) -> np.ndarray:
+        """Responses to inputs in every cell: rows (..., n) of pulses -> (..., len(where), J) at travels ``where``."""
+        step = self.grid[1] - self.grid[0]
+        back = where[:, None] - self.grid[None, :] + step  # travel since the pulse's foot
+        return _interpolate(rows, self.fine[1] - self.fine[0], back)
+
+
+def _interpolate(rows: np.ndarray, spacing: float, where: np.ndarray) -> np.ndarray:
+    """Rows (..., n), zero before their start, at ``where`` (a, J); the first cell is half a pulse."""
+    place = np.clip(where / spacing, 0.0, rows.shape[-1] - 1.001)
+    low = place.astype(int)
+    part = (place - low).astype(rows.dtype)
+    found = rows[..., low] * (1.0 - part) + rows[..., low + 1] * part
+    found[..., 0] *= 0.5
+    return found
+
+
+def impulse_responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> ImpulseResponses:
+    """Responses with the effects of a fit at work; among: ids of all that are at work in any of several fits, which
+    then share compiled code."""
+    forward = bench.forward
+    samples, effects = forward.samples, forward.effects_at(fit.vector, (*fit.ids, *among))
+    true_end = np.max(in_float64(true_travel)(effects, samples.cases, samples.end))  # whatever the encoder says
+    far = max(float(true_end), samples.end)
+    step = forward.step * max(2, int(np.ceil(far / CELLS / forward.step)))
+    cells = int(np.ceil(far / step)) + 1
+    travel = step * (cells + 1)
+    steps, _, slots = plan_steps(samples.cases, travel=travel, step=forward.step, keep=forward.step)
+    acting = tuple(e for e in effects if overrides(e) - OUTSIDE_MARCH)
+    march = _compile_march(forward.model, tuple(map(type, acting)), *room_for(steps, slots))
+    runs = np.arange(-(-len(samples.runs) // ROWS) * ROWS).clip(max=len(samples.runs) - 1)
+    found = []
+    for rows in runs.reshape(-1, ROWS):
+        settings = jax.tree.map(lambda x, rows=rows: np.asarray(x)[rows], samples.cases.settings)
+        found.append(march(acting, replace(samples.cases, settings=settings), step, travel / steps, steps))
+    curves, pulses = (np.concatenate(rows)[: len(samples.runs), ..., : steps + 1] for rows in zip(*found, strict=True))
+    return ImpulseResponses(
+        grid=step * np.arange(cells), fine=np.linspace(0.0, travel, steps + 1), curves=curves, pulses=pulses
+    )
+
+
+@lru_cache(PROGRAMS)
+def _compile_march(model, classes, room: int, history: int):
+    one = partial(_respond, model=model, room=room, history=history)
+    axes = (None, Case(rig=None, belt=None, settings=0), None, None, None)  # type: ignore[arg-type]
+    key = program_key("impulse responses", model, classes, room, history)
+    return StoredProgram(jax.vmap(one, in_axes=axes), key, brief=True)
+
+
+def _respond(effects: tuple[Effect, ...], case: Case, step, spacing, steps, *, model, room, history):
+    """Rows (12, n) of one run, and what a pulse at each channel adds (channels, 12, n)."""
+
+    def rows(heights):
+        pulse = Pulse(**dict(zip(CHANNELS, heights, strict=True)), middle=step, half=step)
+        march = partial(march_open, model=model, room=room, slots=history, only=("y", "angle", "moment", "tilt"))
+        return _sort_by_pulley(march(case, (*effects, pulse), spacing, steps), case)
+
+    none = jnp.zeros(len(CHANNELS))
+    along = jax.vmap(lambda d: jax.jvp(rows, (none,), (d,)))(jnp.eye(len(CHANNELS)))
+    return along[0][0], along[1]
+
+
+def _sort_by_pulley(curves, case):
+    """Rows (12, n): from points 1-4 back to run-up tail, run-up head, run-off tail, run-off head."""
+    forward = case.settings.direction > 0
+    places = jnp.where(forward, jnp.array([0, 2, 1, 3]), jnp.array([1, 3, 0, 2]))
+    spans = jnp.where(forward, jnp.array([0, 1]), jnp.array([1, 0]))
+    return jnp.concatenate([curves.y[places], curves.angle[places], curves.moment[spans], curves.tilt[spans]])
+
+
+@dataclass(frozen=True)
+class SpanChange:
+    """What a relative change of tension or of a stiffness adds to a span: coefficients (R, 7, 2, 3) of powers 1 to 7 of
+    log(1 + change), of the curvature at the run-up and of the roll at mid-span, per unit of ``span_ends``; stretch
+    (R, ...): what the same does on a stretch of the belt; None of tension."""
+
+    coefficients: np.ndarray
+    stretch: StretchResponse | None
+
+    def per_change(self, ends: np.ndarray, row: int) -> np.ndarray:
+        """What a small change adds per unit (R, J), by the ends of a span (R, 3, J); row: 0 curvature, 1 roll."""
+        return np.einsum("ri,rij->rj", self.coefficients[:, 0, row], ends)
+
+    def per_end(self, change: np.ndarray, row: int) -> np.ndarray:
+        """What a change (R, F, J) adds, however large, per unit of each of the three ends, (3, R, F, J)."""
+        x = log_of_change(change, np)
+        found = np.zeros((self.coefficients.shape[-1], *x.shape))
+        for c in self.coefficients[:, ::-1, row].swapaxes(0, 1):
+            found = (found + c.T[:, :, None, None]) * x
+        return found
+
+
+def span_changes(bench: Workbench, fit: Fit) -> dict[str, SpanChange]:
+    """What relative changes of tension, bending and torsion do, with the effects of a fit at work."""
+    forward = bench.forward
+    effects = tuple(e for e in forward.effects_at(fit.vector, fit.ids) if overrides(e) & {"settings", "span"})
+    runs = len(bench.samples.runs)
+    rows = np.arange(-(-runs // ROWS) * ROWS).clip(max=runs - 1)
+    settings = jax.tree.map(lambda x: np.asarray(x)[rows], forward.samples.cases.settings)
+    cases = replace(forward.samples.cases, settings=settings)
+    made = _compile_changes(forward.model, tuple(map(type, effects)))(effects, cases)
+    made = jax.tree.map(lambda x: np.asarray(x)[:runs], made)
+    return {k: SpanChange(rows, StretchResponse(**s) if s else None) for k, (rows, s) in made.items()}
+
+
+@lru_cache(PROGRAMS)
+def _compile_changes(model, classes):
+    def one(effects, case):
+        case = as_driven(case, effects)
+        span = apply_hook((*model.built_in, *effects), "span", model.span(case), case)
+        at, ends = jnp.array([0, 2]), slice(0, 3)  # run-up and middle; the ends of a belt do not roll
+        return {
+            k: (
+                response_by_change(span, case, k)[:, at, ends],
+                vars(stretch_response(span, k)) if k in BY_THE_BELT else {},
+            )
+            for k in dict.fromkeys(RELATIVE.values())
+        }
+
+    many = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0)))  # type: ignore[arg-type]
+    return StoredProgram(many, program_key("span changes", model, classes), brief=True)
+
+
+# Design matrices: what an input at a place does to the whitened readings; and what is taken out beside it.
+#
+# Runs are whitened one by one, so that columns of single runs can be weighted and summed at will. Parameters that runs
+# share (the belt's stiffness, and the effects that are chosen already) are taken out by projection.
+
+
+HIDDEN = 2e-3  # share of a column that must be left beside what is chosen
+CHOSEN = 1e-8  # prior precision of a chosen effect's parameters, in whitened units
+
+
+@dataclass(frozen=True)
+class ResidualProjector:
+    """Inner products beside the parameters that runs share.
+
+    metric: of single runs; residual (R, m): whitened; shared (c, R, m): whitened columns of the shared parameters;
+    inverse (c, c): of their Gram matrix and prior.
+    """
+
+    metric: Metric
+    residual: np.ndarray
+    shared: np.ndarray
+    inverse: np.ndarray
+
+    @cached_property
+    def gram(self) -> np.ndarray:
+        """Gram matrix (c, c) of the shared columns, with its prior."""
+        return np.linalg.pinv(self.inverse, hermitian=True)
+
+    def whiten(self, shapes: np.ndarray) -> np.ndarray:
+        """Shapes or readings (k, R, S, n) -> (k, R, m)."""
+        runs = len(self.residual)
+        return self.metric.whiten(shapes).reshape(len(shapes), runs, -1)
+
+    def shared_products(self, rows: np.ndarray) -> np.ndarray:
+        """Products (k, R, c) of whitened rows (k, R, m) with the shared columns, run by run."""
+        return (rows.swapaxes(0, 1) @ self.shared.transpose(1, 2, 0)).swapaxes(0, 1)
+
+    @cached_property
+    def shared_residual(self) -> np.ndarray:
+        """Products (c,) of the shared columns with the residual."""
+        return np.einsum("crm,rm->c", self.shared, self.residual)
+
+    def chi2(self, residual: np.ndarray | None = None) -> float:
+        """chi2 of the residual with the shared parameters fitted."""
+        residual = self.residual if residual is None else residual
+        along = np.einsum("crm,rm->c", self.shared, residual)
+        return float(np.sum(residual**2) - along @ self.inverse @ along)
+
+    def gram_of(self, rows: np.ndarray) -> np.ndarray:
+        """Gram matrix (k, k) of whitened rows (k, R, m) with the shared columns taken out."""
+        onto = self.shared_products(rows).sum(axis=1)
+        return np.einsum("krm,lrm->kl", rows, rows) - onto @ self.inverse @ onto.T
+
+    def fit_sizes(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
+        """chi2 explained and sizes (k,) of whitened columns (k, R, m)."""
+        flat = columns.reshape(len(columns), -1)
+        onto, own = flat @ self.shared.reshape(len(self.shared), -1).T, flat @ flat.T
+        left = own - onto @ self.inverse @ onto.T
+        pull = flat @ self.residual.ravel() - onto @ self.inverse @ self.shared_residual
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(own), 1e-300))
+        if not np.isfinite(left).all() or np.any(np.diag(left) * scale**2 < HIDDEN):
+            return 0.0, np.zeros(len(pull))
+        inverse = np.linalg.pinv(left * np.outer(scale, scale), rcond=1e-6, hermitian=True)
+        sizes = scale * (inverse @ (pull * scale))
+        return float(pull @ sizes), sizes
+
+
+def residual_projector(bench: Workbench, fit: Fit) -> ResidualProjector:
+    """The projector for a search of what is missing beside ``fit``."""
+    metric = replace(bench, shared=np.zeros_like(bench.shared)).metric_at(bench.levels)
+    runs = len(bench.samples.runs)
+    shapes = np.concatenate([bench.shared, fit.slopes]) if len(fit.free) else bench.shared
+    shared = metric.whiten(shapes).reshape(len(shapes), runs, -1)
+    chosen = np.arange(len(shapes)) >= len(bench.shared)
+    size = np.maximum(np.sqrt(np.sum(shared**2, axis=(1, 2))), 1e-12)
+    shared = shared * np.where(chosen, 1.0 / size, 1.0)[:, None, None]
+    prior = np.where(chosen, CHOSEN, 1.0)
+    gram = np.einsum("crm,drm->cd", shared, shared) + np.diag(prior)
+    residual = metric.whiten(bench.fitted.y - fit.values).reshape(runs, -1)
+    return ResidualProjector(metric, residual, shared, np.linalg.pinv(gram, hermitian=True))
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignMatrices:
+    """rows: channel, or signal of a sensor -> (J, R, m), whitened responses to an input of height 1 in each cell; grid
+    (J,): the cells' travels [m]."""
+
+    rows: dict[str, np.ndarray]
+    grid: np.ndarray
+
+    def columns(self, channel: str, inputs: np.ndarray) -> np.ndarray:
+        """Whitened columns (F, R, m) of inputs (F, R, J) at a channel."""
+        op = self.rows[channel]
+        return np.matmul(single_precision(inputs).swapaxes(0, 1), op.swapaxes(0, 1)).swapaxes(0, 1)
+
+    def place_columns(self, place: Place, inputs: Sequence[np.ndarray]) -> np.ndarray:
+        """Whitened columns (F, R, m) of inputs (F, R, J), one array a part of the place."""
+        columns = [self.columns(channel, one) for (channel, _), one in zip(place.parts, inputs, strict=True)]
+        return columns[0] if len(columns) == 1 else np.sum(columns, axis=0)
+
+
+def single_precision(x: np.ndarray) -> np.ndarray:
+    """Numbers in single precision; those too small for all its digits are 0: a few of them, as there are in what fades
+    away, make a matrix product take seven times as long.
+    """
+    found = x.astype(np.float32)
+    found[np.abs(found) < np.finfo(np.float32).tiny] = 0.0
+    return found
+
+
+def design_matrices(
+    bench: Workbench, projector: ResidualProjector, responses: ImpulseResponses, effects: Sequence[Effect]
+) -> DesignMatrices:
+    """Design matrices of all channels of the march, of every lateral sensor and of the roll that tilt sensors show."""
+    samples = bench.samples
+    shown = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
+    true = np.asarray(in_float64(true_travel)(effects, samples.cases, shown.T)).T if effects else shown
+    names = [*CHANNELS, *(s.name for s in samples.signals if s.kind == "lateral")]
+    names += ROLLS if any(s.kind == "tilt" for s in samples.signals) else ()
+    rows = {}
+    for name in names:
+        white = projector.whiten(_responses_at(bench, responses, true, name)).swapaxes(0, 1)
+        rows[name] = single_precision(np.ascontiguousarray(white)).swapaxes(0, 1)  # of a run side by side in memory
+    return DesignMatrices(rows=rows, grid=responses.grid)
+
+
+def _responses_at(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, name: str) -> np.ndarray:
+    """What an input of height 1 in each cell of a channel, a sensor or a roll adds to the readings, (J, R, S, n), in
+    single precision."""
+    samples, grid = bench.samples, responses.grid
+    found = np.zeros((len(grid), *samples.y.shape), np.float32)
+    for r, run in enumerate(samples.runs):
+        for s, signal in enumerate(samples.signals):
+            row = curve_row(signal.at, run.direction)
+            if name in CHANNELS:
+                pulse = responses.pulses[r, CHANNELS.index(name), row].astype(np.float32)
+                read = responses.cell_responses(pulse, true[r])
+            elif signal.name == name or (name in ROLLS and row == TILT + ROLLS.index(name)):  # it shows it itself
+                read = np.maximum(0.0, 1.0 - np.abs(true[r][:, None] - grid[None]) / (grid[1] - grid[0]))
+            else:
+                continue
+            found[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
+    return found
+
+
+def curve_row(at: str, direction: float) -> int:
+    """Row of ImpulseResponses.curves that a signal at a place shows."""
+    if at in ("upper_mid_span", "lower_mid_span"):
+        return TILT + (0 if (at == "upper_mid_span") == (direction > 0) else 1)
+    points = (1, 3, 2, 4) if direction > 0 else (2, 4, 1, 3)
+    return Y + points.index(int(at[-1]))
+
+
+def span_ends(rows: np.ndarray) -> np.ndarray:
+    """Boundary values (R, 6, J) of the spans that run up the tail and the head pulley, by ``ImpulseResponses.curves``
+    (R, 8 or more, J): y at run-up less y at run-off, angle at run-off and at run-up."""
+    y, angle = rows[:, :4], rows[:, 4:8]
+    found = [(y[:, up] - y[:, off], angle[:, off], angle[:, up]) for up, off in ((0, 3), (1, 2))]
+    return np.stack([*found[0], *found[1]], axis=1)
+
+
+# States: what a law may read along each run, on the grid of an unknown's input.
+
+
+LITTLE = 1e-6  # size of a law of a stretch, to which its work goes with its size
+
+
+@dataclass(frozen=True, kw_only=True)
+class States:
+    """Along every run, on the grid s (J,) [m].
+
+    Per pulley (R, 2, J): y [m], alpha [rad], kappa [1/m] where the belt runs up, kappa_mean [1/m]: mean of the span
+    that does; beta (R, J) [rad]: commanded yaw; yaw_set (R, J): 1 once it is set; since (R, J): travel since then; per
+    signal (R, S, J): reading [m] and its rate reading_rate [m/s]; ends (R, 6, J): of the spans, as ``span_ends`` has
+    them; tension [Pa], speed [m/s] (R,); changes: kind of relative change of the spans -> how it acts; forward (R,):
+    whether the upper span runs up the tail pulley; belt_part (R, 2, J): the part of the belt that runs up, in belt
+    lengths from the one that is at the tail pulley when a forward run starts; head_delay, belt_length: travel [m] by
+    which it reaches the head pulley after the tail pulley, and the same pulley again; wraps: travel [m] by which it
+    leaves the tail and the head pulley after it has run up.
+    """
+
+    s: np.ndarray
+    y: np.ndarray
+    alpha: np.ndarray
+    kappa: np.ndarray
+    kappa_mean: np.ndarray
+    beta: np.ndarray
+    yaw_set: np.ndarray
+    since: np.ndarray
+    reading: np.ndarray
+    reading_rate: np.ndarray
+    tension: np.ndarray
+    speed: np.ndarray
+    ends: np.ndarray
+    changes: Mapping[str, SpanChange]
+    forward: np.ndarray
+    belt_part: np.ndarray
+    head_delay: float
+    belt_length: float
+    wraps: tuple[float, float]
+    signals: tuple[str, ...]
+
+    def variables_at(self, place: Place) -> "States":
+        """What a law at a place reads: where the belt runs up, now; over a wrap, what the belt that leaves it had when
+        it ran up, for that belt it happened to."""
+        return self.landing_states if place.kind in WRAPPED else self
+
+    @cached_property
+    def landing_states(self) -> "States":
+        """The same with y, alpha and kappa as what leaves a pulley had them when it ran up."""
+
+        def at_run_up(x: np.ndarray) -> np.ndarray:
+            return np.stack([self.delay(x[:, k], k) for k in (0, 1)], axis=1)
+
+        return replace(self, y=at_run_up(self.y), alpha=at_run_up(self.alpha), kappa=at_run_up(self.kappa))
+
+    def delay(self, x: np.ndarray, pulley: int) -> np.ndarray:
+        """What x (..., J) was one wrap of a pulley before; what lay there at the start lay straight."""
+        before = self.s - self.wraps[pulley]
+        return np.where(before < 0.0, 0.0, self._interpolate(x, before))
+
+    def _interpolate(self, x: np.ndarray, where: np.ndarray) -> np.ndarray:
+        """x (..., J) at travels ``where`` (J,)."""
+        cells = where / (self.s[1] - self.s[0])
+        low = np.clip(cells.astype(int), 0, len(self.s) - 2)
+        return x[..., low] * (1.0 - cells + low) + x[..., low + 1] * (cells - low)
+
+    def channel_gain(self, place: Place, channel: str, pulley: int | None) -> np.ndarray | float:
+        """What an input of 1 at a place is to one of its channels: 1, (R, J), or (R, 1)."""
+        if place.relative:
+            first = 3 * int(pulley or 0)
+            ends = self.ends[:, first : first + 3]
+            return self.changes[place.relative].per_change(ends, int(channel in ROLLS)) * self.span_share(place, pulley)
+        if place.where in SPANS:
+            return self.span_share(place, pulley)
+        if place.name == TRAVEL:  # a belt that is further than the encoder says shows what comes later
+            return np.gradient(self.reading[:, self.signals.index(channel)], self.s[1] - self.s[0], axis=-1)
+        return 1.0
+
+    def stretch_per_end(
+        self, place: Place, channel: str, pulley: int, change: np.ndarray, at: np.ndarray, wide: np.ndarray
+    ) -> np.ndarray:
+        """What stretches of another stiffness add to a channel per unit of the ends of the span, (3, R, F, J).
+
+        change (R, F, 1), at, wide (F, 1): the numbers of laws of a stretch (``belt_sim.effects.law``).
+        """
+        response, found = self.changes[place.relative].stretch, []
+        for run, part in enumerate(self.belt_part[:, pulley]):
+            own = jax.tree.map(itemgetter(run), response)
+            behind = (at - part) * (1.0 if self.forward[run] else -1.0)
+            lies = stretch_ends(own.x[-1], self.belt_length, behind, wide, np)
+            added, more = stretch_adds(own, -change[run] * own.x[-1], wide * self.belt_length, lies, np)
+            if channel in ROLLS or own.ends is None:
+                found.append(added[2 if channel in ROLLS else 0])
+            else:  # and where it runs up itself
+                more = more * COURSES["belt_section"][1](part, at, wide, np)
+                found.append(added[0] + more * (added[0] + own.ends[0][:, None, None]))
+        return np.stack(found, axis=1)
+
+    def stretch_input(self, place: Place, channel: str, pulley: int, forms: Sequence[Form]) -> np.ndarray:
+        """What laws of a stretch, of size 1, add to a channel, (R, F, J), as far as that goes with the size."""
+        at, wide = (np.array([getattr(f, n) for f in forms])[:, None] for n in ("at", "wide"))
+        little = np.full((len(self.tension), len(forms), 1), LITTLE)
+        first = 3 * pulley
+        added = self.stretch_per_end(place, channel, pulley, little, at, wide) / LITTLE
+        return np.einsum("irfj,rij->rfj", added, self.ends[:, first : first + 3])
+
+    def span_share(self, place: Place, pulley: int | None) -> np.ndarray | float:
+        """Of what acts on one span: 1 in the runs (R, 1) in which that span runs up a pulley; else 1."""
+        if place.where not in SPANS or pulley is None:
+            return 1.0
+        return (self.forward[:, None] == (SPANS[pulley] == place.where)).astype(float)
+
+    def channel_input(self, place: Place, u: np.ndarray, channel: str, pulley: int | None) -> np.ndarray:
+        """What an input u (..., R, J) at a place is at one of its channels; of what the belt carries u is that at the
+        tail pulley, and the head pulley meets it later."""
+        if not place.is_carried or pulley != 1:
+            return u * self.channel_gain(place, channel, pulley)
+        before = self.s - self.head_delay  # it was there, or will be
+        return self._interpolate(u, np.where(before < 0.0, before + self.belt_length, before))
+
+
+def states_of(bench: Workbench, responses: ImpulseResponses, changes: Mapping[str, SpanChange]) -> States:
+    """States of the model."""
+    runs, grid = bench.samples.runs, responses.grid
+    rows = np.stack([[np.interp(grid, responses.fine, row) for row in kept[: MOMENT + 2]] for kept in responses.curves])
+    y, ends, spacing = rows[:, :4], span_ends(rows), grid[1] - grid[0]
+    bending = float(bench.samples.cases.belt.bending_stiffness)
+    settings = bench.forward.samples.cases.settings  # as the runs most likely had them
+    yaw, head = np.asarray(settings.yaw.last()), np.asarray(settings.yaw_head.last())
+    since = grid[None] - np.array([[r.yaw_at] for r in runs])
+    at = [[curve_row(s.at, r.direction) for s in bench.samples.signals] for r in runs]
+
+    def reading_at(r: int, k: int) -> np.ndarray:
+        return rows[r, k] - np.interp(runs[r].yaw_at, grid, rows[r, k]) if k < 4 else 0.0 * grid
+
+    reading = np.stack([[reading_at(r, k) for k in ks] for r, ks in enumerate(at)])
+    speed, forward = np.array([r.speed for r in runs]), np.array([r.direction > 0 for r in runs])
+    rig = bench.samples.cases.rig
+    return States(
+        s=grid,
+        y=y[:, :2],
+        alpha=-np.gradient(y[:, :2], spacing, axis=-1),
+        kappa=rows[:, MOMENT : MOMENT + 2] / bending,
+        kappa_mean=(ends[:, [2, 5]] - ends[:, [1, 4]]) / float(rig.span_length),
+        beta=np.where(since >= 0.0, (yaw + head)[:, None], 0.0),
+        yaw_set=np.where(since >= 0.0, 1.0, 0.0),
+        since=np.maximum(since, 0.0),
+        reading=reading,
+        reading_rate=np.gradient(reading, spacing, axis=-1) * speed[:, None, None],
+        tension=np.asarray(settings.tension),
+        speed=speed,
+        ends=ends,
+        changes=changes,
+        forward=forward,
+        belt_part=belt_part_at(rig, forward, grid),
+        head_delay=float(rig.span_length + rig.wrap_tail),
+        belt_length=float(rig.belt_length),
+        wraps=(float(rig.wrap_tail), float(rig.wrap_head)),
+        signals=tuple(s.name for s in bench.samples.signals),
+    )
+
+
+def belt_part_at(rig, forward: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Which part of the belt runs up tail and head pulley along s, (R, 2, J), in belt lengths (see States).
+
+    A forward run brings it from the tail pulley over the lower span to the head pulley, one in reverse over the upper.
+    """
+    span, wrap = float(rig.span_length), float(rig.wrap_tail)
+    ahead, back = s - np.array([[0.0], [span + wrap]]), np.array([[-wrap], [span]]) - s
+    return np.where(forward[:, None, None], ahead, back) / float(rig.belt_length)

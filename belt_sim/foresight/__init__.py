@@ -1,1 +1,0 @@
-"""What a campaign can tell and what it cannot, from the linear response of the model, before or after measuring."""
