@@ -9,13 +9,13 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from belt_sim.errors import BeltError, InputError
+from belt_sim.errors import BeltError
 from belt_sim.io import write_json
 
 WORKER = "belt_sim.app.jobs"  # this module, run by itself
@@ -100,8 +100,6 @@ class Job:
 
 # The other side: the request comes as one JSON line, answers go out as JSON lines, until standard input ends.
 
-
-Say = Callable[..., None]
 SHOWN = "shown.json"  # what the page shows of a result
 NICE = 5  # the page goes first
 
@@ -116,13 +114,21 @@ def main() -> None:
         out.write(json.dumps(message) + "\n")
         out.flush()
 
+    def leave_with_the_asker() -> None:
+        sys.stdin.read()
+        os.kill(os.getpid(), signal.SIGTERM)
+
     request = json.loads(sys.stdin.readline())
-    threading.Thread(target=_leave_with_the_asker, daemon=True).start()
+    threading.Thread(target=leave_with_the_asker, daemon=True).start()
     try:
         with redirect_stdout(sys.stderr):  # what others print goes to the log
-            _of_the_library(request["effects"] or [])
+            from belt_sim.app.session import refuse_code
+
+            for entry in request["effects"] or []:  # wherever they come from
+                refuse_code(str(entry["id"] if isinstance(entry, Mapping) else entry))
             say(stage="reading")
-            _TASKS[request["task"]](request, say)
+            shown = (_compare if request["task"] == "compare" else _diagnose)(request, say)
+            write_json(Path(request["folder"]) / SHOWN, json.loads(json.dumps(shown, default=str)))
         say(finished=True)
     except BeltError as error:
         say(failed=str(error))
@@ -131,59 +137,33 @@ def main() -> None:
         say(failed=f"it broke down ({type(error).__name__}: {error}); log.txt in the folder of this result says where")
 
 
-def _of_the_library(effects: Sequence[Any]) -> None:
-    """Raise InputError for effects that are code, wherever they come from."""
-    from belt_sim.app.session import NO_CODE
-    from belt_sim.effects.base import library
-    from belt_sim.effects.law import ID as LAW
-
-    for entry in effects:
-        name = str(entry["id"] if isinstance(entry, Mapping) else entry)
-        if name != LAW and name not in library():
-            raise InputError("effects", name, "", NO_CODE)
-
-
-def _leave_with_the_asker() -> None:
-    sys.stdin.read()
-    os.kill(os.getpid(), signal.SIGTERM)
-
-
-def _compare(request: Mapping[str, Any], say: Say) -> None:
+def _compare(request: Mapping[str, Any], say: Callable[..., None]) -> dict[str, Any]:
+    """Compare, write the result, and return what the page shows of it."""
     from belt_sim.api.inference import compare
     from belt_sim.api.plot import overlays_of, write_comparison
 
-    folder = Path(request["folder"])
     say(stage="computing every run")
     found = compare(request["campaign"], request["model"], request["effects"], config=dict(request))
     say(stage="drawing")
-    write_comparison(folder, found, pictures=True)
-    tables = [vars(t) for t in found.tables()]
-    _leave(folder, lines=list(found.lines()), tables=tables, **overlays_of(found))
+    write_comparison(Path(request["folder"]), found, pictures=True)
+    return {"lines": list(found.lines()), "tables": [vars(t) for t in found.tables()], **overlays_of(found)}
 
 
-def _diagnose(request: Mapping[str, Any], say: Say) -> None:
+def _diagnose(request: Mapping[str, Any], say: Callable[..., None]) -> dict[str, Any]:
+    """Diagnose, write the result, and return what the page shows of it."""
     from belt_sim.api.inference import diagnose
     from belt_sim.api.plot import write_diagnosis
-
-    folder = Path(request["folder"])
-    asked = {k: request[k] for k in ("effects", "bootstraps", "seed")}
 
     def progress(replicates: int, stage: str) -> None:
         say(done=replicates, **({"stage": stage} if stage else {}))
 
+    asked = {k: request[k] for k in ("effects", "bootstraps", "seed")}
     found = diagnose(request["campaign"], request["model"], **asked, progress=progress, config=dict(request))
     say(stage="drawing")
-    write_diagnosis(folder, found, pictures=True)
+    write_diagnosis(Path(request["folder"]), found, pictures=True)
     effects = [e.law or {"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]
-    verdict = {"verdict": str(found.verdict)}
-    _leave(folder, **verdict, lines=[found.sentence], effects=effects)
+    return {"verdict": str(found.verdict), "tied": bool(found.tied), "lines": [found.sentence], "effects": effects}
 
-
-def _leave(folder: Path, **content: Any) -> None:
-    write_json(folder / SHOWN, json.loads(json.dumps(content, default=str)))
-
-
-_TASKS: Mapping[str, Callable[[Mapping[str, Any], Say], None]] = {"compare": _compare, "diagnose": _diagnose}
 
 if __name__ == "__main__":
     from belt_sim.jax_setup import prepare

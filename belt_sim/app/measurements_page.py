@@ -13,11 +13,10 @@ from belt_sim.api.resolve import model_for_campaign
 from belt_sim.app import widgets
 from belt_sim.app.jobs import Job
 from belt_sim.app.session import GROUPS, MAX_UPLOAD, MEBI, TOO_LARGE, Import, Place, Session, read_shown
-from belt_sim.app.simulate_page import TITLES, effect_title
+from belt_sim.app.simulate_page import TITLES
 from belt_sim.campaign import Campaign
 from belt_sim.campaign.folder import FILES, sheet_tree
 from belt_sim.campaign.types import PLACES
-from belt_sim.effects.base import library
 from belt_sim.errors import BeltError
 from belt_sim.importing.mapping import ROLES
 from belt_sim.io import group_names, sample_campaigns
@@ -26,13 +25,16 @@ from belt_sim.results import words
 from belt_sim.results.words import Table
 
 OFTEN = 0.4  # [s] between two looks at the session
+#: a drop anywhere on the page goes to the field of the uploads, which takes it from there
+DROPS = """<script>for (const kind of ["dragover", "drop"]) document.addEventListener(kind, (event) => {
+  event.preventDefault();
+  const files = event.dataTransfer ? [...event.dataTransfer.files] : [];
+  if (kind === "drop" && files.length) getElement(%d).$refs.qRef.addFiles(files);
+});</script>"""
 
 
 def add(session: Session) -> None:
     """Serve the page; each of its parts is drawn again when that changes which it shows."""
-
-    def version() -> int:
-        return session.version
 
     def campaign() -> tuple[int, bool]:
         return id(session.campaign), session.importing is None
@@ -43,7 +45,8 @@ def add(session: Session) -> None:
     def work() -> tuple[int, str]:
         return len(session.jobs), session.job.state if session.job else ""
 
-    shown = {_show_notices: version, import_view: version, campaign_view: campaign, asking: question, job_view: work}
+    shown = {_show_notices: lambda: session.version, import_view: lambda: session.version}
+    shown |= {campaign_view: campaign, asking: question, job_view: work}
 
     @ui.page("/measurements", title="belt_sim")
     def page() -> None:
@@ -81,16 +84,15 @@ def _drop(session: Session) -> Any:
     async def sample() -> None:
         await run.io_bound(session.sample, str(chosen.value))
 
-    def tell_refusal() -> None:
-        session.end_drop(f"files: refused; {TOO_LARGE}")
-
     room = f"Up to {MAX_UPLOAD // MEBI} MB at a time; they stay on this machine."
     kinds = f"A logger's CSV or Excel files; or {', '.join(FILES)}, or a zip of them."
-    with widgets.card("1. Drop your files", f"{kinds} {room}") as made:
-        heard: dict[str, Any] = {"on_multi_upload": take_files, "on_rejected": tell_refusal}
+    with widgets.card("1. Drop your files anywhere on this page", f"{kinds} {room}") as made:
+        refuse = partial(session.end_drop, f"files: refused; {TOO_LARGE}")
+        heard: dict[str, Any] = {"on_multi_upload": take_files, "on_rejected": lambda: refuse()}
         label = "Drop files here, or press +"
         upload = ui.upload(multiple=True, auto_upload=True, max_total_size=MAX_UPLOAD, label=label, **heard)
         upload.props("data-name=drop")
+        ui.add_body_html(DROPS % upload.id)
         with ui.element("div").classes("line"):
             ui.label("No measurements at hand? A sample:").classes("soft small")
             chosen = ui.select(sample_campaigns(), value="slack_belt").props("dense outlined aria-label=sample")
@@ -108,8 +110,20 @@ def asking(session: Session) -> None:
     """Draw the card of questions; nothing without a campaign."""
     if session.campaign is None or session.importing is not None:
         return
+
+    def start(task: str) -> None:
+        model, more = str(session.inputs["model"]), dict[str, Any]()
+        if task == "compare":
+            more = {"effects": session.effects or None}
+        else:
+            count = int(session.inputs["bootstraps"] or 0)
+            more = {"total": count, "bootstraps": count, "seed": 0, "effects": session.inputs["candidates"] or None}
+        try:
+            session.start(task, model, **more)
+        except BeltError as error:
+            session.notify(*str(error).splitlines())
+
     with widgets.card("3. Ask", "Compare shows where a model fails; diagnose finds which physical effect it lacks."):
-        assert session.campaign is not None
         titles = {BY_TENSION: f"by tension: {model_for_campaign(session.campaign)}"} | TITLES
         ui.select(titles, label="model").bind_value(session.inputs, "model").classes("w-full").props("data-name=model")
         if session.effects:
@@ -118,28 +132,14 @@ def asking(session: Session) -> None:
                 ui.label(f"Compare uses the effects of {session.effects_name}: {names}")
                 ui.button("Without them", on_click=lambda: session.take_effects([], "")).props("flat no-caps dense")
         with ui.expansion("More about the diagnosis").bind_value(session.inputs, "more").classes("w-full"):
-            titles = {i: effect_title(i) for i in sorted(library(), key=effect_title)}
-            which = "effects to try (none chosen: all that can be told)"
-            tried = ui.select(titles, multiple=True, with_input=True, label=which).props("use-chips")
-            tried.bind_value(session.inputs, "candidates").classes("w-full").props("data-name=candidates")
+            tried = partial(session.inputs.__setitem__, "candidates")
+            widgets.effect_list("effects to try (none ticked: all)", session.inputs["candidates"], tried)
             count = ui.number("synthetic repeats to tell chance by", min=MIN_BOOTSTRAPS, precision=0)
             count.bind_value(session.inputs, "bootstraps").classes("w-full").props("data-name=bootstraps")
         with ui.element("div").classes("line"):
             for name, look in (("Compare", "no-caps outline"), ("Diagnose", "no-caps")):
-                button = ui.button(name, on_click=partial(_start, session, name.lower())).props(look)
+                button = ui.button(name, on_click=partial(start, name.lower())).props(look)
                 button.set_enabled(not session.busy)
-
-
-def _start(session: Session, task: str) -> None:
-    model = str(session.inputs["model"])
-    try:
-        if task == "compare":
-            session.start(task, model, effects=session.effects or None)
-            return
-        count = int(session.inputs["bootstraps"] or 0)
-        session.start(task, model, total=count, effects=session.inputs["candidates"] or None, bootstraps=count, seed=0)
-    except BeltError as error:
-        session.notify(*str(error).splitlines())
 
 
 HEADLINES = {"stopped": "Stopped", "failed": "No result", "finished": "Done"}
@@ -156,8 +156,20 @@ def job_view(session: Session) -> None:
             _running(job)
             return
         ui.label(f"{HEADLINES[job.state]} after {job.seconds:.0f} s").classes("soft small")
-        if job.state == "finished":
-            _show_result(session, job)
+        if job.state != "finished":
+            return
+        here = f"/results/{session.jobs.index(job) + 1}"
+        content = read_shown(job)
+        if "verdict" in content:
+            _show_diagnosis(session, here, content)
+        else:
+            _show_comparison(content)
+        with ui.element("div").classes("line"):
+            ui.link("Download everything (zip)", f"{here}/zip").props("data-name=download")
+            for name in sorted(p.name for p in job.folder.glob("*.png")):
+                ui.link(name, f"{here}/picture/{name}").props(f"download={name}").classes("small")
+            folder = job.folder.relative_to(Path.cwd()) if job.folder.is_relative_to(Path.cwd()) else job.folder
+            ui.label(f"also in {folder}").classes("soft small")
 
 
 def _running(job: Job) -> None:
@@ -173,35 +185,20 @@ def _running(job: Job) -> None:
 
     move()
     ui.timer(0.5, move)
-    with ui.element("div").classes("line"):
-        ui.button("Stop", on_click=job.stop).props("no-caps outline color=negative")
+    ui.button("Stop", on_click=job.stop).props("no-caps outline color=negative").style("align-self: start")
 
 
-def _show_result(session: Session, job: Job) -> None:
-    number = session.jobs.index(job) + 1
-    content = read_shown(job)
-    if "verdict" in content:
-        _show_diagnosis(session, number, content)
-    else:
-        _show_comparison(content)
-    with ui.element("div").classes("line"):
-        ui.link("Download everything (zip)", f"/results/{number}/zip").props("data-name=download")
-        here, folder = Path.cwd(), job.folder
-        there = folder.relative_to(here) if folder.is_relative_to(here) else folder
-        ui.label(f"also in {there}").classes("soft small")
-
-
-def _show_diagnosis(session: Session, number: int, content: dict[str, Any]) -> None:
-    kind = "good" if content["verdict"] in GOOD else ""
+def _show_diagnosis(session: Session, here: str, content: dict[str, Any]) -> None:
+    kind = "good" if content["verdict"] in GOOD and not content["tied"] else "tie" if content["tied"] else ""
     for line in content["lines"]:
         widgets.notice(line, kind)
     with ui.element("div").classes("line"):
-        ui.link("Report in a tab of its own", f"/results/{number}/report", new_tab=True)
+        ui.link("Report in a tab of its own", f"{here}/report", new_tab=True)
+        ui.link("Report as a file", f"{here}/report").props("download=report.html")
         if content["effects"]:
             again = partial(session.take_effects, content["effects"], "the diagnosis")
             ui.button("Use what was found in compare", on_click=again).props("flat no-caps dense")
-    source = f"/results/{number}/report"
-    ui.element("iframe").classes("report").props(f'sandbox="allow-scripts" src="{source}" title="report"')
+    ui.element("iframe").classes("report").props(f'sandbox="allow-scripts" src="{here}/report" title="report"')
 
 
 def _show_comparison(content: dict[str, Any]) -> None:
@@ -219,11 +216,8 @@ def _show_comparison(content: dict[str, Any]) -> None:
         widgets.table(Table(**t))
 
 
-NUMBERS = "numbers of my own"
-POINTS = (
-    "Points 1 and 2: upper and lower end at the tail pulley, the one that yaws; "
-    "3 and 4: lower and upper end at the head pulley."
-)
+# ---- what logger files seem to say
+
 WHERE = {"": "–"} | {p: p.replace("_", " ") for p in PLACES}
 #: setting of a run -> how it is written
 OF_RUN = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", "direction": "1"}
@@ -248,6 +242,7 @@ class AnswerForm:
             self.draft.pop(place, None)
 
     def select(self, place: Place, options: dict[str, str], value: str, label: str | None = None) -> None:
+        """A menu; an answer that is none of its options is one more."""
         now = self.draft.get(place, value)
         shown = options if now in options else {now: now} | options
         made = ui.select(shown, value=now, label=label, on_change=lambda e: self.note(place, e.value, value))
@@ -263,6 +258,11 @@ class AnswerForm:
         made.classes("w-full")
 
 
+def _name(place: Place) -> str:
+    """A place as the page can name it."""
+    return ".".join("".join(c if c.isalnum() or c == "_" else "_" for c in key) for key in place)
+
+
 def import_view(session: Session) -> None:
     """Draw the card of the current import; nothing without one."""
     now = session.importing
@@ -276,25 +276,45 @@ def import_view(session: Session) -> None:
     async def take() -> None:
         await run.io_bound(session.take, dict(now.draft))
 
-    why = "Mend what is wrong, answer what is asked, and look again until it is right. Then take it."
+    why = "Correct the table, answer the questions, press Update. Then continue."
     with widgets.card("2. What your files seem to say", why):
-        _columns(form, now)
-        _questions(form, now)
-        _runs(form, now)
-        with ui.element("div").classes("line"):
-            ui.button("Look again", on_click=look_again).props("no-caps outline")
+        if now.proposal is not None:
+            _columns(form, now, look_again)
+        with ui.element("div").classes("halves"):
+            for group in GROUPS:
+                options = {"": "numbers of my own"} | {n: n for n in group_names(GROUPS[group])}
+                form.select((group,), options, now.answers.get((group,), ""), label=group)
+        with ui.element("div").classes("questions"):
+            for q in (q for q in now.questions if q.path[-1] != "at"):  # places have their sketch
+                with ui.element("div"):
+                    ui.label(q.text[:1].upper() + q.text[1:])
+                    value = now.answers.get(q.path, "")
+                    if q.options:
+                        form.select(q.path, {"": "choose"} | {o: o for o in q.options}, value)
+                    else:
+                        form.input(q.path, value, f"e.g. {q.example}", shown=value or q.proposed)
+        if now.runs:
+            with ui.element("div").classes("scroll"), ui.element("div").classes("grid runs"):
+                for head in ("run", *(key.replace("_", " ") for key in OF_RUN)):
+                    ui.label(head).classes("soft small")
+                for name in now.runs:
+                    ui.label(name)
+                    for key, example in OF_RUN.items():
+                        form.input(("runs", name, key), now.setting(name, key), example)
+        ui.button("Update", on_click=look_again).props("no-caps outline").style("align-self: start")
         if now.ready:
             _show_proposal(now)
         with ui.element("div").classes("line"):
-            ui.button("This is right: take it", on_click=take).props("no-caps").set_enabled(now.ready)
+            ui.button("Use this data", on_click=take).props("no-caps").set_enabled(now.ready)
             ui.label(now.lacks).classes("soft small")
 
 
-def _columns(form: AnswerForm, now: Import) -> None:
-    """A row a column: role, unit, place, sign, and why that is thought."""
-    if now.proposal is None:
-        return
+def _columns(form: AnswerForm, now: Import, look_again: Any) -> None:
+    """A row a column: role, unit, place, sign, and why that is thought; and a sketch to say where sensors stand."""
+    assert now.proposal is not None
     uses = {use.name: use for use in reversed(now.proposal.columns)}
+    asked = [q.path[1] for q in now.proposal.missing if q.path[-1] == "at"]
+    sensors = [n for n, use in reversed(uses.items()) if use.role == "signal" or n in asked]
     with ui.element("div").classes("grid columns"):
         for head in ("column", "is", "unit", "measured at", "sign", "because of"):
             ui.label(head).classes("soft small")
@@ -306,36 +326,18 @@ def _columns(form: AnswerForm, now: Import) -> None:
             form.select((*place, "at"), WHERE, use.at)
             form.select((*place, "sign"), {"1": "+", "-1": "−"}, now.answers.get((*place, "sign"), "1"))
             ui.label(use.why).classes("soft small")
-    ui.label(POINTS).classes("soft small")
-
-
-def _questions(form: AnswerForm, now: Import) -> None:
-    """What the files cannot say, with the answers given so far."""
-    with ui.element("div").classes("halves"):
-        for group in GROUPS:
-            options = {"": NUMBERS} | {n: n for n in group_names(GROUPS[group])}
-            form.select((group,), options, now.answers.get((group,), ""), label=group)
-    with ui.element("div").classes("questions"):
-        for q in now.questions:
-            with ui.element("div"):
-                ui.label(q.text[:1].upper() + q.text[1:])
-                value = now.answers.get(q.path, "")
-                if q.options:
-                    form.select(q.path, {"": "choose"} | {o: o for o in q.options}, value)
-                else:
-                    form.input(q.path, value, f"e.g. {q.example}", shown=value or q.proposed)
-
-
-def _runs(form: AnswerForm, now: Import) -> None:
-    if not now.runs:
+    if not sensors:
         return
-    with ui.element("div").classes("scroll"), ui.element("div").classes("grid runs"):
-        for head in ("run", *(key.replace("_", " ") for key in OF_RUN)):
-            ui.label(head).classes("soft small")
-        for run in now.runs:
-            ui.label(run)
-            for key, example in OF_RUN.items():
-                form.input(("runs", run, key), now.setting(run, key), example)
+
+    async def put(spot: str) -> None:
+        now.draft["columns", str(chosen.value), "at"] = spot
+        await look_again()
+
+    ui.label("Where does each sensor stand? Choose it here, then press its place on the machine.").classes("soft small")
+    with ui.element("div").classes("line"):
+        first = next((n for n in sensors if not uses[n].at), sensors[0])
+        chosen = ui.toggle(sensors, value=first).props("no-caps dense data-name=sensor")
+    widgets.sketch({uses[n].at: n for n in sensors if uses[n].at}, put)
 
 
 def _show_proposal(now: Import) -> None:
@@ -351,9 +353,7 @@ def _show_proposal(now: Import) -> None:
             ui.label(str(note)).classes("soft small")
 
 
-def _name(place: Place) -> str:
-    """A place as the page can name it."""
-    return ".".join("".join(c if c.isalnum() or c == "_" else "_" for c in key) for key in place)
+# ---- the campaign
 
 
 def campaign_view(session: Session) -> None:
@@ -361,17 +361,32 @@ def campaign_view(session: Session) -> None:
     campaign = session.campaign
     if campaign is None or session.importing is not None:
         return
+
+    def readings() -> None:
+        ui.download.content(campaign.to_pandas().to_csv(index=False), "readings.csv")
+
     with widgets.card("2. What was understood", str(campaign)):
-        widgets.facts(_machine_facts(campaign), "wide")
+        tree = sheet_tree(campaign)
+        numbers = {**tree["machine"], **tree["belt"]}
+        shown = {n: words.with_u(q["value"], q["u"], q.get("unit", "")) for n, q in numbers.items()}
+        widgets.facts({n.replace("_", " "): text for n, text in shown.items()}, "wide")
         for found in session.suspicions:
             widgets.notice(f"{found.kind.replace('_', ' ')}: {found}")
         _curves(campaign)
-        if session.finished_import is not None:
-            with ui.element("div").classes("line"):
+        with ui.element("div").classes("line"):
+            if session.finished_import is not None:
                 ui.button("Change how the files were read", on_click=session.back_to_import).props("flat no-caps dense")
+            ui.link("Campaign (zip)", "/campaign").props("data-name=campaign")
+            if any(r.signals for r in campaign.runs):
+                ui.button("Readings (CSV)", on_click=readings).props("flat no-caps dense")
         with ui.expansion("All runs and sensors").classes("w-full"):
             widgets.table(imported_runs_table(campaign))
-            _signals(campaign)
+            rows = []
+            for s in campaign.signals:
+                noise = [words.thousandths(v) for v in (s.white, s.zero, s.wander_sd)]
+                rows.append((s.name, s.at.replace("_", " "), *noise))
+            columns = ("sensor", "place", "noise (mm or mrad)", "zero", "wander")
+            widgets.table(Table("", columns, rows, left=("sensor", "place")))
 
 
 def _curves(campaign: Campaign) -> None:
@@ -384,18 +399,3 @@ def _curves(campaign: Campaign) -> None:
     chooser = ui.select(labels, value=first, label="run").classes("w-full")
     drawn = ui.plotly(widgets.measured_figure(campaign, recorded[first])).props("data-name=measured")
     chooser.on_value_change(lambda e: drawn.update_figure(widgets.measured_figure(campaign, recorded[e.value])))
-
-
-def _machine_facts(campaign: Campaign) -> dict[str, str]:
-    tree = sheet_tree(campaign)
-    numbers = {**tree["machine"], **tree["belt"]}
-    return {n.replace("_", " "): words.with_u(q["value"], q["u"], q.get("unit", "")) for n, q in numbers.items()}
-
-
-def _signals(campaign: Campaign) -> None:
-    rows = []
-    for s in campaign.signals:
-        noise = [words.thousandths(v) for v in (s.white, s.zero, s.wander_sd)]
-        rows.append((s.name, s.at.replace("_", " "), *noise))
-    columns = ("sensor", "place", "noise (mm or mrad)", "zero", "wander")
-    widgets.table(Table("", columns, rows, left=("sensor", "place")))

@@ -16,10 +16,11 @@ import threading
 import traceback
 import webbrowser
 import zipfile
+from collections.abc import Mapping
 from hmac import compare_digest
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qs, quote
+from urllib.parse import parse_qsl, quote, urlencode
 
 import uvicorn
 from fastapi import FastAPI
@@ -60,11 +61,15 @@ class Guard:
             return
         headers = {k.decode("latin-1").lower(): v.decode("latin-1").strip() for k, v in scope["headers"]}
         refused = self.refusal(headers, scope["type"])
-        given = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])[0]
+        asked = dict(parse_qsl(scope.get("query_string", b"").decode("latin-1")))
+        given, rest = asked.pop("token", ""), urlencode(asked)
         head = [(b"content-type", b"text/plain; charset=utf-8")]
         if refused is None and scope["type"] == "http" and compare_digest(given.encode(), self.token.encode()):
             cookie = f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict"
-            head += [(b"location", quote(scope["path"]).encode()), (b"set-cookie", cookie.encode())]
+            head += [
+                (b"location", f"{quote(scope['path'])}{'?' * bool(rest)}{rest}".encode()),
+                (b"set-cookie", cookie.encode()),
+            ]
             refused = 303, "belt-sim app is open here"
         elif refused is None and not self.knows(headers.get("cookie", "")):
             refused = 403, "open the address that belt-sim app has printed in its terminal; it bears a token"
@@ -130,11 +135,31 @@ def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
 
 
 def application(session: Session, port: int, token: str) -> FastAPI:
-    """Pages and files behind the guard."""
+    """Pages and files behind the guard; files of results go by number and by name, no path comes from outside."""
     outer = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+
+    def of_result(number: int) -> Path | None:
+        done = 1 <= number <= len(session.jobs) and not session.jobs[number - 1].running
+        return session.jobs[number - 1].folder if done else None
+
+    @outer.get("/results/{number}/report")
+    def report(number: int) -> Response:
+        return _file(of_result(number), REPORT, {"Content-Security-Policy": SANDBOX})
+
+    @outer.get("/results/{number}/picture/{name}")
+    def picture(number: int, name: str) -> Response:
+        return _file(of_result(number), name if name.endswith(".png") else "")
+
+    @outer.get("/results/{number}/zip")
+    def download(number: int) -> Response:
+        return _zip(of_result(number))
+
+    @outer.get("/campaign")
+    def campaign() -> Response:
+        return _zip(session.campaign_folder if session.campaign else None)
+
     simulate_page.add()
     measurements_page.add(session)
-    _results(outer, session)
     pages_app.on_shutdown(session.close)
     pages_app.on_exception(traceback.print_exception)  # what broke in a page goes to the terminal, whole
     look: dict[str, Any] = {"title": "belt_sim", "favicon": ICON, "dark": None, "tailwind": False}
@@ -143,36 +168,27 @@ def application(session: Session, port: int, token: str) -> FastAPI:
     return outer
 
 
-def _results(outer: FastAPI, session: Session) -> None:
-    """Reports and zips of the results, by number: no path comes from outside."""
-
-    def answer(number: int, make: Any) -> Response:
-        if not 1 <= number <= len(session.jobs) or session.jobs[number - 1].running:
-            return Response("there is no such result", 404, media_type="text/plain")
-        return make(session.jobs[number - 1].folder)
-
-    @outer.get("/results/{number}/report")
-    def report(number: int) -> Response:
-        return answer(number, _report)
-
-    @outer.get("/results/{number}/zip")
-    def download(number: int) -> Response:
-        return answer(number, _zip)
+MISSING = Response("there is no such result", 404, media_type="text/plain")
+FRESH = {"X-Content-Type-Options": "nosniff", "Cache-Control": "no-store"}
 
 
-def _report(folder: Path) -> Response:
-    if not (folder / REPORT).is_file():
-        return Response("this result has no report", 404, media_type="text/plain")
-    head = {"Content-Security-Policy": SANDBOX, "X-Content-Type-Options": "nosniff", "Cache-Control": "no-store"}
-    return Response((folder / REPORT).read_bytes(), media_type="text/html", headers=head)
+def _file(folder: Path | None, name: str, head: Mapping[str, str] | None = None) -> Response:
+    """A file that lies in a folder, by its name."""
+    there = {path.name: path for path in folder.iterdir() if path.is_file()} if folder else {}
+    if name not in there:
+        return MISSING
+    media = "text/html" if name == REPORT else "image/png"
+    return Response(there[name].read_bytes(), media_type=media, headers={**FRESH, **(head or {})})
 
 
-def _zip(folder: Path) -> Response:
+def _zip(folder: Path | None) -> Response:
+    """All files of a folder."""
+    if folder is None:
+        return MISSING
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in sorted(folder.rglob("*")):
             if path.is_file():
                 archive.write(path, f"{folder.name}/{path.relative_to(folder)}")
-    name = html.escape(folder.name)
-    head = {"Content-Disposition": f'attachment; filename="{name}.zip"', "Cache-Control": "no-store"}
+    head = {"Content-Disposition": f'attachment; filename="{html.escape(folder.name)}.zip"', **FRESH}
     return Response(memory.getvalue(), media_type="application/zip", headers=head)

@@ -8,7 +8,7 @@ import asyncio
 import copy
 import json
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
 from itertools import count
@@ -104,7 +104,7 @@ def safe(name: str) -> str:
 
 
 def unpack(name: str, data: bytes) -> dict[str, bytes]:
-    """The files of the one campaign in a zip: those that lie beside its campaign.yaml."""
+    """The files of the one campaign in a zip: those beside its campaign.yaml, up to ``MAX_UPLOAD`` in all."""
     try:
         with zipfile.ZipFile(BytesIO(data)) as archive:
             members = [m for m in archive.infolist() if not m.is_dir()]
@@ -115,26 +115,17 @@ def unpack(name: str, data: bytes) -> dict[str, bytes]:
                 many = f"holds {len(sheets)} campaigns" if sheets else f"holds no {SHEET}"
                 raise InputError("zip", quote(name), "", f"{many}; zip the folder of one campaign")
             beside = sheets[0].filename.removesuffix(SHEET)
-            return dict(_members(archive, name, {f"{beside}{file}": file for file in FILES}))
-    except (zipfile.BadZipFile, RuntimeError, NotImplementedError, OSError, EOFError) as error:
-        raise InputError("zip", quote(name), "", f"cannot be unpacked ({error}); zip it again") from error
-
-
-def _members(archive: zipfile.ZipFile, name: str, wanted: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:
-    """Wanted members and their bytes, up to ``MAX_UPLOAD`` in all, whatever the zip says of itself."""
-    room = MAX_UPLOAD
-    for member in archive.namelist():
-        if member not in wanted:
-            continue
-        pieces = []
-        with archive.open(member) as stream:
-            while piece := stream.read(MEBI):
-                room -= len(piece)
+            found, room = {}, MAX_UPLOAD
+            for file in (f for f in FILES if f"{beside}{f}" in archive.namelist()):
+                with archive.open(f"{beside}{file}") as stream:  # whatever the zip says of its size
+                    found[file] = stream.read(room + 1)
+                room -= len(found[file])
                 if room < 0:
                     remedy = f"unpacks to more than {MAX_UPLOAD // MEBI} MB; thin the signals out"
                     raise InputError("zip", quote(name), "", remedy)
-                pieces.append(piece)
-        yield wanted[member], b"".join(pieces)
+            return found
+    except (zipfile.BadZipFile, RuntimeError, NotImplementedError, OSError, EOFError) as error:
+        raise InputError("zip", quote(name), "", f"cannot be unpacked ({error}); zip it again") from error
 
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> Path:
@@ -149,6 +140,13 @@ LARGEST_EFFECTS = 64 * 1024  # bytes; all effects at once have a tenth of it
 NO_CODE = "code is not run from this page; name it on the command line: belt-sim diagnose effects=[my_effect.py]"
 
 
+def refuse_code(effect: str) -> None:
+    """Raise InputError for an effect that is not of the library: code, or a name that nothing has."""
+    if effect != LAW and effect not in library():
+        remedy = NO_CODE if effect.endswith(".py") else f"use one of {', '.join(library())}"
+        raise InputError("effects", quote(effect), "", remedy)
+
+
 def read_effects(name: str, data: bytes) -> list[dict[str, Any]]:
     """Effects as [{id: taper, kappa_t: 2e-5}]; raises InputError, CampaignError for what is not of the library."""
     if len(data) > LARGEST_EFFECTS:
@@ -160,9 +158,7 @@ def read_effects(name: str, data: bytes) -> list[dict[str, Any]]:
     found = []
     for entry in entries_of(data, name):
         effect, numbers = split_entry(entry)
-        if effect != LAW and effect not in library():
-            remedy = NO_CODE if effect.endswith(".py") else f"use one of {', '.join(library())}"
-            raise InputError("effects", quote(effect), "", remedy)
+        refuse_code(effect)
         found.append({"id": effect} | numbers)
     load_effects(found)  # names and numbers
     return found

@@ -1,29 +1,53 @@
-"""The page of sliders: tension, yaw, travel, machine, model and effects; curves at once."""
+"""The page of sliders: settings, machine, model and effects; curves at once. The address holds the settings."""
 
 import asyncio
+import json
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from tempfile import TemporaryDirectory
 from typing import Any
+from urllib.parse import urlencode
 
 import numpy as np
 from nicegui import run, ui
 
+from belt_sim.api.plot import plot
 from belt_sim.api.simulate import simulate
 from belt_sim.app import widgets
-from belt_sim.app.widgets import labelled_slider
+from belt_sim.case import Case
 from belt_sim.effects.base import Parameter, library, title_of
 from belt_sim.errors import BeltError
-from belt_sim.model import ANALYTIC, model_named
+from belt_sim.model import ANALYTIC, BY_TENSION, model_for, model_named
+from belt_sim.results.estimates import Machine, display_unit
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import NONE, decimal, thousandths
 from belt_sim.settings import make_case
 from belt_sim.units import N_PER_MM2
 
-# What the sliders ask for: one march over the longest travel, of which a shorter one is the start.
-
-LONGEST = 200.0  # [m]
+LONGEST = 200.0  # [m]: one march over it is computed, of which a shorter travel is the start
 MODELS = tuple(name for name in ANALYTIC if name != "ritzinger")  # those that have curves
+TITLES = {name: f"{name}: {model_named(name).title}" for name in MODELS}  # type: ignore[union-attr]
 SCALES = 10.0  # how far a slider of an effect reaches, in scales of its parameter
+MOST = 6  # numbers of an effect that have a slider; an edge profile has eighty
+LONG = 0.4  # [s] after which it is shown that something is being computed
+#: name -> words, lowest and highest value, step
+SLIDERS = {
+    "tension": ("tension [N/mm²]", 2.0, 80.0, 0.5),
+    "yaw": ("yaw of the tail pulley [degrees]", -0.2, 0.2, 0.002),
+    "travel": ("belt travel [m]", 5.0, LONGEST, 1.0),
+}
+RIGS = {"test_rig": "the paper's test rig", "rope_example": "the paper's rope example", "own": "my machine"}
+#: name -> words, value, unit, SI per unit
+OWN = {
+    "centre_distance": ("distance of the pulleys", 11.28, "m", 1.0),
+    "pulley_radius": ("pulley radius", 0.17, "m", 1.0),
+    "width": ("belt width", 200.0, "mm", 1e-3),
+    "thickness": ("belt thickness", 0.3, "mm", 1e-3),
+    "youngs_modulus": ("Young's modulus", 210.0, "GPa", 1e9),
+    "density": ("density", 7850.0, "kg/m³", 1.0),
+}
+OF_RIG = ("centre_distance", "pulley_radius")
 
 
 def simulate_sliders(
@@ -48,11 +72,7 @@ def simulate_sliders(
 def choices(model: str) -> dict[str, str]:
     """Effects that a model can have: id -> words."""
     chosen = model_named(model)
-    return {i: effect_title(i) for i, cls in library().items() if chosen.refusal(cls) is None}
-
-
-def effect_title(effect_id: str) -> str:
-    return title_of(library()[effect_id])
+    return {i: title_of(cls) for i, cls in library().items() if chosen.refusal(cls) is None}
 
 
 def reach(p: Parameter) -> tuple[float, float, float]:
@@ -67,59 +87,97 @@ def warnings(simulation: Simulation) -> list[str]:
     return [*slack, *(f"{x.words} ({x.exceeded_by})" for x in simulation.beyond)]
 
 
-RIGS = {"test_rig": "the paper's test rig", "rope_example": "the paper's rope example", "own": "my machine"}
-OWN = {  # name: (words, value, unit, SI per unit)
-    "centre_distance": ("distance of the pulleys", 11.28, "m", 1.0),
-    "pulley_radius": ("pulley radius", 0.17, "m", 1.0),
-    "width": ("belt width", 200.0, "mm", 1e-3),
-    "thickness": ("belt thickness", 0.3, "mm", 1e-3),
-    "youngs_modulus": ("Young's modulus", 210.0, "GPa", 1e9),
-    "density": ("density", 7850.0, "kg/m³", 1.0),
-}
-LONG = 0.4  # [s] after which it is shown that something is being computed
-OF_RIG = ("centre_distance", "pulley_radius")
-TITLES = {name: f"{name}: {model_named(name).title}" for name in MODELS}  # type: ignore[union-attr]
-
-
 @dataclass
 class View:
-    """Settings of one tab, and the places where the answer is shown."""
+    """Settings of one tab, the places where the answer is shown, and the answer."""
 
-    model: str = "strip"
+    model: str = BY_TENSION
     beside: str = ""
     rig: str = "test_rig"
     tension: float = 10.0
     yaw: float = -0.042
     travel: float = 60.0
-    own_numbers: dict[str, float] = field(default_factory=lambda: {n: v for n, (_, v, _, _) in OWN.items()})
+    own: dict[str, float] = field(default_factory=lambda: {n: v for n, (_, v, _, _) in OWN.items()})
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
     places: dict[str, Any] = field(default_factory=dict)
+    shown: Simulation | None = None
     is_stale: bool = False
     busy: bool = False
+
+    @classmethod
+    def of_address(cls, asked: Mapping[str, str]) -> "View":
+        """The view that an address names; what it states wrongly is as at first."""
+        view = cls()
+        for name, (_, low, high, _) in SLIDERS.items():
+            with suppress(ValueError, KeyError):
+                setattr(view, name, float(np.clip(float(asked[name]), low, high)) + 0.0)
+        for name, known in (("model", {BY_TENSION, *MODELS}), ("beside", {*MODELS}), ("rig", {*RIGS})):
+            setattr(view, name, asked[name] if asked.get(name) in known else getattr(view, name))
+        with suppress(ValueError, AttributeError, TypeError):
+            view.own |= {n: float(v) for n, v in json.loads(asked.get("own", "{}")).items() if n in OWN}
+            for i, numbers in json.loads(asked.get("effects", "{}")).items():
+                stated = {n: float(v) for n, v in numbers.items() if n in library()[i].parameters}
+                view.effects |= {i: begin(i) | stated} if i in library() else {}
+        return view
+
+    @property
+    def address(self) -> str:
+        """The address that names this view: what differs from a new one."""
+        new, asked = View(), dict[str, str]()
+        for name in (*SLIDERS, "model", "beside", "rig"):
+            if (value := getattr(self, name)) != getattr(new, name):
+                asked[name] = f"{value:.6g}" if isinstance(value, float) else value
+        for name in ("own", "effects"):
+            if (value := getattr(self, name)) != getattr(new, name):
+                asked[name] = json.dumps(value)
+        return f"/?{urlencode(asked)}" if asked else "/"
+
+    @property
+    def machine(self) -> dict[str, Any]:
+        """rig and belt as ``make_case`` takes them."""
+        if self.rig != "own":
+            return {"rig": self.rig}
+        si = {n: self.own[n] * OWN[n][3] for n in OWN}
+        rig = {n: v for n, v in si.items() if n in OF_RIG} | {"gravity": 9.81}
+        return {"rig": rig, "belt": {n: v for n, v in si.items() if n not in OF_RIG} | {"poisson_ratio": 0.3}}
+
+    @property
+    def chosen(self) -> str:
+        """The model: the one that is stated, or by tension, as on the command line."""
+        return model_for([self.tension * N_PER_MM2]) if self.model == BY_TENSION else self.model
 
     def settings_for(self, model: str) -> dict[str, Any]:
         """What the sliders say, for a model; effects that it cannot have are left out."""
         there = choices(model)
-        machine: dict[str, Any] = {}
-        if self.rig == "own":
-            si = {n: self.own_numbers[n] * OWN[n][3] for n in OWN}
-            machine["rig"] = {n: v for n, v in si.items() if n in OF_RIG} | {"gravity": 9.81}
-            machine["belt"] = {n: v for n, v in si.items() if n not in OF_RIG} | {"poisson_ratio": 0.3}
-        else:
-            machine["rig"] = self.rig
         effects = {i: numbers for i, numbers in self.effects.items() if i in there}
         sliders = {"tension": self.tension, "yaw": self.yaw, "travel": self.travel}
-        return {"model": model, "effects": effects, **sliders, **machine}
+        return {"model": model, "effects": effects, **sliders, **self.machine}
+
+    async def change(self, **values: Any) -> None:
+        """Take values, and compute."""
+        for name, value in values.items():
+            setattr(self, name, value)
+        await _compute(self)
+
+
+def begin(effect_id: str) -> dict[str, float]:
+    """The numbers at which the sliders of an effect start."""
+    return {n: reach(p)[2] for n, p in library()[effect_id].parameters.items()}
 
 
 def add() -> None:
+    """Serve the page."""
+
     @ui.page("/", title="belt_sim")
     def page() -> None:
-        view = View()
+        request = ui.context.client.request
+        view = View.of_address(request.query_params if request else {})
         widgets.frame("/")
         with ui.element("div").classes("split"):
-            with ui.element("div").classes("set"):
-                _sliders(view)
+            with ui.element("div").classes("set"), widgets.card("What is set"):
+                for name, (label, low, high, step) in SLIDERS.items():
+                    move = lambda value, name=name: view.change(**{name: value})  # noqa: E731
+                    widgets.labelled_slider(label, getattr(view, name), (low, high), move, mark=name, step=step)
             with ui.element("div").classes("curve"):
                 _answers(view)
             with ui.element("div").classes("more"):
@@ -127,84 +185,78 @@ def add() -> None:
         ui.timer(0.05, lambda: _compute(view), once=True)
 
 
-def _sliders(view: View) -> None:
-    def setting(name: str, label: str, low: float, high: float, step: float) -> None:
-        async def move(value: float) -> None:
-            setattr(view, name, value)
-            await _compute(view)
-
-        labelled_slider(label, getattr(view, name), low, high, step, move, mark=name)
-
-    with widgets.card("What is set"):
-        setting("tension", "tension [N/mm²]", 2.0, 80.0, 0.5)
-        setting("yaw", "yaw of the tail pulley [degrees]", -0.2, 0.2, 0.002)
-        setting("travel", "belt travel [m]", 5.0, LONGEST, 1.0)
-
-
 def _choices(view: View) -> None:
-    def pick(name: str, label: str, options: dict[str, str]) -> ui.select:
-        async def choose(event: Any) -> None:
-            setattr(view, name, event.value)
-            await _compute(view)
+    """Model, machine, and effects with a slider for each of their numbers, in units of the shop."""
 
-        chooser = ui.select(options, value=getattr(view, name), label=label, on_change=choose)
+    def pick(name: str, label: str, options: dict[str, str]) -> ui.select:
+        change = lambda event: view.change(**{name: event.value})  # noqa: E731
+        chooser = ui.select(options, value=getattr(view, name), label=label, on_change=change)
         return chooser.classes("w-full").props(f"data-name={name}")
 
     with widgets.card("Model and machine"):
-        pick("model", "model", TITLES)
+        pick("model", "model", {BY_TENSION: "by tension, as on the command line"} | TITLES)
         pick("beside", "beside it, dotted", {"": "none"} | TITLES)
         rig = pick("rig", "machine", RIGS)
         with ui.element("div").classes("w-full").bind_visibility_from(rig, "value", value="own"):
-            _own_machine(view)
+            for name, (label, _, unit, _) in OWN.items():
+
+                async def size(event: Any, name: str = name) -> None:
+                    if event.value is not None:
+                        await view.change(own=view.own | {name: float(event.value)})
+
+                field = ui.number(f"{label} [{unit}]", value=view.own[name], on_change=size)
+                field.props("dense debounce=400").classes("w-full")
     with widgets.card("What may be wrong", "Add an effect and move its size."):
-        _effects(view)
+
+        @ui.refreshable
+        def sizes() -> None:
+            machine = _shop(make_case(**view.machine))
+            for effect_id, numbers in view.effects.items():
+                ui.label(title_of(library()[effect_id])).classes("small")
+                for name, p in [*library()[effect_id].parameters.items()][:MOST]:
+
+                    async def move(value: float, numbers: dict[str, float] = numbers, name: str = name) -> None:
+                        numbers[name] = value
+                        await _compute(view)
+
+                    factor, unit = display_unit(effect_id, name, p.unit, machine)
+                    label = f"{p.meaning} [{unit}]" if unit else p.meaning
+                    mark = f"{effect_id}.{name}"
+                    widgets.labelled_slider(label, numbers[name], reach(p)[:2], move, mark=mark, shown=factor)
+
+        async def choose(ids: list[str]) -> None:
+            view.effects = {i: view.effects.get(i) or begin(i) for i in ids}
+            sizes.refresh()
+            await _compute(view)
+
+        sizes()
+        widgets.effect_list("find an effect", view.effects, choose)
 
 
-def _own_machine(view: View) -> None:
-    for name, (label, value, unit, _) in OWN.items():
-
-        async def move(event: Any, name: str = name) -> None:
-            if event.value is not None:
-                view.own_numbers[name] = float(event.value)
-                await _compute(view)
-
-        ui.number(f"{label} [{unit}]", value=value, on_change=move).props("dense debounce=400").classes("w-full")
-
-
-def _effects(view: View) -> None:
-    """A list of effects, and a slider for each number of those chosen."""
-    names = {i: effect_title(i) for i in sorted(library(), key=effect_title)}
-
-    async def choose(event: Any) -> None:
-        view.effects = {i: view.effects.get(i) or _start(i) for i in event.value}
-        sizes.refresh()
-        await _compute(view)
-
-    @ui.refreshable
-    def sizes() -> None:
-        for effect_id, numbers in view.effects.items():
-            ui.label(effect_title(effect_id)).classes("small")
-            for name, p in library()[effect_id].parameters.items():
-
-                async def move(value: float, numbers: dict[str, float] = numbers, name: str = name) -> None:
-                    numbers[name] = value
-                    await _compute(view)
-
-                low, high, _ = reach(p)
-                unit = f" [{p.unit}]" if p.unit != "1" else ""
-                step = (high - low) / 200.0
-                labelled_slider(f"{p.meaning}{unit}", numbers[name], low, high, step, move, mark=f"{effect_id}.{name}")
-
-    select = ui.select(names, multiple=True, with_input=True, label="effects", value=[], on_change=choose)
-    select.props("use-chips").classes("w-full").props("data-name=effects")
-    sizes()
-
-
-def _start(effect_id: str) -> dict[str, float]:
-    return {n: reach(p)[2] for n, p in library()[effect_id].parameters.items()}
+def _shop(case: Case) -> Machine:
+    """What turns numbers of effects into those of the shop."""
+    rig = case.rig
+    radii = {"tail_radius": rig.tail_radius, "head_radius": rig.head_radius}
+    return Machine(
+        centre_distance=rig.centre_distance, width=case.belt.width, span_length=float(rig.span_length), **radii
+    )
 
 
 def _answers(view: View) -> None:
+    """The cards of the answer, to be filled, with its downloads."""
+
+    async def picture() -> None:
+        if view.shown is None:
+            return
+        with TemporaryDirectory() as folder:
+            await run.io_bound(plot, view.shown, f"{folder}/belt.png")
+            with open(f"{folder}/belt.png", "rb") as file:
+                ui.download.content(file.read(), "belt.png")
+
+    def numbers() -> None:
+        if view.shown is not None:
+            ui.download.content(view.shown.to_pandas().to_csv(index=False), "belt.csv")
+
     with widgets.card("Where the belt runs"):
         view.places["curves"] = ui.plotly(widgets.figure([], "", "", 420)).props("data-name=curves")
         busy = ui.linear_progress(show_value=False, size="4px").props("indeterminate aria-label='computing'")
@@ -213,6 +265,10 @@ def _answers(view: View) -> None:
         view.places["said"] = ui.element("div").classes("card-lines").props("data-name=said")
         view.places["facts"] = ui.element("div").classes("w-full").props("data-name=facts")
         ui.label("Late rates of points 1-4: over the last fifth of the travel shown.").classes("soft small")
+        with ui.element("div").classes("line"):
+            ui.button("CSV", on_click=numbers).props("flat no-caps dense icon=download")
+            ui.button("PNG", on_click=picture).props("flat no-caps dense icon=download")
+            ui.label("The address of this page keeps all settings.").classes("soft small")
     with widgets.card("How slack its edges become") as below:
         view.places["edges"] = ui.plotly(widgets.figure([], "", "", 240))
     view.places["edges_card"] = below
@@ -228,7 +284,7 @@ async def _compute(view: View) -> None:
         while view.is_stale:
             view.is_stale = False
             try:
-                shown = await _simulate(view, view.model)
+                shown = await _simulate(view, view.chosen)
                 beside = await _simulate(view, view.beside) if view.beside else None
             except BeltError as error:
                 _say(view, str(error).splitlines(), [])
@@ -236,6 +292,7 @@ async def _compute(view: View) -> None:
                 if shown is not None:  # None: the server is being closed
                     _show(view, shown, beside)
             await asyncio.sleep(0.03)
+        ui.navigate.history.replace(view.address)
     finally:
         view.busy = False
 
@@ -251,22 +308,14 @@ async def _simulate(view: View, model: str) -> Simulation | None:
         view.places["busy"].set_visibility(False)
 
 
-def _show(view: View, shown: Simulation, beside: Simulation | None) -> None:
-    places = view.places
-    places["curves"].update_figure(widgets.lateral(shown, beside))
-    slacker = widgets.edges(shown)
+def _show(view: View, s: Simulation, beside: Simulation | None) -> None:
+    """Curves, warnings and numbers of a simulation."""
+    places, view.shown = view.places, s
+    places["curves"].update_figure(widgets.lateral(s, beside))
+    slacker = widgets.edges(s)
     places["edges_card"].set_visibility(slacker is not None)
     if slacker is not None:
         places["edges"].update_figure(slacker)
-    places["facts"].clear()
-    with places["facts"]:
-        widgets.facts(_facts(shown))
-    left_out = [effect_title(i) for i in view.effects if i not in choices(view.model)]
-    calm = [f"{view.model} cannot have this effect: {name}" for name in left_out]
-    _say(view, warnings(shown), calm)
-
-
-def _facts(s: Simulation) -> dict[str, str]:
     found = {f"late rate {k} [mm/m]": thousandths(rate) for k, rate in enumerate(s.rates, start=1)}
     if s.steady_rate is not None:
         found["steady rate [mm/m]"] = thousandths(s.steady_rate)
@@ -274,7 +323,14 @@ def _facts(s: Simulation) -> dict[str, str]:
     found |= {"y1 − y4 [mm]": thousandths(upper), "y3 − y2 [mm]": thousandths(lower), "sag [mm]": thousandths(s.sag)}
     slackest = s.slackest_edge
     found["slackest edge [N/mm²]"] = NONE if slackest is None else decimal(slackest / N_PER_MM2, 1)
-    return found
+    places["facts"].clear()
+    with places["facts"]:
+        widgets.facts(found)
+    there = choices(view.chosen)
+    calm = [f"{view.chosen} cannot have this effect: {title_of(library()[i])}" for i in view.effects if i not in there]
+    if view.model == BY_TENSION:
+        calm.append(f"Model {view.chosen}, chosen by tension: strip_lift_off below 22 N/mm², strip above.")
+    _say(view, warnings(s), calm)
 
 
 def _say(view: View, warned: list[str], calm: list[str]) -> None:

@@ -1,7 +1,8 @@
-"""Widgets of all pages: header, cards, notices, tables, sliders; figures as plain plotly data."""
+"""Widgets of all pages: header, cards, notices, tables, sliders, the sketch of the points, the list of effects; figures
+as plain plotly data."""
 
 import html
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 from nicegui import ui
 
 from belt_sim.campaign import Campaign, Run
+from belt_sim.effects.base import library, title_of
 from belt_sim.results.errors import UNITS
 from belt_sim.results.files import DIGITS, round_numbers
 from belt_sim.results.simulation import Simulation
@@ -18,9 +20,11 @@ from belt_sim.units import N_PER_MM2, round_digits
 
 PAGES = {"/": "Simulate", "/measurements": "My measurements"}
 CSS = (Path(__file__).parent / "widgets.css").read_text(encoding="utf-8")
+OFTEN = 0.08  # [s] between two values that a moving slider sends
 
 
 def frame(here: str) -> None:
+    """The header of a page, with links to the others."""
     ui.add_css(CSS)
     ui.page_title(f"belt_sim: {PAGES[here]}")
     with ui.header(fixed=False).classes("top"), ui.element("div").classes("inner"):
@@ -46,52 +50,148 @@ def notice(line: str, kind: str = "") -> None:
 
 def facts(rows: Mapping[str, str], kind: str = "") -> None:
     """Numbers with their names beneath; kind "wide": long ones."""
-    cells = "".join(
-        f'<div class="fact"><b>{html.escape(v)}</b><span>{html.escape(k)}</span></div>' for k, v in rows.items()
-    )
-    ui.html(cells, sanitize=False).classes(f"facts {kind}")
+    cells = (f'<div class="fact"><b>{html.escape(v)}</b><span>{html.escape(k)}</span></div>' for k, v in rows.items())
+    ui.html("".join(cells), sanitize=False).classes(f"facts {kind}")
 
 
 def table(t: Table) -> None:
+    """A table that scrolls in its own box."""
     ui.html(t.html(), sanitize=False).classes("scroll")
 
 
-OFTEN = 0.08  # [s] between two values that a moving slider sends
-
-
 def labelled_slider(
-    label: str, value: float, low: float, high: float, step: float, to: Callable[[float], Awaitable[None]], *, mark: str
-) -> None:
-    """``to`` hears of every new value between ``low`` and ``high``."""
+    label: str, value: float, ends: tuple[float, float], to: Callable[[float], Awaitable[None]], *,
+    mark: str, step: float | None = None, shown: float = 1.0,
+) -> None:  # fmt: skip
+    """A slider with a field beside it; ``to`` hears of every new value between the ``ends``.
+
+    step: of the slider, a two-hundredth of its way if None; shown: units that people read in one of the value's.
+    """
+    low, high = (end * shown for end in ends)
     with ui.element("div").classes("asked"):
         ui.label(label).classes("label")
-        slider = (
-            ui.slider(min=low, max=high, step=step, value=value)
-            .props(f"data-name='slider-{mark}'")
-            .props(f"aria-label='{mark}'")
-        )
-        number = ui.number(value=round_digits(value, 4), format="%.6g").props(
-            "dense outlined hide-bottom-space debounce=400"
-        )
-        number.props(f"data-name='number-{mark}'").props(f"aria-label='{mark} number'")
+        step = step or round_digits((high - low) / 200.0, 2)
+        slider = ui.slider(min=low, max=high, step=step, value=value * shown)
+        slider.props(f"data-name='slider-{mark}' aria-label='{mark}'")
+        number = ui.number(value=round_digits(value * shown, 4), format="%.6g")
+        number.props(f"dense outlined hide-bottom-space debounce=400 data-name='number-{mark}'")
+        number.props(f"aria-label='{mark} number'")
 
     async def on_slide(event: Any) -> None:
         number.set_value(round_digits(float(event.args), 4))
-        await to(float(event.args))
+        await to(float(event.args) / shown)
 
     async def on_type(event: Any) -> None:
-        if event.args in (None, ""):
-            return
         try:
             wanted = min(max(float(event.args), low), high)
-        except ValueError:
+        except (ValueError, TypeError):  # nothing, or no number yet
             return
         slider.set_value(wanted)
-        await to(wanted)
+        await to(wanted / shown)
 
     slider.on("update:model-value", on_slide, throttle=OFTEN, leading_events=False)
     number.on("update:model-value", on_type)
 
+
+# ---- where sensors stand, on a sketch of the machine
+
+#: place -> its centre on the sketch, in percent of width and height
+SPOTS = {
+    **{"point_1": (83, 14), "point_2": (83, 86), "point_3": (17, 86), "point_4": (17, 14)},
+    **{"upper_mid_span": (50, 14), "lower_mid_span": (50, 86)},
+}
+SKETCH = """<svg viewBox="0 0 480 120" class="drawn" role="img" aria-label="head pulley left, tail pulley right">
+<g fill="none" stroke="currentColor" stroke-width="2.5"><circle cx="80" cy="60" r="43"/>
+<circle cx="400" cy="60" r="43"/><path d="M80 17H400M80 103H400"/></g>
+<g fill="currentColor" font-size="13" text-anchor="middle">
+<text x="80" y="57">head</text><text x="80" y="73">drives</text><text x="400" y="57">tail</text>
+<text x="400" y="73">yaws</text><text x="240" y="65">belt, seen from the side</text></g></svg>"""
+
+
+def sketch(taken: Mapping[str, str], choose: Callable[[str], Any]) -> None:
+    """The machine with a button at every place; taken: place -> what stands there; ``choose`` hears the place."""
+    with ui.element("div").classes("sketch").props("data-name=sketch"):
+        ui.html(SKETCH, sanitize=False)
+        for place, (x, y) in SPOTS.items():
+            text = place[-1] if place.startswith("point") else "tilt"
+            spot = ui.button(text, on_click=lambda place=place: choose(place))
+            spot.props(f"dense rounded no-caps {'' if place in taken else 'outline'} data-name='spot-{place}'")
+            spot.classes("spot").style(f"left: {x}%; top: {y}%")
+            with spot:
+                ui.tooltip(f"{place.replace('_', ' ')}: {taken.get(place, 'free')}")
+
+
+# ---- effects, by the part of the machine
+
+PARTS = ("Pulleys", "Belt, rollers and loads", "Steering and tension", "Sensors", "Models")
+#: words that people say -> effects whose own words lack them
+SYNONYMS = {
+    "misaligned askew crooked skewed out of square": "yaw_offset_tail yaw_offset_head cant wobble idler_skew",
+    "conical cone": "taper build_up taper_drift thickness_wedge",
+    "hot heat warm thermal": "temperature_difference taper_drift yaw_drift warm_up",
+    "thick thickness": "thickness_wedge crown taper",
+    "banana bow sabre": "camber weld",
+    "scraper skirt cleaner": "side_drag off_centre_load",
+    "slack loose load cell": "tension_bias unequal_tension",
+    "wet oil water slippery": "traction_loss slip",
+    "dirt cake": "build_up",
+    "lag late": "sensor_delay delay",
+}
+
+
+def part_of(effect_id: str) -> str:
+    """The part of the machine under which an effect is listed."""
+    cls = library()[effect_id]
+    if cls.cause.of_model:
+        return "Models"
+    if cls.law in ("sensor", "drive"):
+        return "Sensors" if cls.law == "sensor" else "Steering and tension"
+    return "Pulleys" if {*cls.cause.parts} & {"tail", "head"} else "Belt, rollers and loads"
+
+
+def words_of(effect_id: str) -> str:
+    """All words by which an effect is found, in lower case."""
+    cls = library()[effect_id]
+    meanings = [p.meaning for p in cls.parameters.values()][:6]
+    said = [effect_id.replace("_", " "), title_of(cls), cls.cause.phrase, *meanings]
+    return " ".join([*said, *(words for words, ids in SYNONYMS.items() if effect_id in ids.split())]).lower()
+
+
+def effect_list(label: str, chosen: Iterable[str], to: Callable[[list[str]], Any]) -> None:
+    """Effects to tick, in groups by the part of the machine, with a field that finds them; ``to`` hears of the list."""
+    ticked, boxes = dict.fromkeys(chosen), dict[str, Any]()
+
+    async def tick(event: Any, effect_id: str) -> None:
+        ticked.pop(effect_id, None)
+        if event.value:
+            ticked[effect_id] = None
+        heard = to([*ticked])
+        if heard is not None:
+            await heard
+
+    def find(event: Any) -> None:
+        wanted = str(event.value or "").lower().split()
+        hits = {i for i in boxes if all(word in words_of(i) for word in wanted)}
+        for i, box in boxes.items():
+            box.set_visibility(i in hits)
+        for part, group in groups.items():
+            group.set_visibility(any(part_of(i) == part for i in hits))
+            group.set_value(bool(wanted) or any(part_of(i) == part for i in ticked))
+
+    search = ui.input(label, placeholder="conical, misaligned, hot, thick ...", on_change=find)
+    search.props("dense outlined clearable data-name=find").classes("w-full")
+    groups = {}
+    for part in PARTS:
+        own = sorted((i for i in library() if part_of(i) == part), key=lambda i: title_of(library()[i]))
+        groups[part] = ui.expansion(part, value=any(i in ticked for i in own)).classes("w-full").props("dense")
+        with groups[part]:
+            for i in own:
+                change = lambda e, i=i: tick(e, i)  # noqa: E731
+                boxes[i] = ui.checkbox(title_of(library()[i]), value=i in ticked, on_change=change)
+                boxes[i].props("dense").classes("w-full small")
+
+
+# ---- figures, in colours that are read on light and on dark ground alike
 
 GREY, FAINT = "#7d8a97", "rgba(125,138,151,0.28)"
 POINTS = ("#1f86cc", "#d98e00", "#0f9d76", "#e0632a")  # points 1-4, as colours.POINTS

@@ -54,6 +54,7 @@ def test_sliders_change_the_curve(page, served):
             page.keyboard.press(key)
         curve = curve_other_than(page, curve)
     assert facts.inner_text() != before
+    page.get_by_text("Model strip_lift_off, chosen by tension").wait_for()
     page.locator("[data-name=model]").click()
     page.get_by_role("option", name="beam_th2").click()
     page.get_by_label("tension number").fill("2")
@@ -95,9 +96,9 @@ def test_a_small_diagnosis_runs_to_its_report(measurements, small, served):
     drop(measurements, *small.iterdir())
     measurements.get_by_text("step: 4 runs").wait_for()
     measurements.get_by_text("More about the diagnosis").click()
-    measurements.get_by_label("effects to try").fill("taper")
-    measurements.get_by_role("option", name="Taper: a pulley that is a cone").click()
-    measurements.keyboard.press("Escape")
+    measurements.locator("[data-name=find]").fill("conical")
+    assert not measurements.get_by_text("Camber: a belt").is_visible()
+    measurements.get_by_text("Taper: a pulley that is a cone").click()
     measurements.get_by_label("synthetic repeats").fill("100")
     measurements.locator("label", has_text="model").first.click()
     measurements.get_by_role("option", name="strip: hanging").click()
@@ -171,7 +172,7 @@ def test_a_loggers_files_become_a_campaign(measurements, small, tmp_path):
         (tmp_path / name).write_text("\n".join(["Bandweg [m];Kante 1 [mm];Kante 4 [mm]", *said]) + "\n")
     drop(measurements, *tmp_path.glob("lauf*.csv"))
     measurements.get_by_text("What your files seem to say").wait_for()
-    take = measurements.get_by_role("button", name="take it")
+    take = measurements.get_by_role("button", name="Use this data")
     assert not take.is_enabled()
     for group, known in (("machine", "test_rig"), ("belt", "paper_belt")):
         measurements.locator(f"[data-name={group}]").click()
@@ -182,8 +183,62 @@ def test_a_loggers_files_become_a_campaign(measurements, small, tmp_path):
     measurements.reload()  # before anybody asked for another look: the answers stay
     yaw.wait_for()
     assert yaw.input_value() == "-0.042 deg"
-    measurements.get_by_role("button", name="Look again").click()
+    measurements.get_by_role("button", name="Update").click()
     measurements.wait_for_selector(DRAWN.format("measured"), state="attached")
     take.click()
     measurements.get_by_text("2. What was understood").wait_for()
     measurements.get_by_text("grad.csv, lauf2_20Nmm2.csv: 2 runs").wait_for()
+
+
+def test_the_address_keeps_the_settings_and_numbers_can_be_taken_along(page, served):
+    curve = simulate_page(page, served)
+    page.get_by_label("tension number").fill("33")
+    curve = curve_other_than(page, curve)
+    page.locator("[data-name=find]").fill("hot")
+    page.get_by_text("Temperature difference: a belt").click()
+    curve = curve_other_than(page, curve)
+    page.wait_for_function("location.search.includes('temperature_difference')")
+    page.reload()
+    assert curve_other_than(page, None) == curve
+    assert page.get_by_label("tension number").input_value() == "33"
+    assert page.get_by_text("temperature at +y less that at -y [K]").is_visible()
+    for name, begins in (("CSV", b"travel_m,y1_mm"), ("PNG", b"\x89PNG")):
+        with page.expect_download() as got:
+            page.get_by_role("button", name=name).click()
+        assert got.value.path().read_bytes().startswith(begins)
+
+
+@pytest.mark.parametrize("address", ["?tension=x&yaw=1e9&model=no&effects=[1]", "?effects={'taper':{}}&own=3"])
+def test_an_address_that_makes_no_sense_is_as_a_new_page(page, served, address):
+    page.goto(f"{served.address}/{address}")
+    assert curve_other_than(page, None)
+
+
+def test_a_drop_anywhere_on_the_page_is_taken_and_its_campaign_can_be_had(measurements, small):
+    """A drop on the headline, as a browser makes it."""
+    texts = {file.name: file.read_text() for file in small.iterdir()}
+    before = measurements.locator("[data-drops]").get_attribute("data-drops")
+    measurements.evaluate(
+        """texts => { const drop = new DataTransfer();
+        for (const [name, text] of Object.entries(texts)) drop.items.add(new File([text], name));
+        const heard = { dataTransfer: drop, bubbles: true, cancelable: true };
+        document.querySelector('header').dispatchEvent(new DragEvent('drop', heard)); }""",
+        texts,
+    )
+    measurements.locator(f"[data-drops]:not([data-drops='{before}'])").wait_for(state="attached")
+    measurements.get_by_text("step: 4 runs").wait_for()
+    with measurements.expect_download() as got:
+        measurements.locator("[data-name=campaign]").click()
+    names = zipfile.ZipFile(io.BytesIO(got.value.path().read_bytes())).namelist()
+    assert {n.split("/")[-1] for n in names} == set(texts)
+
+
+def test_a_sensor_is_put_in_its_place_on_the_sketch(measurements, tmp_path):
+    rows = "".join(f"{0.5 * k};{0.1 * k};{0.05 * k}\n" for k in range(40))
+    (tmp_path / "lauf1_7Nmm2_-0,042grad.csv").write_text(f"Bandweg [m];Laser A [mm];Laser B [mm]\n{rows}")
+    drop(measurements, *tmp_path.glob("*.csv"))
+    measurements.get_by_role("button", name="Laser B [mm]").click()
+    measurements.locator("[data-name=spot-point_3]").click()
+    field = measurements.locator("[data-name='columns.Laser_B__mm_.at']")
+    field.get_by_text("point 3").wait_for()
+    assert "point 3" not in measurements.locator("[data-name='columns.Laser_A__mm_.at']").inner_text()
