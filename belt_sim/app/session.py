@@ -219,7 +219,7 @@ class Import:
             return f"Not yet: {self.errors[0]}"
         missing = self.proposal.missing if self.proposal else ()
         more = f" And {len(missing) - 1} more." if len(missing) > 1 else ""
-        return f"Not yet: {missing[0].text}{more}" if missing else ""
+        return f"Not yet: {missing[0].text.rstrip('?')}?{more}" if missing else ""
 
     @property
     def questions(self) -> list[Question]:

@@ -44,8 +44,8 @@ class Datum(NamedTuple):
 
 _AXES = "how far apart are the axes of the two pulleys?"
 _PULLEYS = "what is the radius of the pulleys, to the belt's middle surface?"
-_MODULUS = "which Young's modulus has the belt (steel: 210 GPa)?"
-_DENSITY = "which density has the belt (steel: 7850 kg/m^3)?"
+_MODULUS = "what is the belt's Young's modulus (steel: 210 GPa)?"
+_DENSITY = "what is the belt's density (steel: 7850 kg/m^3)?"
 MACHINE = {
     "centre_distance": Datum("m", BOUNDS["centre_distance"], 5e-4, _AXES, "11.28 +- 0.005 m"),
     "pulley_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3, _PULLEYS, "0.170 m"),
