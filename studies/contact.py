@@ -1,13 +1,15 @@
 """The belt of a plain MuJoCo scene beside the held belt: ``python -m studies.contact TABLE.csv [PICTURE.png]``.
 
-Each case is a rig, a tension and a step; the tail pulley is yawed by -0.042 degrees, and both belts run 5 m. A row says
-how far y of points 1 and 3 is at most from the held belt's, of its largest y, and the mean tilt of both spans from 1 m
-on. A row of TABLE.csv that is there is not run again. Nothing in the scene knows how a belt turns where it lands.
+Each case is a rig, a tension, a step and a distance of nodes; the tail pulley is yawed by -0.042 degrees, and both
+belts run 5 m. A row says how far y of points 1 and 3 is at most from the held belt's, of its largest y, the mean tilt
+of both spans from 1 m on, and how far the tilt swings about the held belt's from there. A row of TABLE.csv that is
+there is not run again; every core takes a case. Nothing in the scene knows how a belt turns where it lands.
 """
 
 import csv
 import sys
-from dataclasses import dataclass
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,60 +26,75 @@ SETTLED = 1.0  # [m]: the tilt swings with the start of the run before
 
 @dataclass(frozen=True)
 class Contact:
-    """One case: rig; tension [N/mm2]; dt [ms]."""
+    """One case: rig; tension [N/mm2]; step dt [ms] and distance of nodes dx [mm] of the scene."""
 
     rig: str
     tension: float
     dt: float = 1.0
+    dx: float = 25.0
 
 
-CASES = [Contact(rig, tension) for rig, tensions in (("test_rig", (10, 20, 40)), ("rope_example", (7, 20, 40)))
-         for tension in tensions]  # fmt: skip
-CASES += [Contact("rope_example", 20, 0.5), Contact("rope_example", 40, 0.5)]
+RIGS = [(rig, tension) for rig, tensions in (("test_rig", (10, 20, 40)), ("rope_example", (7, 20, 40)))
+        for tension in tensions]  # fmt: skip
+CASES = [Contact(*rig, dt, dx) for dt, dx in ((1.0, 25.0), (0.5, 25.0), (1.0, 12.5)) for rig in RIGS]
 
 
 def run(case: Contact, contact: str, travel: float = FAR) -> Curves:
     """Curves of one belt; contact: as ``model.contact``."""
-    model = {"name": "mujoco_flex", "contact": contact} | ({"dt": 1e-3 * case.dt} if contact == "mujoco" else {})
+    model = {"name": "mujoco_flex", "contact": contact}
+    if contact == "mujoco":
+        model |= {"dt": 1e-3 * case.dt, "dx": 1e-3 * case.dx}
     curves = bs.simulate(model=model, rig=case.rig, tension=case.tension, yaw=YAW, travel=travel).curves
     assert curves is not None
     return curves
 
 
 def difference(scene: Curves, held: Curves) -> dict[str, float]:
-    """Percent: y of points 1 and 3 of the largest y of the held belt, mean tilt of the larger tilt."""
+    """Percent: y of points 1 and 3 of the largest y of the held belt, mean and swing of tilt of its larger mean."""
     y = np.array([np.interp(scene.travel, held.travel, row) for row in held.y])
     off = 100.0 * np.abs(np.asarray(scene.y) - y).max(axis=1) / np.abs(held.y).max()
-    one, other = (np.asarray(c.tilt)[:, np.asarray(c.travel) >= SETTLED].mean(axis=1) for c in (scene, held))
-    tilt = 100.0 * np.abs(one - other).max() / np.abs(other).max()
-    return {"point_1": float(off[0]), "point_3": float(off[2]), "tilt": float(tilt)}
+    tilt = np.array([np.interp(scene.travel, held.travel, row) for row in np.asarray(held.tilt)])
+    far = np.asarray(scene.travel) >= SETTLED
+    apart, most = (np.asarray(scene.tilt) - tilt)[:, far], np.abs(tilt[:, far].mean(axis=1)).max()
+    swing = apart.std(axis=1).max()
+    return {
+        "point_1": float(off[0]),
+        "point_3": float(off[2]),
+        "tilt": float(100.0 * np.abs(apart.mean(axis=1)).max() / most),
+        "swing": float(100.0 * swing / most),
+    }
+
+
+def both(case: Contact) -> tuple[Curves, Curves]:
+    """Curves of the scene and of the held belt."""
+    return run(case, "mujoco"), run(case, "held")
 
 
 def main() -> None:
     store = Path(sys.argv[1])
-    done = {(r["rig"], r["tension"], r["dt_ms"]): r for r in csv.DictReader(store.open())} if store.exists() else {}
+    done = {tuple(r.values())[:4]: r for r in csv.DictReader(store.open())} if store.exists() else {}
+    keys = {tuple(v if isinstance(v, str) else f"{v:g}" for v in astuple(case)): case for case in CASES}
+    shown = set(list(keys)[: len(RIGS)]) if len(sys.argv) > 2 else set()
+    asked = [key for key in keys if key not in done or key in shown]
     pictures: dict[Contact, tuple[Curves, Curves]] = {}
-    rows = []
-    for case in CASES:
-        key = (case.rig, f"{case.tension:g}", f"{case.dt:g}")
-        if key not in done or len(sys.argv) > 2:
-            pictures[case] = run(case, "mujoco"), run(case, "held")
-            found = {name: f"{value:.1f}" for name, value in difference(*pictures[case]).items()}
-            done[key] = dict(zip(("rig", "tension", "dt_ms"), key, strict=True)) | found
-        rows.append(done[key])
-        print(*rows[-1].values(), sep="  ", flush=True)
-        with store.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.DictWriter(file, list(rows[0]))
-            writer.writeheader()
-            writer.writerows(rows)
-    if len(sys.argv) > 2:
+    with ProcessPoolExecutor() as workers:
+        for key, curves in zip(asked, workers.map(both, [keys[key] for key in asked]), strict=True):
+            found = {name: f"{value:.1f}" for name, value in difference(*curves).items()}
+            done[key] = dict(zip(("rig", "tension", "dt_ms", "dx_mm"), key, strict=True)) | found
+            pictures[keys[key]] = curves
+            print(*done[key].values(), sep="  ", flush=True)
+            with store.open("w", encoding="utf-8", newline="") as file:
+                writer = csv.DictWriter(file, list(done[key]))
+                writer.writeheader()
+                writer.writerows(done[k] for k in keys if k in done)
+    if shown:
         draw(Path(sys.argv[2]), pictures)
 
 
 @style.picture
 def draw(path: Path, found: dict[Contact, tuple[Curves, Curves]]) -> Path:
     """y of points 1 and 3 of both belts, a panel a case."""
-    shown = [case for case in found if case.dt == 1.0]
+    shown = [case for case in found if (case.dt, case.dx) == (1.0, 25.0)]
     fig, axes = style.figure(11.0, 6.0, 2, 3)
     for ax, case in zip(np.ravel(axes), shown, strict=True):
         scene, held = found[case]

@@ -25,7 +25,7 @@ _TIED_TO_NOTHING = "flex .* is not rigid"
 #: what it says of its preliminary iterative solve, which the exact Newton step follows
 _PRELIMINARY = re.compile("effective-metric block preconditioner|effective-metric solve failed to converge")
 _ITERATIONS = 3  # bounds the preliminary solve
-_CONTACT_ITERATIONS, _IMPRATIO = 50, 1e3
+_CONTACT_ITERATIONS, _IMPRATIO = 50, 1e4
 
 
 @dataclass

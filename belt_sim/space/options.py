@@ -198,14 +198,14 @@ _CONTACT_SPEED = 0.5  # [m/s]: slower than a held belt, because its landings are
 #: [m/s], string speed^2 over belt speed: in a step a node goes straight on, (v dt)^2 / 2R off the pulley, and a slack
 #: belt does not press it back
 _ROLLED_OFF = 8000.0
-_LIMP_DRAG = 2.0  # times string speed / span length: a third of critical for the lowest sway of a limp span
+_LIMP_DRAG = 2.0  # times string speed / span length: a third of critical for the lowest sway of a span
 
 
 def fit_options(options: Options, case: Case, belt: str, contact: str = CONTACTS[0]) -> Options:
     """Options for this case, with a belt speed in m/s; contact: one of CONTACTS.
 
     Springs (tendons) lend MuJoCo's metric no stiffness across their direction, so that their step stays below
-    dx / string speed; limp spans get a drag that calms them between landings.
+    dx / string speed; spans that are limp, or that landings shake, get a drag that calms them in between.
     Raises InputError when a link on a pulley would turn further in a step than its strain can bear, and for a belt
     speed at which landings shake the belt too much.
     """
@@ -213,6 +213,8 @@ def fit_options(options: Options, case: Case, belt: str, contact: str = CONTACTS
     fastest, pace = waves / _SHAKEN, accurate_speed(waves)
     if contact != CONTACTS[0]:
         pace = min(_CONTACT_SPEED, fastest, waves**2 / _ROLLED_OFF)
+        landings = 2.0 * float(case.rig.span_length) * pace / (options.dx * waves)  # in a period of the lowest sway
+        pace *= min((max(math.floor(landings - 0.5), 0.0) + 0.5) / landings, 1.0)  # halfway between two resonances
     if options.belt_speed is not None:
         pace = _speed_given(options, case, fastest, pace)
     dt = options.dt if belt == "flex" else min(options.dt, _COURANT * options.dx / waves)
@@ -221,7 +223,7 @@ def fit_options(options: Options, case: Case, belt: str, contact: str = CONTACTS
     if belt != "rope" and dt > longest:
         raise InputError("model.dt", dt, "s", f"give at most {longest:.1e} at {pace:.2f} m/s, or a slower belt_speed")
     damping = options.damping
-    if is_limp(belt, options):
+    if is_limp(belt, options) or contact != CONTACTS[0]:
         damping = max(damping, _LIMP_DRAG * waves / float(case.rig.span_length))
     return replace(options, belt_speed=pace, dt=dt, damping=damping)
 

@@ -28,12 +28,15 @@ from belt_sim.space.options import Options
 from belt_sim.space.scene_looks import furnish
 from belt_sim.units import DEGREE, N_PER_MM2
 
-#: friction coefficient that stands for a belt that sticks: 1 lets the beginning of a wrap slip at the yaw step
-STICKING = 10.0
-NODE_RADIUS = 1e-3  # [m], of the spheres that touch the pulleys
-IMPEDANCE = 0.9999  # MuJoCo's largest
-#: of a contact, times step^2 and times step: more stiffness changes y by less than 1 %, less damping lets nodes rebound
-STIFFNESS, DAMPING = 10.0, 10.0
+#: friction coefficient that stands for a belt that sticks: at 10 the end of a wrap slips by 1 % more of y
+STICKING = 100.0
+#: [m], of the spheres that touch the pulleys. They do not turn with the belt, so that their lowest point runs at its
+#: speed: it lies at the pulley's radius, for corners of a loop of chords 25 mm long stand out by as much
+NODE_RADIUS = 1.5e-4
+IMPEDANCE, _WIDTH = 0.9999, 1e-3  # MuJoCo's largest, at any depth [m]
+#: of a contact, times step^2 and times step. Where one edge sinks in by 1 um more than the other, the belt creeps round
+#: by 11 urad on each pulley; less damping lets nodes rebound
+STIFFNESS, DAMPING = 100.0, 10.0
 _READY, _NO_WEIGHT = 5e-4, 1e-6  # [m] before touchdown, [N]
 
 
@@ -64,6 +67,11 @@ def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) ->
     furnish(spec, scene)
     spec.add_text(name=CASE, data="; ".join(f"{name} = {value}" for name, value in case_words(scene).items()))
     return spec, scene
+
+
+def rim_radius(scene: SceneLayout) -> float:
+    """Radius [m] of the head pulley where the nodes touch it: what it turns by, the belt has run."""
+    return scene.loop.radius_head - NODE_RADIUS
 
 
 def story(scene: SceneLayout) -> str:
@@ -154,7 +162,7 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     touch, seen = node.geom, flag.geom
     touch.contype, touch.conaffinity, touch.condim, touch.priority = _NODE, _PULLEY | _USER, 3, 1
     touch.friction = [friction if math.isfinite(friction) else STICKING, 0.0, 0.0]
-    touch.solref, touch.solimp = [-STIFFNESS / dt**2, -DAMPING / dt], [IMPEDANCE, IMPEDANCE, NODE_RADIUS, 0.5, 2.0]
+    touch.solref, touch.solimp = [-STIFFNESS / dt**2, -DAMPING / dt], [IMPEDANCE, IMPEDANCE, _WIDTH, 0.5, 2.0]
     touch.gap, touch.adhesion = _READY, _NO_WEIGHT
     touch.type, touch.size, touch.mass = mujoco.mjtGeom.mjGEOM_SPHERE, [NODE_RADIUS, 0, 0], 0.0
     touch.rgba, touch.group = _COLOURS["node"], 3
@@ -166,6 +174,7 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     for i in range(mesh.stations):
         for j in range(mesh.lines):
             body = spec.body(node_name(i, j))
+            spec.joint(f"{body.name}-z").damping[0] = mesh.mass[j] * scene.options.damping
             body.add_geom(node, **_line_bits(scene, j))
             for side, line in ((1.0, 0), (-1.0, mesh.lines - 1)):
                 if j == line:
@@ -248,7 +257,7 @@ def _add_actuators(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
         made.ctrllimited, made.ctrlrange = True, [least, most]
         return made
 
-    speed = add("speed", "head-spin", float(case.rig.head_radius), -_FASTEST, _FASTEST)
+    speed = add("speed", "head-spin", rim_radius(scene), -_FASTEST, _FASTEST)
     speed.set_to_velocity(kv=_SPEED_GAIN)
     speed.biasprm[0] = _SPEED_GAIN * scene.options.run_speed * float(np.sign(float(case.settings.direction)))
     speed.forcelimited, speed.forcerange = True, [-_DRIVE_FORCE, _DRIVE_FORCE]
@@ -300,11 +309,11 @@ def lower_ray(scene: SceneLayout) -> float:
 
 def _complete_keys(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     """``laid``: the strained belt at rest; ``running``: at its speed. Sliders are at 0."""
-    mesh, rig, settings, laid = scene.mesh, scene.case.rig, scene.case.settings, spec.key("laid")
+    mesh, settings, laid = scene.mesh, scene.case.settings, spec.key("laid")
     pace = scene.options.run_speed * float(np.sign(float(settings.direction)))
     way = np.roll(mesh.laid, -1, axis=0) - np.roll(mesh.laid, 1, axis=0)
     way /= np.linalg.norm(way, axis=2, keepdims=True)
-    spins = np.array([0.0, pace / float(rig.head_radius), 0.0, 0.0, pace / float(rig.tail_radius)])
+    spins = np.array([0.0, pace / rim_radius(scene), 0.0, 0.0, pace / (scene.loop.radius_tail - NODE_RADIUS)])
     straight = np.array(laid.qpos)
     straight[[HEAD_YAW, TAIL_YAW]] = spec.joint("head-yaw").ref, spec.joint("tail-yaw").ref
     laid.qpos = straight

@@ -20,7 +20,7 @@ from belt_sim.space.mesh import node_name
 from belt_sim.space.mujoco_interface import compile_model, mjcf, refuse_divergence, silence_expected_warnings
 from belt_sim.space.options import Options
 from belt_sim.space.pulleys import laid_poses
-from belt_sim.space.rolling_contact import CASE, build_contact, case_words, story
+from belt_sim.space.rolling_contact import CASE, build_contact, case_words, rim_radius, story
 from belt_sim.space.run import Recorder, RunState, YawPlan, notify_observers
 from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, SlipState, WrapArrays
 from belt_sim.units import DEGREE
@@ -119,7 +119,7 @@ class ContactRun:
         joints = np.array([number(kinds.mjOBJ_JOINT, name) for name in (*_JOINTS, *nodes)])
         self._places, self._rates = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
         settings, options = scene.case.settings, scene.options
-        self.rim = float(np.sign(float(settings.direction))) * float(scene.case.rig.head_radius)  # [m], signed
+        self.rim = float(np.sign(float(settings.direction))) * rim_radius(scene)  # [m], signed
         # steps are made while the belt runs, within yaw_time: friction of contacts creeps at rest
         self.plan = YawPlan.from_settings(settings, step_over=options.yaw_time * options.run_speed)
         self.mounted = mounted

@@ -62,11 +62,11 @@ class YawPlan:
 
     @staticmethod
     def from_settings(settings: Settings, step_over: float = 0.0) -> "YawPlan":
-        """step_over [m]: travel over which a step is made, 0 = it is made at rest."""
+        """step_over [m]: travel over which a step is made, half of it before its place; 0 = it is made at rest."""
 
         def entries(schedule: Schedule) -> _Entries:
             at, over, change = (np.asarray(v, float) for v in (schedule.at, schedule.over, schedule.change))
-            over = np.where(over > 0.0, over, step_over)
+            at, over = np.where(over > 0.0, [at, over], [at - 0.5 * step_over, np.full_like(over, step_over)])
             return tuple(zip(at.tolist(), over.tolist(), change.tolist(), strict=True))
 
         return YawPlan(entries(settings.yaw_head), entries(settings.yaw))

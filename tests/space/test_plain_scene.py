@@ -28,19 +28,20 @@ import json, sys
 import mujoco, numpy as np
 model = mujoco.MjModel.from_xml_path(sys.argv[1])
 data = mujoco.MjData(model)
-rows = []
+rows, sags = [], []
 for step in range(round(float(sys.argv[2]) / model.opt.timestep)):
     mujoco.mj_step(model, data)
     if step % 100 == 99:
         edges = [[data.sensor(f"edge-{p}-{s}").data[0] for s in ("left", "right")] for p in (1, 2, 3, 4)]
         travel = 0.17 * data.sensor("head-spin").data[0]
         rows.append([travel, *(0.5 * (right - left) for left, right in edges)])
+        sags.append(data.sensor("height-upper-left").data[0] - 0.296)
 nodes = [i for i in range(model.nbody) if model.body(i).name.startswith("node-")]
 contacts = sorted({int(g) for pair in data.contact.geom for g in pair if model.geom(int(g)).name})
 print(json.dumps({
     "rows": rows, "pulleys": len(contacts), "contacts": int(data.ncon), "warnings": int(data.warning.number.sum()),
     "load": data.sensor("tail-axle-load").data.tolist(), "highest": float(data.xpos[nodes, 2].max()),
-    "sag": data.sensor("height-upper-left").data[0] - 0.296, "length": 0.5 * data.sensor("tail-slide").data[0],
+    "sag": float(np.mean(sags)), "length": 0.5 * data.sensor("tail-slide").data[0],
     "ours": sorted(m for m in sys.modules if m.startswith("belt_sim")),
 }))
 """
