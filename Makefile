@@ -1,6 +1,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+BASE := $(VENV)/.base
 STAMP := $(VENV)/.installed
 
 OLDEST ?= python3.11
@@ -11,14 +12,19 @@ EXTRAS := dev,watch,control,app,sweeps,studies
 
 setup: $(STAMP)
 
-$(STAMP): pyproject.toml constraints.txt
+$(BASE): pyproject.toml constraints.txt
+	@echo "Installing belt_sim with JAX, MuJoCo, SciPy, pandas and matplotlib into $(VENV) (200 MB) ..."
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --upgrade -c constraints.txt pip
-	$(BIN)/pip install --quiet -c constraints.txt -e '.[dev,watch,studies,control,app,sweeps,docs]'
-	touch $(STAMP)
+	@$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt -e .
+	@touch $(BASE)
 
-demo: setup
-	$(BIN)/belt-sim demo
+$(STAMP): $(BASE)
+	@echo "Installing what tests, documents, app and studies need (1 GB) ..."
+	@$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,watch,studies,control,app,sweeps,docs]'
+	@touch $(STAMP)
+
+demo: $(BASE)
+	@$(BIN)/belt-sim demo
 
 test: setup  # two processes, a thread each: more would wait for each other
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --max-worker-restart 0
