@@ -4,16 +4,18 @@ Each limit has a load, 1 at the boundary. Most boundaries stand where the moment
 belt, are wrong by some 3 %; the derivations and what they were checked against are in docs/validity.md.
 """
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.contact import LiftOff
-from belt_sim.jax_setup import jit_float64
+from belt_sim.effects.span import EdgeGuide
+from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.line.influence import SpanFields, span_fields
 from belt_sim.line.span import beam_second_order, strip
 from belt_sim.line.spans import span_responses
@@ -97,7 +99,7 @@ def geometric(case: Case) -> tuple[Limit, ...]:
     return tuple(sorted((Limit(x.id, float(x.load), x.words) for x in found if x.load > 1.0), key=lambda x: -x.load))
 
 
-def run_limits(case: Case, curves: Curves, bends: bool = True) -> tuple[Limit, ...]:
+def run_limits(case: Case, curves: Curves, bends: bool = True, effects: Sequence[Any] = ()) -> tuple[Limit, ...]:
     """Return the limits that a run left, all effects included, the worst first, with the place and the travel.
 
     bends: whether the belt's moments, rolls and directions are those of a linear law; of a belt in three dimensions
@@ -119,6 +121,19 @@ def run_limits(case: Case, curves: Curves, bends: bool = True) -> tuple[Limit, .
         words = "the belt runs aslant beyond small angles"
         kinds.append(("large_angle", np.abs(np.asarray(curves.angle)) / SMALL_ANGLE, points, words))
     left = []
+    for guide in (e for e in effects if bends and isinstance(e, EdgeGuide)):
+        push, grip = (np.asarray(x) for x in in_float64(guide.pushed)(strip(case), curves, case))
+        words = f"beside an edge guide the belt slides on its pulley, friction bears {grip.min():.0f} N"
+        kinds.append(("guide_slips", np.abs(push) / grip[:, None], spans, words))
+        late = push[:, push.shape[1] // 2 :] != 0.0
+        meets = (late[:, 1:] & ~late[:, :-1]).sum(axis=1)
+        if meets.max() > 1 and not any(e.comes_round for e in effects):
+            words = (
+                "the belt swings on and off its edge guides: behind a run-off they push too late; put them (at) near"
+            )
+            left.append(
+                Limit("guide_hunts", float(meets.max()), f"{words} a run-up, most in the {spans[meets.argmax()]}")
+            )
     for name, load, places, words in kinds:
         if load.max() > 1.0:
             where, _ = np.unravel_index(np.argmax(load), load.shape)

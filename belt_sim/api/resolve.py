@@ -185,9 +185,11 @@ def validity_limits(case: Case, model: Any, effects: Sequence[str] = ()) -> tupl
     return (*found, *(x for x in geometric(case) if x.id not in there))
 
 
-def with_run(beyond: tuple[Limit, ...], case: Case, model: Any, curves: Curves) -> tuple[Limit, ...]:
+def with_run(
+    beyond: tuple[Limit, ...], case: Case, model: Any, curves: Curves, effects: Sequence[Effect] = ()
+) -> tuple[Limit, ...]:
     """Return the limits that a case is beyond, and those that its run left with all its effects; one of a kind."""
-    left = run_limits(case, curves, bends=isinstance(model, AnalyticModel))
+    left = run_limits(case, curves, isinstance(model, AnalyticModel), effects)
     known = {x.id: x for x in beyond}
     return (*beyond, *(x for x in left if x.id not in known))
 
@@ -219,7 +221,7 @@ def validity_warnings(
         if acting and len(run.travel):
             with suppress(SimulationError):  # what diverges is told by its errors
                 curves = march(case, model, acting, travel=float(run.travel[-1]))
-                beyond = with_run(beyond, case, model, curves)
+                beyond = with_run(beyond, case, model, curves, acting)
         found += [(run.name, limit) for limit in beyond]
     sentences = []
     for name in dict.fromkeys(limit.id for _, limit in found):

@@ -103,10 +103,10 @@ def simulate_one(
     run: dict[str, Any] = {"travel": float(travel), "observers": observers}
     if not isinstance(chosen, SpaceModel):
         curves = chosen.run(case, acting, **run)
-        common["beyond"] = with_run(common["beyond"], case, chosen, curves)
+        common["beyond"] = with_run(common["beyond"], case, chosen, curves, acting)
         return Simulation(**common, curves=curves, steady_rate=steady, keep=getattr(chosen, "keep", 0.0))
     curves = chosen.run(case, acting, **run, scene_path=scene_path, computed=computed)
-    common["beyond"] = with_run(common["beyond"], case, chosen, curves)
+    common["beyond"] = with_run(common["beyond"], case, chosen, curves, acting)
     details = {"options": asdict(chosen.options), "engine": chosen.engine, "contact": chosen.contact}
     details |= {"scene": scene_path.name} if scene_path and scene_path.is_file() else {}
     found = Simulation(**common, curves=curves, details=details)

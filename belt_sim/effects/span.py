@@ -292,8 +292,9 @@ class EdgeGuide(Effect):
 
     The belt beside the roller is where its ends and P put it, y = y_ends - P give, so that P = k (|y_ends| - gap) /
     (1 + k give). P bends the span's run-up back until the belt no longer runs sideways: y saturates. ``at`` counts
-    from the tail pulley's axis; a sticking belt does not move on the pulleys themselves. Friction there bears a push of
-    pi mu F at most (mu = 0.3), and P stays at that; a guide close behind a run-off reaches it, and the belt slides.
+    from the tail pulley's axis; a sticking belt does not move on the pulleys themselves. Friction of the half turn (mu
+    = 0.3) bears a push of pi mu F, and where the belt leaves a pulley a moment of pi mu F b/4 (``Slip``: its zone is
+    then the whole wrap); P stays at the less. A guide behind a run-off reaches it and slides the belt on its pulley.
     """
 
     title = "Edge guides: rollers beside the spans that push the belt's edge back"
@@ -330,18 +331,38 @@ class EdgeGuide(Effect):
         fields = span_fields(span)
         share = self._from_tail(span.length) / span.length
         near_runoff, near_runup = supports(span, share, fields)
-        return jax.tree.map(lambda *of_spans: jnp.stack(of_spans), near_runup, near_runoff)
+        known = jax.tree.map(lambda *of_spans: jnp.stack(of_spans), near_runup, near_runoff)
+        whole = jnp.pi * _FRICTION * case.tension_force
+        return known, jnp.minimum(whole, 0.25 * whole * case.belt.width / (span.bending * jnp.abs(known.runoff)))
 
     def _from_tail(self, length):
         return jnp.clip(self.at, _NEAREST, length - _NEAREST)
 
     def bend(self, bend, boundary, known, case):
-        place = boundary.start + jnp.sum(known.place * boundary.ends.T, axis=1) + case.settings.y0
+        unit, grip = known
+        place = boundary.start + jnp.sum(unit.place * boundary.ends.T, axis=1) + case.settings.y0
+        return add_load(bend, unit, jnp.clip(self._push(place, unit, boundary.direction), -grip, grip))
+
+    def _push(self, place, unit, direction):
+        """Return the push on the spans up the tail and the head pulley [N], for y where it acts (2, ...)."""
         stiff = jnp.stack([self.stiffness, self.stiffness_lower])
-        stiff = jnp.where(boundary.direction > 0, stiff, stiff[::-1])  # the first span runs up the tail pulley
-        push = -stiff * (place - jnp.clip(place, -self.gap, self.gap)) / (1.0 + stiff * known.give)
-        grip = jnp.pi * _FRICTION * case.tension_force
-        return add_load(bend, known, jnp.clip(push, -grip, grip))
+        stiff = jnp.where(direction > 0, stiff, stiff[::-1])  # the first span runs up the tail pulley
+        stiff, give = (row.reshape(-1, *[1] * (place.ndim - 1)) for row in (stiff, unit.give))
+        return -stiff * (place - jnp.clip(place, -self.gap, self.gap)) / (1.0 + stiff * give)
+
+    def pushed(self, span, curves, case):
+        """Return the push that the rollers of the upper and the lower span would need along a run [N], (2, records),
+        and what friction bears of it (2,)."""
+        (unit, grip), forward = self.influence(span, case), case.settings.direction > 0
+        y, angle = jnp.asarray(curves.y), jnp.asarray(curves.angle)
+        off, up = (jnp.array([3, 1]), jnp.array([0, 2])) if forward else (jnp.array([2, 0]), jnp.array([1, 3]))
+        ends = jnp.stack([y[up] - y[off], angle[off], angle[up]])  # rolls of the ends count for nothing here
+        place = y[off] + jnp.einsum("sk,ksn->sn", unit.place[:, :3], ends) + case.settings.y0
+        push, order = (
+            self._push(place, unit, case.settings.direction),
+            slice(None) if forward else slice(None, None, -1),
+        )
+        return push[order], grip[order]
 
     def scene(self, parts, case):
         x = float(case.rig.centre_distance) - float(self._from_tail(case.rig.span_length))

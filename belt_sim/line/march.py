@@ -26,6 +26,7 @@ from belt_sim.units import N_PER_MM2
 
 STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
 KEEP = 0.1  # [m]
+FURTHEST = 100.0  # belt widths off the middle: no march goes on beyond
 BEFORE = -1.0  # [m]: the instant before the start
 POINTS, SPANS = ((0, 2, 1, 3), (2, 0, 3, 1)), ((0, 1), (1, 0))  # their rows in ``_observe``; on reversed travel
 RETURNED = ("travel", "y", "angle", "moment", "edge_stress", "tilt", "sag")  # of Curves
@@ -46,7 +47,7 @@ def march(
     Raises:
         CannotRepresent: if the model cannot represent an effect.
         InputError: if the step is longer than a wrap, or effects leave no tension.
-        SimulationError: if the result is not finite.
+        SimulationError: if the belt runs ``FURTHEST`` widths off, or the result is not finite.
     """
     model.admit(effects)
     return march_driven(in_float64(as_driven)(case, effects), model, effects, travel=travel, step=step, keep=keep)
@@ -64,6 +65,13 @@ def march_driven(
     spacing, roomy = travel / (records * stride), (_room_for(records), stride, slots)
     rows = _compile_march(model, roomy, tuple(map(type, effects)))(case, tuple(effects), spacing)
     curves = _truncate(as_numpy(Curves(**dict(zip(RETURNED, rows, strict=True)))), records + 1)
+    far = ~(np.abs(curves.y) <= FURTHEST * case.belt.width).all(axis=0)
+    if far.any():
+        named = f"effects = {', '.join(e.id for e in effects)}: weaken them, or " if effects else ""
+        raise SimulationError(
+            f"y is more than {FURTHEST:g} belt widths ({FURTHEST * float(case.belt.width):g} m) off after "
+            f"{float(curves.travel[np.argmax(far)]):.3g} m of travel, the belt runs away; {named}shorten travel"
+        )
     unfit = [n for n in RETURNED if not np.isfinite(getattr(curves, n)).all()]
     if unfit:
         raise SimulationError(f"{', '.join(unfit)} is not finite: weaken the effects or shorten model.step")

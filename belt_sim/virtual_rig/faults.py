@@ -190,10 +190,11 @@ def _guide_loads(f, line):
 
 def _guide_push(f, s, line, load, free, kept):
     """The roller and the span give way together: k (|y| - gap) back towards the middle, as far as friction of the half
-    turn on a pulley bears it, 0.3 pi F."""
+    turn bears it: the push itself, and what it bends the belt by where it leaves its pulley, b/4 on average of it."""
     k = np.broadcast_to(f.stiffness if load.upper else f.stiffness_lower, free.shape)
-    beyond = np.maximum(np.abs(free) - f.gap, 0.0)
-    return -np.sign(free) * np.minimum(k * beyond / (1 + k * load.give), 0.3 * np.pi * line.force), kept
+    beyond, held = np.maximum(np.abs(free) - f.gap, 0.0), 0.3 * np.pi * line.force
+    held = np.minimum(held, held * line.width / 4 / (line.bending * np.abs(load.run_off)))
+    return -np.sign(free) * np.minimum(k * beyond / (1 + k * load.give), held), kept
 
 
 def _guide_scene(f, parts, case):

@@ -11,7 +11,9 @@ from belt_sim.api.simulate import simulate
 from belt_sim.campaign import read_campaign
 from belt_sim.case import Rig, Schedule
 from belt_sim.effects.base import library
+from belt_sim.errors import SimulationError
 from belt_sim.io import ROOT
+from belt_sim.line.span import strip
 from belt_sim.model import MODELS
 from belt_sim.results.files import summary_json
 from belt_sim.units import DEGREE
@@ -129,7 +131,6 @@ AT_THEIR_LIMIT = {
     "machine_tilt": ({"angle": 0.05}, set()),
     "side_drag": ({"moment": 50.0}, {"slack_edge"}),
     "idler_skew": ({"force": 50.0}, {"off_pulley", "slack_edge", "large_tilt"}),
-    "crown": ({"c": -0.5}, {"off_pulley", "slack_edge", "large_tilt", "large_angle"}),
     "yaw_offset_tail": ({"beta_0": 0.002}, set()),
 }
 
@@ -144,6 +145,41 @@ def test_what_an_effect_does_beyond_the_laws_is_told_with_its_place(name):
     assert ("off_pulley" in told) == (y > 0.1)
     assert ("slack_edge" in told) == (edge < 0.0)
     assert all("m of travel on, most at" in told[x].words for x in left)
+
+
+def test_a_belt_that_runs_away_is_stopped_in_one_line():
+    """Hollow pulleys of 0.5 1/m2 would drive it 5e12 m off in 60 m."""
+    with pytest.raises(SimulationError, match=r"100 belt widths \(20 m\) off after [\d.]+ m of travel.* crown: weaken"):
+        simulate(paper_case(10.0), model="strip_lift_off", effects=[{"id": "crown", "c": -0.5}], travel=60.0)
+
+
+def guided(tension, side, at, stiffness=1e6):
+    effects = [{"id": "edge_guide", side: stiffness, "at": at, "gap": 1e-3}]
+    return simulate(paper_case(tension), model="strip_lift_off", effects=effects, travel=200.0)
+
+
+def test_a_guide_behind_a_run_off_slides_the_belt_and_is_told():
+    """Without friction's bound on the moment it swung by 140 and 205 mm; a shorter step changes nothing of either."""
+    for at, most in ((1.0, 5e-3), (2.0, 8e-3), (3.0, 15e-3)):
+        found = guided(10.0, "stiffness_lower", at)
+        late = found.curves.y[:, len(found.curves.travel) // 2 :]
+        told = {x.id: x for x in found.beyond}
+        assert np.abs(late).max() < most
+        assert {"guide_slips"} <= set(told) <= {"guide_slips", "guide_hunts"}
+        assert "N from" in told["guide_slips"].words
+        assert ("guide_hunts" in told) == (np.ptp(late[0]) > 1e-3)
+    assert not {"guide_slips", "guide_hunts"} & {x.id for x in guided(10.0, "stiffness", 1.0).beyond}  # before a run-up
+
+
+def test_friction_bears_the_moment_of_a_guide_whose_zone_of_slip_is_the_whole_wrap():
+    case = paper_case(10.0)
+    unit, grip = library()["edge_guide"](stiffness_lower=1e6, gap=0.0, at=1.0).influence(strip(case), case)
+    slip = library()["slip"](inverse_friction=1 / 0.3)
+    held = grip * strip(case).bending * np.abs(unit.runoff)
+    bare = 0.3 * case.tension_force * case.belt.width / (4.0 * case.rig.tail_radius) * case.rig.wrap_tail
+    assert held[1] == pytest.approx(float(bare), rel=1e-12)
+    zone = 4.0 * case.rig.tail_radius * slip.inverse_friction * held[1] / (case.tension_force * case.belt.width)
+    assert zone == pytest.approx(float(case.rig.wrap_tail), rel=1e-12)
 
 
 def test_a_stated_face_says_when_the_belt_runs_over_its_edge():

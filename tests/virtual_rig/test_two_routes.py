@@ -52,6 +52,7 @@ CASES = [
     ("weld", {"angle": 1e-3, "at": 11.28 + 0.17 * np.pi + 5.64}, None, "strip", 40e6, -1.0),
     ("edge_guide", {"stiffness": 1e6, "gap": 3e-4, "at": 2.0}, None, "strip", 10e6, 1.0),
     ("edge_guide", {"stiffness_lower": 1e4, "gap": 1e-3, "at": 8.0}, None, "strip", 40e6, -1.0),
+    ("edge_guide", {"stiffness_lower": 1e6, "gap": 3e-4, "at": 1.0}, None, "strip", 10e6, 1.0),  # beyond friction
     ("yaw_drift", {"rate": 1e-5, "time_constant": 60.0}, None, "strip", 10e6, 1.0),
     ("taper_drift", {"rate": 5e-7, "time_constant": 60.0}, None, "strip", 10e6, 1.0),
     ("build_up", {"rate": 2e-6}, None, "strip", 10e6, -1.0),
