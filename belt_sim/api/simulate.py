@@ -28,6 +28,7 @@ from belt_sim.settings import CaseSettings, case_from, case_or_settings, make_se
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
 from belt_sim.space.options import CONTACTS
 from belt_sim.units import N_PER_MM2
+from belt_sim.validity import warning
 
 if TYPE_CHECKING:
     from mujoco import MjSpec
@@ -246,13 +247,18 @@ def linearise(
 
     chosen, acting = fitted_model(model), effects_of(effects)
     tension = settings.get("tension")
+
+    def plant_of(case: Case) -> "LinearBelt":
+        beyond = validity_limits(case, chosen, [e.id for e in acting])
+        return replace(linear_belt(case, chosen, acting), beyond=beyond)
+
     if not isinstance(tension, Sequence) or isinstance(tension, str):
-        return linear_belt(case_or_settings(case, settings), chosen, acting)  # type: ignore[no-any-return]
+        return plant_of(case_or_settings(case, settings))
     if not tension:
         raise InputError("tension", tension, "N/mm2", "give one, or at least two different ones")
     first = case_or_settings(case, settings | {"tension": tension[0]})
     cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
-    return PlantSchedule.from_plants([linear_belt(c, chosen, acting) for c in cases])
+    return PlantSchedule.from_plants([plant_of(c) for c in cases])
 
 
 def export(
@@ -292,7 +298,8 @@ def export(
     metres = state_space(plant, order=order, delay=delay, per_metre=True)
     lines = [
         f"wrapped arcs by {delay}, order {order}: off by at most {metres.error(highest):.1e} of each response up to "
-        f"{highest:g} rad per metre of travel ({highest * plant.speed:g} rad/s)"
+        f"{highest:g} rad per metre of travel ({highest * plant.speed:g} rad/s)",
+        *filter(None, [warning(plant.model, plant.beyond)]),
     ]
     if fmu:
         path, systems = write_fmu(metres, folder / fmu, fmi, libraries)

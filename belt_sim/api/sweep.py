@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.api.resolve import analytic_model, by_tension, effects_of, fitted_model, model_of
+from belt_sim.api.resolve import analytic_model, by_tension, effects_of, fitted_model, model_of, validity_limits
 from belt_sim.api.simulate import simulate_one
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates, late_records
@@ -24,6 +24,7 @@ from belt_sim.line.spans import steady_traced
 from belt_sim.model import KEEP, AnalyticModel, Model
 from belt_sim.settings import case_from, group_from, make_settings, model_settings
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
+from belt_sim.validity import warning
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -89,7 +90,8 @@ def sweep(
 
     travel [m]: None gives steady rates in closed form alone; at [m]: travels at which positions are told, None for 1
     and 10; workers: threads, None for one a core; tell: hears what share of the cases is newly done.
-    ``bs.plot`` draws the table. Raises InputError, CannotRepresent.
+    ``bs.plot`` draws the table; ``table.attrs["beyond"]``: limits of validity, a sentence each. Raises InputError,
+    CannotRepresent.
     """
     given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
     given |= {"rig": rig, "belt": belt}
@@ -127,7 +129,26 @@ def sweep(
 
     table = pd.DataFrame(varied | {"model": chosen} | told)
     table.attrs["axes"] = {a.column: len(a.values) for a in axes}
+    table.attrs["beyond"] = _beyond(table, axes, plain, any_case, model)
     return table
+
+
+def _beyond(table: "pd.DataFrame", axes: Sequence[Axis], plain: Mapping[str, Any], case: Case, model: Any) -> list[str]:
+    """A sentence for each limit that the cases at the ends of the axes are used beyond, and that rows have left."""
+    said, effects = dict[str, tuple[float, str]](), effects_of(plain["effects"])
+    for corner in _corners(axes, plain, case, effects):
+        one = model_of(by_tension(model, [float(corner.settings.tension)]))
+        for limit in validity_limits(corner, one, [e.id for e in effects]):
+            if limit.load > said.get(limit.id, (0.0, ""))[0]:
+                said[limit.id] = limit.load, f"{warning(one.name, [limit])} (at the ends of what varies)"
+    half = 0.5e3 * table.get("belt_width", float(case.belt.width))
+    kinds = (
+        ("slackest_edge_n_per_mm2", lambda x: x < 0.0, "a belt edge goes slack"),
+        ("largest_y_mm", lambda x: ~(x <= half), "the belt leaves its pulleys by half its width"),
+    )
+    rows = [(words, int(there(table[name]).sum())) for name, there, words in kinds if name in table]
+    left = [f"in {n} of {len(table)} cases {words}, effects included" for words, n in rows if n]
+    return [sentence for _, sentence in sorted(said.values(), reverse=True)] + left
 
 
 def _marches(
@@ -260,6 +281,7 @@ class MapTask:
             names += tuple(f"rate{k}_mm_per_m" for k in POINTS)
             names += tuple(f"y{k}_mm_at_{s:g}_m" for s in self.at for k in POINTS)
             names += ("offset_upper_mm", "offset_lower_mm", "overshoot1_mm", "retreat1_mm", "slackest_edge_n_per_mm2")
+            names += ("largest_y_mm",)
         return (*names, "steady_rate_mm_per_m") if self.steady else names
 
 
@@ -279,7 +301,7 @@ def _row(case: Case, effects: tuple[Effect, ...], task: MapTask) -> Any:
 
 
 def _reduce_curves(curves: Curves, travel: np.ndarray, at: tuple[float, ...]) -> list[Any]:
-    """Late rates, positions, offsets, overshoot and retreat of point 1, slackest edge; as people write them."""
+    """Late rates, positions, offsets, overshoot and retreat of point 1, slackest edge, largest y; as people write."""
     y = jnp.asarray(curves.y) / MM
     unit = np.eye(len(travel))  # rates and positions are sums over records: their weights
     slopes = late_rates(Curves(travel=travel, y=unit))
@@ -293,7 +315,7 @@ def _reduce_curves(curves: Curves, travel: np.ndarray, at: tuple[float, ...]) ->
     retreat = jnp.max(jax.lax.cummax(out) - out)
     edge = jnp.min(jnp.asarray(curves.edge_stress)) / N_PER_MM2
     offset = jnp.stack([end[0] - end[3], end[2] - end[1]])
-    return [rates, (positions @ y.T).ravel(), offset, jnp.stack([overshoot, retreat, edge])]
+    return [rates, (positions @ y.T).ravel(), offset, jnp.stack([overshoot, retreat, edge, jnp.max(jnp.abs(y))])]
 
 
 def _corners(axes: Sequence[Axis], plain: Mapping[str, Any], case: Case, effects: tuple[Effect, ...]) -> list[Case]:

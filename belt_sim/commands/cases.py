@@ -163,7 +163,11 @@ def map_command(run_dir: RunDir) -> None:
         if shown not in drawn_columns(table):
             raise InputError("show", shown, "", f"use one of {', '.join(drawn_columns(table))}")
         seconds = time.monotonic() - began
-        print(f"{len(table)} cases in {seconds:.1f} s, {len(table) / seconds:.0f} a second")
+        print(
+            f"{len(table)} cases in {seconds:.1f} s, {len(table) / seconds:.0f} a second",
+            *table.attrs["beyond"],
+            sep="\n",
+        )
         write_with(draft / "map.parquet", lambda path: table.to_parquet(path, index=False))
         if config["pictures"] and len(table.attrs["axes"]) <= 2 and len(table) <= DRAWN:
             plot(table, draft / "map.png", kind=shown)

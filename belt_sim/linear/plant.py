@@ -30,6 +30,7 @@ from belt_sim.line.hooks import AFTER_ENGINE, Hooks, apply_hook, as_driven, over
 from belt_sim.line.runup import RunOff, RunUp, Yaw
 from belt_sim.line.spans import Composition, Spans
 from belt_sim.units import DEGREE, MM, N_PER_MM2
+from belt_sim.validity import Limit
 
 INPUTS = ("yaw", "yaw_head")
 OUTPUTS = ("y1", "y2", "y3", "y4")
@@ -46,7 +47,7 @@ class LinearBelt:
     now, delayed: A and A_d, shape (n, n) [1, 1/m, 1/m2 by the units of x]; drive: B (n, 2); constant: dx/ds at the
     working point with nothing steered (n,); states: names of x, n = 4, or 2 for a limp rope, which has no angles of its
     own; arcs: wrapped arc that each state comes back after (n,) [m]; places: for each of y1..y4 the state that it
-    shows and whether it comes one arc late; speed [m/s], tension [Pa].
+    shows and whether it comes one arc late; speed [m/s], tension [Pa]; beyond: limits that its model is used beyond.
     """
 
     model: str
@@ -59,6 +60,7 @@ class LinearBelt:
     constant: np.ndarray
     arcs: np.ndarray
     places: tuple[tuple[int, bool], ...]
+    beyond: tuple[Limit, ...] = ()
 
     def response(self, wavenumber: np.ndarray) -> np.ndarray:
         """Lateral position per yaw [m/rad] at ``wavenumber`` [rad/m], shape (k, 4, 2), delays exact.
@@ -116,7 +118,8 @@ class PlantSchedule:
             return PchipInterpolator(np.log(known), np.stack([getattr(p, name) for p in self.plants]))(np.log(asked))
 
         coefficients: dict[str, Any] = {name: interpolate(name) for name in ("now", "delayed", "drive", "constant")}
-        return replace(self.plants[0], tension=float(asked), **coefficients)
+        nearest = min(self.plants, key=lambda p: abs(p.tension - asked))
+        return replace(nearest, tension=float(asked), **coefficients)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,6 +225,7 @@ def plant_json(space: StateSpace, highest: float, provenance: Mapping[str, Any])
         "tension_n_per_mm2": plant.tension / N_PER_MM2,
         "inputs": list(INPUTS),
         "outputs": list(OUTPUTS),
+        **({"beyond_validity": {x.id: x.load for x in plant.beyond}} if plant.beyond else {}),
         "delayed_plant": {
             "states": list(plant.states),
             "delay_m": plant.arcs.tolist(),

@@ -7,7 +7,8 @@ import pytest
 from paper_cases import YAW, paper_case
 
 from belt_sim.api.resolve import validity_limits, validity_warnings
-from belt_sim.api.simulate import simulate
+from belt_sim.api.simulate import linearise, simulate
+from belt_sim.api.sweep import sweep
 from belt_sim.campaign import read_campaign
 from belt_sim.case import Rig, Schedule
 from belt_sim.effects.base import library
@@ -101,6 +102,20 @@ def test_simulate_says_it_in_a_line():
     assert loud.warning not in quiet.lines()
     assert summary_json(loud, {})["beyond_validity"]["limits"] == {"bending_layer": pytest.approx(3.18, abs=0.01)}
     assert "beyond_validity" not in summary_json(quiet, {})
+
+
+def test_a_plant_and_a_table_are_told_the_limits_of_their_cases():
+    slack, tight = (linearise(paper_case(t, 0.0), model="strip") for t in (7.0, 40.0))
+    assert [x.id for x in slack.beyond] == ["bending_layer"]
+    assert tight.beyond == ()
+    camber = [{"id": "camber", "kappa_c": 1e-3}]
+    table = sweep(tension=[7, 40], yaw=[0.042, 0.1], model="strip", effects=camber, travel=60)
+    layer, edge, off = table.attrs["beyond"]
+    assert layer.startswith("strip used beyond its validity: bending_layer (4.1 times the limit)")
+    assert edge.startswith("in 2 of 4 cases a belt edge goes slack")
+    assert off.startswith("in 2 of 4 cases the belt leaves its pulleys")
+    assert list(table["largest_y_mm"] > 100) == [True, True, False, False]
+    assert sweep(tension=[30, 40], model="strip", travel=20).attrs["beyond"] == []
 
 
 def test_a_campaign_is_told_once_a_limit():
