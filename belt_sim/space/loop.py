@@ -175,6 +175,11 @@ def station_radius(radius: float, chord: float) -> float:
     return 0.5 * chord / math.sin(0.5 * chord / radius)
 
 
+def stations_of(case: Case, dx: float) -> int:
+    """Number of stations about ``dx`` [m] apart, an even one."""
+    return 2 * round(float(case.rig.belt_length) / dx / 2.0)
+
+
 def lay_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> LaidLoop:
     """The loop at the case's tension and gravity with stations about dx [m] apart, or with so many stations.
 
@@ -186,13 +191,15 @@ def lay_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> LaidLoop
     longest = min(float(rig.head_radius), float(rig.tail_radius)) / (4.0 if path is lift else 3.0)
     if dx > longest:
         raise InputError("model.dx", dx, "m", f"a pulley carries too few stations: give at most {longest:.3f}")
-    n = stations or 2 * round(float(rig.belt_length) / dx / 2.0)
+    n = stations or stations_of(case, dx)
     hanging = HangingBelt.from_case(case)
     chord = hanging.length / n
     links = _links(hanging, chord, n)
     for _ in range(_CHORD_SWEEPS):
         loop, lower = _lay_stations(case, hanging, chord, links, path)
-        chord += (lower - links[3] * chord) / n
+        before, chord = chord, chord + (lower - links[3] * chord) / n
+        if chord == before:
+            break
     return loop
 
 
@@ -225,7 +232,9 @@ def _lay_stations(
     for _ in range(_TURN_SWEEPS):
         ahead = _wrap_stations(float(rig.tail_radius), turn, a, chord, meets, path)
         over = Catenary.from_points(behind[-1], ahead[0], curvature)
-        turn += (upper * chord * bow - over.length) / tail
+        before, turn = turn, turn + (upper * chord * bow - over.length) / tail
+        if np.array_equal(turn, before):
+            break
     under = Catenary.from_points(behind[0], ahead[-1], curvature)
     parts = (behind[-1:], over.divide(upper), ahead, under.divide(lower)[::-1], behind[:-1])
     where = np.repeat([0, 1, 2, 1, 0], [len(p) for p in parts])
@@ -249,5 +258,7 @@ def _wrap_stations(
     for _ in range(_PATH_SWEEPS):
         r = circle + sum(path(radius * depth, chord, radius) for depth in (angle - meets[0], meets[1] - angle))
         steps = np.concatenate([[0.0], np.cumsum(chord_angle(chord**2, r[1:], r[:-1]))])
-        angle = turn[middle] + steps - steps[middle]
+        before, angle = angle, turn[middle] + steps - steps[middle]
+        if np.array_equal(angle, before):
+            break
     return np.stack([x + r * np.sin(angle), r * np.cos(angle)], axis=1)

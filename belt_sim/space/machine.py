@@ -63,7 +63,7 @@ def lay_out(case: Case, belt: str, options: Options, parts: SceneParts, *, path=
 def build_scene(case: Case, belt: str, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, SceneLayout]:
     """The scene, and its specification, not yet compiled."""
     spec, scene = begin_scene(case, belt, options, parts)
-    set_solver(spec, options.dt, parts.gravity)
+    set_solver(spec, options.step, parts.gravity)
     add_dummy_equality(spec, "head-yaw")
     for k, guide in enumerate(parts.edge_guides):
         _draw_guide(spec, f"guide-{k}", guide, case)
@@ -151,4 +151,4 @@ def station_mass(case: Case, options: Options) -> float:
     The pulley feels the belt's pull one step late: stable for dt^2 k < 2 m, with k = 2 E b h / L of both spans.
     """
     stiffness = 2.0 * float(case.belt.youngs_modulus) * float(case.belt.area) / float(case.rig.span_length)
-    return max(options.tail_mass, _STAGGER_MARGIN * options.dt**2 * stiffness)
+    return max(options.tail_mass, _STAGGER_MARGIN * options.step**2 * stiffness)

@@ -163,7 +163,7 @@ class PreparedCase:
 
 def scene(case: Case, *, belt: str = "flex", options: Options | None = None) -> mujoco.MjSpec:
     """The specification of a case's scene, for actuators and sensors of one's own; ``prepare(cases, spec=...)``."""
-    options = fit_options(options or Options(), case, "flex")
+    options = fit_options(options or Options(), case, "flex", "mjx")
     return build_scene(case, belt, options, SceneParts.from_case(case, options.friction))[0]
 
 
@@ -187,14 +187,15 @@ def prepare(
     refuse_unobeyed(options, belt, "mjx")
     several = parts or [SceneParts.from_case(case, options.friction) for case in cases]
     features = features or active_features(several)
-    own = [fit_options(options, c, "flex") for c in cases]  # the step is implicit in bonds across their direction, too
+    # the step is implicit in bonds across their direction, too
+    own = [fit_options(options, c, "flex", "mjx") for c in cases]
     whole = spec or build_scene(cases[0], belt, own[0], replace(several[0], edge_guides=()))[0]
-    compiled = plain_model(whole.copy(), own[0].dt)
+    compiled = plain_model(whole.copy(), own[0].step)
     shared_model, shared_data = to_mjx(compiled, compiled.qpos0)
     prepared = []
     for case, fitted, acting in zip(cases, own, several, strict=True):
         layout = lay_out(case, belt, fitted, acting)
-        arrays = belt_arrays(layout, features, layout.mesh.mass / fitted.dt**2)
+        arrays = belt_arrays(layout, features, layout.mesh.mass / fitted.step**2)
         pulleys, shape = lay_pulleys(layout, arrays), arrays.shape
         m = with_numbers_of(shared_model, layout, compiled)
         tail = TailPulley.from_scene(layout, compiled, np.asarray(m.body_mass), np.asarray(m.dof_armature))
@@ -231,7 +232,7 @@ def with_numbers_of(m: mjx.Model, scene: SceneLayout, compiled: mujoco.MjModel) 
         body_mass[compiled.body(f"{name}-carriage").id] = mass
         armature[spin] = mass * radius**2
     body_pos[compiled.body("tail-carriage").id, 0] = float(case.rig.centre_distance)
-    gravity, dt = jnp.array([0.0, 0.0, -scene.parts.gravity]), jnp.array(float(scene.options.dt))
+    gravity, dt = jnp.array([0.0, 0.0, -scene.parts.gravity]), jnp.array(scene.options.step)
     return m.replace(  # arrays of JAX: those of NumPy are constants to MJX
         body_pos=jnp.asarray(body_pos),
         body_mass=jnp.asarray(body_mass),

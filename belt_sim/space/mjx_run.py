@@ -4,7 +4,7 @@ import math
 from collections.abc import Hashable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from types import SimpleNamespace
 
 import jax
@@ -17,10 +17,10 @@ from belt_sim.errors import CannotRepresent, SimulationError
 from belt_sim.jax_setup import in_float64
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.belt import ActiveFeatures
-from belt_sim.space.loop import lay_loop
+from belt_sim.space.loop import stations_of
 from belt_sim.space.machine import SceneLayout
 from belt_sim.space.mjx import READING, MjxData, MjxModel, PreparedCase, nodes_of, prepare, stack_cases, step
-from belt_sim.space.options import Options, is_limp
+from belt_sim.space.options import Options, fit_options, is_limp
 from belt_sim.space.run import (
     BatchEngine,
     Command,
@@ -57,10 +57,12 @@ class TimeCase:
     parts: SceneParts
     features: ActiveFeatures
 
-    @cached_property
+    def __post_init__(self) -> None:
+        fit_options(self.options, self.case, "flex", "mjx")  # here, what it refuses stops no other case of a batch
+
+    @property
     def stations(self) -> int:
-        rig = replace(self.case.rig, gravity=self.parts.gravity)
-        return len(lay_loop(replace(self.case, rig=rig), self.options.dx).x)
+        return stations_of(self.case, self.options.dx)
 
     @property
     def kind(self) -> Hashable:
@@ -97,7 +99,7 @@ def run(
     plans, march = [plan_of(r.scene, travel) for r in ready], compile_batch(axes)
     steps, widths = np.array([len(p.travel) for p in plans]), np.array([float(r.case.belt.width) for r in ready])
     options = [r.scene.options for r in ready[: len(observers)]]
-    segment = min([SEGMENT, *(max(int(o.frame / (o.dt * o.run_speed)), 1) for o in options)])  # a frame at each end
+    segment = min([SEGMENT, *(max(int(o.frame / (o.step * o.run_speed)), 1) for o in options)])  # a frame at each end
     plan, found = padded(plans, segment * math.ceil(steps.max() / segment)), [np.empty((len(ready), 0, 20))]
     watched = [(k, Watched(ready[k], tuple(own))) for k, own in enumerate(observers) if own]
 
@@ -160,7 +162,7 @@ class Watched:
         self.next_frame += scene.options.frame * math.ceil((travel - self.next_frame + 1e-12) / scene.options.frame)
         slides = np.moveaxis(np.asarray(nodes_of(self.ready.model.belt.shape, qpos)), -1, 0)
         scalars = {"tail_x": tail_x, "steps": float(steps), "belt_speed": speed}
-        now = SimpleNamespace(slides=slides, travel=travel, time=steps * scene.options.dt, yaw=yaw)
+        now = SimpleNamespace(slides=slides, travel=travel, time=steps * scene.options.step, yaw=yaw)
         frame = frame_of(scene, read[:17], now, scalars)
         for observer in self.observers:
             observer.frame(frame)

@@ -1,23 +1,18 @@
 """The belt in three dimensions as a model: which effects it can show, and its runs as the instruments see them."""
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from belt_sim.case import Case, Schedule
+from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.line.hooks import IN_MARCH, as_indicated, asked_of_engine, call_hook, overrides
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space.options import CONTACTS, Options, fit_options, refuse_unobeyed
-from belt_sim.units import N_PER_MM2
-from belt_sim.validity import limits
+from belt_sim.space.options import CONTACTS, Options, refuse_unobeyed
 
 if TYPE_CHECKING:
     from belt_sim.space.run import BatchEngine, Computed
@@ -146,8 +141,6 @@ class SpaceModel:
         if observers:
             run["observers"] = observers
         if self.engine not in BATCH_ENGINES:
-            if self.contact == CONTACTS[0] and self.belt != "rope":
-                refuse_folding(case, fit_options(self.options, case, self.belt, self.contact))
             from belt_sim.space.native import simulate  # MuJoCo takes a while to load
 
             run |= {"scene_path": scene_path, "control": self.control, "contact": self.contact, "edited": self.scene}
@@ -163,31 +156,3 @@ def batch_engine(name: str) -> "BatchEngine":
     home = {"mjx": "mjx_run", "quasi_static": "quasi_static"}[name]
     engine: BatchEngine = import_module(f"belt_sim.space.{home}").ENGINE  # JAX and MJX take a while to load
     return engine
-
-
-FOLDS = 2.5  # dt times the rate [1/s] at which a pressed line folds: runs with 2.3 went on, with 2.5 they broke off
-
-
-def refuse_folding(case: Case, options: Options) -> None:
-    """Raise InputError where a yaw step presses a line of nodes so much that it folds within a step.
-
-    A line under the pressure P zigzags at the rate 2 sqrt(P / (m dx)), m the mass of a node. P by the strip law's
-    entry moment (``validity``), with the lines b / sqrt(12) from the middle.
-    """
-    changes = [np.asarray(s.change)[np.asarray(s.over) <= 0.0] for s in (case.settings.yaw, case.settings.yaw_head)]
-    step = max(np.abs(c).max(initial=0.0) for c in changes)
-    tension, width = float(case.settings.tension), float(case.belt.width)
-    beam = 4.0 * float(case.belt.bending_stiffness / case.rig.span_length) * step  # [N m], at most
-    if not step or 6.0 * beam / (float(case.tension_force) * width) < math.sqrt(3.0):
-        return
-    straight = replace(case.settings, yaw=Schedule.step(step), yaw_head=Schedule.step(0.0))
-    load = next(limit.load for limit in limits(replace(case, settings=straight)) if limit.id == "slack_edge")
-    pressure = tension * (load / math.sqrt(3.0) - 1.0)
-    if pressure <= 0.0:
-        return
-    longest = 0.5 * FOLDS * options.dx * math.sqrt(float(case.belt.density) / pressure)
-    if options.dt > longest:
-        remedy = (
-            f"give at most {longest:.1e}: a yaw step presses an edge with {pressure / N_PER_MM2:.3g} N/mm2 and folds it"
-        )
-        raise InputError("model.dt", options.dt, "s", f"{remedy}; or make the yaw a ramp, or smaller")

@@ -263,15 +263,15 @@ class Engine:
     @staticmethod
     def from_scene(scene: SceneLayout, solver: Solver) -> "Engine":
         mesh, options, parts = scene.mesh, scene.options, scene.parts
-        belt = in_float64(belt_arrays)(scene, active_features([parts]), mesh.mass / options.dt**2)
+        belt = in_float64(belt_arrays)(scene, active_features([parts]), mesh.mass / options.step**2)
         rest_lengths = None
         if mesh.curvature is not None or mesh.residual:
             tied = solver.tied_nodes()
             rest_lengths = tie_lengths(mesh, tied, 0.0), tie_lengths(mesh, tied, 1.0)
             solver.set_rest_lengths(rest_lengths[0])
         tail = TailPulley.from_scene(scene, solver.model, solver.model.body_mass, solver.model.dof_armature)
-        wobbled = max(0.5 * options.settle, options.dt)
-        fixed = Fixed(belt, tail, mesh.rest, options.dt, options.hold_stiffness, wobbled)
+        wobbled = max(0.5 * options.settle, options.step)
+        fixed = Fixed(belt, tail, mesh.rest, options.step, options.hold_stiffness, wobbled)
         pulleys, shape = lay_pulleys(scene, belt), belt.shape
         kinks = RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None
         run_off = pulleys.wrap.outer(run_off_end(shape.sign)) if shape.limp else None
@@ -429,4 +429,4 @@ def instants_of(scene: SceneLayout, travel: float) -> tuple[np.ndarray, int]:
     steps = np.arange(len(plan.travel))
     shaped = (plan.travel >= 0.0) & (steps >= resting)
     columns = [plan.travel, plan.yaw, plan.share, plan.speed, plan.acceleration, plan.drag, plan.friction]
-    return np.column_stack([*columns, (steps + 1) * scene.options.dt, shaped]), resting
+    return np.column_stack([*columns, (steps + 1) * scene.options.step, shaped]), resting

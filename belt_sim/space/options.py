@@ -7,8 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from belt_sim.case import Case
+import numpy as np
+
+from belt_sim.case import Case, Schedule
 from belt_sim.errors import InputError
+from belt_sim.units import N_PER_MM2
+from belt_sim.validity import limits
 
 #: chords before the tangent point at which a station is caught; it is let go HYSTERESIS chords further out
 CATCH_DISTANCE = 0.5
@@ -46,6 +50,8 @@ BONDS = ("longitudinal", "transverse", "diagonal")
 TENSIONINGS = ("force", "length")
 #: What carries the belt on the pulleys: springs that hold landed nodes, or MuJoCo's contacts.
 CONTACTS = ("held", "mujoco")
+#: chords of travel in a step: no more than one station lands in it at either end
+MOST_CHORDS = 0.7
 #: belt_speed of a run at its case's own speed
 AS_THE_CASE = "case"
 
@@ -68,11 +74,12 @@ class Options:
     """Numerical settings of a run; the defaults are those of the error budget in studies/notes/three_dimensions.md.
 
     dx [m]: distance of stations along the belt; across: nodes over the width (2 carry the exact EI and tension
-    torsion); dt [s]; belt_speed [m/s] of the run, None = ``accurate_speed``, "case" = that of
-    the case; friction [1]: Coulomb coefficient between belt and pulleys, inf = sticking; bonds: which bonds tie the
-    grid; tensioning: how the belt gets its tension, see TENSIONINGS; run_in [m]: travel before 0, straight;
-    acceleration [m/s2]; settle [s]: time at rest for the sag, and half of it after a yaw step; yaw_time [s]: duration
-    of a yaw step; damping [1/s]: drag of the free belt, across its travel, per unit of its mass (limp belts get more);
+    torsion); dt [s], None = ``STEP``, shorter where that would break off, with engine=mjx longer for a slow belt;
+    belt_speed [m/s] of the run, None = ``accurate_speed``, "case" = that of the case; friction [1]: Coulomb coefficient
+    between belt and pulleys, inf = sticking; bonds: which bonds tie the grid; tensioning: how the belt gets its
+    tension, see TENSIONINGS; run_in [m]: travel before 0, straight; acceleration [m/s2]; settle [s]: time at rest for
+    the sag, and half of it after a yaw step; yaw_time [s]: duration of a yaw step; damping [1/s]: drag of the free
+    belt, across its travel, per unit of its mass (limp belts get more);
     hold_stiffness [N/m]: springs that hold a landed node; tail_mass [kg]: inertia of the tail pulley on its slide and
     about its axis; sample [m]: travel between points of the curves; frame [m]: travel between frames;
     steps: of engine=quasi_static, to a point of the curves.
@@ -80,7 +87,7 @@ class Options:
 
     dx: float = 0.025
     across: int = 2
-    dt: float = 1e-3
+    dt: float | None = None
     belt_speed: float | str | None = None
     friction: float = math.inf
     bonds: tuple[str, ...] = BONDS
@@ -121,6 +128,12 @@ class Options:
             raise InputError(f"model.{key}", settings[key], "", f"use one of {', '.join(known)}")
         given = {key: value for key, value in settings.items() if value is not None}
         return Options(**{key: _convert(f"model.{key}", value, known[key]) for key, value in given.items()})
+
+    @property
+    def step(self) -> float:
+        """A step in time [s] of options that were fitted to a case (``fit_options``)."""
+        assert self.dt is not None
+        return self.dt
 
     @property
     def run_speed(self) -> float:
@@ -201,31 +214,77 @@ _ROLLED_OFF = 8000.0
 _LIMP_DRAG = 2.0  # times string speed / span length: a third of critical for the lowest sway of a span
 
 
-def fit_options(options: Options, case: Case, belt: str, contact: str = CONTACTS[0]) -> Options:
-    """Options for this case, with a belt speed in m/s; contact: one of CONTACTS.
+#: [s], a step in time, unless told otherwise
+STEP = 1e-3
+#: [m] of travel that a step of engine=mjx takes at least. A slow belt's waves are as slow (``accurate_speed``), so that
+#: they are resolved as a fast one's are: test rig, 7 N/mm2, 2.3 for 1 ms: y within 0.05 % of the largest, moments 0.7 %
+_WAY_OF_STEP = STEP * _FASTEST
+FOLDS = 2.5  # dt times the rate [1/s] at which a pressed line folds: runs with 2.3 went on, with 2.5 they broke off
+
+
+def fit_options(options: Options, case: Case, belt: str, engine: str = "native") -> Options:
+    """Options for this case, with a belt speed in m/s and a step in s; engine: one of OBEYED, "held" is "native".
 
     Springs (tendons) lend MuJoCo's metric no stiffness across their direction, so that their step stays below
     dx / string speed; spans that are limp, or that landings shake, get a drag that calms them in between.
-    Raises InputError when a link on a pulley would turn further in a step than its strain can bear, and for a belt
-    speed at which landings shake the belt too much.
+    Raises InputError for a step in which a link on a pulley would turn further than its strain can bear (engine=mjx:
+    several stations would land), or a yaw step would fold the belt, and for a belt speed at which landings shake it.
     """
     waves = string_speed(case)
     fastest, pace = waves / _SHAKEN, accurate_speed(waves)
-    if contact != CONTACTS[0]:
+    if engine == CONTACTS[1]:
         pace = min(_CONTACT_SPEED, fastest, waves**2 / _ROLLED_OFF)
         landings = 2.0 * float(case.rig.span_length) * pace / (options.dx * waves)  # in a period of the lowest sway
         pace *= min((max(math.floor(landings - 0.5), 0.0) + 0.5) / landings, 1.0)  # halfway between two resonances
     if options.belt_speed is not None:
         pace = _speed_given(options, case, fastest, pace)
-    dt = options.dt if belt == "flex" else min(options.dt, _COURANT * options.dx / waves)
-    radius = min(float(case.rig.head_radius), float(case.rig.tail_radius))
-    longest = radius / pace * (2.0 * float(case.settings.tension) / float(case.belt.youngs_modulus)) ** 0.5
-    if belt != "rope" and dt > longest:
-        raise InputError("model.dt", dt, "s", f"give at most {longest:.1e} at {pace:.2f} m/s, or a slower belt_speed")
+    dt = max(STEP, _WAY_OF_STEP / pace) if engine == "mjx" else STEP
+    bounds = []
+    if belt != "rope" and engine != "quasi_static":
+        radius = min(float(case.rig.head_radius), float(case.rig.tail_radius))
+        way = radius * (2.0 * float(case.settings.tension) / float(case.belt.youngs_modulus)) ** 0.5
+        way = MOST_CHORDS * options.dx if engine == "mjx" else way
+        bounds.append((_two_digits(way / pace), f" at {pace:.2f} m/s, or a slower belt_speed"))
+        if engine != CONTACTS[1]:
+            bounds.append(_step_that_folds(case, options.dx))
+    for longest, why in bounds:
+        if options.dt is not None and options.dt > longest:
+            raise InputError("model.dt", options.dt, "s", f"give at most {longest:.2g}{why}")
+        dt = min(dt, longest)
+    dt = dt if options.dt is None else options.dt
+    dt = dt if belt == "flex" else min(dt, _COURANT * options.dx / waves)
     damping = options.damping
-    if is_limp(belt, options) or contact != CONTACTS[0]:
+    if is_limp(belt, options) or engine == CONTACTS[1]:
         damping = max(damping, _LIMP_DRAG * waves / float(case.rig.span_length))
     return replace(options, belt_speed=pace, dt=dt, damping=damping)
+
+
+def _step_that_folds(case: Case, dx: float) -> tuple[float, str]:
+    """The step [s] from which on a yaw step folds the belt, inf = never, and why.
+
+    It presses a line of nodes with P, by the strip law's entry moment (``validity``) and lines b / sqrt(12) from the
+    middle; such a line zigzags at the rate 2 sqrt(P / (m dx)), m the mass of a node.
+    """
+    changes = [np.asarray(s.change)[np.asarray(s.over) <= 0.0] for s in (case.settings.yaw, case.settings.yaw_head)]
+    step = max(np.abs(c).max(initial=0.0) for c in changes)
+    tension, width = float(case.settings.tension), float(case.belt.width)
+    beam = 4.0 * float(case.belt.bending_stiffness / case.rig.span_length) * step  # [N m], at most
+    if not step or 6.0 * beam / (float(case.tension_force) * width) < math.sqrt(3.0):
+        return math.inf, ""
+    straight = replace(case.settings, yaw=Schedule.step(step), yaw_head=Schedule.step(0.0))
+    load = next(limit.load for limit in limits(replace(case, settings=straight)) if limit.id == "slack_edge")
+    pressure = tension * (load / math.sqrt(3.0) - 1.0)
+    if pressure <= 0.0:
+        return math.inf, ""
+    why = f": a yaw step presses an edge with {pressure / N_PER_MM2:.3g} N/mm2 and folds it"
+    longest = 0.5 * FOLDS * dx * math.sqrt(float(case.belt.density) / pressure)
+    return _two_digits(longest), f"{why}; or make the yaw a ramp, or smaller"
+
+
+def _two_digits(value: float) -> float:
+    """The value, cut to two digits."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return float(f"{unit * math.floor(value / unit):.2g}")
 
 
 def _speed_given(options: Options, case: Case, fastest: float, accurate: float) -> float:

@@ -302,7 +302,7 @@ def lay_case(
     case: Case, belt: str, travel: float, options: Options, parts: SceneParts, features: ActiveFeatures
 ) -> TravelCase:
     """The belt of a case laid round its pulleys, to be run over ``travel`` [m]; see BatchEngine."""
-    options = fit_options(options, case, belt)
+    options = fit_options(options, case, belt, "quasi_static")
     scene = lay_out(case, belt, options, parts)
     arrays = belt_arrays(scene, features)
     shape = arrays.shape

@@ -54,7 +54,7 @@ def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) ->
     # nodes come straight onto the circle
     spec, scene = begin_scene(_with_plate_torsion(case), belt, options, parts, path=lambda depth, *_: 0.0 * depth)
     scene = replace(scene, case=replace(case, rig=scene.case.rig))
-    set_contact_solver(spec, options.dt, parts.gravity, parts.lean)
+    set_contact_solver(spec, options.step, parts.gravity, parts.lean)
     _dress_nodes(spec, scene)
     for name, radius in (("head", scene.loop.radius_head), ("tail", scene.loop.radius_tail)):
         _make_solid(spec, name, radius, scene)
@@ -103,7 +103,7 @@ def case_words(scene: SceneLayout) -> dict[str, str]:
     words |= {"direction": float(case.settings.direction), "friction": scene.parts.friction}
     words |= {f"rig.{k}": float(v) for k, v in asdict(case.rig).items() if v is not None}
     words |= {f"belt.{k}": float(v) for k, v in asdict(case.belt).items()}
-    words |= {"model.dx": options.dx, "model.dt": options.dt, "model.belt_speed": options.run_speed}
+    words |= {"model.dx": options.dx, "model.dt": options.step, "model.belt_speed": options.run_speed}
     for name in ("head", "tail"):
         shape = vars(getattr(scene.parts, name)).items()
         words |= {f"effects ({name} pulley's {k})": v for k, v in shape if k != "radius"}
@@ -157,7 +157,7 @@ _COLOURS = {"node": (0.75, 0.78, 0.82, 1.0), "flag": (0.2, 0.45, 0.8, 1.0), "gui
 def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     """Spheres on all nodes that meet the pulleys (class "node"; what the pulleys say of contact does not count), edge
     flags that rays and guides meet on those of the outer lines (class "flag")."""
-    mesh, dt, friction = scene.mesh, scene.options.dt, scene.parts.friction
+    mesh, dt, friction = scene.mesh, scene.options.step, scene.parts.friction
     node, flag = spec.add_default("node", spec.default), spec.add_default("flag", spec.default)
     touch, seen = node.geom, flag.geom
     touch.contype, touch.conaffinity, touch.condim, touch.priority = _NODE, _PULLEY | _USER, 3, 1
@@ -219,7 +219,7 @@ def _add_guide(spec: mujoco.MjSpec, name: str, guide: GuideRoller, scene: SceneL
     y = guide.side * (0.5 * width + guide.gap + _GUIDE[0])
     geom = spec.worldbody.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[guide.x, y, level])
     geom.size, geom.rgba, geom.group, geom.friction = [*_GUIDE, 0.0], _COLOURS["guide"], 1, [0, 0, 0]
-    geom.priority, geom.solref = 2, [-guide.stiffness / scene.mesh.mass[0], -2.0 / scene.options.dt]
+    geom.priority, geom.solref = 2, [-guide.stiffness / scene.mesh.mass[0], -2.0 / scene.options.step]
     geom.solimp = [0.5, 0.5, 1e-3, 0.5, 2.0]
 
 

@@ -27,7 +27,7 @@ from belt_sim.space.elastic import strains
 from belt_sim.space.loop import smoothstep
 from belt_sim.space.machine import SceneLayout
 from belt_sim.space.mujoco_interface import Motion
-from belt_sim.space.options import AXIS_STATIONS, REST_DRAG, RUNAWAY, RUNUP_LINKS, Options, accelerate
+from belt_sim.space.options import AXIS_STATIONS, MOST_CHORDS, REST_DRAG, RUNAWAY, RUNUP_LINKS, Options, accelerate
 from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, SlipState
 
 
@@ -102,7 +102,7 @@ def plan_in_time(scene: SceneLayout, end: float) -> tuple[Command, int]:
     and camber set in, as a yaw step does.
     """
     options, parts, plan = scene.options, scene.parts, YawPlan.from_settings(scene.case.settings)
-    resting = math.ceil(options.settle / options.dt)
+    resting = math.ceil(options.settle / options.step)
     rows: list[Command] = []
 
     def add(travel: Any, yaw: Any, share: Any, speed: Any, more: Any, drag: tuple[float, float], friction: Any) -> None:
@@ -116,12 +116,12 @@ def plan_in_time(scene: SceneLayout, end: float) -> tuple[Command, int]:
     travel, speed, done, drag = -scene.early, 0.0, -math.inf, (0.0, options.damping)
     for stop in [*sorted(plan.stops(end) | ({0.0} if parts.sets_in else set())), math.inf]:
         way, speeds = drive(travel, speed, stop, end + 0.5 * options.sample, options)
-        gained = np.diff(speeds, prepend=speed) / options.dt
+        gained = np.diff(speeds, prepend=speed) / options.step
         add(way, plan.angles(way, done), float(done >= 0.0), speeds, gained, drag, parts.friction)
         if stop == math.inf or not len(way) or way[-1] != stop:
             break
         travel, speed = stop, 0.0
-        passed = options.dt * np.arange(1, math.ceil((options.yaw_time + 0.5 * options.settle) / options.dt - 1e-9))
+        passed = options.step * np.arange(1, math.ceil((options.yaw_time + 0.5 * options.settle) / options.step - 1e-9))
         part = smoothstep(passed / options.yaw_time)
         share = np.ones_like(part) if done >= 0.0 else part if stop >= 0.0 else np.zeros_like(part)
         there = np.full(len(part), stop)
@@ -133,7 +133,7 @@ def plan_in_time(scene: SceneLayout, end: float) -> tuple[Command, int]:
 def drive(travel: float, speed: float, stop: float, end: float, options: Options) -> tuple[np.ndarray, np.ndarray]:
     """Travel [m] and speed [m/s] after every step of a belt that goes on until it stands at ``stop`` [m] (inf: nowhere)
     or has reached ``end`` [m]."""
-    way, speeds, dt, top, rise = [], [], options.dt, options.run_speed, options.acceleration
+    way, speeds, dt, top, rise = [], [], options.step, options.run_speed, options.acceleration
     braking = (top / rise * 0.5 + 3.0 * dt) * top  # [m], before the stop
     arrived = False
     while not arrived and travel < end:
@@ -155,7 +155,6 @@ def drive(travel: float, speed: float, stop: float, end: float, options: Options
 
 _RESTING = 4  # rows at rest in which the spans find their places
 _TURNING = 4  # rows in which a yaw step is made, and two more after it
-_LONGEST = 0.7  # chords in a step: no more than one station lands in it at either end
 
 
 def plan_in_travel(settings: Settings, options: Options, travel: float, changes: bool) -> tuple[Command, np.ndarray]:
@@ -163,7 +162,7 @@ def plan_in_travel(settings: Settings, options: Options, travel: float, changes:
     the curves, shape (rows,), with one at rest at travel 0 before the yaw; changes: something besides the yaw sets in
     at 0."""
     yaw = YawPlan.from_settings(settings)
-    steps = max(options.steps, math.ceil(options.sample / (_LONGEST * options.dx)))
+    steps = max(options.steps, math.ceil(options.sample / (MOST_CHORDS * options.dx)))
     commands: list[Command] = []
     recorded: list[bool] = []
 
@@ -398,9 +397,9 @@ class Recorder:
         return travel >= self.next_reading
 
     def step(self, state: RunState) -> None:
-        """Called after every step of the run-in and the run."""
+        """Called after every step of the run-in and the run; a belt that stands for a yaw step is in no row."""
         self.steps += 1
-        if not self.is_due(state.travel):
+        if not self.is_due(state.travel) or (self.rows and state.speed == 0.0):
             return
         options = self.scene.options
         self.next_reading = state.travel + options.sample / _READINGS_PER_SAMPLE

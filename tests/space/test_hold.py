@@ -6,7 +6,7 @@ from paper_cases import paper_case
 
 from belt_sim.errors import InputError
 from belt_sim.space.loop import lay_loop
-from belt_sim.space.model import SpaceModel, refuse_folding
+from belt_sim.space.model import SpaceModel
 from belt_sim.space.native import SpaceRun
 from belt_sim.space.options import Options, fit_options
 from belt_sim.space.run import plan_in_time
@@ -53,12 +53,24 @@ def test_too_long_a_step_is_refused_in_one_line():
 def test_a_yaw_step_that_would_fold_the_belt_is_refused_before_the_run(tension, yaw, dx):
     """Each of these ran until its accelerations grew without bound."""
     case = paper_case(tension, np.radians(yaw), ROPE_EXAMPLE)
-    with pytest.raises(InputError, match=r"model\.dt = 0\.001 s: give at most .* folds it"):
-        SpaceModel(options=Options(dx=dx)).run(case, travel=0.1)
+    for engine in ("native", "mjx"):
+        with pytest.raises(InputError, match=r"model\.dt = 0\.001 s: give at most .* folds it"):
+            SpaceModel(options=Options(dx=dx, dt=1e-3), engine=engine).run(case, travel=0.1)
+        assert fit_options(Options(dx=dx), case, "flex", engine).step < 1e-3
 
 
 @pytest.mark.parametrize(("tension", "yaw", "options"), [
     (7.0, 0.042, {}), (7.0, 0.048, {"dt": 5e-4}), (40.0, 0.3, {"dt": 2.5e-4}), (7.0, 0.076, {"dx": 0.04}),
 ])  # fmt: skip
 def test_a_yaw_step_that_runs_is_not_refused(tension, yaw, options):
-    refuse_folding(paper_case(tension, np.radians(yaw), ROPE_EXAMPLE), Options(**options))
+    fit_options(Options(**({"dt": 1e-3} | options)), paper_case(tension, np.radians(yaw), ROPE_EXAMPLE), "flex")
+
+
+def test_a_slow_belt_on_mjx_takes_steps_of_the_same_travel():
+    """As far as no more than one station lands in them; the other engines keep to 1 ms."""
+    steps = [fit_options(Options(), paper_case(t, 0.0, TEST_RIG), "flex", "mjx") for t in (5.0, 7.0, 60.0)]
+    for options in steps:
+        assert options.step * options.run_speed == pytest.approx(2e-3)
+    assert fit_options(Options(), paper_case(7.0, 0.0, TEST_RIG), "flex").step == 1e-3
+    with pytest.raises(InputError, match=r"model\.dt = 0\.01 s: give at most 0\.0087 at 2\.00 m/s"):
+        fit_options(Options(dt=1e-2), paper_case(60.0, 0.0, TEST_RIG), "flex", "mjx")

@@ -60,7 +60,8 @@ class Watcher:
 def test_a_batch_is_beside_native_and_each_case_by_itself():
     """One is watched, one is straight, one runs off its pulleys and stops no other."""
     yawed, slacker = (paper_case(t, rig=ROPE_EXAMPLE) for t in (60.0, 40.0))
-    straight, far = (replace(yawed, settings=replace(yawed.settings, yaw=Schedule.step(turn))) for turn in (0.0, 0.5))
+    turns = Schedule.step(0.0), Schedule.ramp(0.5, 0.0, 0.1)
+    straight, far = (replace(yawed, settings=replace(yawed.settings, yaw=turn)) for turn in turns)
     watcher = Watcher()
     cases = [yawed, straight, slacker, far]
     found, still, other, lost = simulate_batch(cases, travel=TRAVEL, options=COARSE, chunk=4, observers=[[watcher]])

@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Frame, late_rates
 from belt_sim.jax_setup import prepare
-from belt_sim.space import Options
+from belt_sim.space.options import STEP
 from belt_sim.units import MM_PER_M
 from studies.bench.space.task import TASKS, Task, off_the_law
 
@@ -38,7 +38,7 @@ class Marks:
         """Nothing to do after it."""
 
 
-def measure(task: Task, travel: float, dt: float = Options().dt) -> dict[str, Any]:
+def measure(task: Task, travel: float, dt: float = STEP) -> dict[str, Any]:
     """Cost of the first ``travel`` [m] of a task with steps of ``dt`` [s], and what the whole would cost.
 
     cpu_s: measured, building the scene included; whole_cpu_s: with the rest of the travel at the pace of the last

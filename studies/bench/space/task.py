@@ -10,7 +10,7 @@ from belt_sim.line.march import march
 from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.native import SpaceRun
-from belt_sim.space.options import fit_options
+from belt_sim.space.options import STEP, fit_options
 from belt_sim.units import N_PER_MM2
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG, paper_case
 
@@ -28,7 +28,7 @@ class Task:
         """The paper's belt after a yaw step at travel 0."""
         return paper_case(self.tension * N_PER_MM2, rig=self.rig)
 
-    def begin(self, dt: float = Options().dt) -> tuple[SpaceRun, Options]:
+    def begin(self, dt: float = STEP) -> tuple[SpaceRun, Options]:
         """The membrane laid on its pulleys, ready to go, and its resolved options; dt [s]."""
         case = self.case()
         options = fit_options(Options(dt=dt), case, "flex")
