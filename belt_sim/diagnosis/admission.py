@@ -35,15 +35,6 @@ def admit(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str
     Raises InputError naming the first thing that is wrong.
     """
     case = case_of(campaign, campaign.runs[0])
-    _check_declarations(cls)
-    _check_null_limit(cls, model, case)
-    lines = [f"{cls.id}: null parameters change nothing, bit for bit; units declared"]
-    lines += _check_parity(cls, model, case)
-    lines += _check_exponent(cls, model, case)
-    return lines + _check_collinearity(cls, model, campaign)
-
-
-def _check_declarations(cls: type[Effect]) -> None:
     for name, p in cls.parameters.items():
         where = f"{cls.id}.parameters.{name}"
         if not p.unit or not p.meaning:
@@ -52,10 +43,7 @@ def _check_declarations(cls: type[Effect]) -> None:
             raise InputError(f"{where}.plausible", p.plausible, p.unit, "give (low, high)")
         if not np.isfinite(p.scale) or p.scale == 0:
             raise InputError(f"{where}.scale", p.scale, p.unit, "give a size that matters on a real machine")
-
-
-def _check_null_limit(cls: type[Effect], model: Composition, case: Case) -> None:
-    """March, readings and scene must be the same to the last bit (to rounding where JAX fuses, see jax_setup)."""
+    # march, readings and scene must be the same to the last bit (to rounding where JAX fuses, see jax_setup)
     without, null = march(case, model, travel=TRAVEL), cls.null()
     within = march(case, model, (null,), travel=TRAVEL)
     read = [indicate(without, case, effects, without.travel) for effects in ((), (null,))]
@@ -64,6 +52,10 @@ def _check_null_limit(cls: type[Effect], model: Composition, case: Case) -> None
     parts = SceneParts.from_case(case)
     if not all(alike(a, b) for a, b in pairs) or call_hook(null, "scene", parts, case) != parts:
         raise InputError(f"{cls.id}.null()", "changes the curves", "", "every hook must return its input when null")
+    lines = [f"{cls.id}: null parameters change nothing, bit for bit; units declared"]
+    lines += _check_parity(cls, model, case)
+    lines += _check_exponent(cls, model, case)
+    return lines + _check_collinearity(cls, model, campaign)
 
 
 def _contribution(cls: type[Effect], model: Composition, case: Case) -> np.ndarray:

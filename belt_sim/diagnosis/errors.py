@@ -126,7 +126,17 @@ def _predict_left_out(
     blocks = fit.residual.reshape(len(samples.runs), -1)
     columns = fit.columns.reshape(count, *blocks.shape)
     here, rest = (columns[:, m].reshape(count, blocks[m].size) for m in (out, ~out))
-    step, root = _refit(rest, blocks[~out].ravel(), sigma, away, step_bounds(fit, bench.forward.sides))
+    # A step to the fit of the other runs with the prior, and a root of its covariance: rows are what one sigma of
+    # independent combinations adds to the numbers. What a machine has on one side of null only stays there.
+    space = step_bounds(fit, bench.forward.sides)
+    scale = 1.0 / np.sqrt(np.sum(rest**2, axis=1) + sigma**-2.0)
+    information = (rest @ rest.T + np.diag(sigma**-2.0)) * np.outer(scale, scale)
+    values, vectors = np.linalg.eigh(information)
+    root = (vectors / np.sqrt(np.maximum(values, 1e-12))).T * scale
+    along = rest @ blocks[~out].ravel() - away / sigma**2
+    step = root.T @ (root @ along)
+    if np.any((step < space[0]) | (step > space[1])):
+        step = scale * bounded_step(information, scale * along, space[0] / scale, space[1] / scale)
     seen = root @ here
     errors = samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
     lateral = np.array([s.kind == "lateral" for s in samples.signals])
@@ -137,24 +147,6 @@ def _predict_left_out(
         lateral=errors[np.isfinite(samples.y[out]) & lateral[None, :, None]],
         testable=_is_known(here, root, allowed, away, [bench.forward.slots[k].effect.id for k in fit.free]),
     )
-
-
-def _refit(columns: np.ndarray, residual: np.ndarray, sigma: np.ndarray, away: np.ndarray, space):
-    """The step (k,) from a joint fit ``away`` from null to that of some runs with the prior, and a root (k, k) of its
-    covariance: rows are what one sigma of independent combinations adds to the numbers.
-
-    space: how far each number may go down and up (k,); what a machine has on one side of null only (a stiffness) some
-    runs alone, which may hardly show it, do not put on the other.
-    """
-    scale = 1.0 / np.sqrt(np.sum(columns**2, axis=1) + sigma**-2.0)
-    information = (columns @ columns.T + np.diag(sigma**-2.0)) * np.outer(scale, scale)
-    values, vectors = np.linalg.eigh(information)
-    root = (vectors / np.sqrt(np.maximum(values, 1e-12))).T * scale
-    along = columns @ residual - away / sigma**2
-    step = root.T @ (root @ along)
-    if np.any((step < space[0]) | (step > space[1])):
-        step = scale * bounded_step(information, scale * along, space[0] / scale, space[1] / scale)
-    return step, root
 
 
 def _surprise(left: np.ndarray, seen: np.ndarray) -> float:

@@ -168,7 +168,11 @@ def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarra
     length = float(np.max(samples.cases.rig.belt_length))
     white, left, slow_ones = [], [], 0
     for r, travel in enumerate(samples.travel):
-        slow = _slow_splines(travel, length / SMOOTH)
+        # cubic splines (n, k) with knots every ``spacing`` [m]
+        low, high = float(np.min(travel)), float(np.max(travel))
+        inner = np.linspace(low, high, max(2, round((high - low) / (length / SMOOTH)) + 1))
+        knots = np.concatenate([[low] * 3, inner, [high] * 3])
+        slow = BSpline.design_matrix(travel, knots, 3).toarray()
         for root, shape, y in zip(roots[r], shapes[:, r].swapaxes(0, 1), residual[r], strict=True):
             known = np.isfinite(y)
             own = np.linalg.qr(root[:, known] @ slow[known])[0]
@@ -188,14 +192,6 @@ def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarra
     alone = harmonics[np.diff(gains, prepend=0.0) > 2.0 * np.log(readings)]
     best = max([harmonics[np.argmax(gains - 2 * 2 * harmonics)], *alone])
     return int(min(max(FEWEST, best), len(gains)))
-
-
-def _slow_splines(travel: np.ndarray, spacing: float) -> np.ndarray:
-    """Cubic splines (n, k) with knots every ``spacing`` [m]."""
-    low, high = float(np.min(travel)), float(np.max(travel))
-    inner = np.linspace(low, high, max(2, round((high - low) / spacing) + 1))
-    knots = np.concatenate([[low] * 3, inner, [high] * 3])
-    return BSpline.design_matrix(travel, knots, 3).toarray()
 
 
 def harmonics_of(classes: Sequence[type[Effect]], samples: Samples) -> dict[str, int]:

@@ -306,7 +306,12 @@ def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list
 
     A number that a machine has on one side of null only promises nothing on the other.
     """
-    gram, pull = _products(fit, bench.metric.whiten(grid.columns))
+    # gram matrix (m, m) of whitened columns (m, N) and their products (m,) with the residual of a fit, of both
+    # what the fit's own numbers do not take up
+    columns = bench.metric.whiten(grid.columns)
+    own = fit.columns.reshape(len(fit.free), columns.shape[1])
+    onto = columns @ own.T @ pseudo_inverse((own @ own.T)[None])[0]
+    gram, pull = columns @ columns.T - onto @ (own @ columns.T), columns @ fit.residual - onto @ (own @ fit.residual)
     steps, sigma = _steps_on_grid(bench, fit, grid, gram, pull)
     changes = np.zeros((len(steps), len(gram)))  # at every point, as a sum of the grid's columns
     np.add.at(changes, (np.arange(len(steps))[:, None], grid.choices), steps)
@@ -328,14 +333,6 @@ def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list
         elif same is not None and not possible(found[same]) and possible(k):
             found[same] = k
     return found
-
-
-def _products(fit: Fit, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gram matrix (m, m) of whitened columns (m, N) and their products (m,) with the residual of a fit, of both what
-    the fit's own numbers do not take up."""
-    own = fit.columns.reshape(len(fit.free), columns.shape[1])
-    onto = columns @ own.T @ pseudo_inverse((own @ own.T)[None])[0]
-    return columns @ columns.T - onto @ (own @ columns.T), columns @ fit.residual - onto @ (own @ fit.residual)
 
 
 def _steps_on_grid(

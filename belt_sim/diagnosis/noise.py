@@ -413,15 +413,6 @@ def _free_directions(rows: np.ndarray, noise: np.ndarray) -> np.ndarray:
 # look like something missing. Where readings do not tell, both are drawn, each as often as it is probable.
 
 
-def repeated_groups(samples: Samples) -> list[tuple[int, ...]]:
-    """Indices of runs with the same settings, group by group, where there are two or more."""
-    found: dict[tuple, list[int]] = {}
-    for k, run in enumerate(samples.runs):
-        settings = run.tension, run.yaw, run.yaw_head, run.speed, run.direction, run.yaw_at
-        found.setdefault(settings, []).append(k)
-    return [tuple(runs) for runs in found.values() if len(runs) > 1]
-
-
 def differences(samples: Samples, shapes: np.ndarray, group: tuple[int, ...]) -> list[Contrast]:
     """Every run of a group against the mean of those before it (Helmert), for every signal; runs sampled at other
     travels than the first are left out.
@@ -522,7 +513,20 @@ class SignalLevels:
             self.grids.append((modes, of, 1.0 / variance))
             self.fast_grids.append([(own, _variance(ratios)) for ratios, own in (f.modes(reach) for f in self.fast)])
         if contrasts:
-            self.spectra, self.modes_of = _spectra(signal, contrasts[0], self.lengths, smooth)
+            # variance (G, K) of the Fourier modes of one record at every point of the grid, and of how many
+            # modes each of the K stands for
+            contrast = contrasts[0]
+            count = len(contrast.travel)
+            first = np.unique(np.geomspace(1, count, MODES).astype(int))
+            last = np.append(first[1:], count + 1)
+            turn = np.pi * 0.5 * (first + last - 1) / count  # of the phase from sample to sample
+            spacing = float(np.median(np.diff(contrast.travel)))
+            steps = spacing / (self.lengths * max(signal.wander_length, 1e-6))[:, None]
+            wander = signal.wander_sd**2 * of_wander((SMOOTH if smooth else 1.0) * steps, turn, smooth)
+            white = max(signal.white, FLOOR) ** 2 / contrast.per_bin
+            f2 = FACTORS**2
+            spectra = f2[:, None, None] * white + f2[:, None] * wander[:, None, None, :]
+            self.spectra, self.modes_of = spectra.reshape(-1, len(first)), (last - first).astype(float)
 
     def cost(self, errors: np.ndarray, least: float | None = None) -> np.ndarray:
         """-2 log probability (lengths, white factors, wander factors) after readings (R, S, n).
@@ -604,25 +608,6 @@ def favours(one: SignalLevels, other: SignalLevels, errors: np.ndarray) -> float
     return float(first - second)
 
 
-def _spectra(
-    signal: SignalSheet, contrast: Contrast, lengths: np.ndarray, smooth: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """Variance (G, K) of the Fourier modes of one record at every point of the grid, and of how many modes each of
-    the K stands for.
-    """
-    count = len(contrast.travel)
-    first = np.unique(np.geomspace(1, count, MODES).astype(int))
-    last = np.append(first[1:], count + 1)
-    turn = np.pi * 0.5 * (first + last - 1) / count  # of the phase from sample to sample
-    spacing = float(np.median(np.diff(contrast.travel)))
-    steps = spacing / (lengths * max(signal.wander_length, 1e-6))[:, None]
-    wander = signal.wander_sd**2 * of_wander((SMOOTH if smooth else 1.0) * steps, turn, smooth)
-    white = max(signal.white, FLOOR) ** 2 / contrast.per_bin
-    f2 = FACTORS**2
-    spectra = f2[:, None, None] * white + f2[:, None] * wander[:, None, None, :]
-    return spectra.reshape(-1, len(first)), (last - first).astype(float)
-
-
 def of_wander(steps: np.ndarray, turn: np.ndarray, smooth: bool) -> np.ndarray:
     """Variance (G, K) of modes that turn by so much (K,) a sample, of wander of unit size whose exponential falls by
     ``steps`` (G, 1) a sample; smooth: it is Matern's.
@@ -665,7 +650,12 @@ class LevelFinder:
         nothing; coming_round (k, R, S, n): what differs between repeats that start elsewhere on the belt, if they do.
         """
         self.samples, self.shapes, self.columns, self.coming_round = samples, shapes, columns, coming_round
-        self.groups = repeated_groups(samples)
+        # indices of runs with the same settings, group by group, where there are two or more
+        found: dict[tuple, list[int]] = {}
+        for k, run in enumerate(samples.runs):
+            settings = run.tension, run.yaw, run.yaw_head, run.speed, run.direction, run.yaw_at
+            found.setdefault(settings, []).append(k)
+        self.groups = [tuple(runs) for runs in found.values() if len(runs) > 1]
         differing = shapes if coming_round is None else np.concatenate([shapes, coming_round])
         contrasts = [c for group in self.groups for c in differences(samples, differing, group)]
         self.disagreements = [d for c in contrasts if (d := disagreement(samples, c)) is not None]

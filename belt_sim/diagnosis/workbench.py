@@ -201,7 +201,15 @@ def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
         shapes = [expanded.columns_of(c, vector) for c in there]
         free = np.concatenate([np.zeros((0, *y.shape)), *shapes])  # fitted to the length as it is
         longer = _longer(metric, np.concatenate([others, by_length[None]]), free, y - values)
-        off = _most_likely(metric, bench.shapes, y - values - longer * by_length)
+        # tension and yaw (2, R) in sigmas after errors (R, S, n) and the prior; shapes (K, R, S, n): all
+        # nuisances
+        columns, residual = (
+            metric.noise_white(bench.shapes).swapaxes(0, 1),
+            metric.noise_white(y - values - longer * by_length),
+        )
+        normal = columns @ columns.swapaxes(1, 2) + np.eye(len(bench.shapes))
+        found = np.linalg.solve(normal, columns @ residual[..., None])[..., 0]
+        off = np.clip(found[:, :2].T, -FURTHEST, FURTHEST)
         tension, yaw = sigma[:2, None] * off
         moved = forward.set_to(tension, yaw, length * longer)
         _, slopes = moved.expand(vector, [moved.nuisances[NUISANCES.index(name)] for name in SETTINGS])
@@ -213,14 +221,6 @@ def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
     if not np.isfinite(values).all() or np.linalg.norm(metric.noise_white(values - before)) < SEEN:
         return forward
     return expanded
-
-
-def _most_likely(metric: Metric, shapes: np.ndarray, errors: np.ndarray) -> np.ndarray:
-    """Tension and yaw (2, R) in sigmas after errors (R, S, n) and the prior; shapes (K, R, S, n): all nuisances."""
-    columns, residual = metric.noise_white(shapes).swapaxes(0, 1), metric.noise_white(errors)
-    normal = columns @ columns.swapaxes(1, 2) + np.eye(len(shapes))
-    found = np.linalg.solve(normal, columns @ residual[..., None])[..., 0]
-    return np.clip(found[:, :2].T, -FURTHEST, FURTHEST)
 
 
 def _longer(metric: Metric, shared: np.ndarray, free: np.ndarray, errors: np.ndarray) -> float:

@@ -123,17 +123,13 @@ class ImpulseResponses:
         """Responses to inputs in every cell: rows (..., n) of pulses -> (..., len(where), J) at travels ``where``."""
         step = self.grid[1] - self.grid[0]
         back = where[:, None] - self.grid[None, :] + step  # travel since the pulse's foot
-        return _interpolate(rows, self.fine[1] - self.fine[0], back)
-
-
-def _interpolate(rows: np.ndarray, spacing: float, where: np.ndarray) -> np.ndarray:
-    """Rows (..., n), zero before their start, at ``where`` (a, J); the first cell is half a pulse."""
-    place = np.clip(where / spacing, 0.0, rows.shape[-1] - 1.001)
-    low = place.astype(int)
-    part = (place - low).astype(rows.dtype)
-    found = rows[..., low] * (1.0 - part) + rows[..., low + 1] * part
-    found[..., 0] *= 0.5
-    return found
+        # rows (..., n), zero before their start, at ``where`` (a, J); the first cell is half a pulse
+        place = np.clip(back / (self.fine[1] - self.fine[0]), 0.0, rows.shape[-1] - 1.001)
+        low = place.astype(int)
+        part = (place - low).astype(rows.dtype)
+        found = rows[..., low] * (1.0 - part) + rows[..., low + 1] * part
+        found[..., 0] *= 0.5
+        return found
 
 
 def impulse_responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> ImpulseResponses:

@@ -75,8 +75,15 @@ class LawChoice:
 def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
     """The law that explains most for its numbers; latent: the likeliest input, which says what the states were."""
     data = replace(data, wide=True)
-    ones = one_term_laws(data, replace(data, states=states_with_latent_input(data, latent)))
-    possible = latent_input_gain(data, latent)
+    read = replace(data, states=states_with_latent_input(data, latent))
+    tried = [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (data, read)]
+    ones = _merge(_fit_all(data, [*tried, (data, steady_changes(data))]), ())
+    for places in PLACES:
+        ones = _merge(ones, _fit_all(data, _other_forms(data, ones, places)))
+    g, u = data.projector, latent.inputs(data.design.grid)
+    felt = [data.states.channel_input(latent.place, u, *part)[None] for part in latent.place.parts]
+    column = data.design.place_columns(latent.place, felt)[0].astype(float)
+    possible = g.chi2() - g.chi2(g.residual - column) - latent.by_chance
     firsts = different_laws(data, ones, FIRSTS) if ones[0].gain < possible else []
     beside = [(replace(data, states=states_of_fit(data, c)), c.scored_law) for c in firsts]
     seconds = [(s, distinct_families(two_term_laws(s, [one]), PAIRS)) for s, one in beside]
@@ -102,15 +109,6 @@ def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
 def _best_of_one_term(laws: Sequence[ClosedLoopFit]) -> ClosedLoopFit:
     """The first of ``laws`` with one term."""
     return next(c for c in laws if len(c.law.terms) == 1)
-
-
-def one_term_laws(data: SearchData, read: SearchData) -> list[ClosedLoopFit]:
-    """Laws of one term in closed loop, best first; read: the data with the states of a latent input."""
-    tried = [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (data, read)]
-    ones = _merge(_fit_all(data, [*tried, (data, steady_changes(data))]), ())
-    for places in PLACES:
-        ones = _merge(ones, _fit_all(data, _other_forms(data, ones, places)))
-    return ones
 
 
 def steady_changes(data: SearchData) -> list[ScoredLaw]:
@@ -234,14 +232,6 @@ def _may_act_at(place: Place, steady: bool, carried: bool) -> bool:
     if carried:
         return place.kind in BY_THE_BELT and place.where != "both" and (steady or not place.relative)
     return not place.is_carried and (steady or place.kind not in COURSES_ONLY)
-
-
-def latent_input_gain(data: SearchData, latent: LatentInput) -> float:
-    """chi2 that the mean of a latent input explains, less what it would of noise."""
-    g, u = data.projector, latent.inputs(data.design.grid)
-    felt = [data.states.channel_input(latent.place, u, *part)[None] for part in latent.place.parts]
-    column = data.design.place_columns(latent.place, felt)[0].astype(float)
-    return g.chi2() - g.chi2(g.residual - column) - latent.by_chance
 
 
 def _frequency(data: SearchData, laws: Sequence[ClosedLoopFit]) -> float:
