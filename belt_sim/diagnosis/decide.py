@@ -13,7 +13,7 @@ from math import comb, log
 
 import numpy as np
 
-from belt_sim.results.diagnosis import Explanation, Verdict
+from belt_sim.results.diagnosis import LIKELY, UNKNOWN, Explanation, TiedSet, Verdict
 
 # Every constant of the decision.
 
@@ -33,6 +33,7 @@ class Policy:
         with nothing
     alarm: probability of nothing, below which something is said: a false alarm costs twenty times what a miss does
     credible: probability in the set of explanations that cannot be told apart
+    likely: probability from which one of them is the answer; below it, they are tied
     like_one_change_of_the_span: an error of the load cell does nearly what one change of a span's stiffness does, as a
         span knows its tension by F/EI and F/T; with it a crown or an edge guide makes up for a slope
     """
@@ -46,6 +47,7 @@ class Policy:
     held_out: float = 2.0
     alarm: float = 0.05
     credible: float = 0.95
+    likely: float = LIKELY
     like_one_change_of_the_span: tuple[str, ...] = ("tension_bias", "crown", "edge_guide")
 
 
@@ -180,30 +182,24 @@ class Decision:
         """That something unknown is there, alone or beside effects."""
         return min(sum(e.probability for e in self.explanations if e.unknown), 1.0)
 
-    @property
-    def tied(self) -> tuple[str, ...]:
-        """The sets of effects that readings cannot tell apart, likeliest first, each in words."""
-        found = [" and ".join(self.named)]
-        for name, others in self.confusable.items():
-            found += [" and ".join([*(n for n in self.named if n != name), *other]) for other in others]
-        return tuple(dict.fromkeys(found))
-
-    @property
-    def is_tie(self) -> bool:
-        """Whether no named effect is likelier than not, and others may stand in its place."""
-        likeliest = max(self.named.values(), default=1.0)
-        return self.verdict is Verdict.EXPLAINED and likeliest < 0.5 and bool(self.confusable)
+    def tied(self, policy: Policy) -> tuple[TiedSet, ...]:
+        """What may be there besides the effects that every likely explanation has, one of several that readings cannot
+        tell apart, likeliest first; () where one is likely."""
+        likely = [e for e in credible(self.explanations, policy) if e.of_effects]
+        if self.verdict is not Verdict.EXPLAINED or len(likely) < 2 or likely[0].probability >= policy.likely:
+            return ()
+        certain = frozenset.intersection(*(frozenset(e.effects) for e in likely))
+        found = dict[tuple[str, ...], float]()
+        for e in likely:
+            further = (*(i for i in e.effects if i not in certain), *([UNKNOWN] if e.unknown else []))
+            found[further] = found.get(further, 0.0) + e.probability
+        return tuple(TiedSet(effects=ids, probability=p) for ids, p in found.items())
 
     def in_every_explanation(self, policy: Policy) -> tuple[str, ...]:
         """Effects that all likely explanations have, beside something unknown as well, and that are not named."""
         if not self.tells_of_unknown:
             return ()
-        likely, held = [], 0.0
-        for e in self.explanations:
-            if held >= policy.credible or e.refused:
-                break
-            held += e.probability
-            likely.append(frozenset(e.effects))
+        likely = [frozenset(e.effects) for e in credible(self.explanations, policy)]
         return tuple(sorted(frozenset.intersection(*likely) - frozenset(self.named))) if likely else ()
 
     def like_one_change_of_the_span(self, policy: Policy) -> tuple[str, ...]:
@@ -254,7 +250,8 @@ def decide(table: EvidenceTable, policy: Policy) -> Decision:
     silent = table.visible is not None and not table.visible  # nothing said by readings that could say nothing
     verdict = verdict or (Verdict.NONE_KNOWN if best.unknown else Verdict.CANNOT_SAY if silent else Verdict.ADEQUATE)
     named = {i: min(sum(e.probability for e in found if i in e.effects), 1.0) for i in sorted(ids)}
-    alike = _confusable(ids, credible_sets(found, policy)) if ids and not best.unknown else {}
+    likely = [frozenset(e.effects) for e in credible(found, policy) if e.of_effects]
+    alike = _confusable(ids, likely) if ids and not best.unknown else {}
     return Decision(verdict, named, alike, found)
 
 
@@ -375,16 +372,15 @@ def free_size(gain: float, sizes: int, policy: Policy) -> float:
     return float(np.logaddexp.reduce(each)) - log(len(each))
 
 
-def credible_sets(found: Iterable[Explanation], policy: Policy) -> list[Ids]:
-    """The sets of the likeliest explanations that together hold enough of the probability, likeliest first."""
-    sets, held = list[Ids](), 0.0
+def credible(found: Iterable[Explanation], policy: Policy) -> list[Explanation]:
+    """The likeliest explanations that together hold enough of the probability, likeliest first."""
+    likely, held = list[Explanation](), 0.0
     for e in found:
         if held >= policy.credible or e.refused:
             break
         held += e.probability
-        if e.of_effects:
-            sets.append(frozenset(e.effects))
-    return sets
+        likely.append(e)
+    return likely
 
 
 def _confusable(ids: Ids, sets: Iterable[Ids]) -> dict[str, tuple[tuple[str, ...], ...]]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign, case_of
-from belt_sim.diagnosis.decide import POLICY, Decision, credible_sets, needed_gain
+from belt_sim.diagnosis.decide import POLICY, Decision, credible, needed_gain
 from belt_sim.diagnosis.errors import (
     K,
     cells,
@@ -114,7 +114,8 @@ def drawings_of(d: Findings) -> Drawings:
     """Everything that a diagnosis draws: base model and final model, and where the base model fails."""
     base, chosen = d.nothing, d.named
     final = (d.fitted_bench, chosen.vector, chosen.values) if chosen.ids else None
-    sets = [ids for ids in credible_sets(d.decision.explanations, POLICY) if ids in d.search.fits]
+    likely = [frozenset(e.effects) for e in credible(d.decision.explanations, POLICY) if e.of_effects]
+    sets = [ids for ids in likely if ids in d.search.fits]
     sizes = {join_effects(sorted(ids)): estimates(d.fitted_bench.forward, d.search.fits[ids]) for ids in sets}
     made = drawings((d.bench, base.vector, base.values), final, mapped=base.values)
     return replace(made, sizes=sizes)
@@ -197,6 +198,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         effects=_effects(d),
         ranking=_rank_candidates(d),
         considered=decision.explanations,
+        tied=decision.tied(POLICY),
         error=errors_of(d.bench, d.nothing, final, fit),
         where=locate_failure(d.bench, d.nothing.values),
         confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in rivals(d)),
@@ -251,8 +253,11 @@ def _sentence(d: Findings) -> str:
     alike = decision.like_one_change_of_the_span(POLICY)
     more = f" Or one change of the span, in its bending or twisting, may stand in the place of {join_words(alike)}."
     said = decision.verdict.sentence(model, named, str(gravest)) + (more if alike else "")
-    if decision.is_tie:
-        said = f"Model {model} lacks one of these, and these runs cannot say which: {' or '.join(decision.tied)}."
+    if tied := decision.tied(POLICY):
+        certain = [n for n in decision.named if not any(n in t.effects for t in tied)]
+        besides = f"{join_words(certain)} and " if certain else ""
+        ways = " or ".join(join_effects(t.effects) or "nothing more" for t in tied)
+        said = f"Model {model} lacks {besides}one of these, and these runs cannot say which: {ways}."
     if shared := decision.in_every_explanation(POLICY):
         said += f" Whatever else acts, every likely explanation has {join_words(shared)} (size not reliable)."
     sheet = [s for s in d.suspicions if s.kind == "sheet" and s.severity == "look"]

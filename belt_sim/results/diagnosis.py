@@ -394,13 +394,12 @@ def other_model(model: str, better: str) -> str:
 
 
 SHOWN_ACTIONS = 3
-#: probability from which one explanation counts as likely; and in the set that cannot be told apart
-LIKELY, CREDIBLE = 0.9, 0.95
+LIKELY = 0.9  # probability from which one explanation is called likely
 UNKNOWN = "something unknown"  # in the place of an effect
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rival:
+class TiedSet:
     """One of several explanations that a campaign cannot tell apart: ids of effects (none: nothing more is there)."""
 
     effects: tuple[str, ...]
@@ -429,10 +428,11 @@ class Diagnosis(Display):
     """What was found, with everything that was tried.
 
     sentence: the verdict as people say it; ranking: every candidate by itself, likeliest first; considered: the table
-    of evidence, a row an explanation, likeliest first; per_run: base model and final model, run by run; admitted: what
-    the admission test said of effects of one's own; drawings: what a report draws; beyond: where the final model is
-    used beyond its validity, a sentence a limit; discovery: the search for laws that no effect of the library is,
-    beside the effects that were found (None where it was not made).
+    of evidence, a row an explanation, likeliest first; tied: what may be there besides the effects that every likely
+    explanation has, one of several that these runs cannot tell apart (none where one is likely); per_run: base model
+    and final model, run by run; admitted: what the admission test said of effects of one's own; drawings: what a report
+    draws; beyond: where the final model is used beyond its validity, a sentence a limit; discovery: the search for laws
+    that no effect of the library is, beside the effects that were found (None where it was not made).
     """
 
     base_model: str
@@ -451,6 +451,7 @@ class Diagnosis(Display):
     suspicions: tuple[StoredSuspicion, ...]
     per_run: tuple[RunError, ...]
     provenance: Free
+    tied: Annotated[tuple[TiedSet, ...], file_field("tied", omit_empty=True)] = ()
     admitted: Annotated[tuple[str, ...], file_field("admitted", omit_empty=True)] = ()
     drawings: Annotated[Drawings, Field(exclude=True)] = field(default_factory=Drawings)
     beyond: Annotated[tuple[str, ...], file_field("beyond_validity", omit_empty=True)] = ()
@@ -459,32 +460,7 @@ class Diagnosis(Display):
     @property
     def certain_effects(self) -> tuple[str, ...]:
         """Named effects that every likely explanation has."""
-        likely = [frozenset(e.effects) for e in self._likely]
-        return tuple(e.id for e in self.effects if all(e.id in one for one in likely))
-
-    @property
-    def tied(self) -> tuple[Rival, ...]:
-        """What may be there besides, one of several that these runs cannot tell apart; () where one is likely."""
-        likely = self._likely
-        if self.verdict is not Verdict.EXPLAINED or len(likely) < 2 or likely[0].probability >= LIKELY:
-            return ()
-        certain, found = set(self.certain_effects), dict[tuple[str, ...], float]()
-        for e in likely:
-            further = (*(i for i in e.effects if i not in certain), *([UNKNOWN] if e.unknown else []))
-            found[further] = found.get(further, 0.0) + e.probability
-        return tuple(Rival(effects=ids, probability=p) for ids, p in found.items())
-
-    @property
-    def _likely(self) -> list[Explanation]:
-        """The likeliest explanations, which together hold CREDIBLE of the probability."""
-        rows, held = list[Explanation](), 0.0
-        for e in self.considered:
-            if held >= CREDIBLE or e.refused:
-                break
-            held += e.probability
-            if e.of_effects:
-                rows.append(e)
-        return rows
+        return tuple(e.id for e in self.effects if not any(e.id in t.effects for t in self.tied))
 
     @property
     def further_runs(self) -> tuple[str, ...]:

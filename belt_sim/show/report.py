@@ -20,7 +20,7 @@ from belt_sim.effects.base import library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.io import write_text
 from belt_sim.results import words
-from belt_sim.results.diagnosis import LIKELY, UNKNOWN, Candidate, Diagnosis, Discovery, FoundEffect, Rival, Verdict
+from belt_sim.results.diagnosis import LIKELY, UNKNOWN, Candidate, Diagnosis, Discovery, FoundEffect, TiedSet, Verdict
 from belt_sim.results.errors import Errors, OwnChange, Panel, Worst
 from belt_sim.results.estimates import Estimate, Machine, number_texts
 from belt_sim.results.files import DIAGNOSIS
@@ -224,7 +224,7 @@ def rival_cards(d: Diagnosis) -> list[dict[str, Any]]:
     return cards
 
 
-def _joined(rival: Rival, single: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _joined(rival: TiedSet, single: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """One card for effects that are there together, or for nothing or something unknown."""
     if not single:
         fault = "something acts that the catalogue does not have" if rival.effects else "there is nothing more"

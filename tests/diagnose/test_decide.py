@@ -236,9 +236,13 @@ def test_effects_that_fit_alike_are_a_tie_and_a_likely_one_is_none():
     three = [row(name, gain=200.0) for name in ("taper", "idler_skew", "side_drag")]
     tie = decide(table(*three), POLICY)
     assert tie.verdict is Verdict.EXPLAINED
-    assert tie.is_tie
-    assert sorted(tie.tied) == ["idler_skew", "side_drag", "taper"]
-    assert not decide(table(row("taper", gain=210.0), *three[1:]), POLICY).is_tie
+    assert sorted(t.effects for t in tie.tied(POLICY)) == [("idler_skew",), ("side_drag",), ("taper",)]
+    likely = decide(table(row("taper", gain=220.0), *three[1:]), POLICY)
+    assert likely.best.probability > POLICY.likely
+    assert likely.tied(POLICY) == ()
+    between = decide(table(row("taper", gain=203.0), *three[1:]), POLICY)  # likelier than not, and not likely
+    assert 0.5 < between.named["taper"] < POLICY.likely
+    assert len(between.tied(POLICY)) == 3
 
 
 def test_an_effect_of_every_likely_explanation_is_told_beside_something_unknown():

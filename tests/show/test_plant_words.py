@@ -8,6 +8,7 @@ import pytest
 from small_campaign import drawn
 
 from belt_sim.campaign import Suspicion
+from belt_sim.diagnosis.decide import POLICY, Decision
 from belt_sim.effects.base import library
 from belt_sim.results.diagnosis import RESOLVED, Estimate, Explanation, FoundEffect, NextRun, Verdict
 from belt_sim.results.estimates import Machine, number_texts
@@ -104,13 +105,11 @@ def named(effect, p):
 
 def test_a_tie_is_told_as_one_with_a_card_for_each():
     rows = (row("taper", "cant", p=0.4), row("side_drag", "cant", p=0.35), row("cant", p=0.2, unknown=True))
-    tie = replace(
-        drawn("nothing"),
-        verdict=Verdict.EXPLAINED,
-        effects=(named("cant", 1.0), named("taper", 0.4)),
-        considered=(*rows, row("crown", p=0.02)),
-    )
-    assert [r.effects for r in tie.tied] == [("taper",), ("side_drag",), ("something unknown",)]
+    rows = (*rows, row("crown", p=0.02))
+    tied = Decision(Verdict.EXPLAINED, {"cant": 1.0, "taper": 0.4}, {}, rows).tied(POLICY)
+    assert [r.effects for r in tied] == [("taper",), ("side_drag",), ("something unknown",)]
+    found = (named("cant", 1.0), named("taper", 0.4))
+    tie = replace(drawn("nothing"), verdict=Verdict.EXPLAINED, effects=found, considered=rows, tied=tied)
     assert tie.certain_effects == ("cant",)
     page = render(tie)
     assert tie.headline == "One of three"
@@ -119,9 +118,8 @@ def test_a_tie_is_told_as_one_with_a_card_for_each():
     assert len(re.findall(r'<div class="card[" ]', page)) == 4
     for part in ("upper", "tail", "head"):
         assert re.search(rf'class="part marked" data-part="{part}"', page)
-    sure = replace(tie, considered=(row("taper", "cant", p=0.93), *rows[1:]))
-    assert sure.tied == ()
-    assert sure.headline == "Explained"
+    sure = Decision(Verdict.EXPLAINED, {}, {}, (row("taper", "cant", p=0.93), *rows[1:])).tied(POLICY)
+    assert replace(tie, tied=sure).headline == "Explained"
 
 
 def test_explained_is_not_said_without_the_reservation_that_undoes_it():
