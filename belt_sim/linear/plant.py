@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from math import factorial
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import jax
 import jax.numpy as jnp
@@ -29,6 +29,8 @@ from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.line.hooks import AFTER_ENGINE, Hooks, apply_hook, as_driven, overrides
 from belt_sim.line.runup import RunOff, RunUp, Yaw
 from belt_sim.line.spans import Composition, Spans
+from belt_sim.model import ModelName, analytic_model
+from belt_sim.settings import CaseSettings, make_case
 from belt_sim.units import DEGREE, MM, N_PER_MM2
 from belt_sim.validity import Limit
 
@@ -445,7 +447,7 @@ class ClosedLoop:
 
 
 def close_loop(
-    plant: LinearBelt,
+    plant: LinearBelt | ModelName,
     controller: Any,
     *,
     point: int = 1,
@@ -460,8 +462,10 @@ def close_loop(
     sample: float = 0.05,
     travel: float = 60.0,
     seed: int = 0,
+    **settings: Unpack[CaseSettings],
 ) -> ClosedLoop:
-    """Run ``controller`` on ``plant`` over ``travel`` [m].
+    """Run ``controller`` over ``travel`` [m] on a plant of ``bs.linearise``, or on that of a model by its name at such
+    ``settings`` as ``bs.linearise`` takes (tension, speed ...).
 
     controller: a transfer function or state space of python-control (continuous, from error [m] to yaw [rad]; extra
     ``control``), or a function (time [s], error [m]) -> yaw [rad]. The error is ``reference`` [m] less the reading of
@@ -481,8 +485,11 @@ def close_loop(
     for name, value, unit in (("reference", reference, "m"), ("y_start", y_start, "m"), ("askew", askew, "rad")):
         finite(name, value, unit, "give a finite number")
     finite("drift", drift, "m/m", "give a finite number")
-    if not isinstance(plant, LinearBelt):
-        raise InputError("plant", plant, "", "give a plant: bs.linearise(model=..., tension=..., speed=...)")
+    if isinstance(plant, str):
+        plant = linear_belt(make_case(**settings), analytic_model(plant))
+    elif not isinstance(plant, LinearBelt) or settings:
+        remedy = "give a plant, bs.linearise(model=..., tension=..., speed=...), or a model's name and its settings"
+        raise InputError("plant", repr(plant)[:40], "", remedy)
     if not limits > 0:
         raise InputError("limits", limits, "rad", "give the largest yaw either way, above 0")
     whole("seed", seed, 0)

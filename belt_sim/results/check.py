@@ -101,7 +101,8 @@ class Check(Display):
             return "All of them could be told apart, pair by pair, where they are plain to see."
         helped = sum((p.sigma_after or 0.0) >= RESOLVED for p in self.pairs)
         more = f"; a further run would resolve {helped} of them" if any(p.action for p in self.pairs) else ""
-        return f"{len(self.pairs)} pairs could not be told apart even where they are plain to see (12 sigma){more}."
+        many = f"{len(self.pairs)} pair{'' if len(self.pairs) == 1 else 's'}"
+        return f"{many} could not be told apart even where they are plain to see (12 sigma){more}."
 
     def tables(self) -> Sequence[Table]:
         tables = [visible_table(self.visible)] if self.visible else []
@@ -118,11 +119,11 @@ def visible_table(visible: Sequence[Visible]) -> Table:
     for v in visible:
         factor, unit = display_unit(v.effect, v.parameter, v.unit)
         sizes = [words.number(s and factor * s, 2) for s in (v.smallest, v.largest_plausible)]
-        rows.append((v.effect, v.parameter, *sizes, unit, v.word))
-    columns = ("effect", "number", "shows from", "up to", "unit", "seen")
+        rows.append((f"{v.effect}.{v.parameter}", *sizes, unit, v.word.removeprefix("when ").split(" ")[0]))
+    columns = ("number of an effect", "shows from", "up to", "unit", "seen")
     hidden = [k for k, v in enumerate(visible) if v.share >= 1.0]
     title = "What would show nine times in ten, and the largest size that a machine has"
-    return Table(title=title, columns=columns, rows=rows, left=("effect", "number", "unit", "seen"), marked=hidden)
+    return Table(title=title, columns=columns, rows=rows, left=("number of an effect", "unit", "seen"), marked=hidden)
 
 
 def pairs_table(pairs: Sequence[Pair]) -> Table:

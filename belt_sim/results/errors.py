@@ -363,17 +363,21 @@ class Comparison(Display):
 
 
 def runs_table(c: Comparison) -> Table:
-    """Error of every run and signal, and the late rates that people compare."""
-    settings = ("run", "signal", "N/mm2", "yaw deg", "use", "unit")
-    columns = (*settings, "rms", "with effects", "floor", "late rate", "measured")
+    """Error of every run and signal, and the late rates that people compare; what is alike in all rows is no column."""
+    uses, units = ({getattr(r, name) for r in c.per_run} for name in ("use", "unit"))
     rows = []
     for r in c.per_run:
-        after = words.column(r.after) if c.effects else "-"
-        errors = (words.column(r.before), after, words.column(r.floor))
-        rates = [words.column(f.late_rate, sign=True) for f in (r.modelled, r.measured)]
-        rows.append((r.run, r.signal, words.tension(r.tension), words.yaw(r.yaw), r.use, r.unit, *errors, *rates))
+        row = {"run": r.run, "signal": r.signal, "N/mm2": words.tension(r.tension), "yaw deg": words.yaw(r.yaw)}
+        row |= {"use": r.use.replace("_", " ")} if len(uses) > 1 else {}
+        row |= {"unit": r.unit} if len(units) > 1 else {}
+        row["rms"] = words.column(r.before)
+        row |= {"after": words.column(r.after)} if c.effects else {}
+        row |= {"floor": words.column(r.floor), "late rate": words.column(r.modelled.late_rate, sign=True)}
+        rows.append(row | {"measured": words.column(r.measured.late_rate, sign=True)})
+    title = f"{c.base_model} against {c.campaign.title}" + (f" [{units.pop()}]" if len(units) == 1 else "")
     marked = [k for k, r in enumerate(c.per_run) if r.worse]
-    return Table(f"{c.base_model} against {c.campaign.title}", columns, rows, marked=marked)
+    left = ("run", "signal", "use", "unit")
+    return Table(title, list(rows[0]), [list(row.values()) for row in rows], left=left, marked=marked)
 
 
 def steady_table(c: Comparison) -> Table:

@@ -76,6 +76,9 @@ def tell_diagnosis(d: Diagnosis, folder: Path, *, verbose: bool = False) -> None
         out.print(str(folder / name), soft_wrap=True, markup=False)
 
 
+LONGEST_NAME = 32  # of a run or effect, that its column never breaks
+
+
 def console() -> Console:
     """A console as wide as the window; where there is none (a pipe, a file), 80 columns or what COLUMNS says."""
     return Console(highlight=False)
@@ -83,10 +86,12 @@ def console() -> Console:
 
 def rich_table(table: Table) -> RichTable:
     """A table of a result for the terminal, without lines between columns: on a narrow window words wrap in place."""
-    shown = RichTable(title=table.title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
+    look: Any = {"box": box.SIMPLE_HEAD, "pad_edge": False, "collapse_padding": True}
+    shown = RichTable(title=table.title, title_justify="left", **look)
     for k, name in enumerate(table.columns):
         side = "left" if name in table.left else "right"
-        shown.add_column(name, justify=side, overflow="fold", no_wrap=k == 0 or name not in table.left)  # type: ignore[arg-type]
+        whole = name not in table.left or (k == 0 and all(len(row[0]) <= LONGEST_NAME for row in table.rows))
+        shown.add_column(name, justify=side, overflow="fold", no_wrap=whole)  # type: ignore[arg-type]
     for k, row in enumerate(table.rows):
         shown.add_row(*map(Text, row), style="red" if k in table.marked else None)
     return shown

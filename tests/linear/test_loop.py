@@ -80,6 +80,15 @@ def test_what_is_refused(plant):
         with pytest.raises(bs.InputError, match=next(iter(wrong))):
             bs.close_loop(plant, lead(), **wrong)
     with pytest.raises(bs.InputError, match="linearise"):
-        bs.close_loop("strip", lead())
+        bs.close_loop(plant, lead(), tension=20)
+    with pytest.raises(bs.InputError, match="use one of"):
+        bs.close_loop("strp", lead())
     with pytest.raises(bs.InputError, match="controller"):
         bs.close_loop(plant, "PID")
+
+
+def test_a_model_by_its_name_is_its_plant():
+    plant = bs.linearise(model="strip_lift_off", tension=12, speed=0.8)
+    by_plant = bs.close_loop(plant, lead(), y_start=1e-3, travel=20.0)
+    by_name = bs.close_loop("strip_lift_off", lead(), y_start=1e-3, travel=20.0, tension=12, speed=0.8)
+    np.testing.assert_array_equal(by_name.y, by_plant.y)

@@ -6,9 +6,12 @@ from pathlib import Path
 import pytest
 from small_campaign import drawn
 
+from belt_sim.effects.base import library
+from belt_sim.results.check import Visible, visible_table
 from belt_sim.results.diagnosis import NextRun
+from belt_sim.results.errors import CampaignLabel, Comparison, runs_table
 from belt_sim.results.words import capital
-from belt_sim.show.terminal import tell_diagnosis
+from belt_sim.show.terminal import tell, tell_diagnosis
 
 RUNS = tuple(NextRun(f"run {k}", ("sag_roll", "taper"), 0.1, after) for k, after in enumerate((9.0, 0.2, 0.1)))
 
@@ -31,6 +34,28 @@ def test_everything_fits_and_the_verdict_comes_first(told, name, verbose):
     assert max(map(len, lines)) <= 80
     assert next(filter(None, lines)).startswith(f"{d.headline}: ")
     assert any(c.id in lines[k] for k in range(len(lines)) for c in d.ranking[-1:]) == verbose
+
+
+def test_tables_of_check_and_compare_fit_and_break_no_name_or_number(monkeypatch, capsys):
+    """Names of effects were broken in the midst, and numbers of a comparison cut off."""
+    monkeypatch.setenv("COLUMNS", "80")
+    numbers = [(e.id, n, p) for e in library().values() for n, p in e.parameters.items()]
+    size: dict = {"meaning": "", "smallest": 1.234e-4, "largest_plausible": 5e3, "share": 2.0}
+    visible = [Visible(effect=e, parameter=n, unit=p.unit, **size) for e, n, p in numbers]
+    d = drawn("sag_roll")
+    label, made = CampaignLabel(title="a campaign", sha256="", source="measured"), library()["taper"](kappa_t=1e-5)
+    rows = tuple(replace(r, run="run at 10 N") for r in d.per_run)
+    common: dict = {"base_model": "beam_th2", "campaign": label, "error": d.error, "where": d.where, "provenance": {}}
+    compared = Comparison(**common, effects=(made,), per_run=rows, steady=())
+    for table, words in (
+        (visible_table(visible), [f"{e}.{n}" for e, n, _ in numbers]),
+        (runs_table(compared), ["run at 10 N"]),
+    ):
+        tell([table], [])
+        said = capsys.readouterr().out
+        assert max(map(len, said.splitlines())) <= 80
+        assert all(word in said for word in words)
+        assert all(cell in said for row in table.rows for cell in row if cell.replace(".", "").strip("+-").isdigit())
 
 
 def test_no_line_contradicts_the_advice(told):
