@@ -76,7 +76,7 @@ def tell_diagnosis(d: Diagnosis, folder: Path, *, verbose: bool = False) -> None
         out.print(str(folder / name), soft_wrap=True, markup=False)
 
 
-LONGEST_NAME = 32  # of a run or effect, that its column never breaks
+LONGEST_NAME = 34  # of a run or effect, that its column never breaks
 
 
 def console() -> Console:
