@@ -39,7 +39,12 @@ ONE_END = {
     "build_up": {"rate": 4e-7},
 }
 SPANS = {
-    "hanging": {"sag_roll": {"strength": 1.0}, "run_up_points": {"share": 1.0}},
+    "hanging": {
+        "sag_roll": {"strength": 1.0},
+        "run_up_points": {"share": 1.0},
+        "off_centre_load": {"moment": 4e-3},
+        "off_centre_load_lower": {"moment": -1.5e-3},
+    },
     # hanging spans lift off unlike, the upper from below and the lower above; nor does the roll of a pulley askew turn
     # round with the sag
     "flat": {
@@ -87,6 +92,9 @@ def turned(request):
         side_drag={"moment": 0.1, "place": 0.45},
         side_drag_lower={"moment": 0.3, "place": 0.3},
     )
+    if "off_centre_load" in both:
+        exchanged_loads = {"off_centre_load": {"moment": -1.5e-3}, "off_centre_load_lower": {"moment": 4e-3}}
+        upside_down, other_way = (changed(one, **exchanged_loads) for one in (upside_down, other_way))
     if "wobble" in both:
         other_way = changed(other_way, wobble=ASKEW_ELSEWHERE)
     pairs = [(forward, own), (backward, upside_down), (forward, both), (exchanged, other_way)]
@@ -98,7 +106,7 @@ def alike(found, wanted):
 
 
 @pytest.mark.evidence(
-    "camber", "idler_skew_lower", "side_drag_lower", "taper", "thickness_wedge",
+    "camber", "idler_skew_lower", "off_centre_load_lower", "side_drag_lower", "taper", "thickness_wedge",
     route="symmetry", what="turned machines, {EXACT}",
 )  # fmt: skip
 def test_a_reversed_machine_is_the_forward_one_upside_down(turned):

@@ -1,5 +1,8 @@
 """User pages are short and hold no laboratory history."""
 
+import re
+
+from belt_sim.io import ROOT
 from studies.site.words import count, faults, history
 
 
@@ -15,3 +18,10 @@ def test_history_is_found_in_prose_and_seeds_are_allowed_in_commands():
 
 def test_words_are_counted_as_wc_counts_them():
     assert count("| a | b |\ntwo words\n") == 7
+
+
+def test_every_equivalence_of_the_theory_page_has_its_test():
+    named = set(re.findall(r"`(test_\w+)`", (ROOT / "docs" / "theory.md").read_text().split("## Equivalences")[1]))
+    there = "".join(path.read_text() for path in (ROOT / "tests" / "agreement").glob("test_*.py"))
+    assert len(named) >= 10
+    assert not {name for name in named if f"def {name}(" not in there}
