@@ -16,14 +16,15 @@ from belt_sim.api.campaigns import import_files, new_campaign, tell_proposal
 from belt_sim.campaign.folder import campaign_folder
 from belt_sim.case import GRAVITY
 from belt_sim.commands.runs import RunDir
-from belt_sim.errors import BeltError, InputError, whole
+from belt_sim.errors import BeltError, InputError, finite, whole
 from belt_sim.importing.build import Proposal, understand
 from belt_sim.importing.columns import DRAWING, LoggedTables
 from belt_sim.importing.mapping import ROLES, Question
 from belt_sim.io import group_names
 from belt_sim.settings import belt_from, rig_from
+from belt_sim.units import MM
 from belt_sim.virtual_rig.make import BASE, plan_by_number, random_campaign
-from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Plan
+from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan
 
 
 def new_command(run_dir: RunDir) -> None:
@@ -136,6 +137,8 @@ def rig_command(run_dir: RunDir) -> None:
         campaign, truth = _by_line(hidden, config)
     elif config["engine"] != "mujoco":
         raise InputError("engine", config["engine"], "", "use line or mujoco")
+    elif config["quantum"]:
+        raise InputError("quantum", config["quantum"], "mm", "needs engine=line")
     elif config["plan"] is not None:
         raise InputError("plan", config["plan"], "", "needs engine=line")
     elif folder.exists():
@@ -159,6 +162,9 @@ def rig_command(run_dir: RunDir) -> None:
 def _by_line(hidden: Any, config: dict) -> Any:
     """A campaign and its truth: on the test rig, on a random plan of a number, or, plan and all, at random."""
     seed, base, plan = config["seed"], config["base"], config["plan"]
+    quantum = MM * finite("quantum", config["quantum"], "mm", "give 0 or more, at most 10", lambda x: 0 <= x <= 10)
+    if quantum and (hidden == "random" or plan is not None):
+        raise InputError("quantum", config["quantum"], "mm", "goes with plan=null and a list of what is hidden")
     if plan is None:  # on the machine and belt that were asked for, known as surely as the test rig's own
         rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
         if float(rig.gravity) != GRAVITY:
@@ -168,7 +174,7 @@ def _by_line(hidden: Any, config: dict) -> Any:
         values = {n: float(getattr(belt, n)) for n in vars(TEST_BELT)}
         sheet = {n: replace(q, value=values[n], u=q.u * values[n] / q.value) for n, q in vars(TEST_BELT).items()}
         own = Plan(machine=replace(TEST_RIG, **machine), belt=replace(TEST_BELT, **sheet))
-        return virtual_rig.make_campaign(hidden=hidden, seed=seed, base=base, plan=own)
+        return virtual_rig.make_campaign(hidden=hidden, seed=seed, base=base, plan=own, noise=Noise(quantum=quantum))
     if plan != "random":
         whole("plan", plan, 0, otherwise="random or ")
     if hidden == "random":

@@ -554,7 +554,10 @@ def add_noise(values: np.ndarray, travel: np.ndarray, sheet: SignalSheet, noise:
     length = sheet.wander_length if noise.true_length is None else noise.true_length
     course = smooth_wander if noise.smooth else wander
     drift = noise.scale * sheet.wander_sd * course(travel, length, runs, rng)
-    return values * gain + zero + drift + noise.scale * sheet.white * _white(values.shape, noise, rng)
+    lateral = sheet.kind == "lateral"
+    white = noise.scale * (noise.white if lateral else sheet.white) * _white(values.shape, noise, rng)
+    readings = values * gain + zero + drift + white
+    return np.round(readings / noise.quantum) * noise.quantum if lateral and noise.quantum else readings
 
 
 def wander(travel: np.ndarray, length: float, runs: int, rng) -> np.ndarray:

@@ -90,7 +90,8 @@ class Noise:
 
     scale: true white noise and wander over the stated ones; heavy_tails: Student's t with 3 degrees of
     freedom instead of Gauss for the white noise, of equal variance; true_length: of the wander, None = as stated;
-    smooth: the wander has a slope (Matern 3/2) instead of an Ornstein-Uhlenbeck process's kinks.
+    smooth: the wander has a slope (Matern 3/2) instead of an Ornstein-Uhlenbeck process's kinks; quantum: step of the
+    lateral readings [m], which the file states as part of their white noise; zero: of a signal, drawn for every run.
     """
 
     white: float = 0.02 * MM
@@ -105,12 +106,14 @@ class Noise:
     heavy_tails: bool = False
     true_length: float | None = None
     smooth: bool = False
+    quantum: float = 0.0
 
     def sheet(self, name: str, place: str) -> SignalSheet:
         """What the file states of one signal."""
         if not place.startswith("point_"):
             return SignalSheet(name=name, at=place, kind="tilt", unit="mrad", white=self.tilt_white)
         errors = {n: getattr(self, n) for n in ("white", "zero", "gain", "wander_sd", "wander_length")}
+        errors["white"] = math.hypot(self.white, self.quantum / math.sqrt(12.0))
         return SignalSheet(name=name, at=place, kind="lateral", unit="mm", **errors)
 
     def with_true_level(self) -> "Noise":

@@ -127,3 +127,12 @@ def test_an_effect_is_brought_to_size():
         fault, size = scale_to_size(rule, fault_from_spec(name), 12.0)
         assert size == pytest.approx(12.0, rel=0.01)
         assert rule.sizes([fault])[0] == pytest.approx(size, rel=1e-6)  # said as it is, not as it was wanted
+
+
+def test_a_quantum_rounds_the_readings_and_is_stated_as_white_noise():
+    step = 1.29e-4
+    campaign, _ = make_campaign(seed=5, plan=STILL, noise=only(white=2e-5, zero=1e-4, quantum=step))
+    y = np.stack([run.signals["y1"] for run in campaign.runs])
+    np.testing.assert_allclose(y / step, np.round(y / step), atol=1e-3)  # files keep a tenth of a micrometre
+    assert campaign.signals[0].white == pytest.approx(np.hypot(2e-5, step / np.sqrt(12.0)))
+    assert np.std(y.mean(axis=1)) == pytest.approx(1e-4, rel=0.25)  # a zero of its own in every run
