@@ -111,7 +111,16 @@ def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section
     strange = next((name for name in mapping.runs if name not in names), None)
     if strange is not None and not lacks_speed:
         raise InputError(f"runs.{strange}", strange, "", f"no file has such a run; {did_you_mean(strange, names)}")
-    found.recorded.extend(_join_files(parts) for parts in files.values())
+    for parts in files.values():  # one run from several files: of each setting the first that has it
+        settings = {k: s for p in reversed(parts) for k, s in p.settings.items()}
+        record = parts[0].record
+        if len(parts) > 1:
+            record = pd.concat([p.record for p in parts]).groupby(level=0).last()
+            if not all(TIME in p.record for p in parts):
+                record = record.drop(columns=TIME, errors="ignore")
+        notes = tuple(dict.fromkeys(n for p in parts for n in p.notes))
+        file = ", ".join(dict.fromkeys(p.file for p in parts))
+        found.recorded.append(replace(parts[0], record=record, settings=settings, notes=notes, file=file))
     if lacks_speed:
         text = "the files have time but neither travel nor speed; how fast did the belt run?"
         found.questions.append(Question(path=("all_runs", "speed"), text=text, example="0.5 m/s"))
@@ -144,32 +153,26 @@ def _split_runs(table: LoggedTable) -> list[LoggedTable]:
 
 
 def _split_rows(table: LoggedTable) -> list[LoggedTable]:
-    """The runs of one table: by its run column, else where the file, its time or its travel begins anew."""
+    """The runs of one table: by its run column, else where the file begins anew, or its time or travel falls back to
+    where it began."""
     run, rows = table.column("run"), np.arange(len(table.lines))
     if run is not None:
         of_row = np.array(run.labels, dtype=object)
         labels = dict.fromkeys(label for label in run.labels if label)
         return [replace(table.select_rows(of_row == n), name=run_name(n), label=n) for n in labels]
+    values, restarts = table.values("travel"), np.arange(0)
+    values = table.values("time") if values is None else values
+    there = np.flatnonzero(np.isfinite(values)) if values is not None else np.arange(0)
+    if values is not None and len(there) >= FEWEST:
+        steps, reach = np.diff(values[there]), RESTART * float(np.ptp(values[there]))
+        back = (steps < -max(reach, 0.0)) & (values[there][1:] <= values[there][0] + reach)
+        if np.mean(steps < 0.0) <= 0.5:  # else it falls throughout
+            restarts = there[1:][back]
     whole = replace(table, name=run_name(table.name), label=table.name)
-    parts = [p for p in np.split(rows, sorted({*table.starts, *_restarts(table)})) if len(p) >= FEWEST]
+    parts = [p for p in np.split(rows, sorted({*table.starts, *map(int, restarts)})) if len(p) >= FEWEST]
     if len(parts) < 2:
         return [whole]
     return [replace(whole.select_rows(part), name=f"{whole.name}_{k}") for k, part in enumerate(parts, start=1)]
-
-
-def _restarts(table: LoggedTable) -> list[int]:
-    """Rows at which time or travel falls back to where it began."""
-    values = table.values("travel")
-    values = table.values("time") if values is None else values
-    if values is None:
-        return []
-    there = np.flatnonzero(np.isfinite(values))
-    steps = np.diff(values[there])
-    if len(there) < FEWEST or np.mean(steps < 0.0) > 0.5:  # it falls throughout
-        return []
-    reach = RESTART * float(np.ptp(values[there]))
-    back = np.flatnonzero((steps < -max(reach, 0.0)) & (values[there][1:] <= values[there][0] + reach))
-    return [int(there[k + 1]) for k in back]
 
 
 # ---- one run
@@ -192,8 +195,21 @@ def _assemble(
     notes = [*way.notes, *([f"yaw_at is {known['yaw_at'].source}"] if "yaw_at" in known else [])]
     signals = {c.signal: c.si() for c in block.columns if c.role == "signal"}
     signals = {name: y for name, y in signals.items() if np.isfinite(y).any()}
-    if mapping.spikes == "leave_out":
-        notes += [_leave_out_spikes(block, name, y) for name, y in signals.items()]
+    for name, y in signals.items() if mapping.spikes == "leave_out" else ():
+        there = np.flatnonzero(np.isfinite(y))
+        spikes = there[few_spikes(y[there], resolution(y[there]), lone=SPIKE)]
+        if len(spikes):
+            y[spikes] = np.nan
+            what = f"{len(spikes)} readings jump" if len(spikes) > 1 else "a reading jumps"
+            lines = shortlist(block.lines[spikes])
+            notes.append(f"{name}: {what} away and back, left out (line {lines}); spikes: keep would keep them")
+    clock, started = next((c for c in block.columns if c.role == "time" and c.stamp), None), ""
+    if clock is not None and np.isfinite(seconds := float(clock.si()[0])):  # date and time of day of the first row
+        moment = datetime(1970, 1, 1) + timedelta(seconds=seconds + zone_seconds(clock.zone))
+        zone = clock.zone or mapping.format.zone or ""
+        zone = "+00:00" if zone in ("Z", "UTC", "GMT") else zone
+        is_day = seconds >= 2.0 * DAY
+        started = moment.isoformat(timespec="seconds") + zone if is_day else moment.time().isoformat("seconds")
     timed = {} if way.time is None else {TIME: way.time}
     return AssembledRun(
         key=block.name,
@@ -201,47 +217,9 @@ def _assemble(
         record=pd.DataFrame(timed | signals, index=way.travel),
         settings=known,
         file=block.file.name,
-        started=_clock_time(block, mapping.format.zone or ""),
-        notes=tuple(note for note in notes if note),
+        started=started,
+        notes=tuple(notes),
     )
-
-
-def _leave_out_spikes(block: LoggedTable, name: str, y: np.ndarray) -> str:
-    """Blank single readings (n,) that jump away and back, in place; a remark that names their lines, "" without any."""
-    there = np.flatnonzero(np.isfinite(y))
-    spikes = there[few_spikes(y[there], resolution(y[there]), lone=SPIKE)]
-    if not len(spikes):
-        return ""
-    y[spikes] = np.nan
-    what = f"{len(spikes)} readings jump" if len(spikes) > 1 else "a reading jumps"
-    lines = shortlist(block.lines[spikes])
-    return f"{name}: {what} away and back, left out (line {lines}); spikes: keep would keep them"
-
-
-def _clock_time(block: LoggedTable, zone: str) -> str:
-    """Date and time of day of the first row of a run; zone: of stamps that state none."""
-    own = next((c for c in block.columns if c.role == "time" and c.stamp), None)
-    seconds = np.nan if own is None else own.si()[0]
-    if own is None or not np.isfinite(seconds):
-        return ""
-    there = own.zone or zone
-    moment = datetime(1970, 1, 1) + timedelta(seconds=float(seconds) + zone_seconds(own.zone))
-    if seconds < 2.0 * DAY:
-        return moment.time().isoformat(timespec="seconds")
-    return moment.isoformat(timespec="seconds") + {"Z": "+00:00", "UTC": "+00:00", "GMT": "+00:00"}.get(there, there)
-
-
-def _join_files(parts: list[AssembledRun]) -> AssembledRun:
-    """One run from several files: its records on all their travels; settings of the first that has them."""
-    settings = {k: s for p in reversed(parts) for k, s in p.settings.items()}
-    notes = tuple(dict.fromkeys(n for p in parts for n in p.notes))
-    files = ", ".join(dict.fromkeys(p.file for p in parts))
-    record = parts[0].record
-    if len(parts) > 1:
-        record = pd.concat([p.record for p in parts]).groupby(level=0).last()
-        if not all(TIME in p.record for p in parts):
-            record = record.drop(columns=TIME, errors="ignore")
-    return replace(parts[0], record=record, settings=settings, notes=notes, file=files)
 
 
 # ---- how far the belt has travelled: as logged, or from time and speed
@@ -262,27 +240,26 @@ class Travel:
 def travel_of(block: LoggedTable, speed: float | None) -> Travel | None:
     """The travel of one run; None when it takes a speed that nobody has told. speed [m/s]: where none was logged."""
     time, notes = _time(block)
-    travel, speeds = block.values("travel"), block.values("speed")
-    if travel is not None:
-        return _logged_travel(block, travel, time, notes)
-    if time is None:
+    logged, speeds, sign = block.values("travel"), block.values("speed"), 1.0
+    if logged is not None:
+        keep, way, sign = _logged_travel(block, logged, time, notes)
+    elif time is None:
         return None
-    if speeds is not None and np.isfinite(speeds).any():
-        return _integrated_travel(block, speeds, time, notes)
-    if speed is None:
-        return None
-    keep = np.flatnonzero(np.isfinite(time))
-    notes.append(f"travel was taken as time x {abs(speed):g} m/s")
-    return _travel(keep, abs(speed) * (time[keep] - time[keep[0]]), time, 1.0, notes)
-
-
-def _travel(keep: np.ndarray, travel: np.ndarray, time: np.ndarray | None, sign: float, notes: list[str]) -> Travel:
-    """sign: of the travel or speed that was logged."""
+    else:
+        keep = np.flatnonzero(np.isfinite(time))
+        if speeds is not None and np.isfinite(speeds).any():
+            way, sign = _integrated_travel(block, speeds, time, keep)
+            notes.append("travel was integrated from time and speed")
+        elif speed is None:
+            return None
+        else:
+            way = abs(speed) * (time[keep] - time[keep[0]])
+            notes.append(f"travel was taken as time x {abs(speed):g} m/s")
     settings = {"direction": Setting(-1.0, "the sign of travel or speed")} if sign < 0.0 else {}
     own = None if time is None else time[keep] - time[keep[0]]
-    if own is not None and len(own) and own[-1] > 0.0 and travel[-1] > 0.0:
-        settings["speed"] = Setting(round_digits(float(travel[-1] / own[-1]), DIGITS), "travel over time")
-    return Travel(keep=keep, travel=travel, time=own, settings=settings, notes=notes)
+    if own is not None and len(own) and own[-1] > 0.0 and way[-1] > 0.0:
+        settings["speed"] = Setting(round_digits(float(way[-1] / own[-1]), DIGITS), "travel over time")
+    return Travel(keep=keep, travel=way, time=own, settings=settings, notes=notes)
 
 
 def _time(block: LoggedTable) -> tuple[np.ndarray | None, list[str]]:
@@ -311,8 +288,11 @@ def _time(block: LoggedTable) -> tuple[np.ndarray | None, list[str]]:
     return out, ["several rows have one time stamp: they were spread evenly"]
 
 
-def _logged_travel(block: LoggedTable, travel: np.ndarray, time: np.ndarray | None, notes: list[str]) -> Travel:
-    """Travel as logged, from 0 on and rising whichever way the belt runs; rows where it stands still fall together."""
+def _logged_travel(
+    block: LoggedTable, travel: np.ndarray, time: np.ndarray | None, notes: list[str]
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Rows with travel, and it at these as logged, from 0 on and rising whichever way the belt runs, and its sign; rows
+    where it stands still fall together."""
     there = np.isfinite(travel) if time is None else np.isfinite(travel) & np.isfinite(time)
     keep = np.flatnonzero(there)
     if len(keep) < 2 or np.ptp(travel[keep]) == 0.0:
@@ -323,20 +303,21 @@ def _logged_travel(block: LoggedTable, travel: np.ndarray, time: np.ndarray | No
     fallen = np.flatnonzero(highest - way > JITTER * way.max())
     if len(fallen):
         k = keep[fallen[0]]
-        remedy = (
-            f"travel runs backwards; before it was {travel[keep[fallen[0] - 1]]:.15g} m; mend or cut the record there"
-        )
+        before = travel[keep[fallen[0] - 1]]
+        remedy = f"travel runs backwards; before it was {before:.15g} m; mend or cut the record there"
         raise block.refuse(k, "travel", float(travel[k]), "m", remedy)
     if np.any(way < highest):
         notes.append("the encoder jitters: where travel falls back a little it was held")
     if sign < 0.0:
         notes.append("travel was counted downwards: direction -1")
-    return _travel(keep, highest, time, sign, notes)
+    return keep, highest, sign
 
 
-def _integrated_travel(block: LoggedTable, speeds: np.ndarray, time: np.ndarray, notes: list[str]) -> Travel:
-    """Travel from time and speed by the trapezoidal rule; raises CampaignError where the belt reverses."""
-    keep, there = np.flatnonzero(np.isfinite(time)), np.flatnonzero(np.isfinite(speeds))
+def _integrated_travel(
+    block: LoggedTable, speeds: np.ndarray, time: np.ndarray, keep: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Travel at the rows ``keep`` by the trapezoidal rule, and its sign; CampaignError where the belt reverses."""
+    there = np.flatnonzero(np.isfinite(speeds))
     speed = np.interp(keep, there, speeds[there])
     usual = float(np.median(speed[speed != 0.0])) if np.any(speed) else 0.0
     if usual == 0.0:
@@ -346,8 +327,7 @@ def _integrated_travel(block: LoggedTable, speeds: np.ndarray, time: np.ndarray,
         remedy = "the belt reverses within a run; cut the record there, one run a direction"
         raise block.refuse(keep[other[0]], "speed", float(speed[other[0]]), "m/s", remedy)
     steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time[keep])
-    notes.append("travel was integrated from time and speed")
-    return _travel(keep, np.concatenate([[0.0], np.cumsum(np.abs(steps))]), time, float(np.sign(usual)), notes)
+    return np.concatenate([[0.0], np.cumsum(np.abs(steps))]), float(np.sign(usual))
 
 
 # ---- settings that are stated: by the mapping, by a table of runs, by a name
@@ -439,13 +419,30 @@ def yaw_settings(block: LoggedTable, travel: np.ndarray, known: Settings) -> Set
         values = _logged_values(block, key)
         if values is None:
             continue
-        level, at = _step(block, key, values, key in known)
+        there = np.flatnonzero(np.isfinite(values))
+        y = values[there]
+        ends = max(1, len(y) // 50)
+        before, level, at = float(np.median(y[:ends])), float(np.median(y[-ends:])), 0
+        if abs(level - before) <= STILL * np.abs(y).max():
+            level = float(np.median(y))
+        else:
+            beyond = (y - before) / (level - before) > 0.5
+            step = int(np.argmax(beyond))
+            if key not in known and np.mean(beyond[step:]) < 0.98:
+                again = step + int(np.argmin(beyond[step:]))
+                remedy = "the yaw moves more than once; cut the record into runs, one yaw step each"
+                raise block.refuse(there[again], key, float(y[again] / DEGREE), "deg", remedy)
+            if key not in known and abs(before) > STILL * abs(level):
+                given = f"runs: {{{block.name}: {{{key}: ...}}}}"
+                remedy = f"the yaw is not zero before its step; begin a run at zero yaw, or state {given}"
+                raise block.refuse(there[0], key, float(before / DEGREE), "deg", remedy)
+            at = int(there[step])
         found[key] = Setting(round_digits(level, DIGITS), "its column")
         if at and "yaw_at" not in known | found:
-            before, after = travel[at - 1 : at + 1]
-            words = f"the step of {key}, somewhere within {after - before:.2g} m"
-            u = round_digits((after - before) / np.sqrt(12.0), DIGITS)
-            found |= {"yaw_at": Setting(0.5 * (before + after), words), "yaw_at_u": Setting(u, words)}
+            earlier, later = travel[at - 1 : at + 1]
+            words = f"the step of {key}, somewhere within {later - earlier:.2g} m"
+            u = round_digits((later - earlier) / np.sqrt(12.0), DIGITS)
+            found |= {"yaw_at": Setting(0.5 * (earlier + later), words), "yaw_at_u": Setting(u, words)}
     return found
 
 
@@ -471,36 +468,12 @@ def _logged_values(block: LoggedTable, role: str) -> np.ndarray | None:
     return None if values is None or not np.isfinite(values).any() else values
 
 
-def _step(block: LoggedTable, key: str, values: np.ndarray, stated: bool) -> tuple[float, int]:
-    """Level of a yaw after its step, and the row of the step (0: it stood there from the beginning)."""
-    there = np.flatnonzero(np.isfinite(values))
-    y = values[there]
-    ends = max(1, len(y) // 50)
-    before, after = float(np.median(y[:ends])), float(np.median(y[-ends:]))
-    change = after - before
-    if abs(change) <= STILL * np.abs(y).max():
-        return float(np.median(y)), 0
-    beyond = (y - before) / change > 0.5
-    at = int(np.argmax(beyond))
-    if not stated and np.mean(beyond[at:]) < 0.98:
-        again = at + int(np.argmin(beyond[at:]))
-        remedy = "the yaw moves more than once; cut the record into runs, one yaw step each"
-        raise block.refuse(there[again], key, float(y[again] / DEGREE), "deg", remedy)
-    if not stated and abs(before) > STILL * abs(after):
-        given = f"runs: {{{block.name}: {{{key}: ...}}}}"
-        remedy = f"the yaw is not zero before its step; begin a run at zero yaw, or state {given}"
-        raise block.refuse(there[0], key, float(before / DEGREE), "deg", remedy)
-    return after, int(there[at])
-
-
 def questions(name: str, settings: Settings, file: str) -> list[Question]:
     """Questions on settings of a run that nothing tells."""
+    yaw = f"to which yaw was the tail pulley turned in run {name} ({file}; 0 for a run without yaw)?"
     asked = {
         "tension": (f"at which tension was run {name} ({file})?", "10 N/mm2"),
-        "yaw": (
-            f"to which yaw was the tail pulley turned in run {name} ({file}; 0 for a run without yaw)?",
-            "-0.042 deg",
-        ),
+        "yaw": (yaw, "-0.042 deg"),
     }
     return [Question(path=("runs", name, k), text=t, example=e) for k, (t, e) in asked.items() if k not in settings]
 
@@ -509,10 +482,19 @@ def questions(name: str, settings: Settings, file: str) -> list[Question]:
 
 
 def _find_rated(table: LoggedTable, mapping: MappingEntry, section: Section, found: FoundRuns) -> list[str]:
-    """Put the runs of a table of rates into ``found``; returns the names of them all."""
-    rates = {c.role: c.si() for c in table.columns if c.role in RATES}
-    u, question = _rate_spread(table)
-    found.questions.extend([question] if question else [])
+    """Put the runs of a table of rates, with one sigma of the rates [m/m], into ``found``; returns the names of all."""
+    columns = {c.role: c for c in table.columns if c.role in RATES}
+    rates, u = {role: c.si() for role, c in columns.items()}, table.values("u_rate")
+    if u is None:
+        first = next(iter(columns.values()))
+        one = first.by_hand
+        if first.entry.white is not None:
+            value, _, unit = quantity(first.entry.white, ("angle",), "mm/m", f"columns.{first.name}.white")
+            one = value * UNITS[unit][1]
+        u = np.full(len(table.lines), one or 0.0)
+        if one is None:
+            path, text = ("columns", first.name, "white"), "how well are the rates known (one sigma)?"
+            found.questions.append(Question(path=path, text=text, example="0.002 mm/m"))
     listed = table_settings([table], section)
     for row, name in enumerate(listed):
         entry, settings = mapping.runs.get(name, RunEntry()), stated_settings(mapping, name, listed, section)
@@ -523,24 +505,8 @@ def _find_rated(table: LoggedTable, mapping: MappingEntry, section: Section, fou
         run = Run(name=entry.name or name, use=entry.use or "fit", **numbers)
         found.rated.append(run)
         own = np.array([rates[r][row] if r in rates else np.nan for r in RATES])
-        found.steady.append(SteadyRate(run=run.name, rates=own, u=0.0 if u is None else float(u[row])))
+        found.steady.append(SteadyRate(run=run.name, rates=own, u=float(u[row])))
     return list(listed)
-
-
-def _rate_spread(table: LoggedTable) -> tuple[np.ndarray | None, Question | None]:
-    """One sigma [m/m] of the rates, row by row; or the question for it."""
-    stated = table.values("u_rate")
-    if stated is not None:
-        return stated, None
-    rate = next(c for c in table.columns if c.role in RATES)
-    u = rate.by_hand
-    if rate.entry.white is not None:
-        value, _, unit = quantity(rate.entry.white, ("angle",), "mm/m", f"columns.{rate.name}.white")
-        u = value * UNITS[unit][1]
-    if u is not None:
-        return np.full(len(rate.values), u), None
-    text = "how well are the rates known (one sigma)?"
-    return None, Question(path=("columns", rate.name, "white"), text=text, example="0.002 mm/m")
 
 
 AT_ONCE = "the yaw is taken to act from the first reading on; else state where it was set: all_runs: {yaw_at: 5 m}"
@@ -576,13 +542,17 @@ def runs_on_one_grid(
     stated = [m.entry.repeat_of is not None for m in made]
     runs = _mark_repeats(runs, stated)
     found = [r for r, is_stated in zip(runs, stated, strict=True) if r.repeat_of and not is_stated]
-    notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in found] + _note_blanks(made, records)
+    notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in found]
+    names = dict.fromkeys(n for record in records for n in record if n != TIME)
+    for m, record in zip(made, records, strict=True):
+        if blank := [str(n) for n in names if n not in record]:
+            text = f"has no {' and no '.join(blank)}, which other runs have; is its column called otherwise there?"
+            notes.append(Note(m.key, text))
     records = _cut_repeats(runs, records)
-    ats = [r.yaw_at for r in runs]
-    off = [
-        {n: _reading_at_yaw(r.index.to_numpy() - at, r[n].to_numpy()) for n in _signals_in(r)}
-        for r, at in zip(records, ats, strict=True)
-    ]
+    off = []  # of every run: signal -> its reading at the yaw
+    for record, run in zip(records, runs, strict=True):
+        travel = record.index.to_numpy() - run.yaw_at
+        off.append({str(n): _reading_at_yaw(travel, record[n].to_numpy()) for n in record if n != TIME})
     if entry.start == "yaw":
         pairs = zip(records, off, strict=True)
         records = [r.assign(**{n: np.round(r[n] - y, DECIMALS) for n, y in starts.items()}) for r, starts in pairs]
@@ -592,68 +562,44 @@ def runs_on_one_grid(
             text = f"readings count from where each point was at the yaw; taken off: {', '.join(told)} (mm or mrad)"
             more = "" if middles else "; middle: 150 mm of a column, its reading with the belt in the middle, keeps y0"
             notes.append(Note("", text + more))
-    for k, starts in enumerate(off):
-        if runs[k].y0 is None and (known := middles.keys() & starts):
-            y0 = float(np.mean([starts[n] - middles[n] for n in known]))
-            runs[k] = replace(runs[k], y0=round_digits(y0, DIGITS))
     out = []
-    for run, record in zip(runs, records, strict=True):
+    for run, record, starts in zip(runs, records, off, strict=True):
+        if run.y0 is None and (known := middles.keys() & starts):
+            run = replace(run, y0=round_digits(float(np.mean([starts[n] - middles[n] for n in known])), DIGITS))
         time = record[TIME].to_numpy() if TIME in record else None
-        signals = {name: record[name].to_numpy() for name in _signals_in(record)}
+        signals = {n: record[n].to_numpy() for n in starts}
         way = record.index.to_numpy() + run.run_in
         out.append(replace(run, travel=way, yaw_at=run.yaw_at + run.run_in, time=time, signals=signals))
     return out, notes, step
 
 
-def _note_blanks(made: list[AssembledRun], records: list[pd.DataFrame]) -> list[Note]:
-    """Runs without a signal that others have: a column of that name may be missing in their file."""
-    names = dict.fromkeys(n for record in records for n in _signals_in(record))
-    lacking = {m.key: [n for n in names if n not in record] for m, record in zip(made, records, strict=True)}
-    text = "has no {}, which other runs have; is its column called otherwise there?"
-    return [Note(run, text.format(" and no ".join(blank))) for run, blank in lacking.items() if blank]
-
-
 def _run(made: AssembledRun) -> Run:
+    """The run of settings that are known, each checked against its range, without its record."""
     values: dict[str, Any] = {k: s.value for k, s in made.settings.items()}
     for key, value in values.items():
         bounds = RANGES[key]
         if np.isfinite(value) and not bounds.holds(value):
-            shown = value / UNITS[bounds.unit][1]
-            remedy = (
-                f"must be {bounds.low:g} to {bounds.high:g} {bounds.unit}; it came from {made.settings[key].source}"
-            )
+            shown, source = value / UNITS[bounds.unit][1], made.settings[key].source
+            remedy = f"must be {bounds.low:g} to {bounds.high:g} {bounds.unit}; it came from {source}"
             raise InputError(f"runs.{made.key}.{key}", f"{shown:.6g}", bounds.unit, remedy)
-    entry = made.entry
-    unknown = {"tension": np.nan, "yaw": np.nan}
+    entry, unknown = made.entry, {"tension": np.nan, "yaw": np.nan}
     name, use = entry.name or made.key, entry.use or "fit"
     return Run(name=name, repeat_of=entry.repeat_of, use=use, started=made.started, **unknown | values)
 
 
-def _signals_in(record: pd.DataFrame) -> list[str]:
-    """The names of the signals of a record."""
-    return [str(name) for name in record.columns if name != TIME]
-
-
 def _step_for(records: list[pd.DataFrame]) -> float:
     """A step [m], 1, 2 or 5 times a power of ten, that keeps some hundred samples a run; 0 where records are so sparse
-    that they stay as they are."""
-    places = [np.unique(record.index) for record in records]
-    spacing = [float(np.median(np.diff(travel))) for travel in places if len(travel) > 2]
-    if not spacing or _on_one_grid(records):
+    that they stay as they are, or stand at the same travels already."""
+    spacing = [float(np.median(np.diff(s))) for record in records if len(s := np.unique(record.index)) > 2]
+    first = max(records, key=len).index
+    alike = (r.index.is_unique and np.allclose(r.index, first[: len(r)], atol=1e-6) for r in records)
+    if not spacing or (len(first) <= 4 * AIMED and all(alike)):
         return 0.0
     longest = max(float(record.index[-1]) for record in records)
     least = max(longest / AIMED, UNEVEN * 2.0 * max(spacing))
     power = 10.0 ** math.floor(math.log10(least))
     step = float(next(f"{f * power:.6g}" for f in (1.0, 2.0, 5.0, 10.0) if f * power >= least * (1.0 - 1e-9)))
     return step if step <= longest / LEFT else 0.0
-
-
-def _on_one_grid(records: list[pd.DataFrame]) -> bool:
-    """Whether all records stand at the same travels already, and not at too many of them."""
-    first = max(records, key=len).index
-    if len(first) > 4 * AIMED:
-        return False
-    return all(r.index.is_unique and np.allclose(r.index, first[: len(r)], atol=1e-6) for r in records)
 
 
 def _resample(record: pd.DataFrame, step: float) -> pd.DataFrame:
@@ -684,46 +630,39 @@ def _reading_at_yaw(travel: np.ndarray, y: np.ndarray) -> float:
 
 
 def _snap_settings(runs: list[Run], settings: list[Settings]) -> list[Run]:
-    """Runs with settings that were logged and are meant to be the same brought together."""
+    """Runs with settings that were logged and are meant to be the same (within SAME in size) brought to their mean."""
     found = list(runs)
     for key, unit in (("tension", N_PER_MM2), ("yaw", DEGREE), ("yaw_head", DEGREE), ("speed", 1.0)):
         own = [k for k, s in enumerate(settings) if key in s and not s[key].text]
-        values = _group_values(np.array([getattr(found[k], key) for k in own]))
-        for k, value in zip(own, values, strict=True):
-            change: dict[str, Any] = {key: round_digits(value / unit, SAME_DIGITS) * unit}
-            found[k] = replace(found[k], **change)
+        values = np.array([getattr(found[k], key) for k in own])
+        order = np.argsort(np.abs(values))
+        size = np.abs(values[order])
+        for group in np.split(order, np.flatnonzero(np.diff(size) > SAME * size[1:]) + 1):
+            for k in group:
+                value = float(np.sign(values[k]) * np.mean(np.abs(values[group])))
+                change: dict[str, Any] = {key: round_digits(value / unit, SAME_DIGITS) * unit}
+                found[own[k]] = replace(found[own[k]], **change)
     return found
-
-
-def _group_values(values: np.ndarray) -> np.ndarray:
-    """Every value as the mean of those within SAME of its neighbours in size, its sign kept."""
-    out, order = values.copy(), np.argsort(np.abs(values))
-    size = np.abs(values[order])
-    ends = np.flatnonzero(np.diff(size) > SAME * size[1:]) + 1
-    for group in np.split(order, ends):
-        out[group] = np.sign(values[group]) * np.mean(np.abs(values[group])) if len(group) else 0.0
-    return out
 
 
 def _mark_repeats(runs: list[Run], stated: list[bool]) -> list[Run]:
     """Runs at one setting as repeats of the first, with its settings; stated: whether the mapping says of which."""
+
+    def alike(a: Run, b: Run) -> bool:
+        near = [(getattr(a, k), getattr(b, k)) for k in ("tension", "yaw", "yaw_head", "speed")]
+        if any(abs(x - y) > 0.5 * REPEAT_TOLERANCE * abs(x) for x, y in near):
+            return False
+        return a.direction == b.direction and abs(a.yaw_at - b.yaw_at) <= 0.05 * max(a.yaw_at, 0.0)
+
     out: list[Run] = []
     for run, is_stated in zip(runs, stated, strict=True):
-        twin = next((f for f in out if not is_stated and f.repeat_of is None and _same(f, run)), None)
+        twin = next((f for f in out if not is_stated and f.repeat_of is None and alike(f, run)), None)
         if twin is not None:
             run = replace(run, repeat_of=twin.name, tension=twin.tension, yaw=twin.yaw, yaw_head=twin.yaw_head)
             u = math.hypot(run.yaw_at_u, run.yaw_at - twin.yaw_at)  # taken to be where the first run's was
             run = replace(run, speed=twin.speed, yaw_at=twin.yaw_at, yaw_at_u=u)
         out.append(run)
     return out
-
-
-def _same(a: Run, b: Run) -> bool:
-    near = all(
-        abs(getattr(a, k) - getattr(b, k)) <= 0.5 * REPEAT_TOLERANCE * abs(getattr(a, k))
-        for k in ("tension", "yaw", "yaw_head", "speed")
-    )
-    return near and a.direction == b.direction and abs(a.yaw_at - b.yaw_at) <= 0.05 * max(a.yaw_at, 0.0)
 
 
 def _cut_repeats(runs: list[Run], records: list[pd.DataFrame]) -> list[pd.DataFrame]:
