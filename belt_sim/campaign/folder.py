@@ -10,7 +10,7 @@ import os
 import secrets
 import shutil
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -129,42 +129,40 @@ def parse_table(
     lines = text.replace("\r\n", "\n").replace("\r", "\n").replace('"', "").split("\n")
     header, *rows = ([cell.strip() for cell in line.split(",")] for line in lines)
     filled = {line: row for line, row in enumerate(rows, start=2) if any(row)}
+    wrong: list[Problem] = []
+
+    def refuse(remedy: str, line: int | None = 1, name: str = "", value: object = None) -> None:
+        wrong.append(Problem(file=file, line=line, name=name, value=value, remedy=remedy))
+
+    called = {";": "semicolons", "\t": "tabs"}
     if not text.strip():
-        wrong = [Problem(file=file, remedy=f"the file is empty; begin with the line {','.join(required)}")]
-    elif remedies := [*_header_remedies(header, required, known)]:
-        wrong = [Problem(file=file, line=1, name=name, remedy=remedy) for name, remedy in remedies]
-    elif not filled:
-        wrong = [Problem(file=file, remedy="has a header but no rows; add them")]
+        refuse(f"the file is empty; begin with the line {','.join(required)}", None)
+    elif len(header) == 1 and (separator := next((s for s in called if s in header[0]), "")):
+        remedy = "separate them by commas and write decimals with a point"
+        refuse(f"columns are separated by {called[separator]}; {remedy}")
     else:
+        for name, count in Counter(header).items():
+            if not name:
+                refuse("a column has no name; name it or remove the comma")
+            elif count > 1:
+                refuse(f"column stands there {count} times; keep one", name=name)
+            elif known is not None and name not in known:
+                unused = [k for k in known if k not in header]
+                refuse(f"unknown column; {did_you_mean(name, unused or known)}", name=name)
+        for name in (name for name in required if name not in header):
+            refuse("column is missing; add it", name=name)
+    if not wrong and not filled:
+        refuse("has a header but no rows; add them", None)
+    elif not wrong:
         remedy = f"the header has {len(header)}; end the line with commas for blanks, write decimals with a point"
-        ragged = {line: len(row) for line, row in filled.items() if len(row) != len(header)}
-        wrong = [Problem(file=file, line=n, name="cells", value=many, remedy=remedy) for n, many in ragged.items()]
+        for line, row in filled.items():
+            if len(row) != len(header):
+                refuse(remedy, line, "cells", len(row))
+    problems.extend(wrong)
     if wrong:
-        problems.extend(wrong)
         return None
     columns = {name: list(cells) for name, cells in zip(header, zip(*filled.values(), strict=True), strict=True)}
     return CsvTable(file, columns, [*filled], problems)
-
-
-def _header_remedies(
-    header: list[str], required: tuple[str, ...], known: tuple[str, ...] | None
-) -> Iterator[tuple[str, str]]:
-    """Yield the columns of a header that are wrong, each with its remedy."""
-    for separator, called in ((";", "semicolons"), ("\t", "tabs")):
-        if len(header) == 1 and separator in header[0]:
-            yield "", f"columns are separated by {called}; separate them by commas and write decimals with a point"
-            return
-    for name, count in Counter(header).items():
-        if not name:
-            yield "", "a column has no name; name it or remove the comma"
-        elif count > 1:
-            yield name, f"column stands there {count} times; keep one"
-        elif known is not None and name not in known:
-            unused = [k for k in known if k not in header]
-            yield name, f"unknown column; {did_you_mean(name, unused or known)}"
-    for name in required:
-        if name not in header:
-            yield name, "column is missing; add it"
 
 
 # ---- runs.csv
@@ -192,83 +190,62 @@ def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
         for column, (field, bounds, blank) in NUMBERS.items()
         if column in table.columns
     }
-    _check_cells(table, numbers.get("direction", np.ones(len(table))))
     rows = RunRows(table, {})
     repeats, uses, started = (table.texts(column) for column in ("repeat_of", "use", "started"))
     for row, name in enumerate(table.columns["run"]):
-        if not _name_fits(rows, row, name):
-            continue
         values: dict[str, Any] = {field: float(column[row]) for field, column in numbers.items()}
+        direction = values.get("direction", 1.0)
+        if abs(direction) != 1.0 and math.isfinite(direction):
+            table.refuse(row, "direction", direction, "", "must be 1 (upper span runs from head to tail) or -1")
+        if uses[row] not in ("", "fit", "hold_out"):
+            table.refuse(row, "use", uses[row], "", did_you_mean(uses[row], ("fit", "hold_out")))
+        try:
+            clock = datetime.datetime if "-" in started[row][:5] else datetime.time
+            clock.fromisoformat(started[row] or "00:00")
+        except ValueError:
+            remedy = "write a date and time as 2024-05-12T13:00:00, or leave it blank"
+            table.refuse(row, "started", started[row], "", remedy)
+        if not name:
+            table.refuse(row, "run", None, "", "is blank; name the run")
+            continue
+        try:
+            check_name(name)
+        except InputError as error:
+            table.refuse(row, "run", name, "", error.remedy)
+        if name in rows.runs:
+            line = table.lines[table.columns["run"].index(name)]
+            table.refuse(row, "run", name, "", f"stands already in line {line}; give every run its own name")
+            continue
         values |= {key: None for key in ("start", "y0") if math.isnan(values.get(key, 0.0))}
         if run_in := values.get("run_in", 0.0):
             values["yaw_at"] = values.get("yaw_at", 0.0) + run_in
         use: Any = uses[row] or "fit"
         rows.runs[name] = Run(name=name, repeat_of=repeats[row] or None, use=use, started=started[row], **values)
-    _check_repeats(rows)
+    for run in rows.runs.values():
+        _check_repeat(rows, run)
     return rows
 
 
-def _check_cells(table: CsvTable, directions: np.ndarray) -> None:
-    """Check that every direction, use and time of day is one."""
-    for row, direction in enumerate(directions):
-        if abs(direction) != 1.0 and math.isfinite(direction):
-            table.refuse(row, "direction", direction, "", "must be 1 (upper span runs from head to tail) or -1")
-    for row, use in enumerate(table.texts("use")):
-        if use not in ("", "fit", "hold_out"):
-            table.refuse(row, "use", use, "", did_you_mean(use, ("fit", "hold_out")))
-    for row, moment in enumerate(table.texts("started")):
-        try:
-            (datetime.datetime if "-" in moment[:5] else datetime.time).fromisoformat(moment or "00:00")
-        except ValueError:
-            remedy = "write a date and time as 2024-05-12T13:00:00, or leave it blank"
-            table.refuse(row, "started", moment, "", remedy)
-
-
-def _name_fits(rows: RunRows, row: int, name: str) -> bool:
-    """Check the name of a run; return whether it is one of its own."""
-    table = rows.table
-    if not name:
-        table.refuse(row, "run", None, "", "is blank; name the run")
-        return False
-    try:
-        check_name(name)
-    except InputError as error:
-        table.refuse(row, "run", name, "", error.remedy)
-    if name in rows.runs:
-        line = table.lines[table.columns["run"].index(name)]
-        table.refuse(row, "run", name, "", f"stands already in line {line}; give every run its own name")
-        return False
-    return True
-
-
-def _check_repeats(rows: RunRows) -> None:
-    """Check that every repeat_of names a first run with the same settings."""
-    for run in rows.runs.values():
-        if run.repeat_of is None:
-            continue
-        first = rows.runs.get(run.repeat_of)
-        if first is None:
-            others = [name for name in rows.runs if name != run.name]
-            remedy = f"no such run; {did_you_mean(run.repeat_of, others)}"
-        elif first is run:
-            remedy = "a run cannot repeat itself; name the first run of the series"
-        elif first.repeat_of is not None:
-            remedy = f"is itself a repeat; name {first.repeat_of} instead"
-        else:
-            _check_same_settings(rows, run, first)
-            continue
-        rows.refuse(run.name, "repeat_of", run.repeat_of, "", remedy)
-
-
-def _check_same_settings(rows: RunRows, run: Run, first: Run) -> None:
-    for column, (field, bounds, _) in NUMBERS.items():
-        if field in FREE:
-            continue
-        own, its = (getattr(r, field) - (r.run_in if field == "yaw_at" else 0.0) for r in (run, first))
-        if abs(own - its) > REPEAT_TOLERANCE * abs(its):
-            shown, other = (x / UNITS[bounds.unit][1] for x in (own, its))
-            remedy = f"{first.name} has {other:.6g}; a repeat has the settings of its first run"
-            rows.refuse(run.name, column, float(f"{shown:.6g}"), bounds.unit, remedy)
+def _check_repeat(rows: RunRows, run: Run) -> None:
+    """Check that repeat_of names a first run with the same settings."""
+    if run.repeat_of is None:
+        return
+    first = rows.runs.get(run.repeat_of)
+    if first is None:
+        remedy = f"no such run; {did_you_mean(run.repeat_of, [name for name in rows.runs if name != run.name])}"
+    elif first is run:
+        remedy = "a run cannot repeat itself; name the first run of the series"
+    elif first.repeat_of is not None:
+        remedy = f"is itself a repeat; name {first.repeat_of} instead"
+    else:
+        for column, (field, bounds, _) in NUMBERS.items():
+            own, its = ((getattr(r, field) or 0.0) - (r.run_in if field == "yaw_at" else 0.0) for r in (run, first))
+            if field not in FREE and abs(own - its) > REPEAT_TOLERANCE * abs(its):
+                shown, other = (x / UNITS[bounds.unit][1] for x in (own, its))
+                remedy = f"{first.name} has {other:.6g}; a repeat has the settings of its first run"
+                rows.refuse(run.name, column, float(f"{shown:.6g}"), bounds.unit, remedy)
+        return
+    rows.refuse(run.name, "repeat_of", run.repeat_of, "", remedy)
 
 
 # ---- signals.csv and steady.csv
@@ -285,12 +262,24 @@ def read_signals(
         return {}
     travel = table.numbers("travel_m", BOUNDS["reading_travel"])
     time = table.numbers("time_s", BOUNDS["time"], blank=math.nan) if "time_s" in table.columns else None
-    columns = _readings(table, sheets)
+    columns = {
+        sheet.name: table.numbers(sheet.name, BOUNDS[sheet.kind], unit=sheet.unit, blank=math.nan)
+        for sheet in sheets or ()
+        if sheet.name in table.columns
+    }
+    if sheets is not None and not columns:
+        stated = ", ".join(sheet.name for sheet in sheets)
+        remedy = f"has no column of a signal; add {stated or 'signals to campaign.yaml'}"
+        problems.append(Problem(file="signals.csv", line=1, remedy=remedy))
     recorded = {}
     for name, index in _rows_of_runs(table, rows).items():
-        _check_rising(table, index, "travel_m", travel, "m")
-        if time is not None:
-            _check_rising(table, index, "time_s", time, "s")
+        for column, values, unit in (("travel_m", travel, "m"), ("time_s", time, "s")):
+            there = index[np.isfinite(values[index])] if values is not None else index[:0]
+            back = np.flatnonzero(np.diff(values[there]) <= 0.0) if len(there) else there
+            if back.size:
+                row, earlier = there[back[0] + 1], values[there[back[0]]]
+                remedy = f"must increase within a run, whichever way the belt runs; the row before has {earlier:.15g}"
+                table.refuse(row, column, float(values[row]), unit, remedy)
         if rows is None or name not in rows.runs:
             continue
         if len(index) == 1 and len(problems) == before:
@@ -303,20 +292,6 @@ def read_signals(
         if columns and not signals and len(problems) == before:
             table.refuse(index[0], "run", name, "", "has rows but no readings; fill them in or remove the run")
     return recorded
-
-
-def _readings(table: CsvTable, sheets: tuple[SignalSheet, ...] | None) -> dict[str, np.ndarray]:
-    """Return the signal columns in SI; having none is a problem."""
-    columns = {
-        sheet.name: table.numbers(sheet.name, BOUNDS[sheet.kind], unit=sheet.unit, blank=math.nan)
-        for sheet in sheets or ()
-        if sheet.name in table.columns
-    }
-    if sheets is not None and not columns:
-        stated = ", ".join(sheet.name for sheet in sheets)
-        remedy = f"has no column of a signal; add {stated or 'signals to campaign.yaml'}"
-        table.problems.append(Problem(file="signals.csv", line=1, remedy=remedy))
-    return columns
 
 
 def _rows_of_runs(table: CsvTable, rows: RunRows | None) -> dict[str, np.ndarray]:
@@ -414,8 +389,15 @@ def _read(folder: str | Path, *, whole: bool = True, measured: bool = True) -> t
     if not measured and sheet is not None and not sheet.signals:
         remedy = "no signal is planned; state at least one"
         problems.append(Problem(file="campaign.yaml", name="signals", remedy=remedy))
-    if rows is not None and not problems:
-        _check_records(rows, recorded, steady, whole=whole)
+    rated = {rate.run for rate in steady}
+    for name, run in rows.runs.items() if rows is not None and not problems else ():
+        if name in recorded and run.yaw_at > (end := float(recorded[name].travel[-1])):
+            rows.refuse(
+                name, "yaw_at_m", run.yaw_at, "m", f"must be at most {end:.15g} m, where the record of {name} ends"
+            )
+        elif whole and name not in recorded and name not in rated:
+            remedy = "has no rows in signals.csv or steady.csv; add them or remove the run"
+            rows.refuse(name, "run", name, "", remedy)
     if problems or sheet is None or rows is None:
         raise CampaignError(problems)
     data = recorded.keys() | {rate.run for rate in steady}
@@ -426,16 +408,14 @@ def _read(folder: str | Path, *, whole: bool = True, measured: bool = True) -> t
 
 def _relink_repeats(runs: list[Run]) -> list[Run]:
     """Let repeats of a missing first run repeat the first of them that is present."""
-    names = {run.name for run in runs}
-    heir: dict[str, str] = {}
-    found = []
+    names, heir = {run.name for run in runs}, dict[str, str]()
     for run in runs:
-        first = run.repeat_of
-        if first is not None and first not in names:
-            heir.setdefault(first, run.name)
-            run = replace(run, repeat_of=None if heir[first] == run.name else heir[first])
-        found.append(run)
-    return found
+        if run.repeat_of is not None and run.repeat_of not in names:
+            heir.setdefault(run.repeat_of, run.name)
+    firsts = [heir.get(run.repeat_of or "", run.repeat_of) for run in runs]
+    return [
+        replace(run, repeat_of=None if first == run.name else first) for run, first in zip(runs, firsts, strict=True)
+    ]
 
 
 def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True) -> dict[str, bytes]:
@@ -443,7 +423,9 @@ def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True)
     try:
         present = sorted(path.name for path in folder.iterdir())
     except (OSError, ValueError) as error:
-        what = "there is no such folder" if isinstance(error, FileNotFoundError) else "is not a folder that can be read"
+        missing = "there is no such folder"
+        cause = getattr(error, "strerror", None) or error
+        what = missing if isinstance(error, FileNotFoundError) else f"is not a folder that can be read ({cause})"
         remedy = f"{what}; name a folder with campaign.yaml and runs.csv"
         if str(folder) == folder.name:
             remedy += f", or a campaign that ships: {', '.join(sample_campaigns())}"
@@ -481,20 +463,6 @@ def text_of(name: str, data: bytes, problems: list[Problem]) -> str | None:
             remedy = "not UTF-8; save the file as UTF-8 text"
     problems.append(Problem(file=name, line=data[:at].count(b"\n") + 1, value=value, remedy=remedy))
     return None
-
-
-def _check_records(rows: RunRows, recorded: dict[str, Run], steady: tuple[SteadyRate, ...], *, whole: bool) -> None:
-    """Check that every run has a record or a rate (if whole), and that its yaw is applied before its record ends."""
-    rated = {rate.run for rate in steady}
-    for name, run in rows.runs.items():
-        if name in recorded:
-            end = float(recorded[name].travel[-1])
-            if run.yaw_at > end:
-                remedy = f"must be at most {end:.15g} m, where the record of {name} ends"
-                rows.refuse(name, "yaw_at_m", run.yaw_at, "m", remedy)
-        elif whole and name not in rated:
-            remedy = "has no rows in signals.csv or steady.csv; add them or remove the run"
-            rows.refuse(name, "run", name, "", remedy)
 
 
 def hash_of(contents: dict[str, bytes]) -> str:
@@ -559,44 +527,54 @@ def put_folder(
         raise InputError("folder", folder, "", "a file of that name exists; choose another name")
     if there and any(folder.iterdir()) and not overwrite:
         raise InputError("folder", folder, "", "exists and is not empty; choose another name or overwrite it")
-    folder.parent.mkdir(parents=True, exist_ok=True)
     fresh = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
-    fresh.mkdir()
     try:
+        fresh.mkdir(parents=True)
         for name, text in texts.items():
             (fresh / name).write_text(text, encoding="utf-8", newline="\n")
         back = check(fresh)
-        _put(fresh, folder)
+        old = fresh.with_name(fresh.name + ".old")
+        if folder.exists():
+            os.rename(folder, old)
+        try:
+            os.rename(fresh, folder)
+        except OSError:
+            if old.exists():
+                os.rename(old, folder)  # as it was
+            raise
+        for path in old.iterdir() if old.exists() else ():  # what else stood in the old folder moves along
+            if path.name not in FILES and not (folder / path.name).exists():
+                os.rename(path, folder / path.name)
+        shutil.rmtree(old, ignore_errors=True)
+    except OSError as error:
+        cause = error.strerror or error
+        raise InputError(
+            "folder", folder, "", f"cannot be written ({cause}); choose another place, or make room"
+        ) from None
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
     return back
 
 
-def _put(fresh: Path, folder: Path) -> None:
-    """Rename ``fresh`` to ``folder``; what else stood in the old folder moves along."""
-    old = fresh.with_name(fresh.name + ".old")
-    if folder.exists():
-        os.rename(folder, old)
-    try:
-        os.rename(fresh, folder)
-    except OSError:
-        if old.exists():
-            os.rename(old, folder)  # as it was
-        raise
-    if old.exists():
-        for path in old.iterdir():
-            if path.name not in FILES and not (folder / path.name).exists():
-                os.rename(path, folder / path.name)
-        shutil.rmtree(old)
-
-
 def _texts(campaign: Campaign) -> dict[str, str]:
+    """The files of a campaign; signals.csv has columns of the signals that any run has, and time_s where any has it."""
     sheet = yaml.safe_dump(
         sheet_tree(campaign), sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=None
     )
     texts = {"campaign.yaml": sheet, "runs.csv": runs_text(campaign.runs)}
-    if any(len(run.travel) for run in campaign.runs):
-        texts["signals.csv"] = _signals(campaign)
+    recorded = [run for run in campaign.runs if len(run.travel)]
+    if recorded:
+        used = [signal for signal in campaign.signals if any(signal.name in run.signals for run in recorded)]
+        timed = any(run.time is not None for run in recorded)
+        rows = [",".join(["run", "travel_m", *(["time_s"] if timed else []), *(signal.name for signal in used)])]
+        for run in recorded:
+            blank = np.full(len(run.travel), np.nan)
+            columns = [[run.name] * len(run.travel), _cells(run.travel - run.run_in)]
+            if timed:
+                columns.append(_cells(blank if run.time is None else run.time))
+            columns += [_cells(run.signals.get(s.name, blank), UNITS[s.unit][1]) for s in used]
+            rows.extend(",".join(row) for row in zip(*columns, strict=True))
+        texts["signals.csv"] = "\n".join([*rows, ""])
     if campaign.steady:
         header = ",".join(("run", *RATES, "u_rate"))
         rows = [",".join([r.run, *_cells(np.array([*r.rates, r.u]), MM_PER_M)]) for r in campaign.steady]
@@ -606,34 +584,31 @@ def _texts(campaign: Campaign) -> dict[str, str]:
 
 def sheet_tree(campaign: Campaign) -> dict[str, Any]:
     """The content of campaign.yaml as plain data."""
-    machine, settings = dict(vars(campaign.machine)), campaign.settings
+
+    def quantity(q: Quantity, unit: str) -> dict[str, Any]:
+        out: dict[str, Any] = {"value": _in_unit(q.value, unit), "u": _in_unit(q.u, unit)}
+        return out | {"unit": unit} if unit else out
+
+    machine, settings, signals = dict(vars(campaign.machine)), campaign.settings, dict[str, Any]()
     if machine["head_radius"] == machine["tail_radius"]:
         machine = {"centre_distance": machine["centre_distance"], "pulley_radius": machine["head_radius"]}
+    for s in campaign.signals:
+        signals[s.name] = {"unit": s.unit, "at": s.at, "white": _in_unit(s.white, s.unit)}
+        signals[s.name] |= {"zero": _in_unit(s.zero, s.unit), "gain": float(s.gain)}
+        if s.wander_sd:
+            signals[s.name]["wander"] = {"sd": _in_unit(s.wander_sd, s.unit), "length_m": float(s.wander_length)}
     return {
         "schema": SCHEMA,
         "title": campaign.title,
         "source": dict(vars(campaign.source)),
-        "machine": {name: _quantity(q, "m") for name, q in machine.items()},
-        "belt": {name: _quantity(getattr(campaign.belt, name), BOUNDS[name].unit) for name in BELT},
-        "signals": {signal.name: _signal(signal) for signal in campaign.signals},
+        "machine": {name: quantity(q, "m") for name, q in machine.items()},
+        "belt": {name: quantity(getattr(campaign.belt, name), BOUNDS[name].unit) for name in BELT},
+        "signals": signals,
         "settings": {
             "tension_rel": float(settings.tension_rel),
             "yaw": {"u": _in_unit(settings.yaw_u, "urad"), "unit": "urad"},
         },
     }
-
-
-def _quantity(quantity: Quantity, unit: str) -> dict[str, Any]:
-    out: dict[str, Any] = {"value": _in_unit(quantity.value, unit), "u": _in_unit(quantity.u, unit)}
-    return out | {"unit": unit} if unit else out
-
-
-def _signal(signal: SignalSheet) -> dict[str, Any]:
-    out: dict[str, Any] = {"unit": signal.unit, "at": signal.at, "white": _in_unit(signal.white, signal.unit)}
-    out |= {"zero": _in_unit(signal.zero, signal.unit), "gain": float(signal.gain)}
-    if signal.wander_sd:
-        out["wander"] = {"sd": _in_unit(signal.wander_sd, signal.unit), "length_m": float(signal.wander_length)}
-    return out
 
 
 def _in_unit(si: float, unit: str) -> float:
@@ -659,20 +634,3 @@ def runs_text(runs: tuple[Run, ...]) -> str:
     blank = {"u_yaw_at_m": "0.0", "start_m": "", "run_in_m": "0.0", "y0_mm": "", "started": ""}
     stated = {n: cells for n, cells in columns.items() if n not in blank or set(cells) - {blank[n]}}
     return "\n".join([",".join(stated), *(",".join(row) for row in zip(*stated.values(), strict=True)), ""])
-
-
-def _signals(campaign: Campaign) -> str:
-    """signals.csv: columns of the signals that any run has, time_s where any run has it."""
-    recorded = [run for run in campaign.runs if len(run.travel)]
-    used = [signal for signal in campaign.signals if any(signal.name in run.signals for run in recorded)]
-    timed = any(run.time is not None for run in recorded)
-    rows = [",".join(["run", "travel_m", *(["time_s"] if timed else []), *(signal.name for signal in used)])]
-    for run in recorded:
-        blank = np.full(len(run.travel), np.nan)
-        columns = [[run.name] * len(run.travel), _cells(run.travel - run.run_in)]
-        if timed:
-            columns.append(_cells(blank if run.time is None else run.time))
-        for signal in used:
-            columns.append(_cells(run.signals.get(signal.name, blank), UNITS[signal.unit][1]))
-        rows.extend(",".join(row) for row in zip(*columns, strict=True))
-    return "\n".join([*rows, ""])

@@ -265,7 +265,8 @@ def place_named(name: str) -> str:
 
 
 def propose_roles(table: LoggedTable) -> LoggedTable:
-    """The table with a role, a unit and a place proposed for every column, and its kind."""
+    """The table with a role, a unit and a place proposed for every column, and its kind: a record, or a row a run of
+    settings or of steady rates."""
     columns = _join_dates([_propose(column) for column in table.columns])
     notes = list(table.notes)
     for k, column in enumerate(columns):
@@ -274,22 +275,37 @@ def propose_roles(table: LoggedTable) -> LoggedTable:
             readings = {name: wind_on(seconds)[0] for name, seconds in column.readings.items()}
             columns[k] = replace(column, values=values, readings=readings)
             notes += [Note(table.name, f"{column.name}: {remark}") for remark in remarks]
-    if not any(c.role in ("time", "travel") for c in columns):
+    roles = {c.role for c in columns}
+    if not roles & {"time", "travel"}:
         rising = next((k for k, c in enumerate(columns) if c.role == "" and rises(c)), None)
         if rising is not None:
             columns[rising] = replace(columns[rising], proposed_by="it rises throughout: time or travel?")
-    return replace(table, columns=tuple(columns), kind=_kind(columns), notes=tuple(notes))
+    kind: Literal["record", "settings", "rates"] = "record"
+    run = next((c for c in columns if c.role == "run"), None)
+    times = [np.diff(np.unique(c.values[np.isfinite(c.values)])) for c in columns if c.role == "time"]
+    timed = any(len(steps) and float(np.median(steps)) < SPARSE for steps in times)
+    if any(role.startswith("rate") for role in roles):
+        kind = "rates"
+    elif run is not None and len(set(run.values.tolist())) == len(run.values) and roles & {"tension", "yaw"}:
+        kind = "record" if timed or roles & {"signal", "travel"} else "settings"
+    return replace(table, columns=tuple(columns), kind=kind, notes=tuple(notes))
 
 
 def _propose(column: Column) -> Column:
-    """Role by the name and the unit; unit by the name or by magnitude."""
+    """Role by the name and the unit; unit by the name or by magnitude. Words are names of runs, or directions (1 and -1
+    of forward and reverse, nan where blank), or of no use."""
     header = _COUNT.sub("", column.name)
     name, unit = split_unit(header)
     unit = column.unit or unit or _other_unit(header)
     column, unit = replace(column, unit="", stated_unit=unit), unit if unit in UNITS else ""
     role = role_named(name)
     if column.is_text:
-        return _propose_text(column, role)
+        known, words = synonyms()["directions"], [plain(v) for v in column.values] if role == "direction" else []
+        signs = {"": np.nan} | dict.fromkeys(known["forward"], 1.0) | dict.fromkeys(known["reverse"], -1.0)
+        if any(words) and signs.keys() >= {*words}:
+            values, why = np.array([signs[w] for w in words]), "its name and words"
+            return replace(column, values=values, role=role, unit="1", is_certain=True, proposed_by=why)
+        return replace(column, role="run" if role == "run" else "ignore", unit="", proposed_by="text")
     if not np.isfinite(column.values).any():
         return replace(column, role="ignore", unit="", proposed_by="holds no numbers")
     fits = bool(role) and (not ROLES[role].dimensions or UNITS[unit][0] in ROLES[role].dimensions)
@@ -320,17 +336,6 @@ def _other_unit(header: str) -> str:
         if re.search(r"[^\W\d_]|[%‰°]", text) and not any(_speaks_of(plain(text), word) for word in words):
             return text
     return ""
-
-
-def _propose_text(column: Column, role: str) -> Column:
-    """Words are names of runs, or directions (1 and -1 of forward and reverse, nan where blank), or of no use."""
-    if role == "direction":
-        known, words = synonyms()["directions"], [plain(v) for v in column.values]
-        signs = {"": np.nan} | dict.fromkeys(known["forward"], 1.0) | dict.fromkeys(known["reverse"], -1.0)
-        if any(words) and signs.keys() >= {*words}:
-            values, why = np.array([signs[w] for w in words]), "its name and words"
-            return replace(column, values=values, role=role, unit="1", is_certain=True, proposed_by=why)
-    return replace(column, role="run" if role == "run" else "ignore", unit="", proposed_by="text")
 
 
 def wind_on(seconds: np.ndarray) -> tuple[np.ndarray, list[str]]:
@@ -381,60 +386,43 @@ def _only_unit(column: Column, role: Role) -> tuple[str, str]:
     return "", f"no unit is stated; {size:.3g} is likely in {' and in '.join(likely) or 'none'}"
 
 
-def _kind(columns: list[Column]) -> Literal["record", "settings", "rates"]:
-    roles = {c.role for c in columns}
-    if any(role.startswith("rate") for role in roles):
-        return "rates"
-    run = next((c for c in columns if c.role == "run"), None)
-    a_row_a_run = run is not None and len(set(run.values.tolist())) == len(run.values)
-    times = [np.diff(np.unique(c.values[np.isfinite(c.values)])) for c in columns if c.role == "time"]
-    timed = any(len(steps) and float(np.median(steps)) < SPARSE for steps in times)
-    if a_row_a_run and roles & {"tension", "yaw"} and not (timed or roles & {"signal", "travel"}):
-        return "settings"
-    return "record"
-
-
 # ---- columns as they are used: by the mapping, else as proposed
 
 
 def resolve_columns(logged: LoggedTables, mapping: MappingEntry) -> list[LoggedTable]:
-    """Tables with every column as the mapping states it, else as proposed; raises InputError for what cannot be."""
+    """Tables with every column as the mapping states it, else as proposed; of a run, no two signals get one name.
+
+    Raises InputError for what cannot be.
+    """
     strange = next((name for name in mapping.columns if name not in logged.columns), None)
     if strange is not None:
         remedy = f"no file has such a column; {did_you_mean(strange, logged.columns)}"
         raise InputError(f"columns.{strange}", strange, "", remedy)
-    return [_resolve_table(table, mapping) for table in logged.tables]
-
-
-def _resolve_table(table: LoggedTable, mapping: MappingEntry) -> LoggedTable:
-    """A table with its columns as they are used; of a run, no two signals get one name."""
     along = {e.against for e in mapping.columns.values()}
     stated = [e.name for e in mapping.columns.values() if e.name]
-    taken: dict[str | None, list[str]] = defaultdict(lambda: [*stated])
-    columns = []
-    for column in table.columns:
-        entry = mapping.columns.get(column.name, ColumnEntry())
-        if column.name in along and entry.role is None:
-            entry = entry.model_copy(update={"role": "travel"})
-        if column.asked and (meant := _reading(column, mapping)) is not None:
-            elapsed = mapping.format.time == "mm:ss" and column.asked == "time"  # no time of day
-            column = replace(column, values=meant, asked="", stamp=column.stamp and not elapsed)
-        columns.append(_resolve(replace(column, table=table.name, entry=entry), taken[entry.run]))
-        taken[entry.run].append(columns[-1].signal)
-    notes = list(table.notes)
-    for role in ONCE:
-        same = [k for k, c in enumerate(columns) if c.role == role and not c.entry.run and c.name not in along]
-        if len(same) > 1:
-            _use_one(role, same, columns, mapping.use.get(role, ""), notes, table.kind)
-    return replace(table, columns=tuple(columns), notes=tuple(notes))
-
-
-def _reading(column: Column, mapping: MappingEntry) -> np.ndarray | None:
-    """The reading of a column that the mapping's format settles; None where it does not."""
-    stated = getattr(mapping.format, column.asked)
-    if column.asked == "decimal" and stated is None:
-        stated = OTHER.get(mapping.format.thousands or "")
-    return column.readings.get(str(stated))
+    form, tables = mapping.format, []
+    for table in logged.tables:
+        taken: dict[str | None, list[str]] = defaultdict(lambda: [*stated])
+        columns: list[Column] = []
+        for column in table.columns:
+            entry = mapping.columns.get(column.name, ColumnEntry())
+            if column.name in along and entry.role is None:
+                entry = entry.model_copy(update={"role": "travel"})
+            settled = getattr(form, column.asked) if column.asked else None
+            if column.asked == "decimal" and settled is None:
+                settled = OTHER.get(form.thousands or "")
+            if column.asked and (meant := column.readings.get(str(settled))) is not None:
+                elapsed = form.time == "mm:ss" and column.asked == "time"  # no time of day
+                column = replace(column, values=meant, asked="", stamp=column.stamp and not elapsed)
+            columns.append(_resolve(replace(column, table=table.name, entry=entry), taken[entry.run]))
+            taken[entry.run].append(columns[-1].signal)
+        notes = list(table.notes)
+        for role in ONCE:
+            same = [k for k, c in enumerate(columns) if c.role == role and not c.entry.run and c.name not in along]
+            if len(same) > 1:
+                _use_one(role, same, columns, mapping.use.get(role, ""), notes, table.kind)
+        tables.append(replace(table, columns=tuple(columns), notes=tuple(notes)))
+    return tables
 
 
 def _use_one(role: str, same: list[int], columns: list[Column], use: str, notes: list[Note], kind: str) -> None:
@@ -483,8 +471,10 @@ def _resolve(column: Column, taken: list[str]) -> Column:
     own, unit = scaled or (1.0, _unit(column, role, _dimensions(role, at)))
     unit = unit_of(unit, _dimensions(role, at), f"{where}.unit") if scaled else unit
     signal = ""
-    if role == "signal":
-        signal = entry.name or _signal_name(column, at, taken)
+    if role == "signal":  # y1 to y4 and tilt by place; a second one of a place gets a letter
+        base = SIGNAL_NAMES.get(at, "y")
+        free = (n for n in (base, *(f"{base}{c}" for c in "bcdefghijk")) if n not in taken and n not in RESERVED)
+        signal = entry.name or next(free, column.name)
         try:
             check_signal_name(signal)
         except InputError as error:
@@ -515,13 +505,6 @@ def _unit(column: Column, role: str, kinds: tuple[str, ...]) -> str:
     if column.stated_unit or column.role == role:
         return ""
     return _only_unit(column, TILT if kinds == ("angle",) and role == "signal" else ROLES[role])[0]
-
-
-def _signal_name(column: Column, at: str, taken: list[str]) -> str:
-    """y1 to y4 and tilt by place; a second one of a place gets a letter."""
-    base = SIGNAL_NAMES.get(at, "y")
-    own = [base, *(f"{base}{c}" for c in "bcdefghijk")]
-    return next((n for n in own if n not in taken and n not in RESERVED), column.name)
 
 
 def rises(column: Column) -> bool:
@@ -593,46 +576,31 @@ def span_of(column: Column) -> str:
     return f"{shown[0]:.6g} to {shown[1]:.6g} {column.unit}".removesuffix(" 1")
 
 
-def _reading_question(column: Column) -> Question:
-    """Which reading of a column's cells is meant."""
-    say = {}
-    for answer, values in column.readings.items():
-        first, last = values[np.isfinite(values)][[0, -1]]
-        say[answer] = f"{first:.10g} to {last:.10g}"
-        if column.asked == "date":
-            say[answer] = " to ".join(str(np.datetime64(int(x), "s")).replace("T", " ") for x in (first, last))
-        elif column.asked == "time":
-            say[answer] += " s"
-    what = {"decimal": "which is the decimal mark", "date": "in which order are day, month and year"}
-    asks = what.get(column.asked, "is it hours and minutes, or minutes and seconds")
-    shown = "; ".join(f"{answer} makes it {text}" for answer, text in say.items())
-    text = f"{column.name} has {column.first_cell}: {asks}? {shown}"
-    return Question(("format", column.asked), text, next(iter(say)), tuple(say))
-
-
 def _unit_question(column: Column, kinds: tuple[str, ...]) -> Question:
     """The unit of a column of which the file states none, one that is not known, or a multiple of one."""
     there = column.values[np.isfinite(column.values)] if not column.is_text else np.empty(0)
     numbers = f" ({there[0]:.6g} to {there[-1]:.6g})" if len(there) else ""
-    options = tuple(name for name in NAMES if UNITS[name][0] in kinds)
-    scaled = scaled_unit(column.stated_unit) if column.stated_unit else None
-    path, proposed = ("columns", column.name, "unit"), ""
+    name, stated, usual, proposed = column.name, column.stated_unit, USUAL[kinds[0]], ""
+    options = tuple(unit for unit in NAMES if UNITS[unit][0] in kinds)
+    scaled = scaled_unit(stated) if stated else None
     if scaled and UNITS[scaled[1]][0] in kinds:
+        text = f"{name}: are its numbers{numbers} in units of {stated}, or in {scaled[1]} to that step?"
+        options = (stated, scaled[1])
+    elif stated:
         text = (
-            f"{column.name}: are its numbers{numbers} in units of {column.stated_unit}, or in {scaled[1]} to that step?"
+            f"the file states {stated} as the unit of {name}, which is no unit of {' or '.join(kinds)} that is known;"
         )
-        options = (column.stated_unit, scaled[1])
-    elif column.stated_unit:
-        text = (
-            f"the file states {column.stated_unit} as the unit of {column.name}, which is no unit of"
-            f" {' or '.join(kinds)} that is known; in which one are its numbers{numbers}"
-            " (after a factor, as factor: 0.1)?"
-        )
+        text += f" in which one are its numbers{numbers} (after a factor, as factor: 0.1)?"
     else:
-        text = f"the file states no unit of {column.name}, the {column.role}; in which one are its numbers{numbers}?"
-        proposed = "" if column.role == "ignore" else USUAL[kinds[0]] if column.role != "yaw" else "deg"
-        proposed = {"travel": "m", "yaw_at": "m", "start": "m", "yaw_head": "deg"}.get(column.role, proposed)
-    return Question(path, text, USUAL[kinds[0]] if not scaled else options[0], options, proposed)
+        text = f"the file states no unit of {name}, the {column.role}; in which one are its numbers{numbers}?"
+        likely = {"ignore": "", "yaw": "deg", "yaw_head": "deg", "travel": "m", "yaw_at": "m", "start": "m"}
+        proposed = likely.get(column.role, usual)
+    return Question(("columns", name, "unit"), text, options[0] if scaled else usual, options, proposed)
+
+
+#: key of ``format`` -> what it settles
+_READINGS = {"decimal": "which is the decimal mark", "date": "in which order are day, month and year"}
+_READINGS["time"] = "is it hours and minutes, or minutes and seconds"
 
 
 def _missing(table: LoggedTable) -> Iterator[Question]:
@@ -641,7 +609,15 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
     yield from (_place_question(c) for c in table.columns if c.role == "signal" and not c.at)
     for column in table.columns:
         if column.asked and column.role != "ignore":
-            yield _reading_question(column)
+            say = {}
+            for answer, values in column.readings.items():
+                first, last = values[np.isfinite(values)][[0, -1]]
+                say[answer] = f"{first:.10g} to {last:.10g}" + " s" * (column.asked == "time")
+                if column.asked == "date":
+                    say[answer] = " to ".join(str(np.datetime64(int(x), "s")).replace("T", " ") for x in (first, last))
+            shown = "; ".join(f"{answer} makes it {text}" for answer, text in say.items())
+            text = f"{column.name} has {column.first_cell}: {_READINGS[column.asked]}? {shown}"
+            yield Question(("format", column.asked), text, next(iter(say)), tuple(say))
         if column.open_use:
             shown = "; ".join(f"{c.name}: {span_of(c)}" for c in table.columns if c.name in column.open_use)
             text = f"several columns of {table.file.name} may be the {column.role} ({shown}); which one is it"

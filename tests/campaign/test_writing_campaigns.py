@@ -152,6 +152,6 @@ def test_the_old_folder_comes_back_where_the_new_cannot_be_put(tmp_path, monkeyp
         rename(source, target)
 
     monkeypatch.setattr(os, "rename", fails)
-    with pytest.raises(OSError, match="No space"):
+    with pytest.raises(InputError, match="No space left"):
         write_campaign(campaign, tmp_path / "c", overwrite=True)
     assert (tmp_path / "c" / "runs.csv").read_bytes() == before
