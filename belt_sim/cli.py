@@ -210,7 +210,7 @@ def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[
         argument = rest.pop(0)
         flag, equals, _ = argument.partition("=")
         if not argument.startswith("-"):
-            overrides.append(quote(argument))
+            overrides.append(quote_override(argument))
             continue
         if flag not in FLAGS:
             raise BeltError(f"{argument}: no such flag{nearest(flag, list(FLAGS))} (settings are written key=value)")
@@ -245,7 +245,7 @@ def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[
     return flags, overrides
 
 
-def quote(argument: str) -> str:
+def quote_override(argument: str) -> str:
     """Put quotes around letters beyond ASCII and signs that paths may have, as Hydra's grammar wants them."""
     key, equals, value = argument.partition("=")
     if not equals or value[:1] in ("'", '"'):

@@ -12,13 +12,13 @@ from scipy.special import chdtrc
 
 from belt_sim.api.resolve import (
     ModelSpec,
-    analytic_model,
     campaign_model,
     campaign_of,
     candidates_of,
+    closed_form_model,
     effects_of,
     fitted_model,
-    refuse,
+    refuse_effects,
     validity_warnings,
 )
 from belt_sim.campaign import Campaign, Run, case_of, leave_out_bad_readings, suspicions
@@ -172,7 +172,7 @@ def discover(
         remedy = "laws are sought at points 1-4 only; leave these signals out"
         raise InputError("signals", ", ".join(others), "", remedy)
     chosen, acting = fitted_model(campaign_model(model, campaign)), effects_of(effects)
-    refuse(chosen, acting)
+    refuse_effects(chosen, acting)
     bench = workbench(campaign, chosen, [type(e) for e in acting])
     vector = parameter_vector(bench, acting)
     bench = bench.moved_to(vector)
@@ -254,9 +254,9 @@ def compare(
     campaign = campaign_of(campaign)
     curves = any(len(r.travel) for r in campaign.runs)
     spec = campaign_model(model, campaign)
-    chosen = fitted_model(spec) if curves else analytic_model(spec)
+    chosen = fitted_model(spec) if curves else closed_form_model(spec)
     acting = effects_of(effects)
-    refuse(chosen, acting)
+    refuse_effects(chosen, acting)
     steady = steady_errors(campaign, chosen, acting)
     common: dict[str, Any] = {"base_model": chosen.name, "campaign": label(campaign), "effects": acting}
     common |= {"steady": steady, "provenance": provenance(config) | {"data_sha256": campaign.sha256}}
@@ -428,7 +428,7 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
     chosen = fitted_model(campaign_model(model, campaign))
     if not start:
         raise InputError("effects", effects, "", "name at least one, like effects=['taper']")
-    refuse(chosen, start)
+    refuse_effects(chosen, start)
     bench = workbench(campaign, chosen, [type(e) for e in start])
     ids = [e.id for e in start]
     found = bench.fit([bench.start(ids, parameter_vector(bench, start))])[0]

@@ -97,13 +97,13 @@ def model_of(spec: Any) -> Model | SteadyModel:
 
 def fitted_model(spec: Any) -> AnalyticModel:
     """A model that can be fitted to curves; raises CannotRepresent for the others."""
-    model = analytic_model(spec)
+    model = closed_form_model(spec)
     if isinstance(model, RitzingerFormula):
         raise CannotRepresent(f"model = {model.name}: it gives a steady rate and no curves; use e.g. model=beam_th2")
     return model
 
 
-def analytic_model(spec: Any) -> AnalyticModel | RitzingerFormula:
+def closed_form_model(spec: Any) -> AnalyticModel | RitzingerFormula:
     """A model in closed form; raises CannotRepresent for the others."""
     model = model_of(spec)
     if not isinstance(model, AnalyticModel | RitzingerFormula):
@@ -153,11 +153,11 @@ def candidates_of(asked: Any, model: AnalyticModel, leave_out: Sequence[str] | N
         classes |= {entry.id: entry} if is_class else load_classes([entry])
     if not classes:
         raise InputError("effects", "[]", "", "name at least one candidate, or null for the library")
-    refuse(model, list(classes.values()))
+    refuse_effects(model, list(classes.values()))
     return list(classes.values())
 
 
-def refuse(model: Model | SteadyModel, effects: Sequence[Effect | type[Effect]], remedy: str = "") -> None:
+def refuse_effects(model: Model | SteadyModel, effects: Sequence[Effect | type[Effect]], remedy: str = "") -> None:
     """Raise CannotRepresent for the first effect that the model cannot represent."""
     for e in effects:
         reason = model.refusal(e)

@@ -12,7 +12,7 @@ from belt_sim.api.resolve import (
     effects_of,
     fitted_model,
     model_of,
-    refuse,
+    refuse_effects,
     validity_limits,
     with_run,
 )
@@ -68,9 +68,9 @@ def simulate(
     """
     given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
     given |= {"rig": rig, "belt": belt}
-    from belt_sim.api.sweep import axes_of, sweep
+    from belt_sim.api.sweep import sweep, sweep_axes
 
-    if case is None and axes_of(make_settings(given))[0]:
+    if case is None and sweep_axes(make_settings(given))[0]:
         if observers or scene_path:
             raise InputError(
                 "observers" if observers else "scene_path", "given", "", "goes with one case; leave it out"
@@ -99,7 +99,7 @@ def simulate_one(
     common["beyond"] = validity_limits(case, chosen, [e.id for e in acting])
     steady = chosen.steady_rate(case) if isinstance(chosen, SteadyModel) and not acting else None
     if not isinstance(chosen, Model):
-        refuse(chosen, acting, "; leave it out or use model=beam_th2 or strip")
+        refuse_effects(chosen, acting, "; leave it out or use model=beam_th2 or strip")
         return Simulation(**common, curves=None, steady_rate=steady)
     run: dict[str, Any] = {"travel": float(travel), "observers": observers}
     if not isinstance(chosen, SpaceModel):

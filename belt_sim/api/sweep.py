@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.api.resolve import analytic_model, by_tension, effects_of, fitted_model, model_of, validity_limits
+from belt_sim.api.resolve import by_tension, closed_form_model, effects_of, fitted_model, model_of, validity_limits
 from belt_sim.api.simulate import simulate_one
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates, late_records
@@ -96,7 +96,7 @@ def sweep(
     given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
     given |= {"rig": rig, "belt": belt}
     config = make_settings({k: v for k, v in given.items() if v is not None}) | {"travel": travel, "effects": effects}
-    axes, plain = axes_of({k: group_from(k, v) if k in GROUPS else v for k, v in config.items()})
+    axes, plain = sweep_axes({k: group_from(k, v) if k in GROUPS else v for k, v in config.items()})
     if not axes:
         raise InputError("tension", config["tension"], "", "let something vary, e.g. tension=[7,10,20]")
     shape = tuple(len(a.values) for a in axes)
@@ -156,7 +156,7 @@ def _marches(
 ) -> Callable[[np.ndarray], dict[str, np.ndarray]]:
     """The function from values (cases, axes) [SI] to columns, by marches side by side; raises InputError."""
     travel, effects = plain["travel"], effects_of(plain["effects"])
-    chosen = fitted_model(model) if travel is not None else analytic_model(model)
+    chosen = fitted_model(model) if travel is not None else closed_form_model(model)
     if getattr(chosen, "keep", KEEP) != KEEP:
         raise InputError("model.keep", chosen.keep, "m", "a table keeps no curves; leave it out")
     chosen.admit(effects) if effects else None
@@ -196,7 +196,7 @@ def _runs(
     return dict(zip(names, np.array(rows).T, strict=True))
 
 
-def axes_of(config: Mapping[str, Any]) -> tuple[tuple[Axis, ...], dict[str, Any]]:
+def sweep_axes(config: Mapping[str, Any]) -> tuple[tuple[Axis, ...], dict[str, Any]]:
     """The axes of a sweep, and the configuration with the first value of each in its place (of an effect, the last)."""
     plain = copy.deepcopy(dict(config))
     axes: list[Axis] = []

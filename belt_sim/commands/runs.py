@@ -454,7 +454,7 @@ def _tabulate(config: DictConfig, folder: Path, cases: Sequence[Mapping[str, Any
     import pandas as pd
 
     from belt_sim.api.plot import numbers_first
-    from belt_sim.show.sweep import draw_sweep, read_run, record_sweep
+    from belt_sim.show.curves import draw_sweep, read_run, record_sweep
 
     rows, there = [], []
     typed = [dict(o.lstrip("+").split("=", 1) for o in case["overrides"] if "=" in o) for case in cases]

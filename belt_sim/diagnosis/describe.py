@@ -43,7 +43,7 @@ from belt_sim.results.diagnosis import (
     other_model,
 )
 from belt_sim.results.errors import UNITS, CampaignLabel, Drawings, Drift, FailureMap, Panel
-from belt_sim.results.estimates import Machine
+from belt_sim.results.estimates import MachineSizes
 from belt_sim.results.words import KILO, join_effects, join_words
 from belt_sim.units import N_PER_MM2
 
@@ -137,10 +137,10 @@ def drawings(base: Predicted, final: Predicted | None, *, mapped: np.ndarray) ->
     )
 
 
-def _machine(bench: Workbench) -> Machine:
+def _machine(bench: Workbench) -> MachineSizes:
     case = case_of(bench.campaign, bench.samples.runs[0])
     rig = {n: float(getattr(case.rig, n)) for n in ("centre_distance", "tail_radius", "head_radius", "span_length")}
-    return Machine(width=float(case.belt.width), **rig)
+    return MachineSizes(width=float(case.belt.width), **rig)
 
 
 GPA = 1e9

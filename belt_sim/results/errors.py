@@ -15,7 +15,7 @@ from belt_sim.results.estimates import (
     Array,
     Estimate,
     Free,
-    Machine,
+    MachineSizes,
     StoredEffect,
     file_field,
     is_empty,
@@ -113,7 +113,7 @@ class Drawings:
     overlays: tuple[Panel, ...] = ()
     maps: tuple[FailureMap, ...] = ()
     drifts: tuple[tuple[Drift, Drift | None], ...] = ()
-    machine: Machine | None = None
+    machine: MachineSizes | None = None
     sizes: Mapping[str, Mapping[str, Mapping[str, Estimate]]] = field(default_factory=dict)
 
 

@@ -138,7 +138,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Machine:
+class MachineSizes:
     """What turns numbers into those of the shop: axes' distance, radii, the belt's width and the span's length [m]."""
 
     centre_distance: float
@@ -148,7 +148,7 @@ class Machine:
     span_length: float
 
 
-def display_unit(effect: str, number: str, unit: str, machine: Machine | None = None) -> tuple[float, str]:
+def display_unit(effect: str, number: str, unit: str, machine: MachineSizes | None = None) -> tuple[float, str]:
     """How many of the units in which people read a number of an effect make one of its SI ``unit``, and their name.
 
     With a ``machine``: tapers and crowns as differences of diameter, turns of a pulley as mm across the belt's width,
@@ -176,7 +176,7 @@ def display_unit(effect: str, number: str, unit: str, machine: Machine | None = 
     return factor, name
 
 
-def number_texts(effect: str, numbers: Mapping[str, Estimate], machine: Machine | None = None) -> dict[str, str]:
+def number_texts(effect: str, numbers: Mapping[str, Estimate], machine: MachineSizes | None = None) -> dict[str, str]:
     """Numbers of an effect as people at the machine read them, by name; a periodic course as its peak to peak."""
     waves = {n: e for n, e in numbers.items() if re.fullmatch(r"(cos|sin)\d+", n)}
     others = {n: e for n, e in numbers.items() if n not in waves}
@@ -184,7 +184,7 @@ def number_texts(effect: str, numbers: Mapping[str, Estimate], machine: Machine 
     return course | {n: _number_text(effect, n, e, machine) for n, e in others.items()}
 
 
-def _number_text(effect: str, number: str, e: Estimate, machine: Machine | None) -> str:
+def _number_text(effect: str, number: str, e: Estimate, machine: MachineSizes | None) -> str:
     text = e.shown_in(*display_unit(effect, number, e.unit, machine))
     if machine is not None and e.unit == "rad":
         return f"{text} ({words.number(math.degrees(e.value), 2)}°)"

@@ -1,68 +1,67 @@
-"""Curves and rates: points 1-4 against travel, late rates against tension, maps of cases, the plant's response."""
+"""Curves and rates: points 1-4 against travel, late rates against tension, maps and sweeps of cases, the plant's
+response; and one recording of a sweep's runs."""
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
-from belt_sim.campaign import Campaign, Run
-from belt_sim.curves import Curves
+from belt_sim.campaign import Campaign
+from belt_sim.case import Case
+from belt_sim.curves import Curves, read_curves
+from belt_sim.io import read_json
+from belt_sim.results import words
 from belt_sim.results.errors import SteadyError
+from belt_sim.settings import case_from
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, CYCLE, FAINT, INK, MEASURED, POINT_NAMES, POINTS
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 
-DASHES = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
+DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
 
 
 @style.picture
-def curves_picture(path: str | os.PathLike, curves: Mapping[str, Curves], title: str = "") -> Path:
+def curves_picture(path: str | os.PathLike | None, curves: Mapping[str, Curves], title: str = "") -> Path:
     """Lateral position of points 1-4 [mm] against travel [m] for any number of named curves.
 
     One set of curves: one plot, a colour a point. Several: a plot a point, a colour a set.
     """
-    fig = (_one if len(curves) == 1 else _several)(curves)
+    if len(curves) == 1:
+        fig, [[ax]] = style.figure(8.0, 4.6)
+        (only,) = curves.values()
+        for k, colour in enumerate(POINTS):
+            ax.plot(only.travel, np.asarray(only.y)[k] / MM, color=colour, label=POINT_NAMES[k])
+        ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
+        ax.margins(x=0.0)
+        ax.legend(loc="best", labelcolor="linecolor")
+        ax.set(xlabel="belt travel [m]", ylabel="lateral position y [mm]")
+    else:
+        fig, axes = _four_points("y [mm]", 6.4)
+        for k, ax in axes.items():
+            for n, (name, run) in enumerate(curves.items()):
+                look: dict[str, Any] = {"color": CYCLE[n % len(CYCLE)], "linestyle": DASHES[n % len(DASHES)]}
+                ax.plot(run.travel, np.asarray(run.y)[k] / MM, label=name, **look)
+        fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=min(len(curves), 5))
     return style.finish(fig, path, title or ", ".join(curves))
 
 
-def _one(curves: Mapping[str, Curves]):
-    """All points in one plot, each named at the end of its curve."""
-    fig, [[ax]] = style.figure(8.0, 4.6)
-    (only,) = curves.values()
-    for k, colour in enumerate(POINTS):
-        ax.plot(only.travel, np.asarray(only.y)[k] / MM, color=colour, label=POINT_NAMES[k])
-    _axes(ax)
-    ax.legend(loc="best", labelcolor="linecolor")
-    ax.set_ylabel("lateral position y [mm]")
-    ax.set_xlabel("belt travel [m]")
-    return fig
-
-
-def _several(curves: Mapping[str, Curves]):
-    """A plot a point, placed as on the machine: head left, tail right, upper span above."""
-    fig, axes = style.figure(10.0, 6.4, 2, 2, sharex=True, sharey=True)
+def _four_points(label: str, height: float) -> tuple[Any, dict[int, Any]]:
+    """A plot a point (0-3), placed as on the machine: head left, tail right, upper span above."""
+    fig, axes = style.figure(10.0, height, 2, 2, sharex=True, sharey=True)
     places = {3: axes[0][0], 0: axes[0][1], 2: axes[1][0], 1: axes[1][1]}
     for k, ax in places.items():
-        for n, (name, run) in enumerate(curves.items()):
-            look: dict[str, Any] = {"color": CYCLE[n % len(CYCLE)], "linestyle": DASHES[n % len(DASHES)]}
-            ax.plot(run.travel, np.asarray(run.y)[k] / MM, label=name, **look)
         ax.set_title(f"Point {POINT_NAMES[k]}")
-        _axes(ax)
+        ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
+        ax.margins(x=0.0)
     for row in axes:
-        row[0].set_ylabel("y [mm]")
+        row[0].set_ylabel(label)
     for ax in axes[1]:
         ax.set_xlabel("belt travel [m]")
-    handles, labels = axes[0][0].get_legend_handles_labels()
-    fig.legend(handles, labels, loc="outside lower center", ncols=min(len(curves), 5))
-    return fig
-
-
-def _axes(ax) -> None:
-    """A zero line and tight travel."""
-    ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
-    ax.margins(x=0.0)
+    return fig, places
 
 
 @style.picture
@@ -83,25 +82,46 @@ def steady_picture(path: str | os.PathLike | None, rows: Sequence[SteadyError], 
     return style.finish(fig, path, title)
 
 
-ACROSS, MOST = 4, 24
+ACROSS, PANELS = 4, 24
 
 
 @style.picture
 def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Path:
-    """A panel a run: readings [mm or mrad] over travel [m]; a dashed line where the yaw is applied."""
+    """A panel a run: readings [mm or mrad] over travel [m]; a dashed line where the yaw is applied. Of a campaign of
+    steady rates these over tension, one mark a run."""
     recorded = [r for r in campaign.runs if len(r.travel)]
     if not recorded:
-        return _rates(path, campaign)
-    shown, kinds = recorded[:MOST], {s.kind for s in campaign.signals}
+        fig, [[ax]] = style.figure(7.0, 4.2)
+        tensions = {r.name: r.tension / N_PER_MM2 for r in campaign.runs}
+        for point in range(4):
+            if stated := [s for s in campaign.steady if np.isfinite(s.rates[point])]:
+                y, u = [s.rates[point] / MM for s in stated], [s.u / MM for s in stated]
+                look: dict[str, Any] = {"fmt": "o", "color": POINTS[point], "capsize": 3, "label": f"point {point + 1}"}
+                ax.errorbar([tensions[s.run] for s in stated], y, u, **look)
+        ax.set(xlabel="tension [N/mm2]", ylabel="steady rate [mm/m]")
+        ax.legend()
+        return style.finish(fig, path, campaign.title[:70])
+    shown, kinds = recorded[:PANELS], {s.kind for s in campaign.signals}
     label = "y [mm]" if kinds == {"lateral"} else "roll [mrad]" if kinds == {"tilt"} else "y [mm], roll [mrad]"
     across = min(ACROSS, len(shown))
     down = -(-len(shown) // across)
     fig, axes = style.panels(3.1 * across + 0.6, 2.3 * down + 1.2, down, across, len(shown), sharex=True)
-    for k, (ax, run) in enumerate(zip(axes, shown, strict=True)):
-        _panel(ax, run, campaign)
-        if k % across == 0:
+    for n, (ax, run) in enumerate(zip(axes, shown, strict=True)):
+        for k, signal in enumerate(campaign.signals):
+            y = run.signals.get(signal.name)
+            colour = POINTS[int(signal.at[-1]) - 1] if signal.at.startswith("point") else CYCLE[4 + k % 3]
+            values = np.full(len(run.travel), np.nan) if y is None else y / MM
+            there = np.isfinite(values)
+            look = {"linewidth": 1.3, "marker": "." if there.sum() < 30 else None, "color": colour}
+            ax.plot(run.travel[there], values[there], label=f"{signal.name} at {signal.at.replace('_', ' ')}", **look)
+        ax.axvline(run.yaw_at, color=FAINT, linestyle="--", linewidth=1.0)
+        repeat = f", repeats {run.repeat_of}" if run.repeat_of else ""
+        turned = ", reversed" if run.direction < 0 else ""
+        settings = f"{run.tension / N_PER_MM2:.3g} N/mm2, {run.yaw / DEGREE:+.3g} deg{turned}{repeat}"
+        ax.set_title(f"{run.name[:28]}\n{settings}", fontsize=style.FONT - 2)
+        if n % across == 0:
             ax.set_ylabel(label)
-        if k + across >= len(shown):
+        if n + across >= len(shown):
             ax.set_xlabel("belt travel [m]")
             ax.tick_params(labelbottom=True)
     fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower left", ncols=6)
@@ -109,38 +129,15 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
     return style.finish(fig, path, campaign.title[:90] + (f" ({left} more runs)" if left else ""))
 
 
-def _panel(ax, run: Run, campaign: Campaign) -> None:
-    for k, signal in enumerate(campaign.signals):
-        y = run.signals.get(signal.name)
-        colour = POINTS[int(signal.at[-1]) - 1] if signal.at.startswith("point") else CYCLE[4 + k % 3]
-        name = f"{signal.name} at {signal.at.replace('_', ' ')}"
-        values = np.full(len(run.travel), np.nan) if y is None else y / MM
-        there = np.isfinite(values)
-        marker = "." if there.sum() < 30 else None
-        ax.plot(run.travel[there], values[there], color=colour, label=name, linewidth=1.3, marker=marker)
-    ax.axvline(run.yaw_at, color=FAINT, linestyle="--", linewidth=1.0)
-    repeat = f", repeats {run.repeat_of}" if run.repeat_of else ""
-    turned = ", reversed" if run.direction < 0 else ""
-    settings = f"{run.tension / N_PER_MM2:.3g} N/mm2, {run.yaw / DEGREE:+.3g} deg{turned}{repeat}"
-    ax.set_title(f"{run.name[:28]}\n{settings}", fontsize=style.FONT - 2)
-
-
-def _rates(path: str | os.PathLike | None, campaign: Campaign) -> Path:
-    """Steady rates over tension, one mark a run."""
-    fig, [[ax]] = style.figure(7.0, 4.2)
-    runs = {r.name: r for r in campaign.runs}
-    for point in range(4):
-        stated: Sequence = [s for s in campaign.steady if np.isfinite(s.rates[point])]
-        if stated:
-            x = [runs[s.run].tension / N_PER_MM2 for s in stated]
-            y, u = [s.rates[point] / MM for s in stated], [s.u / MM for s in stated]
-            ax.errorbar(x, y, u, fmt="o", color=POINTS[point], capsize=3, label=f"point {point + 1}")
-    ax.set(xlabel="tension [N/mm2]", ylabel="steady rate [mm/m]")
-    ax.legend()
-    return style.finish(fig, path, campaign.title[:70])
-
-
+#: column of a table or setting -> label of its axis
 WORDS = {
+    "tension": "tension [N/mm$^2$]",
+    "yaw": "yaw of the tail pulley [degrees]",
+    "yaw_head": "yaw of the head pulley [degrees]",
+    "speed": "belt speed [m/s]",
+    "rig.centre_distance": "distance of the pulleys' axes [m]",
+    "belt.width": "belt width [m]",
+    "belt.thickness": "belt thickness [m]",
     "tension_n_per_mm2": "tension [N/mm$^2$]",
     "yaw_deg": "yaw of the tail pulley [degrees]",
     "yaw_head_deg": "yaw of the head pulley [degrees]",
@@ -217,3 +214,215 @@ def bode_picture(path: str | os.PathLike, space: Any, highest: float) -> Path:
     phase.set_xlabel(f"frequency of the yaw [rad/s] at {plant.speed:g} m/s")
     effort = f"{plant.tension / N_PER_MM2:g} N/mm2"
     return style.finish(fig, path, f"Belt position at points 1-4 per yaw of the tail pulley ({plant.model}, {effort})")
+
+
+# ---- a finished sweep: pictures keyed by what was swept, and one recording of all its runs
+
+MOST = 8  # values of one key that a picture tells apart, spread evenly over those that there are
+LEAST = 3  # values of a number, from which on rates are drawn against it
+#: keys of a run that say what it is, in the order in which they get colours; others follow
+KEYS = ("tension", "yaw", "yaw_head", "effects", "travel", "speed", "direction")
+STEADY, LATE = "steady rate [mm per m of travel]", "late rate of point 1 [mm per m of travel]"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FinishedRun:
+    """A run of a sweep: keys, what was set in it, by name; steady: the steady rate [m/m], where it is known; late: of
+    point 1 [m/m], settled or not. curves: None of a model that gives rates only."""
+
+    keys: Mapping[str, Any]
+    case: Case
+    model: str
+    curves: Curves | None
+    late: float
+    steady: float | None
+    settled: bool
+
+    @property
+    def rate(self) -> float:
+        return self.late if self.steady is None else self.steady
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether the rate that is drawn is the steady one."""
+        return self.steady is not None or self.settled
+
+
+def read_run(folder: Path) -> FinishedRun:
+    """Read a finished run from its folder; raises BeltError, OSError, KeyError where its files are damaged."""
+    from omegaconf import OmegaConf  # Hydra notes references as they are written
+
+    config: Any = OmegaConf.to_container(OmegaConf.load(folder / ".hydra" / "config.yaml"), resolve=True)
+    typed = yaml.safe_load((folder / ".hydra" / "overrides.yaml").read_text(encoding="utf-8")) or []
+    summary = read_json(folder / "summary.json")
+    own = dict(o.lstrip("+").split("=", 1) for o in typed if "=" in o)
+    keys = {k: _flat_value(config.get(k)) for k in KEYS} | {"model": summary["model"]}
+    keys |= {k: _flat_value(yaml.safe_load(v)) for k, v in own.items() if k not in keys}
+    keys["effects"] = words.join_effects([e["id"] for e in summary["effects"]]) if own.get("effects") else ""
+    if own.get("effects") and summary["effects"]:
+        keys["effects"] = own["effects"]
+    there, steady = folder / "curves.csv", summary.get("steady_rate_mm_per_m")
+    return FinishedRun(
+        keys=keys,
+        case=case_from(config),
+        model=summary["model"],
+        curves=read_curves(there) if there.is_file() else None,
+        late=1e-3 * summary["rate_mm_per_m"]["1"],
+        steady=None if steady is None else 1e-3 * steady,
+        settled=summary["settled"],
+    )
+
+
+def _flat_value(value: Any) -> Any:
+    return value if isinstance(value, int | float | str) else "" if value is None else str(value)
+
+
+def swept_keys(runs: Sequence[FinishedRun]) -> list[str]:
+    """The keys whose values differ, the model last."""
+    names = [*KEYS, *dict.fromkeys(k for run in runs for k in run.keys if k not in KEYS and k != "model"), "model"]
+    return [k for k in names if len({str(run.keys.get(k)) for run in runs}) > 1]
+
+
+def in_words(key: str, value: Any) -> str:
+    """A value of a key as a legend says it."""
+    if key == "tension":
+        return f"{value:g} N/mm²"
+    if key in ("yaw", "yaw_head") and isinstance(value, int | float):
+        return f"{'yaw' if key == 'yaw' else 'head yaw'} {value:+g}°".replace("-", "−")
+    if key == "model":
+        return str(value)
+    return f"{key} {value}" if value != "" else f"no {key}"
+
+
+@dataclass(frozen=True)
+class Looks:
+    """How the values of up to three keys look: colours, dashes, widths; a key that is not swept has one look."""
+
+    keys: tuple[str, ...]
+    values: tuple[tuple[Any, ...], ...]
+
+    def of(self, run: FinishedRun) -> dict[str, Any] | None:
+        """The look of a run; None where it is not among those that are shown."""
+        looks: dict[str, Any] = {"color": CYCLE[0], "linestyle": "-", "linewidth": 1.8}
+        for how, (key, values) in enumerate(zip(self.keys, self.values, strict=True)):
+            value = run.keys.get(key)
+            if value not in values:
+                return None
+            looks |= self._one(how, values.index(value))
+        return looks
+
+    def _one(self, how: int, k: int) -> dict[str, Any]:
+        choices: tuple[tuple[str, Sequence[Any]], ...]
+        choices = (("color", CYCLE), ("linestyle", DASHES), ("linewidth", (1.8, 0.9, 3.0, 0.5)))
+        name, of = choices[min(how, 2)]
+        return {name: of[k % len(of)]}
+
+    def legend(self) -> list[Any]:
+        """A handle a value, key by key."""
+        from matplotlib.lines import Line2D
+
+        handles = []
+        for how, (key, values) in enumerate(zip(self.keys, self.values, strict=True)):
+            for k, value in enumerate(values):
+                plain = {"color": INK, "linestyle": "-", "linewidth": 1.8}
+                handles.append(Line2D([], [], **{**plain, **self._one(how, k)}, label=in_words(key, value)))
+        return handles
+
+
+def looks_of(runs: Sequence[FinishedRun], keys: Sequence[str]) -> Looks:
+    """Colour = the first key (tension, where it is swept), dash = the model, else the second key; width = a third."""
+    others, models = [k for k in keys if k != "model"], [k for k in keys if k == "model"]
+    chosen = (*others[:1], *(models or others[1:2]), *(others[1:2] if models else others[2:3]))
+    if models and not others:
+        chosen = ("model",)
+    values = []
+    for key in chosen:
+        there = list(dict.fromkeys(run.keys.get(key) for run in runs))
+        there = sorted(there, key=lambda v: (isinstance(v, str), v)) if key != "model" else there
+        kept = sorted({round(k) for k in np.linspace(0, len(there) - 1, min(MOST, len(there)))})
+        values.append(tuple(there[k] for k in kept))
+    return Looks(chosen, tuple(values))
+
+
+def draw_sweep(folder: Path, runs: Sequence[FinishedRun]) -> list[Path]:
+    """Draw sweep_curves.png and, against a number of at least LEAST values, sweep_rates.png; returns their paths."""
+    keys = swept_keys(runs)
+    curved = [run for run in runs if run.curves is not None]
+    drawn = [sweep_curves(folder / "sweep_curves.png", curved, keys)] if keys and len(curved) > 1 else []
+    for key in keys:
+        numbers = {run.keys[key] for run in runs if isinstance(run.keys.get(key), int | float)}
+        if len(numbers) >= LEAST:
+            return [*drawn, sweep_rates(folder / "sweep_rates.png", runs, key, [k for k in keys if k != key])]
+    return drawn
+
+
+@style.picture
+def sweep_curves(path: Path | None, runs: Sequence[FinishedRun], keys: Sequence[str]) -> Any:
+    """A plot a point, a line a run."""
+    fig, axes = _four_points("lateral position y [mm]", 6.6)
+    looks = looks_of(runs, keys)
+    shown = [(run.curves, look) for run in runs if (look := looks.of(run)) is not None]
+    for k, ax in axes.items():
+        for curves, look in shown:
+            if curves is not None:
+                ax.plot(curves.travel, 1e3 * np.asarray(curves.y)[k], **look)
+    handles = looks.legend()
+    fig.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+    some = f" ({len(shown)} of {len(runs)} runs)" if len(shown) < len(runs) else ""
+    return style.finish(fig, path, f"Points 1-4 against belt travel, by {_and(keys)}{some}")
+
+
+@style.picture
+def sweep_rates(path: Path | None, runs: Sequence[FinishedRun], along: str, keys: Sequence[str]) -> Any:
+    """Rates against one number, a line a set of the other keys; hollow where a run has not settled."""
+    fig, [[ax]] = style.figure(8.4, 4.8)
+    looks = looks_of(runs, keys)
+    lines: dict[str, list[FinishedRun]] = {}
+    for run in runs:
+        if looks.of(run) is not None and isinstance(run.keys.get(along), int | float):
+            lines.setdefault(str([run.keys.get(k) for k in keys]), []).append(run)
+    hollow = False
+    for mine in lines.values():
+        mine.sort(key=lambda run: run.keys[along])
+        x, rate = np.array([run.keys[along] for run in mine]), 1e3 * np.array([run.rate for run in mine])
+        look, steady = looks.of(mine[0]), np.array([run.is_steady for run in mine])
+        assert look is not None
+        ax.plot(x, rate, **look)
+        ax.plot(x[steady], rate[steady], "o", color=look["color"], markersize=5)
+        ax.plot(x[~steady], rate[~steady], "o", color=look["color"], markersize=5, markerfacecolor="white")
+        hollow = hollow or not steady.all()
+    handles = looks.legend()
+    if hollow:
+        from matplotlib.lines import Line2D
+
+        dot: dict[str, Any] = {"marker": "o", "linestyle": "none", "color": INK, "markerfacecolor": "white"}
+        handles.append(Line2D([], [], **dot, label="not settled: late rate of point 1"))
+    if handles:
+        fig.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
+    ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
+    ax.margins(x=0.03)
+    all_late = all(not run.is_steady for run in runs)
+    ax.set(xlabel=WORDS.get(along, along.replace("_", " ")), ylabel=LATE if all_late else STEADY)
+    title = f"{'Late' if all_late else 'Steady'} rate against {_and([along])}"
+    return style.finish(fig, path, f"{title}, by {_and(keys)}" if keys else title)
+
+
+def _and(keys: Sequence[str]) -> str:
+    spoken = {"yaw": "yaw", "yaw_head": "yaw of the head pulley"}
+    return words.join_words([spoken.get(key, key.split(".")[-1].replace("_", " ")) for key in keys])
+
+
+def record_sweep(path: Path, runs: Sequence[FinishedRun]) -> Path:
+    """Write one recording of all runs that have curves: a view and a tab a set of settings, its models together."""
+    from belt_sim.show.rerun import Overlay, record_runs, run_title
+
+    keys = [k for k in swept_keys(runs) if k not in ("tension", "yaw", "yaw_head", "direction", "model")]
+    overlays: dict[str, Overlay] = {}
+    for run in sorted(runs, key=lambda r: (r.case.settings.tension, float(r.case.settings.yaw.last()))):
+        if run.curves is None:
+            continue
+        title = ", ".join([run_title(run.case), *(in_words(k, run.keys.get(k)) for k in keys)])
+        there = overlays.get(title, Overlay(modelled={}, case=run.case))
+        overlays[title] = replace(there, modelled={**there.modelled, run.model: run.curves})
+    models = words.join_words(list(dict.fromkeys(run.model for run in runs)))
+    return record_runs(path, overlays, name=f"sweep of {len(runs)} runs, {models}")

@@ -22,7 +22,7 @@ from belt_sim.io import write_text
 from belt_sim.results import words
 from belt_sim.results.diagnosis import LIKELY, UNKNOWN, Candidate, Diagnosis, Discovery, FoundEffect, TiedSet, Verdict
 from belt_sim.results.errors import Errors, OwnChange, Panel, Worst
-from belt_sim.results.estimates import Estimate, Machine, number_texts
+from belt_sim.results.estimates import Estimate, MachineSizes, number_texts
 from belt_sim.results.files import DIAGNOSIS
 from belt_sim.show.diagnosis import shown_panels
 from belt_sim.show.style import AMBER, BLUE, CYCLE, FAINT, GREEN, GRID, INK, PAPER, PINK, RED
@@ -241,7 +241,7 @@ def _joined(rival: TiedSet, single: Sequence[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def plant_card(e: FoundEffect, machine: Machine | None = None) -> dict[str, Any]:
+def plant_card(e: FoundEffect, machine: MachineSizes | None = None) -> dict[str, Any]:
     """Return the card of a named effect for people at the machine; see ``effect_card``. sure: how often such answers
     were right; unsure: marked as such; others: what it may be instead."""
     card = effect_card(e.id, e.parameters, machine)
@@ -254,7 +254,7 @@ def plant_card(e: FoundEffect, machine: Machine | None = None) -> dict[str, Any]
     }
 
 
-def effect_card(effect: str, numbers: Mapping[str, Estimate], machine: Machine | None) -> dict[str, Any]:
+def effect_card(effect: str, numbers: Mapping[str, Estimate], machine: MachineSizes | None) -> dict[str, Any]:
     """Return what a card says of an effect of such numbers.
 
     fault: the clause of the headline; about: what the effect is, from its own file; parts: ids of the sketch; marks:

@@ -76,7 +76,7 @@ def test_what_is_drawn_by_lot_is_not_told(belt):
 
 
 def test_a_sweep_is_drawn_and_recorded_as_what_it_swept(belt):
-    from belt_sim.show.sweep import read_run, swept_keys
+    from belt_sim.show.curves import read_run, swept_keys
 
     belt("simulate", "-m", "model=strip", "tension=20,30,40", "yaw=-0.03,0.042", "travel=2", "watch=rrd")
     rows = list(csv.DictReader((belt.folder / "sweep.csv").open(encoding="utf-8")))

@@ -12,7 +12,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf.errors import MissingMandatoryValue
 from pages import PAGES, Command, commands, missing, name
 
-from belt_sim.cli import import_arguments, quote, run
+from belt_sim.cli import import_arguments, quote_override, run
 from belt_sim.commands import COMMANDS
 from belt_sim.commands.runs import plain_settings
 from belt_sim.effects.load import load_classes
@@ -55,7 +55,7 @@ def belt_sim_can(words: list[str], monkeypatch) -> None:
     given = import_arguments(given) if command == "import" else given
     if "--config-dir" in given:  # a folder that the page tells the reader to make
         return
-    given = [quote(w) for w in given if not w.startswith("-")]
+    given = [quote_override(w) for w in given if not w.startswith("-")]
     if not (CONF / f"{command}.yaml").is_file():
         assert not given, f"{command} takes no settings"
         return

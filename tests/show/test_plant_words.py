@@ -11,7 +11,7 @@ from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.decide import POLICY, Decision
 from belt_sim.effects.base import library
 from belt_sim.results.diagnosis import RESOLVED, Estimate, Explanation, FoundEffect, NextRun, Verdict
-from belt_sim.results.estimates import Machine, number_texts
+from belt_sim.results.estimates import MachineSizes, number_texts
 from belt_sim.show.report import HERE, LIKELY, plant_card, plant_headline, render, sureness
 
 TAPER = FoundEffect(
@@ -135,7 +135,7 @@ def test_certainty_is_told_as_it_came_true():
     assert sureness(0.0).startswith("uncertain")
 
 
-MACHINE = Machine(centre_distance=11.28, tail_radius=0.17, head_radius=0.1, width=0.2, span_length=11.28)
+MACHINE = MachineSizes(centre_distance=11.28, tail_radius=0.17, head_radius=0.1, width=0.2, span_length=11.28)
 
 
 @pytest.mark.parametrize(

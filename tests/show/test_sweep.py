@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from moving_belt import case, curves
 
+from belt_sim.show.curves import DASHES, MOST, FinishedRun, draw_sweep, looks_of, sweep_curves, sweep_rates, swept_keys
 from belt_sim.show.style import CYCLE
-from belt_sim.show.sweep import DASHES, MOST, FinishedRun, draw_sweep, looks_of, sweep_curves, sweep_rates, swept_keys
 
 RATES = {7: 0.1, 10: 0.2, 20: 0.15, 40: 0.12}  # mm per m
 
