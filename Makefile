@@ -8,7 +8,7 @@ OLDEST ?= python3.11
 NEWEST ?= python3.13
 EXTRAS := dev,watch,control,app,sweeps,studies
 
-.PHONY: setup demo test test-kernels test-versions test-long test-cluster docs how_often_right paper bench lint clean
+.PHONY: setup demo test test-kernels test-versions test-long test-cluster docs notebooks how_often_right paper bench lint clean
 
 setup: $(STAMP)
 
@@ -43,6 +43,9 @@ test-long: setup
 docs: setup
 	$(BIN)/python -m studies.site.words
 	$(BIN)/python -m sphinx -W --keep-going -n -E -q -b html -d outputs/docs/.doctrees docs outputs/docs
+
+notebooks: setup  # those of examples/, run and stored with their results
+	$(BIN)/python -m studies.site.notebooks
 
 how_often_right: setup
 	$(BIN)/python -m studies.challenge count=0 publish=docs

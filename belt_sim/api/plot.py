@@ -68,9 +68,9 @@ def plot(
     """A picture of ``result``, written to ``path`` (.png, .svg, .pdf) if one is given.
 
     result: one result, several simulations, whose curves are drawn together, or a campaign, whose readings are drawn;
-    kind: "curves" of a simulation; "readings" of a campaign; a column of a table of ``bs.sweep``;
-    "overlay" (the default), "where", "drift" or "steady" of a comparison; "overlay", "headline", "where", "drift" or
-    "ranking" of a diagnosis; "evidence", "unknown", "law" or "falling_error" of a discovery;
+    kind: "curves" of a simulation; "readings" of a campaign; "loop" of a closed loop; a column of a table of
+    ``bs.sweep``; "overlay" (the default), "where", "drift" or "steady" of a comparison; "overlay", "headline", "where",
+    "drift" or "ranking" of a diagnosis; "evidence", "unknown", "law" or "falling_error" of a discovery;
     dpi: dots per inch of a PNG.
     """
     pandas = sys.modules.get("pandas")  # who has a table has loaded it; a run of a model does not wait for it
@@ -129,6 +129,8 @@ def pictures_by_kind(result: Result) -> dict[str, Draw]:
         return {"readings": lambda p: understood_picture(p, result)}
     if isinstance(result, Discovery):
         return _of_discovery(result)
+    if hasattr(result, "margins"):  # a ClosedLoop draws itself
+        return {"loop": result.plot}
     return _of_comparison(result) if isinstance(result, Comparison) else _of_diagnosis(result)
 
 

@@ -1,6 +1,11 @@
-"""Executed notebooks as sections of a page: the directive ``notebook`` (a Sphinx extension)."""
+"""Executed notebooks as sections of a page: the directive ``notebook`` (a Sphinx extension).
+
+``python -m studies.site.notebooks [FILE ...]`` runs the notebooks of examples/ (or FILE) and stores them with results.
+"""
 
 import json
+import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +14,8 @@ from docutils.parsers.rst import Directive
 from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.nodes import nested_parse_with_titles
+
+from belt_sim.io import ROOT
 
 
 def cells(path: Path) -> list[dict[str, Any]]:
@@ -31,6 +38,23 @@ def markdown(path: Path) -> str:
             parts.append(f"```python\n{source(cell)}\n```")
             parts += [shown for output in cell["outputs"] if (shown := _output(output))]
     return "\n\n".join(parts) + "\n"
+
+
+def execute(path: Path) -> Any:
+    """The notebook of a file with fresh results; raises CellExecutionError where a cell does."""
+    import nbformat
+    from nbclient import NotebookClient
+
+    book = nbformat.read(path, as_version=4)
+    book.metadata = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
+    NotebookClient(book, timeout=600, resources={"metadata": {"path": str(path.parent)}}).execute()
+    for cell in book.cells:
+        cell.metadata.pop("execution", None)  # when it ran, which changes each time
+        if cell.cell_type == "code":  # progress is for who waits
+            cell.outputs = [
+                o for o in cell.outputs if not (o.output_type == "display_data" and "image/png" not in o.data)
+            ]
+    return book
 
 
 def _output(output: dict[str, Any]) -> str:
@@ -63,3 +87,12 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Called by Sphinx."""
     app.add_directive("notebook", Notebook)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+if __name__ == "__main__":
+    import nbformat
+
+    for file in map(Path, sys.argv[1:] or sorted((ROOT / "examples").glob("*.ipynb"))):
+        began = time.perf_counter()
+        nbformat.write(execute(file), file)
+        print(f"{file.name}: {time.perf_counter() - began:.0f} s")

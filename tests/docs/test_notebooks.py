@@ -1,16 +1,12 @@
 """The notebooks of examples/ run from top to bottom, and print what they hold."""
 
-import json
-import sys
-
 import pytest
 from pages import missing
 
 from belt_sim.io import ROOT
-from studies.site.notebooks import cells, markdown, source
+from studies.site.notebooks import cells, execute, markdown, source
 
 BOOKS = sorted((ROOT / "examples").glob("*.ipynb"))
-SECONDS = 600  # for one cell: a diagnosis on a busy machine
 
 
 def printed(cell) -> str:
@@ -32,11 +28,9 @@ def test_a_notebook_is_stored_with_its_results(book):
 @pytest.mark.long
 @pytest.mark.parametrize("book", BOOKS, ids=lambda b: b.stem)
 def test_a_notebook_runs_and_prints_what_it_holds(book):
-    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
+    pytest.importorskip("nbclient")
     pytest.importorskip("ipykernel")
-    fresh = nbformat.reads(book.read_text(encoding="utf-8"), as_version=4)
-    fresh.metadata["kernelspec"] = {"name": "python3", "display_name": sys.executable, "language": "python"}
-    nbclient.NotebookClient(fresh, timeout=SECONDS, resources={"metadata": {"path": str(book.parent)}}).execute()
-    for stored, new in zip(cells(book), json.loads(nbformat.writes(fresh))["cells"], strict=True):
+    fresh = execute(book)
+    for stored, new in zip(cells(book), fresh["cells"], strict=True):
         if stored["cell_type"] == "code" and "KiB of PNG" not in printed(stored):
             assert not missing(printed(stored), printed(new)), source(stored)

@@ -92,3 +92,7 @@ def test_a_model_by_its_name_is_its_plant():
     by_plant = bs.close_loop(plant, lead(), y_start=1e-3, travel=20.0)
     by_name = bs.close_loop("strip_lift_off", lead(), y_start=1e-3, travel=20.0, tension=12, speed=0.8)
     np.testing.assert_array_equal(by_name.y, by_plant.y)
+
+
+def test_a_loop_is_a_picture_in_a_notebook(plant):
+    assert bs.plot(bs.close_loop(plant, lambda time, error: 0.0, travel=20.0))._repr_png_()[:4] == b"\x89PNG"
