@@ -8,7 +8,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 project = "belt_sim"
 author = "the belt_sim developers"
 copyright = "Apache-2.0"
-version = release = "0.1.0"
+version = release = "0.2.0"
 
 extensions = [
     "myst_parser",
