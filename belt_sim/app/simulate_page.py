@@ -15,11 +15,12 @@ from nicegui import run, ui
 from belt_sim.api.plot import plot
 from belt_sim.api.simulate import simulate
 from belt_sim.app import widgets
+from belt_sim.campaign.types import Machine
 from belt_sim.case import Case
 from belt_sim.effects.base import Parameter, library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.model import ANALYTIC, BY_TENSION, model_for, model_named
-from belt_sim.results.estimates import Machine, display_unit
+from belt_sim.results.estimates import display_unit
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import NONE, decimal, thousandths
 from belt_sim.settings import make_case
