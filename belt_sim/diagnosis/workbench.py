@@ -78,10 +78,7 @@ class Workbench:
 
 
 def workbench(
-    campaign: Campaign,
-    model: Composition,
-    classes: Sequence[type[Effect]],
-    terms: Mapping[str, int] | None = None,
+    campaign: Campaign, model: Composition, classes: Sequence[type[Effect]], terms: Mapping[str, int] | None = None
 ) -> Workbench:
     """Lay out ``campaign`` for ``model`` with ``classes`` as candidates.
 

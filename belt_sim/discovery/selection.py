@@ -11,12 +11,7 @@ from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.linear_algebra import covariance_of, covariance_root
 from belt_sim.diagnosis.plausibility import has_diverged
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.discovery.closed_loop import (
-    ClosedLoopFit,
-    fit_closed_loop,
-    states_of_fit,
-    states_with_latent_input,
-)
+from belt_sim.discovery.closed_loop import ClosedLoopFit, fit_closed_loop, states_of_fit, states_with_latent_input
 from belt_sim.discovery.linear_search import (
     WITHIN,
     ScoredLaw,
