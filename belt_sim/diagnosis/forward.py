@@ -40,7 +40,7 @@ from belt_sim.diagnosis.samples import (
 from belt_sim.effects.base import Effect, Parameter, library
 from belt_sim.effects.law import GenericLaw
 from belt_sim.jax_setup import PROGRAMS, WORKERS, StoredProgram, jit_float64, program_key
-from belt_sim.line.hooks import AFTER_ENGINE, apply_hook, indicate, overrides, true_travel
+from belt_sim.line.hooks import AFTER_ENGINE, AT_STEPS, apply_hook, indicate, overrides, switched, true_travel
 from belt_sim.line.march import march_open, plan_steps
 from belt_sim.line.runup import Reading
 from belt_sim.line.spans import Composition
@@ -299,18 +299,20 @@ def compile_march(
     only = ("y", "tilt") if tilts else ("y",)
     one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only, others=others)
     seldom = any(issubclass(s.effect, GenericLaw) for s in slots)  # a program of this campaign alone
-    many = jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None))
+    many = jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None, None))
     names = [s.name for s in slots]
     key = program_key("readings", model, [s.effect for s in slots], names, room, history, tilts, others)
     return StoredProgram(many, key, brief=seldom)
 
 
 def _one_run(
-    vector, shown, settings: Settings, travel, time, yaw_at, rig, belt, spacing, steps, *,
+    vector, shown, settings: Settings, travel, time, yaw_at, rig, belt, spacing, steps, acts, *,
     model, slots, room, history, only, others,
 ):  # fmt: skip
     """Readings (6, n) of one run at every place, and (k, n) at the ``others``; (4, n) where ``only`` has no tilt."""
     effects, case = effects_and_case(vector * shown, slots, Case(rig=rig, belt=belt, settings=settings))
+    known = library()  # an effect of the user's own, or a found law, always acts
+    effects = tuple(switched(e, acts[k]) if known.get(e.id) is type(e) else e for k, e in enumerate(effects))
     curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history, only=only, inside=others)
     stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
     clock = jnp.append(time, yaw_at / case.settings.speed)
@@ -345,9 +347,11 @@ def plan_batches(
     samples: Samples,
     spacing: float,
     steps: np.ndarray,
+    acts: np.ndarray,
 ) -> Work:
     """What a ``program`` of one run is to show of all runs at points (C, k); shown (R, k): how much of each number the
-    readings of a run show; spacing [m], steps (R,): of the march, which goes as far as a batch asks for."""
+    readings of a run show; spacing [m], steps (R,): of the march, which goes as far as a batch asks for; acts (C, e):
+    which effects are not null at a point, so that a batch takes the time of its own effects alone."""
     stand = [*PLACES, *places_of(samples)]  # rows of what a program shows
     places = [stand.index(sensor_place(s.at) or s.at) for s in samples.signals]
     runs, _, n = samples.y.shape
@@ -361,7 +365,8 @@ def plan_batches(
         r = run[rows]
         settings = jax.tree.map(lambda x: x[r], cases.settings)
         of_rows = vector[points[rows]], shown[r], settings, travel[r], time[r], samples.yaw_at[r]
-        predicted = program(*of_rows, cases.rig, cases.belt, spacing, int(steps[r].max()))
+        own = acts[points[rows]].any(axis=0)
+        predicted = program(*of_rows, cases.rig, cases.belt, spacing, int(steps[r].max()), own)
         part = found[start : start + ROWS]
         part[:] = np.asarray(predicted)[: len(part), places, :n]
 
@@ -397,7 +402,6 @@ REACH = 1.12  # predictions reach this much further than the record, which an en
 READ, LIGHT, HEAVY = "read", "light", "heavy"
 BEYOND = 4  # steps behind a record, between which its last reading is looked up
 FURTHER = ("encoder", "sensor_travel")  # hooks of effects with which a reading may be of a later travel than is shown
-_AT_STEPS = ("yaw", "runup", "bend", "slide", "wrap")
 Groups = frozenset[str]
 
 
@@ -407,7 +411,7 @@ def group_of(cls: type[Effect]) -> str:
         return cls.id
     if cls.id in SLOW:
         return HEAVY
-    return LIGHT if overrides(cls, _AT_STEPS) else READ
+    return LIGHT if overrides(cls, AT_STEPS) else READ
 
 
 class Forward:
@@ -533,9 +537,12 @@ class Forward:
         if not others and not np.any((vector != self._null)[:, self._far]):
             ends = np.maximum(np.max(samples.travel, axis=1), samples.yaw_at)
             steps = np.minimum(np.ceil(ends / spacing).astype(int) + BEYOND, most)
+        off = vector[:, kept] != self._null[kept]
+        owners = list(dict.fromkeys(s.effect for s in slots))
+        acts = np.stack([off[:, [s.effect is e for s in slots]].any(axis=1) for e in owners], axis=1) if owners else off
         vector = vector[:, [*kept, *self.nuisances]] * scales
         shown = bin_attenuation(slots, samples, len(NUISANCES))
-        return plan_batches(march, vector, shown, samples, spacing, steps)
+        return plan_batches(march, vector, shown, samples, spacing, steps, acts)
 
     def values_and_slopes(self, vector: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""

@@ -143,7 +143,7 @@ def effect(cls):
     names = {f.name for f in fields(cls)}
     if names != set(cls.parameters):
         raise InputError(f"{cls.__name__}.parameters", sorted(names ^ set(cls.parameters)), "", "declare each once")
-    if hidden := names & {*HOOKS, "influence"}:
+    if hidden := names & {*HOOKS, "influence", "acts"}:
         raise InputError(f"{cls.__name__}.parameters", sorted(hidden), "", "hooks have these names; choose others")
     cls.declared = True
     return pytree(cls)

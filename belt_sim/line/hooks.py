@@ -6,12 +6,14 @@ themselves are in ``belt_sim.effects``, which the line model does not know.
 
 import traceback
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import Curves
@@ -26,6 +28,7 @@ LAWS = ("span", "run-up", "wrap", "drive", "sensor")
 #: hooks of an effect by who calls them: before an engine, an analytic engine, a 3D engine, after an engine
 BEFORE_ENGINE = ("settings",)
 IN_MARCH = ("span", "hold", "bend", "yaw", "runup", "slide", "wrap")
+AT_STEPS = ("bend", "yaw", "runup", "slide", "wrap")  # of these, those that are called at every step
 IN_SCENE = ("scene",)
 AFTER_ENGINE = ("encoder", "sensor_travel", "sensor")
 HOOKS = (*BEFORE_ENGINE, *IN_MARCH, *IN_SCENE, *AFTER_ENGINE)
@@ -56,6 +59,8 @@ class Hooks:
     #: its place in the physical chain among effects that change the same law; the order in which a user names effects
     #: does not matter
     stage: ClassVar[int] = 0
+    #: a traced flag of ``switched``
+    acts: ClassVar[Any] = None
 
     def settings(self, settings: Settings, case: Case) -> Settings:
         """Drive law: return the actual tension and yaw schedules for the commanded ones."""
@@ -124,8 +129,21 @@ def uses(effects: Sequence[Hooks], hook: str) -> list:
 def apply_hook(effects: Sequence[Hooks], hook: str, value: Any, *context: Any) -> Any:
     """Return ``value`` as those of ``effects`` that override ``hook`` change it, one after another."""
     for e in uses(effects, hook):
-        value = call_hook(e, hook, value, *context)
+        value = where_acting(e, lambda x, e=e: call_hook(e, hook, x, *context), value, always=hook not in AT_STEPS)
     return value
+
+
+def switched(effect: Hooks, acts: Any) -> Hooks:
+    """Return the effect with a traced flag, of a whole batch: where it is false, hooks that a march calls at every step
+    take no time. It is false where the effect is null, so that it changes no bit."""
+    found = copy(effect)
+    object.__setattr__(found, "acts", acts)
+    return found
+
+
+def where_acting(effect: Hooks, function: Callable[[Any], Any], value: Any, *, always: bool = False) -> Any:
+    """Return ``function`` of a value, or the value itself where the flag of a ``switched`` effect is false."""
+    return function(value) if always or effect.acts is None else lax.cond(effect.acts, function, lambda x: x, value)
 
 
 def call_hook(effect: Hooks, hook: str, *arguments: Any) -> Any:

@@ -7,7 +7,7 @@ laws, vmapped over cases, differentiable in every number of a case and of an eff
 
 import math
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import jax
@@ -19,7 +19,7 @@ from belt_sim.curves import Curves, SensorPlace
 from belt_sim.errors import InputError, SimulationError
 from belt_sim.jax_setup import PROGRAMS, StoredProgram, in_float64, program_key
 from belt_sim.line import runup as drive
-from belt_sim.line.hooks import apply_hook, as_driven, as_numpy, call_hook, uses
+from belt_sim.line.hooks import apply_hook, as_driven, as_numpy, call_hook, uses, where_acting
 from belt_sim.line.runup import RunOff, RunUp, Yaw, delayed_runoff
 from belt_sim.line.spans import Composition, Spans
 from belt_sim.units import N_PER_MM2
@@ -204,11 +204,18 @@ def _average_forcing(effects, commanded, case, now, then):
     """Average yaw and run-up terms of effects over the step, the yaw by Simpson's rule as pulleys may wobble."""
     between = _mean(now, then)
     yaw, push = commanded, _nothing()
-    for e in uses(effects, "yaw"):
+
+    def turn(yaw, e):
         start, middle, end = (call_hook(e, "yaw", yaw, state, case) for state in (now, between, then))
-        yaw = jax.tree.map(lambda mean, mid: mean + 2.0 * (mid - mean) / 3.0, _mean(start, end), middle)
+        return jax.tree.map(lambda mean, mid: mean + 2.0 * (mid - mean) / 3.0, _mean(start, end), middle)
+
+    def add(push, e):
+        return _mean(call_hook(e, "runup", push, now, case), call_hook(e, "runup", push, then, case))
+
+    for e in uses(effects, "yaw"):
+        yaw = where_acting(e, partial(turn, e=e), yaw)
     for e in uses(effects, "runup"):
-        push = _mean(call_hook(e, "runup", push, now, case), call_hook(e, "runup", push, then, case))
+        push = where_acting(e, partial(add, e=e), push)
     return yaw, replace(push, turn=push.turn + between.added)
 
 

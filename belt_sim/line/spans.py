@@ -13,7 +13,17 @@ from belt_sim.case import Case
 from belt_sim.curves import SensorPlace
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import in_float64, jit_float64
-from belt_sim.line.hooks import AFTER_ENGINE, BEFORE_ENGINE, IN_MARCH, Hooks, apply_hook, call_hook, overrides, uses
+from belt_sim.line.hooks import (
+    AFTER_ENGINE,
+    BEFORE_ENGINE,
+    IN_MARCH,
+    Hooks,
+    apply_hook,
+    call_hook,
+    overrides,
+    uses,
+    where_acting,
+)
 from belt_sim.line.influence import Bend, BoundaryValues, no_bend, place_row
 from belt_sim.line.runup import Contact, RunOff, State, Yaw, sag_angle
 from belt_sim.line.span import Response, Span, response
@@ -115,8 +125,12 @@ class Spans:
     def apply_slides(self, state: State, off: RunOff, yaw: Yaw) -> State:
         """Return the state after effects with the hook ``slide`` have moved the belt on the pulleys."""
         for e in uses(self.effects, "slide"):
-            contact = call_hook(e, "slide", Contact(y=state.y, alpha=state.alpha), state, self.case)
-            state = self.state(state.travel, state.since, contact.y, contact.alpha, off, yaw)
+
+            def slid(state, e=e):
+                contact = call_hook(e, "slide", Contact(y=state.y, alpha=state.alpha), state, self.case)
+                return self.state(state.travel, state.since, contact.y, contact.alpha, off, yaw)
+
+            state = where_acting(e, slid, state)
         return state
 
     def boundary_values(self, travel, y, alpha, off: RunOff, yaw: Yaw) -> BoundaryValues:
@@ -133,7 +147,7 @@ class Spans:
         """Return what effects add inside the spans."""
         bend = no_bend()
         for e, known in zip(self.benders, self.known, strict=True):
-            bend = call_hook(e, "bend", bend, boundary, known, self.case)
+            bend = where_acting(e, lambda x, e=e, k=known: call_hook(e, "bend", x, boundary, k, self.case), bend)
         return bend
 
     def shape_at(self, place: SensorPlace) -> Callable[[State, RunOff, Yaw], jax.Array]:
