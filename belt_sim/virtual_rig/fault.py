@@ -63,8 +63,6 @@ class Fault:
     sizes: ClassVar[dict[str, Size]] = {}
     #: negative sizes have no meaning
     positive: ClassVar[bool] = False
-    #: place among what ``hidden=random`` draws from, 0 = never; the order decides what a seed draws
-    draw_order: ClassVar[int] = 0
     #: nature gives the size: it is drawn as typical, never scaled, turned round or taken as linear
     fixed: ClassVar[bool] = False
     #: the sizes mean something together only, and are drawn all at once

@@ -265,7 +265,6 @@ def at_point(f: Any, letter: str, place: str):
 _TABLE: dict[str, dict[str, Any]] = {
     "camber": {
         "words": "The belt is curved in its plane by nature.",
-        "draw_order": 27,
         "kappa_c": size("1/m", 2e-5, 1e-3),
         "turn": _camber_turn,
         "read": _camber_read,
@@ -287,7 +286,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     },
     "weld": {
         "words": "A kink of the belt over a raised cosine; at travel 0 ``at`` along it from point 4 over 1, 2, 3.",
-        "draw_order": 28,
         "angle": size("rad", 2e-4, 2e-3),
         "at": shape(5.64, any_place_on_belt, lambda plan: [k * belt_length(plan) for k in np.arange(8) / 8]),
         "turn": _weld_turn,
@@ -298,7 +296,6 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "The belt's edge is not straight: y + e(m) - e(m when the yaw was applied), m the part of the belt; "
         "y = 0 is where the point was then. Harmonics drawn with the spectrum of a measured edge: amplitudes fall like "
         "k^-1.27 about 0.57 mm for the first.",
-        "draw_order": 14,
         "mixed": True,
         **{
             f"{kind}{k}": size("m", FIRST / k**DECAY, STEEPEST / k)
@@ -311,7 +308,6 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "The sagging belt tilts instead of bending in its plane: 1 makes a flat strip the strip. The base has "
         "none of it (beam_th2) or all (strip), and the fault adds ``strength`` to it. In the scene, where a "
         "belt tilts because it hangs, it is a share of its weight: a belt of base beam_th2 has none until this fault.",
-        "draw_order": 15,
         "fixed": True,
         "part_of": ("strip",),
         "strength": size("1", 1.0, 1.5),
@@ -321,7 +317,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     # Loads beside the pulleys: idlers, scrapers, guides, weight.
     "idler_skew": {
         "words": "A skewed idler pushes the upper span towards +y, and to the other side when the belt runs backwards.",
-        "draw_order": 23,
         "above": True,
         "force": size("N", 0.2, 50.0),
         "place": _place_on_span(),
@@ -332,7 +327,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     "side_drag": {
         "words": "A scraper drags on one edge of the upper span: a couple about the vertical, positive for the edge "
         "y > 0. The drag -D t on the edge at b/2 turns y' upwards along the travel t, whichever way the belt runs.",
-        "draw_order": 24,
         "above": True,
         "moment": size("N m", 0.5, 50.0),
         "place": _place_on_span(),
@@ -342,7 +336,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     },
     "off_centre_load": {
         "words": "A load beside the middle of the upper span rolls it, y > 0 down; a belt that cannot roll stays.",
-        "draw_order": 25,
         "above": True,
         "idle_on": ("beam_th2",),
         "moment": size("N", 2e-3, 1.0),
@@ -352,7 +345,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     },
     "edge_guide": {
         "words": "Rollers on both sides of a span, ``at`` from the tail: elastic stops ``gap`` off the belt's edges.",
-        "draw_order": 29,
         "stiffness": size("N/m", 1e5, 1e7, positive=True),
         "stiffness_lower": size("N/m", 1e5, 1e7, positive=True),
         "gap": shape(
@@ -371,7 +363,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     },
     "machine_tilt": {
         "words": "The machine leans about its long axis: a share of the weight, q angle, pulls both spans towards +y.",
-        "draw_order": 22,
         "angle": size("rad", 2e-3, 0.05),
         "loads": lambda f, line: (uniform_force(line, True), uniform_force(line, False)),
         "push": lambda f, s, line, load, free, kept: (
@@ -383,14 +374,12 @@ _TABLE: dict[str, dict[str, Any]] = {
     # Yaw of the pulleys: set, offset, drifting, yielding.
     "yaw_offset_tail": {
         "words": "The tail pulley stands at beta_0 when zero is commanded.",
-        "draw_order": 1,
         "beta_0": size("rad", 1e-4, 2e-3),
         "set": adds("offset_tail", "beta_0"),
         "scene": on_pulley("tail", "yaw_offset", "beta_0"),
     },
     "yaw_offset_head": {
         "words": "The head pulley stands at beta_0 when zero is commanded.",
-        "draw_order": 2,
         "beta_0": size("rad", 1e-4, 2e-3),
         "set": adds("offset_head", "beta_0"),
         "scene": on_pulley("head", "yaw_offset", "beta_0"),
@@ -402,21 +391,18 @@ _TABLE: dict[str, dict[str, Any]] = {
     },
     "yaw_compliance": {
         "words": "The tail's bearings yield to moments and pull: yaw beta - c_m (M_1 + M_2 - F (y_1 + y_2)).",
-        "draw_order": 9,
         "c_m": size("rad/(N m)", 5e-6, 5e-5, positive=True),
         "set": adds("compliance", "c_m"),
         "scene": on_pulley("tail", "yaw_compliance", "c_m"),
     },
     "yaw_drift": {
         "words": "The machine warms up: the tail pulley turns by rate tau (1 - exp(-t/tau)), t since travel 0.",
-        "draw_order": 16,
         "rate": size("rad/s", 1e-6, 1e-5),
         "time_constant": time_constant(),
         "yaw": lambda f, s, line: f.rate * warm_up(s, line, f.time_constant),
     },
     "unequal_tension": {
         "words": "The tensioners pull unequally on both sides: the tail turns in proportion to the belt's force.",
-        "draw_order": 21,
         "yaw_per_force": size("rad/N", 1e-7, 2e-6),
         "yaw": lambda f, s, line: f.yaw_per_force * line.force,
         "scene": _unequal_scene,
@@ -424,7 +410,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     # Shape and mounting of the pulleys.
     "taper": {
         "words": "The tail pulley is a cone: (dR/dy)/R = kappa_t turns the stuck belt, dtheta/ds = -(kappa + kappa_t).",
-        "draw_order": 4,
         "kappa_t": size("1/m", 2e-5, 1e-3),
         "turn": lambda f, s, line, y, kappa: f.kappa_t * TAIL,
         "scene": on_pulley("tail", "taper", "kappa_t"),
@@ -437,34 +422,29 @@ _TABLE: dict[str, dict[str, Any]] = {
     },
     "taper_drift": {
         "words": "The tail grows a taper as it warms up: kappa_t = rate tau (1 - exp(-t/tau)), t since travel 0.",
-        "draw_order": 17,
         "rate": size("1/(m s)", 2e-7, 5e-6),
         "time_constant": time_constant(),
         "turn": lambda f, s, line, y, kappa: f.rate * warm_up(s, line, f.time_constant) * TAIL,
     },
     "build_up": {
         "words": "Dirt grows on one side of the tail pulley with the travel: a taper kappa_t = rate s.",
-        "draw_order": 18,
         "rate": size("1/m2", 5e-7, 1e-5),
         "turn": lambda f, s, line, y, kappa: f.rate * s * TAIL,
     },
     "crown": {
         "words": "The tail pulley is thicker in its middle: a taper -c y.",
-        "draw_order": 5,
         "c": size("1/m2", 5e-3, 0.5),
         "turn": lambda f, s, line, y, kappa: -f.c * y * TAIL,
         "scene": on_pulley("tail", "crown", "c"),
     },
     "pulley_deflection": {
         "words": "Both pulleys bend under the pull as beams do: at y each is yawed by compliance F y, the ends apart.",
-        "draw_order": 19,
         "compliance": size("1/(N m)", 1e-6, 5e-6, positive=True),
         "set": adds("deflection", "compliance"),
         "scene": _bow_scene,
     },
     "cant": {
         "words": "The tail's axis rises by gamma towards +y: it shifts the belt on its wrap and rolls the spans.",
-        "draw_order": 3,
         "gamma": size("rad", 1e-3, 5e-3),
         "set": adds("cant", "gamma"),
         "loads": _rolls_at_tail,
@@ -480,7 +460,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     # shaft's wave. Seen from above the axis swings by beta_1 cos(s/R + phase): the slope is a quarter turn late.
     "wobble": {
         "words": "The tail pulley sits askew on its shaft.",
-        "draw_order": 6,
         "beta_1": size("rad", 1e-3, 2e-3),
         "phase": shape(0.0, any_phase, lambda plan: (0.0, np.pi / 2)),
         "turn": lambda f, s, line, y, kappa: (
@@ -495,7 +474,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     "slip": {
         "words": "Both pulleys hold the belt by friction, given as 1/mu; 0 = they hold any moment. At each change of "
         "yaw the run-ups let go once, and the run-offs let go all the time (march.py).",
-        "draw_order": 8,
         "inverse_friction": size("1", 1 / 0.15, 20.0, positive=True),
         "set": _slip_set,
         "scene": lambda f, parts, case: replace(
@@ -504,13 +482,11 @@ _TABLE: dict[str, dict[str, Any]] = {
     },
     "soft_cover": {
         "words": "Both pulleys yield under the entry moment M: dtheta/ds = -(kappa + c M).",
-        "draw_order": 7,
         "c": size("1/(N m2)", 5e-6, 2e-4, positive=True),
         "set": adds("cover", "c"),
     },
     "traction_loss": {
         "words": "A film above a speed: the belt follows its contact angle in part, by 1 - loss (v - onset), on both.",
-        "draw_order": 20,
         "loss": size("s/m", 0.2, 1.0, positive=True),
         "onset": shape(
             0.0,
@@ -529,7 +505,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     # Tension and speed.
     "tension_bias": {
         "words": "The load cell errs: true tension sigma (1 + gain) + bias.",
-        "draw_order": 10,
         "gain": size("1", 0.1, 0.3),
         "bias": size("Pa", 5e5, 3e6),
         "set": lambda f, line: replace(line, stress=line.stress * (1 + f.gain) + f.bias),
@@ -547,32 +522,28 @@ _TABLE: dict[str, dict[str, Any]] = {
     },
     "sensor_gain": {
         "words": "The sensor at point k shows (1 + gk) y.",
-        "draw_order": 12,
         **_four("g", "1", 0.05, 0.3),
         "read": lambda f, value, place, s, line: value * (1 + at_point(f, "g", place)),
     },
     "sensor_drift": {
         "words": "The sensor at point k shows y + dk t, t since the yaw was applied.",
-        "draw_order": 13,
         **_four("d", "m/s", 5e-6, 2e-5),
         "read": lambda f, value, place, s, line: value + at_point(f, "d", place) * (s - line.yaw_at) / line.speed,
     },
     "sensor_delay": {
         "words": "Every lateral reading shows what was there ``delay`` seconds ago.",
-        "draw_order": 26,
         "delay": size("s", 1.5, 5.0, positive=True),
         "sensor_travel": lambda f, s, line: s - f.delay * line.speed,
     },
     "encoder_scale": {
         "words": "The recorder shows (1 + e) s.",
-        "draw_order": 11,
         "e": size("1", 0.02, 0.1),
         "set": lambda f, line: replace(line, yaw_at=line.yaw_at / (1 + f.e)),
         "true_travel": lambda f, shown, line: shown / (1 + f.e),
     },
 }
 for _load in ("idler_skew", "side_drag", "off_centre_load"):  # the same on the lower span
-    _TABLE[f"{_load}_lower"] = _TABLE[_load] | {"draw_order": 0, "above": False}
+    _TABLE[f"{_load}_lower"] = _TABLE[_load] | {"above": False}
 
 #: faults by id, in alphabetical order: random draws depend on it
 CATALOGUE: dict[str, type[Fault]] = {id: fault(id, __name__, **_TABLE[id]) for id in sorted(_TABLE)}

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import Any
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -25,8 +24,16 @@ DEVELOPMENT = (
 SPAN = tuple(name for name, cls in UNMODELLED.items() if cls.place.startswith("span_"))
 #: all others, which were made for blind tests only
 BLIND = tuple(name for name in UNMODELLED if name not in (*DEVELOPMENT, *SPAN))
-#: What ``hidden=random`` draws from, in this order.
-RANDOM_LIBRARY = tuple(sorted((c for c in CATALOGUE.values() if c.draw_order), key=lambda c: c.draw_order))
+#: What ``hidden=random`` draws from; the order decides what a seed draws.
+RANDOM_LIBRARY = tuple(
+    CATALOGUE[name]
+    for name in (
+        *("yaw_offset_tail", "yaw_offset_head", "cant", "taper", "crown", "wobble", "soft_cover", "slip"),
+        *("yaw_compliance", "tension_bias", "encoder_scale", "sensor_gain", "sensor_drift", "edge_profile", "sag_roll"),
+        *("yaw_drift", "taper_drift", "build_up", "pulley_deflection", "traction_loss", "unequal_tension"),
+        *("machine_tilt", "idler_skew", "side_drag", "off_centre_load", "sensor_delay", "camber", "weld", "edge_guide"),
+    )
+)
 
 
 def fault_class(name: str) -> type[Fault]:
@@ -45,20 +52,16 @@ def fault_from_spec(spec: str | dict) -> Fault:
     if not given:
         name, size = next(iter(cls.sizes.items()))
         return cls(**{name: size.typical})
-    return cls(**{name: _number(cls, name, value) for name, value in given.items()})
-
-
-def _number(cls: type[Fault], name: str, value: Any) -> float:
     allowed = cls().parameters()
-    if name not in allowed:
-        raise InputError(f"hidden {cls.id}", name, "", f"its parameters are {', '.join(allowed)}")
-    finite(f"hidden {cls.id}.{name}", value, "", "give a number in SI")
-    if name in cls.sizes:
-        limit, low = cls.sizes[name].limit, 0.0 if cls.positive else -cls.sizes[name].limit
-        if not low <= value <= limit:
+    for name, value in given.items():
+        if name not in allowed:
+            raise InputError(f"hidden {cls.id}", name, "", f"its parameters are {', '.join(allowed)}")
+        finite(f"hidden {cls.id}.{name}", value, "", "give a number in SI")
+        limit = cls.sizes[name].limit if name in cls.sizes else np.inf
+        if not (low := 0.0 if cls.positive and name in cls.sizes else -limit) <= value <= limit:
             remedy = f"must lie between {low:g} and {limit:g}"
             raise InputError(f"hidden {cls.id}.{name}", value, cls.sizes[name].unit, remedy)
-    return value
+    return cls(**given)
 
 
 # Size d of an effect in a campaign, in units of noise, nuisances projected out; and how unlike the library it is.
@@ -98,12 +101,12 @@ class Detectability:
         return self._project_out(self.whiten(change))
 
     def _project_out(self, vector: np.ndarray) -> np.ndarray:
-        """With N N' = U diag(l^2) U', the metric (1 + N N')^-1 has the root 1 - U (1 - (1 + l^2)^-1/2) U'."""
         u, share = self._nuisance_axes
         return vector - u @ (share * (u.T @ vector))
 
     @cached_property
     def _nuisance_axes(self) -> tuple[np.ndarray, np.ndarray]:
+        """With N N' = U diag(l^2) U', the metric (1 + N N')^-1 has the root 1 - U (1 - (1 + l^2)^-1/2) U'."""
         squares, v = np.linalg.eigh(self.nuisances.T @ self.nuisances)
         felt = squares > 1e-9 * max(squares.max(initial=0.0), 1e-30)
         u = self.nuisances @ v[:, felt] / np.sqrt(squares[felt])
@@ -130,17 +133,15 @@ class Detectability:
         normal = np.eye(self.nuisances.shape[1]) + self.nuisances.T @ self.nuisances
         likeliest = np.linalg.solve(normal, self.nuisances.T @ seen.T).T[:, : shapes.shape[1]]
         likeliest = likeliest.clip(-_FURTHEST, _FURTHEST)
-        lines = [self._line_off(dict(zip(names, row, strict=False)), row[len(names) :]) for row in likeliest]
+        lines = []
+        for row in likeliest:  # machine data, tension and yaw of every run so many sigma off
+            tension, yaw = np.split(row[len(names) :], 2)
+            off = {n: float(sigmas) * stated_data(self.plan)[n].u for n, sigmas in zip(names, row, strict=False)}
+            errors = TrueErrors(machine=off, tension_rel=self.noise.tension_rel * tension, yaw=self.noise.yaw_u * yaw)
+            lines.append(replace(true_line(self.plan, self.law, errors), run=np.arange(runs)))
         there = np.split(observe(self.plan, stack(lines), []), len(lines), axis=2)
         found = np.stack([self.whiten(t - self.clean) for t in there]) - likeliest @ shapes.T
         return np.where(np.linalg.norm(found, axis=1, keepdims=True) > _SEEN, found, 0.0)
-
-    def _line_off(self, machine: dict[str, float], settings: np.ndarray) -> Line:
-        """The line with machine data, tension and yaw of every run so many sigma off."""
-        tension, yaw = np.split(settings, 2)
-        off = {name: float(sigmas) * stated_data(self.plan)[name].u for name, sigmas in machine.items()}
-        errors = TrueErrors(machine=off, tension_rel=self.noise.tension_rel * tension, yaw=self.noise.yaw_u * yaw)
-        return replace(true_line(self.plan, self.law, errors), run=np.arange(len(self.plan.runs)))
 
     def changes(self, faults: Sequence[Fault]) -> list[np.ndarray]:
         """Change of the readings by each fault alone."""
@@ -149,36 +150,44 @@ class Detectability:
 
 def changes(plan: Plan, base: Line, clean: np.ndarray, faults: Sequence[Fault]) -> list[np.ndarray]:
     """Change of the readings, shape (signals, n, runs), by each fault alone, all in one march."""
-    runs, classes = len(plan.runs), {type(f) for f in faults}
-    lanes = [_lanes(cls, faults, runs) for cls in sorted(classes, key=lambda c: c.id)]
+    runs, lanes = len(plan.runs), []
+    for cls in sorted({type(f) for f in faults}, key=lambda c: c.id):  # as one fault, null in the lanes of others
+        null = cls().parameters()
+        rows = [f.parameters() if type(f) is cls else null for f in faults]
+        alike = next(f for f in faults if type(f) is cls)
+        given = {
+            n: np.repeat([row[n] for row in rows], runs) if isinstance(value, float) else getattr(alike, n)
+            for n, value in null.items()
+        }
+        lanes.append(cls(**given))
     with np.errstate(all="ignore"):  # a trial size may let the belt run away
         seen = observe(plan, repeat_line(base, len(faults)), lanes)
     seen = np.nan_to_num(seen, nan=_AWAY, posinf=_AWAY, neginf=-_AWAY).clip(-_AWAY, _AWAY)
     return [seen[:, :, k * runs : (k + 1) * runs] - clean for k in range(len(faults))]
 
 
-def _lanes(cls: type[Fault], faults: Sequence[Fault], runs: int) -> Fault:
-    """Faults of one class as one fault with parameters a lane, null in the lanes of other classes."""
-    null = cls().parameters()
-    rows = [f.parameters() if type(f) is cls else null for f in faults]
-    alike = next(f for f in faults if type(f) is cls)
-    shared = {n for n, value in null.items() if not isinstance(value, float)}
-    values = {n: np.repeat([row[n] for row in rows], runs) for n in null if n not in shared}
-    return cls(**{n: getattr(alike, n) if n in shared else values[n] for n in null})
-
-
 def detectability_of(plan: Plan, noise: Noise, base: str, faults: tuple[Fault, ...] = ()) -> Detectability:
     """What can be seen in noise as it truly is, beside faults that are there.
 
-    Nuisances: zero, gain, tension and yaw of each run; machine data.
+    Nuisances, one-sigma changes: machine data move all runs together, tension, yaw, zeros and gains one run each.
     """
-    noise = noise.with_true_level()
+    noise, travel = noise.with_true_level(), plan.travel
     line, clean, moved = sensitivities(plan, base, faults)
-    sheets = [noise.sheet(name, place) for name, place in plan.signals.items()]
-    roots = [_root(plan.travel, sheet, noise.smooth) for sheet in sheets]
+    roots, lanes = [], np.eye(clean.shape[2])
+    found = [change for name, change in moved.items() if name not in ("tension", "yaw")]
+    found += [s * moved[n] * lane for s, n in ((noise.tension_rel, "tension"), (noise.yaw_u, "yaw")) for lane in lanes]
+    for k, (name, place) in enumerate(plan.signals.items()):
+        sheet = noise.sheet(name, place)
+        apart = np.abs(travel[:, None] - travel) / sheet.wander_length
+        alike = (1 + np.sqrt(3) * apart) * np.exp(-np.sqrt(3) * apart) if noise.smooth else np.exp(-apart)
+        covariance = sheet.white**2 * np.eye(len(travel)) + sheet.wander_sd**2 * alike
+        roots.append(solve_triangular(cholesky(covariance, lower=True), np.eye(len(travel)), lower=True))
+        for change in (np.full_like(clean, sheet.zero), sheet.gain * clean):
+            alone = np.zeros_like(clean)
+            alone[k] = change[k]
+            found += [alone * lane for lane in lanes] if alone.any() else []
     blank = Detectability(plan, noise, base, line, clean, roots, np.empty(0))
-    columns = np.stack([blank.whiten(c) for c in _nuisances(moved, clean, sheets, noise)], axis=1)
-    return replace(blank, nuisances=columns)
+    return replace(blank, nuisances=np.stack([blank.whiten(c) for c in found], axis=1))
 
 
 @lru_cache(maxsize=4)
@@ -194,27 +203,6 @@ def sensitivities(
     seen = observe(plan, stack(lines), faults)
     clean, *moved = (seen[:, :, k * runs : (k + 1) * runs] for k in range(len(lines)))
     return lines[0], clean, {n: (m - clean) / unit.get(n, 1.0) for n, m in zip(steps, moved, strict=True)}
-
-
-def _root(travel: np.ndarray, sheet, smooth: bool) -> np.ndarray:
-    """Inverse of the Cholesky factor of a signal's covariance in one run."""
-    apart = np.abs(travel[:, None] - travel) / sheet.wander_length
-    alike = (1 + np.sqrt(3) * apart) * np.exp(-np.sqrt(3) * apart) if smooth else np.exp(-apart)
-    factor = cholesky(sheet.white**2 * np.eye(len(travel)) + sheet.wander_sd**2 * alike, lower=True)
-    return solve_triangular(factor, np.eye(len(travel)), lower=True)
-
-
-def _nuisances(moved: dict[str, np.ndarray], clean: np.ndarray, sheets, noise: Noise) -> list[np.ndarray]:
-    """One-sigma changes: machine data move all runs together, settings, zeros and gains one run each."""
-    lanes = np.eye(clean.shape[2])
-    found = [change for name, change in moved.items() if name not in ("tension", "yaw")]
-    found += [s * moved[n] * lane for s, n in ((noise.tension_rel, "tension"), (noise.yaw_u, "yaw")) for lane in lanes]
-    for k, sheet in enumerate(sheets):
-        for change in (np.full_like(clean, sheet.zero), sheet.gain * clean):
-            alone = np.zeros_like(clean)
-            alone[k] = change[k]
-            found += [alone * lane for lane in lanes] if alone.any() else []
-    return found
 
 
 def scale_to_size(detectability: Detectability, fault: Fault, wanted: float) -> tuple[Fault, float]:
@@ -255,6 +243,7 @@ def scale_fault(fault: Fault, factor: float) -> Fault:
 ALIKE = 3.0  # noise units that a lookalike may leave over, but no more than
 _ALIKE_SHARE = 0.5  # of the effect's own size
 _BEAM = 6  # best sets of one size that are tried with one more effect
+_SMALL = 0.3  # of the typical size
 
 
 @dataclass(frozen=True)
@@ -291,58 +280,47 @@ class LibrarySignatures:
         kept: list[tuple[float, tuple[str, ...]]] = [(float("inf"), ())]
         best = []
         singles: dict[str, float] = {}
+
+        def left_over(names: tuple[str, ...]) -> float:
+            basis = np.concatenate([self.blocks[n] for n in names], axis=1)
+            fit = np.linalg.lstsq(basis, inside, rcond=1e-7)[0]
+            return float(np.sqrt(np.sum((inside - basis @ fit) ** 2) + beyond))
+
         for _ in range(3):
             sets = {tuple(sorted({*names, n})) for _, names in kept[:_BEAM] for n in self.blocks if n not in names}
-            kept = sorted((self._remainder(names, inside, beyond), names) for names in sets)
+            kept = sorted((left_over(names), names) for names in sets)
             best.append(kept[0][0])
             singles = singles or {names[0]: left for left, names in kept}
         allowed = min(ALIKE, _ALIKE_SHARE * float(np.linalg.norm(target)))
         alike = sorted(n for n, left in singles.items() if left < allowed)
         return LibraryDistance(lookalikes=alike, single=best[0], triple=best[2], largest=float(np.abs(change).max()))
 
-    def _remainder(self, names: tuple[str, ...], inside: np.ndarray, beyond: float) -> float:
-        basis = np.concatenate([self.blocks[n] for n in names], axis=1)
-        fit = np.linalg.lstsq(basis, inside, rcond=1e-7)[0]
-        return float(np.sqrt(np.sum((inside - basis @ fit) ** 2) + beyond))
-
 
 @lru_cache(maxsize=4)
 def library_signatures(plan: Plan, base: str) -> dict[str, list[np.ndarray]]:
-    """Effect of the library -> changes of the readings, (signals, n, runs), by each of its parameters in each shape."""
+    """Effect of the library -> changes of the readings, (signals, n, runs), by each of its parameters, small, in each
+    shape."""
     line, clean, _ = sensitivities(plan, base)
-    directions = _directions(plan, base)
+    able = [cls for cls in RANDOM_LIBRARY if not cls.fixed and base not in (*cls.part_of, *cls.idle_on)]
+    directions = [
+        cls(**{name: _SMALL * size.typical}, **shape)
+        for cls in able
+        for name, size in visible_sizes(cls, plan).items()
+        for shape in cls.shapes(plan)
+    ]
     columns: dict[str, list[np.ndarray]] = {}
-    for fault in (f for f in directions if overrides(f, "edge")):
-        columns.setdefault(fault.id, []).append(_edge(plan, line, clean, fault))
+    for fault in (f for f in directions if overrides(f, "edge")):  # which changes nothing of the march
+        change, s = np.zeros_like(clean), np.broadcast_to(plan.travel[:, None], clean.shape[1:])
+        for k, place in enumerate(plan.signals.values()):
+            if place.startswith("point_"):
+                change[k] = fault.edge(place, s, line) - fault.edge(place, line.yaw_at + 0 * s[:1], line)
+        columns.setdefault(fault.id, []).append(change)
     marched = [f for f in directions if not overrides(f, "edge")]
     for hook in ("loads", "turn", ""):  # each lane pays for the hooks of all faults that march with it
         together = [f for f in marched if next((h for h in ("loads", "turn") if overrides(f, h)), "") == hook]
         for fault, change in zip(together, changes(plan, line, clean, together), strict=True):
             columns.setdefault(fault.id, []).append(change)
     return {name: columns[name] for name in sorted(columns) if any(np.any(c) for c in columns[name])}
-
-
-def _edge(plan: Plan, line, clean: np.ndarray, fault: Fault) -> np.ndarray:
-    """What the belt's edge changes: nothing of the march."""
-    change, s = np.zeros_like(clean), np.broadcast_to(plan.travel[:, None], clean.shape[1:])
-    for k, place in enumerate(plan.signals.values()):
-        if place.startswith("point_"):
-            change[k] = fault.edge(place, s, line) - fault.edge(place, line.yaw_at + 0 * s[:1], line)
-    return change
-
-
-def _directions(plan: Plan, base: str) -> list[Fault]:
-    """Every library effect along each of its parameters, small, in every shape."""
-    able = [cls for cls in RANDOM_LIBRARY if not cls.fixed and base not in (*cls.part_of, *cls.idle_on)]
-    return [
-        cls(**{name: _SMALL * size.typical}, **shape)
-        for cls in able
-        for name, size in visible_sizes(cls, plan).items()
-        for shape in cls.shapes(plan)
-    ]
-
-
-_SMALL = 0.3  # of the typical size
 
 
 def visible_sizes(cls: type[Fault], plan: Plan) -> dict:
