@@ -104,11 +104,6 @@ def _gate(s, start, xp):
     return 1.0 / (1.0 + xp.exp(-(s - start) / 0.3))
 
 
-def _section(s, middle, length, xp):
-    """1 on a section of the belt, 0 elsewhere; all in belt lengths."""
-    return 1.0 / (1.0 + xp.exp((xp.abs((s - middle + 0.5) % 1.0 - 0.5) - 0.5 * length) / 0.01))
-
-
 #: shape -> its formula in words, and the function (x, knee, s, xp) of the variable x
 SHAPES: dict[str, tuple[str, Callable[..., Any]]] = {
     "linear": ("x", lambda x, knee, s, xp: x),
@@ -146,7 +141,7 @@ COURSES: dict[str, tuple[str, Callable[..., Any]]] = {
     "interval": ("1 from at on for wide, else 0", lambda s, at, wide, xp: _gate(s, at, xp) - _gate(s, at + wide, xp)),
     "belt_section": (
         "once a revolution on a section of the belt: its middle at, its length wide, in belt lengths",
-        lambda s, at, wide, xp: _section(s, at, wide, xp),
+        lambda s, at, wide, xp: 1.0 / (1.0 + xp.exp((xp.abs((s - at + 0.5) % 1.0 - 0.5) - 0.5 * wide) / 0.01)),
     ),
     "wave": ("cos and sin of 2 pi s / at", lambda s, at, wide, xp: xp.cos(2.0 * xp.pi * s / at)),
     "wave_sine": ("sin(2 pi s / at)", lambda s, at, wide, xp: xp.sin(2.0 * xp.pi * s / at)),
@@ -501,6 +496,13 @@ def law_effect(content: SizedLaw, id: str = ID) -> type[GenericLaw]:
     Its parameters are the numbers of the law, with the law's values as defaults; sizes are null at 0.
     """
     numbers, terms = law_numbers(content), content.law.terms
+    parameters = {}
+    for n in numbers:
+        scale = abs(n.value) or 1.0
+        ends = (n.value / 10.0, n.value * 10.0) if n.modifier else (-10.0 * scale, 10.0 * scale)
+        low, high, scale = (-4.0, 4.0, 1.0) if n.name.startswith("exponent") else (min(ends), max(ends), scale)
+        own = {"null": n.value if n.modifier else 0.0, "modifier": n.modifier}
+        parameters[n.name] = Parameter(unit=n.unit, meaning=n.meaning, plausible=(low, high), scale=scale, **own)
     hooks = {_ACTS[t.place.kind][1]: _HOOKS[_ACTS[t.place.kind][1]] for t in terms}
     namespace = {
         "id": id,
@@ -508,7 +510,7 @@ def law_effect(content: SizedLaw, id: str = ID) -> type[GenericLaw]:
         "stage": 3,  # it was found beside all others
         "law": _ACTS[terms[0].place.kind][0],
         "parity": content.law.parity,
-        "parameters": {n.name: _parameter(n) for n in numbers},
+        "parameters": parameters,
         "content": content,
         "numbers": numbers,
         **hooks,
@@ -524,27 +526,7 @@ def law_effect(content: SizedLaw, id: str = ID) -> type[GenericLaw]:
     return made
 
 
-def _parameter(n: LawNumber) -> Parameter:
-    if n.name.startswith("exponent"):
-        low, high, scale = -4.0, 4.0, 1.0
-    else:
-        scale = abs(n.value) or 1.0
-        ends = (n.value / 10.0, n.value * 10.0) if n.modifier else (-10.0 * scale, 10.0 * scale)
-        low, high = min(ends), max(ends)
-    null = n.value if n.modifier else 0.0
-    return Parameter(unit=n.unit, meaning=n.meaning, plausible=(low, high), scale=scale, null=null, modifier=n.modifier)
-
-
 # --- what a term reads ------------------------------------------------------------------------------------------------
-
-
-def _commanded_yaw(case, travel):
-    """The yaws of both pulleys as commanded, added up [rad], at a travel, or at travels (n,)."""
-
-    def yaw_at(s):
-        return angle_at(case.settings.yaw, s) + angle_at(case.settings.yaw_head, s)
-
-    return jax.vmap(yaw_at)(travel) if jnp.ndim(travel) else yaw_at(travel)
 
 
 def _belt_part(case, travel):
@@ -555,21 +537,19 @@ def _belt_part(case, travel):
     return jnp.where(case.settings.direction > 0, ahead, back) / case.rig.belt_length
 
 
-def _rate(reading, row, case):
-    """dy/dt of a reading [m/s]."""
-    order = jnp.argsort(reading.sensor_travel)
-    s, y = reading.sensor_travel[order], reading.y[row][order]
-    low, high = (jnp.clip(reading.sensor_travel + h, s[0], s[-1]) for h in (-REACH, REACH))
-    return (jnp.interp(high, s, y) - jnp.interp(low, s, y)) / (high - low) * case.settings.speed
-
-
 def _independent(term: Term, travel, case):
-    """The variable of a term that does not depend on where the belt runs."""
+    """The variable of a term that does not depend on where the belt runs, at a travel or at travels (n,)."""
+
+    def commanded(s):
+        return angle_at(case.settings.yaw, s) + angle_at(case.settings.yaw_head, s)
+
     if term.form.variable == "none":
         return 1.0
     if term.form.variable == "yaw_set":
         return jnp.where(travel >= case.settings.yaw.at[0], 1.0, 0.0)
-    return _commanded_yaw(case, travel) if term.form.variable == "beta" else case.settings.tension
+    if term.form.variable == "sigma":
+        return case.settings.tension
+    return jax.vmap(commanded)(travel) if jnp.ndim(travel) else commanded(travel)
 
 
 def _course_variable(term: Term, travel, case, pulley: int | slice | None = slice(None)):
@@ -695,8 +675,11 @@ def _sensor(self, reading, case):
         for row in (point - 1 for point in t.place.points):
             if t.form.variable == "reading":
                 x = reading.y[row]
-            elif t.form.variable == "reading_rate":
-                x = _rate(reading, row, case)
+            elif t.form.variable == "reading_rate":  # dy/dt [m/s]
+                order = jnp.argsort(reading.sensor_travel)
+                s, y = reading.sensor_travel[order], reading.y[row][order]
+                low, high = (jnp.clip(reading.sensor_travel + h, s[0], s[-1]) for h in (-REACH, REACH))
+                x = (jnp.interp(high, s, y) - jnp.interp(low, s, y)) / (high - low) * case.settings.speed
             else:
                 x = _independent(t, reading.sensor_travel, case)
             added = added.at[row].add(self.strength(k, x, _course_variable(t, reading.sensor_travel, case), case))
@@ -772,30 +755,23 @@ def law_lines(effect: GenericLaw, uncertainty: Mapping[str, float], notes: Seque
             "points": t.place.words,
             "variable": VARIABLES[t.form.variable][1],
             "shape": f"{SHAPES[t.form.shape][0]}, x: the variable",
-            "course": COURSES[t.form.course][0] + _clock(t.form),
+            "course": COURSES[t.form.course][0],
         }
+        if not t.form.is_carried and t.form.course != "constant":  # what s is in the formula
+            since = " since the yaw was set" if t.form.since_yaw else ""
+            words["course"] += f", s: time{since} [s]" if t.form.timed else f", s: travel{since} [m]"
         for name, value in term.items():
             number = numbers.get(number_name(name, k))
-            comment = words.get(name, "") if number is None else _number_comment(number, uncertainty)
+            comment = words.get(name, "")
+            if number is not None:
+                u = uncertainty.get(number.name)
+                parts = number.unit if number.unit != "1" else "", number.meaning, f"+- {u:.2g}" if u else ""
+                comment = ", ".join(part for part in parts if part)
             text = yaml_number(value) if number else str(value).lower() if name == "timed" else str(value)
             lines.append(
                 f"      {'- ' if name == 'place' else '  '}{name}: {text}{'  # ' + comment if comment else ''}"
             )
     return lines
-
-
-def _clock(form: Form) -> str:
-    """What s is in the formula of a course."""
-    if form.is_carried or form.course == "constant":
-        return ""
-    since = " since the yaw was set" if form.since_yaw else ""
-    return f", s: time{since} [s]" if form.timed else f", s: travel{since} [m]"
-
-
-def _number_comment(n: LawNumber, uncertainty: Mapping[str, float]) -> str:
-    u = uncertainty.get(n.name)
-    parts = [n.unit if n.unit != "1" else "", n.meaning, f"+- {u:.2g}" if u else ""]
-    return ", ".join(part for part in parts if part)
 
 
 def yaml_number(value: float) -> str:
@@ -828,7 +804,11 @@ def _term_of(one: Mapping[str, Any], where: str) -> tuple[Term, list[float]]:
     """The term of an entry, and its sizes."""
     _check_names(one, KEYS, where)
     place = _place_of(one, where)
-    variable = _choice(one, "variable", where, _variables(place), "none")
+    beyond = ("reading", "reading_rate") if place.kind == SENSOR else () if place.kind == TRAVEL else ("y", "kappa")
+    at_pulleys = place.kind not in (SENSOR, TRAVEL, *RELATIVE)
+    own = ("alpha",) if at_pulleys else ("kappa_mean",) if place.relative else ()
+    variables = ["none"] if place.is_stretch else ["none", "yaw_set", "beta", "sigma", *beyond, *own]
+    variable = _choice(one, "variable", where, variables, "none")
     shape = _choice(one, "shape", where, SHAPES, "linear")
     courses = [c for c in COURSES if not c.endswith("_sine")]
     course = _choice(one, "course", where, courses, "constant")
@@ -871,16 +851,6 @@ def _place_of(one: Mapping[str, Any], where: str) -> Place:
         _refuse(where, "points", points, "name each point once")
     known = {f"point {p}": p for p in points}
     return Place(SENSOR, "all" if len(known) > 1 else next(iter(known)), tuple(known.items()))
-
-
-def _variables(place: Place) -> list[str]:
-    """The variables that a term at a place can read."""
-    if place.is_stretch:
-        return ["none"]
-    beyond = ("reading", "reading_rate") if place.kind == SENSOR else () if place.kind == TRAVEL else ("y", "kappa")
-    at_pulleys = place.kind not in (SENSOR, TRAVEL, *RELATIVE)
-    own = ("alpha",) if at_pulleys else ("kappa_mean",) if place.relative else ()
-    return ["none", "yaw_set", "beta", "sigma", *beyond, *own]
 
 
 def _check_course(form: Form, place: Place, where: str) -> None:
