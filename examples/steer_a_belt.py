@@ -1,10 +1,12 @@
-"""Learn to steer a belt: two gains of a controller, in a few minutes on a CPU.
+"""Learn to steer a belt: two gains of a controller, in two minutes on one core.
 
 python examples/steer_a_belt.py [PICTURE.png]
 
 Four belts of 30 to 50 N/mm2 run at once; in each the tail pulley stands askew by an unknown angle. The controller sees
 y1 and y4 and turns the pulley. Adam follows the slope of the mean reward over 3 m of belt by the two gains: differences
-of one batch, which on a CPU are cheaper than ``jax.grad`` through the same steps, because less is compiled.
+of one batch, which on a CPU are cheaper than ``jax.grad`` through the same steps, because less is compiled. A step that
+makes the reward worse (with large gains a belt swings up) is taken back and halved. In the end the gains steer four
+belts that were not learned from.
 """
 
 import sys
@@ -12,7 +14,6 @@ import time
 from pathlib import Path
 
 import jax
-import jax.numpy as jnp
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -20,7 +21,7 @@ from belt_sim.mjx import Ranges, SteeringEnvironment
 from belt_sim.settings import make_case
 from belt_sim.space import Options
 
-BELTS, CONTROLS, UPDATES, RATE, FADE = 4, 30, 5, 0.3, (0.8, 0.95)  # RATE, FADE: of Adam
+BELTS, CONTROLS, UPDATES, RATE, FADE = 4, 30, 10, 0.3, (0.8, 0.95)  # RATE, FADE: of Adam
 NEAR = 0.02  # of the gains, for their slope
 RIG = {"centre_distance": 2.0, "head_radius": 0.3, "tail_radius": 0.3}  # [m]: large pulleys take far stations
 COARSE = Options(dx=0.07, dt=4e-3, run_in=0.3, settle=0.2, acceleration=3.0)
@@ -44,20 +45,24 @@ def rewards(env: SteeringEnvironment, gains: jax.Array, rng: jax.Array) -> tuple
 
 
 def learn(env: SteeringEnvironment) -> tuple[np.ndarray, np.ndarray]:
-    """Gains before every update (UPDATES, 2), and the mean reward with them (UPDATES,)."""
-
+    """Gains tried in every update (UPDATES, 2), and the mean reward with them (UPDATES,)."""
     sets = jax.jit(jax.vmap(jax.vmap(lambda g, key: rewards(env, g, key)[0].mean(), (None, 0)), (0, None)))
     beside = NEAR * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
-
-    keys, gains, mean, square, rows = jax.random.split(jax.random.PRNGKey(0), BELTS), jnp.zeros(2), 0.0, 0.0, []
+    keys, others = jax.random.split(jax.random.PRNGKey(0), 2 * BELTS).reshape(2, BELTS, -1)
+    best, least, step, mean, square, rows = np.zeros(2), -np.inf, np.zeros(2), 0.0, 0.0, []
     for k in range(UPDATES):
-        value, *around = sets(gains + beside, keys).mean(axis=1)
-        slope = jnp.array([around[0] - around[1], around[2] - around[3]]) / (2 * NEAR)
-        rows.append((*gains.tolist(), float(value)))
-        print(f"update {k:2d}: gains {gains[0]:+.3f} {gains[1]:+.3f}, mean reward {value:.3f}", flush=True)
+        gains = best + step
+        value, *around = np.asarray(sets(gains + beside, keys).mean(axis=1))
+        rows.append((*gains, value))
+        print(f"update {k:2d}: gains {gains[0]:+.3f} {gains[1]:+.3f}, mean reward {value:.4f}", flush=True)
+        if not value > least:  # NaN, too
+            step = 0.5 * step
+            continue
+        best, least, slope = gains, value, np.array([around[0] - around[1], around[2] - around[3]]) / (2 * NEAR)
         mean, square = FADE[0] * mean + (1 - FADE[0]) * slope, FADE[1] * square + (1 - FADE[1]) * slope**2
-        step = (mean / (1 - FADE[0] ** (k + 1))) / (jnp.sqrt(square / (1 - FADE[1] ** (k + 1))) + 1e-9)
-        gains = gains + RATE * step
+        step = RATE * (mean / (1 - FADE[0] ** (k + 1))) / (np.sqrt(square / (1 - FADE[1] ** (k + 1))) + 1e-9)
+    unsteered, steered, *_ = np.asarray(sets(np.outer([0, 1, 1, 1, 1], best), others).mean(axis=1))
+    print(f"belts not learned from: mean reward {unsteered:.3f} without steering, {steered:.4f} with the best gains")
     table = np.array(rows)
     return table[:, :2], table[:, 2]
 

@@ -153,6 +153,5 @@ class SpaceModel:
 
 
 def batch_engine(name: str) -> "BatchEngine":
-    home = {"mjx": "mjx_run", "quasi_static": "quasi_static"}[name]
-    engine: BatchEngine = import_module(f"belt_sim.space.{home}").ENGINE  # JAX and MJX take a while to load
+    engine: BatchEngine = import_module(f"belt_sim.space.{name}").ENGINE  # JAX and MJX take a while to load
     return engine

@@ -20,7 +20,17 @@ from belt_sim.io import write_text
 from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.belt import BeltArrays, active_features, belt_arrays, guide_forces, load_forces
-from belt_sim.space.chain import anchor_positions, cut_chain, twist_of_cells, twist_on_nodes
+from belt_sim.space.chain import (
+    RopeKinks,
+    anchor_positions,
+    cut_chain,
+    end_offsets,
+    hold_run_up_end,
+    run_off_end,
+    sway_drag,
+    twist_of_cells,
+    twist_on_nodes,
+)
 from belt_sim.space.loop import library_of, smoothstep
 from belt_sim.space.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
 from belt_sim.space.mesh import drag_coefficients, tie_lengths
@@ -29,7 +39,6 @@ from belt_sim.space.options import BELTS, CONTACTS, Options, fit_options, is_lim
 from belt_sim.space.pulleys import TailPulley, belt_loads, lay_pulleys, pose_of
 from belt_sim.space.rolling_contact import build_contact, story
 from belt_sim.space.rolling_run import ContactRun, Edited
-from belt_sim.space.rope import RopeKinks, end_offsets, hold_run_up_end, run_off_end, sway_drag
 from belt_sim.space.run import TOLD_EVERY, Command, Recorder, notify_observers, plan_in_time, reading, tell_share
 from belt_sim.space.wrap import (
     NEITHER,

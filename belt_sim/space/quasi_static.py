@@ -30,11 +30,14 @@ from belt_sim.space.belt import ActiveFeatures, BeltArrays, belt_arrays, guide_f
 from belt_sim.space.block_tridiagonal import Level, factorise, solve_chain
 from belt_sim.space.chain import (
     ChainLayout,
+    RopeKinks,
     anchor_positions,
     chain_forces,
     chain_stiffness,
     cut_chain,
     divide_chain,
+    end_offsets,
+    hold_run_up_end,
     loads_on_tail,
     pull_on_nodes,
     spans_blocks,
@@ -44,7 +47,6 @@ from belt_sim.space.chain import (
 from belt_sim.space.machine import lay_out
 from belt_sim.space.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME, Options, fit_options, is_limp
 from belt_sim.space.pulleys import belt_loads, lay_pulleys, pose_of
-from belt_sim.space.rope import RopeKinks, end_offsets, hold_run_up_end
 from belt_sim.space.run import (
     BatchEngine,
     Command,

@@ -15,15 +15,14 @@ from belt_sim.space.options import Options
 def main(rig: str, count: int, segments: int) -> None:
     """Prints seconds of preparation, tracing and compilation, milliseconds a step, memory."""
     from belt_sim.mjx import prepare as made
-    from belt_sim.space.mjx import stack_cases
-    from belt_sim.space.mjx_run import SEGMENT, carried_state, compile_batch, padded, plan_of
+    from belt_sim.space.mjx import SEGMENT, carried_state, compile_batch, padded, plan, stack_cases
 
     begun = time.perf_counter()
     cases = [make_case(rig=rig, tension=float(t), yaw=-0.042, travel=2.0) for t in np.linspace(20.0, 60.0, count)]
     ready = made(cases, options=Options())
     models, axes = stack_cases([r.model for r in ready])
     data = jax.tree.map(lambda *v: np.stack([np.asarray(x) for x in v]), *[carried_state(r.data) for r in ready])
-    still, some = ready[0].data.mjx, padded([plan_of(ready[0].scene, 0.1)] * count, SEGMENT)
+    still, some = ready[0].data.mjx, padded([plan(ready[0], 0.1)] * count, SEGMENT)
     models, still, data, some = jax.device_put((models, still, data, some))
     prepared = time.perf_counter()
     lowered = compile_batch(axes).lower(models, still, data, some)
