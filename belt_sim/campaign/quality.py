@@ -116,8 +116,9 @@ def scatter_of_wander(sd: float, length: float, step: float) -> float:
 
 
 def resolution(y: np.ndarray) -> float:
-    """Return the smallest step between distinct readings (n,); 0 if all are equal."""
+    """Return the smallest step between distinct readings (n,), rounding aside; 0 if all are equal."""
     steps = np.diff(np.unique(y))
+    steps = steps[steps > 1e-9 * np.abs(y).max(initial=0.0)]
     return float(steps.min()) if steps.size else 0.0
 
 
@@ -364,7 +365,8 @@ def check_noise(records: list[Record]) -> list[Suspicion]:
     """
     ratios: dict[str, dict[str, float]] = defaultdict(dict)
     for record in records:
-        noise = record.measured_noise or resolution(record.readings)  # a slip may leave no more than the last digits
+        # a sensor's quantum, or a slip, may leave no more than steps of the last digits
+        noise = max(record.measured_noise, resolution(record.readings) / math.sqrt(12.0))
         if len(record.readings) >= FEWEST and noise > 0.0:
             ratios[record.sheet.name][record.run.name] = noise / record.stated_noise
 
