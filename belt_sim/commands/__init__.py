@@ -15,7 +15,8 @@ OUTPUT = "standard output"  # the file name of its errors
 #: command -> what it does, and where its function is in belt_sim.commands (empty: in this module)
 COMMANDS = {
     "simulate": ("one model, one case: curves and late rates", "cases:simulate_command"),
-    "scene": ("a 3D belt as MJCF that runs in plain MuJoCo", "cases:scene_command"),
+    "view": ("a 3D belt in MuJoCo's viewer, with its movement enlarged", "cases:view_command"),
+    "scene": ("the same belt as MJCF that runs in plain MuJoCo", "cases:scene_command"),
     "compare": ("a model against a measured campaign: where it agrees, where it fails", "inference:compare_command"),
     "diagnose": ("which physical effect the model lacks", "inference:diagnose_command"),
     "import": ("a logger's files (CSV, xlsx ...) -> a campaign", "campaigns:import_command"),

@@ -123,9 +123,23 @@ def scene_command(run_dir: RunDir) -> None:
     out = Path(str(config["out"]))
     if out.suffix != ".xml":
         raise InputError("out", config["out"], "", "give a file name that ends in .xml")
-    case, model = case_from(config | {"travel": _NO_END}), model_of(model_settings(config["model"]))
-    write_text(out, scene_text(case, model, config["effects"]))
+    write_text(out, _scene_of(config))
     print(f"{out}: python -m mujoco.viewer --mjcf={out}, press play, move the sliders")
+
+
+def view_command(run_dir: RunDir) -> None:
+    """Play a case's scene in MuJoCo's viewer until its window is closed."""
+    from belt_sim.space import scene_looks
+
+    text = _scene_of(run_dir.config)
+    if not has_display():
+        raise InputError("view", "DISPLAY", "", "there is no display here; use belt-sim scene, or simulate watch=rrd")
+    scene_looks.play(text)
+
+
+def _scene_of(config: Mapping[str, Any]) -> str:
+    case = case_from({**config, "travel": _NO_END})
+    return scene_text(case, model_of(model_settings(config["model"])), config["effects"])
 
 
 def export_command(run_dir: RunDir) -> None:

@@ -63,7 +63,7 @@ LOST = "its process or job was lost (killed, out of memory or of time); run the 
 #: of the run or sweep of this process: its lock, its configuration, and lines about what failed
 at_work: dict[str, Any] = {}
 #: commands that say themselves where their files go
-WITHOUT_FOLDER = ("app", "report", "reveal", "scene")
+WITHOUT_FOLDER = ("app", "report", "reveal", "scene", "view")
 #: engines that leave a GPU alone
 ON_ONE_CORE = ("native", "line", "mujoco")
 #: [bytes] of address space that JAX needs: with less, XLA ends the process in the midst of its work

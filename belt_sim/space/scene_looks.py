@@ -4,6 +4,8 @@ The nodes of a belt stand nearer together than its edges (mesh.py), so a skin is
 """
 
 import math
+import time
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -28,7 +30,7 @@ def furnish(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     _light(spec, length, radius)
     _colours(spec)
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, material="floor")
-    floor.pos, floor.size = [0.5 * length, 0.0, lowest - 2.0 * radius], [length, 3.0, 0.1]
+    floor.pos, floor.size = [0.5 * length, 0.0, lowest - 2.0 * radius], [0.0, 0.0, 0.1]  # without end
     floor.contype, floor.conaffinity = 0, 1
     for name, at in (("head", scene.loop.radius_head), ("tail", scene.loop.radius_tail)):
         _dress_pulley(spec, name, at)
@@ -156,3 +158,112 @@ def _add_skin(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     bound = [[2 * v + side for v in ((0, n) if i == 0 else (i,)) for side in (0, 1)] for i in range(n)]
     skin.vertid = [own for own in bound for _ in (0, 1)]
     skin.vertweight = [[1.0 + beyond if v % 2 == side else -beyond for v in own] for own in bound for side in (0, 1)]
+
+
+#: what a belt is coloured by: name -> unit, and how many of it a value of SI is
+COLOURED_BY = {"tilt": ("mrad", 1e3), "edge stress": ("N/mm2", 1e-6)}
+_BLUE_RED = np.array([[0.16, 0.36, 0.78], [0.88, 0.89, 0.90], [0.80, 0.20, 0.16]])  # at -1, 0 and 1 of the scale
+_BAND, _LIFTED = 10, 2e-3  # stations of one brightness; [m] by which the drawn belt lies outside the nodes
+_GHOST = 0.45  # opacity
+
+
+class DrawnBelt:
+    """The belt of a scene as coloured boxes between its stations: tilt of the sections against what they lie on or hang
+    in, + where the edge at y > 0 is higher, or bending stress of that edge (+: pull)."""
+
+    def __init__(self, model: mujoco.MjModel, by: str = "tilt") -> None:
+        self.by, self.most = by, 0.0
+        names = [model.body(i).name for i in range(model.nbody)]
+        numbers = [i for i, name in enumerate(names) if name.startswith("node-")]
+        self.nodes = np.array(numbers).reshape(-1, 1 + max(int(names[i].split("-")[2]) for i in numbers))
+        at = model.text_adr[mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_TEXT, "belt_sim case")]
+        text = bytes(model.text_data[at:]).split(b"\0")[0].decode()
+        made = dict(entry.split(" = ") for entry in text.split("; "))
+        self.width, self.modulus = (float(made[f"belt.{name}"]) for name in ("width", "youngs_modulus"))
+        self.middle: Any = None
+
+    def read(self, data: mujoco.MjData) -> None:
+        """Take places [m] and colours of all links from what MuJoCo has."""
+        edges = data.xpos[self.nodes][:, [0, -1]]
+        middle, across = edges.mean(axis=1), edges[:, 0] - edges[:, 1]
+        along = np.roll(middle, -1, axis=0) - np.roll(middle, 1, axis=0)
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        apart = np.linalg.norm(across, axis=1, keepdims=True)
+        if self.nodes.shape[1] == 1:
+            across, apart = np.broadcast_to([0.0, 1.0, 0.0], middle.shape), np.ones_like(apart)
+        across = across / apart
+        out = np.cross(along, [0.0, 1.0, 0.0])
+        if self.by == "tilt":
+            value = np.where(out[:, 2] > 0.0, 1.0, -1.0) * (across * out).sum(axis=1)
+        else:
+            lengths = np.linalg.norm(np.roll(edges, -1, axis=0) - edges, axis=2)
+            value = 0.5 * self.modulus * self.width * np.diff(-lengths)[:, 0] / (lengths.mean(axis=1) * apart[:, 0])
+        self.most = max(self.most, float(np.abs(value).max()), 1e-12)
+        self.middle, self.along, self.across, self.out, self.value = middle, along, across, out, value
+
+    def draw(self, picture: mujoco.MjvScene, times: float = 1.0) -> None:
+        """Add the belt to a picture; times: of its lateral movement; more than 1 is drawn as a ghost."""
+        share = np.abs(self.value)[:, None] / self.most
+        colours = _BLUE_RED[1] + share * (
+            np.where(self.value[:, None] > 0.0, _BLUE_RED[2], _BLUE_RED[0]) - _BLUE_RED[1]
+        )
+        colours *= np.where(np.arange(len(share)) // _BAND % 2, 1.0, 0.85)[:, None]
+        ghost = times > 1.0
+        rgba = np.hstack([colours, np.full((len(share), 1), _GHOST if ghost else 1.0)]).astype(np.float32)
+        nodes = self.middle + _LIFTED * self.out
+        nodes[:, 1] *= times
+        after = np.roll(nodes, -1, axis=0)
+        centre, link = 0.5 * (nodes + after), after - nodes
+        length = np.linalg.norm(link, axis=1, keepdims=True)
+        link, across = link / length, self.across if not ghost else np.broadcast_to([0.0, 1.0, 0.0], link.shape)
+        normal = np.cross(link, across)
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        frames = np.stack([link, np.cross(normal, link), normal], axis=2).reshape(-1, 9)
+        for k in range(min(len(nodes), picture.maxgeom - picture.ngeom)):
+            size = np.array([0.51 * length[k, 0], 0.5 * self.width, 1e-3])
+            geom = picture.geoms[picture.ngeom]
+            mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_BOX, size, centre[k], frames[k], rgba[k])
+            picture.ngeom += 1
+
+    @property
+    def legend(self) -> str:
+        """What the colours mean."""
+        unit, per = COLOURED_BY[self.by]
+        return f"{self.by} -{per * self.most:.3g} (blue) to {per * self.most:.3g} {unit} (red)"
+
+
+_TIMES, _PICTURE = 60.0, 1.0 / 30.0  # of the ghost; [s] between pictures
+_SPACE, _F8, _F9 = 32, 297, 298  # keys that MuJoCo's viewer leaves alone
+_KEYS = "F8: ghost 60 times aside, F9: colour, space: stop"
+
+
+def play(mjcf: str) -> None:
+    """Run a scene in MuJoCo's viewer, in real time where the computer can, until its window is closed."""
+    import mujoco.viewer
+
+    model = mujoco.MjModel.from_xml_string(mjcf)
+    data, belt, names, pressed = mujoco.MjData(model), DrawnBelt(model), list(COLOURED_BY), {_SPACE: False, _F8: False}
+
+    def press(key: int) -> None:
+        if key in pressed:
+            pressed[key] = not pressed[key]
+        elif key == _F9:
+            belt.by, belt.most = names[names.index(belt.by) - 1], 0.0
+
+    with mujoco.viewer.launch_passive(model, data, key_callback=press, show_left_ui=False) as window:
+        window.opt.skingroup[0] = 0  # the belt is drawn below
+        while window.is_running():
+            began, until = time.monotonic(), data.time + _PICTURE
+            with window.lock():
+                while not pressed[_SPACE] and data.time < until and time.monotonic() - began < _PICTURE:
+                    mujoco.mj_step(model, data)
+                belt.read(data)
+                window.user_scn.ngeom = 0
+                for times in (1.0,) if pressed[_F8] else (1.0, _TIMES):
+                    belt.draw(window.user_scn, times)
+            y = [500.0 * np.diff([data.sensor(f"edge-{p}-{s}").data[0] for s in ("left", "right")])[0] for p in (1, 3)]
+            told = f"{y[0]:+.2f} mm\n{y[1]:+.2f} mm\n{belt.legend}\n{_KEYS}"
+            font, corner = mujoco.mjtFontScale.mjFONTSCALE_150, mujoco.mjtGridPos.mjGRID_BOTTOMLEFT
+            window.set_texts((font, corner, "y at point 1\ny at point 3\ncolour\nkeys", told))
+            window.sync()
+            time.sleep(max(_PICTURE - (time.monotonic() - began), 0.0))

@@ -15,6 +15,7 @@ from belt_sim.cli import run
 from belt_sim.commands import COMMANDS, campaigns, inference, known_keys
 from belt_sim.errors import BeltError
 from belt_sim.io import CONF, ROOT
+from belt_sim.space import scene_looks
 
 TAPER = "effects=[{id: taper, kappa_t: 2.0e-5}]"
 RIG = {"centre_distance": "9", "pulley_radius": "0.2", "head_radius": "0.16", "tail_radius": "0.18", "gravity": "9.7"}
@@ -39,6 +40,11 @@ CHANGED: dict[str, tuple[list[str], dict[str, str]]] = {
         ["rig=rope_example"],
         MACHINE | {k: v for k, v in DRIVEN.items() if k != "travel"}
         | {"out": "other.xml", "model.name": "mujoco_rope", "effects": TAPER[8:]},
+    ),
+    "view": (
+        ["rig=rope_example"],
+        MACHINE | {k: v for k, v in DRIVEN.items() if k != "travel"}
+        | {"model.name": "mujoco_rope", "effects": TAPER[8:]},
     ),
     "export": (
         ["tension=30", "fmu=null"],
@@ -84,11 +90,11 @@ CHANGED: dict[str, tuple[list[str], dict[str, str]]] = {
 WHY_NOT = {
     **{
         (c, "rig.face_width"): "a limit of what is told of a run that leaves the pulleys, which this short one does not"
-        for c in ("simulate", "map", "scene", "export", "new", "virtual-rig")
+        for c in ("simulate", "map", "scene", "view", "export", "new", "virtual-rig")
     },
     ("simulate", "speed"): "an analytic model without effects that know time runs in travel",
     ("map", "speed"): "as in simulate",
-    ("scene", "speed"): "taken with model.belt_speed=case, as conf/scene.yaml says",
+    **{(c, "speed"): "taken with model.belt_speed=case, as conf/view.yaml says" for c in ("scene", "view")},
     ("export", "model.keep"): "the plant's responses have records of their own",
     ("export", "model.step"): "as model.keep",
     ("export", "fmi"): "of the FMU, which takes seconds to compile: tests/linear",
@@ -102,6 +108,7 @@ BEHIND = {
     campaigns: ("import_files", "plan_by_number"),
     campaigns.virtual_rig: ("make_campaign", "reveal"),
     server: ("serve",),
+    scene_looks: ("play",),
 }
 
 
@@ -122,6 +129,7 @@ def record_calls(monkeypatch) -> list[str]:
     for place, names in BEHIND.items():
         for name in names:
             monkeypatch.setattr(place, name, recorder(name))
+    monkeypatch.setenv("DISPLAY", ":9")
     return calls
 
 
@@ -168,6 +176,6 @@ def test_every_key_has_another_value():
     assert commands == set(CHANGED)
     for command in commands:
         keys = {k for k in known_keys(command) if k not in ("rig", "belt", "model")}
-        if command == "scene":  # settings of 3D models: tests/space
+        if command in ("scene", "view"):  # settings of 3D models: tests/space
             keys = {k for k in keys if not k.startswith("model.") or k == "model.name"}
         assert keys <= set(CHANGED[command][1]), command
