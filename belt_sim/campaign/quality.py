@@ -17,20 +17,9 @@ from belt_sim.campaign.types import Campaign, Run, SignalSheet, rig_of, shortlis
 from belt_sim.units import MM, N_PER_MM2
 
 SuspicionKind = Literal[
-    "unit_slip",
-    "clipped",
-    "swapped",
-    "wrong_sign",
-    "dropout",
-    "shifted",
-    "zero",
-    "same_place",
-    "guided",
-    "sheet",
-    "repeats",
-    "travel",
-    "running_start",
-]
+    "unit_slip", "clipped", "swapped", "wrong_sign", "dropout", "shifted", "zero", "same_place", "guided", "sheet",
+    "repeats", "travel", "running_start",
+]  # fmt: skip
 Severity = Literal["stop", "look"]
 
 
@@ -570,19 +559,6 @@ def reading_at_yaw(travel: np.ndarray, readings: np.ndarray) -> float:
     return float(np.mean(y)) if len(before) else 0.0
 
 
-def _start(record: Record, reach: float, curvature_share: float) -> tuple[float, float] | None:
-    """Return the reading at the yaw and its sigma [m], from a line over ``reach`` [m]; None without data there."""
-    after = record.travel >= 0.0
-    s, y = record.travel[after], record.readings[after]
-    if len(s) < 4 * FEWEST_ON_LINE or s[0] > max(reach, s[1] - s[0]):
-        return None
-    count = max(FEWEST_ON_LINE, int(np.searchsorted(s, reach)))
-    line = np.polynomial.Polynomial.fit(s[:count], y[:count], 1)
-    sheet, path = record.sheet, curvature_share * abs(record.run.yaw) * float(s[count - 1])
-    white = max(sheet.white, record.measured_noise)
-    return float(line(0.0)), float(np.sqrt(4.0 * white**2 / count + sheet.wander_sd**2 + sheet.zero**2)) + path
-
-
 TAIL_AND_HEAD = (("point_1", "point_4"), ("point_2", "point_3"), ("point_1", "point_3"), ("point_2", "point_4"))
 
 # Constants of the decisions. Leads are in units of beta L/2; an error is zero, wander and white noise together.
@@ -629,27 +605,26 @@ class Lead(NamedTuple):
 
 
 def check_leads(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
-    """Return exchanged columns, turned signs and slipped yaw units, from the lead of the tail over the head."""
+    """Return exchanged columns, turned signs and slipped yaw units, from the lead of the tail over the head.
+
+    A run is judged where the lead or the yaw exceeds the errors, and its yaw is that of the tail.
+    """
     span = float(rig_of(campaign).span_length)
     found: dict[tuple[str | None, str | None], Suspicion] = {}
-    for tail, head in TAIL_AND_HEAD:
-        leads = [lead for pair in pairs_at(records, tail, head) if (lead := _lead_of(*pair, span)) is not None]
+    for places in TAIL_AND_HEAD:
+        leads = []
+        for tail, head in pairs_at(records, *places):
+            run, scale, end = tail.run, tail.run.yaw * span / 2.0, min(tail.travel[-1], head.travel[-1])
+            if scale == 0.0 or abs(run.yaw_head) > 0.2 * abs(run.yaw) or end < SPANS * span:
+                continue
+            s = np.linspace(span, end, _GRID)
+            y_tail, y_head = (np.interp(s, r.travel, r.readings) for r in (tail, head))
+            lead, drift = float(np.mean(y_tail - y_head)), float(np.mean(y_tail + y_head))
+            if max(abs(lead), abs(scale) * LOW) >= CLEAR * math.hypot(tail.drift_error, head.drift_error):
+                leads.append(Lead(tail, head, run.yaw, lead / scale, drift / scale))
         for suspicion in _judge(leads, span) if leads else ():
             found.setdefault((suspicion.run, suspicion.kind), suspicion)
     return list(found.values())
-
-
-def _lead_of(tail: Record, head: Record, span: float) -> Lead | None:
-    """Return the lead of a run; None if neither the lead nor the yaw exceeds the errors."""
-    run, scale, end = tail.run, tail.run.yaw * span / 2.0, min(tail.travel[-1], head.travel[-1])
-    if scale == 0.0 or abs(run.yaw_head) > 0.2 * abs(run.yaw) or end < SPANS * span:
-        return None
-    s = np.linspace(span, end, _GRID)
-    y_tail, y_head = (np.interp(s, r.travel, r.readings) for r in (tail, head))
-    lead, drift = float(np.mean(y_tail - y_head)), float(np.mean(y_tail + y_head))
-    if max(abs(lead), abs(scale) * LOW) < CLEAR * math.hypot(tail.drift_error, head.drift_error):
-        return None
-    return Lead(tail, head, run.yaw, lead / scale, drift / scale)
 
 
 def _judge(leads: list[Lead], span: float) -> list[Suspicion]:

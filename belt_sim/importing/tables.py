@@ -248,25 +248,24 @@ MARKS = 2000
 LARGEST, LARGEST_WORKBOOK, LONGEST_LINE, LONGEST_NAME = 500_000_000, 200_000_000, 100_000, 500
 #: How every xlsx file begins.
 ZIP = b"PK\x03\x04"
-_MARKS = (
-    (codecs.BOM_UTF8, "utf-8-sig"),
-    (codecs.BOM_UTF32_LE, "utf-32"),
-    (codecs.BOM_UTF16_LE, "utf-16"),
-    (codecs.BOM_UTF16_BE, "utf-16"),
-)
+_MARKS = {
+    codecs.BOM_UTF8: "utf-8-sig",
+    codecs.BOM_UTF32_LE: "utf-32",
+    codecs.BOM_UTF16_LE: "utf-16",
+    codecs.BOM_UTF16_BE: "utf-16",
+}
 #: first bytes -> what the file is, and what to do
-_FORMATS = (
-    (b"\xd0\xcf\x11\xe0", "an old Excel workbook (.xls); save it as .xlsx or CSV"),
-    (b"\x1f\x8b", "compressed (gzip); unpack it first"),
-    (b"7z\xbc\xaf", "compressed (7z); unpack it first"),
-    (b"%PDF", "a PDF; export the table as CSV"),
-    (b"\x89PNG", "a picture; digitise its curves and give their table"),
-    (b"\xff\xd8\xff", "a picture; digitise its curves and give their table"),
-    (b"PAR1", "a Parquet file; export it as CSV"),
-    (b"\x89HDF", "an HDF5 file; export the table as CSV"),
-    (b"MATLAB 5.0", "a MATLAB file; export the table as CSV"),
-    (b"TDSm", "a TDMS file; export the table as CSV or xlsx"),
-)
+_FORMATS = {
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls); save it as .xlsx or CSV",
+    b"\x1f\x8b": "compressed (gzip); unpack it first",
+    b"7z\xbc\xaf": "compressed (7z); unpack it first",
+    b"%PDF": "a PDF; export the table as CSV",
+    **dict.fromkeys((b"\x89PNG", b"\xff\xd8\xff"), "a picture; digitise its curves and give their table"),
+    b"PAR1": "a Parquet file; export it as CSV",
+    b"\x89HDF": "an HDF5 file; export the table as CSV",
+    b"MATLAB 5.0": "a MATLAB file; export the table as CSV",
+    b"TDSm": "a TDMS file; export the table as CSV or xlsx",
+}
 
 
 def read(files: Sequence[str | Path], form: Mapping[str, Any] | None = None) -> LoggedTables:
@@ -331,12 +330,24 @@ def _read_bytes(file: Path) -> bytes:
 
 
 def _text_lines(file: Path, data: bytes, stated: str | None) -> tuple[list[str], str]:
-    """The lines of a text file and its encoding: as stated, by its mark, by its bytes, else cp1252 (Windows)."""
-    for magic, what in _FORMATS:
+    """The lines of a text file and its encoding: as stated, by its mark, UTF-16 where every other byte is zero, else
+    UTF-8, else cp1252 (Windows); raises CampaignError for what is no text."""
+    for magic, what in _FORMATS.items():
         if data.startswith(magic):
             raise refusal(file, f"is {what}")
-    marked = next((name for mark, name in _MARKS if data.startswith(mark)), None)
-    encoding = stated or marked or _guess_encoding(file, data[:HEAD])
+    encoding = stated or next((name for mark, name in _MARKS.items() if data.startswith(mark)), None)
+    if encoding is None:
+        head = data[:HEAD]
+        even, odd, half = head[0::2].count(0), head[1::2].count(0), len(head) / 2.0
+        control = sum(head.count(bytes([k])) for k in range(32) if k not in (7, 9, 10, 11, 12, 13, 26, 27))
+        encoding = "utf-8"
+        if odd > 0.6 * half and even < 0.05 * half:
+            encoding = "utf-16-le"
+        elif even > 0.6 * half and odd < 0.05 * half:
+            encoding = "utf-16-be"
+        elif even + odd or control > 0.01 * len(head):
+            line = head[: head.index(0)].count(b"\n") + 1 if even + odd else None
+            raise refusal(file, "holds binary data; export the log as CSV, TSV or xlsx", line=line)
     try:
         text = data.decode(encoding)
     except UnicodeDecodeError:
@@ -355,22 +366,6 @@ def _text_lines(file: Path, data: bytes, stated: str | None) -> tuple[list[str],
     return lines, encoding
 
 
-def _guess_encoding(file: Path, head: bytes) -> str:
-    """UTF-16 where every other byte is zero, else UTF-8; raises CampaignError for what is no text."""
-    even, odd, half = head[0::2].count(0), head[1::2].count(0), len(head) / 2.0
-    if odd > 0.6 * half and even < 0.05 * half:
-        return "utf-16-le"
-    if even > 0.6 * half and odd < 0.05 * half:
-        return "utf-16-be"
-    if even + odd:
-        line = head[: head.index(0)].count(b"\n") + 1
-        raise refusal(file, "holds binary data; export the log as CSV, TSV or xlsx", line=line)
-    control = sum(head.count(bytes([k])) for k in range(32) if k not in (7, 9, 10, 11, 12, 13, 26, 27))
-    if control > 0.01 * len(head):
-        raise refusal(file, "holds binary data; export the log as CSV, TSV or xlsx")
-    return "utf-8"
-
-
 def _sheets(file: Path) -> Iterator[tuple[str, list[str]]]:
     """Every sheet of a workbook: its name, and its rows as lines of cells that are separated by tabs."""
     try:
@@ -379,7 +374,7 @@ def _sheets(file: Path) -> Iterator[tuple[str, list[str]]]:
         if size > LARGEST_WORKBOOK:
             raise refusal(file, f"unpacks to {size / 1e9:.1f} GB; export the sheet as CSV")
         sheets = pd.read_excel(file, sheet_name=None, header=None, dtype=object, engine="openpyxl")
-    except BeltError:
+    except (BeltError, MemoryError):
         raise
     except Exception as error:  # whatever its reader finds in XML that is cut, swollen or overflows
         cause = " ".join(str(error).split())[:120]
@@ -396,18 +391,14 @@ def _cell_text(value: Any) -> str:
     """A cell of a workbook as one line of text; numbers with a decimal point, dates and clocks in ISO 8601."""
     if value is None or value != value:
         return ""
-    if isinstance(value, datetime):
-        return value.isoformat(sep=" ")
-    if isinstance(value, time):
-        return value.isoformat()
-    if isinstance(value, timedelta):
-        value = value.total_seconds()
+    if isinstance(value, datetime | time):
+        return value.isoformat(**({"sep": " "} if isinstance(value, datetime) else {}))
+    value = value.total_seconds() if isinstance(value, timedelta) else value
     if isinstance(value, int | float) and not isinstance(value, bool):
         short = f"{value:.15g}"
         short = short if float(short) == value else repr(float(value))
         return f"{short}e0" if "." in short and "e" not in short else short  # a point beyond doubt
-    text = plain_minus(" ".join(str(value).split()))
-    return text
+    return plain_minus(" ".join(str(value).split()))
 
 
 # ---- where the table begins, how its columns are set apart, and what they are called
@@ -450,39 +441,55 @@ def stated_decimal(form: Mapping[str, Any]) -> str:
 
 
 def _layout_with(separator: str, decimal: str, rows: Sequence[Sequence[str]]) -> Layout | None:
-    """The layout of rows of cells: its table is as wide as most rows of data, and begins with the first of these."""
-    of_data = [k for k, row in enumerate(rows) if _is_data(row, decimal)]
+    """The layout of rows of cells: its table is as wide as most rows of data (of whose filled cells half are numbers or
+    times), and begins with the first of these."""
+    of_data = []
+    for k, row in enumerate(rows):
+        filled = [c for c in row if not is_missing(c)]
+        if filled and len(row) > 1 and count_readings(filled, decimal) >= 0.5 * len(filled):
+            of_data.append(k)
     if not of_data:
         return None
     width, height = Counter(len(rows[k]) for k in of_data).most_common(1)[0]
     first = next(k for k in of_data if len(rows[k]) == width)
     header, names, units = _head(rows[:first], width, decimal)
     cells = [c for row in rows if len(row) == width for c in row if c.strip()]
+    share = count_readings(cells, decimal) / len(cells)
+    score = height * share**3 * (0.6 if separator == " " else 1.0)
     return Layout(
-        separator=separator,
-        decimal=decimal,
-        names=names,
-        units=units,
-        header=header,
-        first=first + 1,
-        score=height * (count_readings(cells, decimal) / len(cells)) ** 3 * (0.6 if separator == " " else 1.0),
+        separator=separator, decimal=decimal, names=names, units=units, header=header, first=first + 1, score=score
     )
 
 
 def _head(above: Sequence[Sequence[str]], width: int, decimal: str) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
     """Line of the header (0: none), names and units of the columns, from the rows above the data."""
+
+    def pad(row: Sequence[str]) -> list[str]:
+        return [*row, *[""] * width][:width]
+
     filled = [k for k, row in enumerate(above) if any(c.strip() for c in row)]
     header, names, units = 0, [""] * width, [""] * width
     if len(filled) > 1 and _is_units(above[filled[-1]], above[filled[-2]]):
-        cells = _pad(above[filled.pop()], width)
+        cells = pad(above[filled.pop()])
         units = ["" if is_missing(c) else unit_named(c) or c.strip("[](){}<> ") for c in cells]
-    if filled and _is_header(above[filled[-1]], width, decimal):
+    last = above[filled[-1]] if filled else []
+    said = [c for c in last if c.strip()]
+    if len(said) > 1 and abs(len(last) - width) <= 1 and count_readings(said, decimal) < 0.5 * len(said):
         header = filled[-1] + 1
-        names = [c.strip() for c in _pad(above[filled[-1]], width)]
+        names = [c.strip() for c in pad(last)]
     names = [name or f"column_{k}" for k, name in enumerate(names, start=1)]
     letters = "abcdefghijklmnopqrstuvwxyz"  # for a second y, as "y (2)" would name a place
     names = unique(names, lambda n: f" ({letters[n - 1] if n <= len(letters) else f'no {n}'})")
     return header, tuple(names), tuple(units)
+
+
+def _is_units(row: Sequence[str], above: Sequence[str]) -> bool:
+    """Whether most cells of a row are units, or some where the row above has the names; above: that row."""
+    filled = [c for c in row if c.strip()]
+    known = [c for c in filled if unit_named(c) is not None]
+    named, spoken = (sum(len(c.strip()) > 1 and role_named(c) != "" for c in cells) for cells in (above, row))
+    most = len(known) >= 0.5 * len(filled) or (len(known) > 0 and len(above) == len(row) and named > spoken)
+    return bool(filled) and most and all(len(c.strip()) < 12 for c in filled)
 
 
 def split(line: str, separator: str) -> list[str]:
@@ -501,30 +508,6 @@ def unique(names: Iterable[str], suffix: Callable[[int], str]) -> list[str]:
         tried = chain([name], (name + suffix(n) for n in count(2)))
         found.append(next(n for n in tried if n not in found))
     return found
-
-
-def _is_data(row: Sequence[str], decimal: str) -> bool:
-    """Whether half the filled cells of a row are numbers or times."""
-    filled = [c for c in row if not is_missing(c)]
-    return bool(filled) and len(row) > 1 and count_readings(filled, decimal) >= 0.5 * len(filled)
-
-
-def _is_units(row: Sequence[str], above: Sequence[str]) -> bool:
-    """Whether most cells of a row are units, or some where the row above has the names; above: that row."""
-    filled = [c for c in row if c.strip()]
-    known = [c for c in filled if unit_named(c) is not None]
-    named, spoken = (sum(len(c.strip()) > 1 and role_named(c) != "" for c in cells) for cells in (above, row))
-    most = len(known) >= 0.5 * len(filled) or (len(known) > 0 and len(above) == len(row) and named > spoken)
-    return bool(filled) and most and all(len(c.strip()) < 12 for c in filled)
-
-
-def _is_header(row: Sequence[str], width: int, decimal: str) -> bool:
-    filled = [c for c in row if c.strip()]
-    return len(filled) > 1 and abs(len(row) - width) <= 1 and count_readings(filled, decimal) < 0.5 * len(filled)
-
-
-def _pad(row: Sequence[str], width: int) -> list[str]:
-    return [*row, *[""] * width][:width]
 
 
 # ---- lines of text -> a table
@@ -547,24 +530,15 @@ def _table(
     is_open = not known and not shown and bool(of_doubt)
     decimal = known or layout.decimal
     marked = [n for k, n in enumerate(layout.names) if is_open and any(doubtful(cells[k]) for cells in sample)]
+    blanks = layout.separator == " "
+    options: dict[str, Any] = {"sep": r"\s+" if blanks else layout.separator, "decimal": decimal}
+    options |= {"header": None, "index_col": False, "names": layout.names, "na_values": list(MISSING)}
+    options |= {"skipinitialspace": True, "skip_blank_lines": False, "low_memory": False}
     try:
-        frame = pd.read_csv(
-            io.StringIO("\n".join(kept)),
-            header=None,
-            names=layout.names,
-            index_col=False,
-            sep=r"\s+" if layout.separator == " " else layout.separator,
-            decimal=decimal,
-            na_values=list(MISSING),
-            skipinitialspace=True,
-            skip_blank_lines=False,
-            low_memory=False,
-            dtype=dict.fromkeys(marked, str),
-        )
+        frame = pd.read_csv(io.StringIO("\n".join(kept)), dtype=dict.fromkeys(marked, str), **options)
     except pd.errors.ParserError as error:
-        raise refusal(
-            place, f"is no table that can be read ({' '.join(str(error).split())}); export it again"
-        ) from None
+        cause = " ".join(str(error).split())
+        raise refusal(place, f"is no table that can be read ({cause}); export it again") from None
     if len(frame) != len(kept):
         raise refusal(place, "a quotation mark is opened and not closed; mend it or export the log again")
     columns, missing = [], form.get("missing")
@@ -578,10 +552,12 @@ def _table(
                 text = f"{codes} stands for no reading (line {shortlist(numbers[mask])})"
                 remarks.append(f"{name}: {text}; format: {{missing: []}} would keep it")
             values = np.where(mask, np.nan, values)
+        texts = (str(c).strip() for c in cells.dropna()) if asked else iter(())
+        first = next((c for c in texts if not is_missing(c) and (asked != "decimal" or doubtful(c))), "")
         columns.append(
             Column(
                 name=str(name), values=values, unit="s" if is_stamp else unit, stamp=is_stamp, zone=zone,
-                asked=asked, readings=readings if asked else {}, first_cell=_first(cells, asked),
+                asked=asked, readings=readings if asked else {}, first_cell=first,
             )
         )  # fmt: skip
     starts = np.searchsorted(numbers, again)
@@ -593,12 +569,6 @@ def _table(
         starts=tuple(int(k) for k in starts if 0 < k < len(numbers)),
         notes=tuple(Note(f"{file.name}{part}", what) for what in (f"{remark}{len(kept)} rows", *remarks)),
     )
-
-
-def _first(cells: pd.Series, asked: str) -> str:
-    """The first cell that has two readings, as it stands in the file."""
-    texts = (str(c).strip() for c in cells.dropna()) if asked else iter(())
-    return next((c for c in texts if not is_missing(c) and (asked != "decimal" or doubtful(c))), "")
 
 
 def _rows(file: str, lines: list[str], layout: Layout) -> tuple[list[str], np.ndarray, list[int], list[str]]:
