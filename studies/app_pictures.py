@@ -1,7 +1,7 @@
 """The pictures of docs/app.md, shot of the app itself: ``python -m studies.app_pictures``.
 
 A server of its own and a browser without a window: the sliders, a logger's files as they are understood, and the report
-of a diagnosis (of a sample in which nothing is hidden, with one candidate, to be quick).
+of a diagnosis (three of its runs and four candidates, which they cannot tell apart).
 """
 
 import re
@@ -61,26 +61,25 @@ def serve_app() -> Iterator[str]:
 
 
 def _address(process: subprocess.Popen) -> str:
+    """The address of the app with its token."""
     assert process.stdout is not None
     for line in process.stdout:
-        if found := re.search(r"http://127\.0\.0\.1:\d+", line):
+        if found := re.search(r"http://127\.0\.0\.1:\d+/\?token=[\w-]+", line):
             return found.group(0)
     raise InputError("app", "ended", "", "it needs NiceGUI: pip install 'belt-sim[app]'")
 
 
 def simulate(page: Any, address: str) -> Any:
-    """A slack belt at a large yaw, beside the beam model."""
-    page.goto(address)
+    """A slack belt at a large yaw, beside the beam model, with a conical pulley."""
+    page.goto(f"{address}/?tension=7&yaw=-0.15&beside=beam_th2")
     page.wait_for_selector(CURVES.format("curves"), state="attached")
-    page.get_by_label("tension number").fill("7")
-    page.get_by_label("yaw number").fill("-0.15")
-    page.locator("[data-name=beside]").click()
-    page.get_by_role("option", name="beam_th2").click()
-    page.get_by_text("the belt's own stiffness lifts it off").wait_for()
+    page.locator("[data-name=find]").fill("conical")
+    page.get_by_text("Taper: a pulley that is a cone").click()
+    page.get_by_text("taper of the tail pulley").wait_for()
     page.wait_for_function(f"({DOTTED}) === 4")
     page.get_by_label("computing").wait_for(state="hidden")
     page.mouse.click(5, 5)
-    page.wait_for_timeout(500)
+    page.wait_for_timeout(1500)
     return page.locator("main, .q-page").first
 
 
@@ -92,7 +91,7 @@ def import_card(page: Any, address: str) -> Any:
     for group, name in (("machine", "test_rig"), ("belt", "paper_belt")):
         page.locator(f"[data-name={group}]").click()
         page.get_by_role("option", name=name).click()
-    page.get_by_role("button", name="Look again").click()
+    page.get_by_role("button", name="Update").click()
     page.get_by_text("How wide is the belt").wait_for(state="detached")
     page.get_by_text("What your files seem to say").wait_for()
     page.wait_for_timeout(500)
@@ -100,15 +99,17 @@ def import_card(page: Any, address: str) -> Any:
 
 
 def report(page: Any, address: str) -> Any:
-    """The card of a diagnosis with its report."""
+    """The card of a diagnosis with its report: a tie."""
     page.goto(f"{address}/measurements")
-    page.get_by_label("sample", exact=True).click()
-    page.get_by_role("option", name="nothing_hidden").click()
-    page.get_by_role("button", name="Open it").click()
+    files = [(p.name, p) for p in LOGGED[:3]] + [("mapping.yaml", MODELS / "loggers" / "my_rig.yaml")]
+    given = [{"name": n, "mimeType": "text/plain", "buffer": p.read_bytes()} for n, p in files]
+    page.locator("input[type=file]").set_input_files(given)
+    page.get_by_role("button", name="Use this data").click()
     page.get_by_text("More about the diagnosis").click()
-    page.get_by_label("effects to try").fill("Taper: a pulley")
-    page.get_by_role("option", name="Taper: a pulley").first.click()
-    page.keyboard.press("Escape")
+    tried = {"conical": "Taper: a pulley", "scraper": "Side drag: a scraper", "square": "Idler skew: a roller"}
+    for word, title in tried.items():
+        page.locator("[data-name=find]").fill(word)
+        page.get_by_text(title).click()
     page.get_by_label("synthetic repeats").fill("100")
     page.locator("label", has_text="model").first.click()
     page.get_by_role("option", name="strip: hanging").click()
@@ -140,7 +141,8 @@ def shoot(config: Mapping[str, Any]) -> None:
         for name in config["names"]:
             with open_tab(*config["size"], dark=config["dark"]) as page:
                 page.set_default_timeout(PATIENCE)
-                seen = PICTURES[name](page, address)
+                page.goto(address)  # with the token, which the tab keeps
+                seen = PICTURES[name](page, address.partition("/?")[0])
                 seen.scroll_into_view_if_needed()
                 seen.screenshot(path=folder / f"app_{name}.png", timeout=PATIENCE)
             print(folder / f"app_{name}.png")
