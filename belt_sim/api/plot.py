@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,11 +74,7 @@ def plot(
     "drift" or "ranking" of a diagnosis; "evidence", "unknown", "law" or "falling_error" of a discovery;
     dpi: dots per inch of a PNG.
     """
-    pandas = sys.modules.get("pandas")  # who has a table has loaded it; a run of a model does not wait for it
-    if pandas is not None and isinstance(result, pandas.DataFrame):
-        there = _of_table(result)
-    else:
-        there = _of_several(result) if isinstance(result, Sequence) else pictures_by_kind(result)
+    there = pictures_by_kind(result)
     wanted = kind or next(iter(there), "")
     if wanted not in there:
         raise InputError("kind", wanted, "", f"use one of {', '.join(there) or 'none: this result has no picture'}")
@@ -92,65 +89,59 @@ def drawn_columns(table: "pd.DataFrame") -> list[str]:
     return [c for c in table.columns if c not in table.attrs.get("axes", ()) and c != "model"]
 
 
-def _of_table(table: "pd.DataFrame") -> dict[str, Draw]:
-    """Every column of a table of ``bs.sweep`` over its one or two axes, by its name."""
-    axes = table.attrs.get("axes", {})
-    if not 0 < len(axes) <= 2:
-        raise InputError("result", f"{len(axes)} axes", "", "a table of bs.sweep is drawn over one or two axes")
-
-    def drawn(column: str) -> Draw:
-        columns = {c: table[c].to_numpy() for c in (*axes, column)}
-        return lambda p: map_picture(p, columns, tuple(axes.values()))  # type: ignore[arg-type]
-
-    return {column: drawn(column) for column in drawn_columns(table)}
-
-
-def _of_several(results: Sequence[Simulation]) -> dict[str, Draw]:
-    """Curves of several simulations, each named by its title, numbered where two have the same."""
-    curves: dict[str, Any] = {}
-    for k, s in enumerate(results, start=1):
-        if not isinstance(s, Simulation) or s.curves is None:
-            remedy = "several results are drawn together if each is a simulation of curves"
-            raise InputError("result", repr(s), "", remedy)
-        name = s.title.replace("mm2", "mm²")
-        curves[name if name not in curves else f"{name} ({k})"] = s.curves
-    return {"curves": lambda p: curves_picture(p, curves, "Points 1-4 against belt travel")} if curves else {}
-
-
-def pictures_by_kind(result: Result) -> dict[str, Draw]:
+def pictures_by_kind(result: "Result | Sequence[Simulation] | pd.DataFrame") -> dict[str, Draw]:
     """What can be drawn of a result, the most telling picture first; each is drawn when called with a path."""
-    if isinstance(result, Simulation):
-        if result.curves is None:
-            return {}
+    there: dict[str, Draw] = {}
+    pandas = sys.modules.get("pandas")  # who has a table has loaded it; a run of a model does not wait for it
+    if pandas is not None and isinstance(result, pandas.DataFrame):
+        axes = result.attrs.get("axes", {})
+        if not 0 < len(axes) <= 2:
+            raise InputError("result", f"{len(axes)} axes", "", "a table of bs.sweep is drawn over one or two axes")
+        for column in drawn_columns(result):
+            columns, grid = {c: result[c].to_numpy() for c in (*axes, column)}, tuple(axes.values())
+            there[column] = partial(map_picture, columns=columns, grid=grid)
+    elif isinstance(result, Sequence):
+        curves: dict[str, Any] = {}
+        for k, s in enumerate(result, start=1):
+            if not isinstance(s, Simulation) or s.curves is None:
+                remedy = "several results are drawn together if each is a simulation of curves"
+                raise InputError("result", repr(s), "", remedy)
+            name = s.title.replace("mm2", "mm²")  # numbered where two have the same
+            curves[name if name not in curves else f"{name} ({k})"] = s.curves
+        if curves:
+            there["curves"] = partial(curves_picture, curves=curves, title="Points 1-4 against belt travel")
+    elif isinstance(result, Simulation) and result.curves is not None:
         simulated = " + ".join([_model_words(result.model), *(e.id for e in result.effects)])
         title = f"{simulated[:1].upper()}{simulated[1:]}, {tension(float(result.case.settings.tension))} N/mm²"
-        return {"curves": lambda p: curves_picture(p, {result.model: result.curves}, title)}
-    if isinstance(result, Campaign):
-        return {"readings": lambda p: understood_picture(p, result)}
-    if isinstance(result, Discovery):
-        return _of_discovery(result)
-    if hasattr(result, "margins"):  # a ClosedLoop draws itself
-        return {"loop": result.plot}
-    return _of_comparison(result) if isinstance(result, Comparison) else _of_diagnosis(result)
-
-
-def _of_comparison(c: Comparison) -> dict[str, Draw]:
-    there: dict[str, Draw] = _overlay(c) if c.drawings.overlays else {}
-    if c.where is not None and c.drawings.maps:
-        there |= _maps(c, c.where.sentence)
-    if c.steady:
-        there["steady"] = lambda p: steady_picture(p, c.steady, c.final_model, f"Late rates: {c.campaign.title}")
-    return there
-
-
-def _of_diagnosis(d: Diagnosis) -> dict[str, Draw]:
-    there = _overlay(d) | _maps(d, d.where.sentence)
-    first = [p for p in d.drawings.overlays if p.run == d.where.worst.run][:2]
-    there["headline"] = lambda p: pictures.overlay_picture(p, first, _compared_words(d), names=_names(d))
-    if d.ranking:
-        title, chosen = f"Every effect by itself, added to {_model_words(d.base_model)}", [e.id for e in d.effects]
-        words = {c.id: _effect_words(c.id) for c in d.ranking}
-        there["ranking"] = lambda p: pictures.ranking_picture(p, d.ranking, title, chosen, names=words)
+        there["curves"] = partial(curves_picture, curves={result.model: result.curves}, title=title)
+    elif isinstance(result, Campaign):
+        there["readings"] = partial(understood_picture, campaign=result)
+    elif isinstance(result, Discovery):
+        there["evidence"] = partial(pictures.evidence_picture, d=result)
+        if result.courses:
+            there["unknown"] = partial(pictures.unknown_picture, d=result)
+        if result.law is not None and result.curve is not None and np.isfinite(result.curve.u).all():
+            there["law"] = partial(pictures.law_picture, d=result)
+        if result.error is not None:
+            there["falling_error"] = partial(pictures.falling_error_picture, d=result)
+    elif isinstance(result, Comparison):
+        if result.drawings.overlays:
+            there |= _overlay(result)
+        if result.where is not None and result.drawings.maps:
+            there |= _maps(result, result.where.sentence)
+        if result.steady:
+            title = f"Late rates: {result.campaign.title}"
+            there["steady"] = partial(steady_picture, rows=result.steady, name=result.final_model, title=title)
+    elif isinstance(result, Diagnosis):
+        there |= _overlay(result) | _maps(result, result.where.sentence)
+        words, names = _compared_words(result)
+        first = [p for p in result.drawings.overlays if p.run == result.where.worst.run][:2]
+        there["headline"] = partial(pictures.overlay_picture, panels=first, title=words, names=names)
+        if result.ranking:
+            title = f"Every effect by itself, added to {_model_words(result.base_model)}"
+            spoken: dict[str, Any] = {"names": {c.id: _effect_words(c.id) for c in result.ranking}}
+            spoken |= {"title": title, "chosen": [e.id for e in result.effects]}
+            there["ranking"] = partial(pictures.ranking_picture, ranking=result.ranking, **spoken)
     return there
 
 
@@ -163,53 +154,37 @@ def _model_words(name: str) -> str:
 def _effect_words(name: str) -> str:
     """An effect in a few words, its id in brackets; the id where it is one of the user's own."""
     cls = library().get(name)
-    if cls is None:
-        return name
-    words = short_title(cls)
+    words = name if cls is None else short_title(cls)
     return f"{words} ({name})" if words.lower() != name else words
 
 
-def _added_words(result: Comparison | Diagnosis, name: Callable[[str], str]) -> str:
-    """What the final model has more than the base model; empty where they are the same."""
+def _compared_words(result: Comparison | Diagnosis) -> tuple[str, dict[str, str]]:
+    """Which models a picture compares with the measurement, and their names for its legend."""
     if isinstance(result, Diagnosis) and result.law_instead:
-        return "the discovered law"
-    return ", ".join(name(e.id) for e in result.effects)
-
-
-def _compared_words(result: Comparison | Diagnosis) -> str:
-    """Which models a picture compares with the measurement."""
-    added = _added_words(result, lambda i: _effect_words(i)[:1].lower() + _effect_words(i)[1:])
+        ids, added = "the discovered law", "the discovered law"
+    else:
+        ids, spoken = ", ".join(e.id for e in result.effects), [_effect_words(e.id) for e in result.effects]
+        added = ", ".join(words[:1].lower() + words[1:] for words in spoken)
     base = _model_words(result.base_model)
-    return f"{base[:1].upper()}{base[1:]} {f'without and with {added}' if added else 'beside the measurement'}"
-
-
-def _names(result: Comparison | Diagnosis) -> dict[str, str]:
-    return {"base": result.base_model, "final": f"with {_added_words(result, str)}"}
+    words = f"{base[:1].upper()}{base[1:]} {f'without and with {added}' if added else 'beside the measurement'}"
+    return words, {"base": result.base_model, "final": f"with {ids}"}
 
 
 def _overlay(result: Any) -> dict[str, Draw]:
-    title = f"{_compared_words(result)}: {result.campaign.title}"
-    return {"overlay": lambda p: pictures.overlay_picture(p, result.drawings.overlays, title, names=_names(result))}
+    words, names = _compared_words(result)
+    title = f"{words}: {result.campaign.title}"
+    return {"overlay": partial(pictures.overlay_picture, panels=result.drawings.overlays, title=title, names=names)}
 
 
 def _maps(result: Any, sentence: str) -> dict[str, Draw]:
-    drawn = result.drawings
+    drawn, (_, names) = result.drawings, _compared_words(result)
     title = f"Where {_model_words(result.base_model)} fails: {result.campaign.title}"
-    there: dict[str, Draw] = {"where": lambda p: pictures.where_map_picture(p, drawn.maps, title, sentence)}
+    there: dict[str, Draw] = {
+        "where": partial(pictures.where_map_picture, maps=drawn.maps, title=title, sentence=sentence)
+    }
     if drawn.drifts:
         said = f"{drawn.drifts[0][0].parameter} fitted at each tension"
-        there["drift"] = lambda p: pictures.drift_chart_picture(p, drawn.drifts, said, names=_names(result))
-    return there
-
-
-def _of_discovery(d: Discovery) -> dict[str, Draw]:
-    there: dict[str, Draw] = {"evidence": lambda p: pictures.evidence_picture(p, d)}
-    if d.courses:
-        there["unknown"] = lambda p: pictures.unknown_picture(p, d)
-    if d.law is not None and d.curve is not None and np.isfinite(d.curve.u).all():
-        there["law"] = lambda p: pictures.law_picture(p, d)
-    if d.error is not None:
-        there["falling_error"] = lambda p: pictures.falling_error_picture(p, d)
+        there["drift"] = partial(pictures.drift_chart_picture, drifts=drawn.drifts, title=said, names=names)
     return there
 
 
@@ -220,7 +195,8 @@ def overlays_of(c: Comparison) -> dict[str, Any]:
     """
     if not (shown := pictures.shown_panels(c.drawings.overlays)):
         return {"source": "", "panels": [], "first": 0}
-    svg = pictures.overlay_svg(shown, _compared_words(c), names=_names(c))
+    words, names = _compared_words(c)
+    svg = pictures.overlay_svg(shown, words, names=names)
     each = [
         {"title": p.title, "svg": f'<svg viewBox="{box}" width="100%"><use href="#panel-{k}"/></svg>'}
         for k, (p, box) in enumerate(zip(shown, panel_boxes(svg), strict=True))
@@ -232,11 +208,11 @@ def report_pictures(d: Diagnosis) -> dict[str, str]:
     """The pictures of a report as SVG text, by kind: each is drawn once, for the page and for the run's folder."""
     made: dict[str, str] = {}
     if d.drawings.overlays:
-        made["overlay"] = pictures.overlay_svg(d.drawings.overlays, _compared_words(d), names=_names(d))
+        words, names = _compared_words(d)
+        made["overlay"] = pictures.overlay_svg(d.drawings.overlays, words, names=names)
     there = _maps(d, d.where.sentence) if d.drawings.maps else {}
-    found = d.discovery if d.discovery is not None and d.discovery.found else None
-    if found is not None:
-        law = _of_discovery(found)
+    if d.discovery is not None and d.discovery.found:
+        law = pictures_by_kind(d.discovery)
         there |= {kind: law[kind] for kind in ("unknown", *(["law"] if d.law_holds else [])) if kind in law}
     return made | {kind: svg_text(draw(None)) for kind, draw in there.items()}
 
