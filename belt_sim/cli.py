@@ -111,8 +111,10 @@ def run(arguments: list[str]) -> int:
         print(f"belt-sim {version('belt-sim')}")
         return 0
     try:
-        if not _current_folder_is_there():
-            raise BeltError("current folder: it has been deleted; go to one that is there (cd)")
+        try:
+            os.getcwd()
+        except OSError:
+            raise BeltError("current folder: it has been deleted; go to one that is there (cd)") from None
         if command in ("-sc", "--shell-completion") or (command == "completion" and not settings):
             return complete(settings or ["install=bash"])
         if command not in COMMANDS:
@@ -123,7 +125,15 @@ def run(arguments: list[str]) -> int:
             return 0
         if command == "demo":
             return demo(settings)
-        return _new_effect(settings) if command == "new-effect" else run_hydra(command, settings)
+        if command != "new-effect":
+            return run_hydra(command, settings)
+        if len(settings) != 1 or settings[0].startswith("-"):
+            raise BeltError("new-effect: give one name, as in belt-sim new-effect side_wind")
+        path = new_effect(settings[0])
+        test = f"import belt_sim as bs; print(*bs.check_effect('{path.as_posix()}'), sep='\\n')"
+        print(f"{path}: change its law, then belt-sim simulate 'effects=[{{id: {path.as_posix()}, load: 0.01}}]'")
+        print(f'to test it: python -c "{test}"')
+        return 0
     except BeltError as error:
         return _complain(str(error))
     except OSError as error:
@@ -134,13 +144,6 @@ def run(arguments: list[str]) -> int:
         return _complain(explain(error, "belt-sim"))
     except KeyboardInterrupt:
         return _complain("stopped; what was finished is kept", status=130)
-
-
-def _current_folder_is_there() -> bool:
-    try:
-        return Path.cwd().is_dir()
-    except OSError:
-        return False
 
 
 def run_hydra(command: str, settings: Sequence[str]) -> int:
@@ -299,15 +302,6 @@ def complete(asked: Sequence[str]) -> int:
             return 0
         os.environ["COMP_LINE"] = os.environ["COMP_LINE"].replace(f" {command}", "", 1)
     return apply_hydra("belt-sim", lambda config: None, command, ["-sc", *asked])
-
-
-def _new_effect(arguments: Sequence[str]) -> int:
-    if len(arguments) != 1 or arguments[0].startswith("-"):
-        raise BeltError("new-effect: give one name, as in belt-sim new-effect side_wind")
-    path = new_effect(arguments[0])
-    print(f"{path}: change its law, then belt-sim simulate 'effects=[{{id: {path.as_posix()}, load: 0.01}}]'")
-    print(f"to test it: python -c \"import belt_sim as bs; print(*bs.check_effect('{path.as_posix()}'), sep='\\n')\"")
-    return 0
 
 
 def new_effect(name: str, folder: Path = Path()) -> Path:

@@ -136,35 +136,36 @@ def clear_drafts(folder: Path) -> None:
     """Remove the temporary files of ``write_with``, and folders of drafts, whose process has died."""
     for path in folder.glob(".*"):
         named = re.fullmatch(r"\.(.+)\.(\d+)(\.\w+)?", path.name)
-        if not named or _alive(int(named.group(2))):
+        if not named or os.name == "nt":  # signal 0 is Ctrl-C there: nobody is asked, and drafts stay
             continue
+        try:
+            os.kill(int(named.group(2)), 0)
+            continue
+        except PermissionError:  # it lives, as somebody else's
+            continue
+        except ProcessLookupError:
+            pass
         if path.is_file():
             path.unlink(missing_ok=True)
         elif path.name.startswith(f"{DRAFTS}."):
             shutil.rmtree(path, ignore_errors=True)
 
 
-def _alive(process: int) -> bool:
-    if os.name == "nt":  # signal 0 is Ctrl-C there: nobody is asked, and drafts stay
-        return True
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        pass
-    return True
-
-
 PACKAGES = ("belt-sim", "mujoco", "jax", "numpy", "scipy", "hydra-core")
 
 
 def provenance(config: Any = None) -> dict[str, Any]:
-    """Versions, commit, command line and the hash of a resolved configuration."""
+    """Versions, commit, command line and the hash of a resolved configuration.
+
+    A study puts ``python -m studies.NAME`` in front of its command line, a command of belt-sim its name. An installed
+    package has no commit, whatever repository it may lie in.
+    """
+    program = sys.argv[0] if sys.argv[0].startswith(("python -m ", "belt-sim ")) else "belt-sim"
+    typed = [a for a in sys.argv[1:] if not a.startswith("hydra.job.name=")]  # the command's name
     return {
         "versions": {p: version_of(p) for p in PACKAGES} | {"python": sys.version.split()[0]},
-        "commit": _commit(),
-        "command": _command(),
+        "commit": None if INSTALLED or not (ROOT / ".git").exists() else _head(ROOT),
+        "command": shlex.join([*program.split(), *typed]),
         "config_sha256": config_hash(config) if config is not None else None,
     }
 
@@ -174,24 +175,12 @@ def config_hash(config: Any) -> str:
     return hashlib.sha256(json.dumps(config, sort_keys=True, default=str).encode()).hexdigest()
 
 
-def _command() -> str:
-    """The command line; a study puts ``python -m studies.NAME`` in front, a command of belt-sim its name."""
-    program = sys.argv[0] if sys.argv[0].startswith(("python -m ", "belt-sim ")) else "belt-sim"
-    typed = [a for a in sys.argv[1:] if not a.startswith("hydra.job.name=")]  # the command's name
-    return shlex.join([*program.split(), *typed])
-
-
 @cache
 def version_of(package: str) -> str | None:
     try:
         return version(package)
     except PackageNotFoundError:
         return None
-
-
-def _commit() -> str | None:
-    """Of the checkout; None for an installed package, whatever repository it may lie in."""
-    return None if INSTALLED or not (ROOT / ".git").exists() else _head(ROOT)
 
 
 @cache

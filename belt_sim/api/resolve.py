@@ -120,19 +120,16 @@ def effects_of(asked: Any) -> tuple[Effect, ...]:
     made = [asked] if isinstance(asked, Effect | FoundEffect) else asked
     if not isinstance(made, Sequence) or isinstance(made, str):
         return load_effects(made)
+    made = [e.as_setting() if isinstance(e, FoundEffect) else e for e in made]
     for cls in (e for e in made if isinstance(e, type) and issubclass(e, Effect)):
         example = f"{cls.__name__}({next(iter(cls.parameters))}=...)"
         raise InputError("effects", cls.__name__, "", f"give it numbers: {example}")
     if not any(isinstance(e, Effect) for e in made):
-        return load_effects([_setting(e) for e in made])
-    found = tuple(e if isinstance(e, Effect) else load_effects([_setting(e)])[0] for e in made)
+        return load_effects(made)
+    found = tuple(e if isinstance(e, Effect) else load_effects([e])[0] for e in made)
     for twice in {e.id for e in found if sum(o.id == e.id for o in found) > 1}:
         raise InputError("effects", twice, "", "name each effect once")
     return found
-
-
-def _setting(asked: Any) -> Any:
-    return asked.as_setting() if isinstance(asked, FoundEffect) else asked
 
 
 def candidates_of(asked: Any, model: AnalyticModel, leave_out: Sequence[str] | None = None) -> list[type[Effect]]:
@@ -165,10 +162,6 @@ def refuse_effects(model: Model | SteadyModel, effects: Sequence[Effect | type[E
             raise CannotRepresent(f"effects = {e.id}: {reason}{remedy}")
 
 
-#: what a belt in three dimensions is told beyond the limit bending_layer
-_LAYER_IN_SPACE = (
-    "the belt's own stiffness lifts it off the pulleys, which a belt in 3D has only with effects=[lift_off]"
-)
 #: limits that a belt in three dimensions does not have: it moves, turns far and hangs as it is
 _NOT_IN_SPACE = ("flat_belt", "second_order", "deep_sag", "fast_belt")
 
@@ -179,8 +172,16 @@ def validity_limits(case: Case, model: Any, effects: Sequence[str] = ()) -> tupl
     A limp rope and formulas without curves claim no more than their limiting case: what machine and belt are beyond
     whatever the model is said of all.
     """
-    found = _of_model(case, model, effects)
-    there = {x.id for x in found} | ({*_NOT_IN_SPACE, "short_span", "edge_stretch"} if _in_space(model) else set())
+    found: tuple[Limit, ...] = ()
+    in_space = hasattr(model, "options")  # asking for its class would load MuJoCo
+    if isinstance(model, AnalyticModel) and model.moments:
+        found = exceeded_limits(case, {*model.contains, *effects})
+    elif in_space and "sag_roll" in model.contains:
+        slips = ("slip",) if math.isfinite(model.options.friction) else ()
+        lifts = "the belt's own stiffness lifts it off the pulleys, which a belt in 3D has only with effects=[lift_off]"
+        beyond = exceeded_limits(case, {*model.contains, *effects, *_NOT_IN_SPACE, *slips})
+        found = tuple(replace(limit, words=lifts) if limit.id == "bending_layer" else limit for limit in beyond)
+    there = {x.id for x in found} | ({*_NOT_IN_SPACE, "short_span", "edge_stretch"} if in_space else set())
     there |= {"edge_stretch"} if any(x.id == "slack_edge" for x in found) else set()
     return (*found, *(x for x in geometric(case) if x.id not in there))
 
@@ -189,24 +190,8 @@ def with_run(
     beyond: tuple[Limit, ...], case: Case, model: Any, curves: Curves, effects: Sequence[Effect] = ()
 ) -> tuple[Limit, ...]:
     """Return the limits that a case is beyond, and those that its run left with all its effects; one of a kind."""
-    left = run_limits(case, curves, isinstance(model, AnalyticModel), effects)
-    known = {x.id: x for x in beyond}
+    left, known = run_limits(case, curves, isinstance(model, AnalyticModel), effects), {x.id for x in beyond}
     return (*beyond, *(x for x in left if x.id not in known))
-
-
-def _in_space(model: Any) -> bool:
-    """Whether a model is a belt in three dimensions; asking for its class would load MuJoCo."""
-    return hasattr(model, "options")
-
-
-def _of_model(case: Case, model: Any, effects: Sequence[str]) -> tuple[Limit, ...]:
-    if isinstance(model, AnalyticModel):
-        return exceeded_limits(case, {*model.contains, *effects}) if model.moments else ()
-    if not _in_space(model) or "sag_roll" not in model.contains:
-        return ()
-    slips = ("slip",) if math.isfinite(model.options.friction) else ()
-    found = exceeded_limits(case, {*model.contains, *effects, *_NOT_IN_SPACE, *slips})
-    return tuple(replace(limit, words=_LAYER_IN_SPACE) if limit.id == "bending_layer" else limit for limit in found)
 
 
 def validity_warnings(

@@ -221,16 +221,12 @@ def _axis(key: str, spec: Any) -> Axis | None:
     """The axis that ``spec`` means; None for a number that does not vary, and for a schedule of yaw."""
     if isinstance(spec, Mapping) and not {"from", "to", "count"} & set(spec):
         return None  # an adjustment {dx, d}
-    if isinstance(spec, Mapping):
-        return Axis(key, _range(key, spec))
-    if not isinstance(spec, Sequence) or isinstance(spec, str) or any(isinstance(x, Mapping) for x in spec):
-        return None
-    if not spec:
-        raise InputError(key, "[]", "", "give at least one value")
-    return Axis(key, np.array([finite(key, x) for x in spec]))
-
-
-def _range(key: str, spec: Mapping[str, Any]) -> np.ndarray:
+    if not isinstance(spec, Mapping):
+        if not isinstance(spec, Sequence) or isinstance(spec, str) or any(isinstance(x, Mapping) for x in spec):
+            return None
+        if not spec:
+            raise InputError(key, "[]", "", "give at least one value")
+        return Axis(key, np.array([finite(key, x) for x in spec]))
     if not {"from", "to"} <= set(spec) <= {"from", "to", "count", "spacing"} or "count" not in spec:
         raise InputError(key, dict(spec), "", "write {from: low, to: high, count: how many, spacing: even or ratio}")
     low, high = finite(f"{key}.from", spec["from"]), finite(f"{key}.to", spec["to"])
@@ -239,7 +235,7 @@ def _range(key: str, spec: Mapping[str, Any]) -> np.ndarray:
         raise InputError(f"{key}.spacing", spacing, "", f"use one of {', '.join(SPACINGS)}")
     if spacing == "ratio" and not low * high > 0:
         raise InputError(f"{key}.from", low, "", "spacing by ratio needs both ends above 0, or both below")
-    return np.geomspace(low, high, count) if spacing == "ratio" else np.linspace(low, high, count)
+    return Axis(key, np.geomspace(low, high, count) if spacing == "ratio" else np.linspace(low, high, count))
 
 
 def place_values(
@@ -275,7 +271,7 @@ class MapTask:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of what is told, in the order of ``_row``."""
+        """Names of what is told, in the order of ``_rows``."""
         names: tuple[str, ...] = ()
         if self.travel is not None:
             names += tuple(f"rate{k}_mm_per_m" for k in POINTS)
@@ -287,35 +283,31 @@ class MapTask:
 
 @partial(jit_float64, static_argnames=("task",))
 def _rows(case: Case, effects: tuple[Effect, ...], values: Any, *, task: MapTask) -> Any:
-    return jax.vmap(lambda own: _row(*place_values(case, effects, task.keys, own), task))(values)
+    """A row a case: late rates, positions, offsets, overshoot and retreat of point 1, slackest edge, largest y, steady
+    rate, as people write them."""
 
+    def row(own: Any) -> Any:
+        one, acting = place_values(case, effects, task.keys, own)
+        told = []
+        if task.travel is not None:
+            curves = march_traced(one, acting, task.travel, model=task.model, plan=task.plan)
+            travel, y = np.linspace(0.0, task.travel, task.plan[0] + 1), jnp.asarray(curves.y) / MM
+            unit = np.eye(len(travel))  # rates and positions are sums over records: their weights
+            slopes = late_rates(Curves(travel=travel, y=unit))
+            at = np.array([[np.interp(s, travel, one) for one in unit] for s in task.at]).reshape(-1, len(travel))
+            rates, end, late = y @ slopes, y[:, -1], late_records(travel)
+            line = y[0, late].mean() + rates[0] * (travel - travel[late].mean())
+            away = jnp.where(end[0] < 0, -1.0, 1.0)
+            out, overshoot = y[0] * away, jnp.maximum(jnp.max((y[0] - line) * away), 0.0)
+            retreat = jnp.max(jax.lax.cummax(out) - out)
+            edge = jnp.min(jnp.asarray(curves.edge_stress)) / N_PER_MM2
+            offset = jnp.stack([end[0] - end[3], end[2] - end[1]])
+            told += [rates, (at @ y.T).ravel(), offset, jnp.stack([overshoot, retreat, edge, jnp.max(jnp.abs(y))])]
+        if task.steady:
+            told.append(steady_traced(one, task.model)[None] / MM_PER_M)
+        return jnp.concatenate(told)
 
-def _row(case: Case, effects: tuple[Effect, ...], task: MapTask) -> Any:
-    told = []
-    if task.travel is not None:
-        curves = march_traced(case, effects, task.travel, model=task.model, plan=task.plan)
-        told += _reduce_curves(curves, np.linspace(0.0, task.travel, task.plan[0] + 1), task.at)
-    if task.steady:
-        told.append(steady_traced(case, task.model)[None] / MM_PER_M)
-    return jnp.concatenate(told)
-
-
-def _reduce_curves(curves: Curves, travel: np.ndarray, at: tuple[float, ...]) -> list[Any]:
-    """Late rates, positions, offsets, overshoot and retreat of point 1, slackest edge, largest y; as people write."""
-    y = jnp.asarray(curves.y) / MM
-    unit = np.eye(len(travel))  # rates and positions are sums over records: their weights
-    slopes = late_rates(Curves(travel=travel, y=unit))
-    positions = np.array([[np.interp(s, travel, row) for row in unit] for s in at]).reshape(len(at), len(travel))
-    rates, end = y @ slopes, y[:, -1]
-    late = late_records(travel)
-    line = y[0, late].mean() + rates[0] * (travel - travel[late].mean())
-    away = jnp.where(end[0] < 0, -1.0, 1.0)
-    overshoot = jnp.maximum(jnp.max((y[0] - line) * away), 0.0)
-    out = y[0] * away
-    retreat = jnp.max(jax.lax.cummax(out) - out)
-    edge = jnp.min(jnp.asarray(curves.edge_stress)) / N_PER_MM2
-    offset = jnp.stack([end[0] - end[3], end[2] - end[1]])
-    return [rates, (positions @ y.T).ravel(), offset, jnp.stack([overshoot, retreat, edge, jnp.max(jnp.abs(y))])]
+    return jax.vmap(row)(values)
 
 
 def _corners(axes: Sequence[Axis], plain: Mapping[str, Any], case: Case, effects: tuple[Effect, ...]) -> list[Case]:

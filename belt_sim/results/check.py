@@ -106,7 +106,20 @@ class Check(Display):
 
     def tables(self) -> Sequence[Table]:
         tables = [visible_table(self.visible)] if self.visible else []
-        return [*tables, pairs_table(self.pairs)] if self.pairs else tables
+        if self.pairs:  # the most alike first, and the best further run for each
+            rows = [
+                (
+                    " - ".join(p.effects),
+                    words.number(p.sigma, 2),
+                    p.action or words.NONE,
+                    words.number(p.sigma_after, 2),
+                )
+                for p in self.pairs[:SHOWN_PAIRS]
+            ]
+            more = f" ({SHOWN_PAIRS} of {len(self.pairs)} shown)" if len(self.pairs) > SHOWN_PAIRS else ""
+            columns = ("pair", "sigma apart", "best further run", "sigma with it")
+            tables.append(Table(f"Pairs these runs cannot separate{more}", columns, rows, left=columns[::2]))
+        return tables
 
     def to_pandas(self) -> Any:
         """A row an effect, in SI."""
@@ -124,15 +137,3 @@ def visible_table(visible: Sequence[Visible]) -> Table:
     hidden = [k for k, v in enumerate(visible) if v.share >= 1.0]
     title = "What would show nine times in ten, and the largest size that a machine has"
     return Table(title=title, columns=columns, rows=rows, left=("number of an effect", "unit", "seen"), marked=hidden)
-
-
-def pairs_table(pairs: Sequence[Pair]) -> Table:
-    """Pairs that look alike, the most alike first, and the best further run for each."""
-    rows = []
-    for p in pairs[:SHOWN_PAIRS]:
-        best = p.action or words.NONE, words.number(p.sigma_after, 2)
-        rows.append((" - ".join(p.effects), words.number(p.sigma, 2), *best))
-    more = f" ({SHOWN_PAIRS} of {len(pairs)} shown)" if len(pairs) > SHOWN_PAIRS else ""
-    title = f"Pairs these runs cannot separate{more}"
-    columns = ("pair", "sigma apart", "best further run", "sigma with it")
-    return Table(title=title, columns=columns, rows=rows, left=("pair", "best further run"))

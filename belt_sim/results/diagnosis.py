@@ -511,7 +511,13 @@ class Diagnosis(Display):
         return [*said, *self.further_runs[:1]]
 
     def tables(self) -> Sequence[Table]:
-        return [ranking_table(self.ranking), error_table(self.error)]
+        rows = []
+        for c in self.ranking:
+            gains = words.decimal(c.gain, 1), words.decimal(c.threshold, 1), words.column(c.held_out_rms)
+            rows.append((c.id, *gains, words.decimal(c.probability, 3), c.note.replace("held-out", "unseen")))
+        title = "candidates: chi-square gain, gain needed, rms of unseen runs"
+        columns = ("effect", "gain", "needed", "unseen mm", "prob.", "note")
+        return [Table(title, columns, rows, left=("effect", "note")), error_table(self.error)]
 
     def to_pandas(self) -> Any:
         """The candidates, best first: gain, threshold, held-out rms [m], and their notes."""
@@ -534,15 +540,6 @@ def error_line(error: Errors) -> list[str]:
     said = [f"error on unseen runs{beside} {before} -> {after} mm, noise floor {least} mm"]
     worse = [f"{n} {words.thousandths(c.before)} -> {words.thousandths(c.after)} mm" for n, c in error.worse().items()]
     return [*said, f"left out and predicted, these got worse: {', '.join(worse)}"] if worse else said
-
-
-def ranking_table(ranking: Sequence[Candidate]) -> Table:
-    columns = ("effect", "gain", "needed", "unseen mm", "prob.", "note")
-    rows = []
-    for c in ranking:
-        gains = words.decimal(c.gain, 1), words.decimal(c.threshold, 1), words.column(c.held_out_rms)
-        rows.append((c.id, *gains, words.decimal(c.probability, 3), c.note.replace("held-out", "unseen")))
-    return Table("candidates: chi-square gain, gain needed, rms of unseen runs", columns, rows, left=("effect", "note"))
 
 
 def error_table(error: Errors) -> Table:

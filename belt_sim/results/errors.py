@@ -349,7 +349,17 @@ class Comparison(Display):
         return [*said, f"got worse: {', '.join(worse)}" if worse else "no run got worse"]
 
     def tables(self) -> Sequence[Table]:
-        return [*([steady_table(self)] if self.steady else []), *([runs_table(self)] if self.per_run else [])]
+        tables = [runs_table(self)] if self.per_run else []
+        if self.steady:  # marked where the model is off
+            columns = ("run", "point", "N/mm2", "measured", "u", "modelled", "|E|/u")
+            rows = []
+            for r in self.steady:
+                rates = [words.column(v) for v in (r.measured, r.u, r.modelled)]
+                rows.append((r.run, str(r.point), words.tension(r.tension), *rates, words.decimal(r.ratio, 1)))
+            marked = [k for k, r in enumerate(self.steady) if r.ratio > STEADY_K]
+            title = f"steady rates in mm per m, {self.final_model}"
+            tables.insert(0, Table(title, columns, rows, left=("run",), marked=marked))
+        return tables
 
     def to_pandas(self) -> Any:
         """A row a run and signal in SI; of a campaign of steady rates, a row a run and point."""
@@ -378,14 +388,3 @@ def runs_table(c: Comparison) -> Table:
     marked = [k for k, r in enumerate(c.per_run) if r.worse]
     left = ("run", "signal", "use", "unit")
     return Table(title, list(rows[0]), [list(row.values()) for row in rows], left=left, marked=marked)
-
-
-def steady_table(c: Comparison) -> Table:
-    """Measured and modelled late rates of steady.csv; marked where the model is off."""
-    columns = ("run", "point", "N/mm2", "measured", "u", "modelled", "|E|/u")
-    rows = []
-    for r in c.steady:
-        rates = [words.column(v) for v in (r.measured, r.u, r.modelled)]
-        rows.append((r.run, str(r.point), words.tension(r.tension), *rates, words.decimal(r.ratio, 1)))
-    marked = [k for k, r in enumerate(c.steady) if r.ratio > STEADY_K]
-    return Table(f"steady rates in mm per m, {c.final_model}", columns, rows, marked=marked)

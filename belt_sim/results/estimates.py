@@ -176,35 +176,30 @@ def display_unit(effect: str, number: str, unit: str, machine: MachineSizes | No
     return factor, name
 
 
-def number_texts(effect: str, numbers: Mapping[str, Estimate], machine: MachineSizes | None = None) -> dict[str, str]:
-    """Numbers of an effect as people at the machine read them, by name; a periodic course as its peak to peak."""
-    waves = {n: e for n, e in numbers.items() if re.fullmatch(r"(cos|sin)\d+", n)}
-    others = {n: e for n, e in numbers.items() if n not in waves}
-    course = {"peak to peak": _peak_to_peak(waves)} if waves else {}
-    return course | {n: _number_text(effect, n, e, machine) for n, e in others.items()}
-
-
-def _number_text(effect: str, number: str, e: Estimate, machine: MachineSizes | None) -> str:
-    text = e.shown_in(*display_unit(effect, number, e.unit, machine))
-    if machine is not None and e.unit == "rad":
-        return f"{text} ({words.number(math.degrees(e.value), 2)}°)"
-    if machine is not None and effect == "camber":
-        kelvin = abs(e.value) * machine.width / STEEL_EXPANSION
-        return f"{text} (as {words.number(kelvin, 2)} K between the edges of a steel belt would make)"
-    return text
-
-
 BY_SPIRIT_LEVEL = ("machine_tilt", "weld")  # slopes that are no turn of a pulley: mm/m says more
 STEEL_EXPANSION = 12e-6  # [1/K], of unalloyed steel at room temperature
 
 
-def _peak_to_peak(waves: Mapping[str, Estimate]) -> str:
-    """A sum of harmonics (amplitudes cosK, sinK) from its lowest to its highest point, with one sigma, in the shop's
-    unit; the amplitudes' errors are taken as independent."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
-    shapes = [(np.cos if n.startswith("cos") else np.sin)(int(n[3:]) * turn) for n in waves]
-    course = np.sum([e.value * shape for e, shape in zip(waves.values(), shapes, strict=True)], axis=0)
-    top, bottom = int(np.argmax(course)), int(np.argmin(course))
-    u = math.hypot(*(e.u * float(s[top] - s[bottom]) for e, s in zip(waves.values(), shapes, strict=True)))
-    factor, unit = shop_unit(next(iter(waves.values())).unit)
-    return words.with_u(factor * float(np.ptp(course)), factor * u, unit)
+def number_texts(effect: str, numbers: Mapping[str, Estimate], machine: MachineSizes | None = None) -> dict[str, str]:
+    """Numbers of an effect as people at the machine read them, by name.
+
+    A periodic course (amplitudes cosK, sinK) is told from its lowest to its highest point, with one sigma: the
+    amplitudes' errors are taken as independent.
+    """
+    texts = {}
+    if waves := {n: e for n, e in numbers.items() if re.fullmatch(r"(cos|sin)\d+", n)}:
+        turn = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
+        shapes = [(np.cos if n.startswith("cos") else np.sin)(int(n[3:]) * turn) for n in waves]
+        course = np.sum([e.value * shape for e, shape in zip(waves.values(), shapes, strict=True)], axis=0)
+        top, bottom = int(np.argmax(course)), int(np.argmin(course))
+        u = math.hypot(*(e.u * float(s[top] - s[bottom]) for e, s in zip(waves.values(), shapes, strict=True)))
+        factor, unit = shop_unit(next(iter(waves.values())).unit)
+        texts["peak to peak"] = words.with_u(factor * float(np.ptp(course)), factor * u, unit)
+    for n, e in ((n, e) for n, e in numbers.items() if n not in waves):
+        texts[n] = e.shown_in(*display_unit(effect, n, e.unit, machine))
+        if machine is not None and e.unit == "rad":
+            texts[n] += f" ({words.number(math.degrees(e.value), 2)}°)"
+        elif machine is not None and effect == "camber":
+            kelvin = words.number(abs(e.value) * machine.width / STEEL_EXPANSION, 2)
+            texts[n] += f" (as {kelvin} K between the edges of a steel belt would make)"
+    return texts
