@@ -107,51 +107,46 @@ FULL = 10.0
 
 
 @style.picture
-def where_map_picture(path: str | os.PathLike, maps: Sequence[FailureMap], title: str, sentence: str = "") -> Path:
-    """A heat map a signal and yaw sign; the number in each cell is E/u_val, grey cells were not measured."""
+def where_map_picture(
+    path: str | os.PathLike | None, maps: Sequence[FailureMap], title: str, sentence: str = ""
+) -> Path:
+    """A heat map a signal and yaw sign; the number in each cell is E/u_val, grey cells were not measured, and those that
+    say nothing are white."""
+    from matplotlib.colors import ListedColormap
+
+    at = np.linspace(-FULL, FULL, 401)
+    beyond = np.sign(at) * np.maximum(np.abs(at) - SAYS_NOTHING, 0.0) / (FULL - SAYS_NOTHING)
+    look: dict[str, Any] = {
+        "cmap": ListedColormap(style.diverging_map()(0.5 + 0.5 * beyond)),
+        "vmin": -FULL,
+        "vmax": FULL,
+    }
     columns = min(2, len(maps))
     rows = -(-len(maps) // columns)
     most = max(len(m.tension) for m in maps)
     size = 5.6 * columns + 0.8, rows * (0.42 * most + 1.1) + 1.1
     fig, axes = style.panels(*size, rows, columns, len(maps))
-    meshes = [_map(ax, one) for ax, one in zip(axes, maps, strict=True)]
+    for ax, one in zip(axes, maps, strict=True):
+        ratio, below = np.asarray(one.ratio, float), np.arange(len(one.tension) + 1)
+        ax.set_facecolor(style.GRID)
+        mesh = ax.pcolormesh(one.edges, below, np.ma.masked_invalid(ratio), edgecolors="white", **look)
+        middle = 0.5 * (np.asarray(one.edges)[1:] + np.asarray(one.edges)[:-1])
+        for i, j in np.argwhere(np.isfinite(ratio)):
+            size_of = abs(float(ratio[i, j]))
+            strong = size_of - SAYS_NOTHING > 0.55 * (FULL - SAYS_NOTHING)
+            number, colour = f"{ratio[i, j]:.0f}" if size_of >= 1.0 else "·", "white" if strong else CELL_INK
+            ax.text(middle[j], i + 0.5, number, color=colour, fontsize=style.FONT - 2, ha="center", va="center")
+        ax.set_yticks(below[:-1] + 0.5, [f"{t:.4g}" for t in one.tension])
+        ax.set(xlabel="belt travel [m]", ylabel="tension [N/mm$^2$]", title=one.title)
+        ax.grid(False)
     words = "(model - measured) / its standard uncertainty, E/u_val"
-    bar = fig.colorbar(meshes[-1], ax=axes, label=words, shrink=0.9, extend="both")
+    bar = fig.colorbar(mesh, ax=axes, label=words, shrink=0.9, extend="both")
     bar.set_ticks([-FULL, -5, -SAYS_NOTHING, 0, SAYS_NOTHING, 5, FULL])
     bar.outline.set_visible(False)
     style.title(fig, title)
     if sentence:
         fig.supxlabel(sentence, x=0.01, ha="left", fontsize=style.FONT, color=INK)
     return style.save(fig, path)
-
-
-def _map(ax, one: FailureMap):
-    """One heat map; cells that say nothing stay white."""
-    ratio = np.asarray(one.ratio, float)
-    shown = np.ma.masked_invalid(np.sign(ratio) * np.maximum(np.abs(ratio) - SAYS_NOTHING, 0.0))
-    rows = np.arange(len(one.tension) + 1)
-    ax.set_facecolor(style.GRID)
-    look = {"cmap": _dead_zone(), "vmin": -FULL, "vmax": FULL, "edgecolors": "white"}
-    mesh = ax.pcolormesh(one.edges, rows, np.ma.masked_invalid(ratio), **look)
-    middle = 0.5 * (np.asarray(one.edges)[1:] + np.asarray(one.edges)[:-1])
-    for i, j in np.argwhere(np.isfinite(ratio)):
-        strong = abs(float(shown[i, j])) > 0.55 * (FULL - SAYS_NOTHING)
-        number = f"{ratio[i, j]:.0f}" if abs(ratio[i, j]) >= 1.0 else "·"
-        colour = "white" if strong else CELL_INK
-        ax.text(middle[j], i + 0.5, number, color=colour, fontsize=style.FONT - 2, ha="center", va="center")
-    ax.set_yticks(rows[:-1] + 0.5, [f"{t:.4g}" for t in one.tension])
-    ax.set(xlabel="belt travel [m]", ylabel="tension [N/mm$^2$]", title=one.title)
-    ax.grid(False)
-    return mesh
-
-
-def _dead_zone():
-    """The diverging map, white wherever |E/u_val| says nothing."""
-    from matplotlib.colors import ListedColormap
-
-    at = np.linspace(-FULL, FULL, 401)
-    beyond = np.sign(at) * np.maximum(np.abs(at) - SAYS_NOTHING, 0.0) / (FULL - SAYS_NOTHING)
-    return ListedColormap(style.diverging_map()(0.5 + 0.5 * beyond))
 
 
 @style.picture
@@ -273,18 +268,6 @@ def axis_label(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit not in ("", "1") else name
 
 
-def law_axes(d: Discovery) -> tuple[tuple[float, str], tuple[float, str]]:
-    """Factor from SI and label of the two axes of a law's picture: its variable, and the unknown u."""
-    factor, unit = shop_unit(d.unit)
-    along, label = (1.0, "belt travel [m]"), axis_label(UNKNOWN, unit)
-    if d.law is not None and "yaw" in d.law.variable:
-        factor, label = 1.0, axis_label(UNKNOWN, "share of the yaw" if d.unit == "rad" else f"{d.unit} per rad")
-    elif d.law is not None and d.law.variable_unit != "1":
-        scale, of = (1e3, "mm/s") if d.law.variable_unit == "m/s" else shop_unit(d.law.variable_unit)
-        along = scale, axis_label(d.law.variable, of)
-    return along, (factor, label)
-
-
 @style.picture
 def evidence_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     """A bar a place: log evidence of a smooth unknown there, over none."""
@@ -328,7 +311,13 @@ def law_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     """The unknown against the variable that it depends on: points as the data show them, the law as a line."""
     assert d.law is not None
     assert d.curve is not None
-    (scale, xlabel), (factor, ylabel) = law_axes(d)
+    factor, unit = shop_unit(d.unit)
+    scale, xlabel, ylabel = 1.0, "belt travel [m]", axis_label(UNKNOWN, unit)
+    if "yaw" in d.law.variable:
+        factor, ylabel = 1.0, axis_label(UNKNOWN, "share of the yaw" if d.unit == "rad" else f"{d.unit} per rad")
+    elif d.law.variable_unit != "1":
+        scale, of = (1e3, "mm/s") if d.law.variable_unit == "m/s" else shop_unit(d.law.variable_unit)
+        xlabel = axis_label(d.law.variable, of)
     fig, [[ax]] = style.figure(8.0, 4.6)
     for k, a in enumerate(d.against):
         look: Any = {"linestyle": "none", "marker": "o", "markersize": 3.6, "markeredgewidth": 0.0, "alpha": 0.6}

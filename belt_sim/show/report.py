@@ -20,7 +20,7 @@ from belt_sim.effects.base import library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.io import write_text
 from belt_sim.results import words
-from belt_sim.results.diagnosis import LIKELY, UNKNOWN, Candidate, Diagnosis, Discovery, FoundEffect, TiedSet, Verdict
+from belt_sim.results.diagnosis import LIKELY, UNKNOWN, Candidate, Diagnosis, Discovery, FoundEffect, Verdict
 from belt_sim.results.errors import Errors, OwnChange, Panel, Worst
 from belt_sim.results.estimates import Estimate, MachineSizes, number_texts
 from belt_sim.results.files import DIAGNOSIS
@@ -58,6 +58,13 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
     rivals, cards = rival_cards(d), [plant_card(e, d.drawings.machine) for e in d.effects]
     certain = [c for c in cards if not rivals or c["id"] in d.certain_effects]
     panels = shown_panels(d.drawings.overlays) if pictures and "overlay" in pictures else ()
+    # of the sketch: where the named effects are, else where the unknown acts
+    marked = [part for c in (*rivals, *certain) for part in c["parts"]]
+    if not marked and found and found.law is not None:
+        marked = [part for word, part in PLACE_PARTS.items() if word in found.law.place]
+    nowhere = d.where.sentence.startswith("Nowhere")  # no single run, signal and stretch is beyond its uncertainty
+    together = "No single stretch is beyond its uncertainty: only all runs together show the misfit. "
+    together = together if nowhere and d.verdict is not Verdict.ADEQUATE else ""
     return page.get_template("report.html.j2").render(
         d=d,
         schema=DIAGNOSIS,
@@ -67,7 +74,7 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
         cards=certain,
         rivals=rivals,
         many=words.count(len(rivals)),
-        marked=marked_parts([*rivals, *certain], found),
+        marked=list(dict.fromkeys(marked)),
         marks=[
             (share, number, place)
             for number, c in [*enumerate(rivals, start=1), *(("", c) for c in certain)]
@@ -85,8 +92,8 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
         final=d.final_model != d.base_model,
         headline=headline(d),
         numbers=lambda effect, numbers: number_texts(effect, numbers, d.drawings.machine),
-        where=where_sentence(d),
-        fails=not _fails_nowhere(d),
+        where=f"{together}{d.where.sentence}",
+        fails=not nowhere,
     )
 
 
@@ -147,26 +154,6 @@ def place_note(found: Discovery) -> str:
 PLACE_PARTS = {"tail": "tail", "head": "head", "upper": "upper", "lower": "lower", "sensor": "sensors", "span": "upper"}
 
 
-def marked_parts(cards: Sequence[dict[str, Any]], found: Discovery | None) -> list[str]:
-    """Parts of the sketch that are marked: where the named effects are, else where the unknown acts."""
-    parts = [part for c in cards for part in c["parts"]]
-    if not parts and found and found.law is not None:
-        parts = [part for word, part in PLACE_PARTS.items() if word in found.law.place]
-    return list(dict.fromkeys(parts))
-
-
-def _fails_nowhere(d: Diagnosis) -> bool:
-    """Whether no single run, signal and stretch of travel is beyond the uncertainty."""
-    return d.where.sentence.startswith("Nowhere")
-
-
-def where_sentence(d: Diagnosis) -> str:
-    """Where the base model fails; a misfit that only all runs together show is said to be that."""
-    if not (_fails_nowhere(d) and d.verdict is not Verdict.ADEQUATE):
-        return d.where.sentence
-    return f"No single stretch is beyond its uncertainty: only all runs together show the misfit. {d.where.sentence}"
-
-
 def headline(d: Diagnosis) -> str:
     """What that which was found did to the error, on held-out conditions where there are any."""
     change = d.error.own or d.error.held_out or d.error.fit
@@ -215,41 +202,34 @@ PARTS_OF_LAW = {
 def rival_cards(d: Diagnosis) -> list[dict[str, Any]]:
     """A card for each of several explanations that these runs cannot tell apart; none where one is likely."""
     certain, machine = list(d.certain_effects), d.drawings.machine
-    cards = []
+    named, cards = {e.id: e.parameters for e in d.effects}, []
     for rival in d.tied:
         sizes = d.drawings.sizes.get(words.join_effects(sorted([*certain, *rival.effects])), {})
-        named = {e.id: e.parameters for e in d.effects}
         single = [effect_card(i, sizes.get(i) or named.get(i, {}), machine) for i in rival.effects if i != UNKNOWN]
-        cards.append(_joined(rival, single))
+        if not single:
+            fault = "something acts that the catalogue does not have" if rival.effects else "there is nothing more"
+            single = [dict.fromkeys(("parts", "sizes", "marks"), ()) | {"fault": fault, "about": "", "check": ""}]
+        card = {name: [x for c in single for x in c[name]] for name in ("parts", "sizes", "marks")}
+        card |= {name: " ".join(c[name] for c in single) for name in ("about", "check")}
+        card |= {"id": words.join_effects(rival.effects), "fault": " and ".join(c["fault"] for c in single)}
+        card |= {"sure": sureness(rival.probability), "unsure": True}
+        cards.append(card | {"of_model": all(c.get("of_model", False) for c in single)})
     return cards
-
-
-def _joined(rival: TiedSet, single: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """One card for effects that are there together, or for nothing or something unknown."""
-    if not single:
-        fault = "something acts that the catalogue does not have" if rival.effects else "there is nothing more"
-        single = [{"fault": fault, "about": "", "parts": (), "sizes": (), "check": "", "marks": (), "of_model": False}]
-    joined = {name: [x for c in single for x in c[name]] for name in ("parts", "sizes", "marks")}
-    return joined | {
-        "id": words.join_effects(rival.effects),
-        "fault": " and ".join(c["fault"] for c in single),
-        "about": " ".join(c["about"] for c in single),
-        "check": " ".join(c["check"] for c in single),
-        "sure": sureness(rival.probability),
-        "unsure": True,
-        "of_model": all(c["of_model"] for c in single),
-    }
 
 
 def plant_card(e: FoundEffect, machine: MachineSizes | None = None) -> dict[str, Any]:
     """Return the card of a named effect for people at the machine; see ``effect_card``. sure: how often such answers
     were right; unsure: marked as such; others: what it may be instead."""
-    card = effect_card(e.id, e.parameters, machine)
+    card, others = effect_card(e.id, e.parameters, machine), []
+    for ids in e.confusable_with:  # their faults, and their ids in brackets
+        classes, name = [library().get(one) for one in ids], words.join_effects(ids)
+        said = [c.cause.phrase.format(pulley=EITHER) for c in classes if c is not None and c.cause is not None]
+        others.append(f"{' and '.join(said)} ({name})" if said else name)
     return card | {
         "sizes": card["sizes"] or e.sizes,
         "sure": sureness(e.probability),
         "unsure": e.probability < LIKELY,
-        "others": [fault_of(ids) for ids in e.confusable_with],
+        "others": others,
         "stamp": e.stamp,
     }
 
@@ -283,25 +263,16 @@ def effect_card(effect: str, numbers: Mapping[str, Estimate], machine: MachineSi
     }
 
 
-def fault_of(ids: Sequence[str]) -> str:
-    """Return the faults of effects that act together, with their ids in brackets."""
-    classes, name = [library().get(one) for one in ids], words.join_effects(ids)
-    said = [c.cause.phrase.format(pulley=EITHER) for c in classes if c is not None and c.cause is not None]
-    return f"{' and '.join(said)} ({name})" if said else name
-
-
 @functools.cache
-def _blind_tests() -> list[tuple[float, float, int, int]]:
-    """Rows of BLIND_TESTS: probability from, to, right answers, answers."""
+def _blind_tests() -> list[tuple[float, int, int]]:
+    """Rows of BLIND_TESTS: probability from which on, right answers, answers."""
     with BLIND_TESTS.open(encoding="utf-8") as table:
-        rows = [tuple(map(float, row)) for row in list(csv.reader(table))[1:]]
-    return [(low, high, int(right), int(of)) for low, high, right, of in rows]
+        return [(float(low), int(right), int(of)) for low, _, right, of in list(csv.reader(table))[1:]]
 
 
 def sureness(probability: float) -> str:
     """Return a probability in words, with how often such answers were right in blind tests."""
-    rows = [row for row in _blind_tests() if row[0] <= max(round(probability, 2), 0.0)]
-    low, _, right, of = rows[-1]
+    low, right, of = [row for row in _blind_tests() if row[0] <= max(round(probability, 2), 0.0)][-1]
     word = "nearly certain" if low >= 0.99 else "likely" if low >= LIKELY else "uncertain"
     share = f"{100.0 * min(probability, 0.99):.0f} %" + (" or more" if low >= 0.99 else "")
     return f"{word} ({share}): {right} of {of} such answers were right in blind tests"
