@@ -110,8 +110,8 @@ FULL = 10.0
 def where_map_picture(
     path: str | os.PathLike | None, maps: Sequence[FailureMap], title: str, sentence: str = ""
 ) -> Path:
-    """A heat map a signal and yaw sign; the number in each cell is E/u_val, grey cells were not measured, and those that
-    say nothing are white."""
+    """A heat map a signal and yaw sign; the number in each cell is E/u_val. Grey cells were not measured, white ones say
+    nothing."""
     from matplotlib.colors import ListedColormap
 
     at = np.linspace(-FULL, FULL, 401)
