@@ -110,7 +110,7 @@ FULL = 10.0
 def where_map_picture(
     path: str | os.PathLike | None, maps: Sequence[FailureMap], title: str, sentence: str = ""
 ) -> Path:
-    """A heat map a signal and yaw sign; the number in each cell is E/u_val. Grey cells were not measured, white ones say
+    """A heat map a signal and yaw sign; each cell holds E/u_val. Grey cells were not measured, white ones say
     nothing."""
     from matplotlib.colors import ListedColormap
 
