@@ -288,7 +288,7 @@ def _rows(case: Case, effects: tuple[Effect, ...], values: Any, *, task: MapTask
 
     def row(own: Any) -> Any:
         one, acting = place_values(case, effects, task.keys, own)
-        told = []
+        told: list[Any] = []
         if task.travel is not None:
             curves = march_traced(one, acting, task.travel, model=task.model, plan=task.plan)
             travel, y = np.linspace(0.0, task.travel, task.plan[0] + 1), jnp.asarray(curves.y) / MM

@@ -15,12 +15,11 @@ from nicegui import run, ui
 from belt_sim.api.plot import plot
 from belt_sim.api.simulate import simulate
 from belt_sim.app import widgets
-from belt_sim.campaign.types import Machine
 from belt_sim.case import Case
 from belt_sim.effects.base import Parameter, library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.model import ANALYTIC, BY_TENSION, model_for, model_named
-from belt_sim.results.estimates import display_unit
+from belt_sim.results.estimates import MachineSizes, display_unit
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import NONE, decimal, thousandths
 from belt_sim.settings import make_case
@@ -234,11 +233,11 @@ def _choices(view: View) -> None:
         widgets.effect_list("find an effect", view.effects, choose)
 
 
-def _shop(case: Case) -> Machine:
+def _shop(case: Case) -> MachineSizes:
     """What turns numbers of effects into those of the shop."""
     rig = case.rig
     radii = {"tail_radius": rig.tail_radius, "head_radius": rig.head_radius}
-    return Machine(
+    return MachineSizes(
         centre_distance=rig.centre_distance, width=case.belt.width, span_length=float(rig.span_length), **radii
     )
 

@@ -218,7 +218,7 @@ def run_task(config: DictConfig, *, command: str, computed: Any = None) -> float
     computed: curves that a batch has found for the case. A failure is one line and counted (``note_end``); a case of a
     sweep that fails has it in failed.txt, stops no other case, and counts in a search as the worst there is.
     """
-    hydra = HydraConfig.get()
+    hydra: Any = HydraConfig.get()
     many, nothing = hydra.mode == RunMode.MULTIRUN, None
     if many and (direction := OmegaConf.select(hydra, "sweeper.direction")) is not None:
         nothing = -inf if "maximize" in str(direction) else inf
@@ -333,7 +333,7 @@ def _with_what_it_names(path: Path, seen: set[Path]) -> Iterator[Path]:
     names: list[str] = []
     with suppress(OSError, ValueError, SyntaxError, yaml.YAMLError):
         if path.suffix in (".yaml", ".yml"):
-            inside = [careful_yaml(path.read_bytes(), path.name)]
+            inside: list[Any] = [careful_yaml(path.read_bytes(), path.name)]
             while inside:
                 content = inside.pop()
                 if isinstance(content, Mapping | list):

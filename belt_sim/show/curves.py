@@ -108,9 +108,9 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
     fig, axes = style.panels(3.1 * across + 0.6, 2.3 * down + 1.2, down, across, len(shown), sharex=True)
     for n, (ax, run) in enumerate(zip(axes, shown, strict=True)):
         for k, signal in enumerate(campaign.signals):
-            y = run.signals.get(signal.name)
+            readings = run.signals.get(signal.name)
             colour = POINTS[int(signal.at[-1]) - 1] if signal.at.startswith("point") else CYCLE[4 + k % 3]
-            values = np.full(len(run.travel), np.nan) if y is None else y / MM
+            values = np.full(len(run.travel), np.nan) if readings is None else readings / MM
             there = np.isfinite(values)
             look = {"linewidth": 1.3, "marker": "." if there.sum() < 30 else None, "color": colour}
             ax.plot(run.travel[there], values[there], label=f"{signal.name} at {signal.at.replace('_', ' ')}", **look)

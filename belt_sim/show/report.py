@@ -209,7 +209,7 @@ def rival_cards(d: Diagnosis) -> list[dict[str, Any]]:
         if not single:
             fault = "something acts that the catalogue does not have" if rival.effects else "there is nothing more"
             single = [dict.fromkeys(("parts", "sizes", "marks"), ()) | {"fault": fault, "about": "", "check": ""}]
-        card = {name: [x for c in single for x in c[name]] for name in ("parts", "sizes", "marks")}
+        card: dict[str, Any] = {name: [x for c in single for x in c[name]] for name in ("parts", "sizes", "marks")}
         card |= {name: " ".join(c[name] for c in single) for name in ("about", "check")}
         card |= {"id": words.join_effects(rival.effects), "fault": " and ".join(c["fault"] for c in single)}
         card |= {"sure": sureness(rival.probability), "unsure": True}
