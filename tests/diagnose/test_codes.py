@@ -3,10 +3,12 @@
 import numpy as np
 from small_campaign import MODEL, campaign
 
+from belt_sim.diagnosis import forward as forward_module
 from belt_sim.diagnosis.forward import HEAVY, LIGHT, Forward, Work
 from belt_sim.diagnosis.samples import samples_of
-from belt_sim.effects.belt_shape import Weld
+from belt_sim.effects.belt_shape import Camber, Weld
 from belt_sim.effects.pulley_shape import Crown, Taper
+from belt_sim.effects.yaw import YawOffsetTail
 
 
 def test_what_is_dear_is_asked_by_itself_where_nothing_else_acts(monkeypatch):
@@ -28,3 +30,27 @@ def test_what_is_dear_is_asked_by_itself_where_nothing_else_acts(monkeypatch):
     tapered[forward.index("taper")] = 0.1
     forward.values_and_slopes(np.repeat(tapered[None], len(along), axis=0), along)
     assert set(asked) == {frozenset({LIGHT}), frozenset({LIGHT, HEAVY})}
+
+
+def test_an_effect_that_is_null_takes_no_time_and_changes_no_bit(monkeypatch):
+    """A batch passes over the hooks of effects that are null in all of its rows (``switched``)."""
+    classes = (Taper, Crown, YawOffsetTail, Camber)
+    passed: list[np.ndarray] = []
+
+    def predict():
+        forward = Forward(samples_of(campaign("nothing")), MODEL, classes)
+        points = np.repeat(forward.null()[None], 3, axis=0)
+        points[1, forward.index("taper")] = 0.1
+        points[2, [*forward.index("crown"), *forward.index("camber")]] = 0.1
+        plan = forward_module.plan_batches
+        monkeypatch.setattr(forward_module, "plan_batches", lambda *a: (passed.append(a[-1]), plan(*a))[1])
+        return forward._predict(points, [frozenset({LIGHT})] * 3)
+
+    found = predict()
+    assert passed[0].sum(axis=1).tolist() == [0, 1, 2]
+    monkeypatch.setattr(forward_module, "switched", lambda effect, acts: effect)
+    forward_module.compile_march.cache_clear()
+    monkeypatch.setenv("BELT_SIM_CACHE", "off")
+    monkeypatch.setattr(forward_module, "program_key", lambda *parts: None)
+    assert np.array_equal(found, predict())
+    forward_module.compile_march.cache_clear()
