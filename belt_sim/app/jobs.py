@@ -162,7 +162,12 @@ def _diagnose(request: Mapping[str, Any], say: Callable[..., None]) -> dict[str,
     say(stage="drawing")
     write_diagnosis(Path(request["folder"]), found, pictures=True)
     effects = [e.law or {"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]
-    return {"verdict": str(found.verdict), "tied": bool(found.tied), "lines": [found.sentence], "effects": effects}
+    return {
+        "verdict": str(found.verdict),
+        "reserved": bool(found.tied or found.beyond),
+        "lines": [found.sentence],
+        "effects": effects,
+    }
 
 
 if __name__ == "__main__":

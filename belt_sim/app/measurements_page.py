@@ -189,7 +189,7 @@ def _running(job: Job) -> None:
 
 
 def _show_diagnosis(session: Session, here: str, content: dict[str, Any]) -> None:
-    kind = "good" if content["verdict"] in GOOD and not content["tied"] else "tie" if content["tied"] else ""
+    kind = "tie" if content["reserved"] else "good" if content["verdict"] in GOOD else ""
     for line in content["lines"]:
         widgets.notice(line, kind)
     with ui.element("div").classes("line"):

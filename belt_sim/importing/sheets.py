@@ -89,30 +89,24 @@ def belt_of(mapping: MappingEntry) -> tuple[BeltSheet | None, dict[str, str], li
     return BeltSheet(**found), remarks, []
 
 
-def _number_texts(entry: MachineMapping | BeltMapping | str | None, kind: str, key: str) -> dict[str, str]:
-    """Numbers with units as text, of a name or a mapping."""
-    if entry is None:
-        return {}
-    if not isinstance(entry, str):
-        return {k: v for k, v in entry.model_dump().items() if v is not None}
-    names = group_names(kind)
-    if entry not in names:
-        raise InputError(key, entry, "", f"is no {kind} that is known ({', '.join(names)}); give its numbers")
-    numbers = dict(vars(rig_from(entry) if kind == "rig" else belt_from(entry)))
-    if kind == "rig" and numbers["head_radius"] == numbers["tail_radius"]:
-        numbers["pulley_radius"] = numbers.pop("head_radius")
-        del numbers["tail_radius"]
-    units = {"youngs_modulus": " Pa", "density": " kg/m^3", "poisson_ratio": ""}
-    return {k: f"{v:.15g}{units.get(k, ' m')}" for k, v in numbers.items() if k != "gravity" and v is not None}
-
-
 def _quantities(
     entry: MachineMapping | BeltMapping | str | None, kind: str, wanted: dict[str, Datum], key: str
 ) -> tuple[dict[str, Quantity], dict[str, str], list[Question]]:
-    """Numbers that are written, remarks on them, and questions on those that are missing."""
-    written, found, remarks, missing = _number_texts(entry, kind, key), {}, {}, []
+    """Numbers that are written (as text with units, or by a known name), remarks on them, and questions on those that
+    are missing."""
+    found, remarks, missing = dict[str, Quantity](), dict[str, str](), list[Question]()
+    written = entry.model_dump() if entry is not None and not isinstance(entry, str) else {}
+    if isinstance(entry, str):
+        names = group_names(kind)
+        if entry not in names:
+            raise InputError(key, entry, "", f"is no {kind} that is known ({', '.join(names)}); give its numbers")
+        numbers = dict(vars(rig_from(entry) if kind == "rig" else belt_from(entry)))
+        if kind == "rig" and numbers["head_radius"] == numbers["tail_radius"]:
+            numbers |= {"pulley_radius": numbers["head_radius"], "head_radius": None, "tail_radius": None}
+        units = {"youngs_modulus": " Pa", "density": " kg/m^3", "poisson_ratio": ""}
+        written = {k: f"{v:.15g}{units.get(k, ' m')}" for k, v in numbers.items() if v is not None}
     for name, datum in wanted.items():
-        if name in written:
+        if written.get(name) is not None:
             value, u, unit = quantity(written[name], (datum.bounds.dimension,), datum.unit, f"{key}.{name}")
             si = datum.bounds.check(value, unit, name=f"{key}.{name}")
             if u is None and datum.relative_u:
@@ -157,41 +151,36 @@ class NoiseRead:
 def signals_of(
     runs: list[Run], used: tuple[Column, ...], span: float
 ) -> tuple[tuple[SignalSheet, ...], dict[str, NoiseRead], dict[str, str]]:
-    """Sheets of the signals, what was read off them, and remarks on each number."""
+    """Sheets of the signals, what was read off them, and remarks on each number: where it comes from."""
     columns: dict[str, Column] = {}
     for column in used:
         if column.role == "signal" and column.at and any(column.signal in r.signals for r in runs):
             columns.setdefault(column.signal, column)
-    noise = {name: noise_of(name, runs, span) for name in columns}
-    remarks: dict[str, str] = {}
-    sheets = tuple(_sheet(column, noise[name], remarks) for name, column in columns.items())
-    return sheets, noise, remarks
-
-
-def _sheet(column: Column, read: NoiseRead, remarks: dict[str, str]) -> SignalSheet:
-    """The sheet of a signal; where each of its numbers comes from is added to the remarks."""
-    own, where, kind = column.entry, f"columns.{column.name}", kind_at(column.at)
-    assert kind is not None
-    unit, length = USUAL[SIGNAL_DIMENSION[kind]], read.length
-    found = {
-        "white": (read.white, f"from {read.white_from}"),
-        "zero": (read.zero, f"from {read.zero_from}"),
-        "gain": (GAIN, "assumed, no data tell it; state the sensor's accuracy"),
-        "wander": (read.wander, f"from {read.wander_from}"),
-    }
-    if column.by_hand is not None:
-        found |= {"white": (column.by_hand, "one sigma of reading the picture"), "wander": (0.0, "none, read by hand")}
-        length = 1.0
-    for key, text in (("white", own.white), ("zero", own.zero), ("gain", own.gain)):
-        if text is not None:
-            found[key] = size_of(text, "1" if key == "gain" else unit, f"{where}.{key}"), "stated"
-    if own.wander is not None:
-        found["wander"] = size_of(own.wander.sd, unit, f"{where}.wander.sd"), "stated"
-        length = size_of(own.wander.length_m, "m", f"{where}.wander.length_m")
-    remarks |= {f"signals.{column.signal}.{key}": source for key, (_, source) in found.items()}
-    white, zero, wander = (round_digits(found[key][0], 3) for key in ("white", "zero", "wander"))
-    errors = {"white": white, "zero": zero, "gain": found["gain"][0], "wander_sd": wander, "wander_length": length}
-    return SignalSheet(name=column.signal, at=column.at, kind=kind, unit=unit, **errors)
+    noise, remarks, sheets = {name: noise_of(name, runs, span) for name in columns}, dict[str, str](), []
+    for name, column in columns.items():
+        read, own, where, kind = noise[name], column.entry, f"columns.{column.name}", kind_at(column.at)
+        assert kind is not None
+        unit, length = USUAL[SIGNAL_DIMENSION[kind]], read.length
+        found = {
+            "white": (read.white, f"from {read.white_from}"),
+            "zero": (read.zero, f"from {read.zero_from}"),
+            "gain": (GAIN, "assumed, no data tell it; state the sensor's accuracy"),
+            "wander": (read.wander, f"from {read.wander_from}"),
+        }
+        if column.by_hand is not None:
+            found["white"] = column.by_hand, "one sigma of reading the picture"
+            found["wander"], length = (0.0, "none, read by hand"), 1.0
+        for key, text in (("white", own.white), ("zero", own.zero), ("gain", own.gain)):
+            if text is not None:
+                found[key] = size_of(text, "1" if key == "gain" else unit, f"{where}.{key}"), "stated"
+        if own.wander is not None:
+            found["wander"] = size_of(own.wander.sd, unit, f"{where}.wander.sd"), "stated"
+            length = size_of(own.wander.length_m, "m", f"{where}.wander.length_m")
+        remarks |= {f"signals.{name}.{key}": source for key, (_, source) in found.items()}
+        white, zero, wander = (round_digits(found[key][0], 3) for key in ("white", "zero", "wander"))
+        errors = {"white": white, "zero": zero, "gain": found["gain"][0], "wander_sd": wander, "wander_length": length}
+        sheets.append(SignalSheet(name=name, at=column.at, kind=kind, unit=unit, **errors))
+    return tuple(sheets), noise, remarks
 
 
 class Trace(NamedTuple):
@@ -208,64 +197,57 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
     # by the median second difference, by their rms where most are rounded away
     by_run = {name: scatter(y) or float(np.sqrt(np.mean(np.diff(y, 2) ** 2) / 6.0)) for name, y in there.items()}
     white = float(np.median([*by_run.values()])) if own else 0.0
-    told = f"the scatter from sample to sample in {len(own)} run{'s' if len(own) != 1 else ''}"
-    pairs = _pairs(own, signal)
-    traces = [_detrend(t) for t in pairs if len(t.travel) >= FEWEST]
+    records = {}  # from the yaw on
+    for run in own:
+        rows = np.isfinite(run.signals[signal]) & (run.travel >= run.yaw_at)
+        records[run.name] = Trace(run.travel[rows], run.signals[signal][rows])
+    pairs = _pairs(own, records)
+    lines = [(t, np.polynomial.Polynomial.fit(*t, 1)) for t in pairs if len(t.travel) >= FEWEST]
+    traces = [Trace(t.travel, t.values - line(t.travel)) for t, line in lines]  # errors of zero and yaw are no wander
     source = f"{len(traces)} pair{'s' if len(traces) != 1 else ''} of repeats"
     if not traces:
-        traces = [_smooth_residual(r, signal, span) for r in own]
-        traces = [t for t in traces if len(t.travel) >= FEWEST]
+        traces = [_smooth_residual(t, span) for t in records.values() if len(t.travel) >= FEWEST]
         source = "what a smooth curve leaves of single runs: a lower bound; repeat a run to know better"
     wander, length, white = _levels(traces, white)
     steps = map(resolution, there.values())
     white = max(white, min((s for s in steps if s > 0.0), default=0.0) / float(np.sqrt(12.0)), 1e-9)
     wander = wander if wander > FAINT * white else 0.0
-    zero, zero_from = _zero(pairs, white, wander)
+    zero, zero_from = float(np.hypot(0.5 * white, wander)), "the noise of the first readings"
+    firsts = (t.values[t.travel <= t.travel[0] + 0.1 * np.ptp(t.travel)] for t in pairs)
+    apart = [float(np.mean(first)) for first in firsts if len(first) >= 3]
+    if len(apart) > 1:
+        zero = max(float(np.sqrt(np.mean(np.square(apart)))), zero)
+        zero_from = f"where {len(apart)} repeats begin"
     return NoiseRead(
         white=white,
         wander=wander,
         length=length,
         zero=zero,
-        white_from=told,
+        white_from=f"the scatter from sample to sample in {len(own)} run{'s' if len(own) != 1 else ''}",
         wander_from=source,
         zero_from=zero_from,
         by_run=by_run,
     )
 
 
-def _trace(run: Run, signal: str) -> Trace:
-    there = np.isfinite(run.signals[signal]) & (run.travel >= run.yaw_at)
-    return Trace(run.travel[there], run.signals[signal][there])
-
-
-def _pairs(runs: list[Run], signal: str) -> list[Trace]:
+def _pairs(runs: list[Run], records: dict[str, Trace]) -> list[Trace]:
     """Differences of repeats from their first run over the square root of 2: each run has half of their variance."""
-    traces = {r.name: _trace(r, signal) for r in runs}
     found = []
     for run in runs:
-        a, b = traces[run.name], traces.get(run.repeat_of or "")
+        a, b = records[run.name], records.get(run.repeat_of or "")
         if b is None or not len(b.travel):
             continue
         rows = np.isin(np.round(a.travel, 6), np.round(b.travel, 6))
         if rows.sum() < 0.5 * len(a.travel):
             rows = (a.travel >= b.travel[0]) & (a.travel <= b.travel[-1])
-        if not rows.any():
-            continue
-        difference = a.values[rows] - np.interp(a.travel[rows], b.travel, b.values)
-        found.append(Trace(a.travel[rows], difference / np.sqrt(2.0)))
+        if rows.any():
+            difference = a.values[rows] - np.interp(a.travel[rows], b.travel, b.values)
+            found.append(Trace(a.travel[rows], difference / np.sqrt(2.0)))
     return found
 
 
-def _detrend(trace: Trace) -> Trace:
-    """The trace beside a straight line: an error of zero and of yaw are no wander."""
-    line = np.polynomial.Polynomial.fit(trace.travel, trace.values, 1)
-    return Trace(trace.travel, trace.values - line(trace.travel))
-
-
-def _smooth_residual(run: Run, signal: str, span: float) -> Trace:
-    trace = _trace(run, signal)
-    if len(trace.travel) < FEWEST:
-        return trace
+def _smooth_residual(trace: Trace, span: float) -> Trace:
+    """What a smooth curve, a spline with a knot every KNOTS spans, leaves of a record."""
     low, high = trace.travel[0], trace.travel[-1]
     count = int(np.clip((high - low) / (KNOTS * span), 2, len(trace.travel) // 4))
     knots = np.concatenate([[low] * 3, np.linspace(low, high, count + 1), [high] * 3])
@@ -310,19 +292,6 @@ def _structure(traces: list[Trace]) -> tuple[np.ndarray, np.ndarray, np.ndarray]
             halves.append(0.5 * float(np.mean(squares)))
             weights.append(min(len(squares) / count, 1e3))
     return np.array(lags), np.array(halves), np.array(weights)
-
-
-def _zero(pairs: list[Trace], white: float, wander: float) -> tuple[float, str]:
-    """One sigma of where y = 0 is: how far repeats lie apart, or what noise makes of it."""
-    apart = []
-    for pair in pairs:
-        first = pair.values[pair.travel <= pair.travel[0] + 0.1 * np.ptp(pair.travel)]
-        if len(first) >= 3:
-            apart.append(float(np.mean(first)))
-    least = float(np.hypot(0.5 * white, wander))
-    if len(apart) > 1:
-        return max(float(np.sqrt(np.mean(np.square(apart)))), least), f"where {len(apart)} repeats begin"
-    return least, "the noise of the first readings"
 
 
 # ---- settings
@@ -517,42 +486,34 @@ def template(
     folder: str | Path, rig: Rig, belt: Belt, planned: list[PlannedRun], places: list[str], travel: float, title: str
 ) -> Campaign:
     """Write the folder and return the plan as it is read back; raises InputError for a folder that is not empty."""
-    for place in places:
+    signals, remarks = [], {f"settings.{k}": "assumed, REPLACE" for k in ("tension_rel", "yaw")}
+    numbers = (*(f"machine.{k}" for k in MACHINE), "belt.width", "belt.thickness", "belt.youngs_modulus")
+    remarks |= dict.fromkeys(numbers, "u is assumed")
+    for place in dict.fromkeys(places):
         if place not in PLACES:
             raise InputError("signals", place, "", did_you_mean(place, PLACES))
-    signals = tuple(_typical_signal(place) for place in dict.fromkeys(places))
+        name, kind = SIGNAL_NAMES[place], PLACES[place]
+        unit, white = ("mm", WHITE) if kind == "lateral" else ("mrad", 5.0 * WHITE)
+        errors = {"white": white, "zero": ZERO, "gain": GAIN, "wander_sd": WANDER, "wander_length": LENGTH}
+        signals.append(SignalSheet(name=name, at=place, kind=kind, unit=unit, **errors))
+        remarks |= {f"signals.{name}.{k}": TYPICAL for k in ("white", "zero", "gain", "wander")}
+
+    def known(value: float, relative: float) -> Quantity:
+        return Quantity(value=float(value), u=round_digits(relative * value, 2))
+
     campaign = Campaign(
         title=title,
         source=Source(kind="measured", reference="REPLACE: log book, date", licence=""),
-        machine=Machine(**{n: _quantity(getattr(rig, n), MACHINE[n].relative_u) for n in Machine.__dataclass_fields__}),
-        belt=BeltSheet(**{n: _quantity(getattr(belt, n), BELT[n].relative_u) for n in BELT}),
-        signals=signals,
+        machine=Machine(**{n: known(getattr(rig, n), MACHINE[n].relative_u) for n in Machine.__dataclass_fields__}),
+        belt=BeltSheet(**{n: known(getattr(belt, n), BELT[n].relative_u) for n in BELT}),
+        signals=tuple(signals),
         settings=SettingsSheet(tension_rel=TENSION_REL, yaw_u=YAW_U),
         runs=tuple(p.run for p in planned),
     )
     texts = {
-        "campaign.yaml": sheet_text(campaign, _remarks(campaign)),
+        "campaign.yaml": sheet_text(campaign, remarks),
         "runs.csv": runs_text(campaign.runs),
         "signals.csv": ",".join(["run", "travel_m", *(s.name for s in signals)]) + "\n",
         "plan.md": plan_text(planned, travel, harm_warnings(campaign)),
     }
     return put_folder(texts, folder, overwrite=False, check=lambda f: read_plan(f, travel=travel, step=travel / 120.0))
-
-
-def _typical_signal(place: str) -> SignalSheet:
-    kind = PLACES[place]
-    unit, white = ("mm", WHITE) if kind == "lateral" else ("mrad", 5.0 * WHITE)
-    errors = {"zero": ZERO, "gain": GAIN, "wander_sd": WANDER, "wander_length": LENGTH}
-    return SignalSheet(name=SIGNAL_NAMES[place], at=place, kind=kind, unit=unit, white=white, **errors)
-
-
-def _quantity(value: float, relative: float) -> Quantity:
-    return Quantity(value=float(value), u=round_digits(relative * value, 2))
-
-
-def _remarks(campaign: Campaign) -> dict[str, str]:
-    keys = [f"machine.{k}" for k in MACHINE] + [f"belt.{k}" for k in ("width", "thickness", "youngs_modulus")]
-    remarks = dict.fromkeys(keys, "u is assumed")
-    for signal in campaign.signals:
-        remarks |= {f"signals.{signal.name}.{k}": TYPICAL for k in ("white", "zero", "gain", "wander")}
-    return remarks | {f"settings.{k}": "assumed, REPLACE" for k in ("tension_rel", "yaw")}
