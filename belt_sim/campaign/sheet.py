@@ -57,48 +57,39 @@ class MarkedYaml:
 
 def parse(text: str, file: str, problems: list[Problem]) -> MarkedYaml | None:
     """Parse; syntax errors, repeated keys and aliases go to ``problems``. None when nothing can be read."""
+
+    def refuse(remedy: str, line: int | None = None, name: str = "", value: object = None, unit: str = "") -> None:
+        problems.append(Problem(file=file, line=line, name=name, value=value, unit=unit, remedy=remedy))
+
     if len(text) > LONGEST_SHEET:
         remedy = f"must be at most {LONGEST_SHEET} characters; is this the campaign sheet?"
-        problems.append(Problem(file=file, name="length", value=len(text), unit="characters", remedy=remedy))
+        refuse(remedy, name="length", value=len(text), unit="characters")
         return None
     try:
         root = yaml.compose(text, Loader=CarefulLoader)
+    except yaml.MarkedYAMLError as error:
+        mark, cause = error.problem_mark or error.context_mark, " ".join(str(error.problem or error.context).split())
+        refuse(f"not valid YAML ({cause}); mend this line", mark.line + 1 if mark else None)
+        return None
+    except yaml.reader.ReaderError as error:
+        line = text[: error.position].count("\n") + 1
+        refuse("remove this character", line, value=chr(error.character))
+        return None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
-        problems.append(_syntax_problem(error, text, file))
+        refuse(f"not valid YAML ({type(error).__name__}); compare with a sample campaign")
         return None
     if root is None:
-        problems.append(Problem(file=file, remedy="the file is empty; state schema, title, machine, belt"))
+        refuse("the file is empty; state schema, title, machine, belt")
         return None
-    return _walk(root, file, problems)
-
-
-def _syntax_problem(error: Exception, text: str, file: str) -> Problem:
-    """Return what the YAML library refuses, with its line where that is known."""
-    if isinstance(error, yaml.MarkedYAMLError):
-        mark = error.problem_mark or error.context_mark
-        cause = " ".join(str(error.problem or error.context).split())
-        return Problem(
-            file=file, line=mark.line + 1 if mark else None, remedy=f"not valid YAML ({cause}); mend this line"
-        )
-    if isinstance(error, yaml.reader.ReaderError):
-        line = text[: error.position].count("\n") + 1
-        return Problem(file=file, line=line, value=chr(error.character), remedy="remove this character")
-    return Problem(file=file, remedy=f"not valid YAML ({type(error).__name__}); compare with a sample campaign")
-
-
-def _walk(root: yaml.Node, file: str, problems: list[Problem]) -> MarkedYaml:
-    """The values under a node, with their lines."""
     lines: dict[Path, int] = {}
     seen: set[int] = set()
 
-    def refuse(line: int, path: Path, remedy: str) -> None:
-        problems.append(Problem(file=file, line=line, name=".".join(path), remedy=remedy))
-
     def plain(node: yaml.Node, path: Path) -> object:
+        """The value of a node, with its lines."""
         line = node.start_mark.line + 1
         lines.setdefault(path, line)
         if id(node) in seen:
-            refuse(line, path, "write the value out; anchors and aliases are not read here")
+            refuse("write the value out; anchors and aliases are not read here", line, ".".join(path))
             return None
         seen.add(id(node))
         if isinstance(node, yaml.SequenceNode):
@@ -110,9 +101,9 @@ def _walk(root: yaml.Node, file: str, problems: list[Problem]) -> MarkedYaml:
             line = key.start_mark.line + 1
             inner = (*path, str(key.value))
             if not isinstance(key, yaml.ScalarNode):
-                refuse(line, path, "a key must be one word")
+                refuse("a key must be one word", line, ".".join(path))
             elif key.value in out:
-                refuse(line, inner, f"stated twice, first in line {lines[inner]}; keep one")
+                refuse(f"stated twice, first in line {lines[inner]}; keep one", line, ".".join(inner))
             else:
                 lines[inner] = line
                 out[key.value] = plain(value, inner)
@@ -397,44 +388,28 @@ def read_sheet(text: str, problems: list[Problem]) -> tuple[Campaign | None, fro
             path: Path = tuple(str(part) for part in details["loc"] if part != "[key]")
             problems.append(validation_problem(details, path, marked, FILE, CampaignEntry, examples=EXAMPLES))
         return None, names
-    sheet = _sheet(entry) if len(problems) == before else None
-    if sheet is not None:
-        problems.extend(_beyond_their_ends(sheet, marked))
-    return (sheet if len(problems) == before else None), names
-
-
-def _beyond_their_ends(sheet: Campaign, marked: MarkedYaml) -> list[Problem]:
-    """Return the sensors that stand farther along a span or a wrap than it is long."""
-    machine, found = sheet.machine, []
+    machine, found, yaw = entry.machine.si(), [], entry.settings.yaw
     ends = {"tail_wrap": math.pi * machine.tail_radius.value, "head_wrap": math.pi * machine.head_radius.value}
-    for signal in sheet.signals:
+    for name, signal in entry.signals.items():
         place = sensor_place(signal.at)
         end = ends.get(place.where, machine.centre_distance.value) if place else 0.0
-        if place and place.distance > end:
+        if place and place.distance > end:  # farther along a span or a wrap than it is long
             remedy = f"must be 0 to {end:.4g} m: the {place.where.replace('_', ' ')} is no longer"
-            name = f"signals.{signal.name}.at"
-            line = marked.line(("signals", signal.name, "at"))
-            found.append(Problem(file=FILE, line=line, name=name, value=place.distance, unit="m", remedy=remedy))
-    return found
-
-
-def _sheet(entry: CampaignEntry) -> Campaign:
-    yaw = entry.settings.yaw
-    return Campaign(
+            line, key = marked.line(("signals", name, "at")), f"signals.{name}.at"
+            problems.append(Problem(file=FILE, line=line, name=key, value=place.distance, unit="m", remedy=remedy))
+        kind, scale, wander = kind_at(signal.at), UNITS[signal.unit][1], signal.wander
+        assert kind is not None
+        errors = {"white": signal.white * scale, "zero": signal.zero * scale, "gain": signal.gain}
+        if wander:
+            errors |= {"wander_sd": wander.sd * scale, "wander_length": wander.length_m}
+        found.append(SignalSheet(name=name, at=signal.at, kind=kind, unit=signal.unit, **errors))
+    sheet = Campaign(
         title=entry.title,
         source=Source(**entry.source.model_dump()),
-        machine=entry.machine.si(),
+        machine=machine,
         belt=BeltSheet(**{n: getattr(entry.belt, n).si for n in BELT}),
-        signals=tuple(_signal(name, signal) for name, signal in entry.signals.items()),
+        signals=tuple(found),
         settings=SettingsSheet(tension_rel=entry.settings.tension_rel, yaw_u=yaw.u * UNITS[yaw.unit][1]),
         runs=(),
     )
-
-
-def _signal(name: str, entry: SignalEntry) -> SignalSheet:
-    kind, scale, wander = kind_at(entry.at), UNITS[entry.unit][1], entry.wander
-    assert kind is not None
-    errors = {"white": entry.white * scale, "zero": entry.zero * scale, "gain": entry.gain}
-    if wander:
-        errors |= {"wander_sd": wander.sd * scale, "wander_length": wander.length_m}
-    return SignalSheet(name=name, at=entry.at, kind=kind, unit=entry.unit, **errors)
+    return (sheet if len(problems) == before else None), names
