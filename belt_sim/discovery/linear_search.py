@@ -315,6 +315,29 @@ def single_term_laws(data: SearchData) -> RankedLaws:
     return RankedLaws(tables, gain, gain - np.concatenate(prices))
 
 
+LOOK_ALIKE = 0.98  # correlation of readings, nuisances taken out, from which on places count as alike
+
+
+def look_alikes(data: SearchData, law: Law) -> dict[Place, float]:
+    """The other places at which a law of one term makes what ``law`` makes of the readings, and how nearly.
+
+    That is their correlation, nuisances taken out, from the impulse responses in the campaign's own plan: no reading
+    counts but through the sizes of ``law``. Torsion that creeps acts like bending that creeps, a soft joint like a wave
+    of the yaw.
+    """
+    columns = data.columns(law)
+    made = np.tensordot(data.projector.fit_sizes(columns)[1], columns, axes=1)
+    alone = replace(data, projector=replace(data.projector, residual=made), wide=True)
+    whole, own = alone.projector.chi2(), {t.place for t in law.terms}
+    ranked, found = single_term_laws(alone), dict[Place, float]()
+    ends = np.cumsum([len(forms) for _, forms, _ in ranked.tables])
+    for (place, _, _), gain in zip(ranked.tables, np.split(ranked.gain, ends[:-1]), strict=True):
+        alike = float(np.sqrt(min(gain.max(initial=0.0) / max(whole, 1e-30), 1.0)))
+        if place not in own and alike > max(LOOK_ALIKE, found.get(place, 0.0)):
+            found[place] = alike
+    return dict(sorted(found.items(), key=lambda x: -x[1]))
+
+
 def exponents_of(data: SearchData) -> tuple[float, ...]:
     """Exponents of tension to try: only 0 where one tension was run."""
     return EXPONENTS if len(np.unique(data.stated_tension)) > 1 else (0.0,)

@@ -7,6 +7,7 @@ import numpy as np
 
 from belt_sim.diagnosis.describe import label
 from belt_sim.diagnosis.errors import errors_of
+from belt_sim.discovery.linear_search import look_alikes
 from belt_sim.discovery.responses import States
 from belt_sim.discovery.search_data import LatentInput, SearchData, form_values, travel_of, variable
 from belt_sim.discovery.selection import FEWEST, Estimates, LawChoice, MarchFit, SearchOutcome
@@ -359,12 +360,19 @@ def describe(found: SearchOutcome, probability: float, config: Any = None) -> Di
 
 
 def _other_places(found: SearchOutcome, best: MarchFit) -> str:
-    """The places at which another law does as well: a torsion that creeps and a bending that creeps act alike through
-    EI/T, and a soft joint is a wave of the yaw as long as the belt."""
-    own = place_words(best.scored.law)
+    """The places at which another law does as well, by the readings; and, of a law of the spans, by what the plan can
+    show at all (``look_alikes``): a torsion that creeps and a bending that creeps act alike through EI/T, and a soft
+    joint is a wave of the yaw as long as the belt."""
+    law, own = best.fitted_law, place_words(best.scored.law)
     others = dict.fromkeys(place_words(c.scored.law) for c in found.close)
     alike = [f"the {place}" for place in others if place != own][:OTHERS]
-    return f" A law of {' or of '.join(alike)} fits these readings as well." if alike else ""
+    said = f" A law of {' or of '.join(alike)} fits these readings as well." if alike else ""
+    planned = look_alikes(found.data, law) if any(t.place.relative for t in law.terms) else {}
+    there = [(place.words, r) for place, r in planned.items() if place.words not in {own, *others}][:OTHERS]
+    if there:
+        names, least = " or of ".join(f"the {words}" for words, _ in there), min(r for _, r in there)
+        said += f" In this plan a law of {names} would make the same readings (correlation {least:.2f})."
+    return said
 
 
 def limits(found: SearchOutcome) -> tuple[str, ...]:

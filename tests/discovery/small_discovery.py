@@ -47,6 +47,14 @@ def surveyed(hidden: str = "", seed: int = 3) -> SearchData:
 
 
 @cache
+def surveyed_at_one_tension() -> SearchData:
+    """The survey of a campaign in which nothing is hidden, all of it at one tension."""
+    plan = replace(PLAN, runs=grid(TENSIONS[:1], TEST_YAWS, repeats=4))
+    bench = workbench(make_campaign(hidden=[], base="strip", seed=3, plan=plan)[0], MODEL, [])
+    return search_data_of(bench, bench.fit([bench.start((), bench.forward.null())])[0])
+
+
+@cache
 def both_ways() -> tuple[Workbench, SearchData]:
     """A campaign in which nothing is hidden, half of it in reverse, and what is seen beside the base model."""
     runs = tuple(replace(r, direction=d) for r, d in zip(PLAN.runs, (1.0, -1.0) * len(PLAN.runs), strict=False))

@@ -1,16 +1,18 @@
 """A change of a span's own stiffness is found at its place, and told by how much, at every tension."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import jax
 import numpy as np
 import pytest
-from small_discovery import surveyed
+from small_discovery import surveyed, surveyed_at_one_tension
 
 from belt_sim.discovery.closed_loop import solve_loop
+from belt_sim.discovery.linear_search import look_alikes
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
-from belt_sim.discovery.words import _as_belt, _by_how_much, formula, looks_like
+from belt_sim.discovery.words import _as_belt, _by_how_much, _other_places, formula, looks_like
 from belt_sim.effects.law import Form, Law, Term, fixed_places
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.span import response, strip, with_change
@@ -97,3 +99,31 @@ def test_a_stretch_of_the_belt_is_told_as_so_much_more_or_less_of_it(size, said)
     told = _as_belt(data, term, {"size": (size, 1e-4, "1")})
     assert told.startswith(said)
     assert float(told.removeprefix(said).split()[0]) == pytest.approx(length, rel=1e-3)
+
+
+LOOK_ALIKES = {
+    "bending_carried": (Form("none", course="belt_section", at=0.3, wide=0.02), {"turn_carried"}),
+    "pull_upper": (Form("none"), {"turn_tail"}),
+    "torsion_upper": (Form("none", course="rise", at=12.0), {"pull_upper", "bending_upper"}),
+}
+
+
+@pytest.mark.parametrize("name", LOOK_ALIKES)
+def test_places_that_a_plan_cannot_tell_apart_are_told(name):
+    """At one tension a soft joint is a bend of the belt as it lands, and the stiffnesses of one span act alike; three
+    tensions tell each of them."""
+    form, alike = LOOK_ALIKES[name]
+    found = []
+    for data in (surveyed_at_one_tension(), surveyed()):
+        law = law_of(data, name, form)
+        shown = replace(data, projector=replace(data.projector, residual=data.columns(law)[0]))
+        found.append(look_alikes(shown, law))
+    assert alike <= {place.name for place in found[0]}
+    assert not found[1]
+    law = law_of(surveyed_at_one_tension(), name, form)
+    data = surveyed_at_one_tension()
+    shown = replace(data, projector=replace(data.projector, residual=data.columns(law)[0]))
+    best = SimpleNamespace(fitted_law=law, scored=SimpleNamespace(law=law))
+    said = _other_places(SimpleNamespace(data=shown, close=()), best)
+    assert said.startswith(" In this plan a law of the ")
+    assert "would make the same readings (correlation 0.9" in said or "(correlation 1.00)" in said
