@@ -126,14 +126,18 @@ def space(case: Case, root: str, name: str, scale: ViewScale) -> rrb.Spatial3DVi
     return rrb.Spatial3DView(origin=root, name=name, background=BACKGROUND, line_grid=False, eye_controls=eye)
 
 
-def plot(origin: str, name: str, travel: float, legend: float = NARROW) -> rrb.TimeSeriesView:
-    """One plot of time series over all of the ``travel`` [m] to come, its legend to the right of the curves."""
+def plot(
+    origin: str, name: str, travel: float, legend: float = NARROW, most: float | None = None
+) -> rrb.TimeSeriesView:
+    """One plot of time series over all of the ``travel`` [m] to come, its legend to the right of the curves, 0 = none;
+    most: what the ordinate reaches to either side, None = as the curves are."""
     end = rrb.TimeRangeBoundary.absolute(seconds=travel / (1.0 - legend))
     whole = rrb.TimeRange(rrb.TimeRangeBoundary.absolute(seconds=0.0), end)
     return rrb.TimeSeriesView(
         origin=origin,
         name=name,
-        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop),
+        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop, visible=bool(legend)),
+        axis_y=None if most is None else rrb.ScalarAxis(range=(-most, most)),
         axis_x=rrb.TimeAxis(view_range=whole),
     )
 
@@ -485,7 +489,8 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str 
     tabs: list[rrb.Container] = [_tab(title, overlay) for title, overlay in runs.items()]
     if 1 < len(runs) <= VIEWS:
         columns = math.ceil(math.sqrt(len(runs)))
-        views = [_view(title, overlay) for title, overlay in runs.items()]
+        most = 1.05 * max(float(np.nanmax(np.abs(o.last_curves.y), initial=1e-9)) for o in runs.values()) / MM
+        views = [_view(title, overlay, most) for title, overlay in runs.items()]
         tabs.insert(0, rrb.Grid(*views, grid_columns=columns, name=f"all {len(runs)}"))
     body = rrb.Tabs(*tabs, active_tab=0) if len(tabs) > 1 else tabs[0]
     rr.send_blueprint(blueprint(body, live=False), recording=recording)
@@ -553,11 +558,17 @@ def _fewer(curves: Curves) -> Curves:
     return replace(curves, travel=np.asarray(curves.travel)[rows], y=np.asarray(curves.y)[:, rows], tilt=tilt)
 
 
-def _view(title: str, overlay: Overlay) -> rrb.Container:
-    """One run among several: the belt in space above its points."""
+def _view(title: str, overlay: Overlay, most: float) -> rrb.Container:
+    """One run among several: the belt in space, whose points have the colours of the curves below; most [mm]: what
+    the ordinate reaches."""
     root = root_of(title)
     picture = space(overlay.case, f"{root}/belt", title, overlay.scale)
-    return rrb.Vertical(picture, plot(f"{root}/y", f"y [mm], {title}", overlay.end), row_shares=[3, 2], name=title)
+    return rrb.Vertical(
+        picture,
+        plot(f"{root}/y", f"y, +-{most:.2g} mm: {title}", overlay.end, 0.0, most),
+        row_shares=[3, 2],
+        name=title,
+    )
 
 
 def _tab(title: str, overlay: Overlay) -> rrb.Container:

@@ -114,10 +114,9 @@ def spans_blocks(cell: Array, places: ChainLayout, more: Array | None = None) ->
     cell (6 m, 6 m, n): stiffness of the cells [N/m]; more [N/m], (3 m, n): what is added on the diagonal.
     """
     size, free = len(cell) // 2, places.free
-    rows = np.arange(size)
     diagonal = cell[:size, :size] + jnp.roll(cell[size:, size:], 1, axis=-1)
     if more is not None:
-        diagonal = diagonal.at[rows, rows].add(more)
+        diagonal = diagonal + np.eye(size)[:, :, None] * more[:, None]
     diagonal = jnp.where(free, diagonal, jnp.eye(size)[:, :, None])
     return diagonal, jnp.where(free & jnp.roll(free, -1), cell[:size, size:], 0.0)
 
@@ -127,7 +126,7 @@ def pull_on_nodes(belt: BeltArrays, nodes: Array, share: Array) -> Array:
     size, stations = 3 * len(nodes), jnp.arange(nodes.shape[-1])
     cell = stretch_energy(belt.ties, belt.shape.bonds, nodes, stations, share).slope
     pull = -(cell[:size] + jnp.roll(cell[size:], 1, axis=-1)).reshape(nodes.shape)
-    return pull.at[:, 2].add(-belt.mass[:, None] * belt.gravity)
+    return pull - (belt.mass * belt.gravity)[:, None, None] * np.array([[0.0], [0.0], [1.0]])
 
 
 def twist_of_cells(belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayout, tension: Array) -> Array:

@@ -58,7 +58,8 @@ def stretch_energy(
         by_corner = SIGNS[:, :, None, None] * (2.0 * apart)[:, None]  # squared lengths by the corners' places
         by_corner = by_corner.reshape(6, 12, n)
         rows = np.concatenate([3 * v + np.arange(3) for v in (j, j + 1, lines + j, lines + j + 1)])
-        slope = slope.at[rows].add((by_square[:, None] * by_corner).sum(axis=0))
+        pull = (by_square[:, None] * by_corner).sum(axis=0)
+        slope = slope.at[rows].add(pull) if lines > 2 else pull  # a GPU is slow at scattering
         if curvature is not None and taut is not None:
             tension = _law(ties, j, bonds, (_edge_vectors(taut, j) ** 2).sum(axis=1), free, odd)[0]
             bent = _curvature(tension, law, by_corner)

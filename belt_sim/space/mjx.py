@@ -291,7 +291,7 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     driven, tail, turned = model.tail.advance(belt, moves, data.loads, data.compliance_yaw, command, h, actuators)
     spin = shape.sign * command.travel / belt.surfaces.radius[HEAD]
     joints = driven[0].at[TAIL_SLIDE].set(tail[0] - model.tail.x).at[TAIL_SPIN].set(tail[1]).at[HEAD_SPIN].set(spin)
-    applied = jnp.zeros_like(q).at[:STATION_JOINTS].set(driven[2])
+    applied = jnp.concatenate([driven[2], jnp.zeros(q.size - STATION_JOINTS)])
     askew = smoothstep(d.time / (0.5 * model.settle))  # a wobble sets in while the belt comes to rest
     pose = pose_of(belt, command, tail, turned, askew)
     came_from = data.pulleys.pose
@@ -604,8 +604,10 @@ def run(
             places = np.asarray(data.mjx[0]) if watched else ()
             for k, one in watched:
                 tell_share(one.observers, begin / len(commands.travel[0]))
-                if now.stop <= steps[k]:
-                    one.show(places[k], np.asarray(reads[k, -1]), now.stop, commands.yaw[k, now.stop - 1])
+                last = min(now.stop, steps[k]) - 1  # after it the belt keeps its last command
+                if begin <= last:
+                    read, yaw = np.asarray(reads[k, last - begin]), commands.yaw[k, last]
+                    one.show(places[k], read, last + 1, yaw, ends=last + 1 == steps[k])
             pending = reads
         found.append(np.asarray(pending))
     return [curves(k) for k in range(len(ready))]
@@ -626,16 +628,19 @@ def padded(plans: Sequence[Command], steps: int) -> Command:
 @dataclass
 class Watched:
     """A case whose observers get a frame after every ``options.frame`` of travel, from travel 0 on, where a segment
-    ends."""
+    ends, and one of the last instant."""
 
     ready: PreparedCase
     observers: tuple[Observer, ...]
     next_frame: float = 0.0
 
-    def show(self, qpos: np.ndarray, read: np.ndarray, steps: int, yaw: np.ndarray) -> None:
-        """Hand on the belt after ``steps`` steps; read, (20,): of the last."""
+    def show(self, qpos: np.ndarray, read: np.ndarray, steps: int, yaw: np.ndarray, ends: bool) -> None:
+        """Hand on the belt after ``steps`` steps; read, (20,): of the last; ends: there are no more."""
         scene, (tail_x, travel, speed) = self.ready.scene, (float(v) for v in read[17:])
-        if travel < self.next_frame or not is_on_pulleys(read[None], float(self.ready.case.belt.width))[0]:
+        if (
+            travel < self.next_frame - ends * scene.options.frame
+            or not is_on_pulleys(read[None], float(self.ready.case.belt.width))[0]
+        ):
             return
         self.next_frame += scene.options.frame * math.ceil((travel - self.next_frame + 1e-12) / scene.options.frame)
         slides = np.moveaxis(np.asarray(nodes_of(self.ready.model.belt.shape, qpos)), -1, 0)
