@@ -45,7 +45,7 @@ def add(session: Session) -> None:
     def work() -> tuple[int, str]:
         return len(session.jobs), session.job.state if session.job else ""
 
-    shown = {_show_notices: lambda: session.version, import_view: lambda: session.version}
+    shown: dict[Any, Any] = dict.fromkeys((_show_notices, import_view), lambda: session.version)
     shown |= {campaign_view: campaign, asking: question, job_view: work}
 
     @ui.page("/measurements", title="belt_sim")

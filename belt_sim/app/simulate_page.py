@@ -61,6 +61,7 @@ def simulate_sliders(
     case = make_case(tension=tension, yaw=yaw, **machine)
     acting = [library()[effect](**numbers) for effect, numbers in effects.items()]  # a size of nothing is allowed here
     whole = simulate(case, model=model, effects=acting, travel=LONGEST)
+    assert isinstance(whole, Simulation)
     curves = whole.curves
     assert curves is not None
     keep = np.asarray(curves.travel) <= travel + 1e-9

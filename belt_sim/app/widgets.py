@@ -142,7 +142,7 @@ SYNONYMS = {
 def part_of(effect_id: str) -> str:
     """The part of the machine under which an effect is listed."""
     cls = library()[effect_id]
-    if cls.cause.of_model:
+    if cls.cause is None or cls.cause.of_model:
         return "Models"
     if cls.law in ("sensor", "drive"):
         return "Sensors" if cls.law == "sensor" else "Steering and tension"
@@ -153,7 +153,7 @@ def words_of(effect_id: str) -> str:
     """All words by which an effect is found, in lower case."""
     cls = library()[effect_id]
     meanings = [p.meaning for p in cls.parameters.values()][:6]
-    said = [effect_id.replace("_", " "), title_of(cls), cls.cause.phrase, *meanings]
+    said = [effect_id.replace("_", " "), title_of(cls), cls.cause.phrase if cls.cause else "", *meanings]
     return " ".join([*said, *(words for words, ids in SYNONYMS.items() if effect_id in ids.split())]).lower()
 
 

@@ -252,7 +252,11 @@ def _check_repeat(rows: RunRows, run: Run) -> None:
 
 
 def read_signals(
-    text: str, names: frozenset[str] | None, sheets: tuple[SignalSheet, ...] | None, rows: RunRows | None, problems
+    text: str,
+    names: frozenset[str] | None,
+    sheets: tuple[SignalSheet, ...] | None,
+    rows: RunRows | None,
+    problems: list[Problem],
 ) -> dict[str, Run]:
     """Return the valid runs of signals.csv by name, with their records."""
     before = len(problems)
@@ -275,8 +279,8 @@ def read_signals(
     for name, index in _rows_of_runs(table, rows).items():
         for column, values, unit in (("travel_m", travel, "m"), ("time_s", time, "s")):
             there = index[np.isfinite(values[index])] if values is not None else index[:0]
-            back = np.flatnonzero(np.diff(values[there]) <= 0.0) if len(there) else there
-            if back.size:
+            back = np.flatnonzero(np.diff(values[there]) <= 0.0) if values is not None else there
+            if values is not None and back.size:
                 row, earlier = there[back[0] + 1], values[there[back[0]]]
                 remedy = f"must increase within a run, whichever way the belt runs; the row before has {earlier:.15g}"
                 table.refuse(row, column, float(values[row]), unit, remedy)
@@ -389,18 +393,19 @@ def _read(folder: str | Path, *, whole: bool = True, measured: bool = True) -> t
     if not measured and sheet is not None and not sheet.signals:
         remedy = "no signal is planned; state at least one"
         problems.append(Problem(file="campaign.yaml", name="signals", remedy=remedy))
+    if problems or sheet is None or rows is None:
+        raise CampaignError(problems)
     rated = {rate.run for rate in steady}
-    for name, run in rows.runs.items() if rows is not None and not problems else ():
+    for name, run in rows.runs.items():
         if name in recorded and run.yaw_at > (end := float(recorded[name].travel[-1])):
-            rows.refuse(
-                name, "yaw_at_m", run.yaw_at, "m", f"must be at most {end:.15g} m, where the record of {name} ends"
-            )
+            remedy = f"must be at most {end:.15g} m, where the record of {name} ends"
+            rows.refuse(name, "yaw_at_m", run.yaw_at, "m", remedy)
         elif whole and name not in recorded and name not in rated:
             remedy = "has no rows in signals.csv or steady.csv; add them or remove the run"
             rows.refuse(name, "run", name, "", remedy)
-    if problems or sheet is None or rows is None:
+    if problems:
         raise CampaignError(problems)
-    data = recorded.keys() | {rate.run for rate in steady}
+    data = recorded.keys() | rated
     there = [recorded.get(name, run) for name, run in rows.runs.items() if name in data]
     campaign = replace(sheet, runs=tuple(_relink_repeats(there)), steady=tuple(steady), sha256=hash_of(contents))
     return campaign, tuple(run for name, run in rows.runs.items() if name not in data)
@@ -423,9 +428,9 @@ def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True)
     try:
         present = sorted(path.name for path in folder.iterdir())
     except (OSError, ValueError) as error:
-        missing = "there is no such folder"
         cause = getattr(error, "strerror", None) or error
-        what = missing if isinstance(error, FileNotFoundError) else f"is not a folder that can be read ({cause})"
+        what = f"is not a folder that can be read ({cause})"
+        what = "there is no such folder" if isinstance(error, FileNotFoundError) else what
         remedy = f"{what}; name a folder with campaign.yaml and runs.csv"
         if str(folder) == folder.name:
             remedy += f", or a campaign that ships: {', '.join(sample_campaigns())}"

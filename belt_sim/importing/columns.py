@@ -369,7 +369,7 @@ def _join_dates(columns: list[Column]) -> list[Column]:
     of_day = clock.readings.get("hh:mm", clock.values)  # a clock beside a date is none of minutes and seconds
     readings = {order: days + of_day for order, days in date.readings.items()}
     columns[dates[0]] = replace(date, role="ignore", unit="", proposed_by=f"in {clock.name} with the time of day")
-    own = {"asked": date.asked, "readings": readings, "first_cell": date.first_cell, "zone": date.zone}
+    own: dict[str, Any] = {"asked": date.asked, "readings": readings, "first_cell": date.first_cell, "zone": date.zone}
     columns[clocks[0]] = replace(clock, values=date.values + of_day, proposed_by=f"its name, with {date.name}", **own)
     return columns
 
