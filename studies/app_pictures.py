@@ -1,4 +1,4 @@
-"""The pictures of docs/app.md, shot of the app itself: ``python -m studies.app_pictures``.
+"""The pictures of docs/app.md and docs/report.md, shot of the app and of a report: ``python -m studies.app_pictures``.
 
 A server of its own and a browser without a window: the sliders, a logger's files as they are understood, and the report
 of a diagnosis (three of its runs and four candidates, which they cannot tell apart).
@@ -128,7 +128,19 @@ def report(page: Any, address: str) -> Any:
     return page.locator("section", has_text="Diagnosis of")
 
 
-PICTURES = {"simulate": simulate, "import": import_card, "report": report}
+def demo_report(page: Any, address: str) -> Any:
+    """The top of the report of the demo (docs/report.md), which is diagnosed where no demo has run here."""
+    folder = Path("outputs") / "demo" / "diagnosis"
+    if not (folder / "report.html").exists():
+        command = [sys.executable, "-m", "belt_sim", "diagnose", "campaign=slack_belt", "model=beam_th2"]
+        subprocess.run([*command, f"hydra.run.dir={folder}"], check=True)
+    page.set_viewport_size({"width": 1100, "height": 1150})
+    page.goto((folder / "report.html").resolve().as_uri())
+    page.wait_for_timeout(1000)
+    return page
+
+
+PICTURES = {"app_simulate": simulate, "app_import": import_card, "app_report": report, "report": demo_report}
 
 
 def shoot(config: Mapping[str, Any]) -> None:
@@ -143,9 +155,10 @@ def shoot(config: Mapping[str, Any]) -> None:
                 page.set_default_timeout(PATIENCE)
                 page.goto(address)  # with the token, which the tab keeps
                 seen = PICTURES[name](page, address.partition("/?")[0])
-                seen.scroll_into_view_if_needed()
-                seen.screenshot(path=folder / f"app_{name}.png", timeout=PATIENCE)
-            print(folder / f"app_{name}.png")
+                if seen is not page:
+                    seen.scroll_into_view_if_needed()
+                seen.screenshot(path=folder / f"{name}.png", timeout=PATIENCE)
+            print(folder / f"{name}.png")
 
 
 if __name__ == "__main__":
