@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.errors import BeltError, InputError, finite, flag
 from belt_sim.io import CONF, group_names
-from belt_sim.units import DEGREE, N_PER_MM2, UNITS, to_si
+from belt_sim.units import DEGREE, N_PER_MM2, UNITS
 
 
 @dataclass(frozen=True)
@@ -28,29 +28,26 @@ class Range:
     def check(self, value: float, unit: str | None = None, *, name: str = "") -> float:
         """The value in SI; raises InputError for a unit of another kind or an implausible magnitude."""
         unit = self.unit if unit is None else unit
-        try:
-            si = to_si(value, unit, dimension=self.dimension, name=name)
-        except InputError as error:
+        if unit not in UNITS or UNITS[unit][0] != self.dimension:
+            known = ", ".join(u for u, (dimension, _) in UNITS.items() if dimension == self.dimension and u)
             what = "unknown unit" if unit else "the unit is missing"
-            raise InputError(name, _short(value), unit, f"{what}; {error.remedy}") from None
-        if not self.holds(si):
-            raise InputError(name, _short(value), unit, self._remedy(value, unit))
-        return si
+            raise InputError(name, _short(value), unit, f"{what}; use one of {known or 'no unit'}")
+        si, one = value * UNITS[unit][1], UNITS[unit][1]
+        if self.holds(si):
+            return si
+        low = f"above {self.low:g} and at most" if self.open_low else f"{self.low:g} to"
+        bounds = f"must be {low} {self.high:g} {self.unit}".rstrip()
+        for other, (dimension, factor) in UNITS.items():
+            if dimension == self.dimension != "number" and factor != one and self.holds(value * factor) and value:
+                meant = f"did you mean {_short(value)} {other}, that is {_short(value * factor / one)} {unit}?"
+                raise InputError(name, _short(value), unit, f"{bounds}; {meant}")
+        raise InputError(name, _short(value), unit, f"{bounds}; check the value and its unit")
 
     def holds(self, si: Any) -> Any:
         """Whether an SI value, or each of an array, lies in the range."""
         factor = UNITS[self.unit][1]
         above = si > self.low * factor if self.open_low else si >= self.low * factor
         return above & (si <= self.high * factor)
-
-    def _remedy(self, value: float, unit: str) -> str:
-        low = f"above {self.low:g} and at most" if self.open_low else f"{self.low:g} to"
-        bounds = f"must be {low} {self.high:g} {self.unit}".rstrip()
-        for other, (dimension, factor) in UNITS.items():
-            ratio = factor / UNITS[unit][1]
-            if dimension == self.dimension != "number" and ratio != 1.0 and self.holds(value * factor) and value:
-                return f"{bounds}; did you mean {_short(value)} {other}, that is {_short(value * ratio)} {unit}?"
-        return f"{bounds}; check the value and its unit"
 
 
 def _short(value: float) -> str:

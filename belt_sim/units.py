@@ -111,14 +111,6 @@ def round_digits(value: float, digits: int) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def to_si(value: float, unit: str, *, dimension: str, name: str) -> float:
-    """Convert ``value`` in ``unit`` to SI; raises InputError when the unit is unknown or of another dimension."""
-    known = [u for u, (dim, _) in UNITS.items() if dim == dimension and u]
-    if unit not in UNITS or UNITS[unit][0] != dimension:
-        raise InputError(name, value, unit, f"use one of {', '.join(known) or 'no unit'}")
-    return value * UNITS[unit][1]
-
-
 def unit_named(text: str) -> str | None:
     """The unit that a text names; None when it names none, or two (mPa is a thousandth of a Pa and a slip for MPa)."""
     text = text.strip().strip("[](){}<>").strip()

@@ -29,7 +29,7 @@ from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.decide import POLICY, probability_of_unknown
 from belt_sim.diagnosis.describe import describe, drawings, drawings_of, final_model, label, overlays, rivals
 from belt_sim.diagnosis.errors import free_zeros, locate_failure, overall_errors, run_errors
-from belt_sim.diagnosis.examine import BOOTSTRAPS, Findings, examine
+from belt_sim.diagnosis.examine import BOOTSTRAPS, examine
 from belt_sim.diagnosis.fit import Fit, step_bounds
 from belt_sim.diagnosis.foresight import doubts, pairs, sheet_evidence, visible
 from belt_sim.diagnosis.linear_algebra import covariance_root
@@ -127,8 +127,11 @@ def diagnose(
         shown(found)
         named = all(e.id in library() for e in found.effects)
         limits = validity_warnings(campaign, chosen, effects_of(list(found.effects)) if named else found.effects)
-        runs = tuple(_advice(findings, tell_stage)) if advise else ()
-        return replace(found, beyond=limits, next_runs=runs)
+        runs: Sequence[NextRun] = ()
+        if advise and (alike := rivals(findings)):
+            tell_stage("looking for the run that would tell them apart")
+            runs = next_runs(findings.fitted_bench, findings.named, alike)
+        return replace(found, beyond=limits, next_runs=tuple(runs))
 
 
 def beside_points(campaign: Campaign) -> list[str]:
@@ -140,15 +143,6 @@ def _need_a_point(campaign: Campaign) -> None:
     if not any(s.kind == "lateral" for s in campaign.signals):
         remedy = "this needs the lateral position of at least one of points 1-4; belt-sim compare does without"
         raise InputError("signals", "no point", "", remedy)
-
-
-def _advice(findings: Findings, tell: Callable[[str], None]) -> list[NextRun]:
-    """The next runs to make, where there is something to be told apart."""
-    alike = rivals(findings)
-    if not alike:
-        return []
-    tell("looking for the run that would tell them apart")
-    return next_runs(findings.fitted_bench, findings.named, alike)
 
 
 @one_blas_thread

@@ -144,17 +144,17 @@ class Table:
     def html(self) -> str:
         """Return the table as HTML for a notebook."""
         align = ["left" if c in self.left else "right" for c in self.columns]
-        head = "".join(_cell("th", c, a) for c, a in zip(self.columns, align, strict=True))
+
+        def cells(tag: str, row: Sequence[str]) -> str:
+            said = zip(align, map(html.escape, row), strict=True)
+            return "".join(f'<{tag} style="text-align:{side}">{text}</{tag}>' for side, text in said)
+
         body = ""
         for k, row in enumerate(self.rows):
             style = ' style="color:#d55e00"' if k in self.marked else ""
-            body += f"<tr{style}>{''.join(_cell('td', c, a) for c, a in zip(row, align, strict=True))}</tr>"
+            body += f"<tr{style}>{cells('td', row)}</tr>"
         caption = f"<caption>{html.escape(self.title)}</caption>" if self.title else ""
-        return f"<table>{caption}<tr>{head}</tr>{body}</table>"
-
-
-def _cell(tag: str, text: str, align: str) -> str:
-    return f'<{tag} style="text-align:{align}">{html.escape(text)}</{tag}>'
+        return f"<table>{caption}<tr>{cells('th', self.columns)}</tr>{body}</table>"
 
 
 class Display:
