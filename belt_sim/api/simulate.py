@@ -19,8 +19,9 @@ from belt_sim.api.resolve import (
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect
-from belt_sim.errors import BeltError, InputError, finite
+from belt_sim.errors import BeltError, CannotRepresent, InputError, finite
 from belt_sim.io import provenance, write_json
+from belt_sim.line.hooks import overrides
 from belt_sim.line.march import march_traced, plan_steps
 from belt_sim.model import Model, SteadyModel
 from belt_sim.results.simulation import Simulation
@@ -210,6 +211,11 @@ def _scene_and_story(case: Case, model: ModelSpec, effects: Any) -> tuple["MjSpe
     chosen, acting = model_of(model), effects_of(effects)
     if not isinstance(chosen, SpaceModel):
         raise InputError("model", chosen.name, "", "use mujoco_flex, mujoco_grid or mujoco_rope")
+    for effect in acting:
+        if overrides(effect) <= {"encoder", "sensor", "sensor_travel"}:
+            raise CannotRepresent(
+                f"effects = {effect.id}: it changes readings, which a scene does not take; leave it out"
+            )
     chosen = replace(chosen, contact=CONTACTS[1])
     driven, _ = chosen.engine_task(case, acting, _SOME_TRAVEL)
     return contact_scene(driven, chosen.belt, chosen.options, chosen.parts(driven, acting))

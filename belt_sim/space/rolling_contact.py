@@ -19,7 +19,7 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent
-from belt_sim.scene_parts import GuideRoller, PulleySurface, SceneParts
+from belt_sim.scene_parts import GuideRoller, SceneParts
 from belt_sim.space.loop import LaidLoop
 from belt_sim.space.machine import HEAD_YAW, TAIL_YAW, SceneLayout, begin_scene, station_mass
 from belt_sim.space.mesh import node_name
@@ -120,19 +120,15 @@ def _refuse_shapes(parts: SceneParts) -> None:
     asked = {
         "camber": parts.camber is not None,
         "lift_off": bool(parts.lift_off),
-        "a load on a span": bool(parts.pushes or parts.roll),
+        "a load on a span": bool(parts.pushes or parts.roll or parts.roll_lower),
         "residual stress": bool(parts.residual),
+        "a bent axis": bool(parts.head.bow or parts.tail.bow),
+        "a hollow pulley (crown c < 0)": min(parts.head.crown, parts.tail.crown) < 0.0,
     }
-    for surface in (parts.head, parts.tail):
-        shown = PulleySurface(
-            radius=surface.radius, taper=surface.taper, cant=surface.cant, yaw_offset=surface.yaw_offset
-        )
-        other = [name for name, value in vars(surface).items() if value != getattr(shown, name)]
-        asked |= {f"a pulley's {name}": True for name in other}
     for name in (name for name, is_asked in asked.items() if is_asked):
         raise CannotRepresent(
-            f"model.contact = mujoco: {name} has no place in a scene of plain MuJoCo, which takes taper, cant, "
-            "yaw_offset and guide rollers; use model.contact=held"
+            f"model.contact = mujoco: {name} has no place in a scene of plain MuJoCo, which takes taper, crown, cant, "
+            "wobble, yaw_offset, yaw_compliance and guide rollers; use model.contact=held"
         )
 
 
@@ -182,7 +178,8 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
 
 
 def _is_tapered(scene: SceneLayout) -> bool:
-    return bool(scene.parts.head.taper or scene.parts.tail.taper)
+    """Whether a pulley is a cone; one with a crown is an ellipsoid."""
+    return any(surface.taper and not surface.crown for surface in (scene.parts.head, scene.parts.tail))
 
 
 _FIRST_LINE = 16  # bit of line 0 where every line of nodes has a shell of its own
@@ -194,14 +191,24 @@ def _line_bits(scene: SceneLayout, line: int) -> dict[str, int]:
 
 
 def _make_solid(spec: mujoco.MjSpec, name: str, radius: float, scene: SceneLayout) -> None:
-    """Let a pulley collide; a tapered one has a shell for each line of nodes, as wide as the cone is there."""
+    """Let a pulley collide. A tapered one has a shell for each line of nodes, as wide as the cone is there; a crowned
+    one is an ellipsoid, off the middle where it is tapered, too; one that wobbles sits askew on its axle."""
     surface, shell, pulley = getattr(scene.parts, name), spec.geom(f"{name}-shell"), spec.body(f"{name}-pulley")
     shell.size, shell.group = [radius - NODE_RADIUS, shell.size[1], 0.0], 3
     shell.contype, shell.conaffinity = _PULLEY, _NODE
-    if _is_tapered(scene):
+    before = float(np.sign(float(scene.case.settings.direction))) * scene.early / surface.radius  # turns, travel 0
+    yaw, roll = (0.5 * surface.wobble * f(surface.wobble_phase - before) for f in (math.cos, math.sin))
+    askew = np.zeros(4)
+    mujoco.mju_mulQuat(askew, np.array([1.0, roll, 0.0, yaw]), np.array(_ACROSS))
+    shell.alt.type, shell.quat = mujoco.mjtOrientation.mjORIENTATION_QUAT, askew
+    if surface.crown:
+        widest = radius * (1.0 + 0.5 * surface.taper**2 / surface.crown) - NODE_RADIUS
+        shell.type, shell.pos = mujoco.mjtGeom.mjGEOM_ELLIPSOID, [0.0, surface.taper / surface.crown, 0.0]
+        shell.size = [widest, widest, math.sqrt(widest / (radius * surface.crown))]
+    elif _is_tapered(scene):
         for line, y in enumerate(scene.mesh.line_y):
             size = [radius * (1.0 + surface.taper * y) - NODE_RADIUS, shell.size[1], 0.0]
-            other = pulley.add_geom(name=f"{name}-shell-{line}", type=shell.type, size=size, quat=_ACROSS)
+            other = pulley.add_geom(name=f"{name}-shell-{line}", type=shell.type, size=size, quat=shell.quat)
             other.contype, other.conaffinity, other.mass, other.group = _FIRST_LINE << line, 0, 0.0, 3
         shell.contype = shell.conaffinity = 0
     nominal = scene.case.settings.yaw if name == "tail" else scene.case.settings.yaw_head
@@ -264,7 +271,8 @@ def _add_actuators(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     add("tension", "tail-slide", 2.0 * float(case.belt.area) * N_PER_MM2, -tension, _TIGHTEST).set_to_motor()
     for name in ("tail", "head"):
         yaw = add(f"{name}_yaw", f"{name}-yaw", 1.0 / DEGREE, -_MOST_YAW, _MOST_YAW)
-        yaw.set_to_position(kp=_YAW_STIFFNESS * DEGREE**2, kv=_YAW_TIME * _YAW_STIFFNESS * DEGREE**2)
+        stiffness = 1.0 / max(getattr(scene.parts, name).yaw_compliance, 1.0 / _YAW_STIFFNESS)
+        yaw.set_to_position(kp=stiffness * DEGREE**2, kv=_YAW_TIME * stiffness * DEGREE**2)
 
 
 RAY = 0.3  # [m] from the middle of the machine to a ray's beginning, and from a level span to one above it

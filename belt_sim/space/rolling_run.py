@@ -83,10 +83,10 @@ class ContactRun:
     ) -> "ContactRun":
         """Build the scene (and write its MJCF); options: fitted to the case; edited: the scene that is run instead of
         the case's own, which was made of the same case."""
-        if parts.sets_in:
+        if parts.sets_in or parts.head.taper or parts.tail.taper:
             raise CannotRepresent(
-                "model.contact = mujoco: yaw_offset, cant and lean would act before travel 0 already; write them with "
-                "belt-sim scene, or use model.contact=held"
+                "model.contact = mujoco: taper, yaw_offset, cant and lean would act before travel 0 already; "
+                "write them with belt-sim scene, or use model.contact=held"
             )
         spec, scene = build_contact(case, belt, options, parts)
         mounted = np.array([float(case.settings.yaw_head.last()), float(case.settings.yaw.last())])

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
+from belt_sim.effects.base import library
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.io import MODELS
 from belt_sim.show.observers import resolve_watch
 from belt_sim.space.mujoco_interface import mjcf
+from belt_sim.space.options import Options
 from belt_sim.space.rolling_run import _wrap_ends
 
 SHORT_RIG = MODELS / "scenes" / "short_rig.xml"
@@ -179,14 +181,58 @@ def test_two_belts_in_one_scene_need_the_options_of_one():
     assert not data.warning.number.any()
 
 
-@pytest.mark.parametrize("effect", [{"id": "taper", "kappa_t": 1e-4}, {"id": "cant", "gamma": 1e-3}])
-def test_shapes_of_effects_stand_in_the_scene(effect):
-    plain, shaped = (bs.scene(model="mujoco_flex", effects=e, **MACHINE).compile() for e in ([], [effect]))
-    if effect["id"] == "taper":
-        sizes = [float(shaped.geom(f"tail-shell-{line}").size[0]) for line in (0, 1)]
-        assert sizes[0] - sizes[1] == pytest.approx(1e-4 * 0.17 * 0.112, rel=0.03)
-    else:
-        assert not np.allclose(plain.body_quat, shaped.body_quat)
+def test_every_effect_changes_the_scene_or_is_refused_in_words():
+    def numbers(effects):
+        model = bs.scene(model="mujoco_flex", effects=effects, **MACHINE).compile()
+        fields = ("geom_size", "geom_quat", "geom_pos", "geom_friction", "body_quat", "actuator_gainprm")
+        fields += ("actuator_biasprm", "jnt_stiffness", "qpos_spring", "key_qpos", "qpos0")
+        return [*(np.asarray(getattr(model, f)).ravel() for f in fields), model.opt.gravity.copy()]
+
+    plain, taken, refused = numbers([]), set(), []
+    for name, cls in library().items():
+        try:
+            found = numbers([{"id": name, **{n: p.scale for n, p in cls.parameters.items()}}])
+        except CannotRepresent as refusal:
+            refused.append(str(refusal))
+            continue
+        taken.add(name)
+        assert any(a.shape != b.shape or not np.array_equal(a, b) for a, b in zip(plain, found, strict=True)), name
+    assert all("; use" in line or "; leave it out" in line for line in refused)
+    assert {"taper", "crown", "cant", "wobble", "thickness_wedge", "edge_guide", "machine_tilt"} < taken
+
+
+def test_a_taper_stands_in_the_scene():
+    tapered = bs.scene(model="mujoco_flex", effects=[{"id": "taper", "kappa_t": 1e-4}], **MACHINE).compile()
+    sizes = [float(tapered.geom(f"tail-shell-{line}").size[0]) for line in (0, 1)]
+    assert sizes[0] - sizes[1] == pytest.approx(1e-4 * 0.17 * 0.112, rel=0.03)
+
+
+def test_a_crown_moves_the_belt_as_it_moves_the_held_one():
+    """By 3 um in 0.6 m, with the fourth power of the travel."""
+    machine = {"rig": "rope_example", "tension": 20, "yaw": -0.042, "travel": 0.6}
+    by_crown = []
+    for contact in ("held", "mujoco"):
+        model = {"name": "mujoco_flex", "contact": contact, "run_in": 0.1}
+        plain, crowned = (
+            bs.simulate(model=model, effects=e, **machine).curves for e in ([], [{"id": "crown", "c": 0.5}])
+        )
+        by_crown.append(np.interp(0.6, crowned.travel, crowned.y[0]) - np.interp(0.6, plain.travel, plain.y[0]))
+    assert by_crown[0] > 2e-6
+    assert by_crown[1] == pytest.approx(by_crown[0], rel=0.25)
+
+
+def test_a_wobbling_pulley_describes_the_cone_of_the_held_one():
+    askew, spin = {"id": "wobble", "beta_cos": 2e-3, "beta_sin": -1e-3}, 0.7
+    model = bs.scene(model="mujoco_flex", effects=[askew], **MACHINE).compile()
+    data = mujoco.MjData(model)
+    data.joint("tail-spin").qpos, data.joint("tail-yaw").qpos = spin, 0.0
+    mujoco.mj_kinematics(model, data)
+    before = Options().run_in / 0.17
+    phase = spin - before + np.arctan2(1e-3, 2e-3)
+    axis = data.geom("tail-shell").xmat.reshape(3, 3)[:, 2] * [-1, -1, -1]
+    yaw, roll = np.hypot(2e-3, 1e-3) * np.array([np.cos(phase), np.sin(phase)])
+    straight = data.body("tail-fork").xmat.reshape(3, 3)
+    assert straight.T @ axis == pytest.approx([-yaw, 1.0, roll], abs=1e-5)
 
 
 @pytest.mark.long
@@ -202,8 +248,8 @@ def test_the_test_rig_tracks_as_the_held_belt(tension):
 
 def test_what_cannot_be_is_refused_in_a_line(tmp_path, monkeypatch):
     contact = {"name": "mujoco_flex", "contact": "mujoco"}
-    with pytest.raises(CannotRepresent, match="crown has no place"):
-        bs.simulate(model=contact, effects=[{"id": "crown", "c": 0.1}], travel=1, **MACHINE)
+    with pytest.raises(CannotRepresent, match="hollow pulley"):
+        bs.simulate(model=contact, effects=[{"id": "crown", "c": -0.1}], travel=1, **MACHINE)
     for belt in ("rope", "grid"):
         with pytest.raises(CannotRepresent, match=f"a {belt} chatters"):
             bs.scene(model=f"mujoco_{belt}", **MACHINE)
