@@ -6,9 +6,8 @@ same for every run (a run's own setting error is small and enters linearly, thro
 computed at once; derivatives are differences of neighbouring points, which share the point they start from. Both points
 of a difference are marched by the same program, so that its rounding is not taken for a derivative.
 
-Few rows pay for effects that are null in them, and few programs serve all rows. Effects stand in groups: those that a
-march does not ask at its steps are always compiled in; of the others the slow ones are one group, and the rest another,
-each compiled in where any of it acts.
+Few programs serve all rows: all effects are compiled in, and a batch passes over those that are null in its rows. The
+slow ones, and additive ones where they cannot be added, are compiled in only where one of them acts.
 """
 
 import math
@@ -40,7 +39,7 @@ from belt_sim.diagnosis.samples import (
 from belt_sim.effects.base import Effect, Parameter, library
 from belt_sim.effects.law import GenericLaw
 from belt_sim.jax_setup import PROGRAMS, WORKERS, StoredProgram, jit_float64, program_key
-from belt_sim.line.hooks import AFTER_ENGINE, AT_STEPS, apply_hook, indicate, overrides, switched, true_travel
+from belt_sim.line.hooks import AFTER_ENGINE, apply_hook, indicate, overrides, switched, true_travel
 from belt_sim.line.march import march_open, plan_steps
 from belt_sim.line.runup import Reading
 from belt_sim.line.spans import Composition
@@ -399,19 +398,15 @@ DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
 DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6, 1e-3)
 KEPT = 8  # sets of columns of additive effects, at once
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
-READ, LIGHT, HEAVY = "read", "light", "heavy"
+HEAVY = "heavy"
 BEYOND = 4  # steps behind a record, between which its last reading is looked up
 FURTHER = ("encoder", "sensor_travel")  # hooks of effects with which a reading may be of a later travel than is shown
 Groups = frozenset[str]
 
 
 def group_of(cls: type[Effect]) -> str:
-    """The group of an effect: its own id where it need not be compiled at all."""
-    if cls.is_additive():
-        return cls.id
-    if cls.id in SLOW:
-        return HEAVY
-    return LIGHT if overrides(cls, AT_STEPS) else READ
+    """The group of an effect: its own id where it need not be compiled at all; empty where it always is."""
+    return cls.id if cls.is_additive() else HEAVY if cls.id in SLOW else ""
 
 
 class Forward:
@@ -499,19 +494,10 @@ class Forward:
         return self._predict(vector, self._active_groups(vector))
 
     def _active_groups(self, vector: np.ndarray) -> list[Groups]:
-        """Groups of effects that are not null at each of (C, size), as far as that makes a difference to a march."""
+        """Groups of effects, of those that are not always compiled, that are not null at each of (C, size)."""
         off = (vector != self._null)[:, : len(self.slots)]
-        out = {READ, *map(group_of, self._addable)}
+        out = {"", *map(group_of, self._addable)}
         return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - out for row in off]
-
-    def _groups_of_derivatives(self, points: np.ndarray, of: np.ndarray, along: np.ndarray) -> list[Groups]:
-        """Groups that each derivative (C,) is taken with: all cheap ones of a point together, and what is dear by
-        itself; points (P, size), of (C,): at which of them; along (C, size)."""
-        there, moved = self._active_groups(points), self._active_groups(self._null + along)
-        shared = [
-            groups.union(*(moved[k] & {LIGHT} for k in np.flatnonzero(of == p))) for p, groups in enumerate(there)
-        ]
-        return [(there if groups - {LIGHT} else shared)[p] | groups for p, groups in zip(of, moved, strict=True)]
 
     def _predict(self, vector: np.ndarray, groups: Sequence[Groups]) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size), each marched with some groups of effects."""
@@ -526,7 +512,7 @@ class Forward:
 
     def _march(self, vector: np.ndarray, groups: Groups) -> Work:
         """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
-        kept = [k for k, group in enumerate(self._groups) if group in {READ, *groups}]
+        kept = [k for k, group in enumerate(self._groups) if group in {"", *groups}]
         samples, others = self.samples, places_of(self.samples)
         tilts = bool(others) or any(s.at.endswith("mid_span") for s in samples.signals)
         slots = tuple(self.slots[k] for k in kept)
@@ -549,7 +535,8 @@ class Forward:
         points, of = np.unique(vector, axis=0, return_inverse=True)
         additive = np.any(directions[:, self.linear], axis=1) & ~np.any(directions[:, ~self.linear], axis=1)
         along = np.where(additive[:, None], 0.0, directions)
-        groups = self._groups_of_derivatives(points, of.reshape(-1), along)
+        there, moved = self._active_groups(points), self._active_groups(self._null + along)
+        groups = [there[p] | own for p, own in zip(of.reshape(-1), moved, strict=True)]
         keys = list(zip(of.reshape(-1).tolist(), groups, strict=True))
         starts = list(dict.fromkeys(keys))
         moving = np.flatnonzero(np.any(along, axis=1))

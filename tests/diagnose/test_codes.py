@@ -4,7 +4,7 @@ import numpy as np
 from small_campaign import MODEL, campaign
 
 from belt_sim.diagnosis import forward as forward_module
-from belt_sim.diagnosis.forward import HEAVY, LIGHT, Forward, Work
+from belt_sim.diagnosis.forward import HEAVY, Forward, Work
 from belt_sim.diagnosis.samples import samples_of
 from belt_sim.effects.belt_shape import Camber, Weld
 from belt_sim.effects.pulley_shape import Crown, Taper
@@ -24,12 +24,12 @@ def test_what_is_dear_is_asked_by_itself_where_nothing_else_acts(monkeypatch):
 
     monkeypatch.setattr(Forward, "_march", noted)
     forward.values_and_slopes(np.repeat(forward.null()[None], len(along), axis=0), along)
-    assert set(asked) == {frozenset({LIGHT}), frozenset({HEAVY})}
+    assert set(asked) == {frozenset(), frozenset({HEAVY})}
     asked.clear()
     tapered = forward.null()
     tapered[forward.index("taper")] = 0.1
     forward.values_and_slopes(np.repeat(tapered[None], len(along), axis=0), along)
-    assert set(asked) == {frozenset({LIGHT}), frozenset({LIGHT, HEAVY})}
+    assert set(asked) == {frozenset(), frozenset({HEAVY})}
 
 
 def test_an_effect_that_is_null_takes_no_time_and_changes_no_bit(monkeypatch):
@@ -44,7 +44,7 @@ def test_an_effect_that_is_null_takes_no_time_and_changes_no_bit(monkeypatch):
         points[2, [*forward.index("crown"), *forward.index("camber")]] = 0.1
         plan = forward_module.plan_batches
         monkeypatch.setattr(forward_module, "plan_batches", lambda *a: (passed.append(a[-1]), plan(*a))[1])
-        return forward._predict(points, [frozenset({LIGHT})] * 3)
+        return forward._predict(points, [frozenset()] * 3)
 
     found = predict()
     assert passed[0].sum(axis=1).tolist() == [0, 1, 2]
