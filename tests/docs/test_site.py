@@ -7,6 +7,7 @@ import pytest
 import belt_sim as bs
 from belt_sim.effects.base import library
 from belt_sim.io import ROOT
+from studies.site import reference
 from studies.site.effect_pages import text
 from studies.site.mathml import mathml
 from studies.site.offline import loads, loads_of_site
@@ -74,3 +75,7 @@ def test_what_a_readme_links_to_is_there(page):
     text = (ROOT / page).read_text(encoding="utf-8")
     links = [link.split("#")[0] for link in re.findall(r"\]\(([^)\s]+)\)", text) if "://" not in link]
     assert not [link for link in links if not ((ROOT / page).parent / link).exists()]
+
+
+def test_the_reference_lists_the_functions_as_their_docstrings_begin():
+    assert reference.PAGE.read_text(encoding="utf-8") == reference.written(), "run: python -m studies.site.reference"
