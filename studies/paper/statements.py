@@ -95,7 +95,7 @@ NOT_ADDRESSED = Judgement(SILENT)
 Judge = Callable[[Behaviour, Behaviour], Judgement]  # (a model, the beam of 2nd order)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Statement:
     """name, as M2; about: in a few words; says: the paper's statement; criterion: what a model has to do, in words;
     judge: does it."""
@@ -107,7 +107,9 @@ class Statement:
     judge: Judge
 
 
-# ---- M1: at 40 N/mm2 beam of 2nd order and measurement are apart, but of one kind.
+def _missing(of: Mapping[float, object], *tensions: float) -> bool:
+    return not {*tensions} <= {*of}
+
 
 M1_TENSION = 40.0  # [N/mm2]
 M1_SEEN = 0.02  # of the largest y_1: a line's width or two in a diagram of the paper's size
@@ -116,7 +118,7 @@ M1_ALIKE = 0.9  # correlation of the slopes
 
 def judge_m1(model: Behaviour, beam: Behaviour) -> Judgement:
     """A model that is unlike the beam, or cannot be told from it, fails; whether another is right cannot be said."""
-    if M1_TENSION not in model.y:
+    if _missing(model.y, M1_TENSION):
         return NOT_ADDRESSED
     apart = np.abs(model.y[M1_TENSION] - beam.y[M1_TENSION]).max() / np.abs(beam.y[M1_TENSION]).max()
     slopes = [np.gradient(b.y[M1_TENSION], GRID) for b in (model, beam)]
@@ -125,21 +127,6 @@ def judge_m1(model: Behaviour, beam: Behaviour) -> Judgement:
     return Judgement(SILENT if apart >= M1_SEEN and alike >= M1_ALIKE else CONTRADICTED, number)
 
 
-M1 = Statement(
-    name="M1",
-    about="alike at 40 N/mm2",
-    says="at 40 N/mm2 measurement and beam are clearly apart, but of one kind",
-    criterion=(
-        f"point 1 over 25 m: contradicted where it is less than {100 * M1_SEEN:g} % of the beam's largest y apart from "
-        f"the beam of 2nd order, or its slopes are correlated with the beam's by less than {M1_ALIKE:g}; else not "
-        "addressed: by how much, and to which side, the measurement differs is not in the paper's text"
-    ),
-    judge=judge_m1,
-)
-
-
-# ---- M2: at 7 and 10 N/mm2 the belt starts more slowly, and not as the beam of 2nd order says.
-
 SLACK, TIGHT = (7.0, 10.0), 40.0  # [N/mm2]
 M2_START = 3.0  # [m] of travel
 M2_SLOWER = 0.9  # of what the beam of 2nd order says
@@ -147,26 +134,12 @@ M2_SLOWER = 0.9  # of what the beam of 2nd order says
 
 def judge_m2(model: Behaviour, beam: Behaviour) -> Judgement:
     """y_1 at M2_START over that at TIGHT: below the beam's, and the lower the slacker."""
-    if not {*SLACK, TIGHT} <= set(model.y):
+    if _missing(model.y, *SLACK, TIGHT):
         return NOT_ADDRESSED
     own, beams = ([b.y_at(M2_START, t) / b.y_at(M2_START, TIGHT) for t in SLACK] for b in (model, beam))
     met = all(a <= M2_SLOWER * b for a, b in zip(own, beams, strict=True)) and own[0] < own[1]
     return Judgement.decide(met, f"{own[0]:.2f} and {own[1]:.2f} of the start at 40")
 
-
-M2 = Statement(
-    name="M2",
-    about="slow start",
-    says="at 7 and 10 N/mm2 the belt starts with less slope, the slacker the less, and the beam does not",
-    criterion=(
-        f"y of point 1 after {M2_START:g} m at 7 and at 10 N/mm2, over that at 40: at most {M2_SLOWER:g} times the "
-        "same ratio of the beam of 2nd order, and smaller at 7 than at 10"
-    ),
-    judge=judge_m2,
-)
-
-
-# ---- M3: once moving, a slack belt runs faster: as a steady rate, and as a record of 10 to 15 m shows it.
 
 M3_A_LOT = 1.2  # times the rate at TIGHT
 M3_READ_OVER = (10.0, 15.0)  # [m]
@@ -174,12 +147,12 @@ M3_READ_OVER = (10.0, 15.0)  # [m]
 
 def judge_m3(model: Behaviour, beam: Behaviour) -> Judgement:
     """Late rates."""
-    return _faster(lambda t: model.rate[t]) if {*SLACK, TIGHT} <= set(model.rate) else NOT_ADDRESSED
+    return NOT_ADDRESSED if _missing(model.rate, *SLACK, TIGHT) else _faster(lambda t: model.rate[t])
 
 
 def judge_m3_read(model: Behaviour, beam: Behaviour) -> Judgement:
     """Slopes over M3_READ_OVER."""
-    return _faster(lambda t: model.slope(*M3_READ_OVER, t)) if {*SLACK, TIGHT} <= set(model.y) else NOT_ADDRESSED
+    return NOT_ADDRESSED if _missing(model.y, *SLACK, TIGHT) else _faster(lambda t: model.slope(*M3_READ_OVER, t))
 
 
 def _faster(rate: Callable[[float], float]) -> Judgement:
@@ -187,57 +160,26 @@ def _faster(rate: Callable[[float], float]) -> Judgement:
     return Judgement.decide(min(own) >= M3_A_LOT, f"{own[0]:.2f} and {own[1]:.2f} times the rate at 40")
 
 
-M3 = Statement(
-    name="M3",
-    about="faster for good",
-    says="once it runs, a slack belt runs much faster sideways than a tight one",
-    criterion=f"steady rate at 7 and at 10 N/mm2: both at least {M3_A_LOT:g} times that at 40",
-    judge=judge_m3,
-)
-M3_READ = Statement(
-    name="M3, read early",
-    about="faster over 10 to 15 m",
-    says="the same, if the rates were read while the belt was still in its transient",
-    criterion=f"mean slope of point 1 from {M3_READ_OVER[0]:g} to {M3_READ_OVER[1]:g} m at 7 and at 10 N/mm2: both at "
-    f"least {M3_A_LOT:g} times that at 40",
-    judge=judge_m3_read,
-)
-
-
-# ---- M4: at 20 to 40 N/mm2 the beam of 2nd order is quite realistic for the steady rate.
-
 M4_TENSIONS = (20.0, 40.0)  # [N/mm2]
 M4_QUITE = 0.2  # of the beam's rate
 
 
 def judge_m4(model: Behaviour, beam: Behaviour) -> Judgement:
     """The model's steady rates are near the beam's."""
-    if not set(M4_TENSIONS) <= set(model.rate):
+    if _missing(model.rate, *M4_TENSIONS):
         return NOT_ADDRESSED
     off = [model.rate[t] / beam.rate[t] - 1.0 for t in M4_TENSIONS]
     return Judgement.decide(max(map(abs, off)) <= M4_QUITE, f"{100 * off[0]:+.0f} % at 20, {100 * off[1]:+.0f} % at 40")
 
 
-M4 = Statement(
-    name="M4",
-    about="rate at 20 to 40 N/mm2",
-    says="at 20 to 40 N/mm2 the beam of 2nd order gives rates that one may use",
-    criterion=f"steady rate at 20 and at 40 N/mm2 within {100 * M4_QUITE:g} % of that of the beam of 2nd order",
-    judge=judge_m4,
-)
-
-
-# ---- M5: below 20 N/mm2 the catenary is visible, and yawing tilts the belt.
-
-M5_SLACK = (7.0, 10.0)  # [N/mm2]
 M5_VISIBLE = 5e-3  # [rad]: a millimetre between the edges of a belt of 200 mm
 
 
 def judge_m5(model: Behaviour, beam: Behaviour) -> Judgement:
     """The tilt at mid-span can be seen."""
-    if not set(M5_SLACK) <= set(model.tilt):
+    if _missing(model.tilt, *SLACK):
         return NOT_ADDRESSED
-    tilt = [model.tilt[t] for t in M5_SLACK]
+    tilt = [model.tilt[t] for t in SLACK]
     return Judgement.decide(min(tilt) >= M5_VISIBLE, f"{1e3 * tilt[0]:.0f} and {1e3 * tilt[1]:.0f} mrad")
 
 
@@ -247,53 +189,48 @@ def _sag(tension: float) -> float:
     return 1e3 * float(case.sag_curvature) * float(case.rig.span_length) ** 2 / 8.0
 
 
-M5 = Statement(
-    name="M5",
-    about="tilt",
-    says="below 20 N/mm2 the belt is seen to hang, and a yaw to tilt its sections",
-    criterion=(
-        f"greatest tilt at mid-span within 25 m at 7 and at 10 N/mm2: at least {1e3 * M5_VISIBLE:g} mrad, a millimetre "
-        "between the edges (the sag itself is no model's: "
-        f"{_sag(7.0):.0f} and {_sag(10.0):.0f} mm by statics)"
-    ),
-    judge=judge_m5,
-)
-
-
-# ---- M6: rope and beam of 1st order bound all curves of the beam of 2nd order; here: of the model.
-
 M6_OUTSIDE = 0.01  # of the rope's largest y
 
 
 def judge_m6(model: Behaviour, beam: Behaviour) -> Judgement:
-    """How far the model's curves leave the area between rope and beam of 1st order."""
-    if not set(MEASURED) <= set(model.y):
+    """How far the model's curves leave the area between rope and beam of 1st order, which no tension changes."""
+    if _missing(model.y, *MEASURED):
         return NOT_ADDRESSED
-    rope, first = (-np.interp(GRID, *_point_1(name)) for name in ("rope", "beam_th1"))
+    rope, first = (_y_on_grid(moving(name, MEASURED[-1])) for name in ("rope", "beam_th1"))
     y = np.stack([model.y[t] for t in MEASURED])
     out = max(float((y - rope).max()), float((first - y).max()), 0.0) / float(rope.max())
     return Judgement.decide(out <= M6_OUTSIDE, f"{100 * out:.1f} % outside")
 
 
-def _point_1(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Neither of the two depends on tension."""
-    curves = moving(name, MEASURED[-1])
-    return np.asarray(curves.travel), np.asarray(curves.y)[0]
-
-
-M6 = Statement(
-    name="M6",
-    about="within rope and Th 1. O",
-    says="rope and beam of 1st order delimit an area in which all curves of the beam of 2nd order are",
-    criterion=(
+STATEMENTS = {s.name: s for s in (
+    Statement("M1", "alike at 40 N/mm2", "at 40 N/mm2 measurement and beam are clearly apart, but of one kind",
+        f"point 1 over 25 m: contradicted where it is less than {100 * M1_SEEN:g} % of the beam's largest y apart "
+        "from the beam of 2nd order, or its slopes are correlated with the beam's by less than "
+        f"{M1_ALIKE:g}; else not addressed: by how much, and to which side, the measurement differs is not in the "
+        "paper's text", judge_m1),
+    Statement("M2", "slow start",
+        "at 7 and 10 N/mm2 the belt starts with less slope, the slacker the less, and the beam does not",
+        f"y of point 1 after {M2_START:g} m at 7 and at 10 N/mm2, over that at 40: at most {M2_SLOWER:g} times the "
+        "same ratio of the beam of 2nd order, and smaller at 7 than at 10", judge_m2),
+    Statement("M3", "faster for good", "once it runs, a slack belt runs much faster sideways than a tight one",
+        f"steady rate at 7 and at 10 N/mm2: both at least {M3_A_LOT:g} times that at 40", judge_m3),
+    Statement("M3, read early", "faster over 10 to 15 m",
+        "the same, if the rates were read while the belt was still in its transient",
+        f"mean slope of point 1 from {M3_READ_OVER[0]:g} to {M3_READ_OVER[1]:g} m at 7 and at 10 N/mm2: both at "
+        f"least {M3_A_LOT:g} times that at 40", judge_m3_read),
+    Statement("M4", "rate at 20 to 40 N/mm2",
+        "at 20 to 40 N/mm2 the beam of 2nd order gives rates that one may use",
+        f"steady rate at 20 and at 40 N/mm2 within {100 * M4_QUITE:g} % of that of the beam of 2nd order", judge_m4),
+    Statement("M5", "tilt", "below 20 N/mm2 the belt is seen to hang, and a yaw to tilt its sections",
+        f"greatest tilt at mid-span within 25 m at 7 and at 10 N/mm2: at least {1e3 * M5_VISIBLE:g} mrad, a "
+        "millimetre between the edges (the sag itself is no model's: "
+        f"{_sag(7.0):.0f} and {_sag(10.0):.0f} mm by statics)", judge_m5),
+    Statement("M6", "within rope and Th 1. O",
+        "rope and beam of 1st order delimit an area in which all curves of the beam of 2nd order are",
         "point 1 over 25 m at 7, 10, 20 and 40 N/mm2 leaves that area by at most "
-        f"{100 * M6_OUTSIDE:g} % of the rope's largest y (the paper says it of the beam of 2nd order alone)"
-    ),
-    judge=judge_m6,
-)
-
-
-STATEMENTS = {s.name: s for s in (M1, M2, M3, M3_READ, M4, M5, M6)}
+        f"{100 * M6_OUTSIDE:g} % of the rope's largest y (the paper says it of the beam of 2nd order alone)",
+        judge_m6),
+)}  # fmt: skip
 
 
 def judge_models(*, in_space: bool) -> dict[str, dict[str, Judgement]]:
