@@ -305,12 +305,32 @@ class Session:
         self.version += 1
 
     def drop(self, files: list[tuple[str, bytes]]) -> None:
+        """Take dropped files: begin an import of a logger's files, or apply a mapping to those that are there; open a
+        campaign, or add files that were missing in the one dropped before; take effects."""
         tray = sort_files(files)
         messages = tray.messages
-        if tray.loggers or tray.mapping:
-            messages += self._import_from(tray)
+        self._folders += 1
+        try:
+            if tray.loggers or tray.mapping:
+                before, mapping = self.importing or self.finished_import, {}
+                if tray.mapping:
+                    mapping = read_mapping(*tray.mapping)
+                if tray.loggers:
+                    folder = write_files(self.folder / f"import_{self._folders}" / "files", tray.loggers)
+                    self.importing = begin([folder / name for name in tray.loggers], mapping)
+                elif before is None:
+                    messages.append(f"{MAPPING}: drop the logger's files with it")
+                else:
+                    self.importing = begin(before.files, mapping)
+        except BeltError as error:
+            messages += str(error).replace(f"{self.folder}/", "").splitlines()
         if tray.campaign:
-            messages += self._campaign_from(tray)
+            last, there = self.campaign_folder, dict[str, bytes]()
+            if SHEET not in tray.campaign and last is not None:
+                there = {n: (last / n).read_bytes() for n in FILES if (last / n).is_file()}
+            self.finished_import = None
+            folder = write_files(self.folder / f"campaign_{self._folders}", there | tray.campaign)
+            messages += self._open(folder)
         if tray.effects:
             try:
                 self.effects, self.effects_name = read_effects(*tray.effects), tray.effects[0]
@@ -319,34 +339,9 @@ class Session:
         self.end_drop(*messages)
 
     def end_drop(self, *messages: str) -> None:
+        """Let pages know that a drop was dealt with."""
         self.drops += 1
         self.notify(*messages)
-
-    def _campaign_from(self, tray: Tray) -> list[str]:
-        """A new campaign, or files that were missing in the one dropped before."""
-        before = {}
-        if SHEET not in tray.campaign and self.campaign_folder is not None:
-            before = {n: (self.campaign_folder / n).read_bytes() for n in FILES if (self.campaign_folder / n).is_file()}
-        self._folders += 1
-        self.finished_import = None
-        return self._open(write_files(self.folder / f"campaign_{self._folders}", {**before, **tray.campaign}))
-
-    def _import_from(self, tray: Tray) -> list[str]:
-        """Begin an import of a logger's files, or apply a mapping to those that are there."""
-        self._folders += 1
-        before = self.importing or self.finished_import
-        try:
-            mapping = read_mapping(*tray.mapping) if tray.mapping else {}
-            if tray.loggers:
-                folder = write_files(self.folder / f"import_{self._folders}" / "files", tray.loggers)
-                self.importing = begin([folder / name for name in tray.loggers], mapping)
-            elif before is None:
-                return [f"{MAPPING}: drop the logger's files with it"]
-            else:
-                self.importing = begin(before.files, mapping)
-        except BeltError as error:
-            return str(error).replace(f"{self.folder}/", "").splitlines()
-        return []
 
     def answer(self, answers: Mapping[Place, Any]) -> None:
         if self.importing is not None:

@@ -514,12 +514,14 @@ def check_repeats(campaign: Campaign) -> list[Suspicion]:
                 words = f"as at {tension / N_PER_MM2:.3g} N/mm2 instead of {first.tension / N_PER_MM2:.3g}"
                 likely.append((explained, words))
         best, words = max(likely)
-        sentence = f"{run.name} differs from {first.name} by {ends.max() / MM:.2g} mm in {name} (one sigma"
+        sentence = (
+            f"{run.name} differs from its first run {first.name} by {ends.max() / MM:.2g} mm in {name} (one sigma"
+        )
         sentence += f" {error / MM:.1g}){_hours_between(first, run)}"
         told.append(f"{sentence}, {words} ({100.0 * best:.0f} % of the squares)" if best > 0.6 else sentence)
     if not told:
         return []
-    sentence = f"repeats disagree: {'; '.join(told)}; something changes between the runs: log tension, yaw and"
+    sentence = f"{'; '.join(told)}; something changes between the runs: log tension, yaw and"
     return [Suspicion(None, (), "repeats", f"{sentence} temperature with the time of day", "look")]
 
 
