@@ -138,9 +138,8 @@ hash before anyone answers.
 - An alias counts as right if the answer itself says that the two cannot be told apart.
 - Hidden `pulley_deflection` had a [wrong law](theory.md#bent-pulleys).
 
-These campaigns test the diagnosis against our picture of a machine. **No campaign comes from a real machine.**
-Noise, plausible sizes and kinds of faults on the virtual rig are our assumptions ([how far to believe each
-effect](how_far.md)).
+**No campaign comes from a real machine.** Noise, plausible sizes and kinds of faults are our assumptions ([how far to
+believe each effect](how_far.md)).
 
 ## Targets
 
@@ -152,7 +151,7 @@ effect](how_far.md)).
 
 ## What a probability is worth
 
-Names by the probability that the answer gave them, over all versions (the record has the table).
+Names by the probability that the answer gave them, over all versions.
 
 ![Probability said against share truly hidden](images/challenge_reliability.png)
 
@@ -162,11 +161,9 @@ Names by the probability that the answer gave them, over all versions (the recor
 
 ## The record
 
-{{download}}`All campaigns of all versions <data/how_often_right_record.md>` has the commands, the ablations,
-plain statistical
-methods on the same campaigns, and every failure with its reason. `make how_often_right` writes this page and
-the record
-from `studies/challenge/stored`. `python -m studies.challenge count=40 first_seed=1000` answers new campaigns.
+{{download}}`All campaigns of all versions <data/how_often_right_record.md>` has commands, ablations, plain
+statistical methods on the same campaigns, and every failure with its reason. `python -m studies.challenge count=40
+first_seed=1000` answers new campaigns.
 """
 _PAGE_SPAN = """## Changes inside a span
 
@@ -177,7 +174,7 @@ its tension, goes with the tension, the time or its own bend. {outcomes}
 
 The distance of a wrong name is what it leaves of what is hidden, by the generator's own laws. Under 3 units of noise
 nobody can tell the two apart: with few tensions flatness, or a load cell that errs, does what one change of a span
-does. Only wrong names were looked at so; the rest keep the distance stated, which is linear and may be too large."""
+does."""
 _PAGE_SPACE = """## Measured on the 3D belt
 
 In {campaigns} further campaigns the measurement comes from a belt in three dimensions. Pulley shapes, friction and
