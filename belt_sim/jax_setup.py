@@ -30,7 +30,6 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import jax
-import numpy as np
 from jax import export
 
 from belt_sim.errors import BeltError, InputError
@@ -51,30 +50,6 @@ def map_in_threads(function: Callable[[Any], Any], items: Iterable[Any], workers
     loop, uses one core."""
     with ThreadPoolExecutor(workers) as pool:
         return list(pool.map(function, items))
-
-
-def map_in_chunks(
-    function: Callable[[np.ndarray], Sequence[Any]], number: int, chunk: int, workers: int = WORKERS
-) -> list[np.ndarray]:
-    """Return the arrays that ``function`` gives for the cases 0 .. number - 1, as one array each, computed in threads.
-
-    function: numbers of cases (chunk,) -> arrays with a leading axis of cases. A last chunk is filled up with the last
-    case, so that all chunks are of one size and compiled once.
-    """
-    chunk = min(chunk, number)
-    first = function(np.arange(chunk))  # compiles, once, before there are several threads
-    found = [np.empty((number, *np.shape(x)[1:])) for x in first]
-
-    def keep(start: int, arrays: Sequence[Any]) -> None:
-        for whole, part in zip(found, arrays, strict=True):
-            whole[start : start + chunk] = np.asarray(part)[: number - start]
-
-    def compute(start: int) -> None:
-        keep(start, function(np.minimum(np.arange(start, start + chunk), number - 1)))
-
-    keep(0, first)
-    map_in_threads(compute, range(chunk, number, chunk), workers)
-    return found
 
 
 def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:

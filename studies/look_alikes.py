@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.api.resolve import candidates_of
+from belt_sim.api.simulate import candidates_of
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.model import analytic_model

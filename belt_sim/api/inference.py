@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtrc
 
-from belt_sim.api.resolve import (
+from belt_sim.api.simulate import (
     ModelSpec,
     campaign_model,
     campaign_of,
@@ -74,7 +74,7 @@ def diagnose(
 ) -> Diagnosis:
     """Which of the candidates ``effects`` (None: the library) the analytic ``model`` lacks.
 
-    model: None: chosen by tension (``belt_sim.api.resolve.campaign_model``); effects: ids, .py files of your own
+    model: None: chosen by tension (``belt_sim.api.simulate.campaign_model``); effects: ids, .py files of your own
     (tested before any long work; ``tell`` hears what the test says) or Effect classes; leave_out: ids of the
     library not to be tried; checked: data and sheet are right, whatever looks wrong in them; advise: look for the next
     run to make; bootstraps: campaigns simulated with nothing missing, which tell how much chance gains;

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from belt_sim.api.resolve import effects_of
+from belt_sim.api.simulate import effects_of
 from belt_sim.campaign import Campaign
 from belt_sim.effects.base import library, short_title
 from belt_sim.effects.load import save_effects

@@ -11,13 +11,20 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.api.resolve import by_tension, closed_form_model, effects_of, fitted_model, model_of, validity_limits
-from belt_sim.api.simulate import simulate_one
+from belt_sim.api.simulate import (
+    by_tension,
+    closed_form_model,
+    effects_of,
+    fitted_model,
+    model_of,
+    simulate_one,
+    validity_limits,
+)
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates, late_records
 from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, finite, whole
-from belt_sim.jax_setup import cores, jit_float64, map_in_chunks
+from belt_sim.jax_setup import cores, jit_float64, map_in_threads
 from belt_sim.line.hooks import AFTER_ENGINE, uses
 from belt_sim.line.march import march_traced, plan_steps
 from belt_sim.line.spans import steady_traced
@@ -173,10 +180,16 @@ def _marches(
         task = MapTask(chosen, task.keys, float(travel), _places(at, travel), plan, task.steady)
 
     def work(values: np.ndarray) -> dict[str, np.ndarray]:
-        def rows_of(cases: np.ndarray) -> list[Any]:
-            return [_rows(case, effects, values[cases], task=task)]
+        number, chunk = len(values), min(CHUNK, len(values))
+        found = np.empty((number, len(task.columns)))
 
-        return dict(zip(task.columns, map_in_chunks(rows_of, len(values), CHUNK, threads)[0].T, strict=True))
+        def compute(start: int) -> None:  # a last chunk is filled up with the last case: all are compiled once
+            some = values[np.minimum(np.arange(start, start + chunk), number - 1)]
+            found[start : start + chunk] = np.asarray(_rows(case, effects, some, task=task))[: number - start]
+
+        compute(0)  # compiles, before there are several threads
+        map_in_threads(compute, range(chunk, number, chunk), threads)
+        return dict(zip(task.columns, found.T, strict=True))
 
     return work
 

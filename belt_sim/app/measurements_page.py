@@ -9,7 +9,7 @@ from nicegui import run, ui
 
 from belt_sim.api.campaigns import imported_runs_table, noise_table, run_noise_table
 from belt_sim.api.inference import MIN_BOOTSTRAPS
-from belt_sim.api.resolve import model_for_campaign
+from belt_sim.api.simulate import model_for_campaign
 from belt_sim.app import widgets
 from belt_sim.app.jobs import Job
 from belt_sim.app.session import GROUPS, MAX_UPLOAD, MEBI, TOO_LARGE, Import, Place, Session, read_shown

@@ -15,7 +15,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from belt_sim.api.resolve import campaign_model
+from belt_sim.api.simulate import campaign_model
 from belt_sim.app.jobs import SHOWN, Job
 from belt_sim.campaign import Campaign, Suspicion, read_campaign, suspicions
 from belt_sim.campaign.folder import FILES, campaign_folder

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.api.resolve import by_tension, model_of
-from belt_sim.api.simulate import on_engine, scene_text, simulate_one
+from belt_sim.api.simulate import by_tension, model_of, on_engine, scene_text, simulate_one
 from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves, Frame, Observer, read_curves, write_curves
 from belt_sim.errors import BeltError, InputError, SimulationError, finite, whole

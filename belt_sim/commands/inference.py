@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim.api import inference
 from belt_sim.api.plot import write_comparison, write_diagnosis, write_page
-from belt_sim.api.resolve import effects_of, fitted_model
+from belt_sim.api.simulate import effects_of, fitted_model
 from belt_sim.campaign import Campaign, case_of, read_campaign
 from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves

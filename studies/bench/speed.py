@@ -10,7 +10,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from belt_sim.jax_setup import WORKERS, jit_float64, map_in_chunks
+from belt_sim.jax_setup import WORKERS, jit_float64, map_in_threads
 from belt_sim.line.march import march_traced, plan_steps
 from belt_sim.units import N_PER_MM2
 from studies.bench.delay import DelayEquation
@@ -37,7 +37,9 @@ def batch_figures() -> dict[str, Any]:
     side_by_side = jit_float64(jax.vmap(one))
 
     def run():
-        return map_in_chunks(lambda rows: (side_by_side(tension[rows], yaw[rows]),), len(yaw), CHUNK, WORKERS)[0]
+        chunks = [slice(k, k + CHUNK) for k in range(0, len(yaw), CHUNK)]
+        parts = map_in_threads(lambda rows: np.asarray(side_by_side(tension[rows], yaw[rows])), chunks, WORKERS)
+        return np.concatenate(parts)
 
     begun = time.perf_counter()
     y = run()

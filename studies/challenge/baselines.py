@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.api.resolve import candidates_of, fitted_model
+from belt_sim.api.simulate import candidates_of, fitted_model
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.diagnosis.forward import Forward, columns, harmonics_of
 from belt_sim.diagnosis.samples import samples_of

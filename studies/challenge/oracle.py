@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from belt_sim.api.resolve import fitted_model
+from belt_sim.api.simulate import fitted_model
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.errors import ErrorsWithoutNuisances, conditions
 from belt_sim.diagnosis.samples import samples_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
-from belt_sim.api.resolve import campaign_model
+from belt_sim.api.simulate import campaign_model
 
 #: largest difference of y on the test rig, in percent of the largest y (docs/simulate.md)
 TOLD = {7: 3.1, 22: 0.8, 45: 0.1}

@@ -186,7 +186,7 @@ def test_what_a_diagnosis_found_can_be_added_to_the_model(tmp_path):
 
 
 def test_effects_are_asked_for_by_name_file_or_class():
-    from belt_sim.api.resolve import candidates_of
+    from belt_sim.api.simulate import candidates_of
 
     wind = ROOT / "models" / "effects" / "wind.py"
     asked = ["taper", str(wind), bs.library()["crown"]]

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from belt_sim.api.resolve import campaign_model, model_for_campaign
+from belt_sim.api.simulate import campaign_model, model_for_campaign
 from belt_sim.app.session import INPUTS, Session
 from belt_sim.campaign import read_campaign
 from belt_sim.campaign.folder import campaign_folder

@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 
-from belt_sim.api.resolve import candidates_of
+from belt_sim.api.simulate import candidates_of
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.describe import describe, drawings_of
 from belt_sim.diagnosis.examine import Findings, examine

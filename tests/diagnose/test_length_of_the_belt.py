@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small_campaign import MODEL
 
-from belt_sim.api.resolve import candidates_of
+from belt_sim.api.simulate import candidates_of
 from belt_sim.campaign import Campaign, Machine, Quantity
 from belt_sim.diagnosis.forward import NUISANCES
 from belt_sim.diagnosis.noise import length_sigma

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from small_campaign import MODEL, SPREAD
 
-from belt_sim.api.resolve import candidates_of
+from belt_sim.api.simulate import candidates_of
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.examine import examine
 from belt_sim.diagnosis.forward import NUISANCES

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
 
-from belt_sim.api.resolve import fitted_model
+from belt_sim.api.simulate import fitted_model
 from belt_sim.campaign import case_of, read_campaign, write_campaign
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.samples import samples_of

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 import belt_sim as bs
-from belt_sim.api.resolve import effects_of
+from belt_sim.api.simulate import effects_of
 from belt_sim.effects.law import (
     COURSES,
     ONE_SIDED,

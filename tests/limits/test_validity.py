@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from paper_cases import YAW, paper_case
 
-from belt_sim.api.resolve import validity_limits, validity_warnings
-from belt_sim.api.simulate import linearise, simulate
+from belt_sim.api.simulate import linearise, simulate, validity_limits, validity_warnings
 from belt_sim.api.sweep import sweep
 from belt_sim.campaign import read_campaign
 from belt_sim.case import Rig, Schedule

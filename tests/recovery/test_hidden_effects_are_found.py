@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_campaign import CLASSES, MODEL, SEED, SPREAD, campaign, diagnosed
 
-from belt_sim.api.resolve import candidates_of
+from belt_sim.api.simulate import candidates_of
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.examine import examine
 from belt_sim.discovery.law_search import LawSearch

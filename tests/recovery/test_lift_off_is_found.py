@@ -2,7 +2,7 @@
 
 from small_campaign import SEED, SPREAD
 
-from belt_sim.api.resolve import candidates_of
+from belt_sim.api.simulate import candidates_of
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.examine import examine
 from belt_sim.model import analytic_model
