@@ -1,5 +1,5 @@
 """Cases simulated: what people name (models, effects, campaigns) as objects; one case or a batch, and where its model
-stops being valid; the scene of a 3D case; curves that JAX can trace; the plant that a controller sees, and its files."""
+stops being valid; the scene of a 3D case; curves that JAX can trace; the plant that a controller sees and its files."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
