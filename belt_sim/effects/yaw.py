@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -9,10 +10,6 @@ import numpy as np
 
 from belt_sim.case import Schedule
 from belt_sim.effects.base import CHECK_MODEL, PERCENT, Cause, Effect, effect, parameter
-
-
-def _zero_error():
-    return parameter("rad", "yaw at command zero (+: as a positive yaw)", plausible=(-2e-3, 2e-3), scale=1e-4)
 
 
 @effect
@@ -29,36 +26,27 @@ class YawOffsetTail(Effect):
         ("tail",),
         "Measure the axes' distance at both sides, and set the steering's zero.",
     )
-    beta_0: float = _zero_error()
+    pulley: ClassVar[str] = "tail"
+    beta_0: float = parameter("rad", "yaw at command zero (+: as a positive yaw)", plausible=(-2e-3, 2e-3), scale=1e-4)
 
     def yaw(self, yaw, state, case):
-        return replace(yaw, tail=yaw.tail + self.beta_0)
+        return replace(yaw, **{self.pulley: getattr(yaw, self.pulley) + self.beta_0})
 
     def scene(self, parts, case):
-        return parts.add_to_pulley("tail", yaw_offset=self.beta_0)
+        return parts.add_to_pulley(self.pulley, yaw_offset=self.beta_0)
 
 
 @effect
-class YawOffsetHead(Effect):
+class YawOffsetHead(YawOffsetTail):
     """The yaw of the head pulley is beta_h + beta_0."""
 
     title = "Zero error of the head pulley's yaw"
-    law = "drive"
-    reference = "docs/theory.md"
-    parity = "even"
-    tension_exponent = 0.0
     cause = Cause(
         "the head pulley is not square to the machine",
         ("head",),
         "Measure the axes' distance at both sides of the machine.",
     )
-    beta_0: float = _zero_error()
-
-    def yaw(self, yaw, state, case):
-        return replace(yaw, head=yaw.head + self.beta_0)
-
-    def scene(self, parts, case):
-        return parts.add_to_pulley("head", yaw_offset=self.beta_0)
+    pulley = "head"
 
 
 @effect

@@ -35,16 +35,11 @@ HOOKS = (*BEFORE_ENGINE, *IN_MARCH, *IN_SCENE, *AFTER_ENGINE)
 #: the laws that a hook may change; the scene is the geometric half of any of them
 LAW_OF_HOOK = {
     "settings": ("drive",),
-    "span": ("span",),
-    "hold": ("run-up",),
-    "bend": ("span",),
+    **dict.fromkeys(("span", "bend"), ("span",)),
+    **dict.fromkeys(("hold", "runup", "slide"), ("run-up",)),
     "yaw": ("drive", "run-up", "wrap"),
-    "runup": ("run-up",),
-    "slide": ("run-up",),
     "wrap": ("wrap",),
-    "encoder": ("sensor",),
-    "sensor_travel": ("sensor",),
-    "sensor": ("sensor",),
+    **dict.fromkeys(AFTER_ENGINE, ("sensor",)),
 }
 
 
@@ -227,14 +222,13 @@ def as_driven(case: Case, effects: Sequence[Hooks]) -> Case:
         case = replace(case, settings=call_hook(e, "settings", case.settings, case))
     if not uses(effects, "encoder"):
         return case
-    yaw, head = (_as_shown(s, case, effects) for s in (case.settings.yaw, case.settings.yaw_head))
+
+    def against_belt(schedule: Schedule) -> Schedule:
+        at, end = (true_travel(effects, case, x) for x in (schedule.at, schedule.at + schedule.over))
+        return replace(schedule, at=at, over=end - at)
+
+    yaw, head = map(against_belt, (case.settings.yaw, case.settings.yaw_head))
     return replace(case, settings=replace(case.settings, yaw=yaw, yaw_head=head))
-
-
-def _as_shown(schedule: Schedule, case: Case, effects: Sequence[Hooks]) -> Schedule:
-    """A schedule against what the encoder shows, against the belt's own travel."""
-    at, end = (true_travel(effects, case, x) for x in (schedule.at, schedule.at + schedule.over))
-    return replace(schedule, at=at, over=end - at)
 
 
 def true_travel(effects: Sequence[Hooks], case: Case, travel):

@@ -161,11 +161,6 @@ def _place_on_span():
     return shape(0.5, lambda plan, rng: rng.uniform(0.1, 0.9), lambda plan: (0.15, 0.4, 0.6, 0.85))
 
 
-def _idler_scene(f, parts, case):
-    force, x = f.force * float(case.settings.direction), f.place * float(case.rig.centre_distance)
-    return parts.with_push(span=_above(f), x=x, across=force)
-
-
 def _drag_scene(f, parts, case):
     """The drag itself, against the travel at one edge: on the middle of the belt, and the couple to the edge."""
     half, travel = 0.5 * float(case.belt.width), float(case.settings.direction) * (1.0 if f.above else -1.0)
@@ -181,11 +176,6 @@ def _roll_scene(f, parts, case):
 def _excursion(plan) -> float:
     """How far the belt may come in the record [m]: a sixth of what a rope would make of its largest yaw."""
     return largest_yaw(plan) * plan.length / 6 + 1e-4
-
-
-def _guide_loads(f, line):
-    share = 1 - f.at / line.span_length
-    return force_at(line, True, share), force_at(line, False, share)
 
 
 def _guide_push(f, s, line, load, free, kept):
@@ -217,10 +207,6 @@ def _bow_scene(f, parts, case):
     return parts.add_to_pulley("head", bow=-bow).add_to_pulley("tail", bow=bow)
 
 
-def _unequal_scene(f, parts, case):
-    return parts.add_to_pulley("tail", yaw_offset=f.yaw_per_force * float(case.settings.tension * case.belt.area))
-
-
 def _rolls_at_tail(f, line):
     return roll_at_tail(line, True), roll_at_tail(line, False)
 
@@ -246,10 +232,6 @@ def _slip_set(f, line):
     slippery = np.broadcast_to(f.inverse_friction, line.friction.shape)
     with np.errstate(divide="ignore"):
         return replace(line, friction=np.minimum(line.friction, 1.0 / slippery))
-
-
-def _fastest(plan) -> float:
-    return max(run.speed for run in plan.runs)
 
 
 def _four(letter: str, unit: str, typical: float, limit: float) -> dict[str, Any]:
@@ -322,7 +304,11 @@ _TABLE: dict[str, dict[str, Any]] = {
         "place": _place_on_span(),
         "loads": lambda f, line: (force_at(line, f.above, f.place),),
         "push": lambda f, s, line, load, free, kept: (f.force * line.direction, kept),
-        "scene": _idler_scene,
+        "scene": lambda f, parts, case: parts.with_push(
+            span=_above(f),
+            x=f.place * float(case.rig.centre_distance),
+            across=f.force * float(case.settings.direction),
+        ),
     },
     "side_drag": {
         "words": "A scraper drags on one edge of the upper span: a couple about the vertical, positive for the edge "
@@ -357,7 +343,7 @@ _TABLE: dict[str, dict[str, Any]] = {
             lambda plan, rng: rng.uniform(0.15, 0.85) * plan.machine.centre_distance.value,
             lambda plan: [share * plan.machine.centre_distance.value for share in (0.3, 0.7)],
         ),
-        "loads": _guide_loads,
+        "loads": lambda f, line: tuple(force_at(line, upper, 1 - f.at / line.span_length) for upper in (True, False)),
         "push": _guide_push,
         "scene": _guide_scene,
     },
@@ -405,7 +391,9 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "The tensioners pull unequally on both sides: the tail turns in proportion to the belt's force.",
         "yaw_per_force": size("rad/N", 1e-7, 2e-6),
         "yaw": lambda f, s, line: f.yaw_per_force * line.force,
-        "scene": _unequal_scene,
+        "scene": lambda f, parts, case: parts.add_to_pulley(
+            "tail", yaw_offset=f.yaw_per_force * float(case.settings.tension * case.belt.area)
+        ),
     },
     # Shape and mounting of the pulleys.
     "taper": {
@@ -490,8 +478,8 @@ _TABLE: dict[str, dict[str, Any]] = {
         "loss": size("s/m", 0.2, 1.0, positive=True),
         "onset": shape(
             0.0,
-            lambda plan, rng: rng.uniform(0.0, 0.8) * _fastest(plan),
-            lambda plan: [share * _fastest(plan) for share in (0.0, 0.7)],
+            lambda plan, rng: rng.uniform(0.0, 0.8) * max(run.speed for run in plan.runs),
+            lambda plan: [share * max(run.speed for run in plan.runs) for share in (0.0, 0.7)],
         ),
         "slide": lambda f, s, line, alpha: np.maximum(1 - f.loss * np.maximum(line.speed - f.onset, 0.0), 0.0),
     },

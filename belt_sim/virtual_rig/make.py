@@ -356,15 +356,11 @@ def random_plan(kind: str, rng: np.random.Generator) -> tuple[Plan, Noise]:
         runs=runs,
         length=length,
         spacing=max(length / float(rng.choice(_READINGS)), 0.1),
-        signals={_signal_name(place): place for place in signals},
+        signals={f"y{place[-1]}" if place.startswith("point_") else "phi_upper": place for place in signals},
         machine=machine,
         belt=belt,
     )
     return plan, _stated_noise(runs, rng)
-
-
-def _signal_name(place: str) -> str:
-    return f"y{place[-1]}" if place.startswith("point_") else "phi_upper"
 
 
 def _machine(kind: str, rng) -> tuple[Machine, BeltSheet]:
@@ -415,11 +411,7 @@ def _runs(kind: str, machine: Machine, belt: BeltSheet, rng) -> tuple[RunSetting
     if rng.random() < 0.25:
         extra += [replace(first[k], speed=2 * speed) for k in (0, -1)]
     runs = (first + extra)[:_MOST]
-    return _add_repeats(runs, rng)
-
-
-def _add_repeats(runs: Sequence[RunSetting], rng) -> tuple[RunSetting, ...]:
-    """Some runs once more, or none; as many as it takes to have four."""
+    # some runs once more, or none; as many as it takes to have four
     wanted = int(rng.choice((0, 1, 2, 4), p=(0.35, 0.15, 0.3, 0.2)))
     wanted = max(min(wanted, _MOST - len(runs)), _LEAST - len(runs), 0)
     picked = [int(k) % len(runs) for k in rng.permutation(max(len(runs), wanted))[:wanted]]

@@ -59,14 +59,6 @@ def between(default: float, low: float, high: float, of: Callable[[Any], float] 
     return shape(default, lambda plan, rng: rng.uniform(low, high) * of(plan))
 
 
-def one_of(default: float, *values: float) -> Any:
-    return shape(default, lambda plan, rng: rng.choice(values))
-
-
-def decades(default: float, low: float, high: float) -> Any:
-    return shape(default, lambda plan, rng: 10 ** rng.uniform(low, high))
-
-
 def length(plan) -> float:
     return plan.length
 
@@ -84,11 +76,6 @@ def at_tension(default: float, of: Callable[[Any, float], float]) -> Any:
         return of(plan, log_uniform(rng, min(stresses), max(max(stresses), 1.2 * min(stresses))))
 
     return shape(default, draw)
-
-
-def _sag(plan, stress: float) -> float:
-    """Sag [m] of a span at a tension [Pa]."""
-    return plan.belt.density.value * GRAVITY / stress * plan.machine.centre_distance.value**2 / 8
 
 
 # Formulas of more than a line.
@@ -111,16 +98,6 @@ def _greasy_stretch(f, s, line, alpha):
     run = (np.stack([s + 0.0 * line.start, s - line.span_length - line.wrap_tail]) + line.start) / line.belt_length
     off = np.mod(run - f.at + 0.5, 1.0) - 0.5
     return 1 - f.share * np.where(np.abs(off) < f.stretch / 2, np.cos(np.pi * off / f.stretch) ** 2, 0.0)
-
-
-def _follow_power(f, s, line, alpha):
-    size = np.sqrt(alpha[:1] ** 2 + _SMALLEST**2) / _REFERENCE
-    return np.concatenate([size**f.p, np.ones_like(size)])
-
-
-def _grip_limit(f, s, line, alpha):
-    x = np.abs(alpha * f.inverse_angle)
-    return np.where(x > 1e-6, np.tanh(x) / np.maximum(x, 1e-6), 1.0)
 
 
 def _wrap_slide(f, s, line, alpha):
@@ -154,11 +131,6 @@ def _sticky_rest(f, s, line, load, free, kept):
     stiffness = f.stiffness / (1 + f.stiffness * load.give)
     held = np.clip(stiffness * (free - kept), -f.force, f.force)
     return -held, free - held / stiffness
-
-
-def _wind(f, s, line, y, kappa):
-    gust = random_course(f.seed, line.run, s / 9.0)
-    return np.broadcast_to(f.pressure * gust * line.span_length**2 / (12 * line.bending), y.shape)
 
 
 def _one_long_edge(f, state, line, upper):
@@ -308,7 +280,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "runup_head: y saturating, y power, y threshold. "
         "The head pulley has shoulders: off the middle it turns the belt back by kappa at most, kappa tanh(y/y0).",
         kappa=size("1/m", 3e-5, 2e-3),
-        width=decades(1e-3, -3.7, -2.5),
+        width=shape(1e-3, lambda plan, rng: 10 ** rng.uniform(-3.7, -2.5)),
         turn=lambda f, s, line, y, kappa: -f.kappa * np.tanh(y / f.width) * HEAD,
     ),
     "dead_zone": row(
@@ -382,13 +354,17 @@ _TABLE: dict[str, dict[str, Any]] = {
         "runup_tail: contact_angle power. "
         "On the tail pulley the belt climbs by a power of its contact angle, |alpha|^(1 + p), alike at 0.1 mrad.",
         p=size("1", 0.2, 1.5),
-        slide=_follow_power,
+        slide=lambda f, s, line, alpha: np.concatenate(
+            [(size := np.sqrt(alpha[:1] ** 2 + _SMALLEST**2) / _REFERENCE) ** f.p, np.ones_like(size)]
+        ),
     ),
     "grip_limit": row(
         "runup_both: contact_angle saturating, contact_angle power. "
         "The belt follows its contact angle less and less, the larger it is: alpha becomes a tanh(alpha/a).",
         inverse_angle=size("1/rad", 2e3, 2e5, positive=True),
-        slide=_grip_limit,
+        slide=lambda f, s, line, alpha: np.where(
+            (x := np.abs(alpha * f.inverse_angle)) > 1e-6, np.tanh(x) / np.maximum(x, 1e-6), 1.0
+        ),
     ),
     "wrap_creep": row(
         "wrap: contact_angle linear. "
@@ -476,7 +452,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "span: y saturating, y threshold, y linear, contact_angle threshold, contact_angle constant. "
         "A rest under the upper span sticks to the belt up to a force, then slides with it: it remembers the belt.",
         force=size("N", 0.5, 100.0, positive=True),
-        stiffness=decades(5e3, 2.5, 4.5),
+        stiffness=shape(5e3, lambda plan, rng: 10 ** rng.uniform(2.5, 4.5)),
         share=between(0.5, 0.2, 0.8),
         loads=lambda f, line: (force_at(line, True, f.share),),
         push=_sticky_rest,
@@ -486,7 +462,9 @@ _TABLE: dict[str, dict[str, Any]] = {
         "Wind presses on both spans, changing every 9 m: p bends a clamped span by p L^2/(12 EI) at its end.",
         pressure=size("N/m", 0.03, 5.0, positive=True),
         seed=shape(0, any_seed),
-        turn=_wind,
+        turn=lambda f, s, line, y, kappa: np.broadcast_to(
+            f.pressure * random_course(f.seed, line.run, s / 9.0) * line.span_length**2 / (12 * line.bending), y.shape
+        ),
     ),
     # The spans themselves: EI, T, Z or F that are not what the sheet says, or change with what the belt does.
     "slack_softening": row(
@@ -529,7 +507,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "is the angle between the ends, the mean curvature times the length.",
         span_states=_STATES,
         share=size("1", 0.3, 0.95, positive=True),
-        sign=one_of(1.0, -1.0, 1.0),
+        sign=shape(1.0, lambda plan, rng: rng.choice((-1.0, 1.0))),
         angle=between(1e-4, 0.05, 0.3, largest_yaw),
         sections=lambda f, state, line, upper: Sections(bending=1 - f.share * state + 0 * line.stress),
         span_state=lambda f, s, line, to_tail, ends: (1 + np.tanh(f.sign * (ends[1][1] - ends[0][1]) / f.angle)) / 2,
@@ -556,8 +534,13 @@ _TABLE: dict[str, dict[str, Any]] = {
         "A belt that sags by more than ``gap`` touches a roller at mid-span, which holds its cross-section level.",
         idle_on=FLAT,
         stiffness=size("N m/rad", 5.0, 1e4, positive=True),
-        gap=at_tension(0.05, lambda plan, tension: _sag(plan, 1.2 * tension)),
-        side=one_of(_LOWER, _UPPER, _LOWER),
+        gap=at_tension(  # the sag there
+            0.05,
+            lambda plan, tension: (
+                plan.belt.density.value * GRAVITY / (1.2 * tension) * plan.machine.centre_distance.value**2 / 8
+            ),
+        ),
+        side=shape(_LOWER, lambda plan, rng: rng.choice((_UPPER, _LOWER))),
         sections=_touching,
     ),
     "thermal_crossbow": row(
