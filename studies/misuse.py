@@ -19,6 +19,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -245,12 +246,7 @@ def of_mapping(folder: Path, rng: random.Random) -> Case:
     """Right files of a logger with a damaged mapping."""
     tree = yaml.safe_load((LOGGERS / "my_rig.yaml").read_text(encoding="utf-8"))
     columns = ("Zeit [s]", "v Band [m/min]", "Schwenkwinkel [°]", "Bandzug [kN]", "Kante Umlenktrommel [mm]")
-    entry = {
-        "role": "signal",
-        "at": "point_1",
-        "unit": "mm",
-        "sign": 1,
-        "factor": 1.0,
+    entry = {"role": "signal", "at": "point_1", "unit": "mm", "sign": 1, "factor": 1.0} | {
         "white": "0.01 mm",
         "zero": "0.1",
     }
@@ -264,14 +260,8 @@ def of_mapping(folder: Path, rng: random.Random) -> Case:
     return Case(["import", *files, f"mapping={mapping}", f"out={folder / 'out'}", "pictures=false"], words)
 
 
-EFFECTS = {
-    "schema": "belt-effects/1",
-    "effects": [
-        {"id": "taper", "kappa_t": 2e-5},
-        {"id": "yaw_offset_tail", "beta_0": 1e-4},
-        {"id": "cant", "gamma": 1e-3},
-    ],
-}
+_SOME = [{"id": "taper", "kappa_t": 2e-5}, {"id": "yaw_offset_tail", "beta_0": 1e-4}, {"id": "cant", "gamma": 1e-3}]
+EFFECTS = {"schema": "belt-effects/1", "effects": _SOME}
 
 
 def of_effects(folder: Path, rng: random.Random) -> Case:
@@ -334,25 +324,19 @@ def of_resume(folder: Path, rng: random.Random) -> Case:
     return Case(typed, f"resume: {kind}", fresh=before != after)
 
 
-_KEPT: dict[str, Path] = {}
-
-
+@cache
 def _right_folder(kind: str) -> Path:
     """A right folder of a kind, made once."""
-    if kind not in _KEPT:
-        folder = Path(tempfile.mkdtemp(prefix="belt_misuse_")) / kind
-        typed = {
-            "diagnosis": [
-                *("diagnose", "campaign=slack_belt", "effects=[taper]", "bootstraps=100"),
-                *("pictures=false", f"hydra.run.dir={folder}"),
-            ],
-            "run": ["simulate", "-m", "tension=10,20", "travel=2", "pictures=false", f"hydra.sweep.dir={folder}"],
-        }
-        outcome, said = finish(Case(typed[kind], "undamaged"), 300.0)
-        if outcome != "ran":
-            raise RuntimeError(f"{kind} could not be made: {said}")
-        _KEPT[kind] = folder
-    return _KEPT[kind]
+    folder = Path(tempfile.mkdtemp(prefix="belt_misuse_")) / kind
+    typed = {
+        "diagnosis": ["diagnose", "campaign=slack_belt", "effects=[taper]", f"hydra.run.dir={folder}"],
+        "map": ["map", "tension=[7,10]", "travel=2", f"out={folder}"],
+        "run": ["simulate", "-m", "tension=10,20", "travel=2", f"hydra.sweep.dir={folder}"],
+    }
+    outcome, said = finish(Case([*typed[kind], "pictures=false"], "undamaged"), 300.0)
+    if outcome != "ran":
+        raise RuntimeError(f"{kind} could not be made: {said}")
+    return folder
 
 
 NUMBERS = {
@@ -535,14 +519,10 @@ def _not_finite(folder: Path) -> str:
             if "NaN" in (text := file.read_text(encoding="utf-8")) or "Infinity" in text:
                 return f"{file.name} holds NaN"
     for file in folder.rglob("curves.csv"):
-        if any(not math.isfinite(x) for x in _last_row(file)):
+        last = map(_number, file.read_text(encoding="utf-8").strip().splitlines()[-1].split(","))
+        if any(x is not None and not math.isfinite(x) for x in last):
             return f"{file.name} ends in nan"
     return ""
-
-
-def _last_row(file: Path) -> list[float]:
-    cells = file.read_text(encoding="utf-8").strip().splitlines()[-1].split(",")
-    return [x for c in cells if (x := _number(c)) is not None]
 
 
 def misuse(cases: int = 1000, seed: int = 0, limit: float = LIMIT, kinds: tuple[str, ...] = tuple(KINDS)) -> Counter:
