@@ -6,7 +6,7 @@ over some decades below what is plausible. (A Gaussian as wide as what is plausi
 unlikely: Lindley's paradox.) A difference of chi2 counts by what chance makes of one.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from math import comb, log
@@ -257,29 +257,28 @@ def decide(table: EvidenceTable, policy: Policy) -> Decision:
 
 def explanations(table: EvidenceTable, policy: Policy) -> tuple[Explanation, ...]:
     """Every explanation with its probability, likeliest first; of two alike the one of fewer effects."""
-    found = list(_compare(table, policy))
-    score = np.array([-np.inf if e.refused else e.log_posterior for e in found])
-    share = np.exp(score - np.logaddexp.reduce(score))
-    made = [replace(e, probability=float(p)) for e, p in zip(found, share, strict=True)]
-    return tuple(sorted(made, key=lambda e: (bool(e.refused), -e.log_posterior, len(e.effects))))
-
-
-def _compare(table: EvidenceTable, policy: Policy) -> Iterator[Explanation]:
     nothing = next(row for row in table.rows if not row.ids)
     each = {row.ids: _explain_by_effects(row, nothing, table, policy) for row in table.rows}
-    yield from each.values()
+    found = list(each.values())
     for b in table.unknown:
         alone = each[b.ids]
         if not alone.implausible:
             more = log(policy.unknown) + (log(policy.further) if b.ids else 0.0)  # it is one fault more
             seen = log_evidence(b, table.inflation, policy)
-            yield replace(alone, unknown=True, unknown_evidence=seen, prior=alone.prior - more, refused="")
+            prior = alone.prior - more
+            found.append(replace(alone, unknown=True, unknown_evidence=seen, prior=prior, refused=""))
     for other in table.other_models:  # nothing is fitted
         gain = nothing.chi2 - other.chi2
         prior, likelihood = -log(policy.further) - log(other.tried), 0.5 * gain / table.inflation
-        yield Explanation(
-            effects=(), instead=other.name, gain=gain, likelihood=likelihood, parameters=0, occam=0.0, prior=prior
+        found.append(
+            Explanation(
+                effects=(), instead=other.name, gain=gain, likelihood=likelihood, parameters=0, occam=0.0, prior=prior
+            )
         )
+    score = np.array([-np.inf if e.refused else e.log_posterior for e in found])
+    share = np.exp(score - np.logaddexp.reduce(score))
+    made = [replace(e, probability=float(p)) for e, p in zip(found, share, strict=True)]
+    return tuple(sorted(made, key=lambda e: (bool(e.refused), -e.log_posterior, len(e.effects))))
 
 
 def _explain_by_effects(row: Row, nothing: Row, table: EvidenceTable, policy: Policy) -> Explanation:

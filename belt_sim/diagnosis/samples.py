@@ -15,7 +15,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves, SensorPlace
 from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.line.hooks import apply_hook, looked_up, overrides, true_travel
+from belt_sim.line.hooks import Hooks, apply_hook, looked_up, overrides, true_travel
 from belt_sim.line.runup import Reading
 from belt_sim.line.spans import Composition
 
@@ -157,7 +157,7 @@ def places_of(samples: Samples) -> tuple[SensorPlace, ...]:
     return tuple(dict.fromkeys(place for place in found if place is not None))
 
 
-def shapes_a_span(effect: Effect | type[Effect]) -> bool:
+def shapes_a_span(effect: Hooks | type[Hooks]) -> bool:
     """Whether an effect shapes a span between its ends, so that a sensor there would see what is not computed."""
     return bool(overrides(effect, INSIDE))
 
@@ -181,7 +181,7 @@ def check_places(samples: Samples, model: Composition, classes: Sequence[type[Ef
         remedy = f"a sensor at = {places[0]} moves at once with the yaw: begin the record {BEFORE:g} m before it"
         raise InputError(f"runs.csv, {late.name}: yaw_at_m", late.yaw_at, "m", remedy)
     inside = first_place_inside_span(samples.signals)
-    acting: Sequence[Effect | type[Effect]] = (*model.built_in, *classes)
+    acting: Sequence[Hooks | type[Hooks]] = (*model.built_in, *classes)
     unfit = [e.id for e in acting if shapes_a_span(e)]
     if inside and unfit:
         raise CannotRepresent(

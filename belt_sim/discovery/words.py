@@ -8,15 +8,15 @@ import numpy as np
 from belt_sim.diagnosis.describe import label
 from belt_sim.diagnosis.errors import errors_of
 from belt_sim.discovery.linear_search import look_alikes
-from belt_sim.discovery.responses import States
 from belt_sim.discovery.search_data import LatentInput, SearchData, form_values, travel_of, variable
 from belt_sim.discovery.selection import FEWEST, Estimates, LawChoice, MarchFit, SearchOutcome
 from belt_sim.effects.law import ONE_SIDED, SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Form, Law, Term, number_name
 from belt_sim.effects.load import save_effects
 from belt_sim.io import provenance
 from belt_sim.results import words
-from belt_sim.results.diagnosis import Discovery, Estimate, FoundLaw, LawPoints, PlaceEvidence, RivalLaw, UnknownCourse
+from belt_sim.results.diagnosis import Discovery, FoundLaw, LawPoints, PlaceEvidence, RivalLaw, UnknownCourse
 from belt_sim.results.errors import Change, Errors
+from belt_sim.results.estimates import Estimate
 from belt_sim.units import N_PER_MM2, shop_unit
 
 # A law in words: its formula, what usually has such a law, and the sentence.
@@ -334,7 +334,10 @@ def describe(found: SearchOutcome, probability: float, config: Any = None) -> Di
         "provenance": provenance(config) | {"data_sha256": s.bench.campaign.sha256},
     }
     if found.choice is None:
-        return Discovery(**common, sentence=_nothing_sentence(found, probability))
+        said = "Too few runs to say what is missing."
+        if len(s.bench.samples.runs) >= FEWEST:
+            said = f"Nothing is missing that these readings show (probability of something unknown: {probability:.2g})."
+        return Discovery(**common, sentence=said)
     stretch = found.best is not None and found.best.scored.law.terms[0].place.is_stretch
     common |= {"unit": "1", "courses": ()} if stretch else _drawn_input(found)
     if found.best is None:
@@ -397,12 +400,6 @@ def limits(found: SearchOutcome) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _nothing_sentence(found: SearchOutcome, probability: float) -> str:
-    if len(found.data.bench.samples.runs) < FEWEST:
-        return "Too few runs to say what is missing."
-    return f"Nothing is missing that these readings show (probability of something unknown: {probability:.2g})."
-
-
 def _no_law_sentence(found: SearchOutcome) -> str:
     c = found.latent
     pooled = "differs from run to run" if c.pool == "each run" else f"{c.pool} in yaw"
@@ -463,7 +460,8 @@ def _law_points(found: SearchOutcome, best: MarchFit) -> tuple[tuple[LawPoints, 
     part, u = term.place.parts[0][1], latent.inputs(s.design.grid)
     slack = s.weight(numbers["exponent"][0])[:, None]
     by_travel = not term.form.reads_belt
-    x = np.broadcast_to(_drawn_travel(s.states, term.form, part), u.shape)
+    carried, first_turn = term.form.is_carried, s.states.belt_length * (s.states.belt_part[:, part or 0] % 1.0)
+    x = np.broadcast_to(first_turn if carried else s.states.s, u.shape)  # the travel at which a part is at the tail
     if not by_travel:
         x = variable(s.states, term.form.variable, part, term.place.parts[0][0])
     if term.form.variable == "sigma":
@@ -484,12 +482,6 @@ def _law_points(found: SearchOutcome, best: MarchFit) -> tuple[tuple[LawPoints, 
         points.append(LawPoints(tension=float(tension), x=px[keep], u=pu[keep]))
     line = np.linspace(float(np.min(x)), float(np.max(x)), DRAWN)
     return tuple(points), LawPoints(tension=0.0, x=line, u=_law_curve(fitted, numbers, length, line, by_travel))
-
-
-def _drawn_travel(states: States, form: Form, part: int | None) -> np.ndarray:
-    """The travel that a law is drawn against: of what the belt carries the one of a forward run's first turn that
-    brings the same part of the belt to the tail pulley."""
-    return states.belt_length * (states.belt_part[:, part or 0] % 1.0) if form.is_carried else states.s
 
 
 def _law_curve(form: Form, numbers: Estimates, length: float, line: np.ndarray, by_travel: bool) -> np.ndarray:

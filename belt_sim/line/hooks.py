@@ -8,8 +8,9 @@ import traceback
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import jax.numpy as jnp
 import numpy as np
@@ -41,6 +42,9 @@ LAW_OF_HOOK = {
     "wrap": ("wrap",),
     **dict.fromkeys(AFTER_ENGINE, ("sensor",)),
 }
+
+
+E = TypeVar("E", bound="Hooks")
 
 
 class Hooks:
@@ -123,12 +127,16 @@ def uses(effects: Sequence[Hooks], hook: str) -> list:
 
 def apply_hook(effects: Sequence[Hooks], hook: str, value: Any, *context: Any) -> Any:
     """Return ``value`` as those of ``effects`` that override ``hook`` change it, one after another."""
+
+    def changed(x: Any, e: Hooks) -> Any:
+        return call_hook(e, hook, x, *context)
+
     for e in uses(effects, hook):
-        value = where_acting(e, lambda x, e=e: call_hook(e, hook, x, *context), value, always=hook not in AT_STEPS)
+        value = where_acting(e, partial(changed, e=e), value, always=hook not in AT_STEPS)
     return value
 
 
-def switched(effect: Hooks, acts: Any) -> Hooks:
+def switched(effect: E, acts: Any) -> E:
     """Return the effect with a traced flag, of a whole batch: where it is false, hooks that a march calls at every step
     take no time. It is false where the effect is null, so that it changes no bit."""
     found = copy(effect)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import jax
@@ -146,8 +147,12 @@ class Spans:
     def bend(self, boundary: BoundaryValues) -> Bend:
         """Return what effects add inside the spans."""
         bend = no_bend()
+
+        def bent(x: Bend, e: Hooks, known: Any) -> Any:
+            return call_hook(e, "bend", x, boundary, known, self.case)
+
         for e, known in zip(self.benders, self.known, strict=True):
-            bend = where_acting(e, lambda x, e=e, k=known: call_hook(e, "bend", x, boundary, k, self.case), bend)
+            bend = where_acting(e, partial(bent, e=e, known=known), bend)
         return bend
 
     def shape_at(self, place: SensorPlace) -> Callable[[State, RunOff, Yaw], jax.Array]:
