@@ -47,8 +47,8 @@ def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) ->
     """
     if belt != "flex":
         raise CannotRepresent(
-            f"model.contact = mujoco: a {belt} chatters off its pulleys, for tendons lend MuJoCo's step no stiffness "
-            "across them; use model=mujoco_flex, or model.contact=held"
+            f"model.contact = mujoco: a {belt} lies quietly there but walks some 50 mm aside in a metre of travel; "
+            "use model=mujoco_flex, or model.contact=held"
         )
     _refuse_shapes(parts)
     # nodes come straight onto the circle

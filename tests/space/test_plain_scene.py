@@ -80,9 +80,9 @@ def test_the_scene_tracks_in_bare_mujoco(tmp_path):
 
 
 @pytest.mark.long
-def test_twenty_seconds_in_bare_mujoco(tmp_path):
+def test_half_a_minute_in_bare_mujoco(tmp_path):
     told = play(30.0, tmp_path)
-    assert told["rows"][-1][0] > 9.3
+    assert told["rows"][-1][0] > 4.6
     assert on_the_pulleys(told)
     assert beside_the_law(told) < TOLERANCE
 
@@ -251,7 +251,7 @@ def test_what_cannot_be_is_refused_in_a_line(tmp_path, monkeypatch):
     with pytest.raises(CannotRepresent, match="hollow pulley"):
         bs.simulate(model=contact, effects=[{"id": "crown", "c": -0.1}], travel=1, **MACHINE)
     for belt in ("rope", "grid"):
-        with pytest.raises(CannotRepresent, match=f"a {belt} chatters"):
+        with pytest.raises(CannotRepresent, match=rf"a {belt} lies quietly .* walks"):
             bs.scene(model=f"mujoco_{belt}", **MACHINE)
     with pytest.raises(CannotRepresent, match="quasi_static"):
         bs.simulate(model=contact, engine="quasi_static", travel=1, **MACHINE)
