@@ -360,7 +360,7 @@ def _prepare(config: Mapping[str, Any]) -> Any:
         driven, far = model.engine_task(case, effects, float(config["travel"]))
         parts = model.parts(driven, effects)
         prepared = batch_engine(model.engine).prepare_case
-        return prepared(driven, belt=model.belt, travel=far, options=model.options, parts=parts)
+        return prepared(driven, belt=model.belt, travel=far, options=model.options_for(driven), parts=parts)
     except BeltError:
         return None
 

@@ -196,23 +196,24 @@ def prepare(
     cases: Sequence[Case],
     *,
     belt: str = "flex",
-    options: Options | None = None,
+    options: Options | Sequence[Options] | None = None,
     parts: Sequence[SceneParts] | None = None,
     features: ActiveFeatures | None = None,
     spec: mujoco.MjSpec | None = None,
 ) -> list[PreparedCase]:
     """Cases of one mesh, ready to be stepped: one MJCF is compiled and handed to MJX, with each case's own numbers.
 
-    Cases may differ in tension, yaw, speed, friction, material, effects. belt: "flex" or "grid"; options: fitted to a
-    case, or to be fitted; parts: the scenes as effects change them; features: in the batch, None = in these cases;
-    spec: of ``scene``, with actuators and sensors added. Raises InputError for an option that is not obeyed.
+    Cases may differ in tension, yaw, speed, friction, material, effects. belt: "flex" or "grid"; options: of all
+    or of each, fitted or to be fitted; parts: the scenes as effects change them; features: in the batch, None = in
+    these cases; spec: of ``scene``, with actuators and sensors added. Raises InputError for an option that it does not
+    obey.
     """
-    options = options or Options()
-    refuse_unobeyed(options, belt, "mjx")
-    several = parts or [SceneParts.from_case(case, options.friction) for case in cases]
+    asked = [options or Options()] * len(cases) if isinstance(options, Options | None) else list(options)
+    refuse_unobeyed(asked[0], belt, "mjx")
+    several = parts or [SceneParts.from_case(case, asked[0].friction) for case in cases]
     features = features or active_features(several)
     # the step is implicit in bonds across their direction, too
-    own = [fit_options(options, c, "flex", "mjx") for c in cases]
+    own = [fit_options(o, c, "flex", "mjx") for o, c in zip(asked, cases, strict=True)]
     whole = spec or build_scene(cases[0], belt, own[0], replace(several[0], edge_guides=()))[0]
     compiled = plain_model(whole.copy(), own[0].step)
     shared_model, shared_data = to_mjx(compiled, compiled.qpos0)
@@ -551,7 +552,7 @@ class TimeCase:
     def kind(self) -> Hashable:
         """Cases of one kind can be run at once."""
         direction = math.copysign(1.0, float(self.case.settings.direction))
-        options = replace(self.options, belt_speed=None)
+        options = replace(self.options, belt_speed=None, dt=None)
         return self.belt, self.stations, direction, options, self.features, self.travel
 
 
@@ -564,7 +565,8 @@ def in_batches(
     for begin in range(0, len(cases), size):
         some = cases[begin : begin + size]
         parts = [c.parts for c in some]
-        ready = prepare([c.case for c in some], belt=one.belt, options=one.options, parts=parts, features=one.features)
+        each = [c.options for c in some]
+        ready = prepare([c.case for c in some], belt=one.belt, options=each, parts=parts, features=one.features)
         yield run(ready, one.travel, observers[begin : begin + size])
 
 

@@ -1,18 +1,23 @@
 """The belt in three dimensions as a model: which effects it can show, and its runs as the instruments see them."""
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from belt_sim.case import Case
+import numpy as np
+
+from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.line.hooks import IN_MARCH, as_indicated, asked_of_engine, call_hook, overrides
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space.options import CONTACTS, Options, refuse_unobeyed
+from belt_sim.space.options import CONTACTS, Options, fit_options, refuse_unobeyed, two_digits
+from belt_sim.units import N_PER_MM2
+from belt_sim.validity import limits
 
 if TYPE_CHECKING:
     from belt_sim.space.run import BatchEngine, Computed
@@ -22,6 +27,7 @@ ENGINES = ("native", "mjx", "quasi_static")
 #: of these, the ones on JAX, which run many cases at once
 BATCH_ENGINES = ("mjx", "quasi_static")
 _TITLES = {"rope": "particle rope in 3D", "grid": "grid of bonded particles in 3D", "flex": "membrane belt in 3D"}
+FOLDS = 2.5  # dt times the rate [1/s] at which a pressed line folds: runs with 2.3 went on, with 2.5 they broke off
 #: settings that are fields of the model and no numbers of Options
 _NO_OPTIONS = ("control", "engine", "contact", "scene")
 #: hooks of effects that act through the belt's width, which a rope does not have
@@ -106,6 +112,34 @@ class SpaceModel:
             parts = call_hook(effect, "scene", parts, case)
         return parts
 
+    def options_for(self, case: Case) -> Options:
+        """The options with the step that a yaw step of ``case`` bears, where none is given.
+
+        The yaw presses a line of nodes with P, by the strip law's entry moment (``validity``) and lines b / sqrt(12)
+        from the middle; such a line zigzags at the rate 2 sqrt(P / (m dx)), m the mass of a node, and folds where a
+        step is longer than FOLDS over that. Raises InputError for such a ``model.dt``.
+        """
+        changes = [np.asarray(s.change)[np.asarray(s.over) <= 0.0] for s in (case.settings.yaw, case.settings.yaw_head)]
+        step = max(np.abs(c).max(initial=0.0) for c in changes)
+        tension, width = float(case.settings.tension), float(case.belt.width)
+        beam = 4.0 * float(case.belt.bending_stiffness / case.rig.span_length) * step  # [N m], at most
+        held = self.engine != "quasi_static" and self.contact == CONTACTS[0] and self.belt != "rope"
+        if not held or not step or 6.0 * beam / (float(case.tension_force) * width) < math.sqrt(3.0):
+            return self.options
+        straight = replace(case.settings, yaw=Schedule.step(step), yaw_head=Schedule.step(0.0))
+        load = next(limit.load for limit in limits(replace(case, settings=straight)) if limit.id == "slack_edge")
+        pressure = tension * (load / math.sqrt(3.0) - 1.0)
+        if pressure <= 0.0:
+            return self.options
+        longest = two_digits(0.5 * FOLDS * self.options.dx * math.sqrt(float(case.belt.density) / pressure))
+        if fit_options(self.options, case, self.belt, self.engine).step <= longest:
+            return self.options
+        if self.options.dt is None:
+            return replace(self.options, dt=longest)
+        pressed = f"a yaw step presses an edge with {pressure / N_PER_MM2:.3g} N/mm2 and folds it"
+        remedy = f"give at most {longest:.2g}: {pressed}; or make the yaw a ramp, or smaller"
+        raise InputError("model.dt", self.options.dt, "s", remedy)
+
     def engine_task(self, case: Case, effects: Sequence[Effect], travel: float) -> tuple[Case, float]:
         """The case as driven, and the travel [m] that the engine has to run; raises CannotRepresent."""
         self.admit(effects)
@@ -137,7 +171,7 @@ class SpaceModel:
     def _compute(
         self, case: Case, travel: float, parts: SceneParts, observers: Sequence[Observer], scene_path: Path | None
     ) -> Curves:
-        run: dict[str, Any] = {"belt": self.belt, "travel": travel, "options": self.options, "parts": parts}
+        run: dict[str, Any] = {"belt": self.belt, "travel": travel, "options": self.options_for(case), "parts": parts}
         if observers:
             run["observers"] = observers
         if self.engine not in BATCH_ENGINES:

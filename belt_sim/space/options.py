@@ -7,12 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-import numpy as np
-
-from belt_sim.case import Case, Schedule
+from belt_sim.case import Case
 from belt_sim.errors import InputError
-from belt_sim.units import N_PER_MM2
-from belt_sim.validity import limits
 
 #: chords before the tangent point at which a station is caught; it is let go HYSTERESIS chords further out
 CATCH_DISTANCE = 0.5
@@ -219,7 +215,6 @@ STEP = 1e-3
 #: [m] of travel that a step of engine=mjx takes at least. A slow belt's waves are as slow (``accurate_speed``), so that
 #: they are resolved as a fast one's are: test rig, 7 N/mm2, 2.3 for 1 ms: y within 0.05 % of the largest, moments 0.7 %
 _WAY_OF_STEP = STEP * _FASTEST
-FOLDS = 2.5  # dt times the rate [1/s] at which a pressed line folds: runs with 2.3 went on, with 2.5 they broke off
 
 
 def fit_options(options: Options, case: Case, belt: str, engine: str = "native") -> Options:
@@ -228,7 +223,7 @@ def fit_options(options: Options, case: Case, belt: str, engine: str = "native")
     Springs (tendons) lend MuJoCo's metric no stiffness across their direction, so that their step stays below
     dx / string speed; spans that are limp, or that landings shake, get a drag that calms them in between.
     Raises InputError for a step in which a link on a pulley would turn further than its strain can bear (engine=mjx:
-    several stations would land), or a yaw step would fold the belt, and for a belt speed at which landings shake it.
+    several stations would land), and for a belt speed at which landings shake the belt.
     """
     waves = string_speed(case)
     fastest, pace = waves / _SHAKEN, accurate_speed(waves)
@@ -239,17 +234,13 @@ def fit_options(options: Options, case: Case, belt: str, engine: str = "native")
     if options.belt_speed is not None:
         pace = _speed_given(options, case, fastest, pace)
     dt = max(STEP, _WAY_OF_STEP / pace) if engine == "mjx" else STEP
-    bounds = []
     if belt != "rope" and engine != "quasi_static":
         radius = min(float(case.rig.head_radius), float(case.rig.tail_radius))
         way = radius * (2.0 * float(case.settings.tension) / float(case.belt.youngs_modulus)) ** 0.5
-        way = MOST_CHORDS * options.dx if engine == "mjx" else way
-        bounds.append((_two_digits(way / pace), f" at {pace:.2f} m/s, or a slower belt_speed"))
-        if engine != CONTACTS[1]:
-            bounds.append(_step_that_folds(case, options.dx))
-    for longest, why in bounds:
+        longest = two_digits((MOST_CHORDS * options.dx if engine == "mjx" else way) / pace)
         if options.dt is not None and options.dt > longest:
-            raise InputError("model.dt", options.dt, "s", f"give at most {longest:.2g}{why}")
+            remedy = f"give at most {longest:.2g} at {pace:.2f} m/s, or a slower belt_speed"
+            raise InputError("model.dt", options.dt, "s", remedy)
         dt = min(dt, longest)
     dt = dt if options.dt is None else options.dt
     dt = dt if belt == "flex" else min(dt, _COURANT * options.dx / waves)
@@ -259,29 +250,7 @@ def fit_options(options: Options, case: Case, belt: str, engine: str = "native")
     return replace(options, belt_speed=pace, dt=dt, damping=damping)
 
 
-def _step_that_folds(case: Case, dx: float) -> tuple[float, str]:
-    """The step [s] from which on a yaw step folds the belt, inf = never, and why.
-
-    It presses a line of nodes with P, by the strip law's entry moment (``validity``) and lines b / sqrt(12) from the
-    middle; such a line zigzags at the rate 2 sqrt(P / (m dx)), m the mass of a node.
-    """
-    changes = [np.asarray(s.change)[np.asarray(s.over) <= 0.0] for s in (case.settings.yaw, case.settings.yaw_head)]
-    step = max(np.abs(c).max(initial=0.0) for c in changes)
-    tension, width = float(case.settings.tension), float(case.belt.width)
-    beam = 4.0 * float(case.belt.bending_stiffness / case.rig.span_length) * step  # [N m], at most
-    if not step or 6.0 * beam / (float(case.tension_force) * width) < math.sqrt(3.0):
-        return math.inf, ""
-    straight = replace(case.settings, yaw=Schedule.step(step), yaw_head=Schedule.step(0.0))
-    load = next(limit.load for limit in limits(replace(case, settings=straight)) if limit.id == "slack_edge")
-    pressure = tension * (load / math.sqrt(3.0) - 1.0)
-    if pressure <= 0.0:
-        return math.inf, ""
-    why = f": a yaw step presses an edge with {pressure / N_PER_MM2:.3g} N/mm2 and folds it"
-    longest = 0.5 * FOLDS * dx * math.sqrt(float(case.belt.density) / pressure)
-    return _two_digits(longest), f"{why}; or make the yaw a ramp, or smaller"
-
-
-def _two_digits(value: float) -> float:
+def two_digits(value: float) -> float:
     """The value, cut to two digits."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return float(f"{unit * math.floor(value / unit):.2g}")

@@ -56,14 +56,15 @@ def test_a_yaw_step_that_would_fold_the_belt_is_refused_before_the_run(tension, 
     for engine in ("native", "mjx"):
         with pytest.raises(InputError, match=r"model\.dt = 0\.001 s: give at most .* folds it"):
             SpaceModel(options=Options(dx=dx, dt=1e-3), engine=engine).run(case, travel=0.1)
-        assert fit_options(Options(dx=dx), case, "flex", engine).step < 1e-3
+        assert SpaceModel(options=Options(dx=dx), engine=engine).options_for(case).dt < 1e-3
 
 
 @pytest.mark.parametrize(("tension", "yaw", "options"), [
     (7.0, 0.042, {}), (7.0, 0.048, {"dt": 5e-4}), (40.0, 0.3, {"dt": 2.5e-4}), (7.0, 0.076, {"dx": 0.04}),
 ])  # fmt: skip
 def test_a_yaw_step_that_runs_is_not_refused(tension, yaw, options):
-    fit_options(Options(**({"dt": 1e-3} | options)), paper_case(tension, np.radians(yaw), ROPE_EXAMPLE), "flex")
+    asked = Options(**({"dt": 1e-3} | options))
+    assert SpaceModel(options=asked).options_for(paper_case(tension, np.radians(yaw), ROPE_EXAMPLE)) == asked
 
 
 def test_a_slow_belt_on_mjx_takes_steps_of_the_same_travel():
