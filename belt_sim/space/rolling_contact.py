@@ -78,7 +78,7 @@ def story(scene: SceneLayout) -> str:
     """What stands at the top of the MJCF."""
     case, options = scene.case, scene.options
     tension, yaw = float(case.settings.tension) / N_PER_MM2, float(case.settings.yaw.last()) / DEGREE
-    apart, lower = 2.0 * flag_middle(scene), lower_ray(scene) - CLEAR
+    apart, lower = 2.0 * float(scene.mesh.line_y[0]), lower_ray(scene) - CLEAR  # flags rise with their nodes
     return f""" A steel belt on two pulleys, carried and tracked by MuJoCo's contacts alone. Units are SI.
      python -m mujoco.viewer with this file, play: the belt, at {tension:g} N/mm2, starts to run at
      {options.run_speed:.3g} m/s and tracks, for its tail pulley is yawed by {yaw:g} degrees. Sliders add to it:

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
+from belt_sim.cli import run
+from belt_sim.commands import cases
 from belt_sim.effects.base import library
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.io import MODELS
@@ -17,6 +19,7 @@ from belt_sim.show.observers import resolve_watch
 from belt_sim.space.mujoco_interface import mjcf
 from belt_sim.space.options import Options
 from belt_sim.space.rolling_run import _wrap_ends
+from belt_sim.space.scene_looks import DrawnBelt
 
 SHORT_RIG = MODELS / "scenes" / "short_rig.xml"
 MACHINE = {"rig": "rope_example", "tension": 20, "yaw": 0.042}
@@ -266,3 +269,29 @@ def test_what_cannot_be_is_refused_in_a_line(tmp_path, monkeypatch):
     if sys.platform == "linux":
         with pytest.raises(InputError, match="no display"):
             resolve_watch("viewer", "viewer")
+
+
+def test_the_drawn_belt_has_the_tilt_of_the_rays_and_the_ghost_its_movement_enlarged():
+    model = mujoco.MjModel.from_xml_path(str(SHORT_RIG))
+    data, belt = mujoco.MjData(model), DrawnBelt(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("running").id)
+    for _ in range(1500):
+        mujoco.mj_step(model, data)
+    mujoco.mj_forward(model, data)
+    belt.read(data)
+    left, right = (data.sensor(f"height-upper-{side}").data[0] for side in ("left", "right"))
+    middle = np.argmin(np.abs(belt.middle[:, 0] - 1.0) + np.where(belt.middle[:, 2] > 0.0, 0.0, 9.0))
+    assert abs(belt.value[middle]) > 1e-3
+    assert belt.value[middle] == pytest.approx((right - left) / 0.114112, rel=0.1)
+    scene = mujoco.MjvScene(model, maxgeom=1000)
+    for times in (1.0, 60.0):
+        belt.draw(scene, times)
+    y = np.array([scene.geoms[k].pos[1] for k in range(scene.ngeom)]).reshape(2, -1)
+    assert y[1] == pytest.approx(60.0 * y[0], abs=1e-5)
+    assert np.abs(y[1]).max() > 1e-3
+
+
+def test_view_without_a_display_is_one_line(monkeypatch, capsys):
+    monkeypatch.setattr(cases, "has_display", lambda: False)
+    assert run(["view", "rig=rope_example", "tension=20"]) == 1
+    assert "no display" in capsys.readouterr().err
