@@ -18,7 +18,7 @@ import pandas as pd
 
 import belt_sim as bs
 from belt_sim.case import Case, Schedule, Settings
-from belt_sim.curves import late_rates
+from belt_sim.curves import Curves, late_rates
 from belt_sim.errors import SimulationError
 from belt_sim.io import write_text
 from belt_sim.jax_setup import prepare
@@ -79,7 +79,7 @@ def by_law(tensions: np.ndarray, yaws: np.ndarray) -> Figures:
     found: dict[str, list[float]] = {name: [] for name in COLUMNS}
     for tension in tensions:
         curves = bs.simulate(model="strip", tension=float(tension), yaw=-0.042, travel=60.0).curves
-        assert curves is not None
+        assert isinstance(curves, Curves)
         ahead = -np.asarray(curves.y)[0] / MM
         found["early_mm"].append(float(np.interp(3.0, curves.travel, ahead)))
         found["rate1"].append(float(late_rates(curves)[0]) / MM_PER_M)

@@ -114,8 +114,8 @@ def pictures_by_kind(result: "Result | Sequence[Simulation] | pd.DataFrame") -> 
         simulated = " + ".join([_model_words(result.model), *(e.id for e in result.effects)])
         title = f"{simulated[:1].upper()}{simulated[1:]}, {tension(float(result.case.settings.tension))} N/mm²"
         there["curves"] = partial(curves_picture, curves={result.model: result.curves}, title=title)
-    elif hasattr(result, "margins"):  # a ClosedLoop draws itself
-        there["loop"] = result.plot
+    elif (loop := getattr(result, "plot", None)) and hasattr(result, "margins"):  # a ClosedLoop draws itself
+        there["loop"] = loop
     elif isinstance(result, Campaign):
         there["readings"] = partial(understood_picture, campaign=result)
     elif isinstance(result, Discovery):

@@ -113,7 +113,9 @@ def two_chains() -> Plate:
 
     def draw() -> Any:
         fig, [[ax]] = style.figure(8.6, 3.6)
-        chains = [(stored_run(name).shapes[-1], colour, words) for name, (words, colour) in looks.items()]
+        chains: list[tuple[Shape, str, str | None]] = [
+            (stored_run(name).shapes[-1], colour, words) for name, (words, colour) in looks.items()
+        ]
         _draw_chains(ax, chains)
         ROPE_DRAWN.name_pulleys(ax)
         fig.legend(loc="outside lower center", ncols=2, markerscale=2.0)

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -170,4 +171,4 @@ def lay_pictures(target: Path, folder: Path, plates: Sequence[Plate]) -> None:
         if plate.number in SHOWN:
             picture = (folder / plate.file).read_bytes()
             place = target.parent / IMAGES / f"paper_{plate.number}.png"
-            write_with(place, lambda draft, content=picture: draft.write_bytes(content))
+            write_with(place, partial(Path.write_bytes, data=picture))

@@ -92,7 +92,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
 if __name__ == "__main__":
     import nbformat
 
-    for file in map(Path, sys.argv[1:] or sorted((ROOT / "examples").glob("*.ipynb"))):
+    for file in [Path(a) for a in sys.argv[1:]] or sorted((ROOT / "examples").glob("*.ipynb")):
         began = time.perf_counter()
         nbformat.write(execute(file), file)
         print(f"{file.name}: {time.perf_counter() - began:.0f} s")
