@@ -78,6 +78,7 @@ def story(scene: SceneLayout) -> str:
     """What stands at the top of the MJCF."""
     case, options = scene.case, scene.options
     tension, yaw = float(case.settings.tension) / N_PER_MM2, float(case.settings.yaw.last()) / DEGREE
+    width, thickness = float(case.belt.width), float(case.belt.thickness)
     apart, lower = 2.0 * float(scene.mesh.line_y[0]), lower_ray(scene) - CLEAR  # flags rise with their nodes
     return f""" A steel belt on two pulleys, carried and tracked by MuJoCo's contacts alone. Units are SI.
      python -m mujoco.viewer with this file, play: the belt, at {tension:g} N/mm2, starts to run at
@@ -86,7 +87,8 @@ def story(scene: SceneLayout) -> str:
      y at the points 1 (upper end at the tail pulley), 2 (lower, tail), 3 (lower, head) and 4 (upper, head):
      (edge-N-right - edge-N-left) / 2. Of a span's middle, by height-upper-..., height-lower-...: tilt = upper
      (right - left) / {apart:.6g}, lower (left - right) / {apart:.6g}; sag = upper mean - {RAY + CLEAR:.6g}, lower
-     {lower:.6g} - mean. Stress of the edges beside the mean: 6 M / (b^2 h), M about half the axle-moment's z. """
+     {lower:.6g} - mean. Bending stress [N/m2] of the edge at y > 0 at a pulley, mean of
+     both spans: {-3.0 / (width**2 * thickness):.6g} times the z of its axle-moment. """
 
 
 #: the text in which a scene carries the settings that it was made of

@@ -283,6 +283,12 @@ def test_the_drawn_belt_has_the_tilt_of_the_rays_and_the_ghost_its_movement_enla
     middle = np.argmin(np.abs(belt.middle[:, 0] - 1.0) + np.where(belt.middle[:, 2] > 0.0, 0.0, 9.0))
     assert abs(belt.value[middle]) > 1e-3
     assert belt.value[middle] == pytest.approx((right - left) / 0.114112, rel=0.1)
+    belt.by = "edge stress"
+    belt.read(data)
+    near = [(np.abs(belt.middle[:, 0] - 1.93) < 0.04) & (side * belt.middle[:, 2] > 0.0) for side in (1, -1)]
+    factor = float(re.search(r"(-\S+) times the z of its axle-moment", SHORT_RIG.read_text(encoding="utf-8"))[1])
+    by_sensor = factor * data.sensor("tail-axle-moment").data[2]
+    assert by_sensor == pytest.approx(np.mean([belt.value[at].mean() for at in near]), rel=0.1)
     scene = mujoco.MjvScene(model, maxgeom=1000)
     for times in (1.0, 60.0):
         belt.draw(scene, times)
