@@ -26,7 +26,7 @@ def furnish(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     length, lowest = float(scene.case.rig.centre_distance), float(scene.loop.z.min())
     radius = max(scene.loop.radius_head, scene.loop.radius_tail)
     ends = np.array([-scene.loop.radius_head, length + scene.loop.radius_tail])
-    spec.stat.center, spec.stat.extent = [0.5 * length, 0.0, 0.0], 1.4 * float(np.ptp(ends))
+    spec.stat.center, spec.stat.extent = [0.5 * length, 0.0, 0.0], 1.15 * float(np.ptp(ends))
     _light(spec, length, radius)
     _colours(spec)
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, material="floor")
@@ -252,7 +252,7 @@ def play(mjcf: str) -> None:
 
     with mujoco.viewer.launch_passive(model, data, key_callback=press, show_left_ui=False) as window:
         window.opt.skingroup[0] = 0  # the belt is drawn below
-        window.cam.azimuth, window.cam.elevation = model.vis.global_.azimuth, model.vis.global_.elevation
+        mujoco.mjv_defaultFreeCamera(model, window.cam)
         while window.is_running():
             began, until = time.monotonic(), data.time + _PICTURE
             with window.lock():
