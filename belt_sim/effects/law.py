@@ -501,8 +501,9 @@ def law_effect(content: SizedLaw, id: str = ID) -> type[GenericLaw]:
         scale = abs(n.value) or 1.0
         ends = (n.value / 10.0, n.value * 10.0) if n.modifier else (-10.0 * scale, 10.0 * scale)
         low, high, scale = (-4.0, 4.0, 1.0) if n.name.startswith("exponent") else (min(ends), max(ends), scale)
-        own = {"null": n.value if n.modifier else 0.0, "modifier": n.modifier}
-        parameters[n.name] = Parameter(unit=n.unit, meaning=n.meaning, plausible=(low, high), scale=scale, **own)
+        null = n.value if n.modifier else 0.0
+        common = Parameter(unit=n.unit, meaning=n.meaning, plausible=(low, high), scale=scale, null=null)
+        parameters[n.name] = replace(common, modifier=n.modifier)
     hooks = {_ACTS[t.place.kind][1]: _HOOKS[_ACTS[t.place.kind][1]] for t in terms}
     namespace = {
         "id": id,
