@@ -260,3 +260,13 @@ def test_where_the_belt_stood_across_the_pulleys_is_kept(tmp_path, sign):
     proposal = understand(read([path]), MAPPING | {"all_runs": RUN, "columns": column})
     assert proposal.complete().runs[0].y0 is None
     assert any("middle" in n.text and "158" in n.text for n in proposal.notes)
+
+
+def test_on_a_belt_that_runs_off_readings_count_from_the_yaw_not_from_the_mean_before_it(tmp_path):
+    """One zero: the line through the last rows before the yaw, by which the checks and the diagnosis count too."""
+    travel, rate, at = 0.1 * np.arange(121), 0.5, 6.0  # m, mm/m, m
+    yaw = np.where(travel >= at, -0.73, 0.0)
+    path = tmp_path / "a.csv"
+    path.write_text(table(["travel [m]", "yaw [mrad]", "y1 [mm]"], [travel, yaw, rate * travel]))
+    run = understand(read([path]), MAPPING | {"all_runs": {"tension": "10 N/mm2"}}).complete().runs[0]
+    assert np.interp(run.yaw_at, run.travel, run.signals["y1"]) == pytest.approx(0.0, abs=1e-6)
