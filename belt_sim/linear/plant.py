@@ -361,6 +361,7 @@ def _rate(spans: Spans, travel, x, late, yaws):
 
 
 ORDER = 6  # of the rational function that stands for each wrapped arc
+GROWS = 1e-6  # [1/m]: less is rounding of a mode that stands, e-fold in 1000 km
 WAVES = np.geomspace(1e-4, 20.0, 8000)  # [rad per metre of travel] at which the open loop is drawn
 Controller = Callable[[float, float], float]  # (time [s], measured error [m]) -> yaw [rad]
 
@@ -383,8 +384,9 @@ class ClosedLoop:
     """A run of the loop, all of shape (n,) but y (4, n).
 
     time [s], travel [m], y: points 1-4 [m], measured: what the sensor shows [m], command: yaw that the controller asks
-    for [rad], yaw: yaw of the pulley [rad]; frequency [rad/s], loop: the open loop there (complex), and margins: None
-    of a controller that is a function.
+    for [rad], yaw: yaw of the pulley [rad]; frequency [rad/s], loop: the open loop there (complex), growth: of the
+    slowest decaying or fastest growing mode of the sampled loop without limits and backlash [1/m], and margins: None of
+    a controller that is a function; no margins of an unstable loop.
     """
 
     plant: LinearBelt
@@ -397,22 +399,34 @@ class ClosedLoop:
     yaw: np.ndarray
     frequency: np.ndarray | None = None
     loop: np.ndarray | None = None
+    growth: float | None = None
     margins: Margins | None = None
 
     @property
     def settled(self) -> float:
-        """Travel [m] from which the point stays within 5 % of its largest distance from its last position."""
+        """Travel [m] from which the point stays within 5 % of its largest distance from its last position; inf if that
+        is not so for the last third of the run, or if its slowest mode has not decayed to 5 %."""
         y = self.y[self.point - 1]
         off = np.abs(y - y[-1])
         late = np.flatnonzero(off > 0.05 * off.max())
-        return float(self.travel[late[-1]]) if len(late) else 0.0
+        there = float(self.travel[late[-1]]) if len(late) else 0.0
+        left = self.growth is not None and self.growth * self.travel[-1] > np.log(0.05)
+        return np.inf if left or there > 2.0 / 3.0 * self.travel[-1] else there
+
+    @property
+    def unstable(self) -> bool:
+        """Whether a mode of the loop grows; of a controller that is a function, unknown and taken not to."""
+        return self.growth is not None and self.growth > GROWS
 
     def __str__(self) -> str:
-        y = self.y[self.point - 1]
+        y, far = self.y[self.point - 1], self.settled
+        settled = f"settled after {far:.3g} m" if np.isfinite(far) else f"not settled within {self.travel[-1]:.3g} m"
         lines = [
             f"point {self.point}: largest {np.abs(y).max() / MM:.3g} mm, last {y[-1] / MM:+.3g} mm, "
-            f"settled after {self.settled:.3g} m; largest yaw {np.abs(self.yaw).max() / DEGREE:.3g} deg"
+            f"{settled}; largest yaw {np.abs(self.yaw).max() / DEGREE:.3g} deg"
         ]
+        if self.unstable:
+            lines.append(f"UNSTABLE: what disturbs the loop grows e-fold in {1.0 / self.growth:.3g} m of travel")
         if (m := self.margins) is not None:
             lines.append(
                 f"phase margin {np.rad2deg(m.phase_margin):.3g} deg, gain margin {m.gain_margin:.3g}, further delay "
@@ -528,11 +542,35 @@ def close_loop(
         frequency = WAVES * plant.speed
         held = np.exp(-1j * frequency * (delay + 0.5 * sample))
         loop = _response(linear, frequency) * plant.response(WAVES)[:, point - 1, 0] * held
-        drawn = {"frequency": frequency, "loop": loop, "margins": margins_of(frequency, loop)}
+        drawn = {"frequency": frequency, "loop": loop, "growth": _growth(step, space.c[point - 1], late, ask)}
+        drawn["growth"] /= plant.speed * sample
+        if drawn["growth"] <= GROWS:
+            drawn["margins"] = margins_of(frequency, loop)
     return ClosedLoop(
         plant=plant, point=point, time=time, travel=time * plant.speed, y=shown, measured=measured, command=command,
         yaw=yaw, **drawn,
     )  # fmt: skip
+
+
+def _growth(step: np.ndarray, shown: np.ndarray, late: int, controller: "_Sampled") -> float:
+    """Logarithm of the largest eigenvalue of the sampled loop: belt, readings on their way (``late``), controller."""
+    n, m = len(shown), controller.size
+    loop = np.zeros((n + late + m, n + late + m))
+    belt, way, inside = slice(0, n), slice(n, n + late), slice(n + late, None)
+    reading = np.zeros(n + late + m)
+    if late:
+        reading[n + late - 1] = 1.0
+        loop[n, belt] = shown
+        loop[way, way] += np.eye(late, k=-1)
+    else:
+        reading[belt] = shown
+    asked = -controller.d * reading
+    asked[inside] = controller.c
+    loop[belt, belt] = step[:n, :n]
+    loop[belt] += np.outer(step[:n, n], asked)
+    loop[inside, inside] = controller.step[:m, :m]
+    loop[inside] -= np.outer(controller.step[:m, m], reading)
+    return float(np.log(np.abs(np.linalg.eigvals(loop)).max()))
 
 
 def margins_of(frequency: np.ndarray, loop: np.ndarray) -> Margins:

@@ -96,3 +96,20 @@ def test_a_model_by_its_name_is_its_plant():
 
 def test_a_loop_is_a_picture_in_a_notebook(plant):
     assert bs.plot(bs.close_loop(plant, lambda time, error: 0.0, travel=20.0))._repr_png_()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize(("gain", "delay", "stable"), [(0.05, 0.2, True), (-0.05, 0.0, False), (2.0, 0.2, False)])
+def test_an_unstable_loop_is_called_so_and_has_no_margins(plant, gain, delay, stable):
+    """Limits hold the swing of an unstable loop, and a slow one looks at rest: the eigenvalues of the loop tell."""
+    control = pytest.importorskip("control")
+    point = 4 if gain == 2.0 else 1
+    loop = bs.close_loop(plant, control.tf([gain], [1]), point=point, y_start=5e-3, delay=delay, limits=2e-3)
+    assert loop.unstable is not stable and (loop.margins is not None) is stable
+    assert ("UNSTABLE" in str(loop)) is not stable and "not settled" in str(loop)
+
+
+def test_the_growth_of_a_loop_is_that_of_its_run(plant):
+    control = pytest.importorskip("control")
+    loop = bs.close_loop(plant, control.tf([0.05], [1]), y_start=5e-3, delay=0.5, travel=600.0)
+    late = np.searchsorted(loop.travel, [300.0, 400.0])
+    assert np.log(loop.y[0, late[1]] / loop.y[0, late[0]]) / 100.0 == pytest.approx(loop.growth, rel=0.02)
