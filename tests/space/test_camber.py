@@ -46,7 +46,7 @@ def test_a_free_strip_takes_its_natural_shape(belt, kappa):
 @pytest.mark.parametrize("effect", [Camber(kappa_c=KAPPA), WELD])
 def test_the_ties_have_the_lengths_of_a_curved_belt(belt, across, effect):
     """Trapezoids: the outer lines turn the belt by its natural angle, and the diagonals fit the legs."""
-    options = Options(dx=0.04, run_in=0.0, across=across)
+    options = Options(dx=0.04, dt=1e-3, run_in=0.0, across=across)
     _, scene = build_scene(CASE, belt, options, SpaceModel(options=options).parts(CASE, [effect]))
     mesh, m = scene.mesh, across
     first = m * np.arange(mesh.stations)
@@ -79,7 +79,7 @@ def quietly_loaded(text):
 @pytest.mark.parametrize("belt", ["flex", "grid"])
 @pytest.mark.parametrize("effects", [[], [WELD]], ids=["straight", "weld"])
 def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
-    options = Options(dx=0.04)
+    options = Options(dx=0.04, dt=1e-3)
     spec, _ = build_scene(CASE, belt, options, SpaceModel(options=options).parts(CASE, effects))
     ran = compile_model(spec)
     loaded = quietly_loaded(mjcf(spec))
@@ -94,7 +94,7 @@ def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
 
 @pytest.mark.parametrize("belt", ["flex", "grid"])
 def test_camber_acts_by_its_share(belt):
-    options = Options(dx=0.04, run_in=0.0)
+    options = Options(dx=0.04, dt=1e-3, run_in=0.0)
     spec, scene = build_scene(CASE, belt, options, SpaceModel(options=options).parts(CASE, [WELD]))
     solver = Solver(compile_model(spec), scene.mesh.rest.shape)
     plain, tied = solver.rest_lengths, solver.tied_nodes()
