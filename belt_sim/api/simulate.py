@@ -401,7 +401,11 @@ def _scene_and_story(case: Case, model: ModelSpec, effects: Any) -> tuple["MjSpe
 
     chosen, acting = model_of(model), effects_of(effects)
     if not isinstance(chosen, SpaceModel):
-        raise InputError("model", chosen.name, "", "use mujoco_flex, mujoco_grid or mujoco_rope")
+        raise InputError("model", chosen.name, "", "use mujoco_flex")
+    if chosen.scene is not None:
+        raise InputError("model.scene", str(chosen.scene)[:60], "", "leave it out: a scene is written of a case")
+    if chosen.control:
+        raise InputError("model.control", "true", "", "leave it out: a scene is one belt")
     for effect in acting:
         if overrides(effect) <= {"encoder", "sensor", "sensor_travel"}:
             raise CannotRepresent(

@@ -48,7 +48,7 @@ def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) ->
     if belt != "flex":
         raise CannotRepresent(
             f"model.contact = mujoco: a {belt} lies quietly there but walks some 50 mm aside in a metre of travel; "
-            "use model=mujoco_flex, or model.contact=held"
+            "use model=mujoco_flex, or belt-sim simulate with model.contact=held"
         )
     _refuse_shapes(parts)
     # nodes come straight onto the circle
@@ -130,7 +130,7 @@ def _refuse_shapes(parts: SceneParts) -> None:
     for name in (name for name, is_asked in asked.items() if is_asked):
         raise CannotRepresent(
             f"model.contact = mujoco: {name} has no place in a scene of plain MuJoCo, which takes taper, crown, cant, "
-            "wobble, yaw_offset, yaw_compliance and guide rollers; use model.contact=held"
+            "wobble, lean, yaw_offset, yaw_compliance and guide rollers; use belt-sim simulate with model.contact=held"
         )
 
 

@@ -15,6 +15,8 @@ REFUSED = [
     (["diagnose", "campaign=slack_belt", "leave_out=[nosuch]"], "leave_out = nosuch: use ids of the library"),
     (["virtual-rig", "plan=3", "belt.width=0.3"], "goes with engine=line and plan=null"),
     (["virtual-rig", "rig.gravity=1.6"], "rig.gravity = 1.6 m/s2"),
+    (["scene", "model.scene=belt.xml"], "model.scene = belt.xml: leave it out"),
+    (["scene", "model.control=true"], "model.control = true: leave it out"),
 ]
 
 
