@@ -33,6 +33,8 @@ REVERSAL = 0.2
 RANGES = {name: bounds for name, bounds, _ in NUMBERS.values()}
 #: A yaw that moves by less than this share of its largest value stands still.
 STILL = 0.05
+#: A logged yaw that comes back moved if it was this far off [rad]; less is taken for noise of a gauge at rest.
+MOVED = 1e-4
 #: Digits that a logged setting is rounded to, and those of a place on the belt, of up to 20000 m.
 DIGITS, START_DIGITS = 4, 7
 
@@ -422,24 +424,32 @@ def yaw_settings(block: LoggedTable, travel: np.ndarray, known: Settings) -> Set
         there = np.flatnonzero(np.isfinite(values))
         y = values[there]
         ends = max(1, len(y) // 50)
-        before, level, at = float(np.median(y[:ends])), float(np.median(y[-ends:])), 0
-        if abs(level - before) <= STILL * np.abs(y).max():
-            level = float(np.median(y))
+        before, level, at, begun = float(np.median(y[:ends])), float(np.median(y[-ends:])), 0, 0
+        moves = abs(level - before) > STILL * np.abs(y).max()
+        beyond = (y - before) / (level - before) > 0.5 if moves else np.zeros(len(y), bool)
+        step = int(np.argmax(beyond))
+        if moves:
+            other = np.where(np.arange(len(y)) < step, np.abs(y - before) > 0.5 * abs(level - before), ~beyond)
         else:
-            beyond = (y - before) / (level - before) > 0.5
-            step = int(np.argmax(beyond))
-            if key not in known and np.mean(beyond[step:]) < 0.98:
-                again = step + int(np.argmin(beyond[step:]))
-                remedy = "the yaw moves more than once; cut the record into runs, one yaw step each"
-                raise block.refuse(there[again], key, float(y[again] / DEGREE), "deg", remedy)
+            level = float(np.median(y))
+            other = np.abs(y - level) > max(0.5 * np.abs(y).max(), MOVED)
+        if key not in known and other.sum() >= max(2, 0.02 * beyond.sum()):
+            again = int(np.argmax(other))
+            remedy = "the yaw moves more than once; cut the record into runs, one yaw step each"
+            raise block.refuse(there[again], key, float(y[again] / DEGREE), "deg", remedy)
+        if moves:
             if key not in known and abs(before) > STILL * abs(level):
                 given = f"runs: {{{block.name}: {{{key}: ...}}}}"
                 remedy = f"the yaw is not zero before its step; begin a run at zero yaw, or state {given}"
                 raise block.refuse(there[0], key, float(before / DEGREE), "deg", remedy)
-            at = int(there[step])
+            part = (y - before) / (level - before)
+            at, begun = int(there[step]), int(there[max(step - 1, 0)])
+            ends = np.flatnonzero(part[: step + 1] < 0.1), step + np.flatnonzero(part[step:] > 0.9)
+            if len(ends[0]) and len(ends[1]):
+                begun, at = int(there[ends[0][-1]]), int(there[ends[1][0]])
         found[key] = Setting(round_digits(level, DIGITS), "its column")
         if at and "yaw_at" not in known | found:
-            earlier, later = travel[at - 1 : at + 1]
+            earlier, later = travel[begun], travel[at]
             words = f"the step of {key}, somewhere within {later - earlier:.2g} m"
             u = round_digits((later - earlier) / np.sqrt(12.0), DIGITS)
             found |= {"yaw_at": Setting(0.5 * (earlier + later), words), "yaw_at_u": Setting(u, words)}

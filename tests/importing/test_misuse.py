@@ -43,13 +43,20 @@ BROKEN = {
     "time_back": (timed(40, "2.1,0.5,103.2"), ["a.csv:40", "time runs backwards"]),
     "reversal": (timed(40, TIMED[39].replace("0.5000", "-0.5")), ["a.csv:40", "reverses within a run"]),
     "stands_still": (table(["time [s]", "v [m/s]", "y1 [mm]"], [L.time, 0 * L.time, L.y1]).encode(), ["stands still"]),
-    "two_yaws": (
-        table(
-            ["Weg [m]", "y1 [mm]", "yaw [mrad]"],
-            [L.travel, L.y1, np.select([L.travel < 1, L.travel < 2, L.travel < 3], [0.0, 0.7, 0.0], 0.7)],
-        ).encode(),
-        ["moves more than once", "cut the record into runs"],
-    ),
+    **{
+        name: (
+            table(
+                ["Weg [m]", "y1 [mm]", "yaw [mrad]"],
+                [L.travel, L.y1, np.select([L.travel < 1, L.travel < 2, L.travel < 3], yaws[:3], yaws[3])],
+            ).encode(),
+            ["moves more than once", "cut the record into runs"],
+        )
+        for name, yaws in {
+            "two_yaws": (0.0, 0.7, 0.0, 0.7),
+            "yaw_and_back": (0.0, 0.7, 0.7, 0.0),
+            "yaw_both_ways": (0.0, -0.7, -0.7, 0.7),
+        }.items()
+    },
 }
 
 
@@ -58,7 +65,7 @@ def test_a_file_that_cannot_be_read_is_refused_in_one_line(name, tmp_path):
     content, words = BROKEN[name]
     file = tmp_path / "a.csv"
     file.write_bytes(content)
-    settings = RUN if name != "two_yaws" else {"tension": "10"}
+    settings = RUN if "yaw" not in name else {"tension": "10"}
     with pytest.raises(BeltError) as error:
         write(understand(read([file]), MAPPING | {"all_runs": settings}), tmp_path / "out")
     message = str(error.value)
