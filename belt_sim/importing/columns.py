@@ -39,6 +39,8 @@ OF_SEVERAL = {"tension": ("sum", "mean"), "yaw": ("mean",), "speed": ("mean",), 
 _SET = re.compile(
     r"(?:^| )(?:set|soll|sollwert|sp|setpoint|target|command|cmd|vorgabe|demand|nominal|reference)(?: |$)"
 )
+#: Words of a force that two strands share.
+_OF_TWO = re.compile(r"(?:^| )(?:axles?|shaft|achs\w*|wellen\w*|gesamt\w*|total|sum|summe\w*|both|overall)(?: |$)")
 _NUMBERED = re.compile(
     r"^(?:y|kante|edge|bandkante|lateral|pos|position|point|punkt|ablage|sensor|laser|p)[ _]*([1-4])\b"
 )
@@ -628,6 +630,10 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
         kinds = _dimensions(column.role, column.at)
         if kinds and not column.unit:
             yield _unit_question(column, kinds)
+        is_force = column.role == "tension" and UNITS.get(column.unit, ("",))[0] == "force"
+        if is_force and _OF_TWO.search(plain(column.name)) and "factor" not in column.entry.model_fields_set:
+            text = f"{column.name} ({span_of(column)}) may be what both strands pull; which part is one strand's?"
+            yield Question(("columns", column.name, "factor"), text, "0.5", ("0.5", "1"))
     if table.kind != "record":
         return
     roles, file = {c.role for c in table.columns}, table.file.name

@@ -76,6 +76,8 @@ FILES |= {
     "set_and_actual": (text(TRAVEL | {"tension set [N/mm2]": ["12"] * 31, "tension actual [N/mm2]": ["10"] * 31} | EDGE), {}),
     "soll_ist": (text(TRAVEL | {"Bandzug Soll [N/mm2]": ["12"] * 31, "Bandzug Ist [N/mm2]": ["10"] * 31} | EDGE), {}),
     "left_and_right": (text(TRAVEL | {"load cell left [N]": ["300"] * 31, "load cell right [N]": ["300"] * 31} | EDGE), {"use.tension": "sum"}),
+    "axle": (text(TRAVEL | {"axle load [kN]": ["1.2"] * 31} | EDGE), {"columns.axle load [kN].factor": "0.5"}),
+    "both_strands": (text(TRAVEL | {"Bandzug gesamt [N]": ["1200"] * 31} | EDGE), {"columns.Bandzug gesamt [N].factor": "0.5"}),
     "line_load": (text(TRAVEL | {"tension [PLI]": [f"{10 * 0.3 * 25.4 / 4.4482216152605:.6f}"] * 31} | EDGE), {}),
     "newtons_a_millimetre": (text(TRAVEL | {"tension [N/mm]": ["3.0"] * 31} | EDGE), {}),
     "decanewtons": (text(TRAVEL | {"tension [daN]": ["60"] * 31} | EDGE), {}),
@@ -109,7 +111,7 @@ def merge(a: dict, b: dict) -> dict:
 def given_for(name: str) -> dict:
     settings = {"tension": "10 N/mm2", "yaw": "-0.042 deg"}
     header = FILES[name][0].split("\n")[0].lower()
-    logged = {"tension": ("tension", "load cell", "bandzug"), "yaw": ("yaw",)}
+    logged = {"tension": ("tension", "load cell", "bandzug", "axle"), "yaw": ("yaw",)}
     own = {k: v for k, v in settings.items() if not any(w in header for w in logged[k])}
     return GIVEN | {"all_runs": own}
 
