@@ -453,10 +453,10 @@ def check_running_start(campaign: Campaign, records: list[Record]) -> list[Suspi
     if abs(rate) < CLEAR * error:
         return []
     sentence = (
-        f"the belt runs off by {1e3 * rate:+.2g} mm/m (one sigma {1e3 * error:.1g}) before any yaw, at both pulleys"
+        f"the belt runs off by {1e3 * rate:+.2g} mm/m (one sigma {1e3 * error:.1g}) before any yaw, at both pulleys "
+        "alike: something acts without a yaw, as a cone does, or the belt ran before the records began; then state "
+        "how far from a straight start, run_in_m in runs.csv (run_in of the run in an import's mapping)"
     )
-    sentence += " alike: the records do not begin on a straight belt at rest; state how far it had run from a straight"
-    sentence += " start, run_in_m in runs.csv (run_in of the run in an import's mapping)"
     return [Suspicion(None, (), "running_start", sentence, "look")]
 
 

@@ -82,7 +82,7 @@ def test_wrong_values(belt, overrides, says):
 def test_unknown_command(belt):
     answer = belt("simmulate")
     assert is_one_line(answer)
-    assert "use one of simulate, scene, compare" in answer.err
+    assert "use one of simulate, view, scene, compare" in answer.err
 
 
 def test_no_command_prints_the_usage(belt):

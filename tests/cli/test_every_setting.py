@@ -80,7 +80,9 @@ CHANGED: dict[str, tuple[list[str], dict[str, str]]] = {
     ),
     "virtual-rig": (
         [],
-        MACHINE | {"engine": "paper", "hidden": "[taper]", "base": "strip", "plan": "3", "seed": "1", "out": "c"},
+        MACHINE
+        | {"engine": "paper", "hidden": "[taper]", "base": "strip", "plan": "3", "seed": "1", "out": "c"}
+        | {"quantum": "0.129"},
     ),
     "reveal": (["campaign=machine_fault"], {"campaign": "slack_belt"}),
     "report": (["diagnosis=."], {"diagnosis": "elsewhere"}),

@@ -27,7 +27,7 @@ def test_a_fault_that_acts_before_the_yaw_is_named_and_zero_is_not_doubted(zero_
     made = make_campaign(hidden=TAPER, seed=3, plan=replace(LATE, zero_at_start=zero_at_start), noise=SURE_OF_ZERO)[0]
     drift = max(abs(y[20] - y[0]) for run in made.runs for y in run.signals.values())
     assert drift > 3.0 * SURE_OF_ZERO.zero
-    assert suspicions(made) == ()
+    assert {(s.kind, s.severity) for s in suspicions(made)} == {("running_start", "look")}  # which it may also be
     found = examine(made, MODEL, CLASSES)
     assert find_offsets(found.bench, found.nothing.values) == ()
     assert (found.decision.verdict, list(found.decision.named)) == (Verdict.EXPLAINED, ["taper"])

@@ -11,7 +11,7 @@ from belt_sim.discovery.closed_loop import solve_loop
 from belt_sim.discovery.linear_search import ScoredLaw
 from belt_sim.discovery.search_data import SearchData, campaign_places, form_values
 from belt_sim.discovery.selection import _laws_at_other_places, choose_law
-from belt_sim.discovery.words import _drawn_travel, _law_curve, formula, sentence
+from belt_sim.discovery.words import _law_curve, formula, sentence
 from belt_sim.effects.law import Form, Law, Term
 from belt_sim.results.errors import Change
 from studies.challenge.score import generator_place, pairs
@@ -137,6 +137,6 @@ def test_a_law_of_the_belt_alone_is_drawn_where_it_was_met():
     data = both_ways()[1]
     states, numbers = data.states, {"size": (1.0, 0.1, "")}
     for run in range(len(states.belt_part)):
-        line = _drawn_travel(states, BENT, 0)[run]
+        line = states.belt_length * (states.belt_part[run, 0] % 1.0)  # of the forward run's first turn
         drawn = _law_curve(BENT, numbers, states.belt_length, line, by_travel=True)
         assert np.allclose(drawn, form_values(BENT, states, 0, None)[run], atol=1e-6)
