@@ -126,8 +126,6 @@ def pictures_by_kind(result: "Result | Sequence[Simulation] | pd.DataFrame") -> 
             there["law"] = partial(pictures.law_picture, d=result)
         if result.error is not None:
             there["falling_error"] = partial(pictures.falling_error_picture, d=result)
-    elif hasattr(result, "margins"):  # a ClosedLoop draws itself
-        there["loop"] = result.plot
     elif isinstance(result, Comparison):
         if result.drawings.overlays:
             there |= _overlay(result)

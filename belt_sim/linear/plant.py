@@ -361,6 +361,7 @@ def _rate(spans: Spans, travel, x, late, yaws):
 
 
 ORDER = 6  # of the rational function that stands for each wrapped arc
+LONGEST_WAY = 1000  # samples that a reading may be late: the loop's eigenvalues take a second
 GROWS = 1e-6  # [1/m]: less is rounding of a mode that stands, e-fold in 1000 km
 WAVES = np.geomspace(1e-4, 20.0, 8000)  # [rad per metre of travel] at which the open loop is drawn
 Controller = Callable[[float, float], float]  # (time [s], measured error [m]) -> yaw [rad]
@@ -510,6 +511,8 @@ def close_loop(
     steps, late = round(travel / (plant.speed * sample)), round(delay / sample)
     if not 2 <= steps <= 1_000_000:
         raise InputError("sample", sample, "s", f"{steps} steps in {travel:g} m; give 2 to a million")
+    if late > LONGEST_WAY:
+        raise InputError("delay", delay, "s", f"give at most {LONGEST_WAY} samples of {sample:g} s, or longer samples")
     linear = None if callable(controller) and not hasattr(controller, "dt") else _continuous(controller)
     ask = controller if linear is None else _Sampled(linear, sample)
     space = state_space(plant, order=ORDER)
