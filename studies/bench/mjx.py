@@ -82,12 +82,11 @@ def gradient(steps: int = 2000, piece: int = 50) -> None:
     took, resident = time.perf_counter() - compiled, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - resident
     temporary = run.memory_analysis().temp_size_in_bytes
     difference = (above - below) / (2.0 * NEAR)
-    print(
-        f"{steps} steps in pieces of {piece}, {float(after.travel[-1]):.2f} m after the yaw, y1 {1e3 * at:.4f} mm; "
-        f"slope by the yaw {1e6 * slope:.4f} um/mrad, by a central difference {1e6 * difference:.4f} "
-        f"({100.0 * abs(slope / difference - 1.0):.2g} % off); compiled in {compiled - begun:.0f} s, run in {took:.0f} s; "
-        f"{temporary / 1e6:.0f} MB for it in XLA's plan, {resident / 1e3:.0f} MB more resident"
-    )
+    print(f"{steps} steps in pieces of {piece}, {float(after.travel[-1]):.2f} m after the yaw, y1 {1e3 * at:.4f} mm")
+    off = f"{100.0 * abs(slope / difference - 1.0):.2g} % off"
+    print(f"slope {1e6 * slope:.4f} um/mrad, by a central difference {1e6 * difference:.4f}: {off}")
+    print(f"compiled in {compiled - begun:.0f} s, run in {took:.0f} s", end="; ")
+    print(f"{temporary / 1e6:.0f} MB for it in XLA's plan, {resident / 1e3:.0f} MB more resident")
 
 
 if __name__ == "__main__":
