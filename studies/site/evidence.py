@@ -31,8 +31,11 @@ ROUTES = {
 }
 #: routes that share neither the effect's code nor its formula
 INDEPENDENT = ("shell", "3d", "elements", "formula")
+CONSISTENCY = "consistency only"
 #: what the page says once for all effects
 USUAL = ("readings, 1.5 um", "turned machines, 1e-9", "machine turned about the vertical, 1e-9")
+#: what the page says once of all 3D belts: the rig, and of what y a difference is a share
+SAID_ONCE = re.compile(r" of the largest( y)?\b| on a (narrow )?short rig\b| of all (four )?points\b(?= on| as)")
 #: constants of tests that are lengths [m], or plain numbers; all others are shares
 LENGTHS, PLAIN = ("AGREE", "PASSING"), ("RMS",)
 
@@ -90,16 +93,25 @@ def _in_words(name: str, value: float) -> str:
 
 
 def table() -> str:
-    """A Markdown table, an effect a row: the independent routes, if any, and all checks; USUAL ones by their route."""
-    lines = ["| effect | stands on | checked |", "| --- | --- | --- |"]
+    """A Markdown table, an effect a row: the independent checks, or, where there are none, what consistency was seen."""
+    lines = ["| effect | checked by |", "| --- | --- |"]
     for name, checks in sorted(evidence().items()):
-        said = "<br>".join(f"**{ROUTES[c.route]}**" + (f": {c.what}" if c.what not in USUAL else "") for c in checks)
-        routes = dict.fromkeys(ROUTES[c.route] for c in checks if c.route in INDEPENDENT)
-        stands = ", ".join(routes) or "consistency only"
-        if any(c.route == "against" for c in checks):
-            stands += "; **3D disagrees**"
-        lines.append(f"| {name} | {stands} | {said} |")
+        independent = [c for c in checks if c.route in INDEPENDENT or c.route == "against"]
+        if not independent:
+            said = [c.what for c in checks if c.what not in USUAL]
+            lines.append(f"| {name} | {CONSISTENCY}: {'; '.join(said) or ROUTES['code']} |")
+            continue
+        by_route: dict[str, list[str]] = {}
+        for check in independent:
+            by_route.setdefault(check.route, []).append(check.what)
+        cell = "<br>".join(f"**{ROUTES[route]}**: {'; '.join(map(_short, whats))}" for route, whats in by_route.items())
+        lines.append(f"| {name} | {cell} |")
     return "\n".join(lines) + "\n"
+
+
+def _short(what: str) -> str:
+    """Without what the page says once."""
+    return SAID_ONCE.sub("", what)
 
 
 def write() -> None:
