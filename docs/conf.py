@@ -17,6 +17,7 @@ extensions = [
     "studies.site.offline",
     "studies.site.effect_pages",
     "studies.site.notebooks",
+    "studies.site.reference",
 ]
 exclude_patterns = ["data", "maps"]
 smartquotes = False

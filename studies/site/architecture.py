@@ -68,15 +68,15 @@ def circles(imports: dict[str, dict[str, list[str]]]) -> set[frozenset[str]]:
     return {frozenset((a, b)) for a in imports for b in imports[a] if a in imports.get(b, {})}
 
 
-def about(room: str) -> tuple[str, int, int]:
-    """First sentence of a room's docstring, its files and its lines."""
+def about(room: str) -> tuple[str, int]:
+    """First sentence of a room's docstring, and its lines."""
     place = PACKAGE / room
     files = sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
     head = place / "__init__.py" if place.is_dir() else files[0]
     doc = ast.get_docstring(ast.parse(head.read_text(encoding="utf-8"))) or ""
     words = re.split(r"(?<=[.:])\s", doc.replace("\n", " "))[0].rstrip(".:")
     words = words.split(",")[0] if len(words) > 60 else words
-    return words, len(files), sum(len(f.read_bytes().splitlines()) for f in files)
+    return words, sum(len(f.read_bytes().splitlines()) for f in files)
 
 
 def drawing(imports: dict[str, dict[str, list[str]]], at: dict[str, int]) -> str:
@@ -99,7 +99,7 @@ def drawing(imports: dict[str, dict[str, list[str]]], at: dict[str, int]) -> str
             lines.append(f'<path d="M{x + WIDTH / 2:.0f} {y + HEIGHT:.0f} L{u + WIDTH / 2:.0f} {v:.0f}"/>')
     boxes = []
     for name, (x, y) in place.items():
-        _, _, size = about(name)
+        _, size = about(name)
         boxes.append(
             f'<g><rect x="{x:.0f}" y="{y:.0f}" width="{WIDTH}" height="{HEIGHT}" rx="6"/>'
             f'<text x="{x + WIDTH / 2:.0f}" y="{y + 17:.0f}">{name}</text>'
@@ -116,10 +116,9 @@ def drawing(imports: dict[str, dict[str, list[str]]], at: dict[str, int]) -> str
 
 def table(at: dict[str, int]) -> str:
     """A row a room, the highest floor first."""
-    lines = ["| floor | room | files | lines | what it does |", "| --- | --- | --- | --- | --- |"]
+    lines = ["| floor | room | what it does |", "| --- | --- | --- |"]
     for room in sorted(at, key=lambda r: (-at[r], r)):
-        words, files, size = about(room)
-        lines.append(f"| {at[room]} | {room} | {files} | {size:,} | {words} |")
+        lines.append(f"| {at[room]} | {room} | {about(room)[0]} |")
     return "\n".join(lines) + "\n"
 
 

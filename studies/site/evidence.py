@@ -93,7 +93,7 @@ def _in_words(name: str, value: float) -> str:
 
 
 def table() -> str:
-    """A Markdown table, an effect a row: the independent checks, or, where there are none, what consistency was seen."""
+    """A Markdown table, an effect a row: its independent checks or, where there are none, those of consistency."""
     lines = ["| effect | checked by |", "| --- | --- |"]
     for name, checks in sorted(evidence().items()):
         independent = [c for c in checks if c.route in INDEPENDENT or c.route == "against"]

@@ -1,19 +1,43 @@
-"""The functions of ``bs``, a line each, for docs/reference.md unbuilt: ``python -m studies.site.reference``."""
+"""The directive ``names`` (a Sphinx extension): what a page lists by name, as autodoc documents it.
+
+``python -m studies.site.reference`` writes the functions of ``bs``, a line each, for docs/reference.md unbuilt.
+"""
 
 import inspect
 import re
+from importlib import import_module
+from typing import Any
+
+from docutils import nodes
+from docutils.parsers.rst import Directive, directives
+from docutils.statemachine import StringList
+from sphinx.application import Sphinx
 
 import belt_sim as bs
 from belt_sim.io import ROOT
 
 PAGE = ROOT / "docs" / "reference.md"
 BEGIN, END = "<!-- functions -->\n", "<!-- end -->"
+_BLOCK = re.compile(r"^```\{names\} (\S+)\n(?::members:(?P<all>)\n)?(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+def blocks(page: str) -> list[tuple[str, list[str]]]:
+    """Module and names of every block of the directive, in order."""
+    return [(module, listed.split()) for module, _, listed in _BLOCK.findall(page)]
+
+
+def kind(module: str, name: str) -> str:
+    """The directive of autodoc for ``module.name``."""
+    found = getattr(import_module(module), name)
+    if not inspect.isclass(found):
+        return "autofunction"
+    return "autoexception" if issubclass(found, Exception) else "autoclass"
 
 
 def table(page: str) -> str:
-    """A row for each function that the page names: its first sentence, up to a colon."""
+    """A row for each function that the page's first block names: its first sentence, up to a colon."""
     lines = ["| function | gives |", "| --- | --- |"]
-    for name in re.findall(r"^\.\. autofunction:: (\w+)$", page.split("## Machine", 1)[0], re.MULTILINE):
+    for name in blocks(page)[0][1]:
         first = " ".join((inspect.getdoc(getattr(bs, name)) or "").split("\n\n", 1)[0].split())
         sentence = re.split(r"[.:;](?:\s|$)", re.sub(r" \([^()]*(\(\))?[^()]*\)", "", first))[0].replace("``", "`")
         lines.append(f"| `{name}` | {sentence} |")
@@ -25,6 +49,32 @@ def written() -> str:
     page = PAGE.read_text(encoding="utf-8")
     before, rest = page.split(BEGIN, 1)
     return f"{before}{BEGIN}{table(page)}{END}{rest.split(END, 1)[1]}"
+
+
+class Names(Directive):
+    """``{names} MODULE`` in a Markdown page: its names, documented by autodoc; ``:members:`` with what they hold."""
+
+    required_arguments = 1
+    has_content = True
+    option_spec = {"members": directives.flag}
+
+    def run(self) -> list[nodes.Node]:
+        """The nodes of all names."""
+        module = self.arguments[0]
+        lines = ["```{eval-rst}", f".. currentmodule:: {module}"]
+        for name in " ".join(self.content).split():
+            lines.append(f".. {kind(module, name)}:: {name}")
+            lines += ["   :members:"] if "members" in self.options and kind(module, name) == "autoclass" else []
+        here = nodes.section()
+        here.document = self.state.document
+        self.state.nested_parse(StringList([*lines, "```"], source=str(PAGE)), self.content_offset, here)
+        return here.children
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Called by Sphinx."""
+    app.add_directive("names", Names)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
 if __name__ == "__main__":
