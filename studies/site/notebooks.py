@@ -4,6 +4,7 @@
 """
 
 import json
+import re
 import sys
 import time
 from pathlib import Path
@@ -29,11 +30,11 @@ def source(cell: dict[str, Any]) -> str:
 
 
 def markdown(path: Path) -> str:
-    """A notebook as Markdown: its headings one level deeper, code and printed text in fences, pictures inside."""
+    """A notebook as Markdown, code and printed text in fences, pictures inside; its title is that of the page."""
     parts = []
     for cell in cells(path):
         if cell["cell_type"] == "markdown":
-            parts.append(source(cell).replace("# ", "## ", 1) if source(cell).startswith("# ") else source(cell))
+            parts.append(re.sub(r"\A# .*\n*", "", source(cell)))
         else:
             parts.append(f"```python\n{source(cell)}\n```")
             parts += [shown for output in cell["outputs"] if (shown := _output(output))]

@@ -22,7 +22,11 @@ def test_a_notebook_is_stored_with_its_results(book):
     assert any(printed(c).strip() for c in code)
     for cell in code:
         compile(source(cell), book.name, "exec")
-    assert markdown(book).startswith("## ")
+    title = source(cells(book)[0]).splitlines()[0]
+    assert title.startswith("# ")
+    assert not markdown(book).startswith("# ")
+    page = (ROOT / "docs" / "notebooks.md").read_text(encoding="utf-8")
+    assert f"\n#{title}\n" in page, "the page has the title, so that other pages can link to it"
 
 
 @pytest.mark.long
