@@ -216,8 +216,9 @@ def mjcf(spec: mujoco.MjSpec, comment: str = HELD_COMMENT) -> str:
     for element in tree.findall("custom/text"):  # MuJoCo writes long ones where it does not read them
         element.set("data", element.get("data") or (element.text or "").strip())
         element.text = None
-    for element in tree.findall("actuator/general"):
-        _name_actuator(element)
+    for element in tree.findall("actuator/general"):  # MuJoCo writes motors as general, too
+        if element.get("biastype") is None and element.get("gainprm") is None:
+            element.tag = "motor"
     ET.indent(tree)
     tree.insert(0, ET.Comment(comment))
     tree[0].tail = "\n\n  "
@@ -228,20 +229,6 @@ def mjcf(spec: mujoco.MjSpec, comment: str = HELD_COMMENT) -> str:
                 tree[at].tail = "\n  "
                 break
     return ET.tostring(tree, encoding="unicode")
-
-
-def _name_actuator(element: ET.Element) -> None:
-    """Call an actuator motor or position where it is one; MuJoCo writes them all as general. A velocity with a bias of
-    its own has no shorter name."""
-    bias = [float(v) for v in element.get("biasprm", "0 0 0").split()]
-    if element.get("biastype") is None and element.get("gainprm") is None:
-        element.tag = "motor"
-    elif element.get("biastype") == "affine" and bias[0] == 0.0 and bias[1]:
-        element.tag = "position"
-        element.set("kp", element.attrib.pop("gainprm"))
-        element.set("kv", f"{-bias[2]:g}")
-        for name in ("biastype", "biasprm", "input"):
-            element.attrib.pop(name, None)
 
 
 def _full_digits(numbers: Iterable[float]) -> str:

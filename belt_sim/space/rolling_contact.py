@@ -21,7 +21,7 @@ from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent
 from belt_sim.scene_parts import GuideRoller, SceneParts
 from belt_sim.space.loop import LaidLoop
-from belt_sim.space.machine import HEAD_YAW, TAIL_YAW, SceneLayout, begin_scene, station_mass
+from belt_sim.space.machine import SceneLayout, begin_scene, station_mass
 from belt_sim.space.mesh import node_name
 from belt_sim.space.mujoco_interface import set_contact_solver
 from belt_sim.space.options import Options
@@ -83,7 +83,8 @@ def story(scene: SceneLayout) -> str:
     return f""" A steel belt on two pulleys, carried and tracked by MuJoCo's contacts alone. Units are SI.
      python -m mujoco.viewer with this file, play: the belt, at {tension:g} N/mm2, starts to run at
      {options.run_speed:.3g} m/s and tracks, for its tail pulley is yawed by {yaw:g} degrees. Sliders add to it:
-     speed [m/s], tension [N/mm2], tail_yaw and head_yaw [degrees]. Key frames: "laid" (the same at rest) and "running".
+     speed [m/s], tension [N/mm2], tail_yaw and head_yaw [degrees]; sensors show the sums. Key frames: "laid" (the
+     same at rest) and "running".
      y at the points 1 (upper end at the tail pulley), 2 (lower, tail), 3 (lower, head) and 4 (upper, head):
      (edge-N-right - edge-N-left) / 2. Of a span's middle, by height-upper-..., height-lower-...: tilt = upper
      (right - left) / {apart:.6g}, lower (left - right) / {apart:.6g}; sag = upper mean - {RAY + CLEAR:.6g}, lower
@@ -144,7 +145,7 @@ def _with_plate_torsion(case: Case) -> Case:
     return replace(case, belt=replace(belt, width=b * wider, thickness=h / wider, youngs_modulus=modulus / wider**2))
 
 
-#: what meets what: nodes meet pulleys; nodes and edge flags meet what a user adds, whose bits are 1 and 1
+#: what meets what: nodes meet pulleys; nodes, pulleys and flags meet what a user adds, whose bits are 1 and 1
 _NODE, _PULLEY, _FLAG_BIT, _USER = 8, 2, 4, 1
 CLEAR = -4e-3  # [m], minus half the height of an edge flag, where rays at heights end
 _FLAGS_OVERLAP = 1.04  # length of an edge flag over a chord: the corners on a pulley would let a ray through
@@ -153,8 +154,9 @@ _COLOURS = {"node": (0.75, 0.78, 0.82, 1.0), "flag": (0.2, 0.45, 0.8, 1.0), "gui
 
 
 def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
-    """Spheres on all nodes that meet the pulleys (class "node"; what the pulleys say of contact does not count), edge
-    flags that rays and guides meet on those of the outer lines (class "flag")."""
+    """Spheres on all nodes that meet the pulleys (class "node"; what the pulleys say of contact does not count), and
+    flags that rays, guides and a user's bodies meet (class "flag"): each line's reach halfway to the next, the outer
+    lines' to the belt's real edge."""
     mesh, dt, friction = scene.mesh, scene.options.step, scene.parts.friction
     node, flag = spec.add_default("node", spec.default), spec.add_default("flag", spec.default)
     touch, seen = node.geom, flag.geom
@@ -164,8 +166,9 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     touch.gap, touch.adhesion = _READY, _NO_WEIGHT
     touch.type, touch.size, touch.mass = mujoco.mjtGeom.mjGEOM_SPHERE, [NODE_RADIUS, 0, 0], 0.0
     touch.rgba, touch.group = _COLOURS["node"], 3
-    half = 0.25 * float(scene.case.belt.width) - 0.5 * mesh.line_y[0]
-    seen.type, seen.size = mujoco.mjtGeom.mjGEOM_BOX, [0.5 * _FLAGS_OVERLAP * scene.loop.chord, half, -CLEAR]
+    edge, between = 0.5 * float(scene.case.belt.width), 0.5 * (mesh.line_y[1:] + mesh.line_y[:-1])
+    ends = np.concatenate([[edge], between, [-edge]])
+    seen.type = mujoco.mjtGeom.mjGEOM_BOX
     seen.contype, seen.conaffinity, seen.priority = _FLAG_BIT, _USER, 1
     seen.friction, seen.solref, seen.solimp = [_FLAG_FRICTION, 0, 0], touch.solref, touch.solimp
     seen.mass, seen.rgba, seen.group = 0.0, _COLOURS["flag"], 4
@@ -174,9 +177,8 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
             body = spec.body(node_name(i, j))
             spec.joint(f"{body.name}-z").damping[0] = mesh.mass[j] * scene.options.damping
             body.add_geom(node, **_line_bits(scene, j))
-            for side, line in ((1.0, 0), (-1.0, mesh.lines - 1)):
-                if j == line:
-                    body.add_geom(flag, pos=[0.0, side * half, 0.0])
+            size = [0.5 * _FLAGS_OVERLAP * scene.loop.chord, 0.5 * (ends[j] - ends[j + 1]), -CLEAR]
+            body.add_geom(flag, pos=[0.0, 0.5 * (ends[j] + ends[j + 1]) - mesh.line_y[j], 0.0], size=size)
 
 
 def _is_tapered(scene: SceneLayout) -> bool:
@@ -197,7 +199,7 @@ def _make_solid(spec: mujoco.MjSpec, name: str, radius: float, scene: SceneLayou
     one is an ellipsoid, off the middle where it is tapered, too; one that wobbles sits askew on its axle."""
     surface, shell, pulley = getattr(scene.parts, name), spec.geom(f"{name}-shell"), spec.body(f"{name}-pulley")
     shell.size, shell.group = [radius - NODE_RADIUS, shell.size[1], 0.0], 3
-    shell.contype, shell.conaffinity = _PULLEY, _NODE
+    shell.contype, shell.conaffinity = _PULLEY, _NODE | _USER
     before = float(np.sign(float(scene.case.settings.direction))) * scene.early / surface.radius  # turns, travel 0
     yaw, roll = (0.5 * surface.wobble * f(surface.wobble_phase - before) for f in (math.cos, math.sin))
     askew = np.zeros(4)
@@ -212,9 +214,11 @@ def _make_solid(spec: mujoco.MjSpec, name: str, radius: float, scene: SceneLayou
             size = [radius * (1.0 + surface.taper * y) - NODE_RADIUS, shell.size[1], 0.0]
             other = pulley.add_geom(name=f"{name}-shell-{line}", type=shell.type, size=size, quat=shell.quat)
             other.contype, other.conaffinity, other.mass, other.group = _FIRST_LINE << line, 0, 0.0, 3
-        shell.contype = shell.conaffinity = 0
+        shell.contype, shell.conaffinity = 0, _USER
     nominal = scene.case.settings.yaw if name == "tail" else scene.case.settings.yaw_head
-    spec.joint(f"{name}-yaw").ref = -(float(nominal.last()) + surface.yaw_offset)  # laid straight, then yawed
+    turn, stiffness = spec.joint(f"{name}-yaw"), 1.0 / max(surface.yaw_compliance, 1.0 / _YAW_STIFFNESS)
+    turn.springref = float(nominal.last()) + surface.yaw_offset  # laid straight, then yawed
+    turn.stiffness[0], turn.damping[0] = stiffness, _YAW_TIME * stiffness
 
 
 _ACROSS = [math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0]  # a cylinder's axis along y
@@ -228,6 +232,7 @@ def _add_guide(spec: mujoco.MjSpec, name: str, guide: GuideRoller, scene: SceneL
     y = guide.side * (0.5 * width + guide.gap + _GUIDE[0])
     geom = spec.worldbody.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[guide.x, y, level])
     geom.size, geom.rgba, geom.group, geom.friction = [*_GUIDE, 0.0], _COLOURS["guide"], 1, [0, 0, 0]
+    geom.contype, geom.conaffinity = 0, _FLAG_BIT | _USER
     geom.priority, geom.solref = 2, [-guide.stiffness / scene.mesh.mass[0], -2.0 / scene.options.step]
     geom.solimp = [0.5, 0.5, 1e-3, 0.5, 2.0]
 
@@ -272,9 +277,8 @@ def _add_actuators(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     speed.forcelimited, speed.forcerange = True, [-_DRIVE_FORCE, _DRIVE_FORCE]
     add("tension", "tail-slide", 2.0 * float(case.belt.area) * N_PER_MM2, -tension, _TIGHTEST).set_to_motor()
     for name in ("tail", "head"):
-        yaw = add(f"{name}_yaw", f"{name}-yaw", 1.0 / DEGREE, -_MOST_YAW, _MOST_YAW)
-        stiffness = 1.0 / max(getattr(scene.parts, name).yaw_compliance, 1.0 / _YAW_STIFFNESS)
-        yaw.set_to_position(kp=stiffness * DEGREE**2, kv=_YAW_TIME * stiffness * DEGREE**2)
+        torque = spec.joint(f"{name}-yaw").stiffness[0] * DEGREE  # [N m]: the joint's spring turns by a degree
+        add(f"{name}_yaw", f"{name}-yaw", torque, -_MOST_YAW, _MOST_YAW).set_to_motor()
 
 
 RAY = 0.3  # [m] from the middle of the machine to a ray's beginning, and from a level span to one above it
@@ -324,7 +328,4 @@ def _complete_keys(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     way = np.roll(mesh.laid, -1, axis=0) - np.roll(mesh.laid, 1, axis=0)
     way /= np.linalg.norm(way, axis=2, keepdims=True)
     spins = np.array([0.0, pace / rim_radius(scene), 0.0, 0.0, pace / (scene.loop.radius_tail - NODE_RADIUS)])
-    straight = np.array(laid.qpos)
-    straight[[HEAD_YAW, TAIL_YAW]] = spec.joint("head-yaw").ref, spec.joint("tail-yaw").ref
-    laid.qpos = straight
-    spec.add_key(name="running", qpos=straight, qvel=np.concatenate([spins, (pace * way).ravel()]))
+    spec.add_key(name="running", qpos=laid.qpos, qvel=np.concatenate([spins, (pace * way).ravel()]))

@@ -124,7 +124,7 @@ class ContactRun:
         self.plan = YawPlan.from_settings(settings, step_over=options.yaw_time * options.run_speed)
         self.mounted = mounted
         mujoco.mj_resetDataKeyframe(model, self.data, model.key("running").id)
-        self.data.qpos[self._places[[HEAD_YAW, TAIL_YAW]]] = self.plan.angles(-scene.early, -math.inf) - mounted
+        self.data.qpos[self._places[[HEAD_YAW, TAIL_YAW]]] = self.plan.angles(-scene.early, -math.inf)
         # what holds a station is MuJoCo's contact: the wraps say only which lie there
         wraps = WrapArrays(*np.zeros((2, 2), int), *[np.zeros(0)] * 5)
         pulleys = BeltOnPulley(wraps, None, laid_poses(scene))  # type: ignore[arg-type]

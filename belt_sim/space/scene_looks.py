@@ -27,7 +27,7 @@ def furnish(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     radius = max(scene.loop.radius_head, scene.loop.radius_tail)
     ends = np.array([-scene.loop.radius_head, length + scene.loop.radius_tail])
     spec.stat.center, spec.stat.extent = [0.5 * length, 0.0, 0.0], 1.15 * float(np.ptp(ends))
-    _light(spec, length, radius)
+    _light(spec, length, width=float(scene.case.belt.width), height=radius - lowest)
     _colours(spec)
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, material="floor")
     floor.pos, floor.size = [0.5 * length, 0.0, lowest - 2.0 * radius], [0.0, 0.0, 0.1]  # without end
@@ -42,12 +42,13 @@ def furnish(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
             flex.damping = _NO_DAMPING
 
 
-def _light(spec: mujoco.MjSpec, length: float, radius: float) -> None:
-    """Two lights, one with shadows, and a plain sky."""
+def _light(spec: mujoco.MjSpec, length: float, width: float, height: float) -> None:
+    """Two lights, one with shadows, and a plain sky; the shadows of both spans, up to ``height`` [m] apart, overlap."""
+    aside = min(0.6 * width / height, 0.6)
     for light in list(spec.lights):
         spec.delete(light)
     for name, at, along, bright in (
-        ("sun", [0.0, -4.0, 6.0], [0.2, 0.5, -0.8], 0.65),
+        ("sun", [0.0, -4.0, 6.0], [0.2, 0.8 * aside, -0.8], 0.65),
         ("fill", [length, 4.0, 5.0], [-0.3, -0.6, -0.7], 0.25),
     ):
         light = spec.worldbody.add_light(name=name, pos=at, dir=along, type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)

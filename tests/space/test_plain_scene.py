@@ -166,6 +166,27 @@ def test_a_roller_that_a_user_adds_pushes_the_belt():
     assert upper[:, 1].mean() == pytest.approx(-2e-3, abs=5e-4)
 
 
+def test_bodies_dropped_on_the_belt_ride_on_it_up_to_its_real_edge():
+    """Nodes are 56 mm from the middle: a box of 60 mm once fell between them. Its middle beyond the edge, it falls."""
+    spec = bs.scene(model="mujoco_flex", rig="rope_example", tension=20, yaw=0.0)
+    width = {"middle": 0.0, "edge": 0.085, "outside": 0.106}
+    for k, (name, y) in enumerate(width.items()):
+        body = spec.worldbody.add_body(name=name, pos=[0.5 + 0.3 * k, y, 0.22])
+        body.add_freejoint()
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.03, 0.03, 0.02], mass=0.3)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    places, landed = {}, {}
+    for until, found in ((0.3, landed), (0.6, places)):
+        while data.time < until:
+            mujoco.mj_step(model, data)
+        found |= {name: data.body(name).xpos - [0.17 * data.sensor("head-spin").data[0], 0, 0] for name in width}
+    for name in ("middle", "edge"):
+        assert places[name] == pytest.approx([landed[name][0], width[name], 0.17 + 0.02], abs=2e-3), name
+    assert places["outside"][2] < 0.0
+    assert not data.warning.number.any()
+
+
 def test_two_belts_in_one_scene_need_the_options_of_one():
     """``attach`` takes bodies and no options: docs/belts_in_3d.md says which to copy."""
     both = mujoco.MjSpec()
@@ -202,6 +223,18 @@ def test_every_effect_changes_the_scene_or_is_refused_in_words():
         assert any(a.shape != b.shape or not np.array_equal(a, b) for a, b in zip(plain, found, strict=True)), name
     assert all("; use" in line or "; leave it out" in line for line in refused)
     assert {"taper", "crown", "cant", "wobble", "thickness_wedge", "edge_guide", "machine_tilt"} < taken
+
+
+def test_the_sensors_of_yaw_show_the_yaw_and_sliders_add_to_it():
+    effects = [{"id": "yaw_offset_tail", "beta_0": 1e-4}]
+    model = bs.scene(model="mujoco_flex", effects=effects, **MACHINE).compile()
+    data = mujoco.MjData(model)
+    for slider in (0.0, -0.03):
+        data.actuator("tail_yaw").ctrl = slider
+        for _ in range(400):
+            mujoco.mj_step(model, data)
+        assert data.sensor("tail-yaw").data[0] == pytest.approx(np.radians(0.042 + slider) + 1e-4, rel=0.02)
+        assert data.sensor("head-yaw").data[0] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_taper_stands_in_the_scene():
