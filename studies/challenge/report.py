@@ -120,21 +120,16 @@ _PAGE = """# How often the diagnosis is right
 
 {conclusion}
 
-The present [decision](diagnosis.md) gave these figures. The record holds those of version 0.1 too; on the
-same campaigns both are as often right (`studies/notes/one_score.md`).
+The present [decision](diagnosis.md) gave these figures.
 
 ## How this was measured
 
-The virtual rig makes a campaign and hides an effect in it ([how
-to](simulate.md#a-campaign-with-a-hidden-effect)). Its
-physics is separate code: it shares only the file format with the diagnosis. The truth is sealed with a SHA-256
-hash before anyone answers.
+The virtual rig makes a campaign and [hides an effect](simulate.md#a-campaign-with-a-hidden-effect) in it. Its physics is
+separate code. The truth is sealed with a SHA-256 hash before anyone answers.
 
-- Every answered campaign counts, and a crash counts as wrong.
-- The size d of a hidden effect is its distance from "nothing hidden" in units of noise. Nuisance parameters first
-  explain what they can.
+- Every answered campaign counts, and a crash counts as wrong. Intervals are Wilson's, 95 %.
+- The size d of a hidden effect is its distance from "nothing hidden" in units of noise, after what nuisance parameters can explain.
 - The *distance* of an unknown effect is what the best three effects of the catalogue leave over of it.
-- Intervals are Wilson's, 95 %.
 - An alias counts as right if the answer itself says that the two cannot be told apart.
 - Hidden `pulley_deflection` had a [wrong law](theory.md#bent-pulleys).
 
@@ -144,10 +139,6 @@ believe each effect](how_far.md)).
 ## Targets
 
 {targets}
-
-## By size of the hidden effect
-
-{sizes}
 
 ## What a probability is worth
 
@@ -161,8 +152,8 @@ Names by the probability that the answer gave them, over all versions.
 
 ## The record
 
-{{download}}`All campaigns of all versions <data/how_often_right_record.md>` has commands, ablations, plain
-statistical methods on the same campaigns, and every failure with its reason. `python -m studies.challenge count=40
+{{download}}`All campaigns of all versions <data/how_often_right_record.md>` has tables by size and by effect, ablations,
+plain statistical methods on the same campaigns, and every failure with its reason. `python -m studies.challenge count=40
 first_seed=1000` answers new campaigns.
 """
 _PAGE_SPAN = """## Changes inside a span
@@ -172,9 +163,8 @@ its tension, goes with the tension, the time or its own bend. {outcomes}
 
 {conclusion} The law has the right place in {place}, the right form in {form}.
 
-The distance of a wrong name is what it leaves of what is hidden, by the generator's own laws. Under 3 units of noise
-nobody can tell the two apart: with few tensions flatness, or a load cell that errs, does what one change of a span
-does."""
+Under 3 units of noise nobody can tell a name from the truth: with few tensions flatness, or a load cell that errs,
+does what one change of a span does."""
 _PAGE_SPACE = """## Measured on the 3D belt
 
 In {campaigns} further campaigns the measurement comes from a belt in three dimensions. Pulley shapes, friction and
@@ -339,7 +329,6 @@ def write_page(top: Path, stored: Sequence[StoredScores]) -> Path:
     text = _PAGE.format(
         conclusion=conclusion(line),
         targets=_short_targets(line),
-        sizes=by_size(line, short=True).partition("\n\n")[2],
         span=in_span if span else "",
         space=in_space,
     )
@@ -573,10 +562,10 @@ def by_effect(cases: Sequence[ScoredCase]) -> str:
     return "## One hidden effect, named rightly\n\n" + table(head, lines) if lines else ""
 
 
-def by_size(cases: Sequence[ScoredCase], *, short: bool = False) -> str:
-    """What is said of one effect, and of two, by the size of the smaller; short: names alone."""
+def by_size(cases: Sequence[ScoredCase]) -> str:
+    """What is said of one effect, and of two, by the size of the smaller."""
     names = ["exactly named", "or in the confusable set", "confidently wrong", "overlooked"]
-    names += [] if short else ["95 % interval holds", "90 % of the error removed"]
+    names += ["95 % interval holds", "90 % of the error removed"]
     lines = []
     for kind, words in (("library", "one effect"), ("two", "two effects")):
         for size in SIZES:

@@ -116,9 +116,9 @@ def drawing(imports: dict[str, dict[str, list[str]]], at: dict[str, int]) -> str
 
 def table(at: dict[str, int]) -> str:
     """A row a room, the highest floor first."""
-    lines = ["| floor | room | what it does |", "| --- | --- | --- |"]
+    lines = ["| room | what it does |", "| --- | --- |"]
     for room in sorted(at, key=lambda r: (-at[r], r)):
-        lines.append(f"| {at[room]} | {room} | {about(room)[0]} |")
+        lines.append(f"| {room} | {about(room)[0]} |")
     return "\n".join(lines) + "\n"
 
 
