@@ -124,11 +124,12 @@ The present [decision](diagnosis.md) gave these figures.
 
 ## How this was measured
 
-The virtual rig makes a campaign and [hides an effect](simulate.md#a-campaign-with-a-hidden-effect) in it. Its physics is
-separate code. The truth is sealed with a SHA-256 hash before anyone answers.
+The virtual rig makes a campaign and [hides an effect](simulate.md#a-campaign-with-a-hidden-effect) in it. Its physics
+is separate code. The truth is sealed with a SHA-256 hash before anyone answers.
 
 - Every answered campaign counts, and a crash counts as wrong. Intervals are Wilson's, 95 %.
-- The size d of a hidden effect is its distance from "nothing hidden" in units of noise, after what nuisance parameters can explain.
+- The size d of a hidden effect is its distance from "nothing hidden" in units of noise, after what nuisance
+  parameters can explain.
 - The *distance* of an unknown effect is what the best three effects of the catalogue leave over of it.
 - An alias counts as right if the answer itself says that the two cannot be told apart.
 - Hidden `pulley_deflection` had a [wrong law](theory.md#bent-pulleys).
@@ -152,9 +153,9 @@ Names by the probability that the answer gave them, over all versions.
 
 ## The record
 
-{{download}}`All campaigns of all versions <data/how_often_right_record.md>` has tables by size and by effect, ablations,
-plain statistical methods on the same campaigns, and every failure with its reason. `python -m studies.challenge count=40
-first_seed=1000` answers new campaigns.
+{{download}}`All campaigns of all versions <data/how_often_right_record.md>` has tables by size and by effect,
+ablations, plain statistical methods on the same campaigns, and every failure with its reason. `python -m
+studies.challenge count=40 first_seed=1000` answers new campaigns.
 """
 _PAGE_SPAN = """## Changes inside a span
 
