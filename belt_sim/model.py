@@ -6,8 +6,7 @@ told apart by type (``isinstance``), never by name. Each analytic model is a spa
 laws are shared.
 """
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, Protocol, get_args, runtime_checkable
 
@@ -20,7 +19,6 @@ from belt_sim.line import span as span_law
 from belt_sim.line.hooks import as_indicated
 from belt_sim.line.march import KEEP, STEP, march_driven
 from belt_sim.line.spans import ALL_HOOKS, Composition, RitzingerFormula, steady_rate
-from belt_sim.units import N_PER_MM2
 
 
 @runtime_checkable
@@ -162,14 +160,8 @@ ModelName = Literal[
 MODEL_NAMES: tuple[str, ...] = get_args(ModelName)
 IN_SPACE = {"mujoco_rope": "rope", "mujoco_grid": "grid", "mujoco_flex": "flex"}
 ANALYTIC = tuple(name for name in MODEL_NAMES if name not in IN_SPACE)
-#: the model that is chosen by the tension of what is simulated or measured
+#: the model that is chosen by how slack the belt is that is simulated or measured
 BY_TENSION = "by_tension"
-LAYER_TENSION = 22.0 * N_PER_MM2  # [Pa]: where the test rig reaches the limit bending_layer (docs/validity.md)
-
-
-def model_for(tensions: Iterable[float]) -> ModelName:
-    """The model of runs whose model is not stated: one for all of them, by the lowest of their tensions [Pa]."""
-    return "strip_lift_off" if min(tensions, default=math.inf) < LAYER_TENSION else "strip"
 
 
 def models() -> dict[str, str]:

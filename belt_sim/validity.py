@@ -80,6 +80,11 @@ def exceeded_limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tu
     return tuple(sorted((x for x in limits(case, contains) if x.load > 1.0), key=lambda x: -x.load))
 
 
+def lifts_off(case: Case) -> bool:
+    """Whether the belt is so slack that a strip is beyond the limit bending_layer: its stiffness lifts it off."""
+    return _bending_layer(_load_case(case)).load > 1.0
+
+
 def geometric(case: Case) -> tuple[Limit, ...]:
     """The limits that machine and belt are beyond whatever the model, the worst first: no strip, a plate, pulleys that
     nearly touch, steel that yields over them, spans that are no parabolas, an edge that the yaw alone slackens."""

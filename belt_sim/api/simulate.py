@@ -21,12 +21,10 @@ from belt_sim.line.march import KEEP, STEP, march, march_traced, plan_steps
 from belt_sim.line.spans import RitzingerFormula
 from belt_sim.model import (
     BY_TENSION,
-    LAYER_TENSION,
     AnalyticModel,
     Model,
     ModelName,
     SteadyModel,
-    model_for,
     model_named,
 )
 from belt_sim.results.diagnosis import FoundEffect
@@ -35,7 +33,7 @@ from belt_sim.settings import CaseSettings, case_from, case_or_settings, make_se
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
 from belt_sim.space.options import CONTACTS
 from belt_sim.units import N_PER_MM2
-from belt_sim.validity import Limit, exceeded_limits, geometric, run_limits, warning
+from belt_sim.validity import Limit, exceeded_limits, geometric, lifts_off, run_limits, warning
 
 if TYPE_CHECKING:
     from mujoco import MjSpec
@@ -58,25 +56,41 @@ def campaign_of(spec: Campaign | str | Path) -> Campaign:
     return spec if isinstance(spec, Campaign) else read_campaign(spec)
 
 
-def by_tension(spec: Any, tensions: Iterable[float]) -> Any:
-    """``spec``, or where it states no model (None, "by_tension") the one for runs of these tensions [Pa]."""
-    name = spec.get("name") if isinstance(spec, Mapping) else spec
-    if name not in (None, BY_TENSION):
+def states_model(spec: Any) -> bool:
+    """Whether ``spec`` (a name, a mapping, a model) states one; None and "by_tension" leave the choice to the belt."""
+    return (spec.get("name") if isinstance(spec, Mapping) else spec) not in (None, BY_TENSION)
+
+
+def by_tension(spec: Any, cases: Iterable[Case], effects: Iterable[str] = ()) -> Any:
+    """``spec``, or where it states no model the one for all of ``cases`` with ``effects`` (ids).
+
+    That is strip_lift_off where strip would be beyond its limit bending_layer in one of them, as of a slack belt; strip
+    where it is in none, or where the effect lift_off is stated.
+    """
+    if states_model(spec):
         return spec
-    return {**(spec if isinstance(spec, Mapping) else {}), "name": model_for(tensions)}
+    slack = "lift_off" not in effects and any(lifts_off(case) for case in cases)
+    return {**(spec if isinstance(spec, Mapping) else {}), "name": "strip_lift_off" if slack else "strip"}
 
 
 def model_for_campaign(campaign: Campaign) -> str:
     """The model of a campaign for which none is stated, and after a comma why it is this one."""
-    places = [place for s in campaign.signals if (place := sensor_place(s.at)) is not None]
     if campaign.source.kind == "synthetic":
-        return "strip, as the virtual rig's belts leave their pulleys like a thread"
-    name = model_for(run.tension for run in campaign.runs)
-    if name != "strip" and not all(place.on_wrap for place in places):
-        return "strip, as a sensor stands inside a span, of which strip_lift_off says nothing"
-    slackest = min((run.tension for run in campaign.runs), default=0.0) / N_PER_MM2
-    side = "below" if name != "strip" else "not below"
-    return f"{name}, as the slackest run ({slackest:.4g} N/mm2) is {side} {LAYER_TENSION / N_PER_MM2:g} N/mm2"
+        return "strip, as synthetic belts leave their pulleys like a thread"
+    slackest = sorted(campaign.runs, key=lambda run: run.tension)
+    slack = next((run for run in slackest if lifts_off(case_of(campaign, run))), None)
+    if slack is None:
+        return "strip, as in no run the belt is so slack that it lifts off"
+    if _inside_a_span(campaign):
+        return "strip, as a sensor stands inside a span, where strip_lift_off is silent"
+    slackest_run = f"run {slack.name} ({slack.tension / N_PER_MM2:.4g} N/mm2)"
+    return f"strip_lift_off, as {slackest_run} is so slack that the belt lifts off"
+
+
+def _inside_a_span(campaign: Campaign) -> bool:
+    """Whether a sensor stands where strip_lift_off says nothing: neither on a pulley nor in the middle of a span."""
+    places = (sensor_place(s.at) for s in campaign.signals)
+    return any(place is not None and not place.on_wrap for place in places)
 
 
 def campaign_model(spec: Any, campaign: Campaign) -> Model | SteadyModel:
@@ -86,8 +100,7 @@ def campaign_model(spec: Any, campaign: Campaign) -> Model | SteadyModel:
     """
     if isinstance(spec, Mapping):
         model_settings(spec)
-    name = spec.get("name") if isinstance(spec, Mapping) else spec
-    if name in (None, BY_TENSION):
+    if not states_model(spec):
         own = model_for_campaign(campaign).partition(",")[0]
         spec = {**(spec if isinstance(spec, Mapping) else {}), "name": own}
     chosen = model_of(spec)
@@ -210,12 +223,20 @@ def with_run(
 def validity_warnings(
     campaign: Campaign, model: AnalyticModel, effects: Sequence[Effect | FoundEffect]
 ) -> tuple[str, ...]:
-    """A sentence a limit that some runs of a campaign are beyond; with effects of the library runs are marched."""
+    """A sentence a limit that some runs of a campaign are beyond; with effects of the library runs are marched.
+
+    Belts of the virtual rig leave their pulleys like a thread: of synthetic runs nothing is said about lifting off.
+    """
     acting = [e for e in effects if isinstance(e, Effect)]
+    inside = "too slack for this model, its own stiffness lifts it off the pulleys, and a sensor inside a span excludes"
+    known = ("lift_off",) if campaign.source.kind == "synthetic" else ()
     found = []
     for run in campaign.runs:
         case = case_of(campaign, run)
-        beyond = validity_limits(case, model, [e.id for e in effects])
+        beyond = validity_limits(case, model, [*known, *(e.id for e in effects)])
+        if _inside_a_span(campaign):
+            words = f"the belt is {inside} strip_lift_off"
+            beyond = tuple(replace(x, words=words) if x.id == "bending_layer" else x for x in beyond)
         if acting and len(run.travel):
             with suppress(SimulationError):  # what diverges is told by its errors
                 curves = march(case, model, acting, travel=float(run.travel[-1]))
@@ -253,8 +274,8 @@ def simulate(
     [degrees, {dx, d} in metres, or a list of {at, over, yaw}], speed [m/s], direction. A list of numbers,
     ``tension=[7, 10, 20]``, gives the table of ``bs.sweep``, a row a case.
 
-    model: a name, {name: ..., further settings} or a Model; None: strip_lift_off below 22 N/mm2, strip above; engine:
-    of a 3D model, "native" (None), "mjx" or "quasi_static"; effects: ids, mappings, .py files or objects. scene_path:
+    model: a name, {name: ..., further settings} or a Model; None: strip, or of a slack belt strip_lift_off; engine: of
+    a 3D model, "native" (None), "mjx" or "quasi_static"; effects: ids, mappings, .py files or objects. scene_path:
     where a 3D model writes its scene (MJCF). A 3D model's setting ``scene`` is an MjSpec that ``bs.scene`` made,
     edited, or the path of an XML: that is run instead, by MuJoCo's contacts.
     """
@@ -285,8 +306,8 @@ def simulate_one(
     computed: Any = None,
 ) -> Simulation:
     """One case; computed: what a batch has found for it as driven, so that no engine runs."""
-    spec = by_tension(model, [float(case.settings.tension)])
-    chosen, acting = on_engine(model_of(spec), engine), effects_of(effects)
+    acting = effects_of(effects)
+    chosen = on_engine(model_of(by_tension(model, [case], [e.id for e in acting])), engine)
     common: dict[str, Any] = {"case": case, "model": chosen.name, "effects": acting, "travel": float(travel)}
     common["beyond"] = validity_limits(case, chosen, [e.id for e in acting])
     steady = chosen.steady_rate(case) if isinstance(chosen, SteadyModel) and not acting else None
@@ -350,8 +371,7 @@ def _prepare(config: Mapping[str, Any]) -> Any:
     """The case of a configuration as its own run would march it; None where that refuses it."""
     try:
         case = case_from(config)
-        spec = by_tension(model_settings(config["model"]), [float(case.settings.tension)])
-        model = on_engine(model_of(spec), config["engine"])
+        model = on_engine(model_of(by_tension(model_settings(config["model"]), [case])), config["engine"])
         if not isinstance(model, SpaceModel) or model.engine not in BATCH_ENGINES:
             return None
         if model.control or model.contact != CONTACTS[0] or config["watch"] == "viewer":
@@ -419,14 +439,14 @@ def _scene_and_story(case: Case, model: ModelSpec, effects: Any) -> tuple["MjSpe
 _SOME_TRAVEL = 1.0  # [m]: a scene has no end
 
 
-def jax_function(case: Case, model: ModelSpec = "strip", *, travel: float) -> Callable[..., Curves]:
+def jax_function(case: Case, model: ModelSpec | None = None, *, travel: float) -> Callable[..., Curves]:
     """A function (case, effects=()) -> true Curves over ``travel`` [m], pure JAX, of cases whose pulleys are like those
-    of ``case``: its sums are planned by them.
+    of ``case``: its sums are planned by them. model: None: as ``simulate`` chooses it for ``case``.
 
     Every number of the case it is given (tension [Pa], yaw [rad], rig, belt: all SI) and of the effects may be traced.
     Wants float64: ``jax.config.update("jax_enable_x64", True)``. Raises CannotRepresent for a model without curves.
     """
-    chosen = fitted_model(model)
+    chosen = fitted_model(by_tension(model, [case]))
     plan = plan_steps(case, travel=travel, step=chosen.step, keep=chosen.keep)
 
     def curves(case: Case, effects: Sequence[Effect] = ()) -> Curves:
@@ -437,29 +457,26 @@ def jax_function(case: Case, model: ModelSpec = "strip", *, travel: float) -> Ca
 
 
 def linearise(
-    case: Case | None = None, *, model: ModelSpec = "strip", effects: Any = None, **settings: Unpack[CaseSettings]
+    case: Case | None = None, *, model: ModelSpec | None = None, effects: Any = None, **settings: Unpack[CaseSettings]
 ) -> "LinearBelt | PlantSchedule":
     """The linear plant of ``case`` (in SI), or of the case that ``settings`` describe as for ``simulate``.
 
-    A sequence of tensions [N/mm2] gives a ``PlantSchedule``, a plant at any tension between them. Raises InputError,
-    CannotRepresent.
+    A sequence of tensions [N/mm2] gives a ``PlantSchedule``, a plant at any tension between them, all of one model.
+    model: None: as ``simulate`` chooses it. Raises InputError, CannotRepresent.
     """
     from belt_sim.linear.plant import PlantSchedule, linear_belt
 
-    chosen, acting = fitted_model(model), effects_of(effects)
-    tension = settings.get("tension")
-
-    def plant_of(case: Case) -> "LinearBelt":
-        beyond = validity_limits(case, chosen, [e.id for e in acting])
-        return replace(linear_belt(case, chosen, acting), beyond=beyond)
-
-    if not isinstance(tension, Sequence) or isinstance(tension, str):
-        return plant_of(case_or_settings(case, settings))
-    if not tension:
+    acting, tension = effects_of(effects), settings.get("tension")
+    many = isinstance(tension, Sequence) and not isinstance(tension, str)
+    if many and not tension:
         raise InputError("tension", tension, "N/mm2", "give one, or at least two different ones")
-    first = case_or_settings(case, settings | {"tension": tension[0]})
-    cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
-    return PlantSchedule.from_plants([plant_of(c) for c in cases])
+    first = case_or_settings(case, settings | ({"tension": tension[0]} if many else {}))
+    ids, cases = [e.id for e in acting], [first]
+    if many:
+        cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
+    chosen = fitted_model(by_tension(model, cases, ids))
+    plants = [replace(linear_belt(c, chosen, acting), beyond=validity_limits(c, chosen, ids)) for c in cases]
+    return PlantSchedule.from_plants(plants) if many else plants[0]
 
 
 def export(

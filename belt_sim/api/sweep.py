@@ -1,6 +1,7 @@
 """Many cases at once: ``bs.sweep`` marches a grid of cases side by side and returns a table, a row a case."""
 
 import copy
+from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,6 +19,7 @@ from belt_sim.api.simulate import (
     fitted_model,
     model_of,
     simulate_one,
+    states_model,
     validity_limits,
 )
 from belt_sim.case import Case
@@ -115,9 +117,7 @@ def sweep(
     varied = dict(zip((a.column for a in axes), grid, strict=True))
     values = np.stack(grid, axis=1) * [a.unit for a in axes]  # SI
     any_case = case_from(plain if travel is not None else {**plain, "travel": 1.0})
-    tensions = varied.get("tension_n_per_mm2", np.array([float(plain["tension"])])) * N_PER_MM2
-    names = np.array([model_of(by_tension(model, [t])).name for t in np.unique(tensions)])
-    chosen = np.broadcast_to(names[np.searchsorted(np.unique(tensions), tensions)], count)
+    chosen = _chosen_models(model, any_case, axes, values, effects_of(plain["effects"]))
     told: dict[str, np.ndarray] = {}
     for name in dict.fromkeys(chosen.tolist()):
         rows = np.flatnonzero(chosen == name)
@@ -140,12 +140,37 @@ def sweep(
     return table
 
 
+def _chosen_models(
+    model: Any, case: Case, axes: Sequence[Axis], values: np.ndarray, effects: Sequence[Effect]
+) -> np.ndarray:
+    """The name of the model of every case: where none is stated, by its belt, its machine and its tension."""
+    if states_model(model):
+        return np.full(len(values), model_of(model).name)
+    ids, keys, found = [e.id for e in effects], [a.key for a in axes], np.full(len(values), "strip_lift_off")
+    machine = [k for k, key in enumerate(keys) if key.partition(".")[0] in GROUPS]
+    tension = values[:, keys.index("tension")] if "tension" in keys else np.full(len(values), case.settings.tension)
+    kinds, kind = np.unique(values[:, machine], axis=0, return_inverse=True)
+    for k, own in enumerate(kinds):
+        one = place_values(case, (), [keys[m] for m in machine], own)[0]
+
+        def is_strip(t: float, one: Case = one) -> bool:
+            return by_tension(model, [replace(one, settings=replace(one.settings, tension=t))], ids)["name"] == "strip"
+
+        rows = kind.ravel() == k
+        tensions = np.unique(tension[rows])
+        first = bisect_left(tensions, True, key=is_strip)  # the tighter the belt, the less it lifts off
+        if first < len(tensions):
+            found[rows & (tension >= tensions[first])] = "strip"
+    return found
+
+
 def _beyond(table: "pd.DataFrame", axes: Sequence[Axis], plain: Mapping[str, Any], case: Case, model: Any) -> list[str]:
     """A sentence for each limit that the cases at the ends of the axes are used beyond, and that rows have left."""
     said, effects = dict[str, tuple[float, str]](), effects_of(plain["effects"])
     for corner in _corners(axes, plain, case, effects):
-        one = model_of(by_tension(model, [float(corner.settings.tension)]))
-        for limit in validity_limits(corner, one, [e.id for e in effects]):
+        ids = [e.id for e in effects]
+        one = model_of(by_tension(model, [corner], ids))
+        for limit in validity_limits(corner, one, ids):
             if limit.load > said.get(limit.id, (0.0, ""))[0]:
                 said[limit.id] = limit.load, f"{warning(one.name, [limit])} (at the ends of what varies)"
     half = 0.5e3 * table.get("belt_width", float(case.belt.width))

@@ -13,16 +13,17 @@ import numpy as np
 from nicegui import run, ui
 
 from belt_sim.api.plot import plot
-from belt_sim.api.simulate import simulate
+from belt_sim.api.simulate import by_tension, simulate
 from belt_sim.app import widgets
 from belt_sim.case import Case
 from belt_sim.effects.base import Parameter, library, title_of
 from belt_sim.errors import BeltError
-from belt_sim.model import ANALYTIC, BY_TENSION, model_for, model_named
+from belt_sim.model import ANALYTIC, BY_TENSION, model_named
 from belt_sim.results.estimates import MachineSizes, display_unit
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import NONE, decimal, thousandths
 from belt_sim.settings import make_case
+from belt_sim.show.terminal import REASONS
 from belt_sim.units import N_PER_MM2
 
 LONGEST = 200.0  # [m]: one march over it is computed, of which a shorter travel is the start
@@ -145,7 +146,8 @@ class View:
     @property
     def chosen(self) -> str:
         """The model: the one that is stated, or by tension, as on the command line."""
-        return model_for([self.tension * N_PER_MM2]) if self.model == BY_TENSION else self.model
+        case = make_case(tension=self.tension, yaw=self.yaw, **self.machine)
+        return str(by_tension({"name": self.model}, [case], self.effects)["name"])
 
     def settings_for(self, model: str) -> dict[str, Any]:
         """What the sliders say, for a model; effects that it cannot have are left out."""
@@ -327,10 +329,10 @@ def _show(view: View, s: Simulation, beside: Simulation | None) -> None:
     places["facts"].clear()
     with places["facts"]:
         widgets.facts(found)
-    there = choices(view.chosen)
-    calm = [f"{view.chosen} cannot have this effect: {title_of(library()[i])}" for i in view.effects if i not in there]
+    there = choices(s.model)
+    calm = [f"{s.model} cannot have this effect: {title_of(library()[i])}" for i in view.effects if i not in there]
     if view.model == BY_TENSION:
-        calm.append(f"Model {view.chosen}, chosen by tension: strip_lift_off below 22 N/mm², strip above.")
+        calm.append(f"Model {s.model}, as {REASONS[s.model]}.")
     _say(view, warnings(s), calm)
 
 

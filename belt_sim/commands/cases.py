@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.api.simulate import by_tension, model_of, on_engine, scene_text, simulate_one
+from belt_sim.api.simulate import by_tension, effects_of, model_of, on_engine, scene_text, simulate_one
 from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves, Frame, Observer, read_curves, write_curves
 from belt_sim.errors import BeltError, InputError, SimulationError, finite, whole
@@ -19,7 +19,7 @@ from belt_sim.model import AnalyticModel, Model, SteadyModel
 from belt_sim.results.simulation import Simulation
 from belt_sim.settings import case_from, model_settings
 from belt_sim.show.observers import ProgressObserver, ViewerObserver, has_display, progress, resolve_watch
-from belt_sim.show.terminal import tell_choice
+from belt_sim.show.terminal import tell, tell_choice
 from belt_sim.units import MM
 
 PARTIAL, RECORDING = "curves_partial.csv", "belt.rrd"
@@ -86,13 +86,14 @@ def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = Fals
     if not done:
         watch = resolve_watch(config["watch"], "rrd", "rerun", "viewer")
         case, stated = case_from(config), model_settings(config["model"])
-        model = on_engine(model_of(by_tension(stated, [float(case.settings.tension)])), config["engine"])
+        acting = effects_of(config["effects"])
+        model = on_engine(model_of(by_tension(stated, [case], [e.id for e in acting])), config["engine"])
         title = f"{model.name}, {float(config['tension']):g} N/mm2"
         title += "" if run_dir.case is None else f", job {run_dir.case}"  # several may run at once
         observers = observers_of(model, watch, title, folder)
         with run_dir.outputs(RECORDING) as draft:
             with partial_curves_kept(folder, observers):
-                asked: dict[str, Any] = {"effects": config["effects"], "travel": config["travel"]}
+                asked: dict[str, Any] = {"effects": acting, "travel": config["travel"]}
                 asked |= {"observers": observers, "scene_path": draft / "scene.xml", "computed": computed}
                 found = simulate_one(case, model=model, **asked)
             if (curves := found.written_curves) is not None:
@@ -106,7 +107,7 @@ def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = Fals
                 draw_all(draft, found)
             record(found, model, watch, folder)
         tell_choice(config, model.name)
-        print(*found.lines(), folder, sep="\n", flush=True)
+        tell([], [*found.lines(), folder])
         stay(found, model, observers, watch)
     if wanted is None:
         return None
@@ -153,6 +154,7 @@ def export_command(run_dir: RunDir) -> None:
     files = {key: config[key] for key in ("order", "delay", "highest", "fmu", "fmi", "libraries", "mat")}
     with run_dir.outputs() as draft:
         lines = export(linear, draft, **files, config=config)
+    tell_choice(config, linear.model)
     print("\n".join(lines).replace(str(draft), str(run_dir.path)))
 
 

@@ -1,5 +1,6 @@
 """belt-sim check, compare, diagnose and report: what a campaign tells of a model; belt-sim app."""
 
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,7 @@ import numpy as np
 
 from belt_sim.api import inference
 from belt_sim.api.plot import write_comparison, write_diagnosis, write_page
-from belt_sim.api.simulate import effects_of, fitted_model
+from belt_sim.api.simulate import effects_of, fitted_model, model_for_campaign
 from belt_sim.campaign import Campaign, case_of, read_campaign
 from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves
@@ -22,6 +23,13 @@ from belt_sim.show.observers import in_stages, progress, resolve_watch
 from belt_sim.show.terminal import tell, tell_choice, tell_diagnosis
 
 
+def _reason(campaign: str) -> str:
+    """Why a campaign has its model; of a plan that has no runs yet, what is said of one case."""
+    with suppress(BeltError):
+        return model_for_campaign(read_campaign(campaign)).partition(", as ")[2]
+    return ""
+
+
 def check_command(run_dir: RunDir) -> None:
     """Check a campaign or a plan and leave check.json and check.png in the run folder."""
     config, folder = run_dir.config, run_dir.path
@@ -32,7 +40,7 @@ def check_command(run_dir: RunDir) -> None:
     write_json(folder / "check.json", file_json(found))
     if config["pictures"] and found.visible:
         visible_picture(folder / "check.png", found.visible, found.campaign.title)
-    tell_choice(config, found.base_model)
+    tell_choice(config, found.base_model, _reason(run_dir.campaign))
     tell(found.tables(), [*found.lines(), folder / "check.json"])
 
 
@@ -43,8 +51,8 @@ def compare_command(run_dir: RunDir) -> None:
     with run_dir.outputs() as draft:
         found = inference.compare(*asked, drawn=pictures, config=config)
         write_comparison(draft, found, pictures=pictures)
-    tell_choice(config, found.base_model)
-    tell(found.tables(), [*found.lines()[1:], run_dir.path])  # the first line is the title of the table
+    tell_choice(config, found.base_model, _reason(run_dir.campaign))
+    tell(found.tables(), [*found.lines(), run_dir.path])
 
 
 def diagnose_command(run_dir: RunDir) -> None:
@@ -58,7 +66,7 @@ def diagnose_command(run_dir: RunDir) -> None:
         with progress(1.0, f"diagnosing {campaign.title}") as done:
             stages = in_stages(done, count)
             found = inference.diagnose(campaign, model, **asked, progress=stages, tell=print, config=config)
-        tell_choice(config, found.base_model)
+        tell_choice(config, found.base_model, _reason(run_dir.campaign))
         tell_diagnosis(found, run_dir.path, verbose=config["verbose"])
         write_diagnosis(draft, found, pictures=config["pictures"])
         if watch == "rrd":

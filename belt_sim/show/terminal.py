@@ -15,21 +15,28 @@ from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis, error_line
 from belt_sim.results.words import Table, capital
 from belt_sim.show.report import plant_card, rival_cards
 
+#: why a model was chosen for one case
+REASONS = {
+    "strip_lift_off": "the belt is so slack that it lifts off",
+    "strip": "the belt is too tight to lift off",
+}
 
-def tell_choice(config: Mapping[str, Any], model: str) -> None:
-    """Which model a command has chosen, if none was stated."""
+
+def tell_choice(config: Mapping[str, Any], model: str, why: str = "") -> None:
+    """Which model a command has chosen and why, if none was stated."""
     if config["model"]["name"] == BY_TENSION:
-        rule = "strip_lift_off below 22 N/mm2, strip above and for synthetic data"
-        print(f"model {model}, chosen by tension ({rule}); model=NAME states one")
+        print(f"model {model}, as {why or REASONS[model]}; or model=NAME")
 
 
 def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
-    """Tables and lines of a result."""
-    out = console()
+    """Lines of a result, its verdict first, then its tables, then where its files are (a path among the lines)."""
+    out, lines = console(), list(lines)
+    for line in (x for x in lines if not isinstance(x, Path)):
+        out.print(str(line), markup=False)
     for table in tables:
         out.print(rich_table(table))
-    for line in lines:
-        out.print(str(line), soft_wrap=True, markup=False)
+    for path in (x for x in lines if isinstance(x, Path)):
+        out.print(str(path), soft_wrap=True, markup=False)
 
 
 def tell_diagnosis(d: Diagnosis, folder: Path, *, verbose: bool = False) -> None:

@@ -38,9 +38,9 @@ def test_the_derivative_by_an_effect_and_a_batch():
         slope = jit(jax.grad(lambda k: run(case, [replace(taper, kappa_t=k)]).y[0, -1]))(1e-6)
         tensions = np.array([7e6, 20e6])
         ends = jit(jax.vmap(lambda t: run(_with_tension(case, t)).y[:, -1]))(tensions)
-    one = bs.simulate(case, model="strip", effects=[taper], travel=3).curves.y[0, -1]
-    none = bs.simulate(case, model="strip", travel=3).curves.y[0, -1]
+    one = bs.simulate(case, effects=[taper], travel=3).curves.y[0, -1]
+    none = bs.simulate(case, travel=3).curves.y[0, -1]
     assert float(slope) == pytest.approx((one - none) / 1e-6, rel=1e-6)  # the law is linear in the taper
     for tension, end in zip(tensions, np.asarray(ends), strict=True):
-        wanted = bs.simulate(_with_tension(case, tension), model="strip", travel=3).curves.y[:, -1]
+        wanted = bs.simulate(_with_tension(case, tension), model="strip_lift_off", travel=3).curves.y[:, -1]
         np.testing.assert_allclose(end, wanted, rtol=1e-9, atol=1e-15)

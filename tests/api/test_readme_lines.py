@@ -21,4 +21,7 @@ def test_the_lines_of_the_readme_run(tmp_path, monkeypatch, capsys):
     assert isinstance(names["again"], bs.Comparison)
     assert names["again"].error.fit.after < 0.1 * names["again"].error.fit.before
     assert (tmp_path / "slack.html").is_file()
-    assert "Explained, with a reservation: Model beam_th2" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "Explained: Model beam_th2" in said
+    assert "strip_lift_off, 10 N/mm2" in said
+    assert not re.search("reservation|limit|too slack|not settled", said)

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from belt_sim.api.simulate import campaign_model, model_for_campaign
+from belt_sim.api import inference
+from belt_sim.api.simulate import campaign_model, model_for_campaign, validity_warnings
 from belt_sim.app.session import INPUTS, Session
 from belt_sim.campaign import read_campaign
 from belt_sim.campaign.folder import campaign_folder
@@ -21,12 +22,41 @@ def measured(name: str, tension: float | None = None, at: str | None = None):
 
 
 CASES = [
-    (measured("slack_belt"), "strip", "virtual rig"),
-    (measured("slack_belt", tension=10e6), "strip_lift_off", "below 22"),
-    (measured("slack_belt", tension=40e6), "strip", "not below 22"),
+    (measured("slack_belt"), "strip", "synthetic"),
+    (measured("slack_belt", tension=10e6), "strip_lift_off", "(10 N/mm2) is so slack"),
+    (measured("slack_belt", tension=40e6), "strip", "no run"),
     (measured("slack_belt", tension=10e6, at="upper_span at 2.0 m"), "strip", "inside a span"),
-    (measured("slack_belt", tension=10e6, at="tail_wrap at 0.2 m"), "strip_lift_off", "below 22"),
+    (measured("slack_belt", tension=10e6, at="tail_wrap at 0.2 m"), "strip_lift_off", "so slack"),
 ]
+
+
+class Chosen(Exception):
+    pass
+
+
+def tell_chosen(model):
+    raise Chosen(model.name)
+
+
+@pytest.mark.parametrize("stated", [None, "by_tension", {"name": "by_tension", "step": 0.05, "keep": 0.1}])
+@pytest.mark.parametrize(("campaign", "model", "why"), CASES)
+def test_every_question_about_a_campaign_has_its_model(campaign, model, why, stated, monkeypatch):
+    """Python gives None, the command line its configuration, the app a name; a report names the model it was given."""
+    monkeypatch.setattr(inference, "fitted_model", tell_chosen)
+    monkeypatch.setattr(inference, "beside_points", lambda campaign: [])
+    effects = ["taper"]
+    for ask in (inference.diagnose, inference.discover, inference.compare, inference.check):
+        with pytest.raises(Chosen, match=f"^{model}$"):
+            ask(campaign, stated, effects)
+    with pytest.raises(Chosen, match=f"^{model}$"):
+        inference.fit(campaign, effects, stated)
+
+
+@pytest.mark.parametrize(("campaign", "model", "why"), CASES)
+def test_what_is_chosen_is_not_warned_about(campaign, model, why):
+    said = " ".join(validity_warnings(campaign, campaign_model(None, campaign), ()))
+    assert "use model=strip_lift_off" not in said
+    assert ("lifts it off" in said) == (why == "inside a span"), said  # what strip lacks there is told
 
 
 @pytest.mark.parametrize(("campaign", "model", "why"), CASES)
