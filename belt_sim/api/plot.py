@@ -86,7 +86,7 @@ def plot(
 
 def drawn_columns(table: "pd.DataFrame") -> list[str]:
     """Columns of a table of ``bs.sweep`` that can be drawn over what varies."""
-    return [c for c in table.columns if c not in table.attrs.get("axes", ()) and c != "model"]
+    return [c for c in table.columns if c not in table.attrs.get("axes", ()) and c not in ("model", "settled")]
 
 
 def pictures_by_kind(result: "Result | Sequence[Simulation] | pd.DataFrame") -> dict[str, Draw]:
@@ -98,8 +98,10 @@ def pictures_by_kind(result: "Result | Sequence[Simulation] | pd.DataFrame") -> 
         if not 0 < len(axes) <= 2:
             raise InputError("result", f"{len(axes)} axes", "", "a table of bs.sweep is drawn over one or two axes")
         for column in drawn_columns(result):
-            columns, grid = {c: result[c].to_numpy() for c in (*axes, column)}, tuple(axes.values())
-            there[column] = partial(map_picture, columns=columns, grid=grid)
+            columns: Any = {c: result[c].to_numpy() for c in (*axes, column)}
+            late = {"settled": "settled", "steady": "steady_rate_mm_per_m"} if column.startswith("rate") else {}
+            beside = {name: result[c].to_numpy() for name, c in late.items() if c in result}
+            there[column] = partial(map_picture, columns=columns, grid=tuple(axes.values()), **beside)
     elif isinstance(result, Sequence):
         curves: dict[str, Any] = {}
         for k, s in enumerate(result, start=1):

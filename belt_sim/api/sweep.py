@@ -31,6 +31,7 @@ from belt_sim.line.hooks import AFTER_ENGINE, uses
 from belt_sim.line.march import march_traced, plan_steps
 from belt_sim.line.spans import steady_traced
 from belt_sim.model import KEEP, AnalyticModel, Model
+from belt_sim.results.simulation import SHARE_BEFORE, agree, settled_before
 from belt_sim.settings import case_from, group_from, make_settings, model_settings
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 from belt_sim.validity import warning
@@ -91,7 +92,8 @@ def sweep(
     workers: int | None = None,
     tell: Callable[[float], None] = lambda share: None,
 ) -> "pd.DataFrame":
-    """A table of the grid of all values, a row a case: late rates, positions, offsets, overshoot, slackest edge.
+    """A table of the grid of all values, a row a case: late rates, positions, offsets, overshoot, slackest edge,
+    whether the rates have settled.
 
     What varies is a list, ``tension=[7, 10, 20]``, or a range, ``{"from": 5, "to": 60, "count": 100}`` (``"spacing":
     "ratio"``: evenly over its logarithm); so may numbers of ``rig``, ``belt`` and ``effects``. All else as for
@@ -134,6 +136,8 @@ def sweep(
             tell(len(part) / count)
     import pandas as pd
 
+    if "settled" in told:
+        told["settled"] = told["settled"] == 1.0
     table = pd.DataFrame(varied | {"model": chosen} | told)
     table.attrs["axes"] = {a.column: len(a.values) for a in axes}
     table.attrs["beyond"] = _beyond(table, axes, plain, any_case, model)
@@ -229,8 +233,8 @@ def _runs(
         found = simulate_one(case, model=model, effects=effects, travel=plain["travel"], engine=engine)
         rates = found.rates / MM_PER_M if found.curves is not None else np.full(4, found.steady_rate / MM_PER_M)
         offsets = np.array(found.offsets) / MM if found.curves is not None else np.full(2, np.nan)
-        rows.append([*rates, *offsets])
-    names = [*(f"rate{k}_mm_per_m" for k in POINTS), "offset_upper_mm", "offset_lower_mm"]
+        rows.append([*rates, *offsets, found.is_settled])
+    names = [*(f"rate{k}_mm_per_m" for k in POINTS), "offset_upper_mm", "offset_lower_mm", "settled"]
     return dict(zip(names, np.array(rows).T, strict=True))
 
 
@@ -315,7 +319,7 @@ class MapTask:
             names += tuple(f"rate{k}_mm_per_m" for k in POINTS)
             names += tuple(f"y{k}_mm_at_{s:g}_m" for s in self.at for k in POINTS)
             names += ("offset_upper_mm", "offset_lower_mm", "overshoot1_mm", "retreat1_mm", "slackest_edge_n_per_mm2")
-            names += ("largest_y_mm",)
+            names += ("largest_y_mm", "settled")
         return (*names, "steady_rate_mm_per_m") if self.steady else names
 
 
@@ -330,8 +334,9 @@ def _rows(case: Case, effects: tuple[Effect, ...], values: Any, *, task: MapTask
         if task.travel is not None:
             curves = march_traced(one, acting, task.travel, model=task.model, plan=task.plan)
             travel, y = np.linspace(0.0, task.travel, task.plan[0] + 1), jnp.asarray(curves.y) / MM
-            unit = np.eye(len(travel))  # rates and positions are sums over records: their weights
+            unit, early = np.eye(len(travel)), settled_before(travel)  # rates and positions are sums over records
             slopes = late_rates(Curves(travel=travel, y=unit))
+            before = late_rates(Curves(travel=travel[:early], y=unit[:, :early]), SHARE_BEFORE) if early > 2 else None
             at = np.array([[np.interp(s, travel, one) for one in unit] for s in task.at]).reshape(-1, len(travel))
             rates, end, late = y @ slopes, y[:, -1], late_records(travel)
             line = y[0, late].mean() + rates[0] * (travel - travel[late].mean())
@@ -340,7 +345,10 @@ def _rows(case: Case, effects: tuple[Effect, ...], values: Any, *, task: MapTask
             retreat = jnp.max(jax.lax.cummax(out) - out)
             edge = jnp.min(jnp.asarray(curves.edge_stress)) / N_PER_MM2
             offset = jnp.stack([end[0] - end[3], end[2] - end[1]])
-            told += [rates, (at @ y.T).ravel(), offset, jnp.stack([overshoot, retreat, edge, jnp.max(jnp.abs(y))])]
+            both = rates if before is None else jnp.concatenate([rates, y @ before])
+            is_settled = 0.0 if before is None else 1.0 * agree(both * MM_PER_M)
+            largest = jnp.max(jnp.abs(y))
+            told += [rates, (at @ y.T).ravel(), offset, jnp.stack([overshoot, retreat, edge, largest, is_settled])]
         if task.steady:
             told.append(steady_traced(one, task.model)[None] / MM_PER_M)
         return jnp.concatenate(told)

@@ -18,6 +18,18 @@ from belt_sim.validity import Limit, warning
 POINTS = (1, 2, 3, 4)
 SPANS = ("upper", "lower")
 SETTLED, SETTLED_RATE = 0.05, 1e-6  # [1], [m/m]: rates that differ by less are one
+SHARE_BEFORE = LATE_SHARE / (1.0 - LATE_SHARE)  # of the records before the late ones, as long as those
+
+
+def settled_before(travel: np.ndarray) -> int:
+    """How many records of ``travel`` (n,) lie before the late ones."""
+    return len(travel) - int(np.sum(travel > travel[-1] - LATE_SHARE * (travel[-1] - travel[0])))
+
+
+def agree(rates: Any) -> Any:
+    """Whether rates (n,) [m/m], of all points now and before, are one within SETTLED; numpy's or JAX's."""
+    apart = rates.max() - rates.min()
+    return (apart <= SETTLED * abs(rates.mean())) | (apart <= SETTLED_RATE)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -65,13 +77,9 @@ class Simulation(Display):
         """
         if self.curves is None:
             return True
-        travel = np.asarray(self.curves.travel)
-        late = int(np.sum(travel > travel[-1] - LATE_SHARE * (travel[-1] - travel[0])))  # records in the last share
-        before = Curves(travel=travel[:-late], y=np.asarray(self.curves.y)[:, :-late])
-        if len(before.travel) < 3:
-            return False
-        rates = np.concatenate([self.rates, late_rates(before, LATE_SHARE / (1.0 - LATE_SHARE))])
-        return bool(np.ptp(rates) <= max(SETTLED * abs(rates.mean()), SETTLED_RATE))
+        early = settled_before(travel := np.asarray(self.curves.travel))
+        before = Curves(travel=travel[:early], y=np.asarray(self.curves.y)[:, :early])
+        return early > 2 and bool(agree(np.concatenate([self.rates, late_rates(before, SHARE_BEFORE)])))
 
     @property
     def offsets(self) -> tuple[float, float] | None:

@@ -129,6 +129,7 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
     return style.finish(fig, path, campaign.title[:90] + (f" ({left} more runs)" if left else ""))
 
 
+DOTS = 60  # late rates that a line of a map marks, at most
 #: column of a table or setting -> label of its axis
 WORDS = {
     "tension": "tension [N/mm$^2$]",
@@ -149,11 +150,18 @@ WORDS = {
 
 
 @style.picture
-def map_picture(path: Path, columns: Mapping[str, np.ndarray], grid: tuple[int, ...] | None) -> Path:
+def map_picture(
+    path: Path,
+    columns: Mapping[str, np.ndarray],
+    grid: tuple[int, ...] | None,
+    settled: np.ndarray | None = None,
+    steady: np.ndarray | None = None,
+) -> Path:
     """Draw the last of ``columns`` (n,) of a map of cases against the one before it, or over the two before it.
 
     Over two, the first is across and the second up, with colours: cells of a ``grid`` of that shape, else (None) means
-    over hexagons.
+    over hexagons. settled (n,): of late rates, which are drawn hollow against one number where they have not;
+    steady (n,): the steady rates beside them.
     """
     *axes, values = columns.values()
     *names, label = (WORDS.get(column, column.replace("_", " ")) for column in columns)
@@ -161,7 +169,19 @@ def map_picture(path: Path, columns: Mapping[str, np.ndarray], grid: tuple[int, 
     if len(axes) == 1:
         fig, [[ax]] = style.figure(7.2, 4.4)
         order = np.argsort(axes[0])
-        ax.plot(axes[0][order], values[order], color=BLUE)
+        x, z = axes[0][order], values[order]
+        if settled is None:
+            ax.plot(x, z, color=BLUE)
+        else:
+            kept = np.unique(np.linspace(0, len(x) - 1, min(len(x), DOTS)).round().astype(int))
+            there, dot = settled[order][kept], {"marker": "o", "markersize": 5, "linestyle": "none", "color": BLUE}
+            line = z if steady is None else steady[order]
+            ax.plot(x, line, color=BLUE, label="steady rate" if steady is not None else None)
+            looks = (there, BLUE, "late rate, settled"), (~there, "white", "late rate, not settled")
+            for some, face, name in looks:
+                if some.any():
+                    ax.plot(x[kept][some], z[kept][some], **dot, markerfacecolor=face, label=name)
+            ax.legend(loc="best")
         ax.set(xlabel=names[0], ylabel=label)
         return style.finish(fig, path, title)
     fig, [[ax]] = style.figure(7.6, 5.0)
@@ -178,7 +198,8 @@ def map_picture(path: Path, columns: Mapping[str, np.ndarray], grid: tuple[int, 
     ax.grid(visible=False)
     fig.colorbar(drawn, ax=ax, label=label)
     ax.set(xlabel=names[0], ylabel=names[1])
-    return style.finish(fig, path, f"{title}, {len(values):,} cases")
+    late = "" if settled is None or settled.all() else f", {np.count_nonzero(~settled):,} of them not settled"
+    return style.finish(fig, path, f"{title}, {len(values):,} cases{late}")
 
 
 _LINES = ("-", "--", "-", "--")  # points 1 and 2 lie close together, and so do 3 and 4

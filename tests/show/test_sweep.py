@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from moving_belt import case, curves
 
+import belt_sim as bs
 from belt_sim.show.curves import DASHES, MOST, FinishedRun, draw_sweep, looks_of, sweep_curves, sweep_rates, swept_keys
 from belt_sim.show.style import CYCLE
 
@@ -79,3 +80,16 @@ def test_of_very_many_values_a_few_are_shown_and_that_is_said():
     figure = sweep_curves(None, runs, swept_keys(runs))
     assert len([line for line in figure.axes[0].lines if len(line.get_xdata()) > 2]) == MOST
     assert f"({MOST} of 64 runs)" in figure.get_suptitle()
+
+
+def test_a_table_of_rates_is_drawn_hollow_where_they_have_not_settled():
+    """bs.plot of bs.simulate(tension=[...]): as the pictures of a sweep; whether they have is what each run says."""
+    table = bs.simulate(tension=[7, 40, 60], model="strip", travel=200)
+    runs = [bs.simulate(tension=t, model="strip", travel=200) for t in (7, 40, 60)]
+    assert list(table["settled"]) == [run.is_settled for run in runs]
+    assert 0 < table["settled"].sum() < 3
+    (ax,) = bs.plot(table).axes
+    steady, *dots = ax.get_lines()
+    assert list(steady.get_ydata()) == list(table["steady_rate_mm_per_m"])
+    drawn = {line.get_markerfacecolor() == "white": list(line.get_ydata()) for line in dots}
+    assert drawn == {not there: list(rows["rate1_mm_per_m"]) for there, rows in table.groupby("settled")}
