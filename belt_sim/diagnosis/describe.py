@@ -21,7 +21,7 @@ from belt_sim.diagnosis.errors import (
 )
 from belt_sim.diagnosis.examine import Findings
 from belt_sim.diagnosis.fit import Fit, fit_sets
-from belt_sim.diagnosis.next_run import Rival
+from belt_sim.diagnosis.next_run import Rival, separation
 from belt_sim.diagnosis.noise import metric_of
 from belt_sim.diagnosis.plausibility import estimates, estimates_of_single_sizes, is_plausible, profile_intervals
 from belt_sim.diagnosis.samples import Samples
@@ -233,7 +233,7 @@ def rivals(d: Findings) -> list[Rival]:
             near = [f for i, f in fits.items() if come <= i and (effect in come or effect not in i)]
             fit = fits.get(ids) or min(near, key=lambda f: f.chi2, default=None)
             if fit is not None:
-                found.append(Rival(effect, join_effects(other), float(np.sqrt(abs(fit.chi2 - d.named.chi2))), fit))
+                found.append(Rival(effect, join_effects(other), separation(d.fitted_bench, d.named, fit), fit))
     return found
 
 

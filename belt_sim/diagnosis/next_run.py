@@ -93,12 +93,18 @@ SETTLED = 0.98  # of what remains, from one step to the next
 
 @dataclass(frozen=True)
 class Rival:
-    """``other`` in the place of ``effect`` fits almost as well: sigma = sqrt of the chi2 between the two fits."""
+    """``other`` in the place of ``effect`` fits almost as well; sigma: the ``separation`` of the two fits."""
 
     effect: str
     other: str
     sigma: float
     fit: Fit
+
+
+def separation(bench: Workbench, a: Fit, b: Fit) -> float:
+    """By how many sigma the fitted runs tell two fits apart: what of their difference a refit of either must leave."""
+    known = bench.metric.whiten(a.values - b.values)
+    return min(_rest(known, fit.columns.reshape(len(fit.free), known.size)) for fit in (a, b))
 
 
 def next_runs(bench: Workbench, chosen: Fit, pairs: list[Rival], keep: int = 3) -> list[NextRun]:
@@ -154,7 +160,7 @@ class Outlook:
         (there_a, along_a), (there_b, along_b) = ([_where(stays, x) for x in both] for both in predicted)
         new, further = self.white(there_a - there_b), [self.white(along_a), self.white(along_b)]
         own = [fit.columns.reshape(len(fit.free), known.size) for fit in (a, b)]
-        before = min(_rest(known, columns) for columns in own)
+        before = separation(self.bench, a, b)
         after = np.full(len(self.actions), before)
         for r in np.flatnonzero(stays):
             apart = np.concatenate([known, new[r]])

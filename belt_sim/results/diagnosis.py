@@ -192,7 +192,7 @@ class NextRun:
     def __str__(self) -> str:
         pair = " from ".join(self.separates)
         if not self.resolves:
-            return f"No single further run on this rig tells {pair}."
+            return f"No single further run on this rig tells {pair} at the sizes that were found."
         tells = "tells" if self.sigma_after >= APART else "may tell"
         change = f"{words.decimal(self.sigma_before, 1)} -> {words.decimal(self.sigma_after, 1)} sigma"
         return f"{self.action[:1].upper()}{self.action[1:]}. It {tells} {pair} ({change})."
@@ -531,13 +531,14 @@ class Diagnosis(Display):
 
 def error_line(error: Errors) -> list[str]:
     """How the error on held-out conditions fell, beside each run's own zero and settings where that is known."""
-    change, floor, beside = error.held_out, error.noise_floor, ""
+    change, floor, beside, alone = error.held_out, error.noise_floor, "", "noise and settings alone"
     if error.own is not None:
-        change, floor, beside = error.own, error.own.floor, ", after correcting sensor zero and settings"
+        change, floor, alone = error.own, error.own.floor, "noise alone"
+        beside = ", after correcting sensor zero and settings"
     if change is None:
         return []
     before, after, least = (words.thousandths(x) for x in (change.before, change.after, floor))
-    said = [f"error on unseen runs{beside} {before} -> {after} mm, noise floor {least} mm"]
+    said = [f"error on unseen runs{beside} {before} -> {after} mm, {alone} {least} mm"]
     worse = [f"{n} {words.thousandths(c.before)} -> {words.thousandths(c.after)} mm" for n, c in error.worse().items()]
     return [*said, f"left out and predicted, these got worse: {', '.join(worse)}"] if worse else said
 
@@ -548,5 +549,5 @@ def error_table(error: Errors) -> Table:
         (name.replace("held_out", "unseen"), words.column(row.before), words.column(row.after))
         for name, row in changes.items()
     ]
-    title = f"error (noise floor {words.decimal(1e3 * error.noise_floor, 3)} mm)"
+    title = f"error (noise and settings alone: {words.decimal(1e3 * error.noise_floor, 3)} mm)"
     return Table(title, ("rms in mm", "before", "after"), rows)

@@ -131,14 +131,14 @@ class Change:
 
 @dataclass(frozen=True, kw_only=True)
 class OwnChange(Change):
-    """The same beside what each run's zero, gain and settings most likely are; floor: a perfect model's [m]."""
+    """The same beside what each run's zero, gain and settings most likely are; floor: what noise alone makes [m]."""
 
     floor: Annotated[float, file_field("noise_floor_mm", MM)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Errors:
-    """Over the fitted runs, over what was held out, by held-out condition, and what the uncertainties alone make [m].
+    """Over the fitted runs, over what was held out, by held-out condition; noise_floor: what noise and settings make [m].
 
     untestable: conditions that alone show one of the numbers, so that leaving them out tests nothing; own: over what
     was held out, beside each run's own zero and settings.
@@ -344,7 +344,7 @@ class Comparison(Display):
         if self.error is not None:
             for name, row in self.error.rows().items():
                 said.append(f"{name}: rms {words.column(row.before)} -> {words.column(row.after)} mm with {names}")
-            said.append(f"noise floor {words.column(self.error.noise_floor)} mm")
+            said.append(f"noise and settings alone {words.column(self.error.noise_floor)} mm")
         worse = [f"{r.run} {r.signal}" for r in self.per_run if r.worse]
         return [*said, f"got worse: {', '.join(worse)}" if worse else "no run got worse"]
 

@@ -340,7 +340,9 @@ def falling_error_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     at = np.arange(len(there))[::-1]
     ax.barh(at + 0.19, [MM * c.before for c in there.values()], height=0.36, color=BEFORE, label="without the law")
     ax.barh(at - 0.19, [MM * c.after for c in there.values()], height=0.36, color=AFTER, label="with the law")
-    ax.axvline(MM * d.error.noise_floor, color=INK, linewidth=1.2, linestyle=(0, (4, 2)), label="noise floor")
+    ax.axvline(
+        MM * d.error.noise_floor, color=INK, linewidth=1.2, linestyle=(0, (4, 2)), label="noise and settings alone"
+    )
     ax.set_yticks(at, list(there))
     ax.set(xlabel="rms error [mm]")
     ax.grid(False, axis="y")

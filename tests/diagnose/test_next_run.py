@@ -9,6 +9,7 @@ from scipy.special import ndtr
 from small_campaign import CLASSES, MODEL, TENSIONS, campaign
 
 from belt_sim.diagnosis import next_run
+from belt_sim.diagnosis.describe import rivals
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.next_run import Outlook, Rival, menu, next_runs, twofold
@@ -68,6 +69,15 @@ def test_the_best_action_comes_first(one_sided):
     assert [a.sigma_after for a in advice] == sorted((a.sigma_after for a in advice), reverse=True)
     assert {a.separates for a in advice} == {("yaw_offset_tail", "sensor_gain")}
     assert any("opposite yaw" in a.action or "zero yaw" in a.action or "reversed" in a.action for a in advice)
+
+
+def test_a_pair_has_one_separation(one_sided):
+    """The sigma by which two explanations are alike is that from which a further run starts."""
+    bench, offset, gain = one_sided
+    alike = SimpleNamespace(confusable={"yaw_offset_tail": (("sensor_gain",),)})
+    search = SimpleNamespace(fits={frozenset(gain.ids): gain})
+    (pair,) = rivals(SimpleNamespace(decision=alike, search=search, named=offset, fitted_bench=bench))
+    assert all(a.sigma_before == pytest.approx(pair.sigma) for a in next_runs(bench, offset, [pair]))
 
 
 def test_two_changes_at_once_are_tried_where_one_is_not_enough(one_sided, monkeypatch):

@@ -86,7 +86,7 @@ def test_every_number_of_the_library_is_readable_at_the_size_that_matters():
 def test_a_run_that_resolves_nothing_is_not_advised():
     pair = ("taper", "crown")
     below, above = (NextRun("reverse", pair, 0.1, RESOLVED + more) for more in (-0.1, 0.1))
-    assert str(below) == "No single further run on this rig tells taper from crown."
+    assert str(below) == "No single further run on this rig tells taper from crown at the sizes that were found."
     assert "may tell taper from crown" in str(above)
     said = replace(drawn("nothing"), next_runs=(above, below, below)).further_runs
     assert said == (str(above),)  # nothing contradicts it
