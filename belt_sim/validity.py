@@ -6,17 +6,17 @@ belt, are wrong by some 3 %; the derivations and what they were checked against 
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.span import EdgeGuide
-from belt_sim.jax_setup import in_float64, jit_float64
-from belt_sim.line.influence import SpanFields, span_fields
+from belt_sim.jax_setup import StoredProgram, in_float64
+from belt_sim.line.influence import span_fields
 from belt_sim.line.span import beam_second_order, strip
 from belt_sim.line.spans import span_responses
 
@@ -45,13 +45,19 @@ class Limit:
         return f"{float(f'{self.load:.2g}'):,.12g} times the limit"
 
 
-@partial(jit_float64, brief=True)
-def _spans_of(case: Case):
-    """Return the responses of the strip, of one that lifts off and of a flat beam, and the fields of the strip: one
-    program, as every run of a model asks for all."""
+def _spans(case: Case):
+    """Return moments at the run-up of the strip and of a flat beam, per radian of yaw; those that the strip, and one
+    that lifts off, carry over; places in the strip and its moments there; bending, twisting and sag of it, and force:
+    one program, as every run of a model asks for all."""
     span = strip(case)
-    answers = [span_responses(case, effects, span) for effects in ((), (LiftOff(strength=1.0),))]
-    return *answers, span_responses(case, (), beam_second_order(case)), span_fields(span)
+    strips = [span_responses(case, effects, span) for effects in ((), (LiftOff(strength=1.0),))]
+    entry = [answer.runup[0, 2] for answer in (strips[0], span_responses(case, (), beam_second_order(case)))]
+    fields = span_fields(span)
+    numbers = [jnp.asarray(x, float) for x in (span.bending, span.torsion, span.sag_curvature, span.force)]
+    return *entry, *(answer.runoff[:, 2] for answer in strips), fields.x, fields.per_runup, *numbers
+
+
+_SPANS = StoredProgram(_spans, "spans of limits", brief=True)
 
 
 @dataclass(frozen=True)
@@ -156,35 +162,30 @@ def warning(model: str, beyond: Iterable[Limit]) -> str:
 
 
 def _load_case(case: Case) -> _LoadedCase:
-    span = strip(case)
-    response, lifted, beam, fields = _spans_of(case)
-    runup, flat = (np.asarray(r.runup)[0, 2] for r in (response, beam))
-    carried, changed = (np.asarray(r.runoff)[:, 2] for r in (response, lifted))
+    runup, flat, carried, changed, *fields = (np.asarray(x) for x in _SPANS(case))
     return _LoadedCase(
         case=case,
         yaw=max(_largest(case.settings.yaw), _largest(case.settings.yaw_head)),
-        entry=abs(float(span.bending * runup)),
-        square=_beyond_linear(case, fields),
+        entry=abs(float(fields[2] * runup)),
+        square=_beyond_linear(case, *fields),
         flat=abs(float(flat / runup) - 1.0),
         layer=float(np.abs(changed / carried - 1.0).max()),  # of both spans: the lower one's, whichever way it runs
     )
 
 
-def _beyond_linear(case: Case, fields: SpanFields) -> float:
+def _beyond_linear(case: Case, x, per_runup, bending, torsion, sag_curvature, force) -> float:
     """Change of the entry moment over the square of the yaw [1/rad^2]: 4 (stretch - relief) / (M_entry yaw).
 
     Energies of fourth order, with the linear fields put in: twist stretches the edges, E h b^5/1440 int phi'^4; and in
     F w'' = q + (M phi)'' the moment lets the tilted span sag on, int (M phi)'^2 / 2F. Where both are alike, the next
     order is left: a quarter of the larger is kept.
     """
-    span, belt = strip(case), case.belt
-    x, per_runup = np.asarray(fields.x), np.asarray(fields.per_runup)
-    moment = float(span.bending) * per_runup
-    twist = _integral(moment * float(span.sag_curvature / span.torsion), x)
+    belt, moment = case.belt, bending * per_runup
+    twist = _integral(moment * (sag_curvature / torsion), x)
     tilt = _integral(twist, x)
     twist, tilt = twist - tilt[-1] / x[-1], tilt - tilt[-1] * x / x[-1]
     stretch = belt.youngs_modulus * belt.thickness * belt.width**5 / 1440.0 * np.trapezoid(twist**4, x)
-    relief = np.trapezoid(np.gradient(moment * tilt, x) ** 2, x) / (2.0 * float(span.force))
+    relief = np.trapezoid(np.gradient(moment * tilt, x) ** 2, x) / (2.0 * force)
     return float(4.0 * max(abs(stretch - relief), NEXT * max(stretch, relief)) / moment[-1])
 
 

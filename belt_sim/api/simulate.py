@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Unpack
 from belt_sim.campaign.types import Campaign, case_of, sensor_place
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
-from belt_sim.diagnosis.forward import default_candidates
 from belt_sim.effects.base import Effect, library
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import BeltError, CannotRepresent, InputError, SimulationError, finite
@@ -168,6 +167,8 @@ def candidates_of(asked: Any, model: AnalyticModel, leave_out: Sequence[str] | N
         if name not in library():
             raise InputError("leave_out", name, "", f"use ids of the library: {', '.join(library())}")
     if asked is None:
+        from belt_sim.diagnosis.forward import default_candidates  # a curve needs neither it nor SciPy
+
         return [c for c in default_candidates(leave_out).values() if model.refusal(c) is None]
     entries = asked if isinstance(asked, Sequence) and not isinstance(asked, str) else [asked]
     classes: dict[str, type[Effect]] = {}
