@@ -512,7 +512,7 @@ class Forward:
 
     def _march(self, vector: np.ndarray, groups: Groups) -> Work:
         """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
-        kept = [k for k, group in enumerate(self._groups) if group in {"", *groups}]
+        kept = [k for k, group in enumerate(self._groups) if group in {"", HEAVY, *groups}]
         samples, others = self.samples, places_of(self.samples)
         tilts = bool(others) or any(s.at.endswith("mid_span") for s in samples.signals)
         slots = tuple(self.slots[k] for k in kept)

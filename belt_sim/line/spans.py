@@ -13,7 +13,7 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import SensorPlace
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.jax_setup import in_float64, jit_float64
+from belt_sim.jax_setup import StoredProgram, in_float64
 from belt_sim.line.hooks import (
     AFTER_ENGINE,
     BEFORE_ENGINE,
@@ -70,6 +70,14 @@ class Composition:
                 raise CannotRepresent(f"effects = {effect.id}: {reason}; leave it out or use model=beam_th2 or strip")
 
 
+def _influence(effect: Hooks, span: Span, case: Case) -> Any:
+    """What ``bend`` of an effect needs of a span; zeros where the effect is null in a whole batch."""
+    if effect.acts is None:
+        return effect.influence(span, case)
+    none = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(lambda: effect.influence(span, case)))
+    return where_acting(effect, lambda _: effect.influence(span, case), none)
+
+
 @dataclass(frozen=True)
 class Spans:
     """Both spans of one case while it is traced.
@@ -89,7 +97,7 @@ class Spans:
     def from_case(case: Case, effects: Sequence, span: Span) -> "Spans":
         """Condense the span, once per march."""
         benders = tuple(uses(effects, "bend"))
-        known = tuple(e.influence(span, case) for e in benders)
+        known = tuple(_influence(e, span, case) for e in benders)
         return Spans(case, tuple(effects), span, span_responses(case, effects, span), benders, known)
 
     def state(self, travel, since, y, alpha, off: RunOff, yaw: Yaw) -> State:
@@ -197,7 +205,9 @@ def _apply(rows, boundary: BoundaryValues) -> jax.Array:
 
 LIMPEST = 20.0  # chord over twice the catenary's parameter: such a rope hangs 10^7 chords deep
 
-_responses = jit_float64(span_responses, brief=True)  # uncompiled it takes a second
+_at_runup = StoredProgram(  # uncompiled it takes a second
+    lambda case, effects, span: span_responses(case, effects, span).runup, "responses at the run-up", brief=True
+)
 
 
 @in_float64
@@ -210,7 +220,7 @@ def runup_weights(case: Case, model: Composition) -> tuple[float, float]:
     span = model.span(case)
     if span.limp:
         return 1.0, 1.0
-    tail, head = _w1(np.asarray(_responses(case, model.built_in, span).runup), span.length)
+    tail, head = _w1(np.asarray(_at_runup(case, model.built_in, span)), span.length)
     return float(tail), float(head)
 
 
