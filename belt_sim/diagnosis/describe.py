@@ -1,6 +1,5 @@
 """A finished diagnosis in words, tables and drawings."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -34,7 +33,6 @@ from belt_sim.results.diagnosis import (
     Candidate,
     Confusable,
     Diagnosis,
-    Explanation,
     FoundEffect,
     NoiseLevels,
     RequiredAngle,
@@ -301,7 +299,23 @@ def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
     rows = d.decision.explanations
     names = d.search.singles if d.decision.verdict != Verdict.CANNOT_SAY else ()
     without = sum(c.surprise for c in held_out(d.fitted_bench, d.search.fits[NOTHING]).values())
-    found = [_candidate(d, name, [e for e in rows if name in e.effects], without) for name in names]
+    bench, found = d.fitted_bench, []
+    for name in names:
+        fit, gain, own = d.search.singles[name], d.search.single_gain(name), [e for e in rows if name in e.effects]
+        held, plausible = held_out(bench, fit), is_plausible(bench.forward, fit)
+        needed = needed_gain(row_of(bench, fit, checked=False), d.table, POLICY)
+        falls = sum(c.surprise for c in held.values()) < without
+        note = "held-out error falls" if falls else "held-out error stays"
+        if sum(e.probability for e in own if e.unknown) > 0.5:  # likelier than not
+            note = "only beside something unknown"
+        note = note if plausible else "implausible value"
+        found.append(
+            Candidate(
+                id=name, gain=gain, threshold=needed, held_out_rms=lateral_rms(held.values()),
+                parameters=estimates(bench.forward, fit)[name], plausible=plausible,
+                probability=min(sum(e.probability for e in own), 1.0), note=note if gain > needed else "not needed",
+            )
+        )  # fmt: skip
     rms = {other.name: other.rms for other in d.table.other_models}
     instead = [
         Candidate(
@@ -310,28 +324,6 @@ def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
         ) for e in rows if e.instead
     ]  # fmt: skip
     return tuple(sorted([*instead, *found], key=lambda c: (-round(c.probability, 6), -c.gain)))
-
-
-def _candidate(d: Findings, name: str, rows: Sequence[Explanation], without: float) -> Candidate:
-    """rows: the explanations that have it; without: -2 log predictive density of what is held out, with no effect."""
-    bench, fit, gain = d.fitted_bench, d.search.singles[name], d.search.single_gain(name)
-    held, plausible = held_out(bench, fit), is_plausible(bench.forward, fit)
-    needed = needed_gain(row_of(bench, fit, checked=False), d.table, POLICY)
-    falls = sum(c.surprise for c in held.values()) < without
-    note = "held-out error falls" if falls else "held-out error stays"
-    if sum(e.probability for e in rows if e.unknown) > 0.5:  # likelier than not
-        note = "only beside something unknown"
-    note = note if plausible else "implausible value"
-    return Candidate(
-        id=name,
-        gain=gain,
-        threshold=needed,
-        held_out_rms=lateral_rms(held.values()),
-        parameters=estimates(bench.forward, fit)[name],
-        plausible=plausible,
-        probability=min(sum(e.probability for e in rows), 1.0),
-        note=note if gain > needed else "not needed",
-    )
 
 
 def _unknown(d: Findings) -> Unknown | None:

@@ -137,24 +137,18 @@ def _predict_left_out(
     step = root.T @ (root @ along)
     if np.any((step < space[0]) | (step > space[1])):
         step = scale * bounded_step(information, scale * along, space[0] / scale, space[1] / scale)
-    seen = root @ here
+    # r^T (I + S^T S)^-1 r + log det(I + S^T S) of whitened errors r, to which one sigma of each combination adds S
+    seen, left = root @ here, blocks[out].ravel() - step @ here
+    total, along = np.eye(len(seen)) + seen @ seen.T, seen @ left
     errors = samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
     lateral = np.array([s.kind == "lateral" for s in samples.signals])
     return Condition(
-        surprise=_surprise(blocks[out].ravel() - step @ here, seen),
+        surprise=float(left @ left - along @ np.linalg.solve(total, along) + np.linalg.slogdet(total)[1]),
         out=out,
         errors=errors,
         lateral=errors[np.isfinite(samples.y[out]) & lateral[None, :, None]],
         testable=_is_known(here, root, allowed, away, [bench.forward.slots[k].effect.id for k in fit.free]),
     )
-
-
-def _surprise(left: np.ndarray, seen: np.ndarray) -> float:
-    """-2 log predictive density of whitened errors ``left`` (m,) when one sigma of each of k independent combinations
-    of parameters adds ``seen`` (k, m): r^T (I + S^T S)^-1 r + log det(I + S^T S).
-    """
-    total, along = np.eye(len(seen)) + seen @ seen.T, seen @ left
-    return float(left @ left - along @ np.linalg.solve(total, along) + np.linalg.slogdet(total)[1])
 
 
 def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.ndarray, owners: Sequence[str]) -> bool:

@@ -56,10 +56,6 @@ class Fit:
         """Whether this is the best point, with derivatives that hold there."""
         return self.settled and self.exact
 
-    def as_start(self) -> "Fit":
-        """The same point to begin at, where chi2 and the whitened columns are not known yet."""
-        return replace(self, chi2=np.inf, columns=np.empty((0, 0)), exact=False, settled=False)
-
     @property
     def covariance(self) -> np.ndarray:
         """Covariance (k, k) of the free parameters, in units of their scales; large along what no reading shows."""
@@ -101,10 +97,6 @@ class Refit:
         """Whether the best point and all derivatives there are known, so that a step can be proposed."""
         return bool(np.isfinite(self.fit.chi2)) and not self.due.any()
 
-    def next_point(self) -> np.ndarray:
-        """The parameter vector to predict next: the end of a step, or where the refit stands."""
-        return _propose(self.fit, self.sides, self.radius) if self.is_ready else self.fit.vector
-
     def record(self, point: np.ndarray, values: np.ndarray, slopes: np.ndarray) -> None:
         """Take in the predictions (R, S, n) at the next point, and the derivatives (k, R, S, n) that were due there."""
         if self.is_ready:
@@ -140,8 +132,16 @@ class Refit:
         predicted, length = fit.chi2 - float(linear @ linear), float(np.linalg.norm(step * fit.sensitivity))
         there = np.isfinite(values).all()  # whitening takes nan for a reading that is missing
         if not there or not chi2 <= fit.chi2:
+            # the next step is as long as it is to the bottom of the parabola through both ends, at last with
+            # derivatives that hold
             along = float(step @ (fit.columns @ fit.residual))
-            self._shorten_step(predicted, length, along / (chi2 - fit.chi2 + 2.0 * along) if there else 0.0)
+            bottom = along / (chi2 - fit.chi2 + 2.0 * along) if there else 0.0
+            self.failures += 1
+            self.radius = length * float(np.clip(bottom, *SHORTER))
+            if fit.exact:
+                self.settled = predicted < 0.5 * TOLERANCE
+            elif self.failures >= PATIENCE or predicted < self._negligible_gain():
+                self.due = np.ones_like(self.due)
             return
         gain = fit.chi2 - chi2
         if abs(predicted - gain) > TOLERANCE:
@@ -163,17 +163,6 @@ class Refit:
         with np.errstate(over="ignore", invalid="ignore"):  # a start, or a step too far, may lie anywhere
             residual = self.metric.whiten(self.metric.samples.y - values)
             return residual, float(residual @ residual)
-
-    def _shorten_step(self, predicted: float, length: float, bottom: float) -> None:
-        """A step of a ``length`` with a ``predicted`` gain ended higher: the next is as long as it is to the ``bottom``
-        of the parabola through both ends, at last with derivatives that hold.
-        """
-        self.failures += 1
-        self.radius = length * float(np.clip(bottom, *SHORTER))
-        if self.fit.exact:
-            self.settled = predicted < 0.5 * TOLERANCE
-        elif self.failures >= PATIENCE or predicted < self._negligible_gain():
-            self.due = np.ones_like(self.due)
 
     def _update_derivatives(self, step: np.ndarray, more: np.ndarray, moved: np.ndarray) -> None:
         """Broyden's update: derivatives change along a ``step`` (k,) so that they have what it did: ``moved``
@@ -242,26 +231,23 @@ def fit_sets(
     with.
     """
     refits = [Refit(start, metric, forward.sides if sides is None else sides) for start in starts]
+    still, every = np.zeros((1, forward.size)), np.eye(forward.size)
     for _ in range(MAX_ROUNDS):
         active = [refit for refit in refits if not refit.settled]
         if not active:
             break
-        _advance(forward, active)
+        # the next point of every refit, and the derivatives that are due there, all in one batch; a step is proposed
+        # where the best point and all derivatives there are known
+        points = [_propose(r.fit, r.sides, r.radius) if r.is_ready else r.fit.vector for r in active]
+        along = [every[np.array(r.fit.free)[r.due]] if r.due.any() else still for r in active]
+        counts = [len(rows) for rows in along]
+        values, slopes = forward.values_and_slopes(np.repeat(points, counts, axis=0), np.concatenate(along))
+        ends = np.cumsum(counts)[:-1]
+        for r, point, own, rows in zip(active, points, np.split(values, ends), np.split(slopes, ends), strict=True):
+            r.record(point, own[0], rows)
         for refit in find_hopeless(refits) if find_hopeless else ():
             refit.settled = True
         for refit in active if find_hopeless is None else ():
             if refit.settled and not refit.fit.exact:  # it ended with learned derivatives: all are due there
                 refit.due, refit.settled = np.ones_like(refit.due), False
     return [replace(r.fit, settled=r.settled, steps=r.steps, due=r.due, radius=r.radius) for r in refits]
-
-
-def _advance(forward: Forward, refits: Sequence[Refit]) -> None:
-    """Predict the next point of every refit, and the derivatives that are due there, all in one batch."""
-    still, every = np.zeros((1, forward.size)), np.eye(forward.size)
-    points = [refit.next_point() for refit in refits]
-    along = [every[np.array(refit.fit.free)[refit.due]] if refit.due.any() else still for refit in refits]
-    counts = [len(rows) for rows in along]
-    values, slopes = forward.values_and_slopes(np.repeat(points, counts, axis=0), np.concatenate(along))
-    ends = np.cumsum(counts)[:-1]
-    for refit, point, own, rows in zip(refits, points, np.split(values, ends), np.split(slopes, ends), strict=True):
-        refit.record(point, own[0], rows)

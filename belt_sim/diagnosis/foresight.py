@@ -59,33 +59,29 @@ def harm_warnings(campaign: Campaign) -> tuple[str, ...]:
     """Return a sentence a kind of harm, the runs concerned and the worst of them named."""
     found: dict[str, list[tuple[Limit, str]]] = {}
     for run in campaign.runs:
-        for limit in _harm(case_of(campaign, replace(run, yaw_at=0.0))):
-            found.setdefault(limit.id, []).append((limit, run.name))
+        case = case_of(campaign, replace(run, yaw_at=0.0))
+        load, tension = {limit.id: float(limit.load) for limit in limits(case)}, float(case.settings.tension)
+        stress = load["thick_belt"] * STRENGTH + tension * load["slack_edge"]
+        reached = f"tension, bending and yaw reach {stress / N_PER_MM2:.0f} of the {STRENGTH / N_PER_MM2:.0f} N/mm2"
+        own = (
+            Limit("slack_edge", load["slack_edge"], "the yaw takes the tension off one edge; take a smaller yaw"),
+            Limit(
+                "second_order", load["second_order"], "the yaw is too large for the models' laws; take a smaller one"
+            ),
+            Limit(
+                "stress", stress / STRENGTH, f"{reached} that belt steels bear; take a smaller yaw or a larger pulley"
+            ),
+        )
+        told = {limit.id for limit in own} | {"edge_stretch", "thick_belt"}
+        for limit in (*own, *(limit for limit in geometric(case) if limit.id not in told)):
+            if limit.load > 1.0:
+                found.setdefault(limit.id, []).append((limit, run.name))
     sentences = []
     for runs in found.values():
         worst, name = max(runs, key=lambda run: run[0].load)
         some = f"{len(runs)} of {len(campaign.runs)} runs" if len(runs) > 1 else f"run {name}"
         sentences.append(f"{some}: {worst.words} ({worst.exceeded_by}{f', worst in {name}' if len(runs) > 1 else ''})")
     return tuple(sentences)
-
-
-def _harm(case: Case) -> Sequence[Limit]:
-    """The limits of harm that a case is beyond."""
-    load = {limit.id: float(limit.load) for limit in limits(case)}
-    tension = float(case.settings.tension)
-    stress = load["thick_belt"] * STRENGTH + tension * load["slack_edge"]
-    own = (
-        Limit("slack_edge", load["slack_edge"], "the yaw takes the tension off one edge; take a smaller yaw"),
-        Limit("second_order", load["second_order"], "the yaw is too large for the models' laws; take a smaller one"),
-        Limit(
-            "stress",
-            stress / STRENGTH,
-            f"tension, bending and yaw reach {stress / N_PER_MM2:.0f} of the {STRENGTH / N_PER_MM2:.0f} N/mm2 that belt"
-            " steels bear; take a smaller yaw or a larger pulley",
-        ),
-    )
-    seen = {limit.id for limit in own} | {"edge_stretch", "thick_belt"}
-    return [limit for limit in (*own, *geometric(case)) if limit.load > 1.0 and (limit in own or limit.id not in seen)]
 
 
 # Which mistake in the sheet explains what a model leaves unexplained: tried before any law or fault is searched for.
@@ -305,7 +301,14 @@ def doubts(campaign: Campaign, model: Composition, *, planned: bool) -> tuple[Do
             found.append(Doubt(kind=s.kind, sentence=str(s), stops=s.severity == "stop"))
     found += [Doubt(kind="harm", sentence=s) for s in harm_warnings(campaign)]
     found += [Doubt(kind="noise", sentence=s) for s in noisy_runs(campaign)]
-    return (*found, *(Doubt(kind="plan", sentence=s) for s in _missing_runs(campaign)), *_sheet(campaign))
+    found += [Doubt(kind="plan", sentence=s) for s in _missing_runs(campaign)]
+    if campaign.source.kind != "synthetic":  # what the sheet states as perfect that no instrument is
+        if perfect := [s.name for s in campaign.signals if s.zero == 0.0]:
+            said = f"zero of {', '.join(perfect)} is not stated and counts as perfect; state how well y = 0 is known"
+            found.append(Doubt(kind="sheet", sentence=said))
+        if campaign.settings.yaw_u == 0.0:
+            found.append(Doubt(kind="sheet", sentence="settings.yaw is not stated: every yaw counts as exact"))
+    return tuple(found)
 
 
 def noisy_runs(campaign: Campaign) -> list[str]:
@@ -346,18 +349,6 @@ def _missing_runs(campaign: Campaign) -> list[str]:
         found.append(
             "there is one signal; a second point, at the other pulley, tells drift from a belt that stands askew"
         )
-    return found
-
-
-def _sheet(campaign: Campaign) -> list[Doubt]:
-    """What the sheet states as perfect that no instrument is."""
-    perfect = [s.name for s in campaign.signals if s.zero == 0.0]
-    found = []
-    if perfect and campaign.source.kind != "synthetic":
-        sentence = f"zero of {', '.join(perfect)} is not stated and counts as perfect; state how well y = 0 is known"
-        found.append(Doubt(kind="sheet", sentence=sentence))
-    if campaign.source.kind != "synthetic" and campaign.settings.yaw_u == 0.0:
-        found.append(Doubt(kind="sheet", sentence="settings.yaw is not stated: every yaw counts as exact"))
     return found
 
 

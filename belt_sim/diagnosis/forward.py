@@ -6,8 +6,8 @@ same for every run (a run's own setting error is small and enters linearly, thro
 computed at once; derivatives are differences of neighbouring points, which share the point they start from. Both points
 of a difference are marched by the same program, so that its rounding is not taken for a derivative.
 
-Few programs serve all rows: all effects are compiled in, and a batch passes over those that are null in its rows. The
-slow ones, and additive ones where they cannot be added, are compiled in only where one of them acts.
+One program serves all rows: all effects are compiled in, and a batch passes over those that are null in its rows, so
+that rows with slow ones are batches of their own. Additive ones that cannot be added are compiled in where one acts.
 """
 
 import math
@@ -47,7 +47,7 @@ from belt_sim.line.spans import Composition
 # Hints of the fitter about effects: cost in a march, form of the readings, and which are candidates by default.
 
 
-#: effects that make every step of a march slower: they are compiled in only where one of them acts
+#: effects that make every step of a march slower: rows in which one of them acts are batches of their own
 SLOW = frozenset({"weld", "wobble"})
 #: effects whose second compilation is not worth a table of next runs
 SLOWEST = frozenset({"weld"})
@@ -297,7 +297,8 @@ def compile_march(
     beside the points."""
     only = ("y", "tilt") if tilts else ("y",)
     one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only, others=others)
-    seldom = any(issubclass(s.effect, GenericLaw) for s in slots)  # a program of this campaign alone
+    # a program of this campaign alone, or of a few marches: other base models, mistakes of a sheet
+    seldom = not slots or any(issubclass(s.effect, GenericLaw) for s in slots)
     many = jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None, None))
     names = [s.name for s in slots]
     key = program_key("readings", model, [s.effect for s in slots], names, room, history, tilts, others)
@@ -405,7 +406,7 @@ Groups = frozenset[str]
 
 
 def group_of(cls: type[Effect]) -> str:
-    """The group of an effect: its own id where it need not be compiled at all; empty where it always is."""
+    """The group of an effect: its own id where it need not be compiled at all; empty where it slows no batch."""
     return cls.id if cls.is_additive() else HEAVY if cls.id in SLOW else ""
 
 
@@ -494,7 +495,7 @@ class Forward:
         return self._predict(vector, self._active_groups(vector))
 
     def _active_groups(self, vector: np.ndarray) -> list[Groups]:
-        """Groups of effects, of those that are not always compiled, that are not null at each of (C, size)."""
+        """Groups of effects, of those that do not go with all others, that are not null at each of (C, size)."""
         off = (vector != self._null)[:, : len(self.slots)]
         out = {"", *map(group_of, self._addable)}
         return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - out for row in off]

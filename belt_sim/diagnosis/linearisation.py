@@ -45,11 +45,6 @@ class ShapeGrid:
     columns: np.ndarray
     choices: np.ndarray
 
-    def shapes_at(self, point: int) -> dict[int, np.ndarray]:
-        """Position -> shape of each parameter at a point; none of what is on the grid."""
-        none = dict.fromkeys((position for position, _ in self.points[point]), np.zeros(self.columns.shape[1:]))
-        return none | dict(zip(self.free, self.columns[self.choices[point]], strict=True))
-
 
 @dataclass(frozen=True)
 class GridStart:
@@ -177,7 +172,10 @@ def linearise(bench: Workbench, fit: Fit, ids: Sequence[str], before: Linearisat
     grids = {i: known[i] for i in ids if i in known}
     for i, grid in grids.items():
         best = best_of_grid(bench, fit, grid, GRID_STARTS)
-        starts[i] += [GridStart(grid.points[k], grid.shapes_at(k)) for k in best]
+        for k in best:  # what is on the grid has no shape of its own
+            none = dict.fromkeys((position for position, _ in grid.points[k]), np.zeros(grid.columns.shape[1:]))
+            own = dict(zip(grid.free, grid.columns[grid.choices[k]], strict=True))
+            starts[i].append(GridStart(grid.points[k], none | own))
     return Linearisation(fit, slopes, {i: found for i, found in starts.items() if found}, grids, sizes)
 
 
@@ -226,7 +224,9 @@ def shapes_on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[st
     """Shapes about ``fit`` of those effects that have a grid, at every point of it."""
     axes = {n: own for n in names if (own := bench.forward.grids(n))}
     free = {n: [k for k in bench.forward.index(n) if k not in axes[n]] for n in axes}
-    shapes = _compute_shapes(bench, fit, [key for n in axes for key in _probes(axes[n], free[n])])
+    # every parameter at two points of each of several numbers: these tell which of them it feels
+    pairs = {n: [((k, v),) for k, own in axes[n].items() for v in own[:2]] if len(axes[n]) > 1 else [] for n in axes}
+    shapes = _compute_shapes(bench, fit, [(p, point) for n in axes for point in pairs[n] for p in free[n]])
     points = {n: list(product(*([(k, value) for value in own[k]] for k in own))) for n, own in axes.items()}
     keys = {n: _keys_at(points[n], axes[n], free[n], shapes) for n in axes}
     asked = {key for of_effect in keys.values() for row in of_effect for key in row}
@@ -244,16 +244,10 @@ def shapes_on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[st
 Axes = Mapping[int, Sequence[float]]  # position -> values of a number on a grid
 
 
-def _probes(axes: Axes, free: Sequence[int]) -> list[Key]:
-    """Every parameter at two points of each of several numbers: these tell which of them it feels."""
-    pairs = [((k, value),) for k, values in axes.items() for value in values[:2]] if len(axes) > 1 else []
-    return [(p, point) for point in pairs for p in free]
-
-
 def _keys_at(
     points: Sequence[Point], axes: Axes, free: Sequence[int], shapes: Mapping[Key, np.ndarray]
 ) -> list[list[Key]]:
-    """For every point, each parameter with the numbers that it feels; shapes: of the ``_probes``."""
+    """For every point, each parameter with the numbers that it feels; shapes: at two points of each."""
 
     def feels(p: int, k: int) -> bool:
         """Whether the shape of a parameter depends on where on an axis it was taken."""
@@ -312,11 +306,18 @@ def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list
     own = fit.columns.reshape(len(fit.free), columns.shape[1])
     onto = columns @ own.T @ pseudo_inverse((own @ own.T)[None])[0]
     gram, pull = columns @ columns.T - onto @ (own @ columns.T), columns @ fit.residual - onto @ (own @ fit.residual)
-    steps, sigma = _steps_on_grid(bench, fit, grid, gram, pull)
+    free, slots = list(grid.free), [bench.forward.slots[p] for p in grid.free]
+    # Gauss-Newton steps (points, k) of the effect's parameters, and one sigma of each
+    grams, pulls = gram[grid.choices[:, :, None], grid.choices[:, None, :]], pull[grid.choices]
+    inverses = pseudo_inverse(grams)
+    steps = np.einsum("pkl,pl->pk", inverses, pulls)
+    low, high = (side[free] - fit.vector[free] for side in bench.forward.sides)
+    for k in np.flatnonzero(np.any((steps < low) | (steps > high), axis=1)):
+        steps[k] = bounded_step(grams[k], pulls[k], low, high)
+    sigma = np.sqrt(np.maximum(np.diagonal(inverses, axis1=1, axis2=2), 0.0))
     changes = np.zeros((len(steps), len(gram)))  # at every point, as a sum of the grid's columns
     np.add.at(changes, (np.arange(len(steps))[:, None], grid.choices), steps)
     gains = 2.0 * changes @ pull - np.sum((changes @ gram) * changes, axis=1)
-    free, slots = list(grid.free), [bench.forward.slots[p] for p in grid.free]
 
     def alike(k: int, j: int) -> bool:
         apart = changes[k] - changes[j]
@@ -333,20 +334,6 @@ def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list
         elif same is not None and not possible(found[same]) and possible(k):
             found[same] = k
     return found
-
-
-def _steps_on_grid(
-    bench: Workbench, fit: Fit, grid: ShapeGrid, gram: np.ndarray, pull: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss-Newton steps (points, k) of an effect's parameters, and one sigma of each; gram, pull: ``_products``."""
-    choices, free = grid.choices, list(grid.free)
-    grams, pulls = gram[choices[:, :, None], choices[:, None, :]], pull[choices]
-    inverses = pseudo_inverse(grams)
-    steps = np.einsum("pkl,pl->pk", inverses, pulls)
-    low, high = (side[free] - fit.vector[free] for side in bench.forward.sides)
-    for k in np.flatnonzero(np.any((steps < low) | (steps > high), axis=1)):
-        steps[k] = bounded_step(grams[k], pulls[k], low, high)
-    return steps, np.sqrt(np.maximum(np.diagonal(inverses, axis1=1, axis2=2), 0.0))
 
 
 # Where on the belt every run starts: one free number per run, the same for the belt and both pulleys.

@@ -358,6 +358,16 @@ def contrast(
     noise = _bin_covariance(wander_kernel(sheet, travel, Reach()), q)
     noise += np.eye(len(noise)) * max(sheet.white, FLOOR) ** 2 / (per_bin * q)
     known = np.einsum("r,krn->rkn", weights, columns[:, list(runs), s][..., keep]).reshape(-1, len(keep))
+    # orthonormal directions (b, m) beside a constant and all that the known can do to the noise that could be seen
+    rows, lower = _bin_means(known, q), np.linalg.cholesky(noise)
+    first = np.ones((rows.shape[1], 1))
+    seen = np.linalg.solve(lower, np.concatenate([first, rows.T], axis=1))
+    start = seen[:, :1] / np.linalg.norm(seen[:, 0])
+    rest = seen[:, 1:] - start @ (start.T @ seen[:, 1:])
+    values, vectors = np.linalg.eigh(rest @ rest.T)
+    strong = vectors[:, values > KNOWN**2][:, -(rows.shape[1] // SHARE) :]
+    taken = np.concatenate([first, lower @ strong], axis=1)
+    directions = np.linalg.qr(taken / np.linalg.norm(taken, axis=0), mode="complete")[0]
     return Contrast(
         runs=tuple(runs),
         weights=tuple(weights),
@@ -366,7 +376,7 @@ def contrast(
         keep=keep,
         travel=travel,
         per_bin=per_bin,
-        free=_free_directions(_bin_means(known, q), noise),
+        free=directions[:, taken.shape[1] :],
     )
 
 
@@ -384,21 +394,6 @@ def _bin_covariance(kernel: np.ndarray, q: int) -> np.ndarray:
     """Covariance of the means of every ``q`` samples."""
     whole = len(kernel) // q * q
     return kernel[:whole, :whole].reshape(whole // q, q, whole // q, q).mean(axis=(1, 3))
-
-
-def _free_directions(rows: np.ndarray, noise: np.ndarray) -> np.ndarray:
-    """Orthonormal directions (b, m) beside a constant and all that rows (k, b) can do to a noise of covariance (b, b)
-    that could be seen.
-    """
-    lower = np.linalg.cholesky(noise)
-    first = np.ones((rows.shape[1], 1))
-    seen = np.linalg.solve(lower, np.concatenate([first, rows.T], axis=1))
-    start = seen[:, :1] / np.linalg.norm(seen[:, 0])
-    rest = seen[:, 1:] - start @ (start.T @ seen[:, 1:])
-    values, vectors = np.linalg.eigh(rest @ rest.T)
-    strong = vectors[:, values > KNOWN**2][:, -(rows.shape[1] // SHARE) :]
-    known = np.concatenate([first, lower @ strong], axis=1)
-    return np.linalg.qr(known / np.linalg.norm(known, axis=0), mode="complete")[0][:, known.shape[1] :]
 
 
 # How large the noise is, signal by signal: white noise, wander, how far wander reaches, and whether it is smooth.
@@ -507,9 +502,11 @@ class SignalLevels:
         self.grids, self.fast_grids = [], []
         for k, reach in enumerate(Reach(float(x), smooth) for x in self.lengths):
             modes = [c.modes(reach) for c in contrasts]
-            classes, of = _classes(np.concatenate([*(ratios for ratios, _, _ in modes), np.empty(0)]))
-            variance = _variance(classes)
-            self.prior[k] += np.log(variance) @ np.bincount(of, minlength=len(classes))
+            # ratios of wander to white noise in classes a quarter apart in logarithm
+            quarters = 4.0 * np.log(np.maximum(np.concatenate([*(m[0] for m in modes), np.empty(0)]), 1e-8))
+            names, of = np.unique(np.round(quarters), return_inverse=True)
+            variance = _variance(np.exp(names / 4.0))
+            self.prior[k] += np.log(variance) @ np.bincount(of, minlength=len(names))
             self.grids.append((modes, of, 1.0 / variance))
             self.fast_grids.append([(own, _variance(ratios)) for ratios, own in (f.modes(reach) for f in self.fast)])
         if contrasts:
@@ -535,20 +532,16 @@ class SignalLevels:
         has. So either what is fast in every run is noise, or by odds of exp(-BEYOND/2) it is not, and repeats are
         believed alone. least: of the cost of what is fast, were it noise; by default of this kind of wander.
         """
-        fast = self.cost_of_every_run(errors)
-        least = float(fast.min()) if least is None else least
-        return self.cost_of_contrasts(errors) - 2.0 * np.logaddexp(-0.5 * (fast - least), -0.5 * BEYOND)
-
-    def cost_of_contrasts(self, errors: np.ndarray) -> np.ndarray:
-        """The same of contrasts and the data sheet alone."""
-        cost, read = self.prior.copy(), [c.project(errors) for c in self.contrasts]
+        every = self.cost_of_every_run(errors)
+        least = float(every.min()) if least is None else least
+        cost, read = self.prior.copy(), [c.project(errors) for c in self.contrasts]  # of these and the sheet alone
         for k, (modes, of, weights) in enumerate(self.grids):
             rows = [np.empty(0)]
             for (_, slow, fast), (z, windows) in zip(modes, read, strict=True):
                 rows += [z @ slow, (windows @ fast).ravel()]
             squares = np.square(np.concatenate(rows))
             cost[k] += weights @ np.bincount(of, squares, minlength=weights.shape[2])
-        return cost
+        return cost - 2.0 * np.logaddexp(-0.5 * (every - least), -0.5 * BEYOND)
 
     def cost_of_every_run(self, errors: np.ndarray) -> np.ndarray:
         """The same of what is fast in every run, were it noise."""
@@ -622,13 +615,6 @@ def _lengths(signal: SignalSheet) -> np.ndarray:
     lengths = steps * max(signal.wander_length, 1e-6)
     inside = (lengths >= LENGTHS[0]) & (lengths <= LENGTHS[1])
     return steps[inside | (steps == 1.0)] if signal.wander_sd > 0 else np.ones(1)
-
-
-def _classes(ratios: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ratios of wander to white noise in classes a quarter apart in logarithm: the classes, and which is whose."""
-    steps = np.round(4.0 * np.log(np.maximum(ratios, 1e-8)))
-    names, of = np.unique(steps, return_inverse=True)
-    return np.exp(names / 4.0), of.reshape(-1)
 
 
 RARER = 6.0  # chi2 (a likelihood ratio of 20) that a smooth wander has to earn, in all signals together

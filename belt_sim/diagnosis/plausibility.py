@@ -125,8 +125,14 @@ def prefer_plausible(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
     again = [k for k, fit in enumerate(fits) if _may_be_a_valley(bench, fit, (low, high))]
     if not again:
         return list(fits)
-    nearest = [np.clip(_least_along_valley(bench, fits[k]), low, high) for k in again]
-    begun = [bench.start(fits[k].ids, vector, fits[k].free) for k, vector in zip(again, nearest, strict=True)]
+    begun = []
+    for fit in (fits[k] for k in again):
+        # the point along the valley, as the derivatives have it, where numbers are least for what machines have
+        weight = prior_sigma(bench.forward, fit.free) ** -2.0
+        pull = fit.columns @ fit.residual - weight * (fit.vector - bench.forward.null())[fit.free]
+        vector = fit.vector.copy()
+        vector[fit.free] += np.linalg.solve(fit.columns @ fit.columns.T + np.diag(weight), pull)
+        begun.append(bench.start(fit.ids, np.clip(vector, low, high), fit.free))
     found = list(fits)
     for k, inner in zip(again, bench.fit(begun, sides=(low, high)), strict=True):
         beyond = np.sum((fits[k].vector < low) | (fits[k].vector > high))
@@ -163,16 +169,6 @@ def _may_be_a_valley(bench: Workbench, fit: Fit, sides: Sides) -> bool:
     known = estimates(bench.forward, fit)
     single = [i for i in fit.ids if len(bench.forward.index(i)) == 1]
     return not any(not e.plausible for i in single for e in known[i].values())
-
-
-def _least_along_valley(bench: Workbench, fit: Fit) -> np.ndarray:
-    """The point along the valley, as the derivatives have it, where numbers are least for what machines have."""
-    weight = prior_sigma(bench.forward, fit.free) ** -2.0
-    away = (fit.vector - bench.forward.null())[fit.free]
-    pull = fit.columns @ fit.residual - weight * away
-    vector = fit.vector.copy()
-    vector[fit.free] += np.linalg.solve(fit.columns @ fit.columns.T + np.diag(weight), pull)
-    return vector
 
 
 # What a fit leaves open, as its report says it.
@@ -322,15 +318,12 @@ class _Side:
         self.rises.append((self.at, rise))
         if rise <= COVERAGE_95:
             self.inside = max(self.inside, vector, key=lambda v: self.way * v[self.position])
-        self.at = min(_crossing(self.rises), self.most)
-
-
-def _crossing(rises: list[tuple[float, float]]) -> float:
-    """Where the rise reaches that of the interval: between two places, or beyond the last."""
-    known = sorted(rises)
-    below = max((p for p in known if p[1] <= COVERAGE_95), key=lambda p: p[0])
-    above = min((p for p in known if p[1] > COVERAGE_95 and p[0] > below[0]), key=lambda p: p[0], default=None)
-    if above is None:
-        return below[0] * float(np.clip(COVERAGE_95 / max(below[1], 1e-9), 1.0, FARTHEST))
-    share = (COVERAGE_95 - below[1]) / (above[1] - below[1])
-    return below[0] + max(share, LEAST) * (above[0] - below[0])
+        # where the rise reaches that of the interval: between two places, or beyond the last
+        below = max((p for p in self.rises if p[1] <= COVERAGE_95), key=lambda p: p[0])
+        beyond = [p for p in sorted(self.rises) if p[1] > COVERAGE_95 and p[0] > below[0]]
+        if beyond:
+            share = (COVERAGE_95 - below[1]) / (beyond[0][1] - below[1])
+            there = below[0] + max(share, LEAST) * (beyond[0][0] - below[0])
+        else:
+            there = below[0] * float(np.clip(COVERAGE_95 / max(below[1], 1e-9), 1.0, FARTHEST))
+        self.at = min(there, self.most)

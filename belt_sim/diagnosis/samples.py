@@ -92,7 +92,10 @@ def samples_of(campaign: Campaign, *, leave_out_bad: bool = True) -> Samples:
         y[k, :, : len(s)] = values
         for j in lateral:
             y[k, j] -= reading_at_yaw(s - runs[k].yaw_at, values[j])
-        y[k, jump, : len(s)] = np.where(_near_jumps(runs[k], s, per_bin), np.nan, y[k, jump, : len(s)])
+        # means of readings before and after the start, or a change of yaw, say nothing of either
+        near = max(JUMP, 0.5 * float(np.median(np.diff(s))) if per_bin > 1 and len(s) > 1 else 0.0)
+        at_yaw = np.abs(s - runs[k].yaw_at) <= max(near, WITHIN * runs[k].yaw_at_u)
+        y[k, jump, : len(s)] = np.where((np.abs(s) <= near) | at_yaw, np.nan, y[k, jump, : len(s)])
     return Samples(
         runs=runs,
         signals=campaign.signals,
@@ -116,13 +119,6 @@ def stack_cases(cases: list[Case]) -> Case:
 def zero_is_read(samples: Samples, signal: SignalSheet) -> np.ndarray:
     """Whether the record of every run (R,) shows its own zero: it begins before the yaw."""
     return (samples.travel[:, 0] < samples.yaw_at) & (signal.kind == "lateral")
-
-
-def _near_jumps(run: Run, travel: np.ndarray, per_bin: int) -> np.ndarray:
-    """Which samples (n,) at ``travel``, means of ``per_bin``, are of before and after the start or a change of yaw."""
-    half = 0.5 * float(np.median(np.diff(travel))) if per_bin > 1 and len(travel) > 1 else 0.0
-    near = max(JUMP, half)
-    return (np.abs(travel) <= near) | (np.abs(travel - run.yaw_at) <= max(near, WITHIN * run.yaw_at_u))
 
 
 def _thin(run: Run, names: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:

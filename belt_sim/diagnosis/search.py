@@ -447,7 +447,8 @@ def _lay_out_at(search: Search, fit: Fit) -> Search:
     bench = search.bench.moved_to(fit.vector)
     earlier = {key: f for key, f in search.starts.items() if key not in search.fits}
     earlier |= {key: f for key, f in search.fits.items() if np.isfinite(f.chi2)}
-    starts = {key: f.as_start() for key, f in earlier.items()}
+    unknown = {"chi2": np.inf, "columns": np.empty((0, 0)), "exact": False, "settled": False}
+    starts = {key: replace(f, **unknown) for key, f in earlier.items()}
     return replace(
         search, bench=bench, reference=frozenset(fit.ids), starts=starts, fits={}, extended=frozenset(), singles={}
     )

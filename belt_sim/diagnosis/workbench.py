@@ -99,7 +99,10 @@ def workbench(
     blank = np.array([run.use != "fit" for run in samples.runs])
     fitted = replace(samples, y=np.where(blank[:, None, None], np.nan, samples.y))
     metric = metric_of(fitted, levels, shapes, shared)
-    terms = _choose_harmonics(forward, metric, values) if terms is None else forward.terms
+    if terms is None:  # as many harmonics of every additive effect as the readings call for
+        of_class = {c: forward.columns_of(c, null) for c in forward.classes if c.is_additive()}
+        left, roots = fitted.y - values, metric.roots
+        terms = {c.id: significant_harmonics(fitted, roots, shapes, left) for c, shapes in of_class.items()}
     if terms != forward.terms:
         forward = Forward(samples, model, classes, step, terms)
     bench = Workbench(
@@ -156,16 +159,6 @@ def _candidate_shapes(forward: Forward, vector: np.ndarray) -> np.ndarray:
     values, slopes = forward.values_and_slopes(np.concatenate([starts, vector + sized]), np.concatenate([along, still]))
     secants = values[len(along) :] - values[0] if len(along) else slopes
     return np.concatenate([slopes[: len(along)], secants[np.isfinite(secants).all(axis=(1, 2, 3))]])
-
-
-def _choose_harmonics(forward: Forward, metric: Metric, values: np.ndarray) -> dict[str, int]:
-    """Effect id -> harmonics of every additive effect that the readings call for beside ``values`` (R, S, n)."""
-    null, samples = forward.null(), metric.samples
-    return {
-        c.id: significant_harmonics(samples, metric.roots, forward.columns_of(c, null), samples.y - values)
-        for c in forward.classes
-        if c.is_additive()
-    }
 
 
 def _sizes(forward: Forward) -> list[int]:

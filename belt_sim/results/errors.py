@@ -138,7 +138,7 @@ class OwnChange(Change):
 
 @dataclass(frozen=True, kw_only=True)
 class Errors:
-    """Over the fitted runs, over what was held out, by held-out condition; noise_floor: what noise and settings make [m].
+    """Over the fitted runs, over what was held out, by held-out condition; noise_floor [m]: of noise and settings.
 
     untestable: conditions that alone show one of the numbers, so that leaving them out tests nothing; own: over what
     was held out, beside each run's own zero and settings.
