@@ -207,10 +207,12 @@ class SpanChange:
         return found
 
 
-def span_changes(bench: Workbench, fit: Fit) -> dict[str, SpanChange]:
-    """What relative changes of tension, bending and torsion do, with the effects of a fit at work."""
+def span_changes(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> dict[str, SpanChange]:
+    """What relative changes of tension, bending and torsion do, with the effects of a fit at work; among: as in
+    ``impulse_responses``."""
     forward = bench.forward
-    effects = tuple(e for e in forward.effects_at(fit.vector, fit.ids) if overrides(e) & {"settings", "span"})
+    there = forward.effects_at(fit.vector, (*fit.ids, *among))
+    effects = tuple(e for e in there if overrides(e) & {"settings", "span"})
     runs = len(bench.samples.runs)
     rows = np.arange(-(-runs // ROWS) * ROWS).clip(max=runs - 1)
     settings = jax.tree.map(lambda x: np.asarray(x)[rows], forward.samples.cases.settings)

@@ -522,7 +522,7 @@ def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Sea
     responses = impulse_responses(bench, fit, among)
     projector = residual_projector(bench, fit)
     design = design_matrices(bench, projector, responses, bench.forward.effects_at(fit.vector, fit.ids))
-    states = states_of(bench, responses, span_changes(bench, fit))
+    states = states_of(bench, responses, span_changes(bench, fit, among))
 
     def is_visible(place: Place) -> bool:
         """Whether the readings show an input at a place at all, and the spans that it changes are bent."""
