@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.campaign import Campaign, case_of
-from belt_sim.diagnosis.decide import POLICY, Decision, credible, needed_gain
+from belt_sim.diagnosis.decide import POLICY, credible, needed_gain
 from belt_sim.diagnosis.errors import (
     K,
     cells,
@@ -246,7 +246,11 @@ def _sentence(d: Findings) -> str:
         effects = f"{len(names) - len(hidden)} of {len(names)} effects" if len(names) > 1 else "The effect"
         unseen = f"; these would not: {', '.join(hidden)}" if hidden else ""
         return f"{decision.verdict.sentence(model, ())} {effects} would show at a plausible size{unseen}."
-    named = [_name_with_alike(decision, name) for name in decision.named]
+    named = []
+    for name in decision.named:  # with what readings cannot tell from it: no name is said surer than it is
+        like = decision.confusable.get(name, ())
+        more = ", ..." if len(like) > ALIKE_SHOWN else ""
+        named.append(f"{name} (or {', '.join(map(join_effects, like[:ALIKE_SHOWN]))}{more})" if like else name)
     gravest = min(d.suspicions, key=lambda s: s.severity != "stop", default="")
     alike = decision.like_one_change_of_the_span(POLICY)
     more = f" Or one change of the span, in its bending or twisting, may stand in the place of {join_words(alike)}."
@@ -262,13 +266,6 @@ def _sentence(d: Findings) -> str:
     if sheet and decision.named:
         said += " A mistake in the data sheet explains as much: check that first."
     return said
-
-
-def _name_with_alike(decision: Decision, name: str) -> str:
-    """An effect with what these readings cannot tell from it: no name is said surer than it is."""
-    alike = decision.confusable.get(name, ())
-    more = ", ..." if len(alike) > ALIKE_SHOWN else ""
-    return f"{name} (or {', '.join(map(join_effects, alike[:ALIKE_SHOWN]))}{more})" if alike else name
 
 
 def _effects(d: Findings) -> tuple[FoundEffect, ...]:

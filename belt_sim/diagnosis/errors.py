@@ -472,25 +472,23 @@ def confirm_signs(bench: Workbench, values: np.ndarray, suspicions: Sequence[Sus
     A sign that accounts for less than half is to be looked at only: a fault of the machine larger than the yaw turns
     readings as well. A column that was to be looked at stops the diagnosis where noise is all that is left.
     """
-    return tuple(_confirm_sign(bench, values, s) if s.kind == "wrong_sign" else s for s in suspicions)
-
-
-def _confirm_sign(bench: Workbench, values: np.ndarray, told: Suspicion) -> Suspicion:
-    """``told`` with the severity that the model gives it."""
-    samples, before = bench.samples, _excess_chi2(bench, values, bench.fitted.y)
-    runs = [r for r, run in enumerate(samples.runs) if told.run in (None, run.name) and run.use == "fit"]
-    if not runs:
-        return told
+    samples, found = bench.samples, list(suspicions)
     lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
-    own = [k for k in lateral if samples.signals[k].name == told.signal]
-    if told.severity == "stop":  # of one signal or all, or of the one that fits
-        left = min(_left_by_turning(bench, values, runs, turned) for turned in (own, lateral, *([k] for k in lateral)))
-        return told if left < UNDONE * np.sum(before[runs]) else replace(told, severity="look")
-    if told.run is not None:
-        return told
-    left = _left_by_turning(bench, values, runs, own)
-    cleared, count = float(np.sum(before[runs])) - left, np.isfinite(bench.fitted.y[runs]).sum()
-    return replace(told, severity="stop") if _leaves_noise(left, cleared, count) else told
+    for n, told in enumerate(suspicions):
+        runs = [r for r, run in enumerate(samples.runs) if told.run in (None, run.name) and run.use == "fit"]
+        if told.kind != "wrong_sign" or not runs:
+            continue
+        before = float(np.sum(_excess_chi2(bench, values, bench.fitted.y)[runs]))
+        own = [k for k in lateral if samples.signals[k].name == told.signal]
+        if told.severity == "stop":  # of one signal or all, or of the one that fits
+            ways = (own, lateral, *([k] for k in lateral))
+            if not min(_left_by_turning(bench, values, runs, turned) for turned in ways) < UNDONE * before:
+                found[n] = replace(told, severity="look")
+        elif told.run is None:
+            left, count = _left_by_turning(bench, values, runs, own), np.isfinite(bench.fitted.y[runs]).sum()
+            if _leaves_noise(left, before - left, count):
+                found[n] = replace(told, severity="stop")
+    return tuple(found)
 
 
 def _left_by_turning(bench: Workbench, values: np.ndarray, runs: Sequence[int], signals: Sequence[int]) -> float:

@@ -169,7 +169,8 @@ def sheet_evidence(
         return ()
     best, rival = ranked[0][0], np.inf
     if total - best > MENTIONED * excess and not ranked[0][1].runs:
-        rival = _other_models(stated)
+        others = [MODELS[name] for name in HOUSE if name != model.name]  # without any mistake
+        rival = min(float(np.sum(stated.chi2_by_run(stated.bench.campaign, other))) for other in others)
     if rival < best:  # the model is to blame, and not the sheet
         return ()
     like_a_model = ranked[0][1].kind in LIKE_A_MODEL and rival - best < (1.0 - BELIEVED) * excess
@@ -198,12 +199,6 @@ def _is_clear(ranked: Sequence[tuple[float, SheetMistake]], total: float) -> boo
     alike = [m for _, m in rest if m.runs == one or (stiffness and m.kind in STIFFNESS)]
     others = [total, *(c for c, m in rest if m not in alike)]
     return min(others) - chi2 > DECISIVE and not (stiffness and 1.0 / OFF < factor < OFF)
-
-
-def _other_models(stated: "_Layout") -> float:
-    """The least chi2 that another base model leaves without any mistake."""
-    others = [MODELS[name] for name in HOUSE if name != stated.model.name]
-    return min(float(np.sum(stated.chi2_by_run(stated.bench.campaign, other))) for other in others)
 
 
 class _Layout:

@@ -114,14 +114,6 @@ class Slot:
         return ends[0] / self.scale, ends[1] / self.scale
 
 
-def effects_and_case(vector, slots: Sequence[Slot], case: Case) -> tuple[tuple[Effect, ...], Case]:
-    """Effects with their numbers, and the case as it was really set."""
-    numbers: dict[type[Effect], dict] = {}
-    for k, slot in enumerate(slots):
-        numbers.setdefault(slot.effect, {})[slot.name] = vector[k]
-    return tuple(cls(**values) for cls, values in numbers.items()), actual_case(case, vector[len(slots) :])
-
-
 def lengthen_belt(rig: Rig, longer: Numbers) -> Rig:
     """The rig with a belt that is so much longer [1], all in its spans: what comes once a turn does not feel where."""
     return replace(rig, centre_distance=rig.centre_distance + 0.5 * longer * rig.belt_length)
@@ -310,7 +302,11 @@ def _one_run(
     model, slots, room, history, only, others,
 ):  # fmt: skip
     """Readings (6, n) of one run at every place, and (k, n) at the ``others``; (4, n) where ``only`` has no tilt."""
-    effects, case = effects_and_case(vector * shown, slots, Case(rig=rig, belt=belt, settings=settings))
+    vector, numbers = vector * shown, dict[type[Effect], dict]()
+    for k, slot in enumerate(slots):
+        numbers.setdefault(slot.effect, {})[slot.name] = vector[k]
+    effects = tuple(cls(**values) for cls, values in numbers.items())
+    case = actual_case(Case(rig=rig, belt=belt, settings=settings), vector[len(slots) :])
     known = library()  # an effect of the user's own, or a found law, always acts
     effects = tuple(switched(e, acts[k]) if known.get(e.id) is type(e) else e for k, e in enumerate(effects))
     curves = march_open(case, effects, spacing, steps, model=model, room=room, slots=history, only=only, inside=others)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.campaign import Run, SignalSheet, case_of
+from belt_sim.campaign import Run, case_of
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.noise import Metric, metric_of, nuisance_shapes
@@ -144,8 +144,24 @@ class Outlook:
         """actions: by default those of the menu."""
         self.bench, self.chosen = bench, chosen
         self.actions = actions or menu(bench.samples.runs[_liveliest(bench, chosen)])
-        own = bench.forward
-        self.forward = Forward(_hypothetical(bench, self.actions), own.model, own.classes, own.step, own.terms)
+        # samples of the menu: measured places, and the missing points for the action that adds sensors
+        own, here = bench.forward, bench.samples.signals
+        pattern = next((s for s in here if s.kind == "lateral"), here[0])
+        extra = [at for at in (f"point_{k}" for k in (1, 2, 3, 4)) if at not in {s.at for s in here}]
+        travel = np.stack([a.run.travel for a in self.actions])
+        y = np.zeros((len(travel), len(here) + len(extra), travel.shape[1]))
+        y[[not a.settings.all_points for a in self.actions], len(here) :] = np.nan
+        samples = Samples(
+            runs=tuple(a.run for a in self.actions),
+            signals=(*here, *(replace(pattern, name=at, at=at, kind="lateral") for at in extra)),
+            cases=stack_cases([case_of(bench.campaign, a.run) for a in self.actions]),
+            travel=travel,
+            time=travel / np.array([[a.run.speed] for a in self.actions]),
+            y=y,
+            yaw_at=np.array([a.run.yaw_at for a in self.actions]),
+            per_bin=np.ones(len(travel)),
+        )
+        self.forward = Forward(samples, own.model, own.classes, own.step, own.terms)
         self.metric = self._metric()
 
     def separations(self, a: Fit, b: Fit) -> tuple[float, np.ndarray]:
@@ -241,30 +257,6 @@ def _liveliest(bench: Workbench, chosen: Fit) -> int:
         return 0
     strength = np.sum(chosen.columns.reshape(len(chosen.free), runs, -1) ** 2, axis=(0, 2))
     return int(np.argmax(strength))
-
-
-def _hypothetical(bench: Workbench, actions: list[Action]) -> Samples:
-    """Samples of the menu: measured places, and the missing points for the action that adds sensors."""
-    have = {s.at for s in bench.samples.signals}
-    pattern = next((s for s in bench.samples.signals if s.kind == "lateral"), bench.samples.signals[0])
-    extra = [f"point_{k}" for k in (1, 2, 3, 4) if f"point_{k}" not in have]
-    signals: list[SignalSheet] = [*bench.samples.signals]
-    signals += [replace(pattern, name=at, at=at, kind="lateral") for at in extra]
-    travel = np.stack([a.run.travel for a in actions])
-    y = np.zeros((len(actions), len(signals), travel.shape[1]))
-    for r, action in enumerate(actions):
-        if not action.settings.all_points:
-            y[r, len(bench.samples.signals) :] = np.nan
-    return Samples(
-        runs=tuple(a.run for a in actions),
-        signals=tuple(signals),
-        cases=stack_cases([case_of(bench.campaign, a.run) for a in actions]),
-        travel=travel,
-        time=travel / np.array([[a.run.speed] for a in actions]),
-        y=y,
-        yaw_at=np.array([a.run.yaw_at for a in actions]),
-        per_bin=np.ones(len(actions)),
-    )
 
 
 def _with_step(fit: Fit, step: np.ndarray) -> Fit:

@@ -256,7 +256,9 @@ def profile_intervals(bench: Workbench, fit: Fit, found: Found) -> dict[str, dic
     with np.errstate(over="ignore", invalid="ignore"):  # a step too far may end anywhere
         chi2 = np.where(np.isfinite(values).all(axis=(1, 2, 3)), bench.metric.chi2(bench.fitted.y - values), np.inf)
     rises = np.sqrt(np.maximum(chi2 - fit.chi2, 0.0))  # roots, as those of a parabola are in proportion to the way
-    crooked = {side.row for side, rise in zip(sides, rises, strict=True) if not side.is_quadratic(rise)}
+    at_first = [side.at / max(side.u, 1e-300) for side in sides]  # what a parabola has there
+    off = np.abs(rises - at_first) >= LINEAR * COVERAGE_95
+    crooked = {sides[k].row for k in np.flatnonzero(off)}
     for _ in range(ROUNDS if crooked else 0):
         due = [side for side in sides if side.row in crooked and not side.is_bracketed]
         held = [bench.start(fit.ids, side.start(), [p for p in fit.free if p != side.position]) for side in due]
@@ -296,10 +298,6 @@ class _Side:
         nearest = self.inside.copy()
         nearest[self.position] = self.value + self.way * self.at
         return nearest
-
-    def is_quadratic(self, rise: float) -> bool:
-        """Whether the root of the rise of chi2 at the first place is what a parabola has there."""
-        return abs(rise - self.at / max(self.u, 1e-300)) < LINEAR * COVERAGE_95
 
     @property
     def is_bracketed(self) -> bool:

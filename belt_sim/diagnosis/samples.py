@@ -196,7 +196,17 @@ def reading_at(place: SensorPlace, curves: Curves, case: Case, effects: Sequence
     """Reading [m] at encoder travels ``shown`` [m] and times [s], both (n,); curves: of ``march_open``."""
     seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, shown), case)
     assert curves.extra is not None
-    row = curves.extra[str(place)] + (_wrap_position(place, curves, case) if place.on_wrap else 0.0)
+    row = curves.extra[str(place)]
+    if place.on_wrap:  # as the belt ran up, and the pulley's own way from one point to the other
+        tail = place.where == "tail_wrap"
+        around = case.rig.wrap_tail if tail else case.rig.wrap_head
+        upper, lower = (curves.y[0], curves.y[1]) if tail else (curves.y[3], curves.y[2])
+        from_upper = (case.settings.direction > 0) == tail  # where the belt runs up
+        up, off = jnp.where(from_upper, upper, lower), jnp.where(from_upper, lower, upper)
+        arc = jnp.where(from_upper, place.distance, around - place.distance)
+        share = 0.5 * (1.0 - jnp.cos(jnp.pi * arc / around))  # of the way across, for an axis that is not level
+        before = [jnp.interp(curves.travel - way, curves.travel, up) for way in (arc, around)]
+        row = row + (before[0] + share * (off - before[1]))
     return indicate_place(place, looked_up(curves.travel, row[None], seen)[0], case, effects, shown, seen, time)
 
 
@@ -206,16 +216,3 @@ def indicate_place(place: SensorPlace, y, case: Case, effects: Sequence[Effect],
     earlier = seen + travel_lead(place, case)
     reading = Reading(travel=shown, sensor_travel=earlier, time=time, y=four, tilt=jnp.zeros((2, len(shown))))
     return apply_hook(effects, "sensor", reading, case).y[place.point]
-
-
-def _wrap_position(place: SensorPlace, curves: Curves, case: Case):
-    """True positions (records,) on a wrap: as the belt ran up, and the pulley's own way from one point to the other."""
-    tail = place.where == "tail_wrap"
-    around = case.rig.wrap_tail if tail else case.rig.wrap_head
-    upper, lower = (curves.y[0], curves.y[1]) if tail else (curves.y[3], curves.y[2])
-    from_upper = (case.settings.direction > 0) == tail  # where the belt runs up
-    up, off = jnp.where(from_upper, upper, lower), jnp.where(from_upper, lower, upper)
-    arc = jnp.where(from_upper, place.distance, around - place.distance)
-    share = 0.5 * (1.0 - jnp.cos(jnp.pi * arc / around))  # of the way across the pulley, for an axis that is not level
-    before = [jnp.interp(curves.travel - way, curves.travel, up) for way in (arc, around)]
-    return before[0] + share * (off - before[1])

@@ -190,7 +190,16 @@ def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
         there = [c for c in forward.classes if c.is_additive() and np.any(vector[forward.index(c.id)])]
         shapes = [expanded.columns_of(c, vector) for c in there]
         free = np.concatenate([np.zeros((0, *y.shape)), *shapes])  # fitted to the length as it is
-        longer = _longer(metric, np.concatenate([others, by_length[None]]), free, y - values)
+        # the belt's length in sigmas after the errors and the prior, whatever sizes the shapes in ``free`` have
+        bare, every = (
+            replace(metric, shared=(metric.shared[0][:0], np.zeros(0))),
+            np.concatenate([others, by_length[None]]),
+        )
+        white = np.concatenate([bare.whiten(every), bare.whiten(y - values)[None]])
+        taken = np.linalg.qr(bare.whiten(free).T)[0]
+        white -= (white @ taken) @ taken.T
+        longer = np.linalg.solve(white[:-1] @ white[:-1].T + np.eye(len(every)), white[:-1] @ white[-1])[-1]
+        longer = float(np.clip(longer, -FURTHEST, FURTHEST))
         # tension and yaw (2, R) in sigmas after errors (R, S, n) and the prior; shapes (K, R, S, n): all
         # nuisances
         columns, residual = (
@@ -211,15 +220,3 @@ def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
     if not np.isfinite(values).all() or np.linalg.norm(metric.noise_white(values - before)) < SEEN:
         return forward
     return expanded
-
-
-def _longer(metric: Metric, shared: np.ndarray, free: np.ndarray, errors: np.ndarray) -> float:
-    """The belt's length in sigmas after errors (R, S, n) and the prior, whatever sizes the shapes ``free`` (k, R, S, n)
-    have; shared (m, R, S, n): its own shape the last.
-    """
-    own = replace(metric, shared=(metric.shared[0][:0], np.zeros(0)))
-    white = np.concatenate([own.whiten(shared), own.whiten(errors)[None]])
-    taken = np.linalg.qr(own.whiten(free).T)[0]
-    white -= (white @ taken) @ taken.T
-    found = np.linalg.solve(white[:-1] @ white[:-1].T + np.eye(len(shared)), white[:-1] @ white[-1])
-    return float(np.clip(found[-1], -FURTHEST, FURTHEST))
