@@ -52,7 +52,7 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
 
     page = Environment(loader=FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True)
     page.filters.update(number=words.number, milli=words.thousandths, plain=words.setting, degrees=words.degrees)
-    page.filters.update(tenths=lambda gain: words.number(gain, 1 if gain is not None and gain < 100.0 else 0))
+    page.filters.update(tenths=lambda gain: words.number(gain, 1 if gain is not None and gain < 100.0 else 3))
     page.filters.update(inline=inline_svg, rows=words.rows, capital=words.capital)
     found = d.discovery if d.discovery is not None and d.discovery.found else None
     rivals, cards = rival_cards(d), [plant_card(e, d.drawings.machine) for e in d.effects]

@@ -292,6 +292,11 @@ def test_bars_show_chance_and_gain_on_one_scale():
     assert bars([]) == []
 
 
+@pytest.mark.parametrize(("gain", "text"), [(12.34, "12"), (151.4, "151"), (2.5e4, "25000"), (2.5e5, "2.50·10⁵")])
+def test_a_gain_of_any_size_is_told(explained, gain, text):
+    assert f">{text}<" in render(replace(explained, ranking=(tried(gain),)))
+
+
 def test_the_file_is_whole_or_not_there(tmp_path, explained):
     path = write_report(tmp_path / "out" / "report.html", explained)
     assert path.read_text(encoding="utf-8").rstrip().endswith("</html>")
