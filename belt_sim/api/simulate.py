@@ -15,7 +15,7 @@ from belt_sim.effects.base import Effect, library
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import BeltError, CannotRepresent, InputError, SimulationError, finite
 from belt_sim.io import provenance, write_json
-from belt_sim.line.hooks import overrides
+from belt_sim.line.hooks import BEFORE_ENGINE, overrides
 from belt_sim.line.march import KEEP, STEP, march, march_traced, plan_steps
 from belt_sim.line.spans import RitzingerFormula
 from belt_sim.model import (
@@ -30,7 +30,7 @@ from belt_sim.results.diagnosis import FoundEffect
 from belt_sim.results.simulation import Simulation
 from belt_sim.settings import CaseSettings, case_from, case_or_settings, make_settings, model_settings
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
-from belt_sim.space.options import CONTACTS
+from belt_sim.space.options import AS_THE_CASE, CONTACTS, refuse_unobeyed
 from belt_sim.units import N_PER_MM2
 from belt_sim.validity import Limit, exceeded_limits, geometric, lifts_off, run_limits, warning
 
@@ -401,43 +401,56 @@ def scene(
 ) -> "MjSpec":
     """The scene of ``case`` (in SI), or of the case that the settings describe as for ``simulate``, not yet compiled.
 
-    MuJoCo's contacts carry the belt; ``simulate(model={"name": ..., "scene": spec})`` runs it, edited or not. effects:
-    as for ``simulate``; those whose shape a plain scene cannot have are refused.
+    MuJoCo's contacts carry the belt; ``simulate(model={"name": ..., "scene": spec})`` runs it, edited or not. speed
+    [m/s]: of the belt; None is as fast as is accurate. effects: as for ``simulate``; what a plain scene cannot have or
+    follow is refused.
     """
     given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
-    return _scene_and_story(case_or_settings(case, given | {"rig": rig, "belt": belt}), model, effects)[0]
+    return _scene_and_story(case_or_settings(case, given | {"rig": rig, "belt": belt}), model, effects, speed)[0]
 
 
-def scene_text(case: Case, model: Any, effects: Any = None) -> str:
-    """The same as MJCF, commented."""
+def scene_text(case: Case, model: Any, effects: Any = None, speed: float | None = None) -> str:
+    """The same as MJCF, commented; speed [m/s]: of the belt, as in the case, or None for as fast as is accurate."""
     from belt_sim.space.mujoco_interface import compile_model, mjcf
 
-    spec, said = _scene_and_story(case, model, effects)
+    spec, said = _scene_and_story(case, model, effects, speed)
     compile_model(spec)
     return mjcf(spec, said)
 
 
-def _scene_and_story(case: Case, model: ModelSpec, effects: Any) -> tuple["MjSpec", str]:
+def _scene_and_story(case: Case, model: ModelSpec, effects: Any, speed: float | None) -> tuple["MjSpec", str]:
     from belt_sim.space.native import contact_scene
 
+    if isinstance(model, Mapping) and model.get("contact") not in (None, CONTACTS[1]):
+        raise InputError("model.contact", model["contact"], "", f"a scene has {CONTACTS[1]}; leave it out")
     chosen, acting = model_of(model), effects_of(effects)
     if not isinstance(chosen, SpaceModel):
         raise InputError("model", chosen.name, "", "use mujoco_flex")
+    if chosen.engine != "native":
+        raise InputError("engine", chosen.engine, "", "leave it out: MuJoCo alone runs a scene")
     if chosen.scene is not None:
         raise InputError("model.scene", str(chosen.scene)[:60], "", "leave it out: a scene is written of a case")
     if chosen.control:
         raise InputError("model.control", "true", "", "leave it out: a scene is one belt")
+    refuse_unobeyed(chosen.options, chosen.belt, "scene")
+    if speed is not None and chosen.options.belt_speed not in (None, AS_THE_CASE):
+        raise InputError("speed", f"{speed:g}", "m/s", "give it or model.belt_speed")
+    given = chosen.options if speed is None else replace(chosen.options, belt_speed=AS_THE_CASE)
+    chosen = replace(chosen, contact=CONTACTS[1], options=given)
+    tighter = replace(case, settings=replace(case.settings, tension=2.0 * case.settings.tension))
     for effect in acting:
+        if why := chosen.refusal(effect):
+            raise CannotRepresent(f"effects = {effect.id}: {why}; leave it out")
+        why, shapes = None, [chosen.parts(x, [effect]) for x in (case, tighter)]
         if overrides(effect) <= {"encoder", "sensor", "sensor_travel"}:
-            raise CannotRepresent(
-                f"effects = {effect.id}: it changes readings, which a scene does not take; leave it out"
-            )
-    chosen = replace(chosen, contact=CONTACTS[1])
-    driven, _ = chosen.engine_task(case, acting, _SOME_TRAVEL)
-    return contact_scene(driven, chosen.belt, chosen.options, chosen.parts(driven, acting))
-
-
-_SOME_TRAVEL = 1.0  # [m]: a scene has no end
+            why = "it changes readings, which a scene does not take; leave it out"
+        elif overrides(effect, BEFORE_ENGINE):
+            why = "it changes what is asked of the machine, and sliders ask of a scene; give tension or yaw as they are"
+        elif any(getattr(shapes[0], part) != getattr(shapes[1], part) for part in ("head", "tail")):
+            why = "it follows the tension, which a slider changes; use one of constant size"
+        if why:
+            raise CannotRepresent(f"effects = {effect.id}: {why}, or use belt-sim simulate")
+    return contact_scene(case, chosen.belt, chosen.options, chosen.parts(case, acting))
 
 
 def jax_function(case: Case, model: ModelSpec | None = None, *, travel: float) -> Callable[..., Curves]:

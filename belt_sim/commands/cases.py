@@ -17,7 +17,7 @@ from belt_sim.errors import BeltError, InputError, SimulationError, finite, whol
 from belt_sim.io import provenance, write_json, write_text, write_with
 from belt_sim.model import AnalyticModel, Model, SteadyModel
 from belt_sim.results.simulation import Simulation
-from belt_sim.settings import case_from, model_settings
+from belt_sim.settings import case_from, make_case, model_settings
 from belt_sim.show.observers import ProgressObserver, ViewerObserver, has_display, progress, resolve_watch
 from belt_sim.show.terminal import tell, tell_choice
 from belt_sim.units import MM
@@ -138,8 +138,9 @@ def view_command(run_dir: RunDir) -> None:
 
 
 def _scene_of(config: Mapping[str, Any]) -> str:
-    case = case_from({**config, "travel": _NO_END})
-    return scene_text(case, model_of(model_settings(config["model"])), config["effects"])
+    asked = {name: config[name] for name in ("rig", "belt", "tension", "yaw", "yaw_head", "speed", "direction")}
+    case = make_case(**asked, travel=_NO_END)
+    return scene_text(case, model_settings(config["model"]), config["effects"], config["speed"])
 
 
 def export_command(run_dir: RunDir) -> None:

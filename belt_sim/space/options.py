@@ -54,12 +54,14 @@ AS_THE_CASE = "case"
 
 _SHARED = {"dx", "belt_speed", "friction", "run_in", "sample"}
 _IN_TIME = {"dt", "acceleration", "settle", "yaw_time", "damping", "tail_mass", "frame"}
-#: the options that an engine obeys, and those of a belt that MuJoCo's contacts carry; it refuses a change of any other
+#: the options that an engine obeys, those of a run that MuJoCo's contacts carry, and those of such a scene as a file; a
+#: change of any other is refused
 OBEYED: dict[str, set[str]] = {
     "native": _SHARED | _IN_TIME | {"tensioning", "hold_stiffness"},
     "mjx": _SHARED | _IN_TIME | {"tensioning"},
     "quasi_static": _SHARED | {"tensioning", "steps"},
     "mujoco": _SHARED | {"dt", "yaw_time", "damping", "tail_mass", "frame"},
+    "scene": {"dx", "belt_speed", "friction", "dt", "damping", "tail_mass"},
 }
 #: the options of the belt itself, which every engine obeys
 OF_BELT: dict[str, set[str]] = {"rope": set(), "grid": {"across", "bonds"}, "flex": {"across"}}
@@ -141,6 +143,7 @@ class Options:
 def refuse_unobeyed(options: Options, belt: str, engine: str, contact: str = CONTACTS[0]) -> None:
     """Raise InputError for an option that differs from its default and that would change nothing here."""
     by, how = (engine, f"engine={engine}") if contact == CONTACTS[0] else (contact, f"model.contact={contact}")
+    how = "a scene" if by == "scene" else how
     for field in fields(Options):
         value = getattr(options, field.name)
         if value == field.default or field.name in OBEYED[by] | OF_BELT[belt]:
@@ -149,6 +152,7 @@ def refuse_unobeyed(options: Options, belt: str, engine: str, contact: str = CON
             how, others = f"mujoco_{belt}", [f"model=mujoco_{b}" for b, own in OF_BELT.items() if field.name in own]
         else:
             others = [f"engine={e}" for e in ("native", "mjx", "quasi_static") if field.name in OBEYED[e]]
+            others = ["belt-sim simulate"] if by == "scene" else others
         remedy = f"{how} does not obey it: leave it out, or use {' or '.join(others)}"
         raise InputError(f"model.{field.name}", value, "", remedy)
 
@@ -204,6 +208,10 @@ def accelerate(
 _SHAKEN = 20.0  # string speed over belt speed; y after 1 m is still that at a 35th within 3 % (7 N/mm2, a = 2 m)
 _COURANT = 0.5
 _CONTACT_SPEED = 0.5  # [m/s]: slower than a held belt, because its landings are impacts
+#: of a contact: stiffness times step^2 over a node's mass, and MuJoCo's largest impedance. Where one edge sinks in by
+#: 1 um more than the other, the belt creeps round by 11 urad on each pulley
+CONTACT_STIFFNESS, IMPEDANCE = 100.0, 0.9999
+_DEEPEST = 1e-7  # [m] by which tension may press a node in: y is 1.3 % off at 0.06 um, 10 % at 0.4 um
 #: [m/s], string speed^2 over belt speed: in a step a node goes straight on, (v dt)^2 / 2R off the pulley, and a slack
 #: belt does not press it back
 _ROLLED_OFF = 8000.0
@@ -238,8 +246,12 @@ def fit_options(options: Options, case: Case, belt: str, engine: str = "native")
         radius = min(float(case.rig.head_radius), float(case.rig.tail_radius))
         way = radius * (2.0 * float(case.settings.tension) / float(case.belt.youngs_modulus)) ** 0.5
         longest = two_digits((MOST_CHORDS * options.dx if engine == "mjx" else way) / pace)
+        remedy = f"give at most {longest:.2g} at {pace:.2f} m/s, or a slower belt_speed"
+        deepest = _DEEPEST * CONTACT_STIFFNESS / (1.0 - IMPEDANCE)
+        if engine == CONTACTS[1] and longest > (soft := math.sqrt(deepest * radius) / waves):
+            longest = two_digits(soft)
+            remedy = f"give at most {longest:.2g}: in a longer step nodes sink in by over {1e6 * _DEEPEST:g} um"
         if options.dt is not None and options.dt > longest:
-            remedy = f"give at most {longest:.2g} at {pace:.2f} m/s, or a slower belt_speed"
             raise InputError("model.dt", options.dt, "s", remedy)
         dt = min(dt, longest)
     dt = dt if options.dt is None else options.dt

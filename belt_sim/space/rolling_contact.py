@@ -24,7 +24,7 @@ from belt_sim.space.loop import LaidLoop
 from belt_sim.space.machine import SceneLayout, begin_scene, station_mass
 from belt_sim.space.mesh import node_name
 from belt_sim.space.mujoco_interface import set_contact_solver
-from belt_sim.space.options import Options
+from belt_sim.space.options import CONTACT_STIFFNESS, IMPEDANCE, Options
 from belt_sim.space.scene_looks import furnish
 from belt_sim.units import DEGREE, N_PER_MM2
 
@@ -33,10 +33,8 @@ STICKING = 100.0
 #: [m], of the spheres that touch the pulleys. They do not turn with the belt, so that their lowest point runs at its
 #: speed: it lies at the pulley's radius, for corners of a loop of chords 25 mm long stand out by as much
 NODE_RADIUS = 1.5e-4
-IMPEDANCE, _WIDTH = 0.9999, 1e-3  # MuJoCo's largest, at any depth [m]
-#: of a contact, times step^2 and times step. Where one edge sinks in by 1 um more than the other, the belt creeps round
-#: by 11 urad on each pulley; less damping lets nodes rebound
-STIFFNESS, DAMPING = 100.0, 10.0
+_WIDTH = 1e-3  # [m]: the same impedance at any depth
+DAMPING = 10.0  # of a contact, times step; less lets nodes rebound
 _READY, _NO_WEIGHT = 5e-4, 1e-6  # [m] before touchdown, [N]
 
 
@@ -162,7 +160,7 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     touch, seen = node.geom, flag.geom
     touch.contype, touch.conaffinity, touch.condim, touch.priority = _NODE, _PULLEY | _USER, 3, 1
     touch.friction = [friction if math.isfinite(friction) else STICKING, 0.0, 0.0]
-    touch.solref, touch.solimp = [-STIFFNESS / dt**2, -DAMPING / dt], [IMPEDANCE, IMPEDANCE, _WIDTH, 0.5, 2.0]
+    touch.solref, touch.solimp = [-CONTACT_STIFFNESS / dt**2, -DAMPING / dt], [IMPEDANCE, IMPEDANCE, _WIDTH, 0.5, 2.0]
     touch.gap, touch.adhesion = _READY, _NO_WEIGHT
     touch.type, touch.size, touch.mass = mujoco.mjtGeom.mjGEOM_SPHERE, [NODE_RADIUS, 0, 0], 0.0
     touch.rgba, touch.group = _COLOURS["node"], 3

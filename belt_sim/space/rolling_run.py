@@ -43,18 +43,25 @@ def _one_line(edited: Edited) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        reason, shown = " ".join(str(error).split()), "" if isinstance(edited, mujoco.MjSpec) else edited
-        raise InputError("model.scene", shown, "", f"give an MJCF that belt-sim scene wrote ({reason})") from error
+        reason = " ".join(str(error).split())
+        raise InputError(
+            "model.scene", _shown(edited), "", f"give an MJCF that belt-sim scene wrote ({reason})"
+        ) from error
 
 
-def _refuse_other_case(spec: mujoco.MjSpec, scene: SceneLayout) -> np.ndarray:
+def _shown(edited: Edited | None) -> str:
+    """The file that a scene comes from."""
+    return str(edited) if isinstance(edited, str | Path) else ""
+
+
+def _refuse_other_case(spec: mujoco.MjSpec, scene: SceneLayout, shown: str) -> np.ndarray:
     """The yaw [rad] at which an edited scene has its head and its tail pulley.
 
     Raises InputError for the first setting in which the case differs from the one that the scene was made of; yaw may.
     """
     texts = [text.data for text in spec.texts if text.name == CASE]
     if not texts:
-        raise InputError("model.scene", "", "", f'it has no text "{CASE}"; edit a scene that belt-sim scene wrote')
+        raise InputError("model.scene", shown, "", f'it has no text "{CASE}"; edit a scene that belt-sim scene wrote')
     made = dict(entry.split(" = ") for entry in texts[0].split("; "))
     for name, value in case_words(scene).items():
         if name not in ("yaw", "yaw_head") and value != made.get(name):
@@ -92,17 +99,17 @@ class ContactRun:
         mounted = np.array([float(case.settings.yaw_head.last()), float(case.settings.yaw.last())])
         if edited is not None:
             spec = _load_specification(edited)
-            mounted = _refuse_other_case(spec, scene)
+            mounted = _refuse_other_case(spec, scene, _shown(edited))
         with _one_line(edited or spec):
             model = compile_model(spec)
         if scene_path is not None:
             write_text(scene_path, mjcf(spec, story(scene)))
-        return ContactRun(scene, model, mounted)
+        return ContactRun(scene, model, mounted, _shown(edited))
 
-    def __init__(self, scene: SceneLayout, model: mujoco.MjModel, mounted: np.ndarray) -> None:
+    def __init__(self, scene: SceneLayout, model: mujoco.MjModel, mounted: np.ndarray, shown: str = "") -> None:
         """The belt laid round the pulleys, at its speed, ``scene.early`` before travel 0.
 
-        mounted [rad]: yaw of head and tail pulley where their sliders are at 0.
+        mounted [rad]: yaw of head and tail pulley where their sliders are at 0; shown: the scene's file in messages.
         Raises InputError for a model that lacks the case's joints, nodes, actuators or key frame.
         """
         self.scene, self.model, self.data = scene, model, mujoco.MjData(model)
@@ -115,7 +122,7 @@ class ContactRun:
         for what, kind, name in wanted:
             if number(kind, name) < 0:
                 remedy = "edit a scene that belt-sim scene made with the same settings, and leave its names"
-                raise InputError("model.scene", f"no {what} {name}", "", remedy)
+                raise InputError("model.scene", f"{shown} has no {what} {name}".strip(), "", remedy)
         joints = np.array([number(kinds.mjOBJ_JOINT, name) for name in (*_JOINTS, *nodes)])
         self._places, self._rates = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
         settings, options = scene.case.settings, scene.options

@@ -49,7 +49,9 @@ def test_too_long_a_step_is_refused_in_one_line():
         fit_options(Options(dt=2e-3, belt_speed=2.0), paper_case(40, 0.0, TEST_RIG), "flex")
 
 
-@pytest.mark.parametrize(("tension", "yaw", "dx"), [(7.0, 0.048, 0.025), (40.0, 0.3, 0.025), (40.0, 0.218, 0.04)])
+@pytest.mark.parametrize(("tension", "yaw", "dx"), [
+    (7.0, 0.048, 0.025), (40.0, 0.3, 0.025), (40.0, 0.218, 0.04), (20.0, 0.042, 0.008), (20.0, 0.06, 0.0125),
+])  # fmt: skip
 def test_a_yaw_step_that_would_fold_the_belt_is_refused_before_the_run(tension, yaw, dx):
     """Each of these ran until its accelerations grew without bound."""
     case = paper_case(tension, np.radians(yaw), ROPE_EXAMPLE)
@@ -60,7 +62,8 @@ def test_a_yaw_step_that_would_fold_the_belt_is_refused_before_the_run(tension, 
 
 
 @pytest.mark.parametrize(("tension", "yaw", "options"), [
-    (7.0, 0.042, {}), (7.0, 0.048, {"dt": 5e-4}), (40.0, 0.3, {"dt": 2.5e-4}), (7.0, 0.076, {"dx": 0.04}),
+    (12.0, 0.042, {}), (7.0, 0.048, {"dt": 5e-4}), (40.0, 0.3, {"dt": 2e-4}), (7.0, 0.06, {"dx": 0.04}),
+    (20.0, 0.042, {"dx": 0.008, "dt": 3e-4}),
 ])  # fmt: skip
 def test_a_yaw_step_that_runs_is_not_refused(tension, yaw, options):
     asked = Options(**({"dt": 1e-3} | options))

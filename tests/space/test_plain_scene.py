@@ -18,6 +18,7 @@ from belt_sim.io import MODELS
 from belt_sim.show.observers import resolve_watch
 from belt_sim.space.mujoco_interface import mjcf
 from belt_sim.space.options import Options
+from belt_sim.space.rolling_contact import CASE
 from belt_sim.space.rolling_run import _wrap_ends
 from belt_sim.space.scene_looks import DrawnBelt
 
@@ -122,7 +123,7 @@ def test_a_belt_that_has_left_a_pulley_is_one_line():
 
 def test_simulate_runs_an_edited_scene_and_a_file(tmp_path):
     short = {"name": "mujoco_flex", "run_in": 0.02}
-    spec = bs.scene(model=short, rig="rope_example", tension=20, yaw=0.0)
+    spec = bs.scene(model="mujoco_flex", rig="rope_example", tension=20, yaw=0.0)
     path = tmp_path / "belt.xml"
     spec.compile()
     path.write_text(mjcf(spec), encoding="utf-8")
@@ -144,6 +145,10 @@ def test_a_scene_is_run_with_its_own_case_alone(tmp_path):
         spec.delete(key)
     with pytest.raises(InputError, match="no key frame running"):
         bs.simulate(model={"name": "mujoco_flex", "scene": spec}, travel=0.1, **MACHINE)
+    path = tmp_path / "empty.xml"
+    path.write_text("<mujoco/>", encoding="utf-8")
+    with pytest.raises(InputError, match=r"model\.scene = .*empty\.xml: it has no text"):
+        bs.simulate(model={"name": "mujoco_flex", "scene": path}, travel=0.1, **MACHINE)
     path = tmp_path / "mesh.xml"
     path.write_text('<mujoco><asset><mesh file="no.stl"/></asset></mujoco>', encoding="utf-8")
     with pytest.raises(InputError, match=r"model\.scene"):
@@ -212,17 +217,51 @@ def test_every_effect_changes_the_scene_or_is_refused_in_words():
         fields += ("actuator_biasprm", "jnt_stiffness", "qpos_spring", "key_qpos", "qpos0")
         return [*(np.asarray(getattr(model, f)).ravel() for f in fields), model.opt.gravity.copy()]
 
-    plain, taken, refused = numbers([]), set(), []
+    plain, refused = numbers([]), {}
     for name, cls in library().items():
         try:
             found = numbers([{"id": name, **{n: p.scale for n, p in cls.parameters.items()}}])
         except CannotRepresent as refusal:
-            refused.append(str(refusal))
+            refused[name] = str(refusal)
             continue
-        taken.add(name)
         assert any(a.shape != b.shape or not np.array_equal(a, b) for a, b in zip(plain, found, strict=True)), name
-    assert all("; use" in line or "; leave it out" in line for line in refused)
-    assert {"taper", "crown", "cant", "wobble", "thickness_wedge", "edge_guide", "machine_tilt"} < taken
+    assert all(re.search("; (use|give|leave it out)", line) for line in refused.values())
+    assert library().keys() - refused == TAKEN
+    for name, why in FROZEN.items():
+        assert re.search(f"effects = {name}: .*{why}", refused[name])
+
+
+#: effects of a scene, as docs/belts_in_3d.md lists them
+TAKEN = {
+    "taper", "thickness_wedge", "crown", "cant", "wobble", "yaw_offset_tail", "yaw_offset_head", "yaw_compliance",
+    "edge_guide", "machine_tilt", "slip",
+}  # fmt: skip
+#: effects that would stay as they were at the start
+FROZEN = {
+    "speed_tension": "sliders ask", "tension_bias": "sliders ask", "yaw_backlash": "sliders ask",
+    "unequal_tension": "follows the tension", "pulley_deflection": "follows the tension",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("option", "value"), [
+    ("run_in", 0.5), ("sample", 0.1), ("frame", 0.1), ("yaw_time", 0.1), ("settle", 0.2), ("hold_stiffness", 1e12),
+    ("acceleration", 0.5), ("tensioning", "length"), ("steps", 3), ("contact", "held"), ("engine", "mjx"),
+])  # fmt: skip
+def test_options_that_a_scene_does_not_obey_are_refused_by_name(option, value):
+    with pytest.raises(InputError, match=rf"(model\.)?{option} = .*leave it out"):
+        bs.scene(model={"name": "mujoco_flex", option: value}, **MACHINE)
+
+
+def test_a_scene_runs_at_the_speed_that_is_given_and_in_a_step_that_its_contacts_bear():
+    def made(**given):
+        return {text.name: text.data for text in bs.scene(**(MACHINE | {"model": "mujoco_flex"} | given)).texts}[CASE]
+
+    assert "model.belt_speed = 0.1;" in made(speed=0.1)
+    assert "model.belt_speed = 0.1;" not in made()
+    with pytest.raises(InputError, match=r"speed = 0\.1 m/s: give it or model\.belt_speed"):
+        made(speed=0.1, model={"name": "mujoco_flex", "belt_speed": 0.2})
+    with pytest.raises(InputError, match=r"model\.dt = 0\.01 s: give at most 0\.0025: .* sink in"):
+        made(model={"name": "mujoco_flex", "dt": 0.01})
 
 
 def test_the_sensors_of_yaw_show_the_yaw_and_sliders_add_to_it():
