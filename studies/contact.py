@@ -65,25 +65,21 @@ def difference(scene: Curves, held: Curves) -> dict[str, float]:
     }
 
 
-def both(case: Contact) -> tuple[Curves, Curves]:
-    """Curves of the scene and of the held belt."""
-    return run(case, "mujoco"), run(case, "held")
-
-
 def main() -> None:
     store = Path(sys.argv[1])
     done = {tuple(r.values())[:4]: r for r in csv.DictReader(store.open())} if store.exists() else {}
     keys = {tuple(v if isinstance(v, str) else f"{v:g}" for v in astuple(case)): case for case in CASES}
     shown = set(list(keys)[: len(RIGS)]) if len(sys.argv) > 2 else set()
-    asked = [key for key in keys if key not in done or key in shown]
+    asked = {key: case for key, case in keys.items() if key not in done or key in shown}
     pictures: dict[Contact, tuple[Curves, Curves]] = {}
     with ProcessPoolExecutor() as workers:
-        under_way = {workers.submit(both, keys[key]): key for key in asked}
+        held = {(case.rig, case.tension): workers.submit(run, case, "held") for case in asked.values()}
+        under_way = {workers.submit(run, case, "mujoco"): key for key, case in asked.items()}
         for ended in as_completed(under_way):
-            key, curves = under_way[ended], ended.result()
-            found = {name: f"{value:.1f}" for name, value in difference(*curves).items()}
+            key, case = under_way[ended], asked[under_way[ended]]
+            pictures[case] = ended.result(), held[case.rig, case.tension].result()
+            found = {name: f"{value:.1f}" for name, value in difference(*pictures[case]).items()}
             done[key] = dict(zip(("rig", "tension", "dt_ms", "dx_mm"), key, strict=True)) | found
-            pictures[keys[key]] = curves
             print(*done[key].values(), sep="  ", flush=True)
             with store.open("w", encoding="utf-8", newline="") as file:
                 writer = csv.DictWriter(file, list(done[key]))
