@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -128,18 +128,6 @@ def case_from(cfg: Mapping[str, Any]) -> Case:
     return Case(rig=rig, belt=belt, settings=settings)
 
 
-class CaseSettings(TypedDict, total=False):
-    """Settings of a case as on the command line: [N/mm2], [degrees, or a list of {at, over, yaw}], [m/s], [m]."""
-
-    rig: str | Mapping[str, Any] | Rig
-    belt: str | Mapping[str, Any] | Belt
-    tension: float | Sequence[float]
-    yaw: float | Sequence[Mapping[str, float]] | Schedule
-    yaw_head: float | Sequence[Mapping[str, float]] | Schedule
-    speed: float
-    direction: float
-
-
 def case_or_settings(case: Case | None, settings: Mapping[str, Any]) -> Case:
     """``case``, or where it is None the one that ``settings`` describe; raises InputError where both are given."""
     if case is None:
@@ -160,9 +148,10 @@ def make_case(
     belt: Any = None,
     travel: float | None = None,
 ) -> Case:
-    """A case from settings as on the command line (``CaseSettings``); what is not given is as in conf/simulate.yaml.
+    """A case from settings as on the command line; what is not given is as in conf/simulate.yaml.
 
-    rig and belt are names (of conf/rig, conf/belt), objects, or mappings of what is other than in the standard ones.
+    tension [N/mm2], yaw and yaw_head [degrees, {dx, d} or a list of {at, over, yaw}], speed [m/s],
+    travel [m]; rig and belt: names (of conf/rig, conf/belt), objects, or mappings of what is other than in the standard ones.
     """
     given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
     given |= {"rig": rig, "belt": belt, "travel": travel}

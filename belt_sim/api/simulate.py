@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 from belt_sim.campaign.types import Campaign, case_of, sensor_place
 from belt_sim.case import Case
@@ -28,7 +28,7 @@ from belt_sim.model import (
 )
 from belt_sim.results.diagnosis import FoundEffect
 from belt_sim.results.simulation import Simulation
-from belt_sim.settings import CaseSettings, case_from, case_or_settings, make_settings, model_settings
+from belt_sim.settings import case_from, case_or_settings, make_settings, model_settings
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
 from belt_sim.space.options import AS_THE_CASE, CONTACTS, refuse_unobeyed
 from belt_sim.units import N_PER_MM2
@@ -471,20 +471,31 @@ def jax_function(case: Case, model: ModelSpec | None = None, *, travel: float) -
 
 
 def linearise(
-    case: Case | None = None, *, model: ModelSpec | None = None, effects: Any = None, **settings: Unpack[CaseSettings]
+    case: Case | None = None,
+    *,
+    tension: Any = None,
+    yaw: Any = None,
+    yaw_head: Any = None,
+    speed: float | None = None,
+    direction: float | None = None,
+    rig: Any = None,
+    belt: Any = None,
+    model: ModelSpec | None = None,
+    effects: Any = None,
 ) -> "LinearBelt | PlantSchedule":
-    """The linear plant of ``case`` (in SI), or of the case that ``settings`` describe as for ``simulate``.
+    """The linear plant of ``case`` (in SI), or of the case that the settings describe as for ``simulate``.
 
     A sequence of tensions [N/mm2] gives a ``PlantSchedule``, a plant at any tension between them, all of one model.
     model: None: as ``simulate`` chooses it. Raises InputError, CannotRepresent.
     """
     from belt_sim.linear.plant import PlantSchedule, linear_belt
 
-    acting, tension = effects_of(effects), settings.get("tension")
+    acting, settings = effects_of(effects), {"yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
     many = isinstance(tension, Sequence) and not isinstance(tension, str)
     if many and not tension:
         raise InputError("tension", tension, "N/mm2", "give one, or at least two different ones")
-    first = case_or_settings(case, settings | ({"tension": tension[0]} if many else {}))
+    settings |= {"rig": rig, "belt": belt, "tension": tension[0] if many else tension}
+    first = case_or_settings(case, settings)
     ids, cases = [e.id for e in acting], [first]
     if many:
         cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]

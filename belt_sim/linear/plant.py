@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from math import factorial
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -30,7 +30,7 @@ from belt_sim.line.hooks import AFTER_ENGINE, Hooks, apply_hook, as_driven, over
 from belt_sim.line.runup import RunOff, RunUp, Yaw
 from belt_sim.line.spans import Composition, Spans
 from belt_sim.model import ModelName, analytic_model
-from belt_sim.settings import CaseSettings, make_case
+from belt_sim.settings import make_case
 from belt_sim.units import DEGREE, MM, N_PER_MM2
 from belt_sim.validity import Limit
 
@@ -477,10 +477,14 @@ def close_loop(
     sample: float = 0.05,
     travel: float = 60.0,
     seed: int = 0,
-    **settings: Unpack[CaseSettings],
+    tension: float | None = None,
+    speed: float | None = None,
+    direction: float | None = None,
+    rig: Any = None,
+    belt: Any = None,
 ) -> ClosedLoop:
-    """Run ``controller`` over ``travel`` [m] on a plant of ``bs.linearise``, or on that of a model by its name at such
-    ``settings`` as ``bs.linearise`` takes (tension, speed ...).
+    """Run ``controller`` over ``travel`` [m] on a plant of ``bs.linearise``, or on that of a model by its name at a
+    tension, speed, direction, rig and belt as ``bs.linearise`` takes them.
 
     controller: a transfer function or state space of python-control (continuous, from error [m] to yaw [rad]; extra
     ``control``), or a function (time [s], error [m]) -> yaw [rad]. The error is ``reference`` [m] less the reading of
@@ -500,6 +504,8 @@ def close_loop(
     for name, value, unit in (("reference", reference, "m"), ("y_start", y_start, "m"), ("askew", askew, "rad")):
         finite(name, value, unit, "give a finite number")
     finite("drift", drift, "m/m", "give a finite number")
+    stated = {"tension": tension, "speed": speed, "direction": direction, "rig": rig, "belt": belt}
+    settings = {name: value for name, value in stated.items() if value is not None}
     if isinstance(plant, str):
         plant = linear_belt(make_case(**settings), analytic_model(plant))
     elif not isinstance(plant, LinearBelt) or settings:

@@ -1,5 +1,6 @@
 """Results in the terminal: the verdict first, lines that fit the window, tables where they are asked for."""
 
+import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -31,8 +32,9 @@ def tell_choice(config: Mapping[str, Any], model: str, why: str = "") -> None:
 def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
     """Lines of a result, its verdict first, then its tables, then where its files are (a path among the lines)."""
     out, lines = console(), list(lines)
+    wrapped = out.is_terminal or "COLUMNS" in os.environ  # a pipe has a sentence a line
     for line in (x for x in lines if not isinstance(x, Path)):
-        out.print(str(line), markup=False)
+        out.print(str(line), soft_wrap=not wrapped, markup=False)
     for table in tables:
         out.print(rich_table(table))
     for path in (x for x in lines if isinstance(x, Path)):

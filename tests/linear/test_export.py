@@ -28,7 +28,7 @@ def test_files_hold_the_same_plant(exported):
     status, said, folder = exported("tension=20", "speed=0.25", "order=3", "fmu=null")
     assert status == 0, said.err
     mat, told = loadmat(folder / "belt.mat"), json.loads((folder / "plant.json").read_text())
-    plant = bs.linearise(model="strip", rig="test_rig", tension=20, speed=0.25)
+    plant = bs.linearise(tension=20, speed=0.25)  # the model that both choose
     assert mat["A"] == pytest.approx(state_space(plant, order=3).a)
     assert np.array(told["state_space"]["a"]) * 0.25 == pytest.approx(mat["A"])
     assert told["state_space"]["relative_error"] < 1e-4
