@@ -151,7 +151,7 @@ def make_case(
     """A case from settings as on the command line; what is not given is as in conf/simulate.yaml.
 
     tension [N/mm2], yaw and yaw_head [degrees, {dx, d} or a list of {at, over, yaw}], speed [m/s],
-    travel [m]; rig and belt: names (of conf/rig, conf/belt), objects, or mappings of what is other than in the standard ones.
+    travel [m]; rig and belt: names, objects, or mappings of what is other than in the standard ones.
     """
     given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
     given |= {"rig": rig, "belt": belt, "travel": travel}
