@@ -121,9 +121,11 @@ def no_bend() -> Bend:
     return Bend(runup=zero, runoff=zero, natural_runup=zero, natural_runoff=zero, tilt=zero, side_force=zero)
 
 
-@jax.jit  # many effects ask for it: it is traced once for all of them
+@jax.jit
 def span_fields(span: Span) -> SpanFields:
     """Return the fields of a span, by undoing the doublings of ``condense``."""
+    if span.fields is not None:  # many effects ask for them
+        return span.fields
     numbers, roll, scale = dimensionless(span)
     *shorter, ((p, q), (r, s)) = condense(numbers, 0.5)
     meet = inverse(s - p)

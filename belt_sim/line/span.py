@@ -13,6 +13,7 @@ y' = theta - shear EI kappa'. Then K^2 = (F/EI)/(1 + shear F), and shear EI/L^2 
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -31,7 +32,7 @@ LARGEST = (-3.1, 1.6)  # logarithms beyond which a change does no more
 class Span:
     """Properties of a span: length [m], force [N] (tension in the bending equation), bending EI [N m2],
     torsion T [N m2], sag_curvature Z [1/m], shear: angle by which a side force of 1 N shears it [rad/N]; limp (static):
-    no bending stiffness at all, a straight line.
+    no bending stiffness at all, a straight line; fields: its ``span_fields``, where they are known.
     """
 
     length: float
@@ -40,6 +41,7 @@ class Span:
     torsion: float
     sag_curvature: float
     shear: float = 0.0
+    fields: Any = None
     limp: bool = field(default=False, metadata={"static": True})
 
 
@@ -136,12 +138,11 @@ def with_change(span, case: Case, kind: str, share):
     larger by ``share``. Residual stress may have taken most of what tension adds to torsion: St. Venant's part, or what
     there is if that is less, stays."""
     if kind in ("bending", "torsion"):
-        return replace(span, **{kind: getattr(span, kind) * (1.0 + share)})
+        return replace(span, fields=None, **{kind: getattr(span, kind) * (1.0 + share)})
     torsion = span.torsion + share * case.tension_force * case.belt.width**2 / 12.0
     torsion = jnp.maximum(torsion, jnp.minimum(span.torsion, thin_strip_torsion(case)))
-    return replace(
-        span, force=span.force * (1.0 + share), torsion=torsion, sag_curvature=span.sag_curvature / (1.0 + share)
-    )
+    force, sag_curvature = span.force * (1.0 + share), span.sag_curvature / (1.0 + share)
+    return replace(span, force=force, torsion=torsion, sag_curvature=sag_curvature, fields=None)
 
 
 def response_by_change(span: Span, case: Case, kind: str) -> jax.Array:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -25,7 +25,7 @@ from belt_sim.line.hooks import (
     uses,
     where_acting,
 )
-from belt_sim.line.influence import Bend, BoundaryValues, no_bend, place_row
+from belt_sim.line.influence import Bend, BoundaryValues, no_bend, place_row, span_fields
 from belt_sim.line.runup import Contact, RunOff, State, Yaw, sag_angle
 from belt_sim.line.span import Response, Span, response
 
@@ -97,7 +97,8 @@ class Spans:
     def from_case(case: Case, effects: Sequence, span: Span) -> "Spans":
         """Condense the span, once per march."""
         benders = tuple(uses(effects, "bend"))
-        known = tuple(_influence(e, span, case) for e in benders)
+        bent = replace(span, fields=span_fields(span)) if benders else span
+        known = tuple(_influence(e, bent, case) for e in benders)
         return Spans(case, tuple(effects), span, span_responses(case, effects, span), benders, known)
 
     def state(self, travel, since, y, alpha, off: RunOff, yaw: Yaw) -> State:
