@@ -77,6 +77,7 @@ BOUNDS = {
     "step": Range("length", 1e-4, 0.1, "m"),  # of an analytic march, whose records are 0.1 m apart at most
     "keep": Range("length", 1e-3, 1e3, "m"),
     "reading_travel": Range("length", 0.0, 20000.0, "m"),
+    "yaw_at": Range("length", -20000.0, 20000.0, "m"),  # below 0: before the record, within the run-in
     "y0": Range("length", -10000.0, 10000.0, "mm"),
     "time": Range("time", -1e10, 1e10, "s"),
     "rate": Range("angle", -200.0, 200.0, "mm/m"),

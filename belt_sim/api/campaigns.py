@@ -11,6 +11,7 @@ import numpy as np
 from rich.console import Console
 
 from belt_sim.campaign import Campaign
+from belt_sim.campaign.folder import SEALED
 from belt_sim.diagnosis.foresight import harm_warnings
 from belt_sim.errors import InputError, finite, flag
 from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, understand, write
@@ -99,6 +100,7 @@ def import_files(
         return None
     if ask is not None:
         proposal = ask(logged, entry.model_dump(by_alias=True, exclude_unset=True))
+    sealed = [folder / name for name in SEALED if (folder / name).exists()]
     try:
         campaign = write(proposal, folder, overwrite=overwrite)
     finally:
@@ -109,6 +111,8 @@ def import_files(
 
         understood_picture(folder / PICTURE, campaign)
     print(f"campaign  {folder}")
+    if sealed:
+        print(f"removed   {', '.join(map(str, sealed))}: of the virtual rig's campaign that stood there")
     if pictures:
         print(f"picture   {folder / PICTURE}")
     has_curves = any(len(r.travel) for r in campaign.runs) and any(s.kind == "lateral" for s in campaign.signals)

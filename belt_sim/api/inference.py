@@ -23,6 +23,7 @@ from belt_sim.api.simulate import (
 )
 from belt_sim.campaign import Campaign, Run, case_of, leave_out_bad_readings, suspicions
 from belt_sim.campaign.folder import is_plan, read_begun, read_plan
+from belt_sim.campaign.quality import check_repeats
 from belt_sim.campaign.types import sensor_place
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.admission import admit
@@ -31,7 +32,7 @@ from belt_sim.diagnosis.describe import describe, drawings, drawings_of, final_m
 from belt_sim.diagnosis.errors import free_zeros, locate_failure, overall_errors, run_errors
 from belt_sim.diagnosis.examine import BOOTSTRAPS, examine
 from belt_sim.diagnosis.fit import Fit, step_bounds
-from belt_sim.diagnosis.foresight import doubts, pairs, sheet_evidence, visible
+from belt_sim.diagnosis.foresight import doubts, free_starts, pairs, sheet_evidence, visible
 from belt_sim.diagnosis.linear_algebra import covariance_root
 from belt_sim.diagnosis.next_run import next_runs
 from belt_sim.diagnosis.plausibility import CORRELATED, inseparable_numbers, unbound_numbers
@@ -104,12 +105,13 @@ def diagnose(
         def tell_stage(stage: str) -> None:
             stages(0, stage)
 
-        of_data = suspicions(campaign)
+        own, running = free_starts(campaign, chosen)
+        of_data = (*suspicions(own), *check_repeats(own))
         settled = checked or any(s.severity == "stop" for s in of_data)
-        of_sheet = () if settled else sheet_evidence(free_zeros(campaign, of_data), chosen, tell_stage)
-        doubtful = [e.suspicion for e in of_sheet if e.certain]
+        of_sheet = () if settled else sheet_evidence(free_zeros(own, of_data), chosen, tell_stage)
+        doubtful = [*running, *(e.suspicion for e in of_sheet if e.certain)]
         findings = examine(
-            campaign, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful, checked=checked,
+            own, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful, checked=checked,
             laws=None if beside_points(campaign) else LawSearch(tell_stage), tell=tell_stage,
         )  # fmt: skip
         if not any(s.severity == "stop" for s in findings.suspicions):  # mistakes that explain more are told beside
@@ -167,7 +169,7 @@ def discover(
         raise InputError("signals", ", ".join(others), "", remedy)
     chosen, acting = fitted_model(campaign_model(model, campaign)), effects_of(effects)
     refuse_effects(chosen, acting)
-    bench = workbench(campaign, chosen, [type(e) for e in acting])
+    bench = workbench(free_starts(campaign, chosen)[0], chosen, [type(e) for e in acting])
     vector = parameter_vector(bench, acting)
     bench = bench.moved_to(vector)
     fit: Fit = bench.fit([bench.start([e.id for e in acting], vector)])[0]
@@ -207,6 +209,11 @@ def check(
         raise InputError("step", f"{step:g}", "m", remedy)
     if planned and not step < travel / 10.0:
         raise InputError("step", step, "m", f"between readings of planned runs; above 0 and below {travel / 10.0:g}")
+    for name, value, usual in (("travel", travel, PLANNED_TRAVEL), ("step", step, PLANNED_STEP)):
+        if not planned and value != usual:
+            raise InputError(
+                name, value, "m", "is of planned runs; these are measured, with travels of their own: leave it"
+            )
     missing: tuple[Run, ...] = ()
     if isinstance(campaign, Campaign):
         read = campaign
@@ -215,7 +222,8 @@ def check(
     else:
         read, missing = read_begun(campaign)
     chosen = fitted_model(campaign_model(model, read))
-    found = doubts(read, chosen, planned=planned)
+    read, running = (read, ()) if planned else free_starts(read, chosen)
+    found = doubts(read, chosen, planned=planned, known=running)
     common: dict[str, Any] = {"campaign": label(read), "base_model": chosen.name, "planned": planned}
     common |= {"runs": tuple(r.name for r in read.runs), "missing": tuple(r.name for r in missing)}
     common |= {"provenance": provenance(config) | {"data_sha256": read.sha256}}
@@ -423,16 +431,31 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
     if not start:
         raise InputError("effects", effects, "", "name at least one, like effects=['taper']")
     refuse_effects(chosen, start)
+    campaign, running = free_starts(campaign, chosen)
     bench = workbench(campaign, chosen, [type(e) for e in start])
     ids = [e.id for e in start]
-    found = bench.fit([bench.start(ids, parameter_vector(bench, start))])[0]
+    vector, slots = parameter_vector(bench, start), bench.forward.slots
+    free = bench.start(
+        ids, vector
+    ).free  # but what moves no reading whatever its effect's size: a sensor that is missing
+    anywhere = np.array([0.0 if s.only_shapes else 1.0 for s in slots] + [0.0] * (len(vector) - len(slots)))
+    slopes = bench.forward.expand(vector + anywhere, free)[1]
+    idle = [
+        k for k, slope in zip(free, slopes, strict=True) if not np.nan_to_num(slope[np.isfinite(bench.fitted.y)]).any()
+    ]
+    unseen = [f"{slots[k].effect.id}.{slots[k].name}" for k in idle]
+    free = [k for k in free if k not in idle]
+    if len({slots[k].effect.id for k in free}) < len(ids):
+        raise InputError(unseen[0], 0, "", "moves no reading of this campaign; has it the sensor that would show it?")
+    found = bench.fit([bench.start(ids, vector, free)])[0]
     bench = bench.moved_to(found.vector)
-    found = bench.fit([bench.start(ids, found.vector)])[0]
+    found = bench.fit([bench.start(ids, found.vector, free)])[0]
     slots = [bench.forward.slots[k] for k in found.free]
     names = [f"{s.effect.id}.{s.name}" for s in slots]
     still = [name for name, column in zip(names, found.columns, strict=True) if not column.any()]
     if still:
         raise InputError(still[0], 0, "", "moves no reading where the search starts; start elsewhere")
+    missing = [f"{', '.join(unseen)}: no reading of this campaign shows it; not fitted"] if unseen else []
     scales = np.array([s.scale for s in slots])
     covariance = found.covariance * np.outer(scales, scales)
     degrees = int(np.isfinite(bench.fitted.y).sum()) - len(names)
@@ -447,7 +470,7 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
         chi2=(float(bench.metric.chi2(before)), found.chi2),
         degrees=degrees,
         unbound=tuple(names[k] for k in unbound_numbers(bench.forward, found)),
-        notes=tuple(_fit_notes(bench, found, names, scales, degrees)),
+        notes=(*map(str, running), *missing, *_fit_notes(bench, found, names, scales, degrees)),
         rms=(_rms(before[:, lateral]), _rms(now[:, lateral])),
     )
 

@@ -42,7 +42,7 @@ NUMBERS: dict[str, tuple[str, Range, float | None]] = {
     "yaw_head_deg": ("yaw_head", BOUNDS["yaw"], 0.0),
     "speed_m_per_s": ("speed", BOUNDS["speed"], 0.5),
     "direction": ("direction", BOUNDS["direction"], 1.0),
-    "yaw_at_m": ("yaw_at", BOUNDS["reading_travel"], 0.0),
+    "yaw_at_m": ("yaw_at", BOUNDS["yaw_at"], 0.0),
     "u_yaw_at_m": ("yaw_at_u", BOUNDS["u_yaw_at"], 0.0),
     "start_m": ("start", BOUNDS["reading_travel"], math.nan),
     "run_in_m": ("run_in", BOUNDS["reading_travel"], 0.0),
@@ -53,6 +53,8 @@ KNOWN = ("run", *NUMBERS, "repeat_of", "use", "started")
 RATES = ("rate1", "rate2", "rate3", "rate4")
 #: A repeat's stated settings may differ from its first run's by this share: set again, they are read again.
 REPEAT_TOLERANCE = 0.05
+#: Cell of run_in_m where the machine ran already, for a way that nobody knows.
+UNKNOWN = "unknown"
 #: What a repeat need not have alike.
 FREE = ("yaw_at_u", "start", "run_in", "y0")
 
@@ -185,11 +187,16 @@ def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
     table = parse_table(text, "runs.csv", REQUIRED, KNOWN, problems)
     if table is None:
         return None
+    ran = np.array([cell == UNKNOWN for cell in table.texts("run_in_m")])
+    if ran.any():
+        table.columns["run_in_m"] = ["" if cell == UNKNOWN else cell for cell in table.columns["run_in_m"]]
     numbers = {
         field: table.numbers(column, bounds, blank=blank)
         for column, (field, bounds, blank) in NUMBERS.items()
         if column in table.columns
     }
+    if ran.any():
+        numbers["run_in"] = np.where(ran, math.nan, numbers["run_in"])
     rows = RunRows(table, {})
     repeats, uses, started = (table.texts(column) for column in ("repeat_of", "use", "started"))
     for row, name in enumerate(table.columns["run"]):
@@ -217,8 +224,14 @@ def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
             table.refuse(row, "run", name, "", f"stands already in line {line}; give every run its own name")
             continue
         values |= {key: None for key in ("start", "y0") if math.isnan(values.get(key, 0.0))}
-        if run_in := values.get("run_in", 0.0):
-            values["yaw_at"] = values.get("yaw_at", 0.0) + run_in
+        run_in = 0.0 if ran[row] else values.get("run_in", 0.0)
+        values["yaw_at"] = values.get("yaw_at", 0.0) + run_in
+        if values["yaw_at"] < 0.0:
+            remedy = f"is before the record: state run_in_m of at least {run_in - values['yaw_at']:g}, how far the belt"
+            remedy += (
+                f" had run from a straight start when the record began, or leave this at 0 beside run_in_m {UNKNOWN}"
+            )
+            table.refuse(row, "yaw_at_m", values["yaw_at"] - run_in, "m", remedy)
         use: Any = uses[row] or "fit"
         rows.runs[name] = Run(name=name, repeat_of=repeats[row] or None, use=use, started=started[row], **values)
     for run in rows.runs.values():
@@ -239,7 +252,9 @@ def _check_repeat(rows: RunRows, run: Run) -> None:
         remedy = f"is itself a repeat; name {first.repeat_of} instead"
     else:
         for column, (field, bounds, _) in NUMBERS.items():
-            own, its = ((getattr(r, field) or 0.0) - (r.run_in if field == "yaw_at" else 0.0) for r in (run, first))
+            own, its = (
+                (getattr(r, field) or 0.0) - (r.counted_from if field == "yaw_at" else 0.0) for r in (run, first)
+            )
             if field not in FREE and abs(own - its) > REPEAT_TOLERANCE * abs(its):
                 shown, other = (x / UNITS[bounds.unit][1] for x in (own, its))
                 remedy = f"{first.name} has {other:.6g}; a repeat has the settings of its first run"
@@ -291,7 +306,7 @@ def read_signals(
             table.refuse(index[0], "travel_m", float(travel[index[0]]), "m", remedy)
         signals = {signal: column[index] for signal, column in columns.items() if np.isfinite(column[index]).any()}
         own = time[index] if time is not None and np.isfinite(time[index]).any() else None
-        way = travel[index] + rows.runs[name].run_in
+        way = travel[index] + rows.runs[name].counted_from
         recorded[name] = replace(rows.runs[name], travel=way, time=own, signals=signals)
         if columns and not signals and len(problems) == before:
             table.refuse(index[0], "run", name, "", "has rows but no readings; fill them in or remove the run")
@@ -341,6 +356,8 @@ def read_steady(text: str, rows: RunRows | None, problems: list[Problem]) -> tup
 
 
 REQUIRED_FILES = ("campaign.yaml", "runs.csv")
+#: The truth of a virtual rig goes with the data that it belongs to.
+SEALED = ("truth.sealed", "truth.sha256")
 DATA_FILES = ("signals.csv", "steady.csv")
 FILES = REQUIRED_FILES + DATA_FILES
 #: Significant digits written: below the last bit of a float, so that 0.012 mm stays 0.012.
@@ -548,7 +565,7 @@ def put_folder(
                 os.rename(old, folder)  # as it was
             raise
         for path in old.iterdir() if old.exists() else ():  # what else stood in the old folder moves along
-            if path.name not in FILES and not (folder / path.name).exists():
+            if path.name not in (*FILES, *SEALED) and not (folder / path.name).exists():
                 os.rename(path, folder / path.name)
         shutil.rmtree(old, ignore_errors=True)
     except OSError as error:
@@ -574,7 +591,7 @@ def _texts(campaign: Campaign) -> dict[str, str]:
         rows = [",".join(["run", "travel_m", *(["time_s"] if timed else []), *(signal.name for signal in used)])]
         for run in recorded:
             blank = np.full(len(run.travel), np.nan)
-            columns = [[run.name] * len(run.travel), _cells(run.travel - run.run_in)]
+            columns = [[run.name] * len(run.travel), _cells(run.travel - run.counted_from)]
             if timed:
                 columns.append(_cells(blank if run.time is None else run.time))
             columns += [_cells(run.signals.get(s.name, blank), UNITS[s.unit][1]) for s in used]
@@ -632,8 +649,10 @@ def runs_text(runs: tuple[Run, ...]) -> str:
     for column, (name, bounds, _) in NUMBERS.items():
         values = np.array([getattr(run, name) for run in runs], dtype=float)
         if name == "yaw_at":  # in the file both count from the beginning of the record
-            values = values - np.array([run.run_in for run in runs])
+            values = values - np.array([run.counted_from for run in runs])
         columns[column] = _cells(values, UNITS[bounds.unit][1])
+        if name == "run_in":
+            columns[column] = [cell or UNKNOWN for cell in columns[column]]
     columns["direction"] = [f"{run.direction:g}" for run in runs]
     columns |= {name: [getattr(run, name) or "" for run in runs] for name in ("repeat_of", "use", "started")}
     blank = {"u_yaw_at_m": "0.0", "start_m": "", "run_in_m": "0.0", "y0_mm": "", "started": ""}

@@ -395,7 +395,8 @@ def check_starts(
     found, reach = [], LINE_SHARE * campaign.machine.centre_distance.value
     for sheet in campaign.signals:
         starts = {}  # run -> reading at the yaw and its sigma [m]
-        for record in (r for r in records if r.sheet.name == sheet.name and sheet.kind == "lateral"):
+        of_sheet = [r for r in records if r.sheet.name == sheet.name and sheet.kind == "lateral"]
+        for record in (r for r in of_sheet if not r.run.runs_already):
             after = record.travel >= 0.0
             s, y = record.travel[after], record.readings[after]
             if len(s) < 4 * FEWEST_ON_LINE or s[0] > max(reach, s[1] - s[0]):
@@ -463,66 +464,79 @@ def check_running_start(campaign: Campaign, records: list[Record]) -> list[Suspi
 def check_repeats(campaign: Campaign) -> list[Suspicion]:
     """Return repeats that differ by more than sensors and settings explain: what would make the difference, in numbers.
 
-    The difference is compared, without a model, with what the same run would do at another tension (by the runs at the
-    same yaw), after another yaw (in proportion), and with a further drift; the time between the runs is told.
+    Of three runs at one setting and more each is compared with their median, so that one that is spoilt is named; of
+    two the second with the first. The difference is compared, without a model, with what the same run would do at
+    another tension (by the runs at the same yaw), after another yaw (in proportion), and with a further drift; the time
+    between the runs is told.
     """
     records = counted_from_yaw([r for r in records_of(campaign) if r.sheet.kind == "lateral"])
     of_run: dict[str, dict[str, Record]] = defaultdict(dict)
     for record in records:
         of_run[record.run.name][record.sheet.name] = record
-    runs, told = {run.name: run for run in campaign.runs}, []
+    series, found = defaultdict[str, list[Run]](list), []
     for run in campaign.runs:
-        first = runs.get(run.repeat_of or "")
-        names = [n for n in of_run[run.name] if first and n in of_run[first.name]]
-        if first is None or not names:
+        series[run.repeat_of or run.name].append(run)
+    for alike in series.values():
+        alike = [run for run in alike if of_run[run.name].keys() & of_run[alike[0].name].keys()]
+        if len(alike) < 2:
             continue
-        own, its = of_run[run.name], of_run[first.name]
-        end = min(r.travel[-1] for r in (*own.values(), *its.values()))
+        first, names = alike[0], sorted(set.intersection(*(set(of_run[run.name]) for run in alike)))
+        if not names:
+            continue
+        end = min(of_run[run.name][n].travel[-1] for run in alike for n in names)
         s = np.linspace(0.0, end, _GRID)
 
-        def stacked(of: dict[str, Record], s: np.ndarray = s, names: list[str] = names) -> np.ndarray:
-            curves = [np.interp(s, of[n].travel, of[n].readings) for n in names]
-            return np.concatenate(curves) * np.sign(next(iter(of.values())).run.yaw or 1.0)
+        def stacked(run: Run, s: np.ndarray = s, names: list[str] = names) -> np.ndarray:
+            curves = [np.interp(s, of_run[run.name][n].travel, of_run[run.name][n].readings) for n in names]
+            return np.concatenate(curves) * np.sign(run.yaw or 1.0)
 
-        before, apart = stacked(its), stacked(own) - stacked(its)
-        ends = np.abs(apart.reshape(len(names), -1)[:, -_GRID // 5 :].mean(axis=1))
-        name = names[int(np.argmax(ends))]
-        error = math.hypot(its[name].drift_error, 0.5 * campaign.settings.yaw_u * end)  # drift per yaw is about a half
-        error = math.sqrt(2.0) * math.hypot(error, campaign.settings.tension_rel * its[name].rms)
-        if ends.max() < APART * error:
-            continue
+        curves = {run.name: stacked(run) for run in alike}
+        before = np.median([*curves.values()], axis=0) if len(alike) > 2 else curves[first.name]
+        for run in alike if len(alike) > 2 else alike[1:]:
+            apart = curves[run.name] - before
+            ends = np.abs(apart.reshape(len(names), -1)[:, -_GRID // 5 :].mean(axis=1))
+            name = names[int(np.argmax(ends))]
+            its = of_run[first.name][name]
+            error = math.hypot(its.drift_error, 0.5 * campaign.settings.yaw_u * end)  # drift per yaw is about a half
+            error = math.sqrt(2.0) * math.hypot(error, campaign.settings.tension_rel * its.rms)
+            if ends.max() < APART * error:
+                continue
 
-        def share(shape: np.ndarray, apart: np.ndarray = apart) -> tuple[float, float]:
-            """Return how much of a shape the difference holds, and which share of its squares that explains."""
-            size = float(shape @ apart) / max(float(shape @ shape), 1e-300)
-            return size, 1.0 - float(np.sum((apart - size * shape) ** 2)) / float(apart @ apart)
+            def share(shape: np.ndarray, apart: np.ndarray = apart) -> tuple[float, float]:
+                """Return how much of a shape the difference holds, and which share of its squares that explains."""
+                size = float(shape @ apart) / max(float(shape @ shape), 1e-300)
+                return size, 1.0 - float(np.sum((apart - size * shape) ** 2)) / float(apart @ apart)
 
-        size, explained = share(before)
-        likely = [(explained, f"as after {1.0 + size:.3g} times the yaw")]
-        size, explained = share(np.tile(s, len(names)))
-        likely.append((explained, f"as with a further drift of {1e3 * size * np.sign(first.yaw or 1.0):+.2g} mm/m"))
-        for other in campaign.runs:
-            alike = other.direction == first.direction and abs(abs(other.yaw) - abs(first.yaw)) < 0.05 * abs(first.yaw)
-            there = of_run[other.name]
-            if (
-                alike
-                and other.tension != first.tension
-                and all(n in there and there[n].travel[-1] >= end for n in names)
-            ):
-                size, explained = share(stacked(there) - before)
-                tension = first.tension * (other.tension / first.tension) ** size
-                words = f"as at {tension / N_PER_MM2:.3g} N/mm2 instead of {first.tension / N_PER_MM2:.3g}"
-                likely.append((explained, words))
-        best, words = max(likely)
-        sentence = (
-            f"{run.name} differs from its first run {first.name} by {ends.max() / MM:.2g} mm in {name} (one sigma"
-        )
-        sentence += f" {error / MM:.1g}){_hours_between(first, run)}"
-        told.append(f"{sentence}, {words} ({100.0 * best:.0f} % of the squares)" if best > 0.6 else sentence)
-    if not told:
-        return []
-    sentence = f"{'; '.join(told)}; something changes between the runs: log tension, yaw and"
-    return [Suspicion(None, (), "repeats", f"{sentence} temperature with the time of day", "look")]
+            size, explained = share(before)
+            likely = [(explained, f"as after {1.0 + size:.3g} times the yaw")]
+            size, explained = share(np.tile(s, len(names)))
+            likely.append((explained, f"as with a further drift of {1e3 * size * np.sign(first.yaw or 1.0):+.2g} mm/m"))
+            for other in campaign.runs:
+                same = other.direction == first.direction and abs(abs(other.yaw) - abs(first.yaw)) < 0.05 * abs(
+                    first.yaw
+                )
+                there = of_run[other.name]
+                reaches = all(n in there and there[n].travel[-1] >= end for n in names)
+                if same and reaches and other.tension != first.tension:
+                    size, explained = share(stacked(other) - before)
+                    tension = first.tension * (other.tension / first.tension) ** size
+                    words = f"as at {tension / N_PER_MM2:.3g} N/mm2 instead of {first.tension / N_PER_MM2:.3g}"
+                    likely.append((explained, words))
+            best, words = max(likely)
+            others = (
+                f"the {len(alike) - 1} other runs of its setting" if len(alike) > 2 else f"its first run {first.name}"
+            )
+            sentence = (
+                f"{run.name} differs from {others} by {ends.max() / MM:.2g} mm in {name} (one sigma {error / MM:.1g})"
+            )
+            sentence += _hours_between(first, run) if run is not first else ""
+            sentence += f", {words} ({100.0 * best:.0f} % of the squares)" if best > 0.6 else ""
+            remedy = (
+                "; leave it out if it is spoilt (skip: true in an import's mapping), else something changes between"
+            )
+            sentence += f"{remedy} the runs: log tension, yaw and temperature with the time of day"
+            found.append(Suspicion(run.name, (), "repeats", sentence))
+    return found
 
 
 def _hours_between(first: Run, run: Run) -> str:
@@ -617,7 +631,7 @@ def check_leads(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
         leads = []
         for tail, head in pairs_at(records, *places):
             run, scale, end = tail.run, tail.run.yaw * span / 2.0, min(tail.travel[-1], head.travel[-1])
-            if scale == 0.0 or abs(run.yaw_head) > 0.2 * abs(run.yaw) or end < SPANS * span:
+            if scale == 0.0 or abs(run.yaw_head) > 0.2 * abs(run.yaw) or end < SPANS * span or run.runs_already:
                 continue
             s = np.linspace(span, end, _GRID)
             y_tail, y_head = (np.interp(s, r.travel, r.readings) for r in (tail, head))
@@ -769,7 +783,7 @@ def _read_the_same(campaign: Campaign, pairs: list[tuple[Record, Record]]) -> bo
     if {r.sheet.at for r in pairs[0]} not in [set(places) for places in TAIL_AND_HEAD]:
         return False
     span, apart = float(rig_of(campaign).span_length), []
-    for a, b in pairs:
+    for a, b in (pair for pair in pairs if not pair[0].run.runs_already):
         least = LEAST_LEAD * abs(a.run.yaw) * span / 2.0
         if min(a.travel[-1], b.travel[-1]) > 2.0 * span and least > OTHER_PLACE * _noise(a, b):
             apart.append(_difference(a, b) < SAME_PLACE * _noise(a, b))
@@ -799,6 +813,7 @@ def check_signs(records: list[Record]) -> list[Suspicion]:
     found = []
     for name in dict.fromkeys(record.sheet.name for record in records):
         own = [r for r in records if r.sheet.name == name and abs(r.run.yaw) > 2.0 * abs(r.run.yaw_head)]
+        own = [r for r in own if not r.run.runs_already]
         own = [r for r in own if r.rms > CLEAR * r.drift_error and len(r.travel) > 2]
         if len(own) < 3:
             continue

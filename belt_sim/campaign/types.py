@@ -142,7 +142,9 @@ class _OfArrays:
 def _equal(a: Any, b: Any) -> bool:
     if isinstance(a, dict) and isinstance(b, dict):
         return a.keys() == b.keys() and all(_equal(a[key], b[key]) for key in a)
-    return np.array_equal(a, b, equal_nan=True) if isinstance(a, np.ndarray) else bool(a == b)
+    if isinstance(a, np.ndarray):
+        return np.array_equal(a, b, equal_nan=True)
+    return bool(a == b) or (a != a and b != b)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -155,9 +157,9 @@ class Run(_OfArrays):
     nan where blank. A signal without any value in this run is absent from ``signals``; n = 0 for a run of steady
     rates only. start [m]: travel that the belt had behind it at travel 0, None where nobody knows; start_u: one sigma
     of it where it was read off the records. run_in [m]: how far the belt had run from a straight start when the record
-    began; ``travel`` and ``yaw_at`` count from that start. y0 [m]: how far the belt stood from the middle of the
-    pulleys at the yaw, to the side of positive y, None where nobody knows. started: date and time of day of the first
-    reading (ISO 8601; "" where not known).
+    began, ``travel`` and ``yaw_at`` count from that start; nan: it ran, nobody knows how far. y0 [m]: how far the belt
+    stood from the middle of the pulleys at the yaw, to the side of positive y, None where nobody knows. started: date
+    and time of day of the first reading (ISO 8601; "" where not known).
     """
 
     name: str
@@ -178,6 +180,16 @@ class Run(_OfArrays):
     travel: np.ndarray = field(default_factory=lambda: np.empty(0))
     time: np.ndarray | None = None
     signals: dict[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def runs_already(self) -> bool:
+        """Whether the record lacks the belt's rest before the yaw: it ran for an unknown way, or with the yaw on."""
+        return not self.run_in <= self.yaw_at
+
+    @property
+    def counted_from(self) -> float:
+        """Travel at which the record begins [m]."""
+        return 0.0 if np.isnan(self.run_in) else self.run_in
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -9,6 +9,7 @@ import jax
 import numpy as np
 
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
+from belt_sim.campaign.quality import check_repeats
 from belt_sim.case import Case
 from belt_sim.diagnosis.decide import (
     POLICY,
@@ -117,7 +118,8 @@ def examine(
         tried = [c for c in tried if not shapes_a_span(c)]
     of_data = suspicions(campaign)
     bench, nothing = _lay_out(free_zeros(campaign, of_data), model, tried)
-    suspect = (*doubts, *find_faults(bench, nothing.values, of_data))
+    repeats = check_repeats(campaign)
+    suspect = (*repeats, *doubts, *find_faults(bench, nothing.values, of_data))
     if checked:
         suspect = tuple(replace(s, severity="look") for s in suspect)
     if (freed := free_zeros(bench.campaign, suspect)).signals != bench.campaign.signals:
@@ -136,11 +138,12 @@ def examine(
         tell("looking for what is beyond the library")
         search, table = _gather(search, bench, nothing, laws)
         decision = decide(table, POLICY)
-        if laws is not None and decision.suspects_something_unknown(table, POLICY):
+        apart = repeats or bench.finder.disagreements  # what differs between repeats is no law of the belt
+        if laws is not None and not apart and decision.suspects_something_unknown(table, POLICY):
             tell("looking for the law of what is left")
             search, table, found = _add_laws(search, table, decision, laws)
             decision = decide(table, POLICY)
-    pairs = groupby(bench.finder.disagreements, key=lambda d: d.runs)
+    pairs = groupby([] if repeats else bench.finder.disagreements, key=lambda d: d.runs)
     apart = [Suspicion(None, (), "repeats", words_of([*of_pair]), "look") for _, of_pair in pairs]
     suspect = tuple(sorted((*apart, *suspect), key=lambda s: s.severity != "stop"))
     search = add_fits(search, [tuple(decision.named)])

@@ -2,8 +2,9 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import combinations
 from typing import Any
 
@@ -14,14 +15,15 @@ from scipy.optimize import minimize_scalar
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
 from belt_sim.campaign.quality import Severity, check_repeats, records_of
 from belt_sim.campaign.sheet_doubts import SheetMistake, sheet_mistakes
-from belt_sim.campaign.types import rig_of
+from belt_sim.campaign.types import rig_of, shortlist
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import SLOWEST, Forward
 from belt_sim.diagnosis.next_run import Outlook
+from belt_sim.diagnosis.noise import FREE_ZERO, metric_of
 from belt_sim.diagnosis.plausibility import prior_sigma
 from belt_sim.diagnosis.samples import samples_of
-from belt_sim.diagnosis.workbench import Workbench, linear_response
+from belt_sim.diagnosis.workbench import Workbench, linear_response, start_shapes
 from belt_sim.effects.base import library
 from belt_sim.line.spans import Composition
 from belt_sim.model import MODELS
@@ -110,6 +112,8 @@ STIFFNESS, OFF = ("width", "thickness", "modulus", "tension"), 3.0
 LIKE_A_MODEL, HOUSE = (*STIFFNESS, "radius", "centre_distance", "travel_unit"), ("beam_th1", "beam_th2", "strip")
 #: chi2 by which a run must gain to count among those in which a mistake was made.
 OF_RUN = 50.0
+#: Share of what free starts remove, that another base model may remove at most.
+OF_MODEL = 0.5
 #: Steps of the refinement of a mistake's size, and how far it reaches, as a logarithm.
 REFINED, REACH = 12, 0.9
 #: Kinds of mistakes that are laid out anew after the screening.
@@ -143,7 +147,7 @@ def sheet_evidence(
     curved = replace(campaign, runs=tuple(r for r in campaign.runs if len(r.travel)), steady=())
     if not curved.runs or not any(s.kind == "lateral" for s in campaign.signals):
         return ()
-    stated = _Layout(curved, model)
+    stated = _layout(curved, model)
     total = stated.total()
     excess = total - stated.count
     odd = stated.chi2 - stated.counts > ODD * np.sqrt(2.0 * stated.counts)
@@ -190,6 +194,36 @@ def sheet_evidence(
     return tuple(evidence)
 
 
+def free_starts(campaign: Campaign, model: Composition) -> tuple[Campaign, tuple[Suspicion, ...]]:
+    """The campaign with the state free in which every run begins, and a remark, if its records show no rest and only a
+    belt that ran before explains them; else the campaign as it is, and ().
+
+    A belt at rest leans after a yaw, which every pulley shows in turn; one that ran with the yaw leans already.
+    """
+    curved = replace(campaign, runs=tuple(r for r in campaign.runs if len(r.travel)), steady=())
+    open_runs = [r.name for r in curved.runs if r.run_in == 0.0 and (r.yaw or r.yaw_head) and r.travel[0] >= r.yaw_at]
+    if not open_runs or not any(s.kind == "lateral" for s in campaign.signals):
+        return campaign, ()
+    stated = _layout(curved, model)
+    excess = stated.total() - stated.count
+    if not np.isfinite(excess) or excess < (UNEXPLAINED - 1.0) * stated.count:
+        return campaign, ()
+    removed = stated.total() - stated.total_with_free_starts(open_runs)
+    if removed < BELIEVED * excess or stated.total() - _other_models(stated) > OF_MODEL * removed:
+        return campaign, ()
+    of_sheet = (_refine(*_screen(m, curved, stated), stated)[0] for m in sheet_mistakes(curved))
+    if any(stated.total() - chi2 > BELIEVED * removed for chi2 in of_sheet):
+        return campaign, ()  # a yaw that came later than stated is told as that
+    runs = tuple(replace(r, run_in=np.nan) if r.name in open_runs else r for r in campaign.runs)
+    sentence = (
+        f"the belt of {shortlist(open_runs)} leans already where the record begins: the machine ran before; its state "
+        f"there is left free ({min(removed / excess, 1.0):.0%} of what the model leaves); state run_in_m in runs.csv "
+        "(run_in in an import's mapping): how far it had run from a straight start, or unknown; where the yaw was on "
+        "already, yaw_at_m below 0"
+    )
+    return replace(campaign, runs=runs), (Suspicion(None, (), "running_start", sentence, "look"),)
+
+
 def _is_clear(ranked: Sequence[tuple[float, SheetMistake]], total: float) -> bool:
     """Whether the best mistake beats the stated sheet and all others, but those that do the same or concern the same
     run, and is more than a fault of the machine."""
@@ -215,6 +249,7 @@ class _Layout:
         self.count = int(self.counts.sum())
         sound = np.isfinite(fit.columns).all(axis=1)
         self._basis = np.linalg.qr(fit.columns[sound].T)[0]
+        self.columns, self.rest = fit.slopes[sound], self.bench.samples.y - fit.values
         self.chi2 = self._chi2_of_residual(self.bench.samples.y - fit.values)
         self.alone = self._chi2_of_residual(self.bench.samples.y - fit.values, faults=False)
 
@@ -225,6 +260,20 @@ class _Layout:
     def total_without(self, mistake: SheetMistake) -> float:
         """The same of the campaign with a mistake undone, by the nuisances of this layout."""
         return float(np.sum(self.chi2_by_run(mistake.campaign))) - 2.0 * mistake.log_jacobian * self.count
+
+    def total_with_free_starts(self, runs: Collection[str]) -> float:
+        """chi2 of all runs with the state free in which the belt of some ``runs`` begins."""
+        bench, forward = self.bench, self.bench.forward
+        free = start_shapes(forward, forward.null(), runs)
+        own = np.array([r.name in runs for r in bench.samples.runs])[:, None, None]
+        for s in range(len(bench.samples.signals)):
+            zero = own * FREE_ZERO * (np.arange(len(bench.samples.signals)) == s)[:, None]
+            free.append(np.broadcast_to(zero, bench.samples.y.shape))
+        shapes = np.concatenate([bench.shapes, free])
+        metric = metric_of(bench.samples, bench.levels, shapes, bench.shared)
+        basis = np.linalg.qr(metric.whiten(self.columns).T)[0]
+        white = metric.whiten(self.rest)
+        return float(np.sum((white - basis @ (basis.T @ white)) ** 2))
 
     def log_det(self) -> float:
         """ln of the determinant of the noise's covariance."""
@@ -249,6 +298,12 @@ class _Layout:
         rest = samples.y - forward.values(forward.null()[None])[0]
         rest = np.where(np.isnan(samples.y), 0.0, rest)  # a tilt is blank about the yaw
         return self._chi2_of_residual(rest, faults=faults)
+
+
+@lru_cache(1)
+def _layout(campaign: Campaign, model: Composition) -> _Layout:
+    """The layout of a campaign, which several questions share."""
+    return _Layout(campaign, model)
 
 
 def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple[float, SheetMistake]:
@@ -285,11 +340,13 @@ NOISY = 2.0  # times the usual scatter
 SPANS = 3.0  # a record shorter than so many spans shows the start of the movement only
 
 
-def doubts(campaign: Campaign, model: Composition, *, planned: bool) -> tuple[Doubt, ...]:
-    """Slips in the data and in the sheet first, then what the plan lacks."""
+def doubts(
+    campaign: Campaign, model: Composition, *, planned: bool, known: Sequence[Suspicion] = ()
+) -> tuple[Doubt, ...]:
+    """Slips in the data and in the sheet first, those that are ``known`` before them, then what the plan lacks."""
     found = []
     if not planned:
-        slips = (*suspicions(campaign), *check_repeats(campaign))
+        slips = (*check_repeats(campaign), *known, *suspicions(campaign))
         settled = any(s.severity == "stop" for s in slips)
         of_sheet = () if settled else sheet_evidence(campaign, model)
         for s in (*slips, *(e.suspicion for e in of_sheet)):

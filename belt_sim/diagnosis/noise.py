@@ -146,13 +146,15 @@ def _shrink_runs(x: np.ndarray, directions: np.ndarray, share: np.ndarray) -> np
     return found.swapaxes(0, 1).reshape(len(x), x.shape[1] * x.shape[2])
 
 
-def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tuple[np.ndarray, np.ndarray]:
+def nuisance_shapes(
+    campaign: Campaign, samples: Samples, values, slopes, starts: Sequence[np.ndarray] = ()
+) -> tuple[np.ndarray, np.ndarray]:
     """Shapes in units of one prior sigma: of every run (K, R, S, n), and of what all runs share (m, R, S, n).
 
     All runs share the stiffness, the place of the yaw where a logger may tell it too late in all runs alike, and the
     length of the belt: what comes once a turn drifts out of step with the stated length, the more the longer a record.
 
-    values (R, S, n): predictions; slopes (6, R, S, n): along forward.NUISANCES.
+    values (R, S, n): predictions; slopes (6, R, S, n): along forward.NUISANCES; starts: as ``workbench.start_shapes``.
     """
     n = values.shape[-1]
     shapes = [campaign.settings.tension_rel * slopes[1], campaign.settings.yaw_u * slopes[2]]
@@ -165,6 +167,7 @@ def nuisance_shapes(campaign: Campaign, samples: Samples, values, slopes) -> tup
     late, start = (np.array([getattr(run, n) for run in samples.runs]) for n in ("yaw_at_u", "start_u"))
     if start.any():
         shapes.append(start[:, None, None] * slopes[5])
+    shapes += list(starts)
     shared = [stiffness_sigma(campaign) * slopes[0]]
     if late.any():
         shapes.append(late[:, None, None] * slopes[3])

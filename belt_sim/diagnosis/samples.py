@@ -117,8 +117,9 @@ def stack_cases(cases: list[Case]) -> Case:
 
 
 def zero_is_read(samples: Samples, signal: SignalSheet) -> np.ndarray:
-    """Whether the record of every run (R,) shows its own zero: it begins before the yaw."""
-    return (samples.travel[:, 0] < samples.yaw_at) & (signal.kind == "lateral")
+    """Whether zero of every run (R,) is read off its record, which begins before the yaw, or on a running belt."""
+    running = np.array([run.runs_already for run in samples.runs])
+    return (running | (samples.travel[:, 0] < samples.yaw_at)) & (signal.kind == "lateral")
 
 
 def _thin(run: Run, names: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:

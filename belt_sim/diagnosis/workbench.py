@@ -1,6 +1,6 @@
 """Everything a diagnosis works with: readings, the model with all candidates in reach, noise levels, metric."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -123,7 +123,8 @@ def linear_response(
     forward = Forward(samples, model, classes)
     free = list(range(len(forward.slots)))
     values, slopes = forward.expand(forward.null(), range(forward.size))
-    shapes, shared = nuisance_shapes(campaign, samples, values, slopes[len(free) :])
+    starts = start_shapes(forward, forward.null())
+    shapes, shared = nuisance_shapes(campaign, samples, values, slopes[len(free) :], starts)
     finder = LevelFinder(samples, shapes)
     levels = finder(samples.y - values) if finder.repeats and not planned else Levels()
     bench = Workbench(
@@ -147,7 +148,35 @@ def _nuisances_at(
     asked = len(NUISANCES) if any(run.start_u for run in samples.runs) else NUISANCES.index("start")
     values, slopes = forward.expand(vector, forward.nuisances[:asked])
     slopes[1] /= 1.0 + forward.tension[:, None, None]
-    return *nuisance_shapes(campaign, samples, values, slopes), values
+    return *nuisance_shapes(campaign, samples, values, slopes, start_shapes(forward, vector)), values
+
+
+#: A belt that ran before its record leans as yaws of the tail left it: of these lengths before it [spans], each of any
+#: size that a machine has (one sigma) [rad].
+HISTORIES, TURNED = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0), 2e-3
+
+
+def start_shapes(forward: Forward, vector: np.ndarray, running: Collection[str] | None = None) -> list[np.ndarray]:
+    """What the unknown state of a running belt at the beginning of a record does to readings (R, S, n) each, in sigmas.
+
+    A span's free movement after a yaw of length d, taken off before the record, is h(s + d) - h(s), by the response h
+    to a step. Movements after HISTORIES span those after anything else. running: names of the runs (None: those whose
+    ``run_in`` is not known); none without any.
+    """
+    samples = forward.samples
+    names = [r.name for r in samples.runs if np.isnan(r.run_in)] if running is None else running
+    if not names:
+        return []
+    span, count = float(np.max(samples.cases.rig.centre_distance)), len(samples.runs)
+    which = np.tile(np.arange(count), len(HISTORIES) + 1)
+    later = samples.of_runs(which)
+    later = replace(later, travel=later.travel + span * np.repeat((0.0, *HISTORIES), count)[:, None])
+    longer = Forward(later, forward.model, forward.classes, forward.step, forward.terms)
+    longer = longer.set_to(forward.tension[which], forward.yaw[which], forward.longer)
+    _, (yaw,) = longer.expand(vector, [longer.nuisances[NUISANCES.index("yaw")]])
+    first, *moved = np.split(yaw, len(HISTORIES) + 1)
+    own = TURNED * np.array([r.name in names for r in samples.runs])[:, None, None]
+    return [own * (m - first - (m - first)[..., :1]) for m in moved]
 
 
 def _candidate_shapes(forward: Forward, vector: np.ndarray) -> np.ndarray:

@@ -152,6 +152,9 @@ def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
         if abs(value) > (most := BEYOND * max(abs(low), abs(high))):
             remedy = f"give at most {most:g} {parameter.unit}; {low:g} to {high:g} is plausible"
             raise InputError(where, f"{value:g}", parameter.unit, remedy)
+        if value < parameter.null <= low and not parameter.modifier:
+            remedy = f"must be {parameter.null:g} or more; {low:g} to {high:g} is plausible"
+            raise InputError(where, f"{value:g}", parameter.unit, remedy)
     built = cls(**{n: float(v) for n, v in numbers.items()})
     if built.is_null():
         example = next(iter(cls.parameters))

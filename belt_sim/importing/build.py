@@ -27,7 +27,7 @@ from belt_sim.importing.columns import (
 from belt_sim.importing.mapping import FILE, SCHEMA, MappingEntry, Question, mapping_of
 from belt_sim.importing.runs import RANGES, TIME, AssembledRun, Section, find_runs, runs_on_one_grid
 from belt_sim.importing.sheets import NoiseRead, belt_of, flow_text, machine_of, settings_of, sheet_text, signals_of
-from belt_sim.units import NAMES, UNITS
+from belt_sim.units import N_PER_MM2, NAMES, UNITS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,6 +108,9 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
 
 #: Revolutions of the belt, and part of a span, that a record is likely to travel; likely settings in SI.
 REVOLUTIONS, PART = 50.0, 0.02
+#: Spans that a yawed belt must have run to be judged by its movement, and the share of yaw times travel that it moves
+#: at least; share by which a tension may move within a run.
+SPANS, STILL, RAMP = 2.0, 2e-3, 0.04
 LIKELY = {"tension": (3e5, 8e8), "speed": (2e-3, 15.0), "yaw": (-0.035, 0.035), "yaw_head": (-0.035, 0.035)}
 
 
@@ -151,15 +154,24 @@ def doubts(
             column = next(c for c in columns if c.signal == signal)
             y = run.record[signal].to_numpy()
             moved = float(np.ptp(np.nanpercentile(y, [5.0, 95.0])))  # beside a few spikes
+            words = f"{signal} moves by {1e3 * moved:.4g} mm in run {run.key}"
             if kind_at(column.at) == "lateral" and moved > belt.width.value:
-                words = f"{signal} moves by {1e3 * moved:.4g} mm in run {run.key}, more than the belt's width"
-                ask("y", (signal,), words)
+                ask("y", (signal,), f"{words}, more than the belt's width")
+            yaw = abs(run.settings["yaw"].value) if "yaw" in run.settings else 0.0
+            if kind_at(column.at) == "lateral" and far > SPANS * rig.span_length and moved < STILL * yaw * far:
+                share = f"{moved / (yaw * far):.1g}"
+                ask("y", (signal,), f"{words}, {share} of yaw times travel (a belt: 0.05 to 0.4)")
         for key, (low, high) in LIKELY.items():
             setting = run.settings.get(key)
             if setting is not None and not (setting.text or low <= setting.value <= high or setting.value == 0.0):
                 unit = RANGES[key].unit
                 words = f"{key} {setting.value / UNITS[unit][1]:.4g} {unit} in run {run.key}"
                 ask(key, (key,), words)
+        tension = run.settings.get("tension")
+        if tension is not None and tension.high - tension.low > RAMP * abs(tension.value):
+            low, high, mean = (x / N_PER_MM2 for x in (tension.low, tension.high, tension.value))
+            words = f"the tension moves from {low:.4g} to {high:.4g} N/mm2 within run {run.key}, which counts as at its"
+            ask("steady_tension", (), f"{words} mean, {mean:.4g}, throughout")
     return list(found.values())
 
 

@@ -12,11 +12,11 @@ import numpy as np
 import pandas as pd
 
 from belt_sim.campaign import Run
-from belt_sim.campaign.folder import NUMBERS, RATES, REPEAT_TOLERANCE
-from belt_sim.campaign.quality import SPIKE, few_spikes, reading_at_yaw, resolution
+from belt_sim.campaign.folder import NUMBERS, RATES, REPEAT_TOLERANCE, UNKNOWN
+from belt_sim.campaign.quality import SPIKE, few_spikes, reading_at_yaw, resolution, scatter
 from belt_sim.campaign.types import SteadyRate, did_you_mean, shortlist
 from belt_sim.errors import InputError
-from belt_sim.importing.columns import LoggedTable, Note
+from belt_sim.importing.columns import Column, LoggedTable, Note
 from belt_sim.importing.mapping import DAY, MappingEntry, Question, RunEntry, zone_seconds
 from belt_sim.units import DEGREE, N_PER_MM2, UNITS, number_of, plain_minus, quantity, round_digits, size_of
 
@@ -35,6 +35,10 @@ RANGES = {name: bounds for name, bounds, _ in NUMBERS.values()}
 STILL = 0.05
 #: A logged yaw that comes back moved if it was this far off [rad]; less is taken for noise of a gauge at rest.
 MOVED = 1e-4
+#: Parts of a run over which a logged tension is averaged, and the sigmas of such a mean by which they must differ.
+TENTHS, MOVES = 10, 6.0
+#: Steps of a counter within which it must go on where it rolls over, and the numbers [its unit] at which counters do.
+GOES_ON, FULL = 3.0, (*(10.0**k for k in range(1, 8)), *(2.0**k for k in range(8, 33)), 65.536, 32.768)
 #: Digits that a logged setting is rounded to, and those of a place on the belt, of up to 20000 m.
 DIGITS, START_DIGITS = 4, 7
 
@@ -42,11 +46,14 @@ DIGITS, START_DIGITS = 4, 7
 @dataclass(frozen=True)
 class Setting:
     """value [SI]; source: where it comes from, in words; text: as it goes into the mapping, "" of one that was logged,
-    which is read off the record again when the import is repeated."""
+    which is read off the record again when the import is repeated; low, high [SI]: of the means over tenths of the run,
+    where it moves by more than its scatter."""
 
     value: float
     source: str
     text: str = ""
+    low: float = math.nan
+    high: float = math.nan
 
 
 Settings = dict[str, Setting]
@@ -154,6 +161,25 @@ def _split_runs(table: LoggedTable) -> list[LoggedTable]:
     return found
 
 
+def roll_over(column: Column | None) -> tuple[Column | None, int, float]:
+    """A column of travel whose counter once rolled over, counted on, the row at which it did (0: none), and at which
+    number [its unit]. A fall that ends where the file began is a new run, and no other."""
+    if column is None or column.is_text:
+        return column, 0, 0.0
+    values = column.values.astype(float)
+    there = np.flatnonzero(np.isfinite(values))
+    steps = np.diff(values[there])
+    falls = np.flatnonzero(steps < 0.0)
+    if len(falls) != 1 or len(steps) < FEWEST:
+        return column, 0, 0.0
+    usual, row = float(np.median(steps)), there[falls[0] + 1]
+    full = next((f for f in FULL if 0.0 <= steps[falls[0]] + f <= GOES_ON * usual and values[there].max() <= f), 0.0)
+    if not full or values[there[0]] - values[row] <= GOES_ON * usual:
+        return column, 0, 0.0
+    later = np.arange(len(values)) >= row
+    return replace(column, values=values + full * later), int(row), full
+
+
 def _split_rows(table: LoggedTable) -> list[LoggedTable]:
     """The runs of one table: by its run column, else where the file begins anew, or its time or travel falls back to
     where it began."""
@@ -162,8 +188,8 @@ def _split_rows(table: LoggedTable) -> list[LoggedTable]:
         of_row = np.array(run.labels, dtype=object)
         labels = dict.fromkeys(label for label in run.labels if label)
         return [replace(table.select_rows(of_row == n), name=run_name(n), label=n) for n in labels]
-    values, restarts = table.values("travel"), np.arange(0)
-    values = table.values("time") if values is None else values
+    travel, restarts = roll_over(table.column("travel"))[0], np.arange(0)
+    values = table.values("time") if travel is None else travel.si()
     there = np.flatnonzero(np.isfinite(values)) if values is not None else np.arange(0)
     if values is not None and len(there) >= FEWEST:
         steps, reach = np.diff(values[there]), RESTART * float(np.ptp(values[there]))
@@ -242,7 +268,13 @@ class Travel:
 def travel_of(block: LoggedTable, speed: float | None) -> Travel | None:
     """The travel of one run; None when it takes a speed that nobody has told. speed [m/s]: where none was logged."""
     time, notes = _time(block)
-    logged, speeds, sign = block.values("travel"), block.values("speed"), 1.0
+    counted, speeds, sign = block.column("travel"), block.values("speed"), 1.0
+    column, row, full = roll_over(counted)
+    logged = None if column is None else column.si()
+    if counted is not None and row:
+        notes.append(
+            f"{counted.name} rolls over at {full:g} {counted.unit} (line {block.lines[row]}): counted on there"
+        )
     if logged is not None:
         keep, way, sign = _logged_travel(block, logged, time, notes)
     elif time is None:
@@ -400,6 +432,8 @@ def name_settings(name: str, section: Section) -> Settings:
 def _number(text: str, key: str, where: str, section: Section) -> float:
     """A setting [SI]; raises InputError for what cannot be."""
     bounds = RANGES[key]
+    if key == "run_in" and text.strip().lower() == UNKNOWN:
+        return math.nan
     kinds = ("stress", "force", "line load") if key == "tension" else (bounds.dimension,)
     value, _, unit = quantity(text, kinds, bounds.unit or "1", where)
     dimension, scale = UNITS[unit]
@@ -463,8 +497,12 @@ def column_settings(block: LoggedTable, section: Section) -> Settings:
     if y0 is not None:
         found["y0"] = Setting(float(y0[np.isfinite(y0)][0]), "its column")
     if tension is not None:
-        mean = section.stress(float(np.nanmean(tension)), block.column("tension").dimension)  # type: ignore[union-attr]
-        found["tension"] = Setting(round_digits(mean, DIGITS), "the mean of its column")
+        there = tension[np.isfinite(tension)]
+        tenths, error = [float(part.mean()) for part in np.array_split(there, min(TENTHS, len(there)))], scatter(there)
+        moves = np.ptp(tenths) > MOVES * error * math.sqrt(len(tenths) / len(there))
+        levels = [float(there.mean()), *((min(tenths), max(tenths)) if moves else ())]
+        mean, *ends = (section.stress(x, block.column("tension").dimension) for x in levels)  # type: ignore[union-attr]
+        found["tension"] = Setting(round_digits(mean, DIGITS), "the mean of its column", "", *ends)
     if start is not None:
         found["start"] = Setting(round_digits(float(start[np.isfinite(start)][0]), START_DIGITS), "its column")
     if direction is not None:
@@ -578,8 +616,11 @@ def runs_on_one_grid(
             run = replace(run, y0=round_digits(float(np.mean([starts[n] - middles[n] for n in known])), DIGITS))
         time = record[TIME].to_numpy() if TIME in record else None
         signals = {n: record[n].to_numpy() for n in starts}
-        way = record.index.to_numpy() + run.run_in
-        out.append(replace(run, travel=way, yaw_at=run.yaw_at + run.run_in, time=time, signals=signals))
+        way, yaw_at = record.index.to_numpy() + run.counted_from, run.yaw_at + run.counted_from
+        if yaw_at < 0.0:
+            remedy = "is before the record: state run_in too, how far the belt had run from a straight start by then"
+            raise InputError(f"runs.{run.name}.yaw_at", run.yaw_at, "m", remedy)
+        out.append(replace(run, travel=way, yaw_at=yaw_at, time=time, signals=signals))
     return out, notes, step
 
 

@@ -61,7 +61,12 @@ def fault_from_spec(spec: str | dict) -> Fault:
         if not (low := 0.0 if cls.positive and name in cls.sizes else -limit) <= value <= limit:
             remedy = f"must lie between {low:g} and {limit:g}"
             raise InputError(f"hidden {cls.id}.{name}", value, cls.sizes[name].unit, remedy)
-    return cls(**given)
+    made = cls(**given)
+    if cls.sizes and not any(getattr(made, name) for name in cls.sizes):
+        name, size = next(iter(cls.sizes.items()))
+        remedy = f"hides nothing: give a size, as {name}: {size.typical:g}, or hidden=[]"
+        raise InputError(f"hidden {cls.id}.{name}", 0, size.unit, remedy)
+    return made
 
 
 # Size d of an effect in a campaign, in units of noise, nuisances projected out; and how unlike the library it is.
@@ -372,6 +377,8 @@ def specified_hidden(hidden: Sequence[str | dict], get_detectability: Callable[[
             spec = dict(spec)
             wanted = finite("hidden d", spec.pop("d"), "", "give a positive number of noise units", lambda d: d > 0)
         fault = fault_from_spec(spec)
+        if any(type(fault) is type(known) for known in faults):
+            raise InputError("hidden", fault.id, "", "name each fault once")
         fault, size = (fault, None) if wanted is None else scale_to_size(get_detectability(), fault, wanted)
         faults.append(fault)
         sizes.append(size)

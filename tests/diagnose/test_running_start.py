@@ -1,0 +1,102 @@
+"""Records cut out of a running machine, and one spoilt repeat: neither becomes a law, a wrong number or damage."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import belt_sim as bs
+from belt_sim.campaign.quality import check_repeats, suspicions
+from belt_sim.diagnosis.foresight import free_starts
+from belt_sim.model import MODELS
+from belt_sim.virtual_rig import make_campaign
+
+TAPER = 2e-5  # 1/m
+STRIP = MODELS["strip"]
+
+
+@pytest.fixture(scope="module")
+def whole():
+    """Ten runs that begin at rest, over a conical tail pulley."""
+    return make_campaign(hidden=[{"id": "taper", "kappa_t": TAPER}], seed=3, base="strip")[0]
+
+
+def cut(campaign, metres):
+    """The campaign without the first metres of every record, which counts from there."""
+
+    def later(run):
+        rows = run.travel >= metres
+        signals = {n: y[rows] - y[rows][0] for n, y in run.signals.items()}
+        return replace(run, travel=run.travel[rows] - metres, signals=signals)
+
+    return replace(campaign, runs=tuple(map(later, campaign.runs)))
+
+
+def test_records_that_begin_at_rest_stay_as_they_are(whole):
+    assert free_starts(whole, STRIP) == (whole, ())
+
+
+@pytest.mark.parametrize("metres", [3.0, 20.0])
+def test_a_record_cut_on_a_running_machine_is_told_and_its_state_left_free(whole, metres):
+    campaign, (told,) = free_starts(cut(whole, metres), STRIP)
+    assert (told.kind, told.severity) == ("running_start", "look")
+    assert "the machine ran before" in told.sentence
+    assert "run_in_m" in told.sentence
+    assert all(np.isnan(run.run_in) for run in campaign.runs)
+    assert [s for s in suspicions(campaign) if s.severity == "stop"] == []
+
+
+def test_a_number_fitted_to_cut_records_is_the_true_one_and_says_what_it_costs(whole):
+    found = bs.fit(cut(whole, 20.0), ["taper"], model="strip")
+    both = np.array([1.0, 1.0])  # of tail and head, which these records tell from the sum only
+    u = float(np.sqrt(both @ found.covariance @ both))
+    assert abs(sum(found.values.values()) - TAPER) < 3.0 * u
+    assert u < 0.05 * TAPER
+    assert found.chi2[1] < 1.2 * found.degrees
+    assert any("the machine ran before" in note for note in found.notes)
+
+
+def test_a_yaw_that_was_on_before_the_record_may_be_stated(whole):
+    """Without any freedom of the start: the numbers are as sure as those of the whole records."""
+    runs = tuple(replace(r, run_in=20.0, travel=r.travel + 20.0, yaw_at=0.0) for r in cut(whole, 20.0).runs)
+    stated = replace(whole, runs=runs)
+    assert free_starts(stated, STRIP) == (stated, ())
+    assert [s for s in suspicions(stated) if s.severity == "stop"] == []
+    found = bs.fit(stated, ["taper"], model="strip")
+    assert abs(found.values["taper.kappa_t"] - TAPER) < 3.0 * found.u["taper.kappa_t"]
+    assert found.u["taper.kappa_t"] < 0.2 * TAPER
+
+
+def spoil(campaign, name):
+    """The campaign with one run whose readings grow by 30 % over its travel."""
+    grown = {r.name: 1.0 + 0.3 * r.travel / r.travel[-1] for r in campaign.runs if r.name == name}
+    runs = (replace(r, signals={n: y * grown.get(r.name, 1.0) for n, y in r.signals.items()}) for r in campaign.runs)
+    return replace(campaign, runs=tuple(runs))
+
+
+def test_one_spoilt_repeat_comes_before_any_effect_and_makes_no_law(whole):
+    assert check_repeats(whole) == []
+    found = bs.diagnose(spoil(whole, "r09"), model="strip", advise=False)
+    assert found.verdict == "cannot_say"
+    assert "r09 differs from its first run r03" in found.sentence
+    assert found.discovery is None
+
+
+def test_of_several_repeats_the_spoilt_one_is_named(whole):
+    """r03 and its three repeats, of which the second is spoilt; the noise of each is its own."""
+    first, rng = whole.runs[2], np.random.default_rng(5)
+    more = [
+        replace(
+            first,
+            name=n,
+            repeat_of="r03",
+            signals={k: y + rng.normal(0, 3e-5, len(y)) for k, y in first.signals.items()},
+        )
+        for n in ("a", "b", "c")
+    ]
+    (told,) = check_repeats(spoil(replace(whole, runs=(first, *more)), "b"))
+    assert told.run == "b"
+    assert told.severity == "stop"
+    assert "b differs from the 3 other runs of its setting" in told.sentence
+    (told,) = check_repeats(spoil(replace(whole, runs=(first, *more)), "r03"))
+    assert told.run == "r03"

@@ -1,0 +1,90 @@
+"""Numbers that a machine hardly has are asked about, and a counter that rolls over is counted on."""
+
+import numpy as np
+import pytest
+from logger_files import MAPPING, log, table
+
+from belt_sim.campaign import Campaign, CampaignError, read_campaign, write_campaign
+from belt_sim.errors import InputError
+from belt_sim.importing import read, understand
+
+RUN = {"tension": "10 N/mm2", "yaw": "-0.73 mrad"}
+L = log(length=30.0)
+
+
+def proposal(path, header, rows, **mapping):
+    path.write_text(table(header, rows, digits=7))
+    return understand(read([path]), MAPPING | {"all_runs": RUN} | mapping)
+
+
+def test_metres_under_a_header_of_mm_are_asked_about(tmp_path):
+    """30 m after 0.73 mrad the belt has moved by millimetres, not by micrometres."""
+    columns = [L.travel, 1e-3 * L.y1, 1e-3 * L.y4]
+    made = proposal(tmp_path / "a.csv", ["travel [m]", "y1 [mm]", "y4 [mm]"], columns)
+    asked = {q.path: q for q in made.missing}
+    assert ("columns", "y1 [mm]", "unit") in asked
+    assert "of yaw times travel" in asked["columns", "y1 [mm]", "unit"].text
+    answers = {"columns": {"y1 [mm]": {"unit": "m"}, "y4 [mm]": {"unit": "m"}}}
+    run = proposal(tmp_path / "a.csv", ["travel [m]", "y1 [mm]", "y4 [mm]"], columns, **answers).complete().runs[0]
+    assert np.ptp(run.signals["y1"]) == pytest.approx(1e-3 * np.ptp(L.y1), rel=0.05)
+    plain = proposal(tmp_path / "b.csv", ["travel [m]", "y1 [mm]", "y4 [mm]"], [L.travel, L.y1, L.y4])
+    assert plain.missing == ()
+
+
+@pytest.mark.parametrize(("rise", "scatter", "is_asked"), [(0.1, 0.02, True), (0.0, 0.2, False), (0.02, 0.02, False)])
+def test_a_tension_that_moves_within_a_run_is_asked_about(tmp_path, rise, scatter, is_asked):
+    noise = scatter * np.random.default_rng(1).standard_normal(len(L.travel))
+    tension = 10.0 * (1.0 + rise * L.travel / L.travel[-1] + noise)
+    header, columns = ["travel [m]", "tension [N/mm2]", "y1 [mm]"], [L.travel, tension, L.y1]
+    only = {"all_runs": {"yaw": "-0.73 mrad"}}
+    made = proposal(tmp_path / "a.csv", header, columns, **only)
+    assert [q.path for q in made.missing] == ([("trust", "steady_tension")] if is_asked else [])
+    if is_asked:
+        assert "from 10.0" in made.missing[0].text
+        run = proposal(tmp_path / "a.csv", header, columns, trust={"steady_tension": "yes"}, **only).complete().runs[0]
+        assert run.tension == pytest.approx(10.5e6, rel=0.01)
+
+
+@pytest.mark.parametrize(("full", "first"), [(100.0, 83.2), (65.536, 51.0), (1000.0, 990.0)])
+def test_a_counter_that_rolls_over_is_counted_on_and_said(tmp_path, full, first):
+    shown = (first + L.travel) % full
+    (run,) = (made := proposal(tmp_path / "a.csv", ["Weg [m]", "y1 [mm]"], [shown, L.y1])).complete().runs
+    assert run.travel[-1] == pytest.approx(L.travel[-1], abs=1e-6)
+    assert any(f"rolls over at {full:g} m" in n.text for n in made.notes)
+
+
+def test_a_counter_that_was_reset_is_two_runs_and_one_that_jumps_is_refused(tmp_path):
+    twice = np.concatenate([L.travel, L.travel])
+    text = table(["Weg [m]", "y1 [mm]"], [twice, np.tile(L.y1, 2)], digits=7)
+    (tmp_path / "a.csv").write_text(text)
+    assert len(understand(read([tmp_path / "a.csv"]), MAPPING | {"all_runs": RUN}).complete().runs) == 2
+    jumps = np.where(L.travel > 20.0, L.travel - 7.3, L.travel)
+    with pytest.raises(CampaignError, match="travel runs backwards"):
+        proposal(tmp_path / "b.csv", ["Weg [m]", "y1 [mm]"], [jumps, L.y1])
+
+
+def test_a_machine_that_ran_before_its_record(tmp_path):
+    """run_in, known or not, and a yaw that was on before the record; both are in the folder that is written."""
+    header, columns = ["travel [m]", "y1 [mm]", "y4 [mm]"], [L.travel, L.y1, L.y4]
+    unknown = proposal(tmp_path / "a.csv", header, columns, all_runs=RUN | {"run_in": "unknown"}).complete()
+    assert np.isnan(unknown.runs[0].run_in)
+    assert unknown.runs[0].travel[0] == 0.0
+    known = proposal(
+        tmp_path / "a.csv", header, columns, all_runs=RUN | {"run_in": "12 m", "yaw_at": "-12 m"}
+    ).complete()
+    assert (known.runs[0].yaw_at, known.runs[0].travel[0]) == (0.0, 12.0)
+    for campaign in (unknown, known):
+        back: Campaign = write_campaign(campaign, tmp_path / "c", overwrite=True)
+        assert back.runs == read_campaign(tmp_path / "c").runs
+        assert back.runs[0].run_in == pytest.approx(campaign.runs[0].run_in, nan_ok=True)
+        assert (back.runs[0].yaw_at, *back.runs[0].travel[:2]) == (
+            campaign.runs[0].yaw_at,
+            *campaign.runs[0].travel[:2],
+        )
+        assert back.runs[0].runs_already
+    text = (tmp_path / "c" / "runs.csv").read_text()
+    (tmp_path / "c" / "runs.csv").write_text(text.replace("-12.0,12.0", "-13.0,12.0"))
+    with pytest.raises(CampaignError, match="yaw_at_m = -13 m: is before the record: state run_in_m of at least 13"):
+        read_campaign(tmp_path / "c")
+    with pytest.raises(InputError, match="is before the record: state run_in too"):
+        proposal(tmp_path / "a.csv", header, columns, all_runs=RUN | {"yaw_at": "-12 m"})
