@@ -93,7 +93,8 @@ def lifts_off(case: Case) -> bool:
 
 def geometric(case: Case) -> tuple[Limit, ...]:
     """The limits that machine and belt are beyond whatever the model, the worst first: no strip, a plate, pulleys that
-    nearly touch, steel that yields over them, spans that are no parabolas, an edge that the yaw alone slackens."""
+    nearly touch or are narrower than the belt, steel that yields over them, spans that are no parabolas, an edge that
+    the yaw alone slackens."""
     rig, belt, tension = case.rig, case.belt, float(case.settings.tension)
     radii = float(rig.head_radius), float(rig.tail_radius)
     span = float(rig.span_length)
@@ -106,6 +107,7 @@ def geometric(case: Case) -> tuple[Limit, ...]:
         _thick_belt(case),
         _deep_sag(case),
         Limit("edge_stretch", stretch / tension, "the yaw stretches one edge so far that the other goes slack"),
+        Limit("off_pulley", belt.width / (rig.face_width or np.inf), "the belt is wider than the pulleys' faces"),
     )
     return tuple(sorted((Limit(x.id, float(x.load), x.words) for x in found if x.load > 1.0), key=lambda x: -x.load))
 
@@ -121,7 +123,9 @@ def run_limits(case: Case, curves: Curves, bends: bool = True, effects: Sequence
     room = float(belt.width) / 2.0 if face is None else max(float(face - belt.width) / 2.0, 1e-3)
     edge = "the belt lies half beside a face of its own width" if face is None else "an edge leaves the pulley's face"
     spans, points = ("upper span", "lower span"), tuple(f"point {k}" for k in (1, 2, 3, 4))
-    kinds = [("off_pulley", np.abs(np.asarray(curves.y) + float(case.settings.y0)) / room, points, edge)]
+    kinds = []
+    if face is None or face > belt.width:  # else it was beside them before it ran (``geometric``)
+        kinds.append(("off_pulley", np.abs(np.asarray(curves.y) + float(case.settings.y0)) / room, points, edge))
     if bends and curves.edge_stress is not None:
         share = 1.0 - np.asarray(curves.edge_stress) / float(case.settings.tension)
         kinds.append(("slack_edge", share, spans, "an edge is slack, which a linear span does not know"))

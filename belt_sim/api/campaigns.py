@@ -196,7 +196,15 @@ def imported_runs_table(campaign: Campaign) -> Table:
         }
         for r in campaign.runs
     ]
-    return Table("Runs", list(rows[0]), [list(row.values()) for row in rows], left=("run", "repeats", "use"))
+    alike = {n: rows[0][n] for n in rows[0] if len(rows) > 1 and len({row[n] for row in rows}) == 1}
+    said = [
+        f"{v} {n}" if "/" in n else f"{n.removesuffix(' m')} {v}{' m' * n.endswith(' m')}"
+        for n, v in alike.items()
+        if v
+    ]
+    title = "Runs" + (f", all with {', '.join(said)}" if said else "")
+    columns = [name for name in rows[0] if name not in alike]
+    return Table(title, columns, [[row[n] for n in columns] for row in rows], left=("run", "repeats", "use"))
 
 
 def noise_table(proposal: Proposal) -> Table:

@@ -325,16 +325,6 @@ def _rows_of_runs(table: CsvTable, rows: RunRows | None) -> dict[str, np.ndarray
     return {name: np.array(index) for name, index in found.items()}
 
 
-def _check_rising(table: CsvTable, index: np.ndarray, name: str, values: np.ndarray, unit: str) -> None:
-    """Check that travel or time rises within a run; its first step back is a problem."""
-    index = index[np.isfinite(values[index])]
-    back = np.flatnonzero(np.diff(values[index]) <= 0.0)
-    if back.size:
-        row, before = index[back[0] + 1], values[index[back[0]]]
-        remedy = f"must increase within a run, whichever way the belt runs; the row before has {before:.15g}"
-        table.refuse(row, name, float(values[row]), unit, remedy)
-
-
 def read_steady(text: str, rows: RunRows | None, problems: list[Problem]) -> tuple[SteadyRate, ...]:
     """Return the steady rates of steady.csv, one row a run."""
     table = parse_table(text, "steady.csv", ("run", "u_rate"), ("run", *RATES, "u_rate"), problems)
@@ -423,21 +413,17 @@ def _read(folder: str | Path, *, whole: bool = True, measured: bool = True) -> t
     if problems:
         raise CampaignError(problems)
     data = recorded.keys() | rated
-    there = [recorded.get(name, run) for name, run in rows.runs.items() if name in data]
-    campaign = replace(sheet, runs=tuple(_relink_repeats(there)), steady=tuple(steady), sha256=hash_of(contents))
+    there = {name: recorded.get(name, run) for name, run in rows.runs.items() if name in data}
+    heir: dict[str | None, str] = {}  # repeats of a missing first run repeat the first of them that is present
+    for name, run in there.items():
+        if run.repeat_of is not None and run.repeat_of not in there:
+            heir.setdefault(run.repeat_of, name)
+        first = heir.get(run.repeat_of, run.repeat_of)
+        there[name] = replace(run, repeat_of=None if first == name else first)
+    whole_text = b"".join(b"%b %d\n%b" % (name.encode(), len(data), data) for name, data in sorted(contents.items()))
+    digest = hashlib.sha256(whole_text).hexdigest()
+    campaign = replace(sheet, runs=tuple(there.values()), steady=tuple(steady), sha256=digest)
     return campaign, tuple(run for name, run in rows.runs.items() if name not in data)
-
-
-def _relink_repeats(runs: list[Run]) -> list[Run]:
-    """Let repeats of a missing first run repeat the first of them that is present."""
-    names, heir = {run.name for run in runs}, dict[str, str]()
-    for run in runs:
-        if run.repeat_of is not None and run.repeat_of not in names:
-            heir.setdefault(run.repeat_of, run.name)
-    firsts = [heir.get(run.repeat_of or "", run.repeat_of) for run in runs]
-    return [
-        replace(run, repeat_of=None if first == run.name else first) for run, first in zip(runs, firsts, strict=True)
-    ]
 
 
 def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True) -> dict[str, bytes]:
@@ -485,15 +471,6 @@ def text_of(name: str, data: bytes, problems: list[Problem]) -> str | None:
             remedy = "not UTF-8; save the file as UTF-8 text"
     problems.append(Problem(file=name, line=data[:at].count(b"\n") + 1, value=value, remedy=remedy))
     return None
-
-
-def hash_of(contents: dict[str, bytes]) -> str:
-    """Return the SHA-256 of the campaign files."""
-    digest = hashlib.sha256()
-    for name in sorted(contents):
-        digest.update(f"{name} {len(contents[name])}\n".encode())
-        digest.update(contents[name])
-    return digest.hexdigest()
 
 
 def is_plan(folder: str | Path) -> bool:

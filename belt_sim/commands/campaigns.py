@@ -45,12 +45,16 @@ def import_command(run_dir: RunDir) -> None:
     files = [config["files"]] if isinstance(config["files"], str | int | float) else config["files"]
     if not isinstance(files, list):
         raise InputError("files", files, "", "write file names after the command, or files=[a.csv,b.csv]")
-    folder = Path(config["out"] or run_dir.path / "campaign")
+    named = {key: None if config[key] in (None, False) else config[key] for key in ("mapping", "draft", "out")}
+    for key, value in named.items():
+        if isinstance(value, bool | list):
+            raise InputError(key, value, "", "write the name of a file (of a folder for out), or null")
+        named[key] = None if value is None else str(value)
     import_files(
         [str(f) for f in files],
-        folder,
-        mapping=config["mapping"],
-        draft=config["draft"],
+        Path(named["out"] or run_dir.path / "campaign"),
+        mapping=named["mapping"],
+        draft=named["draft"],
         overwrite=config["overwrite"],
         pictures=config["pictures"],
         ask=ask_in_terminal if sys.stdin.isatty() and sys.stdout.isatty() else None,

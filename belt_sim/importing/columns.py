@@ -592,7 +592,9 @@ def _unit_question(column: Column, kinds: tuple[str, ...]) -> Question:
         text = (
             f"the file states {stated} as the unit of {name}, which is no unit of {' or '.join(kinds)} that is known;"
         )
-        text += f" in which one are its numbers{numbers} (after a factor, as factor: 0.1)?"
+        text += (
+            f" in which one are its numbers{numbers} (after a factor, {FACTORS.get(stated.lower(), 'as factor: 0.1')})?"
+        )
     else:
         text = f"the file states no unit of {name}, the {column.role}; in which one are its numbers{numbers}?"
         likely = {"ignore": "", "yaw": "deg", "yaw_head": "deg", "travel": "m", "yaw_at": "m", "start": "m"}
@@ -600,6 +602,13 @@ def _unit_question(column: Column, kinds: tuple[str, ...]) -> Question:
     return Question(("columns", name, "unit"), text, options[0] if scaled else usual, options, proposed)
 
 
+#: unit that is none of these roles -> the factor that makes it one
+FACTORS = {
+    "rpm": "factor: 2 pi R/60 for m/s, R the pulley's radius in m",
+    "1/min": "factor: 2 pi R/60 for m/s, R the pulley's radius in m",
+    "u/min": "factor: 2 pi R/60 for m/s, R the pulley's radius in m",
+    "%": "factor: a hundredth of the value at 100 %, with that value's unit",
+}
 #: key of ``format`` -> what it settles
 _READINGS = {"decimal": "which is the decimal mark", "date": "in which order are day, month and year"}
 _READINGS["time"] = "is it hours and minutes, or minutes and seconds"
