@@ -173,8 +173,7 @@ def sheet_evidence(
         return ()
     best, rival = ranked[0][0], np.inf
     if total - best > MENTIONED * excess and not ranked[0][1].runs:
-        others = [MODELS[name] for name in HOUSE if name != model.name]  # without any mistake
-        rival = min(float(np.sum(stated.chi2_by_run(stated.bench.campaign, other))) for other in others)
+        rival = stated.total_of_other_models()
     if rival < best:  # the model is to blame, and not the sheet
         return ()
     like_a_model = ranked[0][1].kind in LIKE_A_MODEL and rival - best < (1.0 - BELIEVED) * excess
@@ -209,7 +208,7 @@ def free_starts(campaign: Campaign, model: Composition) -> tuple[Campaign, tuple
     if not np.isfinite(excess) or excess < (UNEXPLAINED - 1.0) * stated.count:
         return campaign, ()
     removed = stated.total() - stated.total_with_free_starts(open_runs)
-    if removed < BELIEVED * excess or stated.total() - _other_models(stated) > OF_MODEL * removed:
+    if removed < BELIEVED * excess or stated.total() - stated.total_of_other_models() > OF_MODEL * removed:
         return campaign, ()
     of_sheet = (_refine(*_screen(m, curved, stated), stated)[0] for m in sheet_mistakes(curved))
     if any(stated.total() - chi2 > BELIEVED * removed for chi2 in of_sheet):
@@ -274,6 +273,11 @@ class _Layout:
         basis = np.linalg.qr(metric.whiten(self.columns).T)[0]
         white = metric.whiten(self.rest)
         return float(np.sum((white - basis @ (basis.T @ white)) ** 2))
+
+    def total_of_other_models(self) -> float:
+        """The least chi2 that another base model leaves without any mistake."""
+        others = [MODELS[name] for name in HOUSE if name != self.model.name]
+        return min(float(np.sum(self.chi2_by_run(self.bench.campaign, other))) for other in others)
 
     def log_det(self) -> float:
         """ln of the determinant of the noise's covariance."""
