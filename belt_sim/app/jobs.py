@@ -104,7 +104,7 @@ SHOWN = "shown.json"  # what the page shows of a result
 NICE = 5  # the page goes first
 
 
-def main() -> None:
+def work() -> None:
     """Do what the first line of standard input asks for."""
     out = sys.stdout
     if hasattr(os, "nice"):
@@ -174,4 +174,4 @@ if __name__ == "__main__":
     from belt_sim.jax_setup import prepare
 
     prepare()
-    main()
+    work()

@@ -33,7 +33,7 @@ DROPS = """<script>for (const kind of ["dragover", "drop"]) document.addEventLis
 });</script>"""
 
 
-def add(session: Session) -> None:
+def add_measurements(session: Session) -> None:
     """Serve the page; each of its parts is drawn again when that changes which it shows."""
 
     def campaign() -> tuple[int, bool]:

@@ -158,8 +158,8 @@ def application(session: Session, port: int, token: str) -> FastAPI:
     def campaign() -> Response:
         return _zip(session.campaign_folder if session.campaign else None)
 
-    simulate_page.add()
-    measurements_page.add(session)
+    simulate_page.add_sliders()
+    measurements_page.add_measurements(session)
     pages_app.on_shutdown(session.close)
     pages_app.on_exception(traceback.print_exception)  # what broke in a page goes to the terminal, whole
     look: dict[str, Any] = {"title": "belt_sim", "favicon": ICON, "dark": None, "tailwind": False}

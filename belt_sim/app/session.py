@@ -238,7 +238,7 @@ class Import:
         return given if given is not None else str(stated.get(key) or "")
 
 
-def begin(paths: Sequence[Path], mapping: Mapping[str, Any] | None = None) -> Import:
+def begin_import(paths: Sequence[Path], mapping: Mapping[str, Any] | None = None) -> Import:
     """Read the files; raises CampaignError, InputError."""
     base = dict(mapping or {})
     form = base.get("format")
@@ -317,11 +317,11 @@ class Session:
                     mapping = read_mapping(*tray.mapping)
                 if tray.loggers:
                     folder = write_files(self.folder / f"import_{self._folders}" / "files", tray.loggers)
-                    self.importing = begin([folder / name for name in tray.loggers], mapping)
+                    self.importing = begin_import([folder / name for name in tray.loggers], mapping)
                 elif before is None:
                     messages.append(f"{MAPPING}: drop the logger's files with it")
                 else:
-                    self.importing = begin(before.files, mapping)
+                    self.importing = begin_import(before.files, mapping)
         except BeltError as error:
             messages += str(error).replace(f"{self.folder}/", "").splitlines()
         if tray.campaign:

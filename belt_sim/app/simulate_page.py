@@ -119,7 +119,7 @@ class View:
             view.own |= {n: float(v) for n, v in json.loads(asked.get("own", "{}")).items() if n in OWN}
             for i, numbers in json.loads(asked.get("effects", "{}")).items():
                 stated = {n: float(v) for n, v in numbers.items() if n in library()[i].parameters}
-                view.effects |= {i: begin(i) | stated} if i in library() else {}
+                view.effects |= {i: first_sizes(i) | stated} if i in library() else {}
         return view
 
     @property
@@ -163,12 +163,12 @@ class View:
         await _compute(self)
 
 
-def begin(effect_id: str) -> dict[str, float]:
+def first_sizes(effect_id: str) -> dict[str, float]:
     """The numbers at which the sliders of an effect start."""
     return {n: reach(p)[2] for n, p in library()[effect_id].parameters.items()}
 
 
-def add() -> None:
+def add_sliders() -> None:
     """Serve the page."""
 
     @ui.page("/", title="belt_sim")
@@ -228,7 +228,7 @@ def _choices(view: View) -> None:
                     widgets.labelled_slider(label, numbers[name], reach(p)[:2], move, mark=mark, shown=factor)
 
         async def choose(ids: list[str]) -> None:
-            view.effects = {i: view.effects.get(i) or begin(i) for i in ids}
+            view.effects = {i: view.effects.get(i) or first_sizes(i) for i in ids}
             sizes.refresh()
             await _compute(view)
 
@@ -261,7 +261,7 @@ def _answers(view: View) -> None:
             ui.download.content(view.shown.to_pandas().to_csv(index=False), "belt.csv")
 
     with widgets.card("Where the belt runs"):
-        view.places["curves"] = ui.plotly(widgets.figure([], "", "", 420)).props("data-name=curves")
+        view.places["curves"] = ui.plotly(widgets.chart([], "", "", 420)).props("data-name=curves")
         busy = ui.linear_progress(show_value=False, size="4px").props("indeterminate aria-label='computing'")
         busy.set_visibility(False)
         view.places["busy"] = busy
@@ -273,7 +273,7 @@ def _answers(view: View) -> None:
             ui.button("PNG", on_click=picture).props("flat no-caps dense icon=download")
             ui.label("The address of this page keeps all settings.").classes("soft small")
     with widgets.card("How slack its edges become") as below:
-        view.places["edges"] = ui.plotly(widgets.figure([], "", "", 240))
+        view.places["edges"] = ui.plotly(widgets.chart([], "", "", 240))
     view.places["edges_card"] = below
 
 

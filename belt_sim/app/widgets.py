@@ -149,7 +149,7 @@ def part_of(effect_id: str) -> str:
     return "Pulleys" if {*cls.cause.parts} & {"tail", "head"} else "Belt, rollers and loads"
 
 
-def words_of(effect_id: str) -> str:
+def search_words(effect_id: str) -> str:
     """All words by which an effect is found, in lower case."""
     cls = library()[effect_id]
     meanings = [p.meaning for p in cls.parameters.values()][:6]
@@ -171,7 +171,7 @@ def effect_list(label: str, chosen: Iterable[str], to: Callable[[list[str]], Any
 
     def find(event: Any) -> None:
         wanted = str(event.value or "").lower().split()
-        hits = {i for i in boxes if all(word in words_of(i) for word in wanted)}
+        hits = {i for i in boxes if all(word in search_words(i) for word in wanted)}
         for i, box in boxes.items():
             box.set_visibility(i in hits)
         for part, group in groups.items():
@@ -210,7 +210,7 @@ def numbers(values: Any) -> list[Any]:
     return round_numbers(np.asarray(values, float).tolist(), DIGITS)  # type: ignore[no-any-return]
 
 
-def figure(data: list[dict[str, Any]], x: str, y: str, height: int, **layout: Any) -> dict[str, Any]:
+def chart(data: list[dict[str, Any]], x: str, y: str, height: int, **layout: Any) -> dict[str, Any]:
     """A figure with labelled axes and its legend above."""
     common = {"paper_bgcolor": CLEAR, "plot_bgcolor": CLEAR, "font": {**FONT, "color": GREY}, "height": height}
     axes = {"xaxis": {**AXIS, "title": _title(x)}, "yaxis": {**AXIS, "title": _title(y)}}
@@ -241,7 +241,7 @@ def lateral(shown: Simulation, beside: Simulation | None) -> dict[str, Any]:
             y = KILO * np.asarray(simulation.curves.y)[k]
             more = {**look, "legendgroup": str(k), "showlegend": not dashed}
             data.append(line(simulation.curves.travel, y, label, POINTS[k], **more))
-    return figure(data, "belt travel [m]", "lateral position [mm]", 420)
+    return chart(data, "belt travel [m]", "lateral position [mm]", 420)
 
 
 def edges(shown: Simulation) -> dict[str, Any] | None:
@@ -254,7 +254,7 @@ def edges(shown: Simulation) -> dict[str, Any] | None:
     below = {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": min(2.0 * low, -0.5), "y1": 0, "layer": "below"}
     below |= {"fillcolor": "rgba(224,99,42,0.16)", "line": {"width": 0}}
     up = {**AXIS, "rangemode": "tozero", "title": _title("slacker edge [N/mm²]")}
-    return figure(data, "belt travel [m]", "", 240, shapes=[below], yaxis=up)
+    return chart(data, "belt travel [m]", "", 240, shapes=[below], yaxis=up)
 
 
 def measured_figure(campaign: Campaign, run: Run) -> dict[str, Any]:
@@ -268,4 +268,4 @@ def measured_figure(campaign: Campaign, run: Run) -> dict[str, Any]:
         data.append(line(run.travel, KILO * values, f"{name} ({at})", POINTS[k % len(POINTS)], **more))
     end = float(run.travel[-1]) if len(run.travel) else 1.0
     along = {**AXIS, "range": [-0.01 * end, 1.01 * end], "title": _title("belt travel [m]")}
-    return figure(data, "", f"reading [{' or '.join(units)}]", 320, xaxis=along)
+    return chart(data, "", f"reading [{' or '.join(units)}]", 320, xaxis=along)

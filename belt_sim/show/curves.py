@@ -46,7 +46,7 @@ def curves_picture(path: str | os.PathLike | None, curves: Mapping[str, Curves],
                 look: dict[str, Any] = {"color": CYCLE[n % len(CYCLE)], "linestyle": DASHES[n % len(DASHES)]}
                 ax.plot(run.travel, np.asarray(run.y)[k] / MM, label=name, **look)
         fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=min(len(curves), 5))
-    return style.finish(fig, path, title or ", ".join(curves))
+    return style.finish_picture(fig, path, title or ", ".join(curves))
 
 
 def _four_points(label: str, height: float) -> tuple[Any, dict[int, Any]]:
@@ -79,7 +79,7 @@ def steady_picture(path: str | os.PathLike | None, rows: Sequence[SteadyError], 
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     ax.margins(x=0.02)
     ax.set(xlabel="tension [N/mm$^2$]", ylabel=f"late rate of point {point} [mm per m of travel]")
-    return style.finish(fig, path, title)
+    return style.finish_picture(fig, path, title)
 
 
 ACROSS, PANELS = 4, 24
@@ -100,7 +100,7 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
                 ax.errorbar([tensions[s.run] for s in stated], y, u, **look)
         ax.set(xlabel="tension [N/mm2]", ylabel="steady rate [mm/m]")
         ax.legend()
-        return style.finish(fig, path, campaign.title[:70])
+        return style.finish_picture(fig, path, campaign.title[:70])
     shown, kinds = recorded[:PANELS], {s.kind for s in campaign.signals}
     label = "y [mm]" if kinds == {"lateral"} else "roll [mrad]" if kinds == {"tilt"} else "y [mm], roll [mrad]"
     across = min(ACROSS, len(shown))
@@ -126,7 +126,7 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
             ax.tick_params(labelbottom=True)
     fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower left", ncols=6)
     left = len(recorded) - len(shown)
-    return style.finish(fig, path, campaign.title[:90] + (f" ({left} more runs)" if left else ""))
+    return style.finish_picture(fig, path, campaign.title[:90] + (f" ({left} more runs)" if left else ""))
 
 
 DOTS = 60  # late rates that a line of a map marks, at most
@@ -183,7 +183,7 @@ def map_picture(
                     ax.plot(x[kept][some], z[kept][some], **dot, markerfacecolor=face, label=name)
             ax.legend(loc="best")
         ax.set(xlabel=names[0], ylabel=label)
-        return style.finish(fig, path, title)
+        return style.finish_picture(fig, path, title)
     fig, [[ax]] = style.figure(7.6, 5.0)
     limit = float(np.nanmax(np.abs(values))) or 1.0
     look: dict[str, Any] = {"cmap": style.diverging_map(), "vmin": -limit, "vmax": limit}
@@ -199,7 +199,7 @@ def map_picture(
     fig.colorbar(drawn, ax=ax, label=label)
     ax.set(xlabel=names[0], ylabel=names[1])
     late = "" if settled is None or settled.all() else f", {np.count_nonzero(~settled):,} of them not settled"
-    return style.finish(fig, path, f"{title}, {len(values):,} cases{late}")
+    return style.finish_picture(fig, path, f"{title}, {len(values):,} cases{late}")
 
 
 _LINES = ("-", "--", "-", "--")  # points 1 and 2 lie close together, and so do 3 and 4
@@ -234,7 +234,9 @@ def bode_picture(path: str | os.PathLike, space: Any, highest: float) -> Path:
     phase.set_ylabel("phase [degrees]")
     phase.set_xlabel(f"frequency of the yaw [rad/s] at {plant.speed:g} m/s")
     effort = f"{plant.tension / N_PER_MM2:g} N/mm2"
-    return style.finish(fig, path, f"Belt position at points 1-4 per yaw of the tail pulley ({plant.model}, {effort})")
+    return style.finish_picture(
+        fig, path, f"Belt position at points 1-4 per yaw of the tail pulley ({plant.model}, {effort})"
+    )
 
 
 # ---- a finished sweep: pictures keyed by what was swept, and one recording of all its runs
@@ -390,7 +392,7 @@ def sweep_curves(path: Path | None, runs: Sequence[FinishedRun], keys: Sequence[
     handles = looks.legend()
     fig.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
     some = f" ({len(shown)} of {len(runs)} runs)" if len(shown) < len(runs) else ""
-    return style.finish(fig, path, f"Points 1-4 against belt travel, by {_and(keys)}{some}")
+    return style.finish_picture(fig, path, f"Points 1-4 against belt travel, by {_and(keys)}{some}")
 
 
 @style.picture
@@ -425,7 +427,7 @@ def sweep_rates(path: Path | None, runs: Sequence[FinishedRun], along: str, keys
     all_late = all(not run.is_steady for run in runs)
     ax.set(xlabel=WORDS.get(along, along.replace("_", " ")), ylabel=LATE if all_late else STEADY)
     title = f"{'Late' if all_late else 'Steady'} rate against {_and([along])}"
-    return style.finish(fig, path, f"{title}, by {_and(keys)}" if keys else title)
+    return style.finish_picture(fig, path, f"{title}, by {_and(keys)}" if keys else title)
 
 
 def _and(keys: Sequence[str]) -> str:

@@ -163,7 +163,7 @@ def drift_chart_picture(
         _drift(ax, before, after, names)
     entries = dict(zip(*reversed(axes[0][0].get_legend_handles_labels()), strict=True))
     fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=2)
-    return style.finish(fig, path, title)
+    return style.finish_picture(fig, path, title)
 
 
 def _drift(ax, before: Drift, after: Drift | None, labels: Mapping[str, str]) -> None:
@@ -232,7 +232,7 @@ def ranking_picture(
     for name, tick in zip(gains, ax.get_yticklabels(), strict=True):
         tick.set_fontweight("bold" if name in chosen else "normal")
     ax.grid(False, axis="y")
-    return style.finish(fig, path, title)
+    return style.finish_picture(fig, path, title)
 
 
 #: Shares of the largest plausible size between which bars are drawn.
@@ -255,7 +255,7 @@ def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: 
     ax.set_xlabel("size that shows, over the largest that a machine could have")
     ax.set_yticks(rows, [v.effect for v in visible])
     ax.grid(False, axis="y")
-    return style.finish(fig, path, f"What would show: {title}")
+    return style.finish_picture(fig, path, f"What would show: {title}")
 
 
 PLACES = 12  # shown, best first
@@ -284,7 +284,7 @@ def evidence_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     ax.set_xlabel("gain in log evidence over nothing missing; even or odd in the yaw")
     ax.set_xlim(0.0, 1.25 * max([*gains, 1.0]))
     ax.grid(False, axis="y")
-    return style.finish(fig, path, "Where an unknown input may act")
+    return style.finish_picture(fig, path, "Where an unknown input may act")
 
 
 @style.picture
@@ -303,7 +303,7 @@ def unknown_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     if not many:
         fig.legend(loc="outside lower center", ncols=min(len(d.courses), 4))
     words = next((p.words for p in d.places if d.law is None or p.words in d.law.place), d.places[0].words)
-    return style.finish(fig, path, f"Unknown input at one place: {words}")
+    return style.finish_picture(fig, path, f"Unknown input at one place: {words}")
 
 
 @style.picture
@@ -326,7 +326,7 @@ def law_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     ax.plot(scale * d.curve.x, factor * d.curve.u, color=INK, label="the law")
     ax.set(xlabel=xlabel, ylabel=ylabel)
     fig.legend(loc="outside lower center", ncols=min(len(d.against) + 1, 5))
-    return style.finish(fig, path, f"The law: {d.law.formula}")
+    return style.finish_picture(fig, path, f"The law: {d.law.formula}")
 
 
 @style.picture
@@ -347,4 +347,4 @@ def falling_error_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     ax.set(xlabel="rms error [mm]")
     ax.grid(False, axis="y")
     fig.legend(loc="outside lower center", ncols=3)
-    return style.finish(fig, path, "The error without and with the law")
+    return style.finish_picture(fig, path, "The error without and with the law")

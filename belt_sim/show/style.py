@@ -221,7 +221,7 @@ def _relative(path: str) -> str:
     return "".join(parts)
 
 
-def finish(fig: "Figure", path: str | os.PathLike | None, text: str) -> Any:
+def finish_picture(fig: "Figure", path: str | os.PathLike | None, text: str) -> Any:
     """Write the headline and ``save``."""
     title(fig, text)
     return save(fig, path)

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
 from belt_sim.app.measurements_page import AnswerForm
-from belt_sim.app.session import begin, nest_answers, read_mapping
+from belt_sim.app.session import begin_import, nest_answers, read_mapping
 from belt_sim.campaign import CampaignError, read_campaign
 from belt_sim.importing import write
 
@@ -30,7 +30,7 @@ def logged(tmp_path) -> list[Path]:
 
 
 def test_answers_lead_to_a_campaign(logged, tmp_path):
-    now = begin(logged)
+    now = begin_import(logged)
     assert not now.ready
     assert {q.path[0] for q in now.questions} == {"machine", "belt"}
     now.answer(MACHINE)
@@ -44,7 +44,7 @@ def test_answers_lead_to_a_campaign(logged, tmp_path):
 
 
 def test_why_no_campaign_can_be_made_is_said(logged):
-    now = begin(logged)
+    now = begin_import(logged)
     assert now.lacks.startswith("Not yet: ")
     assert any(q.text in now.lacks for q in now.proposal.missing)
     now.answer({**MACHINE, ("runs", "lauf2_20Nmm2", "yaw"): "0.042 furlong"})
@@ -64,7 +64,7 @@ def test_of_two_fields_of_one_place_the_changed_one_counts():
 
 
 def test_a_wrong_answer_is_said_and_can_be_taken_back(logged):
-    now = begin(logged)
+    now = begin_import(logged)
     now.answer({**MACHINE, ("columns", "Kante 1 [mm]", "unit"): "furlong"})
     assert any("furlong" in line for line in now.errors)
     assert not now.ready
@@ -73,13 +73,13 @@ def test_a_wrong_answer_is_said_and_can_be_taken_back(logged):
 
 
 def test_a_column_moved_to_another_place_is_another_signal(logged):
-    now = begin(logged)
+    now = begin_import(logged)
     now.answer({**MACHINE, ("columns", "Kante 4 [mm]", "at"): "point_3"})
     assert {u.name: u.at for u in now.proposal.columns}["Kante 4 [mm]"] == "point_3"
 
 
 def test_a_machine_by_its_name_needs_no_numbers(logged):
-    now = begin(logged)
+    now = begin_import(logged)
     now.answer({("belt", "density"): "7800 kg/m^3"})
     now.answer(MACHINE | {("belt", "density"): "7800 kg/m^3"})
     assert now.answers == MACHINE

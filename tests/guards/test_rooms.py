@@ -13,7 +13,7 @@ FLOORS = 14
 ALIKE = {
     *("prepare", "scene", "simulate", "step", "run", "in_batches", "refuse"),
     *("march", "couple_at", "force_at", "smooth_wander", "overrides"),
-    *("main", "add", "begin", "figure", "finish", "plot", "words_of"),
+    "plot",
     *("check_places", "describe", "doubts", "limits", "linearise", "scatter", "stack_cases", "travel_of"),
 }
 

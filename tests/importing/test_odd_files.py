@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import yaml
 
-from belt_sim.app.session import begin
+from belt_sim.app.session import begin_import
 from belt_sim.campaign import read_campaign
 from belt_sim.cli import run
 
@@ -149,7 +149,7 @@ def test_every_question_of_an_odd_file_has_an_answer_that_works(name, tmp_path, 
     assert np.ptp(first.signals["y1"]) == pytest.approx(1e-3 * np.ptp(Y), rel=0.02)
     if name in CLOCKS and "clock" not in name and name != "fractions":
         assert first.started.startswith("2024-05-12T23:59:30")
-    made = begin([tmp_path / "a.csv"], given_for(name))  # the app asks the same
+    made = begin_import([tmp_path / "a.csv"], given_for(name))  # the app asks the same
     for key in asked:
         question = next(q for q in made.proposal.missing if q.key == key)
         made.answer({question.path: answers.get(key) or question.options[0] if question.options else question.example})
