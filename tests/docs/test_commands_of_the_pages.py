@@ -24,6 +24,8 @@ from studies.application import FIXED
 ALL = [c for page in PAGES for c in commands(page)]
 OPEN = re.compile(r"=.*\b(?:[A-Z]{1,6}|FOLDER)\b(?!/)")  # a value left to the reader, as tension=T
 STUDIES = ROOT / "studies"
+#: files that a page has the reader make
+MADE = {"my_effect.py", *(f"{c.words[2]}.py" for c in ALL if c.words[1] == "new-effect")}
 
 
 @pytest.fixture(autouse=True)
@@ -42,7 +44,7 @@ def mean_something(command: str, cfg: dict) -> None:
     effects = cfg.get("effects") or []
     if isinstance(effects, list):
         ids = [e["id"] if isinstance(e, dict) else e for e in effects]
-        load_classes([i for i in ids if not i.startswith("outputs/") and i != "my_effect.py"])
+        load_classes([i for i in ids if not i.startswith("outputs/") and i not in MADE])
     campaign = cfg.get("campaign")
     if campaign and re.fullmatch(r"[a-z]+_[a-z_]+", campaign):
         assert (CAMPAIGNS / campaign).is_dir()
