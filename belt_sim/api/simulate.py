@@ -322,7 +322,8 @@ def simulate_one(
         return Simulation(**common, curves=curves, steady_rate=steady, keep=getattr(chosen, "keep", 0.0))
     curves = chosen.run(case, acting, **run, scene_path=scene_path, computed=computed)
     common["beyond"] = with_run(common["beyond"], case, chosen, curves, acting)
-    details = {"options": asdict(chosen.options), "engine": chosen.engine, "contact": chosen.contact}
+    used = chosen.options_used(chosen.engine_task(case, acting, float(travel))[0])
+    details = {"options": asdict(used), "engine": chosen.engine, "contact": chosen.contact}
     details |= {"scene": scene_path.name} if scene_path and scene_path.is_file() else {}
     found = Simulation(**common, curves=curves, details=details)
     return replace(found, steady_rate=float(found.rates.mean())) if found.is_settled else found

@@ -147,6 +147,12 @@ class SpaceModel:
         remedy = f"give at most {longest:.2g}: {pressed}; or make the yaw a ramp, or smaller"
         raise InputError("model.dt", self.options.dt, "s", remedy)
 
+    def options_used(self, case: Case) -> Options:
+        """The options of a run of ``case`` as its engine takes them, with the belt speed and, in time, the step."""
+        by = self.engine if self.contact == CONTACTS[0] else self.contact
+        fitted = fit_options(self.options_for(case), case, self.belt, by)
+        return fitted if by != "quasi_static" else replace(fitted, dt=None)
+
     def engine_task(self, case: Case, effects: Sequence[Effect], travel: float) -> tuple[Case, float]:
         """The case as driven, and the travel [m] that the engine has to run; raises CannotRepresent."""
         self.admit(effects)

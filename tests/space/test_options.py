@@ -7,6 +7,7 @@ import pytest
 import yaml
 from paper_cases import paper_case
 
+import belt_sim as bs
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.io import CONF
 from belt_sim.model import model_named
@@ -14,6 +15,7 @@ from belt_sim.space import BELTS, Options
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.native import simulate
 from belt_sim.space.options import OBEYED, OF_BELT, SLOWNESS, fit_options, string_speed
+from studies.paper.case import ROPE_EXAMPLE
 
 
 def written(belt):
@@ -39,6 +41,19 @@ def test_the_belt_runs_as_fast_as_is_accurate_unless_told_otherwise():
     assert fit_options(Options(belt_speed=0.7), case, "flex").run_speed == 0.7
     assert fit_options(Options(belt_speed="case"), case, "flex").run_speed == 0.3
     assert model_named("mujoco_flex", {"belt_speed": "case"}).options.belt_speed == "case"
+
+
+def test_a_result_says_at_which_step_and_speed_it_was_run():
+    """In time: a slow belt on MJX takes longer steps, a yaw step that folds the belt shorter ones."""
+    slow, folds = paper_case(7.0), paper_case(7.0, 0.005, ROPE_EXAMPLE)
+    pace = string_speed(slow) / SLOWNESS
+    for engine, step in (("native", 1e-3), ("mjx", 2e-3 / pace), ("quasi_static", None)):
+        used = SpaceModel(engine=engine).options_used(slow)
+        assert (used.dt, used.belt_speed) == (pytest.approx(step), pytest.approx(pace))
+    assert SpaceModel().options_used(folds).step < 1e-3
+    brief = {"name": "mujoco_flex", "dx": 0.04, "run_in": 0.05, "settle": 0.05}
+    found = bs.simulate(paper_case(60.0, rig=ROPE_EXAMPLE), model=brief, travel=0.02)
+    assert found.details["options"]["dt"] == 1e-3
 
 
 @pytest.mark.parametrize(("speed", "name"), [(3.0, "model.belt_speed"), ("case", "settings.speed")])
