@@ -85,6 +85,8 @@ def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = Fals
     wanted = CentringGoal.from_setting(config["objective"])
     if not done:
         watch = resolve_watch(config["watch"], "rrd", "rerun", "viewer")
+        if watch == "rerun" and run_dir.case is not None and not has_display():
+            raise InputError("watch", watch, "", "without a display a sweep has no page to serve; use watch=rrd")
         case, stated = case_from(config), model_settings(config["model"])
         acting = effects_of(config["effects"])
         model = on_engine(model_of(by_tension(stated, [case], [e.id for e in acting])), config["engine"])
