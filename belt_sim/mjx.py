@@ -26,6 +26,7 @@ from belt_sim.space.mjx import (
     MjxModel,
     PreparedCase,
     command,
+    diverged,
     march,
     plan,
     prepare,
@@ -35,7 +36,7 @@ from belt_sim.space.mjx import (
     stack_cases,
     step,
 )
-from belt_sim.space.options import RUNAWAY, Options
+from belt_sim.space.options import Options
 from belt_sim.space.run import Command
 
 __all__ = [
@@ -48,6 +49,7 @@ __all__ = [
     "SteeringEnvironment",
     "SteeringState",
     "command",
+    "diverged",
     "march",
     "plan",
     "prepare",
@@ -57,6 +59,10 @@ __all__ = [
     "stack_cases",
     "step",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 # A belt to be steered, as an environment in the form of MuJoCo Playground: reset, step, observation, reward.
@@ -118,8 +124,7 @@ class SteeringEnvironment:
         aligned = {"yaw": Schedule.step(0.0), "yaw_head": Schedule.step(0.0)}
         cases = [replace(case, settings=replace(case.settings, **aligned)) for case in cases]
         self.ready = prepare(cases, options=replace(options or Options(), belt_speed=speed))
-        self.width, dt = float(cases[0].belt.width), float(self.ready[0].model.dt)
-        self.substeps = max(round(control_travel / (speed * dt)), 1)
+        self.substeps = max(round(control_travel / (speed * float(self.ready[0].model.dt))), 1)
         begin = in_float64(jax.jit(lambda *run: march(*run)[0]))
         running = [begin(one.model, one.data, self._run_in(one)) for one in self.ready]
         self.models = jax.tree.map(lambda *v: jnp.stack([jnp.asarray(x) for x in v]), *[r.model for r in self.ready])
@@ -155,7 +160,7 @@ class SteeringEnvironment:
 
         def one(data: MjxData, part: Array) -> tuple[MjxData, None]:
             yaw = self.most_yaw * (info["action"] + part * (wanted - info["action"]))
-            now = command(model, data, jnp.asarray(self.speed), jnp.stack([0.0 * yaw, yaw]))
+            now = command(model, data, jnp.asarray(self.speed), jnp.stack([0.0 * yaw, yaw]), turning=jnp.inf)
             share = jnp.clip((now.travel - info["began"]) / SETS_IN, 0.0, 1.0)
             return step(model, data, now._replace(share=share)), None
 
@@ -168,6 +173,7 @@ class SteeringEnvironment:
         y, yaw = read[READING["y"]] - info["y"], self.most_yaw * info["action"]
         scaled = [y / self.y_scale, read[READING["tilt"]] / self.tilt_scale]
         obs = jnp.concatenate([*scaled, jnp.stack([read[READING["tension"]] / self.tension_scale, info["action"]])])
-        lost = ~jnp.isfinite(read).all() | (jnp.abs(y).max() > RUNAWAY * self.width)
         reward = -((y[0] / self.y_scale) ** 2) - self.effort * change**2
-        return SteeringState(data, obs, reward, lost.astype(float), {"y1": y[0], "yaw": yaw}, info)
+        return SteeringState(
+            data, obs, reward, diverged(info["model"], data).astype(float), {"y1": y[0], "yaw": yaw}, info
+        )

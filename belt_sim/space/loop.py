@@ -194,7 +194,12 @@ def lay_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> LaidLoop
     n = stations or stations_of(case, dx)
     hanging = HangingBelt.from_case(case)
     chord = hanging.length / n
-    links = _links(hanging, chord, n)
+    # one station lies where the upper span touches the head; one less than half a chord away from a pulley lies on it:
+    # its links press it down
+    upper = round(hanging.upper.length / chord)
+    on_head = round(hanging.head / chord)
+    on_tail = round((hanging.tail - upper * chord + hanging.upper.length) / chord)
+    links = on_head, upper, on_tail, n - on_head - upper - on_tail
     for _ in range(_CHORD_SWEEPS):
         loop, lower = _lay_stations(case, hanging, chord, links, path)
         before, chord = chord, chord + (lower - links[3] * chord) / n
@@ -203,22 +208,13 @@ def lay_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> LaidLoop
     return loop
 
 
-def _links(hanging: HangingBelt, chord: float, n: int) -> tuple[int, int, int, int]:
-    """Links on the head, in the upper span, on the tail and in the lower span.
-
-    One station lies where the upper span touches the head. A station that is less than half a chord away from a
-    pulley lies on it: its links press it down.
-    """
-    upper = round(hanging.upper.length / chord)
-    ahead = upper * chord - hanging.upper.length
-    head, tail = round(hanging.head / chord), round((hanging.tail - ahead) / chord)
-    return head, upper, tail, n - head - upper - tail
-
-
 def _lay_stations(
     case: Case, hanging: HangingBelt, chord: float, links: tuple[int, int, int, int], path
 ) -> tuple[LaidLoop, float]:
-    """Stations with this chord [m] everywhere but in the lower span, and the length of the lower span [m]."""
+    """Stations with this chord [m] everywhere but in the lower span, and the length of the lower span [m].
+
+    links: on the head, in the upper span, on the tail and in the lower span.
+    """
     rig, (on_head, upper, on_tail, lower) = case.rig, links
     a, curvature = float(rig.centre_distance), float(case.sag_curvature)
     head, tail = (station_radius(float(r), chord) for r in (rig.head_radius, rig.tail_radius))

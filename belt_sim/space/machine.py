@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent
 from belt_sim.io import MODELS
-from belt_sim.scene_parts import GuideRoller, PulleySurface, SceneParts
+from belt_sim.scene_parts import PulleySurface, SceneParts
 from belt_sim.space.loop import LaidLoop, lay_loop, lift
 from belt_sim.space.mesh import BELT_MODELS, Mesh
 from belt_sim.space.mujoco_interface import add_dummy_equality, set_solver
@@ -56,7 +56,19 @@ def lay_out(case: Case, belt: str, options: Options, parts: SceneParts, *, path=
         mesh = replace(mesh, curvature=parts.camber(middle % (loop.chord * mesh.stations)))
     if parts.residual:
         mesh = replace(mesh, residual=parts.residual / float(case.belt.youngs_modulus))
-        _refuse_slack_lines(mesh, case, options, belt)
+        # Strips of a membrane between three or more lines hold each other's width and shear, and twist 9-15 % too
+        # easily. Steel edges carry pressure over some mm (studies/notes/shell.md), lines of nodes fold.
+        tension, modulus = float(case.settings.tension), float(case.belt.youngs_modulus)
+        what = f"effects = flatness: a residual stress of {mesh.residual * modulus / N_PER_MM2:.3g} N/mm2"
+        if belt == "flex" and mesh.lines > 2:
+            raise CannotRepresent(f"{what} needs model.across = 2 in a membrane; use that, or model=mujoco_grid")
+        if RESIDUAL_TORSION * mesh.residual * modulus >= tension:
+            raise CannotRepresent(
+                f"{what} is too much for {tension / N_PER_MM2:g} N/mm2: the spans twist by themselves"
+            )
+        if tension + modulus * mesh.residual_strain.min() <= 0.0:
+            slack = f"makes a line of {mesh.lines} slack, which folds"
+            raise CannotRepresent(f"{what} {slack}: give a smaller model.across")
     return SceneLayout(case, belt, options, parts, mesh, loop, early)
 
 
@@ -65,8 +77,13 @@ def build_scene(case: Case, belt: str, options: Options, parts: SceneParts) -> t
     spec, scene = begin_scene(case, belt, options, parts)
     set_solver(spec, options.step, parts.gravity)
     add_dummy_equality(spec, "head-yaw")
-    for k, guide in enumerate(parts.edge_guides):
-        _draw_guide(spec, f"guide-{k}", guide, case)
+    for k, guide in enumerate(parts.edge_guides):  # only seen; what they do to the belt is ``belt.guide_forces``
+        level = float(case.rig.tail_radius) * (1.0 if guide.span == "upper" else -1.0)
+        y = guide.side * (0.5 * float(case.belt.width) + guide.gap + _ROLLER[0])
+        geom = spec.worldbody.add_geom(name=f"guide-{k}", pos=[guide.x, y, level], size=[*_ROLLER, 0.0])
+        geom.type, geom.rgba = mujoco.mjtGeom.mjGEOM_CYLINDER, [0.9, 0.6, 0.1, 1.0]
+        geom.contype = geom.conaffinity = 0
+        geom.group = 1
     return spec, scene
 
 
@@ -96,32 +113,6 @@ def laid_coordinates(scene: SceneLayout, head_spin: float = 0.0, tail_spin: floa
     joints[TAIL_SLIDE] = scene.loop.centre_distance - float(scene.case.rig.centre_distance)
     joints[HEAD_SPIN], joints[TAIL_SPIN] = head_spin, tail_spin
     return np.concatenate([joints, (scene.mesh.laid - scene.mesh.rest).ravel()])
-
-
-def _refuse_slack_lines(mesh: Mesh, case: Case, options: Options, kind: str) -> None:
-    """Raise CannotRepresent for a residual stress that presses a line of nodes, or takes all of the belt's torsion.
-
-    Strips of a membrane between three or more lines hold each other's width and shear, and twist 9-15 % too easily.
-    Steel edges carry pressure over some mm (studies/notes/shell.md); a line of nodes without plate stiffness folds.
-    """
-    tension, modulus = float(case.settings.tension), float(case.belt.youngs_modulus)
-    what = f"effects = flatness: a residual stress of {mesh.residual * modulus / N_PER_MM2:.3g} N/mm2"
-    if kind == "flex" and mesh.lines > 2:
-        raise CannotRepresent(f"{what} needs model.across = 2 in a membrane; use that, or model=mujoco_grid")
-    if RESIDUAL_TORSION * mesh.residual * modulus >= tension:
-        raise CannotRepresent(f"{what} is too much for {tension / N_PER_MM2:g} N/mm2: the spans twist by themselves")
-    if tension + modulus * mesh.residual_strain.min() <= 0.0:
-        raise CannotRepresent(f"{what} makes a line of {mesh.lines} slack, which folds: give a smaller model.across")
-
-
-def _draw_guide(spec: mujoco.MjSpec, name: str, guide: GuideRoller, case: Case) -> None:
-    """A standing roller, only seen; what it does to the belt is ``belt.guide_forces``."""
-    level = float(case.rig.tail_radius) * (1.0 if guide.span == "upper" else -1.0)
-    y = guide.side * (0.5 * float(case.belt.width) + guide.gap + _ROLLER[0])
-    geom = spec.worldbody.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[guide.x, y, level])
-    geom.size, geom.rgba = [*_ROLLER, 0.0], [0.9, 0.6, 0.1, 1.0]
-    geom.contype = geom.conaffinity = 0
-    geom.group = 1
 
 
 def _add_station(

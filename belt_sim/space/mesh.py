@@ -111,19 +111,6 @@ _CLOSE = 1e-12  # of the width
 _WIDTH_SWEEPS = 60
 
 
-def matching_width(width: float, chord: float, across: int, poisson_ratio: float) -> float:
-    """Width [m] of a mesh with stations ``chord`` [m] apart that bends like a strip of ``width`` [m].
-
-    At equal section b h, EI of the mesh is that of a strip of its own width times ``stiffening``.
-    """
-    found = width
-    for _ in range(_WIDTH_SWEEPS):
-        before, found = found, width / stiffness_ratio(round(chord / found, 15), across, poisson_ratio) ** 0.5
-        if abs(found - before) < _CLOSE * width:
-            break
-    return found
-
-
 @lru_cache(maxsize=512)
 def stiffness_ratio(slenderness: float, across: int, poisson_ratio: float) -> float:
     """EI of the mesh over that of a strip as wide; slenderness: distance of stations over the width."""
@@ -217,15 +204,6 @@ def tie_lengths(mesh: Mesh, tied: np.ndarray, share: float) -> np.ndarray:
     return np.hypot(np.where(apart == 0, 0.0, np.sqrt(along.prod(axis=1))), np.diff(y, axis=1)[:, 0])
 
 
-def node_lines(width: float, across: int) -> tuple[np.ndarray, np.ndarray]:
-    """Lateral positions [m] of the node lines, from +width/2 to -width/2, and each line's share of the section."""
-    if across == 1:
-        return np.zeros(1), np.ones(1)
-    share = np.full(across, 1.0 / (across - 1))
-    share[[0, -1]] *= 0.5
-    return width * (0.5 - np.arange(across) / (across - 1)), share
-
-
 def _stretch_stiffness(case: Case) -> float:
     """EA [N]."""
     return float(case.belt.youngs_modulus) * float(case.belt.area)
@@ -241,7 +219,10 @@ def lay_mesh(case: Case, loop: LaidLoop, width: float, across: int, poisson_rati
 
     poisson_ratio: by which the width shrinks; stiffness [N]: EA of all lines.
     """
-    y, share = node_lines(width, across)
+    y, share = np.zeros(1), np.ones(1)
+    if across > 1:
+        y, share = width * (0.5 - np.arange(across) / (across - 1)), np.full(across, 1.0 / (across - 1))
+        share[[0, -1]] *= 0.5
     strain = float(case.settings.tension) / float(case.belt.youngs_modulus)
     laid = np.empty((len(loop.x), across, 3))
     laid[:, :, 0], laid[:, :, 2] = loop.x[:, None], loop.z[:, None]
@@ -255,11 +236,6 @@ def lay_mesh(case: Case, loop: LaidLoop, width: float, across: int, poisson_rati
 
 def node_name(i: int, j: int) -> str:
     return f"node-{i}-{j}"
-
-
-def drag_coefficients(mesh: Mesh, along: float, across: float) -> np.ndarray:
-    """Damping of the nodes' slides [N s/m], flat, for drags [1/s] per unit of mass along x and across (y, z)."""
-    return (mesh.mass[:, None] * np.array([along, across, across]) * np.ones((mesh.stations, 1, 1))).ravel()
 
 
 def add_nodes(spec: mujoco.MjSpec, mesh: Mesh, *, sites: bool) -> None:
@@ -337,7 +313,13 @@ class Membrane:
         if options.across < 2:
             raise InputError("model.across", options.across, "nodes", "a membrane needs 2 or more")
         poisson, across = float(case.belt.poisson_ratio), options.across
-        width = matching_width(float(case.belt.width), rest_chord(case, loop), across, poisson)
+        # At equal section b h, EI of the mesh is that of a strip of its own width times ``stiffness_ratio``.
+        whole, chord = float(case.belt.width), rest_chord(case, loop)
+        width = whole
+        for _ in range(_WIDTH_SWEEPS):
+            before, width = width, whole / stiffness_ratio(round(chord / width, 15), across, poisson) ** 0.5
+            if abs(width - before) < _CLOSE * whole:
+                break
         return lay_mesh(case, loop, width, across, poisson, _stretch_stiffness(case))
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:

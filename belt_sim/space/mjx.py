@@ -63,9 +63,11 @@ from belt_sim.space.chain import (
 from belt_sim.space.loop import smoothstep, stations_of
 from belt_sim.space.machine import (
     HEAD_SPIN,
+    HEAD_YAW,
     STATION_JOINTS,
     TAIL_SLIDE,
     TAIL_SPIN,
+    TAIL_YAW,
     SceneLayout,
     build_scene,
     laid_coordinates,
@@ -73,7 +75,7 @@ from belt_sim.space.machine import (
     station_mass,
 )
 from belt_sim.space.mujoco_interface import compile_model
-from belt_sim.space.options import Options, fit_options, is_limp, refuse_unobeyed
+from belt_sim.space.options import RUNAWAY, Options, fit_options, is_limp, refuse_unobeyed
 from belt_sim.space.pulleys import TailPulley, belt_loads, lay_pulleys, pose_of
 from belt_sim.space.run import (
     ANGLES,
@@ -143,12 +145,28 @@ READING: dict[str, Any] = {
 }  # fmt: skip
 
 
-def command(model: MjxModel, data: MjxData, speed: Array, yaw: Array, drag: Array | float = 1.0) -> Command:
-    """The command of a controller: belt speed [m/s] and yaw [rad], (2,): head, tail; drag [1/s]: across the travel."""
-    before, one = data.reading[READING["speed"]], jnp.ones(())
-    drags = jnp.stack([0.0 * one, drag * one])
-    gained = (speed - before) / model.dt
-    return Command(data.travel + model.dt * speed, yaw, one, one * speed, gained, drags, model.belt.friction)
+def command(
+    model: MjxModel, data: MjxData, speed: Array, yaw: Array, drag: Array | float = 1.0, *,
+    acceleration: Array | float = 3.0, turning: Array | float = 0.02,
+) -> Command:  # fmt: skip
+    """The command of a controller that wants belt speed [m/s] and yaw [rad], (2,): head, tail.
+
+    drag [1/s]: of the belt across its travel; acceleration [m/s2], turning [rad/s]: by which speed and yaw change at
+    most, step by step, because a jump folds the belt; inf = at once.
+    """
+    before, one, dt = data.reading[READING["speed"]], jnp.ones(()), model.dt
+    gained = jnp.clip((speed - before) / dt, -acceleration, acceleration)
+    was = data.mjx.qpos[jnp.array([HEAD_YAW, TAIL_YAW])]
+    was = was if data.compliance_yaw is None else was - data.compliance_yaw
+    yaw = was + jnp.clip(yaw - was, -turning * dt, turning * dt)
+    speed, drags = before + dt * gained, jnp.stack([0.0 * one, drag * one])
+    return Command(data.travel + dt * speed, yaw, one, one * speed, gained, drags, model.belt.friction)
+
+
+def diverged(model: MjxModel, data: MjxData) -> Array:
+    """Whether the belt has run off its pulleys or its motion is not finite: a bool, for jax.jit and jax.vmap."""
+    read = data.reading
+    return ~jnp.isfinite(read).all() | (jnp.abs(read[POINTS]).max() > RUNAWAY * model.belt.width)
 
 
 @dataclass(frozen=True)
@@ -523,10 +541,8 @@ SEGMENT = 50  # steps of one compiled call: at most 0.1 m of travel at 1 ms and 
 
 def refuse(belt: str, options: Options, parts: SceneParts) -> None:
     """Raise CannotRepresent for what engine=mjx does not do."""
-    why = None
     if is_limp(belt, options):
         why = f"model = mujoco_{belt} without bending stiffness"
-    if why is not None:
         raise CannotRepresent(f"{why}: engine=mjx cannot do this; use engine=native")
 
 
@@ -593,7 +609,7 @@ def run(
 
     with ExitStack() as stack:
         for k, one in watched:
-            so_far = partial(lambda k: unfailed(curves(k)), k)
+            so_far = partial(lambda k: c.curves if isinstance(c := curves(k), SimulationError) else c, k)
             stack.enter_context(notify_observers(one.observers, one.ready.case, travel, so_far))
         pending = None
         for begin in range(0, len(commands.travel[0]), segment):
@@ -653,32 +669,26 @@ class Watched:
             observer.frame(frame)
 
 
-def unfailed(found: Curves | SimulationError) -> Curves:
-    """The curves of a run, those so far of a failed one."""
-    return found.curves if isinstance(found, SimulationError) else found  # type: ignore[return-value]
-
-
 _FUNCTIONS: dict[Hashable, object] = {}
 
 
 def compile_batch(axes: object):
-    """``run_steps`` for a batch whose models differ by ``axes``; made once, so that JAX compiles it once."""
+    """The function that makes several steps of a batch whose models differ by ``axes``; made once, so that JAX compiles
+    it once: the data of each case after them, and its readings (steps, 20).
+
+    The data's mjx is (qpos, qvel, time); still: MJX's data of any instant, for what a step computes anew.
+    """
+
+    def run_steps(model: MjxModel, still: Any, data: MjxData, commands: Command) -> tuple[MjxData, Array]:
+        qpos, qvel, time = data.mjx
+        after, read = march(model, data._replace(mjx=still.replace(qpos=qpos, qvel=qvel, time=time)), commands)
+        return carried_state(after), read
+
     leaves, structure = jax.tree.flatten(axes, is_leaf=lambda v: v is None)
     key = tuple(leaves), structure
     if key not in _FUNCTIONS:
         _FUNCTIONS[key] = jax.jit(jax.vmap(run_steps, in_axes=(axes, None, 0, 0)), donate_argnums=2)
     return _FUNCTIONS[key]
-
-
-def run_steps(model: MjxModel, still: object, data: MjxData, commands: Command) -> tuple[MjxData, Array]:
-    """The data of one case after several steps, and its readings (steps, 20); its mjx is (qpos, qvel, time).
-
-    still: MJX's data of any instant, for what a step computes anew.
-    """
-    qpos, qvel, time = data.mjx
-    whole = data._replace(mjx=still.replace(qpos=qpos, qvel=qvel, time=time))  # type: ignore[attr-defined]
-    after, read = march(model, whole, commands)
-    return carried_state(after), read
 
 
 def curves_of_steps(ready: PreparedCase, plan: Command, table: np.ndarray) -> Curves | SimulationError:

@@ -33,7 +33,7 @@ from belt_sim.space.chain import (
 )
 from belt_sim.space.loop import library_of, smoothstep
 from belt_sim.space.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
-from belt_sim.space.mesh import drag_coefficients, tie_lengths
+from belt_sim.space.mesh import tie_lengths
 from belt_sim.space.mujoco_interface import Motion, Solver, compile_model, mjcf, silence_expected_warnings
 from belt_sim.space.options import BELTS, CONTACTS, Options, fit_options, is_limp
 from belt_sim.space.pulleys import TailPulley, belt_loads, lay_pulleys, pose_of
@@ -309,7 +309,8 @@ class Engine:
             straight, curved = self.rest_lengths
             solver.set_rest_lengths(straight + instant[3] * (curved - straight))
         if state.acting[1:] != tuple(drag):
-            solver.damp(drag_coefficients(self.scene.mesh, *drag))
+            damping = self.scene.mesh.mass[:, None] * drag[[0, 1, 1]]  # along x, and across
+            solver.damp(np.broadcast_to(damping, solver.shape))
         state.acting = instant[3], *drag
         state.joints, state.joint_rates, forces = np.array(given.joints)
         state.slides, state.instant = np.array(given.nodes), instant

@@ -194,12 +194,6 @@ def update_tangents(wrap: WrapArrays, pose: PoseArrays, nodes: Array, share: Arr
 _AHEAD = 2.0  # chords before the tangent point: what lies further is on the other side of the pulley
 
 
-def layer_of_fibres(belt: BeltArrays, pulley: BeltOnPulley, share: Array | float, nodes: Array) -> Array:
-    """Displacements (2, m, 2) [m] that the fibres beside a pulley lead to; share: of the layer and of the camber."""
-    ends = [line_displacements(belt, pulley, share, nodes, end) for end in (FIRST, LAST)]
-    return share * jnp.stack(ends)
-
-
 def line_displacements(belt: BeltArrays, pulley: BeltOnPulley, share: Array | float, nodes: Array, end: int) -> Array:
     """How far the lines are outside the circle, and drawn into the pulley, beyond their mean [m], (m, 2).
 
@@ -261,7 +255,11 @@ def relax_layers(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array, share: A
     """With the layers, if any, moved by ``rate`` of the way to what the fibres beside the pulleys say."""
     if pulleys.layer is None:
         return pulleys
-    wanted = jax.vmap(lambda pulley: layer_of_fibres(belt, pulley, share, nodes))(pulleys)
+
+    def wanted_at(pulley: BeltOnPulley) -> Array:
+        return share * jnp.stack([line_displacements(belt, pulley, share, nodes, end) for end in (FIRST, LAST)])
+
+    wanted = jax.vmap(wanted_at)(pulleys)
     return pulleys._replace(layer=pulleys.layer + rate * (wanted - pulleys.layer))
 
 

@@ -18,9 +18,9 @@ from belt_sim.effects.span import MachineTilt
 from belt_sim.effects.yaw import Cant, YawCompliance
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.jax_setup import in_float64, least_effort
-from belt_sim.mjx import READING, command, march, plan, prepare, scene, simulate_batch, stack_cases, step
+from belt_sim.mjx import READING, command, diverged, march, plan, prepare, scene, simulate_batch, stack_cases, step
 from belt_sim.space import Options
-from belt_sim.space.machine import TAIL_SLIDE
+from belt_sim.space.machine import TAIL_SLIDE, TAIL_YAW
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.native import simulate
 from belt_sim.space.options import string_speed
@@ -135,7 +135,7 @@ def test_the_belt_starts_and_stops_as_commanded():
     yaw, data, spins = jnp.zeros(2), ready.data, []
     for k in range(150):
         speed = jnp.array(min(k / 50, 1.0) if k < 100 else max(1.0 - (k - 100) / 25, 0.0))
-        data = RUN(ready.model, data, command(ready.model, data, speed, yaw))
+        data = RUN(ready.model, data, command(ready.model, data, speed, yaw, acceleration=jnp.inf))
         spins.append(float(data.pulleys.pose.spin[1]))
     radius = float(ready.case.rig.tail_radius)
     turned = radius * (spins[-1] - spins[0])
@@ -180,6 +180,22 @@ def test_gradients_backwards_keep_the_beginning_of_pieces_alone():
     assert abs(float(above - below)) > 1e-3
     assert float(run(1.0)) == pytest.approx(float(above - below) / 0.02, rel=1e-3)
     assert run.memory_analysis().temp_size_in_bytes < 12e6
+
+
+@in_float64
+def test_a_jump_of_speed_and_yaw_is_made_at_the_rates_of_the_command():
+    """The belt runs on; a yaw of 3 degrees at once folds it, which ``diverged`` says."""
+    ready = prepare([paper_case(60.0, rig=ROPE_EXAMPLE)], options=COARSE)[0]
+    speed, yaw, data, dt = jnp.array(1.0), jnp.array([0.0, 0.001]), ready.data, COARSE.dt
+    for k in range(1, 300):
+        data = RUN(ready.model, data, command(ready.model, data, speed, yaw))
+        assert float(data.reading[READING["speed"]]) == pytest.approx(min(3.0 * dt * k, 1.0))
+        assert float(data.mjx.qpos[TAIL_YAW]) == pytest.approx(min(0.02 * dt * k, 0.001))
+    assert not diverged(ready.model, data)
+    for _ in range(100):
+        at_once = command(ready.model, data, speed, 50.0 * yaw, acceleration=jnp.inf, turning=jnp.inf)
+        data = RUN(ready.model, data, at_once)
+    assert diverged(ready.model, data)
 
 
 @pytest.mark.long
