@@ -187,10 +187,10 @@ def imported_runs_table(campaign: Campaign) -> Table:
             "yaw deg": f"{r.yaw / DEGREE:+.4g}",
             "m/s": f"{r.speed:.3g}",
             "direction": f"{r.direction:+.0f}",
-            "yaw at m": f"{r.yaw_at:.3g}" + (f" +-{r.yaw_at_u:.2g}" if r.yaw_at_u else ""),
-            "travel m": f"{r.travel[-1]:.4g}" if len(r.travel) else "",
+            "yaw at m": f"{r.yaw_at - r.counted_from:.3g}" + (f" +-{r.yaw_at_u:.2g}" if r.yaw_at_u else ""),
+            "travel m": f"{r.travel[-1] - r.counted_from:.4g}" if len(r.travel) else "",
             "samples": f"{len(r.travel)}",
-            "start m": "" if r.start is None else f"{r.start:.6g}",
+            "start m": "" if r.start is None else f"{r.start + r.counted_from:.6g}",
             "repeats": r.repeat_of or "",
             "use": "" if r.use == "fit" else r.use.replace("_", " "),
         }

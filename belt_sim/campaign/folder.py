@@ -55,6 +55,8 @@ RATES = ("rate1", "rate2", "rate3", "rate4")
 REPEAT_TOLERANCE = 0.05
 #: Cell of run_in_m where the machine ran already, for a way that nobody knows.
 UNKNOWN = "unknown"
+#: In the file these count from the beginning of the record, in a run from its straight start: what run_in adds there.
+COUNTED = {"yaw_at": 1.0, "start": -1.0}
 #: What a repeat need not have alike.
 FREE = ("yaw_at_u", "start", "run_in", "y0")
 
@@ -226,6 +228,8 @@ def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
         values |= {key: None for key in ("start", "y0") if math.isnan(values.get(key, 0.0))}
         run_in = 0.0 if ran[row] else values.get("run_in", 0.0)
         values["yaw_at"] = values.get("yaw_at", 0.0) + run_in
+        if values.get("start") is not None:
+            values["start"] -= run_in
         if values["yaw_at"] < 0.0:
             remedy = f"is before the record: state run_in_m of at least {run_in - values['yaw_at']:g}, how far the belt"
             remedy += (
@@ -625,8 +629,8 @@ def runs_text(runs: tuple[Run, ...]) -> str:
     columns = {"run": [run.name for run in runs]}
     for column, (name, bounds, _) in NUMBERS.items():
         values = np.array([getattr(run, name) for run in runs], dtype=float)
-        if name == "yaw_at":  # in the file both count from the beginning of the record
-            values = values - np.array([run.counted_from for run in runs])
+        if name in COUNTED:
+            values = values - COUNTED[name] * np.array([run.counted_from for run in runs])
         columns[column] = _cells(values, UNITS[bounds.unit][1])
         if name == "run_in":
             columns[column] = [cell or UNKNOWN for cell in columns[column]]

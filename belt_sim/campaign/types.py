@@ -155,11 +155,12 @@ class Run(_OfArrays):
     [m/s]; direction +1 or -1; repeat_of names the first run with the same settings. travel [m], shape (n,),
     increasing from the straight start at 0; time [s], shape (n,), or None; signals: name -> shape (n,) [m or rad],
     nan where blank. A signal without any value in this run is absent from ``signals``; n = 0 for a run of steady
-    rates only. start [m]: travel that the belt had behind it at travel 0, None where nobody knows; start_u: one sigma
-    of it where it was read off the records. run_in [m]: how far the belt had run from a straight start when the record
-    began, ``travel`` and ``yaw_at`` count from that start; nan: it ran, nobody knows how far. y0 [m]: how far the belt
-    stood from the middle of the pulleys at the yaw, to the side of positive y, None where nobody knows. started: date
-    and time of day of the first reading (ISO 8601; "" where not known).
+    rates only. start [m]: travel that the belt had behind it at travel 0 (negative where its mark came later), None
+    where nobody knows; start_u: one sigma of it where it was read off the records. run_in [m]: how far the belt had
+    run from a straight start when the record began, ``travel`` and ``yaw_at`` count from that start; nan: it ran,
+    nobody knows how far. y0 [m]: how far the belt stood from the middle of the pulleys at the yaw, to the side of
+    positive y, None where nobody knows. started: date and time of day of the first reading (ISO 8601; "" where not
+    known).
     """
 
     name: str

@@ -620,7 +620,8 @@ def runs_on_one_grid(
         if yaw_at < 0.0:
             remedy = "is before the record: state run_in too, how far the belt had run from a straight start by then"
             raise InputError(f"runs.{run.name}.yaw_at", run.yaw_at, "m", remedy)
-        out.append(replace(run, travel=way, yaw_at=yaw_at, time=time, signals=signals))
+        start = None if run.start is None else run.start - run.counted_from
+        out.append(replace(run, travel=way, yaw_at=yaw_at, start=start, time=time, signals=signals))
     return out, notes, step
 
 

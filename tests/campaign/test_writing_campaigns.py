@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -130,11 +131,14 @@ def test_what_the_reader_would_refuse_is_never_written(folder, tmp_path):
 def test_a_run_of_a_running_machine_and_its_place_come_back(tmp_path):
     campaign = read_campaign(CAMPAIGNS / "slack_belt")
     first, *others = campaign.runs
-    moved = replace(first, run_in=80.0, travel=first.travel + 80.0, yaw_at=first.yaw_at + 80.0, y0=-0.008)
+    moved = replace(first, run_in=80.0, travel=first.travel + 80.0, yaw_at=first.yaw_at + 80.0, y0=-0.008, start=-76.8)
     others = [replace(r, repeat_of=None) if r.repeat_of == first.name else r for r in others]
+    others = [replace(r, start=1.0) for r in others]
     back = write_campaign(replace(campaign, runs=(moved, *others)), tmp_path / "c")
-    assert "run_in_m,y0_mm" in (tmp_path / "c" / "runs.csv").read_text()
+    table = pandas.read_csv(tmp_path / "c" / "runs.csv")
+    assert (table.run_in_m[0], table.start_m[0], table.start_m[1]) == (80.0, 3.2, 1.0)  # where the record begins
     assert (back.runs[0].run_in, back.runs[0].y0) == (80.0, pytest.approx(-0.008))
+    assert (back.runs[0].start, back.runs[1].start) == (pytest.approx(-76.8), 1.0)
     assert back.runs[0].yaw_at == pytest.approx(first.yaw_at + 80.0)
     assert back.runs[0].travel == pytest.approx(first.travel + 80.0)
     assert back.runs[1].y0 is None
