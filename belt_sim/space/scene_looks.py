@@ -44,11 +44,12 @@ def furnish(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
 
 def _light(spec: mujoco.MjSpec, length: float, width: float, height: float) -> None:
     """Two lights, one with shadows, and a plain sky; the shadows of both spans, up to ``height`` [m] apart, overlap."""
-    aside = min(0.6 * width / height, 0.6)
+    down = np.array([0.0, 0.8 * min(0.6 * width / height, 0.6), -0.8])
+    above = np.array([0.5 * length, 0.0, 0.0]) - 4.0 * down  # no shadow along x: the floor shades itself there
     for light in list(spec.lights):
         spec.delete(light)
     for name, at, along, bright in (
-        ("sun", [0.0, -4.0, 6.0], [0.2, 0.8 * aside, -0.8], 0.65),
+        ("sun", above, down, 0.65),
         ("fill", [length, 4.0, 5.0], [-0.3, -0.6, -0.7], 0.25),
     ):
         light = spec.worldbody.add_light(name=name, pos=at, dir=along, type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
