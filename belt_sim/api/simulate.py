@@ -189,6 +189,9 @@ def refuse_effects(model: Model | SteadyModel, effects: Sequence[Effect | type[E
             raise CannotRepresent(f"effects = {e.id}: {reason}{remedy}")
 
 
+#: load of the limit slack_edge from which a line of nodes, b / sqrt(12) from the middle, is slack
+SLACK_LINE = math.sqrt(3.0)
+SLACK_SCENE = "the yaw slackens an edge of the belt, and y here is up to 6 % of its largest off a held belt's"
 #: limits that a belt in three dimensions does not have: it moves, turns far and hangs as it is
 _NOT_IN_SPACE = ("flat_belt", "second_order", "deep_sag", "fast_belt")
 
@@ -207,7 +210,10 @@ def validity_limits(case: Case, model: Any, effects: Sequence[str] = ()) -> tupl
         slips = ("slip",) if math.isfinite(model.options.friction) else ()
         lifts = "the belt's own stiffness lifts it off the pulleys, which a belt in 3D has only with effects=[lift_off]"
         beyond = exceeded_limits(case, {*model.contains, *effects, *_NOT_IN_SPACE, *slips})
-        found = tuple(replace(limit, words=lifts) if limit.id == "bending_layer" else limit for limit in beyond)
+        words = {"bending_layer": lifts}
+        if model.contact == CONTACTS[1]:
+            words |= {x.id: SLACK_SCENE for x in beyond if x.id == "slack_edge" and x.load > SLACK_LINE}
+        found = tuple(replace(limit, words=words.get(limit.id, limit.words)) for limit in beyond)
     there = {x.id for x in found} | ({*_NOT_IN_SPACE, "short_span", "edge_stretch"} if in_space else set())
     there |= {"edge_stretch"} if any(x.id == "slack_edge" for x in found) else set()
     return (*found, *(x for x in geometric(case) if x.id not in there))
@@ -451,7 +457,9 @@ def _scene_and_story(case: Case, model: ModelSpec, effects: Any, speed: float | 
             why = "it follows the tension, which a slider changes; use one of constant size"
         if why:
             raise CannotRepresent(f"effects = {effect.id}: {why}, or use belt-sim simulate")
-    return contact_scene(case, chosen.belt, chosen.options, chosen.parts(case, acting))
+    spec, said = contact_scene(case, chosen.belt, chosen.options, chosen.parts(case, acting))
+    slack = [x.words for x in validity_limits(case, chosen, [e.id for e in acting]) if x.words == SLACK_SCENE]
+    return spec, "\n     ".join([said.rstrip(), *(f"Mind: {words}." for words in slack)]) + " "
 
 
 def jax_function(case: Case, model: ModelSpec | None = None, *, travel: float) -> Callable[..., Curves]:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.api.simulate import by_tension, effects_of, model_of, on_engine, scene_text, simulate_one
+from belt_sim.api.simulate import SLACK_SCENE, by_tension, effects_of, model_of, on_engine, scene_text, simulate_one
 from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves, Frame, Observer, read_curves, write_curves
 from belt_sim.errors import BeltError, InputError, SimulationError, finite, whole
@@ -125,7 +125,10 @@ def scene_command(run_dir: RunDir) -> None:
     out = Path(str(config["out"]))
     if out.suffix != ".xml":
         raise InputError("out", config["out"], "", "give a file name that ends in .xml")
-    write_text(out, _scene_of(config))
+    text = _scene_of(config)
+    write_text(out, text)
+    if SLACK_SCENE in text:
+        print(SLACK_SCENE, file=sys.stderr)
     print(f"{out}: python -m mujoco.viewer --mjcf={out}, press play, move the sliders")
 
 

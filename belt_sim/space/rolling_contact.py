@@ -148,6 +148,9 @@ _NODE, _PULLEY, _FLAG_BIT, _USER = 8, 2, 4, 1
 CLEAR = -4e-3  # [m], minus half the height of an edge flag, where rays at heights end
 _FLAGS_OVERLAP = 1.04  # length of an edge flag over a chord: the corners on a pulley would let a ray through
 _FLAG_FRICTION = 0.2
+_FLAG_TIME = (
+    0.01  # [s], of contacts with flags: were they as stiff as the nodes', steps between flags would stop a roller
+)
 _COLOURS = {"node": (0.75, 0.78, 0.82, 1.0), "flag": (0.2, 0.45, 0.8, 1.0), "guide": (0.9, 0.6, 0.1, 1.0)}
 
 
@@ -168,7 +171,7 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     ends = np.concatenate([[edge], between, [-edge]])
     seen.type = mujoco.mjtGeom.mjGEOM_BOX
     seen.contype, seen.conaffinity, seen.priority = _FLAG_BIT, _USER, 1
-    seen.friction, seen.solref, seen.solimp = [_FLAG_FRICTION, 0, 0], touch.solref, touch.solimp
+    seen.friction, seen.solref, seen.solimp = [_FLAG_FRICTION, 0, 0], [_FLAG_TIME, 1.0], touch.solimp
     seen.mass, seen.rgba, seen.group = 0.0, _COLOURS["flag"], 4
     for i in range(mesh.stations):
         for j in range(mesh.lines):

@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
+from belt_sim.api.simulate import scene_text, validity_limits
 from belt_sim.cli import run
 from belt_sim.commands import cases
 from belt_sim.effects.base import library
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.io import MODELS
+from belt_sim.settings import make_case
 from belt_sim.show.observers import resolve_watch
+from belt_sim.space.model import SpaceModel
 from belt_sim.space.mujoco_interface import mjcf
 from belt_sim.space.options import Options
 from belt_sim.space.rolling_contact import CASE
@@ -92,9 +95,6 @@ def test_half_a_minute_in_bare_mujoco(tmp_path):
 
 
 def test_the_checked_in_scene_is_what_the_command_writes():
-    from belt_sim.api.simulate import scene_text
-    from belt_sim.settings import make_case
-
     written = scene_text(make_case(**MACHINE), "mujoco_flex")
     assert re.sub(r"\d\.\d+", "", written) == re.sub(r"\d\.\d+", "", SHORT_RIG.read_text(encoding="utf-8"))
 
@@ -169,6 +169,22 @@ def test_a_roller_that_a_user_adds_pushes_the_belt():
     nodes = data.xpos[[i for i, name in enumerate(names) if name.startswith("node-")]].reshape(-1, 2, 3).mean(axis=1)
     upper = nodes[(nodes[:, 2] > 0.1) & (np.abs(nodes[:, 0] - 1.0) < 0.03)]
     assert upper[:, 1].mean() == pytest.approx(-2e-3, abs=5e-4)
+
+
+def test_an_idler_that_a_user_adds_turns_with_the_belt():
+    """3 mm into the upper span."""
+    spec = bs.scene(model="mujoco_flex", rig="rope_example", tension=20, yaw=0.0)
+    idler = spec.worldbody.add_body(name="idler", pos=[1.0, 0, 0.17 - 0.004 + 0.003 - 0.05])
+    idler.add_joint(name="idler", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
+    across = [np.sqrt(0.5), np.sqrt(0.5), 0, 0]
+    idler.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[0.05, 0.15, 0], quat=across, mass=5.0)
+    data = mujoco.MjData(model := spec.compile())
+    while data.time < 1.0:
+        mujoco.mj_step(model, data)
+    run = 0.17 * data.sensor("head-spin").data[0]
+    assert 0.05 * data.joint("idler").qpos[0] == pytest.approx(run, rel=0.05)
+    nodes = [i for i in range(model.nbody) if model.body(i).name.startswith("node-")]
+    assert np.abs(data.xpos[nodes].reshape(-1, 2, 3).mean(axis=1)[:, 1]).max() < STILL
 
 
 def test_bodies_dropped_on_the_belt_ride_on_it_up_to_its_real_edge():
@@ -319,6 +335,17 @@ def test_the_test_rig_tracks_as_the_held_belt(tension):
     off = difference(run(case, "mujoco", 2.0), run(case, "held", 2.0))
     assert max(off["point_1"], off["point_3"]) < 100 * TOLERANCE
     assert off["tilt"] < 10
+
+
+def test_a_scene_whose_edge_goes_slack_says_how_far_it_is_off():
+    """In its header and in the warning of a run; at 0.01 degrees none goes slack."""
+    machine = {"rig": "rope_example", "tension": 7}
+    for yaw, slack in ((-0.042, True), (-0.01, False)):
+        case = make_case(yaw=yaw, **machine)
+        assert ("y here is up to 6 %" in scene_text(case, "mujoco_flex").split("-->")[0]) == slack
+        limits = validity_limits(case, SpaceModel(contact="mujoco"))
+        assert any("y here is up to 6 %" in limit.words for limit in limits) == slack
+        assert not any("y here is" in limit.words for limit in validity_limits(case, SpaceModel()))
 
 
 def test_what_cannot_be_is_refused_in_a_line(tmp_path, monkeypatch):
