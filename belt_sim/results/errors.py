@@ -384,7 +384,7 @@ def runs_table(c: Comparison) -> Table:
         row |= {"after": words.column(r.after)} if c.effects else {}
         row |= {"floor": words.column(r.floor), "late rate": words.column(r.modelled.late_rate, sign=True)}
         rows.append(row | {"measured": words.column(r.measured.late_rate, sign=True)})
-    title = f"{c.base_model} against {c.campaign.title}" + (f" [{units.pop()}]" if len(units) == 1 else "")
+    title = "Errors and late rates" + (f" [{units.pop()}]" if len(units) == 1 else "")
     marked = [k for k, r in enumerate(c.per_run) if r.worse]
     left = ("run", "signal", "use", "unit")
     return Table(title, list(rows[0]), [list(row.values()) for row in rows], left=left, marked=marked)
