@@ -67,20 +67,15 @@ class Job:
         assert self._process.stdout is not None
         self._process.stdin.write(json.dumps(dict(self.request)).encode() + b"\n")
         async for line in self._process.stdout:
-            self._hear(line)
+            with contextlib.suppress(ValueError):
+                said = json.loads(line)
+                self.stage = said.get("stage", self.stage)
+                self.done += said.get("done", 0)
+                if said.get("finished") or "failed" in said:
+                    self._end("finished" if said.get("finished") else "failed", said.get("failed", ""))
         status = await self._process.wait()
         if self.running:
             self._end("failed", f"the computation ended by itself (status {status}); see log.txt in its folder")
-
-    def _hear(self, line: bytes) -> None:
-        with contextlib.suppress(ValueError):
-            said = json.loads(line)
-            self.stage = said.get("stage", self.stage)
-            self.done += said.get("done", 0)
-            if said.get("finished"):
-                self._end("finished")
-            elif "failed" in said:
-                self._end("failed", said["failed"])
 
     def _end(self, state: str, failure: str = "") -> None:
         if self.running:

@@ -1,5 +1,6 @@
 """The page of one's own measurements: drop files, see what was understood, compare, diagnose, read, download."""
 
+import json
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,8 +12,8 @@ from belt_sim.api.campaigns import imported_runs_table, noise_table, run_noise_t
 from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.api.simulate import model_for_campaign
 from belt_sim.app import widgets
-from belt_sim.app.jobs import Job
-from belt_sim.app.session import GROUPS, MAX_UPLOAD, MEBI, TOO_LARGE, Import, Place, Session, read_shown
+from belt_sim.app.jobs import SHOWN
+from belt_sim.app.session import GROUPS, MAX_UPLOAD, MEBI, TOO_LARGE, Import, Place, Session
 from belt_sim.app.simulate_page import TITLES
 from belt_sim.campaign import Campaign
 from belt_sim.campaign.folder import FILES, sheet_tree
@@ -153,13 +154,25 @@ def job_view(session: Session) -> None:
         return
     with widgets.card(f"4. {job.title}"):
         if job.running:
-            _running(job)
+            bar = ui.linear_progress(0.0, show_value=False, size="10px").props("rounded").props("data-name=bar")
+            line = ui.label("").classes("soft").props("data-name=stage")
+
+            def move() -> None:
+                share = job.share
+                bar.props(remove="indeterminate") if share is not None else bar.props("indeterminate")
+                bar.set_value(share or 0.0)
+                counted = f", {job.done} of {job.total}" if share is not None else ""
+                line.set_text(f"{job.stage}{counted} · {job.seconds:.0f} s")
+
+            move()
+            ui.timer(0.5, move)
+            ui.button("Stop", on_click=job.stop).props("no-caps outline color=negative").style("align-self: start")
             return
         ui.label(f"{HEADLINES[job.state]} after {job.seconds:.0f} s").classes("soft small")
         if job.state != "finished":
             return
         here = f"/results/{session.jobs.index(job) + 1}"
-        content = read_shown(job)
+        content = json.loads((job.folder / SHOWN).read_text(encoding="utf-8"))
         if "verdict" in content:
             _show_diagnosis(session, here, content)
         else:
@@ -170,22 +183,6 @@ def job_view(session: Session) -> None:
                 ui.link(name, f"{here}/picture/{name}").props(f"download={name}").classes("small")
             folder = job.folder.relative_to(Path.cwd()) if job.folder.is_relative_to(Path.cwd()) else job.folder
             ui.label(f"also in {folder}").classes("soft small")
-
-
-def _running(job: Job) -> None:
-    bar = ui.linear_progress(0.0, show_value=False, size="10px").props("rounded").props("data-name=bar")
-    line = ui.label("").classes("soft").props("data-name=stage")
-
-    def move() -> None:
-        share = job.share
-        bar.props(remove="indeterminate") if share is not None else bar.props("indeterminate")
-        bar.set_value(share or 0.0)
-        counted = f", {job.done} of {job.total}" if share is not None else ""
-        line.set_text(f"{job.stage}{counted} · {job.seconds:.0f} s")
-
-    move()
-    ui.timer(0.5, move)
-    ui.button("Stop", on_click=job.stop).props("no-caps outline color=negative").style("align-self: start")
 
 
 def _show_diagnosis(session: Session, here: str, content: dict[str, Any]) -> None:

@@ -71,7 +71,9 @@ class Guard:
                 (b"set-cookie", cookie.encode()),
             ]
             refused = 303, "belt-sim app is open here"
-        elif refused is None and not self.knows(headers.get("cookie", "")):
+        pairs = (pair.strip().partition("=") for pair in headers.get("cookie", "").split(";"))
+        known = any(n == self.cookie and compare_digest(v.encode(), self.token.encode()) for n, _, v in pairs)
+        if refused is None and not known:
             refused = 403, "open the address that belt-sim app has printed in its terminal; it bears a token"
         if refused is None:
             await self.app(scope, receive, send)
@@ -81,11 +83,6 @@ class Guard:
             status, line = refused
             await send({"type": "http.response.start", "status": status, "headers": head})
             await send({"type": "http.response.body", "body": line.encode()})
-
-    def knows(self, cookies: str) -> bool:
-        """Whether one of the cookies is the token."""
-        pairs = (pair.strip().partition("=") for pair in cookies.split(";"))
-        return any(n == self.cookie and compare_digest(v.encode(), self.token.encode()) for n, _, v in pairs)
 
     def refusal(self, headers: dict[str, str], kind: str) -> tuple[int, str] | None:
         """Status and reason, None to let through; kind: http, or websocket, which states its origin."""

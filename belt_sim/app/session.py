@@ -6,7 +6,6 @@ but the files of a campaign, and no more of them than ``MAX_UPLOAD``.
 
 import asyncio
 import copy
-import json
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.api.simulate import campaign_model
-from belt_sim.app.jobs import SHOWN, Job
+from belt_sim.app.jobs import Job
 from belt_sim.campaign import Campaign, Suspicion, read_campaign, suspicions
 from belt_sim.campaign.folder import FILES, campaign_folder
 from belt_sim.campaign.sheet import FILE as SHEET
@@ -414,7 +413,3 @@ class Session:
         for job in self.jobs:
             if job.running:
                 await job.stop()
-
-
-def read_shown(job: Job) -> dict[str, Any]:
-    return json.loads((job.folder / SHOWN).read_text(encoding="utf-8"))

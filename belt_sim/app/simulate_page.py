@@ -15,7 +15,6 @@ from nicegui import run, ui
 from belt_sim.api.plot import plot
 from belt_sim.api.simulate import by_tension, simulate
 from belt_sim.app import widgets
-from belt_sim.case import Case
 from belt_sim.effects.base import Parameter, library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.model import ANALYTIC, BY_TENSION, model_named
@@ -213,7 +212,9 @@ def _choices(view: View) -> None:
 
         @ui.refreshable
         def sizes() -> None:
-            machine = _shop(make_case(**view.machine))
+            case = make_case(**view.machine)
+            sizes_of = {name: getattr(case.rig, name) for name in ("centre_distance", "tail_radius", "head_radius")}
+            machine = MachineSizes(**sizes_of, width=case.belt.width, span_length=float(case.rig.span_length))
             for effect_id, numbers in view.effects.items():
                 ui.label(title_of(library()[effect_id])).classes("small")
                 for name, p in [*library()[effect_id].parameters.items()][:MOST]:
@@ -234,15 +235,6 @@ def _choices(view: View) -> None:
 
         sizes()
         widgets.effect_list("find an effect", view.effects, choose)
-
-
-def _shop(case: Case) -> MachineSizes:
-    """What turns numbers of effects into those of the shop."""
-    rig = case.rig
-    radii = {"tail_radius": rig.tail_radius, "head_radius": rig.head_radius}
-    return MachineSizes(
-        centre_distance=rig.centre_distance, width=case.belt.width, span_length=float(rig.span_length), **radii
-    )
 
 
 def _answers(view: View) -> None:

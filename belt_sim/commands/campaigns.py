@@ -81,7 +81,16 @@ def ask_in_terminal(logged: LoggedTables, stated: dict[str, Any] | None = None, 
         tell_proposal(proposal, out)
         if Confirm.ask("Is this right?", console=out, default=True):
             return proposal
-        proposal = _ask(logged, mapping, _correction(logged, proposal, out), out)
+        columns, runs = list(logged.columns), [r.name for r in proposal.complete().runs]
+        out.print(escape(f"columns: {', '.join(columns)}; runs: {', '.join(runs)}"), soft_wrap=True)
+        name = Prompt.ask("Which column or run is wrong?", console=out, choices=[*columns, *runs], show_choices=False)
+        keys = ["role", "unit", "at", "sign", "factor", "name"]
+        keys = keys if name in columns else ["tension", "yaw", "speed", "direction", "yaw_at", "start"]
+        key = Prompt.ask("What of it?", console=out, choices=keys)
+        examples = {"role": ", ".join(ROLES), "at": "point_1 .. point_4", "sign": "-1", "factor": "0.001"}
+        example = examples.get(key, "mm") if name in columns else "with its unit, as 10 N/mm2"
+        path = ("columns" if name in columns else "runs", name, key)
+        proposal = _ask(logged, mapping, Question(path=path, text=f"{name}: {key}?", example=example), out)
 
 
 def _ask(logged: LoggedTables, mapping: dict[str, Any], question: Question, out: Console) -> Proposal:
@@ -108,20 +117,6 @@ def _ask(logged: LoggedTables, mapping: dict[str, Any], question: Question, out:
         mapping.clear()
         mapping.update(trial)
         return proposal
-
-
-def _correction(logged: LoggedTables, proposal: Proposal, out: Console) -> Question:
-    """The question about a column or run that was understood wrongly."""
-    columns, runs = list(logged.columns), [r.name for r in proposal.complete().runs]
-    out.print(escape(f"columns: {', '.join(columns)}; runs: {', '.join(runs)}"), soft_wrap=True)
-    name = Prompt.ask("Which column or run is wrong?", console=out, choices=[*columns, *runs], show_choices=False)
-    if name in columns:
-        key = Prompt.ask("What of it?", console=out, choices=["role", "unit", "at", "sign", "factor", "name"])
-        examples = {"role": ", ".join(ROLES), "at": "point_1 .. point_4", "sign": "-1", "factor": "0.001"}
-        return Question(path=("columns", name, key), text=f"{name}: {key}?", example=examples.get(key, "mm"))
-    choices = ["tension", "yaw", "speed", "direction", "yaw_at", "start"]
-    key = Prompt.ask("What of it?", console=out, choices=choices)
-    return Question(path=("runs", name, key), text=f"{name}: {key}?", example="with its unit, as 10 N/mm2")
 
 
 def rig_command(run_dir: RunDir) -> None:

@@ -361,12 +361,24 @@ class Sweep(Callback):
         self.stop_after = stop_after
 
     def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
-        """Lock the folder; end the process where another sweep is at work there, or a search has nothing to seek.
-
-        Hydra only warns of what a callback raises.
-        """
+        """Lock the folder and begin its notes; end the process where another sweep is at work there, or a search has
+        nothing to seek: Hydra only warns of what a callback raises."""
+        folder = Path(config.hydra.sweep.dir)
         try:
-            begin_sweep(config)
+            if OmegaConf.select(config, "hydra.sweeper.direction") is not None:
+                if OmegaConf.select(config, "objective") is None:
+                    remedy = "a search makes a number small: state it, as "
+                    remedy += "objective={start: 10, within: 0.5, beyond: 0.2}"
+                    raise InputError("objective", "null", "", remedy)
+                import optuna
+
+                optuna.logging.set_verbosity(optuna.logging.WARNING)
+            folder.mkdir(parents=True, exist_ok=True)
+            clear_drafts(folder)
+            remedy = "another sweep is at work there; wait for it, or give this one a folder of its own"
+            lock = _lock(folder / CASES, "hydra.sweep.dir", folder, remedy)
+            lock.truncate(0)
+            at_work.update(config=config, lock=lock)
         except BeltError as error:
             print(f"belt-sim: {error}", file=sys.stderr)
             sys.exit(1)
@@ -374,24 +386,6 @@ class Sweep(Callback):
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
         """Write the table and pictures."""
         end_sweep()
-
-
-def begin_sweep(config: DictConfig) -> None:
-    """Lock the folder of a sweep and begin its notes; raises InputError."""
-    folder = Path(config.hydra.sweep.dir)
-    if OmegaConf.select(config, "hydra.sweeper.direction") is not None:
-        if OmegaConf.select(config, "objective") is None:
-            remedy = "a search makes a number small: state it, as objective={start: 10, within: 0.5, beyond: 0.2}"
-            raise InputError("objective", "null", "", remedy)
-        import optuna
-
-        optuna.logging.set_verbosity(optuna.logging.WARNING)
-    folder.mkdir(parents=True, exist_ok=True)
-    clear_drafts(folder)
-    remedy = "another sweep is at work there; wait for it, or give this one a folder of its own"
-    lock = _lock(folder / CASES, "hydra.sweep.dir", folder, remedy)
-    lock.truncate(0)
-    at_work.update(config=config, lock=lock)
 
 
 def note_end(hydra: DictConfig, name: str, failure: str) -> None:

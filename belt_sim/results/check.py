@@ -79,30 +79,25 @@ class Check(Display):
 
     def lines(self) -> Sequence[str]:
         """What is wrong, and what can be seen, in sentences."""
-        said = [f"{self.campaign.title}: {self._state()}.", self.noise]
-        said += [f"{d.kind}: {d.sentence}" for d in self.doubts]
+        many = f"{len(self.runs)} run{'' if len(self.runs) == 1 else 's'}"
+        state = f"is planned, {many}, without readings yet" if self.planned else f"is a valid campaign, {many}"
+        if self.missing:
+            of = len(self.runs) + len(self.missing)
+            there, still = ", ".join(self.runs), ", ".join(self.missing)
+            state = f"{len(self.runs)} of {of} runs are there ({there}), which what follows is about; "
+            state += f"still missing: {still}"
+        said = [f"{self.campaign.title}: {state}.", self.noise, *(f"{d.kind}: {d.sentence}" for d in self.doubts)]
         if self.visible:
             seen = sum(v.share < 1.0 for v in self.visible)
             said.append(f"{seen} of {len(self.visible)} effects would show at a size that a machine could have.")
-            said.append(self._alike())
+        if self.visible and not self.pairs:
+            said.append("All of them could be told apart, pair by pair, where they are plain to see.")
+        elif self.visible:
+            helped = sum((p.sigma_after or 0.0) >= RESOLVED for p in self.pairs)
+            more = f"; a further run would resolve {helped} of them" if any(p.action for p in self.pairs) else ""
+            many = f"{len(self.pairs)} pair{'' if len(self.pairs) == 1 else 's'}"
+            said.append(f"{many} could not be told apart even where they are plain to see (12 sigma){more}.")
         return said
-
-    def _state(self) -> str:
-        """How far the campaign is."""
-        many = f"{len(self.runs)} run{'' if len(self.runs) == 1 else 's'}"
-        if not self.missing:
-            return f"is planned, {many}, without readings yet" if self.planned else f"is a valid campaign, {many}"
-        of = len(self.runs) + len(self.missing)
-        there, still = ", ".join(self.runs), ", ".join(self.missing)
-        return f"{len(self.runs)} of {of} runs are there ({there}), which what follows is about; still missing: {still}"
-
-    def _alike(self) -> str:
-        if not self.pairs:
-            return "All of them could be told apart, pair by pair, where they are plain to see."
-        helped = sum((p.sigma_after or 0.0) >= RESOLVED for p in self.pairs)
-        more = f"; a further run would resolve {helped} of them" if any(p.action for p in self.pairs) else ""
-        many = f"{len(self.pairs)} pair{'' if len(self.pairs) == 1 else 's'}"
-        return f"{many} could not be told apart even where they are plain to see (12 sigma){more}."
 
     def tables(self) -> Sequence[Table]:
         tables = [visible_table(self.visible)] if self.visible else []

@@ -157,36 +157,34 @@ def drift_chart_picture(
     *,
     names: Mapping[str, str],
 ) -> Path:
-    """A plot a parameter: (before, after) the effect was added; after is None if none was; names: as of an overlay."""
+    """A plot a parameter: (before, after) the effect was added; after is None if none was; names: as of an overlay.
+
+    Bars are +-2 u, a triangle marks a value at the end of its range.
+    """
     fig, axes = style.figure(4.6 * len(drifts) + 0.6, 4.0, 1, len(drifts))
     for ax, (before, after) in zip(axes[0], drifts, strict=True):
-        _drift(ax, before, after, names)
+        if before.stated is not None:
+            low, high = before.stated - 2 * before.u_stated, before.stated + 2 * before.u_stated
+            ax.axhspan(low, high, color=FAINT, alpha=0.3, linewidth=0)
+            ax.axhline(before.stated, color=INK, linewidth=1.0, label="data sheet")
+        pairs = [(before, BEFORE, "o", 0.985, names["base"]), (after, AFTER, "s", 1.015, names["final"])]
+        for drift, colour, marker, aside, label in pairs:
+            if drift is not None:
+                at, ended = np.asarray(drift.tension) * aside, drift.at_limit
+                bars = {"fmt": marker, "color": colour, "capsize": 3.0, "markersize": 5.5, "elinewidth": 1.4}
+                ax.errorbar(at[~ended], drift.value[~ended], 2 * drift.u[~ended], label=label, **bars)
+                if ended.any():
+                    look = {"color": colour, "markersize": 8.0, "markerfacecolor": "none"}
+                    ax.plot(at[ended], drift.value[ended], "^", label="at the limit of the fit", **look)
+        ax.set_xscale("log")
+        ticks = np.unique(before.tension)
+        ax.set_xticks(ticks, [f"{t:.4g}" for t in ticks])
+        ax.set_xticks([], minor=True)
+        ax.margins(y=0.1)
+        ax.set(xlabel="tension [N/mm$^2$]", ylabel=f"{axis_label(before.parameter, before.unit)}, bars 2u")
     entries = dict(zip(*reversed(axes[0][0].get_legend_handles_labels()), strict=True))
     fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=2)
     return style.finish_picture(fig, path, title)
-
-
-def _drift(ax, before: Drift, after: Drift | None, labels: Mapping[str, str]) -> None:
-    """One parameter against tension; bars are +-2 u, a triangle marks a value at the end of its range."""
-    if before.stated is not None:
-        low, high = before.stated - 2 * before.u_stated, before.stated + 2 * before.u_stated
-        ax.axhspan(low, high, color=FAINT, alpha=0.3, linewidth=0)
-        ax.axhline(before.stated, color=INK, linewidth=1.0, label="data sheet")
-    pairs = [(before, BEFORE, "o", 0.985, labels["base"]), (after, AFTER, "s", 1.015, labels["final"])]
-    for drift, colour, marker, aside, label in pairs:
-        if drift is not None:
-            at, ended = np.asarray(drift.tension) * aside, drift.at_limit
-            bars = {"fmt": marker, "color": colour, "capsize": 3.0, "markersize": 5.5, "elinewidth": 1.4}
-            ax.errorbar(at[~ended], drift.value[~ended], 2 * drift.u[~ended], label=label, **bars)
-            if ended.any():
-                look = {"color": colour, "markersize": 8.0, "markerfacecolor": "none"}
-                ax.plot(at[ended], drift.value[ended], "^", label="at the limit of the fit", **look)
-    ax.set_xscale("log")
-    ticks = np.unique(before.tension)
-    ax.set_xticks(ticks, [f"{t:.4g}" for t in ticks])
-    ax.set_xticks([], minor=True)
-    ax.margins(y=0.1)
-    ax.set(xlabel="tension [N/mm$^2$]", ylabel=f"{axis_label(before.parameter, before.unit)}, bars 2u")
 
 
 #: The axis is linear up to one threshold and logarithmic beyond.
