@@ -159,3 +159,16 @@ def test_the_old_folder_comes_back_where_the_new_cannot_be_put(tmp_path, monkeyp
     with pytest.raises(InputError, match="No space left"):
         write_campaign(campaign, tmp_path / "c", overwrite=True)
     assert (tmp_path / "c" / "runs.csv").read_bytes() == before
+
+
+def test_a_place_on_the_belt_is_that_at_the_beginning_of_the_record(folder, tmp_path):
+    """In the file as read off the machine, in the run counted back to the straight start."""
+    first = read_campaign(folder.path).runs[0]
+    ran = replace(
+        first, name="ran", run_in=80.0, travel=first.travel + 80.0, yaw_at=first.yaw_at + 80.0, start=3.2 - 80.0
+    )
+    stood = replace(first, start=3.2)
+    back = write_campaign(replace(read_campaign(folder.path), runs=(stood, ran), steady=()), tmp_path / "c")
+    assert [run.start for run in back.runs] == pytest.approx([3.2, -76.8])
+    header, *rows = [line.split(",") for line in (tmp_path / "c" / "runs.csv").read_text().split()]
+    assert [row[header.index("start_m")] for row in rows] == ["3.2", "3.2"]
