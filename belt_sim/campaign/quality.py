@@ -466,8 +466,8 @@ def check_repeats(campaign: Campaign) -> list[Suspicion]:
 
     Of three runs at one setting and more each is compared with their median, so that one that is spoilt is named; of
     two the second with the first. The difference is compared, without a model, with what the same run would do at
-    another tension (by the runs at the same yaw), after another yaw (in proportion), and with a further drift; the time
-    between the runs is told.
+    another tension (by the runs at the same yaw), after another yaw (in proportion), and with a further drift, beside
+    what comes round with the belt; the time between the runs is told.
     """
     records = counted_from_yaw([r for r in records_of(campaign) if r.sheet.kind == "lateral"])
     of_run: dict[str, dict[str, Record]] = defaultdict(dict)
@@ -484,7 +484,12 @@ def check_repeats(campaign: Campaign) -> list[Suspicion]:
         if not names:
             continue
         end = min(of_run[run.name][n].travel[-1] for run in alike for n in names)
-        s = np.linspace(0.0, end, _GRID)
+        s = np.linspace(0.0, end, 4 * _GRID)
+        # a curved edge comes round with the belt, in another phase where a run starts elsewhere
+        turns = end / float(rig_of(campaign).belt_length)
+        phases = 2.0 * np.pi * turns * np.outer(s / end, np.arange(1, 1 + min(WAVES, int(len(s) / (4.0 * turns)))))
+        waves = np.concatenate([np.cos(phases), np.sin(phases)], axis=1) if turns > ROUNDS else np.zeros((len(s), 0))
+        drift = np.vander(s / end, DEGREE + 1)
 
         def stacked(run: Run, s: np.ndarray = s, names: list[str] = names) -> np.ndarray:
             curves = [np.interp(s, of_run[run.name][n].travel, of_run[run.name][n].readings) for n in names]
@@ -494,11 +499,14 @@ def check_repeats(campaign: Campaign) -> list[Suspicion]:
         before = np.median([*curves.values()], axis=0) if len(alike) > 2 else curves[first.name]
         for run in alike if len(alike) > 2 else alike[1:]:
             apart = curves[run.name] - before
-            ends = np.abs(apart.reshape(len(names), -1)[:, -_GRID // 5 :].mean(axis=1))
+            sizes = np.linalg.lstsq(np.hstack([drift, waves]), apart.reshape(len(names), -1).T, rcond=None)[0]
+            round_it = (waves @ sizes[DEGREE + 1 :]).T.ravel()  # its height at the yaw stays in all that follows
+            apart = apart - round_it
+            ends = np.abs(apart.reshape(len(names), -1)[:, -len(s) // 5 :].mean(axis=1))
             name = names[int(np.argmax(ends))]
             its = of_run[first.name][name]
             error = math.hypot(its.drift_error, 0.5 * campaign.settings.yaw_u * end)  # drift per yaw is about a half
-            error = math.sqrt(2.0) * math.hypot(error, campaign.settings.tension_rel * its.rms)
+            error = math.sqrt(2.0) * math.hypot(error, campaign.settings.tension_rel * its.rms, float(np.std(round_it)))
             if ends.max() < APART * error:
                 continue
 
@@ -535,7 +543,8 @@ def check_repeats(campaign: Campaign) -> list[Suspicion]:
                 "; leave it out if it is spoilt (skip: true in an import's mapping), else something changes between"
             )
             sentence += f"{remedy} the runs: log tension, yaw and temperature with the time of day"
-            found.append(Suspicion(run.name, (), "repeats", sentence))
+            alone = turns > ROUNDS or np.ptp([r.start or 0.0 for r in alike]) == 0.0  # else it may be the belt's edge
+            found.append(Suspicion(run.name, (), "repeats", sentence, "stop" if alone else "look"))
     return found
 
 

@@ -261,37 +261,26 @@ def _levels(traces: list[Trace], white: float) -> tuple[float, float, float]:
 
     Half the mean squared difference over a lag d is white^2 + sd^2 (1 - exp(-d/length)).
     """
-    lags, halves, weights = _structure(traces)
-    if len(lags) < 4:
+    spacing = [float(np.median(np.diff(t.travel))) for t in traces if len(t.travel) > 2]
+    step, longest = (float(np.median(spacing)), max(float(np.ptp(t.travel)) for t in traces)) if spacing else (1.0, 0.0)
+    found = []  # lag [m], half the mean squared difference over it, and from how many independent stretches
+    for count in np.unique(np.round(np.geomspace(1, max(longest / (4.0 * step), 1), 24)).astype(int)):
+        squares = np.concatenate([(t.values[count:] - t.values[:-count]) ** 2 for t in traces if spacing] or [[]])
+        if len(squares) > 4:
+            found.append((count * step, 0.5 * float(np.mean(squares)), min(len(squares) / count, 1e3)))
+    if len(found) < 4:
         return 0.0, DEFAULT_LENGTH, white
+    lags, halves, weights = np.array(found).T
     root = np.sqrt(weights) / np.maximum(halves, 1e-30)
     best = (np.inf, 0.0, DEFAULT_LENGTH)
     for length in LENGTHS[lags[-1] >= LENGTHS]:
         shape = np.stack([np.ones_like(lags), 1.0 - np.exp(-lags / length)])
-        found = np.maximum(np.linalg.lstsq((shape * root).T, halves * root, rcond=None)[0], 0.0)
-        cost = float(np.sum(((found @ shape - halves) * root) ** 2))
-        if cost < best[0]:
-            best = (cost, float(np.sqrt(found[1])), float(length))
+        sizes = np.maximum(np.linalg.lstsq((shape * root).T, halves * root, rcond=None)[0], 0.0)
+        cost = float(np.sum(((sizes @ shape - halves) * root) ** 2))
+        best = min(best, (cost, float(np.sqrt(sizes[1])), float(length)))
     _, sd, length = best
     without_wander = white**2 - scatter_of_wander(sd, length, lags[0]) ** 2
     return sd, float(f"{length:.2g}"), float(np.sqrt(max(without_wander, (LEAST_WHITE * white) ** 2)))
-
-
-def _structure(traces: list[Trace]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lags [m], half the mean squared differences over them, and from how many independent stretches these are."""
-    spacing = [float(np.median(np.diff(t.travel))) for t in traces if len(t.travel) > 2]
-    if not spacing:
-        return np.empty(0), np.empty(0), np.empty(0)
-    step, longest = float(np.median(spacing)), max(float(np.ptp(t.travel)) for t in traces)
-    counts = np.unique(np.round(np.geomspace(1, max(longest / (4.0 * step), 1), 24)).astype(int))
-    lags, halves, weights = [], [], []
-    for count in counts:
-        squares = np.concatenate([(t.values[count:] - t.values[:-count]) ** 2 for t in traces])
-        if len(squares) > 4:
-            lags.append(count * step)
-            halves.append(0.5 * float(np.mean(squares)))
-            weights.append(min(len(squares) / count, 1e3))
-    return np.array(lags), np.array(halves), np.array(weights)
 
 
 # ---- settings
@@ -355,15 +344,10 @@ def _lines(path: tuple[str, ...], value: Any, remarks: dict[str, str]) -> list[s
         return [begin, *(line for key, inner in value.items() for line in _lines((*path, key), inner, remarks))]
     meaning = MEANING.get(where, MEANING.get(path[-1], ""))
     comment = "; ".join(part for part in (meaning, remarks.get(where, "")) if part)
-    text = f"{begin} {flow_text(_whole(value))}"
+    entries = value.items() if isinstance(value, dict) else [("", value)]  # 200, not 200.0
+    whole = {k: int(v) if isinstance(v, float) and v.is_integer() else v for k, v in entries}
+    text = f"{begin} {flow_text(whole if isinstance(value, dict) else whole[''])}"
     return [f"{text:{COLUMN}s}  # {comment}" if comment else text]
-
-
-def _whole(value: Any) -> Any:
-    """A value with whole numbers as such: 200, not 200.0."""
-    if isinstance(value, dict):
-        return {k: _whole(v) for k, v in value.items()}
-    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def flow_text(value: Any) -> str:

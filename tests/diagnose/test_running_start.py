@@ -7,6 +7,7 @@ import pytest
 
 import belt_sim as bs
 from belt_sim.campaign.quality import check_repeats, suspicions
+from belt_sim.campaign.types import rig_of
 from belt_sim.diagnosis.foresight import free_starts
 from belt_sim.model import MODELS
 from belt_sim.virtual_rig import make_campaign
@@ -68,8 +69,8 @@ def test_a_yaw_that_was_on_before_the_record_may_be_stated(whole):
 
 
 def spoil(campaign, name):
-    """The campaign with one run whose readings grow by 30 % over its travel."""
-    grown = {r.name: 1.0 + 0.3 * r.travel / r.travel[-1] for r in campaign.runs if r.name == name}
+    """The campaign with one run whose readings grow by half over its travel."""
+    grown = {r.name: 1.0 + 0.5 * r.travel / r.travel[-1] for r in campaign.runs if r.name == name}
     runs = (replace(r, signals={n: y * grown.get(r.name, 1.0) for n, y in r.signals.items()}) for r in campaign.runs)
     return replace(campaign, runs=tuple(runs))
 
@@ -100,3 +101,15 @@ def test_of_several_repeats_the_spoilt_one_is_named(whole):
     assert "b differs from the 3 other runs of its setting" in told.sentence
     (told,) = check_repeats(spoil(replace(whole, runs=(first, *more)), "r03"))
     assert told.run == "r03"
+
+
+def test_a_curved_edge_that_every_run_meets_elsewhere_is_no_spoilt_repeat(whole):
+    length, rng = float(rig_of(whole).belt_length), np.random.default_rng(2)
+    runs = []
+    for run in whole.runs:
+        start = rng.uniform(0.0, length)
+        edge = 1.0e-3 * np.cos(2.0 * np.pi * (run.travel + start) / length)
+        runs.append(replace(run, start=start, signals={n: y + edge - edge[0] for n, y in run.signals.items()}))
+    edged = replace(whole, runs=tuple(runs))
+    assert check_repeats(edged) == []
+    assert [s.run for s in check_repeats(spoil(edged, "r10"))] == ["r10"]
