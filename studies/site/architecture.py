@@ -20,11 +20,6 @@ WIDTH, HEIGHT, GAP, LEFT = 118, 40, 12, 60  # of a room, between rooms and besid
 OUTSIDE = ("__init__", "__main__")  # the names that users import, and the entry
 
 
-def room_of(module: str) -> str:
-    """Room of a dotted module name under belt_sim."""
-    return module.split(".")[1]
-
-
 def arrows() -> dict[str, dict[str, list[str]]]:
     """room -> imported room -> files that do so."""
     found: dict[str, dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
@@ -39,7 +34,7 @@ def arrows() -> dict[str, dict[str, list[str]]]:
             elif isinstance(node, ast.Import):
                 names = [a.name for a in node.names]
             for name in names:
-                if name.startswith("belt_sim.") and (room := room_of(name)) in rooms and room != own:
+                if name.startswith("belt_sim.") and (room := name.split(".")[1]) in rooms and room != own:
                     found[own][room].append(str(path.relative_to(ROOT)))
     return {room: dict(to) for room, to in found.items() if room not in OUTSIDE}
 

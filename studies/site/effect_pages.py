@@ -48,19 +48,15 @@ def text(effect: type[Effect]) -> str:
     if effect.id in ONLY_WHEN_NAMED:
         facts.append("tried only when named")
     facts.append("hooks: " + ", ".join(f"`{h}`" for h in HOOKS if h in overrides(effect)))
-    parts = [f"## {effect.id}", f"**{title_of(effect)}.**", inspect.getdoc(effect) or "", "; ".join(facts) + "."]
-    return "\n\n".join([*parts, f"Source: {effect.reference}.", _numbers(effect)]) + "\n"
-
-
-def _numbers(effect: type[Effect]) -> str:
-    """The parameters as a table; of many alike (harmonics) the first ones."""
     shown = list(effect.parameters.items())
-    left_out = len(shown) - 4 if len(shown) > 8 else 0
+    left_out = len(shown) - 4 if len(shown) > 8 else 0  # of many alike (harmonics) the first ones
     rows = ["| parameter | unit | meaning | plausible | null |", "| --- | --- | --- | --- | --- |"]
     for name, p in shown[: 4 if left_out else None]:
         low, high = p.plausible
         rows.append(f"| `{name}` | {p.unit} | {p.meaning} | {low:g} to {high:g} | {p.null:g} |")
-    return "\n".join(rows) + (f"\n\nand {left_out} more of this kind." if left_out else "")
+    numbers = "\n".join(rows) + (f"\n\nand {left_out} more of this kind." if left_out else "")
+    parts = [f"## {effect.id}", f"**{title_of(effect)}.**", inspect.getdoc(effect) or "", "; ".join(facts) + "."]
+    return "\n\n".join([*parts, f"Source: {effect.reference}.", numbers]) + "\n"
 
 
 class Effects(Directive):

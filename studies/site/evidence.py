@@ -11,7 +11,7 @@ importing the tests.
 import ast
 import math
 import re
-from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 
 from belt_sim.io import ROOT
@@ -56,40 +56,32 @@ def evidence() -> dict[str, list[Check]]:
         if "mark.evidence(" not in text:
             continue
         module = ast.parse(text)
-        for mark in _marks(module):
-            given = {k.arg: ast.literal_eval(k.value) for k in mark.keywords}
-            what = re.sub(r"\{(\w+)\}", lambda m: _tolerance(module, m.group(1)), given["what"])  # noqa: B023
-            for effect in mark.args:
-                found.setdefault(ast.literal_eval(effect), []).append(Check(given["route"], what))
+        constants: dict[str, str] = {}  # of the file, in words
+        for node in module.body:
+            if isinstance(node, ast.Assign):
+                names = [n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
+                with suppress(ValueError):  # no constant
+                    value = ast.literal_eval(node.value)
+                    values = value if isinstance(value, tuple) and len(names) > 1 else [value]
+                    constants |= {n: _in_words(n, v) for n, v in zip(names, values, strict=False)}
+        for decorator in (d for part in module.body for d in getattr(part, "decorator_list", [])):
+            if isinstance(decorator, ast.Call) and getattr(decorator.func, "attr", "") == "evidence":
+                given = {k.arg: ast.literal_eval(k.value) for k in decorator.keywords}
+                what = re.sub(r"\{(\w+)\}", lambda m: constants[m.group(1)], given["what"])  # noqa: B023
+                for effect in decorator.args:
+                    found.setdefault(ast.literal_eval(effect), []).append(Check(given["route"], what))
     order = list(ROUTES)
     return {effect: sorted(checks, key=lambda c: order.index(c.route)) for effect, checks in found.items()}
 
 
-def _marks(module: ast.Module) -> Iterator[ast.Call]:
-    """Every decorator ``pytest.mark.evidence(...)`` of a file."""
-    for function in module.body:
-        for mark in getattr(function, "decorator_list", []):
-            if isinstance(mark, ast.Call) and isinstance(mark.func, ast.Attribute) and mark.func.attr == "evidence":
-                yield mark
-
-
-def _tolerance(module: ast.Module, name: str) -> str:
-    """A constant of a test's file in words."""
-    for node in module.body:
-        names = [n.id for n in ast.walk(node) if isinstance(n, ast.Name)] if isinstance(node, ast.Assign) else []
-        if name in names:
-            assert isinstance(node, ast.Assign)
-            value = ast.literal_eval(node.value)
-            return _in_words(name, value[names.index(name)] if isinstance(value, tuple) else value)
-    raise KeyError(f"no constant {name} in the file of the marked test")
-
-
-def _in_words(name: str, value: float) -> str:
+def _in_words(name: str, value: object) -> str:
+    if not isinstance(value, int | float):
+        return str(value)
     if name in LENGTHS:
         return f"{1e6 * value:g} um"
     if name in PLAIN:
         return f"{value:g}"
-    return f"{100 * value:g} %" if value > 1e-5 else f"1e{math.floor(math.log10(value))}"
+    return f"{100 * value:g} %" if value > 1e-5 or value <= 0 else f"1e{math.floor(math.log10(value))}"
 
 
 def table() -> str:
@@ -103,15 +95,10 @@ def table() -> str:
             continue
         by_route: dict[str, list[str]] = {}
         for check in independent:
-            by_route.setdefault(check.route, []).append(check.what)
-        cell = "<br>".join(f"**{ROUTES[route]}**: {'; '.join(map(_short, whats))}" for route, whats in by_route.items())
+            by_route.setdefault(check.route, []).append(SAID_ONCE.sub("", check.what))
+        cell = "<br>".join(f"**{ROUTES[route]}**: {'; '.join(whats)}" for route, whats in by_route.items())
         lines.append(f"| {name} | {cell} |")
     return "\n".join(lines) + "\n"
-
-
-def _short(what: str) -> str:
-    """Without what the page says once."""
-    return SAID_ONCE.sub("", what)
 
 
 def write() -> None:

@@ -37,7 +37,14 @@ def markdown(path: Path) -> str:
             parts.append(re.sub(r"\A# .*\n*", "", source(cell)))
         else:
             parts.append(f"```python\n{source(cell)}\n```")
-            parts += [shown for output in cell["outputs"] if (shown := _output(output))]
+            for output in cell["outputs"]:
+                data = output.get("data", {})
+                if "image/png" in data:
+                    png = "".join(data["image/png"]).replace("\n", "")
+                    picture = f'<img alt="picture of the cell above" src="data:image/png;base64,{png}">'
+                    parts.append(f"```{{raw}} html\n{picture}\n```")
+                elif text := "".join(data.get("text/plain", output.get("text", ""))).rstrip():
+                    parts.append(f"```text\n{text}\n```")
     return "\n\n".join(parts) + "\n"
 
 
@@ -56,16 +63,6 @@ def execute(path: Path) -> Any:
                 o for o in cell.outputs if not (o.output_type == "display_data" and "image/png" not in o.data)
             ]
     return book
-
-
-def _output(output: dict[str, Any]) -> str:
-    """What a cell has given, as a picture where it is one, else as text."""
-    data = output.get("data", {})
-    if "image/png" in data:
-        png = "".join(data["image/png"]).replace("\n", "")
-        return f'```{{raw}} html\n<img alt="picture of the cell above" src="data:image/png;base64,{png}">\n```'
-    text = "".join(data.get("text/plain", output.get("text", ""))).rstrip()
-    return f"```text\n{text}\n```" if text else ""
 
 
 class Notebook(Directive):

@@ -18,12 +18,12 @@ from belt_sim.io import ROOT
 
 PAGE = ROOT / "docs" / "reference.md"
 BEGIN, END = "<!-- functions -->\n", "<!-- end -->"
-_BLOCK = re.compile(r"^```\{names\} (\S+)\n(?::members:(?P<all>)\n)?(.*?)^```", re.MULTILINE | re.DOTALL)
+_BLOCK = re.compile(r"^```\{names\} (\S+)\n(?::members:\n)?(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
 def blocks(page: str) -> list[tuple[str, list[str]]]:
     """Module and names of every block of the directive, in order."""
-    return [(module, listed.split()) for module, _, listed in _BLOCK.findall(page)]
+    return [(module, listed.split()) for module, listed in _BLOCK.findall(page)]
 
 
 def kind(module: str, name: str) -> str:
@@ -34,21 +34,16 @@ def kind(module: str, name: str) -> str:
     return "autoexception" if issubclass(found, Exception) else "autoclass"
 
 
-def table(page: str) -> str:
-    """A row for each function that the page's first block names: its first sentence, up to a colon."""
+def written() -> str:
+    """The page with its table anew: a row for each function of its first block, its first sentence up to a colon."""
+    page = PAGE.read_text(encoding="utf-8")
     lines = ["| function | gives |", "| --- | --- |"]
     for name in blocks(page)[0][1]:
         first = " ".join((inspect.getdoc(getattr(bs, name)) or "").split("\n\n", 1)[0].split())
         sentence = re.split(r"[.:;](?:\s|$)", re.sub(r" \([^()]*(\(\))?[^()]*\)", "", first))[0].replace("``", "`")
         lines.append(f"| `{name}` | {sentence} |")
-    return "\n".join(lines) + "\n"
-
-
-def written() -> str:
-    """The page with its table anew."""
-    page = PAGE.read_text(encoding="utf-8")
     before, rest = page.split(BEGIN, 1)
-    return f"{before}{BEGIN}{table(page)}{END}{rest.split(END, 1)[1]}"
+    return "\n".join([f"{before}{BEGIN.rstrip()}", *lines, f"{END}{rest.split(END, 1)[1]}"])
 
 
 class Names(Directive):
