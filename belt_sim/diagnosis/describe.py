@@ -127,18 +127,14 @@ def drawings(base: Predicted, final: Predicted | None, *, mapped: np.ndarray) ->
     that the maps judge.
     """
     before, after = stiffness_drift(*base[:2]), stiffness_drift(*final[:2]) if final else None
+    case = case_of(base[0].campaign, base[0].samples.runs[0])
+    rig = {n: float(getattr(case.rig, n)) for n in ("centre_distance", "tail_radius", "head_radius", "span_length")}
     return Drawings(
         overlays=overlays(base[0], base[2], final[2] if final else None),
         maps=maps(base[0], mapped),
         drifts=((before, after),) if before is not None else (),
-        machine=_machine(base[0]),
+        machine=MachineSizes(width=float(case.belt.width), **rig),
     )
-
-
-def _machine(bench: Workbench) -> MachineSizes:
-    case = case_of(bench.campaign, bench.samples.runs[0])
-    rig = {n: float(getattr(case.rig, n)) for n in ("centre_distance", "tail_radius", "head_radius", "span_length")}
-    return MachineSizes(width=float(case.belt.width), **rig)
 
 
 GPA = 1e9

@@ -335,31 +335,26 @@ def _likeliest(search: Search) -> Ids:
 def add_fits(search: Search, sets: Sequence[Names]) -> Search:
     """The search with joint fits of ``sets``."""
     new = {frozenset(ids): ids for ids in sets if frozenset(ids) not in search.fits}
-    begun = [(key, start) for key, ids in new.items() for start in _starts_of(search, ids)]
+    bench, latest, begun = search.bench, search.latest, list[tuple[Ids, Fit]]()
+    for key, ids in new.items():
+        # where a set stood, and where the best larger one has its effects, which may add nothing to them; or else null,
+        # and where each of them stood by itself: a gap or a place that is off by far keeps a refit from the best point
+        if key in search.starts:
+            larger = sorted((f for k, f in search.fits.items() if key and k > key), key=lambda f: f.chi2)[:1]
+            starts = [search.starts[key], *(_start_from(bench, ids, dict.fromkeys(ids, f)) for f in larger)]
+        elif larger := [f for k, f in search.starts.items() if k > key]:
+            starts = [_start_from(bench, ids, dict.fromkeys(ids, larger[-1]))]
+        else:
+            single = {n: latest[frozenset([n])] for n in ids if frozenset([n]) in latest}
+            alone = [_start_from(bench, ids, single)] if len(ids) > 1 and single else []
+            starts = [_start_from(bench, ids, {}), *alone]
+        begun += [(key, start) for start in starts]
     best: dict[Ids, Fit] = {}
     for (key, _), fit in zip(begun, search.bench.fit([start for _, start in begun]), strict=True):
         if key not in best or (fit.is_converged, -fit.chi2) > (best[key].is_converged, -best[key].chi2):
             best[key] = fit
     plausible = prefer_plausible(search.bench, list(best.values()))
     return replace(search, fits={**search.fits, **dict(zip(best, plausible, strict=True))})
-
-
-def _starts_of(search: Search, ids: Names) -> list[Fit]:
-    """Where a set begins: where it stood, and where the best larger one has its effects, which may add nothing to them;
-    or else at null, and where each of them stood by itself: a gap or a place that is off by far keeps a refit from the
-    best point.
-    """
-    key, bench = frozenset(ids), search.bench
-    if key in search.starts:
-        larger = sorted((f for k, f in search.fits.items() if key and k > key), key=lambda f: f.chi2)[:1]
-        return [search.starts[key], *(_start_from(bench, ids, dict.fromkeys(ids, f)) for f in larger)]
-    larger = [f for k, f in search.starts.items() if k > key]
-    if larger:
-        return [_start_from(bench, ids, dict.fromkeys(ids, larger[-1]))]
-    latest = search.latest
-    single = {n: latest[frozenset([n])] for n in ids if frozenset([n]) in latest}
-    alone = [_start_from(bench, ids, single)] if len(ids) > 1 and single else []
-    return [_start_from(bench, ids, {}), *alone]
 
 
 def _start_from(bench: Workbench, ids: Names, fits: Mapping[str, Fit]) -> Fit:
