@@ -60,7 +60,7 @@ test-cluster: setup  # as root on Debian: installs Slurm, starts it on this mach
 	$(BIN)/python -m pytest -m cluster; status=$$?; tests/cluster/slurm.sh stop; exit $$status
 
 bench: setup  # base=CHECKOUT: an earlier version beside this one
-	$(BIN)/python -m studies.bench picture=docs/images/performance.svg $(if $(base),base=$(base))
+	$(BIN)/python -m studies.bench picture=docs/images/bench.svg $(if $(base),base=$(base))
 	$(BIN)/python -m studies.bench.space
 
 lint: setup
