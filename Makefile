@@ -32,8 +32,9 @@ test: setup  # two processes, a thread each: more would wait for each other
 test-kernels: setup  # the linear algebra of two kinds of processors, on one with AVX-512
 	for kernel in Haswell SkylakeX; do OPENBLAS_CORETYPE=$$kernel $(MAKE) test || exit 1; done
 
-test-versions:  # both ends of the declared versions: the oldest JAX and Python, the newest of everything
-	$(OLDEST) -m venv $(VENV)-oldest && $(VENV)-oldest/bin/pip install --quiet 'jax==0.9.0' 'jaxlib==0.9.0' -e '.[$(EXTRAS)]'
+test-versions:  # both ends of the declared versions: the oldest and the newest Python and packages
+	$(OLDEST) -m venv $(VENV)-oldest && $(VENV)-oldest/bin/pip install --quiet uv
+	$(VENV)-oldest/bin/uv pip install --quiet --python $(VENV)-oldest/bin/python --resolution lowest-direct -e '.[$(EXTRAS)]'
 	$(NEWEST) -m venv $(VENV)-newest && $(VENV)-newest/bin/pip install --quiet --upgrade -e '.[$(EXTRAS)]'
 	for end in oldest newest; do $(VENV)-$$end/bin/python -m pytest -n 2 --max-worker-restart 0 || exit 1; done
 

@@ -17,11 +17,11 @@ from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.span import EdgeGuide
 from belt_sim.jax_setup import StoredProgram, in_float64
 from belt_sim.line.influence import span_fields
+from belt_sim.line.runup import FRICTION
 from belt_sim.line.span import beam_second_order, strip
 from belt_sim.line.spans import span_responses
 
 WRONG = 0.03  # share by which moments or movement may be wrong at a boundary
-FRICTION = 0.15  # steel on a smooth pulley, the least that is usual; a case does not say it
 SLIP_WAY = 0.1  # share of a quarter span on which slip may act
 NEXT = 0.25  # share of either second-order term that is kept where both cancel
 STRENGTH = 450e6  # [Pa], bending fatigue of usual belt steels
@@ -138,7 +138,7 @@ def run_limits(case: Case, curves: Curves, bends: bool = True, effects: Sequence
     left = []
     for guide in (e for e in effects if bends and isinstance(e, EdgeGuide)):
         push, grip = (np.asarray(x) for x in in_float64(guide.pushed)(strip(case), curves, case))
-        words = f"beside an edge guide the belt slides on its pulley, friction bears {grip.min():.0f} N"
+        words = f"beside an edge guide the belt slides on its pulley, friction ({FRICTION:g}) bears {grip.min():.0f} N"
         kinds.append(("guide_slips", np.abs(push) / grip[:, None], spans, words))
         late = push[:, push.shape[1] // 2 :] != 0.0
         meets = (late[:, 1:] & ~late[:, :-1]).sum(axis=1)

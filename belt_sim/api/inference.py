@@ -40,7 +40,7 @@ from belt_sim.diagnosis.workbench import Workbench, linear_response, workbench
 from belt_sim.discovery.law_search import LawSearch, unknown_evidence
 from belt_sim.discovery.search_data import search_data_of
 from belt_sim.discovery.selection import SearchOutcome, search_law
-from belt_sim.discovery.words import describe as describe_discovery
+from belt_sim.discovery.words import describe_discovery
 from belt_sim.effects.base import Effect, library
 from belt_sim.errors import InputError, flag, whole
 from belt_sim.io import provenance

@@ -16,7 +16,7 @@ from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import BeltError, CannotRepresent, InputError, SimulationError, finite
 from belt_sim.io import provenance, write_json
 from belt_sim.line.hooks import BEFORE_ENGINE, overrides
-from belt_sim.line.march import KEEP, STEP, march, march_traced, plan_steps
+from belt_sim.line.march import KEEP, STEP, march_case, march_traced, plan_steps
 from belt_sim.line.spans import RitzingerFormula
 from belt_sim.model import (
     BY_TENSION,
@@ -246,7 +246,7 @@ def validity_warnings(
             beyond = tuple(replace(x, words=words) if x.id == "bending_layer" else x for x in beyond)
         if acting and len(run.travel):
             with suppress(SimulationError):  # what diverges is told by its errors
-                curves = march(case, model, acting, travel=float(run.travel[-1]))
+                curves = march_case(case, model, acting, travel=float(run.travel[-1]))
                 beyond = with_run(beyond, case, model, curves, acting)
         found += [(run.name, limit) for limit in beyond]
     sentences = []

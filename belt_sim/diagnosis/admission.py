@@ -16,7 +16,7 @@ from belt_sim.effects.base import Effect, library
 from belt_sim.errors import InputError
 from belt_sim.jax_setup import is_unfused
 from belt_sim.line.hooks import call_hook, indicate
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.line.spans import Composition
 from belt_sim.scene_parts import SceneParts
 
@@ -44,8 +44,8 @@ def admit(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str
         if not np.isfinite(p.scale) or p.scale == 0:
             raise InputError(f"{where}.scale", p.scale, p.unit, "give a size that matters on a real machine")
     # march, readings and scene must be the same to the last bit (to rounding where JAX fuses, see jax_setup)
-    without, null = march(case, model, travel=TRAVEL), cls.null()
-    within = march(case, model, (null,), travel=TRAVEL)
+    without, null = march_case(case, model, travel=TRAVEL), cls.null()
+    within = march_case(case, model, (null,), travel=TRAVEL)
     read = [indicate(without, case, effects, without.travel) for effects in ((), (null,))]
     alike = np.array_equal if is_unfused() else partial(np.allclose, rtol=1e-12, atol=1e-18)
     pairs = [pair for two in ((without, within), read) for pair in zip(*map(jax.tree.leaves, two), strict=True)]
@@ -61,8 +61,8 @@ def admit(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str
 def _contribution(cls: type[Effect], model: Composition, case: Case) -> np.ndarray:
     """What the effect at its scale adds to y at points 1-4 as a sensor reads it, shape (4, n)."""
     at_scale = cls(**{n: p.scale for n, p in cls.parameters.items()})
-    curves = march(case, model, (at_scale,), travel=TRAVEL)
-    return np.asarray(indicate(curves, case, (at_scale,), curves.travel).y) - march(case, model, travel=TRAVEL).y
+    curves = march_case(case, model, (at_scale,), travel=TRAVEL)
+    return np.asarray(indicate(curves, case, (at_scale,), curves.travel).y) - march_case(case, model, travel=TRAVEL).y
 
 
 def _check_parity(cls: type[Effect], model: Composition, case: Case) -> list[str]:
@@ -88,7 +88,7 @@ def _check_exponent(cls: type[Effect], model: Composition, case: Case) -> list[s
     sizes = []
     for tension in HIGH_TENSION:
         tight = replace(case, settings=replace(case.settings, tension=tension))
-        curves = march(tight, model, travel=TRAVEL)
+        curves = march_case(tight, model, travel=TRAVEL)
         rates = late_rates(replace(curves, y=_contribution(cls, model, tight)))
         sizes.append(float(np.linalg.norm(rates)))
     measured = np.log(max(sizes[1], 1e-300) / max(sizes[0], 1e-300)) / np.log(HIGH_TENSION[1] / HIGH_TENSION[0])

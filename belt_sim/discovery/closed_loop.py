@@ -18,7 +18,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from belt_sim.discovery.linear_search import ScoredLaw, cost, exponents_of
 from belt_sim.discovery.responses import CHANNELS, MOMENT, States, curve_row, drift_at, single_precision, span_ends
-from belt_sim.discovery.search_data import LatentInput, SearchData, travel_of, variable
+from belt_sim.discovery.search_data import LatentInput, SearchData, course_travel, variable
 from belt_sim.effects.law import ROLLS, WRAPPED, Form, Law, Term, stop
 
 ITERATIONS = 60  # at most; those of a Volterra equation converge
@@ -189,7 +189,7 @@ def _independent_factor(data: SearchData, t: Term, sizes: np.ndarray, channel: s
     if t.place.is_stretch:
         at, wide = (np.reshape(np.asarray(n), (-1, 1)) for n in (t.form.at, t.form.wide))
         return states.stretch_per_end(t.place, channel, int(part or 0), (weight * sizes[:, 0])[..., None], at, wide)
-    s = travel_of(states, t.form, part)[:, None]
+    s = course_travel(states, t.form, part)[:, None]
     halves = [t.form, t.form.sine()][: sizes.shape[1]]
     with np.errstate(over="ignore"):  # of what has faded away
         course = sum(size[:, None] * half.course_value(s, np) for half, size in zip(halves, sizes.T, strict=True))

@@ -13,7 +13,7 @@ from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.linear_search import ScoredLaw, distinct_families, exponents_of, single_term_laws
 from belt_sim.discovery.search_data import SearchData, search_data_of
 from belt_sim.discovery.selection import search_law
-from belt_sim.discovery.words import describe, formula
+from belt_sim.discovery.words import describe_discovery, formula
 
 LAWS = 12  # that are compared in the linear range
 
@@ -31,7 +31,7 @@ class LawSearch:
     def law(self, bench: Workbench, fit: Fit) -> LawResult:
         """The law of what is seen beside a fit."""
         outcome = search_law(search_data_of(bench, fit), self.tell)
-        result, made = LawResult(partial(describe, outcome)), outcome.best
+        result, made = LawResult(partial(describe_discovery, outcome)), outcome.best
         if made is None:
             return result
         return replace(

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from belt_sim.discovery.responses import HIDDEN, States, single_precision
-from belt_sim.discovery.search_data import SearchData, travel_of, variable
+from belt_sim.discovery.search_data import SearchData, course_travel, variable
 from belt_sim.effects.law import TRAVEL, WRAPPED, Form, Law, Place, Term
 
 # Inner products of the columns of all forms at a place with whitened vectors, run by run.
@@ -109,7 +109,7 @@ def form_inputs(states: States, forms: Sequence[Form], part: int | None, signal:
                 x = variable(states, f.variable, part, signal)
                 shaped[what] = f.shape_value(x, states.s, np)
             if when not in courses:
-                courses[when] = f.course_value(travel_of(states, f, part), np)
+                courses[when] = f.course_value(course_travel(states, f, part), np)
             np.multiply(shaped[what], courses[when], out=found[:, k])
     return found
 

@@ -82,12 +82,12 @@ def simpler_form(form: Form, end: float, cell: float) -> Form | None:
 
 def form_values(form: Form, states: States, part: int | None, signal: str | None) -> np.ndarray:
     """A form along every run, (R, J); part: the pulley, signal: the sensor."""
-    x, s = variable(states, form.variable, part, signal), travel_of(states, form, part)
+    x, s = variable(states, form.variable, part, signal), course_travel(states, form, part)
     with np.errstate(over="ignore"):  # of what has faded away
         return form.shape_value(x, s, np) * form.course_value(s, np)
 
 
-def travel_of(states: States, form: Form, part: int | None) -> np.ndarray:
+def course_travel(states: States, form: Form, part: int | None) -> np.ndarray:
     """What a form's course goes with, (R, J), or (1, J) where all runs have the same; part: the pulley."""
     if form.is_carried:
         return states.belt_part[:, part or 0]

@@ -8,7 +8,7 @@ import numpy as np
 from belt_sim.diagnosis.describe import label
 from belt_sim.diagnosis.errors import errors_of
 from belt_sim.discovery.linear_search import look_alikes
-from belt_sim.discovery.search_data import LatentInput, SearchData, form_values, travel_of, variable
+from belt_sim.discovery.search_data import LatentInput, SearchData, course_travel, form_values, variable
 from belt_sim.discovery.selection import FEWEST, Estimates, LawChoice, MarchFit, SearchOutcome
 from belt_sim.effects.law import ONE_SIDED, SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Form, Law, Term, number_name
 from belt_sim.effects.load import save_effects
@@ -320,7 +320,7 @@ DRAWN = 600  # points of the law as a line
 OTHERS = 2  # places that are told beside that of the law
 
 
-def describe(found: SearchOutcome, probability: float, config: Any = None) -> Discovery:
+def describe_discovery(found: SearchOutcome, probability: float, config: Any = None) -> Discovery:
     """What was discovered, as a result; probability: that something unknown is there."""
     s = found.data
     common: dict[str, Any] = {
@@ -330,7 +330,7 @@ def describe(found: SearchOutcome, probability: float, config: Any = None) -> Di
         "found": found.choice is not None,
         "probability": probability,
         "places": _places(found),
-        "limits": limits(found),
+        "limits": limits_of_law(found),
         "provenance": provenance(config) | {"data_sha256": s.bench.campaign.sha256},
     }
     if found.choice is None:
@@ -378,7 +378,7 @@ def _other_places(found: SearchOutcome, best: MarchFit) -> str:
     return said
 
 
-def limits(found: SearchOutcome) -> tuple[str, ...]:
+def limits_of_law(found: SearchOutcome) -> tuple[str, ...]:
     """What these runs cannot show, whatever is missing."""
     samples = found.data.bench.samples
     said = []
@@ -469,7 +469,7 @@ def _law_points(found: SearchOutcome, best: MarchFit) -> tuple[tuple[LawPoints, 
     if term.form.variable == "beta":
         slack = slack * s.states.beta
     elif not by_travel and term.form.course != "constant":
-        along = travel_of(s.states, term.form, part) if term.form.is_carried else s.states.s[None]
+        along = course_travel(s.states, term.form, part) if term.form.is_carried else s.states.s[None]
         slack = slack * fitted.course_value(along, np)
     told = np.abs(slack) > 0.2 * np.abs(slack).max()
     reduced = np.where(told, u / np.where(told, slack, 1.0), np.nan)

@@ -19,6 +19,7 @@ from belt_sim.line.influence import (
     spread_roll,
     supports,
 )
+from belt_sim.line.runup import FRICTION
 
 
 @effect
@@ -283,7 +284,6 @@ class OffCentreLoadLower(OffCentreLoad):
 
 
 _NEAREST = 0.25  # [m] to a pulley: nearer, a step of the march no longer follows the span's stiffness
-_FRICTION = 0.3  # of belt on pulley
 
 
 @effect
@@ -292,9 +292,10 @@ class EdgeGuide(Effect):
 
     The belt beside the roller is where its ends and P put it, y = y_ends - P give, so that P = k (|y_ends| - gap) /
     (1 + k give). P bends the span's run-up back until the belt no longer runs sideways: y saturates. ``at`` counts
-    from the tail pulley's axis; a sticking belt does not move on the pulleys themselves. Friction of the half turn (mu
-    = 0.3) bears a push of pi mu F, and where the belt leaves a pulley a moment of pi mu F b/4 (``Slip``: its zone is
-    then the whole wrap); P stays at the less. A guide behind a run-off reaches it and slides the belt on its pulley.
+    from the tail pulley's axis; a sticking belt does not move on the pulleys themselves. Friction of the half turn
+    (mu = FRICTION) bears a push of pi mu F, and where the belt leaves a pulley a moment of pi mu F b/4 (``Slip``: its
+    zone is then the whole wrap); P stays at the less. A guide behind a run-off reaches it and slides the belt on its
+    pulley.
     """
 
     title = "Edge guides: rollers beside the spans that push the belt's edge back"
@@ -332,7 +333,7 @@ class EdgeGuide(Effect):
         share = self._from_tail(span.length) / span.length
         near_runoff, near_runup = supports(span, share, fields)
         known = jax.tree.map(lambda *of_spans: jnp.stack(of_spans), near_runup, near_runoff)
-        whole = jnp.pi * _FRICTION * case.tension_force
+        whole = jnp.pi * FRICTION * case.tension_force
         return known, jnp.minimum(whole, 0.25 * whole * case.belt.width / (span.bending * jnp.abs(known.runoff)))
 
     def _from_tail(self, length):

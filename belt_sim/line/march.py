@@ -32,7 +32,7 @@ POINTS, SPANS = ((0, 2, 1, 3), (2, 0, 3, 1)), ((0, 1), (1, 0))  # their rows in 
 RETURNED = ("travel", "y", "angle", "moment", "edge_stress", "tilt", "sag")  # of Curves
 
 
-def march(
+def march_case(
     case: Case, model: Composition, effects=(), *, travel: float, step: float = STEP, keep: float = KEEP
 ) -> Curves:
     """Return the true curves of one case, before encoder and sensors (``AnalyticModel.run`` adds those).
@@ -56,7 +56,7 @@ def march(
 def march_driven(
     case: Case, model: Composition, effects=(), *, travel: float, step: float = STEP, keep: float = KEEP
 ) -> Curves:
-    """Like ``march``, for a case with actual settings, after effects on the drive."""
+    """Like ``march_case``, for a case with actual settings, after effects on the drive."""
     plan = plan_steps(case, travel=travel, step=step, keep=keep)
     tension = float(case.settings.tension)
     if not tension > 0:

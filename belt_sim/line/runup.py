@@ -15,6 +15,8 @@ import jax.numpy as jnp
 
 from belt_sim.case import Case, Schedule, pytree
 
+FRICTION = 0.15  # of belt on pulley where no effect says it: steel on a smooth pulley, the least that is usual
+
 
 @pytree
 @dataclass(frozen=True, kw_only=True)

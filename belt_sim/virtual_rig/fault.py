@@ -184,7 +184,7 @@ class Fault:
         return dict(vars(self))
 
 
-def overrides(fault: Fault | type[Fault], hook: str) -> bool:
+def has_hook(fault: Fault | type[Fault], hook: str) -> bool:
     """Whether a fault has a hook of its own."""
     cls = fault if isinstance(fault, type) else type(fault)
     return getattr(cls, hook) is not getattr(Fault, hook)

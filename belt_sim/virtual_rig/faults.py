@@ -24,12 +24,12 @@ from belt_sim.virtual_rig.fault import (
     warm_up,
 )
 from belt_sim.virtual_rig.line import (
-    couple_at,
-    force_at,
     roll_at_tail,
     tilt_sensitivity,
     uniform_force,
     uniform_roll_couple,
+    unit_couple,
+    unit_force,
 )
 
 # Hooks that many rows have.
@@ -76,6 +76,7 @@ def _warm_edge(f, width):
     return camber(kappa_c=-12e-6 * f.difference / width)
 
 
+_FRICTION = 0.15  # of belt on pulley, steel on steel at its least
 _LENGTH = 0.6  # [m] of a weld, wide against a step of the march
 _POINTS = (np.arange(16) + 0.5) / 16 - 0.5  # quadrature over the bend
 _SHAPE = 1 + np.cos(2 * np.pi * _POINTS)
@@ -182,7 +183,7 @@ def _guide_push(f, s, line, load, free, kept):
     """The roller and the span give way together: k (|y| - gap) back towards the middle, as far as friction of the half
     turn bears it: the push itself, and what it bends the belt by where it leaves its pulley, b/4 on average of it."""
     k = np.broadcast_to(f.stiffness if load.upper else f.stiffness_lower, free.shape)
-    beyond, held = np.maximum(np.abs(free) - f.gap, 0.0), 0.3 * np.pi * line.force
+    beyond, held = np.maximum(np.abs(free) - f.gap, 0.0), _FRICTION * np.pi * line.force
     held = np.minimum(held, held * line.width / 4 / (line.bending * np.abs(load.run_off)))
     return -np.sign(free) * np.minimum(k * beyond / (1 + k * load.give), held), kept
 
@@ -302,7 +303,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "above": True,
         "force": size("N", 0.2, 50.0),
         "place": _place_on_span(),
-        "loads": lambda f, line: (force_at(line, f.above, f.place),),
+        "loads": lambda f, line: (unit_force(line, f.above, f.place),),
         "push": lambda f, s, line, load, free, kept: (f.force * line.direction, kept),
         "scene": lambda f, parts, case: parts.with_push(
             span=_above(f),
@@ -316,7 +317,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "above": True,
         "moment": size("N m", 0.5, 50.0),
         "place": _place_on_span(),
-        "loads": lambda f, line: (couple_at(line, f.above, f.place),),
+        "loads": lambda f, line: (unit_couple(line, f.above, f.place),),
         "push": steady(lambda f, s, line: f.moment),
         "scene": _drag_scene,
     },
@@ -343,7 +344,7 @@ _TABLE: dict[str, dict[str, Any]] = {
             lambda plan, rng: rng.uniform(0.15, 0.85) * plan.machine.centre_distance.value,
             lambda plan: [share * plan.machine.centre_distance.value for share in (0.3, 0.7)],
         ),
-        "loads": lambda f, line: tuple(force_at(line, upper, 1 - f.at / line.span_length) for upper in (True, False)),
+        "loads": lambda f, line: tuple(unit_force(line, upper, 1 - f.at / line.span_length) for upper in (True, False)),
         "push": _guide_push,
         "scene": _guide_scene,
     },
@@ -462,7 +463,7 @@ _TABLE: dict[str, dict[str, Any]] = {
     "slip": {
         "words": "Both pulleys hold the belt by friction, given as 1/mu; 0 = they hold any moment. At each change of "
         "yaw the run-ups let go once, and the run-offs let go all the time (march.py).",
-        "inverse_friction": size("1", 1 / 0.15, 20.0, positive=True),
+        "inverse_friction": size("1", 1 / _FRICTION, 20.0, positive=True),
         "set": _slip_set,
         "scene": lambda f, parts, case: replace(
             parts, friction=min(parts.friction, 1 / f.inverse_friction if f.inverse_friction else np.inf)

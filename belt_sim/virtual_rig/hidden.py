@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from belt_sim.errors import InputError, finite
-from belt_sim.virtual_rig.fault import Fault, overrides
+from belt_sim.virtual_rig.fault import Fault, has_hook
 from belt_sim.virtual_rig.faults import CATALOGUE
 from belt_sim.virtual_rig.line import Line, stack
 from belt_sim.virtual_rig.march import TrueErrors, observe, repeat_line, stated_data, true_line
@@ -314,15 +314,15 @@ def library_signatures(plan: Plan, base: str) -> dict[str, list[np.ndarray]]:
         for shape in cls.shapes(plan)
     ]
     columns: dict[str, list[np.ndarray]] = {}
-    for fault in (f for f in directions if overrides(f, "edge")):  # which changes nothing of the march
+    for fault in (f for f in directions if has_hook(f, "edge")):  # which changes nothing of the march
         change, s = np.zeros_like(clean), np.broadcast_to(plan.travel[:, None], clean.shape[1:])
         for k, place in enumerate(plan.signals.values()):
             if place.startswith("point_"):
                 change[k] = fault.edge(place, s, line) - fault.edge(place, line.yaw_at + 0 * s[:1], line)
         columns.setdefault(fault.id, []).append(change)
-    marched = [f for f in directions if not overrides(f, "edge")]
+    marched = [f for f in directions if not has_hook(f, "edge")]
     for hook in ("loads", "turn", ""):  # each lane pays for the hooks of all faults that march with it
-        together = [f for f in marched if next((h for h in ("loads", "turn") if overrides(f, h)), "") == hook]
+        together = [f for f in marched if next((h for h in ("loads", "turn") if has_hook(f, h)), "") == hook]
         for fault, change in zip(together, changes(plan, line, clean, together), strict=True):
             columns.setdefault(fault.id, []).append(change)
     return {name: columns[name] for name in sorted(columns) if any(np.any(c) for c in columns[name])}

@@ -363,12 +363,12 @@ class UnitLoad:
     give: np.ndarray
 
 
-def force_at(line: Line, upper: bool, share) -> UnitLoad:
+def unit_force(line: Line, upper: bool, share) -> UnitLoad:
     """1 N towards +y at a share of the span's length, counted from the head to the tail pulley."""
     return _point_load(line, upper, share, slope=False)
 
 
-def couple_at(line: Line, upper: bool, share) -> UnitLoad:
+def unit_couple(line: Line, upper: bool, share) -> UnitLoad:
     """1 N m about the vertical, turning y' upwards along the travel, at a share of the way from head to tail."""
     return _point_load(line, upper, share, slope=True)
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from belt_sim.campaign import SignalSheet
 from belt_sim.case import GRAVITY, Belt, Rig
-from belt_sim.virtual_rig.fault import Fault, overrides
+from belt_sim.virtual_rig.fault import Fault, has_hook
 from belt_sim.virtual_rig.line import Line, Sections, SpanResponse, UnitLoad, line_from
 from belt_sim.virtual_rig.plan import Noise, Plan
 
@@ -40,14 +40,14 @@ class DelayHistory:
         self.tail_yaw, self.head_yaw = np.zeros((2, count, batch))
         self.bent = np.zeros((count, 2, batch))
         self.spans = (line.span(), line.span(to_tail=False))
-        self.faults = [f for f in faults if overrides(f, "creep")]
-        self.initial = [f for f in faults if overrides(f, "initial_state")]
+        self.faults = [f for f in faults if has_hook(f, "creep")]
+        self.initial = [f for f in faults if has_hook(f, "initial_state")]
         self.applied_loads = [
             AppliedLoad(f, load, (line.direction > 0) == load.upper, np.zeros(batch), np.zeros((count, batch)))
             for f in faults
             for load in f.loads(line)
         ]
-        changing = [f for f in faults if overrides(f, "sections")]
+        changing = [f for f in faults if has_hook(f, "sections")]
         self.changed_spans = tuple([SpanTable(f, line, to_tail) for f in changing] for to_tail in (True, False))
 
     def state_at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
@@ -221,7 +221,7 @@ _ROWS = ("run_up", "run_off")
 _SHARES = (0.0, 0.5, 1.0)  # of the way from the least tension to the most; a response is a parabola through these
 
 
-def march(line: Line, faults: Sequence[Fault], reach: float) -> DelayHistory:
+def march_line(line: Line, faults: Sequence[Fault], reach: float) -> DelayHistory:
     """Run a batch of lines over ``reach`` metres of travel."""
     past = DelayHistory(line, faults, reach)
     equation = _DelayEquation(past, faults)
@@ -239,7 +239,7 @@ class _DelayEquation:
     def __init__(self, past: DelayHistory, faults: Sequence[Fault]) -> None:
         self.history, self.line, self.nodes = past, past.line, past.nodes
         hooks = ("yaw", "yaw_head", "turn", "recall", "slide", "tension")
-        self.of = {hook: [f for f in faults if overrides(f, hook)] for hook in hooks}
+        self.of = {hook: [f for f in faults if has_hook(f, hook)] for hook in hooks}
         line = past.line
         self.here = past.wrap_exit_without_slip(np.zeros(len(line.stress)))  # what leaves the pulleys at this node
         self.sticks = ~np.isfinite(line.friction)
@@ -458,7 +458,7 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
     for fault in faults:
         travelled = fault.true_travel(travelled, line)
     reach = max(float(travelled.max()), plan.spacing)
-    history = march(line, faults, reach)
+    history = march_line(line, faults, reach)
     begun = np.broadcast_to(0.0 if plan.zero_at_start else line.yaw_at, (1, len(line.stress)))
     readings = []
     for place in plan.signals.values():
@@ -552,7 +552,7 @@ def add_noise(values: np.ndarray, travel: np.ndarray, sheet: SignalSheet, noise:
     gain = 1 + sheet.gain * rng.standard_normal(runs)
     zero = sheet.zero * rng.standard_normal(runs)
     length = sheet.wander_length if noise.true_length is None else noise.true_length
-    course = smooth_wander if noise.smooth else wander
+    course = matern_wander if noise.smooth else wander
     drift = noise.scale * sheet.wander_sd * course(travel, length, runs, rng)
     lateral = sheet.kind == "lateral"
     white = noise.scale * (noise.white if lateral else sheet.white) * _white(values.shape, noise, rng)
@@ -571,7 +571,7 @@ def wander(travel: np.ndarray, length: float, runs: int, rng) -> np.ndarray:
     return path
 
 
-def smooth_wander(travel: np.ndarray, length: float, runs: int, rng) -> np.ndarray:
+def matern_wander(travel: np.ndarray, length: float, runs: int, rng) -> np.ndarray:
     """A process of unit variance with a slope: correlation (1 + r) exp(-r), r = sqrt(3) distance/length."""
     apart = math.sqrt(3) * np.abs(travel[:, None] - travel) / length
     root = np.linalg.cholesky((1 + apart) * np.exp(-apart) + 1e-9 * np.eye(len(travel)))

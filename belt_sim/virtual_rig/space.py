@@ -19,7 +19,7 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.show.observers import progress
 from belt_sim.space.options import Options, accurate_speed
 from belt_sim.units import N_PER_MM2
-from belt_sim.virtual_rig.fault import Fault, overrides
+from belt_sim.virtual_rig.fault import Fault, has_hook
 from belt_sim.virtual_rig.hidden import CATALOGUE, HiddenFaults, specified_hidden
 from belt_sim.virtual_rig.make import BASES, Truth, build_campaign, check_base, check_seed, describe_truth
 from belt_sim.virtual_rig.march import TrueErrors, add_noise, draw_errors, true_machine
@@ -144,8 +144,8 @@ def _faults_with_scene(hidden: Sequence[str | dict]) -> HiddenFaults:
 
     what = specified_hidden(hidden, no_detectability)
     for fault in what.faults:
-        if not overrides(fault, "scene"):
-            those = ", ".join(name for name, cls in CATALOGUE.items() if overrides(cls, "scene"))
+        if not has_hook(fault, "scene"):
+            those = ", ".join(name for name, cls in CATALOGUE.items() if has_hook(cls, "scene"))
             raise InputError("hidden", fault.id, "", f"has no scene; use one of {those}, or engine=line")
     return what
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.jax_setup import in_float64
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.line.span import response
 from belt_sim.model import AnalyticModel as Model
 from belt_sim.model import analytic_model
@@ -45,7 +45,7 @@ def linear(case: Case) -> Linear:
 
 def truth(case: Case) -> np.ndarray:
     """y (4, n) of a march in fine steps [m]."""
-    return march(case, strip(), travel=TRAVEL, step=FINE, keep=KEEP).y
+    return march_case(case, strip(), travel=TRAVEL, step=FINE, keep=KEEP).y
 
 
 def errors(y: np.ndarray, fine: np.ndarray) -> dict[str, float]:

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.line.span import response, strip
 from belt_sim.model import analytic_model
 
@@ -110,7 +110,7 @@ class Creep(Effect):
 def test_a_belt_that_creeps_on_the_pulleys_leans_back_in_the_spans():
     """At first y = d s; in the end w = d - theta, straight spans lean by theta, and 2 L theta = 2 W w."""
     size, case = 1e-5, paper_case(100, 0.0)
-    c = march(case, analytic_model("beam_th2"), (Creep(d=size),), travel=400.0, step=0.1)
+    c = march_case(case, analytic_model("beam_th2"), (Creep(d=size),), travel=400.0, step=0.1)
     np.testing.assert_allclose(c.y[:3:2, 1], size * c.travel[1], rtol=EARLY)
     np.testing.assert_allclose(late_rates(c), size * RIG.span_length / (RIG.span_length + RIG.wrap_tail), rtol=1e-3)
 
@@ -137,7 +137,7 @@ def test_the_belt_turns_on_its_pulleys_by_the_curvature_that_rolled_ends_give_it
     """dalpha/ds = -kappa, at first k_phi phi of the hanging span's response."""
     case = paper_case(10, 0.0)
     known = response(strip(case)).runup[4 if "phi_u" in rolls else 3]
-    c = march(case, analytic_model("strip"), (Rolled(**rolls),), travel=3.0)
+    c = march_case(case, analytic_model("strip"), (Rolled(**rolls),), travel=3.0)
     for point, roll in ((0, 0.01), (2, -0.003)):
         turn = CubicSpline(c.travel, c.angle[point])(0.0, 1)
         assert turn == pytest.approx(-float(known) * roll, rel=EARLY)

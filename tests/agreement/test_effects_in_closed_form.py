@@ -13,8 +13,8 @@ from belt_sim.effects.sensors import EncoderScale
 from belt_sim.effects.span import Shear
 from belt_sim.effects.yaw import UnequalTension
 from belt_sim.line.hooks import indicate
-from belt_sim.line.march import march
-from belt_sim.line.runup import sag_angle
+from belt_sim.line.march import march_case
+from belt_sim.line.runup import FRICTION, sag_angle
 from belt_sim.line.span import beam_second_order, response
 from belt_sim.line.spans import steady_rate
 from belt_sim.model import analytic_model
@@ -180,7 +180,7 @@ def test_a_sheared_belt_lands_along_its_middle_line(width):
     soft = 1.177 * bending / (case.belt.shear_modulus * case.belt.area)
     ratio = 12 * soft / length**2
     effect = (Shear(coefficient=1.177),)
-    sheared, plain = (march(case, MODEL, e, travel=80.0, step=0.01, keep=0.01) for e in (effect, ()))
+    sheared, plain = (march_case(case, MODEL, e, travel=80.0, step=0.01, keep=0.01) for e in (effect, ()))
     slope = float(sheared.y[0, 1] - plain.y[0, 1]) / float(plain.travel[1])
     assert slope / YAW == pytest.approx(ratio / 2 / (1 + ratio), rel=EARLY)
 
@@ -316,10 +316,15 @@ def test_tapers_that_grow_with_time_or_travel_are_tapers_in_the_end():
 
 @pytest.mark.evidence("pulley_deflection", route="formula", what="where the belt comes to rest, {LATE}")
 def test_on_bent_pulleys_the_belt_rests_where_their_axes_are_parallel():
-    """Axes of curvature k are yawed by beta - k y at the tail and +k y at the head: parallel at y = beta/2k."""
+    """Axes of curvature k are yawed by beta - k y at the tail and +k y at the head: parallel at y = beta/2k.
+
+    The straight span between stands square to both: its ends lie (beta/2)/(k + 2/L) to either side of that.
+    """
     bow, case = 0.12, paper_case(40)
     (bent,) = affected([(case, {"pulley_deflection": {"compliance": bow / float(case.tension_force)}})], 400.0)
     assert bent.y[[0, 2], -1].mean() == pytest.approx(YAW / (2 * bow), rel=LATE)
+    aside = YAW / 2 / (bow + 2 / case.rig.span_length) * np.array([1.0, 1.0, -1.0, -1.0])
+    np.testing.assert_allclose(bent.y[:, -1] - YAW / (2 * bow), aside, rtol=LATE)
     assert np.abs(late_rates(bent)).max() < 1e-3 * steady_rate(case, MODEL)
 
 
@@ -393,7 +398,7 @@ def test_a_guide_pushes_no_harder_than_friction_on_the_pulleys_bears():
     case = paper_case(10)
     (behind,) = affected([(case, {"edge_guide": {"stiffness_lower": 1e7, "gap": 1e-3, "at": 0.25}})], 100.0)
     assert np.abs(behind.y).max() < 0.02  # [m]
-    grip = 0.3 * np.pi * float(case.tension_force)
+    grip = FRICTION * np.pi * float(case.tension_force)
     assert np.abs(behind.moment[1]).max() < grip * 0.25  # [N m], an arm as long as the guide is away
 
 

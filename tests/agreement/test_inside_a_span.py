@@ -13,7 +13,7 @@ from belt_sim.effects.pulley_shape import Taper
 from belt_sim.effects.span import EdgeGuide
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.influence import natural_curvature_rows, span_fields, supports
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.line.span import beam_first_order, beam_second_order, strip
 from belt_sim.model import analytic_model
 
@@ -95,7 +95,7 @@ def test_uniform_camber_moves_a_hanging_belt_like_two_tapered_pulleys():
     like = float(KAPPA * (1.0 + Camber().influence(strip(case), case)[0]))
     assert 0.5 * KAPPA < like < KAPPA
     cambered, tapered = (
-        march(case, analytic_model("strip"), effects, travel=60.0)
+        march_case(case, analytic_model("strip"), effects, travel=60.0)
         for effects in ((Camber(kappa_c=KAPPA), Taper()), (Camber(), Taper(kappa_t=like, kappa_t_head=like)))
     )
     assert np.abs(tapered.y).max() > 1e-3
@@ -104,7 +104,7 @@ def test_uniform_camber_moves_a_hanging_belt_like_two_tapered_pulleys():
 
 def test_a_weld_comes_round_once_a_belt_length_and_leaves_no_drift():
     weld = (Weld(angle=1e-3, at=5.0),)
-    curves = march(paper_case(40, 0.0), analytic_model("beam_th2"), weld, travel=16 * BELT_LENGTH)
+    curves = march_case(paper_case(40, 0.0), analytic_model("beam_th2"), weld, travel=16 * BELT_LENGTH)
     at = BELT_LENGTH * np.linspace(0.0, 1.0, 40, endpoint=False)
     last, before = (np.interp(start + at, curves.travel, curves.y[0]) for start in (14 * BELT_LENGTH, 13 * BELT_LENGTH))
     size = np.ptp(last)
@@ -128,7 +128,7 @@ def test_a_stiff_guide_stops_the_belt_at_its_gap():
 def test_a_guide_is_right_in_the_usual_steps():
     guide = (EdgeGuide(stiffness=1e6, gap=3e-4, at=0.5),)
     case = replace(paper_case(60), rig=replace(RIG, centre_distance=2.0))
-    coarse, fine = (march(case, analytic_model("strip"), guide, travel=12.0, step=s).y for s in (0.05, 0.00625))
+    coarse, fine = (march_case(case, analytic_model("strip"), guide, travel=12.0, step=s).y for s in (0.05, 0.00625))
     np.testing.assert_allclose(coarse, fine, atol=STEPS * np.abs(fine).max())
 
 

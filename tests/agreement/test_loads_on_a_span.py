@@ -12,7 +12,7 @@ from belt_sim.curves import late_rates
 from belt_sim.effects.span import IdlerSkew, MachineTilt, OffCentreLoad, Shear, SideDrag
 from belt_sim.errors import CannotRepresent
 from belt_sim.line.influence import couple_at, force_at, span_fields, spread_force, spread_roll
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.line.span import beam_first_order, beam_second_order, response, sag_softening, strip
 from belt_sim.model import analytic_model
 from studies.closed_forms import sievers_coefficients
@@ -192,7 +192,7 @@ def test_a_load_on_the_upper_span_starts_the_belt_where_it_runs_up():
 def test_a_loaded_side_sinks():
     """By torsion alone w e L^2/8T; in-plane bending, which rolling brings to a hanging span, holds the rest."""
     case = paper_case(10, 0.0)
-    curves = march(case, analytic_model("strip"), (OffCentreLoad(moment=0.02),), travel=1.0)
+    curves = march_case(case, analytic_model("strip"), (OffCentreLoad(moment=0.02),), travel=1.0)
     span = strip(case)
     alone = -0.02 * float(span.length**2 / span.torsion) / 8
     assert curves.tilt[0, 0] == pytest.approx(alone / (1 + sag_softening(case)), rel=0.05)
@@ -201,6 +201,6 @@ def test_a_loaded_side_sinks():
 
 def test_a_beam_refuses_what_acts_through_the_roll():
     with pytest.raises(CannotRepresent, match="beam_th2 do not hang, and off_centre_load"):
-        march(paper_case(10), analytic_model("beam_th2"), (OffCentreLoad(moment=0.1),), travel=1.0)
+        march_case(paper_case(10), analytic_model("beam_th2"), (OffCentreLoad(moment=0.1),), travel=1.0)
     for effect in (MachineTilt(angle=1e-3), IdlerSkew(force=1.0), SideDrag(moment=1.0)):
         analytic_model("beam_th2").admit((effect,))

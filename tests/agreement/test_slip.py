@@ -11,7 +11,7 @@ from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.base import effect
 from belt_sim.effects.contact import Slip
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.line.span import beam_second_order, response
 from belt_sim.model import analytic_model
 
@@ -90,7 +90,7 @@ def turn_of_least_energy(case, friction: float) -> tuple[float, float]:
 def test_the_belt_turns_as_far_as_bending_and_friction_work_say(rig, tension, friction):
     case = paper_case(tension, rig=rig)
     turn, aside = turn_of_least_energy(case, friction)
-    start = march(case, BEAM, (Slip(inverse_friction=1 / friction),), travel=0.1)
+    start = march_case(case, BEAM, (Slip(inverse_friction=1 / friction),), travel=0.1)
     assert YAW - float(start.angle[0, 0]) == pytest.approx(turn, rel=CLOSED)
     assert float(start.y[0, 0]) == pytest.approx(aside, rel=ASIDE)
 
@@ -132,7 +132,7 @@ class Landing(Slip):
 def test_a_belt_drifts_faster_for_good_by_sliding_where_it_leaves():
     case, friction = paper_case(40), 1 / MU
     sticks, leaves = affected([(case, {}), (case, {"slip": {"inverse_friction": friction}})], 400.0)
-    lands = march(case, BEAM, (Landing(inverse_friction=friction),), travel=400.0, step=400.0 / STEPS)
+    lands = march_case(case, BEAM, (Landing(inverse_friction=friction),), travel=400.0, step=400.0 / STEPS)
     sticks, lands, leaves = (late_rates(curves)[0] for curves in (sticks, lands, leaves))
     assert lands == pytest.approx(sticks, rel=1e-4)
     assert 1.002 < leaves / sticks < 1.02
@@ -155,7 +155,9 @@ IN_SPACE = {
 def test_slip_is_what_the_fine_belt_in_space_does(friction):
     case = paper_case(10, np.deg2rad(-0.005), rig=SHORT)
     strip = analytic_model("strip")
-    slides, sticks = (march(case, strip, e, travel=6.0) for e in ((Slip(inverse_friction=1 / friction),), (Slip(),)))
+    slides, sticks = (
+        march_case(case, strip, e, travel=6.0) for e in ((Slip(inverse_friction=1 / friction),), (Slip(),))
+    )
     more = 1e6 * (slides.y - sticks.y)[::2, np.rint(10 * np.array(AT)).astype(int)]
     wanted = np.array(IN_SPACE[friction])
     np.testing.assert_allclose(more, wanted, atol=SPACE * np.abs(wanted).max())
@@ -163,7 +165,8 @@ def test_slip_is_what_the_fine_belt_in_space_does(friction):
 
 def test_the_zone_ends_with_the_wrap():
     loose, looser = (
-        march(paper_case(7, 4 * YAW, rig=SHORT), BEAM, (Slip(inverse_friction=i),), travel=0.1) for i in (100.0, 1000.0)
+        march_case(paper_case(7, 4 * YAW, rig=SHORT), BEAM, (Slip(inverse_friction=i),), travel=0.1)
+        for i in (100.0, 1000.0)
     )
     np.testing.assert_allclose(loose.y, looser.y, atol=EXACT * np.abs(loose.y).max())
 
@@ -187,7 +190,9 @@ def test_it_happens_at_changes_of_yaw_and_at_no_other_time():
     sticks = affected([(paper_case(20), {})], 20.0)[0]
     assert 0.1 < np.abs(quick.y - quick_sticks.y)[0, :10].max() / np.abs(early.y - sticks.y)[0, :10].max() < 0.9
     slow = steered(paper_case(20), Schedule.ramp(YAW, at=0.0, over=1.0))
-    with_slip, without = (march(slow, BEAM, e, travel=5.0) for e in ((Landing(inverse_friction=1 / MU),), (Landing(),)))
+    with_slip, without = (
+        march_case(slow, BEAM, e, travel=5.0) for e in ((Landing(inverse_friction=1 / MU),), (Landing(),))
+    )
     np.testing.assert_array_equal(with_slip.y, without.y)
 
 

@@ -15,7 +15,7 @@ from belt_sim.jax_setup import least_effort
 from belt_sim.line import span as span_law
 from belt_sim.line.hooks import HOOKS, LAWS, indicate, uses
 from belt_sim.line.influence import Bend, BoundaryValues
-from belt_sim.line.march import march, march_traced
+from belt_sim.line.march import march_case, march_traced
 from belt_sim.line.runup import Contact, Reading, RunOff, RunUp, State, Yaw
 from belt_sim.line.span import Response
 from belt_sim.model import analytic_model
@@ -113,7 +113,7 @@ def test_march_with_all_effects_at_null_is_the_march_without_any():
     admitted = tuple(e for e in NULLS if MODEL.refusal(e) is None)
     refused = {type(e) for e in NULLS} - {type(e) for e in admitted}
     assert refused == {cls for cls in EFFECTS if "sag" in cls.needs}  # what acts through the roll of a hanging span
-    without, within = (march(paper_case(10), MODEL, e, travel=TRAVEL) for e in ((), admitted))
+    without, within = (march_case(paper_case(10), MODEL, e, travel=TRAVEL) for e in ((), admitted))
     for name in ARRAYS:
         np.testing.assert_array_equal(getattr(without, name), getattr(within, name), err_msg=name)
 
@@ -122,10 +122,10 @@ def test_march_with_all_effects_at_null_is_the_march_without_any():
 @pytest.mark.parametrize("model", ["rope", "beam_th1", "beam_th2", "ernst_beam", "strip"])
 def test_march_with_one_effect_at_null_is_the_march_without(model):
     law = analytic_model(model)
-    without = march(paper_case(10), law, travel=TRAVEL)
+    without = march_case(paper_case(10), law, travel=TRAVEL)
     for cls in EFFECTS:
         if law.refusal(cls) is None:
-            within = march(paper_case(10), law, (cls.null(),), travel=TRAVEL)
+            within = march_case(paper_case(10), law, (cls.null(),), travel=TRAVEL)
             for name in ARRAYS:
                 np.testing.assert_array_equal(getattr(without, name), getattr(within, name), err_msg=f"{cls.id} {name}")
 

@@ -5,7 +5,7 @@ from paper_cases import paper_case
 
 from belt_sim.effects.base import library
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.model import MODELS, analytic_model, model_named
 from studies.site.effect_pages import CAN, cell, table
 
@@ -20,13 +20,13 @@ def test_every_refusal_is_raised_with_a_remedy():
 
 def test_a_march_refuses_what_its_model_cannot_represent():
     with pytest.raises(CannotRepresent, match="rope has no runup law for taper"):
-        march(paper_case(10), analytic_model("rope"), (library()["taper"](kappa_t=1e-5),), travel=10.0)
+        march_case(paper_case(10), analytic_model("rope"), (library()["taper"](kappa_t=1e-5),), travel=10.0)
 
 
 def test_a_rope_without_width_refuses_what_acts_through_the_width():
     effects = library()
     with pytest.raises(CannotRepresent, match="rope bear no moment for yaw_compliance"):
-        march(paper_case(10), analytic_model("rope"), (effects["yaw_compliance"](c_m=1e-6),), travel=10.0)
+        march_case(paper_case(10), analytic_model("rope"), (effects["yaw_compliance"](c_m=1e-6),), travel=10.0)
     for name in ("taper", "yaw_compliance"):
         with pytest.raises(CannotRepresent, match=f"{name}: .* a rope has neither"):
             model_named("mujoco_rope").admit((effects[name].null(),))

@@ -7,7 +7,7 @@ import pytest
 from paper_cases import RECORDS, YAW, affected, marched, paper_case, steered
 
 from belt_sim.case import Schedule
-from belt_sim.line.march import STEP, march
+from belt_sim.line.march import STEP, march_case
 from belt_sim.model import analytic_model
 
 READ_AT = 16.0  # [m], where marches of different lengths, and so of different steps, are compared
@@ -49,7 +49,7 @@ def test_second_order_in_the_step(errors, name):
 def test_the_default_step_keeps_its_promise():
     case = paper_case(10)
     fine = marched([case], "strip", travel=10.0)[0]
-    mine = march(case, analytic_model("strip"), travel=10.0)
+    mine = march_case(case, analytic_model("strip"), travel=10.0)
     assert mine.y[0, 10] == pytest.approx(fine.y[0, 10], rel=AT_1_M)
     assert mine.travel[10] == pytest.approx(1.0)
     assert STEP < 0.1

@@ -12,7 +12,7 @@ from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.discovery.search_data import SearchData, search_data_of
 from belt_sim.discovery.selection import SearchOutcome, search_law
-from belt_sim.discovery.words import describe
+from belt_sim.discovery.words import describe_discovery
 from belt_sim.effects.base import Effect
 from belt_sim.effects.law import ID, GenericLaw, Law, SizedLaw, law_effect
 from belt_sim.model import analytic_model
@@ -71,7 +71,7 @@ def discovered(hidden: str = "", seed: int = 3) -> SearchOutcome:
 @cache
 def described(hidden: str = "", seed: int = 3) -> Discovery:
     """Its result."""
-    return describe(discovered(hidden, seed), 1.0)
+    return describe_discovery(discovered(hidden, seed), 1.0)
 
 
 def forward_with(bench: Workbench, *classes: type[Effect]) -> Forward:

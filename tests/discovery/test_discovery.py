@@ -14,7 +14,7 @@ from belt_sim.diagnosis.workbench import workbench
 from belt_sim.discovery.law_search import LawSearch, unknown_evidence
 from belt_sim.discovery.search_data import search_data_of
 from belt_sim.discovery.selection import CloseLaw, search_law
-from belt_sim.discovery.words import describe, place_words, sentence, worse_predictions
+from belt_sim.discovery.words import describe_discovery, place_words, sentence, worse_predictions
 from belt_sim.errors import InputError
 from belt_sim.results.errors import Change, Errors, OwnChange
 from belt_sim.results.files import discovery_json, read_discovery
@@ -104,16 +104,20 @@ def test_places_whose_laws_fit_as_well_are_told_and_its_own_is_not():
     own = law.best.scored
     other = next(s for s in law.choice.judged if place_words(s.law) != place_words(own.law))
     alike = replace(law, close=(CloseLaw(own, 0.0), CloseLaw(other, 1.0), CloseLaw(other, 2.0)))
-    said = describe(alike, 1.0).sentence
+    said = describe_discovery(alike, 1.0).sentence
     assert said.endswith(f" A law of the {place_words(other.law)} fits these readings as well.")
-    assert "fits these readings as well" not in describe(replace(law, close=(CloseLaw(own, 0.0),)), 1.0).sentence
+    assert (
+        "fits these readings as well" not in describe_discovery(replace(law, close=(CloseLaw(own, 0.0),)), 1.0).sentence
+    )
 
 
 def test_too_few_runs_are_said_and_no_law_is_guessed():
     whole = campaign("yaw_creep")
     few = replace(whole, runs=whole.runs[:2])
     bench = workbench(few, MODEL, [])
-    found = describe(search_law(search_data_of(bench, bench.fit([bench.start((), bench.forward.null())])[0])), 0.0)
+    found = describe_discovery(
+        search_law(search_data_of(bench, bench.fit([bench.start((), bench.forward.null())])[0])), 0.0
+    )
     assert not found.found
     assert "Too few runs" in found.sentence
     assert any("one tension" in text for text in found.limits)

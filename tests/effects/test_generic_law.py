@@ -34,7 +34,7 @@ from belt_sim.model import analytic_model
 from belt_sim.results.diagnosis import FoundEffect
 from belt_sim.scene_parts import SceneParts
 
-SAME = 1e-12  # [m]; curves of millimetres, whose sums may be taken in another order
+SAME = 1e-11  # [m]; of millimetres: a span is condensed to 5e-10 of its response, in other roundings by other JAX
 CURVES = json.loads(
     (Path(__file__).parent / "laws_as_code.json").read_text()
 )  # of the Python code once written of a law

@@ -8,13 +8,12 @@ from belt_sim.io import PACKAGE
 from studies.site.architecture import arrows, circles, floors
 
 FLOORS = 14
-#: names that stand in two modules: engines of one interface and bs.mjx beside bs; a virtual rig that shares no code
-#: with what finds effects; scripts and pages; and those that are still to be parted
+#: names that stand in two modules: engines of one interface and bs.mjx beside bs; scripts and pages; and those that are
+#: still to be parted
 ALIKE = {
     *("prepare", "scene", "simulate", "step", "run", "in_batches", "refuse"),
-    *("march", "couple_at", "force_at", "smooth_wander", "overrides"),
     "plot",
-    *("check_places", "describe", "doubts", "limits", "linearise", "scatter", "stack_cases", "travel_of"),
+    *("check_places", "doubts", "linearise", "scatter", "stack_cases"),
 }
 
 

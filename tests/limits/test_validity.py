@@ -1,5 +1,6 @@
 """Where the models stop: every boundary against what it is derived from, and what is said of it."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from belt_sim.case import Rig, Schedule
 from belt_sim.effects.base import library
 from belt_sim.errors import SimulationError
 from belt_sim.io import ROOT
+from belt_sim.line.runup import FRICTION
 from belt_sim.line.span import strip
 from belt_sim.model import MODELS
 from belt_sim.results.files import summary_json
@@ -189,9 +191,9 @@ def test_a_guide_behind_a_run_off_slides_the_belt_and_is_told():
 def test_friction_bears_the_moment_of_a_guide_whose_zone_of_slip_is_the_whole_wrap():
     case = paper_case(10.0)
     unit, grip = library()["edge_guide"](stiffness_lower=1e6, gap=0.0, at=1.0).influence(strip(case), case)
-    slip = library()["slip"](inverse_friction=1 / 0.3)
+    slip = library()["slip"](inverse_friction=1 / FRICTION)
     held = grip * strip(case).bending * np.abs(unit.runoff)
-    bare = 0.3 * case.tension_force * case.belt.width / (4.0 * case.rig.tail_radius) * case.rig.wrap_tail
+    bare = FRICTION * case.tension_force * case.belt.width / (4.0 * case.rig.tail_radius) * case.rig.wrap_tail
     assert held[1] == pytest.approx(float(bare), rel=1e-12)
     zone = 4.0 * case.rig.tail_radius * slip.inverse_friction * held[1] / (case.tension_force * case.belt.width)
     assert zone == pytest.approx(float(case.rig.wrap_tail), rel=1e-12)
@@ -205,3 +207,10 @@ def test_a_stated_face_says_when_the_belt_runs_over_its_edge():
     assert "off_pulley" not in said[1]
     travel = float(said[0]["off_pulley"].words.split("from ")[1].split(" m")[0])
     assert np.abs(ends[0].curves.y[:, np.searchsorted(ends[0].curves.travel, travel - 0.2)]).max() < 1e-3
+
+
+def test_the_page_has_every_limit():
+    page, code = (ROOT / "docs" / "validity.md").read_text(), (ROOT / "belt_sim" / "validity.py").read_text()
+    named = set(re.findall(r'Limit\(\s*"(\w+)"', code)) | set(re.findall(r'\("(\w+)", [a-z]', code))
+    assert {"edge_stretch", "short_span", "no_strip", "off_pulley", "guide_hunts", "large_angle", "slip"} <= named
+    assert not {name for name in named if f"`{name}`" not in page}

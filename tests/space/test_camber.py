@@ -9,7 +9,7 @@ from strip_bench import strip
 from belt_sim.curves import late_rates
 from belt_sim.effects.belt_shape import Camber, Weld
 from belt_sim.errors import CannotRepresent
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.machine import build_scene
@@ -114,7 +114,7 @@ def test_a_rope_has_no_camber():
 
 def test_uniform_camber_tilts_the_spans_and_hardly_moves_the_belt():
     curves = FLEX.run(CASE, [Camber(kappa_c=KAPPA)], travel=0.4)
-    law = march(CASE, analytic_model("strip"), (Camber(kappa_c=KAPPA),), travel=0.4)
+    law = march_case(CASE, analytic_model("strip"), (Camber(kappa_c=KAPPA),), travel=0.4)
     np.testing.assert_allclose(curves.moment[:, -1], -CASE.belt.bending_stiffness * KAPPA, rtol=MOMENT)
     np.testing.assert_allclose(curves.tilt[:, -1], law.tilt[:, -1], rtol=TILT)
     assert np.abs(curves.y).max() < 1e-6  # a taper of this size would move it by sixty
@@ -123,7 +123,7 @@ def test_uniform_camber_tilts_the_spans_and_hardly_moves_the_belt():
 @pytest.mark.evidence("weld", route="3d", what="y of all points as it passes, {NEAR} of the largest")
 def test_a_weld_runs_through_like_in_the_strip_law():
     curves = FLEX.run(CASE, [WELD], travel=1.2)
-    law = march(CASE, analytic_model("strip"), (WELD,), travel=1.2)
+    law = march_case(CASE, analytic_model("strip"), (WELD,), travel=1.2)
     wanted = np.stack([np.interp(curves.travel, law.travel, y) for y in law.y])
     size = np.abs(wanted).max()
     assert size > 2e-4
@@ -150,5 +150,5 @@ def test_uniform_camber_drifts_by_the_sag():
     """At 10 N/mm2 the law says 15.8 um/m, and rope and flat beams nothing: twelve runs of the span decide."""
     case = paper_case(10, 0.0, ROPE_EXAMPLE)
     curves = SpaceModel().run(case, [Camber(kappa_c=2e-4)], travel=15.0)
-    law = march(case, analytic_model("strip"), (Camber(kappa_c=2e-4),), travel=15.0)
+    law = march_case(case, analytic_model("strip"), (Camber(kappa_c=2e-4),), travel=15.0)
     assert late_rates(curves).mean() == pytest.approx(late_rates(law).mean(), rel=SHORT_AND_WIDE)

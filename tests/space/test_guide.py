@@ -5,7 +5,7 @@ import pytest
 from paper_cases import YAW, paper_case
 
 from belt_sim.effects.span import EdgeGuide
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.model import SpaceModel
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:flex")
 )
 def test_a_guide_holds_the_belt_like_an_elastic_stop():
     curves = SpaceModel(options=FINE).run(CASE, [GUIDE], travel=2.0)
-    law, free = (march(CASE, analytic_model("strip"), e, travel=2.0) for e in ((GUIDE,), ()))
+    law, free = (march_case(CASE, analytic_model("strip"), e, travel=2.0) for e in ((GUIDE,), ()))
     wanted, alone = (np.stack([np.interp(curves.travel, c.travel, y) for y in c.y]) for c in (law, free))
     size = np.abs(wanted).max()
     assert np.abs(alone - wanted).max() > 5 * NEAR * size  # the guide matters
@@ -38,7 +38,7 @@ def test_a_guide_holds_the_belt_like_an_elastic_stop():
 def test_guides_saturate_the_belt_and_mirror():
     cases = [paper_case(60, yaw, ROPE_EXAMPLE) for yaw in (-YAW, YAW)]
     right, left = (SpaceModel().run(case, [GUIDE], travel=12.0) for case in cases)
-    law = march(CASE, analytic_model("strip"), (GUIDE,), travel=12.0)
+    law = march_case(CASE, analytic_model("strip"), (GUIDE,), travel=12.0)
     wanted = np.stack([np.interp(right.travel, law.travel, y) for y in law.y])
     size = np.abs(wanted).max()
     np.testing.assert_allclose(right.y, wanted, atol=NEAR * size)

@@ -7,7 +7,7 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim.errors import CannotRepresent
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.native import simulate
@@ -38,7 +38,7 @@ def test_a_batch_of_ropes_is_beside_the_rope_law():
     cases = [paper_case(t, yaw, ROPE_EXAMPLE) for t, yaw in ((60.0, -7.3e-4), (30.0, 3.7e-4))]
     found = simulate_batch(cases, belt="rope", travel=TRAVEL, options=QUICK)
     for case, curves in zip(cases, found, strict=True):
-        law = march(case, analytic_model("rope"), travel=TRAVEL)
+        law = march_case(case, analytic_model("rope"), travel=TRAVEL)
         assert at(1.4, curves)[0] == pytest.approx(at(1.4, law)[0], rel=LAW)
         assert not curves.moment.any()
         assert curves.extra["tension"] == pytest.approx(float(case.settings.tension), rel=1e-3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from paper_cases import YAW, paper_case
 
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model
 from belt_sim.space.native import simulate
 
@@ -26,7 +26,7 @@ pytestmark = [pytest.mark.long, pytest.mark.filterwarnings("ignore:flex")]
 def test_all_four_points_stay_beside_the_strip_law(tension):
     case = paper_case(tension, -YAW)
     curves = simulate(case, travel=TRAVEL)
-    law = march(case, analytic_model("strip"), travel=TRAVEL)
+    law = march_case(case, analytic_model("strip"), travel=TRAVEL)
     wanted = np.stack([np.interp(curves.travel, law.travel, y) for y in law.y])
     size = np.abs(wanted).max()
     off = np.abs(curves.y - wanted).max(axis=1) / size

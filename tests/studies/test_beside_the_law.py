@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from belt_sim.curves import Curves, write_curves
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model
 from belt_sim.settings import case_from
 from studies import beside_the_law
@@ -15,7 +15,7 @@ from studies import beside_the_law
 def test_differences_are_told_and_drawn(configuration, tmp_path, capsys):
     for tension, friction, more in ((10.0, np.inf, 0.0), (40.0, 0.15, 2e-4)):
         config = configuration("space_run", "name=made_up", f"tension={tension}")
-        law = march(case_from(config), analytic_model("strip"), travel=4.0)
+        law = march_case(case_from(config), analytic_model("strip"), travel=4.0)
         path = tmp_path / f"{tension}.json"
         path.write_text(json.dumps({"config": config, "options": {"friction": friction, "dx": 0.025}}))
         write_curves(path.with_suffix(".csv"), Curves(travel=law.travel, y=law.y + more))

@@ -12,7 +12,7 @@ import pytest
 from belt_sim.campaign import read_campaign
 from belt_sim.io import CAMPAIGNS
 from belt_sim.virtual_rig import reveal
-from belt_sim.virtual_rig.fault import overrides
+from belt_sim.virtual_rig.fault import has_hook
 from belt_sim.virtual_rig.hidden import fault_from_spec
 from belt_sim.virtual_rig.make import check_base
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
@@ -87,5 +87,5 @@ def test_settings_by_lot_meet_every_fault_once_and_come_again():
     assert sorted(f.id for _, h in drawn for f in h.faults) == sorted(filter(None, SETTINGS))
     for base, hidden in drawn:
         check_base(base, hidden.faults)
-        assert all(overrides(f, "scene") for f in hidden.faults)
+        assert all(has_hook(f, "scene") for f in hidden.faults)
         assert all(d > 3 for d in hidden.sizes)

@@ -6,7 +6,7 @@ from virtual_bench import YAW, plan_of
 
 from belt_sim.effects.base import library
 from belt_sim.scene_parts import SceneParts
-from belt_sim.virtual_rig.fault import overrides
+from belt_sim.virtual_rig.fault import has_hook
 from belt_sim.virtual_rig.hidden import CATALOGUE, RANDOM_LIBRARY, UNMODELLED
 from belt_sim.virtual_rig.make import BASES
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
@@ -14,7 +14,7 @@ from belt_sim.virtual_rig.plan import Plan, RunSetting
 from belt_sim.virtual_rig.space import true_cases
 
 FAULTS = CATALOGUE | UNMODELLED
-SCENE = {name: cls for name, cls in FAULTS.items() if overrides(cls, "scene")}
+SCENE = {name: cls for name, cls in FAULTS.items() if has_hook(cls, "scene")}
 #: Slack and fast, either way round, with the yaw applied late.
 PLAN = plan_of(
     *(RunSetting(tension=7e6, yaw=YAW, speed=5.0, direction=d, yaw_at=1.0) for d in (1.0, -1.0)),

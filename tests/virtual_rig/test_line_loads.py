@@ -12,7 +12,7 @@ from belt_sim.virtual_rig.faults import (
     OffCentreLoadFault,
     SideDragFault,
 )
-from belt_sim.virtual_rig.line import couple_at, force_at, uniform_force, uniform_roll_couple
+from belt_sim.virtual_rig.line import uniform_force, uniform_roll_couple, unit_couple, unit_force
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan, RunSetting
 
@@ -57,7 +57,7 @@ def test_forces_and_couples_are_what_the_equations_say(base, share, direction):
     """EI kappa' jumps by a force towards +y, EI kappa falls by a couple that turns y' upwards."""
     line = line_from(base, direction=direction)
     along = (share if direction > 0 else 1 - share) * SPAN
-    for load, place in ((force_at, 3), (couple_at, 2)):
+    for load, place in ((unit_force, 3), (unit_couple, 2)):
         jump = np.zeros(6)
         jump[place] = 1 / BENDING if place == 3 else -1 / BENDING
         found, wanted = load(line, True, share), ends_of(line, jump, along, np.zeros(6))
@@ -80,10 +80,10 @@ def test_spread_loads_are_what_the_equations_say(base):
 def test_a_couple_is_two_forces_ahead_and_behind():
     """Towards +y ahead and towards -y behind turns y' upwards: as drag on the edge y > 0 does, r x F > 0."""
     line, apart = line_from("strip"), 1e-3
-    ahead, behind = (force_at(line, True, 0.4 + side * apart / 2) for side in (1, -1))
+    ahead, behind = (unit_force(line, True, 0.4 + side * apart / 2) for side in (1, -1))
     for name in ("run_up", "run_off", "tilt"):
         pair = (getattr(ahead, name) - getattr(behind, name)) / (apart * SPAN)
-        assert getattr(couple_at(line, True, 0.4), name) == pytest.approx(pair, rel=1e-4)
+        assert getattr(unit_couple(line, True, 0.4), name) == pytest.approx(pair, rel=1e-4)
 
 
 def test_a_leaning_machine_bends_both_run_ups_as_clamped_beams():
@@ -133,7 +133,7 @@ def test_reversed_travel_is_the_machine_turned_about_the_vertical(fault, sign):
 def test_without_tension_a_span_is_a_clamped_beam(share):
     """kappa L = P L t^2 (1 - t)/EI under a force, M t (2 - 3 t)/EI under a couple (any table of beams)."""
     line = line_from("beam_th2", 1e3)
-    force, couple = (load(line, True, share).run_up.item() for load in (force_at, couple_at))
+    force, couple = (load(line, True, share).run_up.item() for load in (unit_force, unit_couple))
     assert force == pytest.approx(SPAN * share**2 * (1 - share) / BENDING, rel=1e-3)
     assert couple == pytest.approx(share * (2 - 3 * share) / BENDING, rel=1e-3)
 

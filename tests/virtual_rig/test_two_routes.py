@@ -9,7 +9,7 @@ from virtual_bench import YAW, plan_of
 
 from belt_sim.effects.base import library
 from belt_sim.line.hooks import indicate
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model
 from belt_sim.virtual_rig.hidden import fault_from_spec
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
@@ -97,7 +97,7 @@ def routes(name, here, there, base, tension, direction):
     effect = cls(**(null | (there or here)))
     effects = tuple(effect if type(e) is cls else e for e in nulls(base))
     assert effect in effects
-    curves = march(case, analytic_model(base), effects, travel=TRAVEL)
+    curves = march_case(case, analytic_model(base), effects, travel=TRAVEL)
     curves = indicate(curves, case, (effect,), curves.travel)
     return truth, np.concatenate([curves.y, curves.tilt])
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from belt_sim.case import Case, Rig
 from belt_sim.curves import Curves, late_rates
-from belt_sim.line.march import march
+from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.native import SpaceRun
@@ -42,5 +42,5 @@ TASKS = {"short": SHORT, "full": FULL}
 
 def off_the_law(task: Task, curves: Curves) -> float:
     """Largest relative deviation of the late rates of points 1-4 from the strip law's over the same travel."""
-    law = late_rates(march(task.case(), analytic_model("strip"), travel=float(curves.travel[-1])))
+    law = late_rates(march_case(task.case(), analytic_model("strip"), travel=float(curves.travel[-1])))
     return float(np.abs(late_rates(curves) / law - 1.0).max())
