@@ -8,9 +8,9 @@ Gauss-Newton steps fit the numbers. A law is judged by what it does, not by how 
 which holds the work of the unknown itself. Arrays are (R, F, J): runs, sets of numbers, cells.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -38,22 +38,6 @@ NUMBERS = ("knee", "at", "wide")
 LoopSolution = tuple[np.ndarray, States]
 #: a variable, and the pulley or signal where it is read
 Variable = tuple[str, int]
-
-
-def _spectra(data: SearchData, reads: tuple[Variable, ...], channel: str) -> np.ndarray:
-    """Spectra (k, R, 1, w) of what an input in one cell of a channel adds to variables at pulleys or sensors."""
-
-    def compute() -> np.ndarray:
-        runs = range(len(data.states.tension))
-        rows = np.stack([[_response_of(data, r, *read, channel) for r in runs] for read in reads])
-        return rfft(single_precision(rows), _fft_length(data))[:, :, None]
-
-    return data.compute_once(("spectra", reads, channel), compute)
-
-
-def _fft_length(data: SearchData) -> int:
-    """Length of the transforms: no end of a record reaches its beginning."""
-    return next_fast_len(2 * len(data.design.grid), real=True)
 
 
 def _response_of(data: SearchData, run: int, name: str, where: int, channel: str) -> np.ndarray:
@@ -88,11 +72,21 @@ def solve_loop(data: SearchData, law: Law, sizes: np.ndarray, begin: States | No
     unread = {read: _state_values(base, read) + still[read] for read in reads}
     coupled = [one for one in inputs if one.reads]
 
-    def next_states(at: dict[Variable, np.ndarray]) -> dict[Variable, np.ndarray]:
-        added = _responses_to(data, _channel_inputs(coupled, at), reads)
-        return {read: unread[read] + added[read] for read in reads}
+    def settle(at: dict[Variable, np.ndarray], part: float) -> dict[Variable, np.ndarray] | None:
+        """What is read once iterations of a part of a step have converged; None where a belt runs away, or they do not
+        converge."""
+        for _ in range(int(ITERATIONS / part)):
+            added = _responses_to(data, _channel_inputs(coupled, at), reads)
+            step = {read: unread[read] + added[read] - at[read] for read in reads}
+            at = {read: at[read] + part * step[read] for read in reads}
+            if not _largest(at, largest) < FURTHEST:
+                return None
+            if _largest(step, largest) < CLOSE:
+                return at
+        return None
 
-    settled = _solve_fixed_point(next_states, at, largest)
+    # a law that steers against what it reads by as much or more swings ever further in whole steps, the belt does not
+    settled = settle(at, 1.0) or settle(at, DAMPING)
     if settled is None:
         return None
     readings = np.zeros((len(sizes), *data.projector.residual.shape))
@@ -100,26 +94,6 @@ def solve_loop(data: SearchData, law: Law, sizes: np.ndarray, begin: States | No
         u = np.broadcast_to(one.value(settled), (len(base.tension), len(sizes), len(base.s)))
         readings += data.design.columns(one.channel, u.swapaxes(0, 1))
     return readings, _replace_states(base, {r: x[:, 0] for r, x in settled.items()})
-
-
-def _solve_fixed_point(
-    next_states: Callable[[dict], dict], begin: dict[Variable, np.ndarray], largest: dict[Variable, float]
-) -> dict[Variable, np.ndarray] | None:
-    """What is read, once iterations have converged; None where a belt runs away, or they do not converge.
-
-    For a law that steers against what it reads by as much or more, whole steps swing ever further though the belt does
-    not: then they are damped.
-    """
-    for part in (1.0, DAMPING):
-        at = begin
-        for _ in range(int(ITERATIONS / part)):
-            step = {read: x - at[read] for read, x in next_states(at).items()}
-            at = {read: at[read] + part * step[read] for read in at}
-            if not _largest(at, largest) < FURTHEST:
-                break
-            if _largest(step, largest) < CLOSE:
-                return at
-    return None
 
 
 def _largest(x: dict[Variable, np.ndarray], unit: dict[Variable, float]) -> float:
@@ -178,8 +152,7 @@ def _loop_inputs(data: SearchData, law: Law, sizes: np.ndarray) -> list[LoopInpu
     for t in law.terms:
         own = sizes[:, left : left + t.sizes]
         left += t.sizes
-        for channel, pulley in t.place.parts:
-            found.append(LoopInput(data.states, t, channel, pulley, _independent_factor(data, t, own, channel, pulley)))
+        found += [LoopInput(data.states, t, *part, _independent_factor(data, t, own, *part)) for part in t.place.parts]
     return found
 
 
@@ -238,10 +211,19 @@ def _responses_to(data: SearchData, inputs: ChannelInputs, reads: Sequence[Varia
     spacing, found = states.s[1] - states.s[0], {}
     first = np.where(np.arange(cells) > 0, 1.0, 0.5).astype(np.float32)  # half a cell
     rows = tuple(dict.fromkeys(("y" if name == "alpha" else name, k) for name, k in reads if name != "reading_rate"))
+    length, runs = next_fast_len(2 * cells, real=True), np.arange(len(states.tension))  # no end reaches its beginning
+
+    def spectra(channel: str) -> np.ndarray:
+        """Of what an input in one cell of a channel adds to ``rows``, (k, R, 1, w)."""
+        added = np.stack([[_response_of(data, int(r), *read, channel) for r in runs] for read in rows])
+        return rfft(single_precision(added), length)[:, :, None]
+
     whole = sum(
-        rfft(single_precision(u) * first, _fft_length(data)) * _spectra(data, rows, channel) for channel, u in acting
+        rfft(single_precision(u) * first, length)
+        * data.compute_once(("spectra", rows, channel), partial(spectra, channel))
+        for channel, u in acting
     )
-    responses = dict(zip(rows, irfft(whole, _fft_length(data))[..., :cells], strict=True))
+    responses = dict(zip(rows, irfft(whole, length)[..., :cells], strict=True))
     for name, where in reads:
         if name == "alpha":  # dy/ds = -alpha + drift
             drift = sum(u for channel, u in acting if channel == drift_at(where))
@@ -252,18 +234,14 @@ def _responses_to(data: SearchData, inputs: ChannelInputs, reads: Sequence[Varia
             found["reading_rate", where] = (
                 np.gradient(found[name, where], spacing, axis=-1) * states.speed[:, None, None]
             )
-        if name == "reading":
-            found[name, where] = found[name, where] - _at_zero(data, found[name, where])
+        if name == "reading":  # which is zero where the yaw is applied
+            yaw_at = np.array([r.yaw_at for r in data.bench.samples.runs])
+            place = np.clip(yaw_at / (data.design.grid[1] - data.design.grid[0]), 0.0, cells - 1.001)
+            low = place.astype(int)
+            part, added = (place - low)[:, None], found[name, where]
+            zero = (1.0 - part) * added[runs, :, low] + part * added[runs, :, low + 1]
+            found[name, where] = added - zero[..., None]
     return found
-
-
-def _at_zero(data: SearchData, added: np.ndarray) -> np.ndarray:
-    """What is added where a sensor reads zero, (R, F, 1)."""
-    grid, runs = data.design.grid, data.bench.samples.runs
-    place = np.clip(np.array([r.yaw_at for r in runs]) / (grid[1] - grid[0]), 0.0, len(grid) - 1.001)
-    low = place.astype(int)
-    part, rows = (place - low)[:, None], np.arange(len(runs))
-    return ((1.0 - part) * added[rows, :, low] + part * added[rows, :, low + 1])[..., None]
 
 
 def _replace_states(base: States, found: dict[Variable, np.ndarray]) -> States:
@@ -355,7 +333,9 @@ def _evaluate(data: SearchData, law: Law, numbers: np.ndarray, begin: States | N
 def _gauss_newton_step(data: SearchData, law: Law, numbers: np.ndarray, now: LoopSolution, chi2: float) -> Point | None:
     """Numbers after a Gauss-Newton step, the parameters that runs share being free, what they make, and its chi2; None
     where no step helps."""
-    projector, (readings, states), nudges = data.projector, now, _nudges(law, numbers)
+    projector, (readings, states), count = data.projector, now, _sizes(law)
+    nudges, sizes = np.full(len(numbers), NUDGE), np.abs(numbers[:count])
+    nudges[:count] = NUDGE * np.maximum(sizes, 1e-3 * sizes.max() + 1e-12)
     others = solve_loop(data, *_law_with(law, numbers + np.diag(nudges)), states)
     if others is None:
         return None
@@ -381,13 +361,6 @@ def _sizes(law: Law) -> int:
 def _shape_numbers(law: Law) -> list[str]:
     """Names of the shape numbers of all terms."""
     return [n for t in law.terms for n in NUMBERS if getattr(t.form, n) is not None]
-
-
-def _nudges(law: Law, numbers: np.ndarray) -> np.ndarray:
-    """By how much each number (p,) is moved for a derivative."""
-    step, count = np.full(len(numbers), NUDGE), _sizes(law)
-    step[:count] = NUDGE * np.maximum(np.abs(numbers[:count]), 1e-3 * np.abs(numbers[:count]).max() + 1e-12)
-    return step
 
 
 def _limit_step(data: SearchData, law: Law, old: np.ndarray, new: np.ndarray) -> np.ndarray:

@@ -79,7 +79,17 @@ def form_products(data: SearchData, place: Place, targets: Targets) -> tuple[lis
             rows = _rows(data, place, block)
             found.append(Products(rows @ targets.single, *_lengths(rows, block.waves), block.waves))
         else:
-            found.append(_plain_products(data, place, block, along))
+            inputs = data.compute_once(
+                ("inputs", block), partial(form_inputs, data.states, block.everything, None, None)
+            )
+            of_states = place.relative or place.name == TRAVEL  # they act on what is bent, and shown
+
+            def lengths(block=block, inputs=inputs) -> tuple[np.ndarray, np.ndarray]:
+                return _lengths(_plain_rows(data, place, block, inputs), block.waves)
+
+            within = data.states if of_states else None
+            own, cross = data.compute_once(("lengths", place.name, block), lengths, within)
+            found.append(Products(inputs @ along, own, cross, block.waves))
     return forms, found
 
 
@@ -114,25 +124,18 @@ def form_inputs(states: States, forms: Sequence[Form], part: int | None, signal:
     return found
 
 
-def _plain_products(data: SearchData, place: Place, block: Block, along: np.ndarray) -> Products:
-    """Products of forms that do not depend on the pulley; along (R, J, q): those of an input in each cell."""
-    inputs = data.compute_once(("inputs", block), partial(form_inputs, data.states, block.everything, None, None))
-    within = data.states if place.relative or place.name == TRAVEL else None  # they act on what is bent, and shown
-    own, cross = data.compute_once(
-        ("lengths", place.name, block), lambda: _lengths(_plain_rows(data, place, block, inputs), block.waves), within
-    )
-    return Products(inputs @ along, own, cross, block.waves)
-
-
 def _plain_rows(data: SearchData, place: Place, block: Block, inputs: np.ndarray) -> np.ndarray:
     """Whitened columns (R, F + w, m) of forms that do not depend on the pulley, to single precision.
 
     Those that almost cancel are multiplied in double precision: their products with readings are, and a length that is
     rounding would make much of them.
     """
-    found = _rows(data, place, block)
+    found, norms = _rows(data, place, block), 0.0
     own = np.einsum("rfm,rfm->rf", found, found)
-    most = (np.abs(inputs) @ _largest_norms(data, place))[..., 0]
+    for channel, part in place.parts:  # the largest that a response to an input of 1 in each cell can have, (R, J)
+        each = data.compute_once(("norms", channel), partial(np.linalg.norm, data.design.rows[channel], axis=2)).T
+        norms = norms + each * np.abs(data.states.channel_gain(place, channel, part))
+    most = (np.abs(inputs) @ np.asarray(norms)[..., None])[..., 0]
     faint = np.any(own < np.square(CANCELS * most), axis=0)
     if faint.any():
         found[:, faint] = inputs[:, faint] @ _sum_of_parts(data, place, lambda c: data.design.rows[c].swapaxes(0, 1))
@@ -148,15 +151,6 @@ def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
             rows = _rows_of_part(data, place, channel, part, block)
             found = found + (rows if np.all(share == 1.0) else rows * single_precision(np.asarray(share))[..., None])
     return np.asarray(found)
-
-
-def _largest_norms(data: SearchData, place: Place) -> np.ndarray:
-    """The largest norm that a response to an input of 1 in each cell of a place can have, (R, J, 1)."""
-    found: Any = 0.0
-    for channel, part in place.parts:
-        each = data.compute_once(("norms", channel), partial(np.linalg.norm, data.design.rows[channel], axis=2)).T
-        found = found + each * np.abs(data.states.channel_gain(place, channel, part))
-    return np.asarray(found)[..., None]
 
 
 def _sum_of_parts(data: SearchData, place: Place, of_channel: Callable[[str], np.ndarray]) -> np.ndarray:
@@ -254,13 +248,9 @@ def cost(law: Law) -> float:
     return total + (APART if len({t.place.name for t in law.terms}) > 1 else 0.0)
 
 
-def _price(form: Form, exponent: float) -> float:
+def _price(form: Form, exponent: float = 0.0) -> float:
     """Of the numbers of one term."""
     return NUMBER * form.numbers + EXPONENT * (exponent != 0.0) + (WAVE if form.is_wave else 0.0)
-
-
-def _prices(forms: list[Form]) -> np.ndarray:
-    return np.array([_price(f, 0.0) for f in forms])
 
 
 def gain_of(data: SearchData, law: Law) -> float:
@@ -274,27 +264,26 @@ def gains(blocks: Sequence[Products], weight: np.ndarray, beside: list[int], inv
     Vector 0 of the products is what is explained, ``beside`` are those taken out; inverse: of their Gram matrix and
     prior; along (c,): their products with vector 0.
     """
-    return np.concatenate([_gains_of_block(p, weight, beside, inverse, along) for p in blocks])
-
-
-def _gains_of_block(p: Products, weight: np.ndarray, beside: list[int], inverse, along) -> np.ndarray:
-    vectors, square, k = p.with_vectors, weight**2, p.waves
-    whole = (weight.astype(vectors.dtype) @ vectors.reshape(len(weight), -1)).reshape(vectors.shape[1:])
-    onto = whole[:, beside]
-    pull, reduced = whole[:, 0] - onto @ (inverse @ along), onto @ inverse
-    own = p.own @ square
-    left = own - np.einsum("fc,fc->f", reduced, onto)
-    count = len(left) - len(k)
-    seen = left > HIDDEN * own + 1e-30
-    gain = (pull**2 * np.where(seen, 1.0 / np.where(seen, left, 1.0), 0.0))[:count]
-    if len(k):
-        pull1, pull2, left1, left2 = pull[k], pull[count:], left[k], left[count:]
-        both = p.cross @ square - np.einsum("fc,fc->f", reduced[k], onto[count:])
-        det = left1 * left2 - both**2
-        fine = (det > 1e-6 * np.maximum(left1 * left2, 1e-30)) & (left2 > 0.0)
-        top = left2 * pull1**2 + left1 * pull2**2 - 2.0 * both * pull1 * pull2
-        gain[k] = np.where(fine, top / np.where(fine, det, 1.0), gain[k])
-    return np.where(np.isfinite(gain), gain, 0.0)  # a form beyond the range of numbers is no law
+    found, square = [], weight**2
+    for p in blocks:
+        vectors, k = p.with_vectors, p.waves
+        whole = (weight.astype(vectors.dtype) @ vectors.reshape(len(weight), -1)).reshape(vectors.shape[1:])
+        onto = whole[:, beside]
+        pull, reduced = whole[:, 0] - onto @ (inverse @ along), onto @ inverse
+        own = p.own @ square
+        left = own - np.einsum("fc,fc->f", reduced, onto)
+        count = len(left) - len(k)
+        seen = left > HIDDEN * own + 1e-30
+        gain = (pull**2 * np.where(seen, 1.0 / np.where(seen, left, 1.0), 0.0))[:count]
+        if len(k):
+            pull1, pull2, left1, left2 = pull[k], pull[count:], left[k], left[count:]
+            both = p.cross @ square - np.einsum("fc,fc->f", reduced[k], onto[count:])
+            det = left1 * left2 - both**2
+            fine = (det > 1e-6 * np.maximum(left1 * left2, 1e-30)) & (left2 > 0.0)
+            top = left2 * pull1**2 + left1 * pull2**2 - 2.0 * both * pull1 * pull2
+            gain[k] = np.where(fine, top / np.where(fine, det, 1.0), gain[k])
+        found.append(np.where(np.isfinite(gain), gain, 0.0))  # a form beyond the range of numbers is no law
+    return np.concatenate(found)
 
 
 def single_term_laws(data: SearchData) -> RankedLaws:
@@ -306,7 +295,7 @@ def single_term_laws(data: SearchData) -> RankedLaws:
     for place in data.places_to_try:
         forms, blocks = form_products(data, place, targets)
         kind = ("prices", place.kind, place.is_carried, data.wide)
-        price = data.compute_once(kind, partial(_prices, forms), data.states)
+        price = data.compute_once(kind, partial(np.fromiter, map(_price, forms), float), data.states)
         for n in exponents_of(data):
             tables.append((place, forms, n))
             found.append(gains(blocks, data.weight(n), beside, g.inverse, g.shared_residual))

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from operator import itemgetter
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -158,31 +159,27 @@ def impulse_responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> 
 
 @lru_cache(PROGRAMS)
 def _compile_march(model, classes, room: int, history: int):
-    one = partial(_respond, model=model, room=room, history=history)
+    march = partial(march_open, model=model, room=room, slots=history, only=("y", "angle", "moment", "tilt"))
+
+    def one(effects: tuple[Effect, ...], case: Case, step, spacing, steps):
+        """Rows (12, n) of one run, and what a pulse at each channel adds (channels, 12, n)."""
+
+        def rows(heights):
+            pulse = Pulse(**dict(zip(CHANNELS, heights, strict=True)), middle=step, half=step)
+            curves: Any = march(case, (*effects, pulse), spacing, steps)
+            forward = case.settings.direction > 0
+            # from points 1-4 back to run-up tail, run-up head, run-off tail, run-off head
+            places = jnp.where(forward, jnp.array([0, 2, 1, 3]), jnp.array([1, 3, 0, 2]))
+            spans = jnp.where(forward, jnp.array([0, 1]), jnp.array([1, 0]))
+            return jnp.concatenate([curves.y[places], curves.angle[places], curves.moment[spans], curves.tilt[spans]])
+
+        none = jnp.zeros(len(CHANNELS))
+        along = jax.vmap(lambda d: jax.jvp(rows, (none,), (d,)))(jnp.eye(len(CHANNELS)))
+        return along[0][0], along[1]
+
     axes = (None, Case(rig=None, belt=None, settings=0), None, None, None)  # type: ignore[arg-type]
     key = program_key("impulse responses", model, classes, room, history)
     return StoredProgram(jax.vmap(one, in_axes=axes), key, brief=True)
-
-
-def _respond(effects: tuple[Effect, ...], case: Case, step, spacing, steps, *, model, room, history):
-    """Rows (12, n) of one run, and what a pulse at each channel adds (channels, 12, n)."""
-
-    def rows(heights):
-        pulse = Pulse(**dict(zip(CHANNELS, heights, strict=True)), middle=step, half=step)
-        march = partial(march_open, model=model, room=room, slots=history, only=("y", "angle", "moment", "tilt"))
-        return _sort_by_pulley(march(case, (*effects, pulse), spacing, steps), case)
-
-    none = jnp.zeros(len(CHANNELS))
-    along = jax.vmap(lambda d: jax.jvp(rows, (none,), (d,)))(jnp.eye(len(CHANNELS)))
-    return along[0][0], along[1]
-
-
-def _sort_by_pulley(curves, case):
-    """Rows (12, n): from points 1-4 back to run-up tail, run-up head, run-off tail, run-off head."""
-    forward = case.settings.direction > 0
-    places = jnp.where(forward, jnp.array([0, 2, 1, 3]), jnp.array([1, 3, 0, 2]))
-    spans = jnp.where(forward, jnp.array([0, 1]), jnp.array([1, 0]))
-    return jnp.concatenate([curves.y[places], curves.angle[places], curves.moment[spans], curves.tilt[spans]])
 
 
 @dataclass(frozen=True)
@@ -194,12 +191,9 @@ class SpanChange:
     coefficients: np.ndarray
     stretch: StretchResponse | None
 
-    def per_change(self, ends: np.ndarray, row: int) -> np.ndarray:
-        """What a small change adds per unit (R, J), by the ends of a span (R, 3, J); row: 0 curvature, 1 roll."""
-        return np.einsum("ri,rij->rj", self.coefficients[:, 0, row], ends)
-
     def per_end(self, change: np.ndarray, row: int) -> np.ndarray:
-        """What a change (R, F, J) adds, however large, per unit of each of the three ends, (3, R, F, J)."""
+        """What a change (R, F, J) adds, however large, per unit of each of the three ends, (3, R, F, J); row: 0
+        curvature, 1 roll."""
         x = log_of_change(change, np)
         found = np.zeros((self.coefficients.shape[-1], *x.shape))
         for c in self.coefficients[:, ::-1, row].swapaxes(0, 1):
@@ -270,12 +264,7 @@ class ResidualProjector:
 
     def whiten(self, shapes: np.ndarray) -> np.ndarray:
         """Shapes or readings (k, R, S, n) -> (k, R, m)."""
-        runs = len(self.residual)
-        return self.metric.whiten(shapes).reshape(len(shapes), runs, -1)
-
-    def shared_products(self, rows: np.ndarray) -> np.ndarray:
-        """Products (k, R, c) of whitened rows (k, R, m) with the shared columns, run by run."""
-        return (rows.swapaxes(0, 1) @ self.shared.transpose(1, 2, 0)).swapaxes(0, 1)
+        return self.metric.whiten(shapes).reshape(len(shapes), len(self.residual), -1)
 
     @cached_property
     def shared_residual(self) -> np.ndarray:
@@ -290,7 +279,7 @@ class ResidualProjector:
 
     def gram_of(self, rows: np.ndarray) -> np.ndarray:
         """Gram matrix (k, k) of whitened rows (k, R, m) with the shared columns taken out."""
-        onto = self.shared_products(rows).sum(axis=1)
+        onto = (rows.swapaxes(0, 1) @ self.shared.transpose(1, 2, 0)).swapaxes(0, 1).sum(axis=1)
         return np.einsum("krm,lrm->kl", rows, rows) - onto @ self.inverse @ onto.T
 
     def fit_sizes(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
@@ -445,12 +434,10 @@ class States:
     def variables_at(self, place: Place) -> "States":
         """What a law at a place reads: where the belt runs up, now; over a wrap, what the belt that leaves it had when
         it ran up, for that belt it happened to."""
-        return self.landing_states if place.kind in WRAPPED else self
+        return self._landing_states if place.kind in WRAPPED else self
 
     @cached_property
-    def landing_states(self) -> "States":
-        """The same with y, alpha and kappa as what leaves a pulley had them when it ran up."""
-
+    def _landing_states(self) -> "States":
         def at_run_up(x: np.ndarray) -> np.ndarray:
             return np.stack([self.delay(x[:, k], k) for k in (0, 1)], axis=1)
 
@@ -471,8 +458,8 @@ class States:
         """What an input of 1 at a place is to one of its channels: 1, (R, J), or (R, 1)."""
         if place.relative:
             first = 3 * int(pulley or 0)
-            ends = self.ends[:, first : first + 3]
-            return self.changes[place.relative].per_change(ends, int(channel in ROLLS)) * self.span_share(place, pulley)
+            slope = self.changes[place.relative].coefficients[:, 0, int(channel in ROLLS)]  # of a small change
+            return np.einsum("ri,rij->rj", slope, self.ends[:, first : first + 3]) * self.span_share(place, pulley)
         if place.where in SPANS:
             return self.span_share(place, pulley)
         if place.name == TRAVEL:  # a belt that is further than the encoder says shows what comes later
@@ -539,6 +526,10 @@ def states_of(bench: Workbench, responses: ImpulseResponses, changes: Mapping[st
     reading = np.stack([[reading_at(r, k) for k in ks] for r, ks in enumerate(at)])
     speed, forward = np.array([r.speed for r in runs]), np.array([r.direction > 0 for r in runs])
     rig = bench.samples.cases.rig
+    # a forward run brings the belt from the tail pulley over the lower span to the head pulley, one in reverse over the
+    # upper
+    span, wrap = float(rig.span_length), float(rig.wrap_tail)
+    ahead, back = grid - np.array([[0.0], [span + wrap]]), np.array([[-wrap], [span]]) - grid
     return States(
         s=grid,
         y=y[:, :2],
@@ -555,19 +546,9 @@ def states_of(bench: Workbench, responses: ImpulseResponses, changes: Mapping[st
         ends=ends,
         changes=changes,
         forward=forward,
-        belt_part=belt_part_at(rig, forward, grid),
+        belt_part=np.where(forward[:, None, None], ahead, back) / float(rig.belt_length),
         head_delay=float(rig.span_length + rig.wrap_tail),
         belt_length=float(rig.belt_length),
-        wraps=(float(rig.wrap_tail), float(rig.wrap_head)),
+        wraps=(wrap, float(rig.wrap_head)),
         signals=tuple(s.name for s in bench.samples.signals),
     )
-
-
-def belt_part_at(rig, forward: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Which part of the belt runs up tail and head pulley along s, (R, 2, J), in belt lengths (see States).
-
-    A forward run brings it from the tail pulley over the lower span to the head pulley, one in reverse over the upper.
-    """
-    span, wrap = float(rig.span_length), float(rig.wrap_tail)
-    ahead, back = s - np.array([[0.0], [span + wrap]]), np.array([[-wrap], [span]]) - s
-    return np.where(forward[:, None, None], ahead, back) / float(rig.belt_length)

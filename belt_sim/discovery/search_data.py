@@ -115,7 +115,11 @@ def usual_forms(states: States, kind: str) -> list[Form]:
     courses = [(c, None) for c in STEADY] + timed
     forms = [Form("none", course=c, at=a) for c, a in courses] + waves(states, ("none",)) + intervals(states, ("none",))
     if kind in COURSES_ONLY:
-        return forms + (_tension_thresholds(states) if kind in STIFFNESS else [])
+        tensions = np.unique(np.round(states.tension, -4))
+        if kind in STIFFNESS and len(tensions) > 2:  # enough to tell what begins at a tension from a power of it
+            between = [float(x) for x in np.sqrt(tensions[1:] * tensions[:-1])]
+            forms += [Form("sigma", shape=s, knee=x) for s in ("below", "above") for x in between]
+        return forms
     if kind == "sensor":
         return forms + _state_forms(states, ("reading", "reading_rate"), [("constant", None), ("linear", None)])
     if np.any(states.beta):
@@ -126,26 +130,6 @@ def usual_forms(states: States, kind: str) -> list[Form]:
     forms += intervals(states, ("alpha", "kappa"))
     fading = [("decay", end * r) for r in RISES[:4]]
     return forms + _state_forms(states, ("y", "alpha", "kappa"), courses + fading)
-
-
-def _tension_thresholds(states: States) -> list[Form]:
-    """What begins below or above a tension, where there are enough of them to tell that from a power."""
-    tensions = np.unique(np.round(states.tension, -4))
-    if len(tensions) < 3:
-        return []
-    between = np.sqrt(tensions[1:] * tensions[:-1])
-    return [Form("sigma", shape=s, knee=float(x)) for s, some in (("below", between), ("above", between)) for x in some]
-
-
-def _amplitude_forms(states: States) -> list[Form]:
-    """What grows with how far the belt goes or is bent, on either side alike; and what is there on one side only."""
-    found = []
-    for n in ("y", "kappa", "kappa_mean"):
-        knees = _knees(states, n)
-        found += [Form(n, shape=s) for s in ("magnitude", "square")]
-        found += [Form(n, shape="magnitude_beyond", knee=k) for k in knees]
-        found += [Form(n, shape=s, knee=k) for s in ONE_SIDED for k in knees[:2]]
-    return found
 
 
 def _has_many_sizes(beta: np.ndarray) -> bool:
@@ -176,34 +160,30 @@ def rare_forms(states: States, kind: str, periods: Sequence[float]) -> list[Form
     if kind == "sensor":
         largest = float(np.abs(states.reading).max())
         return found + [Form("reading", shape="stick", knee=b * largest) for b in STICKS]
-    if kind in STIFFNESS:
-        return found + _amplitude_forms(states)
-    return found if kind in COURSES_ONLY else found + _direction_forms(states) + _oscillating_forms(states, periods)
-
-
-def _direction_forms(states: States) -> list[Form]:
-    """What goes with the direction of the yaw and hardly with its size, as play and friction do that are used up."""
-    if not np.any(states.beta) or not _has_many_sizes(states.beta):
-        return []
-    knee = KNEES[1] * float(np.abs(states.beta).max())
-    return [
-        Form("beta", shape="saturation", knee=knee, course=c, at=a) for c, a in _one_way_courses(float(states.s[-1]))
-    ]
+    if kind in STIFFNESS:  # what grows with how far the belt goes or is bent, on either side alike; on one side only
+        for n in ("y", "kappa", "kappa_mean"):
+            knees = _knees(states, n)
+            found += [Form(n, shape=s) for s in ("magnitude", "square")]
+            found += [Form(n, shape="magnitude_beyond", knee=k) for k in knees]
+            found += [Form(n, shape=s, knee=k) for s in ONE_SIDED for k in knees[:2]]
+        return found
+    if kind in COURSES_ONLY:
+        return found
+    if np.any(states.beta) and _has_many_sizes(states.beta):  # by direction alone: play and friction, used up
+        knee = KNEES[1] * float(np.abs(states.beta).max())
+        found += [Form("beta", shape="saturation", knee=knee, course=c, at=a) for c, a in _one_way_courses(end)]
+    shortest = SHORTEST * float(states.s[1] - states.s[0])
+    beta = ("beta",) if np.any(states.beta) else ()
+    read = (*beta, "y", "alpha", "kappa")
+    back = [Form(n, course="wave", at=at) for n in read for at in periods if shortest < at < 2.0 * end]
+    creeping = [Form(n, course="decay", at=end * r) for n in beta for r in RISES]  # a strongly damped wave
+    return found + decaying_waves(states, ("none", *beta)) + creeping + back
 
 
 def _one_way_courses(end: float) -> list[tuple[str, float | None]]:
     """Courses that go one way, over a record of ``end``."""
     steady = [(c, None) for c in (*STEADY, "quadratic")]
     return [*steady, *((c, end * r) for c in ("rise", "decay") for r in RISES)]
-
-
-def _oscillating_forms(states: States, periods: Sequence[float]) -> list[Form]:
-    end, shortest = float(states.s[-1]), SHORTEST * float(states.s[1] - states.s[0])
-    beta = ("beta",) if np.any(states.beta) else ()
-    names = (*beta, "y", "alpha", "kappa")
-    back = [Form(n, course="wave", at=at) for n in names for at in periods if shortest < at < 2.0 * end]
-    creeping = [Form(n, course="decay", at=end * r) for n in beta for r in RISES]  # a strongly damped wave
-    return decaying_waves(states, ("none", *beta)) + creeping + back
 
 
 def decaying_waves(states: States, names: tuple[str, ...]) -> list[Form]:
@@ -346,28 +326,19 @@ def latent_inputs(projector: ResidualProjector, basis: Basis, place: Place, runs
     """The likeliest input at a place for each way of pooling runs."""
     found, bases = [], {share: basis.with_fewer_knots(apart) for share, apart in LENGTHS.items()}
     for pool, weights in pooling_weights(runs).items():
-        of_lengths = [_of_best_height(projector, fewer, place, pool, weights, share) for share, fewer in bases.items()]
+        of_lengths = []
+        for share, fewer in bases.items():  # of the likeliest height, the length being a share of the record
+            knots, length = fewer.knots, share * fewer.knots[-1]
+            information = np.einsum("gr,rkl->gkl", weights**2, fewer.information)
+            pull = np.einsum("gr,rk->gk", weights, fewer.pull)
+            shared = np.einsum("gr,rkc->gkc", weights, fewer.shared)
+            unit = np.mean(np.einsum("gkk->gk", information)) + 1e-300
+            apart = np.sqrt(3.0) * np.abs(knots[:, None] - knots[None]) / length
+            root = np.linalg.cholesky((1.0 + apart) * np.exp(-apart) + 1e-8 * np.eye(len(knots)))
+            gain, height, mean, sd, by_chance = _posterior(projector, root, information, pull, shared, HEIGHTS / unit)
+            of_lengths.append(LatentInput(place, pool, gain, length, height, knots, weights, mean, sd, by_chance))
         found.append(max(of_lengths, key=lambda c: c.gain))
     return found
-
-
-def _of_best_height(
-    projector: ResidualProjector, basis: Basis, place: Place, pool: str, weights: np.ndarray, share: float
-) -> LatentInput:
-    """The latent input of the likeliest height, its length being a share of the record."""
-    information = np.einsum("gr,rkl->gkl", weights**2, basis.information)
-    pull = np.einsum("gr,rk->gk", weights, basis.pull)
-    shared = np.einsum("gr,rkc->gkc", weights, basis.shared)
-    length = share * basis.knots[-1]
-    unit = np.mean(np.einsum("gkk->gk", information)) + 1e-300
-    root = np.linalg.cholesky(_matern(basis.knots, length))
-    gain, height, mean, sd, by_chance = _posterior(projector, root, information, pull, shared, HEIGHTS / unit)
-    return LatentInput(place, pool, gain, length, height, basis.knots, weights, mean, sd, by_chance)
-
-
-def _matern(knots: np.ndarray, length: float) -> np.ndarray:
-    apart = np.sqrt(3.0) * np.abs(knots[:, None] - knots[None]) / length
-    return (1.0 + apart) * np.exp(-apart) + 1e-8 * np.eye(len(knots))
 
 
 def _posterior(projector: ResidualProjector, root, information, pull, shared, squares):

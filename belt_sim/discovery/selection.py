@@ -74,7 +74,14 @@ def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
     tried = [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (data, read)]
     ones = _merge(_fit_all(data, [*tried, (data, steady_changes(data))]), ())
     for places in PLACES:
-        ones = _merge(ones, _fit_all(data, _other_forms(data, ones, places)))
+        # a law that describes the readings says what the true one reads, even where its form is another and the base
+        # model's states are far off: other forms at the first places, with the states that those laws make
+        first: dict[str, ClosedLoopFit] = {}
+        for c in ones:
+            first.setdefault(c.law.terms[0].place.name, c)
+        some = list(first.values())[:places]
+        at_work = [replace(data, states=states_of_fit(data, c), places=(c.law.terms[0].place,)) for c in some]
+        ones = _merge(ones, _fit_all(data, [(s, distinct_families(single_term_laws(s), FORMS)) for s in at_work]))
     g, u = data.projector, latent.inputs(data.design.grid)
     felt = [data.states.channel_input(latent.place, u, *part)[None] for part in latent.place.parts]
     column = data.design.place_columns(latent.place, felt)[0].astype(float)
@@ -141,22 +148,17 @@ def _fit_all(data: SearchData, tried: Iterable[tuple[SearchData, Sequence[Scored
             fine = refine_numbers(read, one)
             _, sizes = read.projector.fit_sizes(read.columns(fine.law))
             made = fit_closed_loop(data, fine.law, sizes)
-            if made is not None and (plain := _simplify(read, made.law)) != made.law:
+            if made is None:
+                continue
+            terms, states = [], read.states
+            for t in made.law.terms:  # without the numbers that have run out of range
+                pace = float(np.min(states.speed)) if t.form.timed else 1.0
+                form = simpler_form(t.form, float(states.s[-1] / pace), float(states.s[1] / pace))
+                terms.append(replace(t, form=form or t.form))
+            if (plain := Law(tuple(terms))) != made.law:
                 made = fit_closed_loop(data, plain, made.sizes)
-            if made is not None:
-                found.append(made)
+            found += [] if made is None else [made]
     return found
-
-
-def _simplify(data: SearchData, law: Law) -> Law:
-    """A law without the numbers that have run out of range."""
-    end, cell = data.states.s[-1], data.states.s[1]
-    paces = [float(np.min(data.states.speed)) if t.form.timed else 1.0 for t in law.terms]
-    forms = [
-        simpler_form(t.form, float(end / pace), float(cell / pace)) for t, pace in zip(law.terms, paces, strict=True)
-    ]
-    terms = [replace(t, form=form or t.form) for t, form in zip(law.terms, forms, strict=True)]
-    return Law(tuple(terms))
 
 
 def different_laws(data: SearchData, laws: Sequence[ClosedLoopFit], count: int) -> list[ClosedLoopFit]:
@@ -180,22 +182,6 @@ def _merge(some: Sequence[ClosedLoopFit], more: Sequence[ClosedLoopFit]) -> list
     return sorted(found.values(), key=lambda c: -c.score)
 
 
-def _other_forms(
-    data: SearchData, laws: Sequence[ClosedLoopFit], count: int
-) -> list[tuple[SearchData, list[ScoredLaw]]]:
-    """Other forms at the first ``count`` places of ``laws``, with the states that those laws make: a law that describes
-    the readings says what the true one reads, even where its form is another and the base model's states are far off.
-    """
-    first: dict[str, ClosedLoopFit] = {}
-    for c in laws:
-        first.setdefault(c.law.terms[0].place.name, c)
-    with_law = [
-        replace(data, states=states_of_fit(data, c), places=(c.law.terms[0].place,))
-        for c in list(first.values())[:count]
-    ]
-    return [(s, distinct_families(single_term_laws(s), FORMS)) for s in with_law]
-
-
 def _other_places(data: SearchData, best: ClosedLoopFit) -> list[tuple[SearchData, list[ScoredLaw]]]:
     """Laws that may do the same: with one term at other places, or with all terms there where they share a place."""
     at_work, found, terms = replace(data, states=best.states), list[ScoredLaw](), best.law.terms
@@ -212,21 +198,18 @@ def _laws_at_other_places(data: SearchData, terms: Sequence[Term], which: Collec
     """Laws with those of the ``terms`` that are asked for at one other place, going with the tension in any way."""
     old, steady = terms[min(which)].place, {terms[k].form.variable for k in which} <= {"none", "yaw_set"}
     carried = all(terms[k].form.is_carried for k in which)
+
+    def may_act_at(place: Place) -> bool:
+        if carried:  # it goes round with the belt, so that it is not alike at both pulleys
+            return place.kind in BY_THE_BELT and place.where != "both" and (steady or not place.relative)
+        return not place.is_carried and (steady or place.kind not in COURSES_ONLY)
+
     return [
         Law(tuple(Term(place, t.form, n) if k in which else t for k, t in enumerate(terms)))
         for place in data.places_to_try
-        if place.name != old.name and (place.kind == "sensor") == (old.kind == "sensor")
+        if place.name != old.name and (place.kind == "sensor") == (old.kind == "sensor") and may_act_at(place)
         for n in exponents_of(data)
-        if _may_act_at(place, steady, carried)
     ]
-
-
-def _may_act_at(place: Place, steady: bool, carried: bool) -> bool:
-    """Whether a term may act at a place; carried: it goes round with the belt, so that it is not alike at both
-    pulleys."""
-    if carried:
-        return place.kind in BY_THE_BELT and place.where != "both" and (steady or not place.relative)
-    return not place.is_carried and (steady or place.kind not in COURSES_ONLY)
 
 
 def _frequency(data: SearchData, laws: Sequence[ClosedLoopFit]) -> float:
@@ -289,22 +272,12 @@ class MarchFit:
 
     def estimates(self) -> Estimates:
         """Every number of the law, with its u (one sigma) and unit; u is 0 of a number that was held."""
-        found = {}
+        found, variance = {}, dict(zip(self.fit.free, np.diag(self.fit.covariance), strict=True))
         for name, p in self.positions.items():
             scale = self.bench.forward.slots[p].scale
-            u = float(np.sqrt(self._covariance(p, p))) * abs(scale)
+            u = float(np.sqrt(variance.get(p, 0.0))) * abs(scale)
             found[name] = (float(self.fit.vector[p]) * scale, u, self.effect.parameters[name].unit)
         return found
-
-    def _covariance(self, p: int, q: int) -> float:
-        """Covariance of two entries of the parameter vector, in units of their scales; 0 where one was held."""
-        free = self.fit.free
-        return float(self.fit.covariance[free.index(p), free.index(q)]) if p in free and q in free else 0.0
-
-    @property
-    def fitted_effect(self) -> GenericLaw:
-        """The effect with the numbers that it has in the march."""
-        return self.effect(**{name: value for name, (value, _, _) in self.estimates().items()})
 
     @property
     def fitted_law(self) -> Law:
@@ -316,16 +289,16 @@ class MarchFit:
 
         Of a term that is beyond its knee nearly always, readings know size times knee and none of the two.
         """
-        return all(self._squared_distance(k) >= sigmas**2 for k in range(len(self.scored.law.terms)))
-
-    def _squared_distance(self, k: int) -> float:
-        """Squared distance of the sizes of the k-th term from zero, in sigma, its knee being held."""
         at, free = self.positions, self.fit.free
-        knee = at.get(number_name("knee", k), -1)
-        kept = [n for n, p in enumerate(free) if p != knee]
-        variance = dict(zip([free[n] for n in kept], np.diag(covariance_of(self.fit.columns[kept])), strict=True))
-        sizes = (at[name] for name in (number_name(n, k) for n in ("size", "cos", "sin")) if name in at)
-        return sum(float(self.fit.vector[p]) ** 2 / variance[p] if p in variance else np.inf for p in sizes)
+
+        def squared_distance(k: int) -> float:  # of the sizes of the k-th term from zero, in sigma
+            knee = at.get(number_name("knee", k), -1)
+            kept = [n for n, p in enumerate(free) if p != knee]
+            variance = dict(zip([free[n] for n in kept], np.diag(covariance_of(self.fit.columns[kept])), strict=True))
+            sizes = (at[name] for name in (number_name(n, k) for n in ("size", "cos", "sin")) if name in at)
+            return sum(float(self.fit.vector[p]) ** 2 / variance[p] if p in variance else np.inf for p in sizes)
+
+        return all(squared_distance(k) >= sigmas**2 for k in range(len(self.scored.law.terms)))
 
     def size_times_knee(self, k: int) -> tuple[float, float]:
         """Size times knee of the k-th term, and its u: what it comes to beyond its knee."""
@@ -468,12 +441,16 @@ class MarchTrials:
     def indistinguishable(self, won: MarchFit) -> list[CloseLaw]:
         """Laws that the readings cannot tell from one: the best of each place, then the rest."""
         found: dict[tuple, CloseLaw] = {}
-        shift = self._shifts()
-        for s in (*self.choice.judged, *(r.scored for r in self.tried.values() if r is not None)):
+        # what the march makes of laws at each place, beyond the search: what it made of the last that was put there;
+        # anywhere else what it made of the first
+        made = [r for r in self.tried.values() if r is not None]
+        shift = {law_places(r.scored.law): r.worth - r.scored.score for r in made}
+        shift = {ANYWHERE: made[0].worth - made[0].scored.score if made else 0.0} | shift
+        for s in (*self.choice.judged, *(r.scored for r in made)):
             key, there = _key(s.law), s.score + shift.get(law_places(s.law), shift[ANYWHERE])
             if key in self.tried:
-                made = self.tried[key]
-                there = -np.inf if made is None else made.worth
+                own = self.tried[key]
+                there = -np.inf if own is None else own.worth
             close = CloseLaw(s, max(won.worth - there, 0.0))
             fewer = len(s.law.terms) <= len(won.scored.law.terms)
             if key != _key(won.scored.law) and fewer and close.less < margin(won):
@@ -481,13 +458,6 @@ class MarchTrials:
         ranked = sorted(found.values(), key=lambda c: c.less)
         first = {law_places(c.scored.law): c for c in reversed(ranked)}
         return sorted(ranked, key=lambda c: (first[law_places(c.scored.law)] is not c, c.less))
-
-    def _shifts(self) -> dict[frozenset[str], float]:
-        """What the march makes of laws at each place, beyond the search: what it made of the last that was put there;
-        anywhere else what it made of the first."""
-        made = [r for r in self.tried.values() if r is not None]
-        found = {law_places(r.scored.law): r.worth - r.scored.score for r in made}
-        return {ANYWHERE: made[0].worth - made[0].scored.score if made else 0.0} | found
 
 
 def margin(won: MarchFit) -> float:

@@ -95,15 +95,9 @@ def _term(t: Term, k: int, numbers: Estimates) -> str:
         "decaying_wave": f"a wave of {at} that fades over {wide}",
     }[form.course]
     parts = [p for p in (shape, course) if p] or ["a step" if form.variable == "yaw_set" else "a constant"]
-    return f"{_size(t, k, numbers)}{' '.join(parts)}{_power(t, k, numbers)}"
-
-
-def _power(t: Term, k: int, numbers: Estimates) -> str:
-    """The power of the tension with which a term goes; empty where it does not."""
     value, u, _ = numbers.get(number_name("exponent", k), (t.exponent, 0.0, "1"))
-    if not value:
-        return ""
-    return f" × tension^{words.number(value, 2) if not u else f'({words.with_u(value, u)})'}"
+    exponent = words.number(value, 2) if not u else f"({words.with_u(value, u)})"
+    return f"{_size(t, k, numbers)}{' '.join(parts)}{f' × tension^{exponent}' if value else ''}"
 
 
 def _size(t: Term, k: int, numbers: Estimates) -> str:
@@ -133,8 +127,18 @@ def looks_like(data: SearchData, law: Law, numbers: Estimates) -> str:
     if rate := _steady_rate(data, t, numbers):
         return f"{_part_of_machine(t.place.kind)} that drifts at a steady rate of {rate}"
     kind, v, shape, course = t.place.kind, t.form.variable, t.form.shape, t.form.course
-    if t.place.kind in STIFFNESS:
-        return _stiffness(t)
+    if kind in STIFFNESS:
+        if course in ("belt_section", "wave"):
+            return "a stretch of the belt that is softer or stiffer than the rest: a joint, a repair, cracked edges"
+        if kind == "pull":
+            return "something between the pulleys that carries part of the pull: a support, a scraper, a bearing"
+        if course != "constant":
+            return "a belt that warms up, settles or cracks"
+        if v in ("y", "kappa", "kappa_mean"):
+            one_sided = "an edge that is cracked, or touches something, so that the belt is weaker to one side"
+            either = "edges that go slack, or touch something, where the belt goes far"
+            return one_sided if shape in ONE_SIDED else either
+        return "a cross-section unlike the sheet's: residual stress, curl, worn or cracked edges"
     if course == "decaying_wave":
         return "something that swings out after a step"
     if course == "belt_section":
@@ -186,21 +190,6 @@ def _steady_rate(data: SearchData, t: Term, numbers: Estimates) -> str:
     return f"{words.number(abs(rate), 2)} {f'{unit} per m' if unit != '1' else 'per m'}{per}"
 
 
-def _stiffness(t: Term) -> str:
-    """What changes how easily a span bends or twists, or how hard it is pulled."""
-    if t.form.course in ("belt_section", "wave"):
-        return "a stretch of the belt that is softer or stiffer than the rest: a joint, a repair, cracked edges"
-    if t.place.kind == "pull":
-        return "something between the pulleys that carries part of the pull: a support, a scraper, a bearing"
-    if t.form.course != "constant":
-        return "a belt that warms up, settles or cracks"
-    if t.form.variable in ("y", "kappa", "kappa_mean"):
-        if t.form.shape in ONE_SIDED:
-            return "an edge that is cracked, or touches something, so that the belt is weaker to one side"
-        return "edges that go slack, or touch something, where the belt goes far"
-    return "a cross-section unlike the sheet's: residual stress, curl, worn or cracked edges"
-
-
 def _wave(data: SearchData, at: float) -> str:
     rig = data.bench.samples.cases.rig
     parts = {
@@ -221,7 +210,17 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, wo
     """
     said = _place_and_terms(data, made)
     numbers = made.estimates()
-    said += _section_middles(made.scored.law, numbers) + _known_products(made, numbers)
+    for k, t in enumerate(made.scored.law.terms):  # where on the belt its stretches are, to be found there
+        if t.form.is_carried:
+            at, u, _ = numbers[number_name("at", k)]
+            said += f"; the middle of the stretch runs up the tail pulley {words.with_u(at % 1.0, u)} "
+            said += "belt lengths after the start of a forward run"
+    for k, t in enumerate(made.scored.law.terms):
+        if t.form.shape == "saturation" and t.form.course in PLAIN:
+            size, u, _ = numbers[number_name("size", k)]
+            if abs(size) < KNOWN * u:
+                product = words.with_u(*made.size_times_knee(k), t.place.unit)
+                said += f"; of its size and its knee only the product is known: {product}"
     said += f"; {law.parity} in yaw" if law.parity != "mixed" else "; neither odd nor even in yaw"
     value, u = made.exponent
     powers = [numbers[n][0] for n in ("exponent", "exponent_2") if n in numbers]
@@ -257,7 +256,15 @@ def _as_belt(data: SearchData, term: Term, numbers: Estimates) -> str:
 
 def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
     """By how much a stiffness is lower or higher than in the model, at every tension (five at most)."""
-    change = _change(data, law, numbers)
+    parts: list[np.ndarray] = []
+    for part in (0, 1):
+        total: Any = 0.0
+        for k, t in enumerate(law.with_numbers({name: value for name, (value, *_) in numbers.items()}).terms):
+            halves = [("cos", t.form), ("sin", t.form.sine())] if t.form.is_wave else [("size", t.form)]
+            own = sum(numbers[number_name(n, k)][0] * form_values(f, data.states, part, None) for n, f in halves)
+            total = total + own * data.weight(t.exponent)[:, None]
+        parts.append(np.asarray(total))
+    change = np.maximum(np.where(np.abs(parts[0]) >= np.abs(parts[1]), *parts), -1.0)  # (R, J), where it is the larger
     steady = all(t.form.course == "constant" and t.form.variable in ("none", "sigma") for t in law.terms)
     tensions = np.unique(data.stated_tension)
     some = tensions[np.unique(np.linspace(0, len(tensions) - 1, MOST).round().astype(int))]
@@ -274,42 +281,6 @@ def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
     by = [f"{up_to}{'+' if x > 0.0 else '−'}{100 * abs(x):.2g} % at {words.tension(t)} N/mm²"
           for x, t in zip(found, some, strict=True)]  # fmt: skip
     return f"another than in the model: {', '.join(by)}"
-
-
-def _change(data: SearchData, law: Law, numbers: Estimates) -> np.ndarray:
-    """The relative change (R, J) that a law of a stiffness is, at the pulley where it is the larger."""
-    found: list[np.ndarray] = []
-    for part in (0, 1):
-        total: Any = 0.0
-        for k, t in enumerate(law.with_numbers({name: value for name, (value, *_) in numbers.items()}).terms):
-            halves = [("cos", t.form), ("sin", t.form.sine())] if t.form.is_wave else [("size", t.form)]
-            own = sum(numbers[number_name(n, k)][0] * form_values(f, data.states, part, None) for n, f in halves)
-            total = total + own * data.weight(t.exponent)[:, None]
-        found.append(np.asarray(total))
-    return np.maximum(np.where(np.abs(found[0]) >= np.abs(found[1]), *found), -1.0)
-
-
-def _section_middles(law: Law, numbers: Estimates) -> str:
-    """Where on the belt the stretches of a law are, to be found there; empty where it has none."""
-    said = ""
-    for k, t in enumerate(law.terms):
-        if t.form.is_carried:
-            value, u, _ = numbers[number_name("at", k)]
-            said += f"; the middle of the stretch runs up the tail pulley {words.with_u(value % 1.0, u)} "
-            said += "belt lengths after the start of a forward run"
-    return said
-
-
-def _known_products(made: MarchFit, numbers: Estimates) -> str:
-    """Size times knee of terms of which the readings know no more; empty where they know the size too."""
-    said = ""
-    for k, t in enumerate(made.scored.law.terms):
-        if t.form.shape == "saturation" and t.form.course in PLAIN:
-            size, u, _ = numbers[number_name("size", k)]
-            if abs(size) < KNOWN * u:
-                product = words.with_u(*made.size_times_knee(k), t.place.unit)
-                said += f"; of its size and its knee only the product is known: {product}"
-    return said
 
 
 # From the search to the result: what a discovery hands out.
@@ -341,7 +312,13 @@ def describe_discovery(found: SearchOutcome, probability: float, config: Any = N
     stretch = found.best is not None and found.best.scored.law.terms[0].place.is_stretch
     common |= {"unit": "1", "courses": ()} if stretch else _drawn_input(found)
     if found.best is None:
-        return Discovery(**common, sentence=_no_law_sentence(found))
+        c = found.latent
+        pooled = "differs from run to run" if c.pool == "each run" else f"{c.pool} in yaw"
+        said = (
+            f"Something acts on the {c.place.words} ({pooled}, changing over {c.length:.0f} m), "
+            "and no law of one or two terms describes it and predicts the runs that are left out; u(travel) is shown."
+        )
+        return Discovery(**common, sentence=said)
     best, law = found.best, _law(found, found.choice, found.best)
     error = errors_of(s.bench, s.fit, best.bench, best.fit)
     fall = error.fit or error.held_out
@@ -398,15 +375,6 @@ def limits_of_law(found: SearchOutcome) -> tuple[str, ...]:
     if any(t.place.kind == "turn" for t in acts):
         said.append("a turn of the belt at a run-up cannot be told from a sideways push on the span before it")
     return tuple(said)
-
-
-def _no_law_sentence(found: SearchOutcome) -> str:
-    c = found.latent
-    pooled = "differs from run to run" if c.pool == "each run" else f"{c.pool} in yaw"
-    return (
-        f"Something acts on the {c.place.words} ({pooled}, changing over {c.length:.0f} m), "
-        "and no law of one or two terms describes it and predicts the runs that are left out; u(travel) is shown."
-    )
 
 
 def _places(found: SearchOutcome) -> tuple[PlaceEvidence, ...]:
@@ -513,4 +481,5 @@ def _law_file(found: SearchOutcome, frequency: float, best: MarchFit, said: str,
     sure = f"probability {probability:.3g}; first again in {frequency:.0%} of repetitions"
     spread = {name: u for name, (_, u, _) in best.estimates().items()}
     notes = (said, f"Found in: {data}, beside {beside}; {sure}.")
-    return save_effects([best.fitted_effect], {best.effect.id: spread}, notes)
+    made = best.effect(**{name: value for name, (value, _, _) in best.estimates().items()})
+    return save_effects([made], {best.effect.id: spread}, notes)
