@@ -5,10 +5,9 @@ import importlib.util
 import inspect
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from belt_sim.effects.base import Effect, effects_in, library
@@ -76,7 +75,13 @@ def _entries(spec: Any) -> list:
             path = Path(text)
             if not path.is_file():
                 raise InputError("effects", text, "", "no such file; a diagnosis writes one as effects.yaml")
-            return [_relative_to(path, item) for item in entries_of(path.read_bytes(), text)]
+            entries = entries_of(path.read_bytes(), text)
+            for k, item in enumerate(entries):  # a .py named there stands beside it unless its path says otherwise
+                name = str(item.get("id", "")) if isinstance(item, Mapping) else str(item)
+                beside = path.parent / name
+                if name.endswith(".py") and not Path(name).is_file() and beside.is_file():
+                    entries[k] = {**item, "id": str(beside)} if isinstance(item, Mapping) else str(beside)
+            return entries
         return [text]
     if isinstance(spec, Mapping):
         return _as_list(spec["effects"]) if "effects" in spec else [spec]
@@ -94,8 +99,14 @@ def _read_entry(item: Any) -> tuple[dict[str, type[Effect]], dict[str, Any]]:
     """The effect classes of an entry by id, and its numbers."""
     if isinstance(item, Mapping) and item.get("id") == LAW:
         return {LAW: law_effect(law_of_entry(item))}, {}
-    name, numbers = split_entry(item)
-    return _classes_of(name), numbers
+    (name, numbers), known = split_entry(item), library()
+    if name.endswith(".py"):
+        return own_effects(Path(name)), numbers
+    if name == LAW:
+        raise InputError("effects", name, "", "give the file of the law; a diagnosis writes one as found_law.yaml")
+    if name not in known:
+        raise InputError("effects", name, "", f"use one of {', '.join(known)}, or a .py file of your own")
+    return {name: known[name]}, numbers
 
 
 def split_entry(item: Any) -> tuple[str, dict[str, Any]]:
@@ -120,25 +131,6 @@ def entries_of(data: bytes, name: str) -> list:
     if not isinstance(content, Mapping) or content.get("schema") not in (SCHEMA, WITH_LAWS) or "effects" not in content:
         raise InputError("effects", name, "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
     return _as_list(content["effects"] or [])
-
-
-def _relative_to(path: Path, item: Any) -> Any:
-    """A user's .py named in a YAML stands beside that YAML unless its path says otherwise."""
-    name = str(item.get("id", "")) if isinstance(item, Mapping) else str(item)
-    if name.endswith(".py") and not Path(name).is_file() and (path.parent / name).is_file():
-        return {**item, "id": str(path.parent / name)} if isinstance(item, Mapping) else str(path.parent / name)
-    return item
-
-
-def _classes_of(name: str) -> dict[str, type[Effect]]:
-    if name.endswith(".py"):
-        return own_effects(Path(name))
-    if name == LAW:
-        raise InputError("effects", name, "", "give the file of the law; a diagnosis writes one as found_law.yaml")
-    known = library()
-    if name not in known:
-        raise InputError("effects", name, "", f"use one of {', '.join(known)}, or a .py file of your own")
-    return {name: known[name]}
 
 
 def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
@@ -177,8 +169,18 @@ def own_effects(path: Path) -> dict[str, type[Effect]]:
     path = path.resolve()
     name = "user_effect_" + sha256(str(path).encode() + path.read_bytes()).hexdigest()[:12]  # as the file is today
     known = name in sys.modules
-    module = sys.modules[name] if known else _import_file(path, name)
-    found = effects_in(module)
+    if not known:
+        spec = importlib.util.spec_from_file_location(name, path)
+        assert spec is not None
+        assert spec.loader is not None
+        sys.modules[name] = importlib.util.module_from_spec(spec)
+        try:
+            spec.loader.exec_module(sys.modules[name])
+        except (Exception, SystemExit) as error:
+            del sys.modules[name]
+            line = getattr(error, "lineno", None) or line_of(error, path)
+            raise wrong_file(path, line, f"the file does not import: {type(error).__name__}: {error}") from error
+    found = effects_in(sys.modules[name])
     if not found:
         raise wrong_file(path, 1, "it defines no effect; docs/write_an_effect.md and belt-sim new-effect show one")
     if not known:
@@ -189,21 +191,6 @@ def own_effects(path: Path) -> dict[str, type[Effect]]:
             del sys.modules[name]
             raise
     return found
-
-
-def _import_file(path: Path, name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    try:
-        spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        del sys.modules[name]
-        line = getattr(error, "lineno", None) or line_of(error, path)
-        raise wrong_file(path, line, f"the file does not import: {type(error).__name__}: {error}") from error
-    return module
 
 
 def _inspect(cls: type[Effect], path: Path) -> None:
@@ -221,24 +208,19 @@ def _inspect(cls: type[Effect], path: Path) -> None:
                 path, here, f"{name} has the unit {parameter.unit!r}: write it in SI, e.g. 1/m, rad or N m"
             )
     for name, function in vars(cls).items():
-        if inspect.isfunction(function) and not name.startswith("_"):
-            _inspect_hook(name, function, path)
+        if not inspect.isfunction(function) or name.startswith("_"):
+            continue
+        line, base = function.__code__.co_firstlineno, getattr(Effect, name, None)
+        if base is None:
+            if close := difflib.get_close_matches(name, HOOKS, n=1):
+                raise wrong_file(path, line, f"{name}: no hook of this name; did you mean {close[0]}?")
+            continue
+        wanted, given = (list(inspect.signature(f).parameters) for f in (base, function))
+        if len(wanted) != len(given):
+            raise wrong_file(path, line, f"write {name}({', '.join(wanted)}), not {name}({', '.join(given)})")
     own = overrides(cls)
     if not own:
         raise wrong_file(path, here, f"{cls.__name__} overrides no hook; the hooks are {', '.join(HOOKS)}")
     if not any(cls.law in LAW_OF_HOOK.get(hook, (cls.law,)) for hook in own):
         laws = sorted({law for hook in own for law in LAW_OF_HOOK[hook]})
         raise wrong_file(path, here, f"law = {cls.law!r} but {', '.join(sorted(own))} changes {' or '.join(laws)}")
-
-
-def _inspect_hook(name: str, function: Callable[..., Any], path: Path) -> None:
-    line = function.__code__.co_firstlineno
-    base = getattr(Effect, name, None)
-    if base is None:
-        close = difflib.get_close_matches(name, HOOKS, n=1)
-        if close:
-            raise wrong_file(path, line, f"{name}: no hook of this name; did you mean {close[0]}?")
-        return
-    wanted, given = (list(inspect.signature(f).parameters) for f in (base, function))
-    if len(wanted) != len(given):
-        raise wrong_file(path, line, f"write {name}({', '.join(wanted)}), not {name}({', '.join(given)})")

@@ -62,9 +62,11 @@ def march_driven(
     if not tension > 0:
         raise InputError("tension", f"{tension / N_PER_MM2:g}", "N/mm2", "effects leave none; make them weaker")
     records, stride, slots = plan
-    spacing, roomy = travel / (records * stride), (_room_for(records), stride, slots)
+    size = 2 ** max(math.ceil(math.log2(records)) - 2, 4)  # code compiled for one travel serves similar ones
+    spacing, roomy = travel / (records * stride), (size * math.ceil(records / size), stride, slots)
     rows = _compile_march(model, roomy, tuple(map(type, effects)))(case, tuple(effects), spacing)
-    curves = _truncate(as_numpy(Curves(**dict(zip(RETURNED, rows, strict=True)))), records + 1)
+    whole = as_numpy(Curves(**dict(zip(RETURNED, rows, strict=True))))
+    curves = replace(whole, **{n: getattr(whole, n)[..., : records + 1] for n in RETURNED if n != "sag"})
     far = ~(np.abs(curves.y) <= FURTHEST * case.belt.width).all(axis=0)
     if far.any():
         named = f"effects = {', '.join(e.id for e in effects)}: weaken them, or " if effects else ""
@@ -156,7 +158,13 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
     first = _observe(start, spans)
     rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
     rows["y"] = rows["y"] - _initial_y(start)
-    return _to_curves(rows, case, spans.span, spacing * stride * jnp.arange(records + 1))
+    y, angle, moment, tilt = (_by_place(rows[name].T, case) for name in ("y", "angle", "moment", "tilt"))
+    edge = case.settings.tension - jnp.abs(moment) * 6.0 / (case.belt.width**2 * case.belt.thickness)
+    sag = case.sag_curvature * spans.span.length**2 / 8.0
+    travel = spacing * stride * jnp.arange(records + 1)
+    return Curves(
+        travel=travel, y=y, angle=angle, moment=moment, edge_stress=edge, tilt=tilt, sag=jnp.stack([sag, sag])
+    )
 
 
 @lru_cache(PROGRAMS)
@@ -203,7 +211,7 @@ def _stepper(spans, spacing):
 def _average_forcing(effects, commanded, case, now, then):
     """Average yaw and run-up terms of effects over the step, the yaw by Simpson's rule as pulleys may wobble."""
     between = _mean(now, then)
-    yaw, push = commanded, _nothing()
+    yaw, push = commanded, RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2))
 
     def turn(yaw, e):
         start, middle, end = (call_hook(e, "yaw", yaw, state, case) for state in (now, between, then))
@@ -221,10 +229,6 @@ def _average_forcing(effects, commanded, case, now, then):
 
 def _mean(a, b):
     return jax.tree.map(lambda x, y: 0.5 * (x + y), a, b)
-
-
-def _nothing() -> RunUp:
-    return RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2))
 
 
 def _yaw(case, angle, *where) -> Yaw:
@@ -301,16 +305,6 @@ def _initial_y(start):
     return jnp.concatenate([yaw.aside_runup, yaw.aside_runoff[::-1]])
 
 
-def _to_curves(rows, case, span, travel) -> Curves:
-    """Sort the records by place into curves."""
-    y, angle, moment, tilt = (_by_place(rows[name].T, case) for name in ("y", "angle", "moment", "tilt"))
-    edge = case.settings.tension - jnp.abs(moment) * 6.0 / (case.belt.width**2 * case.belt.thickness)
-    sag = case.sag_curvature * span.length**2 / 8.0
-    return Curves(
-        travel=travel, y=y, angle=angle, moment=moment, edge_stress=edge, tilt=tilt, sag=jnp.stack([sag, sag])
-    )
-
-
 def _by_place(rows, case: Case):
     """Sort rows by place.
 
@@ -335,15 +329,3 @@ def plan_steps(case: Case, *, travel: float, step: float, keep: float) -> tuple[
         raise InputError("step", spacing, "m", "use a step shorter than the wrapped arc")
     slots = int(max(arcs) / spacing) + 3
     return records, stride, 8 * math.ceil(slots / 8)
-
-
-def _room_for(records: int) -> int:
-    """Return a rounded-up number of records, so that code compiled for one travel serves similar ones."""
-    size = 2 ** max(math.ceil(math.log2(records)) - 2, 4)
-    return size * math.ceil(records / size)
-
-
-def _truncate(curves: Curves, records: int) -> Curves:
-    """Return the first ``records`` records of curves."""
-    cut = {n: v[..., :records] for n, v in vars(curves).items() if v is not None and n not in ("extra", "sag")}
-    return replace(curves, **cut)

@@ -199,20 +199,13 @@ def rational_delay(length: float, order: int, kind: str) -> tuple[np.ndarray, np
     whole("order", order, 1, 12)
     if kind not in DELAYS:
         raise InputError("delay", kind, "", f"use one of {', '.join(DELAYS)}")
-    a, b, c, d = _pade(order) if kind == "pade" else _chain(order)
+    if kind == "chain":
+        a = order * (np.eye(order, k=-1) - np.eye(order))
+        return a / length, order * np.eye(order, 1) / length, np.eye(1, order, k=order - 1), np.zeros((1, 1))
+    # of exp(-p): bottom sum c_k p^k, top sum c_k (-p)^k, c_k = (2n-k)! / (k! (n-k)!) (Baker & Graves-Morris 1996)
+    bottom = np.array([factorial(2 * order - k) / (factorial(k) * factorial(order - k)) for k in range(order, -1, -1)])
+    a, b, c, d = signal.tf2ss(bottom * (-1.0) ** np.arange(order, -1, -1), bottom)
     return a / length, b / length, c, d
-
-
-def _pade(order: int):
-    """Of exp(-p): bottom sum c_k p^k, top sum c_k (-p)^k, c_k = (2n-k)! / (k! (n-k)!) (Baker & Graves-Morris 1996)."""
-    c = np.array([factorial(2 * order - k) / (factorial(k) * factorial(order - k)) for k in range(order, -1, -1)])
-    sign = (-1.0) ** np.arange(order, -1, -1)
-    return signal.tf2ss(c * sign, c)
-
-
-def _chain(order: int):
-    a = order * (np.eye(order, k=-1) - np.eye(order))
-    return a, order * np.eye(order, 1), np.eye(1, order, k=order - 1), np.zeros((1, 1))
 
 
 # plant.json: the plant as numbers, for programs without FMI or Matlab.
@@ -550,7 +543,7 @@ def close_loop(
     if linear is not None:
         frequency = WAVES * plant.speed
         held = np.exp(-1j * frequency * (delay + 0.5 * sample))
-        loop = _response(linear, frequency) * plant.response(WAVES)[:, point - 1, 0] * held
+        loop = np.asarray(linear(1j * frequency)).reshape(-1) * plant.response(WAVES)[:, point - 1, 0] * held
         drawn = {"frequency": frequency, "loop": loop, "growth": _growth(step, space.c[point - 1], late, ask)}
         drawn["growth"] /= plant.speed * sample
         if drawn["growth"] <= GROWS:
@@ -622,10 +615,6 @@ def _continuous(controller: Any) -> Any:
             "controller", f"{made.ninputs} inputs", "", "give a continuous one of one input and one output"
         )
     return made
-
-
-def _response(linear: Any, frequency: np.ndarray) -> np.ndarray:
-    return np.asarray(linear(1j * frequency)).reshape(-1)
 
 
 class _Sampled:
