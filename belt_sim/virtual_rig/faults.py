@@ -57,12 +57,6 @@ def _above(f: Any) -> str:
 # The belt itself: natural curvature, weld, edge.
 
 
-def _camber_turn(f, s, line, y, kappa):
-    """By Betti a run-up feels what its span's shape does not take up."""
-    left = 1 - line.runup_sensitivity.mean(axis=1) * line.span_length
-    return np.broadcast_to(f.kappa_c * left, kappa.shape)
-
-
 def _camber_read(f, value, place, s, line):
     if not place.endswith("mid_span"):
         return value
@@ -169,11 +163,6 @@ def _drag_scene(f, parts, case):
     return parts.with_push(span=_above(f), x=x, along=-abs(f.moment) / half * travel, couple=f.moment * travel)
 
 
-def _roll_scene(f, parts, case):
-    name = "roll" if f.above else "roll_lower"
-    return replace(parts, **{name: getattr(parts, name) - f.moment})
-
-
 def _excursion(plan) -> float:
     """How far the belt may come in the record [m]: a sixth of what a rope would make of its largest yaw."""
     return largest_yaw(plan) * plan.length / 6 + 1e-4
@@ -195,17 +184,6 @@ def _guide_scene(f, parts, case):
         for side in (1.0, -1.0) if stiffness else ():
             parts = parts.with_guide(span=span, x=x, gap=f.gap, side=side, stiffness=stiffness)
     return parts
-
-
-def _wedge_scene(f, parts, case):
-    for pulley, radius in (("tail", case.rig.tail_radius), ("head", case.rig.head_radius)):
-        parts = parts.add_to_pulley(pulley, taper=0.5 * f.slope / float(radius))
-    return parts
-
-
-def _bow_scene(f, parts, case):
-    bow = f.compliance * float(case.settings.tension * case.belt.area)
-    return parts.add_to_pulley("head", bow=-bow).add_to_pulley("tail", bow=bow)
 
 
 def _rolls_at_tail(f, line):
@@ -249,7 +227,9 @@ _TABLE: dict[str, dict[str, Any]] = {
     "camber": {
         "words": "The belt is curved in its plane by nature.",
         "kappa_c": size("1/m", 2e-5, 1e-3),
-        "turn": _camber_turn,
+        "turn": lambda f, s, line, y, kappa: np.broadcast_to(  # by Betti: what the span's shape does not take up
+            f.kappa_c * (1 - line.runup_sensitivity.mean(axis=1) * line.span_length), kappa.shape
+        ),
         "read": _camber_read,
         "scene": lambda f, parts, case: (
             parts.with_camber(lambda s: np.full(np.shape(s), f.kappa_c)) if f.kappa_c else parts
@@ -328,7 +308,11 @@ _TABLE: dict[str, dict[str, Any]] = {
         "moment": size("N", 2e-3, 1.0),
         "loads": lambda f, line: (uniform_roll_couple(line, f.above),),
         "push": steady(lambda f, s, line: -f.moment),
-        "scene": _roll_scene,
+        "scene": lambda f, parts, case: (
+            replace(parts, roll=parts.roll - f.moment)
+            if f.above
+            else replace(parts, roll_lower=parts.roll_lower - f.moment)
+        ),
     },
     "edge_guide": {
         "words": "Rollers on both sides of a span, ``at`` from the tail: elastic stops ``gap`` off the belt's edges.",
@@ -407,7 +391,9 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "The belt is thicker towards +y: its middle runs on the pulley's radius and half of it below, a cone.",
         "slope": size("1", 7e-6, 1e-4),
         "turn": lambda f, s, line, y, kappa: 0.5 * f.slope / np.stack([line.tail_radius, line.head_radius]),
-        "scene": _wedge_scene,
+        "scene": lambda f, parts, case: parts.add_to_pulley(
+            "tail", taper=0.5 * f.slope / float(case.rig.tail_radius)
+        ).add_to_pulley("head", taper=0.5 * f.slope / float(case.rig.head_radius)),
     },
     "taper_drift": {
         "words": "The tail grows a taper as it warms up: kappa_t = rate tau (1 - exp(-t/tau)), t since travel 0.",
@@ -430,7 +416,9 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "Both pulleys bend under the pull as beams do: at y each is yawed by compliance F y, the ends apart.",
         "compliance": size("1/(N m)", 1e-6, 5e-6, positive=True),
         "set": adds("deflection", "compliance"),
-        "scene": _bow_scene,
+        "scene": lambda f, parts, case: parts.add_to_pulley(
+            "head", bow=-f.compliance * float(case.settings.tension * case.belt.area)
+        ).add_to_pulley("tail", bow=f.compliance * float(case.settings.tension * case.belt.area)),
     },
     "cant": {
         "words": "The tail's axis rises by gamma towards +y: it shifts the belt on its wrap and rolls the spans.",

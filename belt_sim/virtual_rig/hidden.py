@@ -11,7 +11,7 @@ from belt_sim.errors import InputError, finite
 from belt_sim.virtual_rig.fault import Fault, has_hook
 from belt_sim.virtual_rig.faults import CATALOGUE
 from belt_sim.virtual_rig.line import Line, stack
-from belt_sim.virtual_rig.march import TrueErrors, observe, repeat_line, stated_data, true_line
+from belt_sim.virtual_rig.march import TrueErrors, observe, stated_data, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan
 from belt_sim.virtual_rig.unmodelled import UNMODELLED
 
@@ -166,7 +166,7 @@ def changes(plan: Plan, base: Line, clean: np.ndarray, faults: Sequence[Fault]) 
         }
         lanes.append(cls(**given))
     with np.errstate(all="ignore"):  # a trial size may let the belt run away
-        seen = observe(plan, repeat_line(base, len(faults)), lanes)
+        seen = observe(plan, stack([base] * len(faults)), lanes)
     seen = np.nan_to_num(seen, nan=_AWAY, posinf=_AWAY, neginf=-_AWAY).clip(-_AWAY, _AWAY)
     return [seen[:, :, k * runs : (k + 1) * runs] - clean for k in range(len(faults))]
 
@@ -472,7 +472,18 @@ def _draw_unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str
     wanted = float(np.exp(rng.uniform(*np.log(OUTSIDE))))
     best: tuple[float, Fault, LibraryDistance] | None = None
     for _ in range(_ATTEMPTS):
-        fault, near = _scale_to_distance(library, random_fault(str(rng.choice(sorted(names))), plan, rng), wanted)
+        fault = random_fault(str(rng.choice(sorted(names))), plan, rng)
+        fault, size = scale_to_size(library.detectability, fault, wanted)
+        near, power = library.distance_of([fault]), 1.0  # with which the distance grows with the size
+        for _ in range(4):
+            if near.triple * _MOST <= REACHED * wanted * size:
+                break  # it is too much like the library
+            factor = min((wanted / near.triple) ** (1 / power), largest_scale(fault), _MOST / size)
+            if abs(factor - 1) < 0.03:
+                break
+            before, fault = near.triple, scale_fault(fault, factor)
+            near, size = library.distance_of([fault]), float(library.detectability.sizes([fault])[0])
+            power = float(np.clip(np.log(max(near.triple, 1e-9) / before) / np.log(factor), 0.7, 4.0))
         if near.largest > _FAR:
             continue
         if best is None or near.triple > best[0]:
@@ -488,23 +499,6 @@ def _draw_unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str
     return HiddenFaults(
         kind="outside", faults=(fault, *edge), sizes=sizes, lookalikes=near.lookalikes, distance=near.triple
     )
-
-
-def _scale_to_distance(library: LibrarySignatures, fault: Fault, wanted: float) -> tuple[Fault, LibraryDistance]:
-    """The fault scaled to a distance from the library, or as far as its limits and ``_MOST`` go."""
-    fault, size = scale_to_size(library.detectability, fault, wanted)
-    near = library.distance_of([fault])
-    power = 1.0  # with which the distance grows with the size
-    for _ in range(4):
-        if near.triple * _MOST <= REACHED * wanted * size:
-            break  # it is too much like the library
-        factor = min((wanted / near.triple) ** (1 / power), largest_scale(fault), _MOST / size)
-        if abs(factor - 1) < 0.03:
-            break
-        before, fault = near.triple, scale_fault(fault, factor)
-        near, size = library.distance_of([fault]), float(library.detectability.sizes([fault])[0])
-        power = float(np.clip(np.log(max(near.triple, 1e-9) / before) / np.log(factor), 0.7, 4.0))
-    return fault, near
 
 
 def _random_edge(plan: Plan, rng) -> Fault:

@@ -87,9 +87,14 @@ def solve_span(length, bending, force, torsion, sag_curvature, yields=None) -> S
     for _ in range(DOUBLINGS):
         stiffness, middle = _glue(stiffness, stiffness)
         middles.append(middle)
-    ends = _clamped_ends(stiffness) if yields is None else _compliant_ends(stiffness, yields)
+    ends = _values_at_ends(stiffness, yields)
     moments = stiffness[:, [5, 1]] @ ends / bending[:, None, None]
-    nodes = _recover(ends, middles)
+    nodes = np.stack([ends[:, :4], ends[:, 4:]], axis=1)
+    for middle in reversed(middles):  # values at all nodes from those at the ends, the way back
+        between = middle[:, None] @ np.concatenate([nodes[:, :-1], nodes[:, 1:]], axis=2)
+        merged = np.empty((nodes.shape[0], 2 * nodes.shape[1] - 1, 4, 4))
+        merged[:, ::2], merged[:, 1::2] = nodes, between
+        nodes = merged
     return SpanResponse(
         run_up=moments[:, 0].T, run_off=-moments[:, 1].T, tilt=nodes[:, nodes.shape[1] // 2, 2].T, nodes=nodes
     )
@@ -116,25 +121,23 @@ def solve_varied_span(length, bending, force, torsion, sag_curvature, sections: 
     left, right = pieces[:, 0].copy(), pieces[:, 1]
     left[:, 6, 6] += sections.roll_spring
     stiffness, middle = _glue(left, right)
-    ends = _clamped_ends(stiffness) if yields is None else _compliant_ends(stiffness, yields)
+    ends = _values_at_ends(stiffness, yields)
     run_up, run_off = ((stiffness[:, row] @ ends)[:, 0] / rigid[:, place, None] for row, place in (([5], -1), ([1], 0)))
     return SpanResponse(
         run_up=run_up.T, run_off=-run_off.T, tilt=(middle @ ends)[:, 2].T, nodes=np.empty((shape[0], 0, 4, 4))
     )
 
 
-def _clamped_ends(stiffness: np.ndarray) -> np.ndarray:
-    """All values at both ends, shape (batch, 8, 4), per unit of y and slope there; no tilt."""
-    ends = np.zeros((len(stiffness), 8, 4))
-    ends[:, _ENDS] = np.eye(4)
-    ends[:, _FREE] = -np.linalg.solve(stiffness[:, _FREE][:, :, _FREE], stiffness[:, _FREE][:, :, _ENDS])
-    return ends
-
-
-def _compliant_ends(stiffness: np.ndarray, yields: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """The same where slope and tilt give way to the couples that the span has there."""
-    system, given = np.tile(np.eye(8), (len(stiffness), 1, 1)), np.zeros((8, 4))
+def _values_at_ends(stiffness: np.ndarray, yields: tuple[np.ndarray, np.ndarray] | None) -> np.ndarray:
+    """All values at both ends, shape (batch, 8, 4), per unit of y and slope there, without tilt but for how slope and
+    tilt give way to the couples that the span has there."""
+    given = np.zeros((8, 4))
     given[_ENDS] = np.eye(4)
+    if yields is None:
+        ends = np.tile(given, (len(stiffness), 1, 1))
+        ends[:, _FREE] = -np.linalg.solve(stiffness[:, _FREE][:, :, _FREE], stiffness[:, _FREE][:, :, _ENDS])
+        return ends
+    system = np.tile(np.eye(8), (len(stiffness), 1, 1))
     for couples, end in zip(([1, 2], [5, 6]), yields, strict=True):
         system[:, couples] -= end @ stiffness[:, couples]
     system[:, _FREE] = stiffness[:, _FREE]
@@ -161,18 +164,6 @@ def _glue(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     middle = -np.linalg.solve(left[..., 4:, 4:] + right[..., :4, :4], to_middle)
     from_middle = np.concatenate([left[..., :4, 4:], right[..., 4:, :4]], axis=-2)
     return pair + from_middle @ middle, middle
-
-
-def _recover(ends: np.ndarray, middles: list[np.ndarray]) -> np.ndarray:
-    """Values at all nodes from the values at the ends, the way back through the doublings."""
-    nodes = np.stack([ends[:, :4], ends[:, 4:]], axis=1)
-    for middle in reversed(middles):
-        pairs = np.concatenate([nodes[:, :-1], nodes[:, 1:]], axis=2)
-        between = middle[:, None] @ pairs
-        merged = np.empty((nodes.shape[0], 2 * nodes.shape[1] - 1, 4, 4))
-        merged[:, ::2], merged[:, 1::2] = nodes, between
-        nodes = merged
-    return nodes
 
 
 @dataclass(frozen=True, kw_only=True)

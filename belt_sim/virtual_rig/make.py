@@ -94,8 +94,15 @@ def seal(truth: Truth, folder: Path) -> str:
 
 def reveal(folder: str | Path) -> Truth:
     """Open a sealed truth; raises InputError when a file is missing or the truth is not the published one."""
-    folder = Path(folder)
-    published, packed = (_read_text(folder / name) for name in (HASH, SEALED))
+    folder, texts = Path(folder), []
+    for name in (HASH, SEALED):
+        try:
+            texts.append((folder / name).read_text(encoding="ascii"))
+        except FileNotFoundError:
+            raise InputError("campaign", folder, "", f"has no {name}: nothing to reveal") from None
+        except (OSError, UnicodeDecodeError):
+            raise InputError("campaign", folder / name, "", "cannot be read; make the campaign anew") from None
+    published, packed = texts
     try:
         truth = Truth(**json.loads(zlib.decompress(base64.b64decode(packed))))
         found = truth.sha256()
@@ -105,15 +112,6 @@ def reveal(folder: str | Path) -> Truth:
         remedy = "the truth was changed after it was sealed (or the published hash was); do not trust it"
         raise InputError("SHA-256 of the truth", found, "", f"does not match {HASH}: {remedy}")
     return truth
-
-
-def _read_text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="ascii")
-    except FileNotFoundError:
-        raise InputError("campaign", path.parent, "", f"has no {path.name}: nothing to reveal") from None
-    except (OSError, UnicodeDecodeError):
-        raise InputError("campaign", path, "", "cannot be read; make the campaign anew") from None
 
 
 def _write_text(path: Path, text: str) -> None:
@@ -175,26 +173,20 @@ def measure_campaign(
     """Measure a plan, which may have a name, with what is hidden: the campaign and its truth."""
     check_base(base, what.faults)
     errors = draw_errors(plan, noise, streams[2])
-    readings, dirt = _readings(plan, noise, base, errors, what, streams[3])
+    readings, dirt, rng = observe(plan, true_line(plan, base, errors), what.faults), None, streams[3]
+    for k, (signal, place) in enumerate(plan.signals.items()):
+        readings[k] = add_noise(readings[k], plan.travel, noise.sheet(signal, place), noise, rng)
+    if what.dirty is not None:
+        able = [k for k, place in enumerate(plan.signals.values()) if place.startswith("point_")]
+        turned = [k for k, run in enumerate(plan.runs) if run.yaw != 0.0] or list(range(len(plan.runs)))
+        which, run = int(rng.choice(able)), int(rng.choice(turned))
+        CORRUPTIONS[what.dirty](readings, which, run)
+        dirt = {"kind": what.dirty, "signal": list(plan.signals)[which], "run": _name(run)}
     campaign = build_campaign(plan, noise, readings, title, "belt-sim virtual-rig engine=line")
     salt = streams[4].bytes(_SALT_BYTES).hex()
-    unstated = {"start": [run.start for run in plan.runs]} if any(run.start for run in plan.runs) else {}
+    unstated = {"start": [r.start for r in plan.runs]} if any(r.start for r in plan.runs) else {}
     unstated |= {"zero_at_start": [1.0]} if plan.zero_at_start else {}
     return campaign, describe_truth(seed, base, what, noise, errors, dirt, salt, name, unstated)
-
-
-def _readings(plan: Plan, noise: Noise, base: str, errors: TrueErrors, what: HiddenFaults, rng):
-    """Noisy readings, shape (signals, n, runs), and what was done to them if they are dirty."""
-    readings = observe(plan, true_line(plan, base, errors), what.faults)
-    for k, (name, place) in enumerate(plan.signals.items()):
-        readings[k] = add_noise(readings[k], plan.travel, noise.sheet(name, place), noise, rng)
-    if what.dirty is None:
-        return readings, None
-    able = [k for k, place in enumerate(plan.signals.values()) if place.startswith("point_")]
-    turned = [k for k, run in enumerate(plan.runs) if run.yaw != 0.0] or list(range(len(plan.runs)))
-    signal, run = int(rng.choice(able)), int(rng.choice(turned))
-    CORRUPTIONS[what.dirty](readings, signal, run)
-    return readings, {"kind": what.dirty, "signal": list(plan.signals)[signal], "run": _name(run)}
 
 
 def build_campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str, reference: str) -> Campaign:
@@ -360,7 +352,19 @@ def random_plan(kind: str, rng: np.random.Generator) -> tuple[Plan, Noise]:
         machine=machine,
         belt=belt,
     )
-    return plan, _stated_noise(runs, rng)
+
+    def draw_rounded(low: float, high: float) -> float:
+        return float(f"{math.exp(rng.uniform(math.log(low), math.log(high))):.2g}")
+
+    noise = Noise(
+        white=draw_rounded(*_WHITE),
+        zero=draw_rounded(*_ZERO),
+        wander_sd=draw_rounded(*_WANDER),
+        gain=0.005 if rng.random() < 0.3 else 0.0,
+        tension_rel=draw_rounded(0.005, 0.02),
+        yaw_u=float(f"{0.005 * max(abs(run.yaw) for run in runs):.2g}"),  # half a percent of the largest
+    )
+    return plan, noise
 
 
 def _machine(kind: str, rng) -> tuple[Machine, BeltSheet]:
@@ -416,22 +420,6 @@ def _runs(kind: str, machine: Machine, belt: BeltSheet, rng) -> tuple[RunSetting
     wanted = max(min(wanted, _MOST - len(runs)), _LEAST - len(runs), 0)
     picked = [int(k) % len(runs) for k in rng.permutation(max(len(runs), wanted))[:wanted]]
     return (*runs, *(replace(runs[k], repeat_of=k) for k in picked))
-
-
-def _stated_noise(runs: Sequence[RunSetting], rng) -> Noise:
-    """What the file states; the yaw is known to half a percent of the largest."""
-
-    def draw_rounded(low: float, high: float) -> float:
-        return float(f"{math.exp(rng.uniform(math.log(low), math.log(high))):.2g}")
-
-    return Noise(
-        white=draw_rounded(*_WHITE),
-        zero=draw_rounded(*_ZERO),
-        wander_sd=draw_rounded(*_WANDER),
-        gain=0.005 if rng.random() < 0.3 else 0.0,
-        tension_rel=draw_rounded(0.005, 0.02),
-        yaw_u=float(f"{0.005 * max(abs(run.yaw) for run in runs):.2g}"),
-    )
 
 
 TITLE = "Drawn by lot"

@@ -34,7 +34,12 @@ class DelayHistory:
     """
 
     def __init__(self, line: Line, faults: Sequence[Fault], reach: float) -> None:
-        self.line, self.nodes = line, _nodes(line, reach)
+        longest = min(line.wrap_tail.min(), line.wrap_head.min()) / STEPS_A_WRAP
+        steps = [float(s) for s in np.unique(line.yaw_at) if 0 < s < reach]
+        edges = [0.0, *(e for s in steps for e in (s - _BEFORE, s)), reach]  # every yaw step between two nodes
+        counts = [max(1, int(np.ceil((b - a) / longest - 1e-9))) for a, b in pairwise(edges)]
+        parts = [np.linspace(a, b, n, endpoint=False) for (a, b), n in zip(pairwise(edges), counts, strict=True)]
+        self.line, self.nodes = line, np.append(np.concatenate(parts), reach)
         count, batch = len(self.nodes), len(line.stress)
         self.state, self.slope, self.gone = np.zeros((3, count, 4, batch))
         self.tail_yaw, self.head_yaw = np.zeros((2, count, batch))
@@ -56,8 +61,9 @@ class DelayHistory:
         rows = np.arange(first, last).reshape(-1, *(1,) * s.ndim)
         lanes = np.arange(s.shape[-1])
         h = self.nodes[k + 1] - self.nodes[k]
-        ends = [a[j, rows, lanes] for j in (k, k + 1) for a in (self.state, self.slope)]
-        since = _blend((s - self.nodes[k]) / h, h, *ends)
+        left, before, right, after = (a[j, rows, lanes] for j in (k, k + 1) for a in (self.state, self.slope))
+        t = (s - self.nodes[k]) / h  # cubic Hermite interpolation, from values and slopes
+        since = left + t * t * (3 - 2 * t) * (right - left) + h * t * (1 - t) * ((1 - t) * before - t * after)
         return np.where(s < 0, sum((f.initial_state(s, self.line)[first:last] for f in self.initial), 0.0), since)
 
     def interpolate(self, rows: np.ndarray, s: np.ndarray) -> np.ndarray:
@@ -75,12 +81,6 @@ class DelayHistory:
             return tail, head
         gone = np.stack([self.interpolate(self.gone[:, k], s) for k in range(4)])
         return tail + gone[:2], head + gone[2:]
-
-    def landing_curvature(self, s) -> np.ndarray:
-        """Curvature [1/m] with which what leaves the tail and the head pulley at travel s has landed, (2, batch)."""
-        line = self.line
-        back = (np.broadcast_to(s - wrap, line.stress.shape)[None] for wrap in (line.wrap_tail, line.wrap_head))
-        return np.stack([self.interpolate(self.bent[:, k], there)[0] for k, there in enumerate(back)])
 
     def wrap_exit_without_slip(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(y, alpha) of what leaves the tail and the head pulley at travel s, each shape (2, ..., batch)."""
@@ -137,12 +137,6 @@ class AppliedLoad:
 
 def dot(row, off, up):
     return row[0] * off[0] + row[1] * off[1] + row[2] * up[0] + row[3] * up[1]
-
-
-def _blend(t, h, left, left_slope, right, right_slope):
-    """Cubic Hermite interpolation at the share t of an interval h, from values and slopes at its ends."""
-    up = t * t * (3 - 2 * t)
-    return left + up * (right - left) + h * t * (1 - t) * ((1 - t) * left_slope - t * right_slope)
 
 
 # Friction: how far the end of a wrapped belt turns where friction alone holds its moment; equilibrium, integrated once.
@@ -297,8 +291,15 @@ class _DelayEquation:
         y, past = self.line.along_bent_axes(y, past)
         to_tail, to_head = self._responses(s, _ends(y, past, beta, beta_head))
         if self.yields:
-            off = self._load_curvatures(s, _ends(y, past, beta, beta_head), None)[1][1]
-            beta = self._compliant_yaw(beta, beta_head, y, past, to_tail, to_head, off)
+            # the spans' moments turn a compliant tail bearing back, the pull of a belt off the middle turns it further:
+            # beta - C (M_up + M_off - F (y_up + y_off))
+            pushed = self._load_curvatures(s, _ends(y, past, beta, beta_head), None)[1][1]
+            tail_off, head_off = past
+            still = dot(to_tail.run_up, head_off + _ANGLE * beta_head, y[:2])
+            still = still + dot(to_head.run_off, tail_off, y[2:] - _ANGLE * beta_head) + pushed
+            give = self.line.compliance * self.line.bending
+            beta = beta + self.line.compliance * self.line.force * (y[0] + tail_off[0])
+            beta = (beta - give * still) / (1 + give * (to_tail.run_up[3] - to_head.run_off[1]))
         if self.slips:
             past = self._slip_at_runoffs(s, _ends(y, past, beta, beta_head), past, to_tail, to_head, node)
         ends = _ends(y, past, beta, beta_head)
@@ -309,8 +310,10 @@ class _DelayEquation:
         """What leaves the tail and the head pulley once friction has let it go."""
         bent = np.stack([dot(to_head.run_off, *ends[1]), dot(to_tail.run_off, *ends[0])])
         bent = bent + self._load_curvatures(s, ends, None)[1][::-1]
-        stiff = -np.stack([to_head.run_off[1], to_tail.run_off[1]])
-        turn, aside = slip_turn(bent - self.history.landing_curvature(s), stiff, self.line, self.sticks)
+        stiff, line, past_bent = -np.stack([to_head.run_off[1], to_tail.run_off[1]]), self.line, self.history.bent
+        back = (np.broadcast_to(s - wrap, line.stress.shape)[None] for wrap in (line.wrap_tail, line.wrap_head))
+        landed = np.stack([self.history.interpolate(past_bent[:, k], there)[0] for k, there in enumerate(back)])
+        turn, aside = slip_turn(bent - landed, stiff, line, self.sticks)
         gone = np.stack([aside, turn], axis=1)
         if node is not None:
             self.history.gone[node] = gone.reshape(4, -1)
@@ -351,19 +354,18 @@ class _DelayEquation:
                 applied.now = applied.kept[node] = kept
         return added_up, added_off
 
-    def _compliant_yaw(self, beta, beta_head, y, past, to_tail, to_head, pushed):
-        """The yaw on a compliant tail bearing, which the spans' moments turn back and the pull of a belt off the middle
-        turns further: beta - C (M_up + M_off - F (y_up + y_off))."""
-        tail_off, head_off = past
-        still = dot(to_tail.run_up, head_off + _ANGLE * beta_head, y[:2])
-        still = still + dot(to_head.run_off, tail_off, y[2:] - _ANGLE * beta_head) + pushed
-        give = self.line.compliance * self.line.bending
-        beta = beta + self.line.compliance * self.line.force * (y[0] + tail_off[0])
-        return (beta - give * still) / (1 + give * (to_tail.run_up[3] - to_head.run_off[1]))
-
     def _responses(self, s: float, ends) -> tuple[SpanResponse, SpanResponse]:
         """Of the spans that run to the tail and to the head pulley, given (y, theta) at their ends."""
-        spans = self._at_tension(s)
+        spans = self.history.spans
+        if self.of["tension"]:
+            change, width = sum(f.tension(s, self.line) for f in self.of["tension"]), self.most - self.least
+            t = np.divide(change - self.least, width, out=0 * width, where=width > 0)
+            weights = ((1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1))
+            to_tail, to_head = (
+                replace(span, **{n: sum(w * getattr(r, n) for w, r in zip(weights, rows, strict=True)) for n in _ROWS})
+                for span, rows in zip(spans, self.slacker, strict=True)
+            )
+            spans = to_tail, to_head
         if not any(self.history.changed_spans):
             return spans
         changed = []
@@ -373,36 +375,12 @@ class _DelayEquation:
             changed.append(span)
         return changed[0], changed[1]
 
-    def _at_tension(self, s: float) -> tuple[SpanResponse, SpanResponse]:
-        """The responses as the tension at travel s makes them."""
-        if not self.of["tension"]:
-            return self.history.spans
-        change, width = sum(f.tension(s, self.line) for f in self.of["tension"]), self.most - self.least
-        t = np.divide(change - self.least, width, out=0 * width, where=width > 0)
-        weights = ((1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1))
-        blended = [
-            replace(span, **{n: sum(w * getattr(r, n) for w, r in zip(weights, rows, strict=True)) for n in _ROWS})
-            for span, rows in zip(self.history.spans, self.slacker, strict=True)
-        ]
-        return blended[0], blended[1]
-
 
 def _ends(y, past, beta, beta_head):
     """(y, theta) at run-off and run-up of the span to the tail and of the span to the head pulley."""
     tail_off, head_off = past
     to_tail = head_off + _ANGLE * beta_head, y[:2] + _ANGLE * beta
     return to_tail, (tail_off - _ANGLE * beta, y[2:] - _ANGLE * beta_head)
-
-
-def _nodes(line: Line, reach: float) -> np.ndarray:
-    """Nodes of the march: even, but with every yaw step between two nodes a hair apart."""
-    longest = min(line.wrap_tail.min(), line.wrap_head.min()) / STEPS_A_WRAP
-    steps = [float(s) for s in np.unique(line.yaw_at) if 0 < s < reach]
-    edges = [0.0, *(e for s in steps for e in (s - _BEFORE, s)), reach]
-    parts = [
-        np.linspace(a, b, max(1, int(np.ceil((b - a) / longest - 1e-9))), endpoint=False) for a, b in pairwise(edges)
-    ]
-    return np.append(np.concatenate(parts), reach)
 
 
 # Readings of the plan's sensors.
@@ -482,11 +460,6 @@ def _perfect_reading(
     return sum((f.edge(place, s, history.line) for f in faults), position(history, place, s - before))
 
 
-def repeat_line(line: Line, count: int) -> Line:
-    """A batch repeated ``count`` times, lane after lane: entry k of the runs stands at k, k + runs, ..."""
-    return replace(line, **{n: np.tile(getattr(line, n), count) for n in Line.__dataclass_fields__})
-
-
 #: place -> (state row, wrapped arc behind it) for travel direction +1; -1 swaps top and bottom.
 POINTS = {"point_1": (0, None), "point_2": (0, "wrap_tail"), "point_3": (2, None), "point_4": (2, "wrap_head")}
 _MIRRORED = {"point_1": "point_2", "point_2": "point_1", "point_3": "point_4", "point_4": "point_3"}
@@ -499,14 +472,10 @@ def position(history: DelayHistory, place: str, s: np.ndarray) -> np.ndarray:
     if place in TILTS:
         to_tail = TILTS[place] * history.line.direction > 0
         return np.where(to_tail, _tilt(history, s, True), _tilt(history, s, False))
-    return np.where(forward, _lateral(history, place, s), _lateral(history, _MIRRORED[place], s))
-
-
-def _lateral(history: DelayHistory, place: str, s: np.ndarray) -> np.ndarray:
-    row, wrap = POINTS[place]
-    if wrap is None:
-        return history.state_at(s)[row]
-    return history.wrap_exit(s)[0 if wrap == "wrap_tail" else 1][0]
+    both = []
+    for row, wrap in (POINTS[place], POINTS[_MIRRORED[place]]):
+        both.append(history.state_at(s)[row] if wrap is None else history.wrap_exit(s)[wrap == "wrap_head"][0])
+    return np.where(forward, *both)
 
 
 def _tilt(history: DelayHistory, s: np.ndarray, to_tail: bool) -> np.ndarray:
@@ -555,7 +524,11 @@ def add_noise(values: np.ndarray, travel: np.ndarray, sheet: SignalSheet, noise:
     course = matern_wander if noise.smooth else wander
     drift = noise.scale * sheet.wander_sd * course(travel, length, runs, rng)
     lateral = sheet.kind == "lateral"
-    white = noise.scale * (noise.white if lateral else sheet.white) * _white(values.shape, noise, rng)
+    if noise.heavy_tails:
+        draws = rng.standard_t(_TAIL_FREEDOM, values.shape) / math.sqrt(_TAIL_FREEDOM / (_TAIL_FREEDOM - 2))
+    else:
+        draws = rng.standard_normal(values.shape)
+    white = noise.scale * (noise.white if lateral else sheet.white) * draws
     readings = values * gain + zero + drift + white
     return np.round(readings / noise.quantum) * noise.quantum if lateral and noise.quantum else readings
 
@@ -576,9 +549,3 @@ def matern_wander(travel: np.ndarray, length: float, runs: int, rng) -> np.ndarr
     apart = math.sqrt(3) * np.abs(travel[:, None] - travel) / length
     root = np.linalg.cholesky((1 + apart) * np.exp(-apart) + 1e-9 * np.eye(len(travel)))
     return root @ rng.standard_normal((len(travel), runs))
-
-
-def _white(shape, noise: Noise, rng) -> np.ndarray:
-    if noise.heavy_tails:
-        return rng.standard_t(_TAIL_FREEDOM, shape) / math.sqrt(_TAIL_FREEDOM / (_TAIL_FREEDOM - 2))
-    return rng.standard_normal(shape)
