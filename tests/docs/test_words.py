@@ -2,6 +2,7 @@
 
 import re
 
+from belt_sim.effects.base import library
 from belt_sim.io import ROOT
 from studies.site.words import count, faults, history
 
@@ -25,3 +26,10 @@ def test_every_equivalence_of_the_theory_page_has_its_test():
     there = "".join(path.read_text() for path in (ROOT / "tests" / "agreement").glob("test_*.py"))
     assert len(named) >= 10
     assert not {name for name in named if f"def {name}(" not in there}
+
+
+def test_the_theory_page_has_every_law_of_the_catalogue():
+    page = (ROOT / "docs" / "theory.md").read_text()
+    below = re.search(r"`_lower`: on the lower", page)
+    assert below
+    assert not {i for i in library() if f"`{i.removesuffix('_lower')}`" not in page and f'"id": "{i}"' not in page}
