@@ -156,7 +156,11 @@ class Slip(Effect):
     def slide(self, contact, state, case):
         held, zone = self._zone(state.moment, state.stiffness, case)
         begins = jnp.where((state.since < 0.0) & (state.travel >= 0.0), zone, 0.0)
-        ends = (self._slides_at_ends(yaw, zone, state) for yaw in (case.settings.yaw, case.settings.yaw_head))
+        ends = []  # lengths on which the belt slides where it runs up, if a change of yaw has just ended
+        for yaw in (case.settings.yaw, case.settings.yaw_head):
+            end = yaw.at + yaw.over
+            ended = (yaw.change != 0.0) & (end > state.since) & (end <= state.travel)
+            ends.append(jnp.max(jnp.where(ended, jnp.maximum(zone[:, None] - yaw.over, 0.0), 0.0), axis=1))
         turned = held * reduce(jnp.maximum, ends, begins) / (2.0 * state.bending)
         return replace(contact, y=contact.y + _ASIDE * turned * zone, alpha=contact.alpha - turned)
 
@@ -177,13 +181,6 @@ class Slip(Effect):
         x = whole * (1.0 + 2.0 * gives) / (1.0 + 3.0 * gives + gives**2)  # of x (1 + gives x/whole) = whole, to 1 %
         zone = jnp.minimum(width * x * _share(x), wrap)
         return moment / (1.0 + 0.5 * stiffness * zone), zone
-
-    def _slides_at_ends(self, schedule, zone, state):
-        """Length [m] on which the belt slides where it runs up, if a change of yaw has just ended."""
-        end = schedule.at + schedule.over
-        ended = (schedule.change != 0.0) & (end > state.since) & (end <= state.travel)
-        slides = jnp.maximum(zone[:, None] - schedule.over, 0.0)
-        return jnp.max(jnp.where(ended, slides, 0.0), axis=1)
 
     def scene(self, parts, case):
         return replace(parts, friction=1.0 / self.inverse_friction) if self.inverse_friction > 0 else parts

@@ -324,16 +324,10 @@ def _time_constant():
 
 def _drift(rate, time_constant, state, case):
     """Return rate tau (1 - exp(-t/tau)) at the travel of a state, t = s/v being the time since travel 0."""
-    time = state.travel / case.settings.speed
-    return rate * time_constant * _one_minus_exp(time / time_constant)
-
-
-def _one_minus_exp(x):
-    """Return 1 - exp(-x) for x >= 0; nearly as exact as expm1, which makes a march much slower."""
-    series = 1.0
-    for k in range(_SERIES, 1, -1):
+    x, series = state.travel / case.settings.speed / time_constant, 1.0
+    for k in range(_SERIES, 1, -1):  # nearly as exact as expm1, which makes a march much slower
         series = 1.0 - (1.0 / k) * x * series
-    return jnp.where(x < _SMALL, x * series, 1.0 - jnp.exp(-x))
+    return rate * time_constant * jnp.where(x < _SMALL, x * series, 1.0 - jnp.exp(-x))
 
 
 @effect

@@ -19,7 +19,7 @@ import numpy as np
 
 from belt_sim.errors import InputError
 from belt_sim.io import version_of, write_with
-from belt_sim.linear.plant import StateSpace
+from belt_sim.linear.plant import StateSpace, lying_at
 from belt_sim.units import N_PER_MM2
 
 _HERE = Path(__file__).parent
@@ -101,11 +101,8 @@ def _content(space: StateSpace, fmi: int) -> dict[str, Any]:
     plant, states = space.plant, len(space.plant.states)
     drift = np.zeros((len(space.a), 1))
     drift[0, 0] = 1.0  # of y where the belt runs up the tail pulley
-    constant, shifted = np.zeros(len(space.a)), np.zeros(len(space.a))
+    constant = np.zeros(len(space.a))
     constant[:states] = plant.constant
-    shifted[:states] = [name.startswith("y_") for name in plant.states]
-    late = slice(states, None)  # the wraps, filled with a belt that lies there for long
-    shifted[late] = np.linalg.solve(space.a[late, late], -space.a[late, :states] @ shifted[:states])
     variables = _variables(plant.speed, plant.tension)
     outputs = [k for k, v in enumerate(variables) if v.causality == "output"]
     tension = f"{plant.tension / N_PER_MM2:g} N/mm2"
@@ -115,7 +112,7 @@ def _content(space: StateSpace, fmi: int) -> dict[str, Any]:
         "b": np.hstack([space.b, drift]).tolist(),
         "c": space.c.tolist(),
         "k": constant.tolist(),
-        "shifted": shifted.tolist(),
+        "shifted": lying_at(space, 1.0).tolist(),
         "inputs": ["yaw", "yaw_head", "drift"],
         "variables": variables,
         "outputs": outputs,

@@ -522,7 +522,7 @@ def close_loop(
     block = np.zeros((size + 2, size + 2))
     block[:size, :size], block[:size, size], block[:size, size + 1] = space.a, space.b[:, 0], constant
     step = expm(block * sample)
-    z, shown = _lying_at(space, y_start), np.zeros((4, steps + 1))
+    z, shown = lying_at(space, y_start), np.zeros((4, steps + 1))
     rng = np.random.default_rng(seed)
     measured, command, yaw = np.zeros(steps + 1), np.zeros(steps + 1), np.zeros(steps + 1)
     turned = 0.0
@@ -634,7 +634,7 @@ class _Sampled:
         return asked
 
 
-def _lying_at(space: Any, y: float) -> np.ndarray:
+def lying_at(space: StateSpace, y: float) -> np.ndarray:
     """State of a belt that has long lain ``y`` [m] off the middle."""
     states = len(space.plant.states)
     z = np.zeros(len(space.a))

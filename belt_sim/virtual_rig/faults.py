@@ -26,10 +26,8 @@ from belt_sim.virtual_rig.fault import (
 from belt_sim.virtual_rig.line import (
     roll_at_tail,
     tilt_sensitivity,
-    uniform_force,
-    uniform_roll_couple,
-    unit_couple,
-    unit_force,
+    uniform_load,
+    unit_load,
 )
 
 # Hooks that many rows have.
@@ -283,7 +281,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "above": True,
         "force": size("N", 0.2, 50.0),
         "place": _place_on_span(),
-        "loads": lambda f, line: (unit_force(line, f.above, f.place),),
+        "loads": lambda f, line: (unit_load(line, f.above, f.place),),
         "push": lambda f, s, line, load, free, kept: (f.force * line.direction, kept),
         "scene": lambda f, parts, case: parts.with_push(
             span=_above(f),
@@ -297,7 +295,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "above": True,
         "moment": size("N m", 0.5, 50.0),
         "place": _place_on_span(),
-        "loads": lambda f, line: (unit_couple(line, f.above, f.place),),
+        "loads": lambda f, line: (unit_load(line, f.above, f.place, couple=True),),
         "push": steady(lambda f, s, line: f.moment),
         "scene": _drag_scene,
     },
@@ -306,7 +304,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "above": True,
         "idle_on": ("beam_th2",),
         "moment": size("N", 2e-3, 1.0),
-        "loads": lambda f, line: (uniform_roll_couple(line, f.above),),
+        "loads": lambda f, line: (uniform_load(line, f.above, roll=True),),
         "push": steady(lambda f, s, line: -f.moment),
         "scene": lambda f, parts, case: (
             replace(parts, roll=parts.roll - f.moment)
@@ -328,14 +326,14 @@ _TABLE: dict[str, dict[str, Any]] = {
             lambda plan, rng: rng.uniform(0.15, 0.85) * plan.machine.centre_distance.value,
             lambda plan: [share * plan.machine.centre_distance.value for share in (0.3, 0.7)],
         ),
-        "loads": lambda f, line: tuple(unit_force(line, upper, 1 - f.at / line.span_length) for upper in (True, False)),
+        "loads": lambda f, line: tuple(unit_load(line, upper, 1 - f.at / line.span_length) for upper in (True, False)),
         "push": _guide_push,
         "scene": _guide_scene,
     },
     "machine_tilt": {
         "words": "The machine leans about its long axis: a share of the weight, q angle, pulls both spans towards +y.",
         "angle": size("rad", 2e-3, 0.05),
-        "loads": lambda f, line: (uniform_force(line, True), uniform_force(line, False)),
+        "loads": lambda f, line: (uniform_load(line, True), uniform_load(line, False)),
         "push": lambda f, s, line, load, free, kept: (
             f.angle * (line.density * line.gravity * line.width * line.thickness),
             kept,

@@ -354,26 +354,6 @@ class UnitLoad:
     give: np.ndarray
 
 
-def unit_force(line: Line, upper: bool, share) -> UnitLoad:
-    """1 N towards +y at a share of the span's length, counted from the head to the tail pulley."""
-    return _point_load(line, upper, share, slope=False)
-
-
-def unit_couple(line: Line, upper: bool, share) -> UnitLoad:
-    """1 N m about the vertical, turning y' upwards along the travel, at a share of the way from head to tail."""
-    return _point_load(line, upper, share, slope=True)
-
-
-def uniform_force(line: Line, upper: bool) -> UnitLoad:
-    """1 N/m towards +y all along."""
-    return _spread_load(line, upper, [0, 1])
-
-
-def uniform_roll_couple(line: Line, upper: bool) -> UnitLoad:
-    """1 N m per m about the long axis all along, lifting the side y > 0."""
-    return _spread_load(line, upper, [2, 3])
-
-
 def roll_at_tail(line: Line, upper: bool) -> UnitLoad:
     """1 rad of roll, the side y > 0 up, of the tail pulley where the span meets it."""
     last = (line.direction > 0) == upper
@@ -392,9 +372,9 @@ def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
     return curvature_along(nodes, line.span_length, line.sag_roll * line.sag_curvature)[..., 0]
 
 
-def _spread_load(line: Line, upper: bool, fields: list[int]) -> UnitLoad:
-    """1 a metre on these fields, a value and its slope, of every element's two nodes."""
-    h = line.span_length / 2**DOUBLINGS
+def uniform_load(line: Line, upper: bool, *, roll: bool = False) -> UnitLoad:
+    """1 N/m towards +y all along; roll: 1 N m per m about the long axis instead, lifting the side y > 0."""
+    h, fields = line.span_length / 2**DOUBLINGS, [2, 3] if roll else [0, 1]  # a value and its slope at a node
     pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)
     loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
     loads[:, :-1, fields] += pair[:, None, :2]
@@ -408,7 +388,9 @@ def _without_place(upper: bool, nodes: np.ndarray, run_up: np.ndarray, run_off: 
     return UnitLoad(upper, run_up, run_off, nodes[:, nodes.shape[1] // 2, 2], np.zeros((4, len(nothing))), nothing)
 
 
-def _point_load(line: Line, upper: bool, share, *, slope: bool) -> UnitLoad:
+def unit_load(line: Line, upper: bool, share, *, couple: bool = False) -> UnitLoad:
+    """1 N towards +y at a share of the span's length, counted from the head to the tail pulley; couple: 1 N m about the
+    vertical instead, turning y' upwards along the travel."""
     count = 2**DOUBLINGS
     share = np.broadcast_to(np.asarray(share, dtype=float), line.stress.shape)
     along = np.where((line.direction > 0) == upper, share, 1 - share) * count
@@ -416,7 +398,7 @@ def _point_load(line: Line, upper: bool, share, *, slope: bool) -> UnitLoad:
     value, first, _ = hermite(along - k, line.span_length / count)
     lanes = np.arange(len(k))
     loads = np.zeros((len(k), count + 1, 4))
-    chosen = first if slope else value
+    chosen = first if couple else value
     for node, part in ((k, chosen[:, :2]), (k + 1, chosen[:, 2:])):
         loads[lanes, node, :2] += part
 

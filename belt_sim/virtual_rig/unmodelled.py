@@ -23,7 +23,7 @@ from belt_sim.virtual_rig.fault import (
     size,
     smooth_step,
 )
-from belt_sim.virtual_rig.line import DOUBLINGS, Sections, unit_force
+from belt_sim.virtual_rig.line import DOUBLINGS, Sections, unit_load
 
 
 class UnmodelledFault(Fault):
@@ -482,7 +482,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         wavelength=between(2.2, 1.5, 4.5),
         phase=shape(0.0, any_phase),
         share=between(0.5, 0.2, 0.8),
-        loads=lambda f, line: (unit_force(line, False, f.share),),
+        loads=lambda f, line: (unit_load(line, False, f.share),),
         push=lambda f, s, line, load, free, kept: (
             f.force * np.cos(2 * np.pi * s / f.wavelength + f.phase) + 0 * free,
             kept,
@@ -501,7 +501,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         force=size("N", 0.5, 100.0, positive=True),
         stiffness=shape(5e3, lambda plan, rng: 10 ** rng.uniform(2.5, 4.5)),
         share=between(0.5, 0.2, 0.8),
-        loads=lambda f, line: (unit_force(line, True, f.share),),
+        loads=lambda f, line: (unit_load(line, True, f.share),),
         push=_sticky_rest,
     ),
     "wind_steps": row(

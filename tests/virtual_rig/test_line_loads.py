@@ -1,5 +1,7 @@
 """Loads on the spans: against the strip's equations by a matrix exponential, in limit cases, and turned round."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -12,7 +14,7 @@ from belt_sim.virtual_rig.faults import (
     OffCentreLoadFault,
     SideDragFault,
 )
-from belt_sim.virtual_rig.line import uniform_force, uniform_roll_couple, unit_couple, unit_force
+from belt_sim.virtual_rig.line import uniform_load, unit_load
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan, RunSetting
 
@@ -57,7 +59,7 @@ def test_forces_and_couples_are_what_the_equations_say(base, share, direction):
     """EI kappa' jumps by a force towards +y, EI kappa falls by a couple that turns y' upwards."""
     line = line_from(base, direction=direction)
     along = (share if direction > 0 else 1 - share) * SPAN
-    for load, place in ((unit_force, 3), (unit_couple, 2)):
+    for load, place in ((unit_load, 3), (partial(unit_load, couple=True), 2)):
         jump = np.zeros(6)
         jump[place] = 1 / BENDING if place == 3 else -1 / BENDING
         found, wanted = load(line, True, share), ends_of(line, jump, along, np.zeros(6))
@@ -69,7 +71,10 @@ def test_forces_and_couples_are_what_the_equations_say(base, share, direction):
 def test_spread_loads_are_what_the_equations_say(base):
     """EI kappa'' = F y'' + p, and T phi'' = EI Z kappa - m for a couple m that lifts the side y > 0."""
     line = line_from(base)
-    for load, place, size in ((uniform_force, 3, 1 / BENDING), (uniform_roll_couple, 5, -1 / line.torsion.item())):
+    for load, place, size in (
+        (uniform_load, 3, 1 / BENDING),
+        (partial(uniform_load, roll=True), 5, -1 / line.torsion.item()),
+    ):
         spread = np.zeros(6)
         spread[place] = size
         found, wanted = load(line, True), ends_of(line, np.zeros(6), 2 * SPAN, spread)
@@ -80,10 +85,10 @@ def test_spread_loads_are_what_the_equations_say(base):
 def test_a_couple_is_two_forces_ahead_and_behind():
     """Towards +y ahead and towards -y behind turns y' upwards: as drag on the edge y > 0 does, r x F > 0."""
     line, apart = line_from("strip"), 1e-3
-    ahead, behind = (unit_force(line, True, 0.4 + side * apart / 2) for side in (1, -1))
+    ahead, behind = (unit_load(line, True, 0.4 + side * apart / 2) for side in (1, -1))
     for name in ("run_up", "run_off", "tilt"):
         pair = (getattr(ahead, name) - getattr(behind, name)) / (apart * SPAN)
-        assert getattr(unit_couple(line, True, 0.4), name) == pytest.approx(pair, rel=1e-4)
+        assert getattr(unit_load(line, True, 0.4, couple=True), name) == pytest.approx(pair, rel=1e-4)
 
 
 def test_a_leaning_machine_bends_both_run_ups_as_clamped_beams():
@@ -133,7 +138,7 @@ def test_reversed_travel_is_the_machine_turned_about_the_vertical(fault, sign):
 def test_without_tension_a_span_is_a_clamped_beam(share):
     """kappa L = P L t^2 (1 - t)/EI under a force, M t (2 - 3 t)/EI under a couple (any table of beams)."""
     line = line_from("beam_th2", 1e3)
-    force, couple = (load(line, True, share).run_up.item() for load in (unit_force, unit_couple))
+    force, couple = (unit_load(line, True, share, couple=c).run_up.item() for c in (False, True))
     assert force == pytest.approx(SPAN * share**2 * (1 - share) / BENDING, rel=1e-3)
     assert couple == pytest.approx(share * (2 - 3 * share) / BENDING, rel=1e-3)
 
