@@ -52,43 +52,50 @@ LINE_EVERY = 0.10  # share of the work between two lines where there is no termi
 
 
 def _begin(
-    console: Console | None, title: str, total: float
+    console: Console | None, title: str, total: float, timed: bool
 ) -> tuple[Callable[[float, str], None], Callable[[], None]]:
     """update(done, note) and close() of a bar on a terminal of one's own; elsewhere at most a line a tenth of the work.
 
-    Both are on standard error, so that results can be piped.
+    Both are on standard error, so that results can be piped. timed: the end can be told from what is done; else nothing
+    is said of it, and there is a line a note.
     """
     console = console or Console(stderr=True)
-    began, said = time.monotonic(), 0
+    began, said = time.monotonic(), ""
 
     def print_line(done: float, note: str) -> None:
         nonlocal said
         tenth = int(done / total / LINE_EVERY + 1e-9) if total > 0 else 0
-        if tenth <= said:
+        now = str(tenth or "") if timed else note
+        if now in ("", said):
             return
-        said, elapsed = tenth, time.monotonic() - began
-        left = elapsed * (total / done - 1.0)
-        parts = [f"{100 * done / total:3.0f} %", note, f"{elapsed:.0f} s gone", f"{left:.0f} s left"]
+        said, elapsed = now, time.monotonic() - began
+        parts = [note, f"{elapsed:.0f} s gone"]
+        if timed:
+            parts = [f"{100 * done / total:3.0f} %", *parts, f"{elapsed * (total / done - 1.0):.0f} s left"]
         line = f"{title}: {', '.join(filter(None, parts))}"
         console.print(line, markup=False, highlight=False, soft_wrap=True)
 
     if not console.is_terminal or multiprocessing.parent_process() is not None:
         return print_line, lambda: None
     share, note = TextColumn("{task.percentage:>3.0f} %"), TextColumn("{task.fields[note]}")
-    times = TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn()
-    bar = Progress(TextColumn("{task.description}"), BarColumn(bar_width=None), share, note, *times, console=console)
+    times = (share, note, TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
+    columns = times if timed else (note, TimeElapsedColumn())
+    bar = Progress(TextColumn("{task.description}"), BarColumn(bar_width=None), *columns, console=console)
     task = bar.add_task(title, total=total, note="")
     bar.start()
     return lambda done, note: bar.update(task, completed=done, note=note), bar.stop
 
 
 @contextmanager
-def progress(total: float, title: str, console: Console | None = None) -> Iterator[Callable[..., None]]:
+def progress(
+    total: float, title: str, console: Console | None = None, *, timed: bool = True
+) -> Iterator[Callable[..., None]]:
     """Show how far some work is: ``with progress(n, "bootstrap") as done: ...; done()``.
 
-    The function given adds ``amount`` (default 1) to what is done and shows ``note`` beside it.
+    The function given adds ``amount`` (default 1) to what is done and shows ``note`` beside it. timed: whether the time
+    left can be told from it.
     """
-    (update, close), count = _begin(console, title, total), 0.0
+    (update, close), count = _begin(console, title, total, timed), 0.0
 
     def advance(amount: float = 1.0, note: str = "") -> None:
         nonlocal count
@@ -108,15 +115,15 @@ def stages_shown(title: str, replicates: int) -> Iterator[Callable[[int, str], N
     if not (console.is_terminal or console.is_jupyter):
         yield lambda count, stage: None
         return
-    with progress(1.0, title, console) as done:
+    with progress(1.0, title, console, timed=False) as done:
         yield in_stages(done, replicates)
 
 
 def in_stages(done: Callable[..., None], replicates: int) -> Callable[[int, str], None]:
     """Work out of 1 whose stages are not known beforehand: ``done`` of ``progress(1.0, ...)``, as (replicates, stage).
 
-    All replicates are a tenth of it, and every stage takes a sixth of what is left where it begins, so that the end is
-    not announced before it is there.
+    All replicates are a tenth of it, and every stage takes a sixth of what is left where it begins: a bar that moves
+    and tells no time left, as nobody knows before whether laws will be sought, which may take longer than all before.
     """
     gone = 0.0
 
@@ -164,7 +171,7 @@ class ProgressObserver:
 
     def _tell(self, share: float) -> None:
         if self.update is None:
-            self.update, self.close = _begin(self.console, self.title, 1.0)
+            self.update, self.close = _begin(self.console, self.title, 1.0, True)
         self.update(share, self.note)
 
     def finish(self, curves: Curves) -> None:
