@@ -142,22 +142,25 @@ def edge_share(scene: SceneLayout) -> float:
 
 
 def _add_skin(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
-    """The belt between its real edges, each a straight continuation of the line through the outer nodes."""
+    """The belt between its real edges, each a straight continuation of the line through the outer nodes; vertices and
+    faces stand there twice, for a face is seen from one side only."""
     mesh, beyond = scene.mesh, edge_share(scene)
     n, last = mesh.stations, mesh.lines - 1
     at = np.arange(n + 1) % n  # the first station again, at the other end of the texture
     outer = mesh.rest[at][:, [0, last]]
     edges = outer + beyond * (outer - outer[:, ::-1])
     skin = spec.add_skin(name="belt", material="belt")
-    skin.vert = edges.ravel().tolist()
+    skin.vert = 2 * edges.ravel().tolist()
     u = np.arange(n + 1) * round(n * scene.loop.chord / _STRIPE / 2.0) / n
-    skin.texcoord = np.stack([np.repeat(u, 2), np.tile([0.1, 0.4], n + 1)], axis=1).ravel().tolist()
-    k = 2 * np.arange(n)[:, None]
-    skin.face = (k + np.array([0, 1, 2, 2, 1, 3])).ravel().tolist()
+    skin.texcoord = 2 * np.stack([np.repeat(u, 2), np.tile([0.1, 0.4], n + 1)], axis=1).ravel().tolist()
+    inner = 2 * (n + 1)
+    outside = 2 * np.arange(n)[:, None] + np.array([0, 1, 2, 2, 1, 3])
+    skin.face = np.concatenate([outside, outside[:, ::-1] + inner]).ravel().tolist()
     skin.bodyname = [node_name(i, j) for i in range(n) for j in (0, last)]
     skin.bindpos = mesh.rest[:, [0, last]].ravel().tolist()
     skin.bindquat = [1.0, 0.0, 0.0, 0.0] * (2 * n)
-    bound = [[2 * v + side for v in ((0, n) if i == 0 else (i,)) for side in (0, 1)] for i in range(n)]
+    bound = [[f + 2 * v + side for f in (0, inner) for v in ((0, n) if i == 0 else (i,)) for side in (0, 1)]
+             for i in range(n)]  # fmt: skip
     skin.vertid = [own for own in bound for _ in (0, 1)]
     skin.vertweight = [[1.0 + beyond if v % 2 == side else -beyond for v in own] for own in bound for side in (0, 1)]
 
