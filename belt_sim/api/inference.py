@@ -354,12 +354,18 @@ class FitResult(Display):
         return self.covariance / np.outer(u, u)
 
     def lines(self) -> Sequence[str]:
-        """One line a number, what became of the error, and what the fit leaves open."""
-        numbers = [f"{name} = {text}" for name, text in self._texts().items()]
-        before, after = (1e3 * r for r in self.rms)
-        chi2, share = self.chi2[1], self.chi2[1] / max(self.degrees, 1)
-        said = f"chi2 {self.chi2[0]:.0f} -> {chi2:.0f} on {self.degrees} degrees of freedom ({share:.2f} each)"
-        return [*numbers, f"rms {before:.4f} -> {after:.4f} mm", said, *self.notes]
+        """Statistics, a line a number, and what the fit leaves open, in the form of lmfit's fit_report."""
+        (none, rms), texts = (1e3 * r for r in self.rms), self._texts()
+        rows = {
+            "# data points": f"{self.degrees + len(texts)}",
+            "# variables": f"{len(texts)}",
+            "chi-square": f"{self.chi2[1]:.1f} (without effects {self.chi2[0]:.1f})",
+            "reduced chi-square": f"{self.chi2[1] / max(self.degrees, 1):.3f}",
+            "rms": f"{rms:.4f} mm (without effects {none:.4f})",
+        }
+        said = ["[[Fit Statistics]]", *(f"    {name:18s} = {text}" for name, text in rows.items())]
+        said += ["[[Variables]]", *(f"    {name}: {text}" for name, text in texts.items())]
+        return [*said, *(["[[Left open]]"] if self.notes else []), *(f"    {note}" for note in self.notes)]
 
     def tables(self) -> Sequence[Table]:
         return [Table("numbers, ± 1 sigma", ("name", "value"), list(self._texts().items()), left=("name", "value"))]
