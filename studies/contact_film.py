@@ -72,9 +72,8 @@ def view() -> tuple[mujoco.MjvCamera, mujoco.MjvOption]:
 def picture(model, data, seen, nodes, renderer, look, travel: float, y: list[float]) -> Image.Image:
     """One frame."""
     seen.qpos[:] = data.qpos
-    for name in ("head-yaw", "tail-yaw"):  # the pulleys stand straight where their joints stand at first
-        at = model.joint(name).qposadr[0]
-        seen.qpos[at] = model.qpos0[at] + EXAGGERATED * (data.qpos[at] - model.qpos0[at])
+    for name in ("head-yaw", "tail-yaw"):
+        seen.joint(name).qpos *= EXAGGERATED
     mujoco.mj_kinematics(model, seen)
     mujoco.mj_camlight(model, seen)
     places = data.xpos[nodes]

@@ -48,7 +48,19 @@ def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) ->
             f"model.contact = mujoco: a {belt} lies quietly there but walks some 50 mm aside in a metre of travel; "
             "use model=mujoco_flex, or belt-sim simulate with model.contact=held"
         )
-    _refuse_shapes(parts)
+    shapes = {
+        "camber": parts.camber is not None,
+        "lift_off": bool(parts.lift_off),
+        "a load on a span": bool(parts.pushes or parts.roll or parts.roll_lower),
+        "residual stress": bool(parts.residual),
+        "a bent axis": bool(parts.head.bow or parts.tail.bow),
+        "a hollow pulley (crown c < 0)": min(parts.head.crown, parts.tail.crown) < 0.0,
+    }
+    for name in (name for name, is_asked in shapes.items() if is_asked):
+        raise CannotRepresent(
+            f"model.contact = mujoco: {name} has no place in a scene of plain MuJoCo, which takes taper, crown, cant, "
+            "wobble, lean, yaw_offset, yaw_compliance and guide rollers; use belt-sim simulate with model.contact=held"
+        )
     # nodes come straight onto the circle
     spec, scene = begin_scene(_with_plate_torsion(case), belt, options, parts, path=lambda depth, *_: 0.0 * depth)
     scene = replace(scene, case=replace(case, rig=scene.case.rig))
@@ -61,7 +73,6 @@ def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) ->
     _start_tensioned(spec, scene)
     _add_actuators(spec, scene)
     _add_sensors(spec, scene)
-    _complete_keys(spec, scene)
     furnish(spec, scene)
     spec.add_text(name=CASE, data="; ".join(f"{name} = {value}" for name, value in case_words(scene).items()))
     return spec, scene
@@ -116,23 +127,6 @@ def case_words(scene: SceneLayout) -> dict[str, str]:
     return {k: v if isinstance(v, str) else f"{v:.9g}" for k, v in words.items()}
 
 
-def _refuse_shapes(parts: SceneParts) -> None:
-    """Raise CannotRepresent, by name, for what has no rigid shape here."""
-    asked = {
-        "camber": parts.camber is not None,
-        "lift_off": bool(parts.lift_off),
-        "a load on a span": bool(parts.pushes or parts.roll or parts.roll_lower),
-        "residual stress": bool(parts.residual),
-        "a bent axis": bool(parts.head.bow or parts.tail.bow),
-        "a hollow pulley (crown c < 0)": min(parts.head.crown, parts.tail.crown) < 0.0,
-    }
-    for name in (name for name, is_asked in asked.items() if is_asked):
-        raise CannotRepresent(
-            f"model.contact = mujoco: {name} has no place in a scene of plain MuJoCo, which takes taper, crown, cant, "
-            "wobble, lean, yaw_offset, yaw_compliance and guide rollers; use belt-sim simulate with model.contact=held"
-        )
-
-
 def _with_plate_torsion(case: Case) -> Case:
     """The case with a belt of the same section, weight and EI whose tension resists twist as the real one's tension and
     plate torsion G b h^3 / 3 together do: lines of nodes have none of the latter."""
@@ -147,6 +141,7 @@ def _with_plate_torsion(case: Case) -> Case:
 _NODE, _PULLEY, _FLAG_BIT, _USER = 8, 2, 4, 1
 CLEAR = -4e-3  # [m], minus half the height of an edge flag, where rays at heights end
 _FLAGS_OVERLAP = 1.04  # length of an edge flag over a chord: the corners on a pulley would let a ray through
+_FIRST_LINE = 16  # bit of line 0 where every line of nodes meets a shell of its own
 _FLAG_FRICTION = 0.2
 _FLAG_TIME = (
     0.01  # [s], of contacts with flags: were they as stiff as the nodes', steps between flags would stop a roller
@@ -177,7 +172,9 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
         for j in range(mesh.lines):
             body = spec.body(node_name(i, j))
             spec.joint(f"{body.name}-z").damping[0] = mesh.mass[j] * scene.options.damping
-            body.add_geom(node, **_line_bits(scene, j))
+            sphere = body.add_geom(node)
+            if _is_tapered(scene):
+                sphere.conaffinity = (_FIRST_LINE << j) | _USER
             size = [0.5 * _FLAGS_OVERLAP * scene.loop.chord, 0.5 * (ends[j] - ends[j + 1]), -CLEAR]
             body.add_geom(flag, pos=[0.0, 0.5 * (ends[j] + ends[j + 1]) - mesh.line_y[j], 0.0], size=size)
 
@@ -185,14 +182,6 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
 def _is_tapered(scene: SceneLayout) -> bool:
     """Whether a pulley is a cone; one with a crown is an ellipsoid."""
     return any(surface.taper and not surface.crown for surface in (scene.parts.head, scene.parts.tail))
-
-
-_FIRST_LINE = 16  # bit of line 0 where every line of nodes has a shell of its own
-
-
-def _line_bits(scene: SceneLayout, line: int) -> dict[str, int]:
-    """Contact bits of a node on a tapered pulley, where each line meets its own shell."""
-    return {"conaffinity": (_FIRST_LINE << line) | _USER} if _is_tapered(scene) else {}
 
 
 def _make_solid(spec: mujoco.MjSpec, name: str, radius: float, scene: SceneLayout) -> None:
@@ -242,7 +231,7 @@ _SOFT = 100.0  # [N/m], of the spring that gives the tail pulley its nominal pul
 
 
 def _start_tensioned(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
-    """Let the model's default state be the laid belt under its tension.
+    """Let the model's default state be the laid belt under its tension; key frame ``running``: at its speed.
 
     A flex is stress-free in the default state. So the machine stands there shorter by the belt's strain, its nodes sunk
     into the pulleys by as much; contacts and the pull on the tail stretch the belt within 20 ms.
@@ -254,6 +243,11 @@ def _start_tensioned(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     slide.stiffness[0], slide.springref = _SOFT, 2.0 * float(case.tension_force) / _SOFT
     spans = 2.0 * float(case.belt.youngs_modulus) * float(case.belt.area) / float(case.rig.span_length)
     slide.damping[0] = 2.0 * math.sqrt(spans * station_mass(case, scene.options))
+    pace = scene.options.run_speed * float(np.sign(float(case.settings.direction)))
+    way = np.roll(scene.mesh.laid, -1, axis=0) - np.roll(scene.mesh.laid, 1, axis=0)
+    way /= np.linalg.norm(way, axis=2, keepdims=True)
+    spins = np.array([0.0, pace / rim_radius(scene), 0.0, 0.0, pace / (scene.loop.radius_tail - NODE_RADIUS)])
+    spec.add_key(name="running", qpos=spec.key("laid").qpos, qvel=np.concatenate([spins, (pace * way).ravel()]))
 
 
 _FASTEST, _TIGHTEST, _MOST_YAW = 2.0, 200.0, 0.5  # ranges of the sliders: m/s, N/mm2, degrees
@@ -285,11 +279,6 @@ def _add_actuators(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
 RAY = 0.3  # [m] from the middle of the machine to a ray's beginning, and from a level span to one above it
 
 
-def flag_middle(scene: SceneLayout) -> float:
-    """Distance [m] of an edge flag's middle from the belt's."""
-    return 0.25 * float(scene.case.belt.width) + 0.5 * float(scene.mesh.line_y[0])
-
-
 def _add_sensors(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     """Rays to the edges at each of the points 1-4 and to the flags at mid-span; joints; loads on the axles."""
     kind, site, joint = mujoco.mjtSensor, mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_JOINT
@@ -300,6 +289,7 @@ def _add_sensors(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
         body.add_site(name=name, pos=pos, quat=quat, size=[5e-3] * 3, group=4)
         spec.add_sensor(name=name, type=kind.mjSENS_RANGEFINDER, objtype=site, objname=name, intprm=[1, 0, 0])
 
+    middle = 0.25 * float(scene.case.belt.width) + 0.5 * float(scene.mesh.line_y[0])  # of what sticks out of the nodes
     turn = math.sqrt(0.5)
     for point, station, z in ((1, "tail", tail), (2, "tail", -tail), (3, "head", -head), (4, "head", head)):
         for side, way in (("left", 1.0), ("right", -1.0)):
@@ -307,7 +297,7 @@ def _add_sensors(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     x, level = 0.5 * float(scene.case.rig.centre_distance), 0.5 * (head + tail)
     for span, z, quat in (("upper", level + RAY, [0, 1, 0, 0]), ("lower", -level - lower_ray(scene), [1, 0, 0, 0])):
         for side, way in (("left", 1.0), ("right", -1.0)):
-            ray(spec.worldbody, f"height-{span}-{side}", [x, way * flag_middle(scene), z], quat)
+            ray(spec.worldbody, f"height-{span}-{side}", [x, way * middle, z], quat)
     for name in ("head-spin", "tail-spin", "tail-slide", "head-yaw", "tail-yaw"):
         spec.add_sensor(name=name, type=kind.mjSENS_JOINTPOS, objtype=joint, objname=name)
     for name in ("head", "tail"):
@@ -320,13 +310,3 @@ def lower_ray(scene: SceneLayout) -> float:
     """Distance [m] from a level lower span down to the beginning of its rays, which the sagging belt does not reach."""
     lowest = float(scene.loop.z.min())
     return RAY + max(-lowest - scene.loop.radius_tail, 0.0)
-
-
-def _complete_keys(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
-    """``laid``: the strained belt at rest; ``running``: at its speed. Sliders are at 0."""
-    mesh, settings, laid = scene.mesh, scene.case.settings, spec.key("laid")
-    pace = scene.options.run_speed * float(np.sign(float(settings.direction)))
-    way = np.roll(mesh.laid, -1, axis=0) - np.roll(mesh.laid, 1, axis=0)
-    way /= np.linalg.norm(way, axis=2, keepdims=True)
-    spins = np.array([0.0, pace / rim_radius(scene), 0.0, 0.0, pace / (scene.loop.radius_tail - NODE_RADIUS)])
-    spec.add_key(name="running", qpos=laid.qpos, qvel=np.concatenate([spins, (pace * way).ravel()]))

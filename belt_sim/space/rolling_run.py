@@ -29,14 +29,6 @@ from belt_sim.units import DEGREE
 Edited: TypeAlias = mujoco.MjSpec | str | Path
 
 
-def _load_specification(edited: Edited) -> mujoco.MjSpec:
-    """A scene that has been edited; raises InputError for a file that is no MJCF."""
-    if isinstance(edited, mujoco.MjSpec):
-        return edited
-    with _one_line(edited):
-        return mujoco.MjSpec.from_file(str(edited))
-
-
 @contextmanager
 def _one_line(edited: Edited) -> Iterator[None]:
     """Make one line of what MuJoCo says of a scene that it cannot read or compile."""
@@ -98,7 +90,8 @@ class ContactRun:
         spec, scene = build_contact(case, belt, options, parts)
         mounted = np.array([float(case.settings.yaw_head.last()), float(case.settings.yaw.last())])
         if edited is not None:
-            spec = _load_specification(edited)
+            with _one_line(edited):
+                spec = edited if isinstance(edited, mujoco.MjSpec) else mujoco.MjSpec.from_file(str(edited))
             mounted = _refuse_other_case(spec, scene, _shown(edited))
         with _one_line(edited or spec):
             model = compile_model(spec)
@@ -153,7 +146,13 @@ class ContactRun:
             while state.travel < travel + 0.5 * self.scene.options.sample:
                 self._step()
                 if recorder.is_due(state.travel):
-                    self._read_motion()
+                    read = (
+                        self.data.qpos[self._places],
+                        self.data.qvel[self._rates],
+                    )  # wherever an edited scene has them
+                    state.joints[:], state.joint_rates[:] = (values[:STATION_JOINTS] for values in read)
+                    for values, slides in zip(read, (state.slides, state.slide_rates), strict=True):
+                        slides[:] = values[STATION_JOINTS:].reshape(slides.shape)
                     self._find_wraps()
                     if not recorder.rows:
                         recorder.begin(state)
@@ -171,15 +170,6 @@ class ContactRun:
         state.time, state.speed = data.time, data.qvel[self._rates[HEAD_SPIN]] * self.rim
         state.travel = data.qpos[self._places[HEAD_SPIN]] * self.rim - self.scene.early
         refuse_divergence(data)
-
-    def _read_motion(self) -> None:
-        """Copy the joints of pulleys and belt, wherever an edited scene has them."""
-        state, p = self.state, STATION_JOINTS
-        for places, joints, slides in (
-            (self.data.qpos[self._places], state.joints, state.slides),
-            (self.data.qvel[self._rates], state.joint_rates, state.slide_rates),
-        ):
-            joints[:], slides[:] = places[:p], places[p:].reshape(slides.shape)
 
     def _find_wraps(self) -> None:
         """Find what is read seldom: where the pulleys are, and which stations lie on them."""

@@ -22,29 +22,12 @@ _STEEL, _DARK, _AMBER = [0.62, 0.68, 0.75, 1.0], [0.23, 0.27, 0.33, 1.0], [0.95,
 
 
 def furnish(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
-    """Add all that is seen and touches nothing of the belt."""
+    """Add all that is seen and touches nothing of the belt; the shadows of both spans overlap."""
     length, lowest = float(scene.case.rig.centre_distance), float(scene.loop.z.min())
     radius = max(scene.loop.radius_head, scene.loop.radius_tail)
     ends = np.array([-scene.loop.radius_head, length + scene.loop.radius_tail])
     spec.stat.center, spec.stat.extent = [0.5 * length, 0.0, 0.0], 1.15 * float(np.ptp(ends))
-    _light(spec, length, width=float(scene.case.belt.width), height=radius - lowest)
-    _colours(spec)
-    floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, material="floor")
-    floor.pos, floor.size = [0.5 * length, 0.0, lowest - 2.0 * radius], [0.0, 0.0, 0.1]  # without end
-    floor.contype, floor.conaffinity = 0, 1
-    for name, at in (("head", scene.loop.radius_head), ("tail", scene.loop.radius_tail)):
-        _dress_pulley(spec, name, at)
-    _point_cameras(spec, length, radius, lowest)
-    if scene.mesh.lines > 1:
-        _add_skin(spec, scene)
-        for flex in spec.flexes:
-            flex.group = 3
-            flex.damping = _NO_DAMPING
-
-
-def _light(spec: mujoco.MjSpec, length: float, width: float, height: float) -> None:
-    """Two lights, one with shadows, and a plain sky; the shadows of both spans, up to ``height`` [m] apart, overlap."""
-    down = np.array([0.0, 0.8 * min(0.6 * width / height, 0.6), -0.8])
+    down = np.array([0.0, 0.8 * min(0.6 * float(scene.case.belt.width) / (radius - lowest), 0.6), -0.8])
     above = np.array([0.5 * length, 0.0, 0.0]) - 4.0 * down  # no shadow along x: the floor shades itself there
     for light in list(spec.lights):
         spec.delete(light)
@@ -60,6 +43,18 @@ def _light(spec: mujoco.MjSpec, length: float, width: float, height: float) -> N
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 1280, 720
     spec.visual.global_.azimuth, spec.visual.global_.elevation = 125.0, -22.0
     spec.visual.rgba.rangefinder = [1.0, 0.85, 0.2, 0.35]
+    _colours(spec)
+    floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, material="floor")
+    floor.pos, floor.size = [0.5 * length, 0.0, lowest - 2.0 * radius], [0.0, 0.0, 0.1]  # without end
+    floor.contype, floor.conaffinity = 0, 1
+    for name, at in (("head", scene.loop.radius_head), ("tail", scene.loop.radius_tail)):
+        _dress_pulley(spec, name, at)
+    _point_cameras(spec, length, radius, lowest)
+    if scene.mesh.lines > 1:
+        _add_skin(spec, scene)
+        for flex in spec.flexes:
+            flex.group = 3
+            flex.damping = _NO_DAMPING
 
 
 def _colours(spec: mujoco.MjSpec) -> None:
@@ -136,15 +131,11 @@ def _point_cameras(spec: mujoco.MjSpec, length: float, radius: float, lowest: fl
             camera.proj = mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC
 
 
-def edge_share(scene: SceneLayout) -> float:
-    """How far the edges lie beyond the outer nodes, as a share of the nodes' distance."""
-    return 0.5 * float(scene.case.belt.width) / (2.0 * float(scene.mesh.line_y[0])) - 0.5
-
-
 def _add_skin(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     """The belt between its real edges, each a straight continuation of the line through the outer nodes; vertices and
     faces stand there twice, for a face is seen from one side only."""
-    mesh, beyond = scene.mesh, edge_share(scene)
+    mesh = scene.mesh
+    beyond = 0.25 * float(scene.case.belt.width) / float(mesh.line_y[0]) - 0.5  # of the nodes' distance
     n, last = mesh.stations, mesh.lines - 1
     at = np.arange(n + 1) % n  # the first station again, at the other end of the texture
     outer = mesh.rest[at][:, [0, last]]
