@@ -126,17 +126,15 @@ class SteeringEnvironment:
         self.ready = prepare(cases, options=replace(options or Options(), belt_speed=speed))
         self.substeps = max(round(control_travel / (speed * float(self.ready[0].model.dt))), 1)
         begin = in_float64(jax.jit(lambda *run: march(*run)[0]))
-        running = [begin(one.model, one.data, self._run_in(one)) for one in self.ready]
+        running = []
+        for one in self.ready:  # brought to rest, then to its speed at travel 0
+            rows = plan(one, 0.0)
+            until = int(np.argmax(rows.travel >= 0.0))
+            if rows.speed[until] < speed:
+                raise InputError("model.run_in", one.scene.options.run_in, "m", f"too short to reach {speed:g} m/s")
+            running.append(begin(one.model, one.data, jax.tree.map(lambda c, until=until: c[: until + 1], rows)))
         self.models = jax.tree.map(lambda *v: jnp.stack([jnp.asarray(x) for x in v]), *[r.model for r in self.ready])
         self.running = jax.tree.map(lambda *v: jnp.stack(v), *running)
-
-    def _run_in(self, one: PreparedCase) -> Command:
-        """The commands that bring a belt to rest, then to its speed at travel 0."""
-        rows = plan(one, 0.0)
-        until = int(np.argmax(rows.travel >= 0.0))
-        if rows.speed[until] < self.speed:
-            raise InputError("model.run_in", one.scene.options.run_in, "m", f"too short to reach {self.speed:g} m/s")
-        return jax.tree.map(lambda c: c[: until + 1], rows)  # type: ignore[no-any-return]
 
     def reset(self, rng: Array) -> SteeringState:
         """One of the belts, whose tail pulley goes askew and conical from now on."""

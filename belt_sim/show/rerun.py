@@ -9,7 +9,7 @@ import re
 import socket
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -490,7 +490,12 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str 
     if 1 < len(runs) <= VIEWS:
         columns = math.ceil(math.sqrt(len(runs)))
         most = 1.05 * max(float(np.nanmax(np.abs(o.last_curves.y), initial=1e-9)) for o in runs.values()) / MM
-        views = [_view(title, overlay, most) for title, overlay in runs.items()]
+        views = []
+        for title, overlay in runs.items():  # the belt, whose points have the colours of the curves below, on one scale
+            root = root_of(title)
+            seen = space(overlay.case, f"{root}/belt", title, overlay.scale)
+            curves = plot(f"{root}/y", f"y, +-{most:.2g} mm: {title}", overlay.end, 0.0, most)
+            views.append(rrb.Vertical(seen, curves, row_shares=[3, 2], name=title))
         tabs.insert(0, rrb.Grid(*views, grid_columns=columns, name=f"all {len(runs)}"))
     body = rrb.Tabs(*tabs, active_tab=0) if len(tabs) > 1 else tabs[0]
     rr.send_blueprint(blueprint(body, live=False), recording=recording)
@@ -530,14 +535,18 @@ def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, picture
     points = [k for k in range(4) if wanted[k]]
     numbers, colours = [f"{k + 1}" for k in points], [POINTS[k] for k in points]
 
-    def log_curves(name: str, curves: Curves) -> None:
-        """Points 1-4 [mm], of which some were measured, and tilts [mrad]."""
-        log("y", name, curves.travel, np.asarray(curves.y, float)[points] / MM, numbers, colours)
+    def log_curves(name: str, curves: Curves, every: int = 1) -> None:
+        """Points 1-4 [mm], of which some were measured, and tilts [mrad]; every so many rows, and the last."""
+        last = len(curves.travel) - 1
+        rows = np.unique(np.append(np.arange(0, last + 1, every), last))
+        travel = np.asarray(curves.travel)[rows]
+        log("y", name, travel, np.asarray(curves.y, float)[points][:, rows] / MM, numbers, colours)
         if curves.tilt is not None and np.any(curves.tilt):
-            log("tilt", name, curves.travel, 1e3 * np.asarray(curves.tilt, float), ("upper", "lower"), (BLUE, RED))
+            tilts = 1e3 * np.asarray(curves.tilt, float)[:, rows]
+            log("tilt", name, travel, tilts, ("upper", "lower"), (BLUE, RED))
 
     for name, curves in overlay.modelled.items():
-        log_curves(name, _fewer(curves))
+        log_curves(name, curves, -(-len(curves.travel) // ROWS))
         if measured is not None:
             at, known = np.asarray(measured.travel, float), np.asarray(curves.travel, float)
             modelled = [np.interp(at, known, y, left=np.nan, right=np.nan) for y in np.asarray(curves.y, float)]
@@ -547,28 +556,6 @@ def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, picture
         log_curves(MEASURED, measured)
     scene = Scene(recording, f"{root}/belt", overlay.case, overlay.scale)
     scene.frames(list(geometry.frames(overlay.case, overlay.last_curves, every=max(overlay.length / pictures, EVERY))))
-
-
-def _fewer(curves: Curves) -> Curves:
-    """Every so many rows of a model's smooth curves, ROWS at most, the last among them."""
-    n = len(curves.travel)
-    rows = np.arange(n)[:: -(-n // ROWS)]
-    rows = rows if rows[-1] == n - 1 else np.append(rows, n - 1)
-    tilt = None if curves.tilt is None else np.asarray(curves.tilt)[:, rows]
-    return replace(curves, travel=np.asarray(curves.travel)[rows], y=np.asarray(curves.y)[:, rows], tilt=tilt)
-
-
-def _view(title: str, overlay: Overlay, most: float) -> rrb.Container:
-    """One run among several: the belt in space, whose points have the colours of the curves below; most [mm]: what
-    the ordinate reaches."""
-    root = root_of(title)
-    picture = space(overlay.case, f"{root}/belt", title, overlay.scale)
-    return rrb.Vertical(
-        picture,
-        plot(f"{root}/y", f"y, +-{most:.2g} mm: {title}", overlay.end, 0.0, most),
-        row_shares=[3, 2],
-        name=title,
-    )
 
 
 def _tab(title: str, overlay: Overlay) -> rrb.Container:
