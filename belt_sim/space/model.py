@@ -151,7 +151,7 @@ class SpaceModel:
         """The options of a run of ``case`` as its engine takes them, with the belt speed and, in time, the step."""
         by = self.engine if self.contact == CONTACTS[0] else self.contact
         fitted = fit_options(self.options_for(case), case, self.belt, by)
-        return fitted if by != "quasi_static" else replace(fitted, dt=None)
+        return fitted if by != "quasi_static" else replace(self.options, dt=None, belt_speed=fitted.belt_speed)
 
     def engine_task(self, case: Case, effects: Sequence[Effect], travel: float) -> tuple[Case, float]:
         """The case as driven, and the travel [m] that the engine has to run; raises CannotRepresent."""
