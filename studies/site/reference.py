@@ -27,8 +27,9 @@ def blocks(page: str) -> list[tuple[str, list[str]]]:
 
 
 def kind(module: str, name: str) -> str:
-    """The directive of autodoc for ``module.name``."""
-    found = getattr(import_module(module), name)
+    """The directive of autodoc for ``module.name``, whose name may have dots."""
+    place, _, last = f"{module}.{name}".rpartition(".")
+    found = getattr(import_module(place), last)
     if not inspect.isclass(found):
         return "autofunction"
     return "autoexception" if issubclass(found, Exception) else "autoclass"
@@ -56,9 +57,9 @@ class Names(Directive):
     def run(self) -> list[nodes.Node]:
         """The nodes of all names."""
         module = self.arguments[0]
-        lines = ["```{eval-rst}", f".. currentmodule:: {module}"]
+        lines = ["```{eval-rst}"]
         for name in " ".join(self.content).split():
-            lines.append(f".. {kind(module, name)}:: {name}")
+            lines.append(f".. {kind(module, name)}:: {module}.{name}")
             lines += ["   :members:"] if "members" in self.options and kind(module, name) == "autoclass" else []
         here = nodes.section()
         here.document = self.state.document
