@@ -240,15 +240,6 @@ class Line:
         """Length of the endless belt [m]."""
         return 2 * self.span_length + self.wrap_tail + self.wrap_head
 
-    def wrap_shift(self, s) -> np.ndarray:
-        """What the belt has gained sideways where it leaves a canted tail pulley [m], at travel s.
-
-        The belt follows y + gamma z = const round the pulley, in all y_2 = y_1 + 2 R gamma; what lay on the
-        pulley at travel 0 gains only what was left of its way: R gamma (1 - cos(s/R)).
-        """
-        turned = np.clip(s / self.tail_radius, 0.0, np.pi)
-        return self.tail_radius * self.cant * self.direction * (1 - np.cos(turned))
-
     def along_bent_axes(self, y, past):
         """State (4, ...) at the run-ups and (y, alpha) (2, ...) of what leaves the tail and the head pulley, their
         angles counted from the straight line between the bearings: a bent pulley is yawed where the belt lies."""
@@ -257,11 +248,6 @@ class Line:
         bow, lean = self.deflection * self.force, np.zeros_like(y)
         lean[1::2] = -bow * y[::2]
         return y + lean, tuple(np.stack([off[0], off[1] + bow * off[0]]) for off in past)
-
-    @property
-    def sag_yaw(self) -> np.ndarray:
-        """Part of the cant that acts as yaw: -gamma sin(psi), the belt landing psi = Z L/2 before the top."""
-        return -self.cant * np.sin(self.sag_roll * self.sag_curvature * self.span_length / 2)
 
     def span(self, tension_share: float | np.ndarray = 1.0, *, to_tail: bool = True) -> SpanResponse:
         """The response at a share of the tension of the free span that runs to the tail (or to the head) pulley."""

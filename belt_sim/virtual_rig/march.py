@@ -84,11 +84,14 @@ class DelayHistory:
 
     def wrap_exit_without_slip(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(y, alpha) of what leaves the tail and the head pulley at travel s, each shape (2, ..., batch)."""
-        tail = self.state_at(s - self.line.wrap_tail, 0, 2)
-        head = self.state_at(s - self.line.wrap_head, 2, 4)
-        tail[0] += self.line.wrap_shift(s)
+        line = self.line
+        tail, head = self.state_at(s - line.wrap_tail, 0, 2), self.state_at(s - line.wrap_head, 2, 4)
+        # round a canted tail pulley the belt follows y + gamma z = const, in all y_2 = y_1 + 2 R gamma; what lay on it
+        # at travel 0 gains only what was left of its way: R gamma (1 - cos(s/R))
+        turned = np.clip(s / line.tail_radius, 0.0, np.pi)
+        tail[0] += line.tail_radius * line.cant * line.direction * (1 - np.cos(turned))
         for fault in self.faults:
-            slid = fault.creep(s, self.line, np.stack([tail[1], head[1]]))
+            slid = fault.creep(s, line, np.stack([tail[1], head[1]]))
             tail[0] += slid[0]
             head[0] += slid[1]
         return tail, head
@@ -287,8 +290,8 @@ class _DelayEquation:
 
     def curvatures(self, s, k, y, past, node=None):
         """Curvature where the belt runs up, shape (2, batch), and the true yaws of the tail and head pulley."""
-        beta, beta_head = self._yaws(s, k)
-        y, past = self.line.along_bent_axes(y, past)
+        (beta, beta_head), line = self._yaws(s, k), self.line
+        y, past = line.along_bent_axes(y, past)
         to_tail, to_head = self._responses(s, _ends(y, past, beta, beta_head))
         if self.yields:
             # the spans' moments turn a compliant tail bearing back, the pull of a belt off the middle turns it further:
@@ -297,27 +300,24 @@ class _DelayEquation:
             tail_off, head_off = past
             still = dot(to_tail.run_up, head_off + _ANGLE * beta_head, y[:2])
             still = still + dot(to_head.run_off, tail_off, y[2:] - _ANGLE * beta_head) + pushed
-            give = self.line.compliance * self.line.bending
-            beta = beta + self.line.compliance * self.line.force * (y[0] + tail_off[0])
+            give = line.compliance * line.bending
+            beta = beta + line.compliance * line.force * (y[0] + tail_off[0])
             beta = (beta - give * still) / (1 + give * (to_tail.run_up[3] - to_head.run_off[1]))
         if self.slips:
-            past = self._slip_at_runoffs(s, _ends(y, past, beta, beta_head), past, to_tail, to_head, node)
+            ends = _ends(y, past, beta, beta_head)
+            bent = np.stack([dot(to_head.run_off, *ends[1]), dot(to_tail.run_off, *ends[0])])
+            bent = bent + self._load_curvatures(s, ends, None)[1][::-1]
+            stiff, kept = -np.stack([to_head.run_off[1], to_tail.run_off[1]]), self.history
+            back = (np.broadcast_to(s - wrap, line.stress.shape)[None] for wrap in (line.wrap_tail, line.wrap_head))
+            landed = np.stack([kept.interpolate(kept.bent[:, k], there)[0] for k, there in enumerate(back)])
+            turn, aside = slip_turn(bent - landed, stiff, line, self.sticks)
+            gone = np.stack([aside, turn], axis=1)  # how far friction lets go what leaves the tail and the head pulley
+            if node is not None:
+                kept.gone[node] = gone.reshape(4, -1)
+            past = past[0] + gone[0], past[1] + gone[1]
         ends = _ends(y, past, beta, beta_head)
         kappa = np.stack([dot(to_tail.run_up, *ends[0]), dot(to_head.run_up, *ends[1])])
         return kappa + self._load_curvatures(s, ends, node)[0], beta, beta_head
-
-    def _slip_at_runoffs(self, s, ends, past, to_tail, to_head, node):
-        """What leaves the tail and the head pulley once friction has let it go."""
-        bent = np.stack([dot(to_head.run_off, *ends[1]), dot(to_tail.run_off, *ends[0])])
-        bent = bent + self._load_curvatures(s, ends, None)[1][::-1]
-        stiff, line, past_bent = -np.stack([to_head.run_off[1], to_tail.run_off[1]]), self.line, self.history.bent
-        back = (np.broadcast_to(s - wrap, line.stress.shape)[None] for wrap in (line.wrap_tail, line.wrap_head))
-        landed = np.stack([self.history.interpolate(past_bent[:, k], there)[0] for k, there in enumerate(back)])
-        turn, aside = slip_turn(bent - landed, stiff, line, self.sticks)
-        gone = np.stack([aside, turn], axis=1)
-        if node is not None:
-            self.history.gone[node] = gone.reshape(4, -1)
-        return past[0] + gone[0], past[1] + gone[1]
 
     def slip_at_yaw_step(self, k: int, y: np.ndarray) -> np.ndarray:
         """The state once the run-ups have let go: at the start, and where the yaw is changed as step k begins."""
@@ -335,7 +335,8 @@ class _DelayEquation:
     def _yaws(self, s: float, k: int):
         line = self.line
         turned = (self.nodes[k] + self.nodes[k + 1]) / 2 > line.yaw_at
-        beta = line.yaw * turned + line.offset_tail + line.sag_yaw
+        before_top = line.sag_roll * line.sag_curvature * line.span_length / 2  # where a cant looks like a yaw, too
+        beta = line.yaw * turned + line.offset_tail - line.cant * np.sin(before_top)
         beta_head = line.yaw_head * turned + line.offset_head
         beta = sum((f.yaw(s, line) for f in self.of["yaw"]), beta)
         return beta, sum((f.yaw_head(s, line) for f in self.of["yaw_head"]), beta_head)
