@@ -11,7 +11,6 @@ MOST, MOST_OF_README, LONG = 22_000, 600, 1_500
 REASONS = {
     "theory.md": "derivations of every law",
     "how_far.md": "a row for each effect",
-    "diagnosis.md": "the whole method on one page",
 }
 _CODE = re.compile(r"^```.*?^```|`[^`]*`", re.MULTILINE | re.DOTALL)
 #: laboratory history; it belongs to studies/ or CHANGELOG.md

@@ -4,14 +4,17 @@ import re
 from pathlib import Path
 
 import pytest
-from pages import PAGES, name
+from pages import name
 
 from belt_sim.io import ROOT
 
 _FENCE = re.compile(r"^(`{3,}).*?^\1", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"\]\(([^)\s]+)\)")
 _HEADING = re.compile(r"^#{1,6} +(.+?) *#*$", re.MULTILINE)
-PAGES = [*PAGES, ROOT / "CONTRIBUTING.md"]
+PAGES = [
+    *ROOT.glob("*.md"),
+    *(p for room in ("docs", "models", "studies") for p in sorted((ROOT / room).rglob("*.md"))),
+]
 
 
 def slug(heading: str) -> str:
