@@ -268,6 +268,7 @@ def select_addable(classes: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
 
 ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
 SLOTS = 16  # the same of the wrap's history
+MANY = 5  # numbers, from which on a program runs so often that it pays to compile it well
 
 
 def room_for(steps: int, slots: int) -> tuple[int, int]:
@@ -289,8 +290,8 @@ def compile_march(
     beside the points."""
     only = ("y", "tilt") if tilts else ("y",)
     one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only, others=others)
-    # a program of this campaign alone, or of a few marches: other base models, mistakes of a sheet
-    seldom = not slots or any(issubclass(s.effect, GenericLaw) for s in slots)
+    # a program of this campaign alone, or of a few marches: other base models, mistakes of a sheet, fits of few numbers
+    seldom = len(slots) < MANY or any(issubclass(s.effect, GenericLaw) for s in slots)
     many = jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None, None))
     names = [s.name for s in slots]
     key = program_key("readings", model, [s.effect for s in slots], names, room, history, tilts, others)
