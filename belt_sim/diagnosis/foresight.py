@@ -9,8 +9,8 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from scipy import stats
 from scipy.optimize import minimize_scalar
+from scipy.special import chdtri, ndtri
 
 from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
 from belt_sim.campaign.quality import Severity, check_repeats, records_of
@@ -418,8 +418,8 @@ NOTHING = 1e-9  # whitened size of a column that is not there
 
 def visible(bench: Workbench, fit: Fit) -> list[Visible]:
     """Every effect by the parameter that shows best, those that show best first."""
-    chance = stats.chi2.isf(FALSE_ALARM / max(len(bench.forward.classes), 1), 1)  # of all candidates together
-    least = math.sqrt(float(chance)) + float(stats.norm.isf(MISSED))  # whitened size that shows
+    chance = chdtri(1, FALSE_ALARM / max(len(bench.forward.classes), 1))  # of all candidates together
+    least = math.sqrt(float(chance)) - float(ndtri(MISSED))  # whitened size that shows
     found = []
     for cls in bench.forward.classes:
         best, strength = _best_column(bench, fit, cls.id)
