@@ -187,19 +187,6 @@ class IdlerSkew(_OnOneSpan):
 
 
 @effect
-class IdlerSkewLower(IdlerSkew):
-    """The same under the lower span."""
-
-    title = "Idler skew below: a roller under the lower span that does not stand square"
-    cause = Cause(
-        "a roller under the lower span is not square to the belt",
-        ("lower",),
-        "Measure the rollers' angles, or lower them away for one run.",
-    )
-    side = -1.0
-
-
-@effect
 class SideDrag(_OnOneSpan):
     """A drag D against the travel at the edge y = b/2 turns the belt there by a couple about z, moment = D b/2.
 
@@ -235,19 +222,6 @@ class SideDrag(_OnOneSpan):
 
 
 @effect
-class SideDragLower(SideDrag):
-    """The same on the lower span."""
-
-    title = "Side drag below: a scraper or skirt that rubs on one edge of the lower span"
-    cause = Cause(
-        "a scraper or skirt rubs on one edge of the lower span",
-        ("lower",),
-        "Look for rub marks on one edge, and lift the scraper for one run.",
-    )
-    side = -1.0
-
-
-@effect
 class OffCentreLoad(_OnOneSpan):
     """A load of w newton per metre at the offset e rolls the span, its loaded side down: a couple w e a metre.
 
@@ -274,14 +248,21 @@ class OffCentreLoad(_OnOneSpan):
         return replace(parts, **{field: getattr(parts, field) - self.moment})
 
 
-@effect
-class OffCentreLoadLower(OffCentreLoad):
-    """The same on the lower span."""
+def _below(above: type[_OnOneSpan]) -> type[_OnOneSpan]:
+    """Return the effect that does the same on the lower span."""
+    cause = above.cause
+    assert cause is not None
+    content = {
+        "__doc__": "The same on the lower span.",
+        "__module__": __name__,
+        "title": above.title.replace(":", " below:", 1).replace("upper", "lower"),
+        "cause": replace(cause, phrase=cause.phrase.replace("upper", "lower"), parts=("lower",)),
+        "side": -1.0,
+    }
+    return effect(type(f"{above.__name__}Lower", (above,), content))
 
-    title = "Off-centre load below: what the lower span carries lies on one side"
-    cause = Cause("the load on the lower span lies off centre", ("lower",), "Centre the load, or run the belt empty.")
-    side = -1.0
 
+IdlerSkewLower, SideDragLower, OffCentreLoadLower = map(_below, (IdlerSkew, SideDrag, OffCentreLoad))
 
 _NEAREST = 0.25  # [m] to a pulley: nearer, a step of the march no longer follows the span's stiffness
 
