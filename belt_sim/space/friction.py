@@ -8,6 +8,7 @@ rests; one beyond it gets the friction limit z / |z|, z = h + r u, and what turn
 is one block-tridiagonal chain, the stations of a wrap.
 """
 
+import itertools
 from functools import partial
 from typing import NamedTuple
 
@@ -55,25 +56,16 @@ def read_sliding_stiffness(
         before, behind = cell[..., k - 1], cell[..., k]
         block[numbers[k] % 2] = before[up], before[there] + behind[here], behind[down]
     still = np.diag(np.repeat(np.broadcast_to(inertia, (mesh.lines,)), 2))
-    relief = [[_relief(block, still, free, (parity + side) % 2, side) for parity in (0, 1)] for side in (-1, 1)]
-    return SlidingStiffness(block[:, 1], block[:, 2], np.array(relief[0]), np.array(relief[1]))
-
-
-def _relief(block: np.ndarray, inertia: np.ndarray, free: int, parity: int, side: int) -> np.ndarray:
-    """What the free span beyond a station takes off its stiffness in a step: condensation of ``free`` stations.
-
-    block [N/m], shape (2, 3, 2 m, 2 m): for a station of even or odd number, what holds the station before it, itself
-    and the one after it when it moves; inertia [N/m], (2 m, 2 m); parity: of the span's station beside it; side: +1 or
-    -1, the span goes on along or against station numbers.
-    """
-    relief = np.zeros_like(inertia)
-    for k in reversed(range(free)):
-        here = (parity + k) % 2
-        own = block[here, 1] + inertia - relief
-        inwards = block[here, 1 - side]  # felt by the station nearer to the pulley
-        outwards = block[1 - here, 1 + side]  # felt here when that one moves
-        relief = inwards @ np.linalg.solve(own, outwards)
-    return relief
+    relief = np.zeros((2, 2, 2 * mesh.lines, 2 * mesh.lines))
+    for (end, side), parity in itertools.product(enumerate((-1, 1)), (0, 1)):
+        taken = relief[end, parity]  # static condensation of the free span, from its far end on
+        for k in reversed(range(free)):
+            here = (parity + side + k) % 2
+            own = block[here, 1] + still - taken
+            inwards = block[here, 1 - side]  # felt by the station nearer to the pulley
+            outwards = block[1 - here, 1 + side]  # felt here when that one moves
+            taken[:] = inwards @ np.linalg.solve(own, outwards)
+    return SlidingStiffness(block[:, 1], block[:, 2], *relief)
 
 
 @partial(jax.jit, static_argnums=1)

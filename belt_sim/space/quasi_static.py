@@ -338,23 +338,19 @@ def in_batches(
     size = min(chunk or fit, math.ceil(len(ready) / devices) * devices)
     for begin in range(0, len(ready), size):
         some = ready[begin : begin + size]
-        table = _run_chunk([*some, *[some[-1]] * (size - len(some))], rows, devices)
+        filled = [*some, *[some[-1]] * (size - len(some))]
+        trees = [(r.belt, r.state, jax.tree.map(partial(_stand_still, rows), r.commands)) for r in filled]
+        arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
+        if devices > 1 and size % devices == 0:
+            mesh, cases = jax.make_mesh((devices,), ("cases",)), jax.sharding.PartitionSpec("cases")
+            arrays = in_float64(jax.device_put)(arrays, jax.sharding.NamedSharding(mesh, cases))
+        table = np.asarray(in_float64(run_batch)(*arrays))
         yield [run_curves(r, t) for r, t in zip(some, table, strict=False)]
 
 
-@in_float64
-def _run_chunk(filled: Sequence[TravelCase], rows: int, devices: int) -> np.ndarray:
-    def stand_still(commands: Array) -> Array:
-        """Up to as many rows as the longest run has."""
-        more = np.broadcast_to(commands[-1:, -1:], (rows - len(commands), *commands.shape[1:]))
-        return np.concatenate([commands, more])
-
-    trees = [(r.belt, r.state, jax.tree.map(stand_still, r.commands)) for r in filled]
-    arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
-    if devices > 1 and len(filled) % devices == 0:
-        over = jax.sharding.NamedSharding(jax.make_mesh((devices,), ("cases",)), jax.sharding.PartitionSpec("cases"))
-        arrays = jax.device_put(arrays, over)
-    return np.asarray(run_batch(*arrays))
+def _stand_still(rows: int, commands: np.ndarray) -> np.ndarray:
+    """Up to so many rows, as many as the longest run has."""
+    return np.concatenate([commands, np.broadcast_to(commands[-1:, -1:], (rows - len(commands), *commands.shape[1:]))])
 
 
 def run_curves(run: TravelCase, table: np.ndarray) -> Curves | SimulationError:
