@@ -9,16 +9,16 @@ cookie.
 
 import contextlib
 import html
-import io
 import secrets
+import shutil
 import socket
 import threading
 import traceback
 import webbrowser
-import zipfile
 from collections.abc import Mapping
 from hmac import compare_digest
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from urllib.parse import parse_qsl, quote, urlencode
 
@@ -182,10 +182,7 @@ def _zip(folder: Path | None) -> Response:
     """All files of a folder."""
     if folder is None:
         return MISSING
-    memory = io.BytesIO()
-    with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path in sorted(folder.rglob("*")):
-            if path.is_file():
-                archive.write(path, f"{folder.name}/{path.relative_to(folder)}")
+    with TemporaryDirectory() as place:
+        packed = Path(shutil.make_archive(f"{place}/packed", "zip", folder.parent, folder.name)).read_bytes()
     head = {"Content-Disposition": f'attachment; filename="{html.escape(folder.name)}.zip"', **FRESH}
-    return Response(memory.getvalue(), media_type="application/zip", headers=head)
+    return Response(packed, media_type="application/zip", headers=head)

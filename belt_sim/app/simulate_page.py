@@ -13,7 +13,7 @@ import numpy as np
 from nicegui import run, ui
 
 from belt_sim.api.plot import plot
-from belt_sim.api.simulate import by_tension, simulate
+from belt_sim.api.simulate import by_tension, model_of, simulate, validity_limits, with_run
 from belt_sim.app import widgets
 from belt_sim.effects.base import Parameter, library, title_of
 from belt_sim.errors import BeltError
@@ -67,7 +67,9 @@ def simulate_sliders(
     keep = np.asarray(curves.travel) <= travel + 1e-9
     along = ("travel", "y", "angle", "moment", "edge_stress", "tilt")
     cut = {n: np.asarray(getattr(curves, n))[..., keep] for n in along if getattr(curves, n) is not None}
-    return replace(whole, travel=travel, curves=replace(curves, **cut, extra=None))
+    shown, chosen = replace(curves, **cut, extra=None), model_of(model)
+    beyond = with_run(validity_limits(case, chosen, [*effects]), case, chosen, shown, acting)  # of what is shown
+    return replace(whole, travel=travel, curves=shown, beyond=beyond)
 
 
 def choices(model: str) -> dict[str, str]:

@@ -20,7 +20,6 @@ from belt_sim.units import N_PER_MM2, round_digits
 
 PAGES = {"/": "Simulate", "/measurements": "My measurements"}
 CSS = (Path(__file__).parent / "widgets.css").read_text(encoding="utf-8")
-OFTEN = 0.08  # [s] between two values that a moving slider sends
 
 
 def frame(here: str) -> None:
@@ -68,29 +67,19 @@ def labelled_slider(
     step: of the slider, a two-hundredth of its way if None; shown: units that people read in one of the value's.
     """
     low, high = (end * shown for end in ends)
+
+    async def take(event: Any) -> None:
+        if event.value is not None:  # nothing, or no number yet
+            await to(min(max(float(event.value), low), high) / shown)
+
     with ui.element("div").classes("asked"):
         ui.label(label).classes("label")
-        step = step or round_digits((high - low) / 200.0, 2)
-        slider = ui.slider(min=low, max=high, step=step, value=value * shown)
+        slider = ui.slider(min=low, max=high, step=step or round_digits((high - low) / 200.0, 2))
         slider.props(f"data-name='slider-{mark}' aria-label='{mark}'")
-        number = ui.number(value=round_digits(value * shown, 4), format="%.6g")
+        number = ui.number(value=round_digits(value * shown, 4), min=low, max=high, format="%.6g", on_change=take)
         number.props(f"dense outlined hide-bottom-space debounce=400 data-name='number-{mark}'")
         number.props(f"aria-label='{mark} number'")
-
-    async def on_slide(event: Any) -> None:
-        number.set_value(round_digits(float(event.args), 4))
-        await to(float(event.args) / shown)
-
-    async def on_type(event: Any) -> None:
-        try:
-            wanted = min(max(float(event.args), low), high)
-        except (ValueError, TypeError):  # nothing, or no number yet
-            return
-        slider.set_value(wanted)
-        await to(wanted / shown)
-
-    slider.on("update:model-value", on_slide, throttle=OFTEN, leading_events=False)
-    number.on("update:model-value", on_type)
+        slider.bind_value(number, forward=lambda v: None if v is None else round_digits(float(v), 4))
 
 
 # ---- where sensors stand, on a sketch of the machine

@@ -51,3 +51,16 @@ def test_every_number_of_every_effect_has_a_slider_that_reaches_both_ways():
             low, high, start = reach(p)
             assert low < high
             assert low <= start <= high
+
+
+def test_nothing_is_said_of_what_happens_beyond_the_travel_that_is_shown():
+    """After 146 m the belt lies half beside a face of its width: said of 200 m, not of 60."""
+    asked = {
+        "model": "strip",
+        "tension": 80.0,
+        "yaw": -0.15,
+        "effects": {"taper": {"kappa_t": 3e-5, "kappa_t_head": 2e-5}},
+    }
+    long, short = (simulate_sliders(**asked, travel=travel) for travel in (200.0, 60.0))
+    assert any("from 146 m" in line for line in warnings(long))
+    assert warnings(short) == []
