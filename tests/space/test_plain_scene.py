@@ -298,18 +298,18 @@ def test_a_taper_stands_in_the_scene():
     assert sizes[0] - sizes[1] == pytest.approx(1e-4 * 0.17 * 0.112, rel=0.03)
 
 
-def test_a_crown_moves_the_belt_as_it_moves_the_held_one():
-    """By 3 um in 0.6 m, with the fourth power of the travel."""
-    machine = {"rig": "rope_example", "tension": 20, "yaw": -0.042, "travel": 0.6}
+def test_a_crown_moves_the_belt_as_the_law_says():
+    """By 13 um in a metre, with the fourth power of the travel. Of the first 3 um, at 0.6 m, y scatters by 0.5: 17 %
+    too far with nodes 25 mm apart, 19 % short at 12.5 mm; at 1.5 m it is 2.6 % off the held belt and the law."""
+    machine = {"rig": "rope_example", "tension": 20, "yaw": -0.042, "travel": 1.0}
     by_crown = []
-    for contact in ("held", "mujoco"):
-        model = {"name": "mujoco_flex", "contact": contact, "run_in": 0.1}
+    for model in ("strip", {"name": "mujoco_flex", "contact": "mujoco", "run_in": 0.1}):
         plain, crowned = (
             bs.simulate(model=model, effects=e, **machine).curves for e in ([], [{"id": "crown", "c": 0.5}])
         )
-        by_crown.append(np.interp(0.6, crowned.travel, crowned.y[0]) - np.interp(0.6, plain.travel, plain.y[0]))
-    assert by_crown[0] > 2e-6
-    assert by_crown[1] == pytest.approx(by_crown[0], rel=0.25)
+        by_crown.append(np.interp(1.0, crowned.travel, crowned.y[0]) - np.interp(1.0, plain.travel, plain.y[0]))
+    assert by_crown[0] > 1e-5
+    assert by_crown[1] == pytest.approx(by_crown[0], rel=0.1)
 
 
 def test_a_wobbling_pulley_describes_the_cone_of_the_held_one():
