@@ -269,8 +269,20 @@ def place_named(name: str) -> str:
 def propose_roles(table: LoggedTable) -> LoggedTable:
     """The table with a role, a unit and a place proposed for every column, and its kind: a record, or a row a run of
     settings or of steady rates."""
-    columns = _join_dates([_propose(column) for column in table.columns])
-    notes = list(table.notes)
+    columns, notes = [_propose(column) for column in table.columns], list(table.notes)
+    # a column of dates and one of times of day are one time, so that a night does not begin a new run
+    times = {k: c.values[np.isfinite(c.values)] for k, c in enumerate(columns) if c.role == "time" and not c.is_text}
+    stamps = {k: s for k, s in times.items() if columns[k].stamp}
+    dates = [k for k, s in stamps.items() if len(s) and np.all((s > DAY) & (s % DAY == 0.0))]
+    clocks = [k for k, s in stamps.items() if k not in dates and len(s) and s.max() < DAY]
+    if dates and clocks:
+        date, clock = columns[dates[0]], columns[clocks[0]]
+        of_day = clock.readings.get("hh:mm", clock.values)  # a clock beside a date is none of minutes and seconds
+        own: dict[str, Any] = {"readings": {order: days + of_day for order, days in date.readings.items()}}
+        own |= {"asked": date.asked, "first_cell": date.first_cell, "zone": date.zone}
+        columns[dates[0]] = replace(date, role="ignore", unit="", proposed_by=f"in {clock.name} with the time of day")
+        why = f"its name, with {date.name}"
+        columns[clocks[0]] = replace(clock, values=date.values + of_day, proposed_by=why, **own)
     for k, column in enumerate(columns):
         if column.stamp and column.role == "time":
             values, remarks = wind_on(column.values)
@@ -357,23 +369,6 @@ def wind_on(seconds: np.ndarray) -> tuple[np.ndarray, list[str]]:
         if len(at):
             remarks.append(remark)
     return out, remarks
-
-
-def _join_dates(columns: list[Column]) -> list[Column]:
-    """A column of dates and one of times of day as one time, so that a night does not begin a new run."""
-    times = [k for k, c in enumerate(columns) if c.role == "time" and not c.is_text]
-    there = {k: columns[k].values[np.isfinite(columns[k].values)] for k in times}
-    dates = [k for k, s in there.items() if len(s) and columns[k].stamp and np.all((s > DAY) & (s % DAY == 0.0))]
-    clocks = [k for k in times if k not in dates and columns[k].stamp and np.nanmax(columns[k].values) < DAY]
-    if not dates or not clocks:
-        return columns
-    date, clock = columns[dates[0]], columns[clocks[0]]
-    of_day = clock.readings.get("hh:mm", clock.values)  # a clock beside a date is none of minutes and seconds
-    readings = {order: days + of_day for order, days in date.readings.items()}
-    columns[dates[0]] = replace(date, role="ignore", unit="", proposed_by=f"in {clock.name} with the time of day")
-    own: dict[str, Any] = {"asked": date.asked, "readings": readings, "first_cell": date.first_cell, "zone": date.zone}
-    columns[clocks[0]] = replace(clock, values=date.values + of_day, proposed_by=f"its name, with {date.name}", **own)
-    return columns
 
 
 def _only_unit(column: Column, role: Role) -> tuple[str, str]:

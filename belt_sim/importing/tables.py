@@ -157,7 +157,9 @@ def stamps_of(texts: pd.Series) -> tuple[str, dict[str, np.ndarray], str]:
                 continue
         else:
             year, day = number("y"), number("d")
-            month = number("m") if "m" in parts else parts["mon"].map(_month)
+            numbers = ((k, re.compile(m, re.IGNORECASE)) for k, m in enumerate(_MONTHS, 1))
+            named = {n: k for k, m in numbers for n in parts.get("mon", pd.Series()).dropna().unique() if m.match(n)}
+            month = number("m") if "m" in parts else parts["mon"].map(named)
         year = year.where(year >= 100, year + 2000)
         date = pd.to_datetime({"year": year, "month": month, "day": day}, errors="coerce")
         if order and date[there].isna().any():
@@ -166,10 +168,6 @@ def stamps_of(texts: pd.Series) -> tuple[str, dict[str, np.ndarray], str]:
     shift = zones.map(shifts).astype(float)
     found = {order: (day + clock - shift).where(there).to_numpy(dtype=float) for order, day in days.items()}
     return ("date" if len(found) > 1 else ""), found or {"": np.full(len(texts), np.nan)}, own
-
-
-def _month(name: Any) -> float:
-    return next((k for k, m in enumerate(_MONTHS, 1) if re.match(m, str(name).lower())), np.nan)
 
 
 # ---- a column
@@ -289,7 +287,18 @@ def read(files: Sequence[str | Path], form: Mapping[str, Any] | None = None) -> 
 
 def _read_file(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:
     """The table of a text file, or every sheet of a workbook that holds one."""
-    data = _read_bytes(file)
+    try:
+        if not file.is_file():
+            what = "is a folder; name the files in it" if file.is_dir() else "there is no such file; check its path"
+            raise refusal(file, what)
+        if (size := file.stat().st_size) > LARGEST:
+            raise refusal(file, f"has {size / 1e9:.1f} GB; export it at a lower rate, or cut it")
+        data = file.read_bytes()
+    except (OSError, ValueError) as error:
+        cause = getattr(error, "strerror", None) or error
+        raise refusal(file, f"cannot be read ({cause}); give a file that can") from None
+    if not data[:HEAD].strip(b"\0\xef\xbb\xbf\xff\xfe \t\r\n"):
+        raise refusal(file, "is empty; export the log again")
     if not data.startswith(ZIP):
         lines, encoding = _text_lines(file, data, form.get("encoding"))
         layout = layout_of(lines[:HEAD_LINES], form)
@@ -309,24 +318,6 @@ def _read_file(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:
 
 
 # ---- files -> lines of text
-
-
-def _read_bytes(file: Path) -> bytes:
-    """The content of a file that is there and not empty."""
-    try:
-        if not file.is_file():
-            what = "is a folder; name the files in it" if file.is_dir() else "there is no such file; check its path"
-            raise refusal(file, what)
-        size = file.stat().st_size
-        if size > LARGEST:
-            raise refusal(file, f"has {size / 1e9:.1f} GB; export it at a lower rate, or cut it")
-        data = file.read_bytes()
-    except (OSError, ValueError) as error:
-        cause = getattr(error, "strerror", None) or error
-        raise refusal(file, f"cannot be read ({cause}); give a file that can") from None
-    if not data[:HEAD].strip(b"\0\xef\xbb\xbf\xff\xfe \t\r\n"):
-        raise refusal(file, "is empty; export the log again")
-    return data
 
 
 def _text_lines(file: Path, data: bytes, stated: str | None) -> tuple[list[str], str]:
