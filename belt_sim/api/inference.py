@@ -117,6 +117,8 @@ def diagnose(
         if not any(s.severity == "stop" for s in findings.suspicions):  # mistakes that explain more are told beside
             better = [e for e in of_sheet if e.gain > findings.decision.best.gain]
             beside = [e.suspicion for e in better if e.gain > better[0].gain - APART**2]
+            turned = [e for e in of_sheet if e.mistake.kind == "direction" and e not in better]
+            beside += [replace(e.suspicion, kind="travel") for e in turned]  # it explains less than the effects
             findings = replace(findings, suspicions=(*findings.suspicions, *beside))
         stages(bootstraps, "")
         drawn, final = drawings_of(findings), final_model(findings)[1]

@@ -105,6 +105,9 @@ BELIEVED, MENTIONED = 0.9, 0.5
 LEFT, NEARLY_ALL = 2.0, 0.98
 #: chi2 by which the best mistake must beat the stated sheet, by one noise too, and all other mistakes to be believed.
 DECISIVE = 100.0
+#: chi2 by which the other direction of travel must be better to be asked about beside whatever else acts: where it is
+#: right, faults of a machine reach a half of it, and delays more.
+TURNED_ROUND = 200.0
 #: Mistakes that make a belt stiffer or softer alike; by less than this factor a machine can be off by itself.
 STIFFNESS, OFF = ("width", "thickness", "modulus", "tension"), 3.0
 #: Mistakes that change a belt's movement as another base model does, and those models: one that removes BELIEVED of
@@ -188,7 +191,8 @@ def sheet_evidence(
         first = m is ranked[0][1] or (m.runs == one and chi2 - best < DECISIVE)
         asked = max(unexplained, removed) >= (UNEXPLAINED - 1.0) * numbers
         certain = clear and first and asked and (share > NEARLY_ALL or (share > BELIEVED and left < LEFT))
-        if share > MENTIONED:
+        turned = m.kind == "direction" and removed > TURNED_ROUND
+        if share > MENTIONED or turned:
             evidence.append(SheetEvidence(mistake=m, share=share, certain=certain, gain=alone - chi2))
     return tuple(evidence)
 

@@ -8,7 +8,7 @@ import pytest
 import belt_sim as bs
 from belt_sim.campaign.quality import check_repeats, suspicions
 from belt_sim.campaign.types import rig_of
-from belt_sim.diagnosis.foresight import free_starts
+from belt_sim.diagnosis.foresight import free_starts, sheet_evidence
 from belt_sim.model import MODELS
 from belt_sim.virtual_rig import make_campaign
 
@@ -113,3 +113,13 @@ def test_a_curved_edge_that_every_run_meets_elsewhere_is_no_spoilt_repeat(whole)
     edged = replace(whole, runs=tuple(runs))
     assert check_repeats(edged) == []
     assert [s.run for s in check_repeats(spoil(edged, "r10"))] == ["r10"]
+
+
+def test_a_wrong_direction_of_all_runs_is_asked_about_beside_a_real_effect():
+    """It explains less than the effect does, and hardly anything else than the direction would."""
+    right = make_campaign(hidden=[{"id": "soft_cover", "d": 60}], seed=11, base="strip")[0]
+    wrong = replace(right, runs=tuple(replace(r, direction=-1.0) for r in right.runs))
+    (told,) = [e for e in sheet_evidence(wrong, STRIP) if e.mistake.kind == "direction"]
+    assert told.suspicion.severity == "look"
+    assert "the direction of travel" in told.suspicion.sentence
+    assert [e for e in sheet_evidence(right, STRIP) if e.mistake.kind == "direction"] == []
