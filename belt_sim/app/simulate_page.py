@@ -150,13 +150,6 @@ class View:
         case = make_case(tension=self.tension, yaw=self.yaw, **self.machine)
         return str(by_tension({"name": self.model}, [case], self.effects)["name"])
 
-    def settings_for(self, model: str) -> dict[str, Any]:
-        """What the sliders say, for a model; effects that it cannot have are left out."""
-        there = choices(model)
-        effects = {i: numbers for i, numbers in self.effects.items() if i in there}
-        sliders = {"tension": self.tension, "yaw": self.yaw, "travel": self.travel}
-        return {"model": model, "effects": effects, **sliders, **self.machine}
-
     async def change(self, **values: Any) -> None:
         """Take values, and compute."""
         for name, value in values.items():
@@ -295,8 +288,12 @@ async def _compute(view: View) -> None:
 
 
 async def _simulate(view: View, model: str) -> Simulation | None:
-    """Computed beside the page; what takes long, as a model that is compiled for the first time, is seen to go on."""
-    work = asyncio.ensure_future(run.io_bound(simulate_sliders, **view.settings_for(model)))
+    """Computed beside the page, without effects that the model cannot have; what takes long, as one that is compiled for
+    the first time, is seen to go on."""
+    there = choices(model)
+    effects = {i: numbers for i, numbers in view.effects.items() if i in there}
+    asked = {name: getattr(view, name) for name in SLIDERS} | view.machine
+    work = asyncio.ensure_future(run.io_bound(simulate_sliders, model=model, effects=effects, **asked))
     await asyncio.wait({work}, timeout=LONG)
     view.places["busy"].set_visibility(not work.done())
     try:

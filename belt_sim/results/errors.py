@@ -80,7 +80,7 @@ class FailureMap:
 class Drift:
     """``value`` +- ``u`` (one sigma), shape (t,), of one parameter of one model at each ``tension`` [N/mm2].
 
-    stated: what the rig's sheet says, with u_stated; None when it says nothing.
+    stated: what the rig's sheet says, with u_stated; None when it says nothing. u = 0: ended at the limit of its range.
     """
 
     parameter: str
@@ -93,12 +93,6 @@ class Drift:
 
     def __post_init__(self) -> None:
         _check_shapes(self, ("tension", "value", "u"), (len(self.tension),))
-
-    @property
-    def at_limit(self) -> np.ndarray:
-        """Whether each value ended at the limit of its range, and so has no uncertainty, shape (t,)."""
-        ended: np.ndarray = np.asarray(self.u) == 0.0
-        return ended
 
 
 @dataclass(frozen=True, kw_only=True)

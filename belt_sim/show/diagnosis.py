@@ -170,7 +170,7 @@ def drift_chart_picture(
         pairs = [(before, BEFORE, "o", 0.985, names["base"]), (after, AFTER, "s", 1.015, names["final"])]
         for drift, colour, marker, aside, label in pairs:
             if drift is not None:
-                at, ended = np.asarray(drift.tension) * aside, drift.at_limit
+                at, ended = np.asarray(drift.tension) * aside, np.asarray(drift.u) == 0.0
                 bars = {"fmt": marker, "color": colour, "capsize": 3.0, "markersize": 5.5, "elinewidth": 1.4}
                 ax.errorbar(at[~ended], drift.value[~ended], 2 * drift.u[~ended], label=label, **bars)
                 if ended.any():
