@@ -288,7 +288,7 @@ async def _compute(view: View) -> None:
 
 
 async def _simulate(view: View, model: str) -> Simulation | None:
-    """Computed beside the page, without effects that the model cannot have; what takes long, as one that is compiled for
+    """Computed beside the page, without effects that the model cannot have; what takes long, as one being compiled for
     the first time, is seen to go on."""
     there = choices(model)
     effects = {i: numbers for i, numbers in view.effects.items() if i in there}
