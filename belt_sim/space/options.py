@@ -271,10 +271,10 @@ def two_digits(value: float) -> float:
 def _speed_given(options: Options, case: Case, fastest: float, accurate: float) -> float:
     """The belt speed [m/s] that options give; fastest, accurate [m/s]: at most, and without a speed given."""
     as_the_case = options.belt_speed == AS_THE_CASE
-    name = "settings.speed" if as_the_case else "model.belt_speed"
+    name = "speed" if as_the_case else "model.belt_speed"
     pace = float(case.settings.speed if as_the_case else options.belt_speed)  # type: ignore[arg-type]
     if not 0.0 < pace <= fastest:
         most = f"give at most {fastest:.2f}, above which landings shake a belt of this tension"
-        remedy = f"{most}, or leave model.belt_speed out for {accurate:.2f} m/s"
+        remedy = f"{most}; without a speed asked for it is {accurate:.2f} m/s"
         raise InputError(name, f"{pace:.3g}", "m/s", remedy)
     return pace
