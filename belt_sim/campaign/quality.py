@@ -534,9 +534,7 @@ def check_repeats(campaign: Campaign) -> list[Suspicion]:
             others = (
                 f"the {len(alike) - 1} other runs of its setting" if len(alike) > 2 else f"its first run {first.name}"
             )
-            sentence = (
-                f"{run.name} differs from {others} by {ends.max() / MM:.2g} mm in {name} (one sigma {error / MM:.1g})"
-            )
+            sentence = f"differs from {others} by {ends.max() / MM:.2g} mm in {name} (one sigma {error / MM:.1g})"
             sentence += _hours_between(first, run) if run is not first else ""
             sentence += f", {words} ({100.0 * best:.0f} % of the squares)" if best > 0.6 else ""
             remedy = (

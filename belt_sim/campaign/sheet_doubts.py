@@ -114,7 +114,13 @@ class SheetMistake:
 def sheet_mistakes(campaign: Campaign) -> tuple[SheetMistake, ...]:
     """Return every known mistake that this campaign's sheet could hold."""
     scales = [SheetMistake(stated=campaign, kind=kind, size=size, why=why) for kind, size, why in _sizes(campaign)]
-    places = [SheetMistake(stated=campaign, kind="points", size=1.0, why=w, places=p) for p, w in _exchanges(campaign)]
+    lateral = [s for s in campaign.signals if s.kind == "lateral"]
+    free = [place for place, kind in PLACES.items() if kind == "lateral" and place not in {s.at for s in lateral}]
+    exchanged = [{a.name: b.at, b.name: a.at} for a, b in combinations(lateral, 2) if a.at != b.at]
+    places = []
+    for at in [*exchanged, *({s.name: place} for s in lateral for place in free)]:
+        why = " and ".join(f"{name} reads as at {place}" for name, place in at.items())
+        places.append(SheetMistake(stated=campaign, kind="points", size=1.0, why=why, places=at))
     return (*scales, *places)
 
 
@@ -148,12 +154,3 @@ def _sizes(campaign: Campaign) -> Iterator[tuple[str, float, str]]:
         yield "travel_unit", size, why
     for size, why in ((INCH, "inch as mm"), (1.0 / INCH, "mm as inch"), (10.0, "cm as mm"), (0.1, "mm as cm")):
         yield "reading_unit", size, why
-
-
-def _exchanges(campaign: Campaign) -> Iterator[tuple[dict[str, str], str]]:
-    """Yield the places of lateral sensors that stand elsewhere than stated, and that in words."""
-    lateral = [s for s in campaign.signals if s.kind == "lateral"]
-    free = [place for place, kind in PLACES.items() if kind == "lateral" and place not in {s.at for s in lateral}]
-    pairs = [{a.name: b.at, b.name: a.at} for a, b in combinations(lateral, 2) if a.at != b.at]
-    for places in [*pairs, *({s.name: place} for s in lateral for place in free)]:
-        yield places, " and ".join(f"{name} reads as at {at}" for name, at in places.items())

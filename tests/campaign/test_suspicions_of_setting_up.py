@@ -174,6 +174,6 @@ def test_repeats_that_disagree_are_told_with_hours_and_what_would_do_it():
     half = {n: 0.5 * (y + stiff[n]) for n, y in runs[0].signals.items()}
     runs[2], runs[3] = (dataclasses.replace(r, signals=s) for r, s in zip(runs[2:], (half, stiff), strict=True))
     (told,) = check_repeats(dataclasses.replace(campaign, runs=tuple(runs)))
-    assert "r2 differs from its first run r0" in told.sentence
+    assert str(told).startswith("run r2: differs from its first run r0")
     assert "7 h later" in told.sentence
     assert "as at 20 N/mm2 instead of 10" in told.sentence

@@ -79,7 +79,7 @@ def test_one_spoilt_repeat_comes_before_any_effect_and_makes_no_law(whole):
     assert check_repeats(whole) == []
     found = bs.diagnose(spoil(whole, "r09"), model="strip", advise=False)
     assert found.verdict == "cannot_say"
-    assert "r09 differs from its first run r03" in found.sentence
+    assert "run r09: differs from its first run r03" in found.sentence
     assert found.discovery is None
 
 
@@ -98,7 +98,7 @@ def test_of_several_repeats_the_spoilt_one_is_named(whole):
     (told,) = check_repeats(spoil(replace(whole, runs=(first, *more)), "b"))
     assert told.run == "b"
     assert told.severity == "stop"
-    assert "b differs from the 3 other runs of its setting" in told.sentence
+    assert "differs from the 3 other runs of its setting" in told.sentence
     (told,) = check_repeats(spoil(replace(whole, runs=(first, *more)), "r03"))
     assert told.run == "r03"
 
