@@ -327,21 +327,21 @@ def demo(arguments: Sequence[str]) -> int:
     if arguments:
         raise BeltError("demo: it takes no settings; use diagnose for your own")
     started = time.perf_counter()
-    print("Simulated measurements of a belt at 7 to 40 N/mm2, against the beam model that controllers use.")
-    print("The first run compiles: some 40 s, later 15 s.\n")
+    print("Simulated measurements of a belt at 7 to 40 N/mm2, against the beam model that")
+    print("controllers use. The first run compiles: some 40 s, later 15 s.\n")
     folder, case = FOLDER / "diagnosis", ("campaign=slack_belt", "model=beam_th2")
     status = run(["diagnose", *case, f"hydra.run.dir={folder.as_posix()}"])
     if status:
         return status
-    print(f"\nDone in {time.perf_counter() - started:.0f} s. What to look at:")
+    print(f"\nDone in {time.perf_counter() - started:.0f} s. What to look at in {folder.as_posix()}:")
     products = {
         "report.html": "the whole diagnosis on one page",
-        "effects.yaml": "the missing effect; simulate and compare accept it as effects=FILE",
+        "effects.yaml": "the missing effect, for simulate and compare: effects=FILE",
         "where.svg": "where the beam model fails",
-        "comparison.rrd": "points, residuals and tilt against travel; open it with rerun FILE",
+        "comparison.rrd": "points, residuals, tilt against travel; open: rerun FILE",
     }
     for name, words in products.items():
         if (folder / name).exists():
-            print(f"  {(folder / name).as_posix()}  {words}")
+            print(f"  {name:14s}  {words}")
     print(f"Then: belt-sim compare {' '.join(case)} effects={(folder / 'effects.yaml').as_posix()}")
     return 0

@@ -63,7 +63,7 @@ def diagnose_command(run_dir: RunDir) -> None:
     count = whole("bootstraps", config["bootstraps"], inference.MIN_BOOTSTRAPS)
     with run_dir.outputs() as draft:
         campaign = read_campaign(run_dir.campaign)
-        with progress(1.0, f"diagnosing {campaign.title}", timed=False) as done:
+        with progress(1.0, "diagnosis", timed=False) as done:
             stages = in_stages(done, count)
             found = inference.diagnose(campaign, model, **asked, progress=stages, tell=print, config=config)
         tell_choice(config, found.base_model, _reason(run_dir.campaign))
