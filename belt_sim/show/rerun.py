@@ -111,6 +111,7 @@ def begin_recording(name: str) -> rr.RecordingStream:
 BACKGROUND = [206, 214, 223]
 #: Share of a plot's width, to the right of the curves, that is left to its legend.
 WIDE, NARROW = 0.22, 0.32
+MARGIN = 0.04  # without a legend, so that the last number of the axis is not cut
 
 
 def space(case: Case, root: str, name: str, scale: ViewScale) -> rrb.Spatial3DView:
@@ -131,7 +132,7 @@ def plot(
 ) -> rrb.TimeSeriesView:
     """One plot of time series over all of the ``travel`` [m] to come, its legend to the right of the curves, 0 = none;
     most: what the ordinate reaches to either side, None = as the curves are."""
-    end = rrb.TimeRangeBoundary.absolute(seconds=travel / (1.0 - legend))
+    end = rrb.TimeRangeBoundary.absolute(seconds=travel / (1.0 - max(legend, MARGIN)))
     whole = rrb.TimeRange(rrb.TimeRangeBoundary.absolute(seconds=0.0), end)
     return rrb.TimeSeriesView(
         origin=origin,
