@@ -18,7 +18,6 @@ from belt_sim.virtual_rig.hidden import (
     Detectability,
     HiddenFaults,
     detectability_of,
-    fault_class,
     random_hidden,
 )
 from belt_sim.virtual_rig.make import (
@@ -109,28 +108,6 @@ def random_span_campaign(seed: int) -> tuple[Campaign, Truth]:
         if (what.distance or 0.0) >= REACHED * OUTSIDE[0]:
             break
     return measure_campaign(plan, noise, base, what, seed, streams, TITLE, name)
-
-
-_FLATNESS = (1e6, 2e7)  # [Pa], and no more than the least tension where it is of that sign that lets the belt twist
-_LEAST_FLATNESS = 3.0  # d
-
-
-def random_flatness_campaign(seed: int) -> tuple[Campaign, Truth]:
-    """One campaign of a strip that is not flat, of either sign, on any plan where that shows."""
-    streams, which = random_streams(check_seed(seed)), np.random.default_rng([seed, 1])
-    for _ in range(2 * _TRIES):
-        name, plan, stated = _any_plan(which)
-        noise = true_noise(plan, stated, streams[1])
-        sign = float(which.choice((-1.0, 1.0)))
-        most = min(_FLATNESS[1], min(run.tension for run in plan.runs)) if sign > 0 else _FLATNESS[1]
-        fault = fault_class("flatness")(
-            **{"amplitude": sign * float(np.exp(which.uniform(*np.log((_FLATNESS[0], most)))))}
-        )
-        size = float(detectability_of(plan, noise, "strip").sizes([fault])[0])
-        if size >= _LEAST_FLATNESS:
-            break
-    what = HiddenFaults(kind="library", faults=(fault,), sizes=(size,))
-    return measure_campaign(plan, noise, "strip", what, seed, streams, TITLE, name)
 
 
 def _base(rng) -> str:

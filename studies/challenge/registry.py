@@ -13,10 +13,10 @@ from belt_sim.virtual_rig import Truth, random_campaign
 from studies.challenge.fresh_campaigns import (
     FRESH_PLANS,
     fresh_campaign,
-    random_flatness_campaign,
     random_mistake_campaign,
     random_span_campaign,
 )
+from studies.challenge.plant_campaigns import plant_campaign, plant_span_campaign
 from studies.challenge.space_campaigns import random_space_campaign
 
 Draw = Callable[[int], tuple[Campaign, Truth]]
@@ -26,13 +26,15 @@ SOURCES: dict[str, Draw] = {
     "nothing": partial(random_campaign, kind="nothing"),
     "space": random_space_campaign,
     "span": random_span_campaign,
-    "flatness": random_flatness_campaign,
     "sheet_mistakes": random_mistake_campaign,
+    "plant": plant_campaign,
+    "plant_span": plant_span_campaign,
     **{name: partial(fresh_campaign, name=name) for name in FRESH_PLANS},
 }
 #: Processor seconds that a campaign takes, coarsely: to draw it, and to answer it.
 SECONDS = {"mix": (1.0, 25.0), "nothing": (1.0, 25.0), "strangers": (3.0, 60.0), "space": (30.0, 20.0)}
-SECONDS |= {"span": (15.0, 60.0), "flatness": (1.0, 25.0), "sheet_mistakes": (1.0, 25.0)}
+SECONDS |= {"span": (15.0, 60.0), "sheet_mistakes": (1.0, 25.0), "plant": (3.0, 70.0)}
+SECONDS |= {"plant_span": (15.0, 90.0)}
 SECONDS |= dict.fromkeys(FRESH_PLANS, (2.0, 25.0))
 
 

@@ -97,7 +97,7 @@ def reliability_picture(
 
 
 SCHEMA = "belt-challenge-facts/1"
-SPACE, SPAN = "space", "span"  # sources that are told by themselves
+SPACE, SPAN, PLANTS = "space", "span", ("plant", "plant_span")  # sources that are told by themselves
 PICTURES = {"confusion": "challenge_confusion.png", "reliability": "challenge_reliability.png"}
 #: commits that decide alike: what cant and a yielding bearing do was mended between them and after the second
 SAME_DECISION = ("5ef112bee7", "0428559535")
@@ -151,6 +151,8 @@ Names by the probability that the answer gave them, over all versions.
 
 {space}
 
+{plants}
+
 ## The record
 
 {{download}}`All campaigns of all versions <data/how_often_right_record.md>` has tables by size and by effect,
@@ -168,11 +170,15 @@ Under 3 units of noise nobody can tell a name from the truth: with few tensions 
 does what one change of a span does."""
 _PAGE_SPACE = """## Measured on the 3D belt
 
-In {campaigns} further campaigns the measurement comes from a belt in three dimensions. Pulley shapes, friction and
-gravity are parts of the scene, and no span law is in it. The machine is short (2 m), with five runs of 8 m
-and two sensors.
+In {campaigns} further campaigns the measurement comes from a belt in three dimensions. No span law is in
+it. The machine is short.
 
 {conclusion}"""
+_PAGE_PLANTS = """## As plants measure
+
+Running belts, repeats that disagree, wrong sheets (`python -m studies.challenge source=plant first_seed={first}
+count={many}`): told, tied or rightly silent in {told}; sure and wrong in {sure}.
+Changed spans there (`source=plant_span`): place right in {place}, look-alikes named in {alike}."""
 _INTRO = """# How often the diagnosis is right: the record
 
 Written by `python -m studies.challenge count=0 publish=docs` from the files in `studies/challenge/stored`; do not edit.
@@ -199,6 +205,11 @@ hidden are geometry, friction or gravity of the scene, and no span law or effect
 each of fourteen faults once, and nothing six times. They are not in the figures above. The law and this belt differ by
 0.3 % of a reading and 1.6 um, which these sensors hardly see (d = 1.6, `python -m studies.space_error`); the campaign's
 file states it. In 8 m the belt goes round once and a half, so that a weld passes every pulley once or twice.
+"""
+_IN_PLANTS = """## Campaigns as plants measure
+
+Belts 0.2 to 2 m wide on spans of 1 to 8 m, 3 to 12 runs, 2 to 4 sensors; records begin anywhere on the belt or on a
+running one, repeats disagree, sheets are wrong; then changed spans on such plans. They are not in the figures above.
 """
 _PAIRS = """## Two hidden effects
 
@@ -317,7 +328,8 @@ def _parse_scores(content: dict[str, Any]) -> StoredScores:
 
 def write_page(top: Path, stored: Sequence[StoredScores]) -> Path:
     """Write the page for readers into a folder of documents: the newest answers alone, the conclusion first."""
-    line, span, space = (_own(newest(part)) for part in _parts(stored))
+    *newer, plants = _parts(stored)
+    line, span, space = (_own(newest(part)) for part in newer)
     laws = _far_unknowns(span)
     in_span = _PAGE_SPAN.format(
         campaigns=len(span),
@@ -332,6 +344,7 @@ def write_page(top: Path, stored: Sequence[StoredScores]) -> Path:
         targets=_short_targets(line),
         span=in_span if span else "",
         space=in_space,
+        plants=_of_plants(_own(plants)) if plants else "",
     )
     return write_text(top / "how_often_right.md", re.sub("\n{3,}", "\n\n", text))
 
@@ -346,10 +359,25 @@ def _outcomes(cases: Sequence[ScoredCase]) -> str:
     )
 
 
-def _parts(stored: Sequence[StoredScores]) -> tuple[list[StoredScores], list[StoredScores], list[StoredScores]]:
-    """Those of a whole machine, of changed spans, and of the belt in 3D."""
-    span, space = ([p for p in stored if p.about["source"] == name] for name in (SPAN, SPACE))
-    return [p for p in stored if p.about["source"] not in (SPAN, SPACE)], span, space
+def _of_plants(cases: Sequence[ScoredCase]) -> str:
+    """The section of campaigns as plants measure, and of changed spans on such plans."""
+    span, own = ([f for f in cases if (f.source == PLANTS[1]) is whether] for whether in (True, False))
+    seeds = [f.seed for f in own]
+    return _PAGE_PLANTS.format(
+        first=min(seeds),
+        many=len(seeds),
+        told=with_interval([f.right or (bool(f.hidden) and set(f.hidden) <= f.answer_set) for f in own]),
+        sure=with_interval([confidently_wrong(f) for f in own]),
+        place=with_interval([bool(f.place) for f in span]),
+        alike=with_interval([f.outcome == "lookalike" for f in span]),
+    )
+
+
+def _parts(stored: Sequence[StoredScores]) -> tuple[list[StoredScores], ...]:
+    """Those of a whole machine, of changed spans, of the belt in 3D, and as plants measure."""
+    apart = ((SPAN,), (SPACE,), PLANTS)
+    found = [[p for p in stored if p.about["source"] in names] for names in apart]
+    return [p for p in stored if not any(p in part for part in found)], *found
 
 
 def newest(stored: Sequence[StoredScores]) -> list[StoredScores]:
@@ -398,7 +426,7 @@ def _short_targets(cases: Sequence[ScoredCase]) -> str:
 
 def write_record(top: Path, stored: Sequence[StoredScores]) -> Path:
     """Write the record of all stored campaigns, and its pictures, into a folder of documents."""
-    line, span, space = _parts(stored)
+    line, span, space, plants = _parts(stored)
     own = _own(line)
     sources, codes = ([(name(p), p) for p in line] for name in (lambda p: p.about["source"], lambda p: p.code))
     parts = [_INTRO, _commands(line), target_table(own)]
@@ -406,6 +434,7 @@ def write_record(top: Path, stored: Sequence[StoredScores]) -> Path:
     parts += [_side_by_side("## The same by commit of the code", codes), by_size(own), by_pair(own)]
     parts += [by_effect(own), by_plan(own), _pictures(top, own), outside_library(own), comparison(line), failures(own)]
     parts += [_separate_tables(_IN_SPAN, span), _separate_tables(_IN_SPACE, space)]
+    parts += [_separate_tables(_IN_PLANTS, plants)]
     if top.resolve() == ROOT / "docs":  # reports quote it
         rows = [f"{b.low:g},{b.high:g},{b.true.count},{b.true.trials}" for b in reliability(own)]
         write_text(BLIND_TESTS, "\n".join(["low,high,right,answers", *rows]) + "\n")

@@ -1,4 +1,4 @@
-"""Campaigns for fresh judging: their plans, starts anywhere on the belt, mistakes in the sheet."""
+"""Campaigns for fresh judging: their plans, starts anywhere on the belt, mistakes in the sheet, habits of plants."""
 
 from dataclasses import replace
 
@@ -17,10 +17,10 @@ from studies.challenge.fresh_campaigns import (
     MISTAKES,
     fresh_campaign,
     fresh_plan,
-    random_flatness_campaign,
     random_mistake_campaign,
     start_anywhere,
 )
+from studies.challenge.plant_campaigns import KINDS, StandingFault, plant_campaign
 
 BOTH_WAYS = next(  # a plan with yaw to both sides and more than two sensors
     plan
@@ -115,7 +115,28 @@ def test_what_each_mistake_changes():
         assert differ == ([] if run is None else [run])
 
 
-def test_hidden_flatness_is_of_either_sign_and_shows():
-    truths = [random_flatness_campaign(seed)[1] for seed in range(4)]
-    assert all(truth.effects[0]["id"] == "flatness" for truth in truths)
-    assert all(truth.effects[0]["d"] > 1.0 for truth in truths)
+def test_a_seed_makes_a_campaign_of_a_plant_again_and_its_file_tells_the_habits():
+    told = set()
+    once = len(KINDS)
+    for seed in [*range(once, once + 6), once + KINDS.index(("mistake", "inch"))]:
+        campaign, truth = plant_campaign(seed)
+        assert (truth.kind, truth.dirty["kind"] if truth.dirty else "") == KINDS[seed - once]
+        assert 3 <= len(campaign.runs) <= 12
+        assert 2 <= len(campaign.signals) <= 4
+        first, settings = campaign.runs[0], truth.settings
+        told |= {n for n in ("started", "y0", "run_in", "start") if getattr(first, n)}
+        begins, stated = settings["run_in"]
+        assert first.run_in == (begins if stated else 0.0)
+        assert first.travel[0] == pytest.approx(first.run_in, abs=campaign.runs[0].travel[1] - first.travel[0])
+    assert told == {"started", "y0", "run_in", "start"}
+    assert plant_campaign(seed)[0] == campaign
+
+
+def test_a_belt_that_starts_beside_the_middle_shows_only_what_acts_there():
+    plan = plan_of(RunSetting(tension=20e6, yaw=YAW), length=30.0, spacing=0.5)
+    line = true_line(plan, "strip", TrueErrors())
+    beside = StandingFault(y0=np.array([5e-3]))
+    np.testing.assert_allclose(observe(plan, line, [beside]), observe(plan, line, []), atol=1e-10)
+    crown = fault_class("crown")(c=0.01)
+    cone = observe(plan, line, [fault_class("taper")(kappa_t=-0.01 * 5e-3), crown])
+    np.testing.assert_allclose(observe(plan, line, [crown, beside]), cone, atol=1e-10)
