@@ -442,8 +442,8 @@ def _lay_out_at(search: Search, fit: Fit) -> Search:
     bench = search.bench.moved_to(fit.vector)
     earlier = {key: f for key, f in search.starts.items() if key not in search.fits}
     earlier |= {key: f for key, f in search.fits.items() if np.isfinite(f.chi2)}
-    unknown = {"chi2": np.inf, "columns": np.empty((0, 0)), "exact": False, "settled": False}
-    starts = {key: replace(f, **unknown) for key, f in earlier.items()}
+    none = np.empty((0, 0))  # chi2 and whitened columns are not known there yet
+    starts = {k: replace(f, chi2=np.inf, columns=none, exact=False, settled=False) for k, f in earlier.items()}
     return replace(
         search, bench=bench, reference=frozenset(fit.ids), starts=starts, fits={}, extended=frozenset(), singles={}
     )

@@ -34,7 +34,7 @@ def main() -> None:
         found.append(row)
         print(f"{row['row']}: {row['cpu_s']:.2f} CPU s ({row['tree']})", file=sys.stderr)
     console.print(_commands(found))
-    content = {"schema": SCHEMA, "commands": found}
+    content: dict[str, Any] = {"schema": SCHEMA, "commands": found}
     if not only:
         content |= {"batch": batch_figures(), "plain_loop": plain_figures(), "jitcdde": delay_figures()}
         console.print(_contenders(content["batch"], content["plain_loop"], content["jitcdde"]))
