@@ -134,6 +134,8 @@ def pairs_at(records: list[Record], one: str, other: str) -> list[tuple[Record, 
 STREAK, STREAK_FACTOR = 8, 3.0
 #: Readings at the extreme value against those at the three values next to it.
 PILE, PILE_FACTOR = 6, 4.0
+#: Steps between values by which a record has left that at which it began.
+AT_REST = 2.5
 #: A spike stands this many sigmas of scatter out of its neighbours; heavy tails (Student's t with
 #: 3 degrees of freedom) reach 200 once in a million readings.
 SPIKE, LONE_SPIKE, SPIKES = 40.0, 200.0, 3
@@ -241,10 +243,16 @@ def _stuck_stretch(record: Record) -> np.ndarray:
 
 
 def _clipped_values(y: np.ndarray) -> list[float]:
-    """Return the extremes at which readings pile up, more than at the three values next to it; the largest first."""
+    """Return the extremes at which readings pile up, more than at the three values next to it; the largest first.
+
+    Those at which a record begins do not count: a belt that stands is one value to a coarse sensor, and leaves it to
+    one side.
+    """
     levels, counts = np.unique(y, return_counts=True)
     if len(levels) < 2:
         return []
+    leaves = int(np.argmax(np.abs(y - y[0]) > AT_REST * np.median(np.diff(levels))))
+    counts = counts - np.sum(y[:leaves, None] == levels, axis=0)
     ends = (levels[-1], counts[-1], counts[-4:-1].max()), (levels[0], counts[0], counts[1:4].max())
     return [
         float(value) for value, count, beside in ends if value != 0.0 and count >= PILE and count > PILE_FACTOR * beside

@@ -190,7 +190,8 @@ def sheet_evidence(
         share, left = min(removed / unexplained, 1.0), max((unexplained - removed) / numbers + 1.0, 0.0)
         first = m is ranked[0][1] or (m.runs == one and chi2 - best < DECISIVE)
         asked = max(unexplained, removed) >= (UNEXPLAINED - 1.0) * numbers
-        certain = clear and first and asked and (share > NEARLY_ALL or (share > BELIEVED and left < LEFT))
+        nearly_all = share > NEARLY_ALL and m.kind != "reading_unit"  # smaller readings leave less of anything
+        certain = clear and first and asked and (nearly_all or (share > BELIEVED and left < LEFT))
         turned = m.kind == "direction" and removed > TURNED_ROUND
         if share > MENTIONED or turned:
             evidence.append(SheetEvidence(mistake=m, share=share, certain=certain, gain=alone - chi2))

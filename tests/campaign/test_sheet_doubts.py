@@ -99,3 +99,10 @@ def test_a_copied_run_is_told(right):
     first, *rest = right.runs
     copy = replace(right, runs=(first, *rest, replace(first, name="again", repeat_of=first.name)))
     assert any(s.run == "again" and "very readings of run r0" in s.sentence for s in suspicions(copy))
+
+
+def test_readings_full_of_something_else_are_not_taken_for_another_unit(right):
+    """Readings 25 times smaller leave 25 times less of anything; a wave of 2 mm is no mistake of the hand."""
+    wave = lambda r: 2e-3 * np.sin(2.0 * math.pi * r.travel / 1.7 + float(r.name[1:]))  # noqa: E731
+    shaken = with_runs(right, lambda r: replace(r, signals={n: y + wave(r) for n, y in r.signals.items()}))
+    assert not [e.mistake.kind for e in sheet_evidence(shaken, ROPE) if e.certain]

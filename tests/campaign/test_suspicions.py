@@ -100,6 +100,13 @@ def test_a_clipped_sensor_is_named(share):
     assert found == [("r0", "y1", "clipped")]
 
 
+def test_a_belt_at_rest_before_a_coarse_sensor_is_not_clipped():
+    step = 4e-5
+    begun = {"y1": lambda y: np.round((np.concatenate([np.zeros(15), y[:-15]]) + 3 * step) / step) * step}
+    found = seen(damaged(roped_campaign(8), lambda y: {n: begun[n](y[n]) for n in begun}))
+    assert "clipped" not in {kind for _, _, kind in found}
+
+
 @pytest.mark.parametrize("value", [0.0, np.nan, -9.999, "hold"])
 def test_a_dropout_is_named(value):
     def drop(y):
