@@ -241,7 +241,12 @@ def _sentence(d: Findings) -> str:
         names, hidden = d.search.names, [n for n in d.search.names if n not in d.table.visible]
         effects = f"{len(names) - len(hidden)} of {len(names)} effects" if len(names) > 1 else "The effect"
         unseen = f"; these would not: {', '.join(hidden)}" if hidden else ""
-        return f"{decision.verdict.sentence(model, ())} {effects} would show at a plausible size{unseen}."
+        said, likeliest = decision.verdict.sentence(model, ()), decision.best
+        if not likeliest.says_nothing:
+            nothing = next(e for e in decision.explanations if e.says_nothing)
+            sure, not_at_all = (f"{100.0 * e.probability:.0f} %" for e in (likeliest, nothing))
+            said = f"Model {model} may lack {likeliest} ({sure}; nothing {not_at_all}): too little to name it."
+        return f"{said} {effects} would show at a plausible size{unseen}."
     named = []
     for name in decision.named:  # with what readings cannot tell from it: no name is said surer than it is
         like = decision.confusable.get(name, ())

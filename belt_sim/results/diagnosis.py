@@ -489,6 +489,8 @@ class Diagnosis(Display):
         """The verdict in a few words, never surer than the doubts beside it allow."""
         if self.tied:
             return f"One of {words.count(len(self.tied))}"
+        if self.verdict is Verdict.ADEQUATE and self.considered and not self.considered[0].says_nothing:
+            return "Nothing is certain to be missing"
         reserved = self.verdict is Verdict.EXPLAINED and self.beyond
         return "Explained, with a reservation" if reserved else self.verdict.headline
 

@@ -310,5 +310,6 @@ def plant_headline(d: Diagnosis, cards: Sequence[dict[str, Any]], rivals: Sequen
     if said:
         return ". ".join([*said, *(["Something unknown acts as well"] if d.verdict is Verdict.PARTLY else [])])
     if d.verdict is Verdict.ADEQUATE:
-        return "No fault shows: the belt moves as the model says"
+        sure = d.headline == d.verdict.headline
+        return "No fault shows: the belt moves as the model says" if sure else f"No fault is certain. {d.sentence}"
     return "Something moves the belt that none of the known causes explains"

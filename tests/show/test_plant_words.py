@@ -3,14 +3,16 @@
 import math
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from small_campaign import drawn
 
 from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.decide import POLICY, Decision
+from belt_sim.diagnosis.describe import _sentence
 from belt_sim.effects.base import library
-from belt_sim.results.diagnosis import RESOLVED, Estimate, Explanation, FoundEffect, NextRun, Verdict
+from belt_sim.results.diagnosis import RESOLVED, Diagnosis, Estimate, Explanation, FoundEffect, NextRun, Verdict
 from belt_sim.results.estimates import MachineSizes, number_texts
 from belt_sim.show.report import HERE, LIKELY, plant_card, plant_headline, render, sureness
 
@@ -29,7 +31,7 @@ class Said:
     """A diagnosis as far as its headline goes."""
 
     def __init__(self, verdict, suspicions=()):
-        self.verdict, self.suspicions = verdict, suspicions
+        self.verdict, self.suspicions, self.headline = verdict, suspicions, verdict.headline
 
 
 def test_every_effect_of_the_library_has_words_and_parts_of_the_sketch():
@@ -166,3 +168,26 @@ def test_no_effect_and_damaged_data_have_headlines_of_their_own():
     said = [Said(v) for v in (Verdict.ADEQUATE, Verdict.NONE_KNOWN, Verdict.CANNOT_SAY)]
     said = {plant_headline(s, []) for s in (*said, Said(Verdict.CANNOT_SAY, (stopped,)))}
     assert len(said) == 4
+
+
+@pytest.mark.parametrize("likeliest", [(), ("crown",)])
+def test_a_likeliest_fault_that_is_too_weak_to_name_is_still_told(likeliest):
+    """Nothing is named while "nothing" keeps over 5 %; that nothing is missing is said only where it is likeliest."""
+    rows = [
+        Explanation(effects=e, gain=0.0, likelihood=0.0, parameters=0, occam=0.0, prior=0.0) for e in (("crown",), ())
+    ]
+    rows = [replace(e, probability=0.65 if e.effects == likeliest else 0.35) for e in rows]
+    rows.sort(key=lambda e: -e.probability)
+    found = SimpleNamespace(
+        decision=Decision(Verdict.ADEQUATE, {}, {}, tuple(rows)),
+        bench=SimpleNamespace(forward=SimpleNamespace(model=SimpleNamespace(name="strip"))),
+        table=SimpleNamespace(visible=frozenset({"crown"})),
+        search=SimpleNamespace(names=["crown"]),
+    )
+    told = SimpleNamespace(
+        verdict=Verdict.ADEQUATE, tied=(), considered=tuple(rows), beyond=(), sentence=_sentence(found)
+    )
+    told.headline = Diagnosis.headline.fget(told)
+    words = [told.sentence, told.headline, plant_headline(told, [])]
+    assert all(("certain" in w or "crown (65 %" in w) == bool(likeliest) for w in words)
+    assert ("nothing 35 %" in told.sentence) == bool(likeliest)
