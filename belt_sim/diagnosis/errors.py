@@ -454,6 +454,7 @@ def errors_of(base_bench: Workbench, base: Fit, bench: Workbench, fit: Fit) -> E
 CLEARED = 30.0  # chi2 that one record read another way has to clear; no chance among all records does that
 ALONE = 0.1  # share of it that the same may clear in another run: what an effect does, it does in several
 WITHIN = 4.0  # sigmas of its chi2 that the run may then still be from what noise makes of it
+UNLIKE = 1e-3  # m between the places where runs began, from which what acts by the place may act in one of them alone
 UNDONE = 0.5  # share of the chi2 beyond noise that a turned sign must at least account for
 LEFT = 0.05  # share of the chi2 cleared that may stay beside that: settings and noise levels are not known exactly
 
@@ -520,7 +521,8 @@ def find_faults(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspi
 def find_misread_run(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
     """The run in which a single record with its sign turned, or two exchanged, is all that the model does not explain.
 
-    What a machine does shows in more than one record; what a hand did is undone to within noise.
+    What a machine does shows in more than one record; what a hand did is undone to within noise. Not so where the belt
+    stood at unlike places: a crown or a guide may act in one record alone, so that the sheet is only to be looked at.
     """
     before, count = _excess_chi2(bench, values, bench.fitted.y), np.isfinite(bench.fitted.y).sum(axis=(1, 2))
     gains, found = defaultdict[tuple, list[float]](list), []
@@ -536,7 +538,10 @@ def find_misread_run(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, .
         return ()  # in several runs: the model lacks something
     gain, _, told = max(found, key=lambda f: f[0])
     others = sorted(gains[told.kind, told.signal])[:-1]
-    return (told,) if max(others, default=0.0) < ALONE * gain else ()
+    if max(others, default=0.0) >= ALONE * gain:
+        return ()
+    unlike = np.ptp([run.y0 or 0.0 for run in bench.samples.runs]) > UNLIKE
+    return (replace(told, severity="look") if unlike else told,)
 
 
 def _alternative_readings(bench: Workbench) -> Iterator[tuple[int, Suspicion, np.ndarray]]:

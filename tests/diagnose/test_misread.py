@@ -1,6 +1,7 @@
 """A record with its sign turned, or two exchanged, is seen by what the model says of its run."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -109,3 +110,13 @@ def test_two_records_that_are_nearly_alike_and_exchanged(y):
     found = find_misread_run(laid_out(y), alike)
     assert [(s.kind, s.run) for s in found] == [("swapped", SPREAD[3].name)]
     assert find_misread_run(laid_out(y[:, ::-1]), alike) == ()
+
+
+def test_runs_that_began_at_unlike_places_are_not_stopped(y):
+    """What acts by the place, a crown, may show in the one run that stood there."""
+    y[2, 1] *= -1.0
+    bench = laid_out(y)
+    for far, severity in ((0.0, "stop"), (5e-3, "look")):
+        runs = tuple(SimpleNamespace(**vars(r) | {"y0": far * (k == 2)}) for k, r in enumerate(bench.samples.runs))
+        found = find_misread_run(replace(bench, samples=replace(bench.samples, runs=runs)), PATHS)
+        assert [s.severity for s in found] == [severity]
