@@ -264,18 +264,22 @@ def effect_card(effect: str, numbers: Mapping[str, Estimate], machine: MachineSi
 
 
 @functools.cache
-def _blind_tests() -> list[tuple[float, int, int]]:
-    """Rows of BLIND_TESTS: probability from which on, right answers, answers."""
+def _blind_tests() -> list[tuple[float, list[int]]]:
+    """Rows of BLIND_TESTS: probability from which on; right answers and answers, and the same in changed spans."""
     with BLIND_TESTS.open(encoding="utf-8") as table:
-        return [(float(low), int(right), int(of)) for low, _, right, of in list(csv.reader(table))[1:]]
+        return [(float(low), [int(n) for n in counts]) for low, _, *counts in list(csv.reader(table))[1:]]
 
 
 def sureness(probability: float) -> str:
     """Return a probability in words, with how often such answers were right in blind tests."""
-    low, right, of = [row for row in _blind_tests() if row[0] <= max(round(probability, 2), 0.0)][-1]
+    low, (right, of, in_span, of_span) = [row for row in _blind_tests() if row[0] <= max(round(probability, 2), 0.0)][
+        -1
+    ]
     word = "nearly certain" if low >= 0.99 else "likely" if low >= LIKELY else "uncertain"
     share = f"{100.0 * min(probability, 0.99):.0f} %" + (" or more" if low >= 0.99 else "")
-    return f"{word} ({share}): {right} of {of} such answers were right in blind tests"
+    said = f"{word} ({share}): {right} of {of} such answers were right in blind tests"
+    unlike = f", {in_span} of {of_span} where a span had changed in a way the library lacks"
+    return said + (unlike if of_span and low >= LIKELY else "")
 
 
 def _pulley(numbers: Mapping[str, Estimate]) -> str | None:

@@ -143,7 +143,7 @@ believe each effect](how_far.md)).
 
 ## What a probability is worth
 
-Names by the probability that the answer gave them, over all versions.
+Names by probability, over all versions; in changed spans {spans_sure} from 99 % on.
 
 ![Probability said against share truly hidden](images/challenge_reliability.png)
 
@@ -345,6 +345,7 @@ def write_page(top: Path, stored: Sequence[StoredScores]) -> Path:
         span=in_span if span else "",
         space=in_space,
         plants=_of_plants(_own(plants)) if plants else "",
+        spans_sure=next((b.true for b in reliability(_changed_spans(stored)) if b.high == 1.0), "none"),
     )
     return write_text(top / "how_often_right.md", re.sub("\n{3,}", "\n\n", text))
 
@@ -436,14 +437,23 @@ def write_record(top: Path, stored: Sequence[StoredScores]) -> Path:
     parts += [_separate_tables(_IN_SPAN, span), _separate_tables(_IN_SPACE, space)]
     parts += [_separate_tables(_IN_PLANTS, plants)]
     if top.resolve() == ROOT / "docs":  # reports quote it
-        rows = [f"{b.low:g},{b.high:g},{b.true.count},{b.true.trials}" for b in reliability(own)]
-        write_text(BLIND_TESTS, "\n".join(["low,high,right,answers", *rows]) + "\n")
+        spans = {b.low: f"{b.true.count},{b.true.trials}" for b in reliability(_changed_spans(stored))}
+        rows = [
+            f"{b.low:g},{b.high:g},{b.true.count},{b.true.trials},{spans.get(b.low, '0,0')}" for b in reliability(own)
+        ]
+        heads = "low,high,right,answers,right_in_changed_spans,answers_in_changed_spans"
+        write_text(BLIND_TESTS, "\n".join([heads, *rows]) + "\n")
     return write_text(top / RECORD, "\n".join(p for p in parts if p))
 
 
 def _own(stored: Sequence[StoredScores]) -> list[ScoredCase]:
     """Answers of the whole diagnosis."""
     return [f for p in stored if p.about["ablation"] == OWN for f in p.cases]
+
+
+def _changed_spans(stored: Sequence[StoredScores]) -> list[ScoredCase]:
+    """Answers of the whole diagnosis where a span itself had changed, which no effect of the library does."""
+    return _own([p for p in stored if p.about["source"] in (SPAN, PLANTS[1])])
 
 
 def _commands(stored: Sequence[StoredScores]) -> str:

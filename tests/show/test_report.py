@@ -270,7 +270,7 @@ def test_counts_of_blind_tests_are_those_of_the_record():
     table = record[record.index("| probability | mean said | truly hidden") :].split("\n\n")[0]
     rows = [[cell.strip() for cell in line.split("|")[1:4]] for line in table.splitlines()[2:]]
     wanted = [[*name.split(" - "), *count.split(" of ")] for name, _, count in rows]
-    assert [line.split(",") for line in BLIND_TESTS.read_text().splitlines()[1:]] == wanted
+    assert [line.split(",")[:4] for line in BLIND_TESTS.read_text().splitlines()[1:]] == wanted
 
 
 def tried(gain: float, threshold: float | None = 9.1) -> Candidate:
