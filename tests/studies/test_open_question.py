@@ -3,7 +3,18 @@
 import numpy as np
 import pytest
 
-from studies.open_question import EVEN, GRID, Curves, beams, common, faster_and_realistic, march, straightest, strip
+from studies.open_question import (
+    EVEN,
+    GRID,
+    ODD,
+    Curves,
+    beams,
+    common,
+    faster_and_realistic,
+    march,
+    straightest,
+    strip,
+)
 
 RATES = np.array([0.3e-3, 0.2e-3, 0.12e-3, 0.1e-3])  # [m/m] at 7, 10, 20, 40 N/mm2
 ROUNDING = 1e-9  # [m]: of a march over 400 m
@@ -39,3 +50,8 @@ def test_even_effects_superpose(candidate):
     np.testing.assert_allclose(
         march("strip", candidate.entry(3.0)).y, strip(0.0).plus(response, 3.0).y, atol=ROUNDING, rtol=1e-6
     )
+
+
+@pytest.mark.parametrize(("sizes", "settings"), [odd[2:] for odd in ODD], ids=[odd[0] for odd in ODD])
+def test_odd_causes_run_at_their_largest_size(sizes, settings):
+    assert np.isfinite(march("strip", **settings(max(sizes))).y).all()
