@@ -24,7 +24,8 @@ class Curves:
     travel [m], shape (n,); y [m], shape (4, n), the lateral position at points 1-4;
     angle [rad], shape (4, n), dy/dx of the belt along its own travel at those points;
     moment [N m], shape (2, n), in-plane bending moment where the upper and the lower span run up;
-    edge_stress [Pa], shape (2, n), tension of the slacker edge there (negative = slack edge);
+    edge_stress [Pa], shape (2, n), tension of the slackest edge of each span (negative = slack): of a line model at
+    either end, in 3D at the run-up;
     tilt [rad], shape (2, n), roll of the cross-section at mid-span, upper and lower;
     sag [m], shape (2,), of the upper and lower span; extra: further named arrays (n,) of a model (slip, ...).
     A model leaves at None what it does not know.

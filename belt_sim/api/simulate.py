@@ -196,6 +196,10 @@ SLACK_SCENE = "the yaw slackens an edge of the belt, and y here is up to 6 % of 
 _NOT_IN_SPACE = ("flat_belt", "second_order", "deep_sag", "fast_belt")
 
 
+#: of a limit of the run over that of the case alone, from which its effects take it further than the yaw does
+ALIKE = 1.05
+
+
 def validity_limits(case: Case, model: Any, effects: Sequence[str] = ()) -> tuple[Limit, ...]:
     """The limits that ``model`` with ``effects`` (ids) is used beyond in one case, the worst first.
 
@@ -222,9 +226,20 @@ def validity_limits(case: Case, model: Any, effects: Sequence[str] = ()) -> tupl
 def with_run(
     beyond: tuple[Limit, ...], case: Case, model: Any, curves: Curves, effects: Sequence[Effect] = ()
 ) -> tuple[Limit, ...]:
-    """Return the limits that a case is beyond, and those that its run left with all its effects; one of a kind."""
-    left, known = run_limits(case, curves, isinstance(model, AnalyticModel), effects), {x.id for x in beyond}
-    return (*beyond, *(x for x in left if x.id not in known))
+    """Return the limits that a case is beyond, and those that its run left with all its effects; of a kind the one
+    that is left further, of two nearly alike the case's own.
+    """
+    left, own = run_limits(case, curves, isinstance(model, AnalyticModel), effects), {x.id: x.load for x in beyond}
+    further = {x.id: x for x in left if x.load > ALIKE * own.get(x.id, 0.0)}
+    return (*(further.pop(x.id, x) for x in beyond), *further.values())
+
+
+def limits_of_run(case: Case, model: Any, effects: Sequence[Effect], travel: float) -> tuple[Limit, ...]:
+    """Return the limits that a case is beyond, and those that ``travel`` [m] of it leave; a run that diverges, none."""
+    beyond = validity_limits(case, model, [e.id for e in effects])
+    with suppress(SimulationError):
+        return with_run(beyond, case, model, march_case(case, model, effects, travel=travel), effects)
+    return beyond
 
 
 def validity_warnings(
@@ -509,7 +524,7 @@ def linearise(
     if many:
         cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
     chosen = fitted_model(by_tension(model, cases, ids))
-    plants = [replace(linear_belt(c, chosen, acting), beyond=validity_limits(c, chosen, ids)) for c in cases]
+    plants = [replace(linear_belt(c, chosen, acting), beyond=limits_of_run(c, chosen, acting, 60.0)) for c in cases]
     return PlantSchedule.from_plants(plants) if many else plants[0]
 
 

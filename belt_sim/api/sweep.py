@@ -17,6 +17,7 @@ from belt_sim.api.simulate import (
     closed_form_model,
     effects_of,
     fitted_model,
+    limits_of_run,
     model_of,
     simulate_one,
     states_model,
@@ -174,13 +175,16 @@ def _beyond(table: "pd.DataFrame", axes: Sequence[Axis], plain: Mapping[str, Any
     for corner in _corners(axes, plain, case, effects):
         ids = [e.id for e in effects]
         one = model_of(by_tension(model, [corner], ids))
-        for limit in validity_limits(corner, one, ids):
+        marched = plain["travel"] is not None and isinstance(one, AnalyticModel)
+        beyond = limits_of_run(corner, one, effects, plain["travel"]) if marched else validity_limits(corner, one, ids)
+        for limit in beyond:
             if limit.load > said.get(limit.id, (0.0, ""))[0]:
                 said[limit.id] = limit.load, f"{warning(one.name, [limit])} (at the ends of what varies)"
-    half = 0.5e3 * table.get("belt_width", float(case.belt.width))
+    width, face = table.get("belt_width", float(case.belt.width)), case.rig.face_width
+    half = 1e3 * (width / 2.0 if face is None else np.maximum((face - width) / 2.0, 1e-3))
     kinds = (
         ("slackest_edge_n_per_mm2", lambda x: x < 0.0, "a belt edge goes slack"),
-        ("largest_y_mm", lambda x: ~(x <= half), "the belt leaves its pulleys by half its width"),
+        ("largest_y_mm", lambda x: ~(x <= half), "the belt leaves its pulleys"),
     )
     rows = [(words, int(there(table[name]).sum())) for name, there, words in kinds if name in table]
     left = [f"in {n} of {len(table)} cases {words}, effects included" for words, n in rows if n]

@@ -158,13 +158,12 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
     first = _observe(start, spans)
     rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
     rows["y"] = rows["y"] - _initial_y(start)
-    y, angle, moment, tilt = (_by_place(rows[name].T, case) for name in ("y", "angle", "moment", "tilt"))
-    edge = case.settings.tension - jnp.abs(moment) * 6.0 / (case.belt.width**2 * case.belt.thickness)
+    found = {name: _by_place(row.T, case) for name, row in rows.items()}
+    largest = jnp.maximum(jnp.abs(found["moment"]), jnp.abs(found.pop("moment_runoff")))
+    edge = case.settings.tension - largest * 6.0 / (case.belt.width**2 * case.belt.thickness)
     sag = case.sag_curvature * spans.span.length**2 / 8.0
     travel = spacing * stride * jnp.arange(records + 1)
-    return Curves(
-        travel=travel, y=y, angle=angle, moment=moment, edge_stress=edge, tilt=tilt, sag=jnp.stack([sag, sag])
-    )
+    return Curves(travel=travel, **found, edge_stress=edge, sag=jnp.stack([sag, sag]))
 
 
 @lru_cache(PROGRAMS)
@@ -295,6 +294,7 @@ def _observe(carry, spans):
         "y": jnp.concatenate([now.y + yaw.aside_runup, off.y + yaw.aside_runoff[::-1]]),
         "angle": jnp.concatenate([yaw.runup + now.alpha, yaw.runoff[::-1] + off.alpha]),
         "moment": now.moment,
+        "moment_runoff": now.moment_runoff,
         "tilt": spans.tilt(now, off, yaw),
     }
 
