@@ -472,10 +472,10 @@ def check_running_start(campaign: Campaign, records: list[Record]) -> list[Suspi
 def check_repeats(campaign: Campaign) -> list[Suspicion]:
     """Return repeats that differ by more than sensors and settings explain: what would make the difference, in numbers.
 
-    Of three runs at one setting and more each is compared with their median, so that one that is spoilt is named; of
-    two the second with the first. The difference is compared, without a model, with what the same run would do at
-    another tension (by the runs at the same yaw), after another yaw (in proportion), and with a further drift, beside
-    what comes round with the belt; the time between the runs is told.
+    Of three runs at one setting and more each is compared with the median of the others, so that one that is spoilt is
+    named and adds nothing to its own error; of two the second with the first. The difference is compared, without a
+    model, with what the same run would do at another tension (by the runs at the same yaw), after another yaw (in
+    proportion), and with a further drift, beside what comes round with the belt; the time between the runs is told.
     """
     records = counted_from_yaw([r for r in records_of(campaign) if r.sheet.kind == "lateral"])
     of_run: dict[str, dict[str, Record]] = defaultdict(dict)
@@ -503,19 +503,33 @@ def check_repeats(campaign: Campaign) -> list[Suspicion]:
             curves = [np.interp(s, of_run[run.name][n].travel, of_run[run.name][n].readings) for n in names]
             return np.concatenate(curves) * np.sign(run.yaw or 1.0)
 
-        curves = {run.name: stacked(run) for run in alike}
-        before = np.median([*curves.values()], axis=0) if len(alike) > 2 else curves[first.name]
-        for run in alike if len(alike) > 2 else alike[1:]:
-            apart = curves[run.name] - before
-            sizes = np.linalg.lstsq(np.hstack([drift, waves]), apart.reshape(len(names), -1).T, rcond=None)[0]
-            round_it = (waves @ sizes[DEGREE + 1 :]).T.ravel()  # its height at the yaw stays in all that follows
-            apart = apart - round_it
-            ends = np.abs(apart.reshape(len(names), -1)[:, -len(s) // 5 :].mean(axis=1))
+        curves, several = {run.name: stacked(run) for run in alike}, len(alike) > 2
+        of_others = {  # the median of the others, the first run of two
+            run.name: np.median([y for name, y in curves.items() if name != run.name], axis=0)
+            for run in (alike if several else alike[1:])
+        }
+        rounds, off = dict[str, np.ndarray](), dict[str, np.ndarray]()  # what comes round with the belt; the rest's end
+        for name, before in of_others.items():
+            apart = (curves[name] - before).reshape(len(names), -1)
+            sizes = np.linalg.lstsq(np.hstack([drift, waves]), apart.T, rcond=None)[0]
+            rounds[name] = (waves @ sizes[DEGREE + 1 :]).T
+            off[name] = np.abs((apart - rounds[name])[:, -len(s) // 5 :].mean(axis=1))
+        elsewhere = not several or np.ptp([r.start or 0.0 for r in alike]) > 0.0
+        for run in (run for run in alike if run.name in of_others):
+            before, ends = of_others[run.name], off[run.name]
+            apart = curves[run.name] - before - rounds[run.name].ravel()
             name = names[int(np.argmax(ends))]
             its = of_run[first.name][name]
             error = math.hypot(its.drift_error, 0.5 * campaign.settings.yaw_u * end)  # drift per yaw is about a half
-            error = math.sqrt(2.0) * math.hypot(error, campaign.settings.tension_rel * its.rms, float(np.std(round_it)))
-            if ends.max() < APART * error:
+            # its height at the yaw stays in all that follows; of several that of the others, as a fault has one too
+            heights = [float(np.std(x)) for k, x in rounds.items() if elsewhere or k != run.name]
+            height = max(float(np.median(heights)), float(np.std(rounds[run.name])) if elsewhere else 0.0)
+            error = math.sqrt(2.0) * math.hypot(error, campaign.settings.tension_rel * its.rms, height)
+            usual = float(np.median([x.max() for k, x in off.items() if k != run.name])) if several else math.inf
+            beyond = ends.max() >= APART * error
+            least = max(ODD * usual, 0.5 * APART * its.drift_error)  # a mean of many readings errs less
+            odd = len(alike) > FEWEST_RUNS and ends.max() >= least
+            if not (beyond or odd):
                 continue
 
             def share(shape: np.ndarray, apart: np.ndarray = apart) -> tuple[float, float]:
@@ -543,6 +557,7 @@ def check_repeats(campaign: Campaign) -> list[Suspicion]:
                 f"the {len(alike) - 1} other runs of its setting" if len(alike) > 2 else f"its first run {first.name}"
             )
             sentence = f"differs from {others} by {ends.max() / MM:.2g} mm in {name} (one sigma {error / MM:.1g})"
+            sentence += "" if beyond else f", {ends.max() / usual:.0f} times as far as they do, most of them"
             sentence += _hours_between(first, run) if run is not first else ""
             sentence += f", {words} ({100.0 * best:.0f} % of the squares)" if best > 0.6 else ""
             remedy = (
@@ -550,7 +565,7 @@ def check_repeats(campaign: Campaign) -> list[Suspicion]:
             )
             sentence += f"{remedy} the runs: log tension, yaw and temperature with the time of day"
             alone = turns > ROUNDS or np.ptp([r.start or 0.0 for r in alike]) == 0.0  # else it may be the belt's edge
-            found.append(Suspicion(run.name, (), "repeats", sentence, "stop" if alone else "look"))
+            found.append(Suspicion(run.name, (), "repeats", sentence, "stop" if alone and beyond else "look"))
     return found
 
 
@@ -617,6 +632,9 @@ LEAST_LEAD = 0.3
 SAME_TENSION = 0.2
 #: Sigmas of sensors and settings by which repeats must differ in the end to be told.
 APART = 4.0
+#: One of five repeats and more is off that ends this many times as far from the others' median as they do in the
+#: median: of repeats that scatter normally one series in 400.
+ODD = 8.0
 #: A curve (over yaw) is turned round if its cosine with another is below this, and its size within this ratio.
 OPPOSED, ALIKE_SIZE = -0.8, 1.5
 _GRID = 100

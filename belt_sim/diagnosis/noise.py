@@ -434,7 +434,9 @@ DISAGREE, FEWEST_MODES = 2.5, 12
 @dataclass(frozen=True)
 class Disagreement:
     """Repeats that differ by more than noise: names of the runs, the signal, rms of the difference [m or rad], and how
-    many times the stated noise it is, beside what settings and the place on the belt where a run starts can do."""
+    many times the stated noise it is, beside what settings and the place on the belt where a run starts can do.
+
+    Of three repeats and more the last name is that of the run furthest from the median of the others, by rms."""
 
     runs: tuple[str, ...]
     signal: SignalSheet
@@ -446,10 +448,13 @@ def words_of(apart: Sequence[Disagreement]) -> str:
     """What the signals of the same repeats say of a change between runs."""
     units = {"lateral": "mm", "tilt": "mrad"}
     sizes = [f"{1e3 * d.rms:.2g} {units[d.signal.kind]} (rms) in {d.signal.name}" for d in apart]
+    *others, odd = apart[0].runs
+    which = f"runs {' and '.join(apart[0].runs)} are repeats and differ by {' and '.join(sizes)}"
+    if len(others) > 1:
+        which = f"run {odd} lies furthest from the median of its repeats {', '.join(others)}: {' and '.join(sizes)}"
     return (
-        f"runs {' and '.join(apart[0].runs)} are repeats and differ by {' and '.join(sizes)}, up to "
-        f"{max(d.times for d in apart):.1f} times the stated noise: something changes between runs (temperature, "
-        "tension, time of day); their difference is not taken for noise"
+        f"{which}, up to {max(d.times for d in apart):.1f} times the stated noise: something changes between runs "
+        "(temperature, tension, time of day); their difference is not taken for noise"
     )
 
 
@@ -466,6 +471,26 @@ def disagreement(samples: Samples, c: Contrast) -> Disagreement | None:
     apart = weights @ samples.y[list(c.runs), c.signal][:, c.keep]
     names = tuple(samples.runs[r].name for r in c.runs)
     return Disagreement(names, c.sheet, float(np.sqrt(np.mean((apart - apart.mean()) ** 2))), times)
+
+
+def name_the_odd(samples: Samples, group: Sequence[int], found: Sequence[Disagreement]) -> list[Disagreement]:
+    """What contrasts of three repeats and more (their indices) say, a signal each: of the run furthest off."""
+    names = [samples.runs[r].name for r in group]
+    own = [d for d in found if set(d.runs) <= set(names)]
+    if len(group) < 3 or not own:
+        return own
+    off = {}  # signal -> how far each run is from the median of the others, one constant apart [m or rad], rms
+    for s in (s for s, signal in enumerate(samples.signals) if any(d.signal.name == signal.name for d in own)):
+        y = samples.y[list(group), s]
+        y = y[:, np.isfinite(y).all(axis=0)]
+        if y.shape[1] < FEWEST_MODES:
+            return own
+        apart = np.stack([y[k] - np.median(np.delete(y, k, axis=0), axis=0) for k in range(len(y))])
+        off[samples.signals[s].name] = np.std(apart, axis=1)
+    k = int(np.argmax(sum(x / x.max() for x in off.values())))
+    runs, told = (*names[:k], *names[k + 1 :], names[k]), {d.signal.name: d.signal for d in own}
+    times = {n: max(d.times for d in own if d.signal.name == n) for n in told}
+    return [Disagreement(runs, signal, float(off[n][k]), times[n]) for n, signal in told.items()]
 
 
 # Levels of one signal.
@@ -650,6 +675,7 @@ class LevelFinder:
         self.disagreements = [d for c in contrasts if (d := disagreement(samples, c)) is not None]
         apart = {d.runs for d in self.disagreements}
         contrasts = [c for c in contrasts if tuple(samples.runs[r].name for r in c.runs) not in apart]
+        self.disagreements = [d for group in self.groups for d in name_the_odd(samples, group, self.disagreements)]
         self.repeats = len({c.runs for c in contrasts})
         if columns is not None and not contrasts:  # every run by itself, beside what all these could do to it
             known, records = np.concatenate([shapes, columns]), np.ndindex(samples.y.shape[:2])

@@ -103,6 +103,22 @@ def test_of_several_repeats_the_spoilt_one_is_named(whole):
     assert told.run == "r03"
 
 
+@pytest.mark.parametrize("odd", [0, 4])
+def test_a_step_in_one_of_many_repeats_does_not_hide_behind_its_own_size(whole, odd):
+    """0.8 mm at a third of the way, which the settings could do (yaw), but which none of the others does."""
+    first, rng, runs = whole.runs[2], np.random.default_rng(6), []
+    for k in range(7):
+        step = 8e-4 * (first.travel > first.travel[-1] / 3.0) * (k == odd)
+        signals = {n: y + step + rng.normal(0.0, 3e-5, len(y)) for n, y in first.signals.items()}
+        runs.append(replace(first, name=f"q{k}", repeat_of="q0" if k else None, signals=signals))
+    (told,) = check_repeats(replace(whole, runs=tuple(runs)))
+    assert told.run == f"q{odd}"
+    assert "times as far as they do" in told.sentence
+    good = [r for k, r in enumerate(runs) if k != odd]
+    good = [replace(r, repeat_of=good[0].name if r is not good[0] else None) for r in good]
+    assert check_repeats(replace(whole, runs=tuple(good))) == []
+
+
 def test_a_curved_edge_that_every_run_meets_elsewhere_is_no_spoilt_repeat(whole):
     length, rng = float(rig_of(whole).belt_length), np.random.default_rng(2)
     runs = []
