@@ -414,6 +414,11 @@ def _read(folder: str | Path, *, whole: bool = True, measured: bool = True) -> t
         elif whole and name not in recorded and name not in rated:
             remedy = "has no rows in signals.csv or steady.csv; add them or remove the run"
             rows.refuse(name, "run", name, "", remedy)
+    counted = [name for name, run in rows.runs.items() if run.start is not None]
+    blank = [name for name in rows.runs if name not in counted and (name in recorded or name not in rated)]
+    if counted and blank:
+        some = f"is blank, but stated of {len(counted)} other{'s' * (len(counted) > 1)} ({counted[0]})"
+        rows.refuse(blank[0], "start_m", None, "m", f"{some}; state it in every run or in none")
     if problems:
         raise CampaignError(problems)
     data = recorded.keys() | rated

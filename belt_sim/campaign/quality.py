@@ -835,6 +835,23 @@ def _noise(a: Record, b: Record) -> float:
     return math.hypot(*gains, *(x for r in (a, b) for x in (r.measured_noise, r.sheet.white, r.sheet.wander_sd)))
 
 
+# ---- where the belt stands across the pulleys
+
+
+def check_places_across(campaign: Campaign) -> list[Suspicion]:
+    """Return a place y0 off the middle of the pulleys that no belt has that lies on them, the largest of all runs."""
+    width = campaign.belt.width.value
+    far = [run for run in campaign.runs if abs(run.y0 or 0.0) > 0.5 * width]
+    if not far:
+        return []
+    worst = max(far, key=lambda run: abs(run.y0 or 0.0))
+    sentence = f"the belt stands y0 = {(worst.y0 or 0.0) / MM:.4g} mm off the middle of the pulleys, which is"
+    sentence += f" {abs(worst.y0 or 0.0) / width:.3g} times its width: y0_mm in runs.csv counts from there"
+    sentence += f" (so in {len(far)} of {len(campaign.runs)} runs)" if len(far) > 1 else ""
+    severity: Severity = "stop" if abs(worst.y0 or 0.0) > width else "look"
+    return [Suspicion(worst.name, (), "shifted", sentence, severity)]
+
+
 # ---- one run against the others
 
 
@@ -993,7 +1010,7 @@ def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     for turned in check_signs(sound):  # unless a suspicion that is known explains it too
         if not any(k.run in (None, turned.run) and (not k.signals or {*turned.signals} <= {*k.signals}) for k in known):
             found.append(turned)
-    found += [*check_wraps(campaign, sound), *check_places(campaign, sound)]
+    found += [*check_wraps(campaign, sound), *check_places(campaign, sound), *check_places_across(campaign)]
     if not any(s.severity == "stop" for s in found):
         found += check_guide(campaign, sound)
     return tuple(sorted(found, key=lambda s: s.severity != "stop"))

@@ -80,6 +80,14 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     notes = [n for t in tables for n in t.notes] + other_units(tables) + [Note(m.key, n) for m in made for n in m.notes]
     middles = {c.signal: c.middle for c in used if c.middle is not None}
     runs, more, step = runs_on_one_grid([] if asked else made, entry, middles)
+    far = [r for r in runs if abs(r.y0 or 0.0) > 0.5 * width]
+    if far and str(entry.trust.get("y0", "")).lower() not in ("yes", "true"):
+        worst = max(far, key=lambda r: abs(r.y0 or 0.0))
+        words = (
+            f"y0 {1e3 * (worst.y0 or 0.0):.4g} mm in run {worst.name}, more than half the belt's width off the middle"
+        )
+        text = f"{words} of the pulleys; is it so? else mend y0, or middle, in the mapping"
+        missing.append(Question(("trust", "y0"), text, "yes", ("yes",)))
     signals, noise, of_signals = signals_of(runs, used, machine.centre_distance.value if machine else 10.0)
     settings, of_settings = settings_of(entry)
     campaign = None

@@ -591,6 +591,10 @@ def runs_on_one_grid(
     runs = _mark_repeats(runs, stated)
     found = [r for r, is_stated in zip(runs, stated, strict=True) if r.repeat_of and not is_stated]
     notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in found]
+    blank = [r.name for r in runs if r.start is None]
+    if counted := [r.name for r in runs if r.start is not None] if blank else []:
+        told = f"not known, but that of {shortlist(counted)} is; state it of every run, or of none"
+        raise InputError(f"runs.{blank[0]}.start", None, "m", told)
     names = dict.fromkeys(n for record in records for n in record if n != TIME)
     for m, record in zip(made, records, strict=True):
         if blank := [str(n) for n in names if n not in record]:
@@ -610,10 +614,11 @@ def runs_on_one_grid(
             text = f"readings count from where each point was at the yaw; taken off: {', '.join(told)} (mm or mrad)"
             more = "" if middles else "; middle: 150 mm of a column, its reading with the belt in the middle, keeps y0"
             notes.append(Note("", text + more))
-    out = []
+    out, stood = [], []
     for run, record, starts in zip(runs, records, off, strict=True):
         if run.y0 is None and (known := middles.keys() & starts):
             run = replace(run, y0=round_digits(float(np.mean([starts[n] - middles[n] for n in known])), DIGITS))
+            stood.append(1e3 * run.y0)
         time = record[TIME].to_numpy() if TIME in record else None
         signals = {n: record[n].to_numpy() for n in starts}
         way, yaw_at = record.index.to_numpy() + run.counted_from, run.yaw_at + run.counted_from
@@ -622,6 +627,9 @@ def runs_on_one_grid(
             raise InputError(f"runs.{run.name}.yaw_at", run.yaw_at, "m", remedy)
         start = None if run.start is None else run.start - run.counted_from
         out.append(replace(run, travel=way, yaw_at=yaw_at, start=start, time=time, signals=signals))
+    if stood:
+        text = f"y0 by middle: {min(stood):.4g} to {max(stood):.4g} mm off the middle of the pulleys"
+        notes.append(Note("", text))
     return out, notes, step
 
 

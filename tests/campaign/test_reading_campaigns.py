@@ -7,7 +7,7 @@ import pytest
 from roped_campaign import roped_campaign
 
 import belt_sim as bs
-from belt_sim.campaign import Quantity, case_of, read_campaign
+from belt_sim.campaign import CampaignError, Quantity, case_of, read_campaign
 
 #: Numbers pass through one decimal conversion and one factor: a few last bits.
 ROUNDING = 1e-14
@@ -40,6 +40,16 @@ def test_runs_arrive_with_their_records(folder):
     np.testing.assert_array_equal(first.time, [0.0, 0.2])
     assert repeat.time is None
     assert "tilt" not in third.signals
+
+
+def test_a_place_on_the_belt_is_known_of_every_run_or_of_none(folder):
+    """Of runs with a record: a place on the belt changes no rate, so that a run of rates alone needs none."""
+    folder.write("runs.csv", "run,tension_N_per_mm2,yaw_deg,start_m\nr01,10,-0.042,3\nr02,10,-0.042,\nr03,40,0.042,\n")
+    with pytest.raises(CampaignError, match=r"runs.csv:3: start_m: is blank, but stated of 1 other \(r01\)"):
+        read_campaign(folder.path)
+    folder.edit("runs.csv", "r02,10,-0.042,", "r02,10,-0.042,0")
+    folder.edit("signals.csv", "r03,0.0,,0.02,0.003,\nr03,0.2,,0.03,0.004,\n", "")
+    assert [r.start for r in read_campaign(folder.path).runs[:2]] == [3.0, 0.0]
 
 
 def test_steady_rates_arrive_as_slopes(folder):

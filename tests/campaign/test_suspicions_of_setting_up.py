@@ -177,3 +177,13 @@ def test_repeats_that_disagree_are_told_with_hours_and_what_would_do_it():
     assert str(told).startswith("run r2: differs from its first run r0")
     assert "7 h later" in told.sentence
     assert "as at 20 N/mm2 instead of 10" in told.sentence
+
+
+@pytest.mark.parametrize(("share", "severity"), [(0.4, None), (0.7, "look"), (45.0, "stop")])
+def test_a_belt_that_stands_beside_its_pulleys_is_told(share, severity):
+    campaign = roped_campaign(14)
+    y0 = -share * campaign.belt.width.value
+    runs = (dataclasses.replace(campaign.runs[0], y0=y0), *campaign.runs[1:])
+    found = suspicions(dataclasses.replace(campaign, runs=runs))
+    assert [(s.run, s.severity) for s in found] == ([(campaign.runs[0].name, severity)] if severity else [])
+    assert all(f"y0 = {1e3 * y0:.4g} mm" in s.sentence for s in found)

@@ -88,3 +88,28 @@ def test_a_machine_that_ran_before_its_record(tmp_path):
         read_campaign(tmp_path / "c")
     with pytest.raises(InputError, match="is before the record: state run_in too"):
         proposal(tmp_path / "a.csv", header, columns, all_runs=RUN | {"yaw_at": "-12 m"})
+
+
+def test_a_place_far_off_the_pulleys_is_asked_about_and_one_found_by_the_middle_is_told(tmp_path):
+    """100 mm is half the belt's width; 9 m of a mistyped middle is no place of a belt."""
+    rows, header = [L.travel, L.y1 - L.y1[0] + 158.6], ["travel [m]", "y1 [mm]"]
+    for given, shown in (("9000 mm", "y0 -884"), ("150 mm", "")):
+        columns = {"y1 [mm]": {"role": "signal", "at": "point_1", "middle": given}}
+        made = proposal(tmp_path / "a.csv", header, rows, columns=columns)
+        assert [q.path for q in made.missing] == ([("trust", "y0")] if shown else [])
+        assert all(shown in q.text for q in made.missing)
+        assert any(n.text.startswith("y0 by middle: ") for n in made.notes)
+    made = proposal(tmp_path / "a.csv", header, rows, all_runs=RUN | {"y0": "9000 mm"})
+    assert [q.path for q in made.missing] == [("trust", "y0")]
+    trusted = proposal(tmp_path / "a.csv", header, rows, all_runs=RUN | {"y0": "150 mm"}, trust={"y0": True})
+    assert trusted.complete().runs[0].y0 == pytest.approx(0.15)
+
+
+def test_a_start_of_some_runs_only_is_refused(tmp_path):
+    files = [tmp_path / f"{name}.csv" for name in "ab"]
+    for path in files:
+        path.write_text(table(["travel [m]", "y1 [mm]"], [L.travel, L.y1], digits=7))
+    with pytest.raises(InputError, match=r"runs\.b\.start.*that of a is; state it of every run, or of none"):
+        understand(read(files), MAPPING | {"all_runs": RUN, "runs": {"a": {"start": "3 m"}}})
+    made = understand(read(files), MAPPING | {"all_runs": RUN | {"start": "2 m"}, "runs": {"a": {"start": "3 m"}}})
+    assert [r.start for r in made.complete().runs] == [3.0, 2.0]
