@@ -44,11 +44,14 @@ LARGEST_YAML, DEEPEST = 1_000_000, 40
 
 
 class CarefulLoader(yaml.SafeLoader):
-    """YAML in which nothing is stated twice, no alias multiplies, nothing nests beyond DEEPEST, and dates are text."""
+    """YAML in which nothing is stated twice, no alias multiplies, nothing nests beyond DEEPEST, and dates are text.
+
+    So are 012, 0x10 and 1:30, numbers of YAML 1.1 to other bases than ten.
+    """
 
     depth = 0
     yaml_implicit_resolvers = {
-        first: [(tag, rule) for tag, rule in rules if tag != "tag:yaml.org,2002:timestamp"]
+        first: [(tag, rule) for tag, rule in rules if tag.rpartition(":")[2] not in ("timestamp", "int", "float")]
         for first, rules in yaml.SafeLoader.yaml_implicit_resolvers.items()
     }
 
@@ -74,6 +77,15 @@ class CarefulLoader(yaml.SafeLoader):
                 raise yaml.MarkedYAMLError(problem=f"{key.value} is stated twice", problem_mark=key.start_mark)
             seen.add(str(key.value))
         return super().construct_mapping(node, deep)
+
+
+_NUMBERS = {
+    "int": r"[-+]?(?:0|[1-9][0-9]*)$",
+    "float": r"[-+]?(?:(?:0|[1-9][0-9]*)\.[0-9]*|\.[0-9]+)(?:[eE][-+][0-9]+)?$"
+    r"|[-+]?\.(?:inf|Inf|INF)$|\.(?:nan|NaN|NAN)$",
+}
+for _kind, _rule in _NUMBERS.items():
+    CarefulLoader.add_implicit_resolver(f"tag:yaml.org,2002:{_kind}", re.compile(_rule), [*"-+.0123456789"])
 
 
 def careful_yaml(data: bytes, name: str) -> Any:

@@ -561,6 +561,11 @@ def export(
         raise InputError("fmi", fmi, "", "use 2 or 3, the version of the FMI standard")
     if libraries not in ("here", "all"):
         raise InputError("libraries", libraries, "", "use here (this system) or all (Linux, macOS and Windows)")
+    for key, value in (("fmi", fmi != 2 and fmi), ("libraries", libraries != "here" and libraries)):
+        if value and not fmu:
+            raise InputError(
+                key, value, "", "is of the FMU, and fmu is null; name its file, fmu=belt.fmu, or leave this out"
+            )
     folder = Path(folder)
     metres = state_space(plant, order=order, delay=delay, per_metre=True)
     lines = [

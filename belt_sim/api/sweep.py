@@ -105,6 +105,8 @@ def sweep(
     ``bs.plot`` draws the table; ``table.attrs["beyond"]``: limits of validity, a sentence each. Raises InputError,
     CannotRepresent.
     """
+    if travel is None and at is not None:
+        raise InputError("at", at, "m", "steady rates in closed form have no travel; state travel, or leave this out")
     given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
     given |= {"rig": rig, "belt": belt}
     config = make_settings({k: v for k, v in given.items() if v is not None}) | {"travel": travel, "effects": effects}

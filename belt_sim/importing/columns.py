@@ -41,6 +41,8 @@ _SET = re.compile(
 )
 #: Words of a force that two strands share.
 _OF_TWO = re.compile(r"(?:^| )(?:axles?|shaft|achs\w*|wellen\w*|gesamt\w*|total|sum|summe\w*|both|overall)(?: |$)")
+#: Words of a force at one side of the belt, beside which the other side's has a column.
+_ONE_SIDE = re.compile(r"(?:^| )(?:left|right|links|rechts|linke\w*|rechte\w*)(?: |$)")
 _NUMBERED = re.compile(
     r"^(?:y|kante|edge|bandkante|lateral|pos|position|point|punkt|ablage|sensor|laser|p)[ _]*([1-4])\b"
 )
@@ -638,6 +640,14 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
         if is_force and _OF_TWO.search(plain(column.name)) and "factor" not in column.entry.model_fields_set:
             text = f"{column.name} ({span_of(column)}) may be what both strands pull; which part is one strand's?"
             yield Question(("columns", column.name, "factor"), text, "0.5", ("0.5", "1"))
+        name = plain(column.name)
+        sides = [c for c in table.columns if _ONE_SIDE.sub(" ", plain(c.name)) == _ONE_SIDE.sub(" ", name)]
+        if is_force and _ONE_SIDE.search(name) and len(sides) < 2 and "factor" not in column.entry.model_fields_set:
+            text = (
+                f"{column.name} ({span_of(column)}) is of one side, and the other side's has no column; add it, or say"
+            )
+            text += " by what to multiply for one strand (1: a bearing of a wrapped pulley's two; 2: half a strand)?"
+            yield Question(("columns", column.name, "factor"), text, "2", ("1", "2"))
     if table.kind != "record":
         return
     roles, file = {c.role for c in table.columns}, table.file.name

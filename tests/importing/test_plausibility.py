@@ -113,3 +113,17 @@ def test_a_start_of_some_runs_only_is_refused(tmp_path):
         understand(read(files), MAPPING | {"all_runs": RUN, "runs": {"a": {"start": "3 m"}}})
     made = understand(read(files), MAPPING | {"all_runs": RUN | {"start": "2 m"}, "runs": {"a": {"start": "3 m"}}})
     assert [r.start for r in made.complete().runs] == [3.0, 2.0]
+
+
+def test_a_load_cell_of_one_side_is_asked_about_unless_both_are_there(tmp_path):
+    force = 600.0 + 0.0 * L.travel
+    header, rows = ["travel [m]", "load cell left [N]", "y1 [mm]"], [L.travel, force, L.y1]
+    only = {"all_runs": {"yaw": "-0.73 mrad"}}
+    (asked,) = proposal(tmp_path / "a.csv", header, rows, **only).missing
+    assert asked.path == ("columns", "load cell left [N]", "factor")
+    assert "the other side's has no column" in asked.text
+    twice = proposal(tmp_path / "a.csv", header, rows, columns={"load cell left [N]": {"factor": 2}}, **only)
+    assert twice.complete().runs[0].tension == pytest.approx(20e6)
+    header, rows = [*header, "load cell right [N]"], [*rows, force]
+    both = proposal(tmp_path / "a.csv", header, rows, use={"tension": "sum"}, **only)
+    assert both.complete().runs[0].tension == pytest.approx(20e6)

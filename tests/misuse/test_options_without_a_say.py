@@ -68,3 +68,22 @@ def test_a_draft_or_mapping_that_is_no_file_is_one_line(tmp_path, monkeypatch, c
     file = MODELS / "loggers" / "lauf_01.csv"
     assert run(["import", f"files=[{file}]", option, "hydra.run.dir=run", "pictures=false"]) != 0
     assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("number", ["012", "0x10", "1:30", "1:30.5"])
+def test_numbers_to_other_bases_than_ten_are_refused_in_an_effects_file(tmp_path, number):
+    """YAML 1.1 reads them as 10, 16, 90 and 90.5."""
+    file = tmp_path / "effects.yaml"
+    file.write_text(f"schema: belt-effects/1\neffects:\n- {{id: edge_guide, stiffness: {number}}}\n")
+    with pytest.raises(InputError, match=rf"effects\.edge_guide\.stiffness = {number}.*: give a finite number"):
+        bs.simulate(tension=20.0, travel=1.0, model="strip", effects=file)
+
+
+def test_what_is_of_a_travel_or_of_an_fmu_is_refused_without(tmp_path):
+    with pytest.raises(InputError, match=r"at = \[1\.0\] m: steady rates in closed form have no travel"):
+        bs.sweep(tension=[10, 20], travel=None, at=[1.0], model="strip")
+    plant = bs.linearise(tension=20.0, model="strip")
+    for option in ({"fmi": 3}, {"libraries": "all"}):
+        with pytest.raises(InputError, match=f"{next(iter(option))} = .*: is of the FMU, and fmu is null"):
+            bs.export(plant, tmp_path, fmu=None, **option)
+    assert not any(tmp_path.iterdir())
