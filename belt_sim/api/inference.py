@@ -125,6 +125,8 @@ def diagnose(
         if final is not findings.named:  # no effect, but a law: its curves are drawn
             drawn = replace(drawn, overlays=overlays(findings.bench, findings.nothing.values, final.values))
         found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=drawn)
+        if {cls.id for cls in candidates_of(None, chosen)} - {cls.id for cls in classes}:
+            found = replace(found, asked_for=len(classes))
         if findings.law is not None:
             law = findings.law.describe(findings.decision.probability_of_unknown, config)
             found = replace(found, discovery=law)
@@ -271,10 +273,11 @@ def compare(
     before, after = bench.forward.values(np.stack([base, final]))
     shown = (bench, final, after) if acting else None
     limits = validity_warnings(campaign, fitted_model(chosen), acting)
+    besides = f" with {words.join_words([e.id for e in acting])}" if acting else ""
     return Comparison(
         **common,
         error=overall_errors(bench, before, after),
-        where=locate_failure(bench, after),
+        where=locate_failure(bench, after, f"Model {chosen.name}{besides}"),
         per_run=run_errors(bench, before, after),
         drawings=drawings((bench, base, before), shown, mapped=after) if drawn else Drawings(),
         beyond=(*map(str, leave_out_bad_readings(campaign)[1]), *limits),

@@ -75,7 +75,7 @@ def by_tension(spec: Any, cases: Iterable[Case], effects: Iterable[str] = ()) ->
 def model_for_campaign(campaign: Campaign) -> str:
     """The model of a campaign for which none is stated, and after a comma why it is this one."""
     if campaign.source.kind == "synthetic":
-        return "strip, as synthetic belts leave their pulleys like a thread"
+        return "strip, as these data are simulated, without lift-off at the pulleys"
     slackest = sorted(campaign.runs, key=lambda run: run.tension)
     slack = next((run for run in slackest if lifts_off(case_of(campaign, run))), None)
     if slack is None:
@@ -569,8 +569,8 @@ def export(
     folder = Path(folder)
     metres = state_space(plant, order=order, delay=delay, per_metre=True)
     lines = [
-        f"wrapped arcs by {delay}, order {order}: off by at most {metres.error(highest):.1e} of each response up to "
-        f"{highest:g} rad per metre of travel ({highest * plant.speed:g} rad/s)",
+        f"the approximated delay ({delay}, order {order}) changes a response by at most {metres.error(highest):.1e} "
+        f"up to {highest:g} rad per metre of travel ({highest * plant.speed:g} rad/s)",
         *filter(None, [warning(plant.model, plant.beyond)]),
     ]
     if fmu:

@@ -102,8 +102,8 @@ def sweep(
 
     travel [m]: None gives steady rates in closed form alone; at [m]: travels at which positions are told, None for 1
     and 10; workers: threads, None for one a core; tell: hears what share of the cases is newly done.
-    ``bs.plot`` draws the table; ``table.attrs["beyond"]``: limits of validity, a sentence each. Raises InputError,
-    CannotRepresent.
+    ``table.plot()`` draws it, as ``bs.plot``; ``table.attrs["beyond"]``: limits of validity, a sentence each. Raises
+    InputError, CannotRepresent.
     """
     if travel is None and at is not None:
         raise InputError("at", at, "m", "steady rates in closed form have no travel; state travel, or leave this out")
@@ -137,11 +137,11 @@ def sweep(
             for column, numbers in work(values[part]).items():
                 told.setdefault(column, np.full(count, np.nan))[part] = numbers
             tell(len(part) / count)
-    import pandas as pd
+    from belt_sim.api.table import SweepTable
 
     if "settled" in told:
         told["settled"] = told["settled"] == 1.0
-    table = pd.DataFrame(varied | {"model": chosen} | told)
+    table = SweepTable(varied | {"model": chosen} | told)
     table.attrs["axes"] = {a.column: len(a.values) for a in axes}
     table.attrs["beyond"] = _beyond(table, axes, plain, any_case, model)
     return table

@@ -20,7 +20,7 @@ from belt_sim.errors import BeltError
 from belt_sim.model import ANALYTIC, BY_TENSION, model_named
 from belt_sim.results.estimates import MachineSizes, display_unit
 from belt_sim.results.simulation import Simulation
-from belt_sim.results.words import NONE, decimal, thousandths
+from belt_sim.results.words import NONE, capital, decimal, thousandths
 from belt_sim.settings import make_case
 from belt_sim.show.terminal import REASONS
 from belt_sim.units import N_PER_MM2
@@ -324,6 +324,7 @@ def _show(view: View, s: Simulation, beside: Simulation | None) -> None:
     calm = [f"{s.model} cannot have this effect: {title_of(library()[i])}" for i in view.effects if i not in there]
     if view.model == BY_TENSION:
         calm.append(f"Model {s.model}, as {REASONS[s.model]}.")
+    calm += [capital(line) for line in s.lines() if line.startswith("not settled")]
     _say(view, warnings(s), calm)
 
 

@@ -115,10 +115,11 @@ def sketch(taken: Mapping[str, str], choose: Callable[[str], Any]) -> None:
 PARTS = ("Pulleys", "Belt, rollers and loads", "Steering and tension", "Sensors", "Models")
 #: words that people say -> effects whose own words lack them
 SYNONYMS = {
-    "misaligned askew crooked skewed out of square": "yaw_offset_tail yaw_offset_head cant wobble idler_skew",
-    "conical cone": "taper build_up taper_drift thickness_wedge",
+    "misaligned askew crooked skewed out of square schief": "yaw_offset_tail yaw_offset_head cant wobble idler_skew",
+    "conical cone konisch": "taper build_up taper_drift thickness_wedge",
     "hot heat warm thermal": "temperature_difference taper_drift yaw_drift warm_up",
     "thick thickness": "thickness_wedge crown taper",
+    "worn wear": "taper crown edge_profile slip",
     "banana bow sabre": "camber weld",
     "scraper skirt cleaner": "side_drag off_centre_load",
     "slack loose load cell": "tension_bias unequal_tension",

@@ -183,9 +183,11 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
     """The findings as a result, without drawings, what was discovered, and the next runs to make."""
     campaign, bench, decision = d.bench.campaign, d.fitted_bench, d.decision
     final, fit = final_model(d)
+    name, count = bench.forward.model.name, len(d.named.ids)
+    without = f"Without the effect{'s' if count > 1 else ''}, {name}" if count else f"Model {name}"
     white, wander = (float(np.exp(np.mean(np.log(x)))) for x in (bench.levels.white, bench.levels.wander))
     return Diagnosis(
-        base_model=bench.forward.model.name,
+        base_model=name,
         campaign=label(campaign),
         verdict=decision.verdict,
         sentence=_sentence(d),
@@ -194,7 +196,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         considered=decision.explanations,
         tied=decision.tied(POLICY),
         error=errors_of(d.bench, d.nothing, final, fit),
-        where=locate_failure(d.bench, d.nothing.values),
+        where=locate_failure(d.bench, d.nothing.values, without),
         confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in rivals(d)),
         next_runs=(),
         unknown=_unknown(d),

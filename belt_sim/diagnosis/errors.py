@@ -265,8 +265,8 @@ def worst_sentence(c: Cell, count: int, kinds: Mapping[str, Kind]) -> str:
     return f"Worst in {where}: off by {size}, {c.ratio:.0f} times the measurement uncertainty."
 
 
-def boundary(found: list[Cell]) -> tuple[float | None, str]:
-    """The tension at which the model stops being adequate [N/mm2], where there is one, and a sentence."""
+def boundary(found: list[Cell], model: str) -> tuple[float | None, str]:
+    """The tension at which ``model`` stops being adequate [N/mm2], where there is one, and a sentence."""
     tensions = sorted({c.tension for c in found})
     worst = np.array([max(c.ratio for c in found if c.tension == t) for t in tensions])
     k = family_k(len(found))
@@ -275,7 +275,7 @@ def boundary(found: list[Cell]) -> tuple[float | None, str]:
     if good.all():
         return None, f"Cell by cell within the uncertainty of the comparison at every tension measured ({span})."
     if not good.any():
-        return None, f"Inadequate at every tension measured ({span})."
+        return None, f"{model} is off at every tension measured ({span})."
     flips = np.flatnonzero(np.diff(good.astype(int)))
     if len(flips) > 1:
         bad = ", ".join(f"{t:g}" for t, fits in zip(tensions, good, strict=True) if not fits)
@@ -289,10 +289,11 @@ def boundary(found: list[Cell]) -> tuple[float | None, str]:
     return at, f"Inadequate above {at:.3g} N/mm2; below it the error does not exceed the uncertainty ({limit})."
 
 
-def locate_failure(bench: Workbench, values: np.ndarray) -> Where:
-    """The worst cell, the boundary in tension, and both in a sentence, for predictions ``values`` (R, S, n)."""
+def locate_failure(bench: Workbench, values: np.ndarray, model: str) -> Where:
+    """The worst cell, the boundary in tension, and both in a sentence, for predictions ``values`` (R, S, n) of
+    ``model``, as a sentence begins with it."""
     found = cells(bench, values)
-    worst, (at, words) = max(found, key=lambda c: c.ratio), boundary(found)
+    worst, (at, words) = max(found, key=lambda c: c.ratio), boundary(found, model)
     return Where(
         worst=Worst(run=worst.run, signal=worst.signal, travel=worst.window, ratio=worst.ratio),
         sentence=worst_sentence(worst, len(found), {s.name: s.kind for s in bench.samples.signals}),

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import factorial
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -353,6 +354,7 @@ def _rate(spans: Spans, travel, x, late, yaws):
 # A controller on the plant: the loop in travel, and its margins.
 
 
+LOST = 10.0  # [m] off the middle, at which a run that diverges ends
 ORDER = 6  # of the rational function that stands for each wrapped arc
 LONGEST_WAY = 1000  # samples that a reading may be late: the loop's eigenvalues take a second
 GROWS = 1e-6  # [1/m]: less is rounding of a mode that stands, e-fold in 1000 km
@@ -420,7 +422,7 @@ class ClosedLoop:
             f"{settled}; largest yaw {np.abs(self.yaw).max() / DEGREE:.3g} deg"
         ]
         if self.unstable:
-            lines.append(f"UNSTABLE: what disturbs the loop grows e-fold in {1.0 / self.growth:.3g} m of travel")
+            lines.append(f"UNSTABLE: any disturbance grows 2.7 times every {1.0 / self.growth:.3g} m of travel")
         if (m := self.margins) is not None:
             lines.append(
                 f"phase margin {np.rad2deg(m.phase_margin):.3g} deg, gain margin {m.gain_margin:.3g}, further delay "
@@ -480,13 +482,14 @@ def close_loop(
     tension, speed, direction, rig and belt as ``bs.linearise`` takes them.
 
     controller: a transfer function or state space of python-control (continuous, from error [m] to yaw [rad]; extra
-    ``control``), or a function (time [s], error [m]) -> yaw [rad]. The error is ``reference`` [m] less the reading of
-    ``point`` 1-4, so that the feedback is negative. y_start [m]: where the belt lies at first; askew [rad]: a yaw of
-    the tail pulley that the controller does not know; drift [m/m]: lateral drift added at the tail's run-up. delay
-    [s]: of the sensor; noise [m]: standard deviation of a reading; limits [rad]: largest yaw either way; backlash
-    [rad]: play between drive and pulley; sample [s]: of sensor and controller, which holds its yaw between samples.
-    The margins count the delay and half a sample, with the wrapped arcs exact, and neither limits nor backlash. Raises
-    InputError.
+    ``control``), a number (gain [rad/m]), or a function (time [s], error [m]) -> yaw [rad]. The error is ``reference``
+    [m] less the reading of ``point`` 1-4, so that the feedback is negative. y_start [m]: where the belt lies at first;
+    askew [rad]: a yaw of the tail pulley that the controller does not know; drift [m/m]: lateral drift added at the
+    tail's run-up. delay [s]: of the sensor; noise [m]: standard deviation of a reading; limits [rad]: largest yaw
+    either way; backlash [rad]: play between drive and pulley; sample [s]: of sensor and controller, which holds its yaw
+    between samples. The margins count the delay and half a sample, with the wrapped arcs exact, and neither limits nor
+    backlash. A run that diverges ends 10 m off; of a controller that is a function it raises InputError, as other bad
+    input does.
     """
     if point not in (1, 2, 3, 4):
         raise InputError("point", point, "", "use 1, 2, 3 or 4")
@@ -531,14 +534,17 @@ def close_loop(
         measured[k] = shown[point - 1, max(k - late, 0)] + noise * rng.standard_normal()
         command[k] = float(ask(k * sample, reference - measured[k]))
         if not np.isfinite(command[k]) or np.abs(shown[:, k]).max() > 1e6:
-            raise InputError(
-                "controller", f"{command[k]:g}", "rad", f"the loop is unstable: it diverges by {k * sample:.3g} s"
-            )
+            kept = int(np.argmax(np.abs(shown[:, : k + 1]).max(axis=0) > LOST))
+            if linear is None or kept < 2:
+                remedy = f"the loop is unstable: it diverges by {k * sample:.3g} s; give limits, or a smaller gain"
+                raise InputError("controller", f"{command[k]:g}", "rad", remedy)
+            shown, measured, command, yaw = (row[..., :kept] for row in (shown, measured, command, yaw))
+            break
         driven = float(np.clip(command[k], -limits, limits))
         turned = float(np.clip(turned, driven - 0.5 * backlash, driven + 0.5 * backlash))
         yaw[k] = turned + askew
         z = step[:size, :size] @ z + step[:size, size] * yaw[k] + step[:size, size + 1]
-    time = sample * np.arange(steps + 1)
+    time = sample * np.arange(len(yaw))
     drawn: dict[str, Any] = {}
     if linear is not None:
         frequency = WAVES * plant.speed
@@ -606,10 +612,14 @@ def _continuous(controller: Any) -> Any:
         import control
     except ImportError:
         raise InputError("controller", "of python-control", "", "pip install belt-sim[control]") from None
+    if isinstance(controller, Real):
+        finite("controller", float(controller), "rad/m", "give a finite gain")
+        controller = control.tf([float(controller)], [1.0])
     try:
         made = control.ss(controller)
     except Exception as error:  # python-control has errors of many kinds
-        raise InputError("controller", controller, "", f"no transfer function or state space: {error}") from None
+        given = error if hasattr(controller, "dt") else "give one, a number or a function (time, error)"
+        raise InputError("controller", controller, "", f"no transfer function or state space: {given}") from None
     if made.ninputs != 1 or made.noutputs != 1 or made.dt not in (0, None):
         raise InputError(
             "controller", f"{made.ninputs} inputs", "", "give a continuous one of one input and one output"

@@ -390,7 +390,7 @@ _SENTENCES = {
 
 def other_model(model: str, better: str) -> str:
     """The sentence where another base model of the house explains what this one does not."""
-    return f"Model {model} is wrong here, and model {better} explains what it does not: use model={better}."
+    return f"{model} fails here; model {better} explains what it does not: use model={better}."
 
 
 SHOWN_ACTIONS = 3
@@ -432,7 +432,8 @@ class Diagnosis(Display):
     explanation has, one of several that these runs cannot tell apart (none where one is likely); per_run: base model
     and final model, run by run; admitted: what the admission test said of effects of one's own; drawings: what a report
     draws; beyond: where the final model is used beyond its validity, a sentence a limit; discovery: the search for laws
-    that no effect of the library is, beside the effects that were found (None where it was not made).
+    that no effect of the library is, beside the effects that were found (None where it was not made); asked_for: number
+    of candidates where they were fewer than what is tried by itself, else None.
     """
 
     base_model: str
@@ -455,6 +456,7 @@ class Diagnosis(Display):
     admitted: Annotated[tuple[str, ...], file_field("admitted", omit_empty=True)] = ()
     drawings: Annotated[Drawings, Field(exclude=True)] = field(default_factory=Drawings)
     beyond: Annotated[tuple[str, ...], file_field("beyond_validity", omit_empty=True)] = ()
+    asked_for: Annotated[int | None, file_field("effects_asked_for", omit_empty=True)] = None
     discovery: Annotated[Discovery | None, Field(exclude=True)] = None
 
     @property
@@ -485,10 +487,17 @@ class Diagnosis(Display):
         return (*self.beyond, *map(str, seen))
 
     @property
+    def wrong_model(self) -> bool:
+        """Whether another base model explains what this one does not."""
+        return self.verdict is Verdict.NONE_KNOWN and any(e.instead for e in self.considered[:1])
+
+    @property
     def headline(self) -> str:
         """The verdict in a few words, never surer than the doubts beside it allow."""
         if self.tied:
             return f"One of {words.count(len(self.tied))}"
+        if self.wrong_model:
+            return "Wrong model"
         if self.verdict is Verdict.ADEQUATE and self.considered and not self.considered[0].says_nothing:
             return "Nothing is certain to be missing"
         reserved = self.verdict is Verdict.EXPLAINED and self.beyond

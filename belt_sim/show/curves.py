@@ -192,6 +192,9 @@ def map_picture(
     else:
         across, up, z = (a.reshape(grid) for a in (*axes, values))
         drawn = ax.pcolormesh(across[:, 0], up[0], z.T, shading="nearest", rasterized=True, **look)
+        for limit_to, own in ((ax.set_xlim, across), (ax.set_ylim, up)):  # nothing beyond what was computed
+            if np.ptp(own):
+                limit_to(own.min(), own.max())
         if min(grid) > 1 and np.ptp(z):
             lines = ax.contour(across[:, 0], up[0], z.T, levels=10, colors=INK, linewidths=0.6)
             ax.clabel(lines, fontsize=style.FONT - 2)
@@ -408,18 +411,19 @@ def sweep_rates(path: Path | None, runs: Sequence[FinishedRun], along: str, keys
     for mine in lines.values():
         mine.sort(key=lambda run: run.keys[along])
         x, rate = np.array([run.keys[along] for run in mine]), 1e3 * np.array([run.rate for run in mine])
-        look, steady = looks.of(mine[0]), np.array([run.is_steady for run in mine])
+        look, settled = looks.of(mine[0]), np.array([run.settled for run in mine])
         assert look is not None
         ax.plot(x, rate, **look)
-        ax.plot(x[steady], rate[steady], "o", color=look["color"], markersize=5)
-        ax.plot(x[~steady], rate[~steady], "o", color=look["color"], markersize=5, markerfacecolor="white")
-        hollow = hollow or not steady.all()
+        ax.plot(x[settled], rate[settled], "o", color=look["color"], markersize=5)
+        ax.plot(x[~settled], rate[~settled], "o", color=look["color"], markersize=5, markerfacecolor="white")
+        hollow = hollow or not settled.all()
     handles = looks.legend()
     if hollow:
         from matplotlib.lines import Line2D
 
         dot: dict[str, Any] = {"marker": "o", "linestyle": "none", "color": INK, "markerfacecolor": "white"}
-        handles.append(Line2D([], [], **dot, label="not settled: late rate of point 1"))
+        late = "" if all(run.is_steady for run in runs) else ": late rate of point 1 where the steady one is unknown"
+        handles.append(Line2D([], [], **dot, label=f"not settled{late}"))
     if handles:
         fig.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
     ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)

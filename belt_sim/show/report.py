@@ -55,7 +55,7 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
     page.filters.update(tenths=lambda gain: words.number(gain, 1 if gain is not None and gain < 100.0 else 3))
     page.filters.update(inline=inline_svg, rows=words.rows, capital=words.capital)
     found = d.discovery if d.discovery is not None and d.discovery.found else None
-    rivals, cards = rival_cards(d), [plant_card(e, d.drawings.machine) for e in d.effects]
+    rivals, cards = rival_cards(d), [plant_card(e, d.drawings.machine, d.asked_for) for e in d.effects]
     certain = [c for c in cards if not rivals or c["id"] in d.certain_effects]
     panels = shown_panels(d.drawings.overlays) if pictures and "overlay" in pictures else ()
     # of the sketch: where the named effects are, else where the unknown acts
@@ -212,12 +212,12 @@ def rival_cards(d: Diagnosis) -> list[dict[str, Any]]:
         card: dict[str, Any] = {name: [x for c in single for x in c[name]] for name in ("parts", "sizes", "marks")}
         card |= {name: " ".join(c[name] for c in single) for name in ("about", "check")}
         card |= {"id": words.join_effects(rival.effects), "fault": " and ".join(c["fault"] for c in single)}
-        card |= {"sure": sureness(rival.probability), "unsure": True}
+        card |= {"sure": sureness(rival.probability, d.asked_for), "unsure": True}
         cards.append(card | {"of_model": all(c.get("of_model", False) for c in single)})
     return cards
 
 
-def plant_card(e: FoundEffect, machine: MachineSizes | None = None) -> dict[str, Any]:
+def plant_card(e: FoundEffect, machine: MachineSizes | None = None, asked_for: int | None = None) -> dict[str, Any]:
     """Return the card of a named effect for people at the machine; see ``effect_card``. sure: how often such answers
     were right; unsure: marked as such; others: what it may be instead."""
     card, others = effect_card(e.id, e.parameters, machine), []
@@ -227,7 +227,7 @@ def plant_card(e: FoundEffect, machine: MachineSizes | None = None) -> dict[str,
         others.append(f"{' and '.join(said)} ({name})" if said else name)
     return card | {
         "sizes": card["sizes"] or e.sizes,
-        "sure": sureness(e.probability),
+        "sure": sureness(e.probability, asked_for),
         "unsure": e.probability < LIKELY,
         "others": others,
         "stamp": e.stamp,
@@ -270,13 +270,17 @@ def _blind_tests() -> list[tuple[float, list[int]]]:
         return [(float(low), [int(n) for n in counts]) for low, _, *counts in list(csv.reader(table))[1:]]
 
 
-def sureness(probability: float) -> str:
-    """Return a probability in words, with how often such answers were right in blind tests."""
+def sureness(probability: float, asked_for: int | None = None) -> str:
+    """Return a probability in words, with how often such answers were right in blind tests; asked_for: the number of
+    candidates where they were cut, of which no blind test tells."""
     low, (right, of, in_span, of_span) = [row for row in _blind_tests() if row[0] <= max(round(probability, 2), 0.0)][
         -1
     ]
     word = "nearly certain" if low >= 0.99 else "likely" if low >= LIKELY else "uncertain"
     share = f"{100.0 * min(probability, 0.99):.0f} %" + (" or more" if low >= 0.99 else "")
+    if asked_for:
+        effects = "one effect that was" if asked_for == 1 else f"{asked_for} effects that were"
+        return f"{word} ({share}), of the {effects} asked for"
     said = f"{word} ({share}): {right} of {of} such answers were right in blind tests"
     unlike = f", {in_span} of {of_span} where a span had changed in a way the library lacks"
     return said + (unlike if of_span and low >= LIKELY else "")
@@ -316,4 +320,6 @@ def plant_headline(d: Diagnosis, cards: Sequence[dict[str, Any]], rivals: Sequen
     if d.verdict is Verdict.ADEQUATE:
         sure = d.headline == d.verdict.headline
         return "No fault shows: the belt moves as the model says" if sure else f"No fault is certain. {d.sentence}"
+    if d.wrong_model:
+        return f"{d.headline}: {d.sentence.rstrip('.')}"
     return "Something moves the belt that none of the known causes explains"

@@ -58,7 +58,8 @@ def tell_diagnosis(d: Diagnosis, folder: Path, *, verbose: bool = False) -> None
         say(capital(doubt), "yellow")
     rivals = rival_cards(d)
     numbered = [(f"{k}. ", c) for k, c in enumerate(rivals, start=1)]
-    single = [plant_card(e, d.drawings.machine) for e in d.effects if not rivals or e.id in d.certain_effects]
+    certain = [e for e in d.effects if not rivals or e.id in d.certain_effects]
+    single = [plant_card(e, d.drawings.machine, d.asked_for) for e in certain]
     for number, c in [*numbered, *(("", c) for c in single)]:
         say(f"{number}{c['id'] or 'nothing more'}: {c['fault']}", "bold")
         for line in (*c["sizes"], *(["effective value, model rejected"] if c.get("stamp") else []), c["sure"]):

@@ -44,7 +44,7 @@ def test_the_angle_that_is_lacking_where_no_run_has_a_reading(recwarn):
 
 def test_a_model_that_fails_where_the_belt_is_slack():
     cells = [cell(7, 12.0), cell(14, 6.0), cell(28, 1.0)]
-    at, words = boundary(cells)
+    at, words = boundary(cells, "Model strip")
     assert at == pytest.approx(crossing(14, 28, 6.0, 1.0, family_k(len(cells))))
     assert words.startswith(f"Adequate above {at:.3g} N/mm2")
     assert "measured at 7 to 28 N/mm2" in words
@@ -52,28 +52,28 @@ def test_a_model_that_fails_where_the_belt_is_slack():
 
 def test_a_model_that_fails_where_the_belt_is_tight():
     cells = [cell(7, 1.0), cell(14, 1.0), cell(28, 6.0)]
-    at, words = boundary(cells)
+    at, words = boundary(cells, "Model strip")
     assert at == pytest.approx(crossing(14, 28, 1.0, 6.0, family_k(len(cells))))
     assert words.startswith(f"Inadequate above {at:.3g} N/mm2; below it the error does not exceed the uncertainty")
 
 
 @pytest.mark.parametrize(
     ("ratio", "start"),
-    [(1.5, "Cell by cell within the uncertainty of the comparison at every"), (5.0, "Inadequate at every")],
+    [(1.5, "Cell by cell within the uncertainty of the comparison at every"), (5.0, "Model strip is off at every")],
 )
 def test_no_boundary_within_the_data(ratio, start):
-    at, words = boundary([cell(7, ratio), cell(28, ratio)])
+    at, words = boundary([cell(7, ratio), cell(28, ratio)], "Model strip")
     assert at is None
     assert words == f"{start} tension measured (7 to 28 N/mm2)."
 
 
 def test_one_bad_tension_between_good_ones_is_named():
-    at, words = boundary([cell(7, 1.0), cell(14, 5.0), cell(28, 1.0)])
+    at, words = boundary([cell(7, 1.0), cell(14, 5.0), cell(28, 1.0)], "Model strip")
     assert (at, words) == (None, "Inadequate at 14 N/mm2.")
 
 
 def test_the_worst_cell_of_a_tension_decides():
-    at, _ = boundary([cell(7, 0.1, sign=-1), cell(7, 8.0), cell(28, 0.1)])
+    at, _ = boundary([cell(7, 0.1, sign=-1), cell(7, 8.0), cell(28, 0.1)], "Model strip")
     assert at is not None
 
 

@@ -38,4 +38,4 @@ def test_a_wheel_alone_is_enough(tmp_path):
     done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert str(tmp_path / "alone") in done.stdout
-    assert "Inadequate at every tension measured" in done.stdout
+    assert "Model beam_th2 is off at every tension measured" in done.stdout

@@ -110,6 +110,23 @@ def test_an_unstable_loop_is_called_so_and_has_no_margins(plant, gain, delay, st
     assert "not settled" in str(loop)
 
 
+def test_a_loop_without_limits_that_diverges_ends_there(plant):
+    """A number is a gain, and of a run that swings up to the sky the loop is told as of any that is unstable."""
+    pytest.importorskip("control")
+    loop = bs.close_loop(plant, -5.0, y_start=1e-3, travel=400.0)
+    assert loop.unstable
+    assert loop.margins is None
+    assert "UNSTABLE: any disturbance grows 2.7 times every" in str(loop)
+    assert loop.travel[-1] < 400.0
+    assert loop.y.shape == (4, len(loop.travel))
+    assert 1.0 < np.abs(loop.y).max() <= 10.0
+    assert bs.plot(loop)._repr_png_()[:4] == b"\x89PNG"
+    with pytest.raises(bs.InputError, match="finite gain"):
+        bs.close_loop(plant, np.nan)
+    with pytest.raises(bs.InputError, match="give one, a number or a function"):
+        bs.close_loop(plant, "PID")
+
+
 def test_the_growth_of_a_loop_is_that_of_its_run(plant):
     control = pytest.importorskip("control")
     loop = bs.close_loop(plant, control.tf([0.05], [1]), y_start=5e-3, delay=0.5, travel=600.0)

@@ -12,9 +12,18 @@ from belt_sim.campaign import Suspicion
 from belt_sim.diagnosis.decide import POLICY, Decision
 from belt_sim.diagnosis.describe import _sentence
 from belt_sim.effects.base import library
-from belt_sim.results.diagnosis import RESOLVED, Diagnosis, Estimate, Explanation, FoundEffect, NextRun, Verdict
+from belt_sim.results.diagnosis import (
+    RESOLVED,
+    Diagnosis,
+    Estimate,
+    Explanation,
+    FoundEffect,
+    NextRun,
+    Verdict,
+    other_model,
+)
 from belt_sim.results.estimates import MachineSizes, number_texts
-from belt_sim.show.report import HERE, LIKELY, plant_card, plant_headline, render, sureness
+from belt_sim.show.report import HERE, LIKELY, plant_card, plant_headline, render, rival_cards, sureness
 
 TAPER = FoundEffect(
     id="taper",
@@ -32,6 +41,7 @@ class Said:
 
     def __init__(self, verdict, suspicions=()):
         self.verdict, self.suspicions, self.headline = verdict, suspicions, verdict.headline
+        self.wrong_model = False
 
 
 def test_every_effect_of_the_library_has_words_and_parts_of_the_sketch():
@@ -140,6 +150,27 @@ def test_certainty_is_told_as_it_came_true():
     assert sureness(0.0).startswith("uncertain")
 
 
+def test_a_cut_list_of_candidates_is_not_told_the_record_of_the_library():
+    cut = replace(drawn("sag_roll"), asked_for=9)
+    for card in (plant_card(cut.effects[0], asked_for=9), *rival_cards(cut)):
+        assert card["sure"].endswith("of the 9 effects that were asked for")
+    page = render(cut)
+    assert "of the 9 effects that were asked for" in page
+    assert "in blind tests" not in page
+
+
+def test_another_model_that_explains_the_runs_is_no_unknown():
+    instead = replace(row(p=1.0), instead="model=strip")
+    told = replace(
+        drawn("nothing"), verdict=Verdict.NONE_KNOWN, effects=(), considered=(instead,), tied=(),
+        sentence=other_model("beam_th2", "strip"),
+    )  # fmt: skip
+    said = "Wrong model: beam_th2 fails here; model strip explains what it does not: use model=strip"
+    assert told.lines()[0] == f"{said}."
+    assert plant_headline(told, []) == said
+    assert f"<h1>{said}.</h1>" in render(told)
+
+
 MACHINE = MachineSizes(centre_distance=11.28, tail_radius=0.17, head_radius=0.1, width=0.2, span_length=11.28)
 
 
@@ -188,7 +219,12 @@ def test_a_likeliest_fault_that_is_too_weak_to_name_is_still_told(likeliest):
         search=SimpleNamespace(names=["crown"]),
     )
     told = SimpleNamespace(
-        verdict=Verdict.ADEQUATE, tied=(), considered=tuple(rows), beyond=(), sentence=_sentence(found)
+        verdict=Verdict.ADEQUATE,
+        tied=(),
+        considered=tuple(rows),
+        beyond=(),
+        sentence=_sentence(found),
+        wrong_model=False,
     )
     told.headline = Diagnosis.headline.fget(told)
     words = [told.sentence, told.headline, plant_headline(told, [])]

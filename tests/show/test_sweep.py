@@ -1,9 +1,11 @@
 """Pictures of a sweep are keyed by what was swept."""
 
+import pickle
 from dataclasses import replace
 from itertools import product
 
 import numpy as np
+import pandas as pd
 import pytest
 from moving_belt import case, curves
 
@@ -53,8 +55,9 @@ def test_rates_are_steady_ones_and_yaws_are_lines_of_their_own():
     assert ax.get_ylabel().startswith("steady rate")
 
 
-def test_a_rate_that_has_not_settled_is_hollow():
-    runs = [replace(finished(t), steady=None, settled=t > 15) for t in RATES]
+@pytest.mark.parametrize("steady", [None, 1e-4])
+def test_a_rate_that_has_not_settled_is_hollow(steady):
+    runs = [replace(finished(t), steady=steady, settled=t > 15) for t in RATES]
     (ax,) = sweep_rates(None, runs, "tension", []).axes
     dots = [line for line in ax.lines if line.get_marker() == "o"]
     full, hollow = ([d for d in dots if (d.get_markerfacecolor() == "white") == white] for white in (False, True))
@@ -93,3 +96,19 @@ def test_a_table_of_rates_is_drawn_hollow_where_they_have_not_settled():
     assert list(steady.get_ydata()) == list(table["steady_rate_mm_per_m"])
     drawn = {line.get_markerfacecolor() == "white": list(line.get_ydata()) for line in dots}
     assert drawn == {not there: list(rows["rate1_mm_per_m"]) for there, rows in table.groupby("settled")}
+
+
+def test_a_table_draws_itself_and_its_parts_are_plain(tmp_path):
+    table = bs.simulate(tension=[20, 40, 60], model="strip", travel=20)
+    assert table.plot(tmp_path / "x.png").save(tmp_path / "y.png").is_file()
+    assert (tmp_path / "x.png").is_file()
+    drawn = (table.plot(kind="offset_upper_mm"), bs.plot(table, kind="offset_upper_mm"))
+    assert drawn[0].axes[0].get_ylabel() == drawn[1].axes[0].get_ylabel()
+    for plain in (table.copy(), table[["model"]], pd.concat([table, table]), pickle.loads(pickle.dumps(table))):
+        assert type(plain) is pd.DataFrame
+    assert pickle.loads(pickle.dumps(table)).attrs == table.attrs
+
+
+def test_a_map_ends_where_its_cases_do():
+    (ax, _) = bs.plot(bs.sweep(tension=[20, 40, 60], yaw=[-0.042, 0.042], model="strip", travel=None)).axes
+    assert (*ax.get_xlim(), *ax.get_ylim()) == pytest.approx((20, 60, -0.042, 0.042))
