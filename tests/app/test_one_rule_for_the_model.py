@@ -22,7 +22,7 @@ def measured(name: str, tension: float | None = None, at: str | None = None):
 
 
 CASES = [
-    (measured("slack_belt"), "strip", "synthetic"),
+    (measured("slack_belt"), "strip", "simulated"),
     (measured("slack_belt", tension=10e6), "strip_lift_off", "(10 N/mm2) is so slack"),
     (measured("slack_belt", tension=40e6), "strip", "no run"),
     (measured("slack_belt", tension=10e6, at="upper_span at 2.0 m"), "strip", "inside a span"),

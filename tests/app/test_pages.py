@@ -54,6 +54,7 @@ def test_sliders_change_the_curve(page, served):
             page.keyboard.press(key)
         curve = curve_other_than(page, curve)
     assert facts.inner_text() != before
+    page.get_by_text("Not settled: these are slopes").wait_for()
     page.get_by_text("Model strip_lift_off, as the belt").wait_for()
     page.locator("[data-name=model]").click()
     page.get_by_role("option", name="beam_th2").click()

@@ -7,6 +7,7 @@ pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-
 
 from belt_sim.api.simulate import simulate
 from belt_sim.app.simulate_page import choices, reach, simulate_sliders, warnings
+from belt_sim.app.widgets import search_words
 from belt_sim.effects.base import library
 from belt_sim.line import march
 
@@ -23,6 +24,13 @@ def test_a_shorter_travel_is_the_start_of_the_longest():
     alone = simulate(model="strip", tension=10.0, yaw=-0.042, travel=40.0, effects=[{"id": "taper", "kappa_t": 2e-5}])
     np.testing.assert_allclose(shown.curves.y, np.asarray(alone.curves.y), atol=1e-9)
     assert shown.curves.travel[-1] == pytest.approx(40.0)
+
+
+@pytest.mark.parametrize(
+    ("word", "effect"), [("worn", "crown"), ("schief", "cant"), ("schief", "yaw_offset_tail"), ("konisch", "taper")]
+)
+def test_effects_are_found_by_what_people_call_them(word, effect):
+    assert word in search_words(effect)
 
 
 def test_moving_a_slider_compiles_nothing(monkeypatch):
