@@ -717,6 +717,13 @@ def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
 def _suspicion(lead: Lead, severity: Severity) -> Suspicion:
     """Describe an odd lead: slipped unit, exchanged columns or wrong sign."""
     run, names = lead.tail.run, (lead.tail.sheet.name, lead.head.sheet.name)
+    if run.run_in > 0.0 and run.travel[0] >= run.yaw_at:  # no reading shows the belt before its yaw
+        given = f"what the yaw of {math.degrees(lead.yaw):.3g} deg, set when the record began, gives"
+        sentence = (
+            f"{' and '.join(names)} differ by {lead.lead:.2g} times {given}: it was on before (yaw_at_m below 0, or"
+        )
+        sentence += " run_in_m: unknown), or else the two columns are exchanged, or a sign or a unit is another"
+        return Suspicion(run.name, (), "running_start", sentence, severity)
     times = f"{lead.lead:.2g} times what the yaw of {math.degrees(lead.yaw):.3g} deg gives"
     seen = f"{' and '.join(names)} differ by {times} in the end"
     if not LOW < abs(lead.lead) < HIGH:

@@ -44,7 +44,7 @@ SAMPLE = 200
 
 #: decimal mark -> a number without and with marks of thousands; with an exponent either mark is a decimal one
 _PLAIN = {d: re.compile(rf"[+-]?(?:\d+[{d}]?\d*|[{d}]\d+)\Z|[+-]?\d*[.,]?\d*[eE][+-]?\d+\Z") for d in ".,"}
-_GROUPED = {d: re.compile(rf"[+-]?\d{{1,3}}(?:[{OTHER[d]}]\d{{3}})+(?:[{d}]\d*)?\Z") for d in ".,"}
+_GROUPED = {d: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:[{OTHER[d]}]\d{{3}})+(?:[{d}]\d*)?\Z") for d in ".,"}
 _DOUBTFUL = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}\Z")
 _GAP = re.compile(r"(?<=\d)[ '’\u00a0\u202f](?=\d{3}(?!\d))")
 

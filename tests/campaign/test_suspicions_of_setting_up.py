@@ -9,6 +9,7 @@ from roped_campaign import LENGTH, RADIUS, SPACING, WHITE, YAW, damaged, roped_c
 
 from belt_sim.campaign import Quantity, suspicions
 from belt_sim.campaign.quality import check_guide, check_repeats, records_of
+from belt_sim.virtual_rig.make import make_campaign
 
 
 def stops(campaign):
@@ -187,3 +188,24 @@ def test_a_belt_that_stands_beside_its_pulleys_is_told(share, severity):
     found = suspicions(dataclasses.replace(campaign, runs=runs))
     assert [(s.run, s.severity) for s in found] == ([(campaign.runs[0].name, severity)] if severity else [])
     assert all(f"y0 = {1e3 * y0:.4g} mm" in s.sentence for s in found)
+
+
+def test_a_yaw_that_was_on_before_a_running_record_is_told_before_exchanged_columns():
+    """Records cut out after 20 m, their yaw stated where they begin and not 20 m before."""
+    campaign = make_campaign(hidden=[{"id": "taper", "kappa_t": 2e-5}], seed=11, base="strip")[0]
+    runs = []
+    for run in campaign.runs:
+        late = run.travel >= run.yaw_at + 20.0
+        signals = {n: y[late] - y[late][0] for n, y in run.signals.items()}
+        runs.append(
+            dataclasses.replace(
+                run, travel=run.travel[late], run_in=float(run.travel[late][0]), signals=signals, time=None
+            )
+        )
+    true = dataclasses.replace(campaign, runs=tuple(runs))
+    wrong = dataclasses.replace(true, runs=tuple(dataclasses.replace(r, yaw_at=r.run_in) for r in runs))
+    found = [s for s in suspicions(wrong) if s.severity == "stop"]
+    assert {s.kind for s in found} == {"running_start"}
+    assert "it was on before (yaw_at_m below 0" in found[0].sentence
+    assert "columns are exchanged" in found[0].sentence
+    assert [s for s in suspicions(true) if s.severity == "stop"] == []

@@ -203,6 +203,20 @@ def test_a_column_that_is_named_otherwise_is_asked_for_and_answered(tmp_path):
     assert campaign.runs[0].signals["y1"][-1] == pytest.approx(-truth(L.travel, -0.73, 1)[-1] * 1e-3, abs=1e-4)
 
 
+def test_a_number_that_begins_with_nought_has_no_thousands(tmp_path):
+    """0,042 shows a decimal comma, so that 1.000 ms after 500 is a second and time does not run backwards."""
+    shown = [[f"{x:,.0f}".replace(",", ".") for x in 1e3 * values] for values in (L.time, L.y1 + 100.0, L.y4 + 50.0)]
+    yaw = ["-0,042"] * len(L.time)
+    header = ["Zeit [ms]", "v [mm/s]", "Schwenkwinkel [°]", "Kante 1 [µm]", "Kante 4 [µm]"]
+    text = table(header, [shown[0], ["500"] * len(yaw), yaw, *shown[1:]], ";", ",")
+    (tmp_path / "a.csv").write_text(text)
+    columns = {name: {"at": f"point_{name[6]}"} for name in header[3:]}
+    run = understand(read([tmp_path / "a.csv"]), MAPPING | {"all_runs": {"tension": "10 N/mm2"}, "columns": columns})
+    (run,) = run.complete().runs
+    assert np.degrees(run.yaw) == pytest.approx(-0.042)
+    assert run.time[-1] == pytest.approx(L.time[-1], abs=1.0)
+
+
 def test_days_of_stamps_are_seconds_whatever_their_size(tmp_path):
     from datetime import datetime, timedelta
 
