@@ -731,6 +731,7 @@ def _suspicion(lead: Lead, severity: Severity) -> Suspicion:
         return Suspicion(run.name, (), "unit_slip", sentence, severity)
     if lead.drift > 0.0:
         sentence = f"{seen}, though they move to its side: the two columns are exchanged"
+        sentence += ", or the yaw was on before the record (run_in_m)" if run.travel[0] >= run.yaw_at else ""
         return Suspicion(run.name, names, "swapped", sentence, severity)
     sentence = f"{seen}, and they move away from its side: the yaw or the readings have the wrong sign"
     return Suspicion(run.name, (), "wrong_sign", sentence, severity)

@@ -209,3 +209,6 @@ def test_a_yaw_that_was_on_before_a_running_record_is_told_before_exchanged_colu
     assert "it was on before (yaw_at_m below 0" in found[0].sentence
     assert "columns are exchanged" in found[0].sentence
     assert [s for s in suspicions(true) if s.severity == "stop"] == []
+    unsaid = (dataclasses.replace(r, travel=r.travel - r.run_in, run_in=0.0, yaw_at=0.0) for r in runs)
+    (told,) = [s for s in suspicions(dataclasses.replace(true, runs=tuple(unsaid))) if s.severity == "stop"]
+    assert "columns are exchanged, or the yaw was on before the record (run_in_m)" in told.sentence
