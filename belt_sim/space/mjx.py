@@ -152,7 +152,9 @@ def command(
     """The command of a controller that wants belt speed [m/s] and yaw [rad], (2,): head, tail.
 
     drag [1/s]: of the belt across its travel; acceleration [m/s2], turning [rad/s]: by which speed and yaw change at
-    most, step by step, because a jump folds the belt; inf = at once.
+    most, step by step, because a jump folds the belt; inf = at once. The yaw itself is not limited: beyond
+    2 L sigma/(E b) an edge of a span L is slack, and far beyond it (10 mrad on a span of 2 m) the belt folds, which
+    ``diverged`` tells.
     """
     before, one, dt = data.reading[READING["speed"]], jnp.ones(()), model.dt
     gained = jnp.clip((speed - before) / dt, -acceleration, acceleration)
