@@ -42,3 +42,9 @@ def scope(file: str) -> str:
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     return ByFile(config, log)
+
+
+def pytest_runtest_setup():
+    """Output is that of a pipe, whatever the window or an earlier test's libraries have set."""
+    for name in ("COLUMNS", "LINES", "FORCE_COLOR", "TTY_COMPATIBLE"):
+        os.environ.pop(name, None)

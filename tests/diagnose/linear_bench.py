@@ -20,7 +20,7 @@ NUMBER = Parameter(unit="1", meaning="how much of its shape", plausible=(-1e9, 1
 def run(tension=7e6, yaw=YAW):
     return SimpleNamespace(
         name=f"{tension:g} {yaw:g}", tension=tension, yaw=yaw, yaw_head=0.0, speed=0.5, direction=1.0, yaw_at=0.0,
-        y0=None, use="fit",
+        y0=None, use="fit", runs_already=False,
     )  # fmt: skip
 
 
