@@ -196,7 +196,7 @@ SLACK_SCENE = "the yaw slackens an edge of the belt, and y here is up to 6 % of 
 _NOT_IN_SPACE = ("flat_belt", "second_order", "deep_sag", "fast_belt")
 
 
-#: of a limit of the run over that of the case alone, from which its effects take it further than the yaw does
+#: Load of a limit in the run over its load by the yaw alone, above which the run's is told: effects took it further.
 ALIKE = 1.05
 
 
@@ -226,8 +226,9 @@ def validity_limits(case: Case, model: Any, effects: Sequence[str] = ()) -> tupl
 def with_run(
     beyond: tuple[Limit, ...], case: Case, model: Any, curves: Curves, effects: Sequence[Effect] = ()
 ) -> tuple[Limit, ...]:
-    """Return the limits that a case is beyond, and those that its run left with all its effects; of a kind the one
-    that is left further, of two nearly alike the case's own.
+    """Return the limits that a case is beyond, and those that its run left with all its effects.
+
+    One that is left by both is told once: with the larger load, or as the case's own where they differ by under 5 %.
     """
     left, own = run_limits(case, curves, isinstance(model, AnalyticModel), effects), {x.id: x.load for x in beyond}
     further = {x.id: x for x in left if x.load > ALIKE * own.get(x.id, 0.0)}
@@ -235,7 +236,7 @@ def with_run(
 
 
 def limits_of_run(case: Case, model: Any, effects: Sequence[Effect], travel: float) -> tuple[Limit, ...]:
-    """Return the limits that a case is beyond, and those that ``travel`` [m] of it leave; a run that diverges, none."""
+    """Return the limits that a case is beyond, and those that its run over ``travel`` [m] leaves, if that is finite."""
     beyond = validity_limits(case, model, [e.id for e in effects])
     with suppress(SimulationError):
         return with_run(beyond, case, model, march_case(case, model, effects, travel=travel), effects)
