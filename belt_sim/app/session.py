@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.api.simulate import campaign_model
-from belt_sim.app.jobs import Job
+from belt_sim.app.jobs import TITLES, Job
 from belt_sim.campaign import Campaign, Suspicion, read_campaign, suspicions
 from belt_sim.campaign.folder import FILES, campaign_folder
 from belt_sim.campaign.sheet import FILE as SHEET
@@ -32,12 +32,12 @@ from belt_sim.importing.mapping import inner_mapping
 from belt_sim.model import BY_TENSION
 from belt_sim.units import plain_minus
 
+REPORT = "report.html"
 MEBI = 2**20
 MAX_UPLOAD = 256 * MEBI  # bytes of one request
 TOO_LARGE = (
     f"at most {MAX_UPLOAD // MEBI} MB at a time; drop fewer at once, or give them to belt-sim import in a terminal"
 )
-MOST_MEMBERS = 2000  # of a zip
 LOGGERS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".xlsx")
 LONGEST_NAME = 120  # characters
 
@@ -48,43 +48,43 @@ class Tray:
 
     campaign: dict[str, bytes] = field(default_factory=dict)
     loggers: dict[str, bytes] = field(default_factory=dict)
-    effects: tuple[str, bytes] | None = None
-    mapping: tuple[str, bytes] | None = None
+    single: dict[str, tuple[str, bytes]] = field(default_factory=dict)
     messages: list[str] = field(default_factory=list)
+
+    def put(self, name: str, data: bytes) -> None:
+        """Sort in a file by its name; raises InputError for one that cannot be used."""
+        last = last_name(name)
+        known = last.lower()
+        if known in FILES or known.endswith(".zip"):
+            found = {known: data} if known in FILES else unpack(last, data)
+            for file in found.keys() & self.campaign.keys():
+                remedy = f"{file} was dropped twice, the first is kept; drop one campaign at a time"
+                raise InputError("file", quote(name), "", remedy)
+            self.campaign |= found
+        elif known.endswith((".yaml", ".yml")):
+            kind = "mapping" if known == MAPPING else "effects"
+            if kind in self.single:
+                remedy = f"a second file of {kind} beside {quote(self.single[kind][0])}, which is kept; drop one"
+                raise InputError("file", quote(name), "", remedy)
+            self.single[kind] = (last, data)
+        elif known.endswith(LOGGERS):
+            stem, _, end = safe(last).rpartition(".")
+            names, taken = (f"{stem}{f'_{k}' * (k > 1)}.{end}" for k in count(1)), {n.lower() for n in self.loggers}
+            kept = next(n for n in names if n.lower() not in taken)
+            if kept != safe(last):
+                self.messages.append(f"{quote(name)}: another file has this name; this one is kept as {kept}")
+            self.loggers[kept] = data
+        else:
+            wanted = f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or an effects.yaml"
+            raise InputError("file", quote(last), "", NO_CODE if known.endswith(".py") else wanted)
 
 
 def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
     """Sort files by their names; every one that cannot be used has its line."""
     tray = Tray()
     for name, data in dropped:
-        last = last_name(name)
-        known = last.lower()
         try:
-            if known in FILES or known.endswith(".zip"):
-                found = {known: data} if known in FILES else unpack(last, data)
-                for file in found.keys() & tray.campaign.keys():
-                    remedy = f"{file} was dropped twice, the first is kept; drop one campaign at a time"
-                    raise InputError("file", quote(name), "", remedy)
-                tray.campaign |= found
-            elif known == MAPPING or known.endswith((".yaml", ".yml")):
-                kind = "mapping" if known == MAPPING else "effects"
-                if (before := getattr(tray, kind)) is not None:
-                    remedy = f"a second file of {kind} beside {quote(before[0])}, which is kept; drop one of them"
-                    raise InputError("file", quote(name), "", remedy)
-                setattr(tray, kind, (last, data))
-            elif known.endswith(LOGGERS):
-                kept = safe(last)
-                stem, _, end = kept.rpartition(".")
-                taken = {file.lower() for file in tray.loggers}
-                kept = next(n for k in count(1) if (n := kept if k == 1 else f"{stem}_{k}.{end}").lower() not in taken)
-                if kept != safe(last):
-                    tray.messages.append(f"{quote(name)}: another file has this name; this one is kept as {kept}")
-                tray.loggers[kept] = data
-            elif known.endswith(".py"):
-                raise InputError("file", quote(last), "", NO_CODE)
-            else:
-                wanted = f"{', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or an effects.yaml"
-                raise InputError("file", quote(last), "", f"drop {wanted}")
+            tray.put(name, data)
         except BeltError as error:
             tray.messages.append(str(error))
     return tray
@@ -104,27 +104,23 @@ def safe(name: str) -> str:
 
 def unpack(name: str, data: bytes) -> dict[str, bytes]:
     """The files of the one campaign in a zip: those beside its campaign.yaml, up to ``MAX_UPLOAD`` in all."""
+    found = dict[str, bytes]()
     try:
         with zipfile.ZipFile(BytesIO(data)) as archive:
-            members = [m for m in archive.infolist() if not m.is_dir()]
-            if len(members) > MOST_MEMBERS:
-                raise InputError("zip", quote(name), "", f"holds more than {MOST_MEMBERS} files; zip one campaign")
-            sheets = [m for m in members if last_name(m.filename) == SHEET and "__MACOSX" not in m.filename]
-            if len(sheets) != 1:
-                many = f"holds {len(sheets)} campaigns" if sheets else f"holds no {SHEET}"
-                raise InputError("zip", quote(name), "", f"{many}; zip the folder of one campaign")
-            beside = sheets[0].filename.removesuffix(SHEET)
-            found, room = {}, MAX_UPLOAD
-            for file in (f for f in FILES if f"{beside}{f}" in archive.namelist()):
-                with archive.open(f"{beside}{file}") as stream:  # whatever the zip says of its size
-                    found[file] = stream.read(room + 1)
-                room -= len(found[file])
-                if room < 0:
-                    remedy = f"unpacks to more than {MAX_UPLOAD // MEBI} MB; thin the signals out"
-                    raise InputError("zip", quote(name), "", remedy)
+            names = set(archive.namelist())
+            sheets = [n for n in names if last_name(n) == SHEET and "__MACOSX" not in n]
+            for file in FILES if len(sheets) == 1 else ():
+                if (member := f"{sheets[0].removesuffix(SHEET)}{file}") in names:
+                    with archive.open(member) as stream:  # whatever the zip says of its size
+                        found[file] = stream.read(max(MAX_UPLOAD + 1 - sum(map(len, found.values())), 0))
+        why = f"holds {f'{len(sheets)} campaigns' if sheets else f'no {SHEET}'}; zip the folder of one campaign"
+        if len(sheets) == 1 and sum(map(len, found.values())) <= MAX_UPLOAD:
             return found
+        if found:
+            why = f"unpacks to more than {MAX_UPLOAD // MEBI} MB; thin the signals out"
     except (zipfile.BadZipFile, RuntimeError, NotImplementedError, OSError, EOFError) as error:
-        raise InputError("zip", quote(name), "", f"cannot be unpacked ({error}); zip it again") from error
+        why = f"cannot be unpacked ({error}); zip it again"
+    raise InputError("zip", quote(name), "", why)
 
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> Path:
@@ -146,21 +142,33 @@ def refuse_code(effect: str) -> None:
         raise InputError("effects", quote(effect), "", remedy)
 
 
+def parsed(name: str, data: bytes) -> Any:
+    """The tree of a user's YAML, without anchors and aliases; raises CampaignError."""
+    problems: list[Problem] = []
+    marked = parse(data.decode("utf-8-sig", errors="replace"), name, problems)
+    if problems:
+        raise CampaignError(problems[:1])
+    return marked.tree if marked else None
+
+
 def read_effects(name: str, data: bytes) -> list[dict[str, Any]]:
     """Effects as [{id: taper, kappa_t: 2e-5}]; raises InputError, CampaignError for what is not of the library."""
     if len(data) > LARGEST_EFFECTS:
         raise InputError("effects", name, "", f"must be at most {LARGEST_EFFECTS // 1024} kB; is this an effects.yaml?")
-    problems: list[Problem] = []
-    parse(data.decode("utf-8-sig", errors="replace"), name, problems)  # syntax, anchors, aliases
-    if problems:
-        raise CampaignError(problems[:1])
-    found = []
-    for entry in entries_of(data, name):
-        effect, numbers = split_entry(entry)
+    parsed(name, data)
+    entries = [split_entry(entry) for entry in entries_of(data, name)]
+    for effect, _ in entries:
         refuse_code(effect)
-        found.append({"id": effect} | numbers)
+    found = [{"id": effect} | numbers for effect, numbers in entries]
     load_effects(found)  # names and numbers
     return found
+
+
+def read_mapping(name: str, data: bytes) -> dict[str, Any]:
+    """A dropped mapping.yaml as plain text values; raises CampaignError."""
+    if not isinstance(tree := parsed(name, data), dict):
+        raise CampaignError([Problem(file=name, remedy="must begin with schema: belt-mapping/1")])
+    return tree
 
 
 Place = tuple[str, ...]  # keys in the mapping, from the outside in
@@ -169,13 +177,14 @@ GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the name of 
 
 @dataclass
 class Import:
-    """Files as read, and what they mean with ``answers``; draft: answers that are not applied yet; all_questions:
-    those that were ever put; errors: what is wrong.
+    """Files as read, and what they mean with ``answers``; shown, draft: what stood in the fields of the page at first,
+    and what stands there now; all_questions: those that were ever put; errors: what is wrong.
     """
 
     logged: LoggedTables
     base: Mapping[str, Any]
     answers: dict[Place, str] = field(default_factory=dict)
+    shown: dict[Place, str] = field(default_factory=dict)
     draft: dict[Place, str] = field(default_factory=dict)
     all_questions: dict[Place, Question] = field(default_factory=dict)
     proposal: Proposal | None = None
@@ -193,7 +202,7 @@ class Import:
     def answer(self, answers: Mapping[Place, Any]) -> None:
         """Take answers; a blank one takes back what was said. A machine given by its name needs no numbers."""
         for place, value in sorted(answers.items(), key=lambda pair: len(pair[0])):
-            text = str(value).strip()
+            text = str(value or "").strip()
             if place[0] in GROUPS and len(place) == 1:
                 self.answers = {p: a for p, a in self.answers.items() if p[0] != place[0]}
             if text and (len(place) == 1 or place[:1] not in self.answers):
@@ -202,6 +211,11 @@ class Import:
                 self.answers.pop(place, None)
         self.draft.clear()
         self.understand()
+
+    @property
+    def changes(self) -> dict[Place, str]:
+        """What stands in the fields otherwise than at first."""
+        return {place: text for place, text in self.draft.items() if str(text or "").strip() != self.shown[place]}
 
     @property
     def files(self) -> list[Path]:
@@ -227,14 +241,13 @@ class Import:
         return [q for place, q in self.all_questions.items() if place in put and place[0] != "runs"]
 
     @property
-    def runs(self) -> list[str]:
-        found = list(self.proposal.mapping.get("runs", {})) if self.proposal else []
-        return list(dict.fromkeys([*found, *(place[1] for place in self.all_questions if place[0] == "runs")]))
-
-    def setting(self, run: str, key: str) -> str:
-        given = self.answers.get(("runs", run, key))
-        stated = self.proposal.mapping.get("runs", {}).get(run, {}) if self.proposal else {}
-        return given if given is not None else str(stated.get(key) or "")
+    def runs(self) -> dict[str, dict[str, Any]]:
+        """What is known of every run."""
+        stated = self.proposal.mapping.get("runs", {}) if self.proposal else {}
+        found = {name: dict(run or {}) for name, run in stated.items()}
+        for place in (p for p in (*self.all_questions, *self.answers) if p[0] == "runs"):
+            found.setdefault(place[1], {}).update([(place[2], self.answers[place])] * (place in self.answers))
+        return found
 
 
 def begin_import(paths: Sequence[Path], mapping: Mapping[str, Any] | None = None) -> Import:
@@ -246,15 +259,6 @@ def begin_import(paths: Sequence[Path], mapping: Mapping[str, Any] | None = None
     return made
 
 
-def read_mapping(name: str, data: bytes) -> dict[str, Any]:
-    """A dropped mapping.yaml as plain text values; raises CampaignError."""
-    problems: list[Problem] = []
-    marked = parse(data.decode("utf-8-sig", errors="replace"), name, problems)
-    if marked is None or problems or not isinstance(marked.tree, dict):
-        raise CampaignError(problems[:1] or [Problem(file=name, remedy="must begin with schema: belt-mapping/1")])
-    return marked.tree
-
-
 def nest_answers(base: Mapping[str, Any], answers: Mapping[Place, str]) -> dict[str, Any]:
     """The mapping with the answers in their places."""
     whole = copy.deepcopy(dict(base))
@@ -263,7 +267,6 @@ def nest_answers(base: Mapping[str, Any], answers: Mapping[Place, str]) -> dict[
     return whole
 
 
-TITLES = {"compare": "Comparison", "diagnose": "Diagnosis"}
 #: what is asked of a campaign at first: with the model that the command line takes, with more inputs folded away
 INPUTS = {"model": BY_TENSION, "candidates": [], "bootstraps": BOOTSTRAPS, "more": False}
 
@@ -303,38 +306,35 @@ class Session:
         self.messages = list(messages)
         self.version += 1
 
-    def drop(self, files: list[tuple[str, bytes]]) -> None:
+    def new_folder(self, kind: str) -> Path:
+        self._folders += 1
+        return self.folder / f"{kind}_{self._folders}"
+
+    def drop(self, files: Sequence[tuple[str, bytes]]) -> None:
         """Take dropped files: begin an import of a logger's files, or apply a mapping to those that are there; open a
         campaign, or add files that were missing in the one dropped before; take effects."""
         tray = sort_files(files)
-        messages = tray.messages
-        self._folders += 1
+        messages, before = tray.messages, self.importing or self.finished_import
         try:
-            if tray.loggers or tray.mapping:
-                before, mapping = self.importing or self.finished_import, {}
-                if tray.mapping:
-                    mapping = read_mapping(*tray.mapping)
+            if tray.loggers or "mapping" in tray.single:
+                mapping = read_mapping(*tray.single["mapping"]) if "mapping" in tray.single else {}
+                paths = before.files if before else []
                 if tray.loggers:
-                    folder = write_files(self.folder / f"import_{self._folders}" / "files", tray.loggers)
-                    self.importing = begin_import([folder / name for name in tray.loggers], mapping)
-                elif before is None:
-                    messages.append(f"{MAPPING}: drop the logger's files with it")
+                    folder = write_files(self.new_folder("import"), tray.loggers)
+                    paths = [folder / name for name in tray.loggers]
+                if paths:
+                    self.importing = begin_import(paths, mapping)
                 else:
-                    self.importing = begin_import(before.files, mapping)
+                    messages.append(f"{MAPPING}: drop the logger's files with it")
+            if tray.campaign:
+                last, there = self.campaign_folder, dict[str, bytes]()
+                if SHEET not in tray.campaign and last is not None:
+                    there = {n: (last / n).read_bytes() for n in FILES if (last / n).is_file()}
+                messages += self.open_folder(write_files(self.new_folder("campaign"), there | tray.campaign))
+            if "effects" in tray.single:
+                self.effects, self.effects_name = read_effects(*tray.single["effects"]), tray.single["effects"][0]
         except BeltError as error:
             messages += str(error).replace(f"{self.folder}/", "").splitlines()
-        if tray.campaign:
-            last, there = self.campaign_folder, dict[str, bytes]()
-            if SHEET not in tray.campaign and last is not None:
-                there = {n: (last / n).read_bytes() for n in FILES if (last / n).is_file()}
-            self.finished_import = None
-            folder = write_files(self.folder / f"campaign_{self._folders}", there | tray.campaign)
-            messages += self._open(folder)
-        if tray.effects:
-            try:
-                self.effects, self.effects_name = read_effects(*tray.effects), tray.effects[0]
-            except BeltError as error:
-                messages += str(error).splitlines()
         self.end_drop(*messages)
 
     def end_drop(self, *messages: str) -> None:
@@ -342,38 +342,38 @@ class Session:
         self.drops += 1
         self.notify(*messages)
 
-    def answer(self, answers: Mapping[Place, Any]) -> None:
+    def answer(self) -> None:
+        """Look at the import again with what stands in its fields."""
         if self.importing is not None:
-            self.importing.answer(answers)
+            self.importing.answer(self.importing.changes)
             self.notify(*self.importing.errors)
 
-    def take(self, answers: Mapping[Place, Any]) -> None:
+    def take(self) -> None:
         """Make the campaign that the import comes to with the last answers."""
-        if answers:
-            self.answer(answers)
+        if self.importing is not None and self.importing.changes:
+            self.answer()
         if self.importing is None or self.importing.proposal is None or not self.importing.ready:
             return
-        self._folders += 1
-        folder = self.folder / f"campaign_{self._folders}"
+        folder, done = self.new_folder("campaign"), self.importing
         try:
             write(self.importing.proposal, folder)
         except BeltError as error:
             self.notify(*str(error).splitlines())
             return
-        self.finished_import, self.importing = self.importing, None
-        self.notify(*self._open(folder))
+        self.notify(*self.open_folder(folder))
+        self.finished_import = done
 
     def back_to_import(self) -> None:
         self.importing = self.finished_import
         self.notify()
 
     def sample(self, name: str) -> None:
-        self.finished_import = None
-        self.notify(*self._open(campaign_folder(name)))
+        self.notify(*self.open_folder(campaign_folder(name)))
 
-    def _open(self, folder: Path) -> list[str]:
+    def open_folder(self, folder: Path) -> list[str]:
+        """Take the campaign of a folder; returns what is wrong with it."""
         self.campaign, self.campaign_folder, self.suspicions = None, folder, ()
-        self.importing = None
+        self.importing = self.finished_import = None
         try:
             self.campaign = read_campaign(folder)
             self.suspicions = suspicions(self.campaign)
@@ -386,18 +386,19 @@ class Session:
         self.effects, self.effects_name = effects, name
         self.notify()
 
-    def start(self, task: str, model: str, *, total: int = 0, **request: Any) -> Job:
-        """Begin long work on the campaign; raises InputError while other work goes on."""
+    def start(self, task: str, model: str, *, total: int = 0, effects: Any = None, **request: Any) -> Job:
+        """Begin long work on the campaign; raises InputError while other work goes on, or for code."""
         if self.campaign is None:
             raise InputError("campaign", "none", "", "drop the files of a campaign first")
         if self.job is not None and self.busy:
             raise InputError(task, "not begun", "", f"{self.job.title} is still going on; wait, or stop it")
+        for entry in effects or []:  # wherever they come from
+            refuse_code(str(entry["id"] if isinstance(entry, Mapping) else entry))
         if model == BY_TENSION:
             model = campaign_model(None, self.campaign).name
-        number = len(self.jobs) + 1
-        folder = self.folder / f"{task}_{number}"
-        asked = {"task": task, "model": model, "campaign": str(self.campaign_folder), "folder": str(folder), **request}
-        job = Job(asked, folder, f"{TITLES[task]} of {self.campaign.title}, {model}", total)
+        asked = {"task": task, "model": model, "campaign": str(self.campaign_folder), "effects": effects, **request}
+        title = f"{TITLES[task]} of {self.campaign.title}, {model}"
+        job = Job(asked, self.folder / f"{task}_{len(self.jobs) + 1}", title, total)
         self.jobs.append(job)
         self.notify()
         listening = asyncio.create_task(self._listen(job))

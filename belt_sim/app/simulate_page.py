@@ -4,7 +4,8 @@ import asyncio
 import json
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 from urllib.parse import urlencode
@@ -13,9 +14,11 @@ import numpy as np
 from nicegui import run, ui
 
 from belt_sim.api.plot import plot
-from belt_sim.api.simulate import by_tension, model_of, simulate, validity_limits, with_run
+from belt_sim.api.simulate import by_tension, simulate_one
 from belt_sim.app import widgets
-from belt_sim.effects.base import Parameter, library, title_of
+from belt_sim.app.widgets import box, soft
+from belt_sim.case import Case
+from belt_sim.effects.base import Effect, Parameter, library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.model import ANALYTIC, BY_TENSION, model_named
 from belt_sim.results.estimates import MachineSizes, display_unit
@@ -25,7 +28,6 @@ from belt_sim.settings import make_case
 from belt_sim.show.terminal import REASONS
 from belt_sim.units import N_PER_MM2
 
-LONGEST = 200.0  # [m]: one march over it is computed, of which a shorter travel is the start
 MODELS = tuple(name for name in ANALYTIC if name != "ritzinger")  # those that have curves
 TITLES = {name: f"{name}: {model_named(name).title}" for name in MODELS}  # type: ignore[union-attr]
 SCALES = 10.0  # how far a slider of an effect reaches, in scales of its parameter
@@ -35,9 +37,15 @@ LONG = 0.4  # [s] after which it is shown that something is being computed
 SLIDERS = {
     "tension": ("tension [N/mm²]", 2.0, 80.0, 0.5),
     "yaw": ("yaw of the tail pulley [degrees]", -0.2, 0.2, 0.002),
-    "travel": ("belt travel [m]", 5.0, LONGEST, 1.0),
+    "travel": ("belt travel [m]", 5.0, 200.0, 1.0),
 }
 RIGS = {"test_rig": "the paper's test rig", "rope_example": "the paper's rope example", "own": "my machine"}
+#: name -> words, what can be chosen
+MENUS = {
+    "model": ("model", {BY_TENSION: "by tension, as on the command line"} | TITLES),
+    "beside": ("beside it, dotted", {"": "none"} | TITLES),
+    "rig": ("machine", RIGS),
+}
 #: name -> words, value, unit, SI per unit
 OWN = {
     "centre_distance": ("distance of the pulleys", 11.28, "m", 1.0),
@@ -50,38 +58,20 @@ OWN = {
 OF_RIG = ("centre_distance", "pulley_radius")
 
 
-def simulate_sliders(
-    *, model: str, tension: float, yaw: float, travel: float, effects: Mapping[str, Mapping[str, float]], **machine: Any
-) -> Simulation:
-    """The simulation; raises InputError, CannotRepresent, SimulationError.
-
-    tension [N/mm2], yaw [degrees], travel [m]; effects: id -> parameter -> number; machine: rig and belt, as names or
-    numbers.
-    """
-    case = make_case(tension=tension, yaw=yaw, **machine)
-    acting = [library()[effect](**numbers) for effect, numbers in effects.items()]  # a size of nothing is allowed here
-    whole = simulate(case, model=model, effects=acting, travel=LONGEST)
-    assert isinstance(whole, Simulation)
-    curves = whole.curves
-    assert curves is not None
-    keep = np.asarray(curves.travel) <= travel + 1e-9
-    along = ("travel", "y", "angle", "moment", "edge_stress", "tilt")
-    cut = {n: np.asarray(getattr(curves, n))[..., keep] for n in along if getattr(curves, n) is not None}
-    shown, chosen = replace(curves, **cut, extra=None), model_of(model)
-    beyond = with_run(validity_limits(case, chosen, [*effects]), case, chosen, shown, acting)  # of what is shown
-    return replace(whole, travel=travel, curves=shown, beyond=beyond)
-
-
-def choices(model: str) -> dict[str, str]:
-    """Effects that a model can have: id -> words."""
-    chosen = model_named(model)
-    return {i: title_of(cls) for i, cls in library().items() if chosen.refusal(cls) is None}
+def choices(model: str) -> list[str]:
+    """Effects (ids) that a model can have."""
+    return [i for i, cls in library().items() if model_named(model).refusal(cls) is None]
 
 
 def reach(p: Parameter) -> tuple[float, float, float]:
     """Lowest and highest value of a parameter's slider, and where it starts."""
     low, high = (max(p.plausible[0], -SCALES * p.scale), min(p.plausible[1], SCALES * p.scale))
     return low, high, min(max(p.null if p.modifier else p.scale, low), high)
+
+
+def first_sizes(effect_id: str) -> dict[str, float]:
+    """The numbers at which the sliders of an effect start."""
+    return {n: reach(p)[2] for n, p in library()[effect_id].parameters.items()}
 
 
 def warnings(simulation: Simulation) -> list[str]:
@@ -114,7 +104,7 @@ class View:
         for name, (_, low, high, _) in SLIDERS.items():
             with suppress(ValueError, KeyError):
                 setattr(view, name, float(np.clip(float(asked[name]), low, high)) + 0.0)
-        for name, known in (("model", {BY_TENSION, *MODELS}), ("beside", {*MODELS}), ("rig", {*RIGS})):
+        for name, (_, known) in MENUS.items():
             setattr(view, name, asked[name] if asked.get(name) in known else getattr(view, name))
         with suppress(ValueError, AttributeError, TypeError):
             view.own |= {n: float(v) for n, v in json.loads(asked.get("own", "{}")).items() if n in OWN}
@@ -127,12 +117,10 @@ class View:
     def address(self) -> str:
         """The address that names this view: what differs from a new one."""
         new, asked = View(), dict[str, str]()
-        for name in (*SLIDERS, "model", "beside", "rig"):
+        for name in (*SLIDERS, *MENUS, "own", "effects"):
             if (value := getattr(self, name)) != getattr(new, name):
                 asked[name] = f"{value:.6g}" if isinstance(value, float) else value
-        for name in ("own", "effects"):
-            if (value := getattr(self, name)) != getattr(new, name):
-                asked[name] = json.dumps(value)
+                asked[name] = json.dumps(value) if isinstance(value, dict) else asked[name]
         return f"/?{urlencode(asked)}" if asked else "/"
 
     @property
@@ -144,22 +132,45 @@ class View:
         rig = {n: v for n, v in si.items() if n in OF_RIG} | {"gravity": 9.81}
         return {"rig": rig, "belt": {n: v for n, v in si.items() if n not in OF_RIG} | {"poisson_ratio": 0.3}}
 
-    @property
-    def chosen(self) -> str:
-        """The model: the one that is stated, or by tension, as on the command line."""
-        case = make_case(tension=self.tension, yaw=self.yaw, **self.machine)
-        return str(by_tension({"name": self.model}, [case], self.effects)["name"])
+    def acting(self, model: str) -> list[Effect]:
+        """The effects that a model can have; a size of nothing is allowed here."""
+        return [library()[i](**numbers) for i, numbers in self.effects.items() if i in choices(model)]
 
     async def change(self, **values: Any) -> None:
-        """Take values, and compute."""
+        """Take values, and show what they come to; while one computation runs, only the latest wish is kept."""
         for name, value in values.items():
             setattr(self, name, value)
-        await _compute(self)
+        self.is_stale = True
+        if self.busy:
+            return
+        self.busy = True
+        try:
+            while self.is_stale:
+                self.is_stale = False
+                try:
+                    case = make_case(tension=self.tension, yaw=self.yaw, **self.machine)
+                    model = str(by_tension({"name": self.model}, [case], self.effects)["name"])
+                    shown = [await self.simulate(case, name) for name in (model, self.beside) if name]
+                except BeltError as error:
+                    _say(self, str(error).splitlines(), [])
+                else:
+                    if shown[0] is not None:  # None: the server is being closed
+                        _show(self, *shown)
+                await asyncio.sleep(0.03)
+            ui.navigate.history.replace(self.address)
+        finally:
+            self.busy = False
 
-
-def first_sizes(effect_id: str) -> dict[str, float]:
-    """The numbers at which the sliders of an effect start."""
-    return {n: reach(p)[2] for n, p in library()[effect_id].parameters.items()}
+    async def simulate(self, case: Case, model: str) -> Any:
+        """Compute beside the page; what takes long, as one being compiled for the first time, is seen to go on."""
+        asked = {"model": model, "effects": self.acting(model), "travel": self.travel}
+        work = asyncio.ensure_future(run.io_bound(simulate_one, case, **asked))
+        await asyncio.wait({work}, timeout=LONG)
+        self.places["busy"].set_visibility(not work.done())
+        try:
+            return await work
+        finally:
+            self.places["busy"].set_visibility(False)
 
 
 def add_sliders() -> None:
@@ -170,39 +181,35 @@ def add_sliders() -> None:
         request = ui.context.client.request
         view = View.of_address(request.query_params if request else {})
         widgets.frame("/")
-        with ui.element("div").classes("split"):
-            with ui.element("div").classes("set"), widgets.card("What is set"):
+        with box("split"):
+            with box("set"), widgets.card("What is set"):
                 for name, (label, low, high, step) in SLIDERS.items():
                     move = lambda value, name=name: view.change(**{name: value})  # noqa: E731
                     widgets.labelled_slider(label, getattr(view, name), (low, high), move, mark=name, step=step)
-            with ui.element("div").classes("curve"):
+            with box("curve"):
                 _answers(view)
-            with ui.element("div").classes("more"):
+            with box("more"):
                 _choices(view)
-        ui.timer(0.05, lambda: _compute(view), once=True)
+        ui.timer(0.05, view.change, once=True)
 
 
 def _choices(view: View) -> None:
     """Model, machine, and effects with a slider for each of their numbers, in units of the shop."""
-
-    def pick(name: str, label: str, options: dict[str, str]) -> ui.select:
-        change = lambda event: view.change(**{name: event.value})  # noqa: E731
-        chooser = ui.select(options, value=getattr(view, name), label=label, on_change=change)
-        return chooser.classes("w-full").props(f"data-name={name}")
-
     with widgets.card("Model and machine"):
-        pick("model", "model", {BY_TENSION: "by tension, as on the command line"} | TITLES)
-        pick("beside", "beside it, dotted", {"": "none"} | TITLES)
-        rig = pick("rig", "machine", RIGS)
-        with ui.element("div").classes("w-full").bind_visibility_from(rig, "value", value="own"):
+        menu = None
+        for name, (label, options) in MENUS.items():
+            change = lambda event, name=name: view.change(**{name: event.value})  # noqa: E731
+            menu = ui.select(options, value=getattr(view, name), label=label, on_change=change)
+            menu.classes("w-full").props(f"data-name={name}")
+        with box("w-full").bind_visibility_from(menu, "value", value="own"):
             for name, (label, _, unit, _) in OWN.items():
 
                 async def size(event: Any, name: str = name) -> None:
                     if event.value is not None:
                         await view.change(own=view.own | {name: float(event.value)})
 
-                field = ui.number(f"{label} [{unit}]", value=view.own[name], on_change=size)
-                field.props("dense debounce=400").classes("w-full")
+                number = ui.number(f"{label} [{unit}]", value=view.own[name], on_change=size)
+                number.props("dense debounce=400").classes("w-full")
     with widgets.card("What may be wrong", "Add an effect and move its size."):
 
         @ui.refreshable
@@ -216,17 +223,16 @@ def _choices(view: View) -> None:
 
                     async def move(value: float, numbers: dict[str, float] = numbers, name: str = name) -> None:
                         numbers[name] = value
-                        await _compute(view)
+                        await view.change()
 
                     factor, unit = display_unit(effect_id, name, p.unit, machine)
-                    label = f"{p.meaning} [{unit}]" if unit else p.meaning
-                    mark = f"{effect_id}.{name}"
+                    label, mark = f"{p.meaning} [{unit}]" if unit else p.meaning, f"{effect_id}.{name}"
                     widgets.labelled_slider(label, numbers[name], reach(p)[:2], move, mark=mark, shown=factor)
 
         async def choose(ids: list[str]) -> None:
             view.effects = {i: view.effects.get(i) or first_sizes(i) for i in ids}
             sizes.refresh()
-            await _compute(view)
+            await view.change()
 
         sizes()
         widgets.effect_list("find an effect", view.effects, choose)
@@ -236,73 +242,33 @@ def _answers(view: View) -> None:
     """The cards of the answer, to be filled, with its downloads."""
 
     async def picture() -> None:
-        if view.shown is None:
-            return
         with TemporaryDirectory() as folder:
             await run.io_bound(plot, view.shown, f"{folder}/belt.png")
-            with open(f"{folder}/belt.png", "rb") as file:
-                ui.download.content(file.read(), "belt.png")
+            ui.download.content(Path(folder, "belt.png").read_bytes(), "belt.png")
 
     def numbers() -> None:
-        if view.shown is not None:
-            ui.download.content(view.shown.to_pandas().to_csv(index=False), "belt.csv")
+        assert view.shown is not None
+        ui.download.content(view.shown.to_pandas().to_csv(index=False), "belt.csv")
 
+    places = view.places
     with widgets.card("Where the belt runs"):
-        view.places["curves"] = ui.plotly(widgets.chart([], "", "", 420)).props("data-name=curves")
-        busy = ui.linear_progress(show_value=False, size="4px").props("indeterminate aria-label='computing'")
-        busy.set_visibility(False)
-        view.places["busy"] = busy
-        view.places["said"] = ui.element("div").classes("card-lines").props("data-name=said")
-        view.places["facts"] = ui.element("div").classes("w-full").props("data-name=facts")
-        ui.label("Late rates of points 1-4: over the last fifth of the travel shown.").classes("soft small")
-        with ui.element("div").classes("line"):
-            ui.button("CSV", on_click=numbers).props("flat no-caps dense icon=download")
-            ui.button("PNG", on_click=picture).props("flat no-caps dense icon=download")
-            ui.label("The address of this page keeps all settings.").classes("soft small")
-    with widgets.card("How slack its edges become") as below:
-        view.places["edges"] = ui.plotly(widgets.chart([], "", "", 240))
-    view.places["edges_card"] = below
+        places["curves"] = ui.plotly(widgets.chart([], "", 420)).props("data-name=curves")
+        places["busy"] = ui.linear_progress(show_value=False, size="4px")
+        places["busy"].props("indeterminate aria-label='computing'").set_visibility(False)
+        places["said"] = box("card-lines")
+        places["facts"] = box("w-full").props("data-name=facts")
+        soft("Late rates of points 1-4: over the last fifth of the travel shown.")
+        places["downloads"] = box("line")
+        with places["downloads"]:
+            for name, take in (("CSV", numbers), ("PNG", picture)):
+                ui.button(name, on_click=take).props("flat no-caps dense icon=download")
+            soft("The address of this page keeps all settings.")
+        places["downloads"].set_visibility(False)
+    with widgets.card("How slack its edges become") as places["edges_card"]:
+        places["edges"] = ui.plotly(widgets.chart([], "", 240))
 
 
-async def _compute(view: View) -> None:
-    """Show what the sliders say; while one computation runs, only the latest wish is kept."""
-    view.is_stale = True
-    if view.busy:
-        return
-    view.busy = True
-    try:
-        while view.is_stale:
-            view.is_stale = False
-            try:
-                shown = await _simulate(view, view.chosen)
-                beside = await _simulate(view, view.beside) if view.beside else None
-            except BeltError as error:
-                _say(view, str(error).splitlines(), [])
-            else:
-                if shown is not None:  # None: the server is being closed
-                    _show(view, shown, beside)
-            await asyncio.sleep(0.03)
-        ui.navigate.history.replace(view.address)
-    finally:
-        view.busy = False
-
-
-async def _simulate(view: View, model: str) -> Simulation | None:
-    """Computed beside the page, without effects that the model cannot have; what takes long, as one being compiled for
-    the first time, is seen to go on."""
-    there = choices(model)
-    effects = {i: numbers for i, numbers in view.effects.items() if i in there}
-    asked = {name: getattr(view, name) for name in SLIDERS} | view.machine
-    work = asyncio.ensure_future(run.io_bound(simulate_sliders, model=model, effects=effects, **asked))
-    await asyncio.wait({work}, timeout=LONG)
-    view.places["busy"].set_visibility(not work.done())
-    try:
-        return await work
-    finally:
-        view.places["busy"].set_visibility(False)
-
-
-def _show(view: View, s: Simulation, beside: Simulation | None) -> None:
+def _show(view: View, s: Simulation, beside: Simulation | None = None) -> None:
     """Curves, warnings and numbers of a simulation."""
     places, view.shown = view.places, s
     places["curves"].update_figure(widgets.lateral(s, beside))
@@ -320,8 +286,9 @@ def _show(view: View, s: Simulation, beside: Simulation | None) -> None:
     places["facts"].clear()
     with places["facts"]:
         widgets.facts(found)
-    there = choices(s.model)
-    calm = [f"{s.model} cannot have this effect: {title_of(library()[i])}" for i in view.effects if i not in there]
+    places["downloads"].set_visibility(True)
+    refused = [i for i in view.effects if i not in choices(s.model)]
+    calm = [f"{s.model} cannot have this effect: {title_of(library()[i])}" for i in refused]
     if view.model == BY_TENSION:
         calm.append(f"Model {s.model}, as {REASONS[s.model]}.")
     calm += [capital(line) for line in s.lines() if line.startswith("not settled")]

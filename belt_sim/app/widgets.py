@@ -32,14 +32,23 @@ def frame(here: str) -> None:
             ui.link(name, path).classes("here" if path == here else "")
 
 
+def box(*classes: str) -> ui.element:
+    """An element that lays out what stands in it."""
+    return ui.element("div").classes(" ".join(classes))
+
+
 @contextmanager
 def card(title: str, why: str = "") -> Any:
     """A card with a heading and a line beneath it."""
     with ui.element("section").classes("card") as made:
         ui.html(f"<h2>{html.escape(title)}</h2>", sanitize=False)
-        if why:
-            ui.label(why).classes("soft small")
+        soft(why) if why else None
         yield made
+
+
+def soft(text: str) -> ui.label:
+    """A line that need not be read."""
+    return ui.label(text).classes("soft small")
 
 
 def notice(line: str, kind: str = "") -> None:
@@ -72,19 +81,16 @@ def labelled_slider(
         if event.value is not None:  # nothing, or no number yet
             await to(min(max(float(event.value), low), high) / shown)
 
-    with ui.element("div").classes("asked"):
+    with box("asked"):
         ui.label(label).classes("label")
         slider = ui.slider(min=low, max=high, step=step or round_digits((high - low) / 200.0, 2))
         slider.props(f"data-name='slider-{mark}' aria-label='{mark}'")
         number = ui.number(value=round_digits(value * shown, 4), min=low, max=high, format="%.6g", on_change=take)
-        number.props(f"dense outlined hide-bottom-space debounce=400 data-name='number-{mark}'")
-        number.props(f"aria-label='{mark} number'")
+        number.props("dense outlined hide-bottom-space debounce=400").props(f"aria-label='{mark} number'")
         slider.bind_value(number, forward=lambda v: None if v is None else round_digits(float(v), 4))
 
 
-# ---- where sensors stand, on a sketch of the machine
-
-#: place -> its centre on the sketch, in percent of width and height
+#: where sensors stand: place -> its centre on the sketch of the machine, in percent of width and height
 SPOTS = {
     **{"point_1": (83, 14), "point_2": (83, 86), "point_3": (17, 86), "point_4": (17, 14)},
     **{"upper_mid_span": (50, 14), "lower_mid_span": (50, 86)},
@@ -99,18 +105,15 @@ SKETCH = """<svg viewBox="0 0 480 120" class="drawn" role="img" aria-label="head
 
 def sketch(taken: Mapping[str, str], choose: Callable[[str], Any]) -> None:
     """The machine with a button at every place; taken: place -> what stands there; ``choose`` hears the place."""
-    with ui.element("div").classes("sketch").props("data-name=sketch"):
+    with box("sketch").props("data-name=sketch"):
         ui.html(SKETCH, sanitize=False)
         for place, (x, y) in SPOTS.items():
             text = place[-1] if place.startswith("point") else "tilt"
             spot = ui.button(text, on_click=lambda place=place: choose(place))
             spot.props(f"dense rounded no-caps {'' if place in taken else 'outline'} data-name='spot-{place}'")
             spot.classes("spot").style(f"left: {x}%; top: {y}%")
-            with spot:
-                ui.tooltip(f"{place.replace('_', ' ')}: {taken.get(place, 'free')}")
+            spot.tooltip(f"{place.replace('_', ' ')}: {taken.get(place, 'free')}")
 
-
-# ---- effects, by the part of the machine
 
 PARTS = ("Pulleys", "Belt, rollers and loads", "Steering and tension", "Sensors", "Models")
 #: words that people say -> effects whose own words lack them
@@ -149,89 +152,74 @@ def search_words(effect_id: str) -> str:
 
 def effect_list(label: str, chosen: Iterable[str], to: Callable[[list[str]], Any]) -> None:
     """Effects to tick, in groups by the part of the machine, with a field that finds them; ``to`` hears of the list."""
-    ticked, boxes = dict.fromkeys(chosen), dict[str, Any]()
+    ticked, boxes, groups = dict.fromkeys(chosen), dict[str, Any](), dict[str, Any]()
 
-    async def tick(event: Any, effect_id: str) -> None:
+    async def tick(effect_id: str, event: Any) -> None:
         ticked.pop(effect_id, None)
-        if event.value:
-            ticked[effect_id] = None
-        heard = to([*ticked])
-        if heard is not None:
+        ticked.update({effect_id: None} if event.value else {})
+        if (heard := to([*ticked])) is not None:
             await heard
 
     def find(event: Any) -> None:
         wanted = str(event.value or "").lower().split()
         hits = {i for i in boxes if all(word in search_words(i) for word in wanted)}
-        for i, box in boxes.items():
-            box.set_visibility(i in hits)
+        for i, found in boxes.items():
+            found.set_visibility(i in hits)
         for part, group in groups.items():
             group.set_visibility(any(part_of(i) == part for i in hits))
             group.set_value(bool(wanted) or any(part_of(i) == part for i in ticked))
 
     search = ui.input(label, placeholder="conical, misaligned, hot, thick ...", on_change=find)
     search.props("dense outlined clearable data-name=find").classes("w-full")
-    groups = {}
     for part in PARTS:
-        own = sorted((i for i in library() if part_of(i) == part), key=lambda i: title_of(library()[i]))
-        groups[part] = ui.expansion(part, value=any(i in ticked for i in own)).classes("w-full").props("dense")
-        with groups[part]:
-            for i in own:
-                change = lambda e, i=i: tick(e, i)  # noqa: E731
-                boxes[i] = ui.checkbox(title_of(library()[i]), value=i in ticked, on_change=change)
-                boxes[i].props("dense").classes("w-full small")
+        groups[part] = ui.expansion(part, value=any(part_of(i) == part for i in ticked)).classes("w-full dense")
+    for i in sorted(library(), key=lambda i: title_of(library()[i])):
+        with groups[part_of(i)]:
+            boxes[i] = ui.checkbox(title_of(library()[i]), value=i in ticked, on_change=lambda e, i=i: tick(i, e))
+            boxes[i].props("dense").classes("w-full small")
 
 
 # ---- figures, in colours that are read on light and on dark ground alike
 
-GREY, FAINT = "#7d8a97", "rgba(125,138,151,0.28)"
+GREY, FAINT, CLEAR = "#7d8a97", "rgba(125,138,151,0.28)", "rgba(0,0,0,0)"
 POINTS = ("#1f86cc", "#d98e00", "#0f9d76", "#e0632a")  # points 1-4, as colours.POINTS
 POINT_NAMES = ("1 upper, tail", "2 lower, tail", "3 lower, head", "4 upper, head")
-SPANS = (POINTS[0], POINTS[3])  # upper, lower
-FONT = {"family": "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13}
-CLEAR = "rgba(0,0,0,0)"
+FONT = {"family": "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13, "color": GREY}
 AXIS = {"gridcolor": FAINT, "zerolinecolor": GREY, "linecolor": FAINT, "automargin": True}
-LEGEND = {"orientation": "h", "yanchor": "bottom", "y": 1.02, "x": 0, "font": {"size": 12}}
-MARGIN = {"l": 56, "r": 10, "t": 34, "b": 44}
+LAYOUT = {
+    **{"paper_bgcolor": CLEAR, "plot_bgcolor": CLEAR, "font": FONT, "margin": {"l": 56, "r": 10, "t": 34, "b": 44}},
+    "legend": {"orientation": "h", "yanchor": "bottom", "y": 1.02, "x": 0, "font": {"size": 12}},
+    "hoverlabel": {"bgcolor": "rgba(40,48,56,0.92)", "font": {"color": "#ffffff"}},
+    **{"hovermode": "x unified", "showlegend": True},
+}
 CONFIG = {"displaylogo": False, "displayModeBar": False, "responsive": True}
 
 
-def numbers(values: Any) -> list[Any]:
-    """An array as JSON numbers, null where it is not finite."""
-    return round_numbers(np.asarray(values, float).tolist(), DIGITS)  # type: ignore[no-any-return]
+def chart(data: list[dict[str, Any]], y: str, height: int, **layout: Any) -> dict[str, Any]:
+    """A figure against belt travel, with labelled axes and its legend above."""
+    titles = {"xaxis": "belt travel [m]", "yaxis": y}
+    axes = {n: {**AXIS, "title": {"text": t, "font": {"size": 13}}} | layout.pop(n, {}) for n, t in titles.items()}
+    return {"data": data, "layout": {**LAYOUT, **axes, "height": height, **layout}, "config": CONFIG}
 
 
-def chart(data: list[dict[str, Any]], x: str, y: str, height: int, **layout: Any) -> dict[str, Any]:
-    """A figure with labelled axes and its legend above."""
-    common = {"paper_bgcolor": CLEAR, "plot_bgcolor": CLEAR, "font": {**FONT, "color": GREY}, "height": height}
-    axes = {"xaxis": {**AXIS, "title": _title(x)}, "yaxis": {**AXIS, "title": _title(y)}}
-    look = {"margin": MARGIN, "legend": LEGEND, "hovermode": "x unified"}
-    look["hoverlabel"] = {"bgcolor": "rgba(40,48,56,0.92)", "font": {"color": "#ffffff"}}
-    return {"data": data, "layout": {**common, **axes, **look, "showlegend": True, **layout}, "config": CONFIG}
-
-
-def _title(text: str) -> dict[str, Any]:
-    return {"text": text, "font": {"size": 13}}
-
-
-def line(x: Any, y: Any, name: str, colour: str, **more: Any) -> dict[str, Any]:
-    """A curve; ``more`` as plotly takes it."""
-    look = {"color": colour, "width": 2, "simplify": False, **more.pop("line", {})}
-    return {"type": "scatter", "mode": "lines", "x": numbers(x), "y": numbers(y), "name": name, "line": look, **more}
+def line(x: Any, y: Any, name: str, colour: str, look: Mapping[str, Any] | None = None, **more: Any) -> dict[str, Any]:
+    """A curve, null where it is not finite; look: of its line; ``more`` as plotly takes it."""
+    x, y = (round_numbers(np.asarray(values, float).tolist(), DIGITS) for values in (x, y))
+    drawn = {"color": colour, "width": 2, "simplify": False, **(look or {})}
+    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": drawn, **more}
 
 
 def lateral(shown: Simulation, beside: Simulation | None) -> dict[str, Any]:
     """Lateral position of points 1-4 against travel; another model beside it, dashed."""
     data = []
-    for simulation, dashed in ((shown, False), (beside, True)):
-        if simulation is None or simulation.curves is None:
-            continue
-        look = {"line": {"dash": "dot", "width": 1.6}, "opacity": 0.9} if dashed else {}
-        for k, name in enumerate(POINT_NAMES):
-            label = f"{k + 1} by {simulation.model}" if dashed else name
-            y = KILO * np.asarray(simulation.curves.y)[k]
-            more = {**look, "legendgroup": str(k), "showlegend": not dashed}
-            data.append(line(simulation.curves.travel, y, label, POINTS[k], **more))
-    return chart(data, "belt travel [m]", "lateral position [mm]", 420)
+    for s, dashed in ((shown, False), (beside, True)):
+        for k, name in enumerate(POINT_NAMES if s is not None and s.curves is not None else ()):
+            assert s is not None
+            assert s.curves is not None
+            label, look = (f"{k + 1} by {s.model}", {"dash": "dot", "width": 1.6}) if dashed else (name, None)
+            y, more = KILO * np.asarray(s.curves.y)[k], {"legendgroup": str(k), "showlegend": not dashed}
+            data.append(line(s.curves.travel, y, label, POINTS[k], look, **more))
+    return chart(data, "lateral position [mm]", 420)
 
 
 def edges(shown: Simulation) -> dict[str, Any] | None:
@@ -239,12 +227,11 @@ def edges(shown: Simulation) -> dict[str, Any] | None:
     if shown.curves is None or shown.curves.edge_stress is None:
         return None
     stress = np.asarray(shown.curves.edge_stress) / N_PER_MM2
-    data = [line(shown.curves.travel, stress[k], f"{name} span", SPANS[k]) for k, name in enumerate(("upper", "lower"))]
-    low = min(0.0, float(stress.min()))
-    below = {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y0": min(2.0 * low, -0.5), "y1": 0, "layer": "below"}
-    below |= {"fillcolor": "rgba(224,99,42,0.16)", "line": {"width": 0}}
-    up = {**AXIS, "rangemode": "tozero", "title": _title("slacker edge [N/mm²]")}
-    return chart(data, "belt travel [m]", "", 240, shapes=[below], yaxis=up)
+    spans = zip(("upper span", "lower span"), (POINTS[0], POINTS[3]), stress, strict=True)
+    data = [line(shown.curves.travel, own, name, colour) for name, colour, own in spans]
+    below = {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y1": 0, "layer": "below", "line": {"width": 0}}
+    below |= {"y0": min(2.0 * float(stress.min()), -0.5), "fillcolor": "rgba(224,99,42,0.16)"}
+    return chart(data, "slacker edge [N/mm²]", 240, shapes=[below], yaxis={"rangemode": "tozero"})
 
 
 def measured_figure(campaign: Campaign, run: Run) -> dict[str, Any]:
@@ -253,9 +240,7 @@ def measured_figure(campaign: Campaign, run: Run) -> dict[str, Any]:
     units = sorted({UNITS[sheets[name].kind] for name in run.signals})
     data = []
     for k, (name, values) in enumerate(run.signals.items()):
-        at = sheets[name].at.replace("_", " ")
-        more = {"mode": "lines+markers", "marker": {"size": 4}, "line": {"width": 1}}
-        data.append(line(run.travel, KILO * values, f"{name} ({at})", POINTS[k % len(POINTS)], **more))
+        label, more = f"{name} ({sheets[name].at.replace('_', ' ')})", {"mode": "lines+markers", "marker": {"size": 4}}
+        data.append(line(run.travel, KILO * values, label, POINTS[k % len(POINTS)], {"width": 1}, **more))
     end = float(run.travel[-1]) if len(run.travel) else 1.0
-    along = {**AXIS, "range": [-0.01 * end, 1.01 * end], "title": _title("belt travel [m]")}
-    return chart(data, "", f"reading [{' or '.join(units)}]", 320, xaxis=along)
+    return chart(data, f"reading [{' or '.join(units)}]", 320, xaxis={"range": [-0.01 * end, 1.01 * end]})

@@ -7,7 +7,6 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
-from belt_sim.app.measurements_page import AnswerForm
 from belt_sim.app.session import begin_import, nest_answers, read_mapping
 from belt_sim.campaign import CampaignError, read_campaign
 from belt_sim.importing import write
@@ -34,7 +33,7 @@ def test_answers_lead_to_a_campaign(logged, tmp_path):
     assert not now.ready
     assert {q.path[0] for q in now.questions} == {"machine", "belt"}
     now.answer(MACHINE)
-    (run,) = [r for r in now.runs if not now.setting(r, "yaw")]
+    (run,) = [r for r in now.runs if not now.runs[r].get("yaw")]
     now.answer({("runs", run, "yaw"): "0.042 deg"})
     assert now.ready
     write(now.proposal, tmp_path / "out")
@@ -54,13 +53,13 @@ def test_why_no_campaign_can_be_made_is_said(logged):
     assert now.lacks == ""
 
 
-def test_of_two_fields_of_one_place_the_changed_one_counts():
-    place = ("columns", "Kanal 7", "at")
-    form = AnswerForm({})
-    form.note(place, "point_1", "")
-    assert form.draft == {place: "point_1"}
-    form.note(place, None, "")
-    assert not form.draft
+def test_what_stands_in_a_field_otherwise_than_at_first_is_an_answer(logged):
+    now, place, other = begin_import(logged), ("columns", "Kante 4 [mm]", "at"), ("belt", "density")
+    now.shown |= {place: "point_4", other: ""}
+    now.draft |= {place: "point_4", other: "7850 kg/m^3"}  # what is proposed stands there at first
+    assert now.changes == {other: "7850 kg/m^3"}
+    now.draft |= {place: "point_3", other: None}
+    assert now.changes == {place: "point_3"}
 
 
 def test_a_wrong_answer_is_said_and_can_be_taken_back(logged):

@@ -5,25 +5,20 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
-from belt_sim.api.simulate import simulate
-from belt_sim.app.simulate_page import choices, reach, simulate_sliders, warnings
+from belt_sim.api.simulate import simulate_one
+from belt_sim.app.simulate_page import View, choices, reach, warnings
 from belt_sim.app.widgets import search_words
 from belt_sim.effects.base import library
 from belt_sim.line import march
+from belt_sim.settings import make_case
 
 TAPER = {"taper": {"kappa_t": 2e-5}}
 
 
-def simulated(**changes):
-    sliders = {"model": "strip", "tension": 10.0, "yaw": -0.042, "travel": 40.0, "effects": TAPER}
-    return simulate_sliders(**sliders | changes)
-
-
-def test_a_shorter_travel_is_the_start_of_the_longest():
-    shown = simulated()
-    alone = simulate(model="strip", tension=10.0, yaw=-0.042, travel=40.0, effects=[{"id": "taper", "kappa_t": 2e-5}])
-    np.testing.assert_allclose(shown.curves.y, np.asarray(alone.curves.y), atol=1e-9)
-    assert shown.curves.travel[-1] == pytest.approx(40.0)
+def simulated(model="strip", **changes):
+    view = View(**{"travel": 40.0, "effects": TAPER} | changes)
+    case = make_case(tension=view.tension, yaw=view.yaw, **view.machine)
+    return simulate_one(case, model=model, effects=view.acting(model), travel=view.travel)
 
 
 @pytest.mark.parametrize(
@@ -36,7 +31,7 @@ def test_effects_are_found_by_what_people_call_them(word, effect):
 def test_moving_a_slider_compiles_nothing(monkeypatch):
     simulated()
     monkeypatch.setattr(march, "_steps_traced", None)  # nothing can be traced anew
-    first = simulated(tension=11.0, yaw=0.1, travel=25.0)
+    first = simulated(tension=11.0, yaw=0.1, travel=39.0)
     second = simulated(tension=30.0, yaw=0.1, effects={"taper": {"kappa_t": -1e-5}})
     assert not np.array_equal(first.curves.y[:, 100], second.curves.y[:, 100])
 
@@ -63,12 +58,7 @@ def test_every_number_of_every_effect_has_a_slider_that_reaches_both_ways():
 
 def test_nothing_is_said_of_what_happens_beyond_the_travel_that_is_shown():
     """After 146 m the belt lies half beside a face of its width: said of 200 m, not of 60."""
-    asked = {
-        "model": "strip",
-        "tension": 80.0,
-        "yaw": -0.15,
-        "effects": {"taper": {"kappa_t": 3e-5, "kappa_t_head": 2e-5}},
-    }
-    long, short = (simulate_sliders(**asked, travel=travel) for travel in (200.0, 60.0))
+    asked = {"tension": 80.0, "yaw": -0.15, "effects": {"taper": {"kappa_t": 3e-5, "kappa_t_head": 2e-5}}}
+    long, short = (simulated(**asked, travel=travel) for travel in (200.0, 60.0))
     assert any("from 146 m" in line for line in warnings(long))
     assert warnings(short) == []

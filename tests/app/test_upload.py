@@ -7,6 +7,8 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
+from fastapi.requests import HTTPConnection
+
 from belt_sim.app import session as upload
 from belt_sim.app.server import Guard, listen
 from belt_sim.app.session import MAX_UPLOAD, read_effects
@@ -93,22 +95,30 @@ def test_code_and_bombs_are_no_effects(data):
     assert "\n" not in str(caught.value)
 
 
+def answered(headers: dict[str, str], kind: str = "http") -> int | None:
+    """Status of the guard's answer to a request that bears the token; None where it is let through."""
+    raw = [(k.encode(), v.encode()) for k, v in ({"cookie": "belt_sim_8080=t"} | headers).items()]
+    scope = {"type": kind, "path": "/", "query_string": b"", "headers": raw, "scheme": "http"}
+    answer = Guard(None, port=8080, token="t").answer(HTTPConnection(scope))
+    return None if answer is None else answer.status_code
+
+
 def test_the_guard_lets_its_own_pages_in_and_nobody_else():
-    guard = Guard(None, port=8080, token="t")
-    assert guard.refusal({"host": "127.0.0.1:8080"}, "http") is None
-    assert guard.refusal({"host": "localhost:8080", "origin": "http://localhost:8080"}, "websocket") is None
-    assert guard.refusal({"host": "127.0.0.1:8080"}, "websocket")[0] == 403
+    assert answered({"host": "127.0.0.1:8080"}) is None
+    assert answered({"host": "localhost:8080", "origin": "http://localhost:8080"}, "websocket") is None
+    assert answered({"host": "127.0.0.1:8080"}, "websocket") == 403
     for headers in (
         {},
         {"host": "127.0.0.1:8081"},
+        {"host": "127.0.0.1:8080", "cookie": "belt_sim_8080=x"},
         {"host": "evil.example:8080"},
         {"host": "127.0.0.1:8080", "origin": "http://evil.example"},
         {"host": "127.0.0.1:8080", "origin": "null"},
         {"host": "127.0.0.1:8080", "sec-fetch-site": "cross-site"},
     ):
-        assert guard.refusal(headers, "http")[0] == 403
-    assert guard.refusal({"host": "127.0.0.1:8080", "content-length": str(MAX_UPLOAD + 1)}, "http")[0] == 413
-    assert guard.refusal({"host": "127.0.0.1:8080", "transfer-encoding": "Chunked"}, "http")[0] == 411
+        assert answered(headers) == 403
+    assert answered({"host": "127.0.0.1:8080", "content-length": str(MAX_UPLOAD + 1)}) == 413
+    assert answered({"host": "127.0.0.1:8080", "transfer-encoding": "Chunked"}) == 411
 
 
 def test_a_port_that_is_taken_has_its_line():
@@ -141,5 +151,5 @@ def test_files_whose_names_collide_are_all_kept_and_named():
         [("a/campaign.yaml", b"1"), ("b/campaign.yaml", b"2"), ("x.yaml", b"3"), ("y.yaml", b"4")]
     )
     assert twice.campaign == {"campaign.yaml": b"1"}
-    assert twice.effects == ("x.yaml", b"3")
+    assert twice.single == {"effects": ("x.yaml", b"3")}
     assert len(twice.messages) == 2

@@ -1,48 +1,59 @@
 """Long work in a process of its own: it refuses code, and never outlives whoever asked."""
 
 import asyncio
-import json
-import signal
+import os
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
 from belt_sim.app.jobs import Job
 from belt_sim.app.session import Session
+from belt_sim.campaign import read_campaign
+from belt_sim.errors import InputError
 from belt_sim.io import CAMPAIGNS, ROOT
 
 WITHIN = 90.0  # [s], on a busy machine
 
 
-@pytest.fixture
-def worker():
-    """A worker that waits for its request."""
-    command = [sys.executable, "-m", "belt_sim.app.jobs"]
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
-    process = subprocess.Popen(command, cwd=ROOT, text=True, **pipes)
-    yield process
-    process.kill()
-    process.wait()
+def test_code_is_refused(tmp_path):
+    session = Session(tmp_path, campaign=read_campaign(CAMPAIGNS / "slack_belt"))
+    with pytest.raises(InputError, match="code is not run"):
+        session.start("diagnose", "strip", effects=["models/effects/wind.py"])
+    assert session.jobs == []
 
 
-def ask(process, folder, effects) -> None:
-    request = {"task": "diagnose", "model": "strip", "campaign": str(CAMPAIGNS / "slack_belt"), "folder": str(folder)}
-    process.stdin.write(json.dumps(request | {"effects": effects, "bootstraps": 1000, "seed": 0}) + "\n")
-    process.stdin.flush()
+ASKER = """
+import multiprocessing, sys
+from pathlib import Path
+from belt_sim.app.jobs import SPAWN, work
+
+if __name__ == "__main__":
+    ear, mouth = SPAWN.Pipe(duplex=False)
+    request = {"task": "diagnose", "model": "strip", "campaign": sys.argv[1], "effects": None}
+    worker = SPAWN.Process(target=work, args=(request | {"bootstraps": 1000, "seed": 0}, Path(sys.argv[2]), mouth))
+    worker.start()
+    print(worker.pid, ear.recv()["stage"], flush=True)
+    sys.stdin.read()
+"""
 
 
-def test_code_is_refused_by_the_worker_too(worker, tmp_path):
-    ask(worker, tmp_path, ["models/effects/wind.py"])
-    assert "code is not run" in json.loads(worker.stdout.readline())["failed"]
-
-
-def test_it_ends_when_nobody_listens_any_more(worker, tmp_path):
-    ask(worker, tmp_path, None)
-    assert json.loads(worker.stdout.readline())["stage"] == "reading"
-    worker.stdin.close()
-    assert worker.wait(WITHIN) == -signal.SIGTERM
+def test_it_ends_when_nobody_listens_any_more(tmp_path):
+    (tmp_path / "asker.py").write_text(ASKER)
+    command = [sys.executable, tmp_path / "asker.py", CAMPAIGNS / "slack_belt", tmp_path]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    paths = os.environ | {"PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(command, cwd=tmp_path, text=True, env=paths, **pipes) as asker:
+        worker, stage = asker.stdout.readline().split()
+        assert stage == "reading"
+        asker.kill()
+    deadline = time.monotonic() + WITHIN
+    while Path(f"/proc/{worker}").exists():
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
     assert not (tmp_path / "report.html").exists()
 
 
