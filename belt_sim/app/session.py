@@ -245,8 +245,12 @@ class Import:
         """What is known of every run."""
         stated = self.proposal.mapping.get("runs", {}) if self.proposal else {}
         found = {name: dict(run or {}) for name, run in stated.items()}
-        for place in (p for p in (*self.all_questions, *self.answers) if p[0] == "runs"):
-            found.setdefault(place[1], {}).update([(place[2], self.answers[place])] * (place in self.answers))
+        for group, *inner in (*self.all_questions, *self.answers):
+            if group == "runs":
+                found.setdefault(inner[0], {})
+        for (group, *inner), text in self.answers.items():
+            if group == "runs":
+                found[inner[0]][inner[1]] = text
         return found
 
 
