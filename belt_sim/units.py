@@ -18,7 +18,7 @@ _FORCE = {"N": 1.0, "kN": 1e3, "daN": 10.0, "kp": 9.80665, "lbf": POUND_FORCE}
 _STRESS = {"N/mm2": N_PER_MM2, "N/mm^2": N_PER_MM2, "MPa": 1e6, "GPa": 1e9, "kPa": 1e3, "Pa": 1.0}
 _STRESS |= {"psi": POUND_FORCE / 0.0254**2, "ksi": 1e3 * POUND_FORCE / 0.0254**2}
 _STRESS |= {"kp/mm2": 9.80665e6, "kp/cm2": 9.80665e4, "daN/mm2": 1e7, "kN/mm2": 1e9, "kN/cm2": 1e7, "N/cm2": 1e4}
-_TIME = {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0}
+_TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0, "d": 86400.0}
 _TABLE = {
     "length": _LENGTH,
     "angle": _ANGLE,

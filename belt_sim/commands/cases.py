@@ -176,6 +176,8 @@ def map_command(run_dir: RunDir) -> None:
 
     if config["workers"] is not None:
         whole("workers", config["workers"])
+    if config["show"] is not None and not config["pictures"]:
+        raise InputError("show", config["show"], "", "is the column of the picture, and pictures=false draws none")
     began = time.monotonic()
     with run_dir.outputs() as draft:
         with progress(1.0, "map") as done:
@@ -192,6 +194,8 @@ def map_command(run_dir: RunDir) -> None:
         write_with(draft / "map.parquet", lambda path: table.to_parquet(path, index=False))
         if config["pictures"] and len(table.attrs["axes"]) <= 2 and len(table) <= DRAWN:
             plot(table, draft / "map.png", kind=shown)
+        elif config["pictures"]:
+            print(f"no picture: at most 2 may vary ({len(table.attrs['axes'])} do), in {DRAWN} cases")
     print(f"{run_dir.path / 'map.parquet'}: a row a case, for pandas.read_parquet")
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import yaml
 
 from belt_sim.campaign.sheet import RESERVED, check_signal_name
-from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, CampaignError, did_you_mean, kind_at, refusal
+from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, CampaignError, did_you_mean, kind_at, quote, refusal
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import DAY, ROLES, TILT, ColumnEntry, MappingEntry, Question, Role
 from belt_sim.settings import SIGNAL_DIMENSION
@@ -78,9 +78,10 @@ class Column:
     times of day, zone: theirs; asked: which key of ``format`` settles which of the readings (answer -> values) holds,
     "" of one that has no other; first_cell: as it stands in the file; open_use: columns of one role of which nobody
     knows which is meant; stated_unit: what the file states as the unit, known or not; is_certain: whether the file
-    itself says what it is; proposed_by: where the proposal comes from, in words. role, unit, at: as proposed, "" where
-    nothing is known, until ``resolve_columns`` puts them as the mapping (entry) states them, and with them the name of
-    the table, the factor to SI, sign included, and the signal's name in the campaign.
+    itself says what it is; is_lost: whether it has texts where its name and unit tell of numbers; proposed_by: where
+    the proposal comes from, in words. role, unit, at: as proposed, "" where nothing is known, until ``resolve_columns``
+    puts them as the mapping (entry) states them, and with them the name of the table, the factor to SI, sign included,
+    and the signal's name in the campaign.
     """
 
     name: str
@@ -93,6 +94,7 @@ class Column:
     open_use: tuple[str, ...] = ()
     stated_unit: str = ""
     is_certain: bool = False
+    is_lost: bool = False
     proposed_by: str = ""
     role: str = ""
     unit: str = ""
@@ -321,7 +323,9 @@ def _propose(column: Column) -> Column:
         if any(words) and signs.keys() >= {*words}:
             values, why = np.array([signs[w] for w in words]), "its name and words"
             return replace(column, values=values, role=role, unit="1", is_certain=True, proposed_by=why)
-        return replace(column, role="run" if role == "run" else "ignore", unit="", proposed_by="text")
+        is_lost = bool(role) and ROLES[role].dimensions != () and unit in UNITS
+        why = f"text, though its name and unit say {role}" if is_lost else "text"
+        return replace(column, role="run" if role == "run" else "ignore", unit="", is_lost=is_lost, proposed_by=why)
     if not np.isfinite(column.values).any():
         return replace(column, role="ignore", unit="", proposed_by="holds no numbers")
     fits = bool(role) and (not ROLES[role].dimensions or UNITS[unit][0] in ROLES[role].dimensions)
@@ -633,6 +637,12 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
             text += f", or is it their {' or '.join(more)}" if more else ""
             text += " (a force is that of one strand; an axle bears two: factor: 0.5)?" if "sum" in more else "?"
             yield Question(("use", column.role), text, column.open_use[0], (*column.open_use, *more))
+        if column.is_lost and not column.entry.role:
+            text = (
+                f"{column.name} holds no numbers ({quote(next(filter(None, column.labels)))}), though its name and unit"
+            )
+            text += " tell of numbers; mend the file, or leave the column out?"
+            yield Question(("columns", column.name, "role"), text, "ignore", ("ignore",))
         kinds = _dimensions(column.role, column.at)
         if kinds and not column.unit:
             yield _unit_question(column, kinds)
@@ -654,8 +664,11 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
     numbers = [c for c in table.columns if not c.is_text and c.role == "ignore"]
     if not roles & {"time", "travel"}:
         first = next(iter((*filter(rises, numbers), *numbers)), None)
-        likely = first.name if first else "..."
-        is_length = first is not None and UNITS.get(first.stated_unit, ("",))[0] == "length"
+        if first is None:
+            remedy = "no column holds numbers that could be time or travel; give the log as numbers"
+            raise refusal(table.file, remedy, name="columns", value=", ".join(c.name for c in table.columns))
+        likely = first.name
+        is_length = UNITS.get(first.stated_unit, ("",))[0] == "length"
         numbers = [c for c in numbers if c.name != likely]
         yield Question(
             path=("columns", likely, "role"),

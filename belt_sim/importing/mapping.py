@@ -35,7 +35,7 @@ _YAW = Role(("angle",), ("deg", "mrad", "rad", "urad"), 2e-5, 0.02)
 _PLACE = Role(("length",), ("m", "mm"), 0.1, 1e3)
 ROLES = {
     "run": Role(),
-    "time": Role(("time",), ("s", "ms", "d"), 5.0, 2e5, by_range=True),
+    "time": Role(("time",), ("s", "ms", "us", "d"), 5.0, 2e5, by_range=True),
     "travel": Role(("length",), ("m", "mm"), 2.0, 2e4, by_range=True),
     "speed": Role(("speed",), ("m/s", "m/min", "mm/s"), 0.02, 12.0),
     "tension": Role(("stress", "force", "line load"), ("N/mm2",), 1e6, 6e7),
@@ -98,6 +98,7 @@ class FormatEntry(Entry):
     date: Literal["dmy", "mdy", "ymd"] | None = None
     time: Literal["hh:mm", "mm:ss"] | None = None
     zone: Annotated[str, AfterValidator(_zone)] | None = None
+    counter: Literal["new_run", "goes_on"] | None = None
     encoding: str | None = None
     missing: list[float] | float | None = None
 

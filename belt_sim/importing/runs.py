@@ -16,7 +16,7 @@ from belt_sim.campaign.folder import NUMBERS, RATES, REPEAT_TOLERANCE, UNKNOWN
 from belt_sim.campaign.quality import SPIKE, few_spikes, reading_at_yaw, resolution, scatter
 from belt_sim.campaign.types import SteadyRate, did_you_mean, shortlist
 from belt_sim.errors import InputError
-from belt_sim.importing.columns import Column, LoggedTable, Note
+from belt_sim.importing.columns import LoggedTable, Note
 from belt_sim.importing.mapping import DAY, MappingEntry, Question, RunEntry, zone_seconds
 from belt_sim.units import DEGREE, N_PER_MM2, UNITS, number_of, plain_minus, quantity, round_digits, size_of
 
@@ -39,6 +39,10 @@ MOVED = 1e-4
 TENTHS, MOVES = 10, 6.0
 #: Steps of a counter within which it must go on where it rolls over, and the numbers [its unit] at which counters do.
 GOES_ON, FULL = 3.0, (*(10.0**k for k in range(1, 8)), *(2.0**k for k in range(8, 33)), 65.536, 32.768)
+#: Steps of the travel beyond which a last row is no reading, but a total.
+ALONE = 100.0
+#: Quantile of the steps of a signal or a clock, of which it makes fewer than GOES_ON where it goes on.
+USUAL = 0.95
 #: Digits that a logged setting is rounded to, and those of a place on the belt, of up to 20000 m.
 DIGITS, START_DIGITS = 4, 7
 
@@ -107,7 +111,8 @@ def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section
     names += listed
     files: dict[str, list[AssembledRun]] = {}
     lacks_speed = False
-    for block in (block for t in tables if t.kind == "record" for block in _split_runs(t)):
+    records = [t for t in tables if t.kind == "record"]
+    for block in [block for t in records for block in _split_runs(t, mapping, found.questions)]:
         names.append(block.name)
         entry = mapping.runs.get(block.name, RunEntry())
         if entry.skip:
@@ -140,8 +145,9 @@ def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section
 # ---- which rows and columns of a table are one run
 
 
-def _split_runs(table: LoggedTable) -> list[LoggedTable]:
+def _split_runs(table: LoggedTable, mapping: MappingEntry, open_questions: list[Question]) -> list[LoggedTable]:
     """The runs of a table; its columns may belong to different runs, or have travels of their own."""
+    table = replace(table, notes=())  # those of the whole file are told already
     own = [c for c in table.columns if c.entry.run or c.entry.against]
     travels = {c.entry.against for c in own if c.entry.against}
     base = tuple(c for c in table.columns if not (c.entry.run or c.entry.against or c.name in travels))
@@ -155,52 +161,106 @@ def _split_runs(table: LoggedTable) -> list[LoggedTable]:
                 raise InputError(f"columns.{column.name}.against", against, "", "names no column of its file")
             columns = (*(c for c in shared if c.role not in ("time", "travel")), along, column)
         part = replace(table, columns=columns)
-        found += _split_rows(part) if run is None else [replace(part, name=run_name(run), label=run)]
+        one = replace(part, name=run_name(run or part.name), label=run or part.label)
+        found += [one] if run is not None else _split_rows(part, mapping, open_questions)
     if not own or len(shared) < len(base):
-        found += _split_rows(replace(table, columns=base))
+        found += _split_rows(replace(table, columns=base), mapping, open_questions)
     return found
 
 
-def roll_over(column: Column | None) -> tuple[Column | None, int, float]:
-    """A column of travel whose counter once rolled over, counted on, the row at which it did (0: none), and at which
-    number [its unit]. A fall that ends where the file began is a new run, and no other."""
-    if column is None or column.is_text:
-        return column, 0, 0.0
-    values = column.values.astype(float)
+def _count_on(table: LoggedTable) -> LoggedTable:
+    """The table with its travel mended, and told of it: blank where the counter reads 0 for some rows and then goes on,
+    counted on where it rolls over. A fall to where the file began is a new run."""
+    column = table.column("travel")
+    values = column.values.astype(float) if column is not None and not column.is_text else np.empty(0)
     there = np.flatnonzero(np.isfinite(values))
     steps = np.diff(values[there])
-    falls = np.flatnonzero(steps < 0.0)
-    if len(falls) != 1 or len(steps) < FEWEST:
-        return column, 0, 0.0
-    usual, row = float(np.median(steps)), there[falls[0] + 1]
-    full = next((f for f in FULL if 0.0 <= steps[falls[0]] + f <= GOES_ON * usual and values[there].max() <= f), 0.0)
-    if not full or values[there[0]] - values[row] <= GOES_ON * usual:
-        return column, 0, 0.0
-    later = np.arange(len(values)) >= row
-    return replace(column, values=values + full * later), int(row), full
+    if column is None or len(steps) < FEWEST or np.mean(steps < 0.0) > 0.5 or not np.any(steps > 0.0):
+        return table
+    usual, notes, lost = float(np.median(steps[steps > 0.0])), list(table.notes), list[int]()
+    begins = values[there][1:] <= values[there[0]] + RESTART * np.ptp(values[there])
+    for k in np.flatnonzero(begins & (steps < -JITTER * np.ptp(values[there]))).tolist():
+        before, later = values[there[k]], values[there[k + 1 :]]
+        rows = int(np.argmax(later != later[0]))
+        if rows and 0.0 <= later[rows] - before <= GOES_ON * usual * (rows + 1):
+            lost += there[k + 1 : k + 1 + rows].tolist()
+            notes.append(
+                Note("", f"{column.name} drops and comes back: left out (line {shortlist(table.lines[lost])})")
+            )
+    if steps[-1] > ALONE * usual:
+        lost.append(int(there[-1]))
+        notes.append(Note("", f"{column.name} is {values[lost[-1]]:.6g} in the last row, far off all others: left out"))
+    if lost:
+        values = values.copy()
+        values[lost] = np.nan
+        there = np.setdiff1d(there, lost)
+        steps = np.diff(values[there])
+    falls, most = np.flatnonzero(steps < 0.0), values[there].max()
+    rest = [
+        f
+        for f in FULL
+        if most <= f and len(falls) and np.all((steps[falls] >= -f) & (steps[falls] + f <= GOES_ON * usual))
+    ]
+    if rest and values[there[0]] - values[there[falls + 1]].max() > GOES_ON * usual:
+        for row in there[falls + 1].tolist():
+            values = values + rest[0] * (np.arange(len(values)) >= row)
+            where = f"rolls over at {rest[0]:g} {column.unit} (line {table.lines[row]})"
+            notes.append(Note("", f"{column.name} {where}: counted on there"))
+    columns = tuple(replace(c, values=values) if c is column else c for c in table.columns)
+    return replace(table, columns=columns, notes=tuple(notes))
 
 
-def _split_rows(table: LoggedTable) -> list[LoggedTable]:
+def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[Question]) -> list[LoggedTable]:
     """The runs of one table: by its run column, else where the file begins anew, or its time or travel falls back to
-    where it began."""
+    where it began. Where the readings go on over such a fall of the travel, whether a new run began is asked."""
     run, rows = table.column("run"), np.arange(len(table.lines))
     if run is not None:
         of_row = np.array(run.labels, dtype=object)
         labels = dict.fromkeys(label for label in run.labels if label)
         return [replace(table.select_rows(of_row == n), name=run_name(n), label=n) for n in labels]
-    travel, restarts = roll_over(table.column("travel"))[0], np.arange(0)
-    values = table.values("time") if travel is None else travel.si()
-    there = np.flatnonzero(np.isfinite(values)) if values is not None else np.arange(0)
-    if values is not None and len(there) >= FEWEST:
-        steps, reach = np.diff(values[there]), RESTART * float(np.ptp(values[there]))
+    table = _count_on(replace(table, name=run_name(table.name), label=table.name))
+    column, restarts, notes = table.column("travel") or table.column("time"), list[int](), list(table.notes)
+    values = column.si() if column is not None and not column.is_text else np.empty(0)
+    there = np.flatnonzero(np.isfinite(values))
+    steps, reach = np.diff(values[there]), RESTART * float(np.ptp(values[there])) if len(there) else 0.0
+    if column is not None and len(there) >= FEWEST and np.mean(steps < 0.0) <= 0.5:  # else it falls throughout
         back = (steps < -max(reach, 0.0)) & (values[there][1:] <= values[there][0] + reach)
-        if np.mean(steps < 0.0) <= 0.5:  # else it falls throughout
-            restarts = there[1:][back]
-    whole = replace(table, name=run_name(table.name), label=table.name)
-    parts = [p for p in np.split(rows, sorted({*table.starts, *map(int, restarts)})) if len(p) >= FEWEST]
+        for k in np.flatnonzero(back).tolist():
+            row, unit = int(there[k + 1]), UNITS[column.unit][1]
+            ends = " to ".join(f"{values[there[j]] / unit:.6g}" for j in (k, k + 1))
+            fall = f"{column.name} falls from {ends} {column.unit} (line {table.lines[row]})"
+            asked = column.role == "travel" and row not in table.starts and _readings_go_on(table, row)
+            if asked and mapping.format.counter is None:
+                text = f"{fall}, where the readings go on: did a new run begin, or was the counter set back while the"
+                text += " belt ran on?"
+                options = ("new_run", "goes_on")
+                open_questions.append(Question(("format", "counter"), text, options[0], options))
+            if asked and mapping.format.counter == "goes_on":
+                more = (values[there[k]] - values[row] + float(np.median(steps[steps > 0.0]))) / column.factor
+                later = np.arange(len(values)) >= row
+                goes_on = replace(column, values=column.values + more * later)
+                table = replace(table, columns=tuple(goes_on if c is column else c for c in table.columns))
+                column = goes_on
+                notes.append(Note("", f"{fall}: counted on there, as format: {{counter: goes_on}} says"))
+            elif row not in table.starts:
+                restarts.append(row)
+                notes.append(Note("", f"{fall}: a new run begins there"))
+    whole = replace(table, notes=tuple(notes))
+    parts = [p for p in np.split(rows, sorted({*table.starts, *restarts})) if len(p) >= FEWEST]
     if len(parts) < 2:
         return [whole]
     return [replace(whole.select_rows(part), name=f"{whole.name}_{k}") for k, part in enumerate(parts, start=1)]
+
+
+def _readings_go_on(table: LoggedTable, row: int) -> bool:
+    """Whether signals and clock of a table go on over a row as they do elsewhere."""
+    moving = [c for c in table.columns if c.role in ("signal", "time") and not c.is_text]
+    for values in (c.values for c in moving):
+        there = np.flatnonzero(np.isfinite(values))
+        steps, at = np.abs(np.diff(values[there])), int(np.searchsorted(there, row)) - 1
+        if 0 <= at < len(steps) and steps[at] > GOES_ON * float(np.quantile(steps, USUAL)):
+            return False
+    return any(c.role == "signal" for c in moving)
 
 
 # ---- one run
@@ -210,6 +270,7 @@ def _assemble(
     block: LoggedTable, entry: RunEntry, stated: Settings, mapping: MappingEntry, section: Section
 ) -> AssembledRun | None:
     """One run; None where its travel takes a speed that nobody has told. stated: settings by the mapping."""
+    block = _count_on(block)
     named = name_settings(block.label, section)
     speed = (named | stated).get("speed")
     way = travel_of(block, speed.value if speed else None)
@@ -220,7 +281,11 @@ def _assemble(
     block = block.select_rows(way.keep)
     logged = yaw_settings(block, way.travel, stated) | column_settings(block, section)
     known = way.settings | named | logged | stated  # of each the last that has it
-    notes = [*way.notes, *([f"yaw_at is {known['yaw_at'].source}"] if "yaw_at" in known else [])]
+    notes = [
+        *(n.text for n in block.notes),
+        *way.notes,
+        *([f"yaw_at is {known['yaw_at'].source}"] if "yaw_at" in known else []),
+    ]
     signals = {c.signal: c.si() for c in block.columns if c.role == "signal"}
     signals = {name: y for name, y in signals.items() if np.isfinite(y).any()}
     for name, y in signals.items() if mapping.spikes == "leave_out" else ():
@@ -268,13 +333,7 @@ class Travel:
 def travel_of(block: LoggedTable, speed: float | None) -> Travel | None:
     """The travel of one run; None when it takes a speed that nobody has told. speed [m/s]: where none was logged."""
     time, notes = _time(block)
-    counted, speeds, sign = block.column("travel"), block.values("speed"), 1.0
-    column, row, full = roll_over(counted)
-    logged = None if column is None else column.si()
-    if counted is not None and row:
-        notes.append(
-            f"{counted.name} rolls over at {full:g} {counted.unit} (line {block.lines[row]}): counted on there"
-        )
+    logged, speeds, sign = block.values("travel"), block.values("speed"), 1.0
     if logged is not None:
         keep, way, sign = _logged_travel(block, logged, time, notes)
     elif time is None:

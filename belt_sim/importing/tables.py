@@ -46,16 +46,25 @@ SAMPLE = 200
 _PLAIN = {d: re.compile(rf"[+-]?(?:\d+[{d}]?\d*|[{d}]\d+)\Z|[+-]?\d*[.,]?\d*[eE][+-]?\d+\Z") for d in ".,"}
 _GROUPED = {d: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:[{OTHER[d]}]\d{{3}})+(?:[{d}]\d*)?\Z") for d in ".,"}
 _DOUBTFUL = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}\Z")
+#: a gap between thousands, and a negative number as (12.5) or 12.5-
 _GAP = re.compile(r"(?<=\d)[ '’\u00a0\u202f](?=\d{3}(?!\d))")
+_NEGATIVE = re.compile(r"\((\d[\d.,]*)\)\Z|(\d[\d.,]*)-\Z")
+#: full-width letters and digits of East Asian text
+_WIDE = str.maketrans({0xFF01 + k: 0x21 + k for k in range(94)})
 
 
 def is_missing(cell: str) -> bool:
     return not cell.strip() or cell.strip() in MISSING
 
 
+def _bare(cell: str) -> str:
+    """A cell without gaps between thousands, its minus sign in front."""
+    return _NEGATIVE.sub(r"-\1\2", _GAP.sub("", cell.strip()))
+
+
 def is_number(cell: str, decimal: str) -> bool:
     """Whether a cell is a number with this decimal mark, the other one or a gap between thousands."""
-    text = _GAP.sub("", cell.strip())
+    text = _bare(cell)
     return bool(_PLAIN[decimal].match(text) or _GROUPED[decimal].match(text))
 
 
@@ -68,7 +77,7 @@ def decimal_marks(cells: Iterable[str]) -> set[str]:
     """The decimal marks that the cells of a file show beyond doubt."""
     found = set()
     for cell in cells:
-        text = _GAP.sub("", cell.strip())
+        text = _bare(cell)
         marks = {m: text.count(m) for m in ".,"}
         if not any(marks.values()) or "e" in text.lower() or doubtful(text):
             continue
@@ -80,7 +89,7 @@ def decimal_marks(cells: Iterable[str]) -> set[str]:
 
 def numbers_of(texts: pd.Series, decimal: str) -> np.ndarray:
     """Cells as numbers (n,) with this decimal mark; nan where a cell is none."""
-    texts = texts.str.replace(_GAP, "", regex=True)
+    texts = texts.map(_bare, na_action="ignore")
     fits = texts.map(lambda c: isinstance(c, str) and is_number(c, decimal)).astype(bool)
     exponent = texts.str.contains("e", case=False, regex=False).fillna(False).astype(bool)
     plain = texts.str.replace(OTHER[decimal], "", regex=False).str.replace(decimal, ".", regex=False)
@@ -308,7 +317,7 @@ def _read_file(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:
         return [_table(file, "", lines, layout, f"{encoding}, {layout}, ", form)]
     found = []
     for sheet, lines in _sheets(file):
-        layout = layout_of(lines[:HEAD_LINES], {"separator": "\t", "decimal": "."})
+        layout = layout_of(lines[:HEAD_LINES], {**form, "separator": "\t"})
         if layout is not None:
             table = _table(file, f" [{sheet}]", lines, layout, "", form)
             found.append(replace(table, name=sheet))
@@ -350,7 +359,7 @@ def _text_lines(file: Path, data: bytes, stated: str | None) -> tuple[list[str],
     if "\0" in text:
         line = text[: text.index("\0")].count("\n") + 1
         raise refusal(file, "holds binary data from here on; give the text before it", line=line)
-    lines = plain_minus(text).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = plain_minus(text.translate(_WIDE)).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     longest = max(map(len, lines))
     if longest > LONGEST_LINE:
         raise refusal(file, f"has a line of {longest} characters; is it a table?")
@@ -389,7 +398,7 @@ def _cell_text(value: Any) -> str:
         short = f"{value:.15g}"
         short = short if float(short) == value else repr(float(value))
         return f"{short}e0" if "." in short and "e" not in short else short  # a point beyond doubt
-    return plain_minus(" ".join(str(value).split()))
+    return plain_minus(" ".join(str(value).split()).translate(_WIDE))
 
 
 # ---- where the table begins, how its columns are set apart, and what they are called
@@ -570,7 +579,7 @@ def _rows(file: str, lines: list[str], layout: Layout) -> tuple[list[str], np.nd
     width, separator = len(layout.names), layout.separator
     header = lines[layout.header - 1].strip() if layout.header else None
     kept: dict[int, str] = {}
-    again: list[int] = []
+    again, comments = list[int](), list[int]()
     ragged: dict[int, int] = {}
     for number, line in enumerate(lines[layout.first - 1 :], layout.first):
         text = line.strip()
@@ -583,10 +592,13 @@ def _rows(file: str, lines: list[str], layout: Layout) -> tuple[list[str], np.nd
         cells = line.count(separator) + 1 if plain else len(split(line, separator))
         if cells == width + 1 and text.endswith(separator):
             line = text[: -len(separator)]  # every row ends with a separator
+        elif cells != width and text.startswith("#"):
+            comments.append(number)
+            continue
         elif cells != width:
             ragged[number] = cells
         kept[number] = line
-    remarks = []
+    remarks = [f"line {shortlist(comments)} begins with # and was left out"] if comments else []
     for number, cells in ragged.items():
         if len(ragged) > 1 or cells > width or number != max(kept):
             remedy = f"the header has {width}; mend this row, or name format: {{separator: ..., decimal: ...}}"

@@ -117,6 +117,19 @@ def test_a_dropout_is_named(value):
     assert seen(damaged(roped_campaign(9), drop, 3)) == [("r3", "y1", "dropout")]
 
 
+@pytest.mark.parametrize("rows", [40, 1000])
+def test_a_sensor_that_is_moved_is_told(rows):
+    def step(y):
+        out = y["y1"].copy()
+        out[500 : 500 + rows] -= 15e-3
+        return {"y1": out}
+
+    campaign = damaged(roped_campaign(9), step, 3)
+    (found,) = suspicions(campaign)
+    assert (found.run, found.signals, found.kind, found.severity) == ("r3", ("y1",), "shifted", "look")
+    assert "-15 mm" in found.sentence or "+15 mm" in found.sentence
+
+
 def test_spikes_are_named():
     def spike(y):
         out = y["y1"].copy()

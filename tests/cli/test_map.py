@@ -20,7 +20,7 @@ BAD = {
     "rig.centre_distance=[0.3, 11]": "rig.centre_distance",
     "belt.thickness=[0.0003, high]": "belt.thickness = high",
     "at=[1, 20]": "at = 20",
-    "show=colour": "show = colour",
+    "show=rate1_mm_per_m": "pictures=false draws none",
     "model.keep=5": "model.keep = 5",
     "workers=0": "workers = 0",
     "tension={from: 5, to: 60, count: 20000000}": "at most 10,000,000",
@@ -92,6 +92,12 @@ def test_what_cannot_be_is_told_in_one_line(belt, asked):
     assert len(lines) == 1
     assert BAD[asked] in lines[0]
     assert not list(belt.folder.glob("map*"))
+
+
+def test_a_picture_of_no_column_is_refused(belt):
+    answer = belt("map", "travel=null", "tension=[10, 20]", "show=colour")
+    assert answer.status == 1
+    assert "show = colour: use one of" in answer.err
 
 
 def test_a_list_of_tensions_gives_a_table_that_is_drawn(tmp_path):

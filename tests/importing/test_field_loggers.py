@@ -3,6 +3,7 @@
 import io
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from logger_files import MAPPING, log, table, truth
@@ -270,3 +271,20 @@ def test_on_a_belt_that_runs_off_readings_count_from_the_yaw_not_from_the_mean_b
     path.write_text(table(["travel [m]", "yaw [mrad]", "y1 [mm]"], [travel, yaw, rate * travel]))
     run = understand(read([path]), MAPPING | {"all_runs": {"tension": "10 N/mm2"}}).complete().runs[0]
     assert np.interp(run.yaw_at, run.travel, run.signals["y1"]) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_texts_where_a_name_tells_of_numbers_are_asked_about(tmp_path):
+    path = tmp_path / "a.csv"
+    texts = [f"{y:.3f}mm" for y in L.y1]
+    path.write_text(
+        table(["travel [m]", "edge 1 [mm]", "edge 4 [mm]", "note"], [L.travel, texts, L.y4, ["ok"] * len(texts)])
+    )
+    (question,) = understand(read([path]), MAPPING | {"all_runs": RUN}).missing
+    assert question.key == "columns.edge 1 [mm].role"
+    assert campaign(path, columns={"edge 1 [mm]": {"role": "ignore"}}).signals[0].at == "point_4"
+
+
+def test_a_workbook_of_texts_with_decimal_commas_is_read(tmp_path):
+    rows = [[f"{x:.4f}".replace(".", ",") for x in row] for row in zip(L.travel, L.y1, strict=True)]
+    pd.DataFrame(rows, columns=["Weg [m]", "y1 [mm]"]).to_excel(tmp_path / "a.xlsx", index=False)
+    assert campaign(tmp_path / "a.xlsx").runs[0].travel[-1] == pytest.approx(L.travel[-1])

@@ -92,6 +92,13 @@ FILES |= {
     "a_thousandth_travel": (text({"travel [mm]": [f"{s:.1f}" for s in S]} | EDGE), {"columns.travel [mm].unit": "m"}),
     "a_thousand_times_y": (text(TRAVEL | {"edge 1 [mm]": [f"{1e3 * y:.1f}" for y in Y]}), {"columns.edge 1 [mm].unit": "um"}),
     "tension_too_small": (text(TRAVEL | {"tension [N/mm2]": ["0.01"] * 31} | EDGE), {"columns.tension [N/mm2].unit": "kN/mm2"}),
+    "counter_set_back": (text({"odometer [m]": [f"{s + 100 if s < 12 else s - 12:.1f}" for s in S]} | EDGE), {"format.counter": "goes_on"}),
+    "counter_drops_out": (text({"travel [m]": [f"{0.0 if 9 < s < 13 else s:.1f}" for s in S]} | EDGE), {}),
+    "total_in_the_last_row": (text(TRAVEL | EDGE) + f"{S.sum():.1f};{Y.sum():.4f}\n", {}),
+    "accounting": (text(TRAVEL | {"edge 1 [mm]": [f"({-y:.4f})" for y in Y]}), {}),
+    "minus_behind": (text(TRAVEL | {"edge 1 [mm]": [f"{-y:.4f}-" for y in Y]}), {}),
+    "full_width": (text(TRAVEL | EDGE).translate({ord(c): ord(c) + 0xFEE0 for c in "0123456789.-"}), {}),
+    "comment_between": (text(TRAVEL | EDGE).replace("\n12.0;", "\n# pause\n12.0;"), {}),
 }  # fmt: skip
 
 

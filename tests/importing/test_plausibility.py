@@ -57,7 +57,9 @@ def test_a_counter_that_was_reset_is_two_runs_and_one_that_jumps_is_refused(tmp_
     twice = np.concatenate([L.travel, L.travel])
     text = table(["Weg [m]", "y1 [mm]"], [twice, np.tile(L.y1, 2)], digits=7)
     (tmp_path / "a.csv").write_text(text)
-    assert len(understand(read([tmp_path / "a.csv"]), MAPPING | {"all_runs": RUN}).complete().runs) == 2
+    twice = understand(read([tmp_path / "a.csv"]), MAPPING | {"all_runs": RUN})
+    assert len(twice.complete().runs) == 2
+    assert any(f"(line {len(L.travel) + 2}): a new run begins there" in n.text for n in twice.notes)
     jumps = np.where(L.travel > 20.0, L.travel - 7.3, L.travel)
     with pytest.raises(CampaignError, match="travel runs backwards"):
         proposal(tmp_path / "b.csv", ["Weg [m]", "y1 [mm]"], [jumps, L.y1])
