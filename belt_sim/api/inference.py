@@ -30,7 +30,7 @@ from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.decide import POLICY, probability_of_unknown
 from belt_sim.diagnosis.describe import describe, drawings, drawings_of, final_model, label, overlays, rivals
 from belt_sim.diagnosis.errors import free_zeros, locate_failure, overall_errors, run_errors
-from belt_sim.diagnosis.examine import BOOTSTRAPS, examine
+from belt_sim.diagnosis.examine import BOOTSTRAPS, compile_ahead, examine
 from belt_sim.diagnosis.fit import Fit, step_bounds
 from belt_sim.diagnosis.foresight import doubts, free_starts, pairs, sheet_evidence, visible
 from belt_sim.diagnosis.linear_algebra import covariance_root
@@ -99,6 +99,7 @@ def diagnose(
         admitted = (*admitted, f"{', '.join(beside_points(campaign))}: not at points 1-4, so no unknown law is sought")
     for line in admitted:
         tell(line)
+    compile_ahead(campaign, chosen, classes)
     bar = stages_shown(f"diagnosing {campaign.title}", bootstraps) if progress is None else nullcontext(progress)
     with bar as stages:
 

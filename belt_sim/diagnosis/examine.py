@@ -1,6 +1,8 @@
 """A diagnosis from end to end: sets of effects are fitted, what is beyond them is sought, one decision is made."""
 
+import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Protocol
@@ -25,13 +27,15 @@ from belt_sim.diagnosis.decide import (
 )
 from belt_sim.diagnosis.errors import find_faults, free_zeros
 from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.linearisation import Linearisation, chance_inflation, find_starts, linearise
 from belt_sim.diagnosis.noise import words_of
-from belt_sim.diagnosis.samples import first_place_inside_span, shapes_a_span, shows_places
+from belt_sim.diagnosis.samples import first_place_inside_span, samples_of, shapes_a_span, shows_places
 from belt_sim.diagnosis.search import Search, add_fits, begin_search, extend, row_of, run_search, tabulate
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
-from belt_sim.jax_setup import in_float64
+from belt_sim.errors import BeltError
+from belt_sim.jax_setup import in_float64, map_in_threads
 from belt_sim.line.hooks import as_driven
 from belt_sim.line.spans import Composition
 from belt_sim.model import MODELS
@@ -111,11 +115,7 @@ def examine(
     Raises InputError when the campaign has no signals, FitError when a larger set fits worse than a smaller one.
     """
     tell("preparing the runs")
-    longest = max((run.travel[-1] for run in campaign.runs if len(run.travel)), default=0.0)
-    length = case_of(campaign, campaign.runs[0]).rig.belt_length
-    tried = [c for c in classes if model.refusal(c) is None and longest >= c.min_revolutions * length]
-    if first_place_inside_span(campaign.signals):
-        tried = [c for c in tried if not shapes_a_span(c)]
+    tried = within_reach(campaign, model, classes)
     of_data = suspicions(campaign)
     bench, nothing = _lay_out(free_zeros(campaign, of_data), model, tried)
     repeats = check_repeats(campaign)
@@ -152,6 +152,27 @@ def examine(
         bench=bench, nothing=nothing, search=search, table=table, decision=decision, named=named, suspicions=suspect,
         law=found.get(frozenset(named.ids)) if decision.tells_of_unknown else None,
     )  # fmt: skip
+
+
+def within_reach(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> list[type[Effect]]:
+    """Those of ``classes`` that the model and the sensors' places allow, and for which the records are long enough."""
+    longest = max((run.travel[-1] for run in campaign.runs if len(run.travel)), default=0.0)
+    length = case_of(campaign, campaign.runs[0]).rig.belt_length
+    inside = first_place_inside_span(campaign.signals)
+    tried = [c for c in classes if model.refusal(c) is None and longest >= c.min_revolutions * length]
+    return [c for c in tried if not (inside and shapes_a_span(c))]
+
+
+def compile_ahead(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> None:
+    """Begin to compile, or to load, the largest program of ``examine`` beside what comes before it: XLA works in a
+    thread of its own. What is wrong with the campaign is told when ``examine`` meets it."""
+
+    def predict() -> None:
+        with suppress(BeltError):
+            forward = Forward(samples_of(campaign), model, within_reach(campaign, model, classes))
+            forward.values(forward.null()[None])
+
+    threading.Thread(target=predict, name="compiling ahead").start()
 
 
 def _lay_out(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> tuple[Workbench, Fit]:
@@ -225,9 +246,12 @@ def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids
     beyond_noise = max(nothing.chi2 - float(np.isfinite(bench.fitted.y).sum()), 1e-9)
     others = [m for m in (MODELS[n] for n in BASE_MODELS if n != asked.name) if shows_places(bench.samples.signals, m)]
     found = []
-    for model in others:
+
+    def predict(model: Composition) -> np.ndarray:
         alone = workbench(bench.campaign, model, ()).forward
-        values = alone.values(alone.null()[None])[0]
+        return alone.values(alone.null()[None])[0]
+
+    for model, values in zip(others, map_in_threads(predict, others), strict=True):
         gain = nothing.chi2 - float(bench.metric.chi2(bench.fitted.y - values))
         same = likeliest and likeliest <= model.contains - asked.contains
         if np.isfinite(gain) and gain > DESCRIBED * beyond_noise and not same:

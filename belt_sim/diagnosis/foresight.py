@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.special import chdtri, ndtri
 
-from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
+from belt_sim.campaign import Campaign, Suspicion, case_of, leave_out_bad_readings, suspicions
 from belt_sim.campaign.quality import Severity, check_repeats, records_of
 from belt_sim.campaign.sheet_doubts import SheetMistake, sheet_mistakes
 from belt_sim.campaign.types import rig_of, shortlist
@@ -147,7 +147,7 @@ def sheet_evidence(
     campaign: Campaign, model: Composition, tell: Callable[[str], None] = lambda text: None
 ) -> tuple[SheetEvidence, ...]:
     """Return the mistakes that explain what ``model`` leaves, the best first; () if it leaves little."""
-    curved = replace(campaign, runs=tuple(r for r in campaign.runs if len(r.travel)), steady=())
+    curved = _curves_of(campaign)
     if not curved.runs or not any(s.kind == "lateral" for s in campaign.signals):
         return ()
     stated = _layout(curved, model)
@@ -204,7 +204,7 @@ def free_starts(campaign: Campaign, model: Composition) -> tuple[Campaign, tuple
 
     A belt at rest leans after a yaw, which every pulley shows in turn; one that ran with the yaw leans already.
     """
-    curved = replace(campaign, runs=tuple(r for r in campaign.runs if len(r.travel)), steady=())
+    curved = _curves_of(campaign)
     open_runs = [r.name for r in curved.runs if r.run_in == 0.0 and (r.yaw or r.yaw_head) and r.travel[0] >= r.yaw_at]
     if not open_runs or not any(s.kind == "lateral" for s in campaign.signals):
         return campaign, ()
@@ -300,13 +300,22 @@ class _Layout:
         """chi2 of every run where readings, settings or the model are others, by the nuisances of this layout."""
         if any(r.yaw_at >= r.travel[-1] for r in campaign.runs):
             return np.full(len(campaign.runs), np.inf)
-        samples = samples_of(campaign)
+        samples = samples_of(campaign, leave_out_bad=False)  # they are left out of the stated campaign
         if samples.y.shape != self.bench.samples.y.shape:
             return np.full(len(campaign.runs), np.inf)
-        forward = Forward(samples, model or self.model, ())
+        own = self.bench.forward.classes if model is None else ()  # a program that is compiled already
+        forward = Forward(samples, model or self.model, own)
         rest = samples.y - forward.values(forward.null()[None])[0]
         rest = np.where(np.isnan(samples.y), 0.0, rest)  # a tilt is blank about the yaw
         return self._chi2_of_residual(rest, faults=faults)
+
+
+@lru_cache(1)
+def _curves_of(campaign: Campaign) -> Campaign:
+    """The runs of a campaign that have curves, without bad readings."""
+    return leave_out_bad_readings(replace(campaign, runs=tuple(r for r in campaign.runs if len(r.travel)), steady=()))[
+        0
+    ]
 
 
 @lru_cache(1)

@@ -266,14 +266,15 @@ def select_addable(classes: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
 # programs side by side.
 
 
-ROOM = 2048  # records that compiled code has room for; where that is too little, twice as many, and so on
+ROOM = 2048  # records that compiled code has room for; where that is too little, GROWTH times as many, and so on
 SLOTS = 16  # the same of the wrap's history
+GROWTH = 4  # a unit that is off by 3.28 takes one more program, not two
 MANY = 5  # numbers, from which on a program runs so often that it pays to compile it well
 
 
 def room_for(steps: int, slots: int) -> tuple[int, int]:
     """Records and slots of the wrap's history that compiled code has, for so many."""
-    first, second = (2 ** math.ceil(math.log2(max(x, 1.0))) for x in ((steps + 2) / ROOM, slots / SLOTS))
+    first, second = (GROWTH ** math.ceil(math.log(max(x, 1.0), GROWTH)) for x in ((steps + 2) / ROOM, slots / SLOTS))
     return ROOM * first, SLOTS * second
 
 
