@@ -384,7 +384,8 @@ def work_folder() -> Path:
 
 
 def git(*arguments: str) -> str:
-    return subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    found = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, check=True)
+    return found.stdout.decode(errors="replace").strip()  # loggers' files are in Windows' letters
 
 
 # --- comparison -------------------------------------------------------------------------------------------------------

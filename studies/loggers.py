@@ -146,12 +146,12 @@ def write_tabs(campaign: Campaign, folder: Path, rng: np.random.Generator) -> li
 
 # ----
 
-_TEST = (TEST_RIG, TEST_BELT, (10.0, 20.0, 40.0), 0.042, 60.0)
+_TEST = (TEST_RIG, TEST_BELT, (20.0, 30.0, 60.0), 0.042, 60.0)
 _SHORT = (SHORT_RIG, SHORT_BELT, (8.0, 15.0, 30.0, 60.0), 0.03, 60.0)
 FORMS = {
-    "csv": Form([{"id": "taper", "kappa_t": 4e-6}], "strip", *_TEST, write_csv),
-    "dropout": Form([{"id": "taper", "kappa_t": 4e-6}], "strip", *_TEST, partial(write_csv, dropout=True)),
-    "workbook": Form([{"id": "yaw_offset_tail", "beta_0": 7e-5}], "strip", *_SHORT, write_workbook),
+    "csv": Form([{"id": "taper", "kappa_t": 1.5e-4}], "strip", *_TEST, write_csv),
+    "dropout": Form([{"id": "taper", "kappa_t": 1.5e-4}], "strip", *_TEST, partial(write_csv, dropout=True)),
+    "workbook": Form([{"id": "yaw_offset_tail", "beta_0": 2e-4}], "strip", *_SHORT, write_workbook),
     "tabs": Form([], "strip", *_SHORT, write_tabs),
 }
 

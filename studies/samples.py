@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-from belt_sim.units import MM
+from belt_sim.units import MM, N_PER_MM2
 from belt_sim.virtual_rig import make_campaign, write_blind
-from belt_sim.virtual_rig.plan import Noise, Plan
+from belt_sim.virtual_rig.plan import TEST_TENSIONS, TEST_YAWS, Noise, Plan, grid
 from belt_sim.virtual_rig.space import make_space_campaign
 from studies.application import application
 
@@ -20,7 +20,8 @@ SAMPLES: dict[str, dict[str, Any]] = {
     },
     "machine_fault": {
         "title": "A steel belt on a machine that may have a fault", "seed": 12, "base": "strip",
-        "hidden": [{"id": "taper", "kappa_t": 4e-6}, {"id": "yaw_offset_tail", "beta_0": 1e-4}],
+        "tensions": (20.0, 30.0, 40.0, 60.0),  # [N/mm2]: a cone that a gauge shows drives a slacker belt off
+        "hidden": [{"id": "taper", "kappa_t": 1.5e-4}, {"id": "yaw_offset_tail", "beta_0": -3e-4}],
     },
     "nothing_hidden": {"title": "A steel belt on a machine in order", "seed": 3, "base": "strip", "hidden": []},
 }  # fmt: skip
@@ -45,7 +46,10 @@ def write_sample(name: str, folder: Path) -> str:
     if name in SPACE_SAMPLES:
         campaign, truth = make_space_campaign(**SPACE_SAMPLES[name])
     else:
-        campaign, truth = make_campaign(**SAMPLES[name], plan=Plan(spacing=SPACING), noise=MILD)
+        given = dict(SAMPLES[name])
+        tensions = [t * N_PER_MM2 for t in given.pop("tensions", ())] or TEST_TENSIONS
+        plan = Plan(runs=grid(tensions, TEST_YAWS), spacing=SPACING)
+        campaign, truth = make_campaign(**given, plan=plan, noise=MILD)
     return write_blind(folder / name, campaign, truth, overwrite=True)
 
 
