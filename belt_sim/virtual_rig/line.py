@@ -3,7 +3,6 @@
 A span has cubic Hermite fields for position and tilt; its elements are glued by doubling. Arrays have an entry a run.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,8 +13,6 @@ from belt_sim.case import Belt, Numbers, Rig
 #: 2**DOUBLINGS elements a span: 0.18 m on the test rig, shorter than the shortest decay length at 4 N/mm2.
 DOUBLINGS = 6
 _GAUSS = np.polynomial.legendre.leggauss(5)
-_ENDS = [0, 1, 4, 5]  # y, theta at the run-off and at the run-up; the tilt is held at 0 there
-_FREE = [3, 7]  # the slope of the tilt stays free
 
 
 @dataclass(frozen=True)
@@ -44,6 +41,9 @@ class Sections:
     sag: np.ndarray | float = 1.0
     tension: np.ndarray | float = 1.0
     roll_spring: np.ndarray | float = 0.0
+
+
+AS_STATED = Sections()
 
 
 def hermite(t: np.ndarray, h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -76,72 +76,78 @@ def element(h, bending, force, torsion, sag_curvature) -> np.ndarray:
     return stiffness
 
 
-def solve_span(length, bending, force, torsion, sag_curvature, yields=None) -> SpanResponse:
-    """Condense a batch of spans onto their ends; all arguments shape (batch,), SI.
+def solve_span(
+    length, bending, force, torsion, sag_curvature, sections: Sections = AS_STATED, yields=None, loads=None, tilts=()
+) -> SpanResponse:
+    """Condense a batch of spans onto their ends by gluing neighbours, pair by pair; numbers shape (batch,), SI.
 
     yields: how the slope and the tilt at the run-off and at the run-up give way to the couples there, a pair of
-    arrays (batch, 2, 2) [rad/(N m)]; None = held.
+    arrays (batch, 2, 2) [rad/(N m)]; None = held. loads: in the place of unit boundary values, what acts on the nodes,
+    (batch, n, 4), while the ends are at rest but for ``tilts``, those of the run-off and the run-up.
     """
-    stiffness = element(length / 2**DOUBLINGS, bending, force, torsion, sag_curvature)
-    middles = []
-    for _ in range(DOUBLINGS):
-        stiffness, middle = _glue(stiffness, stiffness)
-        middles.append(middle)
-    ends = _values_at_ends(stiffness, yields)
-    moments = stiffness[:, [5, 1]] @ ends / bending[:, None, None]
-    nodes = np.stack([ends[:, :4], ends[:, 4:]], axis=1)
-    for middle in reversed(middles):  # values at all nodes from those at the ends, the way back
-        between = middle[:, None] @ np.concatenate([nodes[:, :-1], nodes[:, 1:]], axis=2)
-        merged = np.empty((nodes.shape[0], 2 * nodes.shape[1] - 1, 4, 4))
-        merged[:, ::2], merged[:, 1::2] = nodes, between
-        nodes = merged
-    return SpanResponse(
-        run_up=moments[:, 0].T, run_off=-moments[:, 1].T, tilt=nodes[:, nodes.shape[1] // 2, 2].T, nodes=nodes
-    )
+    count = 2**DOUBLINGS
 
-
-def solve_varied_span(length, bending, force, torsion, sag_curvature, sections: Sections, yields=None) -> SpanResponse:
-    """The same for a span whose properties change along it; its fields are not worked out (``nodes`` is empty)."""
-    shape = (len(length), 2**DOUBLINGS)
-
-    def per_element(value, factor=1.0) -> np.ndarray:
+    def along(value, factor) -> np.ndarray:  # (batch, 1), or (batch, elements) of a span that changes along its way
         factor = np.asarray(factor, dtype=float)
-        return np.broadcast_to(value[:, None] * (factor[:, None] if factor.ndim == 1 else factor), shape)
+        return value[:, None] * (factor if factor.ndim == 2 else factor.reshape(-1, 1))
 
-    rigid = per_element(bending, sections.bending)
-    pieces = element(
-        per_element(length / shape[1]),
-        rigid,
-        per_element(force, sections.tension),
-        per_element(torsion, sections.torsion),
-        per_element(sag_curvature, sections.sag),
-    )
-    while pieces.shape[1] > 2:
-        pieces = _glue(pieces[:, ::2], pieces[:, 1::2])[0]
-    left, right = pieces[:, 0].copy(), pieces[:, 1]
-    left[:, 6, 6] += sections.roll_spring
-    stiffness, middle = _glue(left, right)
-    ends = _values_at_ends(stiffness, yields)
-    run_up, run_off = ((stiffness[:, row] @ ends)[:, 0] / rigid[:, place, None] for row, place in (([5], -1), ([1], 0)))
-    return SpanResponse(
-        run_up=run_up.T, run_off=-run_off.T, tilt=(middle @ ends)[:, 2].T, nodes=np.empty((shape[0], 0, 4, 4))
-    )
+    def neighbours(x: np.ndarray):
+        return (x, x) if x.shape[1] == 1 else (x[:, ::2], x[:, 1::2])
+
+    stated = (bending, sections.bending), (force, sections.tension), (torsion, sections.torsion)
+    factors = np.broadcast_arrays(*(along(*pair) for pair in (*stated, (sag_curvature, sections.sag))))
+    pieces = element(np.broadcast_to(length[:, None] / count, factors[0].shape), *factors)
+    if np.any(sections.roll_spring):
+        pieces = np.broadcast_to(pieces, (len(length), count, 8, 8)).copy()
+        pieces[:, count // 2 - 1, 6, 6] += sections.roll_spring
+    if loads is None:
+        given, load = np.zeros((1, 8, 4)), np.zeros((1, 1, 8, 4))
+        given[0, [0, 1, 4, 5]] = np.eye(4)
+    else:
+        given, load = np.zeros((len(length), 8, 1)), np.zeros((len(length), count, 8, 1))
+        load[:, 0, :4, 0], load[:, :, 4:, 0] = loads[:, 0], loads[:, 1:]
+        for row, tilt in zip((2, 6), tilts, strict=False):
+            given[:, row, 0] = tilt
+    eliminated = []
+    for _ in range(DOUBLINGS):
+        (left, right), (load_left, load_right) = neighbours(pieces), neighbours(load)
+        between = left[..., 4:, 4:] + right[..., :4, :4]
+        to_ends = np.concatenate([left[..., 4:, :4], right[..., :4, 4:]], axis=-1)
+        from_ends = np.concatenate([left[..., :4, 4:], right[..., 4:, :4]], axis=-2)
+        follows = -np.linalg.solve(between, to_ends)
+        alone = np.linalg.solve(between, load_left[..., 4:, :] + load_right[..., :4, :])
+        pieces = np.zeros_like(left)
+        pieces[..., :4, :4], pieces[..., 4:, 4:] = left[..., :4, :4], right[..., 4:, 4:]
+        pieces += from_ends @ follows
+        load = np.concatenate([load_left[..., :4, :], load_right[..., 4:, :]], axis=-2) - from_ends @ alone
+        eliminated.append((follows, alone))
+    stiffness, load = pieces[:, 0], load[:, 0]
+    ends = _values_at_ends(stiffness, load, np.broadcast_to(given, (len(length), *given.shape[1:])), yields)
+    moments = stiffness @ ends - load
+    nodes = np.stack([ends[:, :4], ends[:, 4:]], axis=1)
+    for follows, alone in reversed(eliminated):  # values at all nodes from those at the ends, the way back
+        merged = np.empty((len(nodes), 2 * nodes.shape[1] - 1, *nodes.shape[2:]))
+        merged[:, ::2] = nodes
+        merged[:, 1::2] = follows @ np.concatenate([nodes[:, :-1], nodes[:, 1:]], axis=2) + alone
+        nodes = merged
+    run_up, run_off = moments[:, 5] / factors[0][:, -1:], -moments[:, 1] / factors[0][:, :1]
+    return SpanResponse(run_up=run_up.T, run_off=run_off.T, tilt=nodes[:, count // 2, 2].T, nodes=nodes)
 
 
-def _values_at_ends(stiffness: np.ndarray, yields: tuple[np.ndarray, np.ndarray] | None) -> np.ndarray:
-    """All values at both ends, shape (batch, 8, 4), per unit of y and slope there, without tilt but for how slope and
-    tilt give way to the couples that the span has there."""
-    given = np.zeros((8, 4))
-    given[_ENDS] = np.eye(4)
+def _values_at_ends(stiffness: np.ndarray, load, given: np.ndarray, yields) -> np.ndarray:
+    """All values at both ends, shape (batch, 8, k): as given, but for how slope and tilt give way to the couples that
+    the span has there, and for the slopes of the tilt, which are free."""
+    free = [3, 7]
     if yields is None:
-        ends = np.tile(given, (len(stiffness), 1, 1))
-        ends[:, _FREE] = -np.linalg.solve(stiffness[:, _FREE][:, :, _FREE], stiffness[:, _FREE][:, :, _ENDS])
+        ends = given.copy()
+        ends[:, free] = np.linalg.solve(stiffness[:, free][:, :, free], load[:, free] - stiffness[:, free] @ given)
         return ends
-    system = np.tile(np.eye(8), (len(stiffness), 1, 1))
+    system, wanted = np.tile(np.eye(8), (len(stiffness), 1, 1)), given.copy()
     for couples, end in zip(([1, 2], [5, 6]), yields, strict=True):
         system[:, couples] -= end @ stiffness[:, couples]
-    system[:, _FREE] = stiffness[:, _FREE]
-    return np.linalg.solve(system, np.broadcast_to(given, (len(stiffness), 8, 4)))
+        wanted[:, couples] -= end @ load[:, couples]
+    system[:, free], wanted[:, free] = stiffness[:, free], load[:, free]
+    return np.linalg.solve(system, wanted)
 
 
 def curvature_along(nodes: np.ndarray, length, sag_curvature) -> np.ndarray:
@@ -154,16 +160,6 @@ def curvature_along(nodes: np.ndarray, length, sag_curvature) -> np.ndarray:
     roll = np.concatenate([left[:, :, 2:], right[:, :, 2:]], axis=2)
     bent = np.einsum("bd,bndk->bnk", second, lateral)
     return bent + sag_curvature[:, None, None] * np.einsum("bd,bndk->bnk", value, roll)
-
-
-def _glue(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Glue two pieces and eliminate the node between them: stiffness of the pair, middle from ends."""
-    pair = np.zeros_like(left)
-    pair[..., :4, :4], pair[..., 4:, 4:] = left[..., :4, :4], right[..., 4:, 4:]
-    to_middle = np.concatenate([left[..., 4:, :4], right[..., :4, 4:]], axis=-1)
-    middle = -np.linalg.solve(left[..., 4:, 4:] + right[..., :4, :4], to_middle)
-    from_middle = np.concatenate([left[..., :4, 4:], right[..., 4:, :4]], axis=-2)
-    return pair + from_middle @ middle, middle
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -249,21 +245,15 @@ class Line:
         lean[1::2] = -bow * y[::2]
         return y + lean, tuple(np.stack([off[0], off[1] + bow * off[0]]) for off in past)
 
-    def span(self, tension_share: float | np.ndarray = 1.0, *, to_tail: bool = True) -> SpanResponse:
-        """The response at a share of the tension of the free span that runs to the tail (or to the head) pulley."""
+    def span(self, tension_share: float = 1.0, *, to_tail: bool | np.ndarray = True, **more) -> SpanResponse:
+        """The response at a share of the tension of the free span that runs to the tail (or to the head) pulley, which
+        may be another in every lane; more: as of ``solve_span``."""
         line = replace(self, stress=self.stress * tension_share)
-        coupling = line.sag_roll * line.sag_curvature
         yields = line.end_compliance(to_tail) if np.any(self.layer) else None
-        return solve_span(line.span_length, line.bending, line.force, line.torsion, coupling, yields)
+        coupling = line.sag_roll * line.sag_curvature
+        return solve_span(line.span_length, line.bending, line.force, line.torsion, coupling, yields=yields, **more)
 
-    def varied_span(self, sections: Sections, *, to_tail: bool) -> SpanResponse:
-        """The response of the span that runs to the tail (or to the head) pulley, its properties changed by factors."""
-        coupling = self.sag_roll * self.sag_curvature
-        yields = self.end_compliance(to_tail) if np.any(self.layer) else None
-        whole = self.span_length, self.bending, self.force, self.torsion, coupling
-        return solve_varied_span(*whole, sections, yields)
-
-    def end_compliance(self, to_tail: bool) -> tuple[np.ndarray, np.ndarray]:
+    def end_compliance(self, to_tail: bool | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How run-off and run-up give way to the span: (slope, tilt) per (couple about z, couple about x), symmetric.
 
         Shape (batch, 2, 2) each [rad/(N m)]. The belt lies on the pulley to where its bending layer begins, whose slope
@@ -273,7 +263,10 @@ class Line:
         plate = self.youngs_modulus * self.thickness**3 / (12 * (1 - self.poisson_ratio**2))
         length = np.sqrt(plate / (self.stress * self.thickness))
         upper = np.where((self.direction > 0) == to_tail, 1.0, -1.0)
-        pulleys = (self.head_radius, self.tail_radius) if to_tail else (self.tail_radius, self.head_radius)
+        pulleys = [
+            np.where(to_tail, *pair)
+            for pair in ((self.head_radius, self.tail_radius), (self.tail_radius, self.head_radius))
+        ]
         twist = np.sqrt(plate * self.width**3 / 12 / self.torsion)  # the other length, along which a twist dies out
         found = []
         for radius, at_runup in zip(pulleys, (-1.0, 1.0), strict=True):
@@ -319,10 +312,6 @@ def stack(lines: list[Line]) -> Line:
     return Line(**{name: np.concatenate([getattr(line, name) for line in lines]) for name in names})
 
 
-_COUPLES = [1, 2]  # slope and tilt of a node's (y, y', phi, phi')
-_FREE_END = 3
-
-
 @dataclass(frozen=True)
 class UnitLoad:
     """A unit load on one span, shape (batch,) each: what it adds at fixed ends.
@@ -340,11 +329,25 @@ class UnitLoad:
     give: np.ndarray
 
 
+def load_on_nodes(line: Line, upper: bool, loads: np.ndarray, tilts=(), y_at_place=None) -> UnitLoad:
+    """What acts on the nodes of a span, shape (batch, n, 4), as a load; y_at_place: of fields (batch, n, 4, k)."""
+    to_tail = (line.direction > 0) == upper
+    found = line.span(to_tail=to_tail, loads=loads, tilts=tilts)
+    row, give = np.zeros((4, len(loads))), np.zeros(len(loads))
+    if y_at_place:
+        row, give = y_at_place(line.span(to_tail=to_tail).nodes).T, y_at_place(found.nodes)[:, 0]
+    return UnitLoad(upper, found.run_up[0], found.run_off[0], found.tilt[0], row, give)
+
+
+def no_loads(line: Line) -> np.ndarray:
+    """Nothing on any node of a span, shape (batch, n, 4): force, couples, and what acts on the slope of the tilt."""
+    return np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
+
+
 def roll_at_tail(line: Line, upper: bool) -> UnitLoad:
     """1 rad of roll, the side y > 0 up, of the tail pulley where the span meets it."""
     last = (line.direction > 0) == upper
-    no_loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
-    return _without_place(upper, *_solve(line, upper, no_loads, (np.where(last, 0.0, 1.0), np.where(last, 1.0, 0.0))))
+    return load_on_nodes(line, upper, no_loads(line), (~last, last))
 
 
 def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
@@ -352,26 +355,19 @@ def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
 
     By Betti's theorem natural curvature there tilts mid-span by EI times as much.
     """
-    loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
+    loads = no_loads(line)
     loads[:, 2 ** (DOUBLINGS - 1), 2] = 1.0
-    nodes = _solve(line, upper, loads)[0][..., None]
+    nodes = line.span(to_tail=(line.direction > 0) == upper, loads=loads).nodes
     return curvature_along(nodes, line.span_length, line.sag_roll * line.sag_curvature)[..., 0]
 
 
 def uniform_load(line: Line, upper: bool, *, roll: bool = False) -> UnitLoad:
     """1 N/m towards +y all along; roll: 1 N m per m about the long axis instead, lifting the side y > 0."""
-    h, fields = line.span_length / 2**DOUBLINGS, [2, 3] if roll else [0, 1]  # a value and its slope at a node
-    pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)
-    loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
+    h, fields, loads = line.span_length / 2**DOUBLINGS, [2, 3] if roll else [0, 1], no_loads(line)
+    pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)  # on a value and its slope at either end of an element
     loads[:, :-1, fields] += pair[:, None, :2]
     loads[:, 1:, fields] += pair[:, None, 2:]
-    return _without_place(upper, *_solve(line, upper, loads))
-
-
-def _without_place(upper: bool, nodes: np.ndarray, run_up: np.ndarray, run_off: np.ndarray) -> UnitLoad:
-    """The load that ``_solve`` was given, which acts at no one place."""
-    nothing = np.zeros_like(run_up)
-    return UnitLoad(upper, run_up, run_off, nodes[:, nodes.shape[1] // 2, 2], np.zeros((4, len(nothing))), nothing)
+    return load_on_nodes(line, upper, loads)
 
 
 def unit_load(line: Line, upper: bool, share, *, couple: bool = False) -> UnitLoad:
@@ -382,74 +378,11 @@ def unit_load(line: Line, upper: bool, share, *, couple: bool = False) -> UnitLo
     along = np.where((line.direction > 0) == upper, share, 1 - share) * count
     k = np.clip(along.astype(int), 0, count - 1)
     value, first, _ = hermite(along - k, line.span_length / count)
-    lanes = np.arange(len(k))
-    loads = np.zeros((len(k), count + 1, 4))
-    chosen = first if couple else value
-    for node, part in ((k, chosen[:, :2]), (k + 1, chosen[:, 2:])):
-        loads[lanes, node, :2] += part
+    lanes, loads, chosen = np.arange(len(k)), no_loads(line), first if couple else value
+    loads[lanes, k, :2] += chosen[:, :2]
+    loads[lanes, k + 1, :2] += chosen[:, 2:]
 
-    def y_at_place(nodes):  # of shape (batch, n, 4, ...)
-        pair = np.concatenate([nodes[lanes, k, :2], nodes[lanes, k + 1, :2]], axis=1)
-        return np.einsum("bi,bi...->b...", value, pair)
+    def y_at_place(nodes):
+        return np.einsum("bi,bik->bk", value, np.concatenate([nodes[lanes, k, :2], nodes[lanes, k + 1, :2]], axis=1))
 
-    nodes, run_up, run_off = _solve(line, upper, loads)
-    free = _on_span(line, upper, line.span().nodes, line.span(to_tail=False).nodes)
-    return UnitLoad(upper, run_up, run_off, nodes[:, count // 2, 2], y_at_place(free).T, y_at_place(nodes))
-
-
-def _on_span(line: Line, upper: bool, to_tail: np.ndarray, to_head: np.ndarray) -> np.ndarray:
-    """What belongs to the upper (or the lower) span, lane by lane."""
-    chosen = (line.direction > 0) == upper
-    return np.where(chosen.reshape(-1, *(1,) * (to_tail.ndim - 1)), to_tail, to_head)
-
-
-def _solve(
-    line: Line, upper: bool, loads: np.ndarray, rolls: Sequence[np.ndarray | float] = (0.0, 0.0)
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fields (batch, n, 4) of a loaded span between ends at rest, curvature at run-up and run-off (batch,).
-
-    Elimination node after node; at the ends y and slope are 0 and the tilt is one of ``rolls``, but for how they give
-    way to the couples there.
-    """
-    coupling = line.sag_roll * line.sag_curvature
-    stiffness = element(line.span_length / 2**DOUBLINGS, line.bending, line.force, line.torsion, coupling)
-    a, b = stiffness[:, :4, :4], stiffness[:, :4, 4:]
-    c, d = stiffness[:, 4:, :4], stiffness[:, 4:, 4:]
-    pairs = zip(line.end_compliance(True), line.end_compliance(False), strict=True)
-    off, up = (_on_span(line, upper, tail, head) for tail, head in pairs)
-    first = _end(a, b, loads[:, 0], off, rolls[0])
-    last = _end(d, c, loads[:, -1], up, rolls[1])
-    count = loads.shape[1]
-    upwards, rest = [], []
-    diagonal, right, force = first
-    for k in range(count - 1):
-        upwards.append(np.linalg.solve(diagonal, right))
-        rest.append(np.linalg.solve(diagonal, force[..., None])[..., 0])
-        diagonal_next, left, force_next = (a + d, c, loads[:, k + 1]) if k < count - 2 else last
-        diagonal = diagonal_next - left @ upwards[-1]
-        force = force_next - (left @ rest[-1][..., None])[..., 0]
-        right = b
-    nodes = [np.linalg.solve(diagonal, force[..., None])[..., 0]]
-    for ahead, there in zip(reversed(upwards), reversed(rest), strict=True):
-        nodes.append(there - (ahead @ nodes[-1][..., None])[..., 0])
-    fields = np.stack(nodes[::-1], axis=1)
-    moment_up = np.einsum("bij,bj->bi", d, fields[:, -1]) + np.einsum("bij,bj->bi", c, fields[:, -2]) - loads[:, -1]
-    moment_off = np.einsum("bij,bj->bi", a, fields[:, 0]) + np.einsum("bij,bj->bi", b, fields[:, 1]) - loads[:, 0]
-    return fields, moment_up[:, 1] / line.bending, -moment_off[:, 1] / line.bending
-
-
-def _end(own: np.ndarray, other: np.ndarray, load: np.ndarray, yields: np.ndarray, roll: np.ndarray | float):
-    """Rows of an end node: y = 0, slope and tilt = (0, roll) + yields @ couples, no moment on the tilt's slope."""
-    diagonal, beside, force = np.zeros_like(own), np.zeros_like(other), np.zeros_like(load)
-    diagonal[:, 0, 0] = 1.0
-    diagonal[:, _COUPLES, _COUPLES] = 1.0
-    diagonal[:, _COUPLES] -= yields @ own[:, _COUPLES]
-    beside[:, _COUPLES] = -yields @ other[:, _COUPLES]
-    force[:, _COUPLES] = -np.einsum("bij,bj->bi", yields, load[:, _COUPLES])
-    force[:, _COUPLES[1]] += roll
-    diagonal[:, _FREE_END], beside[:, _FREE_END], force[:, _FREE_END] = (
-        own[:, _FREE_END],
-        other[:, _FREE_END],
-        load[:, _FREE_END],
-    )
-    return diagonal, beside, force
+    return load_on_nodes(line, upper, loads, y_at_place=y_at_place)

@@ -20,7 +20,7 @@ import numpy as np
 from belt_sim.campaign import SignalSheet
 from belt_sim.case import GRAVITY, Belt, Rig
 from belt_sim.virtual_rig.fault import Fault, has_hook
-from belt_sim.virtual_rig.line import Line, Sections, SpanResponse, UnitLoad, line_from
+from belt_sim.virtual_rig.line import Line, SpanResponse, UnitLoad, line_from
 from belt_sim.virtual_rig.plan import Noise, Plan
 
 
@@ -102,8 +102,8 @@ class SpanTable:
 
     def __init__(self, fault: Fault, line: Line, to_tail: bool) -> None:
         upper = (line.direction > 0) == to_tail
-        nominal = line.varied_span(Sections(), to_tail=to_tail)
-        found = [line.varied_span(fault.sections(x, line, upper), to_tail=to_tail) for x in fault.span_states]
+        nominal = line.span(to_tail=to_tail)
+        found = [line.span(to_tail=to_tail, sections=fault.sections(x, line, upper)) for x in fault.span_states]
         self.fault, self.line, self.to_tail, self.states = fault, line, to_tail, np.array(fault.span_states)
         self.added = {n: np.stack([getattr(f, n) - getattr(nominal, n) for f in found]) for n in _RESPONSES}
 

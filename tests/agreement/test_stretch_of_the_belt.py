@@ -17,7 +17,7 @@ from belt_sim.line.influence import stretch_adds, stretch_response
 from belt_sim.line.span import strip
 from belt_sim.model import analytic_model
 from belt_sim.virtual_rig.hidden import fault_from_spec
-from belt_sim.virtual_rig.line import DOUBLINGS, Sections, solve_varied_span
+from belt_sim.virtual_rig.line import DOUBLINGS, Sections, solve_span
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan
 
@@ -44,7 +44,7 @@ def test_a_stretch_does_to_a_span_what_elements_of_another_stiffness_do(kind, te
     insides = [np.abs(middles - at) < 0.5 * wide for at in (0.2, 0.3, 0.45, 0.5, 0.6, 0.8)]
 
     def ends(inside: np.ndarray) -> np.ndarray:
-        made = solve_varied_span(*whole, Sections(**{kind: 1.0 + change * inside[None]}))
+        made = solve_span(*whole, Sections(**{kind: 1.0 + change * inside[None]}))
         rows = np.array([made.run_up, made.run_off, made.tilt])[..., 0]
         return rows[:, [2, 1, 3]]  # y at the run-up, angles at the run-off and at the run-up
 

@@ -35,7 +35,7 @@ def test_a_factor_all_along_is_another_belt(factors, field, power):
     factor = next(iter(factors.values()))
     other = replace(line, **{field: getattr(line, field) * factor})
     torsion = other.torsion / line.torsion  # of a belt of half the modulus, its shear too
-    got = line.varied_span(Sections(**factors, torsion=torsion), to_tail=True)
+    got = line.span(sections=Sections(**factors, torsion=torsion))
     for row in ("run_up", "run_off", "tilt"):
         np.testing.assert_allclose(getattr(got, row), getattr(other.span(), row), rtol=ROUNDING, atol=1e-9)
 
@@ -43,14 +43,14 @@ def test_a_factor_all_along_is_another_belt(factors, field, power):
 def test_elements_count_from_the_run_off():
     line, soft = line_of(tension=40e6), np.ones((1, 2**DOUBLINGS))
     soft[:, -3:] = 0.5
-    up, off = (line.varied_span(Sections(bending=f), to_tail=True) for f in (soft, soft[:, ::-1]))
+    up, off = (line.span(sections=Sections(bending=f)) for f in (soft, soft[:, ::-1]))
     mirrored = off.run_off[[2, 3, 0, 1]] * [[1], [-1], [1], [-1]]
     np.testing.assert_allclose(up.run_up, mirrored, rtol=ROUNDING)
     assert abs(up.run_up[3, 0]) > 1.2 * abs(line.span().run_up[3, 0])  # the bend goes where it is easy
 
 
 def test_a_spring_at_mid_span_stops_the_roll_there():
-    held = line_of().varied_span(Sections(roll_spring=1e9), to_tail=True)
+    held = line_of().span(sections=Sections(roll_spring=1e9))
     assert np.abs(held.tilt).max() < 1e-6 * np.abs(line_of().span().tilt).max()
 
 
