@@ -1,18 +1,15 @@
 """What a faultless line does not have: hooks of a fault, its parameters, and courses that several follow."""
 
 import math
-import re
 from collections.abc import Callable
 from dataclasses import Field, dataclass, field, fields
 from functools import cache
 from itertools import product
-from typing import Any, ClassVar, dataclass_transform
+from typing import TYPE_CHECKING, Any, ClassVar, dataclass_transform
 
 import numpy as np
 
-from belt_sim.case import Case
-from belt_sim.scene_parts import SceneParts
-from belt_sim.virtual_rig.line import Line, Sections, UnitLoad
+from belt_sim.virtual_rig.line import Sections
 from belt_sim.virtual_rig.plan import Plan
 
 TAIL = np.array([[1.0], [0.0]])  # on the tail pulley only
@@ -48,15 +45,49 @@ def shape(default: float, draw: Callable, grid: Callable = lambda plan: ()) -> A
     return field(default=default, metadata={"draw": draw, "grid": grid})
 
 
+#: Hook -> what it is where nothing is wrong. s: travel [m]; y, kappa, alpha: at the run-ups of the tail and the head
+#: pulley, shape (2, batch).
+HOOKS: dict[str, Callable[..., Any]] = {
+    "set": lambda f, line: line,  # the line with its constants changed
+    "yaw": lambda f, s, line: 0.0,  # added to the tail pulley's yaw [rad]
+    "yaw_head": lambda f, s, line: 0.0,  # added to the head pulley's yaw [rad]
+    "turn": lambda f, s, line, y, kappa: 0.0,  # curvature added to kappa where the belt runs up [1/m], (2, batch)
+    "recall": lambda f, s, past: 0.0,  # the same from the past of the belt (a ``march.DelayHistory``)
+    # (y, alpha) at the run-ups of tail and head at travels s <= 0 (..., batch), shape (4, ..., batch)
+    "initial_state": lambda f, s, line: 0.0,
+    "slide": lambda f, s, line, alpha: 1.0,  # factor on the lateral velocity where the belt runs up
+    # how far the belt slid sideways over the wraps of tail and head that it leaves [m]; alpha: with which it ran up;
+    # both of shape (2, ..., batch)
+    "creep": lambda f, s, line, alpha: 0.0,
+    "tension": lambda f, s, line: 0.0,  # relative change of the tension, within ``swing``
+    # how the spans above (upper, (batch,)) or below are changed at one of ``span_states``
+    "sections": lambda f, state, line, upper: Sections(),
+    # what the change depends on at travel s (..., batch), for the span that runs to the tail or the head pulley;
+    # ends: (y, theta) at its run-off and at its run-up, each (2, ..., batch)
+    "span_state": lambda f, s, line, to_tail, ends: 0.0 * line.stress,
+    "loads": lambda f, line: (),  # ``UnitLoad``s on the spans
+    # how much of a load acts, and what the load remembers, each (batch,); free: y at its place if nothing acted there;
+    # kept: what it remembered at the last node, 0 at travel 0
+    "push": lambda f, s, line, load, free, kept: (np.ones_like(free), kept),
+    "true_travel": lambda f, shown, line: shown,  # true travel when the recorder shows ``shown`` [m]
+    "sensor_travel": lambda f, s, line: s,  # travel at which a lateral sensor saw what it shows at s
+    # how far the belt's edge lies off its middle line's parallel at a point, shape (n, batch) [m]
+    "edge": lambda f, place, s, line: 0.0,
+    # what a sensor at ``place`` shows instead of ``value``, at true travel s; all shape (n, batch)
+    "read": lambda f, value, place, s, line: value,
+    # the parts of a 3D scene changed, from travel 0 on: what the machine is, not a law
+    "scene": lambda f, parts, case: parts,
+}
+
+
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(size, shape))
 @dataclass(frozen=True, kw_only=True)
 class Fault:
     """A departure from the faultless line; parameters are SI numbers or arrays (batch,), and 0 is no fault.
 
-    A fault is the twin of an effect, of the same id (``faults``), or unmodelled. It
-    overrides the hooks that it needs; the others change nothing. Every subclass becomes a frozen dataclass, whose
-    fields are declared by ``size``, the leading ones first, and ``shape``. Its id comes from its name:
-    ``YawOffsetTailFault`` is yaw_offset_tail.
+    A fault is the twin of an effect, of the same id (``faults``), or unmodelled. It overrides those of the ``HOOKS``
+    that it needs. Every subclass becomes a frozen dataclass, whose fields are declared by ``size``, the leading ones
+    first, and ``shape``.
     """
 
     id: ClassVar[str] = ""
@@ -73,98 +104,17 @@ class Fault:
     idle_on: ClassVar[tuple[str, ...]] = ()
     #: values of ``span_state`` at which the spans are worked out; between them they are interpolated
     span_states: ClassVar[tuple[float, ...]] = (0.0,)
+    #: the least and the largest relative change of the tension
+    swing: ClassVar[Any] = (0.0, 0.0)
 
     def __init_subclass__(cls) -> None:
         dataclass(frozen=True, kw_only=True)(cls)
-        cls.id = re.sub("(?<!^)(?=[A-Z])", "_", cls.__name__.removesuffix("Fault")).lower()
         cls.sizes = {f.name: f.metadata["size"] for f in fields(cls) if "size" in f.metadata}
         cls.positive = any(size.positive for size in cls.sizes.values())
 
-    def set(self, line: Line) -> Line:
-        """The line with its constants changed."""
-        return line
+    if TYPE_CHECKING:  # hooks, and the numbers of a row
 
-    def yaw(self, s: float, line: Line):
-        """Angle added to the tail pulley's yaw at travel s [rad]."""
-        return 0.0
-
-    def yaw_head(self, s: float, line: Line):
-        """Angle added to the head pulley's yaw at travel s [rad]."""
-        return 0.0
-
-    def turn(self, s: float, line: Line, y, kappa):
-        """Curvature added to kappa where the belt runs up [1/m]; y, kappa, result: shape (2, batch)."""
-        return 0.0
-
-    def initial_state(self, s, line: Line):
-        """(y, alpha) at the run-ups of tail and head at travels s <= 0 (..., batch), shape (4, ..., batch)."""
-        return 0.0
-
-    def recall(self, s: float, past):
-        """The same from the past of the belt (a ``march.DelayHistory``), shape (2, batch)."""
-        return 0.0
-
-    def slide(self, s: float, line: Line, alpha):
-        """Factor on the lateral velocity where the belt runs up; alpha: contact angles, shape (2, batch)."""
-        return 1.0
-
-    def creep(self, s, line: Line, alpha):
-        """How far the belt slid sideways over the wraps that it leaves at travel s [m].
-
-        alpha: contact angles with which it ran up; they and the result: shape (2, ..., batch), tail and head pulley.
-        """
-        return 0.0
-
-    def tension(self, s: float, line: Line):
-        """Relative change of the tension at travel s, within +-``swing``."""
-        return 0.0
-
-    @property
-    def swing(self):
-        """Largest relative change of the tension."""
-        return 0.0
-
-    def sections(self, state: float, line: Line, upper) -> Sections:
-        """How the spans above (upper, (batch,)) or below are changed at one of ``span_states``."""
-        return Sections()
-
-    def span_state(self, s, line: Line, to_tail: bool, ends):
-        """What the change depends on at travel s (..., batch), for the span that runs to the tail or the head pulley.
-
-        ends: (y, theta) at its run-off and at its run-up, each (2, ..., batch).
-        """
-        return 0.0 * line.stress
-
-    def loads(self, line: Line) -> tuple[UnitLoad, ...]:
-        """Unit loads on the spans."""
-        return ()
-
-    def push(self, s: float, line: Line, load: UnitLoad, free, kept):
-        """How much of a load acts, and what the load remembers, each (batch,).
-
-        free: y at its place if nothing acted there; kept: what it remembered at the last node, 0 at travel 0.
-        """
-        return np.ones_like(free), kept
-
-    def true_travel(self, shown, line: Line):
-        """True travel when the recorder shows ``shown`` [m]."""
-        return shown
-
-    def sensor_travel(self, s, line: Line):
-        """Travel [m] at which a lateral sensor saw what it shows at s."""
-        return s
-
-    def edge(self, place: str, s, line: Line):
-        """How far the belt's edge lies off its middle line's parallel at a point, at travel s, shape (n, batch) [m]."""
-        return 0.0
-
-    def read(self, value, place: str, s, line: Line):
-        """What a sensor at ``place`` shows instead of ``value``, at true travel s; all shape (n, batch)."""
-        return value
-
-    def scene(self, parts: SceneParts, case: Case) -> SceneParts:
-        """A three-dimensional scene with its parts changed, from travel 0 on: what the machine is, not a law."""
-        return parts
+        def __getattr__(self, name: str) -> Any: ...
 
     @classmethod
     def random_shape(cls, plan: Plan, rng: np.random.Generator) -> dict[str, float]:
@@ -184,17 +134,20 @@ class Fault:
         return dict(vars(self))
 
 
+for _name, _hook in HOOKS.items():
+    setattr(Fault, _name, _hook)
+
+
 def has_hook(fault: Fault | type[Fault], hook: str) -> bool:
     """Whether a fault has a hook of its own."""
-    cls = fault if isinstance(fault, type) else type(fault)
-    return getattr(cls, hook) is not getattr(Fault, hook)
+    return getattr(fault if isinstance(fault, type) else type(fault), hook) is not HOOKS[hook]
 
 
 def fault(id: str, module: str, words: str, *, base: type[Fault] = Fault, **given: Any) -> Any:
     """Return the class of a fault from a row of a module's table: numbers (``size``, ``shape``), hooks and facts."""
     numbers = {name: float for name, value in given.items() if isinstance(value, Field)}
-    name = id.title().replace("_", "") + "Fault"
-    return type(name, (base,), {"__doc__": words, "__module__": module, "__annotations__": numbers, **given})
+    facts = {"id": id, "__doc__": words, "__module__": module, "__annotations__": numbers}
+    return type(id.title().replace("_", "") + "Fault", (base,), facts | given)
 
 
 # Numbers of a plan from which shapes are drawn.

@@ -1,6 +1,6 @@
 """Faults that no catalogue lists, a row each: where it acts, on what it depends and how, its numbers, its formula."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -197,8 +197,15 @@ def _passes(f, s, line, to_tail, ends):
 _PASSING |= {"span_state": _passes}
 
 
-def row(place: str, forms: Sequence[tuple[str, str]], words: str, **given: Any) -> dict[str, Any]:
-    """A row. forms: variable and form at the place, then other such pairs that are as right; given: numbers, hooks."""
+def row(where: str, words: str, **given: Any) -> dict[str, Any]:
+    """A row. where: "place | variable form, form; variable form", the first pair as it is; given: numbers, hooks."""
+    place, _, pairs = where.partition(" | ")
+    forms = [
+        (variable, form)
+        for part in pairs.split("; ")
+        for variable, _, names in [part.partition(" ")]
+        for form in names.split(", ")
+    ]
     (variable, form), *also = forms
     return {"words": words, "place": place, "variable": variable, "form": form, "also": tuple(also), **given}
 
@@ -206,42 +213,32 @@ def row(place: str, forms: Sequence[tuple[str, str]], words: str, **given: Any) 
 _TABLE: dict[str, dict[str, Any]] = {
     # Yaw of the pulleys.
     "progressive_yaw": row(
-        "yaw_tail",
-        [("yaw", "power"), ("yaw", "linear")],
+        "yaw_tail | yaw power, linear",
         "The steering's lever turns the pulley more than in proportion: share yaw |yaw|/1 mrad is added.",
         share=size("1", 0.3, 5.0),
         yaw=lambda f, s, line: f.share * line.yaw * np.abs(line.yaw) / 1e-3 * (s >= line.yaw_at),
     ),
     "speed_bow": row(
-        "yaw_tail",
-        [("speed", "power"), ("speed", "linear")],
+        "yaw_tail | speed power, linear",
         "The frame bows under the drive: the tail pulley turns by c v^2.",
         c=size("rad s2/m2", 2e-4, 2e-2),
         yaw=lambda f, s, line: f.c * line.speed**2,
     ),
     "frame_twist": row(
-        "yaw_head",
-        [("tension", "power"), ("tension", "linear")],
+        "yaw_head | tension power, linear",
         "The frame twists under the pull more than in proportion: the head pulley turns by c (sigma/10 N/mm2)^2.",
         c=size("rad", 2e-5, 2e-3),
         yaw_head=lambda f, s, line: f.c * (line.stress / 1e7) ** 2,
     ),
     "yaw_creep": row(
-        "yaw_tail",
-        [("time_since_step", "exponential"), ("time_since_step", "saturating"), ("travel", "exponential")],
+        "yaw_tail | time_since_step exponential, saturating; travel exponential",
         "The steering relaxes after its step: share (1 - exp(-t/time)) of the yaw is added in time.",
         share=size("1", 0.2, 3.0),
         time=shape(25.0, lambda plan, rng: rng.uniform(0.1, 0.5) * plan.length / plan.runs[0].speed),
         yaw=lambda f, s, line: f.share * line.yaw * (1 - np.exp(-_since(s, line) / f.time)),
     ),
     "ringing_yaw": row(
-        "yaw_tail",
-        [
-            ("time_since_step", "exponential"),
-            ("time_since_step", "periodic"),
-            ("wave", "periodic"),
-            ("travel", "exponential"),
-        ],
+        "yaw_tail | time_since_step exponential, periodic; wave periodic; travel exponential",
         "The steering swings about its new position after the step, by a share of it that dies out in time.",
         share=size("1", 0.3, 3.0),
         time=between(30.0, 0.1, 0.6, duration),
@@ -251,8 +248,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         ),
     ),
     "strange_wave": row(
-        "yaw_tail",
-        [("wave", "periodic")],
+        "yaw_tail | wave periodic",
         "The tail pulley's yaw swings with a wavelength that belongs to no part of the machine.",
         amplitude=size("rad", 1e-4, 5e-3),
         wavelength=between(7.3, 3.0, 9.0),
@@ -260,8 +256,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         yaw=lambda f, s, line: f.amplitude * np.sin(2 * np.pi * s / f.wavelength + f.phase),
     ),
     "beating_head": row(
-        "yaw_head",
-        [("wave", "periodic"), ("travel", "periodic")],
+        "yaw_head | wave periodic; travel periodic",
         "Two gears of nearly the same pitch turn the head pulley to and fro: its swing comes and goes.",
         amplitude=size("rad", 1e-4, 5e-3),
         wavelength=between(4.0, 2.5, 7.0),
@@ -272,8 +267,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         ),
     ),
     "thermostat_head": row(
-        "yaw_head",
-        [("wave", "periodic"), ("time_since_step", "periodic"), ("travel", "periodic")],
+        "yaw_head | wave periodic; time_since_step periodic; travel periodic",
         "A fan cools the head pulley's bearing in turns: its yaw swings to and fro in straight strokes, in time.",
         amplitude=size("rad", 1e-4, 5e-3),
         period=between(40.0, 0.1, 0.5, duration),
@@ -284,37 +278,32 @@ _TABLE: dict[str, dict[str, Any]] = {
     ),
     # Run-up: what turns the belt where it lands.
     "quadratic_contact": row(
-        "runup_tail",
-        [("y", "power")],
+        "runup_tail | y power",
         "The tail pulley turns the belt by c y^2 per metre.",
         c=size("1/m3", 0.05, 50.0),
         turn=lambda f, s, line, y, kappa: f.c * y**2 * TAIL,
     ),
     "soft_shoulder": row(
-        "runup_head",
-        [("y", "saturating"), ("y", "power"), ("y", "threshold")],
+        "runup_head | y saturating, power, threshold",
         "The head pulley has shoulders: off the middle it turns the belt back by kappa at most, kappa tanh(y/y0).",
         kappa=size("1/m", 3e-5, 2e-3),
         width=shape(1e-3, lambda plan, rng: 10 ** rng.uniform(-3.7, -2.5)),
         turn=lambda f, s, line, y, kappa: -f.kappa * np.tanh(y / f.width) * HEAD,
     ),
     "dead_zone": row(
-        "runup_both",
-        [("curvature", "threshold"), ("curvature", "saturating")],
+        "runup_both | curvature threshold, saturating",
         "Curvature below kappa_d does not turn the belt on the pulley.",
         kappa_d=size("1/m", 1e-5, 5e-4, positive=True),
         turn=lambda f, s, line, y, kappa: -np.clip(kappa, -f.kappa_d, f.kappa_d),
     ),
     "square_moment": row(
-        "runup_both",
-        [("curvature", "power")],
+        "runup_both | curvature power",
         "The cover gives way more than in proportion: both pulleys turn the belt by c kappa |kappa| more.",
         c=size("m", 800.0, 2e5),
         turn=lambda f, s, line, y, kappa: kappa * np.maximum(f.c * np.abs(kappa), -0.95),
     ),
     "bald_patch": row(
-        "runup_tail",
-        [("pulley_phase", "periodic"), ("wave", "periodic"), ("travel", "periodic")],
+        "runup_tail | pulley_phase periodic; wave periodic; travel periodic",
         "The tail's lagging is gone on one side of a patch: a taper that acts while the patch takes the belt up.",
         kappa=size("1/m", 1e-4, 1e-2),
         phase=shape(0.0, any_phase),
@@ -324,23 +313,20 @@ _TABLE: dict[str, dict[str, Any]] = {
         ),
     ),
     "lagging_set": row(
-        "runup_tail",
-        [("time_since_step", "exponential"), ("travel", "exponential"), ("time_since_step", "saturating")],
+        "runup_tail | time_since_step exponential; travel exponential; time_since_step saturating",
         "The tail's rubber stays askew after a yaw step and recovers in time: it turns the belt meanwhile.",
         kappa=size("1/m", 1e-4, 5e-3),
         time=shape(20.0, lambda plan, rng: rng.uniform(0.08, 0.5) * plan.length / plan.runs[0].speed),
         turn=_lagging_set,
     ),
     "rut": row(
-        "runup_tail",
-        [("y", "linear"), ("belt_phase", "linear"), ("belt_phase", "periodic")],
+        "runup_tail | y linear; belt_phase linear, periodic",
         "The belt wears a rut into the tail pulley: it is turned as it lay there one revolution of the belt ago.",
         c=size("1/m2", 1e-2, 1.0),
         recall=lambda f, s, past: f.c * past.state_at(s - past.line.belt_length, 0, 1) * TAIL,
     ),
     "walking_angle": row(
-        "runup_tail",
-        [("travel", "random")],
+        "runup_tail | travel random",
         "The contact angle on the tail pulley takes a random walk of its own in every run.",
         size=size("rad/m^0.5", 5e-6, 1e-3, positive=True),
         seed=shape(0, any_seed),
@@ -348,16 +334,14 @@ _TABLE: dict[str, dict[str, Any]] = {
     ),
     # Run-up and wrap: how the belt follows its contact angle, and slides.
     "adhesion_loss": row(
-        "runup_both",
-        [("travel", "threshold"), ("travel", "saturating"), ("time_since_step", "threshold")],
+        "runup_both | travel threshold, saturating; time_since_step threshold",
         "From travel ``after`` on, the belt climbs faster or slower sideways than it should by ``share``.",
         share=size("1", 0.15, 2.0),
         after=between(20.0, 0.15, 0.5, length),
         slide=lambda f, s, line, alpha: 1 + f.share * smooth_step(s, f.after, 4.0),
     ),
     "mid_stick": row(
-        "runup_both",
-        [("travel", "threshold"), ("time_since_step", "threshold")],
+        "runup_both | travel threshold; time_since_step threshold",
         "In mid run the belt runs straight for a while, sideways held by ``share``.",
         share=size("1", 0.5, 1.0, positive=True),
         begin=between(25.0, 0.15, 0.6, length),
@@ -367,8 +351,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         ),
     ),
     "greasy_stretch": row(
-        "runup_both",
-        [("belt_phase", "periodic"), ("belt_phase", "threshold"), ("wave", "periodic")],
+        "runup_both | belt_phase periodic, threshold; wave periodic",
         "A stretch of the belt is greasy: while it runs up on a pulley, the belt follows its contact angle less.",
         share=size("1", 0.3, 1.0, positive=True),
         at=between(0.3, 0.0, 1.0),
@@ -376,8 +359,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         slide=_greasy_stretch,
     ),
     "follow_power": row(
-        "runup_tail",
-        [("contact_angle", "power")],
+        "runup_tail | contact_angle power",
         "On the tail pulley the belt climbs by a power of its contact angle, |alpha|^(1 + p), alike at 0.1 mrad.",
         p=size("1", 0.2, 1.5),
         slide=lambda f, s, line, alpha: np.concatenate(
@@ -385,8 +367,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         ),
     ),
     "grip_limit": row(
-        "runup_both",
-        [("contact_angle", "saturating"), ("contact_angle", "power")],
+        "runup_both | contact_angle saturating, power",
         "The belt follows its contact angle less and less, the larger it is: alpha becomes a tanh(alpha/a).",
         inverse_angle=size("1/rad", 2e3, 2e5, positive=True),
         slide=lambda f, s, line, alpha: np.where(
@@ -394,15 +375,13 @@ _TABLE: dict[str, dict[str, Any]] = {
         ),
     ),
     "wrap_creep": row(
-        "wrap",
-        [("contact_angle", "linear")],
+        "wrap | contact_angle linear",
         "Wrapped round both pulleys, the belt goes on sideways by a share of what its contact angle asks for.",
         share=size("1", 0.3, 5.0),
         creep=lambda f, s, line, alpha: -f.share * np.stack([line.wrap_tail * alpha[0], line.wrap_head * alpha[1]]),
     ),
     "wrap_slide": row(
-        "wrap",
-        [("contact_angle", "threshold"), ("contact_angle", "linear")],
+        "wrap | contact_angle threshold, linear",
         "On the tail a belt that lies too much askew slides on: by ``length`` times the angle beyond a limit.",
         length=size("m", 0.5, 5.0, positive=True),
         limit=between(1e-4, 0.1, 0.4, largest_yaw),
@@ -410,8 +389,7 @@ _TABLE: dict[str, dict[str, Any]] = {
     ),
     # Tension.
     "tension_decay": row(
-        "tension",
-        [("travel", "exponential"), ("travel", "saturating"), ("time_since_step", "exponential")],
+        "tension | travel exponential, saturating; time_since_step exponential",
         "The belt loses ``share`` of its tension over ``length`` metres of travel.",
         share=size("1", 0.15, 0.6, positive=True),
         length=between(20.0, 0.15, 0.6, length),
@@ -419,8 +397,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         swing=property(lambda f: (-f.share, 0.0)),
     ),
     "ratchet_slip": row(
-        "tension",
-        [("travel", "threshold"), ("travel", "constant"), ("time_since_step", "threshold")],
+        "tension | travel threshold, constant; time_since_step threshold",
         "The take-up slips a tooth at travel ``at``: the belt loses a share of its tension at once.",
         share=size("1", 0.15, 0.6, positive=True),
         at=between(15.0, 0.15, 0.6, length),
@@ -428,8 +405,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         swing=property(lambda f: (-f.share, 0.0)),
     ),
     "tension_beat": row(
-        "tension",
-        [("belt_phase", "periodic"), ("wave", "periodic"), ("travel", "periodic")],
+        "tension | belt_phase periodic; wave periodic; travel periodic",
         "The tension swings by a share once a revolution of the belt, as a stiff splice goes round.",
         share=size("1", 0.1, 0.6, positive=True),
         phase=shape(0.0, any_phase),
@@ -438,36 +414,31 @@ _TABLE: dict[str, dict[str, Any]] = {
     ),
     # Sensors and recorder.
     "sensor_cubic": row(
-        "sensor_y1",
-        [("y", "power")],
+        "sensor_y1 | y power",
         "The sensor at point 1 shows y + c y^3.",
         c=size("1/m2", 1000.0, 1e5),
         read=lambda f, value, place, s, line: value + f.c * value**3 if place == "point_1" else value,
     ),
     "short_range": row(
-        "sensor_all",
-        [("y", "saturating"), ("y", "power")],
+        "sensor_all | y saturating, power",
         "The sensors' optics flatten towards the ends of their range: tanh(c y)/c instead of y.",
         c=size("1/m", 40.0, 2e3, positive=True),
         read=_short_range,
     ),
     "sticky_gauge": row(
-        "sensor_y1",
-        [("y", "threshold"), ("y", "constant"), ("y", "saturating")],
+        "sensor_y1 | y threshold, constant, saturating",
         "The feeler at point 1 sticks: it follows the belt only once it is ``half`` behind.",
         half=size("m", 1e-4, 1e-2, positive=True),
         read=_sticky_gauge,
     ),
     "warming_stand": row(
-        "sensor_all",
-        [("time_since_step", "power"), ("travel", "power"), ("time_since_step", "saturating")],
+        "sensor_all | time_since_step power; travel power; time_since_step saturating",
         "The sensors' stand moves with the square root of time, as heat does.",
         c=size("m/s^0.5", 3e-5, 2e-3),
         read=lambda f, value, place, s, line: value + f.c * np.sqrt(np.maximum(s - line.yaw_at, 0) / line.speed),
     ),
     "wearing_wheel": row(
-        "travel",
-        [("travel", "power"), ("travel", "linear")],
+        "travel | travel power, linear",
         "The measuring wheel wears down while it runs: the recorder shows s + c s^2.",
         c=size("1/m", 5e-4, 2e-3),
         set=lambda f, line: replace(line, yaw_at=_worn_travel(f, line.yaw_at, line)),
@@ -475,8 +446,7 @@ _TABLE: dict[str, dict[str, Any]] = {
     ),
     # Loads on the spans.
     "bent_idler": row(
-        "span",
-        [("wave", "periodic"), ("travel", "periodic")],
+        "span | wave periodic; travel periodic",
         "A bent idler under the lower span pushes it to and fro as it turns.",
         force=size("N", 1.0, 200.0),
         wavelength=between(2.2, 1.5, 4.5),
@@ -489,14 +459,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         ),
     ),
     "sticky_rest": row(
-        "span",
-        [
-            ("y", "saturating"),
-            ("y", "threshold"),
-            ("y", "linear"),
-            ("contact_angle", "threshold"),
-            ("contact_angle", "constant"),
-        ],
+        "span | y saturating, threshold, linear; contact_angle threshold, constant",
         "A rest under the upper span sticks to the belt up to a force, then slides with it: it remembers the belt.",
         force=size("N", 0.5, 100.0, positive=True),
         stiffness=shape(5e3, lambda plan, rng: 10 ** rng.uniform(2.5, 4.5)),
@@ -505,8 +468,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         push=_sticky_rest,
     ),
     "wind_steps": row(
-        "span",
-        [("travel", "random")],
+        "span | travel random",
         "Wind presses on both spans, changing every 9 m: p bends a clamped span by p L^2/(12 EI) at its end.",
         pressure=size("N/m", 0.03, 5.0, positive=True),
         seed=shape(0, any_seed),
@@ -516,41 +478,20 @@ _TABLE: dict[str, dict[str, Any]] = {
     ),
     # The spans themselves: EI, T, Z or F that are not what the sheet says, or change with what the belt does.
     "slack_softening": row(
-        "span_bending",
-        [
-            ("tension", "exponential"),
-            ("tension", "power"),
-            ("tension", "threshold"),
-            ("tension", "saturating"),
-            ("tension", "linear"),
-        ],
+        "span_bending | tension exponential, power, threshold, saturating, linear",
         "A slack belt ripples along its edges and bends more easily: EI (1 - share exp(-sigma/sigma_0)).",
         share=size("1", 0.3, 0.95, positive=True),
         stress=at_tension(1e7, lambda plan, tension: tension),
         sections=lambda f, state, line, upper: Sections(bending=1 - f.share * np.exp(-line.stress / f.stress)),
     ),
     "one_long_edge": row(
-        "span_bending",
-        [
-            ("tension", "threshold"),
-            ("tension", "power"),
-            ("tension", "exponential"),
-            ("tension", "linear"),
-            ("tension", "saturating"),
-        ],
+        "span_bending | tension threshold, power, exponential, linear, saturating",
         "One edge was rolled too long, and buckles where the tension does not straighten it: it bends no more.",
         amplitude=size("Pa", 1e7, 2e8, positive=True),
         sections=_one_long_edge,
     ),
     "slack_twist": row(
-        "span_torsion",
-        [
-            ("tension", "threshold"),
-            ("tension", "power"),
-            ("tension", "linear"),
-            ("tension", "exponential"),
-            ("tension", "saturating"),
-        ],
+        "span_torsion | tension threshold, power, linear, exponential, saturating",
         "Below a tension the cross-section gives way: T falls by ``share`` of what the tension is short of it.",
         idle_on=FLAT,
         share=size("1", 0.4, 0.95, positive=True),
@@ -560,13 +501,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         ),
     ),
     "torsion_creep": row(
-        "span_torsion",
-        [
-            ("time_since_step", "exponential"),
-            ("time_since_step", "saturating"),
-            ("travel", "exponential"),
-            ("travel", "saturating"),
-        ],
+        "span_torsion | time_since_step exponential, saturating; travel exponential, saturating",
         "After a yaw step the spans twist more and more easily: T (1 - share (1 - exp(-t/time))).",
         idle_on=FLAT,
         span_states=_STATES,
@@ -576,14 +511,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         span_state=lambda f, s, line, to_tail, ends: -np.expm1(-_since(s, line) / f.time),
     ),
     "edge_cracks": row(
-        "span_bending",
-        [
-            ("curvature", "threshold"),
-            ("curvature", "saturating"),
-            ("yaw", "threshold"),
-            ("yaw", "saturating"),
-            ("contact_angle", "threshold"),
-        ],
+        "span_bending | curvature threshold, saturating; yaw threshold, saturating; contact_angle threshold",
         (
             "One edge is cracked: a span that is bent so that the cracks open bends by ``share`` more easily. "
             "Its bend is the angle between the ends, the mean curvature times the length."
@@ -596,8 +524,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         span_state=lambda f, s, line, to_tail, ends: (1 + np.tanh(f.sign * (ends[1][1] - ends[0][1]) / f.angle)) / 2,
     ),
     "fatigue_cracks": row(
-        "span_bending",
-        [("travel", "linear"), ("travel", "saturating"), ("time_since_step", "linear"), ("travel", "exponential")],
+        "span_bending | travel linear, saturating; time_since_step linear; travel exponential",
         "The belt is breaking up all round: its spans bend the more easily the further it has run.",
         span_states=tuple(np.linspace(0.0, 0.95, 20)),
         rate=size("1/m", 5e-3, 0.05, positive=True),
@@ -605,15 +532,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         span_state=lambda f, s, line, to_tail, ends: np.clip(f.rate * s, 0.0, 0.95),
     ),
     "span_stiffening": row(
-        "span_bending",
-        [
-            ("curvature", "power"),
-            ("curvature", "saturating"),
-            ("yaw", "power"),
-            ("yaw", "saturating"),
-            ("y", "power"),
-            ("y", "saturating"),
-        ],
+        "span_bending | curvature power, saturating; yaw power, saturating; y power, saturating",
         "A span stiffens with its amplitude: EI (1 + c q/(1 + q)), q the mean square of its bend over ``bend``.",
         span_states=_STATES,
         c=size("1", 0.4, 10.0, positive=True),
@@ -622,14 +541,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         span_state=_bend_of_cubic,
     ),
     "support_roller": row(
-        "span_torsion",
-        [
-            ("tension", "threshold"),
-            ("tension", "power"),
-            ("tension", "linear"),
-            ("tension", "exponential"),
-            ("travel", "constant"),
-        ],
+        "span_torsion | tension threshold, power, linear, exponential; travel constant",
         "A belt that sags by more than ``gap`` touches a roller at mid-span, which holds its cross-section level.",
         idle_on=FLAT,
         stiffness=size("N m/rad", 5.0, 1e4, positive=True),
@@ -643,13 +555,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         sections=_touching,
     ),
     "thermal_crossbow": row(
-        "span_torsion",
-        [
-            ("travel", "exponential"),
-            ("travel", "saturating"),
-            ("time_since_step", "exponential"),
-            ("time_since_step", "saturating"),
-        ],
+        "span_torsion | travel exponential, saturating; time_since_step exponential, saturating",
         "Heat on one face bows the belt across its width while it runs above: T (1 + share (1 - exp(-t/time))).",
         idle_on=FLAT,
         span_states=_STATES,
@@ -659,15 +565,13 @@ _TABLE: dict[str, dict[str, Any]] = {
         span_state=lambda f, s, line, to_tail, ends: -np.expm1(-np.maximum(s, 0.0) / line.speed / f.time),
     ),
     "slack_side": row(
-        "span_tension",
-        [("tension", "linear"), ("travel", "constant"), ("tension", "power")],
+        "span_tension | tension linear; travel constant; tension power",
         "The head pulley drives against a brake: the span that leaves it has a share less tension than the other.",
         share=size("1", 0.15, 0.8, positive=True),
         sections=_slack_side,
     ),
     "soft_joint": row(
-        "span_bending",
-        [("belt_phase", "periodic"), ("belt_phase", "threshold"), ("wave", "periodic"), ("travel", "periodic")],
+        "span_bending | belt_phase periodic, threshold; wave periodic; travel periodic",
         "The belt bends more easily where it is joined: EI falls by ``share`` there, while the joint is in a span.",
         **_PASSING,
         share=size("1", 0.6, 0.95, positive=True),
@@ -678,8 +582,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         ),
     ),
     "repair_plate": row(
-        "span_torsion",
-        [("belt_phase", "periodic"), ("belt_phase", "threshold"), ("wave", "periodic"), ("travel", "periodic")],
+        "span_torsion | belt_phase periodic, threshold; wave periodic; travel periodic",
         "A plate welded on stiffens a stretch of the belt against twisting: T (1 + c) there.",
         idle_on=FLAT,
         **_PASSING,
