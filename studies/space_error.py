@@ -11,7 +11,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from belt_sim.virtual_rig.hidden import detectability_of
+from belt_sim.virtual_rig.hidden import Detectability
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.space import (
     OPTIONS,
@@ -52,7 +52,7 @@ def main() -> None:
     Console().print(table)
     told = {"sensors alone": SENSORS, "what the file states": with_simulator_error(SENSORS, engine)[0]}
     for name, noise in told.items():
-        d = float(np.linalg.norm(detectability_of(plan, noise, "strip").reduce(space - line)))
+        d = float(np.linalg.norm(Detectability(plan, noise, "strip").reduce(space - line)))
         Console().print(f"d of the difference, {name}: {d:.2f}")
 
 

@@ -81,21 +81,31 @@ _FURTHEST = 10.0  # sigma, by which they are
 _SEEN = 0.1  # noise units, below which it does not matter that they bend there
 
 
-@dataclass(frozen=True, eq=False)
 class Detectability:
-    """Measures changes of readings, shape (signals, n, runs), in units of noise and nuisances.
+    """Measures changes of readings, shape (signals, n, runs), in units of noise as it truly is and nuisances, beside
+    faults that are there.
 
     roots: one matrix a signal that makes its noise white; nuisances: their whitened one-sigma changes, (N, m): first
-    the machine's, then tension and yaw of every run.
+    the machine's, which move all runs together, then tension, yaw, zeros and gains of every run.
     """
 
-    plan: Plan
-    noise: Noise
-    law: str
-    base: Line
-    clean: np.ndarray
-    roots: list[np.ndarray]
-    nuisances: np.ndarray
+    def __init__(self, plan: Plan, noise: Noise, law: str, faults: tuple[Fault, ...] = ()) -> None:
+        self.plan, self.noise, self.law, travel = plan, noise.with_true_level(), law, plan.travel
+        self.base, self.clean, moved = sensitivities(plan, law, faults)
+        self.roots, lanes = [], np.eye(self.clean.shape[2])
+        found = [change for name, change in moved.items() if name not in ("tension", "yaw")]
+        for sigma, name in ((self.noise.tension_rel, "tension"), (self.noise.yaw_u, "yaw")):
+            found += [sigma * moved[name] * lane for lane in lanes]
+        for k, sheet in enumerate(self.noise.sheets(plan)):
+            apart = np.abs(travel[:, None] - travel) / sheet.wander_length
+            alike = (1 + np.sqrt(3) * apart) * np.exp(-np.sqrt(3) * apart) if noise.smooth else np.exp(-apart)
+            covariance = sheet.white**2 * np.eye(len(travel)) + sheet.wander_sd**2 * alike
+            self.roots.append(solve_triangular(cholesky(covariance, lower=True), np.eye(len(travel)), lower=True))
+            for change in (np.full_like(self.clean, sheet.zero), sheet.gain * self.clean):
+                alone = np.zeros_like(self.clean)
+                alone[k] = change[k]
+                found += [alone * lane for lane in lanes] if alone.any() else []
+        self.nuisances = np.stack([self.whiten(c) for c in found], axis=1)
 
     def whiten(self, change: np.ndarray) -> np.ndarray:
         """A change as one vector of unit noise."""
@@ -171,30 +181,6 @@ def changes(plan: Plan, base: Line, clean: np.ndarray, faults: Sequence[Fault]) 
     return [seen[:, :, k * runs : (k + 1) * runs] - clean for k in range(len(faults))]
 
 
-def detectability_of(plan: Plan, noise: Noise, base: str, faults: tuple[Fault, ...] = ()) -> Detectability:
-    """What can be seen in noise as it truly is, beside faults that are there.
-
-    Nuisances, one-sigma changes: machine data move all runs together, tension, yaw, zeros and gains one run each.
-    """
-    noise, travel = noise.with_true_level(), plan.travel
-    line, clean, moved = sensitivities(plan, base, faults)
-    roots, lanes = [], np.eye(clean.shape[2])
-    found = [change for name, change in moved.items() if name not in ("tension", "yaw")]
-    found += [s * moved[n] * lane for s, n in ((noise.tension_rel, "tension"), (noise.yaw_u, "yaw")) for lane in lanes]
-    for k, (name, place) in enumerate(plan.signals.items()):
-        sheet = noise.sheet(name, place)
-        apart = np.abs(travel[:, None] - travel) / sheet.wander_length
-        alike = (1 + np.sqrt(3) * apart) * np.exp(-np.sqrt(3) * apart) if noise.smooth else np.exp(-apart)
-        covariance = sheet.white**2 * np.eye(len(travel)) + sheet.wander_sd**2 * alike
-        roots.append(solve_triangular(cholesky(covariance, lower=True), np.eye(len(travel)), lower=True))
-        for change in (np.full_like(clean, sheet.zero), sheet.gain * clean):
-            alone = np.zeros_like(clean)
-            alone[k] = change[k]
-            found += [alone * lane for lane in lanes] if alone.any() else []
-    blank = Detectability(plan, noise, base, line, clean, roots, np.empty(0))
-    return replace(blank, nuisances=np.stack([blank.whiten(c) for c in found], axis=1))
-
-
 @lru_cache(maxsize=4)
 def sensitivities(
     plan: Plan, base: str, faults: tuple[Fault, ...] = ()
@@ -267,19 +253,18 @@ class LibraryDistance:
 class LibrarySignatures:
     """What every effect of the library can do to one campaign's readings, linear about zero, in units of noise."""
 
-    def __init__(self, detectability: Detectability) -> None:
-        blocks = {}
-        for name, columns in library_signatures(detectability.plan, detectability.law).items():
-            reduced = np.stack([detectability.reduce(c) for c in columns], axis=1)
+    def __init__(self, rule: Detectability) -> None:
+        self.rule, blocks = rule, {}
+        for name, columns in library_signatures(rule.plan, rule.law).items():
+            reduced = np.stack([rule.reduce(c) for c in columns], axis=1)
             blocks[name] = reduced / np.maximum(np.linalg.norm(reduced, axis=0), 1e-30)
         self.axes = np.linalg.qr(np.concatenate(list(blocks.values()), axis=1))[0]
         self.blocks = {name: self.axes.T @ block for name, block in blocks.items()}
-        self.detectability = detectability
 
     def distance_of(self, faults: Sequence[Fault]) -> LibraryDistance:
         """The distance of the faults' joint change."""
-        change = np.sum(self.detectability.changes(list(faults)), axis=0)
-        target = self.detectability.reduce(change)
+        change = np.sum(self.rule.changes(faults), axis=0)
+        target = self.rule.reduce(change)
         inside = self.axes.T @ target
         beyond = max(float(target @ target - inside @ inside), 0.0)
         kept: list[tuple[float, tuple[str, ...]]] = [(float("inf"), ())]
@@ -364,8 +349,8 @@ class HiddenFaults:
     dirty: str | None = None
 
 
-def specified_hidden(hidden: Sequence[str | dict], get_detectability: Callable[[], Detectability]) -> HiddenFaults:
-    """Faults from ids and dictionaries; {"id": ..., "d": 12} scales to a size, which calls ``get_detectability()``."""
+def specified_hidden(hidden: Sequence[str | dict], rule: Callable[[], Detectability]) -> HiddenFaults:
+    """Faults from ids and dictionaries; {"id": ..., "d": 12} scales to a size, which calls ``rule()``."""
     if isinstance(hidden, str) or not isinstance(hidden, Sequence):
         raise InputError("hidden", hidden, "", "give a list of ids, or of dictionaries with an id")
     faults, sizes = [], []
@@ -379,7 +364,7 @@ def specified_hidden(hidden: Sequence[str | dict], get_detectability: Callable[[
         fault = fault_from_spec(spec)
         if any(type(fault) is type(known) for known in faults):
             raise InputError("hidden", fault.id, "", "name each fault once")
-        fault, size = (fault, None) if wanted is None else scale_to_size(get_detectability(), fault, wanted)
+        fault, size = (fault, None) if wanted is None else scale_to_size(rule(), fault, wanted)
         faults.append(fault)
         sizes.append(size)
     kind = "stated" if faults else "nothing"
@@ -388,7 +373,7 @@ def specified_hidden(hidden: Sequence[str | dict], get_detectability: Callable[[
 
 def random_hidden(
     plan: Plan,
-    get_detectability: Callable[[], Detectability],
+    rule: Callable[[], Detectability],
     base: str,
     rng: np.random.Generator,
     *,
@@ -405,7 +390,7 @@ def random_hidden(
         return HiddenFaults(kind=kind, dirty=str(rng.choice(able)))
     if kind == "outside":
         acting = tuple(name for name in unmodelled if base not in UNMODELLED[name].idle_on)
-        return _draw_unmodelled(plan, LibrarySignatures(get_detectability()), acting, rng)
+        return _draw_unmodelled(plan, LibrarySignatures(rule()), acting, rng)
     names = [cls.id for cls in RANDOM_LIBRARY if base not in (*cls.part_of, *cls.idle_on)]
     names = [name for name in names if not library or name in library]
     wanted = {
@@ -413,7 +398,7 @@ def random_hidden(
         "two": lambda: [float(rng.choice(_TWO_SIZES)) for _ in range(2)],
         "below_noise": lambda: [float(rng.uniform(*_BELOW))],
     }[kind]()
-    return _draw_library(kind, names, wanted, plan, LibrarySignatures(get_detectability()), rng)
+    return _draw_library(kind, names, wanted, plan, LibrarySignatures(rule()), rng)
 
 
 def random_noise(noise: Noise, rng: np.random.Generator) -> Noise:
@@ -441,20 +426,19 @@ def _draw_library(kind, names, wanted, plan: Plan, library: LibrarySignatures, r
     """Different effects, each at its wanted size; what cannot get so large is drawn again."""
     faults: list[Fault] = []
     sizes: list[float] = []
-    detectability = library.detectability
     edge = kind == "two" and rng.random() < EDGE_BESIDE[kind]
     for number, size in enumerate(wanted):
         if edge and number == 1:
             faults.append(_random_edge(plan, rng))
-            sizes.append(float(detectability.sizes(faults[-1:])[0]))
+            sizes.append(float(library.rule.sizes(faults[-1:])[0]))
             continue
         for _ in range(_ATTEMPTS):
             taken = {f.id for f in faults} | ({"edge_profile"} if edge else set())
             fault = random_fault(str(rng.choice([n for n in names if n not in taken])), plan, rng)
             if fault.fixed:
-                found = float(detectability.sizes([fault])[0])
+                found = float(library.rule.sizes([fault])[0])
             else:
-                fault, found = scale_to_size(detectability, fault, size)
+                fault, found = scale_to_size(library.rule, fault, size)
             if found >= REACHED * size:
                 break
         faults.append(fault)
@@ -473,7 +457,7 @@ def _draw_unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str
     best: tuple[float, Fault, LibraryDistance] | None = None
     for _ in range(_ATTEMPTS):
         fault = random_fault(str(rng.choice(sorted(names))), plan, rng)
-        fault, size = scale_to_size(library.detectability, fault, wanted)
+        fault, size = scale_to_size(library.rule, fault, wanted)
         near, power = library.distance_of([fault]), 1.0  # with which the distance grows with the size
         for _ in range(4):
             if near.triple * _MOST <= REACHED * wanted * size:
@@ -482,7 +466,7 @@ def _draw_unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str
             if abs(factor - 1) < 0.03:
                 break
             before, fault = near.triple, scale_fault(fault, factor)
-            near, size = library.distance_of([fault]), float(library.detectability.sizes([fault])[0])
+            near, size = library.distance_of([fault]), float(library.rule.sizes([fault])[0])
             power = float(np.clip(np.log(max(near.triple, 1e-9) / before) / np.log(factor), 0.7, 4.0))
         if near.largest > _FAR:
             continue
@@ -493,9 +477,9 @@ def _draw_unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str
     if best is None:
         raise InputError("outside", names, "", "every one lets the belt run away under this plan; use another")
     _, fault, near = best
-    size = float(library.detectability.sizes([fault])[0])
+    size = float(library.rule.sizes([fault])[0])
     edge = [_random_edge(plan, rng)] if rng.random() < EDGE_BESIDE["outside"] else []
-    sizes = (size, *(float(d) for d in (library.detectability.sizes(edge) if edge else ())))
+    sizes = (size, *(float(d) for d in (library.rule.sizes(edge) if edge else ())))
     return HiddenFaults(
         kind="outside", faults=(fault, *edge), sizes=sizes, lookalikes=near.lookalikes, distance=near.triple
     )
@@ -507,45 +491,26 @@ def _random_edge(plan: Plan, rng) -> Fault:
     return scale_fault(edge, float(rng.uniform(*_EDGE)))
 
 
-# Damaged readings, shape (signals, n, runs): each function changes one signal of one run in place.
+# Damaged readings.
 
-_CLIP_SHARE = 0.5  # of the largest reading
-_KNOCK = 0.05  # [m]
-_LOST_SHARE = (0.4, 0.6)  # of the record
-
-
-def unit_slip(readings: np.ndarray, signal: int, run: int) -> None:
-    """Written in metres in a column of millimetres."""
-    readings[signal, :, run] *= 1e-3
-
-
-def clipped_sensor(readings: np.ndarray, signal: int, run: int) -> None:
-    """The sensor's range ends half-way."""
-    most = _CLIP_SHARE * np.abs(readings[signal, :, run]).max()
-    readings[signal, :, run] = np.clip(readings[signal, :, run], -most, most)
+#: Kind -> what the column of a signal in one run becomes; x: its readings, other: those of the next signal.
+_DAMAGED: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
+    "unit_slip": lambda x, other: 1e-3 * x,  # written in metres in a column of millimetres
+    "clipped_sensor": lambda x, other: x.clip(-(most := 0.5 * np.abs(x).max()), most),  # its range ends half-way
+    "swapped_columns": lambda x, other: other.copy(),  # two plugs exchanged
+    "wrong_sign": lambda x, other: -x,  # the sensor looks from the other side
+    "dropout": lambda x, other: np.concatenate(  # it shows 0 for a while
+        [x[: (a := int(0.4 * len(x)))], np.zeros((b := int(0.6 * len(x))) - a), x[b:]]
+    ),
+    "shifted_run": lambda x, other: x + 0.05,  # [m]: it was knocked before this run
+}
+CORRUPTIONS, NEEDS_TWO = tuple(_DAMAGED), ("swapped_columns",)  # signals
 
 
-def swapped_columns(readings: np.ndarray, signal: int, run: int) -> None:
-    """Two plugs exchanged."""
-    other = (signal + 1) % len(readings)
-    readings[[signal, other], :, run] = readings[[other, signal], :, run]
-
-
-def wrong_sign(readings: np.ndarray, signal: int, run: int) -> None:
-    """The sensor looks from the other side."""
-    readings[signal, :, run] *= -1
-
-
-def dropout(readings: np.ndarray, signal: int, run: int) -> None:
-    """The sensor shows 0 for a while."""
-    count = readings.shape[1]
-    readings[signal, int(_LOST_SHARE[0] * count) : int(_LOST_SHARE[1] * count), run] = 0.0
-
-
-def shifted_run(readings: np.ndarray, signal: int, run: int) -> None:
-    """The sensor was knocked before this run."""
-    readings[signal, :, run] += _KNOCK
-
-
-CORRUPTIONS = {f.__name__: f for f in (unit_slip, clipped_sensor, swapped_columns, wrong_sign, dropout, shifted_run)}
-NEEDS_TWO = ("swapped_columns",)  # signals
+def damage(readings: np.ndarray, kind: str, signal: int, run: int) -> None:
+    """Damage one signal of one run, or two signals that are exchanged, in place; readings: (signals, n, runs)."""
+    rows, beside = readings[:, :, run], (signal + 1) % len(readings)
+    before = rows[signal].copy()
+    rows[signal] = _DAMAGED[kind](before, rows[beside])
+    if kind in NEEDS_TWO:
+        rows[beside] = before

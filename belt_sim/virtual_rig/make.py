@@ -23,13 +23,13 @@ from belt_sim.units import MM, N_PER_MM2
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.hidden import (
     BLIND,
-    CORRUPTIONS,
     DEVELOPMENT,
     MIX,
     OUTSIDE,
     REACHED,
+    Detectability,
     HiddenFaults,
-    detectability_of,
+    damage,
     random_hidden,
     random_noise,
     specified_hidden,
@@ -154,11 +154,8 @@ def make_campaign(
     seed = secrets.randbits(63) if seed is None else check_seed(seed)
     streams = random_streams(seed)
     noise = random_noise(stated, streams[1]) if at_random else stated
-    get_detectability = cache(lambda: detectability_of(plan, noise, base))
-    if at_random:
-        what = random_hidden(plan, get_detectability, base, streams[0])
-    else:
-        what = specified_hidden(hidden, get_detectability)
+    rule = cache(lambda: Detectability(plan, noise, base))
+    what = random_hidden(plan, rule, base, streams[0]) if at_random else specified_hidden(hidden, rule)
     return measure_campaign(plan, noise, base, what, seed, streams, title)
 
 
@@ -174,13 +171,12 @@ def measure_campaign(
     check_base(base, what.faults)
     errors = draw_errors(plan, noise, streams[2])
     readings, dirt, rng = observe(plan, true_line(plan, base, errors), what.faults), None, streams[3]
-    for k, (signal, place) in enumerate(plan.signals.items()):
-        readings[k] = add_noise(readings[k], plan.travel, noise.sheet(signal, place), noise, rng)
+    readings = add_noise(readings, plan.travel, noise.sheets(plan), noise, rng)
     if what.dirty is not None:
         able = [k for k, place in enumerate(plan.signals.values()) if place.startswith("point_")]
         turned = [k for k, run in enumerate(plan.runs) if run.yaw != 0.0] or list(range(len(plan.runs)))
         which, run = int(rng.choice(able)), int(rng.choice(turned))
-        CORRUPTIONS[what.dirty](readings, which, run)
+        damage(readings, what.dirty, which, run)
         dirt = {"kind": what.dirty, "signal": list(plan.signals)[which], "run": _name(run)}
     campaign = build_campaign(plan, noise, readings, title, "belt-sim virtual-rig engine=line")
     salt = streams[4].bytes(_SALT_BYTES).hex()
@@ -191,7 +187,7 @@ def measure_campaign(
 
 def build_campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str, reference: str) -> Campaign:
     """Readings, shape (signals, n, runs), as a campaign whose file states ``noise``."""
-    sheets = tuple(noise.sheet(name, place) for name, place in plan.signals.items())
+    sheets = noise.sheets(plan)
     runs = []
     for k, setting in enumerate(plan.runs):
         repeat = None if setting.repeat_of is None else _name(setting.repeat_of)
@@ -443,8 +439,8 @@ def random_campaign(
         number = int(which.integers(POOL)) if plan is None else plan
         name, chosen, stated = plan_by_number(number)
         noise = true_noise(chosen, stated, streams[1])
-        get_detectability = partial(detectability_of, chosen, noise, base)
-        what = random_hidden(chosen, get_detectability, base, streams[0], kind=kind, unmodelled=unmodelled)
+        rule = partial(Detectability, chosen, noise, base)
+        what = random_hidden(chosen, rule, base, streams[0], kind=kind, unmodelled=unmodelled)
         if kind != "outside" or (what.distance or 0.0) >= REACHED * OUTSIDE[0]:
             break  # a plan that measures little tells no unmodelled fault from the library
     return measure_campaign(chosen, noise, base, what, seed, streams, TITLE, f"{name} {number}")

@@ -516,37 +516,35 @@ def draw_errors(plan: Plan, noise: Noise, rng: np.random.Generator) -> TrueError
     )
 
 
-def add_noise(values: np.ndarray, travel: np.ndarray, sheet: SignalSheet, noise: Noise, rng) -> np.ndarray:
-    """Readings of one signal with gain, zero, wander and white noise; values shape (n, runs), travel (n,)."""
-    runs = values.shape[1]
-    gain = 1 + sheet.gain * rng.standard_normal(runs)
-    zero = sheet.zero * rng.standard_normal(runs)
-    length = sheet.wander_length if noise.true_length is None else noise.true_length
-    course = matern_wander if noise.smooth else wander
-    drift = noise.scale * sheet.wander_sd * course(travel, length, runs, rng)
-    lateral = sheet.kind == "lateral"
-    if noise.heavy_tails:
-        draws = rng.standard_t(_TAIL_FREEDOM, values.shape) / math.sqrt(_TAIL_FREEDOM / (_TAIL_FREEDOM - 2))
-    else:
-        draws = rng.standard_normal(values.shape)
-    white = noise.scale * (noise.white if lateral else sheet.white) * draws
-    readings = values * gain + zero + drift + white
-    return np.round(readings / noise.quantum) * noise.quantum if lateral and noise.quantum else readings
+def add_noise(readings: np.ndarray, travel: np.ndarray, sheets: Sequence[SignalSheet], noise: Noise, rng) -> np.ndarray:
+    """Readings, shape (signals, n, runs), with gain, zero, wander and white noise; travel: (n,)."""
+    noisy, runs = [], readings.shape[2]
+    for sheet, values in zip(sheets, readings, strict=True):
+        gain = 1 + sheet.gain * rng.standard_normal(runs)
+        zero = sheet.zero * rng.standard_normal(runs)
+        length = sheet.wander_length if noise.true_length is None else noise.true_length
+        drift = noise.scale * sheet.wander_sd * wander(travel, length, rng.standard_normal(values.shape), noise.smooth)
+        lateral = sheet.kind == "lateral"
+        if noise.heavy_tails:
+            draws = rng.standard_t(_TAIL_FREEDOM, values.shape) / math.sqrt(_TAIL_FREEDOM / (_TAIL_FREEDOM - 2))
+        else:
+            draws = rng.standard_normal(values.shape)
+        white = noise.scale * (noise.white if lateral else sheet.white) * draws
+        shown = values * gain + zero + drift + white
+        noisy.append(np.round(shown / noise.quantum) * noise.quantum if lateral and noise.quantum else shown)
+    return np.stack(noisy)
 
 
-def wander(travel: np.ndarray, length: float, runs: int, rng) -> np.ndarray:
-    """Ornstein-Uhlenbeck process of unit variance, correlation exp(-distance/length), shape (n, runs)."""
-    draws = rng.standard_normal((len(travel), runs))
+def wander(travel: np.ndarray, length: float, draws: np.ndarray, smooth: bool) -> np.ndarray:
+    """A process of unit variance from independent normal numbers, shape (n, runs): Ornstein-Uhlenbeck, correlation
+    exp(-distance/length), or smooth, that is with a slope, (1 + r) exp(-r), r = sqrt(3) distance/length."""
+    if smooth:
+        apart = math.sqrt(3) * np.abs(travel[:, None] - travel) / length
+        root = np.linalg.cholesky((1 + apart) * np.exp(-apart) + 1e-9 * np.eye(len(travel)))
+        return root @ draws
     path = np.empty_like(draws)
     path[0] = draws[0]
     for k in range(1, len(travel)):
         keep = math.exp(-(travel[k] - travel[k - 1]) / length)
         path[k] = keep * path[k - 1] + math.sqrt(1 - keep**2) * draws[k]
     return path
-
-
-def matern_wander(travel: np.ndarray, length: float, runs: int, rng) -> np.ndarray:
-    """A process of unit variance with a slope: correlation (1 + r) exp(-r), r = sqrt(3) distance/length."""
-    apart = math.sqrt(3) * np.abs(travel[:, None] - travel) / length
-    root = np.linalg.cholesky((1 + apart) * np.exp(-apart) + 1e-9 * np.eye(len(travel)))
-    return root @ rng.standard_normal((len(travel), runs))

@@ -116,6 +116,10 @@ class Noise:
         errors["white"] = math.hypot(self.white, self.quantum / math.sqrt(12.0))
         return SignalSheet(name=name, at=place, kind="lateral", unit="mm", **errors)
 
+    def sheets(self, plan: Plan) -> tuple[SignalSheet, ...]:
+        """What the file states of every signal of a plan."""
+        return tuple(self.sheet(name, place) for name, place in plan.signals.items())
+
     def with_true_level(self) -> "Noise":
         """The noise as it is, stated so."""
         length = self.wander_length if self.true_length is None else self.true_length

@@ -127,8 +127,7 @@ def make_space_campaign(
     engine = engine or engine_for(cases[0], what.faults, options)
     curves = measure([SceneRun(c, what.faults, options, plan.length, engine) for c in cases], workers)
     readings = take_readings(plan, curves)
-    for k, (signal, place) in enumerate(plan.signals.items()):
-        readings[k] = add_noise(readings[k], plan.travel, sensors.sheet(signal, place), sensors, streams[1])
+    readings = add_noise(readings, plan.travel, sensors.sheets(plan), sensors, streams[1])
     stated_noise, words = with_simulator_error(sensors, engine)
     campaign = build_campaign(plan, stated_noise, readings, title, REFERENCE.format(engine=engine, error=words))
     return campaign, describe_truth(seed, base, what, sensors, errors, None, streams[2].bytes(_SALT_BYTES).hex(), name)

@@ -104,9 +104,7 @@ def add_follow_up_run(
     )
     faults = [fault_from_spec({"id": e["id"], **e["parameters"]}) for e in truth.effects]
     readings = observe(plan, true_line(plan, truth.base, errors), faults)
-    shown = {}
-    for sheet, values in zip(signals, readings, strict=True):
-        noisy = add_noise(values, plan.travel, sheet, noise, rng)[:, 0]
-        shown[sheet.name] = np.round(noisy / RESOLUTION) * RESOLUTION
+    noisy = np.round(add_noise(readings, plan.travel, signals, noise, rng) / RESOLUTION) * RESOLUTION
+    shown = {sheet.name: values[:, 0] for sheet, values in zip(signals, noisy, strict=True)}
     fresh = replace(run, name=f"r{len(campaign.runs) + 1:02d}", travel=plan.travel, signals=shown)
     return replace(campaign, signals=tuple(signals), runs=(*campaign.runs, fresh), sha256="")

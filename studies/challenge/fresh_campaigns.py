@@ -17,7 +17,6 @@ from belt_sim.virtual_rig.hidden import (
     SPAN,
     Detectability,
     HiddenFaults,
-    detectability_of,
     random_hidden,
 )
 from belt_sim.virtual_rig.make import (
@@ -81,9 +80,9 @@ def fresh_campaign(seed: int, name: str, *, kind: str | None = None) -> tuple[Ca
         if name == "anywhere":
             plan = start_anywhere(plan, which)
         noise = true_noise(plan, stated, streams[1])
-        get_detectability = partial(detectability_of, plan, noise, base)
+        rule = partial(Detectability, plan, noise, base)
         drawn = library if kind == "library" else ()
-        what = random_hidden(plan, get_detectability, base, streams[0], kind=kind, unmodelled=BLIND, library=drawn)
+        what = random_hidden(plan, rule, base, streams[0], kind=kind, unmodelled=BLIND, library=drawn)
         if kind != "outside" or (what.distance or 0.0) >= REACHED * OUTSIDE[0]:
             break
     return measure_campaign(plan, noise, base, what, seed, streams, TITLE, f"{name} {number}")
@@ -103,8 +102,8 @@ def random_span_campaign(seed: int) -> tuple[Campaign, Truth]:
     for _ in range(_TRIES):
         name, plan, stated = _any_plan(which)
         noise = true_noise(plan, stated, streams[1])
-        get_detectability = partial(detectability_of, plan, noise, base)
-        what = random_hidden(plan, get_detectability, base, streams[0], kind="outside", unmodelled=SPAN)
+        rule = partial(Detectability, plan, noise, base)
+        what = random_hidden(plan, rule, base, streams[0], kind="outside", unmodelled=SPAN)
         if (what.distance or 0.0) >= REACHED * OUTSIDE[0]:
             break
     return measure_campaign(plan, noise, base, what, seed, streams, TITLE, name)
@@ -207,7 +206,7 @@ def random_mistake_campaign(seed: int) -> tuple[Campaign, Truth]:
             continue
         noise = true_noise(plan, stated_noise, streams[1])
         true, stated, run = MISTAKES[kind](plan, which)
-        size = mistake_size(detectability_of(stated, noise, base), true, base)
+        size = mistake_size(Detectability(stated, noise, base), true, base)
         if best is None or size > best[0]:
             best = size, true, stated, run, noise, name
         if size >= _LEAST_SIZE:
@@ -217,8 +216,7 @@ def random_mistake_campaign(seed: int) -> tuple[Campaign, Truth]:
     size, true, stated, run, noise, plan_name = best
     errors = draw_errors(true, noise, streams[2])
     readings = observe(true, true_line(true, base, errors), [])
-    for k, (signal, place) in enumerate(true.signals.items()):
-        readings[k] = add_noise(readings[k], true.travel, noise.sheet(signal, place), noise, streams[3])
+    readings = add_noise(readings, true.travel, noise.sheets(true), noise, streams[3])
     campaign = build_campaign(stated, noise, readings, TITLE, "belt-sim virtual-rig engine=line")
     dirt = {"kind": kind, "run": None if run is None else f"r{run + 1:02d}", "signal": None, "d": float(f"{size:.6g}")}
     salt = streams[4].bytes(16).hex()

@@ -19,7 +19,7 @@ from belt_sim.diagnosis.samples import samples_of
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.units import MM
 from belt_sim.virtual_rig import Truth
-from belt_sim.virtual_rig.hidden import CATALOGUE, detectability_of, fault_from_spec
+from belt_sim.virtual_rig.hidden import CATALOGUE, Detectability, fault_from_spec
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan, setting_from
 from studies.challenge.score import error_of
@@ -111,7 +111,7 @@ def left_by_named(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -
     plan = _plan(campaign, list(range(len(campaign.runs))), truth)
     unseen = [e for e in truth.effects if e["id"] not in right]
     hidden = tuple(fault_from_spec({"id": e["id"], **e["parameters"]}) for e in unseen)
-    bench = detectability_of(plan, _noise(campaign, truth), truth.base, hidden)
+    bench = Detectability(plan, _noise(campaign, truth), truth.base, hidden)
     classes = [CATALOGUE[e["id"]] for e in named]
     known = [
         {n: v for n, v in e["numbers"].items() if n in c().parameters()} for e, c in zip(named, classes, strict=True)

@@ -19,7 +19,7 @@ from belt_sim.virtual_rig.hidden import (
     SPAN,
     Detectability,
     HiddenFaults,
-    detectability_of,
+    damage,
     random_hidden,
     scale_fault,
 )
@@ -162,7 +162,7 @@ def plant_campaign(seed: int) -> tuple[Campaign, Truth]:
         if (name in ("steered_before", "taper") and not plan.run_in) or (name in _STANDS and not habits.y0):
             continue
         noise = true_noise(plan, stated, streams[1])
-        shown = cache(lambda plan=plan, noise=noise: detectability_of(plan, noise, BASE))
+        shown = cache(lambda plan=plan, noise=noise: Detectability(plan, noise, BASE))
         true, sheet, prior, run = _mistaken(mistake, plan, habits, which)
         if kind == "mistake":
             what = HiddenFaults(kind="mistake", dirty=mistake if mistake in CORRUPTIONS else None)
@@ -191,7 +191,7 @@ def plant_span_campaign(seed: int) -> tuple[Campaign, Truth]:
         if len({run.tension for run in plan.runs}) < 2:
             continue
         noise = true_noise(plan, stated, streams[1])
-        shown = cache(lambda plan=plan, noise=noise: detectability_of(plan, noise, BASE))
+        shown = cache(lambda plan=plan, noise=noise: Detectability(plan, noise, BASE))
         drawn = SPAN if trial > _TRIES // 2 else (SPAN[seed % len(SPAN)],)
         what = random_hidden(plan, shown, BASE, streams[0], kind="outside", unmodelled=drawn)
         if best is None or (what.distance or 0.0) > best[0]:
@@ -257,15 +257,14 @@ def _measured(seed, streams, true, sheet, prior, run, habits, what, noise, *, mi
     """Campaign and truth: readings of the true plan, stated as the sheet and the habits say."""
     errors = draw_errors(true, noise, streams[2])
     readings = _observe(true, errors, prior, what.faults, habits)
-    for k, (name, place) in enumerate(true.signals.items()):
-        readings[k] = add_noise(readings[k], true.travel, noise.sheet(name, place), noise, streams[3])
+    readings = add_noise(readings, true.travel, noise.sheets(true), noise, streams[3])
     lateral = [k for k, place in enumerate(true.signals.values()) if place.startswith("point_")]
     k = int(streams[4].choice(lateral))
     if mistake == "inch":  # written in inches in a column of millimetres, in every run
         readings[k] /= 25.4
     if what.dirty:
         run = next(i for i, r in enumerate(true.runs) if r.yaw)
-        CORRUPTIONS[what.dirty](readings, k, run)
+        damage(readings, what.dirty, k, run)
     campaign = build_campaign(sheet, noise, readings, TITLE, "belt-sim virtual-rig engine=line")
     told, begin = [], getattr(sheet, "run_in", 0.0)
     for i, one in enumerate(campaign.runs):

@@ -4,7 +4,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign
 from belt_sim.space import Options
-from belt_sim.virtual_rig.hidden import SIZES, HiddenFaults, detectability_of, random_fault, scale_to_size
+from belt_sim.virtual_rig.hidden import SIZES, Detectability, HiddenFaults, random_fault, scale_to_size
 from belt_sim.virtual_rig.make import Truth, check_seed
 from belt_sim.virtual_rig.plan import Plan, grid
 from belt_sim.virtual_rig.space import (
@@ -56,7 +56,7 @@ def space_setting(seed: int) -> tuple[str, HiddenFaults]:
         return "strip", HiddenFaults(kind="nothing")
     plan, rng = small_space_plan(), np.random.default_rng([seed, 3])
     base = "beam_th2" if name == "sag_roll" else "strip"
-    detectability = detectability_of(plan, with_simulator_error(SENSORS, "quasi_static")[0], base)
+    detectability = Detectability(plan, with_simulator_error(SENSORS, "quasi_static")[0], base)
     fault = random_fault(name, plan, rng)
     if fault.fixed:
         return base, HiddenFaults(kind="library", faults=(fault,), sizes=(float(detectability.sizes([fault])[0]),))

@@ -5,7 +5,7 @@ import pytest
 
 from belt_sim.campaign.quality import check_noise, records_of
 from belt_sim.virtual_rig import Noise, Plan, RunSetting, make_campaign
-from belt_sim.virtual_rig.hidden import detectability_of, fault_from_spec, scale_to_size
+from belt_sim.virtual_rig.hidden import Detectability, fault_from_spec, scale_to_size
 from belt_sim.virtual_rig.march import TrueErrors, draw_errors, stated_data, true_line
 
 RUNS = 200
@@ -95,7 +95,7 @@ def test_machine_and_settings_miss_by_what_is_stated():
 def test_detectability_knows_white_noise():
     """A shift c of n readings of white noise w has d = sqrt(n) c/w when no nuisance is in its way."""
     plan = Plan(runs=(RunSetting(tension=20e6, yaw=0.0),), length=60.0)
-    rule = detectability_of(plan, only(white=2e-5, yaw_u=1e-12), "beam_th2")
+    rule = Detectability(plan, only(white=2e-5, yaw_u=1e-12), "beam_th2")
     size = rule.sizes([fault_from_spec({"id": "sensor_offset", "c1": 1e-5})])[0]
     assert size == pytest.approx(np.sqrt(241) * 0.5, rel=1e-6)
 
@@ -103,7 +103,7 @@ def test_detectability_knows_white_noise():
 def test_a_zero_error_hides_an_offset():
     """With the shift's own prior z in the way, d = c / sqrt(z^2 + w^2/n)."""
     plan = Plan(runs=(RunSetting(tension=20e6, yaw=0.0),), length=60.0)
-    rule = detectability_of(plan, only(white=2e-5, zero=1e-4, yaw_u=1e-12), "beam_th2")
+    rule = Detectability(plan, only(white=2e-5, zero=1e-4, yaw_u=1e-12), "beam_th2")
     fault = fault_from_spec({"id": "sensor_offset", "c1": 1e-5})
     expected = 1e-5 / np.hypot(1e-4, 2e-5 / np.sqrt(241))
     assert rule.sizes([fault])[0] == pytest.approx(expected, rel=1e-4)
@@ -115,7 +115,7 @@ def test_an_error_of_the_tension_is_no_larger_than_what_settings_that_do_the_sam
     """At a low tension readings bend with it: to first order settings would miss most of what they can do."""
     plan = Plan(runs=tuple(RunSetting(tension=7e6, yaw=y) for y in (-7e-4, 7e-4)), length=20.0, spacing=0.5)
     noise = only(white=5e-7, tension_rel=0.016, yaw_u=1e-9)
-    rule = detectability_of(plan, noise, "strip")
+    rule = Detectability(plan, noise, "strip")
     fault = fault_from_spec({"id": "tension_bias", "gain": 0.016 * sigmas})
     bound = np.sqrt(2.0) * sigmas
     assert np.linalg.norm(rule.reduce(rule.changes([fault])[0])) > 1.5 * bound
@@ -123,7 +123,7 @@ def test_an_error_of_the_tension_is_no_larger_than_what_settings_that_do_the_sam
 
 
 def test_an_effect_is_brought_to_size():
-    rule = detectability_of(Plan(length=20.0, spacing=0.5), Noise(), "strip")
+    rule = Detectability(Plan(length=20.0, spacing=0.5), Noise(), "strip")
     for name in ("taper", "soft_cover"):
         fault, size = scale_to_size(rule, fault_from_spec(name), 12.0)
         assert size == pytest.approx(12.0, rel=0.01)

@@ -13,8 +13,8 @@ from belt_sim.virtual_rig.hidden import (
     MIX,
     OUTSIDE,
     UNMODELLED,
+    Detectability,
     LibrarySignatures,
-    detectability_of,
     fault_from_spec,
 )
 from belt_sim.virtual_rig.make import KINDS, POOL, plan_by_number, true_noise
@@ -122,7 +122,7 @@ def test_kinds_come_as_in_the_mix():
 def test_three_library_effects_explain_any_three_of_themselves():
     """Small, so that they are linear: what is left over is nothing; of four, something."""
     _, plan, noise = plan_by_number(QUICK)
-    rule = detectability_of(plan, noise, "strip")
+    rule = Detectability(plan, noise, "strip")
     library = LibrarySignatures(rule)
     three = [fault_from_spec({"id": "taper", "kappa_t": 1e-6}), fault_from_spec({"id": "cant", "gamma": 1e-5})]
     three.append(fault_from_spec({"id": "yaw_offset_tail", "beta_0": 1e-6}))

@@ -11,6 +11,7 @@ from belt_sim.virtual_rig.hidden import (
     MIX,
     RANDOM_LIBRARY,
     UNMODELLED,
+    damage,
     random_fault,
     random_noise,
 )
@@ -82,7 +83,7 @@ def test_every_fault_can_be_drawn(name):
 def test_dirt_spoils_one_run(name):
     clean = np.random.default_rng(0).normal(size=(2, 50, 3)) + 3.0
     spoilt = clean.copy()
-    CORRUPTIONS[name](spoilt, 1, 2)
+    damage(spoilt, name, 1, 2)
     assert np.any(spoilt[1, :, 2] != clean[1, :, 2])
     assert np.all(spoilt[:, :, :2] == clean[:, :, :2])
 
