@@ -458,7 +458,7 @@ def _tabulate(config: DictConfig, folder: Path, cases: Sequence[Mapping[str, Any
         if not case["failed"]:
             try:
                 summary = read_json(folder / case["run"] / "summary.json")
-                told = {k: summary[k] for k in ("model", "tension_n_per_mm2", "yaw_deg", "travel_m")}
+                told = {k: summary[k] for k in ("model", "tension_n_per_mm2", "yaw_deg", "travel_m", "settled")}
                 told |= {f"rate{k}_mm_per_m": v for k, v in summary["rate_mm_per_m"].items()}
                 told |= {f"offset_{k}_mm": v for k, v in summary["offset_mm"].items()}
                 told |= {"steady_rate_mm_per_m": summary.get("steady_rate_mm_per_m"), "failed": None}

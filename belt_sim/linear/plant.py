@@ -32,7 +32,7 @@ from belt_sim.line.runup import RunOff, RunUp, Yaw
 from belt_sim.line.spans import Composition, Spans
 from belt_sim.model import ModelName, analytic_model
 from belt_sim.settings import make_case
-from belt_sim.units import DEGREE, MM, N_PER_MM2
+from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 from belt_sim.validity import Limit
 
 INPUTS = ("yaw", "yaw_head")
@@ -40,6 +40,8 @@ OUTPUTS = ("y1", "y2", "y3", "y4")
 STATES = ("y_tail", "alpha_tail", "y_head", "alpha_head")
 #: How a wrapped arc is replaced: Pade's approximation, or a chain of equal lags.
 DELAYS = ("pade", "chain")
+_AT_REST = 1e-4  # [rad/m]: so slow that the plant only integrates
+_SLOW = 2.0  # [rad/m]: up to here a wrapped arc by Pade 4 is exact to 1e-7
 _GRID = 200  # wavenumbers at which the error is looked for
 
 
@@ -84,6 +86,21 @@ class LinearBelt:
         """The same at ``frequency`` [Hz] and the belt's speed."""
         return self.response(2 * np.pi * np.atleast_1d(np.asarray(frequency, dtype=float)) / self.speed)
 
+    def __repr__(self) -> str:
+        """Slow poles, gains and limits with their units; the arrays are its fields."""
+        poles = np.linalg.eigvals(state_space(self, order=4, per_metre=True).a)
+        slow = sorted((p for p in poles if p.imag >= 0.0 and _AT_REST < abs(p) < _SLOW), key=abs)
+        shown = ["0 (it integrates)", *(f"{p.real:.3g}" + (f" +- {p.imag:.3g}i" if p.imag else "") for p in slow)]
+        rates = (1j * _AT_REST * self.response(_AT_REST)[0]).real.mean(axis=0) * DEGREE / MM_PER_M
+        beyond = [f"{x.id} ({x.load:.3g} times the limit)" for x in self.beyond]
+        lines = [
+            f"linear plant of {self.model}, {self.tension / N_PER_MM2:g} N/mm2, {self.speed:g} m/s, yaws -> y1..y4",
+            f"poles   {', '.join(shown)} rad/m, and faster than {_SLOW:g} rad/m those of the wrapped arcs",
+            f"gains   late rate {rates[0]:.4g} (yaw), {rates[1]:.4g} (yaw_head) mm/m per degree",
+            f"limits  {'beyond ' + ', '.join(beyond) if beyond else 'within those of the model'}",
+        ]
+        return "\n".join(lines)
+
     @property
     def direction(self) -> int:
         """1 where the upper span runs from the head to the tail pulley, else -1."""
@@ -99,6 +116,10 @@ class PlantSchedule:
     """Plants of one rig, belt and model in order of tension; their coefficients are interpolated monotonically."""
 
     plants: tuple[LinearBelt, ...]
+
+    def __repr__(self) -> str:
+        tensions = ", ".join(f"{p.tension / N_PER_MM2:g}" for p in self.plants)
+        return f"plants of {self.plants[0].model} at {tensions} N/mm2; .plant_at(tension) gives any between them"
 
     @staticmethod
     def from_plants(plants: Sequence[LinearBelt]) -> "PlantSchedule":

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from dataclasses import FrozenInstanceError, replace
+from inspect import signature
 
 import numpy as np
 import pytest
@@ -77,6 +78,16 @@ def test_settings_are_in_the_units_of_the_command_line(case):
         bs.compare([1.0], "strip")
     with pytest.raises(bs.InputError, match="either a case or its settings"):
         bs.simulate(case, tension=10)
+
+
+def test_settings_are_the_same_in_every_signature():
+    """They stand in each of them, for completion; here they are held together."""
+    named = ("tension", "yaw", "yaw_head", "speed", "direction", "rig", "belt")
+    for ask in (bs.simulate, bs.sweep, bs.scene, bs.linearise, bs.make_case):
+        parameters = signature(ask).parameters
+        own = [n for n, p in parameters.items() if p.kind is p.KEYWORD_ONLY]
+        assert tuple(own[: len(named)]) == named, ask
+        assert {parameters[name].default for name in named} == {None}, ask
 
 
 def test_rigs_and_belts_may_be_objects_mappings_or_names(case):

@@ -85,6 +85,7 @@ def test_a_sweep_is_drawn_and_recorded_as_what_it_swept(belt):
     runs = [read_run(belt.folder / row["run"]) for row in rows]
     assert swept_keys(runs) == ["tension", "yaw"]
     assert [run.late * 1e3 for run in runs] == pytest.approx([float(row["rate1_mm_per_m"]) for row in rows])
+    assert [str(run.settled) for run in runs] == [row["settled"] for row in rows] == ["False"] * 6  # after 2 m
     assert [run.steady * 1e3 for run in runs] == pytest.approx([float(row["steady_rate_mm_per_m"]) for row in rows])
     made = {p.name for p in belt.folder.iterdir() if p.is_file()}
     assert {"sweep_curves.png", "sweep_rates.png", "sweep.rrd"} <= made

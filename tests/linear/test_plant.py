@@ -28,6 +28,22 @@ def test_a_step_of_yaw_is_that_of_the_march(model, tension):
     assert _step(state_space(plant, order=5, per_metre=True), travel) == pytest.approx(marched, rel=2e-4)
 
 
+def test_a_plant_shows_poles_gains_and_limits():
+    """The gain is the late rate of a march."""
+    plant = bs.linearise(model="rope", rig="test_rig", tension=40)
+    first, poles, gains, limits = repr(plant).splitlines()
+    assert first.startswith("linear plant of rope, 40 N/mm2, 0.5 m/s")
+    rates = bs.simulate(model="rope", rig="test_rig", tension=40, yaw=1.0, travel=400).rates
+    assert gains == f"gains   late rate {rates[0] * 1e3:.4g} (yaw), {-rates[0] * 1e3:.4g} (yaw_head) mm/m per degree"
+    (slow,) = (float(text.split()[0]) for text in poles.split(",")[1:] if "and" not in text)
+    poles = np.linalg.eigvals(state_space(plant, order=5, per_metre=True).a)
+    assert np.abs(poles - slow).min() < 1e-3
+    assert limits == "limits  within those of the model"
+    assert "bending_layer (3.1" in repr(bs.linearise(model="strip", rig="test_rig", tension=10))
+    many = bs.linearise(model="strip", rig="test_rig", tension=[40, 20])
+    assert repr(many).startswith("plants of strip at 20, 40 N/mm2")
+
+
 def test_effects_are_in_the_plant():
     effects = []
     for name in ("soft_cover", "crown"):
