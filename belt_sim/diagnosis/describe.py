@@ -185,6 +185,8 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
     final, fit = final_model(d)
     name, count = bench.forward.model.name, len(d.named.ids)
     without = f"Without the effect{'s' if count > 1 else ''}, {name}" if count else f"Model {name}"
+    causes = [cls.cause for cls in d.bench.forward.classes if cls.id in d.named.ids]
+    faulty = any(cause is None or not cause.of_model for cause in causes)
     white, wander = (float(np.exp(np.mean(np.log(x)))) for x in (bench.levels.white, bench.levels.wander))
     return Diagnosis(
         base_model=name,
@@ -196,7 +198,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         considered=decision.explanations,
         tied=decision.tied(POLICY),
         error=errors_of(d.bench, d.nothing, final, fit),
-        where=locate_failure(d.bench, d.nothing.values, without),
+        where=locate_failure(d.bench, d.nothing.values, without, faulty=faulty),
         confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in rivals(d)),
         next_runs=(),
         unknown=_unknown(d),

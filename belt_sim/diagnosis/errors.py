@@ -265,8 +265,11 @@ def worst_sentence(c: Cell, count: int, kinds: Mapping[str, Kind]) -> str:
     return f"Worst in {where}: off by {size}, {c.ratio:.0f} times the measurement uncertainty."
 
 
-def boundary(found: list[Cell], model: str) -> tuple[float | None, str]:
-    """The tension at which ``model`` stops being adequate [N/mm2], where there is one, and a sentence."""
+def boundary(found: list[Cell], model: str, *, faulty: bool = False) -> tuple[float | None, str]:
+    """The tension at which ``model`` stops being adequate [N/mm2], where there is one, and a sentence.
+
+    faulty: a fault was found, which acts at every tension, so that the model is adequate at none.
+    """
     tensions = sorted({c.tension for c in found})
     worst = np.array([max(c.ratio for c in found if c.tension == t) for t in tensions])
     k = family_k(len(found))
@@ -277,8 +280,10 @@ def boundary(found: list[Cell], model: str) -> tuple[float | None, str]:
     if not good.any():
         return None, f"{model} is off at every tension measured ({span})."
     flips = np.flatnonzero(np.diff(good.astype(int)))
+    bad = ", ".join(f"{t:g}" for t, fits in zip(tensions, good, strict=True) if not fits)
+    if faulty:
+        return None, f"{model} is off beyond the uncertainty at {bad} N/mm2; what was found acts at every tension."
     if len(flips) > 1:
-        bad = ", ".join(f"{t:g}" for t, fits in zip(tensions, good, strict=True) if not fits)
         return None, f"Inadequate at {bad} N/mm2."
     n = int(flips[0])
     part = (np.log(k) - np.log(worst[n])) / (np.log(worst[n + 1]) - np.log(worst[n]))
@@ -289,11 +294,11 @@ def boundary(found: list[Cell], model: str) -> tuple[float | None, str]:
     return at, f"Inadequate above {at:.3g} N/mm2; below it the error does not exceed the uncertainty ({limit})."
 
 
-def locate_failure(bench: Workbench, values: np.ndarray, model: str) -> Where:
+def locate_failure(bench: Workbench, values: np.ndarray, model: str, *, faulty: bool = False) -> Where:
     """The worst cell, the boundary in tension, and both in a sentence, for predictions ``values`` (R, S, n) of
-    ``model``, as a sentence begins with it."""
+    ``model``, as a sentence begins with it; faulty: as for ``boundary``."""
     found = cells(bench, values)
-    worst, (at, words) = max(found, key=lambda c: c.ratio), boundary(found, model)
+    worst, (at, words) = max(found, key=lambda c: c.ratio), boundary(found, model, faulty=faulty)
     return Where(
         worst=Worst(run=worst.run, signal=worst.signal, travel=worst.window, ratio=worst.ratio),
         sentence=worst_sentence(worst, len(found), {s.name: s.kind for s in bench.samples.signals}),

@@ -50,6 +50,15 @@ def test_a_model_that_fails_where_the_belt_is_slack():
     assert "measured at 7 to 28 N/mm2" in words
 
 
+@pytest.mark.parametrize("ratios", [(12.0, 6.0, 1.0), (1.0, 1.0, 6.0)])
+def test_beside_a_fault_that_acts_everywhere_no_model_is_adequate(ratios):
+    cells = [cell(t, r) for t, r in zip((7, 14, 28), ratios, strict=True)]
+    at, words = boundary(cells, "Without the effect, strip", faulty=True)
+    assert at is None
+    assert "dequate" not in words
+    assert words.endswith("what was found acts at every tension.")
+
+
 def test_a_model_that_fails_where_the_belt_is_tight():
     cells = [cell(7, 1.0), cell(14, 1.0), cell(28, 6.0)]
     at, words = boundary(cells, "Model strip")
