@@ -24,17 +24,17 @@ TITLES = {"compare": "Comparison", "diagnose": "Diagnosis"}
 
 @dataclass
 class Job:
-    """One request to a worker; state: running, finished, failed or stopped; total: steps that ``done`` counts to;
-    shown: what the page shows of its result."""
+    """One request to a worker; state: running, finished, failed or stopped; done: share of the work, 0 where nothing
+    tells it; shown: what the page shows of its result."""
 
     request: Mapping[str, Any]
     folder: Path
     title: str
-    total: int = 0
     state: str = "running"
     stage: str = "starting"
     failure: str = ""
-    done: int = 0
+    done: float = 0.0
+    in_all: float | None = None
     shown: Mapping[str, Any] = field(default_factory=dict)
     began: float = field(default_factory=time.monotonic)
     ended: float | None = None
@@ -48,11 +48,6 @@ class Job:
     def seconds(self) -> float:
         return (self.ended or time.monotonic()) - self.began
 
-    @property
-    def share(self) -> float | None:
-        """How much of what counts is done, 0 to 1; None before and after."""
-        return self.done / self.total if 0 < self.done < self.total else None
-
     async def run(self) -> None:
         """Start the worker and listen to it until it ends."""
         self.folder.mkdir(parents=True, exist_ok=True)
@@ -64,7 +59,9 @@ class Job:
             while self.running:
                 said = await asyncio.to_thread(ear.recv)
                 self.stage = said.get("stage", self.stage)
-                self.done += said.get("done", 0)
+                if said.get("done"):
+                    self.done += said["done"]
+                    self.in_all = self.seconds / self.done  # [s], about
                 self.shown = said.get("shown", self.shown)
                 if "shown" in said or "failed" in said:
                     self._end("finished" if "shown" in said else "failed", said.get("failed", ""))
@@ -124,12 +121,11 @@ def _compare(request: Mapping[str, Any], folder: Path, say: Callable[..., None])
 def _diagnose(request: Mapping[str, Any], folder: Path, say: Callable[..., None]) -> dict[str, Any]:
     from belt_sim.api.inference import diagnose
     from belt_sim.api.plot import write_diagnosis
+    from belt_sim.show.observers import in_stages
 
-    def progress(replicates: int, stage: str) -> None:
-        say(done=replicates, **({"stage": stage} if stage else {}))
-
+    stages = in_stages(lambda share, stage: say(done=share, **({"stage": stage} if stage else {})), 1)
     asked = {k: request[k] for k in ("effects", "bootstraps", "seed")}
-    found = diagnose(request["campaign"], request["model"], **asked, progress=progress, config=dict(request))
+    found = diagnose(request["campaign"], request["model"], **asked, progress=stages, config=dict(request))
     say(stage="drawing")
     write_diagnosis(folder, found, pictures=True)
     effects = [e.law or {"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]

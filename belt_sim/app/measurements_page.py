@@ -109,7 +109,7 @@ def asking(session: Session) -> None:
         more: dict[str, Any] = {"effects": session.effects or None}
         if task == "diagnose":
             times = int(inputs["bootstraps"] or 0)
-            more = {"total": times, "bootstraps": times, "seed": 0, "effects": inputs["candidates"] or None}
+            more = {"bootstraps": times, "seed": 0, "effects": inputs["candidates"] or None}
         try:
             session.start(task, str(inputs["model"]), **more)
         except BeltError as error:
@@ -148,11 +148,10 @@ def job_view(session: Session) -> None:
             line = ui.label("").classes("soft").props("data-name=stage")
 
             def move() -> None:
-                share = job.share
-                bar.props(remove="indeterminate") if share is not None else bar.props("indeterminate")
-                bar.set_value(share or 0.0)
-                counted = f", {job.done} of {job.total}" if share is not None else ""
-                line.set_text(f"{job.stage}{counted} · {job.seconds:.0f} s")
+                bar.props(remove="indeterminate") if job.in_all else bar.props("indeterminate")
+                bar.set_value(min(job.seconds / job.in_all, 0.98) if job.in_all else 0.0)
+                about = f" of about {job.in_all:.0f} s" if job.in_all else " s"
+                line.set_text(f"{job.stage} · {job.seconds:.0f}{about}")
 
             move()
             ui.timer(0.5, move)

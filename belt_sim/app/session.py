@@ -390,7 +390,7 @@ class Session:
         self.effects, self.effects_name = effects, name
         self.notify()
 
-    def start(self, task: str, model: str, *, total: int = 0, effects: Any = None, **request: Any) -> Job:
+    def start(self, task: str, model: str, *, effects: Any = None, **request: Any) -> Job:
         """Begin long work on the campaign; raises InputError while other work goes on, or for code."""
         if self.campaign is None:
             raise InputError("campaign", "none", "", "drop the files of a campaign first")
@@ -402,7 +402,7 @@ class Session:
             model = campaign_model(None, self.campaign).name
         asked = {"task": task, "model": model, "campaign": str(self.campaign_folder), "effects": effects, **request}
         title = f"{TITLES[task]} of {self.campaign.title}, {model}"
-        job = Job(asked, self.folder / f"{task}_{len(self.jobs) + 1}", title, total)
+        job = Job(asked, self.folder / f"{task}_{len(self.jobs) + 1}", title)
         self.jobs.append(job)
         self.notify()
         listening = asyncio.create_task(self._listen(job))

@@ -47,7 +47,20 @@ def has_display() -> bool:
     return sys.platform in ("darwin", "win32") or any(os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
-_REPLICATES, _STAGE = 0.1, 1.0 / 6.0  # shares of what is left of a work in stages
+#: stages of a diagnosis in their order -> measured shares of its time in percent; one that is not always there is 0 to
+#: come until it begins
+STAGES = {
+    "": 9.0,
+    "checking the machine data": 9.0,
+    "preparing the runs": 22.0,
+    "estimating false alarms": 0.3,
+    "fitting sets of effects": 12.0,
+    "looking for what is beyond the library": 46.0,
+    "looking for the law of what is left": 30.0,
+    "drawing": 5.0,
+    "looking for the run that would tell them apart": 3.0,
+}
+SOMETIMES = {"checking the machine data", "looking for the law of what is left", list(STAGES)[-1]}
 LINE_EVERY = 0.10  # share of the work between two lines where there is no terminal
 
 
@@ -62,6 +75,9 @@ def _begin(
     console = console or Console(stderr=True)
     began, said = time.monotonic(), ""
 
+    def about(done: float) -> str:
+        return f" of about {(time.monotonic() - began) / done:.0f} s" if 0.0 < done < total and not timed else ""
+
     def print_line(done: float, note: str) -> None:
         nonlocal said
         tenth = int(done / total / LINE_EVERY + 1e-9) if total > 0 else 0
@@ -69,7 +85,7 @@ def _begin(
         if now in ("", said):
             return
         said, elapsed = now, time.monotonic() - began
-        parts = [note, f"{elapsed:.0f} s gone"]
+        parts = [note, f"{elapsed:.0f} s gone{about(done)}"]
         if timed:
             parts = [f"{100 * done / total:3.0f} %", *parts, f"{elapsed * (total / done - 1.0):.0f} s left"]
         line = f"{title}: {', '.join(filter(None, parts))}"
@@ -83,7 +99,9 @@ def _begin(
     bar = Progress(TextColumn("{task.description}"), BarColumn(bar_width=None), *columns, console=console)
     task = bar.add_task(title, total=total, note="")
     bar.start()
-    return lambda done, note: bar.update(task, completed=done, note=note), bar.stop
+    return lambda done, note: bar.update(
+        task, completed=done, note=f"{note}{about(done).replace(' of', ',')}"
+    ), bar.stop
 
 
 @contextmanager
@@ -120,18 +138,25 @@ def stages_shown(title: str, replicates: int) -> Iterator[Callable[[int, str], N
 
 
 def in_stages(done: Callable[..., None], replicates: int) -> Callable[[int, str], None]:
-    """Work out of 1 whose stages are not known beforehand: ``done`` of ``progress(1.0, ...)``, as (replicates, stage).
+    """A diagnosis as work out of 1: ``done`` of ``progress(1.0, ...)`` as (replicates, stage).
 
-    All replicates are a tenth of it, and every stage takes a sixth of what is left where it begins: a bar that moves
-    and tells no time left, as nobody knows before whether laws will be sought, which may take longer than all before.
+    Where a stage begins, what is over is counted by the measured shares of the stages before it, and what is to come by
+    those that always follow.
     """
-    gone = 0.0
+    names = list(STAGES)
+    over, told, now = 0.0, 0.0, ""
 
     def tell(count: int, stage: str) -> None:
-        nonlocal gone
-        step = _REPLICATES * (count / replicates) * (1.0 - gone) if count else _STAGE * (1.0 - gone)
-        gone += step
-        done(step, stage)
+        nonlocal over, told, now
+        stage = stage or ("drawing" if count else now)
+        if stage not in STAGES or stage == now:
+            done(0.0, stage)
+            return
+        over, now = over + STAGES[now], stage
+        to_come = sum(STAGES[n] for n in names[names.index(stage) + 1 :] if n not in SOMETIMES)
+        share = max(over / (over + STAGES[stage] + to_come), told)
+        done(share - told, stage)
+        told = share
 
     return tell
 

@@ -1,11 +1,13 @@
 """Progress is quiet where nobody looks."""
 
 import io
+from itertools import pairwise
 
+import pytest
 from moving_belt import case, curves, frames
 from rich.console import Console
 
-from belt_sim.show.observers import ProgressObserver, in_stages, progress
+from belt_sim.show.observers import SOMETIMES, STAGES, ProgressObserver, in_stages, progress
 
 
 def test_without_a_terminal_a_line_each_tenth():
@@ -19,19 +21,33 @@ def test_without_a_terminal_a_line_each_tenth():
     assert lines[-1].startswith("bootstrap: 100 %")
 
 
-def test_stages_move_the_bar_and_never_end_it():
+@pytest.mark.parametrize("left_out", [set(), SOMETIMES])
+def test_where_a_stage_begins_the_end_is_told(monkeypatch, left_out):
+    """Of a diagnosis whose stages take what they are said to take, in all 1 s a percent."""
+    stages = [s for s in STAGES if s not in left_out]
+    console, now = Console(file=io.StringIO(), force_terminal=False, width=120), 0.0
+    monkeypatch.setattr("time.monotonic", lambda: now)
+    with progress(1.0, "diagnosing", console, timed=False) as done:
+        tell = in_stages(done, 200)
+        for before, stage in pairwise(stages):
+            now += STAGES[before]
+            tell(200 if stage == "drawing" else 0, stage if stage != "drawing" else "")
+    lines, end = console.file.getvalue().splitlines(), sum(STAGES[s] for s in stages)
+    assert len(lines) == len(stages) - 1  # a line a stage
+    told = [float(line.split(" of about ")[1].split()[0]) for line in lines]
+    rest = sum(STAGES[s] for s in SOMETIMES - left_out)
+    assert all(abs(t - end) <= rest + 1.0 for t in told)
+    assert told[-1] == pytest.approx(end, abs=1.0)
+
+
+def test_a_stage_that_nobody_knows_moves_nothing():
     console = Console(file=io.StringIO(), force_terminal=False, width=120)
     with progress(1.0, "diagnosing", console, timed=False) as done:
         tell = in_stages(done, 200)
-        tell(0, "laying out")
-        for _ in range(4):
-            tell(50, "")
         for k in range(30):
             tell(0, f"stage {k}")
     lines = console.file.getvalue().splitlines()
-    assert len(lines) == 31  # a line a stage
-    assert lines[-1].startswith("diagnosing: stage 29, ")
-    assert not any("%" in line or "left" in line for line in lines)  # when it ends is not known, and not said
+    assert lines[-1] == "diagnosing: stage 29, 0 s gone"
 
 
 def test_a_run_tells_travel_speed_and_time_left():
