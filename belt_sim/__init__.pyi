@@ -13,6 +13,8 @@ from belt_sim.api.plot import report as report
 from belt_sim.api.simulate import export as export
 from belt_sim.api.simulate import jax_function as jax_function
 from belt_sim.api.simulate import linearise as linearise
+from belt_sim.api.simulate import model_named as model_named
+from belt_sim.api.simulate import models as models
 from belt_sim.api.simulate import scene as scene
 from belt_sim.api.simulate import simulate as simulate
 from belt_sim.api.sweep import sweep as sweep
@@ -30,8 +32,6 @@ from belt_sim.errors import BeltError as BeltError
 from belt_sim.errors import InputError as InputError
 from belt_sim.jax_setup import prepare as prepare
 from belt_sim.linear.plant import close_loop as close_loop
-from belt_sim.model import model_named as model_named
-from belt_sim.model import models as models
 from belt_sim.results.check import Check as Check
 from belt_sim.results.diagnosis import Diagnosis as Diagnosis
 from belt_sim.results.diagnosis import Discovery as Discovery

@@ -1,7 +1,9 @@
-"""Errors that a user can act on: name, value, unit, remedy, in one line; and the checks of a number and a flag."""
+"""Errors that a user can act on: name, value, unit, remedy, in one line; what a model is told to be beyond; and the
+checks of a number and a flag."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Any
 
 
@@ -35,6 +37,27 @@ class SimulationError(BeltError):
     """
 
     curves: Any = None
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One boundary of a model's validity. load: how far the case has come towards it, 1 = there; words: what happens
+    beyond it."""
+
+    id: str
+    load: float
+    words: str
+
+    @property
+    def exceeded_by(self) -> str:
+        """How far beyond it the case is, as people say it: "180 times the limit"."""
+        return f"{float(f'{self.load:.2g}'):,.12g} times the limit"
+
+
+def warning(model: str, beyond: Iterable[Limit]) -> str:
+    """One line, empty when nothing is exceeded."""
+    said = "; ".join(f"{x.id} ({x.exceeded_by}): {x.words}" for x in beyond)
+    return f"{model} used beyond its validity: {said}" if said else ""
 
 
 def finite(

@@ -6,19 +6,19 @@ told apart by type (``isinstance``), never by name. Each analytic model is a spa
 laws are shared.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Literal, Protocol, get_args, runtime_checkable
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect
 from belt_sim.effects.contact import LiftOff
-from belt_sim.errors import InputError, finite, flag
+from belt_sim.errors import InputError
 from belt_sim.line import span as span_law
 from belt_sim.line.hooks import as_indicated
 from belt_sim.line.march import KEEP, STEP, march_driven
-from belt_sim.line.spans import ALL_HOOKS, Composition, RitzingerFormula, steady_rate
+from belt_sim.line.spans import ALL_HOOKS, Composition, steady_rate
 
 
 @runtime_checkable
@@ -162,29 +162,3 @@ IN_SPACE = {"mujoco_rope": "rope", "mujoco_grid": "grid", "mujoco_flex": "flex"}
 ANALYTIC = tuple(name for name in MODEL_NAMES if name not in IN_SPACE)
 #: the model that is chosen by how slack the belt is that is simulated or measured
 BY_TENSION = "by_tension"
-
-
-def models() -> dict[str, str]:
-    """The title of every model by its name."""
-    return {name: model_named(name).title for name in MODEL_NAMES}
-
-
-def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model | SteadyModel:
-    """The model of a name; settings: its own numbers (step, keep; dx, dt, friction ...), None keeps the default.
-
-    Raises InputError for an unknown model or setting.
-    """
-    given = {k: v for k, v in (settings or {}).items() if v is not None}
-    if name in IN_SPACE:
-        from belt_sim.space.model import SpaceModel  # MuJoCo takes a while to load
-
-        flag("model.control", given.get("control", False))
-        return SpaceModel.from_settings(IN_SPACE[name], given)
-    if name not in ANALYTIC:
-        raise InputError("model", name, "", f"use one of {', '.join(MODEL_NAMES)}")
-    known = () if name == "ritzinger" else ("step", "keep")
-    for key, value in given.items():
-        if key not in known:
-            raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}" if known else "leave it out")
-        finite(f"model.{key}", value, "m", "give a positive length", lambda x: x > 0)
-    return RitzingerFormula() if name == "ritzinger" else replace(MODELS[name], **given)

@@ -4,7 +4,7 @@ Each limit has a load, 1 at the boundary. Most boundaries stand where the moment
 belt, are wrong by some 3 %; the derivations and what they were checked against are in docs/validity.md.
 """
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.contact import LiftOff
 from belt_sim.effects.span import EdgeGuide
+from belt_sim.errors import Limit
 from belt_sim.jax_setup import StoredProgram, in_float64
 from belt_sim.line.influence import span_fields
 from belt_sim.line.runup import FRICTION
@@ -29,20 +30,6 @@ NARROW = 20.0  # thicknesses that a strip is wide at least: below it is a bar, w
 SHORT = 1.0  # widths that a span is long at least: below it is a plate
 SMALL_ANGLE = (2.0 * WRONG) ** 0.5  # [rad]: laws take cosines of rolls and of directions for 1
 NEAR = 0.8  # share of the centre distance that both pulleys may fill
-
-
-@dataclass(frozen=True)
-class Limit:
-    """One boundary. load: how far the case has come towards it, 1 = there; words: what happens beyond it."""
-
-    id: str
-    load: float
-    words: str
-
-    @property
-    def exceeded_by(self) -> str:
-        """How far beyond it the case is, as people say it: "180 times the limit"."""
-        return f"{float(f'{self.load:.2g}'):,.12g} times the limit"
 
 
 def _spans(case: Case):
@@ -157,12 +144,6 @@ def run_limits(case: Case, curves: Curves, bends: bool = True, effects: Sequence
                 Limit(name, float(load.max()), f"{words} from {first:.3g} m of travel on, most at {places[where]}")
             )
     return tuple(sorted(left, key=lambda x: -x.load))
-
-
-def warning(model: str, beyond: Iterable[Limit]) -> str:
-    """One line, empty when nothing is exceeded."""
-    said = "; ".join(f"{x.id} ({x.exceeded_by}): {x.words}" for x in beyond)
-    return f"{model} used beyond its validity: {said}" if said else ""
 
 
 def _load_case(case: Case) -> _LoadedCase:

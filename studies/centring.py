@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.api.simulate import simulate
+from belt_sim.api.simulate import model_named, simulate
 from belt_sim.case import Case, Schedule
 from belt_sim.commands.cases import CentringGoal
 from belt_sim.curves import Curves, read_curves
-from belt_sim.model import model_named
 from belt_sim.settings import case_from
 from belt_sim.show import style
 from belt_sim.show.style import FAINT, INK, POINT_NAMES, POINTS

@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 
+from belt_sim.api.simulate import model_named
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Frame, late_rates, write_curves
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import InputError, SimulationError
 from belt_sim.io import provenance, write_text, write_with
-from belt_sim.model import model_named
 from belt_sim.settings import case_from
 from belt_sim.show.observers import ProgressObserver
 from belt_sim.space.model import SpaceModel

@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from belt_sim.api.simulate import effects_of
+from belt_sim.api.simulate import effects_of, models
 from belt_sim.campaign import Campaign
 from belt_sim.effects.base import library, short_title
 from belt_sim.effects.load import save_effects
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import write_json, write_text, write_with
-from belt_sim.model import models
 from belt_sim.results.diagnosis import Diagnosis, Discovery
 from belt_sim.results.errors import Comparison
 from belt_sim.results.files import diagnosis_json, discovery_json, file_json, read_diagnosis, to_json

@@ -13,26 +13,29 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect, library
 from belt_sim.effects.load import load_classes, load_effects
-from belt_sim.errors import BeltError, CannotRepresent, InputError, SimulationError, finite
+from belt_sim.errors import BeltError, CannotRepresent, InputError, Limit, SimulationError, finite, flag, warning
 from belt_sim.io import provenance, write_json
 from belt_sim.line.hooks import BEFORE_ENGINE, overrides
 from belt_sim.line.march import KEEP, STEP, march_case, march_traced, plan_steps
 from belt_sim.line.spans import RitzingerFormula
 from belt_sim.model import (
+    ANALYTIC,
     BY_TENSION,
+    IN_SPACE,
+    MODEL_NAMES,
+    MODELS,
     AnalyticModel,
     Model,
     ModelName,
     SteadyModel,
-    model_named,
-)
+)  # fmt: skip
 from belt_sim.results.diagnosis import FoundEffect
 from belt_sim.results.simulation import Simulation
 from belt_sim.settings import case_from, case_or_settings, make_settings, model_settings
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
 from belt_sim.space.options import AS_THE_CASE, CONTACTS, refuse_unobeyed
 from belt_sim.units import N_PER_MM2
-from belt_sim.validity import Limit, exceeded_limits, geometric, lifts_off, run_limits, warning
+from belt_sim.validity import exceeded_limits, geometric, lifts_off, run_limits
 
 if TYPE_CHECKING:
     from mujoco import MjSpec
@@ -43,6 +46,30 @@ if TYPE_CHECKING:
 
 #: a model by name, by name and settings, or as an object
 ModelSpec = ModelName | str | Mapping[str, Any] | Model | SteadyModel
+
+
+def models() -> dict[str, str]:
+    """The title of every model by its name."""
+    return {name: model_named(name).title for name in MODEL_NAMES}
+
+
+def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model | SteadyModel:
+    """The model of a name; settings: its own numbers (step, keep; dx, dt, friction ...), None keeps the default.
+
+    Raises InputError for an unknown model or setting.
+    """
+    given = {k: v for k, v in (settings or {}).items() if v is not None}
+    if name in IN_SPACE:
+        flag("model.control", given.get("control", False))
+        return SpaceModel.from_settings(IN_SPACE[name], given)
+    if name not in ANALYTIC:
+        raise InputError("model", name, "", f"use one of {', '.join(MODEL_NAMES)}")
+    known = () if name == "ritzinger" else ("step", "keep")
+    for key, value in given.items():
+        if key not in known:
+            raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}" if known else "leave it out")
+        finite(f"model.{key}", value, "m", "give a positive length", lambda x: x > 0)
+    return RitzingerFormula() if name == "ritzinger" else replace(MODELS[name], **given)
 
 
 def campaign_of(spec: Campaign | str | Path) -> Campaign:

@@ -14,13 +14,13 @@ import numpy as np
 from nicegui import run, ui
 
 from belt_sim.api.plot import plot
-from belt_sim.api.simulate import by_tension, simulate_one
+from belt_sim.api.simulate import by_tension, model_named, simulate_one
 from belt_sim.app import widgets
 from belt_sim.app.widgets import box, soft
 from belt_sim.case import Case
 from belt_sim.effects.base import Effect, Parameter, library, title_of
 from belt_sim.errors import BeltError
-from belt_sim.model import ANALYTIC, BY_TENSION, model_named
+from belt_sim.model import ANALYTIC, BY_TENSION
 from belt_sim.results.estimates import MachineSizes, display_unit
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import NONE, capital, decimal, thousandths

@@ -25,12 +25,13 @@ from belt_sim.diagnosis.plausibility import prior_sigma
 from belt_sim.diagnosis.samples import samples_of
 from belt_sim.diagnosis.workbench import Workbench, linear_response, start_shapes
 from belt_sim.effects.base import library
+from belt_sim.errors import Limit
 from belt_sim.line.spans import Composition
 from belt_sim.model import MODELS
 from belt_sim.results.check import Doubt, Pair, Visible
 from belt_sim.results.diagnosis import RESOLVED
 from belt_sim.units import DEGREE, N_PER_MM2
-from belt_sim.validity import STRENGTH, Limit, geometric, limits
+from belt_sim.validity import STRENGTH, geometric, limits
 
 # Runs of a plan that could harm the belt or mean nothing: an edge slack, steel near its strength, laws left behind.
 

@@ -24,7 +24,7 @@ from scipy.io import savemat
 from scipy.linalg import block_diag, expm
 
 from belt_sim.case import Case, Schedule
-from belt_sim.errors import CannotRepresent, InputError, finite, whole
+from belt_sim.errors import CannotRepresent, InputError, Limit, finite, whole
 from belt_sim.io import write_with
 from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.line.hooks import AFTER_ENGINE, Hooks, apply_hook, as_driven, overrides
@@ -33,7 +33,6 @@ from belt_sim.line.spans import Composition, Spans
 from belt_sim.model import ModelName, analytic_model
 from belt_sim.settings import make_case
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
-from belt_sim.validity import Limit
 
 INPUTS = ("yaw", "yaw_head")
 OUTPUTS = ("y1", "y2", "y3", "y4")

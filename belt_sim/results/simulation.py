@@ -9,11 +9,10 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import LATE_SHARE, Curves, curves_columns, late_rates, offsets
 from belt_sim.effects.base import Effect
-from belt_sim.errors import CannotRepresent
+from belt_sim.errors import CannotRepresent, Limit, warning
 from belt_sim.results import words
 from belt_sim.results.words import Display, Table, data_frame, dataset
 from belt_sim.units import N_PER_MM2
-from belt_sim.validity import Limit, warning
 
 POINTS = (1, 2, 3, 4)
 SPANS = ("upper", "lower")

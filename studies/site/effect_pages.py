@@ -10,10 +10,11 @@ from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.nodes import nested_parse_with_titles
 
+from belt_sim.api.simulate import model_named
 from belt_sim.diagnosis.forward import ONLY_WHEN_NAMED
 from belt_sim.effects.base import Effect, library, title_of
 from belt_sim.line.hooks import HOOKS, overrides
-from belt_sim.model import ANALYTIC, Model, SteadyModel, model_named
+from belt_sim.model import ANALYTIC, Model, SteadyModel
 
 CAN, HAS, CANNOT = "yes", "built in", "-"
 #: columns by heading; grid and membrane represent the same effects

@@ -3,10 +3,11 @@
 import pytest
 from paper_cases import paper_case
 
+from belt_sim.api.simulate import model_named
 from belt_sim.effects.base import library
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.line.march import march_case
-from belt_sim.model import MODELS, analytic_model, model_named
+from belt_sim.model import MODELS, analytic_model
 from studies.site.effect_pages import CAN, cell, table
 
 

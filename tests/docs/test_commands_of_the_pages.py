@@ -12,12 +12,13 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf.errors import MissingMandatoryValue
 from pages import PAGES, Command, commands, missing, name
 
+from belt_sim.api.simulate import model_named
 from belt_sim.cli import import_arguments, quote_override, run
 from belt_sim.commands import COMMANDS
 from belt_sim.commands.runs import plain_settings
 from belt_sim.effects.load import load_classes
 from belt_sim.io import CAMPAIGNS, CONF, ROOT
-from belt_sim.model import BY_TENSION, model_named
+from belt_sim.model import BY_TENSION
 from belt_sim.settings import case_from, model_settings
 from studies.application import FIXED
 

@@ -177,7 +177,7 @@ def test_laws_stand_beside_other_effects(tmp_path):
 
 
 def test_a_3d_belt_takes_laws_of_instruments_and_refuses_the_others():
-    from belt_sim.model import model_named
+    from belt_sim.api.simulate import model_named
 
     space = model_named("mujoco_rope")
     assert space.refusal(law_effect(law_of("instruments"))) is None

@@ -11,10 +11,10 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim import cli
+from belt_sim.api.simulate import model_named
 from belt_sim.cli import use_one_blas_thread
 from belt_sim.effects.base import library
 from belt_sim.io import ROOT
-from belt_sim.model import model_named
 
 ROUNDING = 1e-9  # relative: without prepare() XLA fuses multiply-adds, which shifts last bits; float32 would give 1e-4
 
@@ -49,7 +49,7 @@ RUN_UNPREPARED = """
 import json
 from paper_cases import paper_case
 from belt_sim.effects.base import library
-from belt_sim.model import model_named
+from belt_sim.api.simulate import model_named
 import jax.numpy as jnp
 play = library()["yaw_backlash"](half=1e-4)
 gain = library()["sensor_gain"](g1=0.1)

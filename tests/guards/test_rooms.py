@@ -7,7 +7,7 @@ from collections import defaultdict
 from belt_sim.io import PACKAGE
 from studies.site.architecture import arrows, circles, floors
 
-FLOORS = 14
+FLOORS = 12
 #: names that stand in two modules: engines of one interface and bs.mjx beside bs; scripts and pages; and those that are
 #: still to be parted
 ALIKE = {

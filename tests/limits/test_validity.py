@@ -12,14 +12,14 @@ from belt_sim.api.sweep import sweep
 from belt_sim.campaign import read_campaign
 from belt_sim.case import Rig, Schedule
 from belt_sim.effects.base import library
-from belt_sim.errors import SimulationError
+from belt_sim.errors import SimulationError, warning
 from belt_sim.io import ROOT
 from belt_sim.line.runup import FRICTION
 from belt_sim.line.span import strip
 from belt_sim.model import MODELS
 from belt_sim.results.files import summary_json
 from belt_sim.units import DEGREE
-from belt_sim.validity import exceeded_limits, limits, warning
+from belt_sim.validity import exceeded_limits, limits
 from studies.paper.case import ROPE_EXAMPLE
 
 EARLY = 0.02  # of the moment: the march keeps its first state at travel 0

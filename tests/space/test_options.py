@@ -8,9 +8,9 @@ import yaml
 from paper_cases import paper_case
 
 import belt_sim as bs
+from belt_sim.api.simulate import model_named
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.io import CONF
-from belt_sim.model import model_named
 from belt_sim.space import BELTS, Options
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.native import simulate

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
+from belt_sim.api.simulate import model_named
 from belt_sim.errors import InputError
-from belt_sim.model import model_named
 from belt_sim.space import Options
 from belt_sim.space.loop import Catenary, HangingBelt, free_length, lay_loop, lift
 from belt_sim.space.native import SpaceRun, instants_of
