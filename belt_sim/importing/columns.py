@@ -186,9 +186,10 @@ class LoggedTable:
         return next((c for c in self.columns if c.role == role), None)
 
     def values(self, role: str) -> np.ndarray | None:
-        """Numbers [SI] of the column with this role, None where there is none."""
+        """Numbers [SI] of the column with this role, None where there is none or it holds no number."""
         found = self.column(role)
-        return None if found is None else found.si()
+        values = np.empty(0) if found is None or found.is_text else found.si()
+        return values if np.isfinite(values).any() else None
 
     def select_rows(self, rows: np.ndarray) -> "LoggedTable":
         """The table with these rows only."""

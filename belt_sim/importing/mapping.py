@@ -1,6 +1,7 @@
 """The mapping, belt-mapping/1: what the files cannot say, by YAML or as plain Python data."""
 
 import re
+from collections.abc import Callable
 from collections.abc import Mapping as AnyMapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -85,10 +86,23 @@ def zone_seconds(zone: str) -> float:
     return (-60.0 if found[1] == "-" else 60.0) * (60 * int(found[2]) + int(found[3]))
 
 
-def _zone(zone: str) -> str:
-    if zone_seconds(zone) != zone_seconds(zone):
-        raise InputError("zone", zone, "", "write it as Z or +02:00")
-    return zone
+def _must(name: str, fits: Callable[[Any], bool], remedy: str | Callable[[Any], str]) -> AfterValidator:
+    """A validator of an entry."""
+
+    def check(value: Any) -> Any:
+        if not fits(value):
+            raise InputError(name, value, "", remedy if isinstance(remedy, str) else remedy(value))
+        return value
+
+    return AfterValidator(check)
+
+
+_FACTOR = "must be a number between 1e-12 and 1e12, or its negative"
+_SIGN = "must be 1 or -1; a factor has a key of its own, factor: 0.001"
+RoleName = Annotated[str, _must("role", ROLES.__contains__, lambda name: did_you_mean(name, ROLES))]
+Sign = Annotated[float, _must("sign", lambda sign: abs(sign) == 1.0, _SIGN)]
+Factor = Annotated[float, _must("factor", lambda factor: 1e-12 <= abs(factor) <= 1e12, _FACTOR)]
+Zone = Annotated[str, _must("zone", lambda zone: zone_seconds(zone) == zone_seconds(zone), "write it as Z or +02:00")]
 
 
 class FormatEntry(Entry):
@@ -97,7 +111,7 @@ class FormatEntry(Entry):
     thousands: Literal[".", ",", " ", "'"] | None = None
     date: Literal["dmy", "mdy", "ymd"] | None = None
     time: Literal["hh:mm", "mm:ss"] | None = None
-    zone: Annotated[str, AfterValidator(_zone)] | None = None
+    zone: Zone | None = None
     counter: Literal["new_run", "goes_on"] | None = None
     encoding: str | None = None
     missing: list[float] | float | None = None
@@ -127,31 +141,13 @@ class AxisEntry(Entry):
         return v0 + (pixels - p0) * (v1 - v0) / (p1 - p0)
 
 
-def _role(name: str) -> str:
-    if name not in ROLES:
-        raise InputError("role", name, "", did_you_mean(name, ROLES))
-    return name
-
-
-def _sign(sign: float) -> float:
-    if abs(sign) != 1.0:
-        raise InputError("sign", sign, "", "must be 1 or -1; a factor has a key of its own, factor: 0.001")
-    return sign
-
-
-def _factor(factor: float) -> float:
-    if not 1e-12 <= abs(factor) <= 1e12:
-        raise InputError("factor", factor, "", "must be a number between 1e-12 and 1e12, or its negative")
-    return factor
-
-
 class ColumnEntry(Entry):
-    role: Annotated[str, AfterValidator(_role)] | None = None
+    role: RoleName | None = None
     unit: str | None = None
     at: Annotated[str | None, BeforeValidator(place_text)] = None
     name: str | None = None
-    sign: Annotated[float, AfterValidator(_sign)] = 1.0
-    factor: Annotated[float, AfterValidator(_factor)] = 1.0
+    sign: Sign = 1.0
+    factor: Factor = 1.0
     run: Text | None = None
     against: str | None = None
     middle: Text | None = None

@@ -184,9 +184,8 @@ def _count_on(table: LoggedTable) -> LoggedTable:
         rows = int(np.argmax(later != later[0]))
         if rows and 0.0 <= later[rows] - before <= GOES_ON * usual * (rows + 1):
             lost += there[k + 1 : k + 1 + rows].tolist()
-            notes.append(
-                Note("", f"{column.name} drops and comes back: left out (line {shortlist(table.lines[lost])})")
-            )
+            lines = shortlist(table.lines[lost])
+            notes.append(Note("", f"{column.name} drops and comes back: left out (line {lines})"))
     if steps[-1] > ALONE * usual:
         lost.append(int(there[-1]))
         notes.append(Note("", f"{column.name} is {values[lost[-1]]:.6g} in the last row, far off all others: left out"))
@@ -196,15 +195,12 @@ def _count_on(table: LoggedTable) -> LoggedTable:
         there = np.setdiff1d(there, lost)
         steps = np.diff(values[there])
     falls, most = np.flatnonzero(steps < 0.0), values[there].max()
-    rest = [
-        f
-        for f in FULL
-        if most <= f and len(falls) and np.all((steps[falls] >= -f) & (steps[falls] + f <= GOES_ON * usual))
-    ]
-    if rest and values[there[0]] - values[there[falls + 1]].max() > GOES_ON * usual:
+    at_full = (f for f in FULL if most <= f and len(falls) and np.all(abs(steps[falls] + f - usual) <= GOES_ON * usual))
+    full = next(at_full, 0.0)
+    if full and values[there[0]] - values[there[falls + 1]].max() > GOES_ON * usual:
         for row in there[falls + 1].tolist():
-            values = values + rest[0] * (np.arange(len(values)) >= row)
-            where = f"rolls over at {rest[0]:g} {column.unit} (line {table.lines[row]})"
+            values = values + full * (np.arange(len(values)) >= row)
+            where = f"rolls over at {full:g} {column.unit} (line {table.lines[row]})"
             notes.append(Note("", f"{column.name} {where}: counted on there"))
     columns = tuple(replace(c, values=values) if c is column else c for c in table.columns)
     return replace(table, columns=columns, notes=tuple(notes))
@@ -220,11 +216,12 @@ def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[
         return [replace(table.select_rows(of_row == n), name=run_name(n), label=n) for n in labels]
     table = _count_on(replace(table, name=run_name(table.name), label=table.name))
     column, restarts, notes = table.column("travel") or table.column("time"), list[int](), list(table.notes)
-    values = column.si() if column is not None and not column.is_text else np.empty(0)
+    values = np.empty(0) if column is None or column.is_text else column.si()
     there = np.flatnonzero(np.isfinite(values))
-    steps, reach = np.diff(values[there]), RESTART * float(np.ptp(values[there])) if len(there) else 0.0
+    steps = np.diff(values[there])
     if column is not None and len(there) >= FEWEST and np.mean(steps < 0.0) <= 0.5:  # else it falls throughout
-        back = (steps < -max(reach, 0.0)) & (values[there][1:] <= values[there][0] + reach)
+        reach = RESTART * float(np.ptp(values[there]))
+        back = (steps < -reach) & (values[there][1:] <= values[there][0] + reach)
         for k in np.flatnonzero(back).tolist():
             row, unit = int(there[k + 1]), UNITS[column.unit][1]
             ends = " to ".join(f"{values[there[j]] / unit:.6g}" for j in (k, k + 1))
@@ -281,11 +278,9 @@ def _assemble(
     block = block.select_rows(way.keep)
     logged = yaw_settings(block, way.travel, stated) | column_settings(block, section)
     known = way.settings | named | logged | stated  # of each the last that has it
-    notes = [
-        *(n.text for n in block.notes),
-        *way.notes,
-        *([f"yaw_at is {known['yaw_at'].source}"] if "yaw_at" in known else []),
-    ]
+    notes = [*(n.text for n in block.notes), *way.notes]
+    if "yaw_at" in known:
+        notes.append(f"yaw_at is {known['yaw_at'].source}")
     signals = {c.signal: c.si() for c in block.columns if c.role == "signal"}
     signals = {name: y for name, y in signals.items() if np.isfinite(y).any()}
     for name, y in signals.items() if mapping.spikes == "leave_out" else ():
@@ -318,8 +313,7 @@ def _assemble(
 # ---- how far the belt has travelled: as logged, or from time and speed
 
 
-@dataclass(frozen=True, kw_only=True)
-class Travel:
+class Travel(NamedTuple):
     """keep: rows of the run that are used; travel [m] and time [s] (None where not logged) at these, from 0 on;
     settings: direction and speed as they show in these."""
 
@@ -340,7 +334,7 @@ def travel_of(block: LoggedTable, speed: float | None) -> Travel | None:
         return None
     else:
         keep = np.flatnonzero(np.isfinite(time))
-        if speeds is not None and np.isfinite(speeds).any():
+        if speeds is not None:
             way, sign = _integrated_travel(block, speeds, time, keep)
             notes.append("travel was integrated from time and speed")
         elif speed is None:
@@ -352,13 +346,13 @@ def travel_of(block: LoggedTable, speed: float | None) -> Travel | None:
     own = None if time is None else time[keep] - time[keep[0]]
     if own is not None and len(own) and own[-1] > 0.0 and way[-1] > 0.0:
         settings["speed"] = Setting(round_digits(float(way[-1] / own[-1]), DIGITS), "travel over time")
-    return Travel(keep=keep, travel=way, time=own, settings=settings, notes=notes)
+    return Travel(keep, way, own, settings, notes)
 
 
 def _time(block: LoggedTable) -> tuple[np.ndarray | None, list[str]]:
     """Time [s], strictly rising; repeated stamps are spread evenly. Raises CampaignError where it runs backwards."""
     time = block.values("time")
-    if time is None or not np.isfinite(time).any():
+    if time is None:
         return None, []
     there = np.flatnonzero(np.isfinite(time))
     steps = np.diff(time[there])
@@ -427,17 +421,14 @@ def _integrated_travel(
 
 
 def stated_settings(mapping: MappingEntry, run: str, listed: dict[str, Settings], section: Section) -> Settings:
-    """Settings of a run by all_runs, ``listed`` (tables of runs) and its own entry; of each the last that has it.
+    """Settings of a run by all_runs, ``listed`` (tables of runs) and its own entry; of each the last that has it."""
+    own = mapping.runs.get(run, RunEntry())
 
-    section: of the belt, for a tension given as a force.
-    """
-    own = _settings_of(mapping.runs.get(run, RunEntry()), f"runs.{run}", section)
-    return _settings_of(mapping.all_runs, "all_runs", section) | listed.get(run, {}) | own
+    def settings_of(entry: RunEntry, where: str) -> Settings:
+        texts = {key: getattr(entry, key) for key in RANGES if getattr(entry, key) is not None}
+        return {k: Setting(_number(t, k, f"{where}.{k}", section), "the mapping", t) for k, t in texts.items()}
 
-
-def _settings_of(entry: RunEntry, where: str, section: Section) -> Settings:
-    texts = {key: getattr(entry, key) for key in RANGES if getattr(entry, key) is not None}
-    return {k: Setting(_number(t, k, f"{where}.{k}", section), "the mapping", t) for k, t in texts.items()}
+    return settings_of(mapping.all_runs, "all_runs") | listed.get(run, {}) | settings_of(own, f"runs.{run}")
 
 
 def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, Settings]:
@@ -511,7 +502,7 @@ def yaw_settings(block: LoggedTable, travel: np.ndarray, known: Settings) -> Set
     """The yaw that columns hold, and the place of its step where ``known`` has none; travel [m], shape (n,)."""
     found: Settings = {}
     for key in ("yaw", "yaw_head"):
-        values = _logged_values(block, key)
+        values = block.values(key)
         if values is None:
             continue
         there = np.flatnonzero(np.isfinite(values))
@@ -552,7 +543,7 @@ def yaw_settings(block: LoggedTable, travel: np.ndarray, known: Settings) -> Set
 def column_settings(block: LoggedTable, section: Section) -> Settings:
     """The mean tension, the direction, where the run starts on the belt and across it, of columns that hold them."""
     found: Settings = {}
-    tension, start, direction, y0 = (_logged_values(block, k) for k in ("tension", "start", "direction", "y0"))
+    tension, start, direction, y0 = (block.values(k) for k in ("tension", "start", "direction", "y0"))
     if y0 is not None:
         found["y0"] = Setting(float(y0[np.isfinite(y0)][0]), "its column")
     if tension is not None:
@@ -569,20 +560,11 @@ def column_settings(block: LoggedTable, section: Section) -> Settings:
     return found
 
 
-def _logged_values(block: LoggedTable, role: str) -> np.ndarray | None:
-    """Numbers [SI] of a column; None where it holds none."""
-    values = block.values(role)
-    return None if values is None or not np.isfinite(values).any() else values
-
-
 def questions(name: str, settings: Settings, file: str) -> list[Question]:
     """Questions on settings of a run that nothing tells."""
     yaw = f"to which yaw was the tail pulley turned in run {name} ({file}; 0 for a run without yaw)?"
-    asked = {
-        "tension": (f"at which tension was run {name} ({file})?", "10 N/mm2"),
-        "yaw": (yaw, "-0.042 deg"),
-    }
-    return [Question(path=("runs", name, k), text=t, example=e) for k, (t, e) in asked.items() if k not in settings]
+    asked = ("tension", f"at which tension was run {name} ({file})?", "10 N/mm2"), ("yaw", yaw, "-0.042 deg")
+    return [Question(("runs", name, k), text, example) for k, text, example in asked if k not in settings]
 
 
 # ---- tables of steady rates: one row a run, as published tables and digitised figures are
