@@ -501,109 +501,99 @@ def check_repeats(campaign: Campaign) -> list[Suspicion]:
     model, with what the same run would do at another tension (by the runs at the same yaw), after another yaw (in
     proportion), and with a further drift, beside what comes round with the belt; the time between the runs is told.
     """
-    records = counted_from_yaw([r for r in records_of(campaign) if r.sheet.kind == "lateral"])
     of_run: dict[str, dict[str, Record]] = defaultdict(dict)
-    for record in records:
+    for record in counted_from_yaw([r for r in records_of(campaign) if r.sheet.kind == "lateral"]):
         of_run[record.run.name][record.sheet.name] = record
     series, found = defaultdict[str, list[Run]](list), []
     for run in campaign.runs:
         series[run.repeat_of or run.name].append(run)
     for alike in series.values():
-        alike = [run for run in alike if of_run[run.name].keys() & of_run[alike[0].name].keys()]
-        if len(alike) < 2:
+        there = [run for run in alike if of_run[run.name].keys() & of_run[alike[0].name].keys()]
+        if len(there) > 1 and (names := sorted(set.intersection(*(set(of_run[run.name]) for run in there)))):
+            found += _odd_repeats(campaign, of_run, there, names)
+    return found
+
+
+def _odd_repeats(
+    campaign: Campaign, of_run: dict[str, dict[str, Record]], alike: list[Run], names: list[str]
+) -> list[Suspicion]:
+    """Return the runs of one setting that differ from the others; of_run: records of every run by signal."""
+    first, several, found = alike[0], len(alike) > 2, []
+    end = min(of_run[run.name][n].travel[-1] for run in alike for n in names)
+    s = np.linspace(0.0, end, 4 * _GRID)
+    # a curved edge comes round with the belt, in another phase where a run starts elsewhere
+    turns = end / float(rig_of(campaign).belt_length)
+    phases = 2.0 * np.pi * turns * np.outer(s / end, np.arange(1, 1 + min(WAVES, int(len(s) / (4.0 * turns)))))
+    waves = np.concatenate([np.cos(phases), np.sin(phases)], axis=1) if turns > ROUNDS else np.zeros((len(s), 0))
+
+    def curves_of(run: Run) -> np.ndarray:
+        records = [of_run[run.name][n] for n in names]
+        return np.array([np.interp(s, r.travel, r.readings) for r in records]) * np.sign(run.yaw or 1.0)
+
+    curves = np.array([curves_of(run) for run in alike])
+    judged = alike if several else alike[1:]
+    of_others = [np.median(np.delete(curves, alike.index(run), axis=0), axis=0) for run in judged]
+    apart = curves[-len(judged) :] - of_others  # (runs, signals, travel)
+    basis = np.hstack([np.vander(s / end, DEGREE + 1), waves])
+    sizes = np.linalg.lstsq(basis, apart.reshape(-1, len(s)).T, rcond=None)[0]
+    rounds = (waves @ sizes[DEGREE + 1 :]).T.reshape(apart.shape)  # what comes round with the belt
+    off = np.abs((apart - rounds)[..., -len(s) // 5 :].mean(axis=2))  # (runs, signals)
+    same_start = np.ptp([r.start or 0.0 for r in alike]) == 0.0
+    elsewhere, heights = not (several and same_start), rounds.std(axis=(1, 2))
+    for k, run in enumerate(judged):
+        name, size = names[int(np.argmax(off[k]))], float(off[k].max())
+        its = of_run[first.name][name]
+        error = math.hypot(its.drift_error, 0.5 * campaign.settings.yaw_u * end)  # drift per yaw is about a half
+        # its height at the yaw stays in all that follows; of several that of the others, as a fault has one too
+        height = max(np.median(heights), heights[k]) if elsewhere else np.median(np.delete(heights, k))
+        error = math.sqrt(2.0) * math.hypot(error, campaign.settings.tension_rel * its.rms, height)
+        usual = float(np.median(np.delete(off.max(axis=1), k))) if several else math.inf
+        beyond = size >= APART * error
+        # a mean of many readings errs less
+        odd = len(alike) > FEWEST_RUNS and size >= max(ODD * usual, 0.5 * APART * its.drift_error)
+        if not (beyond or odd):
             continue
-        first, names = alike[0], sorted(set.intersection(*(set(of_run[run.name]) for run in alike)))
-        if not names:
-            continue
-        end = min(of_run[run.name][n].travel[-1] for run in alike for n in names)
-        s = np.linspace(0.0, end, 4 * _GRID)
-        # a curved edge comes round with the belt, in another phase where a run starts elsewhere
-        turns = end / float(rig_of(campaign).belt_length)
-        phases = 2.0 * np.pi * turns * np.outer(s / end, np.arange(1, 1 + min(WAVES, int(len(s) / (4.0 * turns)))))
-        waves = np.concatenate([np.cos(phases), np.sin(phases)], axis=1) if turns > ROUNDS else np.zeros((len(s), 0))
-        drift = np.vander(s / end, DEGREE + 1)
 
-        def stacked(run: Run, s: np.ndarray = s, names: list[str] = names) -> np.ndarray:
-            curves = [np.interp(s, of_run[run.name][n].travel, of_run[run.name][n].readings) for n in names]
-            return np.concatenate(curves) * np.sign(run.yaw or 1.0)
+        def share(shape: np.ndarray, apart: np.ndarray = (apart - rounds)[k]) -> tuple[float, float]:
+            """Return how much of a shape the difference holds, and which share of its squares that explains."""
+            size = float(np.sum(shape * apart)) / max(float(np.sum(shape**2)), 1e-300)
+            return size, 1.0 - float(np.sum((apart - size * shape) ** 2)) / float(np.sum(apart**2))
 
-        curves, several = {run.name: stacked(run) for run in alike}, len(alike) > 2
-        of_others = {  # the median of the others, the first run of two
-            run.name: np.median([y for name, y in curves.items() if name != run.name], axis=0)
-            for run in (alike if several else alike[1:])
-        }
-        rounds, off = dict[str, np.ndarray](), dict[str, np.ndarray]()  # what comes round with the belt; the rest's end
-        for name, before in of_others.items():
-            apart = (curves[name] - before).reshape(len(names), -1)
-            sizes = np.linalg.lstsq(np.hstack([drift, waves]), apart.T, rcond=None)[0]
-            rounds[name] = (waves @ sizes[DEGREE + 1 :]).T
-            off[name] = np.abs((apart - rounds[name])[:, -len(s) // 5 :].mean(axis=1))
-        elsewhere = not several or np.ptp([r.start or 0.0 for r in alike]) > 0.0
-        for run in (run for run in alike if run.name in of_others):
-            before, ends = of_others[run.name], off[run.name]
-            apart = curves[run.name] - before - rounds[run.name].ravel()
-            name = names[int(np.argmax(ends))]
-            its = of_run[first.name][name]
-            error = math.hypot(its.drift_error, 0.5 * campaign.settings.yaw_u * end)  # drift per yaw is about a half
-            # its height at the yaw stays in all that follows; of several that of the others, as a fault has one too
-            heights = [float(np.std(x)) for k, x in rounds.items() if elsewhere or k != run.name]
-            height = max(float(np.median(heights)), float(np.std(rounds[run.name])) if elsewhere else 0.0)
-            error = math.sqrt(2.0) * math.hypot(error, campaign.settings.tension_rel * its.rms, height)
-            usual = float(np.median([x.max() for k, x in off.items() if k != run.name])) if several else math.inf
-            beyond = ends.max() >= APART * error
-            least = max(ODD * usual, 0.5 * APART * its.drift_error)  # a mean of many readings errs less
-            odd = len(alike) > FEWEST_RUNS and ends.max() >= least
-            if not (beyond or odd):
-                continue
-
-            def share(shape: np.ndarray, apart: np.ndarray = apart) -> tuple[float, float]:
-                """Return how much of a shape the difference holds, and which share of its squares that explains."""
-                size = float(shape @ apart) / max(float(shape @ shape), 1e-300)
-                return size, 1.0 - float(np.sum((apart - size * shape) ** 2)) / float(apart @ apart)
-
-            size, explained = share(before)
-            likely = [(explained, f"as after {1.0 + size:.3g} times the yaw")]
-            size, explained = share(np.tile(s, len(names)))
-            likely.append((explained, f"as with a further drift of {1e3 * size * np.sign(first.yaw or 1.0):+.2g} mm/m"))
-            for other in campaign.runs:
-                same = other.direction == first.direction and abs(abs(other.yaw) - abs(first.yaw)) < 0.05 * abs(
-                    first.yaw
-                )
-                there = of_run[other.name]
-                reaches = all(n in there and there[n].travel[-1] >= end for n in names)
-                if same and reaches and other.tension != first.tension:
-                    size, explained = share(stacked(other) - before)
-                    tension = first.tension * (other.tension / first.tension) ** size
-                    words = f"as at {tension / N_PER_MM2:.3g} N/mm2 instead of {first.tension / N_PER_MM2:.3g}"
-                    likely.append((explained, words))
-            best, words = max(likely)
-            others = (
-                f"the {len(alike) - 1} other runs of its setting" if len(alike) > 2 else f"its first run {first.name}"
-            )
-            sentence = f"differs from {others} by {ends.max() / MM:.2g} mm in {name} (one sigma {error / MM:.1g})"
-            sentence += "" if beyond else f", {ends.max() / usual:.0f} times as far as they do, most of them"
-            sentence += _hours_between(first, run) if run is not first else ""
-            sentence += f", {words} ({100.0 * best:.0f} % of the squares)" if best > 0.6 else ""
-            remedy = (
-                "; leave it out if it is spoilt (skip: true in an import's mapping), else something changes between"
-            )
-            sentence += f"{remedy} the runs: log tension, yaw and temperature with the time of day"
-            alone = turns > ROUNDS or np.ptp([r.start or 0.0 for r in alike]) == 0.0  # else it may be the belt's edge
-            found.append(Suspicion(run.name, (), "repeats", sentence, "stop" if alone and beyond else "look"))
+        times, explained = share(of_others[k])
+        likely = [(explained, f"as after {1.0 + times:.3g} times the yaw")]
+        drift, explained = share(np.tile(s, (len(names), 1)))
+        likely.append((explained, f"as with a further drift of {1e3 * drift * np.sign(first.yaw or 1.0):+.2g} mm/m"))
+        for other in campaign.runs:
+            same = other.direction == first.direction and abs(abs(other.yaw) - abs(first.yaw)) < 0.05 * abs(first.yaw)
+            there = of_run[other.name]
+            reaches = all(n in there and there[n].travel[-1] >= end for n in names)
+            if same and reaches and other.tension != first.tension:
+                part, explained = share(curves_of(other) - of_others[k])
+                tension = first.tension * (other.tension / first.tension) ** part
+                words = f"as at {tension / N_PER_MM2:.3g} N/mm2 instead of {first.tension / N_PER_MM2:.3g}"
+                likely.append((explained, words))
+        best, words = max(likely)
+        others = f"the {len(alike) - 1} other runs of its setting" if several else f"its first run {first.name}"
+        sentence = f"differs from {others} by {size / MM:.2g} mm in {name} (one sigma {error / MM:.1g})"
+        sentence += "" if beyond else f", {size / usual:.0f} times as far as they do, most of them"
+        sentence += _hours_between(first, run) if run is not first else ""
+        sentence += f", {words} ({100.0 * best:.0f} % of the squares)" if best > 0.6 else ""
+        sentence += "; leave it out if it is spoilt (skip: true in an import's mapping), else something changes between"
+        sentence += " the runs: log tension, yaw and temperature with the time of day"
+        alone = turns > ROUNDS or same_start  # else it may be the belt's edge
+        found.append(Suspicion(run.name, (), "repeats", sentence, "stop" if alone and beyond else "look"))
     return found
 
 
 def _hours_between(first: Run, run: Run) -> str:
     """Return how much later a run started, in words; "" where their clocks do not tell."""
+    clocks = [r.started if "-" in r.started[:5] else f"2000-01-01T{r.started}" for r in (first, run)]
     try:
-        begun = [
-            datetime.fromisoformat(r.started if "-" in r.started[:5] else f"2000-01-01T{r.started}")
-            for r in (first, run)
-        ]
-        hours = (begun[1] - begun[0]).total_seconds() / 3600.0
+        begun, ended = map(datetime.fromisoformat, clocks)
+        hours = (ended - begun).total_seconds() / 3600.0
     except (ValueError, TypeError):
         return ""
-    return f", {hours:.2g} h later" if hours >= 0.0 else f", {-hours:.2g} h earlier"
+    return f", {abs(hours):.2g} h {'later' if hours >= 0.0 else 'earlier'}"
 
 
 def counted_from_yaw(records: list[Record]) -> list[Record]:
