@@ -114,13 +114,13 @@ def resolution(y: np.ndarray) -> float:
 def records_of(campaign: Campaign) -> list[Record]:
     """Return the records of all signals of all runs that have a reading."""
     sheets = {sheet.name: sheet for sheet in campaign.signals}
-    found = []
-    for run in campaign.runs:
-        for name, readings in run.signals.items():
-            rows = np.flatnonzero(np.isfinite(readings))
-            travel = run.travel[rows] - run.yaw_at
-            found.append(Record(run=run, sheet=sheets[name], rows=rows, travel=travel, readings=readings[rows]))
-    return found
+
+    def record(run: Run, name: str, readings: np.ndarray) -> Record:
+        rows = np.flatnonzero(np.isfinite(readings))
+        common = {"run": run, "sheet": sheets[name], "rows": rows}
+        return Record(**common, travel=run.travel[rows] - run.yaw_at, readings=readings[rows])
+
+    return [record(run, *signal) for run in campaign.runs for signal in run.signals.items()]
 
 
 def pairs_at(records: list[Record], one: str, other: str) -> list[tuple[Record, Record]]:
@@ -169,9 +169,6 @@ SHIFTED, UNSTATED, FORGOTTEN = 12.0, 5.0, 1.8
 FEWEST_RUNS = 4
 
 
-# ---- readings that are none
-
-
 def leave_out_bad_readings(campaign: Campaign) -> tuple[Campaign, tuple[Suspicion, ...]]:
     """Return the campaign with spikes and short dropouts blanked, and what was left out where.
 
@@ -202,29 +199,29 @@ def check_record(record: Record) -> list[Suspicion]:
     y, s = record.readings, record.travel + record.run.yaw_at
     if len(y) < FEWEST:
         return []
-    stuck, clipped = _stuck_stretch(record), _clipped_values(y)
-    spikes = spike_sizes(y, LEAST_SCATTER * record.stated_noise)
     kind: SuspicionKind = "dropout"
-    if len(stuck):
+    severity: Severity = "stop"
+    spikes = spike_sizes(y, LEAST_SCATTER * record.stated_noise)
+    if len(stuck := _stuck_stretch(record)):
         what = "exactly 0" if y[stuck[0]] == 0.0 else "one and the same value"
         sentence = f"{len(stuck)} readings in a row are {what}, from travel {s[stuck[0]]:.6g} to {s[stuck[-1]]:.6g} m"
         sentence += ": the sensor dropped out or stuck"
-    elif clipped:
+    elif clipped := _clipped_values(y):
         kind, side = "clipped", "above" if clipped[0] == y.max() else "below"
         sentence = f"{np.sum(y == clipped[0])} readings are exactly the extreme value and none is {side} it: clipped"
     elif spikes.any():
         sentence = f"{np.count_nonzero(spikes)} readings jump by more than {SPIKE:g} times the scatter, the largest at"
         sentence += f" {s[int(np.argmax(spikes))]:.6g} m: the sensor drops out"
     elif record.sheet.kind == "lateral" and (row := _step_row(record)):
-        kind, size = "shifted", (np.median(y[row : row + STEP_ROWS]) - np.median(y[row - STEP_ROWS : row])) / MM
+        kind, severity = "shifted", "look"
+        size = (np.median(y[row : row + STEP_ROWS]) - np.median(y[row - STEP_ROWS : row])) / MM
         sentence = (
             f"its readings step by {size:+.2g} mm at travel {s[row]:.6g} m: the sensor was moved or failed there, or"
         )
         sentence += " the belt's edge has a step (a weld)"
-        return [Suspicion(record.run.name, (record.sheet.name,), kind, sentence, "look")]
     else:
         return []
-    return [Suspicion(record.run.name, (record.sheet.name,), kind, sentence)]
+    return [Suspicion(record.run.name, (record.sheet.name,), kind, sentence, severity)]
 
 
 def _step_row(record: Record) -> int:
@@ -241,29 +238,24 @@ def _step_row(record: Record) -> int:
     return largest + STEP_ROWS if is_step else 0
 
 
-# ---- sensors that stick or clip
-
-
 def _stuck_stretch(record: Record) -> np.ndarray:
     """Return the places (k,) of the longest streak of equal readings.
 
-    There are none where a sensor of this resolution reaches it by chance (by all other streaks, as the longest says
-    nothing about the resolution), and where it is at an extreme (that is clipping).
+    None where a sensor of this resolution reaches it by chance (by all other streaks, as the longest says nothing about
+    the resolution), and where it is at an extreme (that is clipping).
     """
     y = record.readings
     starts = np.concatenate([[0], np.flatnonzero(np.diff(y) != 0.0) + 1])
     lengths = np.diff(np.concatenate([starts, [len(y)]]))
-    longest = int(np.argmax(lengths))
-    streak = starts[longest] + np.arange(lengths[longest])
-    first, last, value = streak[0], streak[-1], y[streak[0]]
-    others = lengths[lengths < max(lengths.max(), 2)]
+    first, longest = int(starts[np.argmax(lengths)]), int(lengths.max())
+    last, value = first + longest - 1, y[first]
+    others = lengths[lengths < max(longest, 2)]
     equal = float((others - 1).sum()) / max(int(others.sum()), 1)
-    expected = math.log(lengths.sum()) / -math.log(equal) if 0.0 < equal < 1.0 else 0.0
-    if len(streak) < max(STREAK, STREAK_FACTOR * expected) or (value == 0.0 and record.travel[last] <= 0.0):
-        return streak[:0]
+    expected = math.log(len(y)) / -math.log(equal) if 0.0 < equal < 1.0 else 0.0
     jump = max(abs(value - y[max(first - 1, 0)]), abs(value - y[min(last + 1, len(y) - 1)]))
+    is_short = longest < max(STREAK, STREAK_FACTOR * expected) or (value == 0.0 and record.travel[last] <= 0.0)
     is_clipped = value in _clipped_values(y) and jump < SPIKE * record.stated_noise
-    return streak[:0] if is_clipped else streak
+    return np.arange(0) if is_short or is_clipped else np.arange(first, last + 1)
 
 
 def _clipped_values(y: np.ndarray) -> list[float]:
@@ -278,12 +270,7 @@ def _clipped_values(y: np.ndarray) -> list[float]:
     leaves = int(np.argmax(np.abs(y - y[0]) > AT_REST * np.median(np.diff(levels))))
     counts = counts - np.sum(y[:leaves, None] == levels, axis=0)
     ends = (levels[-1], counts[-1], counts[-4:-1].max()), (levels[0], counts[0], counts[1:4].max())
-    return [
-        float(value) for value, count, beside in ends if value != 0.0 and count >= PILE and count > PILE_FACTOR * beside
-    ]
-
-
-# ---- spikes
+    return [float(v) for v, n, beside in ends if v != 0.0 and n >= PILE and n > PILE_FACTOR * beside]
 
 
 def jumps(y: np.ndarray, least: float) -> np.ndarray:
@@ -315,9 +302,6 @@ def few_spikes(y: np.ndarray, least: float, lone: float = LONE_SPIKE) -> np.ndar
     return spikes if len(spikes) < MOST_SPIKES * len(y) else spikes[:0]
 
 
-# ---- blanks
-
-
 def check_gaps(campaign: Campaign) -> list[Suspicion]:
     """Return long blank stretches inside signals, and signals that are missing in some runs only."""
     found = []
@@ -332,15 +316,13 @@ def check_gaps(campaign: Campaign) -> list[Suspicion]:
             if steps[worst] > max(GAP_STEPS * usual, GAP_SHARE * (run.travel[-1] - run.travel[0])):
                 sentence = f"no readings from travel {edges[worst]:.6g} to {edges[worst + 1]:.6g} m"
                 found.append(Suspicion(run.name, (name,), "dropout", sentence, "look"))
-        for name in sorted({n for other in recorded for n in other.signals} - set(run.signals)):
-            share = sum(name in other.signals for other in recorded) / len(recorded)
-            if share > 0.5:
-                sentence = "no readings at all, though most runs have them"
-                found.append(Suspicion(run.name, (name,), "dropout", sentence, "look"))
+        most = {
+            n for r in recorded for n in r.signals if sum(n in other.signals for other in recorded) > len(recorded) / 2
+        }
+        for name in sorted(most - set(run.signals)):
+            sentence = "no readings at all, though most runs have them"
+            found.append(Suspicion(run.name, (name,), "dropout", sentence, "look"))
     return found
-
-
-# ---- travel and scatter of another magnitude than stated, or than in other runs: a unit slipped
 
 
 def check_travel(campaign: Campaign) -> list[Suspicion]:
@@ -367,12 +349,10 @@ def check_travel(campaign: Campaign) -> list[Suspicion]:
     usual = float(np.median(paces or [1.0]))
     if not found and len(paces) >= FEWEST_RUNS and np.ptp(paces) < ENCODER < abs(usual - 1.0):
         sentence = (
-            f"in every run travel is {usual:.4g} times speed times time: the wheel that counts the travel slips or"
+            f"in every run travel is {usual:.4g} times speed times time: the wheel that counts the travel slips or is "
+            f"scaled wrongly (true travel {1.0 / usual:.3g} times the recorded?), or the speed is; one turn of the "
+            f"belt, mark to mark, is {float(rig_of(campaign).belt_length):.4g} m"
         )
-        sentence += (
-            f" is scaled wrongly (true travel {1.0 / usual:.3g} times the recorded?), or the speed is; one turn of"
-        )
-        sentence += f" the belt, mark to mark, is {float(rig_of(campaign).belt_length):.4g} m"
         found.append(Suspicion(None, (), "travel", sentence, "look"))
     return found
 
@@ -391,14 +371,11 @@ def check_noise(records: list[Record]) -> list[Suspicion]:
         if len(record.readings) >= FEWEST and noise > 0.0:
             ratios[record.sheet.name][record.run.name] = noise / record.stated_noise
 
-    def is_slip(ratio: float) -> bool:
-        return not 1.0 / NOISE_FACTOR < ratio < NOISE_FACTOR
-
     found = []
     for signal, of_run in ratios.items():
-        off = {run: r for run, r in of_run.items() if is_slip(r)}
-        others = {run: [r for name, r in of_run.items() if name != run] or [1.0] for run in of_run}
-        odd = {run for run, r in of_run.items() if is_slip(r / float(np.median(others[run])))}
+        off = {run: r for run, r in of_run.items() if abs(math.log(r)) >= math.log(NOISE_FACTOR)}
+        others = {run: np.median([r for name, r in of_run.items() if name != run] or [1.0]) for run in of_run}
+        odd = {run for run, r in of_run.items() if abs(math.log(r / others[run])) >= math.log(NOISE_FACTOR)}
         alone = {run: r for run, r in off.items() if run in odd} if odd <= set(off) else off
         if len(alone) < len(off):
             own = [r for r in records if r.sheet.name == signal and r.sheet.kind == "lateral" and r.run.yaw != 0.0]
@@ -411,9 +388,6 @@ def check_noise(records: list[Record]) -> list[Suspicion]:
             sentence = f"its scatter is {ratio:.3g} times the stated one: its unit slipped, or the sensor broke"
             found.append(Suspicion(run, (signal,), "unit_slip", sentence))
     return found
-
-
-# ---- where a run begins
 
 
 def check_starts(
@@ -433,6 +407,7 @@ def check_starts(
             s, y = record.travel[after], record.readings[after]
             if len(s) < 4 * FEWEST_ON_LINE or s[0] > max(reach, s[1] - s[0]):
                 continue
+            # a line through the first readings
             count = max(FEWEST_ON_LINE, int(np.searchsorted(s, reach)))
             line = np.polynomial.Polynomial.fit(s[:count], y[:count], 1)
             path = curvature_share * abs(record.run.yaw) * float(s[count - 1])
@@ -479,10 +454,8 @@ def check_running_start(campaign: Campaign, records: list[Record]) -> list[Suspi
             errors.append(math.hypot(*(error for _, error in own)) / 2.0)
     if len(rates) < FEWEST_RUNS:
         return []
-    rate, error = (
-        float(np.mean(rates)),
-        max(float(np.mean(errors)), float(np.std(rates, ddof=1))) / math.sqrt(len(rates)),
-    )
+    rate = float(np.mean(rates))
+    error = max(float(np.mean(errors)), float(np.std(rates, ddof=1))) / math.sqrt(len(rates))
     if abs(rate) < CLEAR * error:
         return []
     sentence = (
@@ -601,10 +574,8 @@ def counted_from_yaw(records: list[Record]) -> list[Record]:
 
     What a machine does before the yaw is no error of zero, wherever its sensors were set to zero.
     """
-    return [
-        replace(r, readings=r.readings - reading_at_yaw(r.travel, r.readings)) if r.sheet.kind == "lateral" else r
-        for r in records
-    ]
+    rest = ((r, reading_at_yaw(r.travel, r.readings) if r.sheet.kind == "lateral" else 0.0) for r in records)
+    return [replace(r, readings=r.readings - at_yaw) for r, at_yaw in rest]
 
 
 def reading_at_yaw(travel: np.ndarray, readings: np.ndarray) -> float:
@@ -654,9 +625,6 @@ OPPOSED, ALIKE_SIZE = -0.8, 1.5
 _GRID = 100
 
 
-# ---- the lead of the tail over the head
-
-
 class Lead(NamedTuple):
     """Mean lead and drift of one run over beta L/2 [1], from one tail and one head signal, after a span; yaw [rad]."""
 
@@ -691,7 +659,6 @@ def check_leads(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
 
 
 def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
-    """Return what is wrong by the leads of one tail over one head signal in all runs."""
     factors = np.array([lead.lead for lead in leads])
     common = len(leads) > 1 and factors.min() > 0.0 and factors.max() <= ALIKE * factors.min()
     if common and (factors.min() > HIGH or factors.max() < LOW):
@@ -702,7 +669,6 @@ def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
     usual = float(np.median([abs(lead.yaw) for lead in leads]))
 
     def is_odd(lead: Lead) -> bool:
-        """Whether a lead is turned round (at a yaw larger than machine faults) or of another magnitude."""
         size, yaw = abs(lead.lead), abs(lead.yaw)
         small = size * yaw < LOW * usual / 2.0 or (size < LOW and yaw > HIGH * usual)
         return (lead.lead < -REVERSED and yaw > 0.5 * usual) or small or size > HIGH
@@ -716,9 +682,7 @@ def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
         if across and lead.lead < LOW and float(np.median(across)) > OFFSET:
             continue  # the yaw offset of a pulley explains it
         certain = len(odd) < len(leads) or bool(across)
-        if (
-            lead.lead >= 0.0
-        ):  # certain if the yaw implied by the lead, but not the stated yaw, is that of the other runs
+        if lead.lead >= 0.0:  # certain if the yaw implied by the lead, but not the stated one, is that of other runs
             others = [abs(other.yaw) for other in leads if other is not lead]
             stated = abs(lead.yaw) / float(np.median(others)) if others else 1.0
             certain = 1.0 / ALIKE < stated * abs(lead.lead) < ALIKE and not 1.0 / ALIKE < stated < ALIKE
@@ -729,14 +693,11 @@ def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
 
 
 def _suspicion(lead: Lead, severity: Severity) -> Suspicion:
-    """Describe an odd lead: slipped unit, exchanged columns or wrong sign."""
     run, names = lead.tail.run, (lead.tail.sheet.name, lead.head.sheet.name)
     if run.run_in > 0.0 and run.travel[0] >= run.yaw_at:  # no reading shows the belt before its yaw
         given = f"what the yaw of {math.degrees(lead.yaw):.3g} deg, set when the record began, gives"
-        sentence = (
-            f"{' and '.join(names)} differ by {lead.lead:.2g} times {given}: it was on before (yaw_at_m below 0, or"
-        )
-        sentence += " run_in_m: unknown), or else the two columns are exchanged, or a sign or a unit is another"
+        sentence = f"{' and '.join(names)} differ by {lead.lead:.2g} times {given}: it was on before (yaw_at_m below 0,"
+        sentence += " or run_in_m: unknown), or else the two columns are exchanged, or a sign or a unit is another"
         return Suspicion(run.name, (), "running_start", sentence, severity)
     times = f"{lead.lead:.2g} times what the yaw of {math.degrees(lead.yaw):.3g} deg gives"
     seen = f"{' and '.join(names)} differ by {times} in the end"
@@ -774,9 +735,6 @@ def _turned_column(leads: list[Lead], span: float) -> list[Suspicion]:
     return [Suspicion(None, (turned.sheet.name,), "wrong_sign", sentence, severity)]
 
 
-# ---- the way across a pulley
-
-
 def check_wraps(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     """Return exchanged points of one pulley: the run-off must repeat the run-up one wrapped arc later, not earlier."""
     machine, found = campaign.machine, []
@@ -804,9 +762,6 @@ def _misfit(up: Record, off: Record, arc: float) -> float:
     return float(np.var(rest)) + 0.5 * noise
 
 
-# ---- two sensors at one place, or at two
-
-
 def check_places(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     """Return signals stated at one place that differ, and signals stated at two places that agree."""
     of_pair: dict[tuple[str, str], list[tuple[Record, Record]]] = defaultdict(list)
@@ -817,22 +772,17 @@ def check_places(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     found = []
     for names, pairs in of_pair.items():
         first, second = (r.sheet.at for r in pairs[0])
-        sentence = ""
+        off = float(np.median([_difference(*pair) / _noise(*pair) for pair in pairs]))
         if first != second and _read_the_same(campaign, pairs):
             sentence = f"read the same, though stated at {first} and {second}: both are at one place, or a column was"
-            sentence += " copied"
-        off = float(np.median([_difference(*pair) / _noise(*pair) for pair in pairs]))
-        if first == second and off >= OTHER_PLACE:
-            sentence = (
-                f"both are stated at {first}, but differ by {off:.0f} times their noise: one of them is elsewhere"
-            )
-        if sentence:
+            found.append(Suspicion(None, names, "same_place", f"{sentence} copied"))
+        elif first == second and off >= OTHER_PLACE:
+            sentence = f"both are stated at {first}, but differ by {off:.0f} times their noise: one is elsewhere"
             found.append(Suspicion(None, names, "same_place", sentence))
     return found
 
 
 def _read_the_same(campaign: Campaign, pairs: list[tuple[Record, Record]]) -> bool:
-    """Return whether two signals of two places are equal, or agree although the yaw must part them."""
     if all(np.array_equal(a.readings, b.readings) and len(np.unique(a.readings)) > FEWEST for a, b in pairs):
         return True
     if {r.sheet.at for r in pairs[0]} not in [set(places) for places in TAIL_AND_HEAD]:
@@ -852,29 +802,21 @@ def _difference(a: Record, b: Record) -> float:
 
 
 def _noise(a: Record, b: Record) -> float:
-    """Return the standard deviation of a - b that the instruments explain [m]."""
     gains = [r.sheet.gain * float(np.std(r.readings)) for r in (a, b)]
     return math.hypot(*gains, *(x for r in (a, b) for x in (r.measured_noise, r.sheet.white, r.sheet.wander_sd)))
-
-
-# ---- where the belt stands across the pulleys
 
 
 def check_places_across(campaign: Campaign) -> list[Suspicion]:
     """Return a place y0 off the middle of the pulleys that no belt has that lies on them, the largest of all runs."""
     width = campaign.belt.width.value
     far = [run for run in campaign.runs if abs(run.y0 or 0.0) > 0.5 * width]
-    if not far:
+    worst = max(far, key=lambda run: abs(run.y0 or 0.0), default=None)
+    if worst is None or worst.y0 is None:
         return []
-    worst = max(far, key=lambda run: abs(run.y0 or 0.0))
-    sentence = f"the belt stands y0 = {(worst.y0 or 0.0) / MM:.4g} mm off the middle of the pulleys, which is"
-    sentence += f" {abs(worst.y0 or 0.0) / width:.3g} times its width: y0_mm in runs.csv counts from there"
+    sentence = f"the belt stands y0 = {worst.y0 / MM:.4g} mm off the middle of the pulleys, which is"
+    sentence += f" {abs(worst.y0) / width:.3g} times its width: y0_mm in runs.csv counts from there"
     sentence += f" (so in {len(far)} of {len(campaign.runs)} runs)" if len(far) > 1 else ""
-    severity: Severity = "stop" if abs(worst.y0 or 0.0) > width else "look"
-    return [Suspicion(worst.name, (), "shifted", sentence, severity)]
-
-
-# ---- one run against the others
+    return [Suspicion(worst.name, (), "shifted", sentence, "stop" if abs(worst.y0) > width else "look")]
 
 
 def check_signs(records: list[Record]) -> list[Suspicion]:
@@ -1012,10 +954,8 @@ def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
 
     def others(records: list[Record], suspected: list[Suspicion]) -> list[Record]:
         """The records that none of these suspicions concerns."""
-        of = [(s.run, s.signals) for s in suspected]
-        return [
-            r for r in records if not any(n in (None, r.run.name) and sigs in ((), (r.sheet.name,)) for n, sigs in of)
-        ]
+        of = {(s.run, s.signals) for s in suspected}
+        return [r for r in records if not of & {(run, s) for run in (None, r.run.name) for s in ((), (r.sheet.name,))}]
 
     gaps = check_gaps(campaign)
     campaign, left_out = leave_out_bad_readings(campaign)
