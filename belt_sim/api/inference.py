@@ -93,10 +93,9 @@ def diagnose(
         raise InputError("hold_out", "all runs", "", "leave at least one run to fit to")
     chosen = fitted_model(campaign_model(model, campaign))
     classes = candidates_of(effects, chosen, leave_out)
-    own = [cls for cls in classes if getattr(cls, "source_file", None)]  # of the user's own
-    admitted = tuple(line for cls in own for line in admit(cls, chosen, campaign))
-    if beside_points(campaign):
-        admitted = (*admitted, f"{', '.join(beside_points(campaign))}: not at points 1-4, so no unknown law is sought")
+    admitted = [line for c in classes if getattr(c, "source_file", None) for line in admit(c, chosen, campaign)]
+    if beside := beside_points(campaign):
+        admitted.append(f"{', '.join(beside)}: not at points 1-4, so no unknown law is sought")
     for line in admitted:
         tell(line)
     compile_ahead(campaign, chosen, classes)
@@ -113,19 +112,19 @@ def diagnose(
         doubtful = [*running, *(e.suspicion for e in of_sheet if e.certain)]
         findings = examine(
             own, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful, checked=checked,
-            laws=None if beside_points(campaign) else LawSearch(tell_stage), tell=tell_stage,
+            laws=None if beside else LawSearch(tell_stage), tell=tell_stage,
         )  # fmt: skip
         if not any(s.severity == "stop" for s in findings.suspicions):  # mistakes that explain more are told beside
             better = [e for e in of_sheet if e.gain > findings.decision.best.gain]
-            beside = [e.suspicion for e in better if e.gain > better[0].gain - APART**2]
+            told = [e.suspicion for e in better if e.gain > better[0].gain - APART**2]
             turned = [e for e in of_sheet if e.mistake.kind == "direction" and e not in better]
-            beside += [replace(e.suspicion, kind="travel") for e in turned]  # it explains less than the effects
-            findings = replace(findings, suspicions=(*findings.suspicions, *beside))
+            told += [replace(e.suspicion, kind="travel") for e in turned]  # it explains less than the effects
+            findings = replace(findings, suspicions=(*findings.suspicions, *told))
         stages(bootstraps, "")
         drawn, final = drawings_of(findings), final_model(findings)[1]
         if final is not findings.named:  # no effect, but a law: its curves are drawn
             drawn = replace(drawn, overlays=overlays(findings.bench, findings.nothing.values, final.values))
-        found = replace(describe(findings, seed=seed, config=config), admitted=admitted, drawings=drawn)
+        found = replace(describe(findings, seed=seed, config=config), admitted=tuple(admitted), drawings=drawn)
         if {cls.id for cls in candidates_of(None, chosen)} - {cls.id for cls in classes}:
             found = replace(found, asked_for=len(classes))
         if findings.law is not None:
@@ -209,16 +208,14 @@ def check(
     flag("advise", advise)
     planned = not isinstance(campaign, Campaign) and is_plan(campaign)
     BOUNDS["travel"].check(travel, name="travel")
-    if not step > 0.0 or travel / step > MOST_PLANNED:
-        remedy = f"between readings of planned runs; {travel / MOST_PLANNED:g} or more ({MOST_PLANNED} readings a run)"
+    least = travel / MOST_PLANNED
+    if not least <= step or step <= 0.0 or (planned and step >= travel / 10.0):
+        remedy = f"between readings of planned runs; {least:g} ({MOST_PLANNED} readings a run) to {travel / 10.0:g}"
         raise InputError("step", f"{step:g}", "m", remedy)
-    if planned and not step < travel / 10.0:
-        raise InputError("step", step, "m", f"between readings of planned runs; above 0 and below {travel / 10.0:g}")
     for name, value, usual in (("travel", travel, PLANNED_TRAVEL), ("step", step, PLANNED_STEP)):
         if not planned and value != usual:
-            raise InputError(
-                name, value, "m", "is of planned runs; these are measured, with travels of their own: leave it"
-            )
+            remedy = "is of planned runs; these are measured, with travels of their own: leave it"
+            raise InputError(name, value, "m", remedy)
     missing: tuple[Run, ...] = ()
     if isinstance(campaign, Campaign):
         read = campaign
@@ -287,10 +284,9 @@ def compare(
 
 def parameter_vector(bench: Workbench, effects: Sequence[Effect]) -> np.ndarray:
     """Return the parameter vector of the effects, in the scales of the fit."""
-    numbers = {type(e): e for e in effects}
-    q = bench.forward.null()
-    for k, slot in enumerate(bench.forward.slots):
-        q[k] = float(getattr(numbers[slot.effect], slot.name)) / slot.scale
+    numbers, q = {type(e): e for e in effects}, bench.forward.null()
+    slots = bench.forward.slots
+    q[: len(slots)] = [float(getattr(numbers[slot.effect], slot.name)) / slot.scale for slot in slots]
     return q
 
 
@@ -301,21 +297,20 @@ def steady_errors(
 
     The model's are those of its closed form, or of a long run where effects act.
     """
-    runs = {r.name: r for r in campaign.runs}
-    rows = []
+    runs, rows = {r.name: r for r in campaign.runs}, []
     for stated in campaign.steady:
-        run = runs[stated.run]
-        common: dict[str, Any] = {"run": run.name, "tension": run.tension, "u": stated.u}
+        run, u = runs[stated.run], stated.u
         case = case_of(campaign, run)
         if effects and isinstance(model, Model):
             modelled = late_rates(model.run(case, effects, travel=STEADY_TRAVEL))
         else:
             assert isinstance(model, SteadyModel)
             modelled = np.full(4, model.steady_rate(case))
-        for point, (measured, rate) in enumerate(zip(stated.rates, modelled, strict=True), start=1):
-            rates: dict[str, Any] = {"measured": float(measured), "modelled": float(rate)}
-            rows.append(SteadyError(**common, point=point, **rates, ratio=float(abs(rate - measured) / stated.u)))
-    return tuple(row for row in rows if np.isfinite(row.measured))
+        for point in np.flatnonzero(np.isfinite(stated.rates)).tolist():
+            measured, rate = float(stated.rates[point]), float(modelled[point])
+            own: dict[str, Any] = {"run": run.name, "tension": run.tension, "u": u, "point": point + 1}
+            rows.append(SteadyError(**own, measured=measured, modelled=rate, ratio=abs(rate - measured) / u))
+    return tuple(rows)
 
 
 def check_effect(
@@ -378,17 +373,12 @@ class FitResult(Display):
 
     def _texts(self) -> dict[str, str]:
         """Values with their uncertainties in units of the shop, by name."""
-        units = _shop_units(self.effects)
+        units = {f"{e.id}.{n}": p.display_unit for e in self.effects for n, p in type(e).parameters.items()}
         return {
             n: "not bound by these readings" if n in self.unbound
             else words.with_u(units[n][0] * v, units[n][0] * self.u[n], units[n][1])
             for n, v in self.values.items()
         }  # fmt: skip
-
-
-def _shop_units(effects: Sequence[Effect]) -> dict[str, tuple[float, str]]:
-    """Name of every number -> units of the shop in one SI unit, and what they are called."""
-    return {f"{e.id}.{n}": p.display_unit for e in effects for n, p in type(e).parameters.items()}
 
 
 def _fit_notes(bench: Workbench, found: Fit, names: Sequence[str], scales: np.ndarray, degrees: int) -> list[str]:
@@ -399,20 +389,20 @@ def _fit_notes(bench: Workbench, found: Fit, names: Sequence[str], scales: np.nd
         notes.append("the model is rejected by these readings: the numbers are effective values, their u too small")
     down, up = step_bounds(found, bench.forward.sides)
     notes += [f"{n} is at its bound" for n, a, b in zip(names, down, up, strict=True) if a >= 0.0 or b <= 0.0]
-    root, units = covariance_root(found.columns), _shop_units(bench.forward.effects_at(found.vector, found.ids))
+    root, acting = covariance_root(found.columns), bench.forward.effects_at(found.vector, found.ids)
+    units = {f"{e.id}.{n}": p.display_unit for e in acting for n, p in type(e).parameters.items()}
     shop = np.array([units[n][0] for n in names]) * scales
     apart: set[int] = set()
     for group in inseparable_numbers(bench.forward, found):
         apart |= {*group.members}
         sums = []
         for weights in group.sums:
-            first = next(k for k in np.flatnonzero(weights) if weights[k] == 1.0)
+            first = int(np.flatnonzero(weights == 1.0)[0])
             parts = [(k, weights[k] * shop[first] / shop[k]) for k in np.flatnonzero(weights) if k != first]
             terms = "".join(f" {'+' if w > 0.0 else '−'} {words.number(abs(w))}·{names[k]}" for k, w in parts)
             value, u = weights @ found.vector[found.free], np.linalg.norm(weights @ root)
-            sums.append(
-                f"{names[first]}{terms} = {words.with_u(value * shop[first], u * shop[first], units[names[first]][1])}"
-            )
+            shown = words.with_u(value * shop[first], u * shop[first], units[names[first]][1])
+            sums.append(f"{names[first]}{terms} = {shown}")
         members = ", ".join(names[k] for k in group.members)
         notes.append(f"these readings cannot separate {members}; they fix {'; '.join(sums)}")
     u = np.maximum(np.linalg.norm(root, axis=1), 1e-300)
@@ -447,14 +437,11 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
     bench = workbench(campaign, chosen, [type(e) for e in start])
     ids = [e.id for e in start]
     vector, slots = parameter_vector(bench, start), bench.forward.slots
-    free = bench.start(
-        ids, vector
-    ).free  # but what moves no reading whatever its effect's size: a sensor that is missing
+    free = bench.start(ids, vector).free  # but for what moves no reading whatever its effect's size: a missing sensor
     anywhere = np.array([0.0 if s.only_shapes else 1.0 for s in slots] + [0.0] * (len(vector) - len(slots)))
     slopes = bench.forward.expand(vector + anywhere, free)[1]
-    idle = [
-        k for k, slope in zip(free, slopes, strict=True) if not np.nan_to_num(slope[np.isfinite(bench.fitted.y)]).any()
-    ]
+    seen = np.isfinite(bench.fitted.y)
+    idle = [k for k, slope in zip(free, slopes, strict=True) if not np.nan_to_num(slope[seen]).any()]
     unseen = [f"{slots[k].effect.id}.{slots[k].name}" for k in idle]
     free = [k for k in free if k not in idle]
     if len({slots[k].effect.id for k in free}) < len(ids):
@@ -467,13 +454,14 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
     still = [name for name, column in zip(names, found.columns, strict=True) if not column.any()]
     if still:
         raise InputError(still[0], 0, "", "moves no reading where the search starts; start elsewhere")
-    missing = [f"{', '.join(unseen)}: no reading of this campaign shows it; not fitted"] if unseen else []
+    left_out = [f"{', '.join(unseen)}: no reading of this campaign shows it; not fitted"] if unseen else []
     scales = np.array([s.scale for s in slots])
     covariance = found.covariance * np.outer(scales, scales)
-    degrees = int(np.isfinite(bench.fitted.y).sum()) - len(names)
+    degrees = int(seen.sum()) - len(names)
     lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
     nothing, after = bench.forward.values(np.stack([bench.forward.null(), found.vector]))
     before, now = (bench.fitted.y - values for values in (nothing, after))
+    rms = [float(np.sqrt(np.nanmean(apart[:, lateral] ** 2))) for apart in (before, now)]
     return FitResult(
         values=dict(zip(names, (found.vector[found.free] * scales).tolist(), strict=True)),
         u=dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True)),
@@ -482,10 +470,6 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
         chi2=(float(bench.metric.chi2(before)), found.chi2),
         degrees=degrees,
         unbound=tuple(names[k] for k in unbound_numbers(bench.forward, found)),
-        notes=(*map(str, running), *missing, *_fit_notes(bench, found, names, scales, degrees)),
-        rms=(_rms(before[:, lateral]), _rms(now[:, lateral])),
+        notes=(*map(str, running), *left_out, *_fit_notes(bench, found, names, scales, degrees)),
+        rms=(rms[0], rms[1]),
     )
-
-
-def _rms(apart: np.ndarray) -> float:
-    return float(np.sqrt(np.nanmean(apart**2)))

@@ -407,7 +407,6 @@ def check_starts(
             s, y = record.travel[after], record.readings[after]
             if len(s) < 4 * FEWEST_ON_LINE or s[0] > max(reach, s[1] - s[0]):
                 continue
-            # a line through the first readings
             count = max(FEWEST_ON_LINE, int(np.searchsorted(s, reach)))
             line = np.polynomial.Polynomial.fit(s[:count], y[:count], 1)
             path = curvature_share * abs(record.run.yaw) * float(s[count - 1])
