@@ -26,7 +26,7 @@ from belt_sim.importing.columns import (
 )
 from belt_sim.importing.mapping import FILE, SCHEMA, MappingEntry, Question, mapping_of
 from belt_sim.importing.runs import RANGES, TIME, AssembledRun, Section, find_runs, runs_on_one_grid
-from belt_sim.importing.sheets import NoiseRead, belt_of, flow_text, machine_of, settings_of, sheet_text, signals_of
+from belt_sim.importing.sheets import NoiseRead, flow_text, machine_and_belt, settings_of, sheet_text, signals_of
 from belt_sim.units import N_PER_MM2, NAMES, UNITS
 
 
@@ -63,9 +63,8 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     tables = resolve_columns(logged, entry)
     used = tuple(c for table in tables for c in table.columns)
     missing, unknown = column_questions(logged, tables)
-    machine, remarks, of_machine = machine_of(entry)
-    belt, of_belt, about_belt = belt_of(entry)
-    missing += of_machine + about_belt
+    machine, belt, remarks, about_sheet = machine_and_belt(entry)
+    missing += about_sheet
     width, thickness = (belt.width.value, belt.thickness.value) if belt else (float("nan"), float("nan"))
     section = Section(width * thickness, thickness)
     unreadable = any(q.path[-1] in ("role", "unit") or q.path[0] in ("format", "use") for q in missing)
@@ -80,13 +79,12 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     notes = [n for t in tables for n in t.notes] + other_units(tables) + [Note(m.key, n) for m in made for n in m.notes]
     middles = {c.signal: c.middle for c in used if c.middle is not None}
     runs, more, step = runs_on_one_grid([] if asked else made, entry, middles)
-    far = [r for r in runs if abs(r.y0 or 0.0) > 0.5 * width]
-    if far and str(entry.trust.get("y0", "")).lower() not in ("yes", "true"):
-        worst = max(far, key=lambda r: abs(r.y0 or 0.0))
-        words = (
+    worst = max(runs, key=lambda r: abs(r.y0 or 0.0), default=None)
+    if worst and abs(worst.y0 or 0.0) > 0.5 * width and not is_trusted(entry, "y0"):
+        text = (
             f"y0 {1e3 * (worst.y0 or 0.0):.4g} mm in run {worst.name}, more than half the belt's width off the middle"
         )
-        text = f"{words} of the pulleys; is it so? else mend y0, or middle, in the mapping"
+        text += " of the pulleys; is it so? else mend y0, or middle, in the mapping"
         missing.append(Question(("trust", "y0"), text, "yes", ("yes",)))
     signals, noise, of_signals = signals_of(runs, used, machine.centre_distance.value if machine else 10.0)
     settings, of_settings = settings_of(entry)
@@ -109,7 +107,7 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
         campaign=campaign,
         mapping=mapping_used(entry, used, made, step),
         noise=noise,
-        comments=remarks | of_belt | of_signals | of_settings,
+        comments=remarks | of_signals | of_settings,
         notes=tuple(notes + more),
     )
 
@@ -120,6 +118,10 @@ REVOLUTIONS, PART = 50.0, 0.02
 #: at least; share by which a tension may move within a run.
 SPANS, STILL, RAMP = 2.0, 2e-3, 0.04
 LIKELY = {"tension": (3e5, 8e8), "speed": (2e-3, 15.0), "yaw": (-0.035, 0.035), "yaw_head": (-0.035, 0.035)}
+
+
+def is_trusted(entry: MappingEntry, role: str) -> bool:
+    return str(entry.trust.get(role, "")).lower() in ("yes", "true")
 
 
 def doubts(
@@ -134,7 +136,7 @@ def doubts(
     found: dict[tuple[str, ...], Question] = {}
 
     def ask(role: str, names: tuple[str, ...], what: str) -> None:
-        if str(entry.trust.get(role, "")).lower() in ("yes", "true"):
+        if is_trusted(entry, role):
             return
         open_units = [c for c in columns if (c.role in names or c.signal in names) and not c.entry.unit and not c.stamp]
         column = next((c for c in open_units if c.unit), None)
@@ -145,10 +147,8 @@ def doubts(
             text += f" ({column.unit} if so it is)"
             question = Question(("columns", column.name, "unit"), text, column.unit, options)
         else:
-            options = ("yes",)
-            question = Question(
-                ("trust", role), f"{what}; is it so? else mend the number in the mapping", "yes", options
-            )
+            text = f"{what}; is it so? else mend the number in the mapping"
+            question = Question(("trust", role), text, "yes", ("yes",))
         found.setdefault(question.path, question)
 
     for run in made:
@@ -159,14 +159,14 @@ def doubts(
             own = {c.role for c in columns}
             ask("travel", ("travel",) if "travel" in own else ("speed", "time"), words)
         for signal in (name for name in run.record.columns if name != TIME):
-            column = next(c for c in columns if c.signal == signal)
-            y = run.record[signal].to_numpy()
-            moved = float(np.ptp(np.nanpercentile(y, [5.0, 95.0])))  # beside a few spikes
+            if kind_at(next(c for c in columns if c.signal == signal).at) != "lateral":
+                continue
+            moved = float(np.ptp(np.nanpercentile(run.record[signal], [5.0, 95.0])))  # beside a few spikes
             words = f"{signal} moves by {1e3 * moved:.4g} mm in run {run.key}"
-            if kind_at(column.at) == "lateral" and moved > belt.width.value:
+            if moved > belt.width.value:
                 ask("y", (signal,), f"{words}, more than the belt's width")
             yaw = abs(run.settings["yaw"].value) if "yaw" in run.settings else 0.0
-            if kind_at(column.at) == "lateral" and far > SPANS * rig.span_length and moved < STILL * yaw * far:
+            if far > SPANS * rig.span_length and moved < STILL * yaw * far:
                 share = f"{moved / (yaw * far):.1g}"
                 ask("y", (signal,), f"{words}, {share} of yaw times travel (a belt: 0.05 to 0.4)")
         for key, (low, high) in LIKELY.items():
@@ -220,8 +220,7 @@ def mapping_used(
         runs[run.key] = known | _plain(run.entry)
     for name, run_entry in stated.get("runs", {}).items():
         runs.setdefault(name, run_entry)
-    runs = {name: run_entry for name, run_entry in runs.items() if run_entry}
-    out = {"schema": SCHEMA} | stated | {"columns": columns, "runs": runs}
+    out = {"schema": SCHEMA} | stated | {"columns": columns, "runs": {k: own for k, own in runs.items() if own}}
     if step > 0.0:
         out["step_m"] = f"{step:g}"
     order = [name.rstrip("_") for name in MappingEntry.model_fields]
@@ -239,15 +238,11 @@ _HEAD = """\
 
 def mapping_text(mapping: dict[str, Any]) -> str:
     """The mapping as YAML, one column or run a line."""
-    flow = {"columns", "runs"}
     lines = []
     for key, value in mapping.items():
-        if value in (None, {}):
-            continue
-        if key in flow and isinstance(value, dict):
-            lines.append(f"{key}:")
-            lines += [f"  {flow_text(str(k))}: {flow_text(v)}" for k, v in value.items()]
-        else:
+        if key in ("columns", "runs") and value:
+            lines += [f"{key}:", *(f"  {flow_text(str(k))}: {flow_text(v)}" for k, v in value.items())]
+        elif value not in (None, {}):
             text = yaml.safe_dump({key: value}, sort_keys=False, allow_unicode=True, width=10_000)
             lines += text.rstrip("\n").split("\n")
     return _HEAD + "\n".join([*lines, ""])

@@ -61,32 +61,29 @@ BELT = {
 }
 
 
-def machine_of(mapping: MappingEntry) -> tuple[Machine | None, dict[str, str], list[Question]]:
-    """The machine, remarks on its numbers, and what is missing."""
+def machine_and_belt(
+    mapping: MappingEntry,
+) -> tuple[Machine | None, BeltSheet | None, dict[str, str], list[Question]]:
+    """Machine and belt, each None where something of it is missing; remarks on their numbers; what is missing."""
+    machine: Machine | None = None
+    belt: BeltSheet | None = None
     found, remarks, missing = _quantities(mapping.machine, "rig", MACHINE, "machine")
     own = [k for k in ("head_radius", "tail_radius") if k in found]
     if len(own) == 1 or (own and "pulley_radius" in found):
         remedy = "state either pulley_radius, or both head_radius and tail_radius"
         raise InputError("machine", ", ".join(own), "", remedy)
     missing = [q for q in missing if not (own and q.path[-1] == "pulley_radius")]
-    if missing:
-        return None, remarks, missing
-    radii = {k: found[k if own else "pulley_radius"] for k in ("head_radius", "tail_radius")}
-    machine = Machine(centre_distance=found["centre_distance"], **radii)
-    if machine.head_radius.value + machine.tail_radius.value >= machine.centre_distance.value:
-        value = machine.centre_distance.value
-        raise InputError("machine.centre_distance", value, "m", "the pulleys overlap; check the radii")
-    return machine, remarks, []
-
-
-def belt_of(mapping: MappingEntry) -> tuple[BeltSheet | None, dict[str, str], list[Question]]:
-    """The belt, remarks on its numbers, and what is missing."""
-    found, remarks, missing = _quantities(mapping.belt, "belt", BELT, "belt")
-    if missing:
-        return None, remarks, missing
-    if found["thickness"].value >= found["width"].value:
-        raise InputError("belt.thickness", f"{found['thickness'].value * 1e3:g}", "mm", "must be below the width")
-    return BeltSheet(**found), remarks, []
+    if not missing:
+        radii = {k: found[k if own else "pulley_radius"] for k in ("head_radius", "tail_radius")}
+        machine, centre = Machine(centre_distance=found["centre_distance"], **radii), found["centre_distance"].value
+        if machine.head_radius.value + machine.tail_radius.value >= centre:
+            raise InputError("machine.centre_distance", centre, "m", "the pulleys overlap; check the radii")
+    found, of_belt, about_belt = _quantities(mapping.belt, "belt", BELT, "belt")
+    if not about_belt:
+        belt = BeltSheet(**found)
+        if belt.thickness.value >= belt.width.value:
+            raise InputError("belt.thickness", f"{belt.thickness.value * 1e3:g}", "mm", "must be below the width")
+    return machine, belt, remarks | of_belt, missing + about_belt
 
 
 def _quantities(
@@ -288,14 +285,13 @@ def _levels(traces: list[Trace], white: float) -> tuple[float, float, float]:
 
 def settings_of(entry: MappingEntry) -> tuple[SettingsSheet, dict[str, str]]:
     """How well runs hit their settings, and remarks on it."""
-    asked, remarks = entry.settings, {}
-    if asked.tension_rel is None:
-        remarks["settings.tension_rel"] = "assumed, no data tell it; state how well the tension is known"
-    if asked.yaw is None:
-        remarks["settings.yaw"] = "assumed, no data tell it; state how well a run hits its yaw"
-    yaw = YAW_U if asked.yaw is None else size_of(asked.yaw, "urad", "settings.yaw")
-    relative = TENSION_REL if asked.tension_rel is None else size_of(asked.tension_rel, "1", "settings.tension_rel")
-    return SettingsSheet(tension_rel=relative, yaw_u=yaw), remarks
+    asked = {
+        "tension_rel": (entry.settings.tension_rel, "1", TENSION_REL, "how well the tension is known"),
+        "yaw": (entry.settings.yaw, "urad", YAW_U, "how well a run hits its yaw"),
+    }
+    remarks = {f"settings.{k}": f"assumed, no data tell it; state {a[-1]}" for k, a in asked.items() if a[0] is None}
+    known = {k: u if text is None else size_of(text, unit, f"settings.{k}") for k, (text, unit, u, _) in asked.items()}
+    return SettingsSheet(tension_rel=known["tension_rel"], yaw_u=known["yaw"]), remarks
 
 
 # ---- the sheet with a comment beside every field
@@ -413,31 +409,28 @@ def yaw_for(rig: Rig, belt: Belt, tensions: list[float]) -> float:
 def plan_for(tensions: list[float], yaw: float, speed: float) -> list[PlannedRun]:
     """Runs at tensions [N/mm2], either sign of a yaw [deg], and what tells look-alikes apart; most telling first."""
     low, middle, high = tensions[0], tensions[(len(tensions) - 1) // 2], tensions[-1]
-    found: list[PlannedRun] = []
-
-    def add(words: str, tension: float, angle: float, **more) -> str:
-        name = f"r{len(found) + 1:02d}"
-        settings = {"speed": speed} | more
-        run = Run(name=name, tension=tension * N_PER_MM2, yaw=angle * DEGREE, **settings)
-        found.append(PlannedRun(run, words))
-        return name
-
+    rows: list[tuple[str, float, float, dict[str, Any]]] = []  # what it is good for, N/mm2, degrees, other settings
     names = {}
-    for k, tension in enumerate(tensions):
-        what = (
-            "slack: sag, camber, weight" if k == 0 else "tight: pulleys, yaw, sensors" if tension == high else "between"
-        )
-        names[tension, -1] = add(f"one sign of yaw, {what}", tension, -yaw)
+    for tension in tensions:
+        what = "tight: pulleys, yaw, sensors" if tension == high else "between"
+        rows.append((f"one sign of yaw, {'slack: sag, camber, weight' if tension == low else what}", tension, -yaw, {}))
         words = f"the other sign at {tension:g}: what does not turn with the yaw is the machine's own"
-        names[tension, 1] = add(words, tension, yaw)
-    add("a repeat: noise and settings are read off it", middle, -yaw, repeat_of=names[middle, -1])
-    add("a repeat at the other end of the tensions", low, yaw, repeat_of=names[low, 1])
-    add("zero yaw: what the machine does by itself, and the noise without any model", low, 0.0)
-    add("zero yaw at the tightest: offsets that tension does not touch", high, 0.0)
-    add("travel reversed: offsets of a pulley from skewed rollers and drag", middle, -yaw, direction=-1.0)
-    add("twice the yaw: play and springs (guides, crowns) from what is in proportion", middle, 2.0 * yaw)
-    add("half the speed: what goes with time (warming, delay), not with travel", middle, yaw, speed=speed / 2.0)
-    add("twice the speed: traction, delay", middle, yaw, speed=speed * 2.0)
+        rows.append((words, tension, yaw, {}))
+        names |= {(tension, -1): f"r{len(rows) - 1:02d}", (tension, 1): f"r{len(rows):02d}"}
+    rows += [
+        ("a repeat: noise and settings are read off it", middle, -yaw, {"repeat_of": names[middle, -1]}),
+        ("a repeat at the other end of the tensions", low, yaw, {"repeat_of": names[low, 1]}),
+        ("zero yaw: what the machine does by itself, and the noise without any model", low, 0.0, {}),
+        ("zero yaw at the tightest: offsets that tension does not touch", high, 0.0, {}),
+        ("travel reversed: offsets of a pulley from skewed rollers and drag", middle, -yaw, {"direction": -1.0}),
+        ("twice the yaw: play and springs (guides, crowns) from what is in proportion", middle, 2.0 * yaw, {}),
+        ("half the speed: what goes with time (warming, delay), not with travel", middle, yaw, {"speed": speed / 2.0}),
+        ("twice the speed: traction, delay", middle, yaw, {"speed": speed * 2.0}),
+    ]
+    found = []
+    for k, (words, tension, angle, more) in enumerate(rows, start=1):
+        settings = {"tension": tension * N_PER_MM2, "yaw": angle * DEGREE, "speed": speed} | more
+        found.append(PlannedRun(Run(name=f"r{k:02d}", **settings), words))
     return found
 
 
@@ -446,11 +439,11 @@ PLAN_COLUMNS = ("run", "N/mm2", "yaw deg", "m/s", "direction", "good for")
 
 def plan_rows(planned: Sequence[PlannedRun]) -> list[tuple[str, ...]]:
     """The plan as rows of PLAN_COLUMNS."""
-    rows: list[tuple[str, ...]] = []
-    for p in planned:
-        tension, yaw = f"{p.run.tension / N_PER_MM2:g}", f"{p.run.yaw / DEGREE:+.3g}"
-        rows.append((p.run.name, tension, yaw, f"{p.run.speed:g}", f"{p.run.direction:+.0f}", p.good_for))
-    return rows
+    return [
+        (p.run.name, f"{p.run.tension / N_PER_MM2:g}", f"{p.run.yaw / DEGREE:+.3g}", f"{p.run.speed:g}",
+         f"{p.run.direction:+.0f}", p.good_for)
+        for p in planned
+    ]  # fmt: skip
 
 
 def plan_text(planned: list[PlannedRun], travel: float, warnings: Sequence[str] = ()) -> str:
