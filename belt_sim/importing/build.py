@@ -24,7 +24,7 @@ from belt_sim.importing.columns import (
     resolve_columns,
     span_of,
 )
-from belt_sim.importing.mapping import FILE, SCHEMA, MappingEntry, Question, mapping_of
+from belt_sim.importing.mapping import FILE, SCHEMA, MappingEntry, Question, ask, mapping_of
 from belt_sim.importing.runs import RANGES, TIME, AssembledRun, Section, find_runs, runs_on_one_grid
 from belt_sim.importing.sheets import NoiseRead, flow_text, machine_and_belt, settings_of, sheet_text, signals_of
 from belt_sim.units import N_PER_MM2, NAMES, UNITS
@@ -81,11 +81,10 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     runs, more, step = runs_on_one_grid([] if asked else made, entry, middles)
     worst = max(runs, key=lambda r: abs(r.y0 or 0.0), default=None)
     if worst and abs(worst.y0 or 0.0) > 0.5 * width and not is_trusted(entry, "y0"):
-        text = (
+        what = (
             f"y0 {1e3 * (worst.y0 or 0.0):.4g} mm in run {worst.name}, more than half the belt's width off the middle"
         )
-        text += " of the pulleys; is it so? else mend y0, or middle, in the mapping"
-        missing.append(Question(("trust", "y0"), text, "yes", ("yes",)))
+        missing.append(ask("trust", role="y0", what=f"{what} of the pulleys", it="y0, or middle,"))
     signals, noise, of_signals = signals_of(runs, used, machine.centre_distance.value if machine else 10.0)
     settings, of_settings = settings_of(entry)
     campaign = None
@@ -135,20 +134,18 @@ def doubts(
     columns = [c for table in tables for c in table.columns]
     found: dict[tuple[str, ...], Question] = {}
 
-    def ask(role: str, names: tuple[str, ...], what: str) -> None:
+    def doubt(role: str, names: tuple[str, ...], what: str) -> None:
         if is_trusted(entry, role):
             return
         open_units = [c for c in columns if (c.role in names or c.signal in names) and not c.entry.unit and not c.stamp]
-        column = next((c for c in open_units if c.unit), None)
+        column, question = (
+            next((c for c in open_units if c.unit), None),
+            ask("trust", role=role, what=what, it="the number"),
+        )
         if column is not None:
-            kind = UNITS[column.unit][0]
-            options = tuple(u for u in NAMES if UNITS[u][0] == kind)
-            text = f"{what}, if {column.name} is in {column.unit} ({span_of(column)}); in which unit is it?"
-            text += f" ({column.unit} if so it is)"
-            question = Question(("columns", column.name, "unit"), text, column.unit, options)
-        else:
-            text = f"{what}; is it so? else mend the number in the mapping"
-            question = Question(("trust", role), text, "yes", ("yes",))
+            units = [u for u in NAMES if UNITS[u][0] == UNITS[column.unit][0]]
+            words = {"name": column.name, "unit": column.unit, "span": span_of(column)}
+            question = ask("unit_odd", units, column.unit, what=what, **words)
         found.setdefault(question.path, question)
 
     for run in made:
@@ -157,29 +154,29 @@ def doubts(
         if not PART * rig.span_length <= far <= REVOLUTIONS * rig.belt_length:
             words = f"{far:.4g} m of travel in run {run.key}, {far / rig.belt_length:.2g} revolutions of the belt"
             own = {c.role for c in columns}
-            ask("travel", ("travel",) if "travel" in own else ("speed", "time"), words)
+            doubt("travel", ("travel",) if "travel" in own else ("speed", "time"), words)
         for signal in (name for name in run.record.columns if name != TIME):
             if kind_at(next(c for c in columns if c.signal == signal).at) != "lateral":
                 continue
             moved = float(np.ptp(np.nanpercentile(run.record[signal], [5.0, 95.0])))  # beside a few spikes
             words = f"{signal} moves by {1e3 * moved:.4g} mm in run {run.key}"
             if moved > belt.width.value:
-                ask("y", (signal,), f"{words}, more than the belt's width")
+                doubt("y", (signal,), f"{words}, more than the belt's width")
             yaw = abs(run.settings["yaw"].value) if "yaw" in run.settings else 0.0
             if far > SPANS * rig.span_length and moved < STILL * yaw * far:
                 share = f"{moved / (yaw * far):.1g}"
-                ask("y", (signal,), f"{words}, {share} of yaw times travel (a belt: 0.05 to 0.4)")
+                doubt("y", (signal,), f"{words}, {share} of yaw times travel (a belt: 0.05 to 0.4)")
         for key, (low, high) in LIKELY.items():
             setting = run.settings.get(key)
             if setting is not None and not (setting.text or low <= setting.value <= high or setting.value == 0.0):
                 unit = RANGES[key].unit
                 words = f"{key} {setting.value / UNITS[unit][1]:.4g} {unit} in run {run.key}"
-                ask(key, (key,), words)
+                doubt(key, (key,), words)
         tension = run.settings.get("tension")
         if tension is not None and tension.high - tension.low > RAMP * abs(tension.value):
             low, high, mean = (x / N_PER_MM2 for x in (tension.low, tension.high, tension.value))
             words = f"the tension moves from {low:.4g} to {high:.4g} N/mm2 within run {run.key}, which counts as at its"
-            ask("steady_tension", (), f"{words} mean, {mean:.4g}, throughout")
+            doubt("steady_tension", (), f"{words} mean, {mean:.4g}, throughout")
     return list(found.values())
 
 

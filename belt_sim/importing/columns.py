@@ -18,7 +18,7 @@ import yaml
 from belt_sim.campaign.sheet import RESERVED, check_signal_name
 from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, CampaignError, did_you_mean, kind_at, quote, refusal
 from belt_sim.errors import InputError
-from belt_sim.importing.mapping import DAY, ROLES, TILT, ColumnEntry, MappingEntry, Question, Role
+from belt_sim.importing.mapping import DAY, ROLES, TILT, ColumnEntry, MappingEntry, Question, Role, ask
 from belt_sim.settings import SIGNAL_DIMENSION
 from belt_sim.units import NAMES, UNITS, quantity, scaled_unit, split_unit, unit_of
 
@@ -545,27 +545,14 @@ def column_questions(logged: LoggedTables, used: list[LoggedTable]) -> tuple[lis
     missing: dict[tuple[str, ...], Question] = {}
     for question in (q for table in used for q in _missing(table)):
         missing.setdefault(question.path, question)
-    asked = {path[1] for path in missing}
-    unknown: dict[str, Question] = {}
+    asked, unknown = {path[1] for path in missing}, dict[str, Question]()
     options = (*PLACES, *(r for r in ROLES if not r.startswith(("signal", "rate", "u_rate"))))
     for table, as_used in zip(logged.tables, used, strict=True):
         for proposed, column in zip(table.columns, as_used.columns, strict=True):
             stated = column.entry.role or proposed.role or column.is_text or column.role != "ignore"
             if table.kind == "record" and not stated and column.name not in asked:
-                question = _place_question(column)
-                text = f"{question.text}; or which role has it?"
-                unknown.setdefault(column.name, replace(question, text=text, options=options, proposed="ignore"))
+                unknown.setdefault(column.name, ask("place_or_role", options, proposed="ignore", name=column.name))
     return list(missing.values()), list(unknown.values())
-
-
-def _place_question(column: Column) -> Question:
-    return Question(
-        path=("columns", column.name, "at"),
-        text=f"where does the column {column.name} measure? points 1 and 2: upper and lower end at the tail pulley (the"
-        " one that yaws); 3 and 4: lower and upper end at the head pulley",
-        example="point_1",
-        options=tuple(PLACES),
-    )
 
 
 def span_of(column: Column) -> str:
@@ -580,30 +567,8 @@ def span_of(column: Column) -> str:
     return f"{shown[0]:.6g} to {shown[1]:.6g} {column.unit}".removesuffix(" 1")
 
 
-def _unit_question(column: Column, kinds: tuple[str, ...]) -> Question:
-    """The unit of a column of which the file states none, one that is not known, or a multiple of one."""
-    there = column.values[np.isfinite(column.values)] if not column.is_text else np.empty(0)
-    numbers = f" ({there[0]:.6g} to {there[-1]:.6g})" if len(there) else ""
-    name, stated, usual, proposed = column.name, column.stated_unit, USUAL[kinds[0]], ""
-    options = tuple(unit for unit in NAMES if UNITS[unit][0] in kinds)
-    scaled = scaled_unit(stated) if stated else None
-    if scaled and UNITS[scaled[1]][0] in kinds:
-        text = f"{name}: are its numbers{numbers} in units of {stated}, or in {scaled[1]} to that step?"
-        options = (stated, scaled[1])
-    elif stated:
-        text = (
-            f"the file states {stated} as the unit of {name}, which is no unit of {' or '.join(kinds)} that is known;"
-        )
-        text += (
-            f" in which one are its numbers{numbers} (after a factor, {FACTORS.get(stated.lower(), 'as factor: 0.1')})?"
-        )
-    else:
-        text = f"the file states no unit of {name}, the {column.role}; in which one are its numbers{numbers}?"
-        likely = {"ignore": "", "yaw": "deg", "yaw_head": "deg", "travel": "m", "yaw_at": "m", "start": "m"}
-        proposed = likely.get(column.role, usual)
-    return Question(("columns", name, "unit"), text, options[0] if scaled else usual, options, proposed)
-
-
+#: role -> unit that is proposed where the file states none
+LIKELY_UNITS = {"ignore": "", "yaw": "deg", "yaw_head": "deg", "travel": "m", "yaw_at": "m", "start": "m"}
 #: unit that is none of these roles -> the factor that makes it one
 FACTORS = {
     "rpm": "factor: 2 pi R/60 for m/s, R the pulley's radius in m",
@@ -611,16 +576,15 @@ FACTORS = {
     "u/min": "factor: 2 pi R/60 for m/s, R the pulley's radius in m",
     "%": "factor: a hundredth of the value at 100 %, with that value's unit",
 }
-#: key of ``format`` -> what it settles
-_READINGS = {"decimal": "which is the decimal mark", "date": "in which order are day, month and year"}
-_READINGS["time"] = "is it hours and minutes, or minutes and seconds"
 
 
 def _missing(table: LoggedTable) -> Iterator[Question]:
     """Places of signals, units that the file states but that are not known or do not go with the role, and roles that a
     record cannot do without."""
-    yield from (_place_question(c) for c in table.columns if c.role == "signal" and not c.at)
+    yield from (ask("place", name=c.name) for c in table.columns if c.role == "signal" and not c.at)
     for column in table.columns:
+        words: dict[str, Any] = {"name": column.name, "role": column.role, "file": table.file.name}
+        words |= {"span": span_of(column), "stated": column.stated_unit}
         if column.asked and column.role != "ignore":
             say = {}
             for answer, values in column.readings.items():
@@ -629,36 +593,40 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
                 if column.asked == "date":
                     say[answer] = " to ".join(str(np.datetime64(int(x), "s")).replace("T", " ") for x in (first, last))
             shown = "; ".join(f"{answer} makes it {text}" for answer, text in say.items())
-            text = f"{column.name} has {column.first_cell}: {_READINGS[column.asked]}? {shown}"
-            yield Question(("format", column.asked), text, next(iter(say)), tuple(say))
+            yield ask(column.asked, [*say], cell=column.first_cell, shown=shown, **words)
         if column.open_use:
             shown = "; ".join(f"{c.name}: {span_of(c)}" for c in table.columns if c.name in column.open_use)
-            text = f"several columns of {table.file.name} may be the {column.role} ({shown}); which one is it"
             more = OF_SEVERAL.get(column.role, ())
-            text += f", or is it their {' or '.join(more)}" if more else ""
-            text += " (a force is that of one strand; an axle bears two: factor: 0.5)?" if "sum" in more else "?"
-            yield Question(("use", column.role), text, column.open_use[0], (*column.open_use, *more))
+            several = f", or is it their {' or '.join(more)}" if more else ""
+            several += " (a force is that of one strand; an axle bears two: factor: 0.5)" if "sum" in more else ""
+            yield ask("use", (*column.open_use, *more), shown=shown, several=several, **words)
         if column.is_lost and not column.entry.role:
-            text = (
-                f"{column.name} holds no numbers ({quote(next(filter(None, column.labels)))}), though its name and unit"
-            )
-            text += " tell of numbers; mend the file, or leave the column out?"
-            yield Question(("columns", column.name, "role"), text, "ignore", ("ignore",))
+            yield ask("texts", cell=quote(next(filter(None, column.labels))), **words)
         kinds = _dimensions(column.role, column.at)
         if kinds and not column.unit:
-            yield _unit_question(column, kinds)
-        is_force = column.role == "tension" and UNITS.get(column.unit, ("",))[0] == "force"
-        if is_force and _OF_TWO.search(plain(column.name)) and "factor" not in column.entry.model_fields_set:
-            text = f"{column.name} ({span_of(column)}) may be what both strands pull; which part is one strand's?"
-            yield Question(("columns", column.name, "factor"), text, "0.5", ("0.5", "1"))
+            there = column.values[np.isfinite(column.values)] if not column.is_text else np.empty(0)
+            words["numbers"] = f" ({there[0]:.6g} to {there[-1]:.6g})" if len(there) else ""
+            stated, usual, units = column.stated_unit, USUAL[kinds[0]], [u for u in NAMES if UNITS[u][0] in kinds]
+            scaled = scaled_unit(stated) if stated else None
+            if scaled and UNITS[scaled[1]][0] in kinds:
+                yield ask("unit_or_step", (stated, scaled[1]), unit=scaled[1], **words)
+            elif stated:
+                factor = FACTORS.get(stated.lower(), "as factor: 0.1")
+                yield ask("unit_unknown", units, usual, kinds=" or ".join(kinds), factor=factor, **words)
+            else:
+                yield ask("unit", units, usual, LIKELY_UNITS.get(column.role, usual), **words)
+        if (
+            column.role != "tension"
+            or UNITS.get(column.unit, ("",))[0] != "force"
+            or "factor" in column.entry.model_fields_set
+        ):
+            continue
         name = plain(column.name)
+        if _OF_TWO.search(name):
+            yield ask("both_strands", **words)
         sides = [c for c in table.columns if _ONE_SIDE.sub(" ", plain(c.name)) == _ONE_SIDE.sub(" ", name)]
-        if is_force and _ONE_SIDE.search(name) and len(sides) < 2 and "factor" not in column.entry.model_fields_set:
-            text = (
-                f"{column.name} ({span_of(column)}) is of one side, and the other side's has no column; add it, or say"
-            )
-            text += " by what to multiply for one strand (1: a bearing of a wrapped pulley's two; 2: half a strand)?"
-            yield Question(("columns", column.name, "factor"), text, "2", ("1", "2"))
+        if _ONE_SIDE.search(name) and len(sides) < 2:
+            yield ask("one_side", **words)
     if table.kind != "record":
         return
     roles, file = {c.role for c in table.columns}, table.file.name
@@ -668,15 +636,9 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
         if first is None:
             remedy = "no column holds numbers that could be time or travel; give the log as numbers"
             raise refusal(table.file, remedy, name="columns", value=", ".join(c.name for c in table.columns))
-        likely = first.name
+        numbers = [c for c in numbers if c.name != first.name]
         is_length = UNITS.get(first.stated_unit, ("",))[0] == "length"
-        numbers = [c for c in numbers if c.name != likely]
-        yield Question(
-            path=("columns", likely, "role"),
-            text=f"{file} has no column of time or travel that is known by its name; which is it?",
-            example="travel" if is_length else "time",
-            options=("travel", "time") if is_length else ("time", "travel"),
-        )
+        options = ("travel", "time") if is_length else ("time", "travel")
+        yield ask("time_or_travel", options, name=first.name, file=file)
     if "signal" not in roles and numbers:
-        question = _place_question(numbers[0])
-        yield replace(question, text=f"no column of {file} is known as a signal by its name; {question.text}")
+        yield ask("signal", name=numbers[0].name, file=file)

@@ -1,9 +1,10 @@
 """The mapping, belt-mapping/1: what the files cannot say, by YAML or as plain Python data."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from collections.abc import Mapping as AnyMapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -284,13 +285,29 @@ class Question:
     @property
     def problem(self) -> Problem:
         """The question as one line: what is missing and how to give it."""
-        written = yaml.safe_dump([self.example], default_flow_style=True, width=10_000, allow_unicode=True).strip()[
-            1:-1
-        ]
+        flow = yaml.safe_dump([self.example], default_flow_style=True, width=10_000, allow_unicode=True)
+        written = flow.strip()[1:-1]
         for key in reversed(self.path):
             written = f"{_key(key)}: {written}" if key is self.path[-1] else f"{_key(key)}: {{{written}}}"
         choice = f" (one of {', '.join(self.options)})" if self.options else ""
         return Problem(file="mapping", name=self.key, remedy=f"{self.text}{choice}; give it as  {written}")
+
+
+@cache
+def _kinds() -> dict[str, dict[str, Any]]:
+    found: dict[str, Any] = yaml.safe_load(Path(__file__).with_name("questions.yaml").read_text(encoding="utf-8"))
+    return found
+
+
+def ask(kind: str, answers: Sequence[str] = (), example: str = "", proposed: str = "", **words: object) -> Question:
+    """The question of a kind of questions.yaml, its words filled in; answers, example, proposed: before the kind's."""
+    form = _kinds()[kind]
+    path, answers = (
+        tuple(part.format(**words) for part in form["key"].split("|")),
+        (*(answers or form.get("answers", ())),),
+    )
+    example, proposed = example or form.get("example") or answers[0], proposed or form.get("proposed", "")
+    return Question(path, form["text"].format(**words), example, answers, proposed)
 
 
 def inner_mapping(mapping: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:

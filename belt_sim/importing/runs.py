@@ -17,7 +17,7 @@ from belt_sim.campaign.quality import SPIKE, few_spikes, reading_at_yaw, resolut
 from belt_sim.campaign.types import SteadyRate, did_you_mean, shortlist
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import LoggedTable, Note
-from belt_sim.importing.mapping import DAY, MappingEntry, Question, RunEntry, zone_seconds
+from belt_sim.importing.mapping import DAY, MappingEntry, Question, RunEntry, ask, zone_seconds
 from belt_sim.units import DEGREE, N_PER_MM2, UNITS, number_of, plain_minus, quantity, round_digits, size_of
 
 #: Column of the time [s] in a record; all others are signals.
@@ -136,8 +136,7 @@ def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section
         file = ", ".join(dict.fromkeys(p.file for p in parts))
         found.recorded.append(replace(parts[0], record=record, settings=settings, notes=notes, file=file))
     if lacks_speed:
-        text = "the files have time but neither travel nor speed; how fast did the belt run?"
-        found.questions.append(Question(path=("all_runs", "speed"), text=text, example="0.5 m/s"))
+        found.questions.append(ask("speed"))
     found.questions.extend(q for run in found.recorded for q in questions(run.key, run.settings, run.file))
     return found
 
@@ -228,10 +227,7 @@ def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[
             fall = f"{column.name} falls from {ends} {column.unit} (line {table.lines[row]})"
             asked = column.role == "travel" and row not in table.starts and _readings_go_on(table, row)
             if asked and mapping.format.counter is None:
-                text = f"{fall}, where the readings go on: did a new run begin, or was the counter set back while the"
-                text += " belt ran on?"
-                options = ("new_run", "goes_on")
-                open_questions.append(Question(("format", "counter"), text, options[0], options))
+                open_questions.append(ask("counter", fall=fall))
             if asked and mapping.format.counter == "goes_on":
                 more = (values[there[k]] - values[row] + float(np.median(steps[steps > 0.0]))) / column.factor
                 later = np.arange(len(values)) >= row
@@ -562,9 +558,7 @@ def column_settings(block: LoggedTable, section: Section) -> Settings:
 
 def questions(name: str, settings: Settings, file: str) -> list[Question]:
     """Questions on settings of a run that nothing tells."""
-    yaw = f"to which yaw was the tail pulley turned in run {name} ({file}; 0 for a run without yaw)?"
-    asked = ("tension", f"at which tension was run {name} ({file})?", "10 N/mm2"), ("yaw", yaw, "-0.042 deg")
-    return [Question(("runs", name, k), text, example) for k, text, example in asked if k not in settings]
+    return [ask(key, run=name, file=file) for key in ("tension", "yaw") if key not in settings]
 
 
 # ---- tables of steady rates: one row a run, as published tables and digitised figures are
@@ -582,8 +576,7 @@ def _find_rated(table: LoggedTable, mapping: MappingEntry, section: Section, fou
             one = value * UNITS[unit][1]
         u = np.full(len(table.lines), one or 0.0)
         if one is None:
-            path, text = ("columns", first.name, "white"), "how well are the rates known (one sigma)?"
-            found.questions.append(Question(path=path, text=text, example="0.002 mm/m"))
+            found.questions.append(ask("rates", name=first.name))
     listed = table_settings([table], section)
     for row, name in enumerate(listed):
         entry, settings = mapping.runs.get(name, RunEntry()), stated_settings(mapping, name, listed, section)

@@ -24,7 +24,7 @@ from belt_sim.case import Belt, Rig
 from belt_sim.diagnosis.foresight import harm_warnings, safe_yaw
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import SIGNAL_NAMES, USUAL, Column
-from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry, Question
+from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry, Question, ask
 from belt_sim.io import group_names
 from belt_sim.settings import BOUNDS, SIGNAL_DIMENSION, Range, belt_from, rig_from
 from belt_sim.units import DEGREE, MM, N_PER_MM2, UNITS, quantity, round_digits, size_of
@@ -32,32 +32,26 @@ from belt_sim.units import DEGREE, MM, N_PER_MM2, UNITS, quantity, round_digits,
 
 class Datum(NamedTuple):
     """A number of the machine or the belt. unit: where none is written; relative_u: assumed where none is stated;
-    question: "" where the number need not be given; proposed: a likely answer."""
+    needed: whether it is asked for."""
 
     unit: str
     bounds: Range
     relative_u: float
-    question: str = ""
-    example: str = ""
-    proposed: str = ""
+    needed: bool = True
 
 
-_AXES = "how far apart are the axes of the two pulleys?"
-_PULLEYS = "what is the radius of the pulleys, to the belt's middle surface?"
-_MODULUS = "what is the belt's Young's modulus (steel: 210 GPa)?"
-_DENSITY = "what is the belt's density (steel: 7850 kg/m^3)?"
 MACHINE = {
-    "centre_distance": Datum("m", BOUNDS["centre_distance"], 5e-4, _AXES, "11.28 +- 0.005 m"),
-    "pulley_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3, _PULLEYS, "0.170 m"),
-    "head_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3),
-    "tail_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3),
+    "centre_distance": Datum("m", BOUNDS["centre_distance"], 5e-4),
+    "pulley_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3),
+    "head_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3, needed=False),
+    "tail_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3, needed=False),
 }
 BELT = {
-    "width": Datum("mm", BOUNDS["width"], 5e-4, "how wide is the belt?", "200 mm"),
-    "thickness": Datum("mm", BOUNDS["thickness"], 1e-2, "how thick is the belt?", "0.3 +- 0.003 mm"),
-    "youngs_modulus": Datum("GPa", BOUNDS["youngs_modulus"], 2e-2, _MODULUS, "210 +- 4 GPa", "210 +- 4 GPa"),
-    "density": Datum("kg/m^3", BOUNDS["density"], 0.0, _DENSITY, "7850 kg/m^3", "7850 kg/m^3"),
-    "poisson_ratio": Datum("1", BOUNDS["poisson_ratio"], 0.0),
+    "width": Datum("mm", BOUNDS["width"], 5e-4),
+    "thickness": Datum("mm", BOUNDS["thickness"], 1e-2),
+    "youngs_modulus": Datum("GPa", BOUNDS["youngs_modulus"], 2e-2),
+    "density": Datum("kg/m^3", BOUNDS["density"], 0.0),
+    "poisson_ratio": Datum("1", BOUNDS["poisson_ratio"], 0.0, needed=False),
 }
 
 
@@ -110,9 +104,8 @@ def _quantities(
                 remarks[f"{key}.{name}"] = "u is assumed, none was stated"
             spread = datum.relative_u * si if u is None else u * UNITS[unit][1]
             found[name] = Quantity(value=round_digits(si, 12), u=round_digits(spread, 12))
-        elif datum.question:
-            path = (key, name)
-            missing.append(Question(path=path, text=datum.question, example=datum.example, proposed=datum.proposed))
+        elif datum.needed:
+            missing.append(ask(name))
     return found, remarks, missing
 
 
