@@ -32,7 +32,7 @@ from belt_sim.diagnosis.describe import describe, drawings, drawings_of, final_m
 from belt_sim.diagnosis.errors import free_zeros, locate_failure, overall_errors, run_errors
 from belt_sim.diagnosis.examine import BOOTSTRAPS, compile_ahead, examine
 from belt_sim.diagnosis.fit import Fit, step_bounds
-from belt_sim.diagnosis.foresight import doubts, free_starts, pairs, sheet_evidence, visible
+from belt_sim.diagnosis.foresight import find_doubts, free_starts, pairs, sheet_evidence, visible
 from belt_sim.diagnosis.linear_algebra import covariance_root
 from belt_sim.diagnosis.next_run import next_runs
 from belt_sim.diagnosis.plausibility import CORRELATED, inseparable_numbers, unbound_numbers
@@ -225,7 +225,7 @@ def check(
         read, missing = read_begun(campaign)
     chosen = fitted_model(campaign_model(model, read))
     read, running = (read, ()) if planned else free_starts(read, chosen)
-    found = doubts(read, chosen, planned=planned, known=running)
+    found = find_doubts(read, chosen, planned=planned, known=running)
     common: dict[str, Any] = {"campaign": label(read), "base_model": chosen.name, "planned": planned}
     common |= {"runs": tuple(r.name for r in read.runs), "missing": tuple(r.name for r in missing)}
     common |= {"provenance": provenance(config) | {"data_sha256": read.sha256}}

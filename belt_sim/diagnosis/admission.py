@@ -10,7 +10,7 @@ from belt_sim.campaign import Campaign, case_of
 from belt_sim.case import Case
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.linear_algebra import basis
-from belt_sim.diagnosis.linearisation import linearise
+from belt_sim.diagnosis.linearisation import linearise_effects
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.effects.base import Effect, library
 from belt_sim.errors import InputError
@@ -103,7 +103,7 @@ def _check_collinearity(cls: type[Effect], model: Composition, campaign: Campaig
     bench = workbench(campaign, model, [cls, *others])
     base = bench.fit([bench.start((), bench.forward.null())])[0]
     ids = [cls.id, *(c.id for c in others)]
-    linearisation = linearise(bench, base, ids)
+    linearisation = linearise_effects(bench, base, ids)
     shapes = {i: bench.metric.whiten(linearisation.shapes_of(bench, i)) for i in ids}
     bases = {i: basis(rows[np.linalg.norm(rows, axis=1) > SEEN]) for i, rows in shapes.items()}
     own = bases.pop(cls.id)

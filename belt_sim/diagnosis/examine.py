@@ -28,7 +28,7 @@ from belt_sim.diagnosis.decide import (
 from belt_sim.diagnosis.errors import find_faults, free_zeros
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
-from belt_sim.diagnosis.linearisation import Linearisation, chance_inflation, find_starts, linearise
+from belt_sim.diagnosis.linearisation import Linearisation, chance_inflation, find_starts, linearise_effects
 from belt_sim.diagnosis.noise import words_of
 from belt_sim.diagnosis.samples import first_place_inside_span, samples_of, shapes_a_span, shows_places
 from belt_sim.diagnosis.search import Search, add_fits, begin_search, extend, row_of, run_search, tabulate
@@ -126,14 +126,14 @@ def examine(
         bench, nothing = _lay_out(freed, model, tried)
     found: dict[Ids, LawResult] = {}
     if any(s.severity == "stop" for s in suspect):  # nothing is added: only what is there is judged
-        search = begin_search(bench, linearise(bench, nothing, ()), 1.0)
+        search = begin_search(bench, linearise_effects(bench, nothing, ()), 1.0)
         table = replace(tabulate(search), damaged=True)
         decision = decide(table, POLICY)
     else:
-        linearisation = linearise(bench, nothing, [c.id for c in tried])
+        linearisation = linearise_effects(bench, nothing, [c.id for c in tried])
         if (turned := find_starts(bench, linearisation)) is not None:
             bench, nothing = _lay_out(turned, model, tried)
-            linearisation = linearise(bench, nothing, [c.id for c in tried])
+            linearisation = linearise_effects(bench, nothing, [c.id for c in tried])
         search = search_sets(bench, linearisation, (bootstraps, seed), tell)
         tell("looking for what is beyond the library")
         search, table = _gather(search, bench, nothing, laws)

@@ -359,7 +359,7 @@ NOISY = 2.0  # times the usual scatter
 SPANS = 3.0  # a record shorter than so many spans shows the start of the movement only
 
 
-def doubts(
+def find_doubts(
     campaign: Campaign, model: Composition, *, planned: bool, known: Sequence[Suspicion] = ()
 ) -> tuple[Doubt, ...]:
     """Slips in the data and in the sheet first, those that are ``known`` before them, then what the plan lacks."""

@@ -30,7 +30,7 @@ from belt_sim.curves import SensorPlace
 from belt_sim.diagnosis.samples import (
     MAX_SAMPLES,
     Samples,
-    check_places,
+    check_sensor_places,
     indicate_place,
     places_of,
     reading_at,
@@ -421,7 +421,7 @@ class Forward:
     ) -> None:
         """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved."""
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
-        check_places(samples, model, self.classes)
+        check_sensor_places(samples, model, self.classes)
         self.terms = harmonics_of(classes, samples) if terms is None else dict(terms)
         names = {c: list(c.parameters)[: 2 * self.terms[c.id] if c.id in self.terms else None] for c in self.classes}
         self.slots = tuple(Slot(c, name) for c in self.classes for name in names[c])

@@ -151,7 +151,9 @@ def _with_numbers(null: Fit, known: Fit, taken: Sequence[int]) -> Fit:
     return replace(null, vector=vector, chi2=np.inf, exact=False)
 
 
-def linearise(bench: Workbench, fit: Fit, ids: Sequence[str], before: Linearisation | None = None) -> Linearisation:
+def linearise_effects(
+    bench: Workbench, fit: Fit, ids: Sequence[str], before: Linearisation | None = None
+) -> Linearisation:
     """Derivatives of the predictions near ``fit`` along every parameter of the effects ``ids``.
 
     before: about another fit, whose shapes on grids serve here too, but which of them are best is asked of what is left

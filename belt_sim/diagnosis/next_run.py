@@ -16,7 +16,7 @@ from belt_sim.campaign import Run, case_of
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.noise import Metric, metric_of, nuisance_shapes
-from belt_sim.diagnosis.samples import Samples, stack_cases
+from belt_sim.diagnosis.samples import Samples, join_cases
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.jax_setup import map_in_threads
 from belt_sim.results.diagnosis import APART, RESOLVED, NextRun, RunSettings
@@ -154,7 +154,7 @@ class Outlook:
         samples = Samples(
             runs=tuple(a.run for a in self.actions),
             signals=(*here, *(replace(pattern, name=at, at=at, kind="lateral") for at in extra)),
-            cases=stack_cases([case_of(bench.campaign, a.run) for a in self.actions]),
+            cases=join_cases([case_of(bench.campaign, a.run) for a in self.actions]),
             travel=travel,
             time=travel / np.array([[a.run.speed] for a in self.actions]),
             y=y,

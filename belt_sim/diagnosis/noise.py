@@ -326,7 +326,7 @@ class Scatter:
         return _fast_modes(self.sheet, self.spacing, self.per_bin, reach)
 
 
-def scatter(samples: Samples, groups: Sequence[tuple[int, ...]], s: int) -> list[Scatter]:
+def find_scatter(samples: Samples, groups: Sequence[tuple[int, ...]], s: int) -> list[Scatter]:
     """The fast part of every run of the ``s``-th signal, of repeats that of their mean: the rest is in contrasts."""
     repeated = {r for group in groups for r in group}
     there = np.isfinite(samples.y[:, s])
@@ -682,7 +682,7 @@ class LevelFinder:
             made = [contrast(samples, known, (r,), (1.0,), s) for r, s in records]
             contrasts = [c for c in made if c is not None]
         of_signal = [[c for c in contrasts if c.signal == s] for s in range(len(samples.signals))]
-        fast = [scatter(samples, self.groups, s) if self.repeats else [] for s in range(len(samples.signals))]
+        fast = [find_scatter(samples, self.groups, s) if self.repeats else [] for s in range(len(samples.signals))]
         each = list(zip(samples.signals, of_signal, fast, strict=True))
         self.signals, self.smooth = ([SignalLevels(*one, smooth=kind) for one in each] for kind in (False, True))
 

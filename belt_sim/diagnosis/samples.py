@@ -99,7 +99,7 @@ def samples_of(campaign: Campaign, *, leave_out_bad: bool = True) -> Samples:
     return Samples(
         runs=runs,
         signals=campaign.signals,
-        cases=stack_cases([case_of(campaign, run) for run in runs]),
+        cases=join_cases([case_of(campaign, run) for run in runs]),
         travel=travel,
         time=time,
         y=y,
@@ -108,7 +108,7 @@ def samples_of(campaign: Campaign, *, leave_out_bad: bool = True) -> Samples:
     )
 
 
-def stack_cases(cases: list[Case]) -> Case:
+def join_cases(cases: list[Case]) -> Case:
     """One Case whose settings have a leading axis; rig and belt are those of the first."""
     settings = jax.tree.map(
         lambda *leaves: np.stack([np.asarray(x, dtype=float) for x in leaves]), *[c.settings for c in cases]
@@ -169,7 +169,7 @@ def shows_places(signals: Sequence[SignalSheet], model: Composition) -> bool:
     return first_place_inside_span(signals) is None or not any(shapes_a_span(e) for e in model.built_in)
 
 
-def check_places(samples: Samples, model: Composition, classes: Sequence[type[Effect]]) -> None:
+def check_sensor_places(samples: Samples, model: Composition, classes: Sequence[type[Effect]]) -> None:
     """Raise CannotRepresent where a sensor inside a span would see an effect that is computed at the ends only, and
     InputError where a record begins with the yaw, which moves spans and wraps at once."""
     places = places_of(samples)

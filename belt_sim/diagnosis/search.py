@@ -10,7 +10,7 @@ from belt_sim.diagnosis.decide import POLICY, EvidenceTable, Ids, Row, explanati
 from belt_sim.diagnosis.errors import held_out, prior_of_fit
 from belt_sim.diagnosis.fit import Fit, Refit
 from belt_sim.diagnosis.linear_algebra import basis
-from belt_sim.diagnosis.linearisation import GridStart, Linearisation, linearise, places_tried
+from belt_sim.diagnosis.linearisation import GridStart, Linearisation, linearise_effects, places_tried
 from belt_sim.diagnosis.plausibility import has_diverged, is_plausible, prefer_plausible
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.errors import FitError
@@ -376,7 +376,7 @@ def extend(search: Search, ids: Names) -> Search:
     others = [n for n in search.names if n not in key]
     linearisation = search.linearisation
     if current is not linearisation.fit:
-        linearisation = linearise(search.bench, current, others, linearisation)
+        linearisation = linearise_effects(search.bench, current, others, linearisation)
     earlier = {n: f for own, f in latest.items() for n in others if n in own}
     earlier |= {n: latest[key | {n}] for n in others if key | {n} in latest}  # rather than beside other effects
     return keep_screened(search, key, screen(search.bench, linearisation, others, search.penalty, earlier))

@@ -127,7 +127,7 @@ def space(case: Case, root: str, name: str, scale: ViewScale) -> rrb.Spatial3DVi
     return rrb.Spatial3DView(origin=root, name=name, background=BACKGROUND, line_grid=False, eye_controls=eye)
 
 
-def plot(
+def series_plot(
     origin: str, name: str, travel: float, legend: float = NARROW, most: float | None = None
 ) -> rrb.TimeSeriesView:
     """One plot of time series over all of the ``travel`` [m] to come, its legend to the right of the curves, 0 = none;
@@ -161,15 +161,15 @@ def of_run(case: Case, root: str, travel: float, scale: ViewScale, live: bool) -
     seen = space(case, f"{root}/machine/drawn", f"{run_title(case)}: {scale_words(case, scale)}", scale)
     machine = rrb.Tabs(seen, space(case, f"{root}/machine/true", "True to scale", TRUE), active_tab=0)
     loads = rrb.Tabs(
-        plot(f"{root}/series/moment", "Entry moment [N m]", travel),
-        plot(f"{root}/series/tension", "Tension [N/mm2]", travel),
-        plot(f"{root}/series/slip", "Lateral slip [um]", travel),
-        plot(f"{root}/series/sag", "Sag [mm]", travel),
-        plot(f"{root}/series/further", "Further", travel),
+        series_plot(f"{root}/series/moment", "Entry moment [N m]", travel),
+        series_plot(f"{root}/series/tension", "Tension [N/mm2]", travel),
+        series_plot(f"{root}/series/slip", "Lateral slip [um]", travel),
+        series_plot(f"{root}/series/sag", "Sag [mm]", travel),
+        series_plot(f"{root}/series/further", "Further", travel),
     )
     plots = rrb.Horizontal(
-        plot(f"{root}/series/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel, WIDE),
-        plot(f"{root}/series/tilt", "Tilt at mid-span [mrad]", travel),
+        series_plot(f"{root}/series/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel, WIDE),
+        series_plot(f"{root}/series/tilt", "Tilt at mid-span [mrad]", travel),
         loads,
         column_shares=[3, 2, 2],
     )
@@ -495,7 +495,7 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str 
         for title, overlay in runs.items():  # the belt, whose points have the colours of the curves below, on one scale
             root = root_of(title)
             seen = space(overlay.case, f"{root}/belt", title, overlay.scale)
-            curves = plot(f"{root}/y", f"y, +-{most:.2g} mm: {title}", overlay.end, 0.0, most)
+            curves = series_plot(f"{root}/y", f"y, +-{most:.2g} mm: {title}", overlay.end, 0.0, most)
             views.append(rrb.Vertical(seen, curves, row_shares=[3, 2], name=title))
         tabs.insert(0, rrb.Grid(*views, grid_columns=columns, name=f"all {len(runs)}"))
     body = rrb.Tabs(*tabs, active_tab=0) if len(tabs) > 1 else tabs[0]
@@ -562,11 +562,11 @@ def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, picture
 def _tab(title: str, overlay: Overlay) -> rrb.Container:
     """One run: the points beside the residuals and the tilt, the belt in space above."""
     root, travel = root_of(title), overlay.end
-    plots = [plot(f"{root}/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel)]
+    plots = [series_plot(f"{root}/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel)]
     if overlay.measured is not None:
-        plots.append(plot(f"{root}/residual", "Residual: model - measured [mm]", travel))
+        plots.append(series_plot(f"{root}/residual", "Residual: model - measured [mm]", travel))
     if any(c.tilt is not None for c in overlay.modelled.values()):
-        plots.append(plot(f"{root}/tilt", "Tilt at mid-span [mrad]", travel))
+        plots.append(series_plot(f"{root}/tilt", "Tilt at mid-span [mrad]", travel))
     seen = f"{title}, {list(overlay.modelled)[-1]}: {scale_words(overlay.case, overlay.scale)}"
     picture = space(overlay.case, f"{root}/belt", seen, overlay.scale)
     return rrb.Vertical(picture, rrb.Horizontal(*plots, name=title), row_shares=[1, 1], name=title)

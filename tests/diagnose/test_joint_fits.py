@@ -10,7 +10,7 @@ from noise_by_recursion import errors
 from small_campaign import CLASSES, MODEL, SHAPE, bench, campaign, examined, q_of
 
 from belt_sim.diagnosis.errors import conditions
-from belt_sim.diagnosis.linearisation import linearise
+from belt_sim.diagnosis.linearisation import linearise_effects
 from belt_sim.diagnosis.search import MAX_EFFECTS, fit_best
 from belt_sim.diagnosis.workbench import workbench
 from studies.paper.case import TEST_RIG
@@ -38,7 +38,7 @@ def test_a_larger_set_never_fits_worse(two):
 def test_every_candidate_fits_at_least_as_well_as_what_it_stands_beside(two):
     """Guard: sag_roll, whose derivative at null is zero, once stopped above the model without it."""
     base = two.fit([two.start((), two.forward.null())])[0]
-    near = linearise(two, base, ["sag_roll", "slip", "taper"])
+    near = linearise_effects(two, base, ["sag_roll", "slip", "taper"])
     assert "sag_roll" in near.starts
     fits = fit_best(two, near, ["sag_roll", "slip", "taper"], 0.0, {})
     assert all(f.chi2 <= base.chi2 for f in fits.values())

@@ -89,7 +89,7 @@ def test_what_the_model_lacks_does_not_change_the_noise_levels(monkeypatch):
     b = repeated_bench()
     drawn = errors(b, 1, np.random.default_rng(6))[0]
     missing = 5e-3 * np.sin(b.samples.travel)[:, None, :]
-    monkeypatch.setattr("belt_sim.diagnosis.noise.scatter", lambda samples, groups, s: [])
+    monkeypatch.setattr("belt_sim.diagnosis.noise.find_scatter", lambda samples, groups, s: [])
     repeats_alone = LevelFinder(b.samples, b.shapes)
     assert b.finder(drawn + missing) == repeats_alone(drawn)
 
@@ -117,7 +117,7 @@ def test_noise_is_found_beside_the_settings_as_predictions_are_expanded():
 def test_where_repeats_and_single_runs_agree_all_runs_tell_the_white_noise(monkeypatch):
     """Two repeats of 40 readings leave a tenth open; what is fast in all runs leaves less."""
     b = repeated_bench()
-    monkeypatch.setattr("belt_sim.diagnosis.noise.scatter", lambda samples, groups, s: [])
+    monkeypatch.setattr("belt_sim.diagnosis.noise.find_scatter", lambda samples, groups, s: [])
     repeats_alone = LevelFinder(b.samples, b.shapes)
     drawn = errors(b, 30, np.random.default_rng(9))
     width = [np.std(np.log([lv.white for lv in map(finder, drawn)])) for finder in (b.finder, repeats_alone)]

@@ -8,7 +8,7 @@ from small_campaign import CLASSES, MODEL, SPREAD
 
 from belt_sim.campaign import read_campaign, write_campaign
 from belt_sim.diagnosis.examine import examine
-from belt_sim.diagnosis.linearisation import PeriodicWaves, find_starts, linearise
+from belt_sim.diagnosis.linearisation import PeriodicWaves, find_starts, linearise_effects
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.virtual_rig.make import make_campaign
@@ -58,7 +58,7 @@ def test_starts_are_found_and_paid_for(anywhere):
 def test_runs_that_start_at_one_place_are_left_there():
     made = make_campaign(hidden=EDGE, seed=4, plan=SPREAD)[0]
     bench = workbench(made, MODEL, CLASSES)
-    near = linearise(bench, bench.fit([bench.start((), bench.forward.null())])[0], [c.id for c in CLASSES])
+    near = linearise_effects(bench, bench.fit([bench.start((), bench.forward.null())])[0], [c.id for c in CLASSES])
     assert find_starts(bench, near) is None
 
 

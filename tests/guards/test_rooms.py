@@ -8,13 +8,8 @@ from belt_sim.io import PACKAGE
 from studies.site.architecture import arrows, circles, floors
 
 FLOORS = 12
-#: names that stand in two modules: engines of one interface and bs.mjx beside bs; scripts and pages; and those that are
-#: still to be parted
-ALIKE = {
-    *("prepare", "scene", "simulate", "step", "run", "in_batches", "refuse"),
-    "plot",
-    *("check_places", "doubts", "linearise", "scatter", "stack_cases"),
-}
+#: names that stand in two modules: engines of one interface, bs.mjx beside bs, and the entry of the command line
+ALIKE = {"prepare", "scene", "simulate", "step", "run", "in_batches", "refuse"}
 
 
 def test_no_two_rooms_know_each_other_and_floors_do_not_grow():
