@@ -21,7 +21,6 @@ from belt_sim.case import Numbers as Array
 from belt_sim.errors import InputError
 from belt_sim.jax_setup import in_float64
 from belt_sim.space.mjx import (
-    READING,
     MjxData,
     MjxModel,
     PreparedCase,
@@ -37,28 +36,12 @@ from belt_sim.space.mjx import (
     step,
 )
 from belt_sim.space.options import Options
-from belt_sim.space.run import Command
+from belt_sim.space.run import READING, Command
 
 __all__ = [
-    "READING",
-    "Command",
-    "MjxData",
-    "MjxModel",
-    "PreparedCase",
-    "Ranges",
-    "SteeringEnvironment",
-    "SteeringState",
-    "command",
-    "diverged",
-    "march",
-    "plan",
-    "prepare",
-    "scene",
-    "simulate",
-    "simulate_batch",
-    "stack_cases",
-    "step",
-]
+    "READING", "Command", "MjxData", "MjxModel", "PreparedCase", "Ranges", "SteeringEnvironment", "SteeringState",
+    "command", "diverged", "march", "plan", "prepare", "scene", "simulate", "simulate_batch", "stack_cases", "step",
+]  # fmt: skip
 
 
 def __dir__() -> list[str]:
@@ -104,17 +87,10 @@ class SteeringEnvironment:
     action_size, observation_size = 1, 8
 
     def __init__(
-        self,
-        cases: Sequence[Case],
-        *,
-        options: Options | None = None,
-        ranges: Ranges | None = None,
-        speed: float = 1.0,
-        control_travel: float = 0.1,
-        most_yaw: float = 1e-3,
-        y_scale: float = 1e-3,
+        self, cases: Sequence[Case], *, options: Options | None = None, ranges: Ranges | None = None,
+        speed: float = 1.0, control_travel: float = 0.1, most_yaw: float = 1e-3, y_scale: float = 1e-3,
         effort: float = 0.01,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """cases: of one mesh, whose yaw counts for nothing; speed [m/s]: of all belts, which are brought to it here.
 
         Raises InputError for a speed that they do not reach in their run-in.
@@ -143,11 +119,8 @@ class SteeringEnvironment:
         model, data = jax.tree.map(lambda v: v[k], (self.models, self.running))
         turned = jax.random.uniform(askew, (), float, -1.0, 1.0) * self.ranges.yaw_offset
         taper = jax.random.uniform(conical, (), float, -1.0, 1.0) * self.ranges.taper
-        surfaces = model.belt.surfaces
-        surfaces = surfaces._replace(
-            yaw_offset=jnp.stack([0.0 * turned, turned]), taper=jnp.stack([0.0 * taper, taper])
-        )
-        model = model._replace(belt=replace(model.belt, surfaces=surfaces))
+        wrong = {"yaw_offset": jnp.stack([0.0 * turned, turned]), "taper": jnp.stack([0.0 * taper, taper])}
+        model = model._replace(belt=replace(model.belt, surfaces=model.belt.surfaces._replace(**wrong)))
         info = {"model": model, "began": data.travel, "y": data.reading[READING["y"]], "action": 0.0 * turned}
         return self._state(data, info, 0.0 * turned)
 
@@ -172,6 +145,5 @@ class SteeringEnvironment:
         scaled = [y / self.y_scale, read[READING["tilt"]] / self.tilt_scale]
         obs = jnp.concatenate([*scaled, jnp.stack([read[READING["tension"]] / self.tension_scale, info["action"]])])
         reward = -((y[0] / self.y_scale) ** 2) - self.effort * change**2
-        return SteeringState(
-            data, obs, reward, diverged(info["model"], data).astype(float), {"y1": y[0], "yaw": yaw}, info
-        )
+        done = diverged(info["model"], data).astype(float)
+        return SteeringState(data, obs, reward, done, {"y1": y[0], "yaw": yaw}, info)

@@ -95,22 +95,19 @@ class SceneParts:
     def sets_in(self) -> bool:
         """Whether something besides the yaw begins at travel 0, for which the belt stands still."""
         turned = any(s.yaw_offset or s.cant or s.bow for s in (self.head, self.tail))
-        return (
-            turned
-            or self.camber is not None
-            or bool(self.lift_off or self.pushes or self.lean or self.roll or self.roll_lower)
-        )
+        acts = self.lift_off or self.pushes or self.lean or self.roll or self.roll_lower
+        return turned or self.camber is not None or bool(acts)
+
+    @property
+    def tapered(self) -> bool:
+        """Whether a pulley is a cone; one with a crown is none."""
+        return any(surface.taper and not surface.crown for surface in (self.head, self.tail))
 
     @staticmethod
     def from_case(case: Case, friction: float = math.inf) -> "SceneParts":
         """A case's plain cylinders, its gravity and a straight belt."""
-        rig = case.rig
-        return SceneParts(
-            head=PulleySurface(radius=float(rig.head_radius)),
-            tail=PulleySurface(radius=float(rig.tail_radius)),
-            gravity=float(rig.gravity),
-            friction=float(friction),
-        )
+        head, tail = (PulleySurface(radius=float(r)) for r in (case.rig.head_radius, case.rig.tail_radius))
+        return SceneParts(head=head, tail=tail, gravity=float(case.rig.gravity), friction=float(friction))
 
     def with_pulley(self, pulley: str, **values: float) -> "SceneParts":
         """With fields of the surface of ``pulley`` ("head" or "tail") replaced."""

@@ -43,12 +43,12 @@ class Lead:
 def in_space(config: dict[str, Any]) -> dict[str, np.ndarray]:
     """travel [m], y1 [mm], y3 [mm] and the controller's yaw [deg] of the loop closed on the 3D belt."""
     case = make_case(tension=config["tension"], yaw=config["askew"], travel=config["travel"])
-    run = SpaceRun.begin(case, "flex", fit_options(Options(), case, "flex"))
+    run = SpaceRun(case, "flex", fit_options(Options(), case, "flex"))
     steering: list[tuple[float, float]] = []
     controller = Lead(config["gain"], config["lead"], config["lag"])
 
     def steer(state: NativeState) -> float:
-        steering.append((state.travel, controller.angle(state.travel, float(state.readings[0]))))
+        steering.append((float(state.instant[0]), controller.angle(float(state.instant[0]), float(state.readings[0]))))
         return steering[-1][1]
 
     curves = run.go(config["travel"], (ProgressObserver("closed loop"),), steer)

@@ -55,14 +55,9 @@ def difference(scene: Curves, held: Curves) -> dict[str, float]:
     off = 100.0 * np.abs(np.asarray(scene.y) - y).max(axis=1) / np.abs(held.y).max()
     tilt = np.array([np.interp(scene.travel, held.travel, row) for row in np.asarray(held.tilt)])
     far = np.asarray(scene.travel) >= SETTLED
-    apart, most = (np.asarray(scene.tilt) - tilt)[:, far], np.abs(tilt[:, far].mean(axis=1)).max()
-    swing = apart.std(axis=1).max()
-    return {
-        "point_1": float(off[0]),
-        "point_3": float(off[2]),
-        "tilt": float(100.0 * np.abs(apart.mean(axis=1)).max() / most),
-        "swing": float(100.0 * swing / most),
-    }
+    apart, most = (np.asarray(scene.tilt) - tilt)[:, far], 0.01 * np.abs(tilt[:, far].mean(axis=1)).max()
+    of_tilt = np.abs(apart.mean(axis=1)).max() / most, apart.std(axis=1).max() / most
+    return dict(zip(("point_1", "point_3", "tilt", "swing"), map(float, (off[0], off[2], *of_tilt)), strict=True))
 
 
 def main() -> None:

@@ -54,11 +54,8 @@ def shot():
             travel = float(data.sensor("head-spin").data[0]) * float(rig.head_radius)
             if travel >= frame_due:
                 frame_due += EVERY
-                y = [
-                    0.5 * (data.sensor(f"edge-{p}-right").data[0] - data.sensor(f"edge-{p}-left").data[0])
-                    for p in (1, 3)
-                ]
-                yield travel, picture(model, data, seen, nodes, renderer, look, travel, y)
+                edges = [[data.sensor(f"edge-{p}-{side}").data[0] for side in ("left", "right")] for p in (1, 3)]
+                yield travel, picture(model, data, seen, nodes, renderer, look, travel, 0.5 * np.diff(edges)[:, 0])
 
 
 def view() -> tuple[mujoco.MjvCamera, mujoco.MjvOption]:
@@ -69,7 +66,7 @@ def view() -> tuple[mujoco.MjvCamera, mujoco.MjvOption]:
     return camera, option
 
 
-def picture(model, data, seen, nodes, renderer, look, travel: float, y: list[float]) -> Image.Image:
+def picture(model, data, seen, nodes, renderer, look, travel: float, y: np.ndarray) -> Image.Image:
     """One frame."""
     seen.qpos[:] = data.qpos
     for name in ("head-yaw", "tail-yaw"):

@@ -30,10 +30,8 @@ from belt_sim.space.options import Options, fit_options
 TRAVEL = 2.0  # [m]
 BEGIN = 0.05  # [m]: before it y is below a hundredth of its largest
 MEAN = 0.25  # [m]
-HEADER = (
-    "rig,tension_n_per_mm2,dt_ms,damping_per_s,off_1_percent,off_2_percent,off_3_percent,off_4_percent,largest_y_mm"
-)
-HEADER += ",moment_off_percent,tilt_off_percent,tension_off_percent,native_cpu_s,native_steps"
+HEADER = "rig,tension_n_per_mm2,dt_ms,damping_per_s,off_1_percent,off_2_percent,off_3_percent,off_4_percent,"
+HEADER += "largest_y_mm,moment_off_percent,tilt_off_percent,tension_off_percent,native_cpu_s,native_steps"
 
 
 @dataclass(frozen=True)
@@ -67,10 +65,10 @@ def on_the_cpu() -> None:
 
 def native(asked: TableCase) -> tuple[Curves, float]:
     """By MuJoCo, step by step; and CPU time [s]."""
-    from belt_sim.space.native import simulate
+    from belt_sim.space.native import run_native
 
     begun = time.process_time()
-    curves = simulate(asked.case, travel=TRAVEL, options=asked.options)
+    curves = run_native(asked.case, travel=TRAVEL, options=asked.options)
     return curves, time.process_time() - begun
 
 
@@ -92,31 +90,19 @@ def row(asked: TableCase, mine: Curves, reference: Curves, cpu: float) -> str:
     off = 100.0 * np.abs(y - wanted).max(axis=1) / np.abs(wanted).max()
     begins = np.arange(BEGIN, at[-1] - MEAN, MEAN)
 
-    def off_in_means(name: str) -> float:
-        """By how much means over MEAN differ at most, upper and lower, in % of the largest."""
-        both = []
-        for curves in (mine, reference):
-            lines = np.asarray(getattr(curves, name))
-            rows = [(curves.travel >= b) & (curves.travel < b + MEAN) for b in begins]
-            both.append(np.array([lines[:, row].mean(axis=1) for row in rows]))
-        return 100.0 * float(np.abs(both[0] - both[1]).max() / np.abs(both[1]).max())
+    def means(curves: Curves, name: str) -> np.ndarray:
+        """Over MEAN, of the upper and the lower span."""
+        rows = [(curves.travel >= b) & (curves.travel < b + MEAN) for b in begins]
+        return np.array([np.asarray(getattr(curves, name))[:, row].mean(axis=1) for row in rows])
 
     assert mine.extra is not None
     assert reference.extra is not None
-    tension = 100.0 * (mine.extra["tension"][-1] / reference.extra["tension"][-1] - 1.0)
-    numbers = [
-        asked.tension,
-        1e3 * asked.dt,
-        asked.damping,
-        *off,
-        1e3 * np.abs(wanted).max(),
-        off_in_means("moment"),
-        off_in_means("tilt"),
-        tension,
-        cpu,
-        reference.extra["steps"][-1],
-    ]
-    return f"{asked.rig}," + ",".join(f"{v:.4g}" for v in numbers)
+    numbers = [asked.tension, 1e3 * asked.dt, asked.damping, *off, 1e3 * np.abs(wanted).max()]
+    for name in ("moment", "tilt"):
+        apart, most = np.abs(means(mine, name) - means(reference, name)).max(), np.abs(means(reference, name)).max()
+        numbers.append(100.0 * apart / most)
+    numbers += [100.0 * (mine.extra["tension"][-1] / reference.extra["tension"][-1] - 1.0), cpu]
+    return f"{asked.rig}," + ",".join(f"{v:.4g}" for v in [*numbers, reference.extra["steps"][-1]])
 
 
 def main(path: Path) -> None:
@@ -170,15 +156,15 @@ def ring(dt: float, kicks: list[float]) -> None:
         qvel = still.mjx.qvel.at[-blow.size :].add(kick * blow.ravel())
         struck = still._replace(mjx=still.mjx.replace(qvel=qvel))
         read = on_mjx(ready.model, struck, rest._replace(drag=jnp.zeros_like(rest.drag)))[1]
-        run = SpaceRun.begin(case, "flex", fit_options(options, case, "flex"))
+        run = SpaceRun(case, "flex", fit_options(options, case, "flex"))
         instants, resting = instants_of(run.scene, 0.1)
-        state, tilt, now = run.engine.lay(instants[0]), [], instants[resting - 1].copy()
+        state, tilt, now = run.lay(instants[0]), [], instants[resting - 1].copy()
         for k in range(resting - 1):
-            run.engine.step(state, instants[k], instants[k + 1])
+            run.step(state, instants[k], instants[k + 1])
         state.slide_rates += kick * blow
         now[6:8] = 0.0
         for _ in range(steps):
-            run.engine.step(state, now, now)
+            run.step(state, now, now)
             tilt.append(state.readings[tilts])
         print(f"{1e3 * dt:g} ms: native {said(np.array(tilt))}, mjx {said(np.asarray(read)[:, tilts])}", flush=True)
 

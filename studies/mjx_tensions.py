@@ -36,22 +36,11 @@ def draw(path: Path, tensions: np.ndarray, y: np.ndarray, law: np.ndarray, trave
     for panel, (point, colour) in enumerate(((1, BLUE), (3, RED))):
         ax = axes[0][panel]
         for k, place in enumerate(PLACES):
-            ax.plot(
-                tensions,
-                law[:, panel, k],
-                color=colour,
-                alpha=0.3,
-                linewidth=4.0,
-                label="strip law" if k == 0 else None,
-            )
-            ax.plot(tensions, y[:, panel, k], ".", color=colour, markersize=4.0, label="MJX" if k == 0 else None)
-            ax.annotate(
-                f"{place * travel:g} m",
-                (tensions[-1], y[-1, panel, k]),
-                fontsize=7,
-                xytext=(3, 0),
-                textcoords="offset points",
-            )
+            named = ("strip law", "MJX") if k == 0 else (None, None)
+            ax.plot(tensions, law[:, panel, k], color=colour, alpha=0.3, linewidth=4.0, label=named[0])
+            ax.plot(tensions, y[:, panel, k], ".", color=colour, markersize=4.0, label=named[1])
+            beside = {"xytext": (3, 0), "textcoords": "offset points", "fontsize": 7}
+            ax.annotate(f"{place * travel:g} m", (tensions[-1], y[-1, panel, k]), **beside)
         ax.set_title(f"Point {point}")
         ax.set_xlabel("tension [N/mm$^2$]")
     axes[0][0].set_ylabel("y [mm]")

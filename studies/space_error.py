@@ -42,12 +42,12 @@ def main() -> None:
     off, left = differences(space, line)
     rms = np.sqrt((left**2).mean(axis=1))
     table = Table("", "rms", "worst")
-    table.add_row(
-        "best common factor of a signal, off 1", f"{np.sqrt((off**2).mean()):.2%}", f"{np.abs(off).max():.2%}"
-    )
-    table.add_row(
-        "what it leaves over, um", f"{np.sqrt((left**2).mean()) * 1e6:.1f}", f"{np.abs(left).max() * 1e6:.1f}"
-    )
+    for said, values, unit, form in (
+        ("best common factor of a signal, off 1", off, 1.0, ".2%"),
+        ("what it leaves over, um", left, 1e6, ".1f"),
+    ):
+        largest = np.sqrt((values**2).mean()), np.abs(values).max()
+        table.add_row(said, *(format(unit * value, form) for value in largest))
     table.add_row("the same of one signal, um", "", f"{rms.max() * 1e6:.1f}")
     Console().print(table)
     told = {"sensors alone": SENSORS, "what the file states": with_simulator_error(SENSORS, engine)[0]}

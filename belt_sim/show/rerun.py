@@ -3,6 +3,7 @@
 The belt, its pulleys and the four points stand in Rerun's space, with the time series of the run below them.
 """
 
+import contextlib
 import math
 import os
 import re
@@ -52,59 +53,20 @@ def time_columns(travel: Sequence[float], time: Sequence[float]) -> list[rr.Time
     return [rr.TimeColumn(TRAVEL, duration=list(travel)), rr.TimeColumn(TIME, duration=list(time))]
 
 
-def frame_numbers(frame: Frame) -> dict[str, float]:
-    """y1-y4, the mid-span tilts and every named number of a frame, by name, in SI."""
-    upper, lower = geometry.mid_span_tilt(frame)
-    points = {f"y{k + 1}": float(frame.points[k, 1]) for k in range(4)}
-    return {**points, "tilt_upper": upper, "tilt_lower": lower, **frame.scalars}
-
-
-def send_series(
-    recording: rr.RecordingStream, root: str, rows: Sequence[tuple[float, float, Mapping[str, float]]], styled: set[str]
-) -> None:
-    """Send (travel [m], time [s], numbers) of instants, a column a number; ``styled`` gathers names that have a style.
-
-    A number that is not known is drawn in SI in a plot of its own.
-    """
-    for name in dict.fromkeys(name for _, _, row in rows for name in row):
-        unknown = "further", f"{name} [SI]", CYCLE[len(styled) % len(CYCLE)], 1.0
-        plot, label, colour, unit = KNOWN.get(name, unknown)
-        path = f"{root}/series/{plot}/{name}"
-        if name not in styled:
-            recording.log(path, rr.SeriesLines(names=[label], colors=[rgb(colour)], widths=[2.0]), static=True)
-            styled.add(name)
-        there = [(travel, time, row[name]) for travel, time, row in rows if name in row]
-        travels, times, values = zip(*there, strict=True)
-        shown = rr.Scalars.columns(scalars=[value / unit for value in values])
-        rr.send_columns(path, time_columns(travels, times), shown, recording=recording)
-
-
 PLAY_SPEED = 2.0  # [m of travel per second]
 
 
 def run_title(case: Case) -> str:
     """The settings of a run, as a tab or a view is called: 7 N/mm2, yaw -0.042 deg."""
     tail, head = (float(yaw.last()) for yaw in (case.settings.yaw, case.settings.yaw_head))
-    return ", ".join(
-        [
-            f"{words.tension(float(case.settings.tension))} N/mm2",
-            f"yaw {words.yaw(tail)} deg",
-            *([f"head {words.yaw(head)} deg"] if head else []),
-            *(["reversed"] if float(case.settings.direction) < 0 else []),
-        ]
-    )
+    turned = f"yaw {words.yaw(tail)} deg" + (f", head {words.yaw(head)} deg" if head else "")
+    reversed_ = ", reversed" if float(case.settings.direction) < 0 else ""
+    return f"{words.tension(float(case.settings.tension))} N/mm2, {turned}{reversed_}"
 
 
 def root_of(title: str) -> str:
     """The path under which a run of this title is logged: runs/7_N_mm2/yaw_-0.042_deg."""
     return "/".join(["runs", *(re.sub(r"[^\w.+-]+", "_", part) for part in title.split(", "))])
-
-
-def begin_recording(name: str) -> rr.RecordingStream:
-    """A recording that the viewer lists as ``name``."""
-    recording = rr.RecordingStream(APPLICATION)
-    rr.send_recording_name(name, recording=recording)
-    return recording
 
 
 #: Behind the machine: a level belt, near white, and a tilted one, dark red or blue, stand out from it.
@@ -134,13 +96,10 @@ def series_plot(
     most: what the ordinate reaches to either side, None = as the curves are."""
     end = rrb.TimeRangeBoundary.absolute(seconds=travel / (1.0 - max(legend, MARGIN)))
     whole = rrb.TimeRange(rrb.TimeRangeBoundary.absolute(seconds=0.0), end)
-    return rrb.TimeSeriesView(
-        origin=origin,
-        name=name,
-        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop, visible=bool(legend)),
-        axis_y=None if most is None else rrb.ScalarAxis(range=(-most, most)),
-        axis_x=rrb.TimeAxis(view_range=whole),
-    )
+    shown = rrb.PlotLegend(corner=rrb.Corner2D.RightTop, visible=bool(legend))
+    axes: dict[str, Any] = {"axis_x": rrb.TimeAxis(view_range=whole)}
+    axes |= {} if most is None else {"axis_y": rrb.ScalarAxis(range=(-most, most))}
+    return rrb.TimeSeriesView(origin=origin, name=name, plot_legend=shown, **axes)
 
 
 def blueprint(body: rrb.Container, live: bool) -> rrb.Blueprint:
@@ -160,19 +119,12 @@ def of_run(case: Case, root: str, travel: float, scale: ViewScale, live: bool) -
     """The machine with its movements enlarged (and, as a tab, true to scale) above the plots."""
     seen = space(case, f"{root}/machine/drawn", f"{run_title(case)}: {scale_words(case, scale)}", scale)
     machine = rrb.Tabs(seen, space(case, f"{root}/machine/true", "True to scale", TRUE), active_tab=0)
-    loads = rrb.Tabs(
-        series_plot(f"{root}/series/moment", "Entry moment [N m]", travel),
-        series_plot(f"{root}/series/tension", "Tension [N/mm2]", travel),
-        series_plot(f"{root}/series/slip", "Lateral slip [um]", travel),
-        series_plot(f"{root}/series/sag", "Sag [mm]", travel),
-        series_plot(f"{root}/series/further", "Further", travel),
-    )
-    plots = rrb.Horizontal(
-        series_plot(f"{root}/series/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel, WIDE),
-        series_plot(f"{root}/series/tilt", "Tilt at mid-span [mrad]", travel),
-        loads,
-        column_shares=[3, 2, 2],
-    )
+    titles = {"moment": "Entry moment [N m]", "tension": "Tension [N/mm2]", "slip": "Lateral slip [um]",
+              "sag": "Sag [mm]", "further": "Further"}  # fmt: skip
+    y = series_plot(f"{root}/series/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel, WIDE)
+    tilt = series_plot(f"{root}/series/tilt", "Tilt at mid-span [mrad]", travel)
+    loads = rrb.Tabs(*(series_plot(f"{root}/series/{name}", title, travel) for name, title in titles.items()))
+    plots = rrb.Horizontal(y, tilt, loads, column_shares=[3, 2, 2])
     return blueprint(rrb.Vertical(machine, plots, row_shares=[3, 2]), live)
 
 
@@ -213,47 +165,38 @@ class Scene:
 
     def __init__(self, recording: rr.RecordingStream, root: str, case: Case, scale: ViewScale = TRUE) -> None:
         self.recording, self.root, self.case, self.scale = recording, root, case, scale
-        self.full_tilt = full_colour_tilt(case)
-        self.stations = 0
+        self.full_tilt, self.stations = full_colour_tilt(case), 0
         self.reach = np.empty((0, 4))  # least and most y of points 1-4 so far
-        recording.log(root, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-        radii = {"head": case.rig.head_radius, "tail": case.rig.tail_radius}
-        for name, radius in radii.items():
-            self._pulley(name, float(radius) - 0.5 * float(case.belt.thickness))
+        self.face = (FACE_TRUE if scale == TRUE else FACE_DRAWN) * float(case.belt.width)
+        self._log("", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+        out = (0.5 + STUB) * self.face
+        for name, radius in (("head", case.rig.head_radius), ("tail", case.rig.tail_radius)):
+            self._log(
+                f"{name}/turned/pulley", drum(self.face, 0.985 * (float(radius) - 0.5 * float(case.belt.thickness)))
+            )
+            for path, reach, colour, thick in (("turned/axis", out, INK, AXIS), ("aligned", 1.2 * out, FAINT, EDGE)):
+                line = [[[0.0, -reach, 0.0], [0.0, reach, 0.0]]]
+                self._log(f"{name}/{path}", rr.LineStrips3D(line, colors=[rgb(colour)], radii=[thick]))
         self._signs()
-        colours, still = [rgb(c) for c in POINTS], {"static": True}
-        recording.log(f"{root}/belt/edges", rr.LineStrips3D.from_fields(colors=[rgb(INK)], radii=[EDGE]), **still)
+        colours = [rgb(c) for c in POINTS]
+        self._log("belt/edges", rr.LineStrips3D.from_fields(colors=[rgb(INK)], radii=[EDGE]))
         dots = rr.Points3D.from_fields(colors=colours, radii=[DOT], labels=list("1234"), show_labels=True)
-        recording.log(f"{root}/points", dots, **still)
-        recording.log(f"{root}/reach", rr.LineStrips3D.from_fields(colors=colours, radii=[REACH]), **still)
+        self._log("points", dots)
+        self._log("reach", rr.LineStrips3D.from_fields(colors=colours, radii=[REACH]))
 
-    def _pulley(self, name: str, radius: float) -> None:
-        """A grey cylinder along y, its axis, and a faint line where an aligned axis would be."""
-        width = (FACE_TRUE if self.scale == TRUE else FACE_DRAWN) * float(self.case.belt.width)
-        reach = (0.5 + STUB) * width
-        path, log = f"{self.root}/{name}", self.recording.log
-        log(f"{path}/turned/pulley", drum(width, 0.985 * radius), static=True)
-        axis = [[[0.0, -reach, 0.0], [0.0, reach, 0.0]]]
-        log(f"{path}/turned/axis", rr.LineStrips3D(axis, colors=[rgb(INK)], radii=[AXIS]), static=True)
-        aligned = [[[0.0, -1.2 * reach, 0.0], [0.0, 1.2 * reach, 0.0]]]
-        log(f"{path}/aligned", rr.LineStrips3D(aligned, colors=[rgb(FAINT)], radii=[EDGE]), static=True)
+    def _log(self, path: str, what: Any) -> None:
+        self.recording.log(f"{self.root}/{path}".rstrip("/"), what, static=True)
 
     def _signs(self) -> None:
         """Which way the belt travels and y counts, which pulley is which, and what the colours of the ribbon mean."""
-        radius, width = float(self.case.rig.tail_radius), float(self.case.belt.width)
-        length, static = float(self.case.rig.centre_distance) / self.scale.shortened, {"static": True}
-        face = (FACE_TRUE if self.scale == TRUE else FACE_DRAWN) * width
-        arrow, above = SIGN * length, 1.5 * radius
-        ahead = arrow * (1.0 if float(self.case.settings.direction) > 0 else -1.0)
+        radius, face = float(self.case.rig.tail_radius), self.face
+        length = float(self.case.rig.centre_distance) / self.scale.shortened
+        ahead, above = SIGN * length * np.sign(float(self.case.settings.direction)), 1.5 * radius
         arrows = rr.Arrows3D(
             origins=[[0.6 * length - 0.5 * ahead, 0.0, above], [length, -0.5 * face, above]],
             vectors=[[ahead, 0.0, 0.0], [0.0, face, 0.0]],
-            labels=["travel", "+y"],
-            colors=[rgb(INK)],
-            radii=[AXIS],
-            show_labels=True,
-        )
-        self.recording.log(f"{self.root}/signs/arrows", arrows, **static)
+            labels=["travel", "+y"], colors=[rgb(INK)], radii=[AXIS], show_labels=True,
+        )  # fmt: skip
         share = np.linspace(-1.0, 1.0, STEPS)
         places = np.column_stack([length * (0.5 + 0.2 * share), np.full(STEPS, -0.8 * face), np.full(STEPS, -above)])
         bar = rr.Boxes3D(
@@ -262,16 +205,14 @@ class Scene:
             colors=geometry.tilt_colours(share * self.full_tilt, self.full_tilt),
             fill_mode="solid",
         )
-        self.recording.log(f"{self.root}/signs/colours", bar, **static)
         most = f"{self.full_tilt / 1e-3:.0f} mrad"
-        words = rr.Points3D(
+        named = rr.Points3D(
             [[0.0, 0.8 * face, -radius], [length, 0.8 * face, radius], *(places[[0, STEPS // 2, -1]])],
             labels=["head pulley", "tail pulley", f"-{most}", "tilt 0", f"+{most}"],
-            colors=[rgb(INK)],
-            radii=[-0.5],
-            show_labels=True,
-        )
-        self.recording.log(f"{self.root}/signs/words", words, **static)
+            colors=[rgb(INK)], radii=[-0.5], show_labels=True,
+        )  # fmt: skip
+        for name, sign in (("arrows", arrows), ("colours", bar), ("words", named)):
+            self._log(f"signs/{name}", sign)
 
     def frames(self, frames: Sequence[Frame]) -> None:
         """Draw instants against travel, all with as many stations, as columns.
@@ -318,6 +259,13 @@ APPLICATION = "belt-sim"
 DATA_PORT, VIEWER_PORT = 9876, 9090  # Rerun's own defaults
 EVERY = 0.025  # [m] of travel between two readings
 PICTURES = 100  # of the belt, at most, in a run
+
+
+def begin_recording(name: str) -> rr.RecordingStream:
+    """A recording that the viewer lists as ``name``."""
+    recording = rr.RecordingStream(APPLICATION)
+    rr.send_recording_name(name, recording=recording)
+    return recording
 
 
 class RecordingFile:
@@ -368,7 +316,17 @@ class RerunObserver:
         """Open the file or a viewer, send the blueprint and all that does not move; raises BeltError."""
         self.recording, scale = begin_recording(f"{self.model}, {run_title(case)}"), view_scale_of(case, travel)
         if self.file is None:
-            _open_viewer(self.recording)
+            try:  # a window, or a web viewer that this process serves for as long as it lives
+                if has_display():
+                    self.recording.spawn()
+                else:
+                    address = rr.serve_grpc(recording=self.recording, grpc_port=_free_port(DATA_PORT))
+                    port = _free_port(VIEWER_PORT)
+                    rr.serve_web_viewer(web_port=port, open_browser=False, connect_to=address)
+                    print(f"watch = rerun: open http://localhost:{port}/?url={address} in a browser", file=sys.stderr)
+            except (RuntimeError, OSError, ValueError) as cause:
+                reason = str(cause).strip().splitlines()[0]
+                raise BeltError(f"watch = rerun: no viewer could be opened ({reason}); use watch=rrd") from cause
         else:
             self.file.open(self.recording)
         self.every_picture = max(self.every, travel / PICTURES)
@@ -390,14 +348,28 @@ class RerunObserver:
 
     def _take(self, frame: Frame, *, pictured: bool) -> None:
         if frame.travel > self.last:
-            self.rows.append((frame.travel, frame.time, frame_numbers(frame)))
+            upper, lower = geometry.mid_span_tilt(frame)
+            points = {f"y{k + 1}": float(frame.points[k, 1]) for k in range(4)}
+            numbers = {**points, "tilt_upper": upper, "tilt_lower": lower, **frame.scalars}
+            self.rows.append((frame.travel, frame.time, numbers))
             self.last = frame.travel
         if pictured:
             self.last_picture = frame.travel
             self.pictures.append(frame)
 
     def _send(self, recording: rr.RecordingStream) -> None:
-        send_series(recording, self.root, self.rows, self.styled)
+        """Send what has been taken, a column a number; one that is not known is drawn in SI in a plot of its own."""
+        for name in dict.fromkeys(name for _, _, row in self.rows for name in row):
+            unknown = "further", f"{name} [SI]", CYCLE[len(self.styled) % len(CYCLE)], 1.0
+            plot, label, colour, unit = KNOWN.get(name, unknown)
+            path = f"{self.root}/series/{plot}/{name}"
+            if name not in self.styled:
+                recording.log(path, rr.SeriesLines(names=[label], colors=[rgb(colour)], widths=[2.0]), static=True)
+                self.styled.add(name)
+            there = [(travel, time, row[name]) for travel, time, row in self.rows if name in row]
+            travels, times, values = zip(*there, strict=True)
+            shown = rr.Scalars.columns(scalars=[value / unit for value in values])
+            rr.send_columns(path, time_columns(travels, times), shown, recording=recording)
         for scene in self.scenes if self.pictures else ():
             scene.frames(self.pictures)
         self.rows, self.pictures = [], []
@@ -413,29 +385,11 @@ class RerunObserver:
                 self.file.close()
 
 
-def _open_viewer(recording: rr.RecordingStream) -> None:
-    """Send the recording to a window, or serve it and a web viewer from this process, for as long as it lives."""
-    try:
-        if has_display():
-            recording.spawn()
-            return
-        address = rr.serve_grpc(recording=recording, grpc_port=_free_port(DATA_PORT))
-        web_port = _free_port(VIEWER_PORT)
-        rr.serve_web_viewer(web_port=web_port, open_browser=False, connect_to=address)
-        print(f"watch = rerun: open http://localhost:{web_port}/?url={address} in a browser", file=sys.stderr)
-    except (RuntimeError, OSError, ValueError) as cause:
-        reason = str(cause).strip().splitlines()[0]
-        raise BeltError(f"watch = rerun: no viewer could be opened ({reason}); use watch=rrd") from cause
-
-
 def _free_port(wanted: int) -> int:
     """``wanted`` if nobody listens there, else any free port: two runs may be watched at once."""
     for port in (wanted, 0):
-        with socket.socket() as probe:
-            try:
-                probe.bind(("0.0.0.0", port))
-            except OSError:
-                continue
+        with socket.socket() as probe, contextlib.suppress(OSError):
+            probe.bind(("0.0.0.0", port))
             return probe.getsockname()[1]
     raise OSError("no free port")
 
@@ -472,9 +426,11 @@ class Overlay:
         drawn = [*self.modelled.values(), *([self.measured] if self.measured is not None else [])]
         return max(float(curves.travel[-1]) for curves in drawn)
 
-    @property
-    def scale(self) -> ViewScale:
-        return view_scale_of(self.case, self.length)
+    def space(self, root: str, title: str, *, explained: bool = False) -> rrb.Spatial3DView:
+        """The belt in space; explained: the title says what is enlarged and coloured."""
+        scale = view_scale_of(self.case, self.length)
+        title += f", {list(self.modelled)[-1]}: {scale_words(self.case, scale)}" if explained else ""
+        return space(self.case, f"{root}/belt", title, scale)
 
 
 def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str = "belt-sim") -> Path:
@@ -485,19 +441,26 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str 
     the measurement), tilt/MODEL (upper, lower [mrad]); belt (movements enlarged as the view's name says). Points have
     their four colours; models but the last are pale, what was measured are dots. Returns the path.
     """
-    file, recording = RecordingFile(path), begin_recording(name)
+    file, recording, tabs = RecordingFile(path), begin_recording(name), []
     file.open(recording)
-    tabs: list[rrb.Container] = [_tab(title, overlay) for title, overlay in runs.items()]
-    if 1 < len(runs) <= VIEWS:
-        columns = math.ceil(math.sqrt(len(runs)))
+    for title, overlay in runs.items():  # the points beside the residuals and the tilt, the belt in space above
+        root, travel = root_of(title), overlay.end
+        plots = [series_plot(f"{root}/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel)]
+        if overlay.measured is not None:
+            plots.append(series_plot(f"{root}/residual", "Residual: model - measured [mm]", travel))
+        if any(c.tilt is not None for c in overlay.modelled.values()):
+            plots.append(series_plot(f"{root}/tilt", "Tilt at mid-span [mrad]", travel))
+        seen = overlay.space(root, title, explained=True)
+        tabs.append(rrb.Vertical(seen, rrb.Horizontal(*plots, name=title), row_shares=[1, 1], name=title))
+    if 1 < len(runs) <= VIEWS:  # the belt, whose points have the colours of the curves below, on one scale
         most = 1.05 * max(float(np.nanmax(np.abs(o.last_curves.y), initial=1e-9)) for o in runs.values()) / MM
         views = []
-        for title, overlay in runs.items():  # the belt, whose points have the colours of the curves below, on one scale
+        for title, overlay in runs.items():
             root = root_of(title)
-            seen = space(overlay.case, f"{root}/belt", title, overlay.scale)
             curves = series_plot(f"{root}/y", f"y, +-{most:.2g} mm: {title}", overlay.end, 0.0, most)
-            views.append(rrb.Vertical(seen, curves, row_shares=[3, 2], name=title))
-        tabs.insert(0, rrb.Grid(*views, grid_columns=columns, name=f"all {len(runs)}"))
+            views.append(rrb.Vertical(overlay.space(root, title), curves, row_shares=[3, 2], name=title))
+        grid = rrb.Grid(*views, grid_columns=math.ceil(math.sqrt(len(runs))), name=f"all {len(runs)}")
+        tabs.insert(0, grid)
     body = rrb.Tabs(*tabs, active_tab=0) if len(tabs) > 1 else tabs[0]
     rr.send_blueprint(blueprint(body, live=False), recording=recording)
     pictures = min(max(IN_ALL // len(runs), FEWEST), MOST)
@@ -555,18 +518,5 @@ def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, picture
             log("residual", name, at, apart, numbers, colours)
     if measured is not None:
         log_curves(MEASURED, measured)
-    scene = Scene(recording, f"{root}/belt", overlay.case, overlay.scale)
+    scene = Scene(recording, f"{root}/belt", overlay.case, view_scale_of(overlay.case, overlay.length))
     scene.frames(list(geometry.frames(overlay.case, overlay.last_curves, every=max(overlay.length / pictures, EVERY))))
-
-
-def _tab(title: str, overlay: Overlay) -> rrb.Container:
-    """One run: the points beside the residuals and the tilt, the belt in space above."""
-    root, travel = root_of(title), overlay.end
-    plots = [series_plot(f"{root}/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel)]
-    if overlay.measured is not None:
-        plots.append(series_plot(f"{root}/residual", "Residual: model - measured [mm]", travel))
-    if any(c.tilt is not None for c in overlay.modelled.values()):
-        plots.append(series_plot(f"{root}/tilt", "Tilt at mid-span [mrad]", travel))
-    seen = f"{title}, {list(overlay.modelled)[-1]}: {scale_words(overlay.case, overlay.scale)}"
-    picture = space(overlay.case, f"{root}/belt", seen, overlay.scale)
-    return rrb.Vertical(picture, rrb.Horizontal(*plots, name=title), row_shares=[1, 1], name=title)

@@ -14,7 +14,7 @@ import numpy as np
 
 from belt_sim.case import Case, pytree
 from belt_sim.case import Numbers as Array
-from belt_sim.scene_parts import GuideRoller, SceneParts
+from belt_sim.scene_parts import GuideRoller, Push, SceneParts
 from belt_sim.space.elastic import Ties, TwistStiffness
 from belt_sim.space.friction import SlidingStiffness, read_sliding_stiffness
 from belt_sim.space.loop import sink_chords
@@ -69,8 +69,7 @@ class LayerFibres(NamedTuple):
         """Of a belt; strength [1] multiplies l^2 and l^3."""
         belt, tense = case.belt, float(case.tension_force) * twist.strip_tension
         share = strength * tense / (tense + twist.strip_torsion)
-        numbers = belt.plate_stiffness, belt.thickness, belt.youngs_modulus, share, mesh.residual_strain
-        return LayerFibres(*map(np.array, numbers))
+        return LayerFibres(belt.plate_stiffness, belt.thickness, belt.youngs_modulus, share, mesh.residual_strain)
 
 
 _SPARE = 6  # stations by which a wrap may be longer than half a turn
@@ -110,19 +109,13 @@ class SurfaceArrays(NamedTuple):
 
 class GuideArrays(NamedTuple):
     """Rollers, every field of shape (g,): height, +1 beside the upper span, -1 beside the lower; the others as in
-    belt_sim.scene_parts.GuideRoller. One that pushes nothing has the stiffness 0."""
+    belt_sim.scene_parts.GuideRoller. One that pushes nothing is all 0."""
 
     height: Array
     x: Array
     gap: Array
     side: Array
     stiffness: Array
-
-    @staticmethod
-    def from_rollers(guides: Sequence[GuideRoller], count: int) -> "GuideArrays":
-        """So many, of which these are the first."""
-        rows = [(1.0 if g.span == "upper" else -1.0, g.x, g.gap, g.side, g.stiffness) for g in guides]
-        return GuideArrays(*np.array(rows + [(1.0, 0.0, 0.0, 1.0, 0.0)] * (count - len(rows))).T)
 
 
 class LoadArrays(NamedTuple):
@@ -138,15 +131,6 @@ class LoadArrays(NamedTuple):
     lean: Array
     roll: Array
     roll_lower: Array
-
-    @staticmethod
-    def from_parts(parts: SceneParts, count: int) -> "LoadArrays":
-        """Of a scene, with so many pushes, of which its own are the first."""
-        rows = [(1.0 if p.span == "upper" else -1.0, p.x, p.along, p.across, p.couple) for p in parts.pushes]
-        rows += [(1.0, 0.0, 0.0, 0.0, 0.0)] * (count - len(rows))
-        height, x, along, across, couple = np.array(rows).reshape(count, 5).T
-        everywhere = (np.array(v) for v in (parts.lean * parts.gravity, parts.roll, parts.roll_lower))
-        return LoadArrays(height, x, along, across, couple, *everywhere)
 
 
 @pytree
@@ -189,7 +173,10 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures, inertia: np.ndarra
     """The arrays of a scene; its options are fitted to its case; inertia: as of ``read_sliding_stiffness``."""
     case, mesh, options, parts = scene.case, scene.mesh, scene.options, scene.parts
     twist = TwistStiffness.from_belt(case.belt, mesh)
-    surfaces = _surfaces(scene)
+    both = parts.head, parts.tail
+    radius, *same = (np.array([getattr(s, f) for s in both], float) for f in ("radius", *SurfaceArrays._fields[3:]))
+    wider = np.array([scene.loop.radius_head, scene.loop.radius_tail]) - radius
+    surfaces = SurfaceArrays(radius, wider, np.array([float(sink_chords(mesh.chord, r)) for r in radius]), *same)
     shape = BatchShape(
         stations=mesh.stations,
         lines=mesh.lines,
@@ -200,10 +187,16 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures, inertia: np.ndarra
         limp=is_limp(scene.kind, options),
         canted=features.canted,
     )
-    ties = _ties(scene)
+    ties, belt, guides, loads = _ties(scene), case.belt, None, None
     if features.cambered:
         ties = ties._replace(natural=np.broadcast_to(ties.natural, (*ties.natural.shape[:2], mesh.stations)))
-    belt = BeltArrays(
+    if features.guides:
+        guides = GuideArrays(*_span_rows(parts.edge_guides, ("x", "gap", "side", "stiffness"), features.guides))
+    if features.pushes or features.leans:
+        pushes = _span_rows(parts.pushes, ("x", "along", "across", "couple"), features.pushes)
+        loads = LoadArrays(*pushes, parts.lean * parts.gravity, parts.roll, parts.roll_lower)
+    slides = read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop, inertia) if features.slips else None
+    arrays = BeltArrays(
         ties=ties,
         twist=twist,
         surfaces=surfaces,
@@ -217,26 +210,23 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures, inertia: np.ndarra
         run_speed=options.run_speed,
         level=scene.loop.radius_head,
         friction=parts.friction,
-        area=float(case.belt.area),
-        width=float(case.belt.width),
-        bending=float(case.belt.bending_stiffness),
-        yaw_stiffness=8.0 * float(case.belt.bending_stiffness / case.rig.span_length),
-        sliding_stiffness=(
-            read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop, inertia) if features.slips else None
-        ),
-        guides=GuideArrays.from_rollers(parts.edge_guides, features.guides) if features.guides else None,
+        area=belt.area,
+        width=belt.width,
+        bending=belt.bending_stiffness,
+        yaw_stiffness=8.0 * float(belt.bending_stiffness / case.rig.span_length),
+        sliding_stiffness=slides,
+        guides=guides,
         fibres=LayerFibres.from_mesh(case, mesh, twist, parts.lift_off) if features.layered else None,
-        loads=LoadArrays.from_parts(parts, features.pushes) if features.pushes or features.leans else None,
+        loads=loads,
         shape=shape,
     )
-    return jax.tree.map(lambda v: np.asarray(v, float), belt)
+    return jax.tree.map(lambda v: np.asarray(v, float), arrays)
 
 
-def _surfaces(scene: SceneLayout) -> SurfaceArrays:
-    both = (scene.parts.head, scene.parts.tail)
-    radius, *same = (np.array([getattr(s, f) for s in both], float) for f in ("radius", *SurfaceArrays._fields[3:]))
-    wider = np.array([scene.loop.radius_head, scene.loop.radius_tail]) - radius
-    return SurfaceArrays(radius, wider, np.array([float(sink_chords(scene.mesh.chord, r)) for r in radius]), *same)
+def _span_rows(acting: Sequence[GuideRoller | Push], fields: Sequence[str], count: int) -> np.ndarray:
+    """Height and fields of what acts on spans, shape (fields + 1, count); what there is less of is all 0."""
+    rows = [(1.0 if one.span == "upper" else -1.0, *(getattr(one, f) for f in fields)) for one in acting]
+    return np.array(rows + [(0.0,) * (len(fields) + 1)] * (count - len(rows))).reshape(count, len(fields) + 1).T
 
 
 def _ties(scene: SceneLayout) -> Ties:

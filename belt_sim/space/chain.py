@@ -1,16 +1,21 @@
-"""The belt as a chain of stations, cut open in the middle of the head's wrap: what is free, what pulls, how stiffly."""
+"""The pulleys, where they are and how the belt loads them, and the belt as a chain of stations, cut open in the middle
+of the head's wrap: what is free, what pulls, how stiffly."""
 
 from functools import partial
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import mujoco
 import numpy as np
 
 from belt_sim.case import Numbers as Array
+from belt_sim.jax_setup import jit_float64
 from belt_sim.space.belt import BeltArrays
 from belt_sim.space.elastic import stretch_energy, twist_energy
-from belt_sim.space.options import FURTHEST_KINK, KINK_STATIONS
+from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
+from belt_sim.space.options import COMPLIANCE_TIME, FURTHEST_KINK, KINK_STATIONS, TAIL_DAMPING_RATIO
+from belt_sim.space.run import Command
 from belt_sim.space.wrap import (
     FIRST,
     HEAD,
@@ -21,10 +26,136 @@ from belt_sim.space.wrap import (
     PoseArrays,
     WrapArrays,
     anchor_places,
+    axes_of,
     cylinder_coordinates,
+    land_stations,
     layer_displacements,
     outer_depth,
+    radius_at,
+    release_stations,
+    update_tangents,
 )
+
+
+def laid_poses(scene: SceneLayout) -> PoseArrays:
+    """Both pulleys aligned, and turned back by what comes before travel 0, so that they have turned by 0 there."""
+    before = float(np.sign(float(scene.case.settings.direction))) * scene.early
+    radius = np.array([scene.parts.head.radius, scene.parts.tail.radius])
+    centre = np.array([[0.0, 0.0, 0.0], [scene.loop.centre_distance, 0.0, 0.0]])
+    return PoseArrays(centre, np.stack([np.eye(3)] * 2), -before / radius, np.zeros(2))
+
+
+def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> BeltOnPulley:
+    """The belt laid round head and tail at rest, before its run-in; the pulleys are plain cylinders so far.
+
+    Stations are anchored where their nodes are, at their mean height, then landed or released.
+    """
+    mesh, ends = scene.mesh, []
+    for laid in (scene.loop.on_head, scene.loop.on_tail):
+        on = np.flatnonzero(laid)
+        jump = np.flatnonzero(np.diff(on) > 1)  # where the numbers begin anew on the pulley
+        ends.append((on[jump[0] + 1] - mesh.stations, on[jump[0]]) if len(jump) else (on[0], on[-1]))
+    (first, last), (r, y, angle) = np.array(ends).T, np.zeros((3, 2, mesh.lines, mesh.stations))
+    wraps = WrapArrays(first, last, r, y, angle, np.zeros((2, mesh.stations)), np.zeros((2, 2)))
+    layer = None if belt.fibres is None else np.zeros((2, 2, mesh.lines, 2))
+    pulleys = BeltOnPulley(wraps, belt.surfaces, laid_poses(scene), layer)
+    return jax.tree.map(np.asarray, _anchor_laid(belt, pulleys, np.moveaxis(mesh.laid, 0, -1)))
+
+
+@jit_float64
+def _anchor_laid(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array) -> BeltOnPulley:
+    def anchor(pulley: BeltOnPulley) -> WrapArrays:
+        r, y, angle = cylinder_coordinates(nodes, pulley.pose)
+        circle = radius_at(pulley.surface, 0.0, y)
+        wrap = pulley.wrap._replace(r=circle + (r - circle).mean(axis=0), y=y, angle=angle)
+        return update_tangents(wrap, pulley.pose, nodes, 1.0)
+
+    pulleys = pulleys._replace(wrap=jax.vmap(anchor)(pulleys))
+    return release_stations(belt, land_stations(belt, pulleys, (pulleys.pose, nodes), nodes, 0.0, 0.0))
+
+
+def pose_of(
+    belt: BeltArrays, command: Command, tail: Array, turned: Array | None = None, askew: Array | float = 1.0
+) -> PoseArrays:
+    """Where the pulleys are, with the tail pulley at x [m] and spin [rad] ``tail``.
+
+    turned [rad], (2,): yaw by which they give way; askew [1]: share of the wobble.
+    """
+    rolled = belt.shape.sign * command.travel / belt.surfaces.radius
+    yaw = command.yaw if turned is None else command.yaw + turned
+    axes = jax.vmap(axes_of, in_axes=(0, 0, None, 0, None))(belt.surfaces, yaw, command.share, rolled, askew)
+    centre, spin = jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), jnp.stack([rolled[HEAD], tail[1]])
+    return PoseArrays(centre, axes, spin, command.share * belt.surfaces.bow)
+
+
+def belt_loads(pulleys: BeltOnPulley, nodes: Array, pull: Array) -> Array:
+    """Force along x [N], moment about the axis and about z [N m] that the belt does to head and tail, (2, 3).
+
+    nodes [m], pull [N], (m, 3, n): of belt and weight.
+    """
+    n = nodes.shape[-1]
+
+    def of_one(pulley: BeltOnPulley) -> Array:
+        wrap, _, pose, _ = pulley
+        held = (np.arange(n) - wrap.first) % n <= (wrap.last - wrap.first) % n
+        arms, forces = nodes - pose.centre[:, None], jnp.where(held, pull, 0.0)
+        t = jnp.einsum("mik,mjk->ij", arms, forces)
+        moment = jnp.stack([t[1, 2] - t[2, 1], t[2, 0] - t[0, 2], t[0, 1] - t[1, 0]])
+        return jnp.stack([forces[:, 0].sum(), moment @ pose.axes[:, 1], moment[2]])
+
+    return jax.vmap(of_one)(pulleys)
+
+
+class TailPulley(NamedTuple):
+    """The tail pulley: mass [kg] on its slide, inertia [kg m2] about its axis, drags [N s/m], [N m s] on deviations
+    from steady motion, radius [m], x [m] of its slide's zero."""
+
+    mass: Array
+    inertia: Array
+    slide_drag: Array
+    spin_drag: Array
+    radius: Array
+    x: Array
+
+    @staticmethod
+    def from_scene(scene: SceneLayout, model: mujoco.MjModel, masses: np.ndarray, armature: np.ndarray) -> "TailPulley":
+        """With the inertia that the compiled pulleys have; masses [kg]: of the bodies; armature: of the joints."""
+        bodies = [model.body(f"tail-{name}").id for name in ("carriage", "fork", "pulley")]
+        mass, radius = float(masses[bodies].sum()), scene.parts.tail.radius
+        stiffness = 2.0 * scene.mesh.line_stiffness.sum() / float(scene.case.rig.span_length)
+        drag = 2.0 * TAIL_DAMPING_RATIO * (stiffness * mass) ** 0.5
+        inertia = float(armature[TAIL_SPIN] + model.body_inertia[bodies[-1], 1])
+        return TailPulley(mass, inertia, drag, drag * radius**2, radius, float(scene.case.rig.centre_distance))
+
+    def advance(
+        self, belt: BeltArrays, joints: Array, loads: Array, turned: Array | None, command: Command, dt: Array,
+        actuators: Array | float = 0.0,
+    ) -> tuple[Array, Array, Array | None]:  # fmt: skip
+        """Joints [rad, m] of both pulleys, their rates and forces on them [N m, N] in the coming step, (3, 5); x [m]
+        and spin [rad] of the tail pulley at its end; yaw [rad] by which the pulleys then give way, None = they do not.
+
+        joints, (2, 5): and rates, before; loads: of ``belt_loads``; turned: yaw by which they have given way;
+        actuators: forces that act besides, (5,). Slide and spin of the tail are integrated; the rest is commanded, and
+        the rate of a commanded joint is set instead.
+        """
+        q, v = joints
+        if turned is not None:  # it follows the belt's moment on a pulley
+            turned += (belt.surfaces.yaw_compliance * loads[:, 2] - turned) * jnp.minimum(dt / COMPLIANCE_TIME, 1.0)
+        yaw = command.yaw if turned is None else command.yaw + turned
+        loose, sign = 1.0 - belt.slide_fixed, belt.shape.sign
+        rim = sign * (command.speed - command.acceleration * dt)  # it is to go steadily with the belt
+        slide = loose * (belt.load + loads[TAIL, 0] - self.slide_drag * v[TAIL_SLIDE])
+        moment = loads[TAIL, 1] + self.inertia * sign * command.acceleration / self.radius
+        moment = moment - self.spin_drag * (v[TAIL_SPIN] - rim / self.radius)
+        on_joints = actuators + jnp.zeros(STATION_JOINTS).at[TAIL_SLIDE].set(slide).at[TAIL_SPIN].set(moment)
+        sliding = loose * v[TAIL_SLIDE]
+        spin = sign * command.travel / belt.surfaces.radius[HEAD]
+        rates = jnp.zeros(STATION_JOINTS).at[HEAD_SPIN].set((spin - q[HEAD_SPIN]) / dt)
+        rates = rates.at[TAIL_SLIDE].set(sliding).at[TAIL_SPIN].set(v[TAIL_SPIN])
+        x = self.x + q[TAIL_SLIDE] + dt * (sliding + loose * dt * on_joints[TAIL_SLIDE] / self.mass)
+        turns = q[TAIL_SPIN] + dt * (v[TAIL_SPIN] + dt * on_joints[TAIL_SPIN] / self.inertia)
+        q = q.at[HEAD_YAW].set(yaw[HEAD]).at[TAIL_YAW].set(yaw[TAIL])
+        return jnp.stack([q, rates, on_joints]), jnp.stack([x, turns]), turned
 
 
 class ChainLayout(NamedTuple):
@@ -177,13 +308,9 @@ def loads_on_tail(
 
 
 def run_up_end(sign: int) -> int:
-    """The end of a wrap at which a belt comes that travels along (+1) or against (-1) station numbers."""
+    """The end of a wrap at which a belt comes that travels along (+1) or against (-1) station numbers; of -sign: the
+    one at which it leaves."""
     return FIRST if sign > 0 else LAST
-
-
-def run_off_end(sign: int) -> int:
-    """The end of a wrap at which it leaves."""
-    return run_up_end(-sign)
 
 
 class RopeKinks(NamedTuple):
@@ -222,7 +349,7 @@ def run_off_line(
     free [m], (m, 3): first free nodes; far [m], (m, 3): nodes further along the span, to which it runs straight.
     """
     n = wrap.y.shape[-1]
-    last = wrap.outer(run_off_end(sign))
+    last = wrap.outer(run_up_end(-sign))
     k, landed = last % n, (last - sign) % n
     r, y, angle = wrap.r[:, k], wrap.y[:, k], wrap.angle[:, k]
     slope = (wrap.y[:, landed] - y) / chord
@@ -246,7 +373,7 @@ def end_offsets(
     for which in (HEAD, TAIL):
         pulley, kink = jax.tree.map(lambda values, which=which: values[which], (pulleys, kinks))
         wrap, pose = pulley.wrap, pulley.pose
-        last, first = places.ends[which, run_off_end(sign)], places.ends[which, run_up_end(sign)]
+        last, first = places.ends[which, run_up_end(-sign)], places.ends[which, run_up_end(sign)]
         free, next_free, far = (taut[..., last + i * sign] for i in (1, 2, KINK_STATIONS))
         move, slope = run_off_line(wrap, pose, sign, free + moved * (next_free - free), far, belt.chord)
         found = found.at[..., last].add(move[:, None] * pose.axes[:, 1])
@@ -268,7 +395,7 @@ def sway_drag(
     """
     sign, n, forces = belt.shape.sign, y.shape[-1], jnp.zeros_like(y)
     for begins, ends in ((HEAD, TAIL), (TAIL, HEAD)):
-        first, last = places.ends[begins, run_off_end(sign)], places.ends[ends, run_up_end(sign)]
+        first, last = places.ends[begins, run_up_end(-sign)], places.ends[ends, run_up_end(sign)]
         links, link = sign * (last - first) % n, sign * (jnp.arange(n) - first) % n
         theta = (y[:, last] - y[:, (first + sign) % n]) / (belt.chord * (links - 1))
         at_run_off = speed * (theta + slopes[begins])

@@ -62,7 +62,12 @@ def stretch_energy(
         slope = slope.at[rows].add(pull) if lines > 2 else pull  # a GPU is slow at scattering
         if curvature is not None and taut is not None:
             tension = _law(ties, j, bonds, (_edge_vectors(taut, j) ** 2).sum(axis=1), free, odd)[0]
-            bent = _curvature(tension, law, by_corner)
+            # sums written out: XLA's loops over a leading axis are ten times slower on a CPU
+            weighted = sum(law[:, k, None] * by_corner[None, k] for k in range(6))
+            material = sum(by_corner[k][:, None] * weighted[k][None] for k in range(6))
+            pairs = np.einsum("kp,kq->kpq", SIGNS, SIGNS)
+            turning = sum(2.0 * tension[k] * pairs[k][..., None] for k in range(6))  # (4, 4, n)
+            bent = material + (turning[:, None, :, None] * np.eye(3)[None, :, None, :, None]).reshape(12, 12, -1)
             curvature = curvature.at[rows[:, None], rows].add(bent) if lines > 2 else bent
     return CellEnergy(slope, curvature)
 
@@ -110,17 +115,6 @@ def _law(ties: Ties, j: int, bonds: bool, square: Array, free: Array, odd: Array
         return first, jnp.eye(6)[:, :, None] * second[:, None]
     law = jnp.where(odd, ties.law[j, 1][:, :, None], ties.law[j, 0][:, :, None])
     return (law * (square - free * free)[None]).sum(axis=1), law
-
-
-def _curvature(by_square: Array, law: Array, by_corner: Array) -> Array:
-    """Second derivatives of a quadrilateral's energy by its corners' places, shape (12, 12, n)."""
-    # sums written out: XLA's loops over a leading axis are ten times slower on a CPU
-    weighted = sum(law[:, k, None] * by_corner[None, k] for k in range(6))
-    material = sum(by_corner[k][:, None] * weighted[k][None] for k in range(6))
-    pairs = np.einsum("kp,kq->kpq", SIGNS, SIGNS)
-    turning = sum(2.0 * by_square[k] * pairs[k][..., None] for k in range(6))  # (4, 4, n)
-    spread = turning[:, None, :, None] * np.eye(3)[None, :, None, :, None]
-    return material + spread.reshape(12, 12, -1)
 
 
 class TwistStiffness(NamedTuple):

@@ -116,13 +116,19 @@ def slip_increments(force: Array, limit: Array, chain: tuple[Array, Array], gues
         left = jnp.sqrt((against * against).sum(axis=1))
         return jnp.where(way > 0.0, left, jnp.maximum(left - limit, 0.0)).max() / largest
 
+    def lowest(slip: Array, change: Array, before: Array, after: Array) -> tuple[Array, Array]:
+        """Where on the way of a change the function is least, and what it is there; friction [N] before, after it."""
+        ways = slip + _SHARES[:, None, None, None] * change
+        rubbed = (bounded * jnp.sqrt((ways * ways).sum(axis=2))).sum(axis=(1, 2))
+        cost = -_SHARES * (before * change).sum() + 0.5 * _SHARES**2 * ((before - after) * change).sum() + rubbed
+        best = jnp.argmin(cost)
+        return ways[best], cost[best]
+
     def iteration(carry: tuple[Array, Array, Array], _: None) -> tuple[tuple[Array, Array, Array], None]:
         slip, best, least = carry
         held = friction(slip)
-        ways = [
-            _lowest(slip, s - slip, held, friction(s), bounded)
-            for s in _newton(held + scale * slip, scale, force, limit, chain)
-        ]
+        tried = _newton(held + scale * slip, scale, force, limit, chain)
+        ways = [lowest(slip, s - slip, held, friction(s)) for s in tried]
         slip = jnp.where(ways[0][1] <= ways[1][1], ways[0][0], ways[1][0])
         error = wrong(slip)
         better = error < least
@@ -132,19 +138,6 @@ def slip_increments(force: Array, limit: Array, chain: tuple[Array, Array], gues
     guess = jnp.where(jnp.isfinite(limit)[:, None], guess, 0.0)
     (_, best, least), _ = jax.lax.scan(iteration, (guess, guess, wrong(guess)), None, length=_ITERATIONS)
     return best, least
-
-
-def _lowest(slip: Array, change: Array, before: Array, after: Array, limit: Array) -> tuple[Array, Array]:
-    """Where on the way of a change the function is least, and what it is there.
-
-    before, after [N]: friction without and with all of the change.
-    """
-    linear, curve = -(before * change).sum(), ((before - after) * change).sum()
-    ways = slip + _SHARES[:, None, None, None] * change
-    rubbed = (limit * jnp.sqrt((ways * ways).sum(axis=2))).sum(axis=(1, 2))
-    cost = _SHARES * linear + 0.5 * _SHARES**2 * curve + rubbed
-    best = jnp.argmin(cost)
-    return ways[best], cost[best]
 
 
 def _newton(z: Array, scale: Array, force: Array, limit: Array, chain: tuple[Array, Array]) -> tuple[Array, Array]:

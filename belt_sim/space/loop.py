@@ -165,11 +165,6 @@ class HangingBelt:
         return self.upper.length + self.lower.length + self.head + self.tail
 
 
-def free_length(case: Case) -> float:
-    """Stress-free length [m] of the belt that hangs on the case's pulleys at its tension."""
-    return HangingBelt.from_case(case).length / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))
-
-
 def station_radius(radius: float, chord: float) -> float:
     """Radius of the circle on which chords of an equal-sided polygon turn by chord / radius each."""
     return 0.5 * chord / math.sin(0.5 * chord / radius)

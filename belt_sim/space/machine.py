@@ -49,8 +49,9 @@ def lay_out(case: Case, belt: str, options: Options, parts: SceneParts, *, path=
     mesh = BELT_MODELS[belt].mesh(case, loop, options)
     if parts.camber is not None:
         if mesh.lines == 1:
-            why = "a rope of particles has no width that could be curved; use belt=flex or grid"
-            raise CannotRepresent(f"camber: {why}")
+            raise CannotRepresent(
+                "camber: a rope of particles has no width that could be curved; use belt=flex or grid"
+            )
         shift = float(np.sign(float(case.settings.direction))) * early  # each link lies where it does at travel 0
         middle = loop.chord * (np.arange(mesh.stations) + 0.5) + shift
         mesh = replace(mesh, curvature=parts.camber(middle % (loop.chord * mesh.stations)))
@@ -63,9 +64,8 @@ def lay_out(case: Case, belt: str, options: Options, parts: SceneParts, *, path=
         if belt == "flex" and mesh.lines > 2:
             raise CannotRepresent(f"{what} needs model.across = 2 in a membrane; use that, or model=mujoco_grid")
         if RESIDUAL_TORSION * mesh.residual * modulus >= tension:
-            raise CannotRepresent(
-                f"{what} is too much for {tension / N_PER_MM2:g} N/mm2: the spans twist by themselves"
-            )
+            shown = f"{tension / N_PER_MM2:g} N/mm2"
+            raise CannotRepresent(f"{what} is too much for {shown}: the spans twist by themselves")
         if tension + modulus * mesh.residual_strain.min() <= 0.0:
             slack = f"makes a line of {mesh.lines} slack, which folds"
             raise CannotRepresent(f"{what} {slack}: give a smaller model.across")
@@ -77,14 +77,21 @@ def build_scene(case: Case, belt: str, options: Options, parts: SceneParts) -> t
     spec, scene = begin_scene(case, belt, options, parts)
     set_solver(spec, options.step, parts.gravity)
     add_dummy_equality(spec, "head-yaw")
-    for k, guide in enumerate(parts.edge_guides):  # only seen; what they do to the belt is ``belt.guide_forces``
+    for guide in add_guides(spec, scene):  # only seen; what they do to the belt is ``belt.guide_forces``
+        guide.contype = guide.conaffinity = 0
+    return spec, scene
+
+
+def add_guides(spec: mujoco.MjSpec, scene: SceneLayout) -> list[mujoco.MjsGeom]:
+    """The geoms of the rollers beside the spans."""
+    found, case = [], scene.case
+    for k, guide in enumerate(scene.parts.edge_guides):
         level = float(case.rig.tail_radius) * (1.0 if guide.span == "upper" else -1.0)
         y = guide.side * (0.5 * float(case.belt.width) + guide.gap + _ROLLER[0])
         geom = spec.worldbody.add_geom(name=f"guide-{k}", pos=[guide.x, y, level], size=[*_ROLLER, 0.0])
-        geom.type, geom.rgba = mujoco.mjtGeom.mjGEOM_CYLINDER, [0.9, 0.6, 0.1, 1.0]
-        geom.contype = geom.conaffinity = 0
-        geom.group = 1
-    return spec, scene
+        geom.type, geom.rgba, geom.group = mujoco.mjtGeom.mjGEOM_CYLINDER, [0.9, 0.6, 0.1, 1.0], 1
+        found.append(geom)
+    return found
 
 
 def begin_scene(

@@ -204,34 +204,29 @@ def tie_lengths(mesh: Mesh, tied: np.ndarray, share: float) -> np.ndarray:
     return np.hypot(np.where(apart == 0, 0.0, np.sqrt(along.prod(axis=1))), np.diff(y, axis=1)[:, 0])
 
 
-def _stretch_stiffness(case: Case) -> float:
-    """EA [N]."""
-    return float(case.belt.youngs_modulus) * float(case.belt.area)
-
-
-def rest_chord(case: Case, loop: LaidLoop) -> float:
+def _rest_chord(case: Case, loop: LaidLoop) -> float:
     """Stress-free distance of neighbouring stations [m]."""
     return loop.chord / (1.0 + float(case.settings.tension) / float(case.belt.youngs_modulus))
 
 
-def lay_mesh(case: Case, loop: LaidLoop, width: float, across: int, poisson_ratio: float, stiffness: float) -> Mesh:
+def lay_mesh(case: Case, loop: LaidLoop, width: float, across: int, poisson_ratio: float, lines: float = 0.0) -> Mesh:
     """Nodes of a belt of model width ``width`` [m]; the stress-free loop is the laid one shrunk by the strain.
 
-    poisson_ratio: by which the width shrinks; stiffness [N]: EA of all lines.
+    poisson_ratio: by which the width shrinks; lines [N]: EA of all lines, 0 = the belt's.
     """
     y, share = np.zeros(1), np.ones(1)
     if across > 1:
         y, share = width * (0.5 - np.arange(across) / (across - 1)), np.full(across, 1.0 / (across - 1))
         share[[0, -1]] *= 0.5
-    strain = float(case.settings.tension) / float(case.belt.youngs_modulus)
+    belt, chord = case.belt, _rest_chord(case, loop)
+    strain = float(case.settings.tension) / float(belt.youngs_modulus)
     laid = np.empty((len(loop.x), across, 3))
     laid[:, :, 0], laid[:, :, 2] = loop.x[:, None], loop.z[:, None]
     laid[:, :, 1] = y * (1.0 - poisson_ratio * strain)
     rest = laid / (1.0 + strain)
     rest[:, :, 1] = y
-    chord = loop.chord / (1.0 + strain)
-    mass = float(case.belt.mass_per_length) * chord * share
-    return Mesh(rest=rest, laid=laid, line_stiffness=stiffness * share, line_y=y, mass=mass, chord=chord)
+    stiffness = (lines or float(belt.youngs_modulus) * float(belt.area)) * share
+    return Mesh(rest, laid, stiffness, line_y=y, mass=float(belt.mass_per_length) * chord * share, chord=chord)
 
 
 def node_name(i: int, j: int) -> str:
@@ -249,20 +244,6 @@ def add_nodes(spec: mujoco.MjSpec, mesh: Mesh, *, sites: bool) -> None:
                 body.add_joint(name=f"{body.name}-{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
             if sites:
                 body.add_site(name=node_name(i, j), size=[_NODE_RADIUS] * 3)
-
-
-class Chain:
-    """One line of particles; every link is a spatial tendon of stiffness EA / length."""
-
-    def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
-        belt = case.belt
-        return lay_mesh(case, loop, float(belt.width), 1, float(belt.poisson_ratio), _stretch_stiffness(case))
-
-    def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
-        add_nodes(spec, mesh, sites=True)
-        n = mesh.stations
-        for i in range(mesh.links):
-            add_bond(spec, mesh, (i, 0), ((i + 1) % n, 0), float(mesh.line_stiffness[0]) / mesh.chord)
 
 
 def add_bond(spec: mujoco.MjSpec, mesh: Mesh, one: tuple[int, int], other: tuple[int, int], stiffness: float) -> None:
@@ -283,27 +264,36 @@ class Grid:
         m = options.across
         if m < 2:
             raise InputError("model.across", m, "nodes", "a grid needs 2 or more")
-        lattice = calibrate(case.belt, rest_chord(case, loop), m, options.bonds)
+        lattice = calibrate(case.belt, _rest_chord(case, loop), m, options.bonds)
         return lay_mesh(case, loop, lattice.width, m, lattice.poisson_ratio, lattice.lines)
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         add_nodes(spec, mesh, sites=True)
-        lattice = calibrate(case.belt, mesh.chord, mesh.lines, options.bonds)
-        w = lattice.width / (mesh.lines - 1)
-        diagonal = lattice.diagonal / float(np.hypot(mesh.chord, w))
-        n, m = mesh.stations, mesh.lines
+        n, m, along = mesh.stations, mesh.lines, mesh.line_stiffness / mesh.chord
+        transverse = diagonal = 0.0
+        if m > 1:
+            lattice = calibrate(case.belt, mesh.chord, m, options.bonds)
+            w = lattice.width / (m - 1)
+            transverse, diagonal = lattice.transverse / w, lattice.diagonal / float(np.hypot(mesh.chord, w))
         for i in range(n):
             on, last = (i + 1) % n, i >= mesh.links
             for j in range(m):
-                if not last:
-                    add_bond(spec, mesh, (i, j), (on, j), float(mesh.line_stiffness[j]) / mesh.chord)
-                if j + 1 == m:
-                    continue
-                if lattice.transverse:
-                    add_bond(spec, mesh, (i, j), (i, j + 1), lattice.transverse / w)
-                if lattice.diagonal and not last:
-                    add_bond(spec, mesh, (i, j), (on, j + 1), diagonal)
-                    add_bond(spec, mesh, (i, j + 1), (on, j), diagonal)
+                bonds = [((i, j), (on, j), 0.0 if last else float(along[j]))]
+                if j + 1 < m:
+                    bonds += [((i, j), (i, j + 1), transverse)]
+                    bonds += [
+                        (a, b, 0.0 if last else diagonal) for a, b in (((i, j), (on, j + 1)), ((i, j + 1), (on, j)))
+                    ]
+                for one, other, stiffness in bonds:
+                    if stiffness:
+                        add_bond(spec, mesh, one, other, stiffness)
+
+
+class Chain(Grid):
+    """One line of particles; every link is a spatial tendon of stiffness EA / length."""
+
+    def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
+        return lay_mesh(case, loop, float(case.belt.width), 1, float(case.belt.poisson_ratio))
 
 
 class Membrane:
@@ -312,33 +302,27 @@ class Membrane:
     def mesh(self, case: Case, loop: LaidLoop, options: Options) -> Mesh:
         if options.across < 2:
             raise InputError("model.across", options.across, "nodes", "a membrane needs 2 or more")
-        poisson, across = float(case.belt.poisson_ratio), options.across
+        poisson, across, whole = float(case.belt.poisson_ratio), options.across, float(case.belt.width)
         # At equal section b h, EI of the mesh is that of a strip of its own width times ``stiffness_ratio``.
-        whole, chord = float(case.belt.width), rest_chord(case, loop)
-        width = whole
+        width = before = whole
         for _ in range(_WIDTH_SWEEPS):
-            before, width = width, whole / stiffness_ratio(round(chord / width, 15), across, poisson) ** 0.5
+            slenderness = round(_rest_chord(case, loop) / width, 15)
+            before, width = width, whole / stiffness_ratio(slenderness, across, poisson) ** 0.5
             if abs(width - before) < _CLOSE * whole:
                 break
-        return lay_mesh(case, loop, width, across, poisson, _stretch_stiffness(case))
+        return lay_mesh(case, loop, width, across, poisson)
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         add_nodes(spec, mesh, sites=False)
-        flex = spec.add_flex(name="belt", dim=2)
-        n, m = mesh.stations, mesh.lines
+        flex, n, m = spec.add_flex(name="belt", dim=2), mesh.stations, mesh.lines
         flex.vertbody = [node_name(i, j) for i in range(n) for j in range(m)]
         flex.vert = [0.0] * (3 * n * m)
         corners = (v for i in range(mesh.links) for j in range(m - 1) for t in zigzag(i, j) for v in t)
         flex.elem = [station % n * m + line for station, line in corners]
-        width = float(mesh.line_y[0] - mesh.line_y[-1])
-        flex.young = float(case.belt.youngs_modulus)
-        flex.poisson = float(case.belt.poisson_ratio)
-        flex.thickness = float(case.belt.area) / width
-        flex.elastic2d = STRETCH_ONLY
-        flex.contype = flex.conaffinity = 0
-        flex.radius = 1e-3
-        flex.rgba = [0.75, 0.78, 0.82, 1.0]
+        flex.young, flex.poisson = float(case.belt.youngs_modulus), float(case.belt.poisson_ratio)
+        flex.thickness, flex.elastic2d = float(case.belt.area) / float(mesh.line_y[0] - mesh.line_y[-1]), STRETCH_ONLY
+        flex.contype, flex.conaffinity, flex.radius, flex.rgba = 0, 0, 1e-3, [0.75, 0.78, 0.82, 1.0]
 
 
 #: kind of belt -> where its nodes are (``mesh``), and what holds them together (``tie``)
-BELT_MODELS: dict[str, Chain | Grid | Membrane] = {"rope": Chain(), "grid": Grid(), "flex": Membrane()}
+BELT_MODELS: dict[str, Grid | Membrane] = {"rope": Chain(), "grid": Grid(), "flex": Membrane()}

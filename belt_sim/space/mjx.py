@@ -26,7 +26,6 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import ExitStack, redirect_stdout
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from types import SimpleNamespace
 from typing import Any, NamedTuple, TypeVar
 
 import jax
@@ -40,6 +39,7 @@ from belt_sim.curves import Curves, Observer
 from belt_sim.errors import CannotRepresent, SimulationError
 from belt_sim.jax_setup import in_float64
 from belt_sim.scene_parts import SceneParts
+from belt_sim.space import chain, machine, run
 from belt_sim.space.belt import (
     ActiveFeatures,
     BatchShape,
@@ -50,53 +50,10 @@ from belt_sim.space.belt import (
     load_forces,
 )
 from belt_sim.space.block_tridiagonal import factorise, solve_chain
-from belt_sim.space.chain import (
-    ChainLayout,
-    anchor_positions,
-    chain_forces,
-    chain_stiffness,
-    cut_chain,
-    pull_on_nodes,
-    spans_blocks,
-    twist_of_cells,
-)
 from belt_sim.space.loop import smoothstep, stations_of
-from belt_sim.space.machine import (
-    HEAD_SPIN,
-    HEAD_YAW,
-    STATION_JOINTS,
-    TAIL_SLIDE,
-    TAIL_SPIN,
-    TAIL_YAW,
-    SceneLayout,
-    build_scene,
-    laid_coordinates,
-    lay_out,
-    station_mass,
-)
+from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.space.mujoco_interface import compile_model
 from belt_sim.space.options import RUNAWAY, Options, fit_options, is_limp, refuse_unobeyed
-from belt_sim.space.pulleys import TailPulley, belt_loads, lay_pulleys, pose_of
-from belt_sim.space.run import (
-    ANGLES,
-    EDGES,
-    MOMENTS,
-    POINTS,
-    SAGS,
-    TENSION,
-    TILTS,
-    BatchEngine,
-    Command,
-    cases_per_chunk,
-    curves_of,
-    failure_with,
-    frame_of,
-    is_on_pulleys,
-    notify_observers,
-    plan_in_time,
-    reading,
-    tell_share,
-)
 from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, SlipState, carry_wraps, sink_wraps, slide_wraps
 
 with redirect_stdout(io.StringIO()):  # it prints that Warp is not installed, which is not needed
@@ -112,7 +69,7 @@ class MjxModel(NamedTuple):
 
     mjx: mjx.Model
     belt: BeltArrays
-    tail: TailPulley
+    tail: chain.TailPulley
     settle: Array
 
     @property
@@ -137,18 +94,14 @@ class MjxData(NamedTuple):
     waiting: Array | None = None
 
 
-#: rows of a reading: y of points 1-4 [m], angles there [rad], entry moments [N m], slack-edge stresses [Pa], tilts
-#: [rad], sags [m], tension [Pa], x of the tail pulley [m], travel [m], belt speed [m/s]
-READING: dict[str, Any] = {
-    "y": POINTS, "angle": ANGLES, "moment": MOMENTS, "edge_stress": EDGES, "tilt": TILTS, "sag": SAGS,
-    "tension": TENSION, "tail_x": 17, "travel": 18, "speed": 19,
-}  # fmt: skip
+#: further columns of the curves
+EXTRA = {"tail_x": run.READING["tail_x"], "belt_speed": run.READING["speed"]}
 
 
 def command(
     model: MjxModel, data: MjxData, speed: Array, yaw: Array, drag: Array | float = 1.0, *,
     acceleration: Array | float = 3.0, turning: Array | float = 0.02,
-) -> Command:  # fmt: skip
+) -> run.Command:  # fmt: skip
     """The command of a controller that wants belt speed [m/s] and yaw [rad], (2,): head, tail.
 
     drag [1/s]: of the belt across its travel; acceleration [m/s2], turning [rad/s]: by which speed and yaw change at
@@ -156,19 +109,19 @@ def command(
     2 L sigma/(E b) an edge of a span L is slack, and far beyond it (10 mrad on a span of 2 m) the belt folds, which
     ``diverged`` tells.
     """
-    before, one, dt = data.reading[READING["speed"]], jnp.ones(()), model.dt
+    before, one, dt = data.reading[run.READING["speed"]], jnp.ones(()), model.dt
     gained = jnp.clip((speed - before) / dt, -acceleration, acceleration)
     was = data.mjx.qpos[jnp.array([HEAD_YAW, TAIL_YAW])]
     was = was if data.compliance_yaw is None else was - data.compliance_yaw
     yaw = was + jnp.clip(yaw - was, -turning * dt, turning * dt)
     speed, drags = before + dt * gained, jnp.stack([0.0 * one, drag * one])
-    return Command(data.travel + dt * speed, yaw, one, one * speed, gained, drags, model.belt.friction)
+    return run.Command(data.travel + dt * speed, yaw, one, one * speed, gained, drags, model.belt.friction)
 
 
 def diverged(model: MjxModel, data: MjxData) -> Array:
     """Whether the belt has run off its pulleys or its motion is not finite: a bool, for jax.jit and jax.vmap."""
     read = data.reading
-    return ~jnp.isfinite(read).all() | (jnp.abs(read[POINTS]).max() > RUNAWAY * model.belt.width)
+    return ~jnp.isfinite(read).all() | (jnp.abs(read[run.POINTS]).max() > RUNAWAY * model.belt.width)
 
 
 @dataclass(frozen=True)
@@ -208,19 +161,15 @@ class PreparedCase:
 def scene(case: Case, *, belt: str = "flex", options: Options | None = None) -> mujoco.MjSpec:
     """The specification of a case's scene, for actuators and sensors of one's own; ``prepare(cases, spec=...)``."""
     options = fit_options(options or Options(), case, "flex", "mjx")
-    return build_scene(case, belt, options, SceneParts.from_case(case, options.friction))[0]
+    return machine.build_scene(case, belt, options, SceneParts.from_case(case, options.friction))[0]
 
 
 @in_float64
 def prepare(
-    cases: Sequence[Case],
-    *,
-    belt: str = "flex",
-    options: Options | Sequence[Options] | None = None,
-    parts: Sequence[SceneParts] | None = None,
-    features: ActiveFeatures | None = None,
+    cases: Sequence[Case], *, belt: str = "flex", options: Options | Sequence[Options] | None = None,
+    parts: Sequence[SceneParts] | None = None, features: ActiveFeatures | None = None,
     spec: mujoco.MjSpec | None = None,
-) -> list[PreparedCase]:
+) -> list[PreparedCase]:  # fmt: skip
     """Cases of one mesh, ready to be stepped: one MJCF is compiled and handed to MJX, with each case's own numbers.
 
     Cases may differ in tension, yaw, speed, friction, material, effects. belt: "flex" or "grid"; options: of all
@@ -234,19 +183,29 @@ def prepare(
     features = features or active_features(several)
     # the step is implicit in bonds across their direction, too
     own = [fit_options(o, c, "flex", "mjx") for o, c in zip(asked, cases, strict=True)]
-    whole = spec or build_scene(cases[0], belt, own[0], replace(several[0], edge_guides=()))[0]
+    whole = spec or machine.build_scene(cases[0], belt, own[0], replace(several[0], edge_guides=()))[0]
     compiled = plain_model(whole.copy(), own[0].step)
-    shared_model, shared_data = to_mjx(compiled, compiled.qpos0)
-    prepared = []
+    m, shared_data = to_mjx(compiled, compiled.qpos0)
+    carriages, prepared = [compiled.body(f"{name}-carriage").id for name in ("head", "tail")], []
     for case, fitted, acting in zip(cases, own, several, strict=True):
-        layout = lay_out(case, belt, fitted, acting)
+        layout = machine.lay_out(case, belt, fitted, acting)
+        first = m.nbody - layout.mesh.stations * layout.mesh.lines
         arrays = belt_arrays(layout, features, layout.mesh.mass / fitted.step**2)
-        pulleys, shape = lay_pulleys(layout, arrays), arrays.shape
-        m = with_numbers_of(shared_model, layout, compiled)
-        tail = TailPulley.from_scene(layout, compiled, np.asarray(m.body_mass), np.asarray(m.dof_armature))
-        model = MjxModel(m, arrays, TailPulley(*map(np.array, tail)), np.array(max(fitted.settle, 1e-9)))
-        qpos = np.array(compiled.qpos0)
-        laid = laid_coordinates(layout, *pulleys.pose.spin)
+        pulleys, shape = chain.lay_pulleys(layout, arrays), arrays.shape
+        mesh, mass = layout.mesh, machine.station_mass(case, fitted)
+        places, masses, armature = (np.array(v) for v in (m.body_pos, m.body_mass, m.dof_armature))
+        places[first:] = mesh.rest.reshape(-1, 3)
+        masses[first:] = np.broadcast_to(mesh.mass, mesh.rest.shape[:2]).ravel()
+        places[carriages[1], 0], masses[carriages] = float(case.rig.centre_distance), mass
+        armature[[HEAD_SPIN, TAIL_SPIN]] = mass * np.array([layout.loop.radius_head, layout.loop.radius_tail]) ** 2
+        gravity, dt = jnp.array([0.0, 0.0, -layout.parts.gravity]), jnp.array(fitted.step)
+        own_model = m.replace(  # arrays of JAX: those of NumPy are constants to MJX
+            body_pos=jnp.asarray(places), body_mass=jnp.asarray(masses), dof_armature=jnp.asarray(armature),
+            opt=m.opt.replace(gravity=gravity, timestep=dt),
+        )  # fmt: skip
+        tail = chain.TailPulley.from_scene(layout, compiled, masses, armature)
+        model = MjxModel(own_model, arrays, chain.TailPulley(*map(np.array, tail)), np.array(max(fitted.settle, 1e-9)))
+        qpos, laid = np.array(compiled.qpos0), machine.laid_coordinates(layout, *pulleys.pose.spin)
         qpos[: len(laid)] = laid
         data = MjxData(
             mjx=shared_data.replace(qpos=jnp.asarray(qpos)),
@@ -260,30 +219,6 @@ def prepare(
         )
         prepared.append(PreparedCase(layout.case, layout, model, data, compiled, whole))
     return prepared
-
-
-def with_numbers_of(m: mjx.Model, scene: SceneLayout, compiled: mujoco.MjModel) -> mjx.Model:
-    """MJX's model with the masses, places, gravity and step of another scene of the same mesh."""
-    mesh, case = scene.mesh, scene.case
-    body_pos, body_mass, armature = np.array(m.body_pos), np.array(m.body_mass), np.array(m.dof_armature)
-    first = m.nbody - mesh.stations * mesh.lines
-    body_pos[first:] = mesh.rest.reshape(-1, 3)
-    body_mass[first:] = np.broadcast_to(mesh.mass, mesh.rest.shape[:2]).ravel()
-    mass = station_mass(case, scene.options)
-    for name, spin, radius in (
-        ("head", HEAD_SPIN, scene.loop.radius_head),
-        ("tail", TAIL_SPIN, scene.loop.radius_tail),
-    ):
-        body_mass[compiled.body(f"{name}-carriage").id] = mass
-        armature[spin] = mass * radius**2
-    body_pos[compiled.body("tail-carriage").id, 0] = float(case.rig.centre_distance)
-    gravity, dt = jnp.array([0.0, 0.0, -scene.parts.gravity]), jnp.array(scene.options.step)
-    return m.replace(  # arrays of JAX: those of NumPy are constants to MJX
-        body_pos=jnp.asarray(body_pos),
-        body_mass=jnp.asarray(body_mass),
-        dof_armature=jnp.asarray(armature),
-        opt=m.opt.replace(gravity=gravity, timestep=dt),
-    )
 
 
 def nodes_of(shape: BatchShape, flat: Array) -> Array:
@@ -300,12 +235,16 @@ def flat_of(base: Array, nodes: Array) -> Array:
 _HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model: those of the native engine
 
 
-def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
+def step(model: MjxModel, data: MjxData, command: run.Command) -> MjxData:
     """The data after a step. For jax.jit, jax.vmap (``stack_cases`` gives the axes), jax.lax.scan and jax.grad."""
     m, belt, shape, h = model.mjx, model.belt, model.belt.shape, model.dt
-    d = apply_actuators(m, data.mjx)
+    d = data.mjx
+    if m.nu:  # forces of a user's actuators
+        d = mjx.transmission(m, mjx.com_pos(m, mjx.kinematics(m, d)))
+        d = mjx.fwd_actuation(m, d.tree_replace({"_impl.actuator_velocity": d._impl.actuator_moment @ d.qvel}))
     q, v = d.qpos, d.qvel
-    rest = nodes_of(shape, m.body_pos[m.nbody - shape.stations * shape.lines :].reshape(-1))  # stress-free places
+    first = m.nbody - shape.stations * shape.lines  # of the nodes among the bodies
+    rest = nodes_of(shape, m.body_pos[first:].reshape(-1))  # stress-free places
     before = rest + nodes_of(shape, q)
     moves = jnp.stack([q[:STATION_JOINTS], v[:STATION_JOINTS]])
     actuators = d.qfrc_actuator[:STATION_JOINTS]
@@ -314,18 +253,18 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     joints = driven[0].at[TAIL_SLIDE].set(tail[0] - model.tail.x).at[TAIL_SPIN].set(tail[1]).at[HEAD_SPIN].set(spin)
     applied = jnp.concatenate([driven[2], jnp.zeros(q.size - STATION_JOINTS)])
     askew = smoothstep(d.time / (0.5 * model.settle))  # a wobble sets in while the belt comes to rest
-    pose = pose_of(belt, command, tail, turned, askew)
+    pose = chain.pose_of(belt, command, tail, turned, askew)
     came_from = data.pulleys.pose
     moved = jnp.abs(pose.spin[HEAD] - came_from.spin[HEAD]) * belt.surfaces.radius[HEAD]
     shaped = jnp.where(data.travel >= 0.0, 1.0, 0.0)
     stands = (command.speed == 0.0) & (command.travel >= 0.0)
     pulleys = data.pulleys._replace(surface=belt.surfaces, pose=pose)
     pulleys = sink_wraps(belt, pulleys, came_from, moved, shaped, stands)
-    places = cut_chain(pulleys.wrap)
-    twist = twist_of_cells(belt, pulleys, places, jnp.maximum(-0.5 * data.loads[TAIL, 0], 0.0))
+    places = chain.cut_chain(pulleys.wrap)
+    twist = chain.twist_of_cells(belt, pulleys, places, jnp.maximum(-0.5 * data.loads[TAIL, 0], 0.0))
     rates = nodes_of(shape, v)
     back = (jnp.arange(shape.stations) - places.stations[0]) % shape.stations  # from the chain to stations' numbers
-    anchors, free = anchor_positions(belt, pulleys, places)[..., back], places.free[back]
+    anchors, free = chain.anchor_positions(belt, pulleys, places)[..., back], places.free[back]
     predicted = jnp.where(free, before + h * rates, anchors)  # where the belt would go by itself
     drag = jnp.stack([command.drag[0], command.drag[1], command.drag[1]])[None, :, None]
     damping = belt.mass[:, None, None] * jnp.broadcast_to(drag, before.shape)
@@ -338,19 +277,40 @@ def step(model: MjxModel, data: MjxData, command: Command) -> MjxData:
     qvel = flat_of((joints - q[:STATION_JOINTS]) / h, (predicted - before) / h)
     there = d.replace(qpos=flat_of(joints, predicted - rest), qvel=qvel, qfrc_applied=applied)
     there = compute_multibody(m, there)
-    after = _implicit(model, command, there, places, twist, (before, rates), damping)[..., back]
+
+    def on_chain(values: Array) -> Array:
+        return values[..., places.stations]
+
+    nodes, was = on_chain(nodes_of(shape, there.xpos[first:].reshape(-1))), on_chain(before)
+    mass = on_chain(nodes_of(shape, node_masses(m, there)))
+    others = on_chain(nodes_of(shape, there.qfrc_passive - there.qfrc_bias + there.qfrc_actuator))
+    more = (mass / h**2 + on_chain(damping) / h).reshape(3 * shape.lines, -1)
+    lacking = (others - mass * (nodes - was - h * on_chain(rates)) / h**2).reshape(more.shape)
+    lacking = chain.chain_forces(belt, nodes, places, twist, command.share)[0] + lacking
+    if belt.guides is not None:
+        force, stiffness = guide_forces(belt, nodes, places.free)
+        lacking, more = lacking.at[1::3].add(force), more.at[1::3].add(stiffness)
+    if belt.loads is not None:
+        lacking = lacking + command.share * load_forces(belt, was).reshape(lacking.shape)
+    _, cell = chain.chain_stiffness(belt, nodes, was, places, twist, command.share)
+    levels = factorise(*chain.spans_blocks(cell, places, more))
+    change = solve_chain(levels, jnp.where(places.free, lacking, 0.0)[:, None])[:, 0]
+    after = (nodes + change.reshape(nodes.shape))[..., back]
     goal = flat_of((joints - q[:STATION_JOINTS]) / h, (after - before) / h)
-    d = read_sensors(m, advance(m, there.replace(qpos=q, qvel=v), (goal - v) / h))
-    pull, slip, waiting = pull_on_nodes(belt, after, command.share), data.slip, data.waiting
-    loads = belt_loads(pulleys, after, pull)
+    d = advance(m, there.replace(qpos=q, qvel=v), (goal - v) / h)
+    if m.nsensor:  # of positions and velocities
+        d = mjx.com_vel(m, mjx.com_pos(m, mjx.kinematics(m, d)))
+        d = mjx.sensor_vel(m, mjx.sensor_pos(m, d))
+    pull, slip, waiting = chain.pull_on_nodes(belt, after, command.share), data.slip, data.waiting
+    loads = chain.belt_loads(pulleys, after, pull)
     if slip is not None:
         pulleys, slip, waiting = slide_wraps(
             belt, pulleys, slip, waiting, pull, command.friction, command.speed, shaped
         )
     pulleys = carry_wraps(belt, pulleys, (came_from, before), after, moved, shaped, command.share, h)
     tail_x = pose.centre[TAIL, 0]
-    read = reading(belt, after, pulleys.wrap.first, pulleys.wrap.last, tail_x, command.share)
-    read = jnp.concatenate([read, jnp.stack([tail_x, command.travel, command.speed])])
+    read = run.reading(belt, after, pulleys.wrap.first, pulleys.wrap.last, tail_x, command.share)
+    read = jnp.concatenate([read, jnp.stack([command.travel, command.speed])])
     return MjxData(d, pulleys, loads, command.travel, read, turned, slip, waiting)
 
 
@@ -359,7 +319,13 @@ def carried_state(data: MjxData) -> MjxData:
     return data._replace(mjx=(data.mjx.qpos, data.mjx.qvel, data.mjx.time))
 
 
-def march(model: MjxModel, data: MjxData, commands: Command, *, piece: int = 0) -> tuple[MjxData, Array]:
+def restored_state(data: MjxData, still: mjx.Data) -> MjxData:
+    """The data of ``carried_state`` with MJX's own of any instant, ``still``, for what a step computes anew."""
+    qpos, qvel, time = data.mjx
+    return data._replace(mjx=still.replace(qpos=qpos, qvel=qvel, time=time))
+
+
+def march(model: MjxModel, data: MjxData, commands: run.Command, *, piece: int = 0) -> tuple[MjxData, Array]:
     """The data after many steps, and what the instruments read after each, (steps, 20).
 
     commands: with a leading axis of steps (``plan`` makes those of a case). piece: for ``jax.grad`` backwards through
@@ -368,68 +334,28 @@ def march(model: MjxModel, data: MjxData, commands: Command, *, piece: int = 0) 
     """
     still = data.mjx
 
-    def one(data: MjxData, command: Command) -> tuple[MjxData, Array]:
-        qpos, qvel, time = data.mjx
-        after = step(model, data._replace(mjx=still.replace(qpos=qpos, qvel=qvel, time=time)), command)
+    def one(data: MjxData, command: run.Command) -> tuple[MjxData, Array]:
+        after = step(model, restored_state(data, still), command)
         return carried_state(after), after.reading
 
-    def run(data: MjxData, commands: Command) -> tuple[MjxData, Array]:
+    def march_on(data: MjxData, commands: run.Command) -> tuple[MjxData, Array]:
         return jax.lax.scan(jax.checkpoint(one) if piece else one, data, commands)
 
     steps, reads = len(commands.travel), []
     data, whole = carried_state(data), steps - steps % piece if piece else 0
     if whole:
         pieces = jax.tree.map(lambda c: c[:whole].reshape(-1, piece, *c.shape[1:]), commands)
-        data, read = jax.lax.scan(jax.checkpoint(run), data, pieces)
+        data, read = jax.lax.scan(jax.checkpoint(march_on), data, pieces)
         reads.append(read.reshape(whole, -1))
     if whole < steps:
-        data, read = run(data, jax.tree.map(lambda c: c[whole:], commands))
+        data, read = march_on(data, jax.tree.map(lambda c: c[whole:], commands))
         reads.append(read)
-    qpos, qvel, time = data.mjx
-    return data._replace(mjx=still.replace(qpos=qpos, qvel=qvel, time=time)), jnp.concatenate(reads)
+    return restored_state(data, still), jnp.concatenate(reads)
 
 
-def plan(ready: PreparedCase, travel: float) -> Command:
+def plan(ready: PreparedCase, travel: float) -> run.Command:
     """The commands of all steps of a run over ``travel`` [m], for ``march``: rest, run-in, yaw steps, run."""
-    return plan_in_time(ready.scene, travel)[0]
-
-
-def _implicit(
-    model: MjxModel,
-    command: Command,
-    there: mjx.Data,
-    places: ChainLayout,
-    twist: Array,
-    was: tuple[Array, Array],
-    damping: Array,
-) -> Array:
-    """The chain after the step [m], (m, 3, n), from MJX's data at the predicted state.
-
-    was: nodes [m] and their rates [m/s] before the step; damping [N s/m]; all (m, 3, n) by stations' numbers.
-    """
-    shape, belt, h = model.belt.shape, model.belt, model.dt
-    size, m, d = 3 * shape.lines, model.mjx, there
-
-    def on_chain(values: Array) -> Array:
-        return values[..., places.stations]
-
-    first = m.nbody - shape.stations * shape.lines
-    nodes = on_chain(nodes_of(shape, d.xpos[first:].reshape(-1)))
-    before, rates = on_chain(was[0]), on_chain(was[1])
-    mass = on_chain(nodes_of(shape, node_masses(m, d)))
-    others = on_chain(nodes_of(shape, d.qfrc_passive - d.qfrc_bias + d.qfrc_actuator))
-    pull, _ = chain_forces(belt, nodes, places, twist, command.share)
-    more = (mass / h**2 + on_chain(damping) / h).reshape(size, -1)
-    lacking = pull + (others - mass * (nodes - before - h * rates) / h**2).reshape(size, -1)
-    if belt.guides is not None:
-        force, stiffness = guide_forces(belt, nodes, places.free)
-        lacking, more = lacking.at[1::3].add(force), more.at[1::3].add(stiffness)
-    if belt.loads is not None:
-        lacking = lacking + command.share * load_forces(belt, before).reshape(lacking.shape)
-    _, cell = chain_stiffness(belt, nodes, before, places, twist, command.share)
-    levels = factorise(*spans_blocks(cell, places, more))
-    change = solve_chain(levels, jnp.where(places.free, lacking, 0.0)[:, None])[:, 0]
-    return nodes + change.reshape(nodes.shape)
+    return run.plan_in_time(ready.scene, travel)[0]
 
 
 # MJX, and how it is used.
@@ -474,23 +400,6 @@ def compute_multibody(m: mjx.Model, d: mjx.Data) -> mjx.Data:
     return d
 
 
-def apply_actuators(m: mjx.Model, d: mjx.Data) -> mjx.Data:
-    """The data with qfrc_actuator of its controls; unchanged where the scene has no actuator."""
-    if not m.nu:
-        return d
-    d = mjx.transmission(m, mjx.com_pos(m, mjx.kinematics(m, d)))
-    d = d.tree_replace({"_impl.actuator_velocity": d._impl.actuator_moment @ d.qvel})
-    return mjx.fwd_actuation(m, d)
-
-
-def read_sensors(m: mjx.Model, d: mjx.Data) -> mjx.Data:
-    """The data with sensordata of its positions and velocities; unchanged where the scene has no sensor."""
-    if not m.nsensor:
-        return d
-    d = mjx.com_vel(m, mjx.com_pos(m, mjx.kinematics(m, d)))
-    return mjx.sensor_vel(m, mjx.sensor_pos(m, d))
-
-
 def node_masses(m: mjx.Model, d: mjx.Data) -> Array:
     """The mass matrix of ``multibody`` times ones: of slides that stand square to each other, their masses [kg]."""
     return mjx.mul_m(m, d, jnp.ones(m.nv))
@@ -518,14 +427,12 @@ def stack_cases(trees: Sequence[T]) -> tuple[T, Any]:
 
 
 def _once_a_model(function: Callable[[mjx.Model], np.ndarray]) -> Callable[[mjx.Model], np.ndarray]:
-    memory: dict[int, tuple[Any, np.ndarray]] = {}
+    kept: list[Any] = [None, None]  # the kinds of joints of the last model, and what was found of them
 
     def lookup(m: mjx.Model) -> np.ndarray:
-        kinds = m.jnt_type
-        if id(kinds) not in memory or memory[id(kinds)][0] is not kinds:
-            memory.clear()
-            memory[id(kinds)] = kinds, function(m)
-        return memory[id(kinds)][1]
+        if kept[0] is not m.jnt_type:
+            kept[:] = m.jnt_type, function(m)
+        return kept[1]
 
     return lookup
 
@@ -541,8 +448,8 @@ if hasattr(scan, SLOW):
 SEGMENT = 50  # steps of one compiled call: at most 0.1 m of travel at 1 ms and 2 m/s
 
 
-def refuse(belt: str, options: Options, parts: SceneParts) -> None:
-    """Raise CannotRepresent for what engine=mjx does not do."""
+def refuse_limp(belt: str, options: Options, parts: SceneParts) -> None:
+    """Raise CannotRepresent for a belt without bending stiffness."""
     if is_limp(belt, options):
         why = f"model = mujoco_{belt} without bending stiffness"
         raise CannotRepresent(f"{why}: engine=mjx cannot do this; use engine=native")
@@ -574,22 +481,21 @@ class TimeCase:
         return self.belt, self.stations, direction, options, self.features, self.travel
 
 
-def in_batches(
+def run_time_cases(
     cases: Sequence[TimeCase], chunk: int | None, observers: Sequence[Sequence[Observer]] = ()
 ) -> Iterator[list[Curves | SimulationError]]:
     """Curves of cases of one kind, chunk by chunk; observers: of each case, or none; see BatchEngine."""
     one = cases[0]
-    size = min(chunk or cases_per_chunk(one.stations, one.options.across), len(cases))
+    size = min(chunk or run.cases_per_chunk(one.stations, one.options.across), len(cases))
     for begin in range(0, len(cases), size):
         some = cases[begin : begin + size]
-        parts = [c.parts for c in some]
-        each = [c.options for c in some]
-        ready = prepare([c.case for c in some], belt=one.belt, options=each, parts=parts, features=one.features)
-        yield run(ready, one.travel, observers[begin : begin + size])
+        own: dict[str, Any] = {"options": [c.options for c in some], "parts": [c.parts for c in some]}
+        ready = prepare([c.case for c in some], belt=one.belt, features=one.features, **own)
+        yield run_prepared(ready, one.travel, observers[begin : begin + size])
 
 
 @in_float64
-def run(
+def run_prepared(
     ready: Sequence[PreparedCase], travel: float, observers: Sequence[Sequence[Observer]] = ()
 ) -> list[Curves | SimulationError]:
     """Curves of cases of one mesh over ``travel`` [m]; observers: of each case, or of the first few.
@@ -601,10 +507,10 @@ def run(
     models, still, data = jax.device_put((models, ready[0].data.mjx, data))
     plans, segment_of = [plan(r, travel) for r in ready], compile_batch(axes)
     steps, widths = np.array([len(p.travel) for p in plans]), np.array([float(r.case.belt.width) for r in ready])
-    options = [r.scene.options for r in ready[: len(observers)]]
+    watched = [(k, run.Recorder(ready[k].scene, own, EXTRA)) for k, own in enumerate(observers) if own]
+    options = [one.scene.options for _, one in watched]
     segment = min([SEGMENT, *(max(int(o.frame / (o.step * o.run_speed)), 1) for o in options)])  # a frame at each end
     commands, found = padded(plans, segment * math.ceil(steps.max() / segment)), [np.empty((len(ready), 0, 20))]
-    watched = [(k, Watched(ready[k], tuple(own))) for k, own in enumerate(observers) if own]
 
     def curves(k: int) -> Curves | SimulationError:
         return curves_of_steps(ready[k], plans[k], np.concatenate([part[k] for part in found]))
@@ -612,63 +518,34 @@ def run(
     with ExitStack() as stack:
         for k, one in watched:
             so_far = partial(lambda k: c.curves if isinstance(c := curves(k), SimulationError) else c, k)
-            stack.enter_context(notify_observers(one.observers, one.ready.case, travel, so_far))
+            stack.enter_context(run.notify_observers(one.observers, one.scene.case, travel, so_far))
         pending = None
         for begin in range(0, len(commands.travel[0]), segment):
             now = slice(begin, begin + segment)
             data, reads = segment_of(models, still, data, jax.tree.map(lambda c, now=now: c[:, now], commands))
             if pending is not None:
                 found.append(np.asarray(pending))
-                if not is_on_pulleys(found[-1][:, -1], widths).any():
+                if not run.is_on_pulleys(found[-1][:, -1], widths).any():
                     break
             places = np.asarray(data.mjx[0]) if watched else ()
             for k, one in watched:
-                tell_share(one.observers, begin / len(commands.travel[0]))
+                run.tell_share(one.observers, begin / len(commands.travel[0]))
                 last = min(now.stop, steps[k]) - 1  # after it the belt keeps its last command
-                if begin <= last:
-                    read, yaw = np.asarray(reads[k, last - begin]), commands.yaw[k, last]
-                    one.show(places[k], read, last + 1, yaw, ends=last + 1 == steps[k])
+                read = np.asarray(reads[k, last - begin])
+                if begin <= last and run.is_on_pulleys(read[None], widths[k])[0]:
+                    slides = np.moveaxis(np.asarray(nodes_of(ready[k].model.belt.shape, places[k])), -1, 0)
+                    time, ends = (last + 1) * one.scene.options.step, last + 1 == steps[k]
+                    one.show(read, slides, time, commands.yaw[k, last], ends)
             pending = reads
         found.append(np.asarray(pending))
     return [curves(k) for k in range(len(ready))]
 
 
-def padded(plans: Sequence[Command], steps: int) -> Command:
+def padded(plans: Sequence[run.Command], steps: int) -> run.Command:
     """The commands of all cases in so many steps, (cases, steps, ...); a run that has ended keeps its last command."""
 
-    def fill(*columns: np.ndarray) -> np.ndarray:
-        found = np.empty((len(columns), steps, *columns[0].shape[1:]))
-        for row, column in zip(found, columns, strict=True):
-            row[: len(column)], row[len(column) :] = column, column[-1]
-        return found
-
-    return jax.tree.map(fill, *plans)
-
-
-@dataclass
-class Watched:
-    """A case whose observers get a frame after every ``options.frame`` of travel, from travel 0 on, where a segment
-    ends, and one of the last instant."""
-
-    ready: PreparedCase
-    observers: tuple[Observer, ...]
-    next_frame: float = 0.0
-
-    def show(self, qpos: np.ndarray, read: np.ndarray, steps: int, yaw: np.ndarray, ends: bool) -> None:
-        """Hand on the belt after ``steps`` steps; read, (20,): of the last; ends: there are no more."""
-        scene, (tail_x, travel, speed) = self.ready.scene, (float(v) for v in read[17:])
-        if (
-            travel < self.next_frame - ends * scene.options.frame
-            or not is_on_pulleys(read[None], float(self.ready.case.belt.width))[0]
-        ):
-            return
-        self.next_frame += scene.options.frame * math.ceil((travel - self.next_frame + 1e-12) / scene.options.frame)
-        slides = np.moveaxis(np.asarray(nodes_of(self.ready.model.belt.shape, qpos)), -1, 0)
-        scalars = {"tail_x": tail_x, "steps": float(steps), "belt_speed": speed}
-        now = SimpleNamespace(slides=slides, travel=travel, time=steps * scene.options.step, yaw=yaw)
-        frame = frame_of(scene, read[:17], now, scalars)
-        for observer in self.observers:
-            observer.frame(frame)
+    kept = [np.minimum(np.arange(steps), len(plan.travel) - 1) for plan in plans]
+    return jax.tree.map(lambda *columns: np.stack([c[k] for c, k in zip(columns, kept, strict=True)]), *plans)
 
 
 _FUNCTIONS: dict[Hashable, object] = {}
@@ -676,14 +553,10 @@ _FUNCTIONS: dict[Hashable, object] = {}
 
 def compile_batch(axes: object):
     """The function that makes several steps of a batch whose models differ by ``axes``; made once, so that JAX compiles
-    it once: the data of each case after them, and its readings (steps, 20).
+    it once: the data (as of ``carried_state``) of each case after them, and its readings (steps, 20)."""
 
-    The data's mjx is (qpos, qvel, time); still: MJX's data of any instant, for what a step computes anew.
-    """
-
-    def run_steps(model: MjxModel, still: Any, data: MjxData, commands: Command) -> tuple[MjxData, Array]:
-        qpos, qvel, time = data.mjx
-        after, read = march(model, data._replace(mjx=still.replace(qpos=qpos, qvel=qvel, time=time)), commands)
+    def run_steps(model: MjxModel, still: mjx.Data, data: MjxData, commands: run.Command) -> tuple[MjxData, Array]:
+        after, read = march(model, restored_state(data, still), commands)
         return carried_state(after), read
 
     leaves, structure = jax.tree.flatten(axes, is_leaf=lambda v: v is None)
@@ -693,36 +566,24 @@ def compile_batch(axes: object):
     return _FUNCTIONS[key]
 
 
-def curves_of_steps(ready: PreparedCase, plan: Command, table: np.ndarray) -> Curves | SimulationError:
-    """Curves of the steps made so far, means over options.sample of travel, or a failure that has those before it.
+def curves_of_steps(ready: PreparedCase, plan: run.Command, table: np.ndarray) -> Curves | SimulationError:
+    """Curves of the steps made so far, or a failure that has those before it.
 
     plan: commands of all steps; table, (steps, 20): readings of those that were made, and perhaps more.
     """
     table = table[: len(plan.travel)]
-    good = is_on_pulleys(table, float(ready.case.belt.width))
-    steps = len(table) if good.all() else int(np.argmin(good))
-    begin, sample = int(np.argmax(plan.travel >= 0.0)), ready.scene.options.sample
-    count = int(plan.travel[-1] / sample + 1e-9) + 1
-    row = np.ceil(plan.travel / sample - 1e-9).astype(int)[:steps]
-    used = np.flatnonzero((np.arange(steps) > begin) & (plan.speed[:steps] > 0.0) & (row >= 1) & (row < count))
-    rows = row[used]  # they do not fall, so that each row's steps lie together
-    starts = np.flatnonzero(np.diff(rows, prepend=0))
-    whole = (
-        [table[begin - 1] * np.where(np.arange(table.shape[1]) == READING["travel"], 0.0, 1.0)]
-        if steps >= begin
-        else []
-    )
-    if len(used):
-        means = np.add.reduceat(table[used], starts) / np.diff(starts, append=len(used))[:, None]
-        present = rows[starts]
-        whole += list(means[: int(np.argmin(np.append(present == np.arange(1, len(present) + 1), False)))])
-    t = np.array(whole).reshape(-1, table.shape[1]).T
-    curves = curves_of(t, t[READING["travel"]], {"tail_x": t[READING["tail_x"]], "belt_speed": t[READING["speed"]]})
+    good = run.is_on_pulleys(table, float(ready.case.belt.width))
+    steps, begin = len(table) if good.all() else int(np.argmin(good)), int(np.argmax(plan.travel >= 0.0))
+    used = np.arange(steps) >= begin - 1
+    used[begin:] &= plan.speed[begin:steps] > 0.0  # a belt that stands for a yaw step is in no row
+    rows = table[:steps][used]
+    rows[:1, [run.READING["travel"], run.READING["speed"]]] = 0.0, plan.speed[begin]
+    curves = run.curves_in_time(ready.scene, rows, EXTRA)
     if steps == len(table):
         return curves
     why = "the belt ran off its pulleys or its motion grew without bound {where}: turn the yaw back earlier, "
-    return failure_with(curves, why + "shorten travel, or halve model.dt")
+    return run.failure_with(curves, why + "shorten travel, or halve model.dt")
 
 
-ENGINE = BatchEngine(refuse, TimeCase, in_batches)
+ENGINE = run.BatchEngine(refuse_limp, TimeCase, run_time_cases)
 simulate, simulate_batch = ENGINE.simulate, ENGINE.simulate_batch

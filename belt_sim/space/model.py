@@ -159,15 +159,9 @@ class SpaceModel:
         return asked_of_engine(case, effects, travel)
 
     def run(
-        self,
-        case: Case,
-        effects: Sequence[Effect] = (),
-        *,
-        travel: float,
-        observers: Sequence[Observer] = (),
-        scene_path: Path | None = None,
-        computed: "Computed | None" = None,
-    ) -> Curves:
+        self, case: Case, effects: Sequence[Effect] = (), *, travel: float, observers: Sequence[Observer] = (),
+        scene_path: Path | None = None, computed: "Computed | None" = None,
+    ) -> Curves:  # fmt: skip
         """Curves over ``travel`` [m] as the instruments show them; raises SimulationError.
 
         scene_path: where to write the MJCF; computed: what a batch found for ``engine_task``, so that no engine runs.
@@ -177,26 +171,20 @@ class SpaceModel:
         def engine(driven: Case, far: float) -> Curves:
             if computed is not None:
                 return computed.replay(observers, driven, far)
-            return self._compute(driven, far, self.parts(driven, effects), observers, scene_path)
+            own: dict[str, Any] = {"options": self.options_for(driven), "parts": self.parts(driven, effects)}
+            own |= {"belt": self.belt, "travel": far, "observers": observers}
+            if self.engine not in BATCH_ENGINES:
+                from belt_sim.space.native import run_native  # MuJoCo takes a while to load
+
+                own |= {"scene_path": scene_path, "control": self.control, "contact": self.contact}
+                return run_native(driven, edited=self.scene, **own)
+            wanted = {"watch": self.engine == "quasi_static" and bool(observers)}
+            wanted |= {"model.control": self.control, "model.contact": self.contact != CONTACTS[0]}
+            for name in (name for name, asked in wanted.items() if asked):
+                raise CannotRepresent(f"{name}: engine={self.engine} cannot do this; use engine=native")
+            return batch_engine(self.engine).simulate(driven, **own)
 
         return as_indicated(engine, case, effects, travel)
-
-    def _compute(
-        self, case: Case, travel: float, parts: SceneParts, observers: Sequence[Observer], scene_path: Path | None
-    ) -> Curves:
-        run: dict[str, Any] = {"belt": self.belt, "travel": travel, "options": self.options_for(case), "parts": parts}
-        if observers:
-            run["observers"] = observers
-        if self.engine not in BATCH_ENGINES:
-            from belt_sim.space.native import simulate  # MuJoCo takes a while to load
-
-            run |= {"scene_path": scene_path, "control": self.control, "contact": self.contact, "edited": self.scene}
-            return simulate(case, **run)
-        wanted = {"watch": self.engine == "quasi_static" and bool(observers)}
-        wanted |= {"model.control": self.control, "model.contact": self.contact != CONTACTS[0]}
-        for name in (name for name, asked in wanted.items() if asked):
-            raise CannotRepresent(f"{name}: engine={self.engine} cannot do this; use engine=native")
-        return batch_engine(self.engine).simulate(case, **run)
 
 
 def batch_engine(name: str) -> "BatchEngine":

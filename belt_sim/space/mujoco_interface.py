@@ -70,17 +70,11 @@ def add_dummy_equality(spec: mujoco.MjSpec, first_joint: str) -> None:
 
 def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
     """The model; it does not start anew by itself when an acceleration grows without bound."""
-    with _flex_tied_to_nothing():
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=_TIED_TO_NOTHING)
         model = spec.compile()
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     return model
-
-
-@contextmanager
-def _flex_tied_to_nothing() -> Iterator[None]:
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message=_TIED_TO_NOTHING)
-        yield
 
 
 @contextmanager
@@ -194,23 +188,26 @@ def mjcf(spec: mujoco.MjSpec, comment: str = HELD_COMMENT) -> str:
     MuJoCo writes six digits: at 10 m from the origin that is 5 um, a strain of 2e-4 between stations 25 mm apart, as
     much as the belt's own. So the numbers that the belt is made of are written again in full.
     """
-    with _flex_tied_to_nothing():
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=_TIED_TO_NOTHING)
         tree = ET.fromstring(spec.to_xml())
-    bodies = {b.name: b for b in spec.bodies}
+
+    def write_in_full(element: ET.Element | None, **values: Iterable[float]) -> None:
+        for name, numbers in values.items() if element is not None else ():
+            element.set(name, " ".join(repr(float(v)) for v in numbers))
+
+    bodies, tendons = ({one.name: one for one in several} for several in (spec.bodies, spec.tendons))
     for element in tree.iter("body"):
-        body, inertial = bodies[element.get("name", "")], element.find("inertial")
-        element.set("pos", _full_digits(body.pos))
-        if inertial is not None:
-            inertial.set("mass", _full_digits([body.mass]))
-    tendons = {t.name: t for t in spec.tendons}
+        body = bodies[element.get("name", "")]
+        write_in_full(element, pos=body.pos)
+        write_in_full(element.find("inertial"), mass=[body.mass])
     for element in tree.iter("spatial"):
         bond = tendons[element.get("name", "")]
-        element.set("springlength", _full_digits(bond.springlength[:1]))
-        element.set("stiffness", _full_digits(bond.stiffness[:1]))
+        write_in_full(element, springlength=bond.springlength[:1], stiffness=bond.stiffness[:1])
     for element, flex in zip(tree.iter("elasticity"), spec.flexes, strict=True):
-        element.set("thickness", _full_digits([flex.thickness]))
+        write_in_full(element, thickness=[flex.thickness])
     for element, key in zip(tree.iter("key"), spec.keys, strict=True):
-        element.set("qpos", _full_digits(key.qpos))
+        write_in_full(element, qpos=key.qpos)
         if element.get("qvel"):
             element.set("qvel", " ".join(f"{v:.6g}" for v in key.qvel))
     for element in tree.findall("custom/text"):  # MuJoCo writes long ones where it does not read them
@@ -223,13 +220,8 @@ def mjcf(spec: mujoco.MjSpec, comment: str = HELD_COMMENT) -> str:
     tree.insert(0, ET.Comment(comment))
     tree[0].tail = "\n\n  "
     for part, said in _PARTS.items():
-        for at, element in enumerate(tree):
-            if element.tag == part:
-                tree.insert(at, ET.Comment(said))
-                tree[at].tail = "\n  "
-                break
+        at = next((at for at, element in enumerate(tree) if element.tag == part), None)
+        if at is not None:
+            tree.insert(at, ET.Comment(said))
+            tree[at].tail = "\n  "
     return ET.tostring(tree, encoding="unicode")
-
-
-def _full_digits(numbers: Iterable[float]) -> str:
-    return " ".join(repr(float(v)) for v in numbers)

@@ -8,7 +8,8 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from belt_sim.case import Case
-from belt_sim.errors import InputError
+from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.scene_parts import SceneParts
 
 #: chords before the tangent point at which a station is caught; it is let go HYSTERESIS chords further out
 CATCH_DISTANCE = 0.5
@@ -106,26 +107,42 @@ class Options:
             value = getattr(self, field.name)
             if isinstance(value, float) and not (value > 0.0 or (value == 0.0 and field.name in _MAY_BE_ZERO)):
                 raise InputError(f"model.{field.name}", value, "", "give a positive number")
-        if self.across < 1 or int(self.across) != self.across:
-            raise InputError("model.across", self.across, "nodes", "give 1 (rope), 2 or more")
-        if self.steps < 1:
-            raise InputError("model.steps", self.steps, "", "give 1 or more")
-        if isinstance(self.belt_speed, str) and self.belt_speed != AS_THE_CASE:
-            raise InputError("model.belt_speed", self.belt_speed, "", f"give m/s, {AS_THE_CASE}, or leave it out")
-        if self.tensioning not in TENSIONINGS:
-            raise InputError("model.tensioning", self.tensioning, "", f"choose one of {', '.join(TENSIONINGS)}")
-        unknown = [b for b in self.bonds if b not in BONDS]
-        if unknown or "longitudinal" not in self.bonds:
-            raise InputError("model.bonds", self.bonds, "", f"longitudinal, and any of {', '.join(BONDS[1:])}")
+        known = "longitudinal" in self.bonds and set(self.bonds) <= set(BONDS)
+        across, speed = self.across, self.belt_speed
+        for name, right, unit, remedy in (
+            ("across", across >= 1 and int(across) == across, "nodes", "give 1 (rope), 2 or more"),
+            ("steps", self.steps >= 1, "", "give 1 or more"),
+            ("belt_speed", not isinstance(speed, str) or speed == AS_THE_CASE, "",
+             f"give m/s, {AS_THE_CASE}, or leave it out"),
+            ("tensioning", self.tensioning in TENSIONINGS, "", f"choose one of {', '.join(TENSIONINGS)}"),
+            ("bonds", known, "", f"longitudinal, and any of {', '.join(BONDS[1:])}"),
+        ):  # fmt: skip
+            if not right:
+                raise InputError(f"model.{name}", getattr(self, name), unit, remedy)
 
     @staticmethod
     def from_settings(settings: Mapping[str, Any]) -> "Options":
         """From the numbers of a configuration; None keeps the recommended value. Raises InputError for a wrong one."""
-        known = {f.name: f.default for f in fields(Options)}
-        for key in (name for name in settings if name not in known):
-            raise InputError(f"model.{key}", settings[key], "", f"use one of {', '.join(known)}")
-        given = {key: value for key, value in settings.items() if value is not None}
-        return Options(**{key: _convert(f"model.{key}", value, known[key]) for key, value in given.items()})
+        known, given = {f.name: f.default for f in fields(Options)}, dict[str, Any]()
+        for key, value in settings.items():
+            default: Any = known.get(key)
+            if key not in known:
+                raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}")
+            if value is None:
+                continue
+            listed, number = isinstance(value, (list, tuple)), isinstance(value, (int, float))
+            if isinstance(default, tuple) and not listed:
+                raise InputError(f"model.{key}", value, "", "give a list")
+            if isinstance(default, tuple):
+                value = tuple(str(v) for v in value)
+            elif isinstance(default, str) or (default is None and isinstance(value, str)):
+                value = str(value)
+            elif isinstance(value, bool) or not number:
+                raise InputError(f"model.{key}", value, "", "give a number")
+            else:
+                value = int(value) if isinstance(default, int) else float(value)
+            given[key] = value
+        return Options(**given)
 
     @property
     def step(self) -> float:
@@ -162,19 +179,13 @@ def is_limp(belt: str, options: Options) -> bool:
     return belt == "rope" or (belt == "grid" and "diagonal" not in options.bonds)
 
 
+def refuse_sliding_limp(belt: str, options: Options, parts: SceneParts) -> None:
+    """Raise CannotRepresent for a limp belt with finite friction: it sticks at the last station on a pulley."""
+    if math.isfinite(parts.friction) and is_limp(belt, options):
+        raise CannotRepresent(f"model.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
+
+
 _MAY_BE_ZERO = ("friction", "run_in", "settle", "damping")
-
-
-def _convert(name: str, value: Any, default: Any) -> Any:
-    if isinstance(default, tuple):
-        if not isinstance(value, (list, tuple)):
-            raise InputError(name, value, "", "give a list")
-        return tuple(str(v) for v in value)
-    if isinstance(default, str) or (default is None and isinstance(value, str)):
-        return str(value)
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(name, value, "", "give a number")
-    return int(value) if isinstance(default, int) else float(value)
 
 
 #: String speed over belt speed. Landings shake the spans; at a 35th of it sag and tension stay within 1 %.
@@ -190,19 +201,6 @@ def string_speed(case: Case) -> float:
 def accurate_speed(waves: float) -> float:
     """The fastest belt speed [m/s] at which inertia does not matter, for a string speed ``waves`` [m/s]."""
     return min(_FASTEST, waves / SLOWNESS)
-
-
-def accelerate(
-    travel: float, speed: float, until: float, top: float, acceleration: float, dt: float
-) -> tuple[float, float]:
-    """Travel [m] and speed [m/s] after a step [s] of a belt that is to stand still at ``until`` [m], inf = never.
-
-    top [m/s]: its speed on the way; acceleration [m/s2], also of slowing down. It arrives exactly.
-    """
-    ahead = until - travel
-    allowed = min(top, math.sqrt(2.0 * acceleration * max(ahead, 0.0)) + 0.5 * acceleration * dt)
-    speed = min(speed + acceleration * dt, allowed)
-    return (until, 0.0) if ahead <= speed * dt else (travel + speed * dt, speed)
 
 
 _SHAKEN = 20.0  # string speed over belt speed; y after 1 m is still that at a 35th within 3 % (7 N/mm2, a = 2 m)
@@ -231,7 +229,7 @@ def fit_options(options: Options, case: Case, belt: str, engine: str = "native")
     Springs (tendons) lend MuJoCo's metric no stiffness across their direction, so that their step stays below
     dx / string speed; spans that are limp, or that landings shake, get a drag that calms them in between.
     Raises InputError for a step in which a link on a pulley would turn further than its strain can bear (engine=mjx:
-    several stations would land), and for a belt speed at which landings shake the belt.
+    several stations would land), for a belt speed at which landings shake the belt, and for a drag below what calms it.
     """
     waves = string_speed(case)
     fastest, pace = waves / _SHAKEN, accurate_speed(waves)
@@ -240,7 +238,12 @@ def fit_options(options: Options, case: Case, belt: str, engine: str = "native")
         landings = 2.0 * float(case.rig.span_length) * pace / (options.dx * waves)  # in a period of the lowest sway
         pace *= min((max(math.floor(landings - 0.5), 0.0) + 0.5) / landings, 1.0)  # halfway between two resonances
     if options.belt_speed is not None:
-        pace = _speed_given(options, case, fastest, pace)
+        as_the_case, accurate = options.belt_speed == AS_THE_CASE, pace
+        pace = float(case.settings.speed if as_the_case else options.belt_speed)  # type: ignore[arg-type]
+        if not 0.0 < pace <= fastest:
+            most = f"give at most {fastest:.2f}, above which landings shake a belt of this tension"
+            remedy = f"{most}; without a speed asked for it is {accurate:.2f} m/s"
+            raise InputError("speed" if as_the_case else "model.belt_speed", f"{pace:.3g}", "m/s", remedy)
     dt = max(STEP, _WAY_OF_STEP / pace) if engine == "mjx" else STEP
     if belt != "rope" and engine != "quasi_static":
         radius = min(float(case.rig.head_radius), float(case.rig.tail_radius))
@@ -258,7 +261,11 @@ def fit_options(options: Options, case: Case, belt: str, engine: str = "native")
     dt = dt if belt == "flex" else min(dt, _COURANT * options.dx / waves)
     damping = options.damping
     if is_limp(belt, options) or engine == CONTACTS[1]:
-        damping = max(damping, _LIMP_DRAG * waves / float(case.rig.span_length))
+        least = _LIMP_DRAG * waves / float(case.rig.span_length)
+        if Options.damping != damping < least * (1.0 - 1e-9):
+            remedy = f"give at least {0.01 * math.ceil(100.0 * least):g}, or leave it out: with less the spans ring"
+            raise InputError("model.damping", damping, "1/s", remedy)
+        damping = max(damping, least)
     return replace(options, belt_speed=pace, dt=dt, damping=damping)
 
 
@@ -266,15 +273,3 @@ def two_digits(value: float) -> float:
     """The value, cut to two digits."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return float(f"{unit * math.floor(value / unit):.2g}")
-
-
-def _speed_given(options: Options, case: Case, fastest: float, accurate: float) -> float:
-    """The belt speed [m/s] that options give; fastest, accurate [m/s]: at most, and without a speed given."""
-    as_the_case = options.belt_speed == AS_THE_CASE
-    name = "speed" if as_the_case else "model.belt_speed"
-    pace = float(case.settings.speed if as_the_case else options.belt_speed)  # type: ignore[arg-type]
-    if not 0.0 < pace <= fastest:
-        most = f"give at most {fastest:.2f}, above which landings shake a belt of this tension"
-        remedy = f"{most}; without a speed asked for it is {accurate:.2f} m/s"
-        raise InputError(name, f"{pace:.3g}", "m/s", remedy)
-    return pace

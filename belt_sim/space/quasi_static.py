@@ -23,51 +23,15 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.case import Numbers as Array
 from belt_sim.curves import Curves
-from belt_sim.errors import CannotRepresent, SimulationError
+from belt_sim.errors import SimulationError
 from belt_sim.jax_setup import in_float64
 from belt_sim.scene_parts import SceneParts
+from belt_sim.space import chain, run, wrap
 from belt_sim.space.belt import ActiveFeatures, BeltArrays, belt_arrays, guide_forces, load_forces
 from belt_sim.space.block_tridiagonal import Level, factorise, solve_chain
-from belt_sim.space.chain import (
-    ChainLayout,
-    RopeKinks,
-    anchor_positions,
-    chain_forces,
-    chain_stiffness,
-    cut_chain,
-    divide_chain,
-    end_offsets,
-    hold_run_up_end,
-    loads_on_tail,
-    pull_on_nodes,
-    spans_blocks,
-    tail_derivatives,
-    twist_of_cells,
-)
 from belt_sim.space.machine import lay_out
-from belt_sim.space.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME, Options, fit_options, is_limp
-from belt_sim.space.pulleys import belt_loads, lay_pulleys, pose_of
-from belt_sim.space.run import (
-    BatchEngine,
-    Command,
-    cases_per_chunk,
-    curves_of,
-    failure_with,
-    is_on_pulleys,
-    plan_in_travel,
-    reading,
-)
-from belt_sim.space.wrap import (
-    TAIL,
-    BeltOnPulley,
-    SlipState,
-    land_stations,
-    relax_layers,
-    release_stations,
-    sink_wraps,
-    slide_wrap,
-    update_tangents,
-)
+from belt_sim.space.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME, Options, fit_options, refuse_sliding_limp
+from belt_sim.space.wrap import TAIL
 
 
 class TravelState(NamedTuple):
@@ -76,24 +40,19 @@ class TravelState(NamedTuple):
     compliance_yaw [rad], (2,): yaw by which the pulleys give way, None if they do not."""
 
     nodes: Array
-    pulleys: BeltOnPulley
+    pulleys: wrap.BeltOnPulley
     tension: Array
     travel: Array
     correction: Array
-    slip: SlipState | None = None
-    kinks: RopeKinks | None = None
+    slip: wrap.SlipState | None = None
+    kinks: chain.RopeKinks | None = None
     compliance_yaw: Array | None = None
 
 
 def newton_step(
-    belt: BeltArrays,
-    levels: list[Level],
-    cell: Array,
-    on_nodes: Array,
-    places: ChainLayout,
-    moves: Array,
+    belt: BeltArrays, levels: list[Level], cell: Array, on_nodes: Array, places: chain.ChainLayout, moves: Array,
     lacking: Array,
-) -> tuple[Array, Array]:
+) -> tuple[Array, Array]:  # fmt: skip
     """Moves of the free nodes (3 m, n) [m] and of the tail pulley (2,) [m, rad] towards equilibrium.
 
     Static condensation: the free nodes are solved for their own forces and for those of a unit of slide and of spin,
@@ -151,14 +110,9 @@ class Equilibrium(NamedTuple):
 
 
 def find_equilibrium(
-    belt: BeltArrays,
-    pulleys: BeltOnPulley,
-    nodes: Array,
-    places: ChainLayout,
-    state: TravelState,
-    command: Command,
-    aside: Array | float,
-) -> Equilibrium:
+    belt: BeltArrays, pulleys: wrap.BeltOnPulley, nodes: Array, places: chain.ChainLayout, state: TravelState,
+    command: run.Command, aside: Array | float,
+) -> Equilibrium:  # fmt: skip
     """Newton iterations from where the step has led the pulleys and the chain, ``nodes`` [m], (m, 3, n).
 
     The tension that stiffens the belt across its direction is that of its last equilibrium. aside [m]: by how much held
@@ -167,10 +121,10 @@ def find_equilibrium(
     taut, moved, wraps = state.nodes[..., places.stations], command.travel - state.travel, pulleys.wrap
 
     def iteration(found: Equilibrium, more: Array) -> tuple[Equilibrium, None]:
-        turned, pose = found.compliance_yaw, pose_of(belt, command, found.tail, found.compliance_yaw)
-        nodes, moves = found.nodes, tail_derivatives(wraps, pose)
-        twist = twist_of_cells(belt, pulleys._replace(pose=pose), places, state.tension)
-        on_nodes, at_ends = chain_forces(belt, nodes, places, twist, command.share)
+        turned, pose = found.compliance_yaw, chain.pose_of(belt, command, found.tail, found.compliance_yaw)
+        nodes, moves = found.nodes, chain.tail_derivatives(wraps, pose)
+        twist = chain.twist_of_cells(belt, pulleys._replace(pose=pose), places, state.tension)
+        on_nodes, at_ends = chain.chain_forces(belt, nodes, places, twist, command.share)
         on_nodes = on_nodes.reshape(nodes.shape).at[:, 2].add(-belt.mass[:, None] * belt.gravity)
         on_diagonal = None
         if belt.guides is not None:
@@ -179,18 +133,20 @@ def find_equilibrium(
             on_diagonal = jnp.zeros_like(nodes).at[:, 1].set(stiffness).reshape(-1, nodes.shape[-1])
         if belt.loads is not None:
             on_nodes = on_nodes + command.share * load_forces(belt, nodes)
-        cell, whole = chain_stiffness(belt, nodes, taut, places, twist, command.share)
-        levels = factorise(*spans_blocks(whole, places, on_diagonal))
-        on_tail = loads_on_tail(belt, nodes, places, pose, moves, at_ends)
+        cell, whole = chain.chain_stiffness(belt, nodes, taut, places, twist, command.share)
+        levels = factorise(*chain.spans_blocks(whole, places, on_diagonal))
+        on_tail = chain.loads_on_tail(belt, nodes, places, pose, moves, at_ends)
         on_nodes, lacking = on_nodes.reshape(-1, nodes.shape[-1]), on_tail.at[0].add(belt.load)
         change, tail_change = newton_step(belt, levels, cell, on_nodes, places, moves, lacking)
         nodes, tail = nodes + change.reshape(nodes.shape), found.tail + tail_change
         if turned is not None:
             there = jnp.zeros_like(nodes).at[..., places.stations].set(nodes)
-            moment = belt_loads(pulleys._replace(pose=pose), there, pull_on_nodes(belt, there, command.share))[:, 2]
+            moment = chain.belt_loads(
+                pulleys._replace(pose=pose), there, chain.pull_on_nodes(belt, there, command.share)
+            )[:, 2]
             turned = jnp.where(more, compliance_step(belt, state.compliance_yaw, turned, moment, moved), turned)
-        pose = pose_of(belt, command, tail, turned)
-        anchors = anchor_positions(belt, pulleys._replace(pose=pose), places) + aside
+        pose = chain.pose_of(belt, command, tail, turned)
+        anchors = chain.anchor_positions(belt, pulleys._replace(pose=pose), places) + aside
         nodes, tension = jnp.where(places.free, nodes, anchors), -0.5 * on_tail[0]
         return Equilibrium(nodes, tail, tension, jnp.abs(change).max(), turned), None
 
@@ -200,7 +156,7 @@ def find_equilibrium(
     return jax.lax.scan(iteration, begin, jnp.arange(count) < count - 1)[0]
 
 
-def predict(belt: BeltArrays, nodes: Array, held: Array, places: ChainLayout, chords: Array) -> Array:
+def predict(belt: BeltArrays, nodes: Array, held: Array, places: chain.ChainLayout, chords: Array) -> Array:
     """The chain led on by so many chords: free stations go along their links, held ones where the pulleys take them.
 
     What a span's ends are taken further than along their links is shared out along the span, linearly, and unless it
@@ -230,45 +186,45 @@ def predict(belt: BeltArrays, nodes: Array, held: Array, places: ChainLayout, ch
     return found
 
 
-def step(belt: BeltArrays, state: TravelState, command: Command) -> TravelState:
+def travel_step(belt: BeltArrays, state: TravelState, command: run.Command) -> TravelState:
     """The state after a step."""
     moved, sign = command.travel - state.travel, belt.shape.sign
     shaped = jnp.where(state.travel >= 0.0, 1.0, 0.0)
     spin = state.pulleys.pose.spin[TAIL] + sign * moved / belt.surfaces.radius[TAIL]
     tail = jnp.stack([state.pulleys.pose.centre[TAIL, 0], spin])
-    pose = pose_of(belt, command, tail, state.compliance_yaw)
+    pose = chain.pose_of(belt, command, tail, state.compliance_yaw)
     pulleys = state.pulleys._replace(surface=belt.surfaces, pose=pose)
     kinks, before = state.kinks, state.pulleys.pose
     if kinks is not None:
-        wraps, kinks = jax.vmap(partial(hold_run_up_end, sign=sign))(pulleys, kinks)
+        wraps, kinks = jax.vmap(partial(chain.hold_run_up_end, sign=sign))(pulleys, kinks)
         pulleys = pulleys._replace(wrap=wraps)
     rests = (moved == 0.0) & (state.travel >= 0.0)
-    pulleys = sink_wraps(belt, pulleys, before, moved, shaped, rests)
-    places = cut_chain(pulleys.wrap)
+    pulleys = wrap.sink_wraps(belt, pulleys, before, moved, shaped, rests)
+    places = chain.cut_chain(pulleys.wrap)
     taut, chords = state.nodes[..., places.stations], moved / belt.chord
-    anchors = anchor_positions(belt, pulleys, places)
+    anchors = chain.anchor_positions(belt, pulleys, places)
     nodes = predict(belt, taut, jnp.where(places.free, taut, anchors), places, chords)
-    pulleys = release_stations(belt, pulleys)
-    places = divide_chain(pulleys.wrap, places.stations)
+    pulleys = wrap.release_stations(belt, pulleys)
+    places = chain.divide_chain(pulleys.wrap, places.stations)
     if pulleys.layer is not None:
-        anchors = anchor_positions(belt, pulleys, places)
-    aside = 0.0 if kinks is None else end_offsets(belt, pulleys, places, taut, chords, kinks)[0]
+        anchors = chain.anchor_positions(belt, pulleys, places)
+    aside = 0.0 if kinks is None else chain.end_offsets(belt, pulleys, places, taut, chords, kinks)[0]
     nodes = jnp.where(places.free, nodes, anchors + aside)
     found = find_equilibrium(belt, pulleys, nodes, places, state, command, aside)
     nodes = jnp.zeros_like(nodes).at[..., places.stations].set(found.nodes)
-    pulleys, slip = pulleys._replace(pose=pose_of(belt, command, found.tail, found.compliance_yaw)), state.slip
+    pulleys, slip = pulleys._replace(pose=chain.pose_of(belt, command, found.tail, found.compliance_yaw)), state.slip
     if slip is not None:
-        pull = pull_on_nodes(belt, nodes, command.share)
-        wraps, slip = jax.vmap(partial(slide_wrap, belt, pull, belt.friction, 0.0, shaped))(pulleys, slip)
+        pull = chain.pull_on_nodes(belt, nodes, command.share)
+        wraps, slip = jax.vmap(partial(wrap.slide_wrap, belt, pull, belt.friction, 0.0, shaped))(pulleys, slip)
         pulleys = pulleys._replace(wrap=wraps)
 
     def filter_share(time: float) -> Array:
         return jnp.where(moved > 0.0, jnp.minimum(moved / (belt.run_speed * time), 1.0), 1.0)
 
-    turned = jax.vmap(lambda w, p: update_tangents(w, p, nodes, filter_share(SPAN_TIME)))
+    turned = jax.vmap(lambda w, p: wrap.update_tangents(w, p, nodes, filter_share(SPAN_TIME)))
     pulleys = pulleys._replace(wrap=turned(pulleys.wrap, pulleys.pose))
-    pulleys = land_stations(belt, pulleys, (before, state.nodes), nodes, moved, shaped)
-    pulleys = relax_layers(belt, pulleys, nodes, command.share, filter_share(LAYER_TIME))
+    pulleys = wrap.land_stations(belt, pulleys, (before, state.nodes), nodes, moved, shaped)
+    pulleys = wrap.relax_layers(belt, pulleys, nodes, command.share, filter_share(LAYER_TIME))
     return TravelState(
         nodes, pulleys, found.tension, command.travel, found.correction, slip, kinks, found.compliance_yaw
     )
@@ -286,7 +242,7 @@ class TravelCase:
     case: Case
     belt: BeltArrays
     state: TravelState
-    commands: Command
+    commands: run.Command
     recorded: np.ndarray
 
     @property
@@ -308,38 +264,37 @@ def lay_case(
     scene = lay_out(case, belt, options, parts)
     arrays = belt_arrays(scene, features)
     shape = arrays.shape
-    pulleys = lay_pulleys(scene, arrays)
+    pulleys = chain.lay_pulleys(scene, arrays)
     state = TravelState(
         nodes=np.moveaxis(scene.mesh.laid, 0, -1),
         pulleys=pulleys,
         tension=np.array(float(case.tension_force)),
         travel=np.array(-scene.early),
         correction=np.array(0.0),
-        slip=SlipState.none(shape.lines, shape.stations) if features.slips else None,
-        kinks=RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None,
+        slip=wrap.SlipState.none(shape.lines, shape.stations) if features.slips else None,
+        kinks=chain.RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None,
         compliance_yaw=np.zeros(2) if features.gives_way else None,
     )
-    return TravelCase(case, arrays, state, *plan_in_travel(case.settings, options, travel, parts.sets_in))
+    return TravelCase(case, arrays, state, *run.plan_in_travel(case.settings, options, travel, parts.sets_in))
 
 
-def refuse(belt: str, options: Options, parts: SceneParts) -> None:
-    """Raise CannotRepresent for what only engine=native does."""
-    if math.isfinite(parts.friction) and is_limp(belt, options):
-        raise CannotRepresent(f"model.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
-
-
-def in_batches(
+def run_travel_cases(
     ready: Sequence[TravelCase], chunk: int | None, observers: Sequence[object] = ()
 ) -> Iterator[list[Curves | SimulationError]]:
     """Curves of cases of one kind, chunk by chunk, which nobody can observe; see BatchEngine."""
-    rows = max(len(r.recorded) for r in ready)
-    devices = jax.device_count()
-    fit = devices * cases_per_chunk(ready[0].stations, ready[0].belt.shape.lines)
+    rows, devices = max(len(r.recorded) for r in ready), jax.device_count()
+
+    def stand_still(commands: np.ndarray) -> np.ndarray:
+        """Up to so many rows as the longest run has."""
+        last = np.broadcast_to(commands[-1:, -1:], (rows - len(commands), *commands.shape[1:]))
+        return np.concatenate([commands, last])
+
+    fit = devices * run.cases_per_chunk(ready[0].stations, ready[0].belt.shape.lines)
     size = min(chunk or fit, math.ceil(len(ready) / devices) * devices)
     for begin in range(0, len(ready), size):
         some = ready[begin : begin + size]
         filled = [*some, *[some[-1]] * (size - len(some))]
-        trees = [(r.belt, r.state, jax.tree.map(partial(_stand_still, rows), r.commands)) for r in filled]
+        trees = [(r.belt, r.state, jax.tree.map(stand_still, r.commands)) for r in filled]
         arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
         if devices > 1 and size % devices == 0:
             mesh, cases = jax.make_mesh((devices,), ("cases",)), jax.sharding.PartitionSpec("cases")
@@ -348,54 +303,44 @@ def in_batches(
         yield [run_curves(r, t) for r, t in zip(some, table, strict=False)]
 
 
-def _stand_still(rows: int, commands: np.ndarray) -> np.ndarray:
-    """Up to so many rows, as many as the longest run has."""
-    return np.concatenate([commands, np.broadcast_to(commands[-1:, -1:], (rows - len(commands), *commands.shape[1:]))])
-
-
-def run_curves(run: TravelCase, table: np.ndarray) -> Curves | SimulationError:
+def run_curves(made: TravelCase, table: np.ndarray) -> Curves | SimulationError:
     """Curves from the rows (rows, 20 or more) of ``run_batch``."""
-    recorded, begin = run.recorded, int(np.argmax(run.recorded))
+    recorded, begin = made.recorded, int(np.argmax(made.recorded))
     rows = table[: len(recorded)][recorded]
     worst = table[begin : len(recorded), 24:].max(axis=1, initial=0.0)  # yaw steps included
     residual = np.maximum.accumulate(worst)[recorded[begin:]]
-    good = is_on_pulleys(rows, float(run.case.belt.width)) & ~(residual > TOLERANCE)
+    good = run.is_on_pulleys(rows, float(made.case.belt.width)) & ~(residual > TOLERANCE)
     end = len(rows) if good.all() else int(np.argmin(good))
     t = rows[:end].T
-    extra = {"tail_x": t[17], "correction": t[19], **dict(zip(COLUMNS, t[20:], strict=False))}
-    curves = curves_of(t, t[18], extra)
+    curves = run.curves_of(
+        t, {"tail_x": 17, "correction": 19} | {name: 20 + k for k, name in enumerate(COLUMNS[: len(t) - 20])}
+    )
     if end == len(rows):
         return curves
     why = "the belt ran off its pulleys or its equilibrium was lost {where}: turn the yaw back earlier, shorten travel"
     if residual[end] > TOLERANCE:
         why = (
-            f"friction = {float(run.belt.friction):g}: how far nodes slide was not found {{where}}, to "
+            f"friction = {float(made.belt.friction):g}: how far nodes slide was not found {{where}}, to "
             f"{residual[end]:.2g} of the largest limit ({TOLERANCE:g} is allowed): raise model.steps"
         )
-    return failure_with(curves, f"{why}, or use engine=native")
+    return run.failure_with(curves, f"{why}, or use engine=native")
 
 
-@jax.jit
-def run_batch(belt: BeltArrays, state: TravelState, commands: Command) -> Array:
-    """Rows of mean readings of a batch, shape (cases, rows, 20); see ``run_case``."""
-    return jax.vmap(run_case)(belt, state, commands)
-
-
-def run_case(belt: BeltArrays, state: TravelState, commands: Command) -> Array:
-    """Rows of mean readings of one case, shape (rows, 20): readings (recording.py), x of the tail pulley [m], travel
+def run_case(belt: BeltArrays, state: TravelState, commands: run.Command) -> Array:
+    """Rows of mean readings of one case, shape (rows, 20): readings, x of the tail pulley [m], travel
     [m], and by how much a node was corrected at most [m]; with friction COLUMNS, the last of which is the largest,
     too. commands: arrays of shape (rows, steps, ...)."""
 
-    def one(state: TravelState, command: Command) -> tuple[TravelState, Array]:
-        state = step(belt, state, command)
+    def one(state: TravelState, command: run.Command) -> tuple[TravelState, Array]:
+        state = travel_step(belt, state, command)
         wraps, tail_x = state.pulleys.wrap, state.pulleys.pose.centre[TAIL, 0]
-        read = reading(belt, state.nodes, wraps.first, wraps.last, tail_x, command.share)
-        columns = [read, jnp.stack([tail_x, state.travel, state.correction])]
+        read = run.reading(belt, state.nodes, wraps.first, wraps.last, tail_x, command.share)
+        columns = [read, jnp.stack([state.travel, state.correction])]
         if (slip := state.slip) is not None:
             columns += [slip.total, slip.sliding, slip.residual.max(keepdims=True)]
         return state, jnp.concatenate(columns)
 
-    def row(state: TravelState, commands: Command) -> tuple[TravelState, Array]:
+    def row(state: TravelState, commands: run.Command) -> tuple[TravelState, Array]:
         state, reads = jax.lax.scan(one, state, commands)
         mean, most = reads.mean(axis=0), reads.max(axis=0)
         return state, mean.at[19].set(most[19]).at[24:].set(most[24:])
@@ -403,5 +348,7 @@ def run_case(belt: BeltArrays, state: TravelState, commands: Command) -> Array:
     return jax.lax.scan(row, state, commands)[1]
 
 
-ENGINE = BatchEngine(refuse, lay_case, in_batches)
+#: rows of mean readings of a batch, shape (cases, rows, 20)
+run_batch = jax.jit(jax.vmap(run_case))
+ENGINE = run.BatchEngine(refuse_sliding_limp, lay_case, run_travel_cases)
 prepare_case, simulate, simulate_batch = ENGINE.prepare_case, ENGINE.simulate, ENGINE.simulate_batch

@@ -8,24 +8,35 @@ stiff as MuJoCo's largest impedance allows, and quiet.
 
 Points 1-4 are places and nodes travel, so that y at a point is measured as on a machine, by two rays along y from
 either side. They meet the edge flags, boxes one chord long that ride on the nodes and end where the real belt's edge
-is. ``rolling_run`` runs it, ``scene_looks`` says what is seen of it.
+is. ``scene_looks`` says what is seen of it; ``ContactRun`` runs it and reads it like any 3D run.
 """
 
 import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TypeAlias
 
 import mujoco
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.errors import CannotRepresent
-from belt_sim.scene_parts import GuideRoller, SceneParts
+from belt_sim.curves import Curves, Observer
+from belt_sim.errors import CannotRepresent, InputError, SimulationError
+from belt_sim.io import write_text
+from belt_sim.jax_setup import in_float64, jit_float64
+from belt_sim.scene_parts import SceneParts
+from belt_sim.space import machine
+from belt_sim.space import mujoco_interface as interface
+from belt_sim.space.belt import ActiveFeatures, belt_arrays
 from belt_sim.space.loop import LaidLoop
-from belt_sim.space.machine import SceneLayout, begin_scene, station_mass
+from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_YAW, SceneLayout
 from belt_sim.space.mesh import node_name
-from belt_sim.space.mujoco_interface import set_contact_solver
 from belt_sim.space.options import CONTACT_STIFFNESS, IMPEDANCE, Options
+from belt_sim.space.run import SPEED, TAIL_X, TRAVEL, Recorder, YawPlan, notify_observers, reading
 from belt_sim.space.scene_looks import furnish
+from belt_sim.space.wrap import HEAD, TAIL
 from belt_sim.units import DEGREE, N_PER_MM2
 
 #: friction coefficient that stands for a belt that sticks: at 10 the end of a wrap slips by 1 % more of y
@@ -62,14 +73,19 @@ def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) ->
             "wobble, lean, yaw_offset, yaw_compliance and guide rollers; use belt-sim simulate with model.contact=held"
         )
     # nodes come straight onto the circle
-    spec, scene = begin_scene(_with_plate_torsion(case), belt, options, parts, path=lambda depth, *_: 0.0 * depth)
+    spec, scene = machine.begin_scene(
+        _with_plate_torsion(case), belt, options, parts, path=lambda depth, *_: 0.0 * depth
+    )
     scene = replace(scene, case=replace(case, rig=scene.case.rig))
-    set_contact_solver(spec, options.step, parts.gravity, parts.lean)
+    interface.set_contact_solver(spec, options.step, parts.gravity, parts.lean)
     _dress_nodes(spec, scene)
     for name, radius in (("head", scene.loop.radius_head), ("tail", scene.loop.radius_tail)):
         _make_solid(spec, name, radius, scene)
-    for k, guide in enumerate(parts.edge_guides):
-        _add_guide(spec, f"guide-{k}", guide, scene)
+    guides = machine.add_guides(spec, scene)
+    for geom, guide in zip(guides, parts.edge_guides, strict=True):  # the belt's edge meets them
+        geom.contype, geom.conaffinity, geom.friction, geom.priority = 0, _FLAG_BIT | _USER, [0, 0, 0], 2
+        geom.solref = [-guide.stiffness / scene.mesh.mass[0], -2.0 / options.step]
+        geom.solimp = [0.5, 0.5, 1e-3, 0.5, 2.0]
     _start_tensioned(spec, scene)
     _add_actuators(spec, scene)
     _add_sensors(spec, scene)
@@ -108,11 +124,9 @@ CASE = "belt_sim case"
 def case_words(scene: SceneLayout) -> dict[str, str]:
     """The settings that a scene stands for, by their names on the command line and in its units."""
     case, options = scene.case, scene.options
-    words: dict[str, float | str] = {
-        "model": f"mujoco_{scene.kind}",
-        "tension": float(case.settings.tension) / N_PER_MM2,
-    }
-    words |= {"direction": float(case.settings.direction), "friction": scene.parts.friction}
+    words: dict[str, float | str] = {"model": f"mujoco_{scene.kind}"}
+    words |= {"tension": float(case.settings.tension) / N_PER_MM2, "direction": float(case.settings.direction)}
+    words |= {"friction": scene.parts.friction}
     words |= {f"rig.{k}": float(v) for k, v in asdict(case.rig).items() if v is not None}
     words |= {f"belt.{k}": float(v) for k, v in asdict(case.belt).items()}
     words |= {"model.dx": options.dx, "model.dt": options.step, "model.belt_speed": options.run_speed}
@@ -120,10 +134,7 @@ def case_words(scene: SceneLayout) -> dict[str, str]:
         shape = vars(getattr(scene.parts, name)).items()
         words |= {f"effects ({name} pulley's {k})": v for k, v in shape if k != "radius"}
     words |= {"effects (guide rollers)": len(scene.parts.edge_guides), "effects (lean)": scene.parts.lean}
-    words |= {
-        "yaw": float(case.settings.yaw.last()) / DEGREE,
-        "yaw_head": float(case.settings.yaw_head.last()) / DEGREE,
-    }
+    words |= {name: float(getattr(case.settings, name).last()) / DEGREE for name in ("yaw", "yaw_head")}
     return {k: v if isinstance(v, str) else f"{v:.9g}" for k, v in words.items()}
 
 
@@ -146,7 +157,7 @@ _FLAG_FRICTION = 0.2
 _FLAG_TIME = (
     0.01  # [s], of contacts with flags: were they as stiff as the nodes', steps between flags would stop a roller
 )
-_COLOURS = {"node": (0.75, 0.78, 0.82, 1.0), "flag": (0.2, 0.45, 0.8, 1.0), "guide": (0.9, 0.6, 0.1, 1.0)}
+_COLOURS = {"node": (0.75, 0.78, 0.82, 1.0), "flag": (0.2, 0.45, 0.8, 1.0)}
 
 
 def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
@@ -173,15 +184,10 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
             body = spec.body(node_name(i, j))
             spec.joint(f"{body.name}-z").damping[0] = mesh.mass[j] * scene.options.damping
             sphere = body.add_geom(node)
-            if _is_tapered(scene):
+            if scene.parts.tapered:
                 sphere.conaffinity = (_FIRST_LINE << j) | _USER
             size = [0.5 * _FLAGS_OVERLAP * scene.loop.chord, 0.5 * (ends[j] - ends[j + 1]), -CLEAR]
             body.add_geom(flag, pos=[0.0, 0.5 * (ends[j] + ends[j + 1]) - mesh.line_y[j], 0.0], size=size)
-
-
-def _is_tapered(scene: SceneLayout) -> bool:
-    """Whether a pulley is a cone; one with a crown is an ellipsoid."""
-    return any(surface.taper and not surface.crown for surface in (scene.parts.head, scene.parts.tail))
 
 
 def _make_solid(spec: mujoco.MjSpec, name: str, radius: float, scene: SceneLayout) -> None:
@@ -199,7 +205,7 @@ def _make_solid(spec: mujoco.MjSpec, name: str, radius: float, scene: SceneLayou
         widest = radius * (1.0 + 0.5 * surface.taper**2 / surface.crown) - NODE_RADIUS
         shell.type, shell.pos = mujoco.mjtGeom.mjGEOM_ELLIPSOID, [0.0, surface.taper / surface.crown, 0.0]
         shell.size = [widest, widest, math.sqrt(widest / (radius * surface.crown))]
-    elif _is_tapered(scene):
+    elif scene.parts.tapered:
         for line, y in enumerate(scene.mesh.line_y):
             size = [radius * (1.0 + surface.taper * y) - NODE_RADIUS, shell.size[1], 0.0]
             other = pulley.add_geom(name=f"{name}-shell-{line}", type=shell.type, size=size, quat=shell.quat)
@@ -212,20 +218,6 @@ def _make_solid(spec: mujoco.MjSpec, name: str, radius: float, scene: SceneLayou
 
 
 _ACROSS = [math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0]  # a cylinder's axis along y
-_GUIDE = (0.02, 0.03)  # [m], radius and half height of an edge guide
-
-
-def _add_guide(spec: mujoco.MjSpec, name: str, guide: GuideRoller, scene: SceneLayout) -> None:
-    """A standing roller that the belt's edge can touch."""
-    rig, width = scene.case.rig, float(scene.case.belt.width)
-    level = float(rig.tail_radius) * (1.0 if guide.span == "upper" else -1.0)
-    y = guide.side * (0.5 * width + guide.gap + _GUIDE[0])
-    geom = spec.worldbody.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[guide.x, y, level])
-    geom.size, geom.rgba, geom.group, geom.friction = [*_GUIDE, 0.0], _COLOURS["guide"], 1, [0, 0, 0]
-    geom.contype, geom.conaffinity = 0, _FLAG_BIT | _USER
-    geom.priority, geom.solref = 2, [-guide.stiffness / scene.mesh.mass[0], -2.0 / scene.options.step]
-    geom.solimp = [0.5, 0.5, 1e-3, 0.5, 2.0]
-
 
 _SOFT = 100.0  # [N/m], of the spring that gives the tail pulley its nominal pull, over metres
 
@@ -242,7 +234,7 @@ def _start_tensioned(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     spec.body("tail-carriage").pos, slide.ref = [-shorter, 0.0, 0.0], -shorter
     slide.stiffness[0], slide.springref = _SOFT, 2.0 * float(case.tension_force) / _SOFT
     spans = 2.0 * float(case.belt.youngs_modulus) * float(case.belt.area) / float(case.rig.span_length)
-    slide.damping[0] = 2.0 * math.sqrt(spans * station_mass(case, scene.options))
+    slide.damping[0] = 2.0 * math.sqrt(spans * machine.station_mass(case, scene.options))
     pace = scene.options.run_speed * float(np.sign(float(case.settings.direction)))
     way = np.roll(scene.mesh.laid, -1, axis=0) - np.roll(scene.mesh.laid, 1, axis=0)
     way /= np.linalg.norm(way, axis=2, keepdims=True)
@@ -310,3 +302,140 @@ def lower_ray(scene: SceneLayout) -> float:
     """Distance [m] from a level lower span down to the beginning of its rays, which the sagging belt does not reach."""
     lowest = float(scene.loop.z.min())
     return RAY + max(-lowest - scene.loop.radius_tail, 0.0)
+
+
+# A run of such a scene.
+
+#: an MjSpec, or the path of an MJCF
+Edited: TypeAlias = mujoco.MjSpec | str | Path
+
+
+_ACTUATORS = ("speed", "tension", "tail_yaw", "head_yaw")
+_JOINTS = ("head-yaw", "head-spin", "tail-slide", "tail-yaw", "tail-spin")  # in the order of HEAD_YAW ...
+
+
+@contextmanager
+def _one_line(shown: str) -> Iterator[None]:
+    """Make one line of what MuJoCo says of a scene that it cannot read or compile."""
+    try:
+        yield
+    except ValueError as error:
+        remedy = f"give an MJCF that belt-sim scene wrote ({' '.join(str(error).split())})"
+        raise InputError("model.scene", shown, "", remedy) from error
+
+
+class ContactRun:
+    """A scene under way in plain MuJoCo."""
+
+    def __init__(
+        self, case: Case, belt: str, options: Options, parts: SceneParts, scene_path: Path | None = None,
+        edited: Edited | None = None,
+    ) -> None:  # fmt: skip
+        """Build the scene (and write its MJCF): the belt laid round the pulleys, at its speed, ``scene.early`` before
+        travel 0; options: fitted to the case; edited: the scene that is run instead of the case's own.
+
+        Raises InputError for an edited scene that was made with other settings (yaw may differ), or that lacks the
+        case's joints, nodes, actuators or key frame.
+        """
+        if parts.sets_in or parts.head.taper or parts.tail.taper:
+            raise CannotRepresent(
+                "model.contact = mujoco: taper, yaw_offset, cant and lean would act before travel 0 already; "
+                "write them with belt-sim scene, or use model.contact=held"
+            )
+        spec, scene = build_contact(case, belt, options, parts)
+        yaws = case.settings.yaw_head, case.settings.yaw
+        self.mounted = np.array([float(yaw.last()) for yaw in yaws])  # [rad], where the sliders are at 0
+        shown = str(edited) if isinstance(edited, str | Path) else ""
+        if edited is not None:
+            with _one_line(shown):
+                spec = edited if isinstance(edited, mujoco.MjSpec) else mujoco.MjSpec.from_file(str(edited))
+            texts = [text.data for text in spec.texts if text.name == CASE]
+            if not texts:
+                remedy = f'it has no text "{CASE}"; edit a scene that belt-sim scene wrote'
+                raise InputError("model.scene", shown, "", remedy)
+            made = dict(entry.split(" = ") for entry in texts[0].split("; "))
+            for name, value in case_words(scene).items():
+                if name not in ("yaw", "yaw_head") and value != made.get(name):
+                    there = f"the scene was made with {made.get(name, 'nothing')}"
+                    raise InputError(name, value, "", f"{there}: give that, or write a scene with {value}")
+            self.mounted = np.array([float(made["yaw_head"]), float(made["yaw"])]) * DEGREE
+        with _one_line(shown):
+            model = interface.compile_model(spec)
+        if scene_path is not None:
+            write_text(scene_path, interface.mjcf(spec, story(scene)))
+        stations, lines, kinds = range(scene.mesh.stations), range(scene.mesh.lines), mujoco.mjtObj
+        joints = [*_JOINTS, *(f"{node_name(i, j)}-{axis}" for i in stations for j in lines for axis in "xyz")]
+        numbers = []
+        for what, kind, names in (("joint", kinds.mjOBJ_JOINT, joints), ("actuator", kinds.mjOBJ_ACTUATOR, _ACTUATORS),
+                                  ("key frame", kinds.mjOBJ_KEY, ("running",))):  # fmt: skip
+            for name in names:
+                numbers.append(mujoco.mj_name2id(model, kind, name))
+                if numbers[-1] < 0:
+                    remedy = "edit a scene that belt-sim scene made with the same settings, and leave its names"
+                    raise InputError("model.scene", f"{shown} has no {what} {name}".strip(), "", remedy)
+        of_joints = np.array(numbers[: len(joints)])  # wherever an edited scene has them
+        self._places, self._rates = model.jnt_qposadr[of_joints], model.jnt_dofadr[of_joints]
+        self.scene, self.model, self.data = scene, model, mujoco.MjData(model)
+        self.rim = float(np.sign(float(case.settings.direction))) * rim_radius(scene)  # [m], signed
+        # steps are made while the belt runs, within yaw_time: friction of contacts creeps at rest
+        self.plan = YawPlan(case.settings, step_over=options.yaw_time * options.run_speed)
+        self.travel, self.speed = -scene.early, 0.0
+        mujoco.mj_resetDataKeyframe(model, self.data, numbers[-1])
+        self.data.qpos[self._places[[HEAD_YAW, TAIL_YAW]]] = self.plan.angles(-scene.early, -math.inf)
+        self.arrays = in_float64(belt_arrays)(scene, ActiveFeatures())
+
+    def go(self, travel: float, observers: Sequence[Observer] = ()) -> Curves:
+        """Run in, then ``travel`` [m]."""
+        recorder, steps = Recorder(self.scene, observers, {"tail_x": TAIL_X, "steps": 20, "belt_speed": SPEED}), 0
+        watched = notify_observers(observers, self.scene.case, travel, recorder.curves, self.model, self.data)
+        with watched, interface.silence_expected_warnings():
+            while self.travel < travel + 0.5 * self.scene.options.sample:
+                yaw = self._step()
+                if recorder.is_due(self.travel, self.speed):
+                    read, *at = self._read(steps, yaw)
+                    if not recorder.table:
+                        recorder.add(np.where(np.arange(len(read)) == TRAVEL, 0.0, read), *at)
+                    read[-1] += 1
+                    recorder.add(read, *at)
+                steps += 1
+            recorder.show(*self._read(steps, yaw), last=True)
+        return recorder.curves()
+
+    def _step(self) -> np.ndarray:
+        """One step of MuJoCo with the sliders where the case wants them at this travel: their yaw [rad], (2,)."""
+        data, yaw = self.data, self.plan.angles(self.travel, -math.inf)
+        data.actuator("head_yaw").ctrl, data.actuator("tail_yaw").ctrl = (yaw - self.mounted) / DEGREE
+        mujoco.mj_step(self.model, data)
+        self.speed = data.qvel[self._rates[HEAD_SPIN]] * self.rim
+        self.travel = data.qpos[self._places[HEAD_SPIN]] * self.rim - self.scene.early
+        interface.refuse_divergence(data)
+        return yaw
+
+    def _read(self, steps: int, yaw: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
+        """What the recorder is told after so many steps: MuJoCo's contacts say nothing of which stations they hold."""
+        mesh, qpos = self.scene.mesh, self.data.qpos[self._places]
+        slides = qpos[STATION_JOINTS:].reshape(mesh.rest.shape)
+        tail_x = float(self.scene.case.rig.centre_distance) + float(qpos[TAIL_SLIDE])
+        x = (mesh.rest + slides).mean(axis=1)[:, 0]
+        ends = np.array([_wrap_ends(np.flatnonzero(on), mesh.stations) for on in (x <= 0.0, x >= tail_x)])
+        if ends[TAIL, 0] < ends[HEAD, 1]:  # the upper span runs from head to tail
+            ends[TAIL] += mesh.stations
+        read = np.asarray(_reading(self.arrays, mesh.nodes(slides), *ends.T, tail_x, 0.0))
+        return np.concatenate([read, [self.travel, self.speed, steps]]), slides, self.data.time, yaw
+
+
+_reading = jit_float64(reading)
+
+
+def _wrap_ends(stations: np.ndarray, n: int) -> tuple[int, int]:
+    """First and last of consecutive station numbers, modulo n: first in 0..n-1, last above it.
+
+    Raises SimulationError where there is none.
+    """
+    if not len(stations):
+        raise SimulationError(
+            "no node lies on a pulley: the belt has run off; turn the yaw back earlier or raise the tension"
+        )
+    gap = int(np.argmax(np.diff(stations, append=stations[0] + n)))
+    first = int(stations[(gap + 1) % len(stations)])
+    return first, first + len(stations) - 1

@@ -9,26 +9,23 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.case import Case, Schedule, Settings
+from belt_sim.case import Case, Settings
 from belt_sim.case import Numbers as Array
 from belt_sim.curves import Curves, Frame, Observer, SceneObserver
 from belt_sim.errors import InputError, SimulationError
-from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space.belt import ActiveFeatures, BeltArrays, active_features, belt_arrays
+from belt_sim.space.belt import ActiveFeatures, BeltArrays, active_features
 from belt_sim.space.elastic import strains
 from belt_sim.space.loop import smoothstep
 from belt_sim.space.machine import SceneLayout
-from belt_sim.space.mujoco_interface import Motion
-from belt_sim.space.options import AXIS_STATIONS, MOST_CHORDS, REST_DRAG, RUNAWAY, RUNUP_LINKS, Options, accelerate
-from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, SlipState
+from belt_sim.space.options import AXIS_STATIONS, MOST_CHORDS, REST_DRAG, RUNAWAY, RUNUP_LINKS, Options
+from belt_sim.space.wrap import HEAD, TAIL
 
 
 class Command(NamedTuple):
@@ -49,49 +46,36 @@ class Command(NamedTuple):
     friction: Array = None
 
 
-#: entries of a schedule: at [m], over [m], change [rad]
-_Entries = tuple[tuple[float, float, float], ...]
-
-
-@dataclass(frozen=True)
 class YawPlan:
-    """The yaw schedules of the head and the tail pulley, whose steps are made while the belt stands still."""
+    """The yaw schedules of the head and the tail pulley, whose steps are made while the belt stands still.
 
-    head: _Entries
-    tail: _Entries
+    step_over [m]: travel over which a step is made instead, half of it before its place.
+    """
 
-    @staticmethod
-    def from_settings(settings: Settings, step_over: float = 0.0) -> "YawPlan":
-        """step_over [m]: travel over which a step is made, half of it before its place; 0 = it is made at rest."""
-
-        def entries(schedule: Schedule) -> _Entries:
+    def __init__(self, settings: Settings, step_over: float = 0.0) -> None:
+        self.pulleys: list[list[tuple[float, float, float]]] = []  # at [m], over [m], change [rad]
+        for schedule in (settings.yaw_head, settings.yaw):
             at, over, change = (np.asarray(v, float) for v in (schedule.at, schedule.over, schedule.change))
             at, over = np.where(over > 0.0, [at, over], [at - 0.5 * step_over, np.full_like(over, step_over)])
-            return tuple(zip(at.tolist(), over.tolist(), change.tolist(), strict=True))
-
-        return YawPlan(entries(settings.yaw_head), entries(settings.yaw))
+            self.pulleys.append(list(zip(at.tolist(), over.tolist(), change.tolist(), strict=True)))
 
     def stops(self, until: float) -> set[float]:
         """Travels [m] of the steps within the run."""
-        return {at for at, over, change in (*self.head, *self.tail) if over <= 0.0 and change and at < until}
+        return {at for one in self.pulleys for at, over, change in one if over <= 0.0 and change and at < until}
 
     def angles(self, travel: Any, done: float) -> np.ndarray:
-        """Yaw [rad] of both at ``travel`` [m], (...), when the steps up to travel ``done`` [m] have been made, shape
-        (..., 2)."""
-
-        def turned(entries: _Entries) -> np.ndarray:
-            found = np.zeros(np.shape(travel))
+        """Yaw [rad] of both at ``travel`` [m], (...), with the steps up to travel ``done`` [m] made, (..., 2)."""
+        found = np.zeros((*np.shape(travel), 2))
+        for which, entries in enumerate(self.pulleys):
             for at, over, change in entries:
                 part = np.clip((travel - at) / over, 0.0, 1.0) if over > 0.0 else float(at <= done)
-                found = found + change * part
-            return found
+                found[..., which] += change * part
+        return found
 
-        return np.stack([turned(self.head), turned(self.tail)], axis=-1)
-
-    def angles_during_step(self, travel: float, done: float, share: Any) -> np.ndarray:
-        """Yaw [rad] of both when ``share`` (0..1), (...), of the step at ``travel`` [m] has been made, (..., 2)."""
+    def angles_during_step(self, travel: float, done: float, share: np.ndarray) -> np.ndarray:
+        """Yaw [rad] of both when ``share`` (0..1), (k,), of the step at ``travel`` [m] has been made, (k, 2)."""
         before = self.angles(travel, done)
-        return before + np.asarray(share)[..., None] * (self.angles(travel, travel) - before)
+        return before + share[:, None] * (self.angles(travel, travel) - before)
 
 
 def plan_in_time(scene: SceneLayout, end: float) -> tuple[Command, int]:
@@ -101,7 +85,7 @@ def plan_in_time(scene: SceneLayout, end: float) -> tuple[Command, int]:
     the run-in and the run; the belt stands still for a yaw step, and a while after it. At travel 0 yaw offsets, cants
     and camber set in, as a yaw step does.
     """
-    options, parts, plan = scene.options, scene.parts, YawPlan.from_settings(scene.case.settings)
+    options, parts, plan = scene.options, scene.parts, YawPlan(scene.case.settings)
     resting = math.ceil(options.settle / options.step)
     rows: list[Command] = []
 
@@ -132,25 +116,23 @@ def plan_in_time(scene: SceneLayout, end: float) -> tuple[Command, int]:
 
 def drive(travel: float, speed: float, stop: float, end: float, options: Options) -> tuple[np.ndarray, np.ndarray]:
     """Travel [m] and speed [m/s] after every step of a belt that goes on until it stands at ``stop`` [m] (inf: nowhere)
-    or has reached ``end`` [m]."""
-    way, speeds, dt, top, rise = [], [], options.step, options.run_speed, options.acceleration
+    or has reached ``end`` [m]; it arrives exactly."""
+    way, speeds, dt, top, rise = [np.empty(0)], [np.empty(0)], options.step, options.run_speed, options.acceleration
     braking = (top / rise * 0.5 + 3.0 * dt) * top  # [m], before the stop
-    arrived = False
-    while not arrived and travel < end:
+    while travel < end and (travel != stop or len(way) == 1):
         ahead = min(end, stop - braking) - travel
         if speed == top and ahead > 0.0:  # at full speed, step after step
-            steps = math.ceil(ahead / (top * dt))
-            places = np.add.accumulate([travel, *[top * dt] * steps])[1:]
-            places = places[: int(np.searchsorted(places, travel + ahead)) + 1]
-            way.append(places)
-            speeds.append(np.full(len(places), top))
+            places = np.add.accumulate([travel, *[top * dt] * math.ceil(ahead / (top * dt))])[1:]
+            way.append(places[: int(np.searchsorted(places, travel + ahead)) + 1])
         else:
-            travel, speed = accelerate(travel, speed, stop, top, rise, dt)
-            way.append(np.array([travel]))
-            speeds.append(np.array([speed]))
+            allowed = min(top, math.sqrt(2.0 * rise * max(stop - travel, 0.0)) + 0.5 * rise * dt)
+            speed = min(speed + rise * dt, allowed)
+            arrives = stop - travel <= speed * dt
+            way.append(np.array([stop if arrives else travel + speed * dt]))
+            speed = 0.0 if arrives else speed
+        speeds.append(np.full(len(way[-1]), speed))
         travel = float(way[-1][-1])
-        arrived = travel == stop
-    return np.concatenate([np.empty(0), *way]), np.concatenate([np.empty(0), *speeds])
+    return np.concatenate(way), np.concatenate(speeds)
 
 
 _RESTING = 4  # rows at rest in which the spans find their places
@@ -161,27 +143,21 @@ def plan_in_travel(settings: Settings, options: Options, travel: float, changes:
     """Commands of a run over ``travel`` [m] in rows of k steps, arrays of shape (rows, k, ...), and which rows stand in
     the curves, shape (rows,), with one at rest at travel 0 before the yaw; changes: something besides the yaw sets in
     at 0."""
-    yaw = YawPlan.from_settings(settings)
+    yaw, pieces, recorded = YawPlan(settings), [], []
     steps = max(options.steps, math.ceil(options.sample / (MOST_CHORDS * options.dx)))
-    commands: list[Command] = []
-    recorded: list[bool] = []
+
+    def add(places: np.ndarray, angles: np.ndarray, share: Any, counts: bool) -> None:
+        pieces.append((places, angles, np.broadcast_to(share, places.shape)))
+        recorded.extend([counts] * (len(places) // steps))
 
     def march(start: float, end: float, done: float) -> None:
-        rows = max(math.ceil((end - start) / options.sample - 1e-9), 0)
-        places = start + (end - start) * (np.arange(rows * steps) + 1.0) / max(rows * steps, 1)
-        commands.extend(Command(s, yaw.angles(s, done), float(done >= 0.0)) for s in places.tolist())
-        recorded.extend([start >= 0.0] * rows)
+        count = steps * max(math.ceil((end - start) / options.sample - 1e-9), 0)
+        places = start + (end - start) * (np.arange(count) + 1.0) / max(count, 1)
+        add(places, yaw.angles(places, done), float(done >= 0.0), start >= 0.0)
 
     def rest(at: float, rows: int, counts: bool) -> None:
-        commands.extend([Command(at, yaw.angles(at, -math.inf), 0.0)] * (steps * rows))
-        recorded.extend([counts] * rows)
-
-    def turn(at: float, done: float) -> None:
-        for k in range((_TURNING + 2) * steps):
-            part = smoothstep((k + 1) / (_TURNING * steps))
-            share = 1.0 if done >= 0.0 else part if at >= 0.0 else 0.0
-            commands.append(Command(at, yaw.angles_during_step(at, done, part), share))
-        recorded.extend([False] * (_TURNING + 2))
+        places = np.full(steps * rows, at)
+        add(places, yaw.angles(places, -math.inf), 0.0, counts)
 
     done, here = -math.inf, -options.run_in
     rest(here, _RESTING, counts=False)
@@ -190,73 +166,69 @@ def plan_in_travel(settings: Settings, options: Options, travel: float, changes:
         if stop == 0.0:
             rest(0.0, 1, counts=True)
         if stop > 0.0 or changes or 0.0 in yaw.stops(travel):
-            turn(stop, done)
+            part = smoothstep((np.arange((_TURNING + 2) * steps) + 1.0) / (_TURNING * steps))
+            share = np.ones_like(part) if done >= 0.0 else part
+            add(np.full(len(part), stop), yaw.angles_during_step(stop, done, part), share, False)
             done = stop
         here = stop
     march(here, travel + 0.5 * options.sample, done)  # a row stands for its middle
-    columns = (np.array(column, float) for column in zip(*(c[:3] for c in commands), strict=True))
+    columns = (np.concatenate(column) for column in zip(*pieces, strict=True))
     return Command(*(c.reshape(len(recorded), steps, *c.shape[1:]) for c in columns)), np.array(recorded)
 
 
 #: rows of a reading
 POINTS, ANGLES, MOMENTS, EDGES = slice(0, 4), slice(4, 8), slice(8, 10), slice(10, 12)
 TILTS, SAGS, TENSION = slice(12, 14), slice(14, 16), 16
-READING_SIZE = 17
+TAIL_X, TRAVEL, SPEED = 17, 18, 19
+#: the same by name: y of points 1-4 [m], angles there [rad], entry moments [N m], slack-edge stresses [Pa], tilts
+#: [rad], sags [m], tension [Pa], x of the tail pulley [m], travel [m], belt speed [m/s]
+READING: dict[str, Any] = {
+    "y": POINTS, "angle": ANGLES, "moment": MOMENTS, "edge_stress": EDGES, "tilt": TILTS, "sag": SAGS,
+    "tension": TENSION, "tail_x": TAIL_X, "travel": TRAVEL, "speed": SPEED,
+}  # fmt: skip
 
 
 def reading(belt: BeltArrays, nodes: Array, first: Array, last: Array, tail_x: Array, share: Array | float) -> Array:
     """y of points 1-4 [m], their angles [rad], entry moments [N m] and slack-edge stresses [Pa] at the run-ups of the
-    upper and lower span, tilts [rad], sags [m], tension [Pa] at the upper run-up; shape (17,).
+    upper and lower span, tilts [rad], sags [m], tension [Pa] at the upper run-up, tail_x; shape (18,).
 
     nodes [m], (m, 3, n); first, last, (2,): ends of the wraps of head and tail; tail_x [m]; share: of the camber.
     """
     n, zero, sign = nodes.shape[-1], 0.0 * tail_x, belt.shape.sign
+
+    def at_axis(station: Array, x: Array) -> tuple[Array, Array]:
+        """y and dy/ds of the centre line (s along station numbers) where the belt passes the pulley's axis."""
+        k = (station - AXIS_STATIONS + np.arange(2 * AXIS_STATIONS + 1)) % n
+        centre = nodes[:, :, k].mean(axis=0)
+        ahead = centre[0] - x
+        crosses = ahead[1:-2] * ahead[2:-1] <= 0.0
+        i = 1 + jnp.where(crosses.any(), jnp.argmax(crosses), AXIS_STATIONS - 1)
+        y = centre[1, i] + ahead[i] / (ahead[i] - ahead[i + 1]) * (centre[1, i + 1] - centre[1, i])
+        return y, (centre[1, i + 2] - centre[1, i - 1]) / (3.0 * belt.chord)
+
+    def section_forces(begin: Array) -> tuple[Array, Array]:
+        """Tension [N] and in-plane bending moment EI (kappa - kappa_c) [N m], kappa = y'', mean over RUNUP_LINKS."""
+        strain = strains(belt.ties, nodes, (begin + np.arange(RUNUP_LINKS + 1)) % n, share)
+        if len(nodes) == 1:
+            return belt.stiffness[0] * strain[0], 0.0 * strain[0]
+        weight = belt.stiffness * belt.line_y
+        return belt.stiffness @ strain, -belt.bending * (weight @ strain) / (weight @ belt.line_y)
+
     points = ((first[TAIL], tail_x), (last[TAIL], tail_x), (first[HEAD], zero), (last[HEAD], zero))
-    found = [_at_axis(belt, nodes, station, x) for station, x in points]
+    y, slopes = zip(*(at_axis(station, x) for station, x in points), strict=True)
     runups = (first[TAIL], first[HEAD]) if sign > 0 else (last[HEAD], last[TAIL])
-    begins = [s - RUNUP_LINKS - 1 if sign > 0 else s + 1 for s in runups]
-    forces = [_section_forces(belt, nodes, s, share) for s in begins]
+    forces = [section_forces(s - RUNUP_LINKS - 1 if sign > 0 else s + 1) for s in runups]
     edges = [t / belt.area - 6.0 * abs(m) / (belt.area * belt.width) for t, m in forces]
     # before the belt has gone round the numbers of the head's wrap lie below the tail's
     lower_head = first[HEAD] + n * jnp.rint((last[TAIL] - first[HEAD]) / n + 0.5).astype(int)
     middles = [((last[HEAD] + first[TAIL]) // 2) % n, ((last[TAIL] + lower_head) // 2) % n]
     across = [nodes[0, :, k] - nodes[-1, :, k] for k in middles]
     heights = [nodes[:, 2, k].mean() for k in middles]
-    y, slopes = zip(*found, strict=True)
     tilts, sags = [jnp.arctan2(a[2], a[1]) for a in across], [belt.level - heights[0], -belt.level - heights[1]]
     moments, angles = [moment for _, moment in forces], [sign * slope for slope in slopes]
-    return jnp.stack([*y, *angles, *moments, *edges, *tilts, *sags, forces[0][0] / belt.area])
+    return jnp.stack([*y, *angles, *moments, *edges, *tilts, *sags, forces[0][0] / belt.area, tail_x])
 
 
-def _at_axis(belt: BeltArrays, nodes: Array, station: Array, x: Array) -> tuple[Array, Array]:
-    """y and dy/ds of the centre line (s along station numbers) where the belt passes the pulley's axis."""
-    k = (station - AXIS_STATIONS + np.arange(2 * AXIS_STATIONS + 1)) % nodes.shape[-1]
-    centre = nodes[:, :, k].mean(axis=0)
-    ahead = centre[0] - x
-    crosses = ahead[1:-2] * ahead[2:-1] <= 0.0
-    i = 1 + jnp.where(crosses.any(), jnp.argmax(crosses), AXIS_STATIONS - 1)
-    share = ahead[i] / (ahead[i] - ahead[i + 1])
-    y = centre[1, i] + share * (centre[1, i + 1] - centre[1, i])
-    return y, (centre[1, i + 2] - centre[1, i - 1]) / (3.0 * belt.chord)
-
-
-def _section_forces(belt: BeltArrays, nodes: Array, first: Array, share: Array | float) -> tuple[Array, Array]:
-    """Tension [N] and in-plane bending moment EI (kappa - kappa_c) [N m], mean over RUNUP_LINKS links.
-
-    kappa = y'', kappa_c the natural curvature.
-    """
-    k = (first + np.arange(RUNUP_LINKS + 1)) % nodes.shape[-1]
-    strain = strains(belt.ties, nodes, k, share)
-    if len(nodes) == 1:
-        return belt.stiffness[0] * strain[0], 0.0 * strain[0]
-    weight = belt.stiffness * belt.line_y
-    return belt.stiffness @ strain, -belt.bending * (weight @ strain) / (weight @ belt.line_y)
-
-
-_reading = jit_float64(reading)
-#: lateral slip [m] and share of sliding nodes on the head and the tail pulley, x of the tail pulley [m], steps made,
-#: speed of the belt [m/s]
-EXTRA = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "tail_x", "steps", "belt_speed")
 #: of a frame, in the order of a reading after its angles
 _SCALARS = ("entry_moment_upper", "entry_moment_lower", "edge_stress_upper", "edge_stress_lower", "tilt_upper",
             "tilt_lower", "sag_upper", "sag_lower", "tension")  # fmt: skip
@@ -282,34 +254,6 @@ def notify_observers(
     finally:
         for observer in observers:
             observer.finish(curves())
-
-
-@dataclass
-class RunState(Motion):
-    """What a recorder reads of a belt; of arrays of two the first is the head pulley's.
-
-    joints, joint_rates: of the pulleys, in the order of machine.HEAD_YAW ...; pulleys: where they are and the stations
-    on them; slip: of these; travel [m], speed [m/s]: of the belt; yaw [rad], shape (2,): commanded; share [1]: how much
-    of yaw offsets, cants and camber acts; time [s].
-    """
-
-    pulleys: BeltOnPulley
-    slip: SlipState
-    travel: float
-    yaw: np.ndarray = field(default_factory=lambda: np.zeros(2))
-    share: float = 0.0
-    speed: float = 0.0
-    time: float = 0.0
-
-    @property
-    def tail_x(self) -> float:
-        """Place of the tail pulley along the machine [m]."""
-        return float(self.pulleys.pose.centre[TAIL, 0])
-
-    def read(self, arrays: BeltArrays, nodes: np.ndarray) -> np.ndarray:
-        """What ``reading`` says of it, shape (17,)."""
-        wraps = self.pulleys.wrap
-        return np.asarray(_reading(arrays, nodes, wraps.first, wraps.last, self.tail_x, self.share))
 
 
 class FrameKeeper:
@@ -366,116 +310,99 @@ _READINGS_PER_SAMPLE = 5  # a landing shakes the belt once per station; the curv
 
 @dataclass
 class Recorder:
-    """Reads the belt every few steps; a row of the curves is the mean reading over options.sample of travel."""
+    """The readings of a run in time, of which its curves are made, and the frames that its observers get.
+
+    A reading (20 or more,) has travel [m] and speed [m/s] of the belt in its last places; extra: further columns of the
+    curves, by the place in a reading where each stands.
+    """
 
     scene: SceneLayout
-    observers: tuple[Observer, ...]
-    rows: list[np.ndarray] = field(default_factory=list)
-    window: list[np.ndarray] = field(default_factory=list)
-    steps: int = 0
+    observers: Sequence[Observer]
+    extra: Mapping[str, int]
+    table: list[np.ndarray] = field(default_factory=list)
     next_reading: float = 0.0
-    next_row: float = 0.0
-    next_frame: float = -math.inf
+    next_frame: float = 0.0
+    last_frame: float = -math.inf
 
-    @cached_property
-    def arrays(self) -> BeltArrays:
-        features = ActiveFeatures(cambered=self.scene.parts.camber is not None)
-        return in_float64(jax.device_put)(belt_arrays(self.scene, features))
+    def is_due(self, travel: float, speed: float) -> bool:
+        """Whether a reading after the step to ``travel`` [m] is wanted; a belt that stands for a yaw step has none."""
+        return travel >= self.next_reading and (not self.table or speed != 0.0)
 
-    def reading(self, state: RunState) -> np.ndarray:
-        """Shape (17,), as ``reading``."""
-        return state.read(self.arrays, self.scene.mesh.nodes(state.slides))
+    def add(self, read: np.ndarray, *at: Any) -> None:
+        """One more reading, the first of them at travel 0, from where y counts; at: as of ``show``.
 
-    def begin(self, state: RunState) -> None:
-        """Travel 0 has been reached: y counts from here."""
-        self.rows.append(self._read(state, 0.0))
-        self.next_row = self.scene.options.sample
-        self._frame(state, self.rows[0])
-
-    def is_due(self, travel: float) -> bool:
-        """Whether ``step`` will read the belt at this travel [m], from travel 0 on."""
-        return travel >= self.next_reading
-
-    def step(self, state: RunState) -> None:
-        """Called after every step of the run-in and the run; a belt that stands for a yaw step is in no row."""
-        self.steps += 1
-        if not self.is_due(state.travel) or (self.rows and state.speed == 0.0):
-            return
-        options = self.scene.options
-        self.next_reading = state.travel + options.sample / _READINGS_PER_SAMPLE
-        read = self._read(state, state.travel)
-        self.window.append(read)
-        if state.travel >= self.next_row:
-            self.next_row += options.sample
-            self.rows.append(np.mean(self.window, axis=0))
-            self.window.clear()
-        if state.travel >= self.next_frame:
-            self._frame(state, read)
-
-    def end(self, state: RunState) -> None:
-        """Hand observers the last instant of a run."""
-        if self.observers and self.rows and state.travel > self.next_frame - self.scene.options.frame:
-            self._frame(state, self._read(state, state.travel))
-
-    def _read(self, state: RunState, travel: float) -> np.ndarray:
-        read = self.reading(state)
-        if not np.all(np.isfinite(read)):
+        Raises SimulationError where the belt has run off its pulleys or is not finite.
+        """
+        travel, y = float(read[TRAVEL]), np.abs(read[POINTS])
+        if not np.isfinite(read).all():
             raise SimulationError(f"positions are not finite at travel {travel:.2f} m: halve model.dt")
-        if np.abs(read[POINTS]).max() > RUNAWAY * float(self.scene.case.belt.width):
-            where = int(np.argmax(np.abs(read[POINTS]))) + 1
+        if y.max() > RUNAWAY * float(self.scene.case.belt.width):
+            where = int(np.argmax(y))
             raise SimulationError(
-                f"y at point {where} = {read[where - 1]:.3f} m at travel {travel:.2f} m: the belt has run off its "
+                f"y at point {where + 1} = {read[where]:.3f} m at travel {travel:.2f} m: the belt has run off its "
                 "pulleys; turn the yaw back earlier or shorten travel"
             )
-        slip = state.slip
-        return np.concatenate([read, slip.total, slip.sliding, [state.tail_x, self.steps, state.speed, travel]])
+        if self.table:
+            self.next_reading = travel + self.scene.options.sample / _READINGS_PER_SAMPLE
+        self.table.append(read)
+        self.show(read, *at)
 
-    def _frame(self, state: RunState, read: np.ndarray) -> None:
-        self.next_frame = state.travel + self.scene.options.frame
-        if not self.observers:
+    def show(self, read: np.ndarray, slides: np.ndarray, time: float, yaw: np.ndarray, last: bool = False) -> None:
+        """Hand observers a frame, if one is due or this is the last: slides [m], (n, m, 3), of the nodes; time [s];
+        yaw [rad], (2,)."""
+        travel, every = float(read[TRAVEL]), self.scene.options.frame
+        if not self.observers or not (travel >= self.next_frame or (last and travel > self.last_frame)):
             return
-        extra = dict(zip(EXTRA, map(float, read[READING_SIZE:-1]), strict=True))
-        frame = frame_of(self.scene, read, state, extra)
+        self.last_frame = travel
+        self.next_frame += every * math.ceil((travel - self.next_frame + 1e-12) / every)
+        scene, tail_x, nodes = self.scene, float(read[TAIL_X]), self.scene.mesh.rest + slides
+        centre, half = nodes.mean(axis=1), nodes[:, 0] - nodes.mean(axis=1)
+        if scene.mesh.lines > 1:  # the real belt's edges at +b/2 and -b/2, drawn out from the model's lines
+            half = half * (0.5 * float(scene.case.belt.width) / scene.mesh.line_y[0])
+        left, right = (np.concatenate([edge, edge[:1]]) for edge in (centre + half, centre - half))
+        head, tail = scene.loop.radius_head, scene.loop.radius_tail
+        points = np.column_stack([[tail_x, tail_x, 0.0, 0.0], read[POINTS], [tail, -tail, -head, head]])
+        scalars = dict(zip(_SCALARS, map(float, read[MOMENTS.start : TAIL_X]), strict=True))
+        scalars |= {name: float(read[k]) for name, k in self.extra.items()}
+        frame = Frame(
+            travel=travel, time=time, left=left, right=right, points=points, yaw_head=float(yaw[0]),
+            yaw_tail=float(yaw[1]), tail_x=tail_x, scalars=scalars,
+        )  # fmt: skip
         for observer in self.observers:
             observer.frame(frame)
 
     def curves(self) -> Curves:
-        table = np.array(self.rows).T if self.rows else np.empty((READING_SIZE + len(EXTRA) + 1, 0))
-        return curves_of(table, table[-1], dict(zip(EXTRA, table[READING_SIZE:-1], strict=True)))
+        """Those of the readings so far."""
+        return curves_in_time(self.scene, np.array(self.table), self.extra)
 
 
-def curves_of(readings: np.ndarray, travel: np.ndarray, extra: Mapping[str, np.ndarray]) -> Curves:
-    """Curves from columns of readings (17 or more, k) at travels [m], (k,); y counts from the first."""
+def curves_in_time(scene: SceneLayout, table: np.ndarray, extra: Mapping[str, int]) -> Curves:
+    """Curves of readings (k, 20 or more), the first of them at travel 0: means over options.sample of travel, each of
+    which ends with the first reading beyond it."""
+    if not len(table):
+        return curves_of(np.empty((max([SPEED, *extra.values()]) + 1, 0)), extra)
+    travel, sample = table[:, TRAVEL], scene.options.sample
+    ends = np.add.accumulate(np.full(int(travel[-1] / sample) + 2, sample))
+    row = np.searchsorted(ends, travel[:-1], side="right")
+    starts = np.flatnonzero(np.diff(row, prepend=-1))
+    means = np.add.reduceat(table[1:], starts) / np.diff(starts, append=len(row))[:, None]
+    if len(row) and travel[-1] < ends[row[-1]]:
+        means = means[:-1]
+    return curves_of(np.concatenate([table[:1], means]).T, extra)
+
+
+def curves_of(columns: np.ndarray, extra: Mapping[str, int]) -> Curves:
+    """Curves from columns of readings (20 or more, k); y counts from the first; extra: more columns, by their place."""
     return Curves(
-        travel=travel,
-        y=readings[POINTS] - readings[POINTS, :1],
-        angle=readings[ANGLES],
-        moment=readings[MOMENTS],
-        edge_stress=readings[EDGES],
-        tilt=readings[TILTS],
-        sag=readings[SAGS].mean(axis=1) if len(travel) else np.zeros(2),
-        extra={"tension": readings[TENSION], **extra},
+        travel=columns[TRAVEL],
+        y=columns[POINTS] - columns[POINTS, :1],
+        angle=columns[ANGLES],
+        moment=columns[MOMENTS],
+        edge_stress=columns[EDGES],
+        tilt=columns[TILTS],
+        sag=columns[SAGS].mean(axis=1) if columns.shape[1] else np.zeros(2),
+        extra={name: columns[k] for name, k in {"tension": TENSION, **extra}.items()},
     )
-
-
-def frame_of(scene: SceneLayout, read: Array, at: Any, extra: dict[str, float]) -> Frame:
-    """A frame of a belt with the reading ``read``; extra: more scalars, by name, tail_x [m] among them.
-
-    at: has ``slides`` [m], shape (n, m, 3), of its nodes, ``travel`` [m], ``time`` [s], and ``yaw`` [rad], shape (2,).
-    """
-    nodes, tail_x = scene.mesh.rest + at.slides, extra["tail_x"]
-    centre, half = nodes.mean(axis=1), nodes[:, 0] - nodes.mean(axis=1)
-    if scene.mesh.lines > 1:  # the real belt's edges at +b/2 and -b/2, drawn out from the model's lines
-        half = half * (0.5 * float(scene.case.belt.width) / scene.mesh.line_y[0])
-    left, right = (np.concatenate([edge, edge[:1]]) for edge in (centre + half, centre - half))
-    r_head, r_tail = scene.loop.radius_head, scene.loop.radius_tail
-    places = ((tail_x, r_tail), (tail_x, -r_tail), (0.0, -r_head), (0.0, r_head))
-    points = np.array([[px, y, pz] for (px, pz), y in zip(places, read[POINTS], strict=True)])
-    scalars = dict(zip(_SCALARS, map(float, read[MOMENTS.start : READING_SIZE]), strict=True))
-    return Frame(
-        travel=at.travel, time=at.time, left=left, right=right, points=points, yaw_tail=float(at.yaw[1]),
-        yaw_head=float(at.yaw[0]), tail_x=tail_x, scalars={**scalars, **extra},
-    )  # fmt: skip
 
 
 _BYTES = 900  # of a case, a station and a pair of lines: 0.72-0.85 GB measured for 256 cases of the full rig
@@ -497,15 +424,9 @@ class BatchEngine:
     in_batches: Callable[..., Iterator[list[Curves | SimulationError]]]
 
     def prepare_case(
-        self,
-        case: Case,
-        *,
-        belt: str = "flex",
-        travel: float,
-        options: Options | None = None,
-        parts: SceneParts | None = None,
-        features: ActiveFeatures | None = None,
-    ) -> Any:
+        self, case: Case, *, belt: str = "flex", travel: float, options: Options | None = None,
+        parts: SceneParts | None = None, features: ActiveFeatures | None = None,
+    ) -> Any:  # fmt: skip
         """A case that is to be run over ``travel`` [m]; features: in its batch, None = in this case.
 
         Raises CannotRepresent for what the engine cannot do.
@@ -516,16 +437,10 @@ class BatchEngine:
         return self.lay_case(case, belt, travel, options, parts, features or active_features([parts]))
 
     def simulate_batch(
-        self,
-        cases: Sequence[Case],
-        *,
-        belt: str = "flex",
-        travel: float,
-        options: Options | None = None,
-        parts: Sequence[SceneParts] | None = None,
-        chunk: int | None = None,
+        self, cases: Sequence[Case], *, belt: str = "flex", travel: float, options: Options | None = None,
+        parts: Sequence[SceneParts] | None = None, chunk: int | None = None,
         observers: Sequence[Sequence[Observer]] = (),
-    ) -> list[Curves | SimulationError]:
+    ) -> list[Curves | SimulationError]:  # fmt: skip
         """Curves of all cases, in order, over ``travel`` [m], at most ``chunk`` of them at once (None: as many as fit).
 
         Cases may differ in everything but the mesh: tension [Pa], yaw schedules [rad], effects (parts), material. A
@@ -534,11 +449,8 @@ class BatchEngine:
         """
         options = options or Options()
         parts = parts or [SceneParts.from_case(case, options.friction) for case in cases]
-        features = active_features(parts)
-        ready = [
-            self.prepare_case(c, belt=belt, travel=travel, options=options, parts=p, features=features)
-            for c, p in zip(cases, parts, strict=True)
-        ]
+        alike: dict[str, Any] = {"belt": belt, "travel": travel, "options": options, "features": active_features(parts)}
+        ready = [self.prepare_case(case, parts=own, **alike) for case, own in zip(cases, parts, strict=True)]
         if len({r.kind for r in ready}) > 1:
             counts = sorted({r.stations for r in ready})
             raise InputError("cases", f"{counts} stations", "", "give cases of one mesh and direction to a batch")

@@ -24,64 +24,55 @@ _STEEL, _DARK, _AMBER = [0.62, 0.68, 0.75, 1.0], [0.23, 0.27, 0.33, 1.0], [0.95,
 def furnish(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     """Add all that is seen and touches nothing of the belt; the shadows of both spans overlap."""
     length, lowest = float(scene.case.rig.centre_distance), float(scene.loop.z.min())
-    radius = max(scene.loop.radius_head, scene.loop.radius_tail)
-    ends = np.array([-scene.loop.radius_head, length + scene.loop.radius_tail])
-    spec.stat.center, spec.stat.extent = [0.5 * length, 0.0, 0.0], 1.15 * float(np.ptp(ends))
+    head, tail = scene.loop.radius_head, scene.loop.radius_tail
+    radius, seen = max(head, tail), spec.visual
+    spec.stat.center, spec.stat.extent = [0.5 * length, 0.0, 0.0], 1.15 * (length + head + tail)
     down = np.array([0.0, 0.8 * min(0.6 * float(scene.case.belt.width) / (radius - lowest), 0.6), -0.8])
     above = np.array([0.5 * length, 0.0, 0.0]) - 4.0 * down  # no shadow along x: the floor shades itself there
-    for light in list(spec.lights):
-        spec.delete(light)
-    for name, at, along, bright in (
-        ("sun", above, down, 0.65),
-        ("fill", [length, 4.0, 5.0], [-0.3, -0.6, -0.7], 0.25),
-    ):
-        light = spec.worldbody.add_light(name=name, pos=at, dir=along, type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
-        light.diffuse, light.specular, light.castshadow = [bright] * 3, [0.15] * 3, name == "sun"
-    spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.35] * 3, [0.15] * 3
-    spec.visual.headlight.specular = [0.0] * 3
-    spec.visual.quality.shadowsize, spec.visual.global_.fovy = 4096, 40.0
-    spec.visual.global_.offwidth, spec.visual.global_.offheight = 1280, 720
-    spec.visual.global_.azimuth, spec.visual.global_.elevation = 125.0, -22.0
-    spec.visual.rgba.rangefinder = [1.0, 0.85, 0.2, 0.35]
-    _colours(spec)
-    floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, material="floor")
-    floor.pos, floor.size = [0.5 * length, 0.0, lowest - 2.0 * radius], [0.0, 0.0, 0.1]  # without end
-    floor.contype, floor.conaffinity = 0, 1
-    for name, at in (("head", scene.loop.radius_head), ("tail", scene.loop.radius_tail)):
-        _dress_pulley(spec, name, at)
-    _point_cameras(spec, length, radius, lowest)
-    if scene.mesh.lines > 1:
-        _add_skin(spec, scene)
-        for flex in spec.flexes:
-            flex.group = 3
-            flex.damping = _NO_DAMPING
-
-
-def _colours(spec: mujoco.MjSpec) -> None:
-    """Textures and materials."""
+    for old in (*spec.lights, *spec.cameras):
+        spec.delete(old)
+    # attached to other scenes, a scene brings this light along, not the headlight: two belts are not too bright
+    sun = spec.worldbody.add_light(name="sun", pos=above, dir=down, type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
+    sun.diffuse, sun.specular, sun.castshadow = [0.4] * 3, [0.15] * 3, True
+    seen.headlight.ambient, seen.headlight.diffuse, seen.headlight.specular = [0.5] * 3, [0.3] * 3, [0.0] * 3
+    seen.quality.shadowsize, seen.rgba.rangefinder = 4096, [1.0, 0.85, 0.2, 0.35]
+    look = seen.global_
+    look.fovy, look.offwidth, look.offheight, look.azimuth, look.elevation = 40.0, 1280, 720, 125.0, -22.0
     kind, builtin = mujoco.mjtTexture, mujoco.mjtBuiltin
     spec.add_texture(
         name="sky", type=kind.mjTEXTURE_SKYBOX, builtin=builtin.mjBUILTIN_GRADIENT,
         rgb1=[0.86, 0.9, 0.95], rgb2=[0.55, 0.63, 0.73], width=64, height=384,
     )  # fmt: skip
-    grid = spec.add_texture(
-        name="floor", type=kind.mjTEXTURE_2D, builtin=builtin.mjBUILTIN_CHECKER,
-        rgb1=[0.5, 0.53, 0.56], rgb2=[0.46, 0.49, 0.52], width=256, height=256,
-    )  # fmt: skip
-    grid.mark, grid.markrgb = mujoco.mjtMark.mjMARK_EDGE, [0.40, 0.43, 0.46]
-    spec.add_texture(
-        name="belt", type=kind.mjTEXTURE_2D, builtin=builtin.mjBUILTIN_CHECKER,
-        rgb1=[0.78, 0.81, 0.84], rgb2=[0.30, 0.47, 0.66], width=64, height=64,
-    )  # fmt: skip
-    role = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
-    for name, rgba, texture in (("floor", [1.0] * 4, "floor"), ("belt", [1.0] * 4, "belt"), ("pulley", _DARK, ""),
-                                ("stripe", _AMBER, ""), ("axle", _STEEL, "")):  # fmt: skip
+    for name, one, other, size in (
+        ("floor", [0.5, 0.53, 0.56], [0.46, 0.49, 0.52], 256),
+        ("belt", [0.78, 0.81, 0.84], [0.30, 0.47, 0.66], 64),
+    ):
+        checker = spec.add_texture(name=name, type=kind.mjTEXTURE_2D, builtin=builtin.mjBUILTIN_CHECKER)
+        checker.rgb1, checker.rgb2, checker.width, checker.height = one, other, size, size
+        if name == "floor":
+            checker.mark, checker.markrgb = mujoco.mjtMark.mjMARK_EDGE, [0.40, 0.43, 0.46]
+    for name, rgba in {
+        "floor": [1.0] * 4,
+        "belt": [1.0] * 4,
+        "pulley": _DARK,
+        "stripe": _AMBER,
+        "axle": _STEEL,
+    }.items():
         made = spec.add_material(name=name, rgba=rgba, specular=0.3, shininess=0.4)
-        if texture:
+        if name in ("floor", "belt"):
             textures = list(made.textures)
-            textures[role] = texture
-            made.textures = textures
-            made.texuniform = name == "floor"
+            textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB)] = name
+            made.textures, made.texuniform = textures, name == "floor"
+    floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, material="floor")
+    floor.pos, floor.size = [0.5 * length, 0.0, lowest - 2.0 * radius], [0.0, 0.0, 0.1]  # without end
+    floor.contype, floor.conaffinity = 0, 1
+    _dress_pulley(spec, "head", head)
+    _dress_pulley(spec, "tail", tail)
+    _point_cameras(spec, length, radius, lowest)
+    if scene.mesh.lines > 1:
+        _add_skin(spec, scene)
+        for flex in spec.flexes:
+            flex.group, flex.damping = 3, _NO_DAMPING
 
 
 def _dress_pulley(spec: mujoco.MjSpec, name: str, radius: float) -> None:
@@ -109,8 +100,6 @@ def _dress_pulley(spec: mujoco.MjSpec, name: str, radius: float) -> None:
 
 def _point_cameras(spec: mujoco.MjSpec, length: float, radius: float, lowest: float) -> None:
     """``overview`` along the belt, ``side`` and ``above`` to scale, ``tail`` and ``head`` near the pulleys."""
-    for camera in list(spec.cameras):
-        spec.delete(camera)
     middle = np.array([0.5 * length, 0.0, 0.5 * (radius + lowest)])
     flat = (length + 2.0 * radius + _ROOM) * 9.0 / 16.0  # height of a picture of 16:9 that is as wide as the machine
     views = {
@@ -185,8 +174,6 @@ class DrawnBelt:
         along = np.roll(middle, -1, axis=0) - np.roll(middle, 1, axis=0)
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         apart = np.linalg.norm(across, axis=1, keepdims=True)
-        if self.nodes.shape[1] == 1:
-            across, apart = np.broadcast_to([0.0, 1.0, 0.0], middle.shape), np.ones_like(apart)
         across = across / apart
         out = np.cross(along, [0.0, 1.0, 0.0])
         if self.by == "tilt":

@@ -12,20 +12,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Numbers as Array
+from belt_sim.space import options
 from belt_sim.space.belt import BeltArrays, SurfaceArrays
 from belt_sim.space.elastic import strains
 from belt_sim.space.friction import slip_increments, wrap_chain
 from belt_sim.space.loop import chord_angle, fade, lift
-from belt_sim.space.options import (
-    CATCH_DISTANCE,
-    FORGETTING,
-    HYSTERESIS,
-    LAYER_TIME,
-    RUNUP_LINKS,
-    SLACKEST_FIBRE,
-    SPAN_STATIONS,
-    SPAN_TIME,
-)
 
 HEAD, TAIL = 0, 1
 FIRST, LAST = 0, 1  # ends of a wrap
@@ -113,25 +104,6 @@ def roll_anchors(pulley: BeltOnPulley, rolled: Array) -> WrapArrays:
     return wrap._replace(y=there, r=wrap.r + wider)
 
 
-def slide_anchors(pulley: BeltOnPulley, shaped: Array | float, k: Array, increment: Array) -> WrapArrays:
-    """The anchors of stations k moved on the surface by slip increments [m], (m, 2, k): along the axis, the turn."""
-    wrap, surface = pulley.wrap, pulley.surface
-    at = (slice(None), k)
-    y, r = wrap.y[at], wrap.r[at]
-    there = y + increment[:, 0]
-    wider = radius_at(surface, shaped, there) - radius_at(surface, shaped, y)
-    angle = wrap.angle.at[at].add(increment[:, 1] / r)
-    return wrap._replace(y=wrap.y.at[at].set(there), angle=angle, r=wrap.r.at[at].set(r + wider))
-
-
-def surface_components(pulley: BeltOnPulley, k: Array, vectors: Array) -> tuple[Array, Array, Array]:
-    """Parts (m, k) of world vectors (m, 3, k) at the anchors of stations k: outwards, along the axis, the turn."""
-    turned = pulley.wrap.angle[:, k] + pulley.pose.spin
-    sin, cos = jnp.sin(turned), jnp.cos(turned)
-    x, y, z = (pulley.pose.axes.T @ vectors).swapaxes(0, 1)
-    return x * sin + z * cos, y, x * cos - z * sin
-
-
 def cylinder_coordinates(places: Array, pose: PoseArrays) -> tuple[Array, Array, Array]:
     """r, y [m] and material angle [rad] of places (m, 3, ...), each (m, ...)."""
     shape = (len(places), *places.shape[2:])
@@ -173,7 +145,7 @@ def update_tangents(wrap: WrapArrays, pose: PoseArrays, nodes: Array, share: Arr
     """
     n, tangent = nodes.shape[-1], []
     for end in (FIRST, LAST):
-        inner, beyond = ((wrap.outer(end) + i * OUTWARDS[end]) % n for i in (1, SPAN_STATIONS))
+        inner, beyond = ((wrap.outer(end) + i * OUTWARDS[end]) % n for i in (1, options.SPAN_STATIONS))
         along = (nodes[:, :, beyond] - nodes[:, :, inner]).sum(axis=0) * OUTWARDS[end]
         local = along @ pose.axes
         ahead = jnp.arctan2(-local[2], local[0]) - wrap.tangent[end]
@@ -202,10 +174,10 @@ def line_displacements(belt: BeltArrays, pulley: BeltOnPulley, share: Array | fl
     wrap, surface, pose, _ = pulley
     fibres, radius = belt.fibres, surface.radius
     assert fibres is not None
-    begin = wrap.first - 1 - RUNUP_LINKS if end == FIRST else wrap.last + 1
-    k = (begin + np.arange(RUNUP_LINKS + 1)) % nodes.shape[-1]
+    begin = wrap.first - 1 - options.RUNUP_LINKS if end == FIRST else wrap.last + 1
+    k = (begin + np.arange(options.RUNUP_LINKS + 1)) % nodes.shape[-1]
     strain = strains(belt.ties, nodes, k, share) - fibres.residual
-    stress = fibres.modulus * jnp.maximum(strain, SLACKEST_FIBRE * jnp.maximum(strain.mean(), 1e-12))
+    stress = fibres.modulus * jnp.maximum(strain, options.SLACKEST_FIBRE * jnp.maximum(strain.mean(), 1e-12))
     local = (nodes[:, :, k[-1]] - nodes[:, :, k[0]]) @ pose.axes
     steeper = OUTWARDS[end] * wrapped_angle(jnp.arctan2(-local[:, 2], local[:, 0]) - wrap.tangent[end])
     layer = jnp.sqrt(fibres.plate / (stress * fibres.thickness))
@@ -278,7 +250,7 @@ def relax_layers(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array, share: A
 
 def is_released(pulley: BeltOnPulley, end: int, chord: Array) -> Array:
     """Whether the outermost station at ``end`` has come far enough to be free."""
-    return outer_depth(pulley, end) < -(CATCH_DISTANCE + HYSTERESIS) * chord
+    return outer_depth(pulley, end) < -(options.CATCH_DISTANCE + options.HYSTERESIS) * chord
 
 
 class Approach(NamedTuple):
@@ -293,7 +265,7 @@ class Approach(NamedTuple):
 
     def is_caught(self, chord: Array) -> Array:
         """Whether it has come close enough to be held."""
-        return self.depth > -CATCH_DISTANCE * chord
+        return self.depth > -options.CATCH_DISTANCE * chord
 
 
 def approach_of(belt: BeltArrays, pulley: BeltOnPulley, nodes: Array, end: int) -> Approach:
@@ -317,13 +289,13 @@ def land_station(
     outward, outer, n = OUTWARDS[end], wrap.outer(end), wrap.r.shape[-1]
     k, beside = (outer + outward) % n, outer % n
     lands, nearer = after.is_caught(chord), after.depth - before.depth
-    passed = lands & (nearer > 0.0) & (before.depth < -CATCH_DISTANCE * chord)
-    left = jnp.where(passed, (after.depth + CATCH_DISTANCE * chord) / jnp.where(passed, nearer, 1.0), 0.0)
+    passed = lands & (nearer > 0.0) & (before.depth < -options.CATCH_DISTANCE * chord)
+    left = jnp.where(passed, (after.depth + options.CATCH_DISTANCE * chord) / jnp.where(passed, nearer, 1.0), 0.0)
     _, r, y, _, square = (b - left * (b - a) for a, b in zip(before, after, strict=True))
     circle = radius_at(surface, shaped, y)
     high = (r - circle).mean()
     inside = depth(pulley, after.angle.mean(), end) - left * nearer
-    forgotten = jnp.exp(-left * moved / (FORGETTING * chord))
+    forgotten = jnp.exp(-left * moved / (options.FORGETTING * chord))
     lifted = (high - lift(inside, chord, surface.radius, surface.sink_chords)) * forgotten
     turned = chord_angle(square - (y - wrap.y[:, beside]) ** 2, circle + high, wrap.r[:, beside])
 
@@ -351,7 +323,7 @@ def sink_ends(belt: BeltArrays, pulley: BeltOnPulley, end: int, moved: Array, sh
     k = (wrap.outer(end) - outward * np.arange(zone + 1)) % n
     off, r, angle = k[:-1], wrap.r[:, k], wrap.angle[:, k]
     flat = (r[:, 1:] - r[:, :-1]) ** 2 + 4.0 * r[:, 1:] * r[:, :-1] * jnp.sin(0.5 * (angle[:, 1:] - angle[:, :-1])) ** 2
-    lifted = wrap.landing_lift[off] * jnp.exp(-moved / (FORGETTING * chord))
+    lifted = wrap.landing_lift[off] * jnp.exp(-moved / (options.FORGETTING * chord))
     inside = depth(pulley, 0.5 * (angle[0] + angle[-1])[:-1], end)
     high = lift(inside, chord, surface.radius, surface.sink_chords) + lifted
     r = r.at[:, :zone].set(radius_at(surface, shaped, wrap.y[:, off]) + high)
@@ -416,23 +388,17 @@ def land_stations(
 
 
 def carry_wraps(
-    belt: BeltArrays,
-    pulleys: BeltOnPulley,
-    before: tuple[PoseArrays, Array],
-    nodes: Array,
-    moved: Array,
-    shaped: Array,
-    share: Array,
-    dt: Array,
-) -> BeltOnPulley:
+    belt: BeltArrays, pulleys: BeltOnPulley, before: tuple[PoseArrays, Array], nodes: Array, moved: Array,
+    shaped: Array, share: Array, dt: Array,
+) -> BeltOnPulley:  # fmt: skip
     """After a step in time of ``dt`` [s]: tangents turned, stations landed and released, layers relaxed.
 
     share: of the camber and the layer; the others as of ``land_stations``.
     """
-    turn = jax.vmap(partial(update_tangents, nodes=nodes, share=dt / SPAN_TIME))
+    turn = jax.vmap(partial(update_tangents, nodes=nodes, share=dt / options.SPAN_TIME))
     pulleys = pulleys._replace(wrap=turn(pulleys.wrap, pulleys.pose))
     pulleys = release_stations(belt, land_stations(belt, pulleys, before, nodes, moved, shaped))
-    return relax_layers(belt, pulleys, nodes, share, jnp.minimum(dt / LAYER_TIME, 1.0))
+    return relax_layers(belt, pulleys, nodes, share, jnp.minimum(dt / options.LAYER_TIME, 1.0))
 
 
 class SlipState(NamedTuple):
@@ -452,14 +418,9 @@ class SlipState(NamedTuple):
 
 
 def slide_wrap(
-    belt: BeltArrays,
-    pull: Array,
-    friction: Array,
-    speed: Array | float,
-    shaped: Array,
-    pulley: BeltOnPulley,
+    belt: BeltArrays, pull: Array, friction: Array, speed: Array | float, shaped: Array, pulley: BeltOnPulley,
     slip: SlipState,
-) -> tuple[WrapArrays, SlipState]:
+) -> tuple[WrapArrays, SlipState]:  # fmt: skip
     """A wrap with the anchors moved of nodes that pull harder than friction allows; the next step starts from there.
 
     A return mapping on the holding forces of a wrap, as one system, without inertia. The forces between belt and pulley
@@ -471,7 +432,10 @@ def slide_wrap(
     at = jnp.arange(shape.longest_wrap)
     count, k = (wrap.last - wrap.first) % shape.stations + 1, (wrap.first + at) % shape.stations
     held = at < count
-    outwards, across, along = surface_components(pulley, k, pull[:, :, k])
+    turned = wrap.angle[:, k] + pulley.pose.spin
+    x, across, z = (pulley.pose.axes.T @ pull[:, :, k]).swapaxes(0, 1)  # along the pulley's axes
+    outwards = x * jnp.sin(turned) + z * jnp.cos(turned)
+    along = x * jnp.cos(turned) - z * jnp.sin(turned)
     pressure = jnp.maximum(-outwards - belt.mass[:, None] * speed**2 / pulley.surface.radius, 0.0)
     limit = jnp.where(held & jnp.isfinite(friction), friction * pressure, jnp.inf)
     holding = jnp.where(held, -jnp.stack([across, along], axis=1), 0.0)
@@ -482,8 +446,15 @@ def slide_wrap(
         lambda: (jnp.zeros_like(holding), 0.0),
     )
     residual = jnp.where(count > shape.longest_wrap, jnp.inf, residual)
-    nodes = shape.lines * count
-    return slide_anchors(pulley, shaped, k, way), SlipState(
+    nodes, y, r = shape.lines * count, wrap.y[:, k], wrap.r[:, k]
+    there = y + way[:, 0]
+    wider = radius_at(pulley.surface, shaped, there) - radius_at(pulley.surface, shaped, y)
+    wrap = wrap._replace(
+        y=wrap.y.at[:, k].set(there),
+        angle=wrap.angle.at[:, k].add(way[:, 1] / r),
+        r=wrap.r.at[:, k].set(r + wider),
+    )
+    return wrap, SlipState(
         increment=jnp.zeros_like(slip.increment).at[:, :, k].set(way),
         total=slip.total + way[:, 0].sum() / nodes,
         sliding=(way != 0.0).any(axis=1).sum() / nodes,

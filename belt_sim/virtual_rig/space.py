@@ -17,7 +17,7 @@ from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import cores
 from belt_sim.scene_parts import SceneParts
 from belt_sim.show.observers import progress
-from belt_sim.space.options import Options, accurate_speed
+from belt_sim.space.options import Options, accurate_speed, refuse_sliding_limp
 from belt_sim.units import N_PER_MM2
 from belt_sim.virtual_rig.fault import Fault, has_hook
 from belt_sim.virtual_rig.hidden import CATALOGUE, HiddenFaults, specified_hidden
@@ -190,10 +190,9 @@ def measure(runs: Sequence[SceneRun], workers: int | None = None) -> list[Curves
 
 def engine_for(case: Case, faults: Sequence[Fault], options: Options) -> str:
     """quasi_static, many times faster, where it can do what the faults make of the scene; otherwise native."""
-    from belt_sim.space.quasi_static import refuse
 
     try:
-        refuse("flex", options, scene_parts(case, faults, options))
+        refuse_sliding_limp("flex", options, scene_parts(case, faults, options))
     except CannotRepresent:
         return "native"
     return "quasi_static"
@@ -214,10 +213,10 @@ def run_scene(run: SceneRun) -> Curves:
         from belt_sim.space.quasi_static import simulate as equilibria
 
         return equilibria(run.case, belt="flex", travel=travel, options=run.options, parts=parts)
-    from belt_sim.space.native import simulate
+    from belt_sim.space.native import run_native
 
     options = replace(run.options, belt_speed=float(run.case.settings.speed))
-    return simulate(run.case, belt="flex", travel=travel, options=options, parts=parts)
+    return run_native(run.case, belt="flex", travel=travel, options=options, parts=parts)
 
 
 def take_readings(plan: Plan, curves: Sequence[Curves]) -> np.ndarray:

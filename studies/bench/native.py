@@ -17,9 +17,9 @@ def cost(rig: str, tension: float) -> tuple[float, float, float]:
     """CPU time [ms], medians, of a step and of MuJoCo's share of it, and steps a metre at full speed."""
     case = make_case(rig=rig, tension=tension, yaw=-0.042)
     options = fit_options(Options(settle=0.0, run_in=5.0), case, "flex")
-    run, own, whole, own_step = SpaceRun.begin(case, "flex", options), [], [], mujoco.mj_step
+    run, own, whole, own_step = SpaceRun(case, "flex", options), [], [], mujoco.mj_step
     rows, _ = instants_of(run.scene, 5.0)
-    state = run.engine.lay(rows[0])
+    state = run.lay(rows[0])
 
     def timed(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         begun = time.process_time()
@@ -30,7 +30,7 @@ def cost(rig: str, tension: float) -> tuple[float, float, float]:
     try:
         for k in range(FIRST + STEPS):
             begun = time.process_time()
-            run.engine.step(state, rows[k], rows[k + 1])
+            run.step(state, rows[k], rows[k + 1])
             whole.append(time.process_time() - begun)
     finally:
         mujoco.mj_step = own_step

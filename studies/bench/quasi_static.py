@@ -75,13 +75,13 @@ def bandwidth(numbers: int = 20_000_000) -> float:
 
 def native_beside(near: float = 0.5, far: float = 2.0) -> None:
     """CPU seconds a metre of one case, without what a run begins with: MuJoCo's run and this engine's."""
-    from belt_sim.space.native import simulate
+    from belt_sim.space.native import run_native
 
     options = Options(run_in=TRAVEL)
     spent = []
     for travel in (near, far):
         begun = time.process_time()
-        simulate(case_at(40.0), travel=travel, options=options)
+        run_native(case_at(40.0), travel=travel, options=options)
         spent.append(time.process_time() - begun)
     native = (spent[1] - spent[0]) / (far - near)
     here = 1e-3 * step_time(1, options.dx)["ms"] * options.steps / options.sample

@@ -8,7 +8,7 @@ from read_back import read_back
 from belt_sim.show.geometry import tilt
 from belt_sim.show.rerun import RerunObserver
 from belt_sim.space import Options
-from belt_sim.space.native import simulate
+from belt_sim.space.native import run_native
 from belt_sim.units import MM
 from studies.paper.case import ROPE_EXAMPLE
 
@@ -28,7 +28,7 @@ def run(tmp_path_factory):
     """(what the file says, the curves) of 0.3 m on the short rig."""
     path = tmp_path_factory.mktemp("run") / "belt.rrd"
     case = paper_case(60, -YAW, ROPE_EXAMPLE)
-    curves = simulate(case, travel=TRAVEL, options=SHORT, observers=(RerunObserver(path, every=EVERY),))
+    curves = run_native(case, travel=TRAVEL, options=SHORT, observers=(RerunObserver(path, every=EVERY),))
     return read_back(path, "runs/60_N_mm2/yaw_-0.042_deg/belt"), curves
 
 

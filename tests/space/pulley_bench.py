@@ -55,3 +55,9 @@ def bare_belt(surfaces: list[SurfaceArrays], chord: float, stations: int, **numb
 def both(*pulleys):
     """Pulleys, poses or wraps as one, with a leading axis."""
     return jax.tree.map(lambda *of: np.stack(of), *pulleys)
+
+
+def stations_on(state, pulley):
+    """Numbers of the stations that lie on a pulley in a state of engine=native."""
+    wrap = state.carrying.pulleys.wrap
+    return np.arange(int(wrap.first[pulley]), int(wrap.last[pulley]) + 1) % len(state.slides)

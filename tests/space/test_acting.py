@@ -9,7 +9,7 @@ from paper_cases import paper_case
 from belt_sim.effects.load import load_effects
 from belt_sim.space import Options
 from belt_sim.space.model import SpaceModel
-from belt_sim.space.native import simulate
+from belt_sim.space.native import run_native
 from belt_sim.space.quasi_static import compliance_step, prepare_case, simulate_batch
 from studies.paper.case import ROPE_EXAMPLE
 
@@ -58,7 +58,7 @@ def test_belts_with_all_of_it_run_as_in_time():
     """Sticking; and with friction in the same batch, where less of it lets more nodes slide."""
     scenes = [scene_of(*ACTING, friction=friction) for friction in (np.inf, 0.5, 0.2)]
     found = simulate_batch([CASE] * 3, travel=1.0, options=COARSE, parts=[parts for _, parts in scenes])
-    native = simulate(CASE, travel=1.0, options=COARSE, parts=scenes[0][1])
+    native = run_native(CASE, travel=1.0, options=COARSE, parts=scenes[0][1])
     y = np.array([np.interp(native.travel, found[0].travel, line) for line in found[0].y])
     assert np.abs(y - native.y).max() < PARITY * np.abs(native.y).max()
     for curves in found:

@@ -10,7 +10,7 @@ from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.model import SpaceModel
-from belt_sim.space.native import simulate
+from belt_sim.space.native import run_native
 from belt_sim.space.options import BONDS
 
 NEAR = 0.03  # of y at points 1 and 3; dx = 25 mm stands for a span longer by dx and a start sampled at dx
@@ -35,7 +35,7 @@ def at(curves, travel, point):
 
 
 def test_sticking_membrane_starts_like_the_strip(short_rig):
-    curves = simulate(short_rig, travel=1.0, options=Options(run_in=0.6, settle=0.5, acceleration=2.0))
+    curves = run_native(short_rig, travel=1.0, options=Options(run_in=0.6, settle=0.5, acceleration=2.0))
     law = march_case(short_rig, analytic_model("strip"), travel=1.0)
     for travel in (0.5, 0.9):
         for point in (0, 2):
@@ -53,14 +53,14 @@ def test_sticking_membrane_starts_like_the_strip(short_rig):
 @pytest.mark.parametrize(("bonds", "law"), [(BONDS, "strip"), pytest.param(BONDS[:2], "rope", marks=pytest.mark.long)])
 def test_grid_starts_like_a_strip_with_diagonals_and_like_a_rope_without(short_rig, bonds, law):
     options = Options(dx=0.04, dt=2e-3, run_in=0.3, settle=0.2, acceleration=3.0, bonds=bonds)
-    curves = simulate(short_rig, belt="grid", travel=0.5, options=options)
+    curves = run_native(short_rig, belt="grid", travel=0.5, options=options)
     exact = march_case(short_rig, analytic_model(law), travel=0.5)
     assert at(curves, 0.45, 0) == pytest.approx(at(exact, 0.45, 0), rel=COARSE)
 
 
 @pytest.mark.long
 def test_late_rate_of_the_strip(short_rig):
-    curves = simulate(short_rig, travel=25.0)
+    curves = run_native(short_rig, travel=25.0)
     law = march_case(short_rig, analytic_model("strip"), travel=25.0)
     for point in range(4):
         assert at(curves, 24.9, point) == pytest.approx(at(law, 24.9, point), rel=NEAR)

@@ -56,12 +56,12 @@ def test_blocks_are_inverted(size):
 @in_float64
 def test_forces_are_those_of_the_compiled_scene(kind, across):
     case = paper_case(20.0, rig=ROPE_EXAMPLE)
-    run = SpaceRun.begin(case, kind, fit_options(Options(across=across, **COARSE), case, kind))
+    run = SpaceRun(case, kind, fit_options(Options(across=across, **COARSE), case, kind))
     belt = belt_arrays(run.scene, ActiveFeatures())
     shape = belt.shape
     mesh = run.scene.mesh
     slides = mesh.laid - mesh.rest + 1e-5 * np.random.default_rng(2).normal(size=mesh.rest.shape)
-    expected = run.engine.solver.elastic_forces(slides)
+    expected = run.solver.elastic_forces(slides)
     places = jnp.moveaxis(jnp.array(mesh.rest + slides), 0, -1)
     ties = jax.tree.map(jnp.asarray, belt.ties)
     slope = np.asarray(stretch_energy(ties, shape.bonds, places, jnp.arange(shape.stations), jnp.array(1.0)).slope)

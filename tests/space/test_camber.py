@@ -16,7 +16,7 @@ from belt_sim.space.machine import build_scene
 from belt_sim.space.mesh import Grid, Membrane, tie_lengths
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.mujoco_interface import Solver, compile_model, mjcf
-from belt_sim.space.native import simulate
+from belt_sim.space.native import run_native
 from studies.paper.case import ROPE_EXAMPLE
 
 AT_REST = 1e-5  # of the deflection: what 15 s leave of its motion
@@ -109,7 +109,7 @@ def test_a_rope_has_no_camber():
     with pytest.raises(CannotRepresent, match="weld: it acts through the width"):
         SpaceModel(belt="rope").run(CASE, [WELD], travel=1.0)
     with pytest.raises(CannotRepresent, match="camber: a rope of particles has no width"):
-        simulate(CASE, belt="rope", travel=1.0, parts=SpaceModel().parts(CASE, [WELD]))
+        run_native(CASE, belt="rope", travel=1.0, parts=SpaceModel().parts(CASE, [WELD]))
 
 
 def test_uniform_camber_tilts_the_spans_and_hardly_moves_the_belt():

@@ -7,7 +7,7 @@ import pytest
 from belt_sim.jax_setup import in_float64, least_effort
 from belt_sim.space import Options
 from belt_sim.space.friction import slip_increments, wrap_chain
-from belt_sim.space.native import SpaceRun, instants_of, simulate
+from belt_sim.space.native import SpaceRun, instants_of, run_native
 from belt_sim.space.options import fit_options
 
 LEFT_OVER = 2e-3  # of the largest limit: what friction may contradict Coulomb's law by
@@ -22,7 +22,7 @@ SOLVE = jax.jit(slip_increments, compiler_options=least_effort())  # it runs ten
 @pytest.fixture(scope="module")
 def begun(short_rig):
     options = fit_options(Options(friction=0.3), short_rig, "flex")
-    return SpaceRun.begin(short_rig, "flex", options)
+    return SpaceRun(short_rig, "flex", options)
 
 
 def assembled(chain):
@@ -67,7 +67,7 @@ def test_sliding_nodes_are_held_with_their_limit_against_their_increment_and_oth
 def test_a_wrap_that_is_bent_and_pulled_at_its_ends_slides_as_coulomb_says(begun):
     """Limits fall to nothing at the ends; each pull starts from the slip of the one before."""
     count, rng = 15, np.random.default_rng(3)
-    chain, guess = wrap_chain(begun.engine.belt.sliding_stiffness, 0, count, count), np.zeros((2, 2, count))
+    chain, guess = wrap_chain(begun.belt.sliding_stiffness, 0, count, count), np.zeros((2, 2, count))
     ends = 5.0 * np.minimum(1.0, 4.0 * np.minimum(np.linspace(0, 1, count), np.linspace(1, 0, count)))
     for pull in (1.0, 5.0, 20.0, 60.0):
         limit = np.stack([ends, ends]) * (1.0 + 0.1 * rng.normal(size=(2, count)))
@@ -89,7 +89,7 @@ def test_no_node_slides_below_its_limit():
 @in_float64
 def test_wrap_is_stiff_like_a_strip(begun, short_rig):
     """A wrap shifted sideways as a whole bends nothing in itself; a link stretches like a plate strip."""
-    tangent, count = begun.engine.belt.sliding_stiffness, 9
+    tangent, count = begun.belt.sliding_stiffness, 9
     whole = assembled(wrap_chain(tangent, 0, count, count))
     assert whole == pytest.approx(whole.T, abs=1e-6 * np.abs(whole).max())
     assert np.linalg.eigvalsh(whole).min() > 0.0
@@ -105,7 +105,7 @@ def test_wrap_is_stiff_like_a_strip(begun, short_rig):
 
 def test_mujoco_holds_a_station_as_stiffly(begun):
     """What the flex itself does to a node of the upper span, and to the next one, when it moves in the belt's plane."""
-    scene, solver, tangent = begun.scene, begun.engine.solver, begun.engine.belt.sliding_stiffness
+    scene, solver, tangent = begun.scene, begun.solver, begun.belt.sliding_stiffness
     upper = np.flatnonzero(scene.loop.z > 0.0)
     station = int(upper[np.argmin(np.abs(scene.loop.x[upper] - scene.loop.x.mean()))])
     slides, in_plane = scene.mesh.laid - scene.mesh.rest, (1, 0)
@@ -122,9 +122,9 @@ def test_mujoco_holds_a_station_as_stiffly(begun):
 
 
 def test_laid_belt_pulls_at_its_free_nodes_with_its_weight_only(begun):
-    scene, state = begun.scene, begun.engine.lay(instants_of(begun.scene, 0.1)[0][0])
-    wrap = begun.engine.laid.pulleys.wrap
-    pull = begun.engine.solver.elastic_forces(state.slides)
+    scene, state = begun.scene, begun.lay(instants_of(begun.scene, 0.1)[0][0])
+    wrap = begun.laid.pulleys.wrap
+    pull = begun.solver.elastic_forces(state.slides)
     free = np.ones(scene.mesh.stations, bool)
     for first, last in zip(wrap.first, wrap.last, strict=True):
         free[np.arange(first - 2, last + 3) % scene.mesh.stations] = False
@@ -140,7 +140,7 @@ def at(curves, travel, point):
 def test_less_friction_starts_faster_whatever_the_step(short_rig):
     def run(friction, dt):
         options = Options(run_in=0.15, settle=0.1, acceleration=3.0, friction=friction, dt=dt, dx=0.04)
-        return at(simulate(short_rig, travel=0.3, options=options), 0.25, 0)
+        return at(run_native(short_rig, travel=0.3, options=options), 0.25, 0)
 
     sticking, rough, smooth, finer = run(np.inf, 2e-3), run(0.3, 2e-3), run(0.1, 2e-3), run(0.1, 1e-3)
     assert smooth < 1.05 * rough < 1.05**2 * sticking < 0.0

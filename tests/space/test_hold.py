@@ -31,7 +31,7 @@ def test_laid_belt_has_equal_chords_and_hangs():
 def test_belt_stands_still_for_a_yaw_step():
     case = paper_case(60, 1e-3, ROPE_EXAMPLE)
     options = fit_options(Options(belt_speed=1.0, run_in=0.3), case, "flex")
-    run = SpaceRun.begin(case, "flex", options)
+    run = SpaceRun(case, "flex", options)
     plan, resting = plan_in_time(run.scene, 0.5)
     travel, speed, yaw = plan.travel[resting:], plan.speed[resting:], plan.yaw[resting:, 1]
     turning = (yaw > 0.0) & (yaw < 1e-3)

@@ -10,7 +10,7 @@ from belt_sim.errors import CannotRepresent
 from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model
 from belt_sim.space import Options
-from belt_sim.space.native import simulate
+from belt_sim.space.native import run_native
 from belt_sim.space.options import BONDS
 from belt_sim.space.quasi_static import simulate_batch
 from studies.paper.case import ROPE_EXAMPLE
@@ -50,7 +50,7 @@ def test_a_batch_of_ropes_is_beside_the_rope_law():
 def test_limp_belts_are_beside_mujoco(belt, options, direction):
     case = paper_case(60.0, rig=ROPE_EXAMPLE)
     case = replace(case, settings=replace(case.settings, direction=direction))
-    native = simulate(case, belt=belt, travel=TRAVEL, options=options)
+    native = run_native(case, belt=belt, travel=TRAVEL, options=options)
     found = simulate_batch([case], belt=belt, travel=TRAVEL, options=options)[0]
     assert_beside(found, native, direction)
     assert np.abs(found.tilt[:, -1] - native.tilt[:, -1]).max() < 1e-4

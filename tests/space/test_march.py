@@ -16,7 +16,7 @@ from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import in_float64
 from belt_sim.space import Options
 from belt_sim.space.model import SpaceModel
-from belt_sim.space.native import simulate
+from belt_sim.space.native import run_native
 from belt_sim.space.quasi_static import prepare_case, run_case, simulate_batch
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG
 
@@ -45,7 +45,7 @@ def test_a_batch_is_beside_mujoco_and_each_case_by_itself():
         (yawed, found, parts[0], TRAVEL, COARSE, YAWED),
         (slack, loaded, parts[2], TRAVEL_LOADED, FINER, LOADED),
     ):
-        native = simulate(case, travel=travel, options=options, parts=its)
+        native = run_native(case, travel=travel, options=options, parts=its)
         y = np.array([np.interp(native.travel, curves.travel, line) for line in curves.y])
         assert np.abs(native.y).max() > least
         assert np.abs(y - native.y).max() < PARITY * np.abs(native.y).max()
@@ -77,7 +77,7 @@ def test_engines_are_those_of_belts_in_three_dimensions():
 def test_the_full_rig_is_beside_mujoco(tension, friction):
     case, options = paper_case(tension, rig=TEST_RIG), Options(friction=friction)
     found = simulate_batch([case], travel=10.0, options=options)[0]
-    native = simulate(case, travel=10.0, options=options)
+    native = run_native(case, travel=10.0, options=options)
     y = np.array([np.interp(native.travel, found.travel, line) for line in found.y])
     assert math.isfinite(y.sum())
     assert np.abs(y - native.y).max() < PARITY * np.abs(native.y).max()

@@ -22,7 +22,7 @@ from belt_sim.mjx import READING, command, diverged, march, plan, prepare, scene
 from belt_sim.space import Options
 from belt_sim.space.machine import TAIL_SLIDE, TAIL_YAW
 from belt_sim.space.model import SpaceModel
-from belt_sim.space.native import simulate
+from belt_sim.space.native import run_native
 from belt_sim.space.options import string_speed
 from studies.paper.case import ROPE_EXAMPLE
 
@@ -65,7 +65,7 @@ def test_a_batch_is_beside_native_and_each_case_by_itself():
     cases = [yawed, straight, slacker, far]
     found, still, other, lost = simulate_batch(cases, travel=TRAVEL, options=COARSE, chunk=4, observers=[[watcher]])
     for case, curves in ((yawed, found), (slacker, other)):
-        assert beside(curves, simulate(case, travel=TRAVEL, options=COARSE)) < PARITY
+        assert beside(curves, run_native(case, travel=TRAVEL, options=COARSE)) < PARITY
         assert curves.extra["tension"][-1] == pytest.approx(float(case.settings.tension), rel=0.05)
     assert np.abs(still.y).max() < 1e-7
     assert isinstance(lost, SimulationError)
@@ -93,8 +93,8 @@ def test_a_grid_with_effects_is_beside_native():
     parts = SpaceModel(belt="grid", options=COARSE).parts(case, several)
     found = simulate_batch([case], belt="grid", travel=TRAVEL, options=COARSE, parts=[parts])[0]
     assert not isinstance(found, SimulationError)
-    native = simulate(case, belt="grid", travel=TRAVEL, options=COARSE, parts=parts)
-    plain = simulate(case, belt="grid", travel=TRAVEL, options=COARSE)
+    native = run_native(case, belt="grid", travel=TRAVEL, options=COARSE, parts=parts)
+    plain = run_native(case, belt="grid", travel=TRAVEL, options=COARSE)
     assert np.abs(native.y - plain.y).max() > 5.0 * PARITY * np.abs(native.y).max()  # the effects do something
     assert beside(found, native) < SIX_EFFECTS
 
@@ -234,8 +234,8 @@ def test_data_of_any_case_are_shown_with_the_belt():
 @pytest.mark.long
 def test_a_belt_with_friction_is_beside_native():
     case, options = paper_case(60.0, rig=ROPE_EXAMPLE), replace(COARSE, friction=0.1)
-    sticking = simulate(case, travel=TRAVEL, options=COARSE)
-    native = simulate(case, travel=TRAVEL, options=options)
+    sticking = run_native(case, travel=TRAVEL, options=COARSE)
+    native = run_native(case, travel=TRAVEL, options=options)
     found = simulate_batch([case], travel=TRAVEL, options=options)[0]
     assert np.abs(native.y - sticking.y).max() > 5.0 * PARITY * np.abs(native.y).max()  # it slides
     assert beside(found, native) < PARITY
@@ -273,4 +273,4 @@ def test_a_batch_has_one_mesh():
 def test_the_short_rig_is_beside_native_over_two_metres(tension, dt):
     case, options = paper_case(tension, rig=ROPE_EXAMPLE), Options(dt=dt)
     found = simulate_batch([case], travel=2.0, options=options)[0]
-    assert beside(found, simulate(case, travel=2.0, options=options)) < PARITY
+    assert beside(found, run_native(case, travel=2.0, options=options)) < PARITY

@@ -14,7 +14,7 @@ from belt_sim.effects.span import EdgeGuide
 from belt_sim.effects.yaw import Cant, TensionBias, YawOffsetTail
 from belt_sim.space import Options
 from belt_sim.space.model import SpaceModel
-from belt_sim.space.native import simulate
+from belt_sim.space.native import run_native
 
 TRAVEL, SLOW = 0.3, 0.9  # [m]; the encoder shows so much of the belt's travel
 READ = 1e-3  # of the largest value: cubics through records 25 mm apart, where landings shake the spans
@@ -29,7 +29,7 @@ def shown_and_true(short_rig):
     effects = [TensionBias(gain=0.1), EncoderScale(e=SLOW - 1.0), SensorGain(g1=0.5)]
     shown = SpaceModel(options=COARSE).run(short_rig, effects, travel=TRAVEL)
     tighter = replace(short_rig, settings=replace(short_rig.settings, tension=1.1 * short_rig.settings.tension))
-    return shown, simulate(tighter, travel=TRAVEL / SLOW, options=COARSE)
+    return shown, run_native(tighter, travel=TRAVEL / SLOW, options=COARSE)
 
 
 def test_the_record_ends_where_the_encoder_says(shown_and_true):

@@ -13,7 +13,7 @@ from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.io import CONF
 from belt_sim.space import BELTS, Options
 from belt_sim.space.model import SpaceModel
-from belt_sim.space.native import simulate
+from belt_sim.space.native import run_native
 from belt_sim.space.options import OBEYED, OF_BELT, SLOWNESS, fit_options, string_speed
 from studies.paper.case import ROPE_EXAMPLE
 
@@ -70,7 +70,7 @@ def test_what_is_no_speed_is_refused(speed):
 
 def test_the_pace_that_was_run_is_told():
     options = Options(dx=0.04, dt=2e-3, run_in=0.2, settle=0.1, acceleration=3.0, belt_speed="case")
-    curves = simulate(at_speed(0.4), belt="flex", travel=0.1, options=options)
+    curves = run_native(at_speed(0.4), belt="flex", travel=0.1, options=options)
     assert np.max(curves.extra["belt_speed"]) == pytest.approx(0.4)
 
 
@@ -144,3 +144,13 @@ def test_every_option_is_in_the_table():
     names = {f.name for f in fields(Options)}
     assert set(CHANGED) == names
     assert set.union(*OBEYED.values(), *OF_BELT.values()) == names
+
+
+def test_a_drag_below_what_a_scene_needs_is_refused():
+    """It would change nothing: the contacts' landings ask for more."""
+    case = at_speed(0.4)
+    least = fit_options(Options(), case, "flex", "mujoco").damping
+    assert fit_options(Options(damping=1.01 * least), case, "flex", "mujoco").damping == 1.01 * least
+    with pytest.raises(InputError, match=r"model\.damping = 2.* give at least"):
+        fit_options(Options(damping=2.0), case, "flex", "mujoco")
+    assert fit_options(Options(damping=2.0), case, "flex").damping == 2.0

@@ -21,8 +21,7 @@ from belt_sim.show.observers import resolve_watch
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.mujoco_interface import mjcf
 from belt_sim.space.options import Options
-from belt_sim.space.rolling_contact import CASE
-from belt_sim.space.rolling_run import _wrap_ends
+from belt_sim.space.rolling_contact import CASE, _wrap_ends
 from belt_sim.space.scene_looks import DrawnBelt
 
 SHORT_RIG = MODELS / "scenes" / "short_rig.xml"
@@ -217,10 +216,13 @@ def test_two_belts_in_one_scene_need_the_options_of_one():
     for side, prefix in ((-0.5, "left-"), (0.5, "right-")):
         belt = bs.scene(model="mujoco_flex", rig="rope_example", tension=20, yaw=0.0)
         both.attach(belt, prefix=prefix, frame=both.worldbody.add_frame(pos=[0.0, side, 0.0]))
+    both.delete(both.geom("right-floor"))
     model = both.compile()
     data = mujoco.MjData(model)
     while data.time < 0.2:
         mujoco.mj_step(model, data)
+    light = model.vis.headlight.ambient + model.vis.headlight.diffuse + model.light_diffuse.sum(axis=0)
+    assert light.max() < 1.35  # four lights of full strength made 2.3, and the picture white
     for prefix in ("left-", "right-"):
         assert data.sensor(f"{prefix}tail-axle-load").data[0] == pytest.approx(2400.0, rel=0.05)
     assert not data.warning.number.any()

@@ -9,8 +9,8 @@ import pytest
 from pulley_bench import bare_belt, both, empty_wrap, on_jax, places, surface
 
 from belt_sim.scene_parts import PulleySurface, SceneParts
+from belt_sim.space.chain import TailPulley, belt_loads, laid_poses, pose_of
 from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
-from belt_sim.space.pulleys import TailPulley, belt_loads, laid_poses, pose_of
 from belt_sim.space.run import Command
 from belt_sim.space.wrap import (
     HEAD,

@@ -9,7 +9,7 @@ from belt_sim.errors import CannotRepresent
 from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model
 from belt_sim.space import Options
-from belt_sim.space.native import simulate
+from belt_sim.space.native import run_native
 from belt_sim.space.options import BONDS
 
 START = 0.002  # of y_1 after 0.8 m; a kink that begins beside the tangent point is 1 % off, a span that rings 9 %
@@ -23,7 +23,7 @@ QUICK = Options(dx=0.04, run_in=0.3, settle=0.2, acceleration=3.0)
 )
 def test_rope_starts_like_the_rope_law(short_rig, direction, points):
     case = replace(short_rig, settings=replace(short_rig.settings, direction=direction))
-    curves = simulate(case, belt="rope", travel=0.9, options=QUICK)
+    curves = run_native(case, belt="rope", travel=0.9, options=QUICK)
     law = march_case(case, analytic_model("rope"), travel=0.9)
     y, exact = (np.array([np.interp(0.8, c.travel, c.y[p]) for p in points]) for c in (curves, law))
     assert y[0] == pytest.approx(exact[0], rel=START)
@@ -32,7 +32,7 @@ def test_rope_starts_like_the_rope_law(short_rig, direction, points):
 
 @pytest.mark.long
 def test_late_rate_of_the_rope_law_at_all_four_points(short_rig):
-    curves = simulate(short_rig, belt="rope", travel=16.0, options=replace(QUICK, acceleration=1.0))
+    curves = run_native(short_rig, belt="rope", travel=16.0, options=replace(QUICK, acceleration=1.0))
     law = march_case(short_rig, analytic_model("rope"), travel=16.0)
     slopes = [[np.polyfit(c.travel[c.travel >= 5.0], y[c.travel >= 5.0], 1)[0] for y in c.y] for c in (curves, law)]
     assert slopes[0] == pytest.approx(slopes[1], rel=LATE)
@@ -41,4 +41,4 @@ def test_late_rate_of_the_rope_law_at_all_four_points(short_rig):
 def test_a_limp_belt_with_finite_friction_is_refused(short_rig):
     for belt, bonds in (("rope", BONDS), ("grid", BONDS[:2])):
         with pytest.raises(CannotRepresent, match=r"model\.friction = 0\.3: a limp belt"):
-            simulate(short_rig, belt=belt, travel=0.1, options=replace(QUICK, friction=0.3, bonds=bonds))
+            run_native(short_rig, belt=belt, travel=0.1, options=replace(QUICK, friction=0.3, bonds=bonds))

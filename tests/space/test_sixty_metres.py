@@ -6,7 +6,7 @@ from paper_cases import YAW, paper_case
 
 from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model
-from belt_sim.space.native import simulate
+from belt_sim.space.native import run_native
 
 #: of the largest y: 1.1 % is said, to the digit printed, and needed at 10 N/mm2, where the late rates differ by 2 %;
 #: 0.2 to 0.7 % at the other tensions
@@ -25,7 +25,7 @@ pytestmark = [pytest.mark.long, pytest.mark.filterwarnings("ignore:flex")]
 @pytest.mark.parametrize("tension", [7.0, 10.0, 20.0, 40.0])
 def test_all_four_points_stay_beside_the_strip_law(tension):
     case = paper_case(tension, -YAW)
-    curves = simulate(case, travel=TRAVEL)
+    curves = run_native(case, travel=TRAVEL)
     law = march_case(case, analytic_model("strip"), travel=TRAVEL)
     wanted = np.stack([np.interp(curves.travel, law.travel, y) for y in law.y])
     size = np.abs(wanted).max()

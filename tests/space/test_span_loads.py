@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from paper_cases import paper_case
+from pulley_bench import stations_on
 
 from belt_sim.effects.base import library
 from belt_sim.effects.span import IdlerSkew, Shear, SideDrag
@@ -127,9 +128,9 @@ def test_nodes_take_what_the_effects_say(direction):
     case, place = narrow(60, direction), 0.3
     effects = (IdlerSkew(force=7.0, place=place), SideDrag(moment=2.0, place=place))
     parts = SpaceModel().parts(case, effects)
-    run = SpaceRun.begin(case, "flex", fit_options(Options(dx=0.04), case, "flex"), parts)
-    state, mesh = run.engine.lay(instants_of(run.scene, 0.1)[0][0]), run.scene.mesh
-    forces = np.moveaxis(np.asarray(in_float64(load_forces)(run.engine.belt, mesh.nodes(state.slides))), -1, 0)
+    run = SpaceRun(case, "flex", fit_options(Options(dx=0.04), case, "flex"), parts)
+    state, mesh = run.lay(instants_of(run.scene, 0.1)[0][0]), run.scene.mesh
+    forces = np.moveaxis(np.asarray(in_float64(load_forces)(run.belt, mesh.nodes(state.slides))), -1, 0)
     nodes = mesh.rest + state.slides
     drag = 2.0 * 2.0 / WIDTH
     np.testing.assert_allclose(forces.sum(axis=(0, 1))[:2], [-drag * direction, 7.0 * direction], rtol=1e-5)
@@ -137,7 +138,7 @@ def test_nodes_take_what_the_effects_say(direction):
     x = (nodes[..., 0] * forces[..., 1]).sum() / forces[..., 1].sum()
     assert couple - 7.0 * direction * x == pytest.approx(2.0 * direction, rel=1e-3)  # pull narrows it
     assert x == pytest.approx(place * ROPE_EXAMPLE.centre_distance, abs=1e-3)
-    held = np.concatenate([state.held_stations(k) for k in (HEAD, TAIL)])
+    held = np.concatenate([stations_on(state, k) for k in (HEAD, TAIL)])
     assert not forces[held].any()
 
 

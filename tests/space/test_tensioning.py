@@ -55,11 +55,11 @@ def test_a_polygon_of_stations_is_as_long_as_the_smooth_belt_and_its_four_ways_o
 def test_a_belt_of_the_right_length_has_the_tension(belt, tension, near):
     case = paper_case(tension, 0.0, ROPE_EXAMPLE)
     options = fit_options(Options(tensioning="length", settle=2.0 if tension < 7.0 else 1.0), case, belt)
-    run = SpaceRun.begin(case, belt, options)
+    run = SpaceRun(case, belt, options)
     rows, resting = instants_of(run.scene, 1.0)
-    state = run.engine.lay(rows[0])
+    state = run.lay(rows[0])
     for row, following in pairwise(rows[: resting + 1]):
-        run.engine.step(state, row, following)
+        run.step(state, row, following)
     assert state.tail_x == pytest.approx(2.0, abs=ROUNDING)
     assert -state.carrying.loads[TAIL, 0] == pytest.approx(2.0 * case.tension_force, rel=near)
 

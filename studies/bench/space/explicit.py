@@ -46,9 +46,9 @@ def explicit_figures(task: Task) -> dict[str, Any]:
 
 def explicit_model(run: SpaceRun) -> tuple[mujoco.MjModel, np.ndarray]:
     """The run's model with Euler steps and its landed nodes put in place; which coordinates are free."""
-    solver = run.engine.solver
+    solver = run.solver
     model, landed = solver.model, np.zeros(solver.shape, bool)
-    wrap = run.engine.laid.pulleys.wrap
+    wrap = run.laid.pulleys.wrap
     for first, last in zip(wrap.first, wrap.last, strict=True):
         landed[np.arange(first, last + 1) % len(landed)] = True
     placed = np.concatenate([np.ones(solver.base, bool), landed.ravel()])

@@ -46,7 +46,7 @@ def measure(task: Task, travel: float, dt: float = STEP) -> dict[str, Any]:
     """
     begun, marks = time.process_time(), Marks()
     run, options = task.begin(dt)
-    marks.data = run.engine.solver.data
+    marks.data = run.solver.data
     curves = run.go(travel, (marks,))
     cpu = time.process_time() - begun
     at, steps, clock, iterations = np.array(marks.rows).T

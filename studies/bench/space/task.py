@@ -32,7 +32,7 @@ class Task:
         """The membrane laid on its pulleys, ready to go, and its resolved options; dt [s]."""
         case = self.case()
         options = fit_options(Options(dt=dt), case, "flex")
-        return SpaceRun.begin(case, "flex", options), options
+        return SpaceRun(case, "flex", options), options
 
 
 SHORT = Task(rig=ROPE_EXAMPLE, tension=60.0, travel=25.0, limit=30.0)
