@@ -42,7 +42,7 @@ def add_measurements(session: Session) -> None:
 
     shown: dict[Any, Any] = dict.fromkeys((_show_notices, import_view), lambda: session.version)
     shown[campaign_view] = campaign
-    shown[asking] = lambda: (*campaign(), session.busy, id(session.effects), session.effects_name)
+    shown[asking] = lambda: (*campaign(), session.busy, id(session.effects))
     shown[job_view] = lambda: (len(session.jobs), session.job.state if session.job else "")
 
     @ui.page("/measurements", title="belt_sim")
@@ -121,8 +121,8 @@ def asking(session: Session) -> None:
         if session.effects:
             with box("line"):
                 names = ", ".join(str(e["id"]) for e in session.effects)
-                ui.label(f"Compare uses the effects of {session.effects_name}: {names}")
-                ui.button("Without them", on_click=lambda: session.take_effects([], "")).props(QUIET)
+                ui.label(f"Compare uses the effects of the diagnosis: {names}")
+                ui.button("Without them", on_click=partial(session.take_effects, [])).props(QUIET)
         with ui.expansion("More about the diagnosis").bind_value(inputs, "more").classes("w-full"):
             tried = partial(inputs.__setitem__, "candidates")
             widgets.effect_list("effects to try (none ticked: all)", inputs["candidates"], tried)
@@ -185,7 +185,7 @@ def _show_diagnosis(session: Session, report: str, content: Any) -> None:
     with box("line"):
         ui.link("Report in a tab of its own", report, new_tab=True)
         if content["effects"]:
-            again = partial(session.take_effects, content["effects"], "the diagnosis")
+            again = partial(session.take_effects, content["effects"])
             ui.button("Use what was found in compare", on_click=again).props(QUIET)
     ui.element("iframe").classes("report").props(f'sandbox="allow-scripts" src="{report}" title="report"')
 

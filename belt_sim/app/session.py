@@ -1,4 +1,4 @@
-"""State of the app: dropped files, the campaign, the effects, work and results. One per server: tabs share it.
+"""State of the app: dropped files, the campaign, work and results. One per server: tabs share it.
 
 A file is known by its last name only, so that no path in a name or in a zip leads anywhere else; nothing is unpacked
 but the files of a campaign, and no more of them than ``MAX_UPLOAD``.
@@ -22,9 +22,6 @@ from belt_sim.campaign.sheet import FILE as SHEET
 from belt_sim.campaign.sheet import parse
 from belt_sim.campaign.types import CampaignError, Problem, quote
 from belt_sim.diagnosis.examine import BOOTSTRAPS
-from belt_sim.effects.base import library
-from belt_sim.effects.law import ID as LAW
-from belt_sim.effects.load import entries_of, load_effects, split_entry
 from belt_sim.errors import BeltError, InputError
 from belt_sim.importing import LoggedTables, Proposal, Question, read, understand, write
 from belt_sim.importing.mapping import FILE as MAPPING
@@ -40,15 +37,16 @@ TOO_LARGE = (
 )
 LOGGERS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".xlsx")
 LONGEST_NAME = 120  # characters
+NO_CODE = "effects are not read by this page; name them in a terminal: belt-sim diagnose effects=[my_effect.py]"
 
 
 @dataclass
 class Tray:
-    """Dropped files sorted: of a campaign, of a logger, effects and a mapping (name, bytes); messages: what not."""
+    """Dropped files sorted: of a campaign, of a logger, a mapping; messages: what not."""
 
     campaign: dict[str, bytes] = field(default_factory=dict)
     loggers: dict[str, bytes] = field(default_factory=dict)
-    single: dict[str, tuple[str, bytes]] = field(default_factory=dict)
+    mapping: bytes | None = None
     messages: list[str] = field(default_factory=list)
 
     def put(self, name: str, data: bytes) -> None:
@@ -61,12 +59,8 @@ class Tray:
                 remedy = f"{file} was dropped twice, the first is kept; drop one campaign at a time"
                 raise InputError("file", quote(name), "", remedy)
             self.campaign |= found
-        elif known.endswith((".yaml", ".yml")):
-            kind = "mapping" if known == MAPPING else "effects"
-            if kind in self.single:
-                remedy = f"a second file of {kind} beside {quote(self.single[kind][0])}, which is kept; drop one"
-                raise InputError("file", quote(name), "", remedy)
-            self.single[kind] = (last, data)
+        elif known == MAPPING and self.mapping is None:
+            self.mapping = data
         elif known.endswith(LOGGERS):
             stem, _, end = safe(last).rpartition(".")
             names, taken = (f"{stem}{f'_{k}' * (k > 1)}.{end}" for k in count(1)), {n.lower() for n in self.loggers}
@@ -75,8 +69,8 @@ class Tray:
                 self.messages.append(f"{quote(name)}: another file has this name; this one is kept as {kept}")
             self.loggers[kept] = data
         else:
-            wanted = f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or an effects.yaml"
-            raise InputError("file", quote(last), "", NO_CODE if known.endswith(".py") else wanted)
+            wanted = f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or one {MAPPING}"
+            raise InputError("file", quote(last), "", NO_CODE if known.endswith((".py", "effects.yaml")) else wanted)
 
 
 def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
@@ -131,44 +125,13 @@ def write_files(folder: Path, files: Mapping[str, bytes]) -> Path:
     return folder
 
 
-LARGEST_EFFECTS = 64 * 1024  # bytes; all effects at once have a tenth of it
-NO_CODE = "code is not run from this page; name it on the command line: belt-sim diagnose effects=[my_effect.py]"
-
-
-def refuse_code(effect: str) -> None:
-    """Raise InputError for an effect that is not of the library: code, or a name that nothing has."""
-    if effect != LAW and effect not in library():
-        remedy = NO_CODE if effect.endswith(".py") else f"use one of {', '.join(library())}"
-        raise InputError("effects", quote(effect), "", remedy)
-
-
-def parsed(name: str, data: bytes) -> Any:
-    """The tree of a user's YAML, without anchors and aliases; raises CampaignError."""
+def read_mapping(name: str, data: bytes) -> dict[str, Any]:
+    """A dropped mapping.yaml as plain text values, without anchors and aliases; raises CampaignError."""
     problems: list[Problem] = []
     marked = parse(data.decode("utf-8-sig", errors="replace"), name, problems)
-    if problems:
-        raise CampaignError(problems[:1])
-    return marked.tree if marked else None
-
-
-def read_effects(name: str, data: bytes) -> list[dict[str, Any]]:
-    """Effects as [{id: taper, kappa_t: 2e-5}]; raises InputError, CampaignError for what is not of the library."""
-    if len(data) > LARGEST_EFFECTS:
-        raise InputError("effects", name, "", f"must be at most {LARGEST_EFFECTS // 1024} kB; is this an effects.yaml?")
-    parsed(name, data)
-    entries = [split_entry(entry) for entry in entries_of(data, name)]
-    for effect, _ in entries:
-        refuse_code(effect)
-    found = [{"id": effect} | numbers for effect, numbers in entries]
-    load_effects(found)  # names and numbers
-    return found
-
-
-def read_mapping(name: str, data: bytes) -> dict[str, Any]:
-    """A dropped mapping.yaml as plain text values; raises CampaignError."""
-    if not isinstance(tree := parsed(name, data), dict):
-        raise CampaignError([Problem(file=name, remedy="must begin with schema: belt-mapping/1")])
-    return tree
+    if marked is None or problems or not isinstance(marked.tree, dict):
+        raise CampaignError(problems[:1] or [Problem(file=name, remedy="must begin with schema: belt-mapping/1")])
+    return marked.tree
 
 
 Place = tuple[str, ...]  # keys in the mapping, from the outside in
@@ -288,7 +251,6 @@ class Session:
     importing: Import | None = None
     finished_import: Import | None = None
     effects: list[dict[str, Any]] = field(default_factory=list)
-    effects_name: str = ""
     inputs: dict[str, Any] = field(default_factory=lambda: dict(INPUTS))
     messages: list[str] = field(default_factory=list)
     jobs: list[Job] = field(default_factory=list)
@@ -316,12 +278,12 @@ class Session:
 
     def drop(self, files: Sequence[tuple[str, bytes]]) -> None:
         """Take dropped files: begin an import of a logger's files, or apply a mapping to those that are there; open a
-        campaign, or add files that were missing in the one dropped before; take effects."""
+        campaign, or add files that were missing in the one dropped before."""
         tray = sort_files(files)
         messages, before = tray.messages, self.importing or self.finished_import
         try:
-            if tray.loggers or "mapping" in tray.single:
-                mapping = read_mapping(*tray.single["mapping"]) if "mapping" in tray.single else {}
+            if tray.loggers or tray.mapping is not None:
+                mapping = {} if tray.mapping is None else read_mapping(MAPPING, tray.mapping)
                 paths = before.files if before else []
                 if tray.loggers:
                     folder = write_files(self.new_folder("import"), tray.loggers)
@@ -335,8 +297,6 @@ class Session:
                 if SHEET not in tray.campaign and last is not None:
                     there = {n: (last / n).read_bytes() for n in FILES if (last / n).is_file()}
                 messages += self.open_folder(write_files(self.new_folder("campaign"), there | tray.campaign))
-            if "effects" in tray.single:
-                self.effects, self.effects_name = read_effects(*tray.single["effects"]), tray.single["effects"][0]
         except BeltError as error:
             messages += str(error).replace(f"{self.folder}/", "").splitlines()
         self.end_drop(*messages)
@@ -385,22 +345,20 @@ class Session:
             return str(error).replace(f" in {folder}", "").splitlines()
         return []
 
-    def take_effects(self, effects: list[dict[str, Any]], name: str) -> None:
-        """Use these effects, from what is called ``name``, in comparisons."""
-        self.effects, self.effects_name = effects, name
+    def take_effects(self, effects: list[dict[str, Any]]) -> None:
+        """Use these effects in comparisons."""
+        self.effects = effects
         self.notify()
 
-    def start(self, task: str, model: str, *, effects: Any = None, **request: Any) -> Job:
-        """Begin long work on the campaign; raises InputError while other work goes on, or for code."""
+    def start(self, task: str, model: str, **request: Any) -> Job:
+        """Begin long work on the campaign; raises InputError while other work goes on."""
         if self.campaign is None:
             raise InputError("campaign", "none", "", "drop the files of a campaign first")
         if self.job is not None and self.busy:
             raise InputError(task, "not begun", "", f"{self.job.title} is still going on; wait, or stop it")
-        for entry in effects or []:  # wherever they come from
-            refuse_code(str(entry["id"] if isinstance(entry, Mapping) else entry))
         if model == BY_TENSION:
             model = campaign_model(None, self.campaign).name
-        asked = {"task": task, "model": model, "campaign": str(self.campaign_folder), "effects": effects, **request}
+        asked = {"task": task, "model": model, "campaign": str(self.campaign_folder), **request}
         title = f"{TITLES[task]} of {self.campaign.title}, {model}"
         job = Job(asked, self.folder / f"{task}_{len(self.jobs) + 1}", title)
         self.jobs.append(job)

@@ -2,8 +2,8 @@
 
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -94,17 +94,17 @@ def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = Fals
         title += "" if run_dir.case is None else f", job {run_dir.case}"  # several may run at once
         observers = observers_of(model, watch, title, folder)
         with run_dir.outputs(RECORDING) as draft:
-            with partial_curves_kept(folder, observers):
+            with CurvesSoFar(folder) as so_far:
                 asked: dict[str, Any] = {"effects": acting, "travel": config["travel"]}
-                asked |= {"observers": observers, "scene_path": draft / "scene.xml", "computed": computed}
-                found = simulate_one(case, model=model, **asked)
+                asked |= {"observers": [*observers, so_far] if observers else [], "computed": computed}
+                found = simulate_one(case, model=model, **asked, scene_path=draft / "scene.xml")
             if (curves := found.written_curves) is not None:
                 write_curves(draft / "curves.csv", curves)
             from belt_sim.results.files import summary_json
 
             write_json(draft / "summary.json", summary_json(found, provenance(config)))
             if config["pictures"]:
-                from belt_sim.api.plot import draw_all
+                from belt_sim.api.plot import draw_all  # Matplotlib takes a while
 
                 draw_all(draft, found)
             record(found, model, watch, folder)
@@ -202,32 +202,26 @@ def map_command(run_dir: RunDir) -> None:
 # ---- who watches a run
 
 
-@contextmanager
-def partial_curves_kept(folder: Path, observers: Sequence[Observer] = ()) -> Iterator[None]:
-    """A run that diverges or is stopped leaves what it had as curves_partial.csv, which a run to the end removes."""
-    partial = folder / PARTIAL
-    partial.unlink(missing_ok=True)
-    try:
-        yield
-    except SimulationError as failure:
-        if failure.curves is not None and len(failure.curves.travel):
-            write_curves(partial, failure.curves)
-        raise
-    except KeyboardInterrupt:
-        for observer in observers:
-            if isinstance(observer, CurvesSoFar):
-                observer.write()
-        raise
-    partial.unlink(missing_ok=True)
-
-
 class CurvesSoFar(Observer):
-    """Writes positions of a run that goes on to curves_partial.csv, every ``EVERY`` seconds."""
+    """curves_partial.csv of a run: positions every ``EVERY`` seconds while it goes on; around it, what a run that
+    diverges or is stopped had. A run to the end removes it."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / PARTIAL
         self.rows: list[np.ndarray] = []
         self.written = time.monotonic()
+
+    def __enter__(self) -> "CurvesSoFar":
+        self.path.unlink(missing_ok=True)
+        return self
+
+    def __exit__(self, kind: Any, failure: BaseException | None, trace: Any) -> None:
+        if isinstance(failure, SimulationError) and failure.curves is not None and len(failure.curves.travel):
+            write_curves(self.path, failure.curves)
+        elif isinstance(failure, KeyboardInterrupt):
+            self.write()
+        elif failure is None:
+            self.path.unlink(missing_ok=True)
 
     def frame(self, frame: Frame) -> None:
         """Keep this instant; before travel 0 the belt is still laid and tensioned."""
@@ -252,13 +246,13 @@ def in_time(model: Model | SteadyModel) -> bool:
 
 
 def observers_of(model: Model | SteadyModel, watch: str | None, title: str, folder: Path) -> list[Observer]:
-    """Who looks on while ``model`` runs in time: progress, curves so far, with watch = "rrd" a recording, "rerun" and
-    "viewer" the live viewers of Rerun and MuJoCo."""
+    """Who looks on while ``model`` runs in time: progress, and by ``watch`` a recording (rrd), Rerun's or MuJoCo's
+    viewer."""
     if watch == "viewer" and getattr(model, "engine", None) != "native":
         raise InputError("watch", watch, "", "only a 3D belt of engine=native is MuJoCo's; use watch=rerun")
     if not in_time(model):
         return []
-    watching: list[Observer] = [ProgressObserver(title), CurvesSoFar(folder)]
+    watching: list[Observer] = [ProgressObserver(title)]
     if watch == "viewer":
         watching.append(ViewerObserver())
     elif watch is not None:

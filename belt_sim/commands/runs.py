@@ -9,10 +9,10 @@ has ended: its number, its folder, its overrides, why it failed, in JSON. The la
 sweep.csv.
 """
 
-import ast
 import errno
 import json
 import os
+import re
 import shutil
 import sys
 import traceback
@@ -27,7 +27,6 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 
-import yaml
 from hydra.core.hydra_config import HydraConfig
 from hydra.experimental.callback import Callback
 from hydra.types import RunMode
@@ -38,7 +37,6 @@ from belt_sim.commands import COMMANDS, OUTPUT, one_line
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import (
     DRAFTS,
-    careful_yaml,
     clear_drafts,
     code_hash,
     config_hash,
@@ -259,17 +257,18 @@ def run_task(config: DictConfig, *, command: str, computed: Any = None) -> float
     return nothing if failure else value
 
 
+FULL = "free the disk; what was finished is kept"
+REMEDIES = {
+    errno.ENOMEM: "free memory, or ask for less at once",
+    **{errno.ENOSPC: FULL, errno.EDQUOT: FULL},
+    errno.EFBIG: "raise the limit of file sizes (ulimit -f)",
+    errno.EMFILE: "raise the limit of open files (ulimit -n)",
+}
+
+
 def explain(error: OSError, path: object) -> str:
     """An error of the system in one line: what it is about, what went wrong, what to do."""
-    full = "free the disk; what was finished is kept"
-    remedies = {
-        errno.ENOMEM: "free memory, or ask for less at once",
-        errno.ENOSPC: full,
-        errno.EDQUOT: full,
-        errno.EFBIG: "raise the limit of file sizes (ulimit -f)",
-        errno.EMFILE: "raise the limit of open files (ulimit -n)",
-    }
-    remedy = remedies.get(error.errno or 0, "choose a folder that can be written")
+    remedy = REMEDIES.get(error.errno or 0, "choose a folder that can be written")
     return f"{error.filename or path} = {error.strerror or error}: {remedy}"
 
 
@@ -314,14 +313,15 @@ def _named_files(value: Any, key: str = "") -> Iterator[Path]:
     elif isinstance(value, list | tuple):
         for inner in value:
             yield from _named_files(inner, key)
-    elif isinstance(value, str) and value and key not in ("out", "draft"):
-        if key == "campaign":
-            from belt_sim.campaign.folder import campaign_folder
+    elif isinstance(value, str) and value and key == "campaign":
+        from belt_sim.campaign.folder import campaign_folder
 
-            with suppress(OSError, BeltError):
-                yield from sorted(p for p in campaign_folder(value).glob("*") if p.is_file())
-        elif len(value) < 4096 and "\0" not in value and Path(value).suffix and Path(value).is_file():
-            yield from _with_what_it_names(Path(value), set())
+        with suppress(OSError, BeltError):
+            yield from sorted(p for p in campaign_folder(value).glob("*") if p.is_file())
+    elif isinstance(value, str) and key not in ("out", "draft") and "." in value[-10:]:
+        with suppress(OSError, ValueError):  # a text that is too long for a name, or that no name can be
+            if Path(value).is_file():
+                yield from _with_what_it_names(Path(value), set())
 
 
 def _with_what_it_names(path: Path, seen: set[Path]) -> Iterator[Path]:
@@ -331,20 +331,14 @@ def _with_what_it_names(path: Path, seen: set[Path]) -> Iterator[Path]:
     seen.add(path)
     yield path
     names: list[str] = []
-    with suppress(OSError, ValueError, SyntaxError, yaml.YAMLError):
+    with suppress(OSError):
         if path.suffix in (".yaml", ".yml"):
-            inside: list[Any] = [careful_yaml(path.read_bytes(), path.name)]
-            while inside:
-                content = inside.pop()
-                if isinstance(content, Mapping | list):
-                    inside += content.values() if isinstance(content, Mapping) else content
-                elif isinstance(content, str) and content.endswith(".py"):
-                    names.append(content)
+            named = re.findall(r"[^\n'\"\[\],:{}]+\.py\b", path.read_text(encoding="utf-8", errors="replace"))
+            names = [name.strip(" -\t") for name in named]
         elif path.suffix == ".py":
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                imported = [a.name for a in node.names] if isinstance(node, ast.Import) else []
-                imported += [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
-                names += [f"{name.replace('.', '/')}.py" for name in imported]
+            text = path.read_text(encoding="utf-8", errors="replace")
+            imported = ",".join(re.findall(r"^[ \t]*(?:from|import)[ \t]+([\w., \t]+)", text, re.MULTILINE))
+            names = [f"{part.split()[0].replace('.', '/')}.py" for part in imported.split(",") if part.strip()]
     for name in names:
         place = next((p for p in (Path(name), path.parent / name) if p.is_file()), None)
         if place is not None:
@@ -454,20 +448,19 @@ def _tabulate(config: DictConfig, folder: Path, cases: Sequence[Mapping[str, Any
     typed = [dict(o.lstrip("+").split("=", 1) for o in case["overrides"] if "=" in o) for case in cases]
     swept = [key for key in typed[0] if len({own.get(key) for own in typed}) > 1]
     for case, own in zip(cases, typed, strict=True):
-        told: dict[str, Any] = {"failed": case["failed"] or None}
-        if not case["failed"]:
+        path, failed, told = folder / case["run"], case["failed"] or None, dict[str, Any]()
+        if not failed:
             try:
-                summary = read_json(folder / case["run"] / "summary.json")
+                summary = read_json(path / "summary.json")
                 told = {k: summary[k] for k in ("model", "tension_n_per_mm2", "yaw_deg", "travel_m", "settled")}
                 told |= {f"rate{k}_mm_per_m": v for k, v in summary["rate_mm_per_m"].items()}
                 told |= {f"offset_{k}_mm": v for k, v in summary["offset_mm"].items()}
-                told |= {"steady_rate_mm_per_m": summary.get("steady_rate_mm_per_m"), "failed": None}
-                there.append(folder / case["run"])
+                told |= {"steady_rate_mm_per_m": summary.get("steady_rate_mm_per_m")}
+                there.append(path)
             except (BeltError, OSError, KeyError, TypeError) as error:
-                told = {"failed": f"summary.json is damaged: {error}"}
-        rows.append({"run": case["run"]} | {key: own[key] for key in swept if key in own} | told)
-    rows.sort(key=lambda row: row.get("failed") is not None)
-    table = pd.DataFrame(rows)
+                failed, told = f"summary.json is damaged: {error}", {}
+        rows.append({"run": case["run"]} | {key: own[key] for key in swept if key in own} | told | {"failed": failed})
+    table = pd.DataFrame(sorted(rows, key=lambda row: row["failed"] is not None))
     write_with(folder / "sweep.csv", lambda path: table.to_csv(path, index=False))
     if there:
         with numbers_first("the pictures of the sweep"):
@@ -476,6 +469,5 @@ def _tabulate(config: DictConfig, folder: Path, cases: Sequence[Mapping[str, Any
                 draw_sweep(folder, finished)
             if config.watch == "rrd" and any(run.curves is not None for run in finished):
                 record_sweep(folder / "sweep.rrd", finished)
-    failed = len(rows) - len(there)
-    said = f"sweep of {len(rows)} runs" + (f", {failed} of them failed" if failed else "")
-    print(f"{said}: {folder / 'sweep.csv'}", flush=True)
+    failures = f", {len(rows) - len(there)} of them failed" if len(there) < len(rows) else ""
+    print(f"sweep of {len(rows)} runs{failures}: {folder / 'sweep.csv'}", flush=True)

@@ -11,10 +11,8 @@ from fastapi.requests import HTTPConnection
 
 from belt_sim.app import session as upload
 from belt_sim.app.server import Guard, listen
-from belt_sim.app.session import MAX_UPLOAD, read_effects
-from belt_sim.errors import BeltError, InputError
-
-EFFECTS = b"schema: belt-effects/1\neffects:\n  - id: %s\n    parameters:\n      kappa_t: 2.0e-5\n"
+from belt_sim.app.session import MAX_UPLOAD
+from belt_sim.errors import InputError
 
 
 def zipped(members: dict[str, bytes]) -> bytes:
@@ -50,7 +48,8 @@ def test_a_zip_that_swells_is_stopped(monkeypatch):
     ("name", "data", "told"),
     [
         ("photo.png", b"", "photo.png"),
-        ("effect.py", b"import os", "code is not run"),
+        ("effect.py", b"import os", "not read by this page"),
+        ("effects.yaml", b"effects: []", "not read by this page"),
         ("two.zip", zipped({"a/campaign.yaml": b"", "b/campaign.yaml": b""}), "2 campaigns"),
         ("none.zip", zipped({"a.txt": b""}), "no campaign.yaml"),
         ("broken.zip", b"PK\x03\x04 no", "cannot be unpacked"),
@@ -62,37 +61,6 @@ def test_files_of_no_use_have_one_line_each(name, data, told):
     (line,) = tray.messages
     assert told in line
     assert "\n" not in line
-
-
-def test_effects_are_numbers_for_the_library():
-    assert read_effects("effects.yaml", EFFECTS % b"taper") == [{"id": "taper", "kappa_t": 2e-5}]
-
-
-def test_a_found_law_is_data():
-    term = b"{place: yaw_tail, variable: beta, size: 0.1}"
-    law = b"schema: belt-effects/2\neffects:\n  - {id: generic_law, tension: 1.0e+7, terms: [%s]}\n"
-    (read,) = read_effects("found_law.yaml", law % term)
-    assert read["terms"] == [{"place": "yaw_tail", "variable": "beta", "size": 0.1}]
-    with pytest.raises(BeltError, match="use one of"):
-        read_effects("found_law.yaml", law % term.replace(b"tail", b"middle"))
-
-
-@pytest.mark.parametrize(
-    "data",
-    [
-        EFFECTS % b"models/effects/wind.py",
-        EFFECTS % b"../taper",
-        b"schema: belt-effects/1\neffects: [taper.py]\n",
-        b"a: &a [x, x]\nb: &b [*a, *a]\neffects: [*b, *b]\n",
-        b"effects: !!python/object/apply:os.system [true]\n",
-        b"\xff\xfe",
-        b"x" * 70_000,
-    ],
-)
-def test_code_and_bombs_are_no_effects(data):
-    with pytest.raises(BeltError) as caught:
-        read_effects("effects.yaml", data)
-    assert "\n" not in str(caught.value)
 
 
 def answered(headers: dict[str, str], kind: str = "http") -> int | None:
@@ -148,8 +116,7 @@ def test_files_whose_names_collide_are_all_kept_and_named():
     assert len(tray.messages) == 3
     assert "lauf_2.csv" in tray.messages[0]
     twice = upload.sort_files(
-        [("a/campaign.yaml", b"1"), ("b/campaign.yaml", b"2"), ("x.yaml", b"3"), ("y.yaml", b"4")]
+        [(f"{folder}/{file}", b"1") for folder in "ab" for file in ("campaign.yaml", "mapping.yaml")]
     )
-    assert twice.campaign == {"campaign.yaml": b"1"}
-    assert twice.single == {"effects": ("x.yaml", b"3")}
+    assert (twice.campaign, twice.mapping) == ({"campaign.yaml": b"1"}, b"1")
     assert len(twice.messages) == 2

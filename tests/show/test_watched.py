@@ -34,7 +34,7 @@ def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(simulation, tmp_pa
     observer = cases.CurvesSoFar(tmp_path)
 
     def go_on():
-        with cases.partial_curves_kept(tmp_path, [observer]):
+        with observer:
             for frame in frames(simulation.case, simulation.curves):
                 observer.frame(frame)
             if end is SimulationError:
