@@ -74,12 +74,14 @@ def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model |
 
 def campaign_of(spec: Campaign | str | Path) -> Campaign:
     """A campaign by the name of one that ships, by its folder, or as it is; raises CampaignError, InputError."""
-    if not isinstance(spec, Campaign | str | Path):
+    if isinstance(spec, Campaign):
+        return spec
+    if not isinstance(spec, str | Path):
         remedy = "give a campaign, its folder, or the name of one that ships"
         raise InputError("campaign", type(spec).__name__, "", remedy)
     from belt_sim.campaign.folder import read_campaign  # files of a campaign: a run of a model has none
 
-    return spec if isinstance(spec, Campaign) else read_campaign(spec)
+    return read_campaign(spec)
 
 
 def states_model(spec: Any) -> bool:
@@ -130,11 +132,10 @@ def campaign_model(spec: Any, campaign: Campaign) -> Model | SteadyModel:
         own = model_for_campaign(campaign).partition(",")[0]
         spec = {**(spec if isinstance(spec, Mapping) else {}), "name": own}
     chosen = model_of(spec)
-    if isinstance(chosen, AnalyticModel):
-        for name, standard in (("step", STEP), ("keep", KEEP)):
-            if (given := getattr(chosen, name)) != standard:
-                remedy = "a campaign's march is as fine as its readings ask for; leave it out"
-                raise InputError(f"model.{name}", given, "m", remedy)
+    for name, standard in (("step", STEP), ("keep", KEEP)) if isinstance(chosen, AnalyticModel) else ():
+        if (given := getattr(chosen, name)) != standard:
+            remedy = "a campaign's march is as fine as its readings ask for; leave it out"
+            raise InputError(f"model.{name}", given, "m", remedy)
     return chosen
 
 
@@ -178,7 +179,7 @@ def effects_of(asked: Any) -> tuple[Effect, ...]:
         raise InputError("effects", cls.__name__, "", f"give it numbers: {example}")
     if not any(isinstance(e, Effect) for e in made):
         return load_effects(made)
-    found = tuple(e if isinstance(e, Effect) else load_effects([e])[0] for e in made)
+    found = tuple(x for e in made for x in ([e] if isinstance(e, Effect) else load_effects([e])))
     for twice in {e.id for e in found if sum(o.id == e.id for o in found) > 1}:
         raise InputError("effects", twice, "", "name each effect once")
     return found
@@ -333,15 +334,14 @@ def simulate(
     given |= {"rig": rig, "belt": belt}
     from belt_sim.api.sweep import sweep, sweep_axes
 
+    how: dict[str, Any] = {"travel": travel, "model": model, "effects": effects, "engine": engine}
     if case is None and sweep_axes(make_settings(given))[0]:
-        if observers or scene_path:
-            raise InputError(
-                "observers" if observers else "scene_path", "given", "", "goes with one case; leave it out"
-            )
-        return sweep(**given, travel=travel, model=model, effects=effects, engine=engine)
+        for name, value in (("observers", observers), ("scene_path", scene_path)):
+            if value:
+                raise InputError(name, "given", "", "goes with one case; leave it out")
+        return sweep(**given, **how)
     case = case_or_settings(case, given | ({"travel": travel} if case is None else {}))
-    run: dict[str, Any] = {"observers": observers, "scene_path": scene_path}
-    return simulate_one(case, model=model, effects=effects, travel=travel, engine=engine, **run)
+    return simulate_one(case, **how, observers=observers, scene_path=scene_path)
 
 
 def simulate_one(
@@ -357,25 +357,26 @@ def simulate_one(
 ) -> Simulation:
     """One case; computed: what a batch has found for it as driven, so that no engine runs."""
     acting = effects_of(effects)
-    chosen = on_engine(model_of(by_tension(model, [case], [e.id for e in acting])), engine)
-    common: dict[str, Any] = {"case": case, "model": chosen.name, "effects": acting, "travel": float(travel)}
-    common["beyond"] = validity_limits(case, chosen, [e.id for e in acting])
+    ids, travel = [e.id for e in acting], float(travel)
+    chosen = on_engine(model_of(by_tension(model, [case], ids)), engine)
+    beyond = validity_limits(case, chosen, ids)
     steady = chosen.steady_rate(case) if isinstance(chosen, SteadyModel) and not acting else None
+    found = Simulation(
+        case=case, model=chosen.name, effects=acting, travel=travel, curves=None, steady_rate=steady, beyond=beyond
+    )
     if not isinstance(chosen, Model):
         refuse_effects(chosen, acting, "; leave it out or use model=beam_th2 or strip")
-        return Simulation(**common, curves=None, steady_rate=steady)
-    run: dict[str, Any] = {"travel": float(travel), "observers": observers}
+        return found
+    space = isinstance(chosen, SpaceModel)
+    more: dict[str, Any] = {"scene_path": scene_path, "computed": computed} if space else {}
+    curves = chosen.run(case, acting, travel=travel, observers=observers, **more)
+    found = replace(found, curves=curves, beyond=with_run(beyond, case, chosen, curves, acting))
     if not isinstance(chosen, SpaceModel):
-        curves = chosen.run(case, acting, **run)
-        common["beyond"] = with_run(common["beyond"], case, chosen, curves, acting)
-        return Simulation(**common, curves=curves, steady_rate=steady, keep=getattr(chosen, "keep", 0.0))
-    curves = chosen.run(case, acting, **run, scene_path=scene_path, computed=computed)
-    common["beyond"] = with_run(common["beyond"], case, chosen, curves, acting)
-    used = chosen.options_used(chosen.engine_task(case, acting, float(travel))[0])
+        return replace(found, keep=getattr(chosen, "keep", 0.0))
+    used = chosen.options_used(chosen.engine_task(case, acting, travel)[0])
     details = {"options": asdict(used), "engine": chosen.engine, "contact": chosen.contact}
     details |= {"scene": scene_path.name} if scene_path and scene_path.is_file() else {}
-    found = Simulation(**common, curves=curves, details=details)
-    return replace(found, steady_rate=float(found.rates.mean())) if found.is_settled else found
+    return replace(found, details=details, steady_rate=float(found.rates.mean()) if found.is_settled else None)
 
 
 def on_engine(model: Model | SteadyModel, engine: str | None) -> Model | SteadyModel:
@@ -471,17 +472,18 @@ def scene_text(case: Case, model: Any, effects: Any = None, speed: float | None 
 def _scene_and_story(case: Case, model: ModelSpec, effects: Any, speed: float | None) -> tuple["MjSpec", str]:
     from belt_sim.space.native import contact_scene
 
-    if isinstance(model, Mapping) and model.get("contact") not in (None, CONTACTS[1]):
-        raise InputError("model.contact", model["contact"], "", f"a scene has {CONTACTS[1]}; leave it out")
     chosen, acting = model_of(model), effects_of(effects)
     if not isinstance(chosen, SpaceModel):
         raise InputError("model", chosen.name, "", "use mujoco_flex")
-    if chosen.engine != "native":
-        raise InputError("engine", chosen.engine, "", "leave it out: MuJoCo alone runs a scene")
-    if chosen.scene is not None:
-        raise InputError("model.scene", str(chosen.scene)[:60], "", "leave it out: a scene is written of a case")
-    if chosen.control:
-        raise InputError("model.control", "true", "", "leave it out: a scene is one belt")
+    contact = model.get("contact") if isinstance(model, Mapping) else None
+    for name, value, wrong, remedy in (
+        ("model.contact", contact, contact not in (None, CONTACTS[1]), f"a scene has {CONTACTS[1]}; leave it out"),
+        ("engine", chosen.engine, chosen.engine != "native", "leave it out: MuJoCo alone runs a scene"),
+        ("model.scene", chosen.scene, chosen.scene is not None, "leave it out: a scene is written of a case"),
+        ("model.control", "true", chosen.control, "leave it out: a scene is one belt"),
+    ):
+        if wrong:
+            raise InputError(name, str(value)[:60], "", remedy)
     refuse_unobeyed(chosen.options, chosen.belt, "scene")
     if speed is not None and chosen.options.belt_speed not in (None, AS_THE_CASE):
         raise InputError("speed", f"{speed:g}", "m/s", "give it or model.belt_speed")
@@ -581,19 +583,17 @@ def export(
 
     finite("highest", highest, "rad/m", "give a positive number", lambda x: x > 0)
     for kind, name in (("fmu", fmu), ("mat", mat)):
-        bare = name is None or (isinstance(name, str) and Path(name).name == name and Path(name).suffix == f".{kind}")
-        if not bare:
+        if name is not None and not (isinstance(name, str) and Path(name).name == name and name.endswith(f".{kind}")):
             remedy = f"give a file name ending in .{kind} (it is put in the run folder), or null"
             raise InputError(kind, name, "", remedy)
     if fmi not in (2, 3):
         raise InputError("fmi", fmi, "", "use 2 or 3, the version of the FMI standard")
     if libraries not in ("here", "all"):
         raise InputError("libraries", libraries, "", "use here (this system) or all (Linux, macOS and Windows)")
-    for key, value in (("fmi", fmi != 2 and fmi), ("libraries", libraries != "here" and libraries)):
-        if value and not fmu:
-            raise InputError(
-                key, value, "", "is of the FMU, and fmu is null; name its file, fmu=belt.fmu, or leave this out"
-            )
+    for key, value, usual in (("fmi", fmi, 2), ("libraries", libraries, "here")):
+        if value != usual and not fmu:
+            remedy = "is of the FMU, and fmu is null; name its file, fmu=belt.fmu, or leave this out"
+            raise InputError(key, value, "", remedy)
     folder = Path(folder)
     metres = state_space(plant, order=order, delay=delay, per_metre=True)
     lines = [

@@ -112,25 +112,22 @@ def sweep(
     axes, plain = sweep_axes({k: group_from(k, v) if k in GROUPS else v for k, v in config.items()})
     if not axes:
         raise InputError("tension", config["tension"], "", "let something vary, e.g. tension=[7,10,20]")
-    shape = tuple(len(a.values) for a in axes)
-    count = int(np.prod(shape, dtype=object))
+    count = int(np.prod([len(a.values) for a in axes], dtype=object))
     if count > MOST:
         raise InputError("count", count, "cases", f"at most {MOST:,}; give the axes smaller counts")
     threads = cores() if workers is None else whole("workers", workers)
-    grid = [v.ravel() for v in np.meshgrid(*(a.values for a in axes), indexing="ij")]
-    varied = dict(zip((a.column for a in axes), grid, strict=True))
-    values = np.stack(grid, axis=1) * [a.unit for a in axes]  # SI
+    columns = [v.ravel() for v in np.meshgrid(*(a.values for a in axes), indexing="ij")]
+    values = np.stack(columns, axis=1) * [a.unit for a in axes]  # SI
     any_case = case_from(plain if travel is not None else {**plain, "travel": 1.0})
-    chosen = _chosen_models(model, any_case, axes, values, effects_of(plain["effects"]))
+    grid = Grid(axes, plain, any_case, effects_of(plain["effects"]))
+    chosen = grid.models(model, values)
     told: dict[str, np.ndarray] = {}
     for name in dict.fromkeys(chosen.tolist()):
         rows = np.flatnonzero(chosen == name)
         spec = {**model, "name": name} if isinstance(model, Mapping) else (model if isinstance(model, Model) else name)
         one = model_of(model_settings(spec) if isinstance(spec, Mapping) else spec)
-        if isinstance(one, AnalyticModel) or travel is None:
-            work = _marches(one, any_case, axes, plain, at, threads)
-        else:
-            work = partial(_runs, one, axes, plain, engine)
+        marched = isinstance(one, AnalyticModel) or travel is None
+        work = grid.marches(one, at, threads) if marched else partial(grid.runs, one, engine)
         for start in range(0, len(rows), PART):
             part = rows[start : start + PART]
             for column, numbers in work(values[part]).items():
@@ -140,107 +137,130 @@ def sweep(
 
     if "settled" in told:
         told["settled"] = told["settled"] == 1.0
-    table = SweepTable(varied | {"model": chosen} | told)
+    table = SweepTable(dict(zip((a.column for a in axes), columns, strict=True)) | {"model": chosen} | told)
     table.attrs["axes"] = {a.column: len(a.values) for a in axes}
-    table.attrs["beyond"] = _beyond(table, axes, plain, any_case, model)
+    table.attrs["beyond"] = grid.beyond(table, model)
     return table
 
 
-def _chosen_models(
-    model: Any, case: Case, axes: Sequence[Axis], values: np.ndarray, effects: Sequence[Effect]
-) -> np.ndarray:
-    """The name of the model of every case: where none is stated, by its belt, its machine and its tension."""
-    if states_model(model):
-        return np.full(len(values), model_of(model).name)
-    ids, keys, found = [e.id for e in effects], [a.key for a in axes], np.full(len(values), "strip_lift_off")
-    machine = [k for k, key in enumerate(keys) if key.partition(".")[0] in GROUPS]
-    tension = values[:, keys.index("tension")] if "tension" in keys else np.full(len(values), case.settings.tension)
-    kinds, kind = np.unique(values[:, machine], axis=0, return_inverse=True)
-    for k, own in enumerate(kinds):
-        one = place_values(case, (), [keys[m] for m in machine], own)[0]
+@dataclass(frozen=True)
+class Grid:
+    """What varies in a sweep, and the configuration, case and effects at the first values of it."""
 
-        def is_strip(t: float, one: Case = one) -> bool:
-            return by_tension(model, [replace(one, settings=replace(one.settings, tension=t))], ids)["name"] == "strip"
+    axes: tuple[Axis, ...]
+    plain: Mapping[str, Any]
+    case: Case
+    effects: tuple[Effect, ...]
 
-        rows = kind.ravel() == k
-        tensions = np.unique(tension[rows])
-        first = bisect_left(tensions, True, key=is_strip)  # the tighter the belt, the less it lifts off
-        if first < len(tensions):
-            found[rows & (tension >= tensions[first])] = "strip"
-    return found
+    @property
+    def keys(self) -> tuple[str, ...]:
+        return tuple(a.key for a in self.axes)
 
+    def models(self, model: Any, values: np.ndarray) -> np.ndarray:
+        """The name of the model of every case: where none is stated, by its belt, its machine and its tension."""
+        if states_model(model):
+            return np.full(len(values), model_of(model).name)
+        ids, found = [e.id for e in self.effects], np.full(len(values), "strip_lift_off")
+        machine = [k for k, key in enumerate(self.keys) if key.partition(".")[0] in GROUPS]
+        tension = np.full(len(values), self.case.settings.tension)
+        tension = values[:, self.keys.index("tension")] if "tension" in self.keys else tension
+        kinds, kind = np.unique(values[:, machine], axis=0, return_inverse=True)
+        for k, own in enumerate(kinds):
+            one = place_values(self.case, (), [self.keys[m] for m in machine], own)[0]
 
-def _beyond(table: "pd.DataFrame", axes: Sequence[Axis], plain: Mapping[str, Any], case: Case, model: Any) -> list[str]:
-    """A sentence for each limit that the cases at the ends of the axes are used beyond, and that rows have left."""
-    said, effects = dict[str, tuple[float, str]](), effects_of(plain["effects"])
-    for corner in _corners(axes, plain, case, effects):
-        ids = [e.id for e in effects]
-        one = model_of(by_tension(model, [corner], ids))
-        marched = plain["travel"] is not None and isinstance(one, AnalyticModel)
-        beyond = limits_of_run(corner, one, effects, plain["travel"]) if marched else validity_limits(corner, one, ids)
-        for limit in beyond:
-            if limit.load > said.get(limit.id, (0.0, ""))[0]:
+            def is_strip(t: float, one: Case = one) -> bool:
+                tight = replace(one, settings=replace(one.settings, tension=t))
+                return by_tension(model, [tight], ids)["name"] == "strip"
+
+            rows = kind.ravel() == k
+            tensions = np.unique(tension[rows])
+            first = bisect_left(tensions, True, key=is_strip)  # the tighter the belt, the less it lifts off
+            if first < len(tensions):
+                found[rows & (tension >= tensions[first])] = "strip"
+        return found
+
+    def corners(self) -> list[Case]:
+        """The cases at the ends of all axes of the rig, and of each other axis by itself, each checked as a case is."""
+        ends = [(float(a.values.min()), float(a.values.max())) for a in self.axes]
+        first = tuple(float(a.values[0]) for a in self.axes)
+        of_rig = [ends[k] if key.startswith("rig.") else (first[k],) for k, key in enumerate(self.keys)]  # may overlap
+        chosen = {first, *product(*of_rig)}
+        chosen |= {(*first[:k], end, *first[k + 1 :]) for k, both in enumerate(ends) for end in both}
+        found = []
+        for corner in sorted(chosen):
+            checked = copy.deepcopy(dict(self.plain)) | {"travel": self.plain["travel"] or 1.0}
+            for axis, value in zip(self.axes, corner, strict=True):
+                group, _, name = axis.key.rpartition(".")
+                if group in ("", *GROUPS):
+                    (checked[group] if group else checked)[name] = value
+            case_from(checked)
+            si = np.array(corner) * [a.unit for a in self.axes]
+            found.append(place_values(self.case, self.effects, self.keys, si)[0])
+        return found
+
+    def beyond(self, table: "pd.DataFrame", model: Any) -> list[str]:
+        """A sentence for each limit that the cases at the ends of the axes are used beyond, and that rows have left."""
+        said, ids, travel = dict[str, tuple[float, str]](), [e.id for e in self.effects], self.plain["travel"]
+        for corner in self.corners():
+            one = model_of(by_tension(model, [corner], ids))
+            marched = travel is not None and isinstance(one, AnalyticModel)
+            limits = limits_of_run(corner, one, self.effects, travel) if marched else validity_limits(corner, one, ids)
+            for limit in (x for x in limits if x.load > said.get(x.id, (0.0, ""))[0]):
                 said[limit.id] = limit.load, f"{warning(one.name, [limit])} (at the ends of what varies)"
-    width, face = table.get("belt_width", float(case.belt.width)), case.rig.face_width
-    half = 1e3 * (width / 2.0 if face is None else np.maximum((face - width) / 2.0, 1e-3))
-    kinds = (
-        ("slackest_edge_n_per_mm2", lambda x: x < 0.0, "a belt edge goes slack"),
-        ("largest_y_mm", lambda x: ~(x <= half), "the belt leaves its pulleys"),
-    )
-    rows = [(words, int(there(table[name]).sum())) for name, there, words in kinds if name in table]
-    left = [f"in {n} of {len(table)} cases {words}, effects included" for words, n in rows if n]
-    return [sentence for _, sentence in sorted(said.values(), reverse=True)] + left
+        width, face = table.get("belt_width", float(self.case.belt.width)), self.case.rig.face_width
+        half = 1e3 * (width / 2.0 if face is None else np.maximum((face - width) / 2.0, 1e-3))
+        left = []
+        for name, there, words in (
+            ("slackest_edge_n_per_mm2", lambda x: x < 0.0, "a belt edge goes slack"),
+            ("largest_y_mm", lambda x: ~(x <= half), "the belt leaves its pulleys"),
+        ):
+            if name in table and (n := int(there(table[name]).sum())):
+                left.append(f"in {n} of {len(table)} cases {words}, effects included")
+        return [sentence for _, sentence in sorted(said.values(), reverse=True)] + left
 
+    def marches(self, model: Any, at: Any, threads: int) -> Callable[[np.ndarray], dict[str, np.ndarray]]:
+        """The function from values (cases, axes) [SI] to columns, by marches side by side; raises InputError."""
+        travel = self.plain["travel"]
+        chosen = fitted_model(model) if travel is not None else closed_form_model(model)
+        if getattr(chosen, "keep", KEEP) != KEEP:
+            raise InputError("model.keep", chosen.keep, "m", "a table keeps no curves; leave it out")
+        chosen.admit(self.effects) if self.effects else None
+        for e in self.effects:
+            if travel is None:
+                raise InputError("effects", e.id, "", "closed forms read no effects; give a travel in m")
+            if any(uses((e,), hook) for hook in ("encoder", *AFTER_ENGINE)):
+                raise InputError("effects", e.id, "", "acts on what is read; a sweep tells of the belt's own movement")
+        corners, task = self.corners(), MapTask(chosen, self.keys, None, (), (0, 0, 0), not self.effects)
+        if travel is not None:
+            plans = [plan_steps(c, travel=travel, step=chosen.step, keep=KEEP) for c in corners]
+            plan = (*plans[0][:2], max(p[2] for p in plans))
+            task = replace(task, travel=float(travel), at=_places(at, travel), plan=plan)
 
-def _marches(
-    model: Any, case: Case, axes: Sequence[Axis], plain: Mapping[str, Any], at: Any, threads: int
-) -> Callable[[np.ndarray], dict[str, np.ndarray]]:
-    """The function from values (cases, axes) [SI] to columns, by marches side by side; raises InputError."""
-    travel, effects = plain["travel"], effects_of(plain["effects"])
-    chosen = fitted_model(model) if travel is not None else closed_form_model(model)
-    if getattr(chosen, "keep", KEEP) != KEEP:
-        raise InputError("model.keep", chosen.keep, "m", "a table keeps no curves; leave it out")
-    chosen.admit(effects) if effects else None
-    for e in effects:
-        if travel is None:
-            raise InputError("effects", e.id, "", "closed forms read no effects; give a travel in m")
-        if uses((e,), "encoder") or any(uses((e,), hook) for hook in AFTER_ENGINE):
-            raise InputError("effects", e.id, "", "acts on what is read; a sweep tells of the belt's own movement")
-    corners = _corners(axes, plain, case, effects)
-    task = MapTask(chosen, tuple(a.key for a in axes), None, (), (0, 0, 0), not effects)
-    if travel is not None:
-        plans = [plan_steps(c, travel=travel, step=chosen.step, keep=KEEP) for c in corners]
-        plan = (*plans[0][:2], max(p[2] for p in plans))
-        task = MapTask(chosen, task.keys, float(travel), _places(at, travel), plan, task.steady)
+        def work(values: np.ndarray) -> dict[str, np.ndarray]:
+            number, chunk = len(values), min(CHUNK, len(values))
+            found = np.empty((number, len(task.columns)))
 
-    def work(values: np.ndarray) -> dict[str, np.ndarray]:
-        number, chunk = len(values), min(CHUNK, len(values))
-        found = np.empty((number, len(task.columns)))
+            def compute(start: int) -> None:  # a last chunk is filled up with the last case: all are compiled once
+                some = values[np.minimum(np.arange(start, start + chunk), number - 1)]
+                rows = np.asarray(_rows(self.case, self.effects, some, task=task))
+                found[start : start + chunk] = rows[: number - start]
 
-        def compute(start: int) -> None:  # a last chunk is filled up with the last case: all are compiled once
-            some = values[np.minimum(np.arange(start, start + chunk), number - 1)]
-            found[start : start + chunk] = np.asarray(_rows(case, effects, some, task=task))[: number - start]
+            compute(0)  # compiles, before there are several threads
+            map_in_threads(compute, range(chunk, number, chunk), threads)
+            return dict(zip(task.columns, found.T, strict=True))
 
-        compute(0)  # compiles, before there are several threads
-        map_in_threads(compute, range(chunk, number, chunk), threads)
-        return dict(zip(task.columns, found.T, strict=True))
+        return work
 
-    return work
-
-
-def _runs(
-    model: Any, axes: Sequence[Axis], plain: Mapping[str, Any], engine: str | None, values: np.ndarray
-) -> dict[str, np.ndarray]:
-    """The same of runs one after another, of models that are no march: late rates and offsets."""
-    rows = []
-    for own in values:
-        case, effects = place_values(case_from(plain), effects_of(plain["effects"]), [a.key for a in axes], own)
-        found = simulate_one(case, model=model, effects=effects, travel=plain["travel"], engine=engine)
-        rates = found.rates / MM_PER_M if found.curves is not None else np.full(4, found.steady_rate / MM_PER_M)
-        offsets = np.array(found.offsets) / MM if found.curves is not None else np.full(2, np.nan)
-        rows.append([*rates, *offsets, found.is_settled])
-    names = [*(f"rate{k}_mm_per_m" for k in POINTS), "offset_upper_mm", "offset_lower_mm", "settled"]
-    return dict(zip(names, np.array(rows).T, strict=True))
+    def runs(self, model: Any, engine: str | None, values: np.ndarray) -> dict[str, np.ndarray]:
+        """The same of runs one after another, of models that are no march: late rates and offsets."""
+        rows = []
+        for own in values:
+            case, effects = place_values(self.case, self.effects, self.keys, own)
+            found = simulate_one(case, model=model, effects=effects, travel=self.plain["travel"], engine=engine)
+            offsets = np.array(found.offsets or (np.nan, np.nan)) / MM
+            rows.append([*found.rates / MM_PER_M, *offsets, found.is_settled])
+        names = [*(f"rate{k}_mm_per_m" for k in POINTS), "offset_upper_mm", "offset_lower_mm", "settled"]
+        return dict(zip(names, np.array(rows, float).T, strict=True))
 
 
 def sweep_axes(config: Mapping[str, Any]) -> tuple[tuple[Axis, ...], dict[str, Any]]:
@@ -359,27 +379,6 @@ def _rows(case: Case, effects: tuple[Effect, ...], values: Any, *, task: MapTask
         return jnp.concatenate(told)
 
     return jax.vmap(row)(values)
-
-
-def _corners(axes: Sequence[Axis], plain: Mapping[str, Any], case: Case, effects: tuple[Effect, ...]) -> list[Case]:
-    """The cases at the ends of all axes of the rig, and of each other axis by itself, each checked as a case is."""
-    ends = [(float(a.values.min()), float(a.values.max())) for a in axes]
-    first = tuple(float(a.values[0]) for a in axes)
-    machine = [k for k, a in enumerate(axes) if a.key.startswith("rig.")]  # pulleys may overlap at a corner
-    chosen = {first}
-    for corner in product(*(ends[k] for k in machine)):
-        chosen.add(tuple(corner[machine.index(k)] if k in machine else first[k] for k in range(len(axes))))
-    chosen |= {(*first[:k], end, *first[k + 1 :]) for k in range(len(axes)) for end in ends[k]}
-    found, units = [], [a.unit for a in axes]
-    for corner in sorted(chosen):
-        checked = copy.deepcopy(dict(plain)) | {"travel": plain["travel"] or 1.0}
-        for axis, value in zip(axes, corner, strict=True):
-            group, _, name = axis.key.rpartition(".")
-            if group in ("", *GROUPS):
-                (checked[group] if group else checked)[name] = value
-        case_from(checked)
-        found.append(place_values(case, effects, [a.key for a in axes], np.array(corner) * units)[0])
-    return found
 
 
 def _places(at: Any, travel: float) -> tuple[float, ...]:
