@@ -63,7 +63,7 @@ def main() -> None:
                 text = TextIOWrapper(BufferedWriter(file), stream.encoding, "replace", line_buffering=lines)
                 setattr(sys, name, text)
     try:
-        status = run(sys.argv[1:])
+        status = run_command(sys.argv[1:])
         sys.stdout.flush()
     except OSError as error:
         if error.filename != OUTPUT:
@@ -99,7 +99,7 @@ _USAGE = {
 }
 
 
-def run(arguments: list[str]) -> int:
+def run_command(arguments: list[str]) -> int:
     """Run one command; returns the exit status."""
     if not arguments or arguments[0] in (*HELP, "help"):
         print("usage: belt-sim COMMAND [key=value ...] [-m key=a,b,c ...]\n")
@@ -330,7 +330,7 @@ def demo(arguments: Sequence[str]) -> int:
     print("Simulated measurements of a belt at 7 to 40 N/mm2, against the beam model that")
     print("controllers use. The first run compiles: some 40 s, later 15 s.\n")
     folder, case = FOLDER / "diagnosis", ("campaign=slack_belt", "model=beam_th2")
-    status = run(["diagnose", *case, f"hydra.run.dir={folder.as_posix()}"])
+    status = run_command(["diagnose", *case, f"hydra.run.dir={folder.as_posix()}"])
     if status:
         return status
     print(f"\nDone in {time.perf_counter() - started:.0f} s. What to look at in {folder.as_posix()}:")

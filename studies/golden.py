@@ -225,10 +225,10 @@ def first_lines(typed: str, place: Path) -> Json:
     words = [word.replace("ROOT", str(ROOT)) for word in shlex.split(typed)]
     sys.argv = ["belt-sim", *words]
     try:
-        from belt_sim.cli import run
+        from belt_sim.cli import run_command
 
         with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
-            status = run(words)
+            status = run_command(words)
     except SystemExit as end:
         status = end.code
     except Exception as error:
@@ -276,12 +276,12 @@ def published_scores() -> dict[str, Json]:
 
 def command_status(*arguments: str) -> tuple[int, str]:
     """Exit status of a belt-sim command in this process, and the last line of its errors."""
-    from belt_sim.cli import run
+    from belt_sim.cli import run_command
 
     before, errors = sys.argv, io.StringIO()
     try:
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(errors):
-            status = run(list(arguments))
+            status = run_command(list(arguments))
     finally:
         sys.argv = before
     return status, errors.getvalue().strip()

@@ -26,7 +26,7 @@ import numpy as np
 import yaml
 
 from belt_sim.campaign import read_campaign, suspicions, write_campaign
-from belt_sim.cli import run
+from belt_sim.cli import run_command
 from belt_sim.errors import BeltError
 from belt_sim.io import CAMPAIGNS, ROOT
 
@@ -462,7 +462,7 @@ def finish(case: Case, limit: float) -> tuple[str, str]:
     argv, sys.argv = sys.argv, ["belt-sim"]
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            status = _read_again(Path(case.typed[1])) if case.typed[0] == "read" else run(case.typed)
+            status = _read_again(Path(case.typed[1])) if case.typed[0] == "read" else run_command(case.typed)
     except NoAnswer:
         return "hang", f"no answer in {limit:g} s"
     except (Exception, SystemExit):

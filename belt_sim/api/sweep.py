@@ -119,7 +119,7 @@ def sweep(
     columns = [v.ravel() for v in np.meshgrid(*(a.values for a in axes), indexing="ij")]
     values = np.stack(columns, axis=1) * [a.unit for a in axes]  # SI
     any_case = case_from(plain if travel is not None else {**plain, "travel": 1.0})
-    grid = Grid(axes, plain, any_case, effects_of(plain["effects"]))
+    grid = SweepGrid(axes, plain, any_case, effects_of(plain["effects"]))
     chosen = grid.models(model, values)
     told: dict[str, np.ndarray] = {}
     for name in dict.fromkeys(chosen.tolist()):
@@ -144,7 +144,7 @@ def sweep(
 
 
 @dataclass(frozen=True)
-class Grid:
+class SweepGrid:
     """What varies in a sweep, and the configuration, case and effects at the first values of it."""
 
     axes: tuple[Axis, ...]

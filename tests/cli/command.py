@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from belt_sim.cli import run
+from belt_sim.cli import run_command
 
 SHORT = ("travel=2", "pictures=false")
 
@@ -28,7 +28,7 @@ class Shell:
 
     def __call__(self, *arguments: str) -> Answer:
         self.capture.readouterr()
-        status = run([*arguments, *self._places(arguments)])
+        status = run_command([*arguments, *self._places(arguments)])
         out, err = self.capture.readouterr()
         return Answer(status, out, err, self.folder)
 

@@ -2,13 +2,13 @@
 
 import pytest
 
-from belt_sim.cli import run
+from belt_sim.cli import run_command
 
 
 def replies(line: str, monkeypatch, capsys) -> list[str]:
     """What bash is offered after ``line``."""
     monkeypatch.setenv("COMP_LINE", line)
-    assert run(["-sc", "query=bash"]) == 0
+    assert run_command(["-sc", "query=bash"]) == 0
     return capsys.readouterr().out.split()
 
 
@@ -37,7 +37,7 @@ def test_files_complete(tmp_path, monkeypatch, capsys):
 
 @pytest.mark.parametrize("asked", [["-sc", "install=bash"], ["completion"]])
 def test_the_script_is_hydras_and_calls_belt_sim(asked, capsys):
-    assert run(asked) == 0
+    assert run_command(asked) == 0
     out = capsys.readouterr().out
     assert "hydra_bash_completion" in out
     assert out.rstrip().endswith("hydra_bash_completion belt-sim")

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from belt_sim.app import server
-from belt_sim.cli import run
+from belt_sim.cli import run_command
 from belt_sim.commands import COMMANDS, campaigns, inference, known_keys
 from belt_sim.errors import BeltError
 from belt_sim.io import CONF, ROOT
@@ -160,7 +160,7 @@ def test_a_setting_that_is_changed_changes_something_or_is_refused(command, tmp_
         monkeypatch.chdir(place)
         calls.clear()
         typed = {a.partition("=")[0]: a for a in (*base, *more)}
-        run([command, *typed.values(), "hydra.run.dir=run"])
+        run_command([command, *typed.values(), "hydra.run.dir=run"])
         return list(calls), left(place), capsys.readouterr().err.replace(name, "")
 
     standard = answer("standard")

@@ -2,7 +2,7 @@
 
 import json
 
-from belt_sim.cli import LONGEST, folder_name, run
+from belt_sim.cli import LONGEST, folder_name, run_command
 from belt_sim.commands import runs
 
 
@@ -68,7 +68,7 @@ def test_names_of_folders():
 def test_two_sweeps_have_two_folders(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for tensions in ("30,40", "50,60"):
-        assert run(["simulate", "-m", "model=rope", "travel=2", "pictures=false", f"tension={tensions}"]) == 0
+        assert run_command(["simulate", "-m", "model=rope", "travel=2", "pictures=false", f"tension={tensions}"]) == 0
     assert {p.parent.name for p in tmp_path.glob("outputs/simulate/sweep/*/sweep.csv")} == {
         f"model=rope,pictures=false,tension={tensions},travel=2" for tensions in ("30,40", "50,60")
     }

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
-from belt_sim.cli import new_effect, run
+from belt_sim.cli import new_effect, run_command
 from belt_sim.commands import COMMANDS, help_text
 
 OWN_HELP = ("completion", "demo", "new-effect")
@@ -19,7 +19,7 @@ def test_help_names_every_key_and_nothing_of_hydra(command):
 
 @pytest.mark.parametrize("command", OWN_HELP)
 def test_commands_without_settings_have_help_too(command, capsys):
-    assert run([command, "--help"]) == 0
+    assert run_command([command, "--help"]) == 0
     assert f"usage: {'eval' if command == 'completion' else 'belt-sim ' + command}" in capsys.readouterr().out
 
 
@@ -30,7 +30,7 @@ def test_help_gives_units():
 
 
 def test_a_missing_campaign_is_asked_for_with_what_can_be_given(capsys):
-    assert run(["compare"]) == 1
+    assert run_command(["compare"]) == 1
     said = capsys.readouterr().err
     assert "slack_belt" in said
     assert "folder of a campaign" in said

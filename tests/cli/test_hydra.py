@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from belt_sim.cli import run
+from belt_sim.cli import run_command
 
 ROPE = ("model=rope", "travel=2", "pictures=false")
 
@@ -38,19 +38,19 @@ def noted(folder, name: str) -> dict:
 
 
 def test_a_rig_of_ones_own_under_a_name(mine):
-    assert run(["simulate", "--config-dir", "mine", "rig=wide", *ROPE, "hydra.run.dir=a"]) == 0
+    assert run_command(["simulate", "--config-dir", "mine", "rig=wide", *ROPE, "hydra.run.dir=a"]) == 0
     assert noted(mine / "a", "config")["rig"]["centre_distance"] == 8
-    assert run(["simulate", *ROPE, "hydra.searchpath=[file://mine]", "rig=wide", "hydra.run.dir=b"]) == 0
+    assert run_command(["simulate", *ROPE, "hydra.searchpath=[file://mine]", "rig=wide", "hydra.run.dir=b"]) == 0
     assert noted(mine / "b", "config")["rig"]["centre_distance"] == 8
-    assert run(["simulate", "--config-dir=mine", "--config-name", "slow", *ROPE, "hydra.run.dir=c"]) == 0
+    assert run_command(["simulate", "--config-dir=mine", "--config-name", "slow", *ROPE, "hydra.run.dir=c"]) == 0
     assert noted(mine / "c", "config")["tension"] == 15
 
 
 def test_hydra_notes_what_it_ran(mine):
-    assert run(["simulate", *ROPE, "hydra.run.dir=a"]) == 0
+    assert run_command(["simulate", *ROPE, "hydra.run.dir=a"]) == 0
     assert noted(mine / "a", "overrides") == list(ROPE)
     assert noted(mine / "a", "hydra")["hydra"]["job"]["name"] == "simulate"
-    assert run(["simulate", "-m", *ROPE, "tension=30,40", "hydra.sweep.dir=s"]) == 0
+    assert run_command(["simulate", "-m", *ROPE, "tension=30,40", "hydra.sweep.dir=s"]) == 0
     assert (mine / "s" / "multirun.yaml").is_file()
     assert not (mine / "s" / ".cases").exists()
 
@@ -68,14 +68,14 @@ def test_hydra_notes_what_it_ran(mine):
     ],
 )
 def test_flags_of_hydra(typed, says, capsys):
-    assert run(typed) == 0
+    assert run_command(typed) == 0
     assert says in capsys.readouterr().out
 
 
 def test_a_setting_of_a_model_may_be_left_out_and_one_of_the_command_may_not(mine, capsys):
-    assert run(["simulate", "~model.keep", *ROPE, "hydra.run.dir=a"]) == 0
-    assert run(["simulate", "~tension", *ROPE, "hydra.run.dir=b"]) == 1
-    assert run(["simulate", "~rig.gravity", *ROPE, "hydra.run.dir=b"]) == 1
+    assert run_command(["simulate", "~model.keep", *ROPE, "hydra.run.dir=a"]) == 0
+    assert run_command(["simulate", "~tension", *ROPE, "hydra.run.dir=b"]) == 1
+    assert run_command(["simulate", "~rig.gravity", *ROPE, "hydra.run.dir=b"]) == 1
     first, second = capsys.readouterr().err.splitlines()
     assert first.startswith("belt-sim: tension: is left out")
     assert second.startswith("belt-sim: rig.gravity: is left out")
@@ -92,21 +92,21 @@ def test_callbacks_are_called(mine, capsys, monkeypatch):
     )
     monkeypatch.syspath_prepend(str(mine))
     own = "+hydra.callbacks.mine={_target_: my_callback.Mine}"
-    assert run(["simulate", *ROPE, own, "hydra.run.dir=a"]) == 0
-    assert run(["simulate", "-m", *ROPE, own, "tension=30,35", "hydra.sweep.dir=s"]) == 0
+    assert run_command(["simulate", *ROPE, own, "hydra.run.dir=a"]) == 0
+    assert run_command(["simulate", "-m", *ROPE, own, "tension=30,35", "hydra.sweep.dir=s"]) == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("mine:")]
     assert lines == ["mine: 40.0 COMPLETED", "mine: 30 COMPLETED", "mine: 35 COMPLETED"]
 
 
 def test_hydras_own_sweeper_and_launcher(mine):
     given = ("hydra/launcher=basic", "hydra/sweeper=basic", "tension=30,35")
-    assert run(["simulate", "-m", *ROPE, *given, "hydra.sweep.dir=s"]) == 0
+    assert run_command(["simulate", "-m", *ROPE, *given, "hydra.sweep.dir=s"]) == 0
     assert sorted(pd.read_csv(mine / "s" / "sweep.csv")["tension_n_per_mm2"]) == [30, 35]
 
 
 def test_a_sweep_by_settings_alone(mine):
     given = ("hydra.mode=MULTIRUN", "hydra.sweeper.params={tension: '30,35'}")
-    assert run(["simulate", *ROPE, *given, "hydra.sweep.dir=s"]) == 0
+    assert run_command(["simulate", *ROPE, *given, "hydra.sweep.dir=s"]) == 0
     assert sorted(pd.read_csv(mine / "s" / "sweep.csv")["tension_n_per_mm2"]) == [30, 35]
 
 
@@ -130,7 +130,7 @@ WRONG = [
 
 @pytest.mark.parametrize(("typed", "says"), WRONG, ids=[" ".join(t) for t, _ in WRONG])
 def test_an_error_of_hydra_is_one_line(typed, says, mine, capsys):
-    assert run(["simulate", *typed]) == 1
+    assert run_command(["simulate", *typed]) == 1
     err = capsys.readouterr().err
     assert err.startswith("belt-sim: ")
     assert len(err.splitlines()) == 1
@@ -141,7 +141,7 @@ def test_an_error_of_hydra_is_one_line(typed, says, mine, capsys):
 def test_a_sweep_whose_first_cases_fail_alike_stops(mine, capsys):
     cases = "yaw=[9],[8],[7],[6],[5],[4],[3]"  # one reason for all
     most = "hydra.callbacks.sweep.stop_after=3"
-    assert run(["simulate", "-m", *ROPE, cases, most, "hydra.sweep.dir=s", "belt.width=-1"]) == 1
+    assert run_command(["simulate", "-m", *ROPE, cases, most, "hydra.sweep.dir=s", "belt.width=-1"]) == 1
     first, last = capsys.readouterr().err.splitlines()
     assert first.startswith("belt-sim: belt.width = -1 m")
     assert last.startswith("belt-sim: the first 3 cases failed alike")
@@ -150,9 +150,9 @@ def test_a_sweep_whose_first_cases_fail_alike_stops(mine, capsys):
 
 def test_a_good_case_takes_its_failure_away(mine):
     case = mine / "s" / "model=rope,pictures=False,tension=30,travel=2"
-    assert run(["simulate", "-m", *ROPE, "tension=30,40", "hydra.sweep.dir=s"]) == 0
+    assert run_command(["simulate", "-m", *ROPE, "tension=30,40", "hydra.sweep.dir=s"]) == 0
     (case / "failed.txt").write_text("of another sweep", encoding="utf-8")
-    assert run(["simulate", "-m", *ROPE, "tension=30,40", "hydra.sweep.dir=s"]) == 0
+    assert run_command(["simulate", "-m", *ROPE, "tension=30,40", "hydra.sweep.dir=s"]) == 0
     assert not (case / "failed.txt").exists()
 
 
@@ -162,9 +162,15 @@ def test_paths_need_no_quotes(mine, name, capsys):
     table = mine / name / "effects.yaml"
     table.write_text("schema: belt-effects/1\neffects: [{id: taper, kappa_t: 1.0e-5}]\n", encoding="utf-8")
     assert (
-        run(["simulate", "model=strip", "travel=2", "pictures=false", f"effects={table}", f"hydra.run.dir={name}"]) == 0
+        run_command(
+            ["simulate", "model=strip", "travel=2", "pictures=false", f"effects={table}", f"hydra.run.dir={name}"]
+        )
+        == 0
     )
     assert (mine / name / "summary.json").is_file()
-    assert run(["new", f"out={name}/planned"]) == 0, capsys.readouterr().err
-    assert run(["check", f"campaign={name}/planned", "advise=false", "hydra.run.dir=c", "pictures=false"]) in (0, 1)
+    assert run_command(["new", f"out={name}/planned"]) == 0, capsys.readouterr().err
+    assert run_command(["check", f"campaign={name}/planned", "advise=false", "hydra.run.dir=c", "pictures=false"]) in (
+        0,
+        1,
+    )
     assert "Traceback" not in capsys.readouterr().err

@@ -13,7 +13,7 @@ from omegaconf.errors import MissingMandatoryValue
 from pages import PAGES, Command, commands, missing, name
 
 from belt_sim.api.simulate import model_named
-from belt_sim.cli import import_arguments, quote_override, run
+from belt_sim.cli import import_arguments, quote_override, run_command
 from belt_sim.commands import COMMANDS
 from belt_sim.commands.runs import plain_settings
 from belt_sim.effects.load import load_classes
@@ -116,7 +116,7 @@ def run_page(page, marks, place, capsys, monkeypatch) -> None:
     for command in commands(page):
         if command.marked in marks:
             capsys.readouterr()
-            status = run(list(command.words[1:]))
+            status = run_command(list(command.words[1:]))
             out, err = capsys.readouterr()
             assert status == 0, f"{command}\n{out}{err}"
             assert not missing(command.output, out), f"{command}\n{out}"

@@ -40,8 +40,8 @@ before = json.dumps(outside(), default=str)
 for name in names:
     load(name)
 after = json.dumps(outside(), default=str)
-from belt_sim.cli import run
-status = run(["new", f"hydra.run.dir={sys.argv[1]}"])
+from belt_sim.cli import run_command
+status = run_command(["new", f"hydra.run.dir={sys.argv[1]}"])
 print(json.dumps([len(names), [a for a, b in zip(before.split(","), after.split(","), strict=True) if a != b], status]))
 """
 
@@ -107,7 +107,7 @@ def test_a_run_of_a_model_loads_no_libraries_that_it_does_not_use(tmp_path):
     heavy = ("pandas", "mujoco", "belt_sim.campaign.sheet", "belt_sim.diagnosis.forward")
     heavy += tuple(f"scipy.{part}" for part in ("interpolate", "optimize", "signal", "stats", "ndimage"))
     program = (
-        "import json, sys; from belt_sim.cli import run; run(['simulate', 'model=strip', 'travel=5', sys.argv[1]])"
+        "import belt_sim.cli, json, sys; belt_sim.cli.run_command(['simulate', 'model=strip', 'travel=5', sys.argv[1]])"
     )
     program += f"; print(json.dumps([m for m in {heavy} if m in sys.modules]))"
     assert _said(program, f"hydra.run.dir={tmp_path}") == []

@@ -8,7 +8,7 @@ from rich.prompt import Confirm, Prompt
 
 from belt_sim.api.campaigns import draft_text, import_files
 from belt_sim.campaign import read_campaign
-from belt_sim.cli import import_arguments, run
+from belt_sim.cli import import_arguments, run_command
 from belt_sim.commands.campaigns import ask_in_terminal
 from belt_sim.importing import read, understand
 from belt_sim.importing.mapping import mapping_of
@@ -26,7 +26,7 @@ def belt(tmp_path, capsys, monkeypatch):
 
     def call(*arguments: str) -> tuple[int, str, str]:
         capsys.readouterr()
-        status = run([*arguments, "hydra.run.dir=run"])
+        status = run_command([*arguments, "hydra.run.dir=run"])
         return (status, *capsys.readouterr())
 
     return call

@@ -14,7 +14,7 @@ import yaml
 
 from belt_sim.app.session import begin_import
 from belt_sim.campaign import read_campaign
-from belt_sim.cli import run
+from belt_sim.cli import run_command
 
 S = np.arange(31.0)  # [m]
 T = S / 0.5  # [s]
@@ -134,7 +134,7 @@ def test_every_question_of_an_odd_file_has_an_answer_that_works(name, tmp_path, 
     for _ in range(8):
         (tmp_path / "m.yaml").write_text(yaml.safe_dump(mapping, allow_unicode=True))
         capsys.readouterr()
-        status = run(["import", "a.csv", "mapping=m.yaml", "out=c", "pictures=false", "hydra.run.dir=run"])
+        status = run_command(["import", "a.csv", "mapping=m.yaml", "out=c", "pictures=false", "hydra.run.dir=run"])
         said = capsys.readouterr().err
         if status == 0:
             break

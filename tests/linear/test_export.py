@@ -7,7 +7,7 @@ import pytest
 from scipy.io import loadmat
 
 import belt_sim as bs
-from belt_sim.cli import run
+from belt_sim.cli import run_command
 from belt_sim.linear.plant import state_space
 
 
@@ -18,7 +18,7 @@ def exported(tmp_path, monkeypatch, capsys):
     def call(*asked: str):
         monkeypatch.setattr("sys.argv", ["belt-sim"])
         monkeypatch.setenv("HYDRA_FULL_ERROR", "1")
-        status = run(["export", *asked, f"hydra.run.dir={tmp_path / 'plant'}"])
+        status = run_command(["export", *asked, f"hydra.run.dir={tmp_path / 'plant'}"])
         return status, capsys.readouterr(), tmp_path / "plant"
 
     return call

@@ -11,7 +11,7 @@ from base64 import b64encode
 
 import pytest
 
-from belt_sim.cli import run
+from belt_sim.cli import run_command
 from belt_sim.io import CAMPAIGNS, ROOT
 
 DEEP = "[" * 100_000
@@ -96,7 +96,7 @@ def damaged(tmp_path_factory):
 def test_refused_in_a_line(typed, says, damaged, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["belt-sim"])
     monkeypatch.chdir(tmp_path)
-    status = run([word.replace("{tmp}", str(damaged)) for word in typed])
+    status = run_command([word.replace("{tmp}", str(damaged)) for word in typed])
     err = capsys.readouterr().err
     assert status == 1
     assert err.startswith("belt-sim: ")
@@ -112,7 +112,7 @@ BEYOND = ["belt.width=10", "belt.width=0.001", "belt.thickness=0.02", "yaw=2", "
 @pytest.mark.parametrize("setting", BEYOND)
 def test_legal_values_beyond_sense_are_told_by_every_model(model, setting, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["belt-sim"])
-    status = run(["simulate", f"model={model}", setting, *SHORT, f"hydra.run.dir={tmp_path}"])
+    status = run_command(["simulate", f"model={model}", setting, *SHORT, f"hydra.run.dir={tmp_path}"])
     out, err = capsys.readouterr()
     assert (status == 0 and "beyond its validity" in out) or (status == 1 and err.startswith("belt-sim: ")), out
 
@@ -167,7 +167,7 @@ def test_a_closed_standard_output_stops_nothing(tmp_path):
 def test_a_reader_that_goes_stops_nothing(tmp_path):
     """As ``| head`` does; the command prints before its files are there."""
     work = f"print('line\\n' * 100_000, flush=True), open(r'{tmp_path / 'file'}', 'w').close()"
-    code = f"from belt_sim import cli; cli.run = lambda arguments: bool(({work})[1]); cli.main()"
+    code = f"from belt_sim import cli; cli.run_command = lambda arguments: bool(({work})[1]); cli.main()"
     line = f'"{sys.executable}" -c "{code}" | head -1'
     done = subprocess.run(line, shell=True, cwd=ROOT, capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("line\n", "")
@@ -178,4 +178,4 @@ def test_a_dangling_link_in_a_run_folder_is_nothing(tmp_path, capsys, monkeypatc
     monkeypatch.setattr(sys, "argv", ["belt-sim"])
     (tmp_path / "link").symlink_to(tmp_path / "gone")
     for _ in range(2):
-        assert run(["simulate", *SHORT, f"hydra.run.dir={tmp_path}"]) == 0, capsys.readouterr().err
+        assert run_command(["simulate", *SHORT, f"hydra.run.dir={tmp_path}"]) == 0, capsys.readouterr().err

@@ -6,7 +6,7 @@ import pytest
 import belt_sim as bs
 from belt_sim.api.campaigns import import_files
 from belt_sim.case import Case, Rig, Schedule, Settings
-from belt_sim.cli import run
+from belt_sim.cli import run_command
 from belt_sim.errors import InputError
 from belt_sim.io import MODELS
 from belt_sim.settings import belt_from, rig_from
@@ -66,7 +66,7 @@ def test_faces_narrower_than_the_belt_are_told_before_a_run():
 def test_a_draft_or_mapping_that_is_no_file_is_one_line(tmp_path, monkeypatch, capsys, option, says):
     monkeypatch.chdir(tmp_path)
     file = MODELS / "loggers" / "lauf_01.csv"
-    assert run(["import", f"files=[{file}]", option, "hydra.run.dir=run", "pictures=false"]) != 0
+    assert run_command(["import", f"files=[{file}]", option, "hydra.run.dir=run", "pictures=false"]) != 0
     assert says in capsys.readouterr().err
 
 

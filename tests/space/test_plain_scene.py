@@ -11,7 +11,7 @@ import pytest
 
 import belt_sim as bs
 from belt_sim.api.simulate import scene_text, validity_limits
-from belt_sim.cli import run
+from belt_sim.cli import run_command
 from belt_sim.commands import cases
 from belt_sim.effects.base import library
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
@@ -400,5 +400,5 @@ def test_the_drawn_belt_has_the_tilt_of_the_rays_and_the_ghost_its_movement_enla
 
 def test_view_without_a_display_is_one_line(monkeypatch, capsys):
     monkeypatch.setattr(cases, "has_display", lambda: False)
-    assert run(["view", "rig=rope_example", "tension=20"]) == 1
+    assert run_command(["view", "rig=rope_example", "tension=20"]) == 1
     assert "no display" in capsys.readouterr().err
