@@ -95,23 +95,21 @@ class CsvTable:
         with np.errstate(over="ignore"):  # what overflows is refused as implausible
             si = written * UNITS[unit][1]
         for row in np.flatnonzero(~bounds.holds(si)).tolist():
-            si[row] = math.nan
-            if not cells[row] and blank is not None:
-                si[row] = blank
-            elif not cells[row]:
+            si[row] = math.nan if cells[row] or blank is None else blank
+            if not cells[row] and blank is None:
                 self.refuse(row, name, None, unit, "is blank; state a number")
-            elif not math.isfinite(written[row]):
+            elif cells[row] and not math.isfinite(written[row]):
                 self.refuse(row, name, cells[row], unit, "must be a finite number, with a decimal point")
-            else:
+            elif cells[row]:
                 try:
                     bounds.check(float(written[row]), unit, name=name)
                 except InputError as error:
                     self.refuse(row, name, error.value, unit, error.remedy)
         return si
 
-    def refuse(self, row: int, name: str, value: object, unit: str, remedy: str) -> None:
-        """Append a problem for one wrong cell."""
-        line = self.lines[row]
+    def refuse(self, row: int | str, name: str, value: object, unit: str, remedy: str) -> None:
+        """Append a problem for one wrong cell of a row, or of the first row of a run."""
+        line = self.lines[self.columns["run"].index(row) if isinstance(row, str) else row]
         self.problems.append(Problem(file=self.file, line=line, name=name, value=value, unit=unit, remedy=remedy))
 
 
@@ -172,23 +170,11 @@ def parse_table(
 # ---- runs.csv
 
 
-@dataclass(frozen=True)
-class RunRows:
-    """The runs of runs.csv by name, and the table in which they stand."""
-
-    table: CsvTable
-    runs: dict[str, Run]
-
-    def refuse(self, run: str, name: str, value: object, unit: str, remedy: str) -> None:
-        """Append a problem with what the row of a run states."""
-        self.table.refuse(self.table.columns["run"].index(run), name, value, unit, remedy)
-
-
-def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
-    """Return the rows of runs.csv as runs without records; None if the table itself is broken."""
-    table = parse_table(text, "runs.csv", REQUIRED, KNOWN, problems)
+def read_runs(text: str, problems: list[Problem]) -> tuple[CsvTable | None, dict[str, Run]]:
+    """Return runs.csv and its rows as runs without records, by name; None if the table itself is broken."""
+    table, runs = parse_table(text, "runs.csv", REQUIRED, KNOWN, problems), dict[str, Run]()
     if table is None:
-        return None
+        return None, runs
     ran = np.array([cell == UNKNOWN for cell in table.texts("run_in_m")])
     if ran.any():
         table.columns["run_in_m"] = ["" if cell == UNKNOWN else cell for cell in table.columns["run_in_m"]]
@@ -199,7 +185,6 @@ def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
     }
     if ran.any():
         numbers["run_in"] = np.where(ran, math.nan, numbers["run_in"])
-    rows = RunRows(table, {})
     repeats, uses, started = (table.texts(column) for column in ("repeat_of", "use", "started"))
     for row, name in enumerate(table.columns["run"]):
         values: dict[str, Any] = {field: float(column[row]) for field, column in numbers.items()}
@@ -221,7 +206,7 @@ def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
             check_name(name)
         except InputError as error:
             table.refuse(row, "run", name, "", error.remedy)
-        if name in rows.runs:
+        if name in runs:
             line = table.lines[table.columns["run"].index(name)]
             table.refuse(row, "run", name, "", f"stands already in line {line}; give every run its own name")
             continue
@@ -237,34 +222,33 @@ def read_runs(text: str, problems: list[Problem]) -> RunRows | None:
             )
             table.refuse(row, "yaw_at_m", values["yaw_at"] - run_in, "m", remedy)
         use: Any = uses[row] or "fit"
-        rows.runs[name] = Run(name=name, repeat_of=repeats[row] or None, use=use, started=started[row], **values)
-    for run in rows.runs.values():
-        _check_repeat(rows, run)
-    return rows
+        runs[name] = Run(name=name, repeat_of=repeats[row] or None, use=use, started=started[row], **values)
+    for run in runs.values():
+        _check_repeat(table, runs, run)
+    return table, runs
 
 
-def _check_repeat(rows: RunRows, run: Run) -> None:
+def _check_repeat(table: CsvTable, runs: Mapping[str, Run], run: Run) -> None:
     """Check that repeat_of names a first run with the same settings."""
     if run.repeat_of is None:
         return
-    first = rows.runs.get(run.repeat_of)
+    first = runs.get(run.repeat_of)
     if first is None:
-        remedy = f"no such run; {did_you_mean(run.repeat_of, [name for name in rows.runs if name != run.name])}"
+        remedy = f"no such run; {did_you_mean(run.repeat_of, [name for name in runs if name != run.name])}"
     elif first is run:
         remedy = "a run cannot repeat itself; name the first run of the series"
     elif first.repeat_of is not None:
         remedy = f"is itself a repeat; name {first.repeat_of} instead"
     else:
         for column, (field, bounds, _) in NUMBERS.items():
-            own, its = (
-                (getattr(r, field) or 0.0) - (r.counted_from if field == "yaw_at" else 0.0) for r in (run, first)
-            )
+            counted = [r.counted_from if field == "yaw_at" else 0.0 for r in (run, first)]
+            own, its = ((getattr(r, field) or 0.0) - from_ for r, from_ in zip((run, first), counted, strict=True))
             if field not in FREE and abs(own - its) > REPEAT_TOLERANCE * abs(its):
                 shown, other = (x / UNITS[bounds.unit][1] for x in (own, its))
                 remedy = f"{first.name} has {other:.6g}; a repeat has the settings of its first run"
-                rows.refuse(run.name, column, float(f"{shown:.6g}"), bounds.unit, remedy)
+                table.refuse(run.name, column, float(f"{shown:.6g}"), bounds.unit, remedy)
         return
-    rows.refuse(run.name, "repeat_of", run.repeat_of, "", remedy)
+    table.refuse(run.name, "repeat_of", run.repeat_of, "", remedy)
 
 
 # ---- signals.csv and steady.csv
@@ -274,10 +258,10 @@ def read_signals(
     text: str,
     names: frozenset[str] | None,
     sheets: tuple[SignalSheet, ...] | None,
-    rows: RunRows | None,
+    runs: Mapping[str, Run] | None,
     problems: list[Problem],
 ) -> dict[str, Run]:
-    """Return the valid runs of signals.csv by name, with their records."""
+    """Return the valid runs of signals.csv by name, with their records; runs: of runs.csv, None where it is broken."""
     before = len(problems)
     known = None if names is None else ("run", "travel_m", "time_s", *sorted(names))
     table = parse_table(text, "signals.csv", ("run", "travel_m"), known, problems)
@@ -295,7 +279,7 @@ def read_signals(
         remedy = f"has no column of a signal; add {stated or 'signals to campaign.yaml'}"
         problems.append(Problem(file="signals.csv", line=1, remedy=remedy))
     recorded = {}
-    for name, index in _rows_of_runs(table, rows).items():
+    for name, index in _rows_of_runs(table, runs).items():
         for column, values, unit in (("travel_m", travel, "m"), ("time_s", time, "s")):
             there = index[np.isfinite(values[index])] if values is not None else index[:0]
             back = np.flatnonzero(np.diff(values[there]) <= 0.0) if values is not None else there
@@ -303,33 +287,32 @@ def read_signals(
                 row, earlier = there[back[0] + 1], values[there[back[0]]]
                 remedy = f"must increase within a run, whichever way the belt runs; the row before has {earlier:.15g}"
                 table.refuse(row, column, float(values[row]), unit, remedy)
-        if rows is None or name not in rows.runs:
+        if runs is None or name not in runs:
             continue
         if len(index) == 1 and len(problems) == before:
             remedy = "is the only reading of its run; give readings on the way, or the late rates in steady.csv"
             table.refuse(index[0], "travel_m", float(travel[index[0]]), "m", remedy)
         signals = {signal: column[index] for signal, column in columns.items() if np.isfinite(column[index]).any()}
         own = time[index] if time is not None and np.isfinite(time[index]).any() else None
-        way = travel[index] + rows.runs[name].counted_from
-        recorded[name] = replace(rows.runs[name], travel=way, time=own, signals=signals)
+        way = travel[index] + runs[name].counted_from
+        recorded[name] = replace(runs[name], travel=way, time=own, signals=signals)
         if columns and not signals and len(problems) == before:
             table.refuse(index[0], "run", name, "", "has rows but no readings; fill them in or remove the run")
     return recorded
 
 
-def _rows_of_runs(table: CsvTable, rows: RunRows | None) -> dict[str, np.ndarray]:
+def _rows_of_runs(table: CsvTable, runs: Mapping[str, Run] | None) -> dict[str, np.ndarray]:
     """Return the row indices of each run in file order; each unknown run is one problem."""
-    found: dict[str, list[int]] = {}
-    for row, name in enumerate(table.columns["run"]):
-        found.setdefault(name, []).append(row)
-    if rows is not None:
-        for name in [name for name in found if name not in rows.runs]:
-            remedy = "is blank; name the run" if not name else f"not in runs.csv; {did_you_mean(name, rows.runs)}"
-            table.refuse(found[name][0], "run", name or None, "", remedy)
-    return {name: np.array(index) for name, index in found.items()}
+    names = np.array(table.columns["run"], dtype=object)
+    found = {name: np.flatnonzero(names == name) for name in dict.fromkeys(names)}
+    for name in found if runs is not None else ():
+        if name not in runs:
+            remedy = "is blank; name the run" if not name else f"not in runs.csv; {did_you_mean(name, runs)}"
+            table.refuse(int(found[name][0]), "run", name or None, "", remedy)
+    return found
 
 
-def read_steady(text: str, rows: RunRows | None, problems: list[Problem]) -> tuple[SteadyRate, ...]:
+def read_steady(text: str, runs: Mapping[str, Run] | None, problems: list[Problem]) -> tuple[SteadyRate, ...]:
     """Return the steady rates of steady.csv, one row a run."""
     table = parse_table(text, "steady.csv", ("run", "u_rate"), ("run", *RATES, "u_rate"), problems)
     if table is None:
@@ -339,7 +322,7 @@ def read_steady(text: str, rows: RunRows | None, problems: list[Problem]) -> tup
     for k, column in enumerate(RATES):
         if column in table.columns:
             rates[k] = table.numbers(column, BOUNDS["rate"], blank=math.nan)
-    found = _rows_of_runs(table, rows)
+    found = _rows_of_runs(table, runs)
     for name, index in found.items():
         if len(index) > 1:
             table.refuse(index[1], "run", name, "", f"stands already in line {table.lines[index[0]]}; keep one row")
@@ -392,37 +375,47 @@ def _read(folder: str | Path, *, whole: bool = True, measured: bool = True) -> t
     folder = campaign_folder(folder)
     problems: list[Problem] = []
     contents = contents_of(folder, problems, measured=measured)
-    texts = {name: text for name, data in contents.items() if (text := text_of(name, data, problems)) is not None}
+    texts = dict[str, str]()
+    for name, raw in contents.items():
+        at, value = raw.find(b"\0"), None
+        remedy = "holds bytes that are no UTF-8 text (binary, a spreadsheet, or UTF-16); save it as UTF-8 text"
+        try:
+            texts |= {name: raw.decode("utf-8-sig")} if at < 0 else {}
+        except UnicodeDecodeError as error:
+            at, value = error.start, f"byte 0x{raw[error.start]:02x}"
+            remedy = "not UTF-8; save the file as UTF-8 text"
+        if name not in texts:
+            line = raw[:at].count(b"\n") + 1
+            problems.append(Problem(file=name, line=line, value=value, remedy=remedy))
     sheet, names = read_sheet(texts["campaign.yaml"], problems) if "campaign.yaml" in texts else (None, None)
-    rows = read_runs(texts["runs.csv"], problems) if "runs.csv" in texts else None
-    recorded: dict[str, Run] = {}
-    steady: tuple[SteadyRate, ...] = ()
+    table, runs = read_runs(texts["runs.csv"], problems) if "runs.csv" in texts else (None, {})
+    known, recorded, steady = None if table is None else runs, dict[str, Run](), tuple[SteadyRate, ...]()
     if measured and "signals.csv" in texts:
-        recorded = read_signals(texts["signals.csv"], names, sheet.signals if sheet else None, rows, problems)
+        recorded = read_signals(texts["signals.csv"], names, sheet.signals if sheet else None, known, problems)
     if measured and "steady.csv" in texts:
-        steady = read_steady(texts["steady.csv"], rows, problems)
+        steady = read_steady(texts["steady.csv"], known, problems)
     if not measured and sheet is not None and not sheet.signals:
         remedy = "no signal is planned; state at least one"
         problems.append(Problem(file="campaign.yaml", name="signals", remedy=remedy))
-    if problems or sheet is None or rows is None:
+    if problems or sheet is None or table is None:
         raise CampaignError(problems)
     rated = {rate.run for rate in steady}
-    for name, run in rows.runs.items():
+    for name, run in runs.items():
         if name in recorded and run.yaw_at > (end := float(recorded[name].travel[-1])):
             remedy = f"must be at most {end:.15g} m, where the record of {name} ends"
-            rows.refuse(name, "yaw_at_m", run.yaw_at, "m", remedy)
+            table.refuse(name, "yaw_at_m", run.yaw_at, "m", remedy)
         elif whole and name not in recorded and name not in rated:
             remedy = "has no rows in signals.csv or steady.csv; add them or remove the run"
-            rows.refuse(name, "run", name, "", remedy)
-    counted = [name for name, run in rows.runs.items() if run.start is not None]
-    blank = [name for name in rows.runs if name not in counted and (name in recorded or name not in rated)]
+            table.refuse(name, "run", name, "", remedy)
+    counted = [name for name, run in runs.items() if run.start is not None]
+    blank = [name for name in runs if name not in counted and (name in recorded or name not in rated)]
     if counted and blank:
         some = f"is blank, but stated of {len(counted)} other{'s' * (len(counted) > 1)} ({counted[0]})"
-        rows.refuse(blank[0], "start_m", None, "m", f"{some}; state it in every run or in none")
+        table.refuse(blank[0], "start_m", None, "m", f"{some}; state it in every run or in none")
     if problems:
         raise CampaignError(problems)
     data = recorded.keys() | rated
-    there = {name: recorded.get(name, run) for name, run in rows.runs.items() if name in data}
+    there = {name: recorded.get(name, run) for name, run in runs.items() if name in data}
     heir: dict[str | None, str] = {}  # repeats of a missing first run repeat the first of them that is present
     for name, run in there.items():
         if run.repeat_of is not None and run.repeat_of not in there:
@@ -432,7 +425,7 @@ def _read(folder: str | Path, *, whole: bool = True, measured: bool = True) -> t
     whole_text = b"".join(b"%b %d\n%b" % (name.encode(), len(data), data) for name, data in sorted(contents.items()))
     digest = hashlib.sha256(whole_text).hexdigest()
     campaign = replace(sheet, runs=tuple(there.values()), steady=tuple(steady), sha256=digest)
-    return campaign, tuple(run for name, run in rows.runs.items() if name not in data)
+    return campaign, tuple(run for name, run in runs.items() if name not in data)
 
 
 def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True) -> dict[str, bytes]:
@@ -466,20 +459,6 @@ def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True)
             cause = error.strerror or error
             problems.append(Problem(file=name, remedy=f"cannot be read ({cause}); replace it by a readable text file"))
     return contents
-
-
-def text_of(name: str, data: bytes, problems: list[Problem]) -> str | None:
-    """Decode UTF-8 with or without a byte-order mark; return None and append a problem if that fails."""
-    at, value = data.find(b"\0"), None
-    remedy = "holds bytes that are no UTF-8 text (binary, a spreadsheet, or UTF-16); save it as UTF-8 text"
-    if at < 0:
-        try:
-            return data.decode("utf-8-sig")
-        except UnicodeDecodeError as error:
-            at, value = error.start, f"byte 0x{data[error.start]:02x}"
-            remedy = "not UTF-8; save the file as UTF-8 text"
-    problems.append(Problem(file=name, line=data[:at].count(b"\n") + 1, value=value, remedy=remedy))
-    return None
 
 
 def is_plan(folder: str | Path) -> bool:
