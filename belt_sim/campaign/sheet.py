@@ -8,6 +8,8 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
 from typing import Annotated, Any, Literal, get_args
 
 import yaml
@@ -343,26 +345,12 @@ class CampaignEntry(Entry):
 
 FILE = "campaign.yaml"
 
-#: How a required key is written.
-EXAMPLES = {
-    "schema": "schema: belt-campaign/1",
-    "title": "title: slack belt, 12 May",
-    "source": '{kind: measured, reference: "log book 7", licence: "CC-BY-4.0"}',
-    "kind": "kind: measured",
-    "machine": "centre_distance and pulley_radius",
-    "centre_distance": "{value: 11.28, u: 0.005, unit: m}",
-    "belt": "width, thickness, youngs_modulus and density",
-    "width": "{value: 200, u: 0.1, unit: mm}",
-    "thickness": "{value: 0.3, u: 0.003, unit: mm}",
-    "youngs_modulus": "{value: 210, u: 4, unit: GPa}",
-    "density": "{value: 7850, unit: kg/m^3}",
-    "unit": "unit: mm",
-    "at": "at: point_1",
-    "yaw.unit": "unit: urad",
-    "white": "white: 0.02",
-    "length_m": "{sd: 0.05, length_m: 3}",
-    "sd": "{sd: 0.05, length_m: 3}",
-}
+
+@cache
+def field_texts(what: Literal["meaning", "example"]) -> dict[str, str]:
+    """Key of campaign.yaml -> what it means, or how it is written."""
+    fields = yaml.safe_load(files("belt_sim.campaign").joinpath("fields.yaml").read_text(encoding="utf-8"))
+    return {key: texts[what] for key, texts in fields.items() if what in texts}
 
 
 def read_sheet(text: str, problems: list[Problem]) -> tuple[Campaign | None, frozenset[str] | None]:
@@ -384,9 +372,10 @@ def read_sheet(text: str, problems: list[Problem]) -> tuple[Campaign | None, fro
     try:
         entry = CampaignEntry.model_validate(marked.tree)
     except ValidationError as error:
+        examples = field_texts("example")
         for details in error.errors():
             path: Path = tuple(str(part) for part in details["loc"] if part != "[key]")
-            problems.append(validation_problem(details, path, marked, FILE, CampaignEntry, examples=EXAMPLES))
+            problems.append(validation_problem(details, path, marked, FILE, CampaignEntry, examples=examples))
         return None, names
     machine, found, yaw = entry.machine.si(), [], entry.settings.yaw
     ends = {"tail_wrap": math.pi * machine.tail_radius.value, "head_wrap": math.pi * machine.head_radius.value}

@@ -19,6 +19,7 @@ from scipy.interpolate import BSpline
 from belt_sim.campaign import Campaign, Run, SignalSheet, Source
 from belt_sim.campaign.folder import put_folder, read_plan, runs_text, sheet_tree
 from belt_sim.campaign.quality import resolution, scatter, scatter_of_wander
+from belt_sim.campaign.sheet import field_texts
 from belt_sim.campaign.types import PLACES, BeltSheet, Machine, Quantity, SettingsSheet, did_you_mean, kind_at
 from belt_sim.case import Belt, Rig
 from belt_sim.diagnosis.foresight import harm_warnings, safe_yaw
@@ -289,29 +290,6 @@ def settings_of(entry: MappingEntry) -> tuple[SettingsSheet, dict[str, str]]:
 
 # ---- the sheet with a comment beside every field
 
-#: key of the sheet -> what it is
-MEANING = {
-    "schema": "what kind of folder this is; leave it",
-    "title": "what the campaign is, in a line",
-    "source.kind": "measured, digitised (from a printed figure) or synthetic (computed)",
-    "source.reference": "log book, paper or figure, date",
-    "source.licence": "under which others may use the data",
-    "machine.centre_distance": "between the axes of the pulleys; u: one sigma",
-    "machine.pulley_radius": "to the belt's middle surface; or head_radius and tail_radius where they differ",
-    "machine.head_radius": "of the pulley that stands still, to the belt's middle surface",
-    "machine.tail_radius": "of the pulley that yaws, to the belt's middle surface",
-    "belt.youngs_modulus": "of the belt's material",
-    "belt.density": "of the belt's material",
-    "belt.poisson_ratio": "of the belt's material; 0.3 if left out",
-    "unit": "of this column of signals.csv, of white, zero and wander.sd",
-    "at": "point_1, _2: upper, lower end at the tail pulley; _3, _4: lower, upper end at the head; or mid-span (tilt)",
-    "white": "one sigma from sample to sample",
-    "zero": "one sigma of where y = 0 is, anew in every run",
-    "gain": "one sigma of the scale, relative",
-    "wander": "slow noise: its sd, and its correlation length [m]",
-    "settings.tension_rel": "one sigma of how a run hits its stated tension, relative",
-    "settings.yaw": "one sigma of how a run hits its stated yaw",
-}
 COLUMN = 60
 
 
@@ -331,7 +309,7 @@ def _lines(path: tuple[str, ...], value: Any, remarks: dict[str, str]) -> list[s
     begin, where = "  " * (len(path) - 1) + flow_text(path[-1]) + ":", ".".join(path)
     if isinstance(value, dict) and value and not {"u", "sd"} & set(value):
         return [begin, *(line for key, inner in value.items() for line in _lines((*path, key), inner, remarks))]
-    meaning = MEANING.get(where, MEANING.get(path[-1], ""))
+    meaning = field_texts("meaning").get(path[-1], "")
     comment = "; ".join(part for part in (meaning, remarks.get(where, "")) if part)
     entries = value.items() if isinstance(value, dict) else [("", value)]  # 200, not 200.0
     whole = {k: int(v) if isinstance(v, float) and v.is_integer() else v for k, v in entries}
