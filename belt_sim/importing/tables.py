@@ -13,11 +13,11 @@ import re
 import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime, time, timedelta
 from itertools import chain, count
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -187,23 +187,19 @@ def count_readings(row: Sequence[str], decimal: str) -> int:
     return sum(is_number(c, decimal) or is_time(c) for c in row)
 
 
-def column_values(
-    cells: pd.Series, decimal: str, is_open: bool, lines: np.ndarray, file: str
-) -> tuple[str, Mapping[str, np.ndarray], bool, str]:
-    """A column's cells: (what settles the reading, reading -> values (n,), whether dates or times of day, their zone).
-
-    What settles the reading is "", decimal, date or time; texts come as object dtype. is_open: whether the file leaves
-    its decimal mark open; lines: line of each cell. Raises CampaignError for a cell that is not of its column's kind.
-    """
+def column_of(cells: pd.Series, unit: str, decimal: str, is_open: bool, lines: np.ndarray, file: str) -> Column:
+    """A column by its cells; unit: of a units row; is_open: whether the file leaves its decimal mark open; lines: of
+    each cell. Raises CampaignError for a cell that is not of its column's kind."""
+    name = str(cells.name)
     if pd.api.types.is_numeric_dtype(cells):
-        return "", {"": cells.to_numpy(dtype=float)}, False, ""
+        return Column(name=name, values=cells.to_numpy(dtype=float), unit=unit)
     texts = cells.astype("string").str.strip().fillna("")
     filled = ~texts.map(is_missing).to_numpy(dtype=bool)
     sample = [str(c) for c in texts[filled].iloc[:SAMPLE]]
     numbers = sum(is_number(c, ".") or is_number(c, ",") for c in sample)
     are_times = sum(map(is_time, sample)) > 0.5 * len(sample)
     if not are_times and numbers <= 0.5 * len(sample):
-        return "", {"": texts.where(filled, "").to_numpy(dtype=object)}, False, ""
+        return Column(name=name, values=texts.where(filled, "").to_numpy(dtype=object), unit=unit)
     key, zone = "", ""
     if are_times:
         start = next(c for c in texts[filled] if is_time(str(c)))
@@ -227,22 +223,23 @@ def column_values(
         elif any(is_number(str(c), OTHER[decimal]) for c in texts[wrong]):
             remedy = f"decimal marks are mixed: the file has '{decimal}' elsewhere; write one mark throughout"
         k = int(np.argmax(wrong))
-        raise refusal(file, remedy, line=int(lines[k]), name=str(cells.name), value=str(cells.iloc[k]))
-    return key, readings, are_times, zone
+        raise refusal(file, remedy, line=int(lines[k]), name=name, value=str(cells.iloc[k]))
+    first = next((str(c) for c in texts[filled] if key and (key != "decimal" or doubtful(str(c)))), "")
+    return Column(
+        name=name, values=next(iter(readings.values())), unit="s" if are_times else unit, stamp=are_times, zone=zone,
+        asked=key, readings=readings if key else {}, first_cell=first,
+    )  # fmt: skip
 
 
 def code_mask(values: np.ndarray, stated: Any) -> np.ndarray:
     """Which numbers (n,) stand for no reading: as stated, else of CODES those that lie far off all other numbers."""
     if stated is not None:
         return np.isin(values, np.atleast_1d(stated).astype(float))
-    mask = np.zeros(len(values), dtype=bool)
     rest = values[np.isfinite(values) & ~np.isin(values, CODES)]
-    if len(rest) < 3:
-        return mask
-    for code in CODES:
+    mask = np.zeros(len(values), dtype=bool)
+    for code in CODES if len(rest) >= 3 else ():
         reach = FAR * max(float(np.ptp(rest)), 1e-3 * abs(code))
-        is_far = not rest.min() - reach <= code <= rest.max() + reach
-        if is_far and np.sum(values == code) < len(rest):
+        if not rest.min() - reach <= code <= rest.max() + reach and np.sum(values == code) < len(rest):
             mask |= values == code
     return mask
 
@@ -406,8 +403,7 @@ def _cell_text(value: Any) -> str:
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": "blanks"}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Layout:
+class Layout(NamedTuple):
     """names: columns, no two alike; units: of a units row ("" where none); first: line of the first data row, from 1;
     header: line of the header (0: none); score: how many rows of data it sees, less where their cells are no numbers
     or times."""
@@ -456,9 +452,7 @@ def _layout_with(separator: str, decimal: str, rows: Sequence[Sequence[str]]) ->
     cells = [c for row in rows if len(row) == width for c in row if c.strip()]
     share = count_readings(cells, decimal) / len(cells)
     score = height * share**3 * (0.6 if separator == " " else 1.0)
-    return Layout(
-        separator=separator, decimal=decimal, names=names, units=units, header=header, first=first + 1, score=score
-    )
+    return Layout(separator, decimal, names, units, header, first + 1, score)
 
 
 def _head(above: Sequence[Sequence[str]], width: int, decimal: str) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
@@ -542,24 +536,16 @@ def _table(
     if len(frame) != len(kept):
         raise refusal(place, "a quotation mark is opened and not closed; mend it or export the log again")
     columns, missing = [], form.get("missing")
-    for (name, cells), unit in zip(frame.items(), layout.units, strict=True):
-        asked, readings, is_stamp, zone = column_values(cells, decimal, is_open, numbers, place)
-        values = next(iter(readings.values()))
-        if values.dtype != object and not is_stamp and not asked:
-            mask = code_mask(values, missing)
+    for (_, cells), unit in zip(frame.items(), layout.units, strict=True):
+        column = column_of(cells, unit, decimal, is_open, numbers, place)
+        if not (column.is_text or column.stamp or column.asked):
+            mask = code_mask(column.values, missing)
             if mask.any() and missing is None:
-                codes = ", ".join(f"{c:g}" for c in np.unique(values[mask]))
+                codes = ", ".join(f"{c:g}" for c in np.unique(column.values[mask]))
                 text = f"{codes} stands for no reading (line {shortlist(numbers[mask])})"
-                remarks.append(f"{name}: {text}; format: {{missing: []}} would keep it")
-            values = np.where(mask, np.nan, values)
-        texts = (str(c).strip() for c in cells.dropna()) if asked else iter(())
-        first = next((c for c in texts if not is_missing(c) and (asked != "decimal" or doubtful(c))), "")
-        columns.append(
-            Column(
-                name=str(name), values=values, unit="s" if is_stamp else unit, stamp=is_stamp, zone=zone,
-                asked=asked, readings=readings if asked else {}, first_cell=first,
-            )
-        )  # fmt: skip
+                remarks.append(f"{column.name}: {text}; format: {{missing: []}} would keep it")
+            column = replace(column, values=np.where(mask, np.nan, column.values))
+        columns.append(column)
     starts = np.searchsorted(numbers, again)
     return LoggedTable(
         name=file.stem,
@@ -583,18 +569,15 @@ def _rows(file: str, lines: list[str], layout: Layout) -> tuple[list[str], np.nd
     ragged: dict[int, int] = {}
     for number, line in enumerate(lines[layout.first - 1 :], layout.first):
         text = line.strip()
-        if not text.strip(separator + " "):
-            continue
-        if text == header:
-            again.append(number)
-            continue
         plain = '"' not in line and separator != " "
         cells = line.count(separator) + 1 if plain else len(split(line, separator))
+        if not text.strip(separator + " "):
+            continue
+        if text == header or (cells != width and text.startswith("#")):
+            (again if text == header else comments).append(number)
+            continue
         if cells == width + 1 and text.endswith(separator):
             line = text[: -len(separator)]  # every row ends with a separator
-        elif cells != width and text.startswith("#"):
-            comments.append(number)
-            continue
         elif cells != width:
             ragged[number] = cells
         kept[number] = line
