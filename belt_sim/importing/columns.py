@@ -109,6 +109,11 @@ class Column:
         return self.values.dtype == object
 
     @property
+    def numbers(self) -> np.ndarray:
+        """The numbers as logged, without blanks; none of texts."""
+        return np.empty(0) if self.is_text else self.values[np.isfinite(self.values)]
+
+    @property
     def is_stated(self) -> bool:
         """Whether the mapping says what the column is."""
         return bool(self.entry.role or self.entry.unit or self.entry.at)
@@ -146,7 +151,7 @@ class Column:
 
     @property
     def dimension(self) -> str:
-        return UNITS[self.unit][0]
+        return UNITS[self.unit][0] if self.unit else ""
 
     @property
     def labels(self) -> list[str]:
@@ -276,18 +281,17 @@ def propose_roles(table: LoggedTable) -> LoggedTable:
     settings or of steady rates."""
     columns, notes = [_propose(column) for column in table.columns], list(table.notes)
     # a column of dates and one of times of day are one time, so that a night does not begin a new run
-    times = {k: c.values[np.isfinite(c.values)] for k, c in enumerate(columns) if c.role == "time" and not c.is_text}
-    stamps = {k: s for k, s in times.items() if columns[k].stamp}
-    dates = [k for k, s in stamps.items() if len(s) and np.all((s > DAY) & (s % DAY == 0.0))]
-    clocks = [k for k, s in stamps.items() if k not in dates and len(s) and s.max() < DAY]
+    stamps = {k: c.numbers for k, c in enumerate(columns) if c.role == "time" and c.stamp and len(c.numbers)}
+    dates = [k for k, s in stamps.items() if np.all((s > DAY) & (s % DAY == 0.0))]
+    clocks = [k for k, s in stamps.items() if k not in dates and s.max() < DAY]
     if dates and clocks:
         date, clock = columns[dates[0]], columns[clocks[0]]
         of_day = clock.readings.get("hh:mm", clock.values)  # a clock beside a date is none of minutes and seconds
         own: dict[str, Any] = {"readings": {order: days + of_day for order, days in date.readings.items()}}
         own |= {"asked": date.asked, "first_cell": date.first_cell, "zone": date.zone}
         columns[dates[0]] = replace(date, role="ignore", unit="", proposed_by=f"in {clock.name} with the time of day")
-        why = f"its name, with {date.name}"
-        columns[clocks[0]] = replace(clock, values=date.values + of_day, proposed_by=why, **own)
+        own |= {"values": date.values + of_day, "proposed_by": f"its name, with {date.name}"}
+        columns[clocks[0]] = replace(clock, **own)
     for k, column in enumerate(columns):
         if column.stamp and column.role == "time":
             values, remarks = wind_on(column.values)
@@ -301,7 +305,7 @@ def propose_roles(table: LoggedTable) -> LoggedTable:
             columns[rising] = replace(columns[rising], proposed_by="it rises throughout: time or travel?")
     kind: Literal["record", "settings", "rates"] = "record"
     run = next((c for c in columns if c.role == "run"), None)
-    times = [np.diff(np.unique(c.values[np.isfinite(c.values)])) for c in columns if c.role == "time"]
+    times = [np.diff(np.unique(c.numbers)) for c in columns if c.role == "time"]
     timed = any(len(steps) and float(np.median(steps)) < SPARSE for steps in times)
     if any(role.startswith("rate") for role in roles):
         kind = "rates"
@@ -327,7 +331,7 @@ def _propose(column: Column) -> Column:
         is_lost = bool(role) and ROLES[role].dimensions != () and unit in UNITS
         why = f"text, though its name and unit say {role}" if is_lost else "text"
         return replace(column, role="run" if role == "run" else "ignore", unit="", is_lost=is_lost, proposed_by=why)
-    if not np.isfinite(column.values).any():
+    if not len(column.numbers):
         return replace(column, role="ignore", unit="", proposed_by="holds no numbers")
     fits = bool(role) and (not ROLES[role].dimensions or UNITS[unit][0] in ROLES[role].dimensions)
     if unit and not fits:
@@ -380,8 +384,7 @@ def wind_on(seconds: np.ndarray) -> tuple[np.ndarray, list[str]]:
 
 def _only_unit(column: Column, role: Role) -> tuple[str, str]:
     """The only unit in which the numbers are what a machine has, "" where several or none are, and that in words."""
-    values = column.values[np.isfinite(column.values)]
-    size = float(np.ptp(values)) if role.by_range else float(np.abs(values).max())
+    size = float(np.ptp(column.numbers) if role.by_range else np.abs(column.numbers).max())
     if size == 0.0:
         return role.units[0], "it does not change"
     likely = [unit for unit in role.units if role.low <= size * UNITS[unit][1] <= role.high]
@@ -557,7 +560,7 @@ def column_questions(logged: LoggedTables, used: list[LoggedTable]) -> tuple[lis
 
 def span_of(column: Column) -> str:
     """The first and the last number of a column as they are understood: 0 to 30 m."""
-    there = column.values[np.isfinite(column.values)] if not column.is_text else np.empty(0)
+    there = column.numbers
     if not len(there) or not column.unit:
         return f"{there[0]:.6g} to {there[-1]:.6g}" if len(there) else ""
     if column.stamp:
@@ -604,7 +607,7 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
             yield ask("texts", cell=quote(next(filter(None, column.labels))), **words)
         kinds = _dimensions(column.role, column.at)
         if kinds and not column.unit:
-            there = column.values[np.isfinite(column.values)] if not column.is_text else np.empty(0)
+            there = column.numbers
             words["numbers"] = f" ({there[0]:.6g} to {there[-1]:.6g})" if len(there) else ""
             stated, usual, units = column.stated_unit, USUAL[kinds[0]], [u for u in NAMES if UNITS[u][0] in kinds]
             scaled = scaled_unit(stated) if stated else None
