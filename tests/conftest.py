@@ -28,7 +28,8 @@ jax.config.update("jax_enable_x64", True)
 
 
 class ByFile(LoadScopeScheduling):
-    """One process runs all tests of a file, and all files that use small_campaign, which keeps its diagnoses."""
+    """One process runs all tests of a file, and all files that share what small_campaign or small_discovery keep: their
+    diagnoses and searches."""
 
     def _split_scope(self, nodeid: str) -> str:
         return scope(nodeid.partition("::")[0])
@@ -36,7 +37,8 @@ class ByFile(LoadScopeScheduling):
 
 @cache
 def scope(file: str) -> str:
-    return "small_campaign" if "small_campaign" in (ROOT / file).read_text(encoding="utf-8") else file
+    text = (ROOT / file).read_text(encoding="utf-8")
+    return next((name for name in ("small_campaign", "small_discovery") if name in text), file)
 
 
 @pytest.hookimpl(optionalhook=True)

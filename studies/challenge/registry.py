@@ -10,13 +10,14 @@ from typing import Any
 from belt_sim.campaign import Campaign, read_campaign
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig import Truth, random_campaign
-from studies.challenge.fresh_campaigns import (
+from studies.challenge.campaigns import (
     FRESH_PLANS,
     fresh_campaign,
+    plant_campaign,
+    plant_span_campaign,
     random_mistake_campaign,
     random_span_campaign,
-)
-from studies.challenge.plant_campaigns import plant_campaign, plant_span_campaign
+)  # fmt: skip
 from studies.challenge.space_campaigns import random_space_campaign
 
 Draw = Callable[[int], tuple[Campaign, Truth]]

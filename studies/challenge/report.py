@@ -5,7 +5,6 @@ The page (docs/how_often_right.md) counts the newest answers alone, its conclusi
 """
 
 import json
-import os
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -40,62 +39,6 @@ from studies.challenge.targets import (
 _DARK = 0.55  # share of a row from which its number is written in white
 
 
-@style.picture
-def confusion_picture(
-    path: str | os.PathLike, hidden: Sequence[str], named: Sequence[str], counts: np.ndarray, title: str
-) -> Path:
-    """Campaigns by what they hid (rows) and what was answered (columns), counts (rows, columns); shade: share of a row.
-
-    Where row and column have the same name, the cell is framed.
-    """
-    total = counts.sum(axis=1, keepdims=True)
-    share = counts / np.maximum(total, 1)
-    fig, [[ax]] = style.figure(0.36 * len(named) + 3.2, 0.30 * len(hidden) + 2.8)
-    ax.imshow(share, cmap="Blues", vmin=0, vmax=1, aspect="auto")
-    for r, c in np.argwhere(counts > 0):
-        ink = PAPER if share[r, c] > _DARK else INK
-        ax.text(c, r, f"{counts[r, c]:.0f}", ha="center", va="center", fontsize=8, color=ink)
-    for r, name in enumerate(hidden):
-        if name in named:
-            c = list(named).index(name)
-            ax.plot(
-                c + np.array([-0.5, 0.5, 0.5, -0.5, -0.5]), r + np.array([-0.5, -0.5, 0.5, 0.5, -0.5]), color=INK, lw=1
-            )
-    ax.set_xticks(range(len(named)), named, rotation=60, ha="right", rotation_mode="anchor")
-    ax.set_yticks(range(len(hidden)), [f"{n} ({t:.0f})" for n, t in zip(hidden, total[:, 0], strict=True)])
-    ax.set(xlabel="answered", ylabel="hidden (campaigns)")
-    ax.grid(False)
-    style.title(fig, title)
-    return style.save(fig, path)
-
-
-@style.picture
-def reliability_picture(
-    path: str | os.PathLike,
-    names: Sequence[str],
-    said: np.ndarray,
-    found: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-    title: str,
-) -> Path:
-    """Share of named effects that were truly hidden, beside the probability that was said; all (bins,).
-
-    names: of the bins; said: mean probability of a bin; low, high: 95 % interval of the share.
-    """
-    fig, [[ax]] = style.figure(1.6 + 0.85 * len(names), 4.6)
-    at = np.arange(len(names))
-    ax.hlines(said, at - 0.36, at + 0.36, color=FAINT, linewidth=2.4, label="probability said, mean")
-    bars = np.maximum([found - low, high - found], 0.0)
-    ax.errorbar(at, found, yerr=bars, fmt="o", color=AFTER, capsize=3, label="share truly hidden, 95 % interval")
-    ax.set_xticks(at, names, fontsize=8)
-    ax.set(xlim=(-0.6, len(names) - 0.4), ylim=(0, 1.04), xlabel="probability said; names that were true, of all")
-    ax.set_ylabel("probability, share")
-    ax.legend(loc="lower right", fontsize=8)
-    style.title(fig, title)
-    return style.save(fig, path)
-
-
 SCHEMA = "belt-challenge-facts/1"
 SPACE, SPAN, PLANTS = "space", "span", ("plant", "plant_span")  # sources that are told by themselves
 PICTURES = {"confusion": "challenge_confusion.png", "reliability": "challenge_reliability.png"}
@@ -107,7 +50,7 @@ _COMMON = 6  # so many of what is hidden are listed beside a cause
 _VISIBLE = 4.5  # d: a smaller effect may be overlooked
 _LEVELS = (0.01, 0.05, 0.1, 0.25, 0.5)
 _EDGES = (0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)  # of bins of probability
-_DISTANCES = ((0.0, 8.0), (8.0, 12.0), (12.0, 20.0), (20.0, 1e9))
+_DISTANCES = {"under 8": (0.0, 8.0), "8 - 12": (8.0, 12.0), "12 - 20": (12.0, 20.0), "20 and more": (20.0, np.inf)}
 _FAR = 8.0  # distance from which a law is expected to be found
 #: what another answer to the same campaign changes, and what of it is never stored
 _OF_AN_ANSWER = ("verdict", "named", "aliases", "outcome", "covered", "removed")
@@ -559,6 +502,15 @@ def figures(names: Sequence[str], cases: Sequence[ScoredCase]) -> list[str]:
     return [with_interval(FIGURES[name](cases)) for name in names]
 
 
+def rows_of(
+    groups: Mapping[str, Sequence[ScoredCase]], names: Sequence[str], counted: bool = True
+) -> list[Sequence[str]]:
+    """Rows of a table: a group that holds campaigns each, how many, and its figures."""
+    return [
+        (label, *([str(len(mine))] if counted else []), *figures(names, mine)) for label, mine in groups.items() if mine
+    ]
+
+
 def target_cells(row: Target) -> tuple[str, ...]:
     """One row of the table of targets as text: figure, target, found, interval, note."""
     low, high = row.found.interval
@@ -606,24 +558,28 @@ def by_size(cases: Sequence[ScoredCase]) -> str:
     """What is said of one effect, and of two, by the size of the smaller."""
     names = ["exactly named", "or in the confusable set", "confidently wrong", "overlooked"]
     names += ["95 % interval holds", "90 % of the error removed"]
-    lines = []
-    for kind, words in (("library", "one effect"), ("two", "two effects")):
-        for size in SIZES:
-            if mine := [f for f in of_kind(cases, kind) if size_class(f.size) == size]:
-                lines.append((f"{words}, d = {size}", *figures(names, mine)))
-    return "## By size\n\n" + table(("hidden", *names), lines) if lines else ""
+    groups = {
+        f"{words}, d = {size}": [f for f in of_kind(cases, kind) if size_class(f.size) == size]
+        for kind, words in (("library", "one effect"), ("two", "two effects"))
+        for size in SIZES
+    }
+    rows = rows_of(groups, names, counted=False)
+    return "## By size\n\n" + table(("hidden", *names), rows) if rows else ""
 
 
 def by_pair(cases: Sequence[ScoredCase]) -> str:
     """Two effects, by what the best single effect of the generator's library leaves of them."""
     names = ("exactly named", "or in the confusable set", "none or one named", "confidently wrong")
     classes = {"under 3": (0.0, 3.0), f"3 - {SEEN:.1f}": (3.0, SEEN), f"{SEEN:.1f} - 9": (SEEN, 9.0)}
-    lines = []
-    for words, (low, high) in (classes | {"9 and more": (9.0, np.inf)}).items():
-        mine = [f for f in of_kind(cases, "two") if f.distance is not None and low <= f.distance < high]
-        if mine:
-            lines.append((words, *figures(names, mine)))
-    return _PAIRS + table(("one effect leaves", *names), lines) if lines else ""
+    pairs = [f for f in of_kind(cases, "two") if f.distance is not None]
+    rows = rows_of(_by_distance(pairs, classes | {"9 and more": (9.0, np.inf)}), names, counted=False)
+    return _PAIRS + table(("one effect leaves", *names), rows) if rows else ""
+
+
+def _by_distance(
+    cases: Sequence[ScoredCase], classes: Mapping[str, tuple[float, float]]
+) -> dict[str, list[ScoredCase]]:
+    return {words: [f for f in cases if low <= (f.distance or 0.0) < high] for words, (low, high) in classes.items()}
 
 
 def by_plan(cases: Sequence[ScoredCase]) -> str:
@@ -665,25 +621,12 @@ def outside_library(cases: Sequence[ScoredCase]) -> str:
     if not strange:
         return ""
     far = [f for f in strange if (f.distance or 0.0) >= _FAR]
-    return "\n".join([_OUTSIDE, _by_distance(strange), _by_form(far), _by_law(far)])
-
-
-def _by_distance(cases: Sequence[ScoredCase]) -> str:
-    lines = []
-    for low, high in _DISTANCES:
-        mine = [f for f in cases if low <= (f.distance or 0.0) < high]
-        words = f"under {high:g}" if low == 0.0 else f"{low:g} and more" if high > 1e6 else f"{low:g} - {high:g}"
-        if mine:
-            lines.append((words, str(len(mine)), *figures(_OF_LAWS, mine)))
-    return table(("distance", "campaigns", *_OF_LAWS), lines)
-
-
-def _by_form(cases: Sequence[ScoredCase]) -> str:
-    lines = []
-    for form in sorted({f.unknown[2] for f in cases if f.unknown}):
-        mine = [f for f in cases if f.unknown[2:] == [form]]
-        lines.append((form, str(len(mine)), *figures(_OF_LAWS, mine)))
-    return table(("form", "campaigns", *_OF_LAWS), lines) if lines else ""
+    forms = {
+        form: [f for f in far if f.unknown[2:] == [form]] for form in sorted({f.unknown[2] for f in far if f.unknown})
+    }
+    tables = [("distance", _by_distance(strange, _DISTANCES)), ("form", forms)]
+    found = [table((head, "campaigns", *_OF_LAWS), rows) for head, g in tables if (rows := rows_of(g, _OF_LAWS))]
+    return "\n".join([_OUTSIDE, *found, *([""] if len(found) < 2 else []), _by_law(far)])
 
 
 def _by_law(cases: Sequence[ScoredCase]) -> str:
@@ -763,8 +706,10 @@ def _pictures(top: Path, cases: Sequence[ScoredCase]) -> str:
     return "## What is taken for what, and what probabilities are worth\n\n" + "\n".join(x for x in parts if x)
 
 
+@style.picture
 def _draw_confusion(path: Path, cases: Sequence[ScoredCase]) -> bool:
-    """One hidden effect, nothing, or a law outside the library, against the first name or the verdict."""
+    """One hidden effect, nothing, or a law outside the library (rows), against the first name or the verdict (columns);
+    shade: share of a row; where both have the same name, the cell is framed."""
     seen = [(_hidden_row(f), _answer_column(f)) for f in cases if _hidden_row(f)]
     if not seen:
         return False
@@ -776,8 +721,22 @@ def _draw_confusion(path: Path, cases: Sequence[ScoredCase]) -> bool:
     counts = np.zeros((len(hidden), len(named)))
     for row, column in seen:
         counts[hidden.index(row), named.index(column)] += 1
-    title = "What is taken for what (one effect of d >= 4.5, nothing, strangers)"
-    confusion_picture(path, hidden, named, counts, title)
+    total = counts.sum(axis=1, keepdims=True)
+    share = counts / np.maximum(total, 1)
+    fig, [[ax]] = style.figure(0.36 * len(named) + 3.2, 0.30 * len(hidden) + 2.8)
+    ax.imshow(share, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    for r, c in np.argwhere(counts > 0):
+        ink = PAPER if share[r, c] > _DARK else INK
+        ax.text(c, r, f"{counts[r, c]:.0f}", ha="center", va="center", fontsize=8, color=ink)
+    frame = 0.5 * np.array([[-1, 1, 1, -1, -1], [-1, -1, 1, 1, -1]])
+    for name in {*hidden} & {*named}:
+        ax.plot(named.index(name) + frame[0], hidden.index(name) + frame[1], color=INK, lw=1)
+    ax.set_xticks(range(len(named)), named, rotation=60, ha="right", rotation_mode="anchor")
+    ax.set_yticks(range(len(hidden)), [f"{n} ({t:.0f})" for n, t in zip(hidden, total[:, 0], strict=True)])
+    ax.set(xlabel="answered", ylabel="hidden (campaigns)")
+    ax.grid(False)
+    style.title(fig, "What is taken for what (one effect of d >= 4.5, nothing, strangers)")
+    style.save(fig, path)
     return True
 
 
@@ -795,15 +754,24 @@ def _answer_column(f: ScoredCase) -> str:
     return "unknown" if f.verdict in ("none_known", *NAMING) else f.verdict
 
 
+@style.picture
 def draw_reliability(path: Path, cases: Sequence[ScoredCase]) -> bool:
-    """Probabilities that were said against how often they were right."""
+    """Share of named effects that were truly hidden, beside the probability that was said."""
     bins = reliability(cases)
     if not bins:
         return False
-    said, found = np.array([b.said for b in bins]), np.array([b.true.value for b in bins])
+    at, found = np.arange(len(bins)), np.array([b.true.value for b in bins])
     low, high = np.array([b.true.interval for b in bins]).T
-    names = [f"{b.name}\n{b.true.count} of {b.true.trials}" for b in bins]
-    reliability_picture(path, names, said, found, low, high, "What a probability is worth")
+    fig, [[ax]] = style.figure(1.6 + 0.85 * len(bins), 4.6)
+    ax.hlines([b.said for b in bins], at - 0.36, at + 0.36, color=FAINT, linewidth=2.4, label="probability said, mean")
+    bars = np.maximum([found - low, high - found], 0.0)
+    ax.errorbar(at, found, yerr=bars, fmt="o", color=AFTER, capsize=3, label="share truly hidden, 95 % interval")
+    ax.set_xticks(at, [f"{b.name}\n{b.true.count} of {b.true.trials}" for b in bins], fontsize=8)
+    ax.set(xlim=(-0.6, len(bins) - 0.4), ylim=(0, 1.04), xlabel="probability said; names that were true, of all")
+    ax.set_ylabel("probability, share")
+    ax.legend(loc="lower right", fontsize=8)
+    style.title(fig, "What a probability is worth")
+    style.save(fig, path)
     return True
 
 

@@ -1,6 +1,7 @@
 """Every setting of every command does something: changed, it changes what the command gets or leaves, or is refused.
 
 Simulations are run. Of the slower commands what is behind them is replaced by a recorder: what reaches it must change.
+Of a picture the numbers of its lines are kept, which is all of it that a setting changes; to draw it takes longer.
 """
 
 import hashlib
@@ -9,12 +10,15 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
 
 from belt_sim.app import server
 from belt_sim.cli import run_command
 from belt_sim.commands import COMMANDS, campaigns, inference, known_keys
 from belt_sim.errors import BeltError
 from belt_sim.io import CONF, ROOT
+from belt_sim.show import style
 from belt_sim.space import scene_looks
 
 TAPER = "effects=[{id: taper, kappa_t: 2.0e-5}]"
@@ -131,8 +135,17 @@ def record_calls(monkeypatch) -> list[str]:
     for place, names in BEHIND.items():
         for name in names:
             monkeypatch.setattr(place, name, recorder(name))
+    monkeypatch.setattr(style, "save", save_numbers)
     monkeypatch.setenv("DISPLAY", ":9")
     return calls
+
+
+def save_numbers(fig, path, dpi=None) -> Path:
+    """The words of a picture and the numbers of its lines in the picture's place."""
+    words = [text.get_text() for text in fig.findobj(Text)]
+    lines = [line.get_xydata().tolist() for line in fig.findobj(Line2D)]
+    Path(path).write_text(repr((words, lines)), encoding="utf-8")
+    return Path(path)
 
 
 def left(folder: Path) -> dict[str, object]:

@@ -10,17 +10,20 @@ from belt_sim.errors import InputError
 from belt_sim.virtual_rig.hidden import fault_class
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import RunSetting
-from studies.challenge.fresh_campaigns import (
+from studies.challenge.campaigns import (
     FRESH_MIX,
     FRESH_PLANS,
     FRESH_POOL,
     MISTAKES,
+    PLANT_KINDS,
+    StandingFault,
     fresh_campaign,
     fresh_plan,
+    mistaken,
+    plant_campaign,
     random_mistake_campaign,
     start_anywhere,
-)
-from studies.challenge.plant_campaigns import KINDS, StandingFault, plant_campaign
+)  # fmt: skip
 
 BOTH_WAYS = next(  # a plan with yaw to both sides and more than two sensors
     plan
@@ -98,7 +101,7 @@ def test_zeros_at_the_start_of_the_record():
 def test_a_mistake_is_in_the_sheet_and_nowhere_else(seed):
     campaign, truth = random_mistake_campaign(seed)
     assert truth.kind == "mistake"
-    assert truth.dirty["kind"] == list(MISTAKES)[seed]
+    assert truth.dirty["kind"] == MISTAKES[seed]
     assert truth.dirty["d"] > 3.0
     assert truth.effects == []
     assert truth.dirty["run"] in (None, *(run.name for run in campaign.runs))
@@ -106,8 +109,8 @@ def test_a_mistake_is_in_the_sheet_and_nowhere_else(seed):
 
 def test_what_each_mistake_changes():
     plan, rng = BOTH_WAYS, np.random.default_rng(1)
-    for name, mistake in MISTAKES.items():
-        true, stated, run = mistake(plan, rng)
+    for name in MISTAKES:
+        true, stated, _, run = mistaken(name, plan, rng)
         changed = {n for n in vars(plan) if getattr(true, n) != getattr(stated, n)}
         expected = {"diameter_for_radius": {"machine"}, "wrong_width": {"belt"}, "exchanged_points": {"signals"}}
         assert changed == expected.get(name, {"runs"})
@@ -117,10 +120,10 @@ def test_what_each_mistake_changes():
 
 def test_a_seed_makes_a_campaign_of_a_plant_again_and_its_file_tells_the_habits():
     told = set()
-    once = len(KINDS)
-    for seed in [*range(once, once + 6), once + KINDS.index(("mistake", "inch"))]:
+    once = len(PLANT_KINDS)
+    for seed in [*range(once, once + 6), once + PLANT_KINDS.index(("mistake", "inch"))]:
         campaign, truth = plant_campaign(seed)
-        assert (truth.kind, truth.dirty["kind"] if truth.dirty else "") == KINDS[seed - once]
+        assert (truth.kind, truth.dirty["kind"] if truth.dirty else "") == PLANT_KINDS[seed - once]
         assert 3 <= len(campaign.runs) <= 12
         assert 2 <= len(campaign.signals) <= 4
         first, settings = campaign.runs[0], truth.settings
