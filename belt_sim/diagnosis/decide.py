@@ -34,6 +34,8 @@ class Policy:
     alarm: probability of nothing, below which something is said: a false alarm costs twenty times what a miss does
     credible: probability in the set of explanations that cannot be told apart
     likely: probability from which one of them is the answer; below it, they are tied
+    sized: sigma by which one size of an effect has to be off nothing, or its probability counts as ``unsure`` at most
+    unsure: highest probability of an effect without such a size, or that one run alone shows, unlike its repeats
     like_one_change_of_the_span: an error of the load cell does nearly what one change of a span's stiffness does, as a
         span knows its tension by F/EI and F/T; with it a crown or an edge guide makes up for a slope
     """
@@ -48,6 +50,8 @@ class Policy:
     alarm: float = 0.05
     credible: float = 0.95
     likely: float = LIKELY
+    sized: float = 2.0
+    unsure: float = 0.5
     like_one_change_of_the_span: tuple[str, ...] = ("tension_bias", "crown", "edge_guide")
 
 

@@ -1,5 +1,6 @@
 """A finished diagnosis in words, tables and drawings."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -26,6 +27,7 @@ from belt_sim.diagnosis.plausibility import estimates, estimates_of_single_sizes
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.diagnosis.search import NOTHING, row_of
 from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.effects.base import Effect
 from belt_sim.effects.law import GenericLaw, law_entry
 from belt_sim.io import provenance
 from belt_sim.results import words
@@ -40,8 +42,8 @@ from belt_sim.results.diagnosis import (
     Verdict,
     other_model,
 )
-from belt_sim.results.errors import UNITS, CampaignLabel, Drawings, Drift, FailureMap, Panel
-from belt_sim.results.estimates import MachineSizes
+from belt_sim.results.errors import UNITS, CampaignLabel, Drawings, Drift, Errors, FailureMap, Panel
+from belt_sim.results.estimates import Estimate, MachineSizes
 from belt_sim.results.words import KILO, join_effects, join_words
 from belt_sim.units import N_PER_MM2
 
@@ -187,17 +189,18 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
     without = f"Without the effect{'s' if count > 1 else ''}, {name}" if count else f"Model {name}"
     causes = [cls.cause for cls in d.bench.forward.classes if cls.id in d.named.ids]
     faulty = any(cause is None or not cause.of_model for cause in causes)
+    error = errors_of(d.bench, d.nothing, final, fit)
     white, wander = (float(np.exp(np.mean(np.log(x)))) for x in (bench.levels.white, bench.levels.wander))
     return Diagnosis(
         base_model=name,
         campaign=label(campaign),
         verdict=decision.verdict,
-        sentence=_sentence(d),
+        sentence=_sentence(d) + _reservations(d, error),
         effects=_effects(d),
         ranking=_rank_candidates(d),
         considered=decision.explanations,
         tied=decision.tied(POLICY),
-        error=errors_of(d.bench, d.nothing, final, fit),
+        error=error,
         where=locate_failure(d.bench, d.nothing.values, without, faulty=faulty),
         confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in rivals(d)),
         next_runs=(),
@@ -273,6 +276,29 @@ def _sentence(d: Findings) -> str:
     return said
 
 
+def _reservations(d: Findings, error: Errors) -> str:
+    """Why the effects that are named are not sure, or their sizes not reliable."""
+    said = [
+        f" Without run {run}, which differs from its repeats, {name} would not be named: measure that run again."
+        for name, run in d.rests_on.items()
+    ]
+    own = error.own
+    if d.named.ids and own is not None and own.after > max(own.before, own.floor):
+        said.append(f" The error on unseen runs rises with {join_words(d.named.ids)}: take no size from these numbers.")
+    return "".join(said)
+
+
+def held_back(probability: float, effect: type[Effect], *told: Mapping[str, Estimate]) -> float:
+    """The probability of an effect, at most ``unsure`` where no size of it that is ``told`` is off nothing."""
+    sizes = [(effect.parameters[n], e) for one in told for n, e in one.items() if not effect.parameters[n].modifier]
+
+    def is_off(null: float, e: Estimate) -> bool:
+        return abs(e.value - null) >= POLICY.sized * e.u or not e.interval_95[0] <= null <= e.interval_95[1]
+
+    seen = not sizes or any(is_off(p.null, e) for p, e in sizes)
+    return probability if seen else min(probability, POLICY.unsure)
+
+
 def _effects(d: Findings) -> tuple[FoundEffect, ...]:
     decision, bench, named = d.decision, d.fitted_bench, d.named
     seen = estimates(bench.forward, named)
@@ -280,17 +306,20 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
         every = estimates(bench.forward, named, every=True)
         seen = profile_intervals(bench, named, {i: own or every[i] for i, own in seen.items()})
     there = {e.id: e for e in bench.forward.effects_at(named.vector, named.ids)}
+    sure = {n: held_back(decision.named[n], type(e), seen[n]) for n, e in there.items()}
+    unsure = [n for n, p in sure.items() if not seen[n] or p < decision.named[n]]
+    alone = {n: estimates_of_single_sizes(bench, named, n) for n in unsure}  # of two that are known together only
     return tuple(
         FoundEffect(
             id=name,
             numbers={n: float(getattr(effect, n)) for n in effect.parameters},
             parameters=seen[name],
-            probability=decision.named[name],
+            probability=held_back(decision.named[name], type(effect), seen[name], alone.get(name, {})),
             confusable_with=decision.confusable.get(name, ()),
             rejected=decision.verdict.rejects_model,
             source_file=getattr(type(effect), "source_file", None),
             law=law_entry(effect) if isinstance(effect, GenericLaw) else None,
-            alone=estimates_of_single_sizes(bench, named, name) if not seen[name] else {},
+            alone=alone[name] if not seen[name] else {},
         )
         for name, effect in ((n, there[n]) for n in named.ids)
     )

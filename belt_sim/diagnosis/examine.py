@@ -1,9 +1,9 @@
 """A diagnosis from end to end: sets of effects are fitted, what is beyond them is sought, one decision is made."""
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import Protocol
 
@@ -23,13 +23,14 @@ from belt_sim.diagnosis.decide import (
     UnknownEvidence,
     decide,
     explanations,
+    needed_gain,
     would_show,
 )
 from belt_sim.diagnosis.errors import find_faults, free_zeros
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.linearisation import Linearisation, chance_inflation, find_starts, linearise_effects
-from belt_sim.diagnosis.noise import words_of
+from belt_sim.diagnosis.noise import metric_of, words_of
 from belt_sim.diagnosis.samples import first_place_inside_span, samples_of, shapes_a_span, shows_places
 from belt_sim.diagnosis.search import Search, add_fits, begin_search, extend, row_of, run_search, tabulate
 from belt_sim.diagnosis.workbench import Workbench, workbench
@@ -78,7 +79,8 @@ class Findings:
     """What was found, with everything that was tried.
 
     bench, nothing: the campaign laid out at the base model, and the fit of no effect there; search: joint fits about
-    the likeliest set; named: the joint fit of the effects that are named; law: what the search for laws found.
+    the likeliest set; named: the joint fit of the effects that are named; law: what the search for laws found;
+    rests_on: effect -> the run without which it would not be named, and which differs from its repeats.
     """
 
     bench: Workbench
@@ -89,6 +91,7 @@ class Findings:
     named: Fit
     suspicions: tuple[Suspicion, ...]
     law: LawResult | None = None
+    rests_on: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def fitted_bench(self) -> Workbench:
@@ -148,9 +151,15 @@ def examine(
     suspect = tuple(sorted((*apart, *suspect), key=lambda s: s.severity != "stop"))
     search = add_fits(search, [tuple(decision.named)])
     named = search.fits[frozenset(decision.named)]
+    doubtful = {s.run for s in repeats} | {
+        r for d in bench.finder.disagreements for r in (d.runs if len(d.runs) == 2 else d.runs[-1:])
+    }
+    rests_on = find_single_supports(search, table, named, [r.name for r in bench.samples.runs if r.name in doubtful])
+    held_back = {name: min(p, POLICY.unsure) if name in rests_on else p for name, p in decision.named.items()}
+    decision = replace(decision, named=held_back)
     return Findings(
         bench=bench, nothing=nothing, search=search, table=table, decision=decision, named=named, suspicions=suspect,
-        law=found.get(frozenset(named.ids)) if decision.tells_of_unknown else None,
+        rests_on=rests_on, law=found.get(frozenset(named.ids)) if decision.tells_of_unknown else None,
     )  # fmt: skip
 
 
@@ -193,6 +202,34 @@ def search_sets(
     search = begin_search(bench, linearisation, chance_inflation(bench, linearisation, *chance))
     tell("fitting sets of effects")
     return run_search(search)
+
+
+def find_single_supports(search: Search, table: EvidenceTable, named: Fit, runs: Sequence[str]) -> dict[str, str]:
+    """Effect of the fit ``named`` -> that of some ``runs`` without which it gains too little to be named: what is left
+    is fitted anew with and without the effect."""
+    found: dict[str, str] = {}
+    for run in runs if named.ids else ():
+        bench = search.bench
+        y = np.where(np.array([r.name == run for r in bench.samples.runs])[:, None, None], np.nan, bench.fitted.y)
+        if not np.isfinite(y).any():
+            continue
+        fitted = replace(bench.fitted, y=y)
+        bench = replace(bench, fitted=fitted, metric=metric_of(fitted, bench.levels, bench.shapes, bench.shared))
+        sets = [named.ids, *(tuple(i for i in named.ids if i != name) for name in named.ids)]
+        whole, *smaller = bench.fit([bench.start(ids, _without(bench, named, ids)) for ids in sets])
+        needed = [needed_gain(row_of(bench, fit, checked=False), table, POLICY) for fit in (whole, *smaller)]
+        for name, fit, least in zip(named.ids, smaller, needed[1:], strict=True):
+            if fit.chi2 - whole.chi2 < needed[0] - least:
+                found.setdefault(name, run)
+    return found
+
+
+def _without(bench: Workbench, fit: Fit, ids: Sequence[str]) -> np.ndarray:
+    """The numbers of a fit, null of all effects but ``ids``."""
+    kept = np.isin([s.effect.id for s in bench.forward.slots], list(ids))
+    vector, null = fit.vector.copy(), bench.forward.null()
+    vector[: len(kept)] = np.where(kept, vector[: len(kept)], null[: len(kept)])
+    return vector
 
 
 def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | None) -> tuple[Search, EvidenceTable]:
