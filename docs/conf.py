@@ -15,7 +15,6 @@ extensions = [
     "sphinx.ext.autodoc",
     "studies.site.mathml",
     "studies.site.offline",
-    "studies.site.effect_pages",
     "studies.site.notebooks",
     "studies.site.reference",
 ]

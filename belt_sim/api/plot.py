@@ -131,12 +131,12 @@ def pictures_by_kind(result: "Result | Sequence[Simulation] | pd.DataFrame") -> 
         if result.drawings.overlays:
             there |= _overlay(result)
         if result.where is not None and result.drawings.maps:
-            there |= _maps(result, result.where.sentence)
+            there |= _maps(result)
         if result.steady:
             title = f"Late rates: {result.campaign.title}"
             there["steady"] = partial(steady_picture, rows=result.steady, name=result.final_model, title=title)
     elif isinstance(result, Diagnosis):
-        there |= _overlay(result) | _maps(result, result.where.sentence)
+        there |= _overlay(result) | _maps(result)
         words, names = _compared_words(result)
         first = [p for p in result.drawings.overlays if p.run == result.where.worst.run][:2]
         there["headline"] = partial(pictures.overlay_picture, panels=first, title=words, names=names)
@@ -170,7 +170,8 @@ def _compared_words(result: Comparison | Diagnosis) -> tuple[str, dict[str, str]
         added = ", ".join(words[:1].lower() + words[1:] for words in spoken)
     base = _model_words(result.base_model)
     words = f"{base[:1].upper()}{base[1:]} {f'without and with {added}' if added else 'beside the measurement'}"
-    return words, {"base": result.base_model, "final": f"with {ids}"}
+    measured = "simulated measurement" if result.campaign.source == "synthetic" else "measured"
+    return words, {"base": result.base_model, "final": f"with {ids}", "measured": measured}
 
 
 def _overlay(result: Any) -> dict[str, Draw]:
@@ -179,12 +180,10 @@ def _overlay(result: Any) -> dict[str, Draw]:
     return {"overlay": partial(pictures.overlay_picture, panels=result.drawings.overlays, title=title, names=names)}
 
 
-def _maps(result: Any, sentence: str) -> dict[str, Draw]:
+def _maps(result: Any) -> dict[str, Draw]:
     drawn, (_, names) = result.drawings, _compared_words(result)
     title = f"Where {_model_words(result.base_model)} fails: {result.campaign.title}"
-    there: dict[str, Draw] = {
-        "where": partial(pictures.where_map_picture, maps=drawn.maps, title=title, sentence=sentence)
-    }
+    there: dict[str, Draw] = {"where": partial(pictures.where_map_picture, maps=drawn.maps, title=title)}
     if drawn.drifts:
         said = f"{drawn.drifts[0][0].parameter} fitted at each tension"
         there["drift"] = partial(pictures.drift_chart_picture, drifts=drawn.drifts, title=said, names=names)
@@ -213,7 +212,7 @@ def report_pictures(d: Diagnosis) -> dict[str, str]:
     if d.drawings.overlays:
         words, names = _compared_words(d)
         made["overlay"] = pictures.overlay_svg(d.drawings.overlays, words, names=names)
-    there = _maps(d, d.where.sentence) if d.drawings.maps else {}
+    there = _maps(d) if d.drawings.maps else {}
     if d.discovery is not None and d.discovery.found:
         law = pictures_by_kind(d.discovery)
         there |= {kind: law[kind] for kind in ("unknown", *(["law"] if d.law_holds else [])) if kind in law}

@@ -161,7 +161,7 @@ def export_command(run_dir: RunDir) -> None:
     with run_dir.outputs() as draft:
         lines = export(linear, draft, **files, config=config)
     tell_choice(config, linear.model)
-    print("\n".join(lines).replace(str(draft), str(run_dir.path)))
+    tell((), [line.replace(str(draft), str(run_dir.path)) for line in lines])
 
 
 def map_command(run_dir: RunDir) -> None:

@@ -284,14 +284,14 @@ def boundary(found: list[Cell], model: str, *, faulty: bool = False) -> tuple[fl
     if faulty:
         return None, f"{model} is off beyond the uncertainty at {bad} N/mm2; what was found acts at every tension."
     if len(flips) > 1:
-        return None, f"Inadequate at {bad} N/mm2."
+        return None, f"{model} is off at {bad} N/mm2."
     n = int(flips[0])
     part = (np.log(k) - np.log(worst[n])) / (np.log(worst[n + 1]) - np.log(worst[n]))
     at = float(np.exp(np.log(tensions[n]) + part * np.log(tensions[n + 1] / tensions[n])))
     limit = f"|E| <= {k:.1f} u_val; measured at {span}"
     if good[-1]:
-        return at, f"Adequate above {at:.3g} N/mm2 ({limit})."
-    return at, f"Inadequate above {at:.3g} N/mm2; below it the error does not exceed the uncertainty ({limit})."
+        return at, f"{model} is off below {at:.3g} N/mm2: rely on it above only ({limit})."
+    return at, f"{model} is off above {at:.3g} N/mm2: rely on it below only ({limit})."
 
 
 def locate_failure(bench: Workbench, values: np.ndarray, model: str, *, faulty: bool = False) -> Where:

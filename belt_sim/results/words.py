@@ -87,6 +87,16 @@ def join_effects(ids: Sequence[str]) -> str:
     return " + ".join(ids)
 
 
+def in_print(text: str) -> str:
+    """A text with its units and arrows as pictures and pages write them."""
+    return text.replace("mm2", "mm²").replace(" -> ", " → ")
+
+
+def in_terminal(text: object) -> str:
+    """A text with its units as they are typed."""
+    return str(text).replace("mm²", "mm2")
+
+
 def capital(line: str) -> str:
     """A line as a sentence begins; names such as y1 and idler_skew stay."""
     first = line.split(" ")[0].rstrip(":,")
@@ -169,12 +179,12 @@ class Display:
         return ()
 
     def __repr__(self) -> str:
-        return "\n".join(self.lines())
+        return in_terminal("\n".join(self.lines()))
 
     def _repr_html_(self) -> str:
         first, *rest = (html.escape(line) for line in self.lines())
         text = f"<p><b>{first}</b>{''.join(f'<br>{line}' for line in rest)}</p>"
-        return "".join([text, *(table.html() for table in self.tables())])
+        return in_print("".join([text, *(table.html() for table in self.tables())]))
 
 
 def data_frame(rows: Any) -> Any:

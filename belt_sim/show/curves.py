@@ -78,7 +78,7 @@ def steady_picture(path: str | os.PathLike | None, rows: Sequence[SteadyError], 
     ax.legend(loc="best")
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     ax.margins(x=0.02)
-    ax.set(xlabel="tension [N/mm$^2$]", ylabel=f"late rate of point {point} [mm per m of travel]")
+    ax.set(xlabel="tension [N/mm²]", ylabel=f"late rate of point {point} [mm per m of travel]")
     return style.finish_picture(fig, path, title)
 
 
@@ -98,7 +98,7 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
                 y, u = [s.rates[point] / MM for s in stated], [s.u / MM for s in stated]
                 look: dict[str, Any] = {"fmt": "o", "color": POINTS[point], "capsize": 3, "label": f"point {point + 1}"}
                 ax.errorbar([tensions[s.run] for s in stated], y, u, **look)
-        ax.set(xlabel="tension [N/mm2]", ylabel="steady rate [mm/m]")
+        ax.set(xlabel="tension [N/mm²]", ylabel="steady rate [mm/m]")
         ax.legend()
         return style.finish_picture(fig, path, campaign.title[:70])
     shown, kinds = recorded[:PANELS], {s.kind for s in campaign.signals}
@@ -117,7 +117,7 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
         ax.axvline(run.yaw_at, color=FAINT, linestyle="--", linewidth=1.0)
         repeat = f", repeats {run.repeat_of}" if run.repeat_of else ""
         turned = ", reversed" if run.direction < 0 else ""
-        settings = f"{run.tension / N_PER_MM2:.3g} N/mm2, {run.yaw / DEGREE:+.3g} deg{turned}{repeat}"
+        settings = f"{run.tension / N_PER_MM2:.3g} N/mm², {run.yaw / DEGREE:+.3g} deg{turned}{repeat}"
         ax.set_title(f"{run.name[:28]}\n{settings}", fontsize=style.FONT - 2)
         if n % across == 0:
             ax.set_ylabel(label)
@@ -132,14 +132,14 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
 DOTS = 60  # late rates that a line of a map marks, at most
 #: column of a table or setting -> label of its axis
 WORDS = {
-    "tension": "tension [N/mm$^2$]",
+    "tension": "tension [N/mm²]",
     "yaw": "yaw of the tail pulley [degrees]",
     "yaw_head": "yaw of the head pulley [degrees]",
     "speed": "belt speed [m/s]",
     "rig.centre_distance": "distance of the pulleys' axes [m]",
     "belt.width": "belt width [m]",
     "belt.thickness": "belt thickness [m]",
-    "tension_n_per_mm2": "tension [N/mm$^2$]",
+    "tension_n_per_mm2": "tension [N/mm²]",
     "yaw_deg": "yaw of the tail pulley [degrees]",
     "yaw_head_deg": "yaw of the head pulley [degrees]",
     "rate1_mm_per_m": "late rate of point 1 [mm per m of travel]",

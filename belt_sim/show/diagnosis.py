@@ -80,7 +80,7 @@ def _panel(ax, panel: Panel, labels: Mapping[str, str]) -> None:
     ax.fill_between(panel.travel, centre - panel.band, centre + panel.band, label="uncertainty (2u)", **band)
     shown = slice(None, None, max(1, len(panel.travel) // DOTS))
     dots = {"markersize": 3.2, "markeredgewidth": 0.0, "color": MEASURED, "alpha": 0.55}
-    ax.plot(panel.travel[shown], panel.measured[shown], "o", label="measured", **dots)
+    ax.plot(panel.travel[shown], panel.measured[shown], "o", label=labels.get("measured", "measured"), **dots)
     ax.plot(panel.travel, panel.base, color=BEFORE, linestyle=(0, (4, 2)), label=labels["base"])
     if panel.final is not None:
         ax.plot(panel.travel, panel.final, color=AFTER, label=labels["final"])
@@ -100,16 +100,14 @@ def _panel(ax, panel: Panel, labels: Mapping[str, str]) -> None:
     below.set_xlabel("belt travel [m]")
 
 
-CELL_INK = "#1f2934"  # of numbers on pale cells, which stay pale where a page is dark
+EDGE = "#fdfdfd"  # white that a page does not take for its paper: it turns all of a cell where it is dark
 #: |E / u_val| inside of which nothing can be said (ASME V&V 20 with k = 2), and where the colour is full.
 SAYS_NOTHING = 2.0
 FULL = 10.0
 
 
 @style.picture
-def where_map_picture(
-    path: str | os.PathLike | None, maps: Sequence[FailureMap], title: str, sentence: str = ""
-) -> Path:
+def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap], title: str) -> Path:
     """A heat map a signal and yaw sign; each cell holds E/u_val. Grey cells were not measured, white ones say
     nothing."""
     from matplotlib.colors import ListedColormap
@@ -126,27 +124,23 @@ def where_map_picture(
     most = max(len(m.tension) for m in maps)
     size = 5.6 * columns + 0.8, rows * (0.42 * most + 1.1) + 1.1
     fig, axes = style.panels(*size, rows, columns, len(maps))
-    for ax, one in zip(axes, maps, strict=True):
+    for k, (ax, one) in enumerate(zip(axes, maps, strict=True)):
         ratio, below = np.asarray(one.ratio, float), np.arange(len(one.tension) + 1)
         ax.set_facecolor(style.GRID)
-        mesh = ax.pcolormesh(one.edges, below, np.ma.masked_invalid(ratio), edgecolors="white", **look)
+        mesh = ax.pcolormesh(one.edges, below, np.ma.masked_invalid(ratio), edgecolors=EDGE, gid=f"cells-{k}", **look)
         middle = 0.5 * (np.asarray(one.edges)[1:] + np.asarray(one.edges)[:-1])
         for i, j in np.argwhere(np.isfinite(ratio)):
             size_of = abs(float(ratio[i, j]))
             strong = size_of - SAYS_NOTHING > 0.55 * (FULL - SAYS_NOTHING)
-            number, colour = f"{ratio[i, j]:.0f}" if size_of >= 1.0 else "·", "white" if strong else CELL_INK
+            number, colour = f"{ratio[i, j]:.0f}" if size_of >= 1.0 else "·", style.PAPER if strong else INK
             ax.text(middle[j], i + 0.5, number, color=colour, fontsize=style.FONT - 2, ha="center", va="center")
         ax.set_yticks(below[:-1] + 0.5, [f"{t:.4g}" for t in one.tension])
-        ax.set(xlabel="belt travel [m]", ylabel="tension [N/mm$^2$]", title=one.title)
+        ax.set(xlabel="belt travel [m]", ylabel="tension [N/mm²]", title=one.title)
         ax.grid(False)
-    words = "(model - measured) / its standard uncertainty, E/u_val"
-    bar = fig.colorbar(mesh, ax=axes, label=words, shrink=0.9, extend="both")
+    bar = fig.colorbar(mesh, ax=axes, label="E / u_val" if rows * most < 6 else "(model − measured) / its uncertainty")
     bar.set_ticks([-FULL, -5, -SAYS_NOTHING, 0, SAYS_NOTHING, 5, FULL])
     bar.outline.set_visible(False)
-    style.title(fig, title)
-    if sentence:
-        fig.supxlabel(sentence, x=0.01, ha="left", fontsize=style.FONT, color=INK)
-    return style.save(fig, path)
+    return style.finish_picture(fig, path, title)
 
 
 @style.picture
@@ -181,7 +175,7 @@ def drift_chart_picture(
         ax.set_xticks(ticks, [f"{t:.4g}" for t in ticks])
         ax.set_xticks([], minor=True)
         ax.margins(y=0.1)
-        ax.set(xlabel="tension [N/mm$^2$]", ylabel=f"{axis_label(before.parameter, before.unit)}, bars 2u")
+        ax.set(xlabel="tension [N/mm²]", ylabel=f"{axis_label(before.parameter, before.unit)}, bars 2u")
     entries = dict(zip(*reversed(axes[0][0].get_legend_handles_labels()), strict=True))
     fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=2)
     return style.finish_picture(fig, path, title)
@@ -332,7 +326,7 @@ def falling_error_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     """rms error before and after, on the fitted runs and on every condition when it is held out."""
     assert d.error is not None
     rows = {"fitted runs": d.error.fit, "held out, all": d.error.held_out}
-    rows |= {f"held out: {n}".replace("mm2", "mm²"): c for n, c in d.error.by_condition.items()}
+    rows |= {f"held out: {n}": c for n, c in d.error.by_condition.items()}
     there = {n: c for n, c in rows.items() if c is not None}
     fig, [[ax]] = style.figure(8.0, 0.5 * len(there) + 1.8)
     at = np.arange(len(there))[::-1]

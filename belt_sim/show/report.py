@@ -65,7 +65,7 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
     nowhere = d.where.sentence.startswith("Nowhere")  # no single run, signal and stretch is beyond its uncertainty
     together = "No single stretch is beyond its uncertainty: only all runs together show the misfit. "
     together = together if nowhere and d.verdict is not Verdict.ADEQUATE else ""
-    return page.get_template("report.html.j2").render(
+    text = page.get_template("report.html.j2").render(
         d=d,
         schema=DIAGNOSIS,
         today=f"{datetime.date.today():%d %B %Y}".lstrip("0"),
@@ -80,6 +80,8 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
             for number, c in [*enumerate(rivals, start=1), *(("", c) for c in certain)]
             for share, place in c["marks"]
         ],
+        spots=numbered_spots(rivals),
+        measured="simulated measurement" if d.campaign.source == "synthetic" else "measured",
         pictures=pictures or {},
         boxes=panel_boxes(pictures["overlay"]) if pictures and panels else [],
         panels=panels,
@@ -95,6 +97,21 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
         where=f"{together}{d.where.sentence}",
         fails=not nowhere,
     )
+    return words.in_print(text)
+
+
+#: where a number stands on a part of the sketch
+SPOTS = {"head": (100, 90), "encoder": (100, 90), "tail": (540, 90), "tensioner": (605, 112), "belt": (52, 90)}
+SPOTS |= {"upper": (230, 50), "lower": (230, 130), "sensors": (162, 36)}
+
+
+def numbered_spots(rivals: Sequence[dict[str, Any]]) -> list[tuple[float, float, int]]:
+    """Where the numbers of explanations stand on the sketch, side by side at one part; a marked place has its own."""
+    there: dict[tuple[int, int], list[int]] = {}
+    for number, c in enumerate(rivals, start=1):
+        for spot in dict.fromkeys(SPOTS[part] for part in c["parts"] if part != "upper" or not c["marks"]):
+            there.setdefault(spot, []).append(number)
+    return [(x + 24.0 * k - 12.0 * (len(all_) - 1), y, n) for (x, y), all_ in there.items() for k, n in enumerate(all_)]
 
 
 #: colours of pictures -> of the page, light or dark

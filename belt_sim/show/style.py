@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import write_with
+from belt_sim.results.words import in_print
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -165,7 +166,7 @@ LETTER = 0.108  # [inch], mean width of a letter of a title
 
 def title(fig: "Figure", text: str) -> int:
     """Write the headline of a picture at its left, and return its number of lines."""
-    lines = textwrap.wrap(text.replace("mm2", "mm²"), int(fig.get_figwidth() / LETTER))
+    lines = textwrap.wrap(text, int(fig.get_figwidth() / LETTER))
     where = {} if fig.get_layout_engine() else {"y": 1.0 - 0.12 / fig.get_figheight()}
     look: Any = {"x": 0.01, "ha": "left", "fontsize": FONT + 3, "fontweight": "bold", "color": INK}
     fig.suptitle("\n".join(lines), **where, **look, gid="title")
@@ -180,6 +181,10 @@ def save(fig: "Figure", path: str | os.PathLike | None, dpi: float | None = None
 
     path: None returns the figure itself, laid out; dpi: dots per inch of a PNG. Raises BeltError, InputError.
     """
+    from matplotlib.text import Text
+
+    for text in fig.findobj(Text):
+        text.set_text(in_print(text.get_text()))
     if (layout := fig.get_layout_engine()) is not None:
         layout.execute(fig)
         fig.set_layout_engine("none")

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from belt_sim.model import BY_TENSION
 from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis, error_line
-from belt_sim.results.words import Table, capital
+from belt_sim.results.words import Table, capital, in_terminal
 from belt_sim.show.report import plant_card, rival_cards
 
 #: why a model was chosen for one case
@@ -34,7 +34,7 @@ def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
     out, lines = console(), list(lines)
     wrapped = out.is_terminal or "COLUMNS" in os.environ  # a pipe has a sentence a line
     for line in (x for x in lines if not isinstance(x, Path)):
-        out.print(str(line), soft_wrap=not wrapped, markup=False)
+        out.print(in_terminal(line), soft_wrap=not wrapped, markup=False)
     for table in tables:
         out.print(rich_table(table))
     for path in (x for x in lines if isinstance(x, Path)):
@@ -50,10 +50,10 @@ def tell_diagnosis(d: Diagnosis, folder: Path, *, verbose: bool = False) -> None
 
     def say(line: str, style: str = "", indent: int = 2) -> None:
         """A line that wraps below its beginning."""
-        out.print(Padding(Text(line, style=style), (0, 0, 0, indent), expand=False))
+        out.print(Padding(Text(in_terminal(line), style=style), (0, 0, 0, indent), expand=False))
 
     out.print()
-    out.print(Text.assemble((d.headline, "bold"), f": {d.sentence}"))
+    out.print(Text.assemble((d.headline, "bold"), f": {in_terminal(d.sentence)}"))
     for doubt in d.doubts:
         say(capital(doubt), "yellow")
     rivals = rival_cards(d)
@@ -103,5 +103,5 @@ def rich_table(table: Table) -> RichTable:
         whole = name not in table.left or (k == 0 and all(len(row[0]) <= LONGEST_NAME for row in table.rows))
         shown.add_column(name, justify=side, overflow="fold", no_wrap=whole)  # type: ignore[arg-type]
     for k, row in enumerate(table.rows):
-        shown.add_row(*map(Text, row), style="red" if k in table.marked else None)
+        shown.add_row(*map(Text, map(in_terminal, row)), style="red" if k in table.marked else None)
     return shown

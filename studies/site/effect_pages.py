@@ -1,21 +1,15 @@
-"""The catalogue of effects, from the effects themselves: directives ``effects`` and ``models`` (a Sphinx extension)."""
+"""The catalogue of effects, from the effects themselves: ``python -m studies.site.effect_pages`` writes docs/effects.md."""
 
 import inspect
-from collections.abc import Iterator
-from typing import Any
-
-from docutils import nodes
-from docutils.parsers.rst import Directive
-from docutils.statemachine import StringList
-from sphinx.application import Sphinx
-from sphinx.util.nodes import nested_parse_with_titles
 
 from belt_sim.api.simulate import model_named
 from belt_sim.diagnosis.forward import ONLY_WHEN_NAMED
 from belt_sim.effects.base import Effect, library, title_of
+from belt_sim.io import ROOT
 from belt_sim.line.hooks import HOOKS, overrides
 from belt_sim.model import ANALYTIC, Model, SteadyModel
 
+PAGE = ROOT / "docs" / "effects.md"
 CAN, HAS, CANNOT = "yes", "built in", "-"
 #: columns by heading; grid and membrane represent the same effects
 COLUMNS = {name: name for name in ANALYTIC} | {"mujoco_rope": "mujoco_rope", "mujoco_grid, mujoco_flex": "mujoco_flex"}
@@ -60,32 +54,15 @@ def text(effect: type[Effect]) -> str:
     return "\n\n".join([*parts, f"Source: {effect.reference}.", numbers]) + "\n"
 
 
-class Effects(Directive):
-    """``{effects}`` in a Markdown page: a section for every effect of the library."""
-
-    def texts(self) -> Iterator[tuple[str, str]]:
-        """What to put there: pieces of Markdown, each with a name for messages."""
-        yield from ((f"effect {e.id}", text(e)) for e in library().values())
-
-    def run(self) -> list[nodes.Node]:
-        """The nodes of all pieces."""
-        here = nodes.section()
-        here.document = self.state.document
-        for source, markdown in self.texts():
-            nested_parse_with_titles(self.state, StringList(markdown.splitlines(), source=source), here)
-        return here.children
+def written() -> str:
+    """The page with both of its parts anew."""
+    parts = {"effects": "\n".join(text(e) for e in library().values()), "models": table()}
+    page = PAGE.read_text(encoding="utf-8")
+    for name, part in parts.items():
+        before, rest = page.split(f"<!-- written: {name} -->\n", 1)
+        page = f"{before}<!-- written: {name} -->\n{part}<!-- end -->\n{rest.split('<!-- end -->' + chr(10), 1)[1]}"
+    return page
 
 
-class Models(Effects):
-    """``{models}`` in a Markdown page: which model can represent which effect."""
-
-    def texts(self) -> Iterator[tuple[str, str]]:
-        """The table of models and effects."""
-        yield "model x effect table", table()
-
-
-def setup(app: Sphinx) -> dict[str, Any]:
-    """Called by Sphinx."""
-    app.add_directive("effects", Effects)
-    app.add_directive("models", Models)
-    return {"parallel_read_safe": True, "parallel_write_safe": True}
+if __name__ == "__main__":
+    PAGE.write_text(written(), encoding="utf-8")

@@ -1,6 +1,6 @@
 """The directive ``names`` (a Sphinx extension): what a page lists by name, as autodoc documents it.
 
-``python -m studies.site.reference`` writes the functions of ``bs``, a line each, for docs/reference.md unbuilt.
+``python -m studies.site.reference`` writes the names, a line each, for docs/reference.md unbuilt.
 """
 
 import inspect
@@ -13,11 +13,9 @@ from docutils.parsers.rst import Directive, directives
 from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 
-import belt_sim as bs
 from belt_sim.io import ROOT
 
 PAGE = ROOT / "docs" / "reference.md"
-BEGIN, END = "<!-- functions -->\n", "<!-- end -->"
 _BLOCK = re.compile(r"^```\{names\} (\S+)\n(?::members:\n)?(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
@@ -36,15 +34,19 @@ def kind(module: str, name: str) -> str:
 
 
 def written() -> str:
-    """The page with its table anew: a row for each function of its first block, its first sentence up to a colon."""
-    page = PAGE.read_text(encoding="utf-8")
-    lines = ["| function | gives |", "| --- | --- |"]
-    for name in blocks(page)[0][1]:
-        first = " ".join((inspect.getdoc(getattr(bs, name)) or "").split("\n\n", 1)[0].split())
+    """The page with a table above each block: a name a row, and the first sentence of its docstring up to a colon."""
+    page = re.sub(r"<!-- written -->.*?<!-- end -->\n\n", "", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
+    return _BLOCK.sub(lambda found: f"{_table(found[1], found[2].split())}\n\n{found[0]}", page)
+
+
+def _table(module: str, names: list[str]) -> str:
+    lines = ["<!-- written -->", "| name | is |", "| --- | --- |"]
+    for name in names:
+        place, _, last = f"{module}.{name}".rpartition(".")
+        first = " ".join((inspect.getdoc(getattr(import_module(place), last)) or "").split("\n\n", 1)[0].split())
         sentence = re.split(r"[.:;](?:\s|$)", re.sub(r" \([^()]*(\(\))?[^()]*\)", "", first))[0].replace("``", "`")
-        lines.append(f"| `{name}` | {sentence} |")
-    before, rest = page.split(BEGIN, 1)
-    return "\n".join([f"{before}{BEGIN.rstrip()}", *lines, f"{END}{rest.split(END, 1)[1]}"])
+        lines.append(f"| `{last}` | {sentence.replace('|', chr(92) + '|')} |")
+    return "\n".join([*lines, "<!-- end -->"])
 
 
 class Names(Directive):

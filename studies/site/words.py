@@ -13,6 +13,8 @@ REASONS = {
     "how_far.md": "a row for each effect",
 }
 _CODE = re.compile(r"^```.*?^```|`[^`]*`", re.MULTILINE | re.DOTALL)
+#: parts that a program writes out of the code
+_WRITTEN = re.compile(r"<!-- written.*?<!-- end -->", re.DOTALL)
 #: laboratory history; it belongs to studies/ or CHANGELOG.md
 FORBIDDEN = {
     "a commit hash": re.compile(r"\b(?=[0-9a-f]*\d)(?=[0-9a-f]*[a-f])[0-9a-f]{7,40}\b"),
@@ -34,9 +36,14 @@ def history(text: str) -> list[str]:
     return found
 
 
+def pages() -> dict[str, str]:
+    """The text of each page without what programs have written."""
+    return {p.name: _WRITTEN.sub("", p.read_text(encoding="utf-8")) for p in PAGES}
+
+
 def faults() -> list[str]:
     """Every fault of the pages, a line each."""
-    texts = {p.name: p.read_text(encoding="utf-8") for p in PAGES}
+    texts = pages()
     found = [f"{name}: {said}" for name, text in texts.items() for said in history(text)]
     found += [f"{n}: {count(t)} words" for n, t in texts.items() if count(t) > LONG and n not in REASONS]
     if count(texts["README.md"]) > MOST_OF_README:
@@ -47,7 +54,7 @@ def faults() -> list[str]:
 
 
 if __name__ == "__main__":
-    sizes = sorted((count(p.read_text(encoding="utf-8")), p.name) for p in PAGES)
+    sizes = sorted((count(text), name) for name, text in pages().items())
     print("\n".join(f"{n:6d} {name}" for n, name in sizes))
     print(f"{sum(n for n, _ in sizes):6d} in all")
     sys.exit("\n".join(faults()) or 0)

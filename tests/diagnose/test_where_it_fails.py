@@ -46,7 +46,7 @@ def test_a_model_that_fails_where_the_belt_is_slack():
     cells = [cell(7, 12.0), cell(14, 6.0), cell(28, 1.0)]
     at, words = boundary(cells, "Model strip")
     assert at == pytest.approx(crossing(14, 28, 6.0, 1.0, family_k(len(cells))))
-    assert words.startswith(f"Adequate above {at:.3g} N/mm2")
+    assert words.startswith(f"Model strip is off below {at:.3g} N/mm2: rely on it above only")
     assert "measured at 7 to 28 N/mm2" in words
 
 
@@ -63,7 +63,7 @@ def test_a_model_that_fails_where_the_belt_is_tight():
     cells = [cell(7, 1.0), cell(14, 1.0), cell(28, 6.0)]
     at, words = boundary(cells, "Model strip")
     assert at == pytest.approx(crossing(14, 28, 1.0, 6.0, family_k(len(cells))))
-    assert words.startswith(f"Inadequate above {at:.3g} N/mm2; below it the error does not exceed the uncertainty")
+    assert words.startswith(f"Model strip is off above {at:.3g} N/mm2: rely on it below only")
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_no_boundary_within_the_data(ratio, start):
 
 def test_one_bad_tension_between_good_ones_is_named():
     at, words = boundary([cell(7, 1.0), cell(14, 5.0), cell(28, 1.0)], "Model strip")
-    assert (at, words) == (None, "Inadequate at 14 N/mm2.")
+    assert (at, words) == (None, "Model strip is off at 14 N/mm2.")
 
 
 def test_the_worst_cell_of_a_tension_decides():

@@ -8,6 +8,7 @@ import belt_sim as bs
 from belt_sim.effects.base import library
 from belt_sim.io import ROOT
 from studies.site import reference
+from studies.site import effect_pages
 from studies.site.effect_pages import text
 from studies.site.mathml import mathml
 from studies.site.offline import loads, loads_of_site
@@ -79,3 +80,8 @@ def test_what_a_readme_links_to_is_there(page):
 
 def test_the_reference_lists_the_functions_as_their_docstrings_begin():
     assert reference.PAGE.read_text(encoding="utf-8") == reference.written(), "run: python -m studies.site.reference"
+
+
+def test_the_catalogue_is_what_the_effects_say():
+    page = effect_pages.PAGE.read_text(encoding="utf-8")
+    assert page == effect_pages.written(), "run: python -m studies.site.effect_pages"
