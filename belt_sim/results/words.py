@@ -89,7 +89,7 @@ def join_effects(ids: Sequence[str]) -> str:
 
 def in_print(text: str) -> str:
     """A text with its units and arrows as pictures and pages write them."""
-    return text.replace("mm2", "mm²").replace(" -> ", " → ")
+    return text.replace("mm2", "mm²").replace(" -> ", " → ").replace(" -&gt; ", " → ")
 
 
 def in_terminal(text: object) -> str:

@@ -249,6 +249,11 @@ LEAST = 3  # values of a number, from which on rates are drawn against it
 #: keys of a run that say what it is, in the order in which they get colours; others follow
 KEYS = ("tension", "yaw", "yaw_head", "effects", "travel", "speed", "direction")
 STEADY, LATE = "steady rate [mm per m of travel]", "late rate of point 1 [mm per m of travel]"
+PLAIN: dict[str, Any] = {"color": INK, "linestyle": "-", "linewidth": 1.8}
+HOLLOW: dict[str, Any] = {"marker": "o", "linestyle": "none", "color": INK, "markerfacecolor": "white"}
+#: what tells the values of the first, second and third key apart
+MEANS: tuple[tuple[str, Sequence[Any]], ...]
+MEANS = (("color", CYCLE), ("linestyle", DASHES), ("linewidth", (1.8, 0.9, 3.0, 0.5)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -265,10 +270,6 @@ class FinishedRun:
     settled: bool
 
     @property
-    def rate(self) -> float:
-        return self.late if self.steady is None else self.steady
-
-    @property
     def is_steady(self) -> bool:
         """Whether the rate that is drawn is the steady one."""
         return self.steady is not None or self.settled
@@ -282,11 +283,9 @@ def read_run(folder: Path) -> FinishedRun:
     typed = yaml.safe_load((folder / ".hydra" / "overrides.yaml").read_text(encoding="utf-8")) or []
     summary = read_json(folder / "summary.json")
     own = dict(o.lstrip("+").split("=", 1) for o in typed if "=" in o)
-    keys = {k: _flat_value(config.get(k)) for k in KEYS} | {"model": summary["model"]}
-    keys |= {k: _flat_value(yaml.safe_load(v)) for k, v in own.items() if k not in keys}
-    keys["effects"] = words.join_effects([e["id"] for e in summary["effects"]]) if own.get("effects") else ""
-    if own.get("effects") and summary["effects"]:
-        keys["effects"] = own["effects"]
+    stated = {k: yaml.safe_load(v) for k, v in own.items()} | {k: config.get(k) for k in KEYS}
+    keys = {k: v if isinstance(v, int | float | str) else "" if v is None else str(v) for k, v in stated.items()}
+    keys |= {"model": summary["model"], "effects": own.get("effects", "") if summary["effects"] else ""}
     there, steady = folder / "curves.csv", summary.get("steady_rate_mm_per_m")
     return FinishedRun(
         keys=keys,
@@ -297,10 +296,6 @@ def read_run(folder: Path) -> FinishedRun:
         steady=None if steady is None else 1e-3 * steady,
         settled=summary["settled"],
     )
-
-
-def _flat_value(value: Any) -> Any:
-    return value if isinstance(value, int | float | str) else "" if value is None else str(value)
 
 
 def swept_keys(runs: Sequence[FinishedRun]) -> list[str]:
@@ -315,59 +310,40 @@ def in_words(key: str, value: Any) -> str:
         return f"{value:g} N/mm²"
     if key in ("yaw", "yaw_head") and isinstance(value, int | float):
         return f"{'yaw' if key == 'yaw' else 'head yaw'} {value:+g}°".replace("-", "−")
-    if key == "model":
-        return str(value)
-    return f"{key} {value}" if value != "" else f"no {key}"
+    return str(value) if key == "model" else f"{key} {value}" if value != "" else f"no {key}"
 
 
-@dataclass(frozen=True)
-class Looks:
-    """How the values of up to three keys look: colours, dashes, widths; a key that is not swept has one look."""
-
-    keys: tuple[str, ...]
-    values: tuple[tuple[Any, ...], ...]
-
-    def of(self, run: FinishedRun) -> dict[str, Any] | None:
-        """The look of a run; None where it is not among those that are shown."""
-        looks: dict[str, Any] = {"color": CYCLE[0], "linestyle": "-", "linewidth": 1.8}
-        for how, (key, values) in enumerate(zip(self.keys, self.values, strict=True)):
-            value = run.keys.get(key)
-            if value not in values:
-                return None
-            looks |= self._one(how, values.index(value))
-        return looks
-
-    def _one(self, how: int, k: int) -> dict[str, Any]:
-        choices: tuple[tuple[str, Sequence[Any]], ...]
-        choices = (("color", CYCLE), ("linestyle", DASHES), ("linewidth", (1.8, 0.9, 3.0, 0.5)))
-        name, of = choices[min(how, 2)]
-        return {name: of[k % len(of)]}
-
-    def legend(self) -> list[Any]:
-        """A handle a value, key by key."""
-        from matplotlib.lines import Line2D
-
-        handles = []
-        for how, (key, values) in enumerate(zip(self.keys, self.values, strict=True)):
-            for k, value in enumerate(values):
-                plain = {"color": INK, "linestyle": "-", "linewidth": 1.8}
-                handles.append(Line2D([], [], **{**plain, **self._one(how, k)}, label=in_words(key, value)))
-        return handles
-
-
-def looks_of(runs: Sequence[FinishedRun], keys: Sequence[str]) -> Looks:
-    """Colour = the first key (tension, where it is swept), dash = the model, else the second key; width = a third."""
+def looks_of(runs: Sequence[FinishedRun], keys: Sequence[str]) -> dict[str, dict[Any, dict[str, Any]]]:
+    """The look of each shown value of up to three keys: colour of the first (the tension, where it is swept), dash of
+    the model, else of the second, width of a third."""
     others, models = [k for k in keys if k != "model"], [k for k in keys if k == "model"]
-    chosen = (*others[:1], *(models or others[1:2]), *(others[1:2] if models else others[2:3]))
-    if models and not others:
-        chosen = ("model",)
-    values = []
-    for key in chosen:
+    looks = {}
+    for key, (name, means) in zip([*others[:1], *models, *others[1:]], MEANS, strict=False):
         there = list(dict.fromkeys(run.keys.get(key) for run in runs))
-        there = sorted(there, key=lambda v: (isinstance(v, str), v)) if key != "model" else there
+        there = there if key == "model" else sorted(there, key=lambda v: (isinstance(v, str), v))
         kept = sorted({round(k) for k in np.linspace(0, len(there) - 1, min(MOST, len(there)))})
-        values.append(tuple(there[k] for k in kept))
-    return Looks(chosen, tuple(values))
+        looks[key] = {there[at]: {name: means[k % len(means)]} for k, at in enumerate(kept)}
+    return looks
+
+
+def look_of(run: FinishedRun, looks: Mapping[str, Mapping[Any, dict[str, Any]]]) -> dict[str, Any] | None:
+    """The look of a run; None where one of its values is not among those that are shown."""
+    look = PLAIN | {"color": CYCLE[0]}
+    for key, values in looks.items():
+        if run.keys.get(key) not in values:
+            return None
+        look |= values[run.keys.get(key)]
+    return look
+
+
+def _legend(fig: Any, looks: Mapping[str, Mapping[Any, dict[str, Any]]], columns: int, hollow: str = "") -> None:
+    """Draw a legend with a line a value, key by key; hollow: what a hollow dot says."""
+    from matplotlib.lines import Line2D
+
+    named = [(in_words(key, value), PLAIN | look) for key, values in looks.items() for value, look in values.items()]
+    handles = [Line2D([], [], label=name, **look) for name, look in [*named, *([(hollow, HOLLOW)] if hollow else [])]]
+    if handles:
+        fig.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), columns))
 
 
 def draw_sweep(folder: Path, runs: Sequence[FinishedRun]) -> list[Path]:
@@ -384,16 +360,15 @@ def draw_sweep(folder: Path, runs: Sequence[FinishedRun]) -> list[Path]:
 
 @style.picture
 def sweep_curves(path: Path | None, runs: Sequence[FinishedRun], keys: Sequence[str]) -> Any:
-    """A plot a point, a line a run."""
+    """A plot a point, a line a run that has curves."""
     fig, axes = _four_points("lateral position y [mm]", 6.6)
     looks = looks_of(runs, keys)
-    shown = [(run.curves, look) for run in runs if (look := looks.of(run)) is not None]
+    shown = [(run.curves, look) for run in runs if (look := look_of(run, looks)) is not None]
     for k, ax in axes.items():
         for curves, look in shown:
-            if curves is not None:
-                ax.plot(curves.travel, 1e3 * np.asarray(curves.y)[k], **look)
-    handles = looks.legend()
-    fig.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+            assert curves is not None
+            ax.plot(curves.travel, np.asarray(curves.y)[k] / MM, **look)
+    _legend(fig, looks, 6)
     some = f" ({len(shown)} of {len(runs)} runs)" if len(shown) < len(runs) else ""
     return style.finish_picture(fig, path, f"Points 1-4 against belt travel, by {_and(keys)}{some}")
 
@@ -405,27 +380,21 @@ def sweep_rates(path: Path | None, runs: Sequence[FinishedRun], along: str, keys
     looks = looks_of(runs, keys)
     lines: dict[str, list[FinishedRun]] = {}
     for run in runs:
-        if looks.of(run) is not None and isinstance(run.keys.get(along), int | float):
+        if isinstance(run.keys.get(along), int | float):
             lines.setdefault(str([run.keys.get(k) for k in keys]), []).append(run)
-    hollow = False
+    settled = np.ones(0, bool)
     for mine in lines.values():
+        if (look := look_of(mine[0], looks)) is None:
+            continue
         mine.sort(key=lambda run: run.keys[along])
-        x, rate = np.array([run.keys[along] for run in mine]), 1e3 * np.array([run.rate for run in mine])
-        look, settled = looks.of(mine[0]), np.array([run.settled for run in mine])
-        assert look is not None
+        rate = np.array([run.late if run.steady is None else run.steady for run in mine]) / MM_PER_M
+        x, own = np.array([run.keys[along] for run in mine]), np.array([run.settled for run in mine])
         ax.plot(x, rate, **look)
-        ax.plot(x[settled], rate[settled], "o", color=look["color"], markersize=5)
-        ax.plot(x[~settled], rate[~settled], "o", color=look["color"], markersize=5, markerfacecolor="white")
-        hollow = hollow or not settled.all()
-    handles = looks.legend()
-    if hollow:
-        from matplotlib.lines import Line2D
-
-        dot: dict[str, Any] = {"marker": "o", "linestyle": "none", "color": INK, "markerfacecolor": "white"}
-        late = "" if all(run.is_steady for run in runs) else ": late rate of point 1 where the steady one is unknown"
-        handles.append(Line2D([], [], **dot, label=f"not settled{late}"))
-    if handles:
-        fig.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
+        for some, face in ((own, look["color"]), (~own, "white")):
+            ax.plot(x[some], rate[some], "o", color=look["color"], markersize=5, markerfacecolor=face)
+        settled = np.append(settled, own)
+    late = "" if all(run.is_steady for run in runs) else ": late rate of point 1 where the steady one is unknown"
+    _legend(fig, looks, 5, "" if settled.all() else f"not settled{late}")
     ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
     ax.margins(x=0.03)
     all_late = all(not run.is_steady for run in runs)
@@ -435,8 +404,8 @@ def sweep_rates(path: Path | None, runs: Sequence[FinishedRun], along: str, keys
 
 
 def _and(keys: Sequence[str]) -> str:
-    spoken = {"yaw": "yaw", "yaw_head": "yaw of the head pulley"}
-    return words.join_words([spoken.get(key, key.split(".")[-1].replace("_", " ")) for key in keys])
+    names = ["yaw of the head pulley" if key == "yaw_head" else key.split(".")[-1].replace("_", " ") for key in keys]
+    return words.join_words(names)
 
 
 def record_sweep(path: Path, runs: Sequence[FinishedRun]) -> Path:

@@ -102,14 +102,15 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
 
 #: where a number stands on a part of the sketch
 SPOTS = {"head": (100, 90), "encoder": (100, 90), "tail": (540, 90), "tensioner": (605, 112), "belt": (52, 90)}
-SPOTS |= {"upper": (230, 50), "lower": (230, 130), "sensors": (162, 36)}
+SPOTS |= {"upper": (230, 50), "lower": (230, 130), "sensors": (162, 36), "unknown": (270, 175)}
 
 
 def numbered_spots(rivals: Sequence[dict[str, Any]]) -> list[tuple[float, float, int]]:
     """Where the numbers of explanations stand on the sketch, side by side at one part; a marked place has its own."""
     there: dict[tuple[int, int], list[int]] = {}
     for number, c in enumerate(rivals, start=1):
-        for spot in dict.fromkeys(SPOTS[part] for part in c["parts"] if part != "upper" or not c["marks"]):
+        parts = c["parts"] or (["unknown"] if c["id"] else [])  # something unknown acts who knows where
+        for spot in dict.fromkeys(SPOTS[part] for part in parts if part != "upper" or not c["marks"]):
             there.setdefault(spot, []).append(number)
     return [(x + 24.0 * k - 12.0 * (len(all_) - 1), y, n) for (x, y), all_ in there.items() for k, n in enumerate(all_)]
 

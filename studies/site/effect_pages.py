@@ -1,4 +1,4 @@
-"""The catalogue of effects, from the effects themselves: ``python -m studies.site.effect_pages`` writes docs/effects.md."""
+"""The catalogue of effects, from the effects themselves; ``python -m studies.site.effect_pages`` writes the page."""
 
 import inspect
 

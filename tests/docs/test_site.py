@@ -7,8 +7,7 @@ import pytest
 import belt_sim as bs
 from belt_sim.effects.base import library
 from belt_sim.io import ROOT
-from studies.site import reference
-from studies.site import effect_pages
+from studies.site import effect_pages, reference
 from studies.site.effect_pages import text
 from studies.site.mathml import mathml
 from studies.site.offline import loads, loads_of_site

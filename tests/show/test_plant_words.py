@@ -128,6 +128,7 @@ def test_a_tie_is_told_as_one_with_a_card_for_each():
     assert "One of three; these runs cannot say which. Besides, most likely the axis of the tail or head" in page
     assert '<body class="partly">' in page  # amber
     assert len(re.findall(r'<div class="card[" ]', page)) == 4
+    assert set(re.findall(r'<g class="spot"><circle[^>]*/><text[^>]*>(\d)', page)) == {"1", "2", "3"}  # as the cards
     for part in ("upper", "tail", "head"):
         assert re.search(rf'class="part marked" data-part="{part}"', page)
     sure = Decision(Verdict.EXPLAINED, {}, {}, (row("taper", "cant", p=0.93), *rows[1:])).tied(POLICY)
