@@ -14,6 +14,8 @@ from belt_sim.units import MM, N_PER_MM2
 
 #: The last share of a record over which the late slope is taken.
 LATE_SHARE = 0.2
+#: arrays of Curves with a column an instant
+ALONG = ("travel", "y", "angle", "moment", "moment_runoff", "edge_stress", "tilt")
 
 
 @pytree
@@ -23,7 +25,8 @@ class Curves:
 
     travel [m], shape (n,); y [m], shape (4, n), the lateral position at points 1-4;
     angle [rad], shape (4, n), dy/dx of the belt along its own travel at those points;
-    moment [N m], shape (2, n), in-plane bending moment where the upper and the lower span run up;
+    moment, moment_runoff [N m], shape (2, n), in-plane bending moment where the upper and the lower span run up a
+    pulley, and where they leave one;
     edge_stress [Pa], shape (2, n), tension of the slackest edge of each span (negative = slack): of a line model at
     either end, in 3D at the run-up;
     tilt [rad], shape (2, n), roll of the cross-section at mid-span, upper and lower;
@@ -35,6 +38,7 @@ class Curves:
     y: Numbers
     angle: Numbers | None = None
     moment: Numbers | None = None
+    moment_runoff: Numbers | None = None
     edge_stress: Numbers | None = None
     tilt: Numbers | None = None
     sag: Numbers | None = None

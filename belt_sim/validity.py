@@ -99,51 +99,83 @@ def geometric(case: Case) -> tuple[Limit, ...]:
     return tuple(sorted((Limit(x.id, float(x.load), x.words) for x in found if x.load > 1.0), key=lambda x: -x.load))
 
 
-def run_limits(case: Case, curves: Curves, bends: bool = True, effects: Sequence[Any] = ()) -> tuple[Limit, ...]:
+def run_limits(
+    case: Case, curves: Curves, linear: bool = True, effects: Sequence[Any] = (), contains: Collection[str] = ()
+) -> tuple[Limit, ...]:
     """Return the limits that a run left, all effects included, the worst first, with the place and the travel.
 
-    bends: whether the belt's moments, rolls and directions are those of a linear law; of a belt in three dimensions
-    only the lateral position counts. Without ``rig.face_width`` a face is taken to be as wide as the belt, which may
-    leave it by half its width.
+    linear: whether rolls, directions and guides are those of a linear law (a belt in three dimensions has no limit
+    there); contains: limits that its model has in it. Without ``rig.face_width`` a face is taken to be as wide as the
+    belt, which may leave it by half its width.
     """
     belt, face, travel = case.belt, case.rig.face_width, np.asarray(curves.travel)
     room = float(belt.width) / 2.0 if face is None else max(float(face - belt.width) / 2.0, 1e-3)
     edge = "the belt lies half beside a face of its own width" if face is None else "an edge leaves the pulley's face"
     spans, points = ("upper span", "lower span"), tuple(f"point {k}" for k in (1, 2, 3, 4))
-    kinds = []
+    kinds, left = list[tuple[str, np.ndarray, tuple[str, ...], str]](), list[Limit]()
+
+    def add(name: str, known: Any, load: Callable[[np.ndarray], np.ndarray], places: tuple[str, ...], words: str):
+        if known is not None and name not in contains:
+            kinds.append((name, load(np.asarray(known)), places, words))
+
     if face is None or face > belt.width:  # else it was beside them before it ran (``geometric``)
-        kinds.append(("off_pulley", np.abs(np.asarray(curves.y) + float(case.settings.y0)) / room, points, edge))
-    if bends and curves.edge_stress is not None:
-        share = 1.0 - np.asarray(curves.edge_stress) / float(case.settings.tension)
-        kinds.append(("slack_edge", share, spans, "an edge is slack, which a linear span does not know"))
-    if bends and curves.tilt is not None:
+        add("off_pulley", curves.y, lambda y: np.abs(y + float(case.settings.y0)) / room, points, edge)
+    words = "an edge is slack" + ", which a linear span does not know" * linear
+    add("slack_edge", curves.edge_stress, lambda x: 1.0 - x / float(case.settings.tension), spans, words)
+    words = f"at a friction of {FRICTION:g} or less the belt slips on the pulley"
+    way = SLIP_WAY * float(case.rig.span_length) / 4.0
+    add("slip", curves.moment, lambda _: slip_zones(case, curves) / way, points, words)
+    if linear:
         words = "the cross-section rolls beyond small angles"
-        kinds.append(("large_tilt", np.abs(np.asarray(curves.tilt)) / SMALL_ANGLE, spans, words))
-    if bends and curves.angle is not None:
+        add("large_tilt", curves.tilt, lambda x: np.abs(x) / SMALL_ANGLE, spans, words)
         words = "the belt runs aslant beyond small angles"
-        kinds.append(("large_angle", np.abs(np.asarray(curves.angle)) / SMALL_ANGLE, points, words))
-    left = []
-    for guide in (e for e in effects if bends and isinstance(e, EdgeGuide)):
+        add("large_angle", curves.angle, lambda x: np.abs(x) / SMALL_ANGLE, points, words)
+    for guide in (e for e in effects if linear and isinstance(e, EdgeGuide)):
         push, grip = (np.asarray(x) for x in in_float64(guide.pushed)(strip(case), curves, case))
+        wraps = np.array([case.rig.wrap_tail, case.rig.wrap_tail, case.rig.wrap_head, case.rig.wrap_head])
+        turned = (slip_zones(case, curves) / wraps[:, None])[[0, 1, 3, 2]].reshape(2, 2, -1).max(axis=0)
         words = f"beside an edge guide the belt slides on its pulley, friction ({FRICTION:g}) bears {grip.min():.0f} N"
-        kinds.append(("guide_slips", np.abs(push) / grip[:, None], spans, words))
+        add("guide_slips", push, lambda x, g=grip, m=turned: np.maximum(np.abs(x) / g[:, None], m), spans, words)
         late = push[:, push.shape[1] // 2 :] != 0.0
         meets = (late[:, 1:] & ~late[:, :-1]).sum(axis=1)
         if meets.max() > 1 and not any(e.comes_round for e in effects):
             words = (
                 "the belt swings on and off its edge guides: behind a run-off they push too late; put them (at) near"
             )
-            left.append(
-                Limit("guide_hunts", float(meets.max()), f"{words} a run-up, most in the {spans[meets.argmax()]}")
-            )
+            words = f"{words} a run-up, most in the {spans[meets.argmax()]}"
+            left.append(Limit("guide_hunts", float(meets.max()), words))
     for name, load, places, words in kinds:
         if load.max() > 1.0:
             where, _ = np.unravel_index(np.argmax(load), load.shape)
             first = float(travel[np.argmax((load > 1.0).any(axis=0))])
-            left.append(
-                Limit(name, float(load.max()), f"{words} from {first:.3g} m of travel on, most at {places[where]}")
-            )
+            words = f"{words} from {first:.3g} m of travel on, most at {places[where]}"
+            left.append(Limit(name, float(load.max()), words))
     return tuple(sorted(left, key=lambda x: -x.load))
+
+
+def slip_zones(case: Case, curves: Curves) -> np.ndarray:
+    """Lengths [m] of the wraps on which the belt slides at points 1-4 along a run, shape (4, n), at friction FRICTION.
+
+    Friction turns a wrapped belt by a couple of at most c = mu F b/4R per metre. A belt that runs up lands as bent as
+    its span: friction holds only what the moment there, 0 before the start, has changed by faster than c a metre. A
+    belt that leaves comes as bent as it landed one wrap ago: friction holds the rest, for good. After a step of the yaw
+    both are the same. Without ``curves.moment_runoff`` (3D) run-offs count for nothing.
+    """
+    rig, s, forward = case.rig, np.asarray(curves.travel), float(case.settings.direction) > 0.0
+    couple = FRICTION * float(case.tension_force * case.belt.width) / 4.0
+    pulleys = ((float(rig.tail_radius), float(rig.wrap_tail)), (float(rig.head_radius), float(rig.wrap_head)))
+    up, zones = np.asarray(curves.moment), np.zeros((4, len(s)))
+    for span, ends in enumerate(((0, 3), (1, 2))):  # points at the tail and the head pulley
+        to_head = (span == 0) != forward
+        radius, _ = pulleys[to_head]
+        for moment in (up[span], -up[span]):
+            ahead = np.concatenate([[0.0], moment * radius / couple - s])
+            zones[ends[to_head]] = np.maximum(zones[ends[to_head]], (ahead - np.minimum.accumulate(ahead))[1:])
+        if curves.moment_runoff is not None:
+            radius, wrap = pulleys[not to_head]
+            landed = np.interp(s - wrap, s, up[1 - span], left=0.0)
+            zones[ends[not to_head]] = np.abs(np.asarray(curves.moment_runoff)[span] - landed) * radius / couple
+    return zones
 
 
 def _load_case(case: Case) -> _LoadedCase:

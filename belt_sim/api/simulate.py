@@ -258,7 +258,10 @@ def with_run(
 
     One that is left by both is told once: with the larger load, or as the case's own where they differ by under 5 %.
     """
-    left, own = run_limits(case, curves, isinstance(model, AnalyticModel), effects), {x.id: x.load for x in beyond}
+    slides = ("slip",) if math.isfinite(getattr(getattr(model, "options", None), "friction", math.inf)) else ()
+    contains = {*(e.id for e in effects), *slides}
+    left = run_limits(case, curves, isinstance(model, AnalyticModel), effects, contains)
+    own = {x.id: x.load for x in beyond}
     further = {x.id: x for x in left if x.load > ALIKE * own.get(x.id, 0.0)}
     return (*(further.pop(x.id, x) for x in beyond), *further.values())
 

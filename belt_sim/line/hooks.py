@@ -17,7 +17,7 @@ import numpy as np
 from jax import lax
 
 from belt_sim.case import Case, Schedule, Settings
-from belt_sim.curves import Curves
+from belt_sim.curves import ALONG, Curves
 from belt_sim.errors import BeltError, InputError
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.influence import Bend, BoundaryValues
@@ -193,9 +193,6 @@ def wrong_file(path: Path, line: int, what: str) -> InputError:
 
 # Before and after an engine: settings as they are, then readings as the instruments show them.
 
-#: arrays of Curves that are looked up at the travel that the encoder shows
-_ROWS = ("angle", "moment", "edge_stress", "tilt")
-
 
 @in_float64
 def as_indicated(
@@ -253,7 +250,7 @@ def indicate(curves: Curves, case: Case, effects: Sequence[Hooks], shown, time=N
     shown = jnp.asarray(shown)
     true = true_travel(effects, case, shown)
     seen = apply_hook(effects, "sensor_travel", true, case)
-    rows = {n: looked_up(curves.travel, getattr(curves, n), true) for n in _ROWS if getattr(curves, n) is not None}
+    rows = {n: looked_up(curves.travel, getattr(curves, n), true) for n in ALONG[2:] if getattr(curves, n) is not None}
     rows["y"] = looked_up(curves.travel, curves.y, seen)
     extra = {n: looked_up(curves.travel, jnp.asarray(row)[None], true)[0] for n, row in (curves.extra or {}).items()}
     reading = Reading(

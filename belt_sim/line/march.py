@@ -29,7 +29,7 @@ KEEP = 0.1  # [m]
 FURTHEST = 100.0  # belt widths off the middle: no march goes on beyond
 BEFORE = -1.0  # [m]: the instant before the start
 POINTS, SPANS = ((0, 2, 1, 3), (2, 0, 3, 1)), ((0, 1), (1, 0))  # their rows in ``_observe``; on reversed travel
-RETURNED = ("travel", "y", "angle", "moment", "edge_stress", "tilt", "sag")  # of Curves
+RETURNED = ("travel", "y", "angle", "moment", "moment_runoff", "edge_stress", "tilt", "sag")  # of Curves
 
 
 def march_case(
@@ -159,7 +159,7 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
     rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
     rows["y"] = rows["y"] - _initial_y(start)
     found = {name: _by_place(row.T, case) for name, row in rows.items()}
-    largest = jnp.maximum(jnp.abs(found["moment"]), jnp.abs(found.pop("moment_runoff")))
+    largest = jnp.maximum(jnp.abs(found["moment"]), jnp.abs(found["moment_runoff"]))
     edge = case.settings.tension - largest * 6.0 / (case.belt.width**2 * case.belt.thickness)
     sag = case.sag_curvature * spans.span.length**2 / 8.0
     travel = spacing * stride * jnp.arange(records + 1)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.curves import LATE_SHARE, Curves, curves_columns, late_rates, offsets
+from belt_sim.curves import ALONG, LATE_SHARE, Curves, curves_columns, late_rates, offsets
 from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, Limit, warning
 from belt_sim.results import words
@@ -58,8 +58,7 @@ class Simulation(Display):
         if self.curves is None or every < 2:
             return self.curves
         rows = np.unique(np.append(np.arange(0, len(travel), every), len(travel) - 1))
-        along = ("travel", "y", "angle", "moment", "edge_stress", "tilt")
-        there = {name: np.asarray(v)[..., rows] for name in along if (v := getattr(self.curves, name)) is not None}
+        there = {name: np.asarray(v)[..., rows] for name in ALONG if (v := getattr(self.curves, name)) is not None}
         extra = self.curves.extra and {name: np.asarray(v)[rows] for name, v in self.curves.extra.items()}
         return replace(self.curves, **there, extra=extra)
 

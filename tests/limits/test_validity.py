@@ -11,6 +11,7 @@ from belt_sim.api.simulate import linearise, simulate, validity_limits, validity
 from belt_sim.api.sweep import sweep
 from belt_sim.campaign import read_campaign
 from belt_sim.case import Rig, Schedule
+from belt_sim.curves import Curves
 from belt_sim.effects.base import library
 from belt_sim.errors import SimulationError, warning
 from belt_sim.io import ROOT
@@ -19,7 +20,7 @@ from belt_sim.line.span import strip
 from belt_sim.model import MODELS
 from belt_sim.results.files import summary_json
 from belt_sim.units import DEGREE
-from belt_sim.validity import exceeded_limits, limits
+from belt_sim.validity import exceeded_limits, limits, slip_zones
 from studies.paper.case import ROPE_EXAMPLE
 
 EARLY = 0.02  # of the moment: the march keeps its first state at travel 0
@@ -164,15 +165,15 @@ def test_the_half_turn_of_the_machine_is_told_the_same():
 
 #: effects at the end of what is plausible, and what a run of 60 m at 10 N/mm2 leaves with them
 AT_THEIR_LIMIT = {
-    "camber": ({"kappa_c": 1e-3}, {"off_pulley", "slack_edge"}),
-    "off_centre_load": ({"moment": 2.0}, {"off_pulley", "slack_edge", "large_tilt"}),
-    "taper": ({"kappa_t": 1e-3}, {"off_pulley", "slack_edge"}),
-    "thickness_wedge": ({"slope": 1e-4}, set()),
-    "temperature_difference": ({"difference": 15.0}, {"off_pulley", "slack_edge"}),
-    "machine_tilt": ({"angle": 0.05}, set()),
-    "side_drag": ({"moment": 50.0}, {"slack_edge"}),
-    "idler_skew": ({"force": 50.0}, {"off_pulley", "slack_edge", "large_tilt"}),
-    "yaw_offset_tail": ({"beta_0": 0.002}, set()),
+    "camber": ({"kappa_c": 1e-3}, {"off_pulley", "slack_edge", "slip"}),
+    "off_centre_load": ({"moment": 2.0}, {"off_pulley", "slack_edge", "slip", "large_tilt"}),
+    "taper": ({"kappa_t": 1e-3}, {"off_pulley", "slack_edge", "slip"}),
+    "thickness_wedge": ({"slope": 1e-4}, {"slip"}),
+    "temperature_difference": ({"difference": 15.0}, {"off_pulley", "slack_edge", "slip"}),
+    "machine_tilt": ({"angle": 0.02}, set()),
+    "side_drag": ({"moment": 50.0}, {"slack_edge", "slip"}),
+    "idler_skew": ({"force": 50.0}, {"off_pulley", "slack_edge", "slip", "large_tilt"}),
+    "yaw_offset_tail": ({"beta_0": 0.002}, {"slip"}),
 }
 
 
@@ -206,10 +207,60 @@ def test_a_guide_behind_a_run_off_slides_the_belt_and_is_told():
         late = found.curves.y[:, len(found.curves.travel) // 2 :]
         told = {x.id: x for x in found.beyond}
         assert np.abs(late).max() < most
-        assert {"guide_slips"} <= set(told) <= {"guide_slips", "guide_hunts"}
+        assert {"guide_slips", "slip"} <= set(told) <= {"guide_slips", "guide_hunts", "slip"}
         assert "N from" in told["guide_slips"].words
         assert ("guide_hunts" in told) == (at > 2.0)  # nearer it stays on the guide, and slides
     assert not {"guide_slips", "guide_hunts"} & {x.id for x in guided(10.0, "stiffness", 1.0).beyond}  # before a run-up
+
+
+def test_slip_knows_any_moment_of_the_run():
+    """A zero error of the yaw slips like a yaw of its size; a drag beside the run-off slides there, for good."""
+    yaw = 0.3 * DEGREE
+    steered = simulate(paper_case(20.0, yaw), model="strip", travel=30.0)
+    askew = simulate(paper_case(20.0, 0.0), model="strip", travel=30.0, effects=[yaw_error(yaw)])
+    own = {x.id: x for x in steered.beyond}["slip"]
+    assert "after the yaw" in own.words
+    told = {x.id: x for x in askew.beyond}["slip"]
+    assert told.load == pytest.approx(own.load, rel=2e-3)
+    assert "from 0 m of travel on, most at point" in told.words
+    case, drag = paper_case(10.0, 0.0), {"id": "side_drag", "moment": 20.0, "place": 0.1}
+    sticks, slides = (
+        simulate(case, model="strip", travel=60.0, effects=[drag, *more])
+        for more in ([], [{"id": "slip", "inverse_friction": 1 / FRICTION}])
+    )
+    told = {x.id: x for x in sticks.beyond}["slip"]
+    assert told.words.endswith("point 4")  # the upper span's run-off, by 2.4: friction adds 6 to 8 % of y, for good
+    late = np.abs(slides.curves.y[:, -1] / sticks.curves.y[:, -1] - 1.0)
+    assert np.all((late > 0.05) & (late < 0.1))
+    assert "slip" not in {x.id for x in slides.beyond}
+
+
+def yaw_error(angle):
+    return {"id": "yaw_offset_tail", "beta_0": angle}
+
+
+def test_a_run_up_slides_where_its_moment_outruns_friction():
+    """A moment that grows at the rate of friction's couple slides nowhere; one that grows twice as fast, on its way."""
+    case = paper_case(20.0)
+    s, couple = (
+        np.linspace(0.0, 4.0, 81),
+        FRICTION * case.tension_force * case.belt.width / (4.0 * case.rig.tail_radius),
+    )
+    for rate, zone in ((1.0, 0.0), (2.0, 2.0), (-2.0, 2.0)):
+        moment = couple * rate * np.minimum(s, 2.0)
+        curves = Curves(travel=s, y=np.zeros((4, 81)), moment=np.stack([moment, 0.0 * s]))
+        zones = slip_zones(case, curves)
+        assert zones[0].max() == pytest.approx(zone, abs=1e-9)
+        assert not zones[1:].any()
+
+
+def test_a_guide_beside_a_run_up_that_turns_the_whole_wrap_is_told_by_name():
+    """Driven onto the rollers by a large yaw the belt's moment where it runs up is more than the wrap bears."""
+    guide = [{"id": "edge_guide", "stiffness": 1e6, "at": 0.25, "gap": 1e-3}]
+    found = simulate(paper_case(10.0, 0.3 * DEGREE), model="strip_lift_off", effects=guide, travel=60.0)
+    case, curves = found.case, found.curves
+    told = {x.id: x.load for x in found.beyond}
+    assert told["guide_slips"] >= slip_zones(case, curves).max() / float(case.rig.wrap_tail) * (1 - 1e-9) > 1.0
 
 
 def test_friction_bears_the_moment_of_a_guide_whose_zone_of_slip_is_the_whole_wrap():
