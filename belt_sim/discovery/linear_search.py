@@ -304,15 +304,12 @@ def single_term_laws(data: SearchData) -> RankedLaws:
     return RankedLaws(tables, gain, gain - np.concatenate(prices))
 
 
-LOOK_ALIKE = 0.98  # correlation of readings, nuisances taken out, from which on places count as alike
+def unexplained_elsewhere(data: SearchData, law: Law) -> dict[Place, float]:
+    """chi2 of what ``law`` makes of the readings that the best law of one term leaves, at every other place.
 
-
-def look_alikes(data: SearchData, law: Law) -> dict[Place, float]:
-    """The other places at which a law of one term makes what ``law`` makes of the readings, and how nearly.
-
-    That is their correlation, nuisances taken out, from the impulse responses in the campaign's own plan: no reading
-    counts but through the sizes of ``law``. Torsion that creeps acts like bending that creeps, a soft joint like a wave
-    of the yaw.
+    Of a response r it is |r|^2 sin^2 of the angle to the nearest column there, nuisances taken out, in the campaign's
+    own plan: the log likelihood ratio, doubled, by which the readings can tell the places apart at their noise. No
+    reading counts but through the sizes of ``law``.
     """
     columns = data.columns(law)
     made = np.tensordot(data.projector.fit_sizes(columns)[1], columns, axes=1)
@@ -321,10 +318,9 @@ def look_alikes(data: SearchData, law: Law) -> dict[Place, float]:
     ranked, found = single_term_laws(alone), dict[Place, float]()
     ends = np.cumsum([len(forms) for _, forms, _ in ranked.tables])
     for (place, _, _), gain in zip(ranked.tables, np.split(ranked.gain, ends[:-1]), strict=True):
-        alike = float(np.sqrt(min(gain.max(initial=0.0) / max(whole, 1e-30), 1.0)))
-        if place not in own and alike > max(LOOK_ALIKE, found.get(place, 0.0)):
-            found[place] = alike
-    return dict(sorted(found.items(), key=lambda x: -x[1]))
+        if place not in own:
+            found[place] = min(max(whole - float(gain.max(initial=0.0)), 0.0), found.get(place, np.inf))
+    return found
 
 
 def exponents_of(data: SearchData) -> tuple[float, ...]:

@@ -1,7 +1,7 @@
 """Impulse responses of every run, the design matrices made of them, and the states that a law may read."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, make_dataclass, replace
 from functools import cached_property, lru_cache, partial
 from operator import itemgetter
 from typing import Any
@@ -33,6 +33,7 @@ from belt_sim.jax_setup import PROGRAMS, StoredProgram, in_float64, program_key
 from belt_sim.line.hooks import apply_hook, as_driven, overrides, true_travel
 from belt_sim.line.influence import StretchResponse, stretch_adds, stretch_ends, stretch_response
 from belt_sim.line.march import march_open, plan_steps
+from belt_sim.line.runup import add
 from belt_sim.line.span import log_of_change, response_by_change
 
 # Impulse responses of every run: what a short pulse of input at every channel of the march does to it.
@@ -55,55 +56,46 @@ def drift_at(pulley: int) -> str:
     return f"drift_{PULLEYS[pulley]}"
 
 
-def _height(unit: str):
-    return parameter(unit, "height of the pulse", plausible=(-1.0, 1.0), scale=_SCALES[unit])
-
-
 def _length(meaning: str):
     return parameter("m", meaning, plausible=(0.0, 1e3), scale=1.0, null=1.0, modifier=True)
 
 
+_Heights = make_dataclass(
+    "_Heights",
+    [
+        (f"{kind}_{pulley}", float, parameter(unit, "height", plausible=(-1.0, 1.0), scale=_SCALES[unit]))
+        for kind, (_, unit) in AT_PULLEYS.items()
+        for pulley in PULLEYS
+    ],
+    bases=(Effect,),
+    frozen=True,
+    kw_only=True,
+)
+
+
 @effect
-class Pulse(Effect):
+class Pulse(_Heights):  # type: ignore[misc, valid-type]
     """A triangular pulse of input at every channel: yaw of a pulley's surface, turn and drift at the run-ups, shift and
     twist over the wrapped arcs."""
 
     law = "run-up"
     reference = "none: an input to take impulse responses with"
-    yaw_tail: float = _height("rad")
-    yaw_head: float = _height("rad")
-    turn_tail: float = _height("1/m")
-    turn_head: float = _height("1/m")
-    drift_tail: float = _height("rad")
-    drift_head: float = _height("rad")
-    shift_tail: float = _height("m")
-    shift_head: float = _height("m")
-    twist_tail: float = _height("rad")
-    twist_head: float = _height("rad")
     middle: float = _length("travel at its height")
     half: float = _length("travel from its height to its foot")
 
-    def _pulse_height(self, state, name):
-        height = jnp.stack([getattr(self, f"{name}_tail"), getattr(self, f"{name}_head")])
+    def _at(self, state, name):
+        height = jnp.stack([getattr(self, f"{name}_{pulley}") for pulley in PULLEYS])
         return height * jnp.maximum(0.0, 1.0 - jnp.abs(state.travel - self.middle) / self.half)
 
     def yaw(self, yaw, state, case):
-        tail, head = self._pulse_height(state, "yaw")
-        return replace(yaw, tail=yaw.tail + tail, head=yaw.head + head)
+        tail, head = self._at(state, "yaw")
+        return add(yaw, tail=tail, head=head)
 
     def runup(self, runup, state, case):
-        return replace(
-            runup,
-            turn=runup.turn + self._pulse_height(state, "turn"),
-            drift=runup.drift + self._pulse_height(state, "drift"),
-        )
+        return add(runup, turn=self._at(state, "turn"), drift=self._at(state, "drift"))
 
     def wrap(self, runoff, state, case):
-        return replace(
-            runoff,
-            y=runoff.y + self._pulse_height(state, "shift"),
-            alpha=runoff.alpha + self._pulse_height(state, "twist"),
-        )
+        return add(runoff, y=self._at(state, "shift"), alpha=self._at(state, "twist"))
 
 
 @dataclass(frozen=True, kw_only=True)

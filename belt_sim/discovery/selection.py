@@ -22,6 +22,7 @@ from belt_sim.discovery.linear_search import (
     refine_numbers,
     single_term_laws,
     two_term_laws,
+    unexplained_elsewhere,
 )
 from belt_sim.discovery.search_data import COURSES_ONLY, WITH_KNEE, LatentInput, SearchData, simpler_form
 from belt_sim.effects.law import (
@@ -502,6 +503,25 @@ def laws_of_the_encoder(choice: LawChoice, likeliest: LatentInput) -> list[Score
     return own if promise >= WORTH_TRYING * choice.best.gain or likeliest.place.name == TRAVEL else []
 
 
+def places_alike(data: SearchData, scored: ScoredLaw, told: bool) -> tuple[Place, ...]:
+    """The places at which something may act as well as at that of a law, or of no law where none is told.
+
+    One margin, the noise and MODELLED of what is explained, and two rules: a free input there is as likely as at the
+    likeliest place, beside the states that the law makes; or a law of one term there makes what the told law makes.
+    """
+    data = replace(data, wide=True)
+    sizes = data.projector.fit_sizes(data.columns(scored.law))[1] if scored.sizes is None else np.array(scored.sizes)
+    made = fit_closed_loop(data, scored.law, sizes)
+    read = data if made is None else replace(data, states=states_of_fit(data, made))
+    latent_inputs = read.latent_inputs()
+    top = latent_inputs[0].gain
+    left = unexplained_elsewhere(data, scored.law) if told else {}
+    for c in latent_inputs:
+        left[c.place] = min(2.0 * (top - c.gain), left.get(c.place, np.inf))  # log evidence as chi2
+    most, own = WITHIN + MODELLED * max(scored.gain, 2.0 * top), {t.place for t in scored.law.terms if told}
+    return tuple(sorted((p for p, x in left.items() if x < most and p not in own), key=lambda p: left[p]))
+
+
 def law_places(law: Law) -> frozenset[str]:
     """Where a law acts."""
     return frozenset(t.place.name for t in law.terms)
@@ -524,7 +544,8 @@ class SearchOutcome:
     """What a search has found.
 
     data: of the search; latent_inputs: of all places, by evidence (none where nothing was sought); choice: None where
-    nothing is missing; best: None where no law describes it; close: laws that the readings cannot tell from it.
+    nothing is missing; best: None where no law describes it; close: laws that the readings cannot tell from it; alike:
+    places at which something else may act just as well.
     """
 
     data: SearchData
@@ -532,6 +553,7 @@ class SearchOutcome:
     choice: LawChoice | None = None
     best: MarchFit | None = None
     close: tuple[CloseLaw, ...] = ()
+    alike: tuple[Place, ...] = ()
 
     @property
     def latent(self) -> LatentInput:
@@ -553,7 +575,8 @@ def search_law(data: SearchData, tell: Callable[[str], None] = lambda text: None
     latent_inputs = tuple(data.latent_inputs())
     choice = choose_law(data, latent_inputs[0])
     enough = DESCRIBED * choice.possible
-    if choice.best.gain < enough:
-        return SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice)
-    best, close = best_in_march(data, choice, latent_inputs[0], enough)
-    return SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice, best=best, close=close)
+    best, close = None, ()
+    if choice.best.gain >= enough:
+        best, close = best_in_march(data, choice, latent_inputs[0], enough)
+    alike = places_alike(data, choice.best if best is None else best.scored, told=best is not None)
+    return SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice, best=best, close=close, alike=alike)

@@ -7,7 +7,6 @@ import numpy as np
 
 from belt_sim.diagnosis.describe import label
 from belt_sim.diagnosis.errors import errors_of
-from belt_sim.discovery.linear_search import look_alikes
 from belt_sim.discovery.search_data import LatentInput, SearchData, course_travel, form_values, variable
 from belt_sim.discovery.selection import FEWEST, Estimates, LawChoice, MarchFit, SearchOutcome
 from belt_sim.effects.law import ONE_SIDED, SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Form, Law, Term, number_name
@@ -301,6 +300,7 @@ def describe_discovery(found: SearchOutcome, probability: float, config: Any = N
         "found": found.choice is not None,
         "probability": probability,
         "places": _places(found),
+        "alike": tuple(p.words for p in found.alike),
         "limits": limits_of_law(found),
         "provenance": provenance(config) | {"data_sha256": s.bench.campaign.sha256},
     }
@@ -318,12 +318,13 @@ def describe_discovery(found: SearchOutcome, probability: float, config: Any = N
             f"Something acts on the {c.place.words} ({pooled}, changing over {c.length:.0f} m), "
             "and no law of one or two terms describes it and predicts the runs that are left out; u(travel) is shown."
         )
-        return Discovery(**common, sentence=said)
+        return Discovery(**common, sentence=said + _other_places(found, c.place.words))
     best, law = found.best, _law(found, found.choice, found.best)
     error = errors_of(s.bench, s.fit, best.bench, best.fit)
     fall = error.fit or error.held_out
     assert fall is not None  # a law is fitted to some runs
-    said = sentence(s, best, law, fall, worse=worse_predictions(error)) + _other_places(found, best)
+    said = sentence(s, best, law, fall, worse=worse_predictions(error))
+    said += _other_places(found, place_words(best.scored.law))
     points, curve = _law_points(found, best)
     return Discovery(
         **common,
@@ -339,20 +340,15 @@ def describe_discovery(found: SearchOutcome, probability: float, config: Any = N
     )
 
 
-def _other_places(found: SearchOutcome, best: MarchFit) -> str:
-    """The places at which another law does as well, by the readings; and, of a law of the spans, by what the plan can
-    show at all (``look_alikes``): a torsion that creeps and a bending that creeps act alike through EI/T, and a soft
-    joint is a wave of the yaw as long as the belt."""
-    law, own = best.fitted_law, place_words(best.scored.law)
-    others = dict.fromkeys(place_words(c.scored.law) for c in found.close)
-    alike = [f"the {place}" for place in others if place != own][:OTHERS]
-    said = f" A law of {' or of '.join(alike)} fits these readings as well." if alike else ""
-    planned = look_alikes(found.data, law) if any(t.place.relative for t in law.terms) else {}
-    there = [(place.words, r) for place, r in planned.items() if place.words not in {own, *others}][:OTHERS]
-    if there:
-        names, least = " or of ".join(f"the {words}" for words, _ in there), min(r for _, r in there)
-        said += f" In this plan a law of {names} would make the same readings (correlation {least:.2f})."
-    return said
+def _other_places(found: SearchOutcome, told: str) -> str:
+    """The places at which another law does as well, by the readings, and those of ``SearchOutcome.alike``."""
+    fitted = dict.fromkeys(place_words(c.scored.law) for c in found.close)
+    alike = dict.fromkeys(p.words for p in found.alike)
+    fitting, acting = ([f"the {words}" for words in some if words != told] for some in (fitted, alike))
+    acting = [words for words in acting if words not in fitting[:OTHERS]]
+    said = f" A law of {' or of '.join(fitting[:OTHERS])} fits these readings as well." if fitting else ""
+    more = f" or {len(acting) - OTHERS} more places" if len(acting) > OTHERS else ""
+    return f"{said} By these runs it may act on {' or '.join(acting[:OTHERS])}{more} as well." if acting else said
 
 
 def limits_of_law(found: SearchOutcome) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from belt_sim.effects.base import METRES, TURN_OVER, Cause, Effect, effect, parameter
 from belt_sim.line.influence import interpolate_rows, natural_curvature_rows, span_fields
+from belt_sim.line.runup import add
 
 HARMONICS = 40
 FALLS = 1.27  # measured edges: amplitudes fall as harmonic^-1.27
@@ -81,14 +82,8 @@ def _phase(seen, case):
 def add_natural(bend, added, natural):
     """Return ``bend`` with a natural curvature: what it adds at the run-up, the run-off and to the tilt, and itself at
     the run-up and the run-off."""
-    return replace(
-        bend,
-        runup=bend.runup + added[0],
-        runoff=bend.runoff + added[1],
-        natural_runup=bend.natural_runup + natural[0],
-        natural_runoff=bend.natural_runoff + natural[1],
-        tilt=bend.tilt + added[2],
-    )
+    own = {"natural_runup": natural[0], "natural_runoff": natural[1]}
+    return add(bend, runup=added[0], runoff=added[1], tilt=added[2], **own)
 
 
 @effect

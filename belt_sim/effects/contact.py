@@ -6,6 +6,7 @@ from functools import reduce
 import jax.numpy as jnp
 
 from belt_sim.effects.base import CHECK_MODEL, Cause, Effect, effect, parameter
+from belt_sim.line.runup import add
 
 
 @effect
@@ -30,7 +31,7 @@ class SoftCover(Effect):
     )
 
     def runup(self, runup, state, case):
-        return replace(runup, turn=runup.turn + self.c * state.moment)
+        return add(runup, turn=self.c * state.moment)
 
 
 @effect
@@ -64,7 +65,7 @@ class TractionLoss(Effect):
 
     def runup(self, runup, state, case):
         share = jnp.clip(self.loss * (case.settings.speed - self.onset), 0.0, 1.0)
-        return replace(runup, drift=runup.drift + share * state.alpha)
+        return add(runup, drift=share * state.alpha)
 
 
 @effect
@@ -107,17 +108,11 @@ class LiftOff(Effect):
         loop = out @ back
         more = jnp.linalg.solve(jnp.eye(4) - loop, loop @ out)
         added = back @ (out + more)  # to the boundary values, per unit of what the pulleys give
-        return replace(
-            answer,
-            runup=answer.runup + more[:, 0],
-            runoff=answer.runoff + more[:, 1],
-            twist_runup=answer.twist_runup + more[:, 2],
-            twist_runoff=answer.twist_runoff + more[:, 3],
-            mid_tilt=answer.mid_tilt + jnp.einsum("sd,sde->se", answer.mid_tilt, added),
-        )
+        rows = dict(zip(("runup", "runoff", "twist_runup", "twist_runoff"), more.swapaxes(0, 1), strict=True))
+        return add(answer, **rows, mid_tilt=jnp.einsum("sd,sde->se", answer.mid_tilt, added))
 
     def scene(self, parts, case):
-        return replace(parts, lift_off=parts.lift_off + self.strength)
+        return add(parts, lift_off=self.strength)
 
 
 _ASIDE = 0.3  # of turn times zone: how far the end of a zone goes aside
@@ -162,14 +157,13 @@ class Slip(Effect):
             ended = (yaw.change != 0.0) & (end > state.since) & (end <= state.travel)
             ends.append(jnp.max(jnp.where(ended, jnp.maximum(zone[:, None] - yaw.over, 0.0), 0.0), axis=1))
         turned = held * reduce(jnp.maximum, ends, begins) / (2.0 * state.bending)
-        return replace(contact, y=contact.y + _ASIDE * turned * zone, alpha=contact.alpha - turned)
+        return add(contact, y=_ASIDE * turned * zone, alpha=-turned)
 
     def wrap(self, runoff, state, case):
         stuck = (state.moment_runoff + state.bending * state.stiffness * state.left)[::-1]
         held, zone = self._zone(stuck - runoff.moment, state.stiffness[::-1], case)
         turned = held * zone / (2.0 * state.bending)
-        aside = runoff.y + _ASIDE * turned * zone
-        return replace(runoff, y=aside, alpha=runoff.alpha + turned, turned=runoff.turned + turned)
+        return add(runoff, y=_ASIDE * turned * zone, alpha=turned, turned=turned)
 
     def _zone(self, moment, stiffness, case):
         """What is left of a step of moment [N m] once the belt has turned, and the length [m] on which it slides; shape

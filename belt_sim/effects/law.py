@@ -24,7 +24,7 @@ from belt_sim.effects.base import Effect, Parameter, effect
 from belt_sim.effects.belt_shape import add_natural
 from belt_sim.errors import InputError, finite, flag
 from belt_sim.line.influence import stretch_adds, stretch_ends, stretch_response
-from belt_sim.line.runup import angle_at
+from belt_sim.line.runup import add, angle_at
 from belt_sim.line.span import log_of_change, response, response_by_change
 
 PULLEYS = ("tail", "head")
@@ -584,14 +584,14 @@ def _at_pulleys(self: GenericLaw, terms: Sequence[tuple[int, Term]], state, case
 
 def _yaw(self, yaw, state, case):
     for _, pulley, added in _at_pulleys(self, self.terms("yaw"), state, case):
-        yaw = replace(yaw, head=yaw.head + added) if pulley else replace(yaw, tail=yaw.tail + added)
+        yaw = add(yaw, **{PULLEYS[pulley]: added})
     return yaw
 
 
 def _runup(self, runup, state, case):
     for t, pulley, added in _at_pulleys(self, self.terms("turn", "drift", SPAN), state, case):
         name = "drift" if t.place.kind == "drift" else "turn"
-        runup = replace(runup, **{name: getattr(runup, name) + jnp.zeros(2).at[pulley].set(added)})
+        runup = add(runup, **{name: jnp.zeros(2).at[pulley].set(added)})
     return runup
 
 
@@ -599,7 +599,7 @@ def _wrap(self, runoff, state, case):
     landed = runoff
     for t, pulley, added in _at_pulleys(self, self.terms("shift", "twist"), state, case, landed):
         name = "y" if t.place.kind == "shift" else "alpha"
-        runoff = replace(runoff, **{name: getattr(runoff, name) + jnp.zeros(2).at[pulley].set(added)})
+        runoff = add(runoff, **{name: jnp.zeros(2).at[pulley].set(added)})
     return runoff
 
 
@@ -684,7 +684,7 @@ def _sensor(self, reading, case):
             else:
                 x = _independent(t, reading.sensor_travel, case)
             added = added.at[row].add(self.strength(k, x, _course_variable(t, reading.sensor_travel, case), case))
-    return replace(reading, y=reading.y + added)
+    return add(reading, y=added)
 
 
 def _has_geometry(terms: Sequence[Term]) -> bool:

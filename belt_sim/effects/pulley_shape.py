@@ -5,7 +5,7 @@ from dataclasses import replace
 import jax.numpy as jnp
 
 from belt_sim.effects.base import CHECK_DIAMETERS, CHECK_MODEL, TURN_OVER, Cause, Effect, effect, parameter
-from belt_sim.line.runup import sag_angle
+from belt_sim.line.runup import add, sag_angle
 
 _CONE = "ppm of the radius per m of width"
 _TAPER = (1e6, _CONE)
@@ -33,7 +33,7 @@ class Taper(Effect):
     )
 
     def runup(self, runup, state, case):
-        return replace(runup, turn=runup.turn + jnp.stack([self.kappa_t, self.kappa_t_head]))
+        return add(runup, turn=jnp.stack([self.kappa_t, self.kappa_t_head]))
 
     def scene(self, parts, case):
         return parts.add_to_pulley("tail", taper=self.kappa_t).add_to_pulley("head", taper=self.kappa_t_head)
@@ -68,7 +68,7 @@ class ThicknessWedge(Effect):
         return self.slope / (2.0 * rig.tail_radius), self.slope / (2.0 * rig.head_radius)
 
     def runup(self, runup, state, case):
-        return replace(runup, turn=runup.turn + jnp.stack(self._tapers(case)))
+        return add(runup, turn=jnp.stack(self._tapers(case)))
 
     def scene(self, parts, case):
         tail, head = map(float, self._tapers(case))
@@ -90,7 +90,7 @@ class Crown(Effect):
     )
 
     def runup(self, runup, state, case):
-        return replace(runup, turn=runup.turn - jnp.stack([self.c, self.c_head]) * (state.y + case.settings.y0))
+        return add(runup, turn=-jnp.stack([self.c, self.c_head]) * (state.y + case.settings.y0))
 
     def scene(self, parts, case):
         y0 = float(case.settings.y0)  # the scene counts y as the march does
@@ -127,11 +127,7 @@ class PulleyDeflection(Effect):
 
     def yaw(self, yaw, state, case):
         bow, y0 = self.compliance * case.tension_force, case.settings.y0
-        return replace(
-            yaw,
-            skew_runup=yaw.skew_runup - bow * (state.y + y0),
-            skew_runoff=yaw.skew_runoff + bow * (state.y_runoff[::-1] + y0),
-        )
+        return add(yaw, skew_runup=-bow * (state.y + y0), skew_runoff=bow * (state.y_runoff[::-1] + y0))
 
     def scene(self, parts, case):
         bow, y0 = self.compliance * float(case.tension_force), float(case.settings.y0)
@@ -160,7 +156,7 @@ class BuildUp(Effect):
 
     def runup(self, runup, state, case):
         taper = self.rate * state.travel
-        return replace(runup, turn=runup.turn + jnp.stack([taper, 0.0 * taper]))
+        return add(runup, turn=jnp.stack([taper, 0.0 * taper]))
 
 
 @effect
@@ -180,4 +176,4 @@ class RunUpPoints(Effect):
         psi = self.share * sag_angle(case)
         roll = jnp.sin(psi) * jnp.stack([yaw.tail, -yaw.head])
         turned = replace(yaw, tail=yaw.tail * jnp.cos(psi), head=yaw.head * jnp.cos(psi))
-        return replace(turned, roll_runup=yaw.roll_runup + roll, roll_runoff=yaw.roll_runoff + roll[::-1])
+        return add(turned, roll_runup=roll, roll_runoff=roll[::-1])

@@ -1,10 +1,9 @@
 """Errors of the instruments: gain, zero, drift and delay of the edge sensors, and the scale of the encoder."""
 
-from dataclasses import replace
-
 import jax.numpy as jnp
 
 from belt_sim.effects.base import PERCENT, Cause, Effect, effect, parameter
+from belt_sim.line.runup import add
 
 
 def _gain(point: int):
@@ -38,7 +37,7 @@ class SensorGain(Effect):
 
     def sensor(self, reading, case):
         gain = jnp.stack([self.g1, self.g2, self.g3, self.g4])
-        return replace(reading, y=reading.y + gain[:, None] * reading.y)
+        return add(reading, y=gain[:, None] * reading.y)
 
 
 @effect
@@ -61,7 +60,7 @@ class SensorOffset(Effect):
 
     def sensor(self, reading, case):
         offset = jnp.stack([self.c1, self.c2, self.c3, self.c4])
-        return replace(reading, y=reading.y + offset[:, None])
+        return add(reading, y=offset[:, None])
 
 
 @effect
@@ -84,7 +83,7 @@ class SensorDrift(Effect):
 
     def sensor(self, reading, case):
         drift = jnp.stack([self.d1, self.d2, self.d3, self.d4])
-        return replace(reading, y=reading.y + drift[:, None] * reading.time)
+        return add(reading, y=drift[:, None] * reading.time)
 
 
 @effect

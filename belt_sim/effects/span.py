@@ -19,7 +19,7 @@ from belt_sim.line.influence import (
     spread_roll,
     supports,
 )
-from belt_sim.line.runup import FRICTION
+from belt_sim.line.runup import FRICTION, add
 
 
 @effect
@@ -34,7 +34,7 @@ class SagRoll(Effect):
     strength: float = parameter("1", "strength of the effect (theory: 1)", plausible=(0.5, 1.5), scale=1.0, default=1.0)
 
     def span(self, span, case):
-        return replace(span, sag_curvature=span.sag_curvature + self.strength * case.sag_curvature)
+        return add(span, sag_curvature=self.strength * case.sag_curvature)
 
 
 @effect
@@ -59,10 +59,10 @@ class Shear(Effect):
     )
 
     def span(self, span, case):
-        return replace(span, shear=span.shear + self._angle_per_force(case))
+        return add(span, shear=self._angle_per_force(case))
 
     def runup(self, runup, state, case):
-        return replace(runup, drift=runup.drift + self._angle_per_force(case) * state.side_force)
+        return add(runup, drift=self._angle_per_force(case) * state.side_force)
 
     def _angle_per_force(self, case):
         return self.coefficient / (case.belt.shear_modulus * case.belt.area)
@@ -94,10 +94,10 @@ class Flatness(Effect):
     def span(self, span, case):
         belt = case.belt
         change = -jnp.minimum(0.8 * self.amplitude, case.settings.tension)
-        return replace(span, torsion=span.torsion + belt.width**3 * belt.thickness / 12.0 * change)
+        return add(span, torsion=belt.width**3 * belt.thickness / 12.0 * change)
 
     def scene(self, parts, case):
-        return replace(parts, residual=parts.residual + self.amplitude)
+        return add(parts, residual=self.amplitude)
 
 
 @effect
@@ -128,7 +128,7 @@ class MachineTilt(Effect):
         return add_load(bend, known, jnp.full(2, self.angle * case.weight_per_length))
 
     def scene(self, parts, case):
-        return replace(parts, lean=parts.lean + self.angle)
+        return add(parts, lean=self.angle)
 
 
 def _place():
@@ -244,8 +244,7 @@ class OffCentreLoad(_OnOneSpan):
         return add_load(bend, known, on_upper_span(-self.moment, self._direction(case)))
 
     def scene(self, parts, case):
-        field = "roll" if self.side > 0 else "roll_lower"
-        return replace(parts, **{field: getattr(parts, field) - self.moment})
+        return add(parts, **{"roll" if self.side > 0 else "roll_lower": -self.moment})
 
 
 def _below(above: type[_OnOneSpan]) -> type[_OnOneSpan]:

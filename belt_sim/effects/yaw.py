@@ -10,6 +10,7 @@ import numpy as np
 
 from belt_sim.case import Schedule
 from belt_sim.effects.base import CHECK_MODEL, PERCENT, Cause, Effect, effect, parameter
+from belt_sim.line.runup import add
 
 
 @effect
@@ -30,7 +31,7 @@ class YawOffsetTail(Effect):
     beta_0: float = parameter("rad", "yaw at command zero (+: as a positive yaw)", plausible=(-2e-3, 2e-3), scale=1e-4)
 
     def yaw(self, yaw, state, case):
-        return replace(yaw, **{self.pulley: getattr(yaw, self.pulley) + self.beta_0})
+        return add(yaw, **{self.pulley: self.beta_0})
 
     def scene(self, parts, case):
         return parts.add_to_pulley(self.pulley, yaw_offset=self.beta_0)
@@ -127,7 +128,7 @@ class UnequalTension(Effect):
     )
 
     def yaw(self, yaw, state, case):
-        return replace(yaw, tail=yaw.tail + self.yaw_per_force * case.tension_force)
+        return add(yaw, tail=self.yaw_per_force * case.tension_force)
 
     def scene(self, parts, case):
         return parts.add_to_pulley("tail", yaw_offset=self.yaw_per_force * float(case.tension_force))
@@ -163,17 +164,12 @@ class Cant(Effect):
         radius = jnp.stack([rig.tail_radius, rig.head_radius])
         turned = jnp.minimum(state.travel / radius, jnp.pi)
         gamma = jnp.stack([self.gamma, -self.gamma_head]) * state.direction
-        return replace(runoff, y=runoff.y + gamma * radius * (1.0 - jnp.cos(turned)))
+        return add(runoff, y=gamma * radius * (1.0 - jnp.cos(turned)))
 
     def yaw(self, yaw, state, case):
         lean, roll = jnp.sin(state.sag_angle), jnp.stack([self.gamma, self.gamma_head])
-        return replace(
-            yaw,
-            tail=yaw.tail - self.gamma * lean,
-            head=yaw.head + self.gamma_head * lean,
-            roll_runup=yaw.roll_runup + roll,
-            roll_runoff=yaw.roll_runoff + roll[::-1],
-        )
+        turned = {"tail": -self.gamma * lean, "head": self.gamma_head * lean}
+        return add(yaw, **turned, roll_runup=roll, roll_runoff=roll[::-1])
 
     def scene(self, parts, case):
         return parts.add_to_pulley("tail", cant=self.gamma).add_to_pulley("head", cant=self.gamma_head)
@@ -251,16 +247,9 @@ class Wobble(Effect):
         across, along = jnp.stack([self.beta_cos, self.beta_cos_head]), jnp.stack([self.beta_sin, self.beta_sin_head])
         cos, sin = cos_sin((state.travel + case.settings.start) / radius)
         swing, rise = across * cos + along * sin, across * sin - along * cos
-        aside = radius * rise * _RUNS_UP
-        return replace(
-            yaw,
-            tail=yaw.tail + swing[0],
-            head=yaw.head + swing[1],
-            roll_runup=yaw.roll_runup + state.direction * rise,
-            roll_runoff=yaw.roll_runoff + state.direction * rise[::-1],
-            aside_runup=yaw.aside_runup + aside,
-            aside_runoff=yaw.aside_runoff - aside[::-1],
-        )
+        roll, aside = state.direction * rise, radius * rise * _RUNS_UP
+        moved = {"roll_runup": roll, "roll_runoff": roll[::-1], "aside_runup": aside, "aside_runoff": -aside[::-1]}
+        return add(yaw, tail=swing[0], head=swing[1], **moved)
 
     def scene(self, parts, case):
         direction, start = float(case.settings.direction), float(case.settings.start)
@@ -351,7 +340,7 @@ class YawDrift(Effect):
     time_constant: float = _time_constant()
 
     def yaw(self, yaw, state, case):
-        return replace(yaw, tail=yaw.tail + _drift(self.rate, self.time_constant, state, case))
+        return add(yaw, tail=_drift(self.rate, self.time_constant, state, case))
 
 
 @effect
@@ -382,4 +371,4 @@ class TaperDrift(Effect):
 
     def runup(self, runup, state, case):
         taper = _drift(self.rate, self.time_constant, state, case)
-        return replace(runup, turn=runup.turn + jnp.stack([taper, 0.0 * taper]))
+        return add(runup, turn=jnp.stack([taper, 0.0 * taper]))

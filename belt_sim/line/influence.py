@@ -13,7 +13,7 @@ EI kappa_c k_m; k_u, k_o, k_m are the curvatures at x per unit of those angles a
 flat span changes no curvature, as k_u and k_o integrate to 1 and -1. In a hanging span k_u integrates to less.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import jax
@@ -21,6 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import pytree
+from belt_sim.line.runup import add
 from belt_sim.line.span import Span, condense, dimensionless, inverse
 
 
@@ -310,7 +311,7 @@ def spread_roll(span: Span, fields: SpanFields) -> LoadResponse:
 def add_load(bend: Bend, unit: LoadResponse, loads) -> Bend:
     """Return ``bend`` plus loads (2,) on the two spans, ``unit`` being the response to a unit load."""
     names = ("runup", "runoff", "tilt", "side_force")
-    return replace(bend, **{name: getattr(bend, name) + loads * getattr(unit, name) for name in names})
+    return add(bend, **{name: loads * getattr(unit, name) for name in names})
 
 
 def on_upper_span(load, direction):

@@ -9,11 +9,18 @@ A yaw of the pulley turns the stuck belt with it: alpha does not jump. drift and
 The drive law (commanded yaw against travel), the wrap law and the readings of instruments follow.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import jax.numpy as jnp
 
 from belt_sim.case import Case, Schedule, pytree
+
+
+def add(value: Any, **more: Any) -> Any:
+    """Return a dataclass with numbers added to some of its fields."""
+    return replace(value, **{name: getattr(value, name) + x for name, x in more.items()})
+
 
 FRICTION = 0.15  # of belt on pulley where no effect says it: steel on a smooth pulley, the least that is usual
 

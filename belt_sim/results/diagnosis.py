@@ -308,7 +308,8 @@ class Discovery(Display):
     """What was discovered, if anything.
 
     found: whether something is missing; probability: of that; law: None where no generic law describes it; unit: of u;
-    limits: what these runs cannot show; law_file: text of found_law.yaml.
+    alike: places, in words, at which something may act as well; limits: what these runs cannot show; law_file: text of
+    found_law.yaml.
     """
 
     base_model: str
@@ -322,6 +323,7 @@ class Discovery(Display):
     courses: tuple[UnknownCourse, ...] = ()
     law: FoundLaw | None = None
     rivals: tuple[RivalLaw, ...] = ()
+    alike: tuple[str, ...] = ()
     against: tuple[LawPoints, ...] = ()
     curve: LawPoints | None = None
     error: Errors | None = None

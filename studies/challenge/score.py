@@ -66,7 +66,8 @@ _ALONG = ("travel", "time_since_step")
 def place_right(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
     """Whether a discovery has the generator's place, as its own or among what it cannot tell from it."""
     laws = [said["law"], *said.get("rivals", ())] if said.get("law") else said.get("places", [])[:1]
-    places = {name for one in laws for text in one["place"].split(" and ") for name in (generator_place(text),)}
+    texts = [text for one in laws for text in one["place"].split(" and ")]
+    places = {generator_place(text) for text in (*texts, *said.get("alike", ()))}
     true = {truth["place"]}
     if truth["place"] == "span":
         true |= SPAN
