@@ -2,7 +2,7 @@
 of the head's wrap: what is free, what pulls, how stiffly."""
 
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -15,7 +15,7 @@ from belt_sim.space.belt import BeltArrays
 from belt_sim.space.elastic import stretch_energy, twist_energy
 from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.space.options import COMPLIANCE_TIME, FURTHEST_KINK, KINK_STATIONS, TAIL_DAMPING_RATIO
-from belt_sim.space.run import Command
+from belt_sim.space.run import Command, reading
 from belt_sim.space.wrap import (
     FIRST,
     HEAD,
@@ -27,12 +27,14 @@ from belt_sim.space.wrap import (
     WrapArrays,
     anchor_places,
     axes_of,
+    carry_wraps,
     cylinder_coordinates,
     land_stations,
     layer_displacements,
     outer_depth,
     radius_at,
     release_stations,
+    slide_wraps,
     update_tangents,
 )
 
@@ -104,6 +106,26 @@ def belt_loads(pulleys: BeltOnPulley, nodes: Array, pull: Array) -> Array:
         return jnp.stack([forces[:, 0].sum(), moment @ pose.axes[:, 1], moment[2]])
 
     return jax.vmap(of_one)(pulleys)
+
+
+def finish_step(
+    belt: BeltArrays, pulleys: BeltOnPulley, slips: tuple[Any, Any], before: tuple[PoseArrays, Array], nodes: Array,
+    pull: Array, moved: Array, shaped: Array, command: Command, dt: Array,
+) -> tuple[BeltOnPulley, Any, Any, Array, Array]:  # fmt: skip
+    """After a step in time of ``dt`` [s]: the pulleys, what slid, landed and left; slips; loads on the pulleys, of
+    ``belt_loads``; and what the instruments read, (20,).
+
+    slips: of the stations on them, and the pulley that waited (``slide_wraps``), None if nothing slips in a batch;
+    nodes [m], pull [N], (m, 3, n): of belt and weight on them; the others as of ``land_stations``.
+    """
+    loads, (slip, waiting) = belt_loads(pulleys, nodes, pull), slips
+    if belt.sliding_stiffness is not None:
+        moves = pull, command.friction, command.speed, shaped
+        pulleys, slip, waiting = slide_wraps(belt, pulleys, slip, waiting, *moves)
+    pulleys = carry_wraps(belt, pulleys, before, nodes, moved, shaped, command.share, dt)
+    wraps, tail_x = pulleys.wrap, pulleys.pose.centre[TAIL, 0]
+    read = reading(belt, nodes, wraps.first, wraps.last, tail_x, command.share)
+    return pulleys, slip, waiting, loads, jnp.concatenate([read, jnp.stack([command.travel, command.speed])])
 
 
 class TailPulley(NamedTuple):
@@ -261,9 +283,16 @@ def pull_on_nodes(belt: BeltArrays, nodes: Array, share: Array) -> Array:
 
 
 def twist_of_cells(belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayout, tension: Array) -> Array:
-    """Stiffness of the couples on the sections of the chain [N/m], (n,), at a tension [N]; see TwistStiffness."""
-    behind = jnp.stack([jax.vmap(partial(outer_depth, end=end))(pulleys) for end in (FIRST, LAST)], axis=1)
-    return belt.twist.of_cells(belt.chord, places.ends, behind, tension, len(places.stations))
+    """Stiffness of the couples on the sections of the chain [N/m], (n,), a cell being a station and the next, at a
+    tension [N]; see TwistStiffness."""
+    twist, chord, cells = belt.twist, belt.chord, len(places.stations)
+    whole = tension * twist.strip_tension + twist.strip_torsion
+    stiffness = jnp.full(cells, whole - tension * twist.line_tension - twist.line_residual)
+    for end in (FIRST, LAST):  # a link as long as its distance from the place where the belt meets the pulley
+        behind = jnp.clip(jax.vmap(partial(outer_depth, end=end))(pulleys), -0.5 * chord, 0.5 * chord)
+        seems = whole * (chord / (chord - behind) - 1.0)
+        stiffness = stiffness.at[(places.ends[:, end] - 1 + end) % cells].add(seems)
+    return stiffness
 
 
 def tail_derivatives(wraps: WrapArrays, pose: PoseArrays) -> Array:

@@ -159,20 +159,6 @@ class TwistStiffness(NamedTuple):
             line_residual=per * stiffness * float((share * mesh.line_y**2) @ mesh.residual_strain),
         )
 
-    def of_cells(self, chord: Array, ends: Array, behind: Array, tension: Array, cells: int) -> Array:
-        """Stiffness of the couples of each cell [N/m], (cells,), a cell being a station and the next.
-
-        ends (2, 2): places of the outermost stations held, by pulley and end; behind [m], (2, 2): how far they lie
-        behind the tangent points; tension [N].
-        """
-        whole = tension * self.strip_tension + self.strip_torsion
-        behind = jnp.clip(behind, -0.5 * chord, 0.5 * chord)
-        seems = whole * (chord / (chord - behind) - 1.0)
-        stiffness = jnp.full(cells, whole - tension * self.line_tension - self.line_residual)
-        for end in (0, 1):
-            stiffness = stiffness.at[(ends[:, end] - 1 + end) % cells].add(seems[:, end])
-        return stiffness
-
 
 def twist_energy(places: Array, stiffness: Array, cubic: Array) -> CellEnergy:
     """Couples on the sections: energy stiffness d^2 / 2 + cubic d^4 / 4, d by how much more the first line rises

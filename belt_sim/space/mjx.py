@@ -54,7 +54,7 @@ from belt_sim.space.loop import smoothstep, stations_of
 from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.space.mujoco_interface import compile_model
 from belt_sim.space.options import RUNAWAY, Options, fit_options, is_limp, refuse_unobeyed
-from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, SlipState, carry_wraps, sink_wraps, slide_wraps
+from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, SlipState, sink_wraps
 
 with redirect_stdout(io.StringIO()):  # it prints that Warp is not installed, which is not needed
     from mujoco import mjx
@@ -301,16 +301,9 @@ def step(model: MjxModel, data: MjxData, command: run.Command) -> MjxData:
     if m.nsensor:  # of positions and velocities
         d = mjx.com_vel(m, mjx.com_pos(m, mjx.kinematics(m, d)))
         d = mjx.sensor_vel(m, mjx.sensor_pos(m, d))
-    pull, slip, waiting = chain.pull_on_nodes(belt, after, command.share), data.slip, data.waiting
-    loads = chain.belt_loads(pulleys, after, pull)
-    if slip is not None:
-        pulleys, slip, waiting = slide_wraps(
-            belt, pulleys, slip, waiting, pull, command.friction, command.speed, shaped
-        )
-    pulleys = carry_wraps(belt, pulleys, (came_from, before), after, moved, shaped, command.share, h)
-    tail_x = pose.centre[TAIL, 0]
-    read = run.reading(belt, after, pulleys.wrap.first, pulleys.wrap.last, tail_x, command.share)
-    read = jnp.concatenate([read, jnp.stack([command.travel, command.speed])])
+    pull, slips = chain.pull_on_nodes(belt, after, command.share), (data.slip, data.waiting)
+    made = (came_from, before), after, pull, moved, shaped, command, h
+    pulleys, slip, waiting, loads, read = chain.finish_step(belt, pulleys, slips, *made)
     return MjxData(d, pulleys, loads, command.travel, read, turned, slip, waiting)
 
 

@@ -39,28 +39,19 @@ class Motion:
     slide_rates: np.ndarray
 
 
-def set_solver(spec: mujoco.MjSpec, dt: float, gravity: float) -> None:
-    """No contacts, one exact Newton step on the metric of the discrete integrator; dt [s], gravity [m/s2]."""
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
-    spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
-    spec.option.timestep = dt
-    spec.option.iterations = _ITERATIONS
-    spec.option.gravity = [0.0, 0.0, -gravity]
-    off = mujoco.mjtDisableBit
-    spec.option.disableflags = int(off.mjDSBL_ISLAND) | int(off.mjDSBL_CONTACT)
+def set_solver(spec: mujoco.MjSpec, dt: float, gravity: float, lean: float | None = None) -> None:
+    """One exact Newton step on the metric of the discrete integrator; dt [s], gravity [m/s2].
 
-
-def set_contact_solver(spec: mujoco.MjSpec, dt: float, gravity: float, lean: float = 0.0) -> None:
-    """Contacts of elliptic cones whose friction creeps by 2 um a metre at 1 m/s; dt [s], gravity [m/s2].
-
-    lean [rad]: of the machine about +x. A contact's spring may be stiffer than the step resolves (``refsafe`` is off).
+    lean [rad], of the machine about +x: with contacts, of elliptic cones whose friction creeps by 2 um a metre at 1
+    m/s; None = without. A contact's spring may be stiffer than the step resolves (``refsafe`` is off).
     """
-    set_solver(spec, dt, gravity)
-    spec.option.gravity = [0.0, gravity * math.sin(lean), -gravity * math.cos(lean)]
-    spec.option.iterations = _CONTACT_ITERATIONS
-    spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, _IMPRATIO
-    off = mujoco.mjtDisableBit
-    spec.option.disableflags = int(off.mjDSBL_ISLAND) | int(off.mjDSBL_REFSAFE)
+    option, off, touches, tilt = spec.option, mujoco.mjtDisableBit, lean is not None, lean or 0.0
+    option.integrator, option.solver = mujoco.mjtIntegrator.mjINT_DISCRETE, mujoco.mjtSolver.mjSOL_NEWTON
+    option.timestep, option.iterations = dt, _CONTACT_ITERATIONS if touches else _ITERATIONS
+    option.gravity = [0.0, gravity * math.sin(tilt), -gravity * math.cos(tilt)]
+    option.disableflags = int(off.mjDSBL_ISLAND) | int(off.mjDSBL_REFSAFE if touches else off.mjDSBL_CONTACT)
+    if touches:
+        option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, _IMPRATIO
 
 
 def add_dummy_equality(spec: mujoco.MjSpec, first_joint: str) -> None:

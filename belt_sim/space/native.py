@@ -113,24 +113,6 @@ class StepInput(NamedTuple):
     fewest: Array
 
 
-def carry_belt(fixed: Fixed, was: Carried, at: Instant, nodes: Array, pull: Array) -> tuple[Carried, Array]:
-    """After a step, with held nodes on their anchors: loads on the pulleys, and what slid, landed and left; and what
-    the instruments read, (24,): ``reading``, travel, speed, then slip and share of sliding nodes of both pulleys.
-
-    nodes [m], pull [N], (m, 3, n): of belt and weight on the nodes.
-    """
-    belt, (command, _, shaped), pulleys, slip, waiting = fixed.belt, at, was.pulleys, was.slip, was.waiting
-    loads = chain.belt_loads(pulleys, nodes, pull)
-    if belt.sliding_stiffness is not None:
-        moves = command.friction, command.speed, shaped
-        pulleys, slip, waiting = wrap.slide_wraps(belt, pulleys, slip, waiting, pull, *moves)
-    pulleys = wrap.carry_wraps(belt, pulleys, (pulleys.pose, nodes), nodes, 0.0, shaped, command.share, fixed.dt)
-    tail_x = pulleys.pose.centre[TAIL, 0]
-    read = run.reading(belt, nodes, pulleys.wrap.first, pulleys.wrap.last, tail_x, command.share)
-    read = jnp.concatenate([read, jnp.stack([command.travel, command.speed]), slip.total, slip.sliding])
-    return was._replace(pulleys=pulleys, slip=slip, waiting=waiting, loads=loads), read
-
-
 def hold_belt(fixed: Fixed, was: Carried, at: Instant, joints: Array, nodes: Array) -> tuple[Carried, StepInput]:
     """Before a step: the pulleys where they will be at its end, their stations on their anchors, and all other forces.
 
@@ -189,7 +171,11 @@ def between_steps(
     now, following = (packings[2].unpack(instant) for instant in instants)
     nodes = jnp.moveaxis(still.rest + slides, 0, -1)
     forces = jnp.moveaxis(pull, 0, -1).at[:, 2].add(-still.belt.mass[:, None] * still.belt.gravity)
-    after, read = carry_belt(still, was, now, nodes, forces)
+    before, slips = (was.pulleys.pose, nodes), (was.slip, was.waiting)  # held nodes are on their anchors
+    step = nodes, forces, 0.0, now.shaped, now.command, still.dt
+    pulleys, slip, waiting, loads, read = chain.finish_step(still.belt, was.pulleys, slips, before, *step)
+    after = was._replace(pulleys=pulleys, slip=slip, waiting=waiting, loads=loads)
+    read = jnp.concatenate([read, slip.total, slip.sliding])
     after, given = hold_belt(still, after, following, joints, nodes)
     slid = given._replace(nodes=given.nodes - still.rest, rest=given.rest - still.rest)
     return packings[1].pack(after), read, slid
@@ -204,7 +190,8 @@ EXTRA = {"slip_head": 20, "slip_tail": 21, "sliding_head": 22, "sliding_tail": 2
 @dataclass
 class NativeState(Motion):
     """The belt and the machine at the end of a step. carried: packed ``Carried``, for the coming step; given: what that
-    starts from; readings (24,): as of ``carry_belt``; acting: share and drag that MuJoCo's model has."""
+    starts from; readings (24,): of ``finish_step``, then slip and share of
+    sliding nodes of both pulleys; acting: share and drag that MuJoCo's model has."""
 
     packing: Packing
     instant: np.ndarray

@@ -77,7 +77,7 @@ def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) ->
         _with_plate_torsion(case), belt, options, parts, path=lambda depth, *_: 0.0 * depth
     )
     scene = replace(scene, case=replace(case, rig=scene.case.rig))
-    interface.set_contact_solver(spec, options.step, parts.gravity, parts.lean)
+    interface.set_solver(spec, options.step, parts.gravity, parts.lean)
     _dress_nodes(spec, scene)
     for name, radius in (("head", scene.loop.radius_head), ("tail", scene.loop.radius_tail)):
         _make_solid(spec, name, radius, scene)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pulley_bench import bare_belt, both, empty_wrap, on_jax, pose, surface
 
-from belt_sim.space import native
+from belt_sim.space import chain
 from belt_sim.space import wrap as wrap_module
 from belt_sim.space.chain import run_off_line
 from belt_sim.space.friction import SlidingStiffness
@@ -98,22 +98,21 @@ def test_belts_that_slide_on_both_pulleys_take_turns(monkeypatch):
         return pulley.wrap, own._replace(total=own.total + jnp.where(pulley.pose.centre[0] > 0.0, 10.0, 1.0))
 
     monkeypatch.setattr(wrap_module, "slide_wrap", slipped)
-    monkeypatch.setattr(native, "carry_wraps", lambda belt, pulleys, *others: pulleys)
-    monkeypatch.setattr(native, "reading", lambda *given: jnp.zeros(17))
+    monkeypatch.setattr(chain, "carry_wraps", lambda belt, pulleys, *others: pulleys)
+    monkeypatch.setattr(chain, "reading", lambda *given: jnp.zeros(18))
     nodes, wrap, at = laid()
     there = at._replace(centre=np.array([1.0, 0.0, 0.0]))
     none = np.zeros((2, 4, 4))
     belt = bare_belt([CYLINDER] * 2, CHORD, N, sliding_stiffness=SlidingStiffness(*[none] * 4))
     pulleys = BeltOnPulley(both(wrap, wrap), belt.surfaces, both(at, there))
-    slip, waiting, fixed = on_jax(SlipState.none(2, N)), -1, native.Fixed(belt, None, None, STEP, None, None)
+    slip, waiting = on_jax(SlipState.none(2, N)), -1
     runs = Command(travel=0.0, yaw=np.zeros(2), share=0.0, speed=0.5, friction=0.2)
 
     def step(*slides):
         nonlocal slip, waiting
         before, slip = slip.total, slip._replace(sliding=jnp.array(slides, float))
-        was = native.Carried(on_jax(pulleys), slip, waiting, None, None)
-        after, _ = native.carry_belt(fixed, was, native.Instant(runs, 0.0, 1.0), nodes, 0.0 * nodes)
-        slip, waiting = after.slip, after.waiting
+        given = (slip, waiting), (at, nodes), nodes, 0.0 * nodes, 0.0, 1.0, runs, STEP
+        _, slip, waiting, _, _ = chain.finish_step(belt, on_jax(pulleys), *given)
         return {which for which in (HEAD, TAIL) if slip.total[which] > before[which]}
 
     assert step(True, False) == step(False, True) == step(False, False) == {HEAD, TAIL}
