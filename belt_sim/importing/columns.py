@@ -368,7 +368,7 @@ def wind_on(seconds: np.ndarray) -> tuple[np.ndarray, list[str]]:
     there = np.flatnonzero(np.isfinite(seconds))
     out, steps, remarks = seconds.copy(), np.diff(seconds[there]), []
     usual = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 1.0
-    changes = [(DAY, SHORT, "the clock passed midnight")] if len(there) and np.nanmax(seconds) < DAY else []
+    changes = [(DAY, SHORT, "the clock passed midnight")] if len(there) and np.nanmax(seconds) <= DAY else []
     hour = ((seconds[there][:-1] % DAY) / 3600.0 >= 1) & ((seconds[there][:-1] % DAY) / 3600.0 <= 4)
     changes += [(3600.0, 5.0, "the clock was set back by an hour"), (-3600.0, 5.0, "the clock was set on by an hour")]
     for shift, short, remark in changes:

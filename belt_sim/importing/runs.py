@@ -39,6 +39,8 @@ MOVED = 1e-4
 TENTHS, MOVES = 10, 6.0
 #: Steps of a counter within which it must go on where it rolls over, and the numbers [its unit] at which counters do.
 GOES_ON, FULL = 3.0, (*(10.0**k for k in range(1, 8)), *(2.0**k for k in range(8, 33)), 65.536, 32.768)
+#: Usual steps of the clock that are a gap.
+GAP = 20.0
 #: Steps of the travel beyond which a last row is no reading, but a total.
 ALONE = 100.0
 #: Quantile of the steps of a signal or a clock, of which it makes fewer than GOES_ON where it goes on.
@@ -338,6 +340,11 @@ def travel_of(block: LoggedTable, speed: float | None) -> Travel | None:
         else:
             way = abs(speed) * (time[keep] - time[keep[0]])
             notes.append(f"travel was taken as time x {abs(speed):g} m/s")
+    steps = np.diff(time[keep]) if time is not None and logged is None else np.empty(0)
+    if len(steps) and steps.max() > GAP * np.median(steps):
+        k = int(np.argmax(steps))
+        far = f"{steps[k]:.4g} s behind line {block.lines[keep[k]]}, over which the belt is taken to have run on"
+        notes.append(f"no rows for {far} ({way[k + 1] - way[k]:.4g} m)")
     settings = {"direction": Setting(-1.0, "the sign of travel or speed")} if sign < 0.0 else {}
     own = None if time is None else time[keep] - time[keep[0]]
     if own is not None and len(own) and own[-1] > 0.0 and way[-1] > 0.0:
@@ -392,7 +399,9 @@ def _logged_travel(
     if np.any(way < highest):
         notes.append("the encoder jitters: where travel falls back a little it was held")
     if sign < 0.0:
-        notes.append("travel was counted downwards: direction -1")
+        notes.append(
+            "travel was counted downwards: direction -1 (or is the newest row first? then turn the rows round)"
+        )
     return keep, highest, sign
 
 

@@ -46,8 +46,8 @@ SAMPLE = 200
 _PLAIN = {d: re.compile(rf"[+-]?(?:\d+[{d}]?\d*|[{d}]\d+)\Z|[+-]?\d*[.,]?\d*[eE][+-]?\d+\Z") for d in ".,"}
 _GROUPED = {d: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:[{OTHER[d]}]\d{{3}})+(?:[{d}]\d*)?\Z") for d in ".,"}
 _DOUBTFUL = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}\Z")
-#: a gap between thousands, and a negative number as (12.5) or 12.5-
-_GAP = re.compile(r"(?<=\d)[ '’\u00a0\u202f](?=\d{3}(?!\d))")
+#: a gap between thousands or behind a sign, and a negative number as (12.5) or 12.5-
+_GAP = re.compile(r"(?<=\d)[ '’\u00a0\u202f](?=\d{3}(?!\d))|(?<=^[+-]) +")
 _NEGATIVE = re.compile(r"\((\d[\d.,]*)\)\Z|(\d[\d.,]*)-\Z")
 #: full-width letters and digits of East Asian text
 _WIDE = str.maketrans({0xFF01 + k: 0x21 + k for k in range(94)})
@@ -449,6 +449,13 @@ def _layout_with(separator: str, decimal: str, rows: Sequence[Sequence[str]]) ->
     width, height = Counter(len(rows[k]) for k in of_data).most_common(1)[0]
     first = next(k for k in of_data if len(rows[k]) == width)
     header, names, units = _head(rows[:first], width, decimal)
+    counts = [rows[k][0].strip(' "') for k in of_data if len(rows[k]) == width]
+    if (
+        header
+        and len(rows[header - 1]) == width - 1
+        and counts in ([str(k + n) for k in range(len(counts))] for n in (0, 1))
+    ):
+        names = ("row", *names[:-1])  # its rows are counted in a column without a name
     cells = [c for row in rows if len(row) == width for c in row if c.strip()]
     share = count_readings(cells, decimal) / len(cells)
     score = height * share**3 * (0.6 if separator == " " else 1.0)

@@ -98,6 +98,9 @@ FILES |= {
     "accounting": (text(TRAVEL | {"edge 1 [mm]": [f"({-y:.4f})" for y in Y]}), {}),
     "minus_behind": (text(TRAVEL | {"edge 1 [mm]": [f"{-y:.4f}-" for y in Y]}), {}),
     "full_width": (text(TRAVEL | EDGE).translate({ord(c): ord(c) + 0xFEE0 for c in "0123456789.-"}), {}),
+    "row_names": ("travel [m]\tedge 1 [mm]\n" + "".join(f"{k}\t{s:.1f}\t{y:.4f}\n" for k, (s, y) in enumerate(zip(S, Y, strict=True), 1)), {}),
+    "hour_24": (text({"time": ["24:00:00" if c == "00:00:00" else c for c in stamps("%H:%M:%S")]} | V | EDGE), {}),
+    "blank_behind_the_sign": (text(TRAVEL | {"edge 1 [mm]": [f"- {-y:.4f}" for y in Y]}), {}),
     "comment_between": (text(TRAVEL | EDGE).replace("\n12.0;", "\n# pause\n12.0;"), {}),
 }  # fmt: skip
 

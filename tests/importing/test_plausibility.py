@@ -65,6 +65,20 @@ def test_a_counter_that_was_reset_is_two_runs_and_one_that_jumps_is_refused(tmp_
         proposal(tmp_path / "b.csv", ["Weg [m]", "y1 [mm]"], [jumps, L.y1])
 
 
+def test_a_gap_of_the_clock_and_a_travel_that_falls_throughout_are_told(tmp_path):
+    time = np.where(L.travel > 10.0, L.time + 600.0, L.time)
+    made = proposal(tmp_path / "a.csv", ["time [s]", "v [m/s]", "y1 [mm]"], [time, 0 * time + 0.5, L.y1])
+    assert any("no rows for 600" in n.text and "(300" in n.text for n in made.notes)
+    made = proposal(tmp_path / "b.csv", ["travel [m]", "y1 [mm]"], [L.travel[::-1], L.y1[::-1]])
+    assert any("newest row first" in n.text for n in made.notes)
+
+
+def test_a_file_without_readings_is_refused(tmp_path):
+    columns, stated = [L.travel, [""] * len(L.travel)], {"columns": {"y1 [mm]": {"at": "point_1"}}}
+    with pytest.raises(InputError, match="no column of a signal holds numbers"):
+        proposal(tmp_path / "a.csv", ["travel [m]", "y1 [mm]"], columns, **stated)
+
+
 def test_a_machine_that_ran_before_its_record(tmp_path):
     """run_in, known or not, and a yaw that was on before the record; both are in the folder that is written."""
     header, columns = ["travel [m]", "y1 [mm]", "y4 [mm]"], [L.travel, L.y1, L.y4]
