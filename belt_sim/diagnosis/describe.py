@@ -367,75 +367,53 @@ def _unknown(d: Findings) -> Unknown | None:
     times = "more than a million" if odds > np.log(1e6) else f"{np.exp(odds):.0f}"
     why = f"something unknown is {times} times likelier"
     law = d.law.law.words if d.law is not None and d.law.law is not None else "no law of one or two terms"
-    bench, residual = d.fitted_bench, d.fitted_bench.samples.y - d.named.values
-    sign = np.array([np.sign(r.yaw) for r in bench.samples.runs])
+    nearest = (join_words(known.effects), why) if known.effects else (None, None)
+    residual, sign = d.fitted_bench.samples.y - d.named.values, np.sign([r.yaw for r in d.fitted_bench.samples.runs])
     return Unknown(
         failed_tests=(f"something beyond the library ({law})",),
-        parity=_parity(bench, residual, sign),
-        tension_exponent=_exponent(bench.samples, residual),
-        onset=_onset(bench.samples, residual),
-        wavelength=_wavelength(bench.samples, residual),
-        required_angle=_required_angle(bench.samples, residual, sign),
-        nearest=join_words(known.effects) if known.effects else None,
-        why=why if known.effects else None,
+        required_angle=_required_angle(d.fitted_bench.samples, residual, sign),
+        nearest=nearest[0],
+        why=nearest[1],
+        **_look(d.fitted_bench, residual),
     )
 
 
-# What an unknown effect looks like: parity, tension exponent, onset, wavelength, required contact angle.
+def _look(bench: Workbench, residual: np.ndarray) -> dict[str, Any]:
+    """What a residual (R, S, n) looks like: whether it turns over with the sign of yaw, n of |residual| ~ tension^n,
+    the travel [m] at which the worst run leaves its own zero by three sigma, and the wavelength [m] of the strongest line
+    in it.
 
-
-def _parity(bench: Workbench, residual: np.ndarray, sign: np.ndarray) -> str:
-    """Whether most of the whitened residual turns over with the sign of yaw (odd), or stays (even)."""
-    if not (np.any(sign > 0) and np.any(sign < 0)):
-        return "unknown: only one sign of yaw was run"
-    white = bench.metric.whiten(np.where(np.isfinite(residual), residual, 0.0)).reshape(len(sign), -1)
-    plus, minus = white[sign > 0].mean(axis=0), white[sign < 0].mean(axis=0)
-    odd, even = float(np.sum((plus - minus) ** 2)), float(np.sum((plus + minus) ** 2))
-    share = odd / max(odd + even, 1e-12)
-    return "odd" if share > 0.8 else "even" if share < 0.2 else "mixed"
-
-
-def _exponent(samples: Samples, residual: np.ndarray) -> float | None:
-    """n of |residual| ~ tension^n, by least squares over tensions."""
-    stress = np.array([r.tension for r in samples.runs])
-    levels = np.unique(stress)
-    if len(levels) < 2:
-        return None
-    size = [np.sqrt(np.nanmean(residual[stress == t][:, 0] ** 2)) for t in levels]
-    return float(np.polyfit(np.log(levels), np.log(np.maximum(size, 1e-12)), 1)[0])
-
-
-def _onset(samples: Samples, residual: np.ndarray) -> float | None:
-    """First travel at which the worst run leaves its own zero by three sigma, smoothed over a metre [m]."""
-    blocks = np.nansum(residual[:, 0] ** 2, axis=1)
-    r = int(np.argmax(blocks))
-    signal = samples.signals[0]
-    travel, error = samples.travel[r], np.nan_to_num(residual[r, 0])
-    width = max(1, int(1.0 / max(np.median(np.diff(travel)), 1e-6)))
+    All but the parity are of the first signal; None where the runs cannot tell.
+    """
+    samples, first = bench.samples, residual[:, 0]
+    sign, stress = (np.array([f(r) for r in samples.runs]) for f in (lambda r: np.sign(r.yaw), lambda r: r.tension))
+    parity, exponent, wavelength = "unknown: only one sign of yaw was run", None, None
+    if np.any(sign > 0) and np.any(sign < 0):
+        white = bench.metric.whiten(np.where(np.isfinite(residual), residual, 0.0)).reshape(len(sign), -1)
+        plus, minus = white[sign > 0].mean(axis=0), white[sign < 0].mean(axis=0)
+        odd, even = float(np.sum((plus - minus) ** 2)), float(np.sum((plus + minus) ** 2))
+        share = odd / max(odd + even, 1e-12)
+        parity = "odd" if share > 0.8 else "even" if share < 0.2 else "mixed"
+    if len(levels := np.unique(stress)) > 1:
+        size = [np.sqrt(np.nanmean(first[stress == t] ** 2)) for t in levels]
+        exponent = float(np.polyfit(np.log(levels), np.log(np.maximum(size, 1e-12)), 1)[0])
+    r = int(np.argmax(np.nansum(first**2, axis=1)))
+    travel, error, sheet = samples.travel[r], np.nan_to_num(first[r]), samples.signals[0]
+    width = max(1, int(1.0 / max(np.median(np.diff(travel)), 1e-6)))  # samples a metre
     smooth = np.convolve(error - error[:width].mean(), np.ones(width) / width, mode="same")
-    limit = 3 * np.hypot(signal.white / np.sqrt(width), signal.wander_sd)
-    beyond = np.flatnonzero(np.abs(smooth) > limit)
-    return float(travel[beyond[0]]) if len(beyond) else None
-
-
-def _wavelength(samples: Samples, residual: np.ndarray) -> float | None:
-    """Wavelength of the strongest line in the residual of signal 1 [m]; None when there is no line."""
-    n = samples.y.shape[-1]
-    power = np.zeros(n // 2 + 1)
-    spacing = float(np.median(np.diff(samples.travel[0])))
-    trend = np.linspace(-1, 1, n)
-    for r in range(len(samples.runs)):
-        error = np.nan_to_num(residual[r, 0])
-        error = error - np.polyval(np.polyfit(trend, error, 3), trend)
-        power = power + np.abs(np.fft.rfft(error * np.hanning(n))) ** 2
+    beyond = np.flatnonzero(np.abs(smooth) > 3.0 * np.hypot(sheet.white / np.sqrt(width), sheet.wander_sd))
+    n, spacing = first.shape[1], float(np.median(np.diff(samples.travel[0])))
+    trend = np.vander(np.linspace(-1.0, 1.0, n), 4)
+    left = np.nan_to_num(first).T
+    left = left - trend @ np.linalg.lstsq(trend, left, rcond=None)[0]
+    power = np.sum(np.abs(np.fft.rfft(left * np.hanning(n)[:, None], axis=0)) ** 2, axis=1)
     frequency = np.fft.rfftfreq(n, spacing)
     usable = frequency > 2.5 / (n * spacing)
-    if not usable.any():
-        return None
     k = int(np.argmax(np.where(usable, power, 0.0)))
-    if power[k] < 12 * np.median(power[usable]):
-        return None
-    return float(1.0 / frequency[k])
+    if usable.any() and power[k] >= 12.0 * np.median(power[usable]):
+        wavelength = float(1.0 / frequency[k])
+    onset = float(travel[beyond[0]]) if len(beyond) else None
+    return {"parity": parity, "tension_exponent": exponent, "onset": onset, "wavelength": wavelength}
 
 
 def _required_angle(samples: Samples, residual: np.ndarray, sign: np.ndarray) -> RequiredAngle | None:

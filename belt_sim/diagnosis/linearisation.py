@@ -12,7 +12,6 @@ from belt_sim.diagnosis.forward import DIFFERENCE
 from belt_sim.diagnosis.linear_algebra import bounded_step, inverse_roots, pseudo_inverse
 from belt_sim.diagnosis.noise import SMOOTH, Levels
 from belt_sim.diagnosis.plausibility import is_possible
-from belt_sim.diagnosis.samples import Samples
 from belt_sim.diagnosis.workbench import Workbench
 
 # The linearisation at a fit: what every further candidate would do to the predictions, computed once.
@@ -467,8 +466,8 @@ def periodic_waves(bench: Workbench, linearisation: Linearisation) -> PeriodicWa
     leaves more.
     """
     samples, metric = bench.samples, bench.metric_at(Levels())
-    waves, rates = zip(_belt_waves(samples), *_pulley_waves(bench, linearisation), strict=True)
-    rows = np.concatenate([*waves, (samples.y - linearisation.fit.values)[None]])
+    waves, rates = _waves_of(bench, linearisation)
+    rows = np.concatenate([waves, (samples.y - linearisation.fit.values)[None]])
     others = [linearisation.slopes[p] for p, s in enumerate(bench.forward.slots) if not s.effect.comes_round]
     known = np.concatenate([bench.shapes, bench.shared, np.reshape(others, (-1, *samples.y.shape))])
     grams, moments, left, count = [], [], 0.0, 0
@@ -479,38 +478,32 @@ def periodic_waves(bench: Workbench, linearisation: Linearisation) -> PeriodicWa
         rest = white[-1] @ white[-1] - moments[-1] @ np.linalg.solve(grams[-1] + np.eye(len(grams[-1])), moments[-1])
         left, count = left + rest, count + int(np.isfinite(samples.y[r]).sum()) - rank - len(grams[-1])
     noise = max(1.0, left / max(count, 1))
-    return PeriodicWaves(np.array(grams) / noise, np.array(moments) / noise, np.concatenate(rates, axis=1), noise)
+    return PeriodicWaves(np.array(grams) / noise, np.array(moments) / noise, rates, noise)
 
 
-def _belt_waves(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
-    """Cosine and sine (P, R, S, n) of the harmonics of the belt's length at each lateral sensor, of one sigma and zero
-    where the yaw is applied; and the rates (R, P/2) at which a start turns each pair [rad/m]."""
+def _waves_of(bench: Workbench, linearisation: Linearisation) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of cosine and sine (P, R, S, n) of one sigma: the harmonics of the belt's length at each lateral sensor,
+    zero where the yaw is applied, and the wobble of either pulley where that is a candidate; and the rates (R, P/2) at
+    which a start turns each pair [rad/m]."""
+    samples, rig = bench.samples, bench.samples.cases.rig
     lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
-    length, direction = float(np.max(samples.cases.rig.belt_length)), np.asarray(samples.cases.settings.direction)
-    harmonics = np.arange(1, HARMONICS + 1)
-    many = harmonics[:, None, None]
-    phase = 2.0 * np.pi * direction[:, None] * samples.travel / length
-    at_yaw = 2.0 * np.pi * direction * samples.yaw_at / length
+    length, direction = float(np.max(rig.belt_length)), np.asarray(samples.cases.settings.direction)
+    many = np.arange(1, HARMONICS + 1)
+    turn = 2.0 * np.pi * direction[:, None] * np.column_stack([samples.travel, samples.yaw_at]) / length
     waves = np.zeros((len(lateral), HARMONICS, 2, *samples.y.shape))
     for part, wave in enumerate((np.cos, np.sin)):
+        shape = wave(many[:, None, None] * turn) * (LARGEST / many)[:, None, None]
         for k, s in enumerate(lateral):
-            waves[k, :, part, :, s] = LARGEST / many * (wave(many * phase) - wave(many * at_yaw[:, None]))
-    rates = np.tile(2.0 * np.pi * harmonics / length, len(lateral)) * direction[:, None]
-    return waves.reshape(-1, *samples.y.shape), rates
-
-
-def _pulley_waves(bench: Workbench, linearisation: Linearisation) -> list[tuple[np.ndarray, np.ndarray]]:
-    """The same of the wobble of either pulley, where that is a candidate."""
-    rig, runs = bench.samples.cases.rig, len(bench.samples.runs)
-    shapes = {bench.forward.slots[p].name: linearisation.slopes[p] for p in bench.forward.index("wobble")}
-    return [
-        (
-            ASKEW * np.stack([shapes[f"beta_cos{end}"], shapes[f"beta_sin{end}"]]),
-            np.full((runs, 1), 1.0 / np.max(radius)),
-        )
-        for end, radius in (("", rig.tail_radius), ("_head", rig.head_radius))
-        if shapes
-    ]
+            waves[k, :, part, :, s] = shape[..., :-1] - shape[..., -1:]
+    pairs, rates = (
+        [waves.reshape(-1, *samples.y.shape)],
+        [np.outer(direction, np.tile(many, len(lateral)) * 2.0 * np.pi / length)],
+    )
+    wobble = {bench.forward.slots[p].name: linearisation.slopes[p] for p in bench.forward.index("wobble")}
+    for end, radius in (("", rig.tail_radius), ("_head", rig.head_radius)) if wobble else ():
+        pairs.append(ASKEW * np.stack([wobble[f"beta_cos{end}"], wobble[f"beta_sin{end}"]]))
+        rates.append(np.full((len(samples.runs), 1), 1.0 / np.max(radius)))
+    return np.concatenate(pairs), np.concatenate(rates, axis=1)
 
 
 def _project_out(root: np.ndarray, rows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, int]:
