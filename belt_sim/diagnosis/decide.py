@@ -356,23 +356,18 @@ def log_evidence(unknown: UnknownEvidence, inflation: float, policy: Policy) -> 
     The best of so many pays for their number.
     """
     course = np.logaddexp.reduce(unknown.courses / inflation) - log(len(unknown.courses)) - policy.chance
-    laws = [
-        free_size(law.gain / inflation, law.sizes, policy) - 0.5 * law.cost - log(unknown.tried) for law in unknown.laws
-    ]
-    return float(np.logaddexp.reduce([course, *laws]))
+    square = (1.0 / _scales(policy)) ** 2  # of the sizes of a law, their scale uniform in logarithm above one sigma
+    found = [course]
+    for law in unknown.laws:
+        each = 0.5 * law.gain / inflation * square / (1.0 + square) - 0.5 * law.sizes * np.log1p(square)
+        found.append(float(np.logaddexp.reduce(each)) - log(len(each)) - 0.5 * law.cost - log(unknown.tried))
+    return float(np.logaddexp.reduce(found))
 
 
 def probability_of_unknown(unknown: UnknownEvidence, policy: Policy, inflation: float = 1.0) -> float:
     """Probability that something unknown is there beside effects that are known to be."""
     odds = log_evidence(unknown, inflation, policy) - log(policy.unknown)
     return float(1.0 / (1.0 + np.exp(-np.clip(odds, -700.0, 700.0))))
-
-
-def free_size(gain: float, sizes: int, policy: Policy) -> float:
-    """log evidence of sizes that gain so much chi2, their scale uniform in logarithm above one sigma."""
-    square = (1.0 / _scales(policy)) ** 2
-    each = 0.5 * gain * square / (1.0 + square) - 0.5 * sizes * np.log1p(square)
-    return float(np.logaddexp.reduce(each)) - log(len(each))
 
 
 def credible(found: Iterable[Explanation], policy: Policy) -> list[Explanation]:

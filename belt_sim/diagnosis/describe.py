@@ -380,8 +380,8 @@ def _unknown(d: Findings) -> Unknown | None:
 
 def _look(bench: Workbench, residual: np.ndarray) -> dict[str, Any]:
     """What a residual (R, S, n) looks like: whether it turns over with the sign of yaw, n of |residual| ~ tension^n,
-    the travel [m] at which the worst run leaves its own zero by three sigma, and the wavelength [m] of the strongest line
-    in it.
+    the travel [m] at which the worst run leaves its own zero by three sigma, and the wavelength [m] of the line that
+    stands out.
 
     All but the parity are of the first signal; None where the runs cannot tell.
     """

@@ -195,7 +195,10 @@ class Outlook:
         """sigma with all actions that refitting ``other`` leaves, were ``right`` right: by numbers that march."""
         there, least, fit, step = self.predict(right, [])[0], np.inf, other, np.zeros(len(other.free))
         for _ in range(STEPS):
-            values, slopes = self.here(tried := _with_step(fit, step) if step.any() else fit)
+            vector = fit.vector.copy()
+            vector[fit.free] += step
+            tried = replace(fit, vector=vector, settled=False) if step.any() else fit
+            values, slopes = self.here(tried)
             new, along = self.predict(tried, tried.free)
             size = np.inf
             if all(np.isfinite(x).all() for x in (values, slopes, there, new, along)):
@@ -252,23 +255,14 @@ def _where(stays: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 def _liveliest(bench: Workbench, chosen: Fit) -> int:
     """The run in which the chosen effects show most: a variation of it promises most."""
-    runs = len(bench.samples.runs)
     if not len(chosen.free):
         return 0
-    strength = np.sum(chosen.columns.reshape(len(chosen.free), runs, -1) ** 2, axis=(0, 2))
-    return int(np.argmax(strength))
-
-
-def _with_step(fit: Fit, step: np.ndarray) -> Fit:
-    """A fit with its numbers a step (k,) further."""
-    vector = fit.vector.copy()
-    vector[fit.free] += step
-    return replace(fit, vector=vector, settled=False)
+    return int(
+        np.argmax(np.sum(chosen.columns.reshape(len(chosen.free), len(bench.samples.runs), -1) ** 2, axis=(0, 2)))
+    )
 
 
 def _rest(residual: np.ndarray, columns: np.ndarray) -> float:
     """Length of what refitting ``columns`` leaves of ``residual``."""
-    if not columns.size:
-        return float(np.linalg.norm(residual))
-    step = np.linalg.lstsq(columns.T, residual, rcond=1e-9)[0]
+    step = np.linalg.lstsq(columns.T, residual, rcond=1e-9)[0] if columns.size else np.zeros(len(columns))
     return float(np.linalg.norm(residual - step @ columns))
