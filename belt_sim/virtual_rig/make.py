@@ -9,7 +9,7 @@ import math
 import os
 import secrets
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
@@ -423,24 +423,42 @@ _PLANS = 4  # plans that are tried for an unmodelled fault
 _BEAMS = 0.1  # share of the campaigns on a belt that does not roll
 
 
+def draw_campaign(
+    seed: int, streams, base: str, draw_plan: Callable[[], tuple[str, Plan, Noise]], **what: Any
+) -> tuple[Campaign, Truth]:
+    """One campaign on the first of a few plans that tell what is hidden from the library.
+
+    draw_plan: gives name, plan and stated noise; what: kind, unmodelled and library as of ``random_hidden``.
+    """
+    for _ in range(_PLANS):
+        name, plan, stated = draw_plan()
+        noise = true_noise(plan, stated, streams[1])
+        hidden = random_hidden(plan, partial(Detectability, plan, noise, base), base, streams[0], **what)
+        if hidden.kind != "outside" or (hidden.distance or 0.0) >= REACHED * OUTSIDE[0]:
+            break
+    return measure_campaign(plan, noise, base, hidden, seed, streams, TITLE, name)
+
+
+def random_base(rng: np.random.Generator) -> str:
+    """The strip, or now and then a belt that does not roll."""
+    return "beam_th2" if rng.random() < _BEAMS else "strip"
+
+
 def random_campaign(
     seed: int, *, kind: str | None = None, blind: bool | None = True, plan: int | None = None
 ) -> tuple[Campaign, Truth]:
-    """One campaign of the mix (``draw.MIX``), or of one kind of it, on one of the plans or the one of a number.
+    """One campaign of the mix (``hidden.MIX``), or of one kind of it, on one of the plans or the one of a number.
 
     blind: True for unmodelled faults of the blind list only, False for those of the development list, None for both.
     """
     unmodelled = {None: BLIND + DEVELOPMENT, True: BLIND, False: DEVELOPMENT}[blind]
-    streams = random_streams(check_seed(seed))
-    which = np.random.default_rng([seed, 1])
+    streams, which = random_streams(check_seed(seed)), np.random.default_rng([seed, 1])
     kind = kind or str(which.choice(list(MIX), p=list(MIX.values())))
-    base = "beam_th2" if which.random() < _BEAMS else "strip"
-    for _ in range(_PLANS):
+    base = random_base(which)
+
+    def draw_plan() -> tuple[str, Plan, Noise]:
         number = int(which.integers(POOL)) if plan is None else plan
         name, chosen, stated = plan_by_number(number)
-        noise = true_noise(chosen, stated, streams[1])
-        rule = partial(Detectability, chosen, noise, base)
-        what = random_hidden(chosen, rule, base, streams[0], kind=kind, unmodelled=unmodelled)
-        if kind != "outside" or (what.distance or 0.0) >= REACHED * OUTSIDE[0]:
-            break  # a plan that measures little tells no unmodelled fault from the library
-    return measure_campaign(chosen, noise, base, what, seed, streams, TITLE, f"{name} {number}")
+        return f"{name} {number}", chosen, stated
+
+    return draw_campaign(seed, streams, base, draw_plan, kind=kind, unmodelled=unmodelled)

@@ -6,7 +6,7 @@ A seed makes a campaign again; its truth names plan and number. ``random_campaig
 
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -37,8 +37,9 @@ from belt_sim.virtual_rig.make import (
     build_campaign,
     check_seed,
     describe_truth,
-    measure_campaign,
+    draw_campaign,
     plan_by_number,
+    random_base,
     random_plan,
     random_streams,
     true_noise,
@@ -55,8 +56,6 @@ FRESH_MIX = {"nothing": 0.5, "library": 0.25, "two": 0.10, "outside": 0.15}
 _PHASED, _PHASED_SHARE = ("edge_profile", "weld", "wobble"), 0.6
 _BEFORE = (0.2, 0.5)  # share of the record that lies before the yaw
 _UNKNOWN_ZERO = 5e-3  # [m], stated where the sensors were set to zero long before the yaw
-_BEAMS = 0.1  # share of the campaigns on a belt that does not roll
-_TRIES = 4  # plans that are tried for an unmodelled fault
 
 
 def fresh_plan(name: str, number: int) -> tuple[Plan, Noise]:
@@ -81,19 +80,16 @@ def fresh_campaign(seed: int, name: str, *, kind: str | None = None) -> tuple[Ca
     """One campaign of a plan of FRESH_PLANS; kind: one of FRESH_MIX."""
     streams, which = random_streams(check_seed(seed)), np.random.default_rng([seed, 1])
     kind = kind or str(which.choice(list(FRESH_MIX), p=list(FRESH_MIX.values())))
-    base = _base(which)
-    library = _PHASED if name == "anywhere" and which.random() < _PHASED_SHARE else ()
-    for _ in range(_TRIES):
+    base = random_base(which)
+    phased = name == "anywhere" and which.random() < _PHASED_SHARE
+
+    def draw_plan() -> tuple[str, Plan, Noise]:
         number = int(which.integers(FRESH_POOL))
         plan, stated = fresh_plan(name, number)
-        if name == "anywhere":
-            plan = start_anywhere(plan, which)
-        noise = true_noise(plan, stated, streams[1])
-        rule, drawn = partial(Detectability, plan, noise, base), library if kind == "library" else ()
-        what = random_hidden(plan, rule, base, streams[0], kind=kind, unmodelled=BLIND, library=drawn)
-        if kind != "outside" or (what.distance or 0.0) >= REACHED * OUTSIDE[0]:
-            break
-    return measure_campaign(plan, noise, base, what, seed, streams, TITLE, f"{name} {number}")
+        return f"{name} {number}", start_anywhere(plan, which) if name == "anywhere" else plan, stated
+
+    drawn = _PHASED if phased and kind == "library" else ()
+    return draw_campaign(seed, streams, base, draw_plan, kind=kind, unmodelled=BLIND, library=drawn)
 
 
 def start_anywhere(plan: Plan, rng: np.random.Generator) -> Plan:
@@ -105,19 +101,8 @@ def start_anywhere(plan: Plan, rng: np.random.Generator) -> Plan:
 def random_span_campaign(seed: int) -> tuple[Campaign, Truth]:
     """One campaign in which a span is another than the sheet says: a fault of ``SPAN``, on any plan."""
     streams, which = random_streams(check_seed(seed)), np.random.default_rng([seed, 1])
-    base = _base(which)
-    for _ in range(_TRIES):
-        name, plan, stated = _any_plan(which)
-        noise = true_noise(plan, stated, streams[1])
-        rule = partial(Detectability, plan, noise, base)
-        what = random_hidden(plan, rule, base, streams[0], kind="outside", unmodelled=SPAN)
-        if (what.distance or 0.0) >= REACHED * OUTSIDE[0]:
-            break
-    return measure_campaign(plan, noise, base, what, seed, streams, TITLE, name)
-
-
-def _base(rng) -> str:
-    return "beam_th2" if rng.random() < _BEAMS else "strip"
+    base = random_base(which)
+    return draw_campaign(seed, streams, base, lambda: _any_plan(which), kind="outside", unmodelled=SPAN)
 
 
 def _any_plan(rng) -> tuple[str, Plan, Noise]:
@@ -136,7 +121,7 @@ def _any_plan(rng) -> tuple[str, Plan, Noise]:
 MISTAKES = ("late_yaw", "lost_yaw_sign", "lost_direction", "diameter_for_radius", "wrong_width", "exchanged_points")
 _LATE = (1.5, 5.0)  # [m]
 _WIDTHS = (1.25, 0.8)  # stated over true
-_LEAST_SIZE = 6.0  # noise units that a mistake makes, where a plan can show as much
+_LEAST_SIZE, _MISTAKE_TRIES = 6.0, 8  # noise units that a mistake makes, where a plan can show as much; plans tried
 
 
 def mistaken(kind: str, plan: Plan, rng, hours: tuple[float, ...] = ()) -> tuple[Plan, Plan, Any, int | None]:
@@ -199,10 +184,10 @@ def _with_run(plan: Plan, k: int, **changed) -> Plan:
 def random_mistake_campaign(seed: int) -> tuple[Campaign, Truth]:
     """One campaign with nothing hidden and a mistake in its sheet; ``truth.dirty`` names it, its run and its size d."""
     streams, which = random_streams(check_seed(seed)), np.random.default_rng([seed, 1])
-    base = _base(which)
+    base = random_base(which)
     kind = MISTAKES[seed % len(MISTAKES)]
     best = None
-    for _ in range(2 * _TRIES):
+    for _ in range(_MISTAKE_TRIES):
         name, plan, stated_noise = _any_plan(which)
         if kind == "exchanged_points" and sum(p.startswith("point_") for p in plan.signals.values()) < 2:
             continue
