@@ -159,10 +159,9 @@ TINY, HUGE = 0.01, 3.0
 TRAVEL_FACTOR = 20.0
 #: Share by which travel over speed times time may be off 1 in all runs alike: speeds are known to a percent.
 ENCODER = 0.015
-#: Length of the line as a share of a span, and its fewest readings.
-LINE_SHARE, FEWEST_ON_LINE = 0.08, 6
-#: Error of the line by the curvature of the path, as a share of yaw times its length.
-CURVATURE_SHARE = 0.2
+#: Length of the line as a share of a span, its fewest readings, and its error by the curvature of the path, as a share
+#: of yaw times its length.
+LINE_SHARE, FEWEST_ON_LINE, CURVATURE_SHARE = 0.08, 6, 0.2
 #: One run this many sigmas off is shifted. This rms over all runs means that ``zero`` is stated too small, or that it
 #: was forgotten if none is stated.
 SHIFTED, UNSTATED, FORGOTTEN = 12.0, 5.0, 1.8
@@ -176,8 +175,7 @@ def leave_out_bad_readings(campaign: Campaign) -> tuple[Campaign, tuple[Suspicio
     """
     signals, found = {run.name: dict(run.signals) for run in campaign.runs}, []
     for record in records_of(campaign):
-        stuck = _stuck_stretch(record) if len(record.readings) >= FEWEST else np.arange(0)
-        if len(record.readings) < FEWEST or len(stuck) > MOST_STUCK * len(record.readings):
+        if len(record.readings) < FEWEST or len(stuck := _stuck_stretch(record)) > MOST_STUCK * len(record.readings):
             continue
         others = np.delete(np.arange(len(record.readings)), stuck)
         spikes = others[few_spikes(record.readings[others], LEAST_SCATTER * record.stated_noise)]

@@ -37,6 +37,8 @@ _SCALED = {
     "tension": ("runs", ("tension",)),
     "travel_unit": ("runs", ("travel", "yaw_at", "yaw_at_u")),
 }
+#: Kinds of which sizes between those tried make sense, and which may concern some of the runs alone.
+CONTINUOUS, BY_RUN = ("yaw_place", "width"), ("yaw_place", "yaw_sign", "direction")
 #: How much later than stated a yaw may have come, as a share of a span; sizes between these are refined.
 DELAYS = (0.03, 0.07, 0.15, 0.3, 0.6, 1.0, 2.0)
 #: Widths that a slip of the hand makes of the true one, over the stated one.
@@ -61,16 +63,6 @@ class SheetMistake:
     places: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def continuous(self) -> bool:
-        """Whether sizes between those tried make sense."""
-        return self.kind in ("yaw_place", "width")
-
-    @property
-    def by_run(self) -> bool:
-        """Whether some of the runs alone may be concerned."""
-        return self.kind in ("yaw_place", "yaw_sign", "direction")
-
-    @property
     def campaign(self) -> Campaign:
         """The campaign as it would be if this mistake was made."""
         stated = self.stated
@@ -80,8 +72,9 @@ class SheetMistake:
         if part == "runs":
             return replace(stated, runs=tuple(self._correct(r, names) for r in stated.runs))
         sheet = getattr(stated, part)
-        numbers = {n: getattr(sheet, n) for n in names}
-        scaled = {n: Quantity(value=q.value * self.size, u=q.u * self.size) for n, q in numbers.items()}
+        scaled = {
+            n: Quantity(value=q.value * self.size, u=q.u * self.size) for n, q in vars(sheet).items() if n in names
+        }
         return replace(stated, **{part: replace(sheet, **scaled)})
 
     def _correct(self, run: Run, names: tuple[str, ...]) -> Run:

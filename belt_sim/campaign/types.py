@@ -218,25 +218,21 @@ class Campaign:
 
     def __repr__(self) -> str:
         """One paragraph: runs, repeats and hold-outs, tensions, yaws, signals, travel, steady rates, origin."""
-        counts = {
-            "repeats": sum(r.repeat_of is not None for r in self.runs),
-            "held out": sum(r.use != "fit" for r in self.runs),
-        }
-        more = ", ".join(f"{n} {what}" for what, n in counts.items() if n)
+        repeats, held_out = (
+            sum(map(bool, x)) for x in zip(*((r.repeat_of, r.use != "fit") for r in self.runs), strict=True)
+        )
+        more = ", ".join(f"{n} {what}" for what, n in (("repeats", repeats), ("held out", held_out)) if n)
         yaws = np.array([r.yaw for r in self.runs]) / DEGREE
         signs = {"> 0": yaws > 0.0, "< 0": yaws < 0.0, "= 0": yaws == 0.0}
         counted = ", ".join(f"{there.sum()} at yaw {name}" for name, there in signs.items() if there.any())
-        tensions = _numbers(r.tension / N_PER_MM2 for r in self.runs)
-        said = [
-            f"{self.title}: {len(self.runs)} runs{f' ({more})' if more else ''}"
-            f" at {tensions} N/mm2, {counted} (|yaw| {_numbers(abs(yaws))} deg)"
-        ]
-        records = [r.travel for r in self.runs if len(r.travel)]
-        if records:
+        runs = f"{len(self.runs)} runs{f' ({more})' if more else ''}"
+        tensions = f"{_numbers(r.tension / N_PER_MM2 for r in self.runs)} N/mm2"
+        said = [f"{self.title}: {runs} at {tensions}, {counted} (|yaw| {_numbers(abs(yaws))} deg)"]
+        if ends := [r.travel[-1] for r in self.runs if len(r.travel)]:
             signals = ", ".join(f"{s.name} ({s.at.replace('_', ' ')}, {s.unit})" for s in self.signals)
-            least, most = (pick(travel[-1] for travel in records) for pick in (min, max))
-            reach = f"{least:.4g}" if most - least < 0.5 else f"{least:.4g} to {most:.4g}"
-            said.append(f"signals {signals} over {reach} m of travel, {sum(map(len, records))} samples")
+            reach = f"{min(ends):.4g}" + (f" to {max(ends):.4g}" if max(ends) - min(ends) >= 0.5 else "")
+            count = sum(len(r.travel) for r in self.runs)
+            said.append(f"signals {signals} over {reach} m of travel, {count} samples")
         if self.steady:
             said.append(f"steady rates of {len(self.steady)} runs")
         return "; ".join([*said, self.source.kind]) + "."
@@ -252,12 +248,10 @@ class Campaign:
         import pandas as pd
 
         settings = ("tension", "yaw", "yaw_head", "speed", "direction", "use")
-        runs = [
-            pd.DataFrame({"travel": run.travel, **run.signals}).assign(
-                run=run.name, **{n: getattr(run, n) for n in settings}
-            )
-            for run in self.runs
-        ]
+        runs = []
+        for run in self.runs:
+            own = {"run": run.name} | {n: getattr(run, n) for n in settings}
+            runs.append(pd.DataFrame({"travel": run.travel, **run.signals}).assign(**own))
         table = pd.concat(runs, ignore_index=True)
         return table[["run", *settings, "travel", *(s.name for s in self.signals if s.name in table)]]
 

@@ -14,7 +14,7 @@ from scipy.special import chdtri, ndtri
 
 from belt_sim.campaign import Campaign, Suspicion, case_of, leave_out_bad_readings, suspicions
 from belt_sim.campaign.quality import Severity, check_repeats, records_of
-from belt_sim.campaign.sheet_doubts import SheetMistake, sheet_mistakes
+from belt_sim.campaign.sheet_doubts import BY_RUN, CONTINUOUS, SheetMistake, sheet_mistakes
 from belt_sim.campaign.types import rig_of, shortlist
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.diagnosis.fit import Fit
@@ -328,7 +328,7 @@ def _layout(campaign: Campaign, model: Composition) -> _Layout:
 def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple[float, SheetMistake]:
     """chi2 with the mistake in all runs, or in those alone in which it helps."""
     chi2 = stated.total_without(mistake)
-    if not mistake.by_run:
+    if mistake.kind not in BY_RUN:
         return chi2, mistake
     # which runs it helps is asked without faults: one that is free would take the mistake of some runs to all
     alone = stated.chi2_by_run(mistake.campaign, faults=False)
@@ -341,7 +341,7 @@ def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple
 
 def _refine(chi2: float, mistake: SheetMistake, stated: _Layout) -> tuple[float, SheetMistake]:
     """The mistake of the size that fits best, where its size is free."""
-    if not mistake.continuous or chi2 > stated.total():
+    if mistake.kind not in CONTINUOUS or chi2 > stated.total():
         return chi2, mistake
 
     def misfit(logarithm: float) -> float:
