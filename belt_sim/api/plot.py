@@ -25,7 +25,7 @@ from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import data_frame, tension
 from belt_sim.show import diagnosis as pictures
 from belt_sim.show.curves import curves_picture, map_picture, steady_picture, understood_picture
-from belt_sim.show.report import inline_svg, most_misfit, panel_boxes, write_report
+from belt_sim.show.report import first_panel, inline_svg, panel_boxes, write_report
 from belt_sim.show.style import save, svg_text
 
 if TYPE_CHECKING:
@@ -203,7 +203,7 @@ def overlays_of(c: Comparison) -> dict[str, Any]:
         {"title": p.title, "svg": f'<svg viewBox="{box}" width="100%"><use href="#panel-{k}"/></svg>'}
         for k, (p, box) in enumerate(zip(shown, panel_boxes(svg), strict=True))
     ]
-    return {"source": str(inline_svg(svg)), "panels": each, "first": most_misfit(shown)}
+    return {"source": str(inline_svg(svg)), "panels": each, "first": first_panel(shown)}
 
 
 def report_pictures(d: Diagnosis) -> dict[str, str]:

@@ -360,7 +360,7 @@ class Verdict(StrEnum):
 
     @property
     def headline(self) -> str:
-        return _HEADLINES[self]
+        return _SAID[self][0]
 
     @property
     def rejects_model(self) -> bool:
@@ -369,24 +369,32 @@ class Verdict(StrEnum):
 
     def sentence(self, model: str, effects: Sequence[str], damage: str = "") -> str:
         """The verdict as people would say it; damage: what looks wrong in the data."""
-        return _SENTENCES[self].format(model=model, effects=join_words(effects), damage=damage)
+        return _SAID[self][1].format(model=model, effects=join_words(effects), damage=damage)
 
 
-_HEADLINES = {
-    Verdict.ADEQUATE: "Nothing is missing",
-    Verdict.EXPLAINED: "Explained",
-    Verdict.PARTLY: "Explained in part",
-    Verdict.NONE_KNOWN: "Something unknown is missing",
-    Verdict.CANNOT_SAY: "This campaign cannot say",
-}
-_SENTENCES = {
-    Verdict.ADEQUATE: "Nothing is missing from model {model} that these measurements could show.",
-    Verdict.EXPLAINED: "Model {model} lacks {effects}; with it, the model agrees with all runs within measurement "
-    "error.",
-    Verdict.PARTLY: "Model {model} lacks {effects}, and something else that is not in the library.",
-    Verdict.NONE_KNOWN: "Model {model} is wrong here, and no effect of the library explains how.",
-    Verdict.CANNOT_SAY: "The data look damaged, or the sheet is wrong, so no effect is named: {damage}; "
-    "if you have checked it and it is right, give checked=true.",
+#: headline and sentence of each
+_SAID = {
+    Verdict.ADEQUATE: (
+        "Nothing is missing",
+        "Nothing is missing from model {model} that these measurements could show.",
+    ),
+    Verdict.EXPLAINED: (
+        "Explained",
+        "Model {model} lacks {effects}; with it, the model agrees with all runs within measurement error.",
+    ),
+    Verdict.PARTLY: (
+        "Explained in part",
+        "Model {model} lacks {effects}, and something else that is not in the library.",
+    ),
+    Verdict.NONE_KNOWN: (
+        "Something unknown is missing",
+        "Model {model} is wrong here, and no effect of the library explains how.",
+    ),
+    Verdict.CANNOT_SAY: (
+        "This campaign cannot say",
+        "The data look damaged, or the sheet is wrong, so no effect is named: {damage}; if you have checked it and it "
+        "is right, give checked=true.",
+    ),
 }
 
 
@@ -557,10 +565,6 @@ def error_line(error: Errors) -> list[str]:
 
 
 def error_table(error: Errors) -> Table:
-    changes = error.rows() | error.left_out()
-    rows = [
-        (name.replace("held_out", "unseen"), words.column(row.before), words.column(row.after))
-        for name, row in changes.items()
-    ]
+    rows = [(name, words.column(row.before), words.column(row.after)) for name, row in error.rows().items()]
     title = f"error (noise and settings alone: {words.decimal(1e3 * error.noise_floor, 3)} mm)"
     return Table(title, ("rms in mm", "before", "after"), rows)

@@ -2,7 +2,7 @@
 draw of it in the units people read."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -153,13 +153,12 @@ class Errors:
         rows = {n: c for n, c in self.by_condition.items() if n not in self.untestable}
         return {n: c for n, c in rows.items() if c.after > max(WORSE * c.before, floor)}
 
-    def left_out(self) -> dict[str, Change]:
-        """The changes by held-out condition, in words that say which of them test nothing."""
-        note = " (not testable by hold-out)"
-        return {f"without {n}{note if n in self.untestable else ''}": row for n, row in self.by_condition.items()}
-
     def rows(self) -> dict[str, Change]:
-        return {name: row for name, row in (("fit", self.fit), ("held_out", self.held_out)) if row is not None}
+        """The changes in words: of unseen and of fitted runs, then of each condition when it was left out."""
+        note = dict.fromkeys(self.untestable, " (not testable by hold-out)")
+        rows = {"unseen runs": self.held_out, "fitted runs": self.fit}
+        rows |= {f"{n}{note.get(n, '')}, unseen": row for n, row in self.by_condition.items()}
+        return {name: row for name, row in rows.items() if row is not None}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -336,7 +335,7 @@ class Comparison(Display):
             return []
         said, names = [], ", ".join(e.id for e in self.effects)
         if self.error is not None:
-            for name, row in self.error.rows().items():
+            for name, row in replace(self.error, by_condition={}).rows().items():
                 said.append(f"{name}: rms {words.column(row.before)} -> {words.column(row.after)} mm with {names}")
             said.append(f"noise and settings alone {words.column(self.error.noise_floor)} mm")
         worse = [f"{r.run} {r.signal}" for r in self.per_run if r.worse]

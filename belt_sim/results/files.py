@@ -3,13 +3,14 @@
 The names and units of files stand beside the fields of the types (``belt_sim.results.estimates``).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, NotRequired
 
 import numpy as np
-from pydantic import ConfigDict, Field, TypeAdapter, with_config
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, with_config
 from typing_extensions import TypedDict  # pydantic takes that of Python itself from 3.12 on
 
 from belt_sim.case import Schedule
@@ -193,39 +194,38 @@ def diagnosis_of(content: Json, drawn: Json, where: str) -> Diagnosis:
 
     Raises InputError, naming ``where``, if they are damaged or of another version.
     """
-    try:
-        for key, wanted in (("schema", DIAGNOSIS), ("runs_schema", RUNS)):
-            if content[key] != wanted:
-                raise ValueError(f"{key} is {content[key]!r}, not {wanted}")
-        if drawn["schema"] != DRAWINGS:
-            raise ValueError(f"drawings.json has the schema {drawn['schema']!r}")
+    with _damage_told("diagnosis", where):
+        _check_version(content, schema=DIAGNOSIS, runs_schema=RUNS)
+        _check_version(drawn, schema=DRAWINGS)
         discovery = read_discovery(content["discovery"]) if "discovery" in content else None
         drawings = adapter(Drawings).validate_python(drawn)
         read: Diagnosis = adapter(Diagnosis).validate_python(content | {"drawings": drawings, "discovery": discovery})
-    except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
-        remedy = f"written by another version of belt-sim or damaged ({_one_line(error)}); run belt-sim diagnose again"
-        raise InputError("diagnosis", where, "", remedy) from error
     return read
 
 
 def read_discovery(content: Mapping[str, Any]) -> Discovery:
     """Build a discovery from the content of discovery.json; raise InputError if damaged or of another version."""
+    with _damage_told("discovery", "discovery.json"):
+        _check_version(content, schema=DISCOVERY)
+        read: Discovery = adapter(Discovery).validate_python(dict(content), by_alias=False, by_name=True, context=IN_SI)
+    return read
+
+
+def _check_version(content: Mapping[str, Any], **wanted: str) -> None:
+    for key, name in wanted.items():
+        if content[key] != name:
+            raise ValueError(f"{key} is {content[key]!r}, not {name}")
+
+
+@contextmanager
+def _damage_told(what: str, where: str) -> Iterator[None]:
+    """Raise InputError where what is read within fails; of pydantic's many lines the first fault, with its place."""
     try:
-        if content["schema"] != DISCOVERY:
-            raise KeyError("schema")
-        found: Discovery = adapter(Discovery).validate_python(
-            dict(content), by_alias=False, by_name=True, context=IN_SI
-        )
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        remedy = f"written by another version of belt-sim or damaged ({_one_line(error)}); run it again"
-        raise InputError("discovery", "discovery.json", "", remedy) from error
-    return found
-
-
-def _one_line(error: Exception) -> str:
-    """Return what is wrong with a file; of pydantic's many lines the first fault, with its place."""
-    faults = getattr(error, "errors", None)
-    if faults is None:
-        return str(error)
-    first = faults()[0]
-    return f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
+        yield
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+        said = str(error)
+        if isinstance(error, ValidationError):
+            first = error.errors()[0]
+            said = f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
+        remedy = f"written by another version of belt-sim or damaged ({said}); run belt-sim diagnose again"
+        raise InputError(what, where, "", remedy) from error

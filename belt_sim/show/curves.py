@@ -40,28 +40,27 @@ def curves_picture(path: str | os.PathLike | None, curves: Mapping[str, Curves],
         ax.legend(loc="best", labelcolor="linecolor")
         ax.set(xlabel="belt travel [m]", ylabel="lateral position y [mm]")
     else:
-        fig, axes = _four_points("y [mm]", 6.4)
-        for k, ax in axes.items():
-            for n, (name, run) in enumerate(curves.items()):
-                look: dict[str, Any] = {"color": CYCLE[n % len(CYCLE)], "linestyle": DASHES[n % len(DASHES)]}
-                ax.plot(run.travel, np.asarray(run.y)[k] / MM, label=name, **look)
-        fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=min(len(curves), 5))
+        looks = [{"color": CYCLE[n % len(CYCLE)], "linestyle": DASHES[n % len(DASHES)]} for n in range(len(curves))]
+        runs = zip(curves.values(), looks, curves, strict=True)
+        fig = _four_points([(run, {**look, "label": name}) for run, look, name in runs])
+        fig.legend(*fig.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=min(len(curves), 5))
     return style.finish_picture(fig, path, title or ", ".join(curves))
 
 
-def _four_points(label: str, height: float) -> tuple[Any, dict[int, Any]]:
-    """A plot a point (0-3), placed as on the machine: head left, tail right, upper span above."""
-    fig, axes = style.figure(10.0, height, 2, 2, sharex=True, sharey=True)
-    places = {3: axes[0][0], 0: axes[0][1], 2: axes[1][0], 1: axes[1][1]}
-    for k, ax in places.items():
+def _four_points(lines: Sequence[tuple[Curves, Mapping[str, Any]]]) -> Any:
+    """A plot a point of curves with their looks, placed as on the machine: head left, tail right, upper span above."""
+    fig, axes = style.figure(10.0, 6.6, 2, 2, sharex=True, sharey=True)
+    for k, ax in {3: axes[0][0], 0: axes[0][1], 2: axes[1][0], 1: axes[1][1]}.items():
         ax.set_title(f"Point {POINT_NAMES[k]}")
         ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
         ax.margins(x=0.0)
-    for row in axes:
-        row[0].set_ylabel(label)
-    for ax in axes[1]:
-        ax.set_xlabel("belt travel [m]")
-    return fig, places
+        for curves, look in lines:
+            ax.plot(curves.travel, np.asarray(curves.y)[k] / MM, **look)
+        if k > 1:
+            ax.set_ylabel("lateral position y [mm]")
+        if k in (1, 2):
+            ax.set_xlabel("belt travel [m]")
+    return fig
 
 
 @style.picture
@@ -139,14 +138,17 @@ WORDS = {
     "rig.centre_distance": "distance of the pulleys' axes [m]",
     "belt.width": "belt width [m]",
     "belt.thickness": "belt thickness [m]",
-    "tension_n_per_mm2": "tension [N/mm²]",
-    "yaw_deg": "yaw of the tail pulley [degrees]",
-    "yaw_head_deg": "yaw of the head pulley [degrees]",
     "rate1_mm_per_m": "late rate of point 1 [mm per m of travel]",
     "steady_rate_mm_per_m": "steady rate [mm per m of travel]",
     "overshoot1_mm": "overshoot of point 1 [mm]",
     "retreat1_mm": "retreat of point 1 [mm]",
 }
+
+
+def axis_words(column: str) -> str:
+    """The label of the axis of a column or setting."""
+    known = column.removesuffix("_n_per_mm2").removesuffix("_deg")
+    return WORDS.get(known, column.replace("_", " "))
 
 
 @style.picture
@@ -164,21 +166,17 @@ def map_picture(
     steady (n,): the steady rates beside them.
     """
     *axes, values = columns.values()
-    *names, label = (WORDS.get(column, column.replace("_", " ")) for column in columns)
+    *names, label = (axis_words(column) for column in columns)
     title = label.split(" [")[0].capitalize()
     if len(axes) == 1:
         fig, [[ax]] = style.figure(7.2, 4.4)
         order = np.argsort(axes[0])
         x, z = axes[0][order], values[order]
-        if settled is None:
-            ax.plot(x, z, color=BLUE)
-        else:
+        ax.plot(x, z if steady is None else steady[order], color=BLUE, label=None if steady is None else "steady rate")
+        if settled is not None:
             kept = np.unique(np.linspace(0, len(x) - 1, min(len(x), DOTS)).round().astype(int))
             there, dot = settled[order][kept], {"marker": "o", "markersize": 5, "linestyle": "none", "color": BLUE}
-            line = z if steady is None else steady[order]
-            ax.plot(x, line, color=BLUE, label="steady rate" if steady is not None else None)
-            looks = (there, BLUE, "late rate, settled"), (~there, "white", "late rate, not settled")
-            for some, face, name in looks:
+            for some, face, name in ((there, BLUE, "late rate, settled"), (~there, "white", "late rate, not settled")):
                 if some.any():
                     ax.plot(x[kept][some], z[kept][some], **dot, markerfacecolor=face, label=name)
             ax.legend(loc="best")
@@ -361,13 +359,9 @@ def draw_sweep(folder: Path, runs: Sequence[FinishedRun]) -> list[Path]:
 @style.picture
 def sweep_curves(path: Path | None, runs: Sequence[FinishedRun], keys: Sequence[str]) -> Any:
     """A plot a point, a line a run that has curves."""
-    fig, axes = _four_points("lateral position y [mm]", 6.6)
     looks = looks_of(runs, keys)
-    shown = [(run.curves, look) for run in runs if (look := look_of(run, looks)) is not None]
-    for k, ax in axes.items():
-        for curves, look in shown:
-            assert curves is not None
-            ax.plot(curves.travel, np.asarray(curves.y)[k] / MM, **look)
+    shown = [(run.curves, look) for run in runs if run.curves is not None and (look := look_of(run, looks)) is not None]
+    fig = _four_points(shown)
     _legend(fig, looks, 6)
     some = f" ({len(shown)} of {len(runs)} runs)" if len(shown) < len(runs) else ""
     return style.finish_picture(fig, path, f"Points 1-4 against belt travel, by {_and(keys)}{some}")
@@ -398,7 +392,7 @@ def sweep_rates(path: Path | None, runs: Sequence[FinishedRun], along: str, keys
     ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
     ax.margins(x=0.03)
     all_late = all(not run.is_steady for run in runs)
-    ax.set(xlabel=WORDS.get(along, along.replace("_", " ")), ylabel=LATE if all_late else STEADY)
+    ax.set(xlabel=axis_words(along), ylabel=LATE if all_late else STEADY)
     title = f"{'Late' if all_late else 'Steady'} rate against {_and([along])}"
     return style.finish_picture(fig, path, f"{title}, by {_and(keys)}" if keys else title)
 

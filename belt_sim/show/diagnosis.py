@@ -14,6 +14,16 @@ from belt_sim.show import style
 from belt_sim.show.style import AFTER, BEFORE, CYCLE, FAINT, INK, MEASURED
 from belt_sim.units import shop_unit
 
+
+def _rows(labels: Sequence[str], width: float, each: float, around: float) -> tuple[Any, Any, np.ndarray]:
+    """A figure [inch] with a row a label, the first one on top: figure, axes and places of the rows (n,)."""
+    fig, [[ax]] = style.figure(width, each * len(labels) + around)
+    rows = np.arange(len(labels))[::-1]
+    ax.set_yticks(rows, labels)
+    ax.grid(False, axis="y")
+    return fig, ax, rows
+
+
 COLUMNS = 2
 WIDE, HIGH = 5.4, 3.5  # [inch] of a panel with what stands about it
 #: [inch] around and between panels; a title stands above each
@@ -203,8 +213,7 @@ def ranking_picture(
     gains = {c.id: max(c.gain, 0.0) / c.threshold if c.threshold else 0.0 for c in ranking}
     gains = dict(sorted(gains.items(), key=lambda row: -row[1]))
     labels, ratio = [names.get(n, n) for n in gains], np.array(list(gains.values()))
-    fig, [[ax]] = style.figure(9.0, 0.3 * len(labels) + 1.7)
-    rows = np.arange(len(labels))[::-1]
+    fig, ax, rows = _rows(labels, 9.0, 0.3, 1.7)
     ax.barh(rows, ratio, height=0.72, color=[AFTER if r > 1.0 else FAINT for r in ratio])
     for row, r in zip(rows, ratio, strict=True):
         ax.annotate(f"{r:.0f}" if r >= 10.0 else f"{r:.1f}", (r, row), xytext=(4, 0), textcoords="offset points",
@@ -220,10 +229,8 @@ def ranking_picture(
     ax.set_xticks([], minor=True)
     ax.set(xlim=(0.0, top), ylim=(-0.6, len(labels) + 0.2))
     ax.set_xlabel("chi-square gain / gain from which it is likelier than no effect")
-    ax.set_yticks(rows, labels)
     for name, tick in zip(gains, ax.get_yticklabels(), strict=True):
         tick.set_fontweight("bold" if name in chosen else "normal")
-    ax.grid(False, axis="y")
     return style.finish_picture(fig, path, title)
 
 
@@ -234,8 +241,7 @@ LEAST, MOST = 1e-4, 10.0
 @style.picture
 def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: str) -> Path:
     """A bar an effect, from its smallest visible size to the largest that a machine could have; none where it hides."""
-    fig, [[ax]] = style.figure(8.0, 0.3 * len(visible) + 1.8)
-    rows = np.arange(len(visible))[::-1]
+    fig, ax, rows = _rows([v.effect for v in visible], 8.0, 0.3, 1.8)
     for row, v in zip(rows, visible, strict=True):
         if v.share < 1.0:
             start = max(v.share, LEAST)
@@ -245,8 +251,6 @@ def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: 
     ax.axvline(1.0, color=FAINT, linewidth=1.2)
     ax.set(xscale="log", xlim=(LEAST, MOST), ylim=(-0.7, len(visible) - 0.3))
     ax.set_xlabel("size that shows, over the largest that a machine could have")
-    ax.set_yticks(rows, [v.effect for v in visible])
-    ax.grid(False, axis="y")
     return style.finish_picture(fig, path, f"What would show: {title}")
 
 
@@ -264,18 +268,16 @@ def axis_label(name: str, unit: str) -> str:
 def evidence_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     """A bar a place: log evidence of a smooth unknown there, over none."""
     shown = d.places[:PLACES]
-    fig, [[ax]] = style.figure(8.6, 0.36 * len(shown) + 1.6)
-    rows = np.arange(len(shown))[::-1]
     gains = [max(p.gain, 0.0) for p in shown]
     stands = [d.law is not None and p.words in d.law.place for p in shown]
+    labels = [f"{p.words} (law)" if here else p.words for p, here in zip(shown, stands, strict=True)]
+    fig, ax, rows = _rows(labels, 8.6, 0.36, 1.6)
     ax.barh(rows, gains, height=0.7, color=[AFTER if here else FAINT for here in stands])
     for row, p in zip(rows, shown, strict=True):
         ax.annotate(f"{p.gain:.0f}, {p.pool}", (max(p.gain, 0.0), row), xytext=(4, 0), textcoords="offset points",
                     va="center")  # fmt: skip
-    ax.set_yticks(rows, [f"{p.words} (law)" if here else p.words for p, here in zip(shown, stands, strict=True)])
     ax.set_xlabel("gain in log evidence over nothing missing; even or odd in the yaw")
     ax.set_xlim(0.0, 1.25 * max([*gains, 1.0]))
-    ax.grid(False, axis="y")
     return style.finish_picture(fig, path, "Where an unknown input may act")
 
 
@@ -325,18 +327,13 @@ def law_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
 def falling_error_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     """rms error before and after, on the fitted runs and on every condition when it is held out."""
     assert d.error is not None
-    rows = {"fitted runs": d.error.fit, "held out, all": d.error.held_out}
-    rows |= {f"held out: {n}": c for n, c in d.error.by_condition.items()}
-    there = {n: c for n, c in rows.items() if c is not None}
-    fig, [[ax]] = style.figure(8.0, 0.5 * len(there) + 1.8)
-    at = np.arange(len(there))[::-1]
+    there = d.error.rows()
+    fig, ax, at = _rows(list(there), 8.0, 0.5, 1.8)
     ax.barh(at + 0.19, [MM * c.before for c in there.values()], height=0.36, color=BEFORE, label="without the law")
     ax.barh(at - 0.19, [MM * c.after for c in there.values()], height=0.36, color=AFTER, label="with the law")
     ax.axvline(
         MM * d.error.noise_floor, color=INK, linewidth=1.2, linestyle=(0, (4, 2)), label="noise and settings alone"
     )
-    ax.set_yticks(at, list(there))
     ax.set(xlabel="rms error [mm]")
-    ax.grid(False, axis="y")
     fig.legend(loc="outside lower center", ncols=3)
     return style.finish_picture(fig, path, "The error without and with the law")

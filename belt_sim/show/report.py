@@ -28,7 +28,6 @@ from belt_sim.show.diagnosis import shown_panels
 from belt_sim.show.style import AMBER, BLUE, CYCLE, FAINT, GREEN, GRID, INK, PAPER, PINK, RED
 
 HERE = Path(__file__).parent
-SHOWN_PLACES = 6
 #: how often named effects were right in blind tests, by the probability said (docs/data/how_often_right_record.md)
 BLIND_TESTS = HERE / "blind_tests.csv"
 
@@ -89,10 +88,9 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
         bars=bars(d.ranking),
         falls=falls(d.error),
         discovery=found,
-        places=weights(found) if found else [],
         place_note=place_note(found) if found else "",
         final=d.final_model != d.base_model,
-        headline=headline(d),
+        change=d.error.own or d.error.held_out or d.error.fit,
         numbers=lambda effect, numbers: number_texts(effect, numbers, d.drawings.machine),
         where=f"{together}{d.where.sentence}",
         fails=not nowhere,
@@ -138,23 +136,12 @@ def panel_boxes(svg: str) -> list[str]:
     return [row.split('"')[0] for row in svg.split('data-box="')[1:]]
 
 
-def first_panel(panels: Sequence[Panel], worst: Worst) -> int:
+def first_panel(panels: Sequence[Panel], worst: Worst | None = None) -> int:
     """The panel of the run and signal that the page calls the worst, else the one with the largest misfit."""
-    named = [k for k, p in enumerate(panels) if p.run == worst.run and worst.signal in p.title.split(",")[0].split()]
-    return named[0] if named else most_misfit(panels)
-
-
-def most_misfit(panels: Sequence[Panel]) -> int:
-    """The panel whose model before is farthest out of its band."""
+    for k, p in enumerate(panels):
+        if worst is not None and p.run == worst.run and worst.signal in p.title.split(",")[0].split():
+            return k
     return max(range(len(panels)), key=lambda k: panels[k].misfit, default=0)
-
-
-def weights(found: Discovery) -> list[dict]:
-    """Places of an unknown, best first: lengths [%] of their gains in log evidence."""
-    best, chosen = found.places[:SHOWN_PLACES], found.law.place if found.law is not None else ""
-    full = max([1e-9, *(p.gain for p in best)])
-    shares = [(p, round(100.0 * max(p.gain, 0.0) / full, 1)) for p in best]
-    return [{"words": p.words, "gain": p.gain, "length": share, "chosen": p.words in chosen} for p, share in shares]
 
 
 def place_note(found: Discovery) -> str:
@@ -172,20 +159,10 @@ def place_note(found: Discovery) -> str:
 PLACE_PARTS = {"tail": "tail", "head": "head", "upper": "upper", "lower": "lower", "sensor": "sensors", "span": "upper"}
 
 
-def headline(d: Diagnosis) -> str:
-    """What that which was found did to the error, on held-out conditions where there are any."""
-    change = d.error.own or d.error.held_out or d.error.fit
-    if d.final_model == d.base_model or change is None:
-        return "How large the error is"
-    return "The error falls" if change.after < change.before else "The error does not fall"
-
-
 def falls(error: Errors) -> list[dict]:
     """The error before and after, over all and by held-out condition: lengths [%] on one linear scale, and values."""
     own = "unseen runs, after correcting sensor zero and settings"
-    rows = {own: error.own, "unseen runs": error.held_out, "fitted runs": error.fit}
-    left = {f"{name.replace('without ', '', 1)}, unseen": row for name, row in error.left_out().items()}
-    there = {name: change for name, change in (rows | left).items() if change is not None}
+    there = ({own: error.own} if error.own is not None else {}) | error.rows()
     tested = [c for n, c in there.items() if "not testable" not in n]
     values = [v for change in tested for v in (change.before, change.after) if np.isfinite(v)]
     full = max([error.noise_floor, *values, 1e-12])

@@ -187,8 +187,8 @@ def test_what_a_diagnosis_found_can_be_added_to_the_model(tmp_path):
     before, after = bs.compare(measured, "beam_th2"), bs.compare(measured, "beam_th2", d.effects)
     assert after.error.fit.before == pytest.approx(before.error.fit.before)
     assert after.error.fit.after < 0.2 * before.error.fit.before
-    assert "fit: rms" in str(after)
-    assert "fit: rms" not in str(before)
+    assert "fitted runs: rms" in str(after)
+    assert "fitted runs: rms" not in str(before)
     table = after.to_pandas()
     assert len(table) == len(after.per_run) == 12
     assert table["after"].tolist() == [r.after for r in after.per_run]

@@ -27,7 +27,7 @@ def test_a_condition_that_tests_nothing_is_said_to():
     change = Change(before=1e-3, after=1e-4)
     both = {"7 N/mm2": change, "yaw +": change}
     rows = [row[0] for row in error_table(Errors(noise_floor=1e-5, by_condition=both, untestable=("yaw +",))).rows]
-    assert rows == ["without 7 N/mm2", "without yaw + (not testable by hold-out)"]
+    assert rows == ["7 N/mm2, unseen", "yaw + (not testable by hold-out), unseen"]
 
 
 def test_the_first_batch_of_every_program_comes_before_the_second_of_any(monkeypatch):
