@@ -217,7 +217,7 @@ def test_a_diagnosis_shows_itself():
     assert len(said.splitlines()) < 8
     html = d._repr_html_()
     assert all(c.id in html for c in d.ranking)
-    assert "without 7 N/mm2" in html
+    assert "7 N/mm², unseen" in html
     assert "&gt;" in html  # what is no tag is escaped
     table = d.to_pandas()
     assert table["id"].tolist() == [c.id for c in d.ranking]
