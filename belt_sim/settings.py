@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.errors import BeltError, InputError, finite, flag
 from belt_sim.io import CONF, group_names
-from belt_sim.units import DEGREE, N_PER_MM2, UNITS
+from belt_sim.units import DEGREE, UNITS
 
 
 @dataclass(frozen=True)
@@ -28,26 +28,28 @@ class Range:
     def check(self, value: float, unit: str | None = None, *, name: str = "") -> float:
         """The value in SI; raises InputError for a unit of another kind or an implausible magnitude."""
         unit = self.unit if unit is None else unit
-        if unit not in UNITS or UNITS[unit][0] != self.dimension:
-            known = ", ".join(u for u, (dimension, _) in UNITS.items() if dimension == self.dimension and u)
+        units = {u: one for u, (kind, one) in UNITS.items() if kind == self.dimension} or {self.unit: 1.0}
+        if unit not in units:
+            known = ", ".join(filter(None, units)) or "no unit"
             what = "unknown unit" if unit else "the unit is missing"
-            raise InputError(name, _short(value), unit, f"{what}; use one of {known or 'no unit'}")
-        si, one = value * UNITS[unit][1], UNITS[unit][1]
-        if self.holds(si):
-            return si
+            raise InputError(name, _short(value), unit, f"{what}; use one of {known}")
+        one = units[unit]
+        if self.holds(value * one):
+            return value * one
         low = f"above {self.low:g} and at most" if self.open_low else f"{self.low:g} to"
-        bounds = f"must be {low} {self.high:g} {self.unit}".rstrip()
-        for other, (dimension, factor) in UNITS.items():
-            if dimension == self.dimension != "number" and factor != one and self.holds(value * factor) and value:
+        meant = "check the value and its unit"
+        for other, factor in units.items() if self.dimension != "number" and value else ():
+            if factor != one and self.holds(value * factor):
                 meant = f"did you mean {_short(value)} {other}, that is {_short(value * factor / one)} {unit}?"
-                raise InputError(name, _short(value), unit, f"{bounds}; {meant}")
-        raise InputError(name, _short(value), unit, f"{bounds}; check the value and its unit")
+                break
+        raise InputError(name, _short(value), unit, f"must be {low} {self.high:g} {self.unit}".rstrip() + f"; {meant}")
 
     def holds(self, si: Any) -> Any:
-        """Whether an SI value, or each of an array, lies in the range."""
-        factor = UNITS[self.unit][1]
-        above = si > self.low * factor if self.open_low else si >= self.low * factor
-        return above & (si <= self.high * factor)
+        """Whether an SI value, or each of an array, lies in the range, up to rounding."""
+        factor = UNITS.get(self.unit, ("", 1.0))[1]
+        rounding = 1e-12 * factor * max(abs(self.low), abs(self.high))
+        above = si > self.low * factor if self.open_low else si >= self.low * factor - rounding
+        return above & (si <= self.high * factor + rounding)
 
 
 def _short(value: float) -> str:
@@ -107,15 +109,11 @@ _CONF_UNITS = {"length": "m", "stress": "Pa", "density": "kg/m3", "speed": "m/s"
 def case_from(cfg: Mapping[str, Any]) -> Case:
     """Rig, belt and settings of a configuration; raises InputError naming the first value that cannot be."""
     rig, belt = rig_from(cfg["rig"]), belt_from(cfg["belt"])
-    tension = finite("tension", cfg["tension"], "N/mm2")
-    if not (bounds := BOUNDS["tension"]).low <= tension <= bounds.high:
-        remedy = f"give the tension in N/mm2, from {bounds.low:g} to {bounds.high:g}"
-        raise InputError("tension", f"{tension:g}", "N/mm2", remedy)
     direction = finite("direction", cfg["direction"])
     if direction not in (1, -1):
         raise InputError("direction", direction, "", "use 1 or -1")
     settings = Settings(
-        tension=tension * N_PER_MM2,
+        tension=BOUNDS["tension"].check(finite("tension", cfg["tension"], "N/mm2"), name="tension"),
         yaw=schedule_from(cfg["yaw"], "yaw"),
         yaw_head=schedule_from(cfg["yaw_head"], "yaw_head"),
         speed=check_range(cfg, "speed"),
@@ -271,11 +269,7 @@ def check_range(cfg: Mapping[str, Any], key: str) -> float:
         raise BeltError(f"{key}: is left out; give it a value, {key}=...")
     bounds = BOUNDS[key.rpartition(".")[2]]
     unit = _CONF_UNITS[bounds.dimension]
-    value, one = finite(key, cfg[key], unit), UNITS.get(bounds.unit, ("", 1.0))[1]
-    low, high = (float(f"{x * one:.12g}") for x in (bounds.low, bounds.high))
-    if not low <= value <= high:
-        raise InputError(key, f"{value:g}", unit, f"give a value between {low:g} and {high:g} {unit}".rstrip())
-    return value
+    return bounds.check(finite(key, cfg[key], unit), unit, name=key)
 
 
 def _angle(name: str, value: Any) -> float:
@@ -288,7 +282,4 @@ def _angle(name: str, value: Any) -> float:
         if d <= 0.0:
             raise InputError(f"{name}.d", f"{d:g}", "m", "give the distance of the axis' ends, above 0")
         value = math.atan2(2.0 * dx, d) / DEGREE
-    degrees = finite(name, value, "degrees")
-    if abs(degrees) > (most := BOUNDS["yaw"].high):
-        raise InputError(name, f"{degrees:g}", "degrees", f"give the yaw in degrees, at most {most:g} either way")
-    return degrees * DEGREE
+    return BOUNDS["yaw"].check(finite(name, value, "degrees"), name=name)

@@ -66,7 +66,7 @@ def test_settings_are_in_the_units_of_the_command_line(case):
     asked = bs.simulate(tension=10, yaw=0.042, **SHORT)
     np.testing.assert_allclose(asked.curves.y, bs.simulate(case, **SHORT).curves.y, rtol=1e-9)
     assert asked.case.settings.tension == 10e6
-    with pytest.raises(bs.InputError, match="give the tension in N/mm2"):
+    with pytest.raises(bs.InputError, match="did you mean 10000000 Pa"):
         bs.simulate(tension=10e6, **SHORT)
     with pytest.raises(TypeError, match="unexpected keyword argument 'tensoin'"):
         bs.simulate(tensoin=3)

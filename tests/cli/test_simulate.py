@@ -93,7 +93,7 @@ def test_sweep_takes_up_where_it_stopped(belt):
 def test_a_sweep_goes_on_after_a_bad_job(belt):
     answer = belt("simulate", "-m", "travel=2", "pictures=false", "tension=-1,40")
     assert answer.status == 1
-    assert answer.err.strip() == "belt-sim: tension = -1 N/mm2: give the tension in N/mm2, from 0.1 to 1500"
+    assert answer.err.strip() == "belt-sim: tension = -1 N/mm2: must be 0.1 to 1500 N/mm2; check the value and its unit"
     assert len(list(belt.folder.glob("*/summary.json"))) == 1
 
 
