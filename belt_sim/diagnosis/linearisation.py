@@ -8,11 +8,12 @@ import numpy as np
 
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.forward import DIFFERENCE
-from belt_sim.diagnosis.linear_algebra import bounded_step, inverse_roots, pseudo_inverse
+from belt_sim.diagnosis.forward import DIFFERENCE, FURTHER
+from belt_sim.diagnosis.linear_algebra import basis, bounded_step, inverse_roots, pseudo_inverse
 from belt_sim.diagnosis.noise import SMOOTH, Levels
 from belt_sim.diagnosis.plausibility import is_possible
 from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.line.hooks import overrides
 
 # The linearisation at a fit: what every further candidate would do to the predictions, computed once.
 #
@@ -169,6 +170,8 @@ def linearise_effects(
         slopes[k] = changes[0].change
         sizes.setdefault(k, sorted({changes[0].size, likeliest.size}))
         starts[bench.forward.slots[k].effect.id].append(likeliest)
+    for start in _shifts(bench, fit, positions):
+        starts[bench.forward.slots[start.position].effect.id].append(start)
     known = shapes_on_grids(bench, fit, ids) if before is None else before.grids
     grids = {i: known[i] for i in ids if i in known}
     for i, grid in grids.items():
@@ -191,6 +194,7 @@ def _derivatives(bench: Workbench, fit: Fit, positions: Sequence[int]) -> tuple[
 
 # What sizes of a number change, where its derivative at null says nothing.
 
+SHIFTS = (1.0, 2.0, 4.0, 8.0)  # of a parameter's scale: delays of 0.1 to 0.8 s are parts of a pulley's turn
 SIZES = (0.5, 1.0, 2.0, 3.0)  # of a parameter's scale, at which a nonlinear effect may begin to show
 
 
@@ -207,6 +211,28 @@ def _visible_changes(
     tried = [*_changes(bench, fit, [(k, size) for k in more for size in SIZES[:-1]]), *first]
     found = {k: [s for s in tried if s.position == k and s.shows and s.is_possible] for k in faint}
     return {k: changes for k, changes in found.items() if changes}
+
+
+def _shifts(bench: Workbench, fit: Fit, positions: Sequence[int]) -> list[SizeStart]:
+    """The best of SHIFTS of each number that shifts readings along the travel, beside a fit with what comes round.
+
+    Its phase turns with them: a step from null goes astray, but the fit's own numbers take a turned phase up.
+    """
+    if not any(c.comes_round for c in bench.forward.classes if c.id in fit.ids):
+        return []
+    slots, (low, high) = bench.forward.slots, bench.forward.sides
+    shifting = [k for k in positions if overrides(slots[k].effect, FURTHER) and not slots[k].only_shapes]
+    tried = [(k, sign * size) for k in shifting for size in SHIFTS for sign in (1.0, -1.0)]
+    changes = _changes(bench, fit, [(k, size) for k, size in tried if low[k] <= size <= high[k]])
+    own = basis(fit.columns)
+
+    def left(start: SizeStart) -> float:
+        rest = fit.residual - start.white
+        return float(np.sum((rest - (rest @ own.T) @ own) ** 2))
+
+    seen = {k: [c for c in changes if c.position == k and c.shows and c.is_possible] for k in shifting}
+    best = [min(of_number, key=left) for of_number in seen.values() if of_number]
+    return [start for start in best if left(start) < fit.chi2]
 
 
 def _changes(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> list[SizeStart]:
