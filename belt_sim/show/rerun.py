@@ -441,7 +441,8 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str 
     the measurement), tilt/MODEL (upper, lower [mrad]); belt (movements enlarged as the view's name says). Points have
     their four colours; models but the last are pale, what was measured are dots. Returns the path.
     """
-    file, recording, tabs = RecordingFile(path), begin_recording(name), []
+    file, recording = RecordingFile(path), begin_recording(name)
+    tabs: list[rrb.Container] = []
     file.open(recording)
     for title, overlay in runs.items():  # the points beside the residuals and the tilt, the belt in space above
         root, travel = root_of(title), overlay.end

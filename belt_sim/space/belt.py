@@ -194,7 +194,7 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures, inertia: np.ndarra
         guides = GuideArrays(*_span_rows(parts.edge_guides, ("x", "gap", "side", "stiffness"), features.guides))
     if features.pushes or features.leans:
         pushes = _span_rows(parts.pushes, ("x", "along", "across", "couple"), features.pushes)
-        loads = LoadArrays(*pushes, parts.lean * parts.gravity, parts.roll, parts.roll_lower)
+        loads = LoadArrays(*(*pushes, parts.lean * parts.gravity, parts.roll, parts.roll_lower))
     slides = read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop, inertia) if features.slips else None
     arrays = BeltArrays(
         ties=ties,

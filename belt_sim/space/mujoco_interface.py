@@ -184,8 +184,8 @@ def mjcf(spec: mujoco.MjSpec, comment: str = HELD_COMMENT) -> str:
         tree = ET.fromstring(spec.to_xml())
 
     def write_in_full(element: ET.Element | None, **values: Iterable[float]) -> None:
-        for name, numbers in values.items() if element is not None else ():
-            element.set(name, " ".join(repr(float(v)) for v in numbers))
+        if element is not None:
+            element.attrib |= {name: " ".join(repr(float(v)) for v in numbers) for name, numbers in values.items()}
 
     bodies, tendons = ({one.name: one for one in several} for several in (spec.bodies, spec.tendons))
     for element in tree.iter("body"):

@@ -291,7 +291,7 @@ class SpaceRun:
         scene, solver, recorder = self.scene, self.solver, run.Recorder(self.scene, observers, EXTRA)
         rows, resting = instants_of(scene, travel)
 
-        def instant(steps: int, **at: float) -> tuple[Any, ...]:
+        def instant(steps: int, **at: float) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
             """What the recorder is told after so many steps of the run-in and the run."""
             read = np.append(state.readings, steps)
             read[[run.TRAVEL, run.SPEED]] = [at.get("travel", read[run.TRAVEL]), at.get("speed", read[run.SPEED])]
