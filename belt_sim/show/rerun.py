@@ -261,34 +261,27 @@ EVERY = 0.025  # [m] of travel between two readings
 PICTURES = 100  # of the belt, at most, in a run
 
 
-def begin_recording(name: str) -> rr.RecordingStream:
-    """A recording that the viewer lists as ``name``."""
-    recording = rr.RecordingStream(APPLICATION)
-    rr.send_recording_name(name, recording=recording)
-    return recording
-
-
 class RecordingFile:
-    """An .rrd on disk: written beside its place, renamed when complete."""
+    """A recording that the viewer lists as ``name``, as an .rrd on disk: written beside its place, renamed when
+    complete; path None: a recording alone."""
 
-    def __init__(self, path: str | os.PathLike) -> None:
-        self.path = Path(path)
-        self.draft = self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
-        self.recording: rr.RecordingStream | None = None
-
-    def open(self, recording: rr.RecordingStream) -> None:
-        """Send ``recording`` here; raises BeltError when the folder cannot be written."""
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            recording.save(self.draft)
-        except (OSError, RuntimeError, ValueError) as cause:
-            raise BeltError(f"recording {self.path}: cannot be written ({cause}); choose another folder") from cause
-        self.recording = recording
+    def __init__(self, path: str | os.PathLike | None, name: str) -> None:
+        """Raises BeltError when the folder cannot be written."""
+        self.recording = rr.RecordingStream(APPLICATION)
+        rr.send_recording_name(name, recording=self.recording)
+        self.path = None if path is None else Path(path)
+        if self.path is not None:
+            self.draft = self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
+            try:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                self.recording.save(self.draft)
+            except (OSError, RuntimeError, ValueError) as cause:
+                raise BeltError(f"recording {path}: cannot be written ({cause}); choose another folder") from cause
 
     def close(self) -> None:
         """Complete the file and give it its name."""
-        if self.recording is not None:
-            self.recording.flush()
+        self.recording.flush()
+        if self.path is not None:
             self.recording.disconnect()
             os.replace(self.draft, self.path)
 
@@ -302,9 +295,8 @@ class RerunObserver:
     """
 
     def __init__(self, path: str | os.PathLike | None = None, *, model: str = "belt", every: float = EVERY) -> None:
-        self.file = None if path is None else RecordingFile(path)
-        self.model, self.every, self.every_picture = model, every, every
-        self.recording: rr.RecordingStream | None = None
+        self.path, self.model, self.every, self.every_picture = path, model, every, every
+        self.file: RecordingFile | None = None
         self.scenes: list[Scene] = []
         self.rows: list[tuple[float, float, dict[str, float]]] = []
         self.pictures: list[Frame] = []
@@ -314,37 +306,36 @@ class RerunObserver:
 
     def start(self, case: Case, travel: float) -> None:
         """Open the file or a viewer, send the blueprint and all that does not move; raises BeltError."""
-        self.recording, scale = begin_recording(f"{self.model}, {run_title(case)}"), view_scale_of(case, travel)
-        if self.file is None:
+        file = self.file = RecordingFile(self.path, f"{self.model}, {run_title(case)}")
+        recording, scale, live = file.recording, view_scale_of(case, travel), self.path is None
+        if live:
             try:  # a window, or a web viewer that this process serves for as long as it lives
                 if has_display():
-                    self.recording.spawn()
+                    recording.spawn()
                 else:
-                    address = rr.serve_grpc(recording=self.recording, grpc_port=_free_port(DATA_PORT))
+                    address = rr.serve_grpc(recording=recording, grpc_port=_free_port(DATA_PORT))
                     port = _free_port(VIEWER_PORT)
                     rr.serve_web_viewer(web_port=port, open_browser=False, connect_to=address)
                     print(f"watch = rerun: open http://localhost:{port}/?url={address} in a browser", file=sys.stderr)
             except (RuntimeError, OSError, ValueError) as cause:
                 reason = str(cause).strip().splitlines()[0]
                 raise BeltError(f"watch = rerun: no viewer could be opened ({reason}); use watch=rrd") from cause
-        else:
-            self.file.open(self.recording)
         self.every_picture = max(self.every, travel / PICTURES)
         self.root = f"{root_of(run_title(case))}/{path_part(self.model)}"
-        rr.send_blueprint(of_run(case, self.root, travel, scale, self.file is None), recording=self.recording)
+        rr.send_blueprint(of_run(case, self.root, travel, scale, live), recording=recording)
         roots = ((f"{self.root}/machine/true", TRUE), (f"{self.root}/machine/drawn", scale))
-        self.scenes = [Scene(self.recording, root, case, s) for root, s in roots]
+        self.scenes = [Scene(recording, root, case, s) for root, s in roots]
 
     def frame(self, frame: Frame) -> None:
         """Log this instant, unless the last one is less than ``every`` [m] of travel ago."""
-        if self.recording is None:
+        if self.file is None:
             return
         self.newest = frame
         if frame.travel - self.last < self.every * (1.0 - 1e-6):
             return
         self._take(frame, pictured=frame.travel - self.last_picture >= self.every_picture * (1.0 - 1e-6))
-        if self.file is None:
-            self._send(self.recording)
+        if self.path is None:
+            self._send(self.file.recording)
 
     def _take(self, frame: Frame, *, pictured: bool) -> None:
         if frame.travel > self.last:
@@ -376,13 +367,11 @@ class RerunObserver:
 
     def finish(self, curves: Curves) -> None:
         """Log the last instant, flush and close; a file gets its name only now."""
-        if self.recording is not None:
+        if self.file is not None:
             if self.newest is not None and self.newest.travel > self.last_picture:
                 self._take(self.newest, pictured=True)
-            self._send(self.recording)
-            self.recording.flush()
-            if self.file is not None:
-                self.file.close()
+            self._send(self.file.recording)
+            self.file.close()
 
 
 def _free_port(wanted: int) -> int:
@@ -441,9 +430,8 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str 
     the measurement), tilt/MODEL (upper, lower [mrad]); belt (movements enlarged as the view's name says). Points have
     their four colours; models but the last are pale, what was measured are dots. Returns the path.
     """
-    file, recording = RecordingFile(path), begin_recording(name)
-    tabs: list[rrb.Container] = []
-    file.open(recording)
+    file, tabs = RecordingFile(path, name), list[rrb.Container]()
+    recording = file.recording
     for title, overlay in runs.items():  # the points beside the residuals and the tilt, the belt in space above
         root, travel = root_of(title), overlay.end
         plots = [series_plot(f"{root}/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel)]

@@ -72,10 +72,16 @@ def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) ->
             f"model.contact = mujoco: {name} has no place in a scene of plain MuJoCo, which takes taper, crown, cant, "
             "wobble, lean, yaw_offset, yaw_compliance and guide rollers; use belt-sim simulate with model.contact=held"
         )
-    # nodes come straight onto the circle
-    spec, scene = machine.begin_scene(
-        _with_plate_torsion(case), belt, options, parts, path=lambda depth, *_: 0.0 * depth
+    # a belt of the same section, weight and EI whose tension resists twist as the real one's tension and plate torsion
+    # G b h^3 / 3 together do: lines of nodes have none of the latter; they come straight onto the circle
+    strip, force = case.belt, float(case.tension_force)
+    b, h, modulus = (float(v) for v in (strip.width, strip.thickness, strip.youngs_modulus))
+    plate = modulus * b * h**3 / (6.0 * (1.0 + float(strip.poisson_ratio)))
+    wider = math.sqrt(1.0 + 12.0 * plate / (force * b**2))
+    stiffer = replace(
+        case, belt=replace(strip, width=b * wider, thickness=h / wider, youngs_modulus=modulus / wider**2)
     )
+    spec, scene = machine.begin_scene(stiffer, belt, options, parts, path=lambda depth, *_: 0.0 * depth)
     scene = replace(scene, case=replace(case, rig=scene.case.rig))
     interface.set_solver(spec, options.step, parts.gravity, parts.lean)
     _dress_nodes(spec, scene)
@@ -136,16 +142,6 @@ def case_words(scene: SceneLayout) -> dict[str, str]:
     words |= {"effects (guide rollers)": len(scene.parts.edge_guides), "effects (lean)": scene.parts.lean}
     words |= {name: float(getattr(case.settings, name).last()) / DEGREE for name in ("yaw", "yaw_head")}
     return {k: v if isinstance(v, str) else f"{v:.9g}" for k, v in words.items()}
-
-
-def _with_plate_torsion(case: Case) -> Case:
-    """The case with a belt of the same section, weight and EI whose tension resists twist as the real one's tension and
-    plate torsion G b h^3 / 3 together do: lines of nodes have none of the latter."""
-    belt, force = case.belt, float(case.tension_force)
-    b, h, modulus = (float(v) for v in (belt.width, belt.thickness, belt.youngs_modulus))
-    plate = modulus * b * h**3 / (6.0 * (1.0 + float(belt.poisson_ratio)))
-    wider = math.sqrt(1.0 + 12.0 * plate / (force * b**2))
-    return replace(case, belt=replace(belt, width=b * wider, thickness=h / wider, youngs_modulus=modulus / wider**2))
 
 
 #: what meets what: nodes meet pulleys; nodes, pulleys and flags meet what a user adds, whose bits are 1 and 1

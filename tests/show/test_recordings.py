@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import rerun as rr
 from moving_belt import case, curves, frames
 from read_back import read_back
 from rerun.chunk import RrdReader
@@ -86,9 +85,8 @@ def test_the_tail_pulley_is_shown_yawed(recorded):
 def test_instants_as_columns_say_what_they_say_one_by_one(tmp_path):
     shown, logged = list(frames(TRAVEL)), []
     for name in ("one", "all"):
-        file, recording = RecordingFile(tmp_path / f"{name}.rrd"), rr.RecordingStream("test")
-        file.open(recording)
-        scene = Scene(recording, "belt", case(), view_scale_of(case(), TRAVEL))
+        file = RecordingFile(tmp_path / f"{name}.rrd", "test")
+        scene = Scene(file.recording, "belt", case(), view_scale_of(case(), TRAVEL))
         if name == "all":
             scene.frames(shown)
         else:
