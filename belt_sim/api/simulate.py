@@ -410,14 +410,16 @@ def run_in_batches(
     if without:
         yield without, [None] * len(without)
     for (engine, _), members in alike.items():
-        from belt_sim.space.run import Computed, FrameKeeper
+        from belt_sim.space.run import Computed
 
         numbers, ready = zip(*members, strict=True)
-        keepers = [FrameKeeper() if configs[k]["watch"] and engine == "mjx" else None for k in numbers]
-        begin = 0
-        for some in batch_engine(engine).in_batches(ready, batch, [[k] if k else [] for k in keepers]):
-            kept = keepers[begin : begin + len(some)]
-            found = [Computed(c, k.frames if k else ()) for c, k in zip(some, kept, strict=True)]
+        kept, begin = [Computed() for _ in numbers], 0
+        watched = [configs[k]["watch"] and engine == "mjx" for k in numbers]
+        observers = [[one] if seen else [] for one, seen in zip(kept, watched, strict=True)]
+        for some in batch_engine(engine).in_batches(ready, batch, observers):
+            found = kept[begin : begin + len(some)]
+            for one, curves in zip(found, some, strict=True):
+                one.curves = curves
             yield numbers[begin : begin + len(some)], found
             begin += len(some)
 

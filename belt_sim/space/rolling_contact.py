@@ -78,10 +78,9 @@ def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) ->
     b, h, modulus = (float(v) for v in (strip.width, strip.thickness, strip.youngs_modulus))
     plate = modulus * b * h**3 / (6.0 * (1.0 + float(strip.poisson_ratio)))
     wider = math.sqrt(1.0 + 12.0 * plate / (force * b**2))
-    stiffer = replace(
-        case, belt=replace(strip, width=b * wider, thickness=h / wider, youngs_modulus=modulus / wider**2)
-    )
-    spec, scene = machine.begin_scene(stiffer, belt, options, parts, path=lambda depth, *_: 0.0 * depth)
+    like = replace(strip, width=b * wider, thickness=h / wider, youngs_modulus=modulus / wider**2)
+    case_like, path = replace(case, belt=like), lambda depth, *_: 0.0 * depth
+    spec, scene = machine.begin_scene(case_like, belt, options, parts, path=path)
     scene = replace(scene, case=replace(case, rig=scene.case.rig))
     interface.set_solver(spec, options.step, parts.gravity, parts.lean)
     _dress_nodes(spec, scene)

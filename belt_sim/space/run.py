@@ -256,15 +256,16 @@ def notify_observers(
             observer.finish(curves())
 
 
-class FrameKeeper:
-    """An observer that keeps the frames of a case of a batch, for the observers of its own run afterwards."""
+class Computed:
+    """What a batch has found for a case: its curves, or why it failed, and the frames of one that was watched, of which
+    it is the observer there; for the observers of the case's own run afterwards."""
 
     def __init__(self) -> None:
+        self.curves: Any = None
         self.frames: list[Frame] = []
 
     def start(self, case: Case, travel: float) -> None:
         """A run begins."""
-        self.frames.clear()
 
     def frame(self, frame: Frame) -> None:
         """Keep it, in half the memory."""
@@ -274,25 +275,18 @@ class FrameKeeper:
     def finish(self, curves: Curves) -> None:
         """Nothing to close."""
 
-
-class Computed(NamedTuple):
-    """What a batch has found for a case: its curves, or why it failed, and frames if it was watched."""
-
-    curves: Curves | SimulationError
-    frames: Sequence[Frame] = ()
-
     def replay(self, observers: Sequence[Observer], case: Case, travel: float) -> Curves:
         """The curves, once the observers have seen the frames; raises the failure."""
         watching = [o for o in observers if self.frames and not getattr(o, "live_only", False)]
-        failed = isinstance(self.curves, SimulationError)
-        curves: Any = self.curves.curves if isinstance(self.curves, SimulationError) else self.curves
+        failure = self.curves if isinstance(self.curves, SimulationError) else None
+        curves: Curves = self.curves if failure is None else failure.curves
         with notify_observers(watching, case, travel, lambda: curves):
             for frame in self.frames:
                 for observer in watching:
                     observer.frame(frame)
-            if failed:
-                raise self.curves  # type: ignore[misc]
-        return curves  # type: ignore[no-any-return]
+            if failure is not None:
+                raise failure
+        return curves
 
 
 TOLD_EVERY = 200  # steps
