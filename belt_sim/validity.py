@@ -5,7 +5,6 @@ belt, are wrong by some 3 %; the derivations and what they were checked against 
 """
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import jax.numpy as jnp
@@ -29,6 +28,10 @@ STRENGTH = 450e6  # [Pa], bending fatigue of usual belt steels
 NARROW = 20.0  # thicknesses that a strip is wide at least: below it is a bar, whose section the laws do not have
 SHORT = 1.0  # widths that a span is long at least: below it is a plate
 SMALL_ANGLE = (2.0 * WRONG) ** 0.5  # [rad]: laws take cosines of rolls and of directions for 1
+LIFTS = (
+    "the belt is too slack for this model, its own stiffness lifts it off the pulleys: use model=strip_lift_off, or "
+    "effects=[lift_off] with a 3D belt"
+)
 NEAR = 0.8  # share of the centre distance that both pulleys may fill
 
 
@@ -47,25 +50,40 @@ def _spans(case: Case):
 _SPANS = StoredProgram(_spans, "spans of limits", brief=True)
 
 
-@dataclass(frozen=True)
-class _LoadedCase:
-    """A case with what its spans do: yaw [rad], the largest step or angle; entry: moment per radian of yaw [N m];
-    square: its change over the square of the yaw [1/rad^2]; flat: its change in a flat span, and layer: that of the
-    carried moment by the bending layer [1]."""
-
-    case: Case
-    yaw: float
-    entry: float
-    square: float
-    flat: float
-    layer: float
-
-
 def limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit, ...]:
-    """All limits of a model for one case; ``contains``: the effects, or the limits themselves, that it has in it."""
-    loaded = _load_case(case)
-    found = (way(loaded) for way, cure in _WAYS if cure not in contains)
-    return tuple(limit for limit in found if limit.id not in contains)
+    """All limits of a model for one case; ``contains``: the effects, or the limits themselves, that it has in it.
+
+    M is the strip's entry moment after the largest step or angle of a yaw.
+    """
+    rig, belt, force = case.rig, case.belt, case.tension_force
+    yaw = max(_largest(case.settings.yaw), _largest(case.settings.yaw_head))
+    runup, flat, carried, lifted, *fields = (np.asarray(x) for x in _SPANS(case))
+    moment = abs(float(fields[2] * runup)) * yaw
+    # the belt slips on z = 4 R M/(mu F b) of its pulley and turns by M z/2 EI, so that y gains z/s; at s = L/4
+    zone = 4.0 * max(rig.head_radius, rig.tail_radius) * moment / (FRICTION * force * belt.width)
+    # entry stiffness (4 + P)/(1 + P) EI/L, P = 12 EI n/(G A L^2): lower by 3 P/4; the strip has no shear
+    ratio = 12.0 * 1.2 * belt.bending_stiffness / (belt.shear_modulus * belt.area * rig.span_length**2)
+    # F - rho A v^2 is the tension that counts, and low-tension movement goes with its third power
+    fast = 3.0 * belt.density * case.settings.speed**2 / case.settings.tension
+    layer = float(np.abs(lifted / carried - 1.0).max())  # of both spans: the lower one's, whichever way it runs
+    deep, thick = _deep_sag(case), _thick_belt(case)
+    found = (  # name, load, the effect that moves it out of the way, and words
+        ("flat_belt", abs(flat / runup - 1.0) / WRONG, "sag_roll", "the spans sag and tilt: use strip"),
+        ("slack_edge", 6.0 * moment / (force * belt.width), "",  # an edge has the stress sigma -+ 6 M/(b^2 h)
+         "after the yaw an edge is slack, as a linear span has it: it overrates its moment"),
+        ("second_order", abs(_beyond_linear(case, *fields)) * yaw**2 / WRONG, "",
+         "the turn is so large that the linear span is wrong: the slack edge sags more, twist stretches both"),
+        ("bending_layer", layer / WRONG, "lift_off", LIFTS),
+        ("slip", zone / (SLIP_WAY * rig.span_length / 4.0), "slip",
+         f"at a friction of {FRICTION:g} or less the belt slips on the pulley after the yaw"),
+        ("shear", 0.75 * ratio / WRONG, "shear",
+         "the spans are short and wide: shear bends them as well; add effects=[shear]"),
+        (deep.id, deep.load, "", deep.words),
+        ("fast_belt", fast / WRONG, "speed_tension",
+         "the belt runs at a share of its string speed: inertia counts"),
+        (thick.id, thick.load, "", thick.words),
+    )  # fmt: skip
+    return tuple(Limit(name, float(load), words) for name, load, cure, words in found if not {name, cure} & {*contains})
 
 
 def exceeded_limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit, ...]:
@@ -75,7 +93,7 @@ def exceeded_limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tu
 
 def lifts_off(case: Case) -> bool:
     """Whether the belt is so slack that a strip is beyond the limit bending_layer: its stiffness lifts it off."""
-    return _bending_layer(_load_case(case)).load > 1.0
+    return any(x.id == "bending_layer" for x in exceeded_limits(case))
 
 
 def geometric(case: Case) -> tuple[Limit, ...]:
@@ -178,18 +196,6 @@ def slip_zones(case: Case, curves: Curves) -> np.ndarray:
     return zones
 
 
-def _load_case(case: Case) -> _LoadedCase:
-    runup, flat, carried, changed, *fields = (np.asarray(x) for x in _SPANS(case))
-    return _LoadedCase(
-        case=case,
-        yaw=max(_largest(case.settings.yaw), _largest(case.settings.yaw_head)),
-        entry=abs(float(fields[2] * runup)),
-        square=_beyond_linear(case, *fields),
-        flat=abs(float(flat / runup) - 1.0),
-        layer=float(np.abs(changed / carried - 1.0).max()),  # of both spans: the lower one's, whichever way it runs
-    )
-
-
 def _beyond_linear(case: Case, x, per_runup, bending, torsion, sag_curvature, force) -> float:
     """Change of the entry moment over the square of the yaw [1/rad^2]: 4 (stretch - relief) / (M_entry yaw).
 
@@ -198,63 +204,22 @@ def _beyond_linear(case: Case, x, per_runup, bending, torsion, sag_curvature, fo
     order is left: a quarter of the larger is kept.
     """
     belt, moment = case.belt, bending * per_runup
-    twist = _integral(moment * (sag_curvature / torsion), x)
-    tilt = _integral(twist, x)
+
+    def integral(values: np.ndarray) -> np.ndarray:  # up to every place; SciPy's would take simulate its import
+        return np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2.0 * np.diff(x))])
+
+    twist = integral(moment * (sag_curvature / torsion))
+    tilt = integral(twist)
     twist, tilt = twist - tilt[-1] / x[-1], tilt - tilt[-1] * x / x[-1]
     stretch = belt.youngs_modulus * belt.thickness * belt.width**5 / 1440.0 * np.trapezoid(twist**4, x)
     relief = np.trapezoid(np.gradient(moment * tilt, x) ** 2, x) / (2.0 * force)
     return float(4.0 * max(abs(stretch - relief), NEXT * max(stretch, relief)) / moment[-1])
 
 
-def _integral(values: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Running integral from the first place."""
-    return np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2.0 * np.diff(x))])
-
-
 def _largest(schedule: Schedule) -> float:
     """The largest angle or change of angle of a schedule [rad]."""
     change = np.atleast_1d(np.asarray(schedule.change, float))
     return float(max(np.abs(change).max(initial=0.0), np.abs(np.cumsum(change)).max(initial=0.0)))
-
-
-def _slack_edge(x: _LoadedCase) -> Limit:
-    """Stress at an edge is sigma -+ 6 M/(b^2 h): an edge is slack once M > F b/6."""
-    load = 6.0 * x.entry * x.yaw / (x.case.tension_force * x.case.belt.width)
-    return Limit("slack_edge", load, "after the yaw an edge is slack, as a linear span has it: it overrates its moment")
-
-
-def _second_order(x: _LoadedCase) -> Limit:
-    """Moments change with the square of the yaw, by ``_beyond_linear``."""
-    words = "the turn is so large that the linear span is wrong: the slack edge sags more, twist stretches both"
-    return Limit("second_order", float(abs(x.square) * x.yaw**2 / WRONG), words)
-
-
-def _slip(x: _LoadedCase) -> Limit:
-    """The belt slips on z = 4 R M/(mu F b) of its pulley and turns by M z/2 EI, so that y gains z/s; at s = L/4."""
-    case = x.case
-    radius = max(case.rig.head_radius, case.rig.tail_radius)
-    way = 4.0 * radius * x.entry * x.yaw / (FRICTION * case.tension_force * case.belt.width)
-    load = way / (SLIP_WAY * case.rig.span_length / 4.0)
-    return Limit(
-        "slip", float(load), f"at a friction of {FRICTION:g} or less the belt slips on the pulley after the yaw"
-    )
-
-
-def _shear(x: _LoadedCase) -> Limit:
-    """Entry stiffness (4 + P)/(1 + P) EI/L, P = 12 EI n/(G A L^2): lower by 3 P/4; the strip has no shear."""
-    belt = x.case.belt
-    ratio = 12.0 * 1.2 * belt.bending_stiffness / (belt.shear_modulus * belt.area * x.case.rig.span_length**2)
-    words = "the spans are short and wide: shear bends them as well; add effects=[shear]"
-    return Limit("shear", float(0.75 * ratio / WRONG), words)
-
-
-def _fast_belt(x: _LoadedCase) -> Limit:
-    """F - rho A v^2 is the tension that counts, and low-tension movement goes with its third power."""
-    case = x.case
-    share = case.belt.density * case.settings.speed**2 / case.settings.tension
-    return Limit(
-        "fast_belt", float(3.0 * share / WRONG), "the belt runs at a share of its string speed: inertia counts"
-    )
 
 
 def _deep_sag(case: Case) -> Limit:
@@ -268,29 +233,3 @@ def _thick_belt(case: Case) -> Limit:
     radius = min(case.rig.head_radius, case.rig.tail_radius)
     stress = case.belt.youngs_modulus * case.belt.thickness / (2.0 * radius) + case.settings.tension
     return Limit("thick_belt", float(stress / STRENGTH), "belt steel tires or yields when bent over such a pulley")
-
-
-def _bending_layer(x: _LoadedCase) -> Limit:
-    """The layer beside the pulleys changes the moment that the lower span carries over, and y_3 with it."""
-    remedy = "use model=strip_lift_off, or effects=[lift_off] with a 3D belt"
-    words = f"the belt is too slack for this model, its own stiffness lifts it off the pulleys: {remedy}"
-    return Limit("bending_layer", x.layer / WRONG, words)
-
-
-def _flat_belt(x: _LoadedCase) -> Limit:
-    """The entry moment of a flat beam over that of the strip, which sags, tilts and so gives way."""
-    return Limit("flat_belt", x.flat / WRONG, "the spans sag and tilt: use strip")
-
-
-#: how each limit is reckoned, and the effect that moves it out of the way
-_WAYS: tuple[tuple[Callable[[_LoadedCase], Limit], str], ...] = (
-    (_flat_belt, "sag_roll"),
-    (_slack_edge, ""),
-    (_second_order, ""),
-    (_bending_layer, "lift_off"),
-    (_slip, "slip"),
-    (_shear, "shear"),
-    (lambda x: _deep_sag(x.case), ""),
-    (_fast_belt, "speed_tension"),
-    (lambda x: _thick_belt(x.case), ""),
-)

@@ -1,7 +1,7 @@
 """Impulse responses of every run, the design matrices made of them, and the states that a law may read."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, make_dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from operator import itemgetter
 from typing import Any
@@ -15,7 +15,7 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import ROWS, room_for
 from belt_sim.diagnosis.noise import Metric
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.effects.base import Effect, effect, parameter
+from belt_sim.effects.base import Effect, effect, parameter, with_parameters
 from belt_sim.effects.law import (
     AT_PULLEYS,
     BY_THE_BELT,
@@ -60,21 +60,15 @@ def _length(meaning: str):
     return parameter("m", meaning, plausible=(0.0, 1e3), scale=1.0, null=1.0, modifier=True)
 
 
-_Heights = make_dataclass(
-    "_Heights",
-    [
-        (f"{kind}_{pulley}", float, parameter(unit, "height", plausible=(-1.0, 1.0), scale=_SCALES[unit]))
-        for kind, (_, unit) in AT_PULLEYS.items()
-        for pulley in PULLEYS
-    ],
-    bases=(Effect,),
-    frozen=True,
-    kw_only=True,
-)
+_HEIGHTS = {
+    f"{kind}_{pulley}": parameter(unit, "height", plausible=(-1.0, 1.0), scale=_SCALES[unit])
+    for kind, (_, unit) in AT_PULLEYS.items()
+    for pulley in PULLEYS
+}
 
 
 @effect
-class Pulse(_Heights):  # type: ignore[misc, valid-type]
+class Pulse(with_parameters("_Heights", _HEIGHTS)):  # type: ignore[misc]
     """A triangular pulse of input at every channel: yaw of a pulley's surface, turn and drift at the run-ups, shift and
     twist over the wrapped arcs."""
 

@@ -12,7 +12,7 @@ import os
 import pkgutil
 import re
 import sys
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, make_dataclass
 from functools import cache
 from typing import Any, ClassVar, dataclass_transform
 
@@ -52,6 +52,12 @@ def parameter(unit: str, meaning: str, *, default: float | None = None, **more: 
     """Declare a number of an effect as a field of its class; default: null unless stated; more: as ``Parameter``."""
     declared = Parameter(unit=unit, meaning=meaning, **more)
     return field(default=declared.null if default is None else default, metadata={"parameter": declared})
+
+
+def with_parameters(name: str, parameters: dict[str, Any], base: type | None = None) -> Any:
+    """Return a base class of an effect with many alike numbers: name -> what ``parameter`` declares."""
+    fields = [(n, float, declared) for n, declared in parameters.items()]
+    return make_dataclass(name, fields, bases=(base or Effect,), frozen=True, kw_only=True)
 
 
 @dataclass(frozen=True)

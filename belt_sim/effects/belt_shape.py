@@ -1,12 +1,12 @@
 """Shape of the belt: camber, an edge that is not straight, a weld."""
 
-from dataclasses import make_dataclass, replace
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.effects.base import METRES, TURN_OVER, Cause, Effect, effect, parameter
+from belt_sim.effects.base import METRES, TURN_OVER, Cause, Effect, effect, parameter, with_parameters
 from belt_sim.line.influence import interpolate_rows, natural_curvature_rows, span_fields
 from belt_sim.line.runup import add
 
@@ -19,21 +19,12 @@ def _harmonic(k: int, words: str):
     return parameter("m", f"harmonic {k} of the belt length, {words}", **more)
 
 
-_Harmonics = make_dataclass(
-    "_Harmonics",
-    [
-        (f"{short}{k}", float, _harmonic(k, words))
-        for k in range(1, HARMONICS + 1)
-        for short, words in (("cos", "in phase"), ("sin", "in quadrature"))
-    ],
-    bases=(Effect,),
-    frozen=True,
-    kw_only=True,
-)
+_PARTS = (("cos", "in phase"), ("sin", "in quadrature"))
+_HARMONICS = {f"{short}{k}": _harmonic(k, words) for k in range(1, HARMONICS + 1) for short, words in _PARTS}
 
 
 @effect
-class EdgeProfile(_Harmonics):  # type: ignore[misc, valid-type]
+class EdgeProfile(with_parameters("_Harmonics", _HARMONICS)):  # type: ignore[misc]
     """Sensors see y + e(material point): e repeats every belt length and passes points 4, 1, 2, 3 in turn.
 
     e is free up to a wavelength of a fortieth of the belt; on a laboratory conveyor three harmonics left half of it,

@@ -582,25 +582,17 @@ def _at_pulleys(self: GenericLaw, terms: Sequence[tuple[int, Term]], state, case
             yield t, pulley, added
 
 
-def _yaw(self, yaw, state, case):
-    for _, pulley, added in _at_pulleys(self, self.terms("yaw"), state, case):
-        yaw = add(yaw, **{PULLEYS[pulley]: added})
-    return yaw
+def _adds(**fields: str) -> Callable[..., Any]:
+    """Return a hook that adds the terms at places of some kinds; fields: kind -> field of what the hook changes."""
 
+    def hook(self, value, state, case):
+        landed = value
+        for t, pulley, added in _at_pulleys(self, self.terms(*fields), state, case, landed):
+            of_both = {fields[t.place.kind]: jnp.zeros(2).at[pulley].set(added)}
+            value = add(value, **({PULLEYS[pulley]: added} if t.place.kind == "yaw" else of_both))
+        return value
 
-def _runup(self, runup, state, case):
-    for t, pulley, added in _at_pulleys(self, self.terms("turn", "drift", SPAN), state, case):
-        name = "drift" if t.place.kind == "drift" else "turn"
-        runup = add(runup, **{name: jnp.zeros(2).at[pulley].set(added)})
-    return runup
-
-
-def _wrap(self, runoff, state, case):
-    landed = runoff
-    for t, pulley, added in _at_pulleys(self, self.terms("shift", "twist"), state, case, landed):
-        name = "y" if t.place.kind == "shift" else "alpha"
-        runoff = add(runoff, **{name: jnp.zeros(2).at[pulley].set(added)})
-    return runoff
+    return hook
 
 
 def _influence(self, span, case):
@@ -710,7 +702,14 @@ def _scene(self, parts, case):
     return parts
 
 
-_HOOKS = {"yaw": _yaw, "runup": _runup, "wrap": _wrap, "bend": _bend, "encoder": _encoder, "sensor": _sensor}
+_HOOKS = {
+    "yaw": _adds(yaw=""),
+    "runup": _adds(turn="turn", drift="drift", **{SPAN: "turn"}),
+    "wrap": _adds(shift="y", twist="alpha"),
+    "bend": _bend,
+    "encoder": _encoder,
+    "sensor": _sensor,
+}
 
 
 # As an entry of an effects.yaml.
@@ -727,16 +726,10 @@ def law_entry(effect: GenericLaw) -> dict[str, Any]:
     """Return the law of an effect with its numbers, as an entry of an effects.yaml."""
     terms = []
     for k, t in enumerate(effect.content.law.terms):
-        form, place = t.form, t.place
-        term: dict[str, Any] = (
-            {"place": SENSOR, "points": list(place.points)} if place.points else {"place": place.name}
-        )
-        term["variable"] = form.variable
-        if form.variable != "none":
-            term["shape"] = form.shape
-        term["course"] = form.course
-        if form.timed:
-            term["timed"] = True
+        form, points = t.form, list(t.place.points)
+        term: dict[str, Any] = {"place": SENSOR, "points": points} if points else {"place": t.place.name}
+        term |= {"variable": form.variable} | ({"shape": form.shape} if form.variable != "none" else {})
+        term |= {"course": form.course} | ({"timed": True} if form.timed else {})
         own = {n: number_name(n, k) for n in NUMBERS}
         terms.append(term | {n: float(getattr(effect, name)) for n, name in own.items() if name in effect.parameters})
     return {"id": ID, "tension": float(effect.content.tension), "terms": terms}

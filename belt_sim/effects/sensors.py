@@ -1,25 +1,35 @@
 """Errors of the instruments: gain, zero, drift and delay of the edge sensors, and the scale of the encoder."""
 
+from typing import ClassVar
+
 import jax.numpy as jnp
 
-from belt_sim.effects.base import PERCENT, Cause, Effect, effect, parameter
+from belt_sim.effects.base import PERCENT, Cause, Effect, effect, parameter, with_parameters
 from belt_sim.line.runup import add
 
 
-def _gain(point: int):
-    return parameter("1", f"gain error at point {point}", plausible=(-0.3, 0.3), scale=0.02, shop=PERCENT)
+class _OfPoints(Effect):
+    """Effects with a number at each point, named by ``letter``."""
+
+    letter: ClassVar[str]
+
+    def _numbers(self):
+        """Return the numbers at points 1-4, shape (4, 1)."""
+        return jnp.stack([getattr(self, f"{self.letter}{k}") for k in range(1, 5)])[:, None]
 
 
-def _offset(point: int):
-    return parameter("m", f"offset at point {point}", plausible=(-2e-2, 2e-2), scale=2e-4)
+def _of_points(letter: str, unit: str, words: str, **more):
+    numbers = {f"{letter}{k}": parameter(unit, f"{words} at point {k}", **more) for k in range(1, 5)}
+    return with_parameters("_OfPoints", numbers, _OfPoints)
 
 
-def _drift(point: int):
-    return parameter("m/s", f"drift at point {point}", plausible=(-2e-5, 2e-5), scale=1e-6, shop=(3.6e6, "mm/h"))
+_GAINS = _of_points("g", "1", "gain error", plausible=(-0.3, 0.3), scale=0.02, shop=PERCENT)
+_OFFSETS = _of_points("c", "m", "offset", plausible=(-2e-2, 2e-2), scale=2e-4)
+_DRIFTS = _of_points("d", "m/s", "drift", plausible=(-2e-5, 2e-5), scale=1e-6, shop=(3.6e6, "mm/h"))
 
 
 @effect
-class SensorGain(Effect):
+class SensorGain(_GAINS):  # type: ignore[misc, valid-type]
     """An edge sensor shows (1 + g) y."""
 
     title = "Gain error of the edge sensors"
@@ -30,18 +40,14 @@ class SensorGain(Effect):
     cause = Cause(
         "an edge sensor shows the wrong scale", ("sensors",), "Move a target by a gauge block in front of the sensor."
     )
-    g1: float = _gain(1)
-    g2: float = _gain(2)
-    g3: float = _gain(3)
-    g4: float = _gain(4)
+    letter = "g"
 
     def sensor(self, reading, case):
-        gain = jnp.stack([self.g1, self.g2, self.g3, self.g4])
-        return add(reading, y=gain[:, None] * reading.y)
+        return add(reading, y=self._numbers() * reading.y)
 
 
 @effect
-class SensorOffset(Effect):
+class SensorOffset(_OFFSETS):  # type: ignore[misc, valid-type]
     """An edge sensor shows y + c, the same c in every run."""
 
     title = "Zero error common to all runs of an edge sensor"
@@ -53,18 +59,14 @@ class SensorOffset(Effect):
     cause = Cause(
         "an edge sensor's zero is off", ("sensors",), "Set the sensor's zero on a straightedge along the machine."
     )
-    c1: float = _offset(1)
-    c2: float = _offset(2)
-    c3: float = _offset(3)
-    c4: float = _offset(4)
+    letter = "c"
 
     def sensor(self, reading, case):
-        offset = jnp.stack([self.c1, self.c2, self.c3, self.c4])
-        return add(reading, y=offset[:, None])
+        return add(reading, y=self._numbers())
 
 
 @effect
-class SensorDrift(Effect):
+class SensorDrift(_DRIFTS):  # type: ignore[misc, valid-type]
     """An edge sensor shows y + d t. The drift is constant in time, so per metre it falls with speed."""
 
     title = "Drift of the edge sensors in time"
@@ -76,14 +78,10 @@ class SensorDrift(Effect):
     cause = Cause(
         "an edge sensor drifts with time", ("sensors",), "Read the sensor against a fixed edge before and after a run."
     )
-    d1: float = _drift(1)
-    d2: float = _drift(2)
-    d3: float = _drift(3)
-    d4: float = _drift(4)
+    letter = "d"
 
     def sensor(self, reading, case):
-        drift = jnp.stack([self.d1, self.d2, self.d3, self.d4])
-        return add(reading, y=drift[:, None] * reading.time)
+        return add(reading, y=self._numbers() * reading.time)
 
 
 @effect

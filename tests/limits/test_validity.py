@@ -20,7 +20,7 @@ from belt_sim.line.span import strip
 from belt_sim.model import MODELS
 from belt_sim.results.files import summary_json
 from belt_sim.units import DEGREE
-from belt_sim.validity import exceeded_limits, limits, slip_zones
+from belt_sim.validity import exceeded_limits, limits, run_limits, slip_zones
 from studies.paper.case import ROPE_EXAMPLE
 
 EARLY = 0.02  # of the moment: the march keeps its first state at travel 0
@@ -289,3 +289,20 @@ def test_the_page_has_every_limit():
     named = set(re.findall(r'Limit\(\s*"(\w+)"', code)) | set(re.findall(r'\("(\w+)", [a-z]', code))
     assert {"edge_stretch", "short_span", "no_strip", "off_pulley", "guide_hunts", "large_angle", "slip"} <= named
     assert not {name for name in named if f"`{name}`" not in page}
+
+
+def test_a_run_in_three_dimensions_is_told_slack_edges_and_slip_and_no_small_angles():
+    case, s = paper_case(20.0), np.linspace(0.0, 1.0, 11)
+    far = np.full((2, 11), 1.0)  # [rad], rolls and directions, of which a belt in space has no limit
+    moment = np.stack([np.full(11, 60.0), 0.0 * s])
+    slack = np.stack([np.full(11, 20e6), np.where(s < 0.5, 20e6, -1e6)])
+    curves = Curves(
+        travel=s, y=np.zeros((4, 11)), angle=np.full((4, 11), 1.0), moment=moment, edge_stress=slack, tilt=far
+    )
+    told = {x.id: x for x in run_limits(case, curves, linear=False)}
+    assert set(told) == {"slack_edge", "slip"}
+    assert told["slack_edge"].words == "an edge is slack from 0.5 m of travel on, most at lower span"
+    zone = 4.0 * case.rig.tail_radius * 60.0 / (FRICTION * case.tension_force * case.belt.width)
+    assert told["slip"].load == pytest.approx(zone / (case.rig.span_length / 40.0))
+    assert {x.id for x in run_limits(case, curves, linear=False, contains=["slip"])} == {"slack_edge"}
+    assert {"large_tilt", "large_angle"} <= {x.id for x in run_limits(case, curves)}
