@@ -7,7 +7,7 @@ All sizes are free; gains are those beside the nuisances and the chosen effects.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -22,6 +22,7 @@ from belt_sim.effects.law import TRAVEL, WRAPPED, Form, Law, Place, Term
 # every place of a kind. Forms that read the state are computed once for all places of a kind.
 
 
+Item = TypeVar("Item")
 CANCELS = 1e-4  # of what its cells do one by one: a column that is smaller is multiplied in double precision
 
 
@@ -332,14 +333,19 @@ def _score_law(law: Law, gain: float) -> ScoredLaw:
     return ScoredLaw(law, float(gain), float(gain) - cost(law))
 
 
-def distinct_families(scored: Iterable[ScoredLaw], count: int) -> list[ScoredLaw]:
-    """The first of each family, ``count`` at most."""
-    first: dict[tuple, ScoredLaw] = {}
-    for s in scored:
-        first.setdefault(s.law.family, s)
+def first_of_each(items: Iterable[Item], key: Callable[[Item], Any], count: int | None = None) -> list[Item]:
+    """The first item of each key, ``count`` at most; no more items are asked for than that takes."""
+    first: dict[Any, Item] = {}
+    for item in items:
+        first.setdefault(key(item), item)
         if len(first) == count:
             break
     return list(first.values())
+
+
+def distinct_families(scored: Iterable[ScoredLaw], count: int) -> list[ScoredLaw]:
+    """The first of each family, ``count`` at most."""
+    return first_of_each(scored, lambda s: s.law.family, count)
 
 
 def two_term_laws(data: SearchData, firsts: list[ScoredLaw]) -> list[ScoredLaw]:

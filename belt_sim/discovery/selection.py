@@ -18,6 +18,7 @@ from belt_sim.discovery.linear_search import (
     cost,
     distinct_families,
     exponents_of,
+    first_of_each,
     gain_of,
     refine_numbers,
     single_term_laws,
@@ -73,14 +74,14 @@ def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
     data = replace(data, wide=True)
     read = replace(data, states=states_with_latent_input(data, latent))
     tried = [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (data, read)]
-    ones = _merge(_fit_all(data, [*tried, (data, steady_changes(data))]), ())
+    # to first order a large steady change of tension or stiffness looks like something else: each is fitted
+    changing = [place for place in data.places if place.relative and not place.is_stretch]
+    steady = [ScoredLaw(Law((Term(place, Form("none")),)), 0.0, 0.0) for place in changing]
+    ones = _merge(_fit_all(data, [*tried, (data, steady)]), ())
     for places in PLACES:
         # a law that describes the readings says what the true one reads, even where its form is another and the base
         # model's states are far off: other forms at the first places, with the states that those laws make
-        first: dict[str, ClosedLoopFit] = {}
-        for c in ones:
-            first.setdefault(c.law.terms[0].place.name, c)
-        some = list(first.values())[:places]
+        some = first_of_each(ones, _first_place, places)
         at_work = [replace(data, states=states_of_fit(data, c), places=(c.law.terms[0].place,)) for c in some]
         ones = _merge(ones, _fit_all(data, [(s, distinct_families(single_term_laws(s), FORMS)) for s in at_work]))
     g, u = data.projector, latent.inputs(data.design.grid)
@@ -110,15 +111,11 @@ def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
 
 
 def _best_of_one_term(laws: Sequence[ClosedLoopFit]) -> ClosedLoopFit:
-    """The first of ``laws`` with one term."""
     return next(c for c in laws if len(c.law.terms) == 1)
 
 
-def steady_changes(data: SearchData) -> list[ScoredLaw]:
-    """A steady change of the tension and of each stiffness, without a score: to first order a large one looks like
-    something else. Other forms are then tried at its place, with the states that it makes."""
-    places = [place for place in data.places if place.relative and not place.is_stretch]
-    return [ScoredLaw(Law((Term(place, Form("none")),)), 0.0, 0.0) for place in places]
+def _first_place(c: ClosedLoopFit) -> str:
+    return c.law.terms[0].place.name
 
 
 def laws_with_both_slopes(data: SearchData, ones: Sequence[ClosedLoopFit]) -> list[ClosedLoopFit]:
@@ -127,12 +124,8 @@ def laws_with_both_slopes(data: SearchData, ones: Sequence[ClosedLoopFit]) -> li
     What acts beyond a knee only has no slope below, and what saturates none above. Such a law lacks nothing that a
     second term beside it would bring: with the slope of one side free, the other is another too.
     """
-    first: dict[str, ClosedLoopFit] = {}
-    for c in ones:
-        if c.law.terms[0].form.shape in WITH_KNEE:
-            first.setdefault(c.law.terms[0].place.name, c)
-    found = []
-    for c in list(first.values())[:WITH_SLOPES]:  # a straight law and one that saturates
+    bending, found = (c for c in ones if c.law.terms[0].form.shape in WITH_KNEE), []
+    for c in first_of_each(bending, _first_place, WITH_SLOPES):  # a straight law and one that saturates
         term, size = c.law.terms[0], float(c.sizes[0])
         straight = replace(term.form, shape="linear", knee=None)
         law = Law(tuple(replace(term, form=f) for f in (straight, replace(term.form, shape="saturation"))))
@@ -409,10 +402,8 @@ class MarchTrials:
 
     def fit(self, laws: Sequence[ScoredLaw]) -> None:
         """Fit laws there that have not been."""
-        new: dict[tuple, ScoredLaw] = {}
-        for s in laws:
-            new.setdefault(_key(s.law), s)
-        new = {key: s for key, s in new.items() if key not in self.tried}
+        firsts = first_of_each(laws, lambda s: _key(s.law))
+        new = {_key(s.law): s for s in firsts if _key(s.law) not in self.tried}
         # side by side: compiling, loading and marching a few rows leave a core idle
         made = map_in_threads(lambda s: fit_law_in_march(self.data, s), new.values())
         self.tried |= dict(zip(new, made, strict=True))
@@ -488,11 +479,9 @@ def best_in_march(
 
 def laws_elsewhere(near: Sequence[CloseLaw], won: MarchFit) -> list[ScoredLaw]:
     """The closest laws at other places, one of each."""
-    first: dict[frozenset[str], ScoredLaw] = {}
-    for c in near:
-        first.setdefault(law_places(c.scored.law), c.scored)
-    first.pop(law_places(won.scored.law), None)
-    return list(first.values())[:ELSEWHERE]
+    own = law_places(won.scored.law)
+    elsewhere = (c.scored for c in near if law_places(c.scored.law) != own)
+    return first_of_each(elsewhere, lambda scored: law_places(scored.law), ELSEWHERE)
 
 
 def laws_of_the_encoder(choice: LawChoice, likeliest: LatentInput) -> list[ScoredLaw]:

@@ -7,7 +7,8 @@ import numpy as np
 
 from belt_sim.diagnosis.describe import label
 from belt_sim.diagnosis.errors import errors_of
-from belt_sim.discovery.search_data import LatentInput, SearchData, course_travel, form_values, variable
+from belt_sim.discovery.linear_search import first_of_each
+from belt_sim.discovery.search_data import SearchData, course_travel, form_values, variable
 from belt_sim.discovery.selection import FEWEST, Estimates, LawChoice, MarchFit, SearchOutcome
 from belt_sim.effects.law import ONE_SIDED, SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Form, Law, Term, number_name
 from belt_sim.effects.load import save_effects
@@ -152,13 +153,8 @@ def looks_like(data: SearchData, law: Law, numbers: Estimates) -> str:
             when = "it warms up or settles"
         return f"{_part_of_machine(kind)}: {when}"
     if kind == "sensor":
-        return (
-            "a sensor that answers late"
-            if v == "reading_rate"
-            else "a sensor that sticks"
-            if shape == "stick"
-            else "a sensor whose scale is not straight"
-        )
+        fault = "that sticks" if shape == "stick" else "whose scale is not straight"
+        return f"a sensor {'that answers late' if v == 'reading_rate' else fault}"
     if v == "beta":
         return "creep or play of the yaw drive"
     if v == "y":
@@ -235,22 +231,17 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, wo
 
 def _place_and_terms(data: SearchData, made: MarchFit) -> str:
     law, numbers = made.scored.law, made.estimates()
-    if law.terms[0].place.is_stretch and len(law.terms) == 1:
-        return f"A stretch of the belt {_as_belt(data, law.terms[0], numbers)}: {formula(law, numbers)}"
+    if law.terms[0].place.is_stretch and len(law.terms) == 1:  # it differs as so much more or less belt would
+        (size, u, _), length = numbers["size"], float(data.bench.samples.cases.rig.span_length)
+        more = "more" if size < 0.0 else "less"
+        does = "twists" if law.terms[0].place.relative == "torsion" else "bends"
+        so = f"as with {words.with_u(length * abs(size), length * u, 'm')} {more} of belt in it"
+        return f"A stretch of the belt {does} {more} easily, {so}: {formula(law, numbers)}"
     of_stiffness = law.terms[0].place.kind in STIFFNESS and not law.terms[0].place.is_stretch
     if len({t.place.name for t in law.terms}) == 1 and of_stiffness:
         how = _by_how_much(data, law, numbers)
         return f"The {law.terms[0].place.words} is {how}: relative change {formula(law, numbers)}"
     return f"The {place_words(law)} lacks {formula(law, numbers)}"
-
-
-def _as_belt(data: SearchData, term: Term, numbers: Estimates) -> str:
-    """How a stretch of another stiffness differs, as so much more or less belt would."""
-    size, u, _ = numbers["size"]
-    length = float(data.bench.samples.cases.rig.span_length)
-    more = "more" if size < 0.0 else "less"
-    does = "twists" if term.place.relative == "torsion" else "bends"
-    return f"{does} {more} easily, as with {words.with_u(length * abs(size), length * u, 'm')} {more} of belt in it"
 
 
 def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
@@ -357,14 +348,14 @@ def limits_of_law(found: SearchOutcome) -> tuple[str, ...]:
     said = []
     if len(samples.runs) < FEWEST:
         said.append(f"fewer than {FEWEST} runs: no law is guessed; repeat the run, and run another tension and yaw")
-    if len({r.tension for r in samples.runs}) == 1:
-        said.append("one tension was run: how the unknown depends on tension cannot be known")
-    if len({np.sign(r.yaw or r.yaw_head) for r in samples.runs}) == 1:
-        said.append("one sign of yaw was run: whether the unknown is odd or even in yaw cannot be known")
-    if len({abs(r.yaw or r.yaw_head) for r in samples.runs}) == 1:
-        said.append("one size of yaw was run: powers of the yaw cannot be told apart")
-    if len({r.speed for r in samples.runs}) == 1:
-        said.append("one speed was run: travel cannot be told from time")
+    yaws = [r.yaw or r.yaw_head for r in samples.runs]
+    alike = {
+        "one tension was run: how the unknown depends on tension cannot be known": {r.tension for r in samples.runs},
+        "one sign of yaw was run: whether the unknown is odd or even in yaw cannot be known": {*map(np.sign, yaws)},
+        "one size of yaw was run: powers of the yaw cannot be told apart": {*map(abs, yaws)},
+        "one speed was run: travel cannot be told from time": {r.speed for r in samples.runs},
+    }
+    said += [text for text, values in alike.items() if len(values) == 1]
     if sum(s.kind == "lateral" for s in samples.signals) == 1:
         said.append("one sensor: an error of it cannot be told from a movement of the belt")
     acts = () if found.choice is None else found.best.scored.law.terms if found.best else (found.latent,)
@@ -374,12 +365,10 @@ def limits_of_law(found: SearchOutcome) -> tuple[str, ...]:
 
 
 def _places(found: SearchOutcome) -> tuple[PlaceEvidence, ...]:
-    best: dict[str, LatentInput] = {}
-    for c in sorted((*found.latent_inputs, *([found.latent] if found.best else [])), key=lambda c: -c.gain):
-        best.setdefault(c.place.name, c)
+    ranked = sorted((*found.latent_inputs, *([found.latent] if found.best else [])), key=lambda c: -c.gain)
     return tuple(
         PlaceEvidence(place=c.place.name, words=c.place.words, pool=c.pool, gain=c.gain, length=float(c.length))
-        for c in best.values()
+        for c in first_of_each(ranked, lambda c: c.place.name)
     )
 
 
