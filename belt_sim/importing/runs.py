@@ -297,15 +297,9 @@ def _assemble(
         is_day = seconds >= 2.0 * DAY
         started = moment.isoformat(timespec="seconds") + zone if is_day else moment.time().isoformat("seconds")
     timed = {} if way.time is None else {TIME: way.time}
-    return AssembledRun(
-        key=block.name,
-        entry=entry,
-        record=pd.DataFrame(timed | signals, index=way.travel),
-        settings=known,
-        file=block.file.name,
-        started=started,
-        notes=tuple(notes),
-    )
+    record, file = pd.DataFrame(timed | signals, index=way.travel), block.file.name
+    own: dict[str, Any] = {"key": block.name, "entry": entry, "record": record, "settings": known}
+    return AssembledRun(**own, file=file, started=started, notes=tuple(notes))
 
 
 # ---- how far the belt has travelled: as logged, or from time and speed
@@ -678,16 +672,15 @@ def runs_on_one_grid(
 
 def _run(made: AssembledRun) -> Run:
     """The run of settings that are known, each checked against its range, without its record."""
-    values: dict[str, Any] = {k: s.value for k, s in made.settings.items()}
-    for key, value in values.items():
+    for key, setting in made.settings.items():
         bounds = RANGES[key]
-        if np.isfinite(value) and not bounds.holds(value):
-            shown, source = value / UNITS[bounds.unit][1], made.settings[key].source
-            remedy = f"must be {bounds.low:g} to {bounds.high:g} {bounds.unit}; it came from {source}"
-            raise InputError(f"runs.{made.key}.{key}", f"{shown:.6g}", bounds.unit, remedy)
-    entry, unknown = made.entry, {"tension": np.nan, "yaw": np.nan}
-    name, use = entry.name or made.key, entry.use or "fit"
-    return Run(name=name, repeat_of=entry.repeat_of, use=use, started=made.started, **unknown | values)
+        if np.isfinite(setting.value) and not bounds.holds(setting.value):
+            shown = f"{setting.value / UNITS[bounds.unit][1]:.6g}"
+            remedy = f"must be {bounds.low:g} to {bounds.high:g} {bounds.unit}; it came from {setting.source}"
+            raise InputError(f"runs.{made.key}.{key}", shown, bounds.unit, remedy)
+    values: dict[str, Any] = {"tension": np.nan, "yaw": np.nan} | {k: s.value for k, s in made.settings.items()}
+    values |= {"name": made.entry.name or made.key, "use": made.entry.use or "fit"}
+    return Run(repeat_of=made.entry.repeat_of, started=made.started, **values)
 
 
 def _step_for(records: list[pd.DataFrame]) -> float:
@@ -709,8 +702,8 @@ def _resample(record: pd.DataFrame, step: float) -> pd.DataFrame:
     """Averages over bins of ``step`` [m] about its multiples; with step 0 only rows of one travel fall together."""
     travel = record.index.to_numpy()
     means = record.groupby(np.rint(travel / step) * step if step > 0.0 else travel).mean()
-    hardly_begun = step > 0.0 and len(means) > 2 and travel[-1] < means.index[-1] - 0.25 * step
     means.index = np.round(means.index, 9)
+    hardly_begun = step > 0.0 and len(means) > 2 and travel[-1] < means.index[-1] - 0.25 * step
     return means.iloc[:-1] if hardly_begun else means
 
 
@@ -770,13 +763,11 @@ def _mark_repeats(runs: list[Run], stated: list[bool]) -> list[Run]:
 
 def _cut_repeats(runs: list[Run], records: list[pd.DataFrame]) -> list[pd.DataFrame]:
     """Records of the runs; repeats cut to the shortest of them, where they differ by little, so that they compare."""
-    series = defaultdict[str, list[int]](list)
+    series, out = defaultdict[str, list[int]](list), list(records)
     for k, run in enumerate(runs):
         series[run.repeat_of or run.name].append(k)
-    out = list(records)
     for alike in series.values():
-        lengths = [len(records[k]) for k in alike]
-        if max(lengths) - min(lengths) <= ALIKE * max(lengths):
-            for k in alike:
-                out[k] = records[k].iloc[: min(lengths)]
+        shortest, longest = (pick(len(records[k]) for k in alike) for pick in (min, max))
+        for k in alike if longest - shortest <= ALIKE * longest else ():
+            out[k] = records[k].iloc[:shortest]
     return out
