@@ -122,8 +122,7 @@ DEFAULT_LENGTH = 3.0  # [m], where nothing tells
 LENGTHS = np.exp(np.linspace(np.log(0.3), np.log(20.0), 40))  # [m]
 
 
-@dataclass(frozen=True, kw_only=True)
-class NoiseRead:
+class NoiseRead(NamedTuple):
     """What was read off one signal: white, wander, zero [SI], wander length [m], each with where it comes from.
 
     by_run: white noise [SI] of every run that has the signal.
@@ -209,16 +208,8 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
     if len(apart) > 1:
         zero = max(float(np.sqrt(np.mean(np.square(apart)))), zero)
         zero_from = f"where {len(apart)} repeats begin"
-    return NoiseRead(
-        white=white,
-        wander=wander,
-        length=length,
-        zero=zero,
-        white_from=f"the scatter from sample to sample in {len(own)} run{'s' if len(own) != 1 else ''}",
-        wander_from=source,
-        zero_from=zero_from,
-        by_run=by_run,
-    )
+    white_from = f"the scatter from sample to sample in {len(own)} run{'s' if len(own) != 1 else ''}"
+    return NoiseRead(white, wander, length, zero, white_from, source, zero_from, by_run)
 
 
 def _pairs(runs: list[Run], records: dict[str, Trace]) -> list[Trace]:

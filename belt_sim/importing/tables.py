@@ -450,11 +450,8 @@ def _layout_with(separator: str, decimal: str, rows: Sequence[Sequence[str]]) ->
     first = next(k for k in of_data if len(rows[k]) == width)
     header, names, units = _head(rows[:first], width, decimal)
     counts = [rows[k][0].strip(' "') for k in of_data if len(rows[k]) == width]
-    if (
-        header
-        and len(rows[header - 1]) == width - 1
-        and counts in ([str(k + n) for k in range(len(counts))] for n in (0, 1))
-    ):
+    counted = any(counts == [str(k + n) for k in range(len(counts))] for n in (0, 1))
+    if header and counted and len(rows[header - 1]) == width - 1:
         names = ("row", *names[:-1])  # its rows are counted in a column without a name
     cells = [c for row in rows if len(row) == width for c in row if c.strip()]
     share = count_readings(cells, decimal) / len(cells)
@@ -553,15 +550,9 @@ def _table(
                 remarks.append(f"{column.name}: {text}; format: {{missing: []}} would keep it")
             column = replace(column, values=np.where(mask, np.nan, column.values))
         columns.append(column)
-    starts = np.searchsorted(numbers, again)
-    return LoggedTable(
-        name=file.stem,
-        file=file,
-        columns=tuple(columns),
-        lines=numbers,
-        starts=tuple(int(k) for k in starts if 0 < k < len(numbers)),
-        notes=tuple(Note(f"{file.name}{part}", what) for what in (f"{remark}{len(kept)} rows", *remarks)),
-    )
+    starts = tuple(int(k) for k in np.searchsorted(numbers, again) if 0 < k < len(numbers))
+    notes = tuple(Note(f"{file.name}{part}", what) for what in (f"{remark}{len(kept)} rows", *remarks))
+    return LoggedTable(name=file.stem, file=file, columns=tuple(columns), lines=numbers, starts=starts, notes=notes)
 
 
 def _rows(file: str, lines: list[str], layout: Layout) -> tuple[list[str], np.ndarray, list[int], list[str]]:
@@ -596,9 +587,8 @@ def _rows(file: str, lines: list[str], layout: Layout) -> tuple[list[str], np.nd
         remarks.append(f"line {number} is cut short and was left out")
         del kept[number]
     if again:
-        remarks.append(
-            f"the header stands there again in line {shortlist(again)}; what follows counts as a run of its own"
-        )
+        stands = f"the header stands there again in line {shortlist(again)}"
+        remarks.append(f"{stands}; what follows counts as a run of its own")
     if not kept:
         raise refusal(file, "has a header but no rows of numbers; export the log again")
     return [*kept.values()], np.array([*kept]), again, remarks
