@@ -129,12 +129,12 @@ def test_killed_outright_it_goes_on_where_it_was(tmp_path):
     settings = ["source=small_challenge:draw", "ablation=small_challenge:slow_oracle", "bootstraps=100"]
     settings += [f"count={COUNT}", "workers=1", "baselines=false", f"folder={tmp_path}"]
     command = [sys.executable, "-m", "studies.challenge", *settings]
-    paths = os.pathsep.join([str(ROOT), str(Path(__file__).parent)])
+    paths = os.pathsep.join([str(ROOT), str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
     run = subprocess.Popen(command, env=os.environ | {"PYTHONPATH": paths}, cwd=tmp_path, stdout=subprocess.DEVNULL)
     first, began = tmp_path / "results" / "0.json", time.monotonic()
-    while not first.exists() and time.monotonic() - began < DEADLINE:
+    while not first.exists() and run.poll() is None and time.monotonic() - began < DEADLINE:
         time.sleep(0.05)
-    os.kill(run.pid, signal.SIGKILL)
+    run.send_signal(signal.SIGKILL)
     run.wait()
     kept, there = first.stat().st_mtime_ns, len(results(tmp_path))
     assert 1 <= there < COUNT
