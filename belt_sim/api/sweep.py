@@ -53,7 +53,7 @@ GROUPS = {
 SPACINGS = ("even", "ratio")
 POINTS = (1, 2, 3, 4)
 CHUNK = 250  # cases marched side by side in one thread; their state stays in a core's cache
-PART = 16384  # cases between two reports of progress
+PART = 4  # chunks a thread between two reports of progress
 MOST = 10**7  # cases
 PLACES = (1.0, 10.0)  # [m] of travel
 
@@ -128,8 +128,9 @@ def sweep(
         one = model_of(model_settings(spec) if isinstance(spec, Mapping) else spec)
         marched = isinstance(one, AnalyticModel) or travel is None
         work = grid.marches(one, at, threads) if marched else partial(grid.runs, one, engine)
-        for start in range(0, len(rows), PART):
-            part = rows[start : start + PART]
+        size = PART * CHUNK * threads if marched else 1
+        for start in range(0, len(rows), size):
+            part = rows[start : start + size]
             for column, numbers in work(values[part]).items():
                 told.setdefault(column, np.full(count, np.nan))[part] = numbers
             tell(len(part) / count)
@@ -236,6 +237,8 @@ class SweepGrid:
             plan = (*plans[0][:2], max(p[2] for p in plans))
             task = replace(task, travel=float(travel), at=_places(at, travel), plan=plan)
 
+        compiled: list[bool] = []
+
         def work(values: np.ndarray) -> dict[str, np.ndarray]:
             number, chunk = len(values), min(CHUNK, len(values))
             found = np.empty((number, len(task.columns)))
@@ -245,8 +248,11 @@ class SweepGrid:
                 rows = np.asarray(_rows(self.case, self.effects, some, task=task))
                 found[start : start + chunk] = rows[: number - start]
 
-            compute(0)  # compiles, before there are several threads
-            map_in_threads(compute, range(chunk, number, chunk), threads)
+            begin = 0 if compiled else chunk
+            if begin:  # it compiles, before there are several threads
+                compute(0)
+                compiled.append(True)
+            map_in_threads(compute, range(begin, number, chunk), threads)
             return dict(zip(task.columns, found.T, strict=True))
 
         return work
