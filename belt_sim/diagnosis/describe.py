@@ -278,10 +278,10 @@ def _sentence(d: Findings) -> str:
 
 def _reservations(d: Findings, error: Errors) -> str:
     """Why the effects that are named are not sure, or their sizes not reliable."""
-    said = [
-        f" Without run {run}, which differs from its repeats, {name} would not be named: measure that run again."
-        for name, run in d.rests_on.items()
-    ]
+    said, by_run = [], {run: [n for n in d.named.ids if d.rests_on.get(n) == run] for run in d.rests_on.values()}
+    for run, names in by_run.items():
+        rest = f"{join_words(sorted(names))} would not be named: measure that run again."
+        said.append(f" Without run {run}, which differs from its repeats, {rest}")
     own = error.own
     if d.named.ids and own is not None and own.after > max(own.before, own.floor):
         said.append(f" The error on unseen runs rises with {join_words(d.named.ids)}: take no size from these numbers.")
