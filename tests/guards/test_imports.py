@@ -81,7 +81,7 @@ def test_every_module_loads_where_posix_is_not_and_changes_nothing_global(tmp_pa
 def test_signs_that_a_pipe_cannot_write_end_no_command(monkeypatch):
     narrow = io.TextIOWrapper(io.BytesIO(), encoding="cp1252")
     monkeypatch.setattr(sys, "stdout", narrow)
-    monkeypatch.setattr(cli, "run", lambda arguments: print("σ → 1·10⁻⁵ mm²"))
+    monkeypatch.setattr(cli, "run_command", lambda arguments: print("σ → 1·10⁻⁵ mm²"))
     with pytest.raises(SystemExit):
         cli.main()
     assert narrow.buffer.getvalue().decode("cp1252").split() == ["?", "?", "1·10??", "mm²"]
