@@ -117,11 +117,13 @@ In {campaigns} further campaigns the measurement comes from a belt in three dime
 it. The machine is short.
 
 {conclusion}"""
+SET = 100_000  # seeds of one set of changed spans
 _PAGE_PLANTS = """## As plants measure
 
 Running belts, repeats that disagree, wrong sheets (`python -m studies.challenge source=plant first_seed={first}
 count={many}`): told, tied or rightly silent in {told}; sure and wrong in {sure}.
-Changed spans there (`source=plant_span`): place right in {place}, look-alikes named in {alike}."""
+Changed spans there (`source=plant_span first_seed={newest}`): place right or told as alike in {place},
+where one was told in {of_told}; look-alikes named in {alike}."""
 _INTRO = """# How often the diagnosis is right: the record
 
 Written by `python -m studies.challenge count=0 publish=docs` from the files in `studies/challenge/stored`; do not edit.
@@ -288,7 +290,7 @@ def write_page(top: Path, stored: Sequence[StoredScores]) -> Path:
         span=in_span if span else "",
         space=in_space,
         plants=_of_plants(_own(plants)) if plants else "",
-        spans_sure=next((b.true for b in reliability(_changed_spans(stored)) if b.high == 1.0), "none"),
+        spans_sure=next((count_text(b.true) for b in reliability(_changed_spans(stored)) if b.high == 1.0), "none"),
     )
     return write_text(top / "how_often_right.md", re.sub("\n{3,}", "\n\n", text))
 
@@ -307,12 +309,16 @@ def _of_plants(cases: Sequence[ScoredCase]) -> str:
     """The section of campaigns as plants measure, and of changed spans on such plans."""
     span, own = ([f for f in cases if (f.source == PLANTS[1]) is whether] for whether in (True, False))
     seeds = [f.seed for f in own]
+    newest = max((f.seed for f in span), default=0) // SET * SET  # the set of the newest version only
+    span = [f for f in span if f.seed >= newest]
     return _PAGE_PLANTS.format(
         first=min(seeds),
         many=len(seeds),
         told=with_interval([f.right or (bool(f.hidden) and set(f.hidden) <= f.answer_set) for f in own]),
         sure=with_interval([confidently_wrong(f) for f in own]),
+        newest=newest,
         place=with_interval([bool(f.place) for f in span]),
+        of_told=with_interval([bool(f.place) for f in span if f.place is not None]),
         alike=with_interval([f.outcome == "lookalike" for f in span]),
     )
 
