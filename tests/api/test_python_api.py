@@ -218,7 +218,7 @@ def test_a_diagnosis_shows_itself():
     html = d._repr_html_()
     assert all(c.id in html for c in d.ranking)
     assert "7 N/mm², unseen" in html
-    assert "&gt;" in html  # what is no tag is escaped
+    assert "a &lt; b" in replace(d, sentence="a < b")._repr_html_()  # what is no tag is escaped
     table = d.to_pandas()
     assert table["id"].tolist() == [c.id for c in d.ranking]
     grid = pytest.importorskip("xarray") and d.to_xarray()
