@@ -61,6 +61,10 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
     marked = [part for c in (*rivals, *certain) for part in c["parts"]]
     if not marked and found and found.law is not None:
         marked = [part for word, part in PLACE_PARTS.items() if word in found.law.place]
+    marks: dict[tuple[float, str], list[str]] = {}  # explanations that act at one place of a span
+    for number, c in [*enumerate(rivals, start=1), *(("", c) for c in certain)]:
+        for share, place in c["marks"]:
+            marks.setdefault((round(share, 3), place), []).append(str(number))
     nowhere = d.where.sentence.startswith("Nowhere")  # no single run, signal and stretch is beyond its uncertainty
     together = "No single stretch is beyond its uncertainty: only all runs together show the misfit. "
     together = together if nowhere and d.verdict is not Verdict.ADEQUATE else ""
@@ -74,11 +78,7 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
         rivals=rivals,
         many=words.count(len(rivals)),
         marked=list(dict.fromkeys(marked)),
-        marks=[
-            (share, number, place)
-            for number, c in [*enumerate(rivals, start=1), *(("", c) for c in certain)]
-            for share, place in c["marks"]
-        ],
+        marks=[(share, ", ".join(filter(None, numbers)), place) for (share, place), numbers in marks.items()],
         spots=numbered_spots(rivals),
         measured="simulated measurement" if d.campaign.source == "synthetic" else "measured",
         pictures=pictures or {},
