@@ -347,8 +347,7 @@ class Recorder:
         travel, every = float(read[TRAVEL]), self.scene.options.frame
         if not self.observers or not (travel >= self.next_frame or (last and travel > self.last_frame)):
             return
-        self.last_frame = travel
-        self.next_frame += every * math.ceil((travel - self.next_frame + 1e-12) / every)
+        self.last_frame, self.next_frame = travel, travel + every
         scene, tail_x, nodes = self.scene, float(read[TAIL_X]), self.scene.mesh.rest + slides
         centre, half = nodes.mean(axis=1), nodes[:, 0] - nodes.mean(axis=1)
         if scene.mesh.lines > 1:  # the real belt's edges at +b/2 and -b/2, drawn out from the model's lines
