@@ -398,7 +398,7 @@ def _fit_notes(bench: Workbench, found: Fit, names: Sequence[str], scales: np.nd
         sums = []
         for weights in group.sums:
             first = int(np.flatnonzero(weights == 1.0)[0])
-            parts = [(k, weights[k] * shop[first] / shop[k]) for k in np.flatnonzero(weights) if k != first]
+            parts = [(k, weights[k] * shop[first] / shop[k]) for k in np.flatnonzero(weights).tolist() if k != first]
             terms = "".join(f" {'+' if w > 0.0 else '−'} {words.number(abs(w))}·{names[k]}" for k, w in parts)
             value, u = weights @ found.vector[found.free], np.linalg.norm(weights @ root)
             shown = words.with_u(value * shop[first], u * shop[first], units[names[first]][1])
@@ -449,13 +449,13 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
     found = bench.fit([bench.start(ids, vector, free)])[0]
     bench = bench.moved_to(found.vector)
     found = bench.fit([bench.start(ids, found.vector, free)])[0]
-    slots = [bench.forward.slots[k] for k in found.free]
-    names = [f"{s.effect.id}.{s.name}" for s in slots]
+    fitted = [bench.forward.slots[k] for k in found.free]
+    names = [f"{s.effect.id}.{s.name}" for s in fitted]
     still = [name for name, column in zip(names, found.columns, strict=True) if not column.any()]
     if still:
         raise InputError(still[0], 0, "", "moves no reading where the search starts; start elsewhere")
     left_out = [f"{', '.join(unseen)}: no reading of this campaign shows it; not fitted"] if unseen else []
-    scales = np.array([s.scale for s in slots])
+    scales = np.array([s.scale for s in fitted])
     covariance = found.covariance * np.outer(scales, scales)
     degrees = int(seen.sum()) - len(names)
     lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]

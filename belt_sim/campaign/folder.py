@@ -303,13 +303,14 @@ def read_signals(
 
 def _rows_of_runs(table: CsvTable, runs: Mapping[str, Run] | None) -> dict[str, np.ndarray]:
     """Return the row indices of each run in file order; each unknown run is one problem."""
-    names = np.array(table.columns["run"], dtype=object)
-    found = {name: np.flatnonzero(names == name) for name in dict.fromkeys(names)}
-    for name in found if runs is not None else ():
-        if name not in runs:
+    found: dict[str, list[int]] = {}
+    for row, name in enumerate(table.columns["run"]):
+        found.setdefault(name, []).append(row)
+    for name, rows in found.items():
+        if runs is not None and name not in runs:
             remedy = "is blank; name the run" if not name else f"not in runs.csv; {did_you_mean(name, runs)}"
-            table.refuse(int(found[name][0]), "run", name or None, "", remedy)
-    return found
+            table.refuse(rows[0], "run", name or None, "", remedy)
+    return {name: np.array(rows) for name, rows in found.items()}
 
 
 def read_steady(text: str, runs: Mapping[str, Run] | None, problems: list[Problem]) -> tuple[SteadyRate, ...]:

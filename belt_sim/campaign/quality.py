@@ -117,8 +117,8 @@ def records_of(campaign: Campaign) -> list[Record]:
 
     def record(run: Run, name: str, readings: np.ndarray) -> Record:
         rows = np.flatnonzero(np.isfinite(readings))
-        common = {"run": run, "sheet": sheets[name], "rows": rows}
-        return Record(**common, travel=run.travel[rows] - run.yaw_at, readings=readings[rows])
+        travel = run.travel[rows] - run.yaw_at
+        return Record(run=run, sheet=sheets[name], rows=rows, travel=travel, readings=readings[rows])
 
     return [record(run, *signal) for run in campaign.runs for signal in run.signals.items()]
 

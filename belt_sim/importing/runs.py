@@ -527,9 +527,9 @@ def yaw_settings(block: LoggedTable, travel: np.ndarray, known: Settings) -> Set
                 raise block.refuse(there[0], key, float(before / DEGREE), "deg", remedy)
             part = (y - before) / (level - before)
             at, begun = int(there[step]), int(there[max(step - 1, 0)])
-            ends = np.flatnonzero(part[: step + 1] < 0.1), step + np.flatnonzero(part[step:] > 0.9)
-            if len(ends[0]) and len(ends[1]):
-                begun, at = int(there[ends[0][-1]]), int(there[ends[1][0]])
+            low, high = np.flatnonzero(part[: step + 1] < 0.1), step + np.flatnonzero(part[step:] > 0.9)
+            if len(low) and len(high):
+                begun, at = int(there[low[-1]]), int(there[high[0]])
         found[key] = Setting(round_digits(level, DIGITS), "its column")
         if at and "yaw_at" not in known | found:
             earlier, later = travel[begun], travel[at]
@@ -646,16 +646,17 @@ def runs_on_one_grid(
         pairs = zip(records, off, strict=True)
         records = [r.assign(**{n: np.round(r[n] - y, DECIMALS) for n, y in starts.items()}) for r, starts in pairs]
         of_signal = {n: [1e3 * starts[n] for starts in off if n in starts] for starts in off for n in starts}
-        told = [f"{n} {min(x):.4g} to {max(x):.4g}" for n, x in of_signal.items() if max(map(abs, x)) > 1e-3]
-        if told:
-            text = f"readings count from where each point was at the yaw; taken off: {', '.join(told)} (mm or mrad)"
+        off_by = [f"{n} {min(x):.4g} to {max(x):.4g}" for n, x in of_signal.items() if max(map(abs, x)) > 1e-3]
+        if off_by:
+            text = f"readings count from where each point was at the yaw; taken off: {', '.join(off_by)} (mm or mrad)"
             more = "" if middles else "; middle: 150 mm of a column, its reading with the belt in the middle, keeps y0"
             notes.append(Note("", text + more))
     out, stood = [], []
     for run, record, starts in zip(runs, records, off, strict=True):
         if run.y0 is None and (known := middles.keys() & starts):
-            run = replace(run, y0=round_digits(float(np.mean([starts[n] - middles[n] for n in known])), DIGITS))
-            stood.append(1e3 * run.y0)
+            y0 = round_digits(float(np.mean([starts[n] - middles[n] for n in known])), DIGITS)
+            run = replace(run, y0=y0)
+            stood.append(1e3 * y0)
         time = record[TIME].to_numpy() if TIME in record else None
         signals = {n: record[n].to_numpy() for n in starts}
         way, yaw_at = record.index.to_numpy() + run.counted_from, run.yaw_at + run.counted_from

@@ -372,7 +372,7 @@ def plan_for(tensions: list[float], yaw: float, speed: float) -> list[PlannedRun
     """Runs at tensions [N/mm2], either sign of a yaw [deg], and what tells look-alikes apart; most telling first."""
     low, middle, high = tensions[0], tensions[(len(tensions) - 1) // 2], tensions[-1]
     rows: list[tuple[str, float, float, dict[str, Any]]] = []  # what it is good for, N/mm2, degrees, other settings
-    names = {}
+    names: dict[tuple[float, int], str] = {}
     for tension in tensions:
         what = "tight: pulleys, yaw, sensors" if tension == high else "between"
         rows.append((f"one sign of yaw, {'slack: sag, camber, weight' if tension == low else what}", tension, -yaw, {}))
