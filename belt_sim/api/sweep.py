@@ -171,7 +171,7 @@ class SweepGrid:
 
             def is_strip(t: float, one: Case = one) -> bool:
                 tight = replace(one, settings=replace(one.settings, tension=t))
-                return by_tension(model, [tight], ids)["name"] == "strip"
+                return bool(by_tension(model, [tight], ids)["name"] == "strip")
 
             rows = kind.ravel() == k
             tensions = np.unique(tension[rows])
@@ -210,11 +210,12 @@ class SweepGrid:
                 said[limit.id] = limit.load, f"{warning(one.name, [limit])} (at the ends of what varies)"
         width, face = table.get("belt_width", float(self.case.belt.width)), self.case.rig.face_width
         half = 1e3 * (width / 2.0 if face is None else np.maximum((face - width) / 2.0, 1e-3))
-        left = []
-        for name, there, words in (
+        left: list[str] = []
+        kinds: Any = (
             ("slackest_edge_n_per_mm2", lambda x: x < 0.0, "a belt edge goes slack"),
             ("largest_y_mm", lambda x: ~(x <= half), "the belt leaves its pulleys"),
-        ):
+        )
+        for name, there, words in kinds:
             if name in table and (n := int(there(table[name]).sum())):
                 left.append(f"in {n} of {len(table)} cases {words}, effects included")
         return [sentence for _, sentence in sorted(said.values(), reverse=True)] + left
@@ -222,7 +223,7 @@ class SweepGrid:
     def marches(self, model: Any, at: Any, threads: int) -> Callable[[np.ndarray], dict[str, np.ndarray]]:
         """The function from values (cases, axes) [SI] to columns, by marches side by side; raises InputError."""
         travel = self.plain["travel"]
-        chosen = fitted_model(model) if travel is not None else closed_form_model(model)
+        chosen: Any = fitted_model(model) if travel is not None else closed_form_model(model)
         if getattr(chosen, "keep", KEEP) != KEEP:
             raise InputError("model.keep", chosen.keep, "m", "a table keeps no curves; leave it out")
         chosen.admit(self.effects) if self.effects else None

@@ -175,7 +175,8 @@ def job_view(session: Session) -> None:
 async def _zip(session: Session, folder: Path) -> None:
     """All files of a folder, as a download."""
     beside = str(session.folder / folder.name)
-    ui.download.file(await run.io_bound(shutil.make_archive, beside, "zip", folder.parent, folder.name))
+    packed: Any = await run.io_bound(shutil.make_archive, beside, "zip", folder.parent, folder.name)
+    ui.download.file(packed)
 
 
 def _show_diagnosis(session: Session, report: str, content: Any) -> None:
@@ -225,6 +226,7 @@ def answer_field(
     stands = now.draft.setdefault(place, value or proposed)
     name = ".".join("".join(c if c.isalnum() or c == "_" else "_" for c in key) for key in place)
     keep: Any = {"value": stands, "label": label, "on_change": lambda e: now.draft.__setitem__(place, e.value)}
+    made: Any
     if options is None:
         made = ui.input(placeholder=example, **keep).props(f"outlined hide-bottom-space aria-label='{name}'")
     else:  # an answer that is none of the options is one more
@@ -250,9 +252,9 @@ def import_view(session: Session) -> None:
             for q in (q for q in now.questions if q.path[-1] != "at"):  # places have their sketch
                 with box():
                     ui.label(q.text[:1].upper() + q.text[1:])
-                    options = {"": "choose"} | {o: o for o in q.options} if q.options else None
-                    more = {"example": f"e.g. {q.example}", "proposed": "" if q.options else q.proposed}
-                    answer_field(now, q.path, now.answers.get(q.path, ""), options, **more)
+                    answers = {"": "choose"} | {o: o for o in q.options} if q.options else None
+                    more: Any = {"example": f"e.g. {q.example}", "proposed": "" if q.options else q.proposed}
+                    answer_field(now, q.path, now.answers.get(q.path, ""), answers, **more)
         if now.runs:
             with box("scroll"), box("grid", "runs"):
                 for head in ("run", *OF_RUN):

@@ -163,7 +163,7 @@ class View:
 
     async def simulate(self, case: Case, model: str) -> Any:
         """Compute beside the page; what takes long, as one being compiled for the first time, is seen to go on."""
-        asked = {"model": model, "effects": self.acting(model), "travel": self.travel}
+        asked: dict[str, Any] = {"model": model, "effects": self.acting(model), "travel": self.travel}
         work = asyncio.ensure_future(run.io_bound(simulate_one, case, **asked))
         await asyncio.wait({work}, timeout=LONG)
         self.places["busy"].set_visibility(not work.done())
@@ -242,6 +242,7 @@ def _answers(view: View) -> None:
     """The cards of the answer, to be filled, with its downloads."""
 
     async def picture() -> None:
+        assert view.shown is not None
         with TemporaryDirectory() as folder:
             await run.io_bound(plot, view.shown, f"{folder}/belt.png")
             ui.download.content(Path(folder, "belt.png").read_bytes(), "belt.png")

@@ -444,7 +444,8 @@ def _tabulate(config: DictConfig, folder: Path, cases: Sequence[Mapping[str, Any
     from belt_sim.api.plot import numbers_first
     from belt_sim.show.curves import draw_sweep, read_run, record_sweep
 
-    rows, there = [], []
+    rows: list[dict[str, Any]] = []
+    there: list[Path] = []
     typed = [dict(o.lstrip("+").split("=", 1) for o in case["overrides"] if "=" in o) for case in cases]
     swept = [key for key in typed[0] if len({own.get(key) for own in typed}) > 1]
     for case, own in zip(cases, typed, strict=True):
@@ -460,7 +461,8 @@ def _tabulate(config: DictConfig, folder: Path, cases: Sequence[Mapping[str, Any
             except (BeltError, OSError, KeyError, TypeError) as error:
                 failed, told = f"summary.json is damaged: {error}", {}
         rows.append({"run": case["run"]} | {key: own[key] for key in swept if key in own} | told | {"failed": failed})
-    table = pd.DataFrame(sorted(rows, key=lambda row: row["failed"] is not None))
+    rows.sort(key=lambda row: row["failed"] is not None)
+    table = pd.DataFrame(rows)
     write_with(folder / "sweep.csv", lambda path: table.to_csv(path, index=False))
     if there:
         with numbers_first("the pictures of the sweep"):

@@ -90,7 +90,7 @@ class LinearBelt:
         poles = np.linalg.eigvals(state_space(self, order=4, per_metre=True).a)
         slow = sorted((p for p in poles if p.imag >= 0.0 and _AT_REST < abs(p) < _SLOW), key=abs)
         shown = ["0 (it integrates)", *(f"{p.real:.3g}" + (f" +- {p.imag:.3g}i" if p.imag else "") for p in slow)]
-        rates = (1j * _AT_REST * self.response(_AT_REST)[0]).real.mean(axis=0) * DEGREE / MM_PER_M
+        rates = (1j * _AT_REST * self.response(np.array([_AT_REST]))[0]).real.mean(axis=0) * DEGREE / MM_PER_M
         beyond = [f"{x.id} ({x.load:.3g} times the limit)" for x in self.beyond]
         lines = [
             f"linear plant of {self.model}, {self.tension / N_PER_MM2:g} N/mm2, {self.speed:g} m/s, yaws -> y1..y4",
