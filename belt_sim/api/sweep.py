@@ -29,9 +29,9 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, finite, warning, whole
 from belt_sim.jax_setup import cores, jit_float64, map_in_threads
 from belt_sim.line.hooks import AFTER_ENGINE, uses
-from belt_sim.line.march import march_traced, plan_steps
+from belt_sim.line.march import KEEP, march_traced, plan_steps
 from belt_sim.line.spans import steady_traced
-from belt_sim.model import KEEP, AnalyticModel, Model
+from belt_sim.model import AnalyticModel, Model
 from belt_sim.results.simulation import SHARE_BEFORE, agree, settled_before
 from belt_sim.settings import case_from, group_from, make_settings, model_settings
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
