@@ -223,6 +223,8 @@ def _shifts(bench: Workbench, fit: Fit, positions: Sequence[int]) -> list[SizeSt
     slots, (low, high) = bench.forward.slots, bench.forward.sides
     shifting = [k for k in positions if overrides(slots[k].effect, FURTHER) and not slots[k].only_shapes]
     tried = [(k, sign * size) for k in shifting for size in SHIFTS for sign in (1.0, -1.0)]
+    if not shifting:
+        return []
     changes = _changes(bench, fit, [(k, size) for k, size in tried if low[k] <= size <= high[k]])
     own = basis(fit.columns)
 
