@@ -1,12 +1,10 @@
-"""The belt that contacts carry as a film: ``python -m studies.contact_film FILM.gif FRAMES.png``, of MuJoCo's renderer.
+"""The belt that contacts carry as a film: ``python -m studies.contact_film``, of MuJoCo's renderer.
 
 Runs models/scenes/short_rig.xml in plain MuJoCo, straight for a while, then yawed. What is drawn: y of the belt's
 middle, yaw of pulley and sections EXAGGERATED times, the belt at its real width (the nodes stand nearer together).
 """
 
 import os
-import sys
-from pathlib import Path
 
 os.environ.setdefault("MUJOCO_GL", "egl")  # before mujoco is loaded: no window is needed
 
@@ -14,10 +12,11 @@ import mujoco
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from belt_sim.io import MODELS, write_with
+from belt_sim.io import MODELS, ROOT, write_with
 from belt_sim.settings import make_case
 from belt_sim.units import MM
 
+IMAGES = ROOT / "docs" / "images"
 EXAGGERATED = 60.0
 YAW, YAWED_AT, END, EVERY = 0.042, 0.15, 2.4, 0.05  # degrees; m of travel: yaw, end, between frames
 SIZE, COLOURS, PACE = (720, 405), 96, 110  # pixels; of the palette; ms a frame
@@ -25,7 +24,7 @@ SHOWN = (0.15, 0.9, 1.65, 2.4)  # [m], of the frames on the strip
 
 
 def main() -> None:
-    film, strip = Path(sys.argv[1]), Path(sys.argv[2])
+    film, strip = IMAGES / "belt_by_contact.gif", IMAGES / "belt_by_contact.png"
     frames = list(shot())
     chosen = [min(frames, key=lambda f: abs(f[0] - s))[1] for s in SHOWN]
     sheet = Image.new("RGB", (2 * SIZE[0], 2 * SIZE[1]))
