@@ -18,7 +18,7 @@ from belt_sim.errors import Limit
 from belt_sim.jax_setup import StoredProgram, in_float64
 from belt_sim.line.influence import span_fields
 from belt_sim.line.runup import FRICTION
-from belt_sim.line.span import beam_second_order, strip
+from belt_sim.line.span import beam_second_order, sag_softening, strip
 from belt_sim.line.spans import span_responses
 
 WRONG = 0.03  # share by which moments or movement may be wrong at a boundary
@@ -67,8 +67,9 @@ def limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit
     fast = 3.0 * belt.density * case.settings.speed**2 / case.settings.tension
     layer = float(np.abs(lifted / carried - 1.0).max())  # of both spans: the lower one's, whichever way it runs
     deep, thick = _deep_sag(case), _thick_belt(case)
+    hanging = "strip_lift_off" if layer > WRONG else "strip"
     found = (  # name, load, the effect that moves it out of the way, and words
-        ("flat_belt", abs(flat / runup - 1.0) / WRONG, "sag_roll", "the spans sag and tilt: use strip"),
+        ("flat_belt", abs(flat / runup - 1.0) / WRONG, "sag_roll", f"the spans sag and tilt: use {hanging}"),
         ("slack_edge", 6.0 * moment / (force * belt.width), "",  # an edge has the stress sigma -+ 6 M/(b^2 h)
          "after the yaw an edge is slack, as a linear span has it: it overrates its moment"),
         ("second_order", abs(_beyond_linear(case, *fields)) * yaw**2 / WRONG, "",
@@ -104,7 +105,8 @@ def geometric(case: Case) -> tuple[Limit, ...]:
     radii = float(rig.head_radius), float(rig.tail_radius)
     span = float(rig.span_length)
     yaw = max(_largest(case.settings.yaw), _largest(case.settings.yaw_head))
-    stretch = float(belt.youngs_modulus) * float(belt.width) * yaw / (2.0 * span)
+    softened = float(belt.youngs_modulus) / (1.0 + float(sag_softening(case)))  # sag takes up what an edge lacks
+    stretch = softened * float(belt.width) * yaw / (2.0 * span)
     found = (
         Limit("no_strip", NARROW * belt.thickness / belt.width, f"the belt is less than {NARROW:g} thicknesses wide"),
         Limit("short_span", SHORT * belt.width / span, "the spans are shorter than the belt is wide: it is a plate"),

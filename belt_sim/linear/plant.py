@@ -31,7 +31,7 @@ from belt_sim.line.hooks import AFTER_ENGINE, Hooks, apply_hook, as_driven, over
 from belt_sim.line.runup import RunOff, RunUp, Yaw
 from belt_sim.line.spans import Composition, Spans
 from belt_sim.model import ModelName, analytic_model
-from belt_sim.settings import make_case
+from belt_sim.settings import BOUNDS, make_case
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 
 INPUTS = ("yaw", "yaw_head")
@@ -51,7 +51,8 @@ class LinearBelt:
     now, delayed: A and A_d, shape (n, n) [1, 1/m, 1/m2 by the units of x]; drive: B (n, 2); constant: dx/ds at the
     working point with nothing steered (n,); states: names of x, n = 4, or 2 for a limp rope, which has no angles of its
     own; arcs: wrapped arc that each state comes back after (n,) [m]; places: for each of y1..y4 the state that it
-    shows and whether it comes one arc late; speed [m/s], tension [Pa]; beyond: limits that its model is used beyond.
+    shows and whether it comes one arc late; speed [m/s], tension [Pa]; beyond: limits that its model is used beyond;
+    width: of the belt [m].
     """
 
     model: str
@@ -65,6 +66,7 @@ class LinearBelt:
     arcs: np.ndarray
     places: tuple[tuple[int, bool], ...]
     beyond: tuple[Limit, ...] = ()
+    width: float = np.inf
 
     def response(self, wavenumber: np.ndarray) -> np.ndarray:
         """Lateral position per yaw [m/rad] at ``wavenumber`` [rad/m], shape (k, 4, 2), delays exact.
@@ -303,6 +305,7 @@ def linear_belt(case: Case, model: Composition, effects: Sequence[Hooks] = ()) -
         constant=constant[keep],
         arcs=arcs[keep],
         places=tuple(places),
+        width=float(case.belt.width),
     )
 
 
@@ -385,7 +388,9 @@ Controller = Callable[[float, float], float]  # (time [s], measured error [m]) -
 @dataclass(frozen=True, kw_only=True)
 class Margins:
     """Of the open loop: gain_margin [1], phase_margin [rad], delay_margin [s] that the loop still bears, crossover
-    [rad/s] where the loop has unit gain, nearest: least distance of the Nyquist curve from -1. inf where there is none.
+    [rad/s] of unit gain where phase_margin is, nearest: least distance of the Nyquist curve from -1. inf where there is
+    none. phase_margin is the smallest change of phase at any crossover that makes a stable loop unstable: a lag, or a
+    lead if by_lead. Then delay_margin, which is a lag, belongs to another crossover.
     """
 
     gain_margin: float
@@ -393,6 +398,7 @@ class Margins:
     delay_margin: float
     crossover: float
     nearest: float
+    by_lead: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -424,6 +430,8 @@ class ClosedLoop:
         is not so for the last third of the run, or if its slowest mode has not decayed to 5 %."""
         y = self.y[self.point - 1]
         off = np.abs(y - y[-1])
+        if not off.any():  # the belt never moved
+            return 0.0
         late = np.flatnonzero(off > 0.05 * off.max())
         there = float(self.travel[late[-1]]) if len(late) else 0.0
         left = self.growth is not None and self.growth * self.travel[-1] > np.log(0.05)
@@ -444,9 +452,11 @@ class ClosedLoop:
         if self.unstable:
             lines.append(f"UNSTABLE: any disturbance grows 2.7 times every {1.0 / self.growth:.3g} m of travel")
         if (m := self.margins) is not None:
+            lead = " (against a lead: less lag makes the loop unstable)" if m.by_lead else ""
             lines.append(
-                f"phase margin {np.rad2deg(m.phase_margin):.3g} deg, gain margin {m.gain_margin:.3g}, further delay "
-                f"{m.delay_margin:.3g} s, crossover {m.crossover:.3g} rad/s, nearest to -1: {m.nearest:.2f}"
+                f"phase margin {np.rad2deg(m.phase_margin):.3g} deg{lead}, gain margin {m.gain_margin:.3g}, "
+                f"further delay {m.delay_margin:.3g} s, crossover {m.crossover:.3g} rad/s, "
+                f"nearest to -1: {m.nearest:.2f}"
             )
         return "\n".join(lines)
 
@@ -517,9 +527,11 @@ def close_loop(
         finite(name, value, unit, "give 0 or more", lambda x: x >= 0)
     for name, value, unit in (("sample", sample, "s"), ("travel", travel, "m")):
         finite(name, value, unit, "give a positive number", lambda x: x > 0)
-    for name, value, unit in (("reference", reference, "m"), ("y_start", y_start, "m"), ("askew", askew, "rad")):
+    for name, value, unit in (("reference", reference, "m"), ("y_start", y_start, "m"), ("drift", drift, "m/m")):
         finite(name, value, unit, "give a finite number")
-    finite("drift", drift, "m/m", "give a finite number")
+    turns = {"askew": askew, "backlash": backlash} | ({} if limits == np.inf else {"limits": limits})
+    for name, value in turns.items():
+        BOUNDS["yaw"].check(finite(name, value, "rad"), "rad", name=name)
     stated = {"tension": tension, "speed": speed, "direction": direction, "rig": rig, "belt": belt}
     settings = {name: value for name, value in stated.items() if value is not None}
     if isinstance(plant, str):
@@ -527,6 +539,9 @@ def close_loop(
     elif not isinstance(plant, LinearBelt) or settings:
         remedy = "give a plant, bs.linearise(model=..., tension=..., speed=...), or a model's name and its settings"
         raise InputError("plant", repr(plant)[:40], "", remedy)
+    for name, value in (("reference", reference), ("y_start", y_start)):
+        if abs(value) > plant.width:
+            raise InputError(name, value, "m", f"the belt is {plant.width:g} m wide; give at most that, in m")
     if not limits > 0:
         raise InputError("limits", limits, "rad", "give the largest yaw either way, above 0")
     whole("seed", seed, 0)
@@ -573,7 +588,8 @@ def close_loop(
         drawn = {"frequency": frequency, "loop": loop, "growth": _growth(step, space.c[point - 1], late, ask)}
         drawn["growth"] /= plant.speed * sample
         if drawn["growth"] <= GROWS:
-            drawn["margins"] = margins_of(frequency, loop)
+            found = margins_of(frequency, loop)
+            drawn["margins"] = replace(found, phase_margin=abs(found.phase_margin), by_lead=found.phase_margin < 0.0)
     return ClosedLoop(
         plant=plant, point=point, time=time, travel=time * plant.speed, y=shown, measured=measured, command=command,
         yaw=yaw, **drawn,
@@ -602,7 +618,9 @@ def _growth(step: np.ndarray, shown: np.ndarray, late: int, controller: "_Sample
 
 
 def margins_of(frequency: np.ndarray, loop: np.ndarray) -> Margins:
-    """The margins of an open loop (n,) at ``frequency`` [rad/s], between whose entries it is interpolated."""
+    """The margins of an open loop (n,) at ``frequency`` [rad/s], between whose entries it is interpolated; its phase
+    margin is below 0 where a lead takes the curve to -1: of an unstable loop, or of one that is stable conditionally.
+    """
     gain, phase = np.log(np.abs(loop)), np.unwrap(np.angle(loop))
 
     def crossings(values: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -616,12 +634,13 @@ def margins_of(frequency: np.ndarray, loop: np.ndarray) -> Margins:
     margin = np.mod(there + np.pi, 2.0 * np.pi)
     margin = np.where(margin > np.pi, margin - 2.0 * np.pi, margin)
     least = int(np.argmin(np.abs(margin))) if len(at) else -1
-    falls = [np.exp(-g) for n in range(-4, 5) for g in crossings(phase + np.pi * (2 * n + 1), gain)[1] if g < 0]
+    turns = range(int(phase.min() // (2.0 * np.pi)) - 1, int(phase.max() // (2.0 * np.pi)) + 1)
+    falls = [np.exp(-g) for n in turns for g in crossings(phase - np.pi * (2 * n + 1), gain)[1] if g < 0]
     return Margins(
         gain_margin=float(min(falls, default=np.inf)),
         phase_margin=float(margin[least]) if len(at) else np.inf,
         delay_margin=float(np.min(np.mod(margin, 2.0 * np.pi) / at)) if len(at) else np.inf,
-        crossover=float(at.max()) if len(at) else np.inf,
+        crossover=float(at[least]) if len(at) else np.inf,
         nearest=float(np.abs(1.0 + loop).min()),
     )
 

@@ -43,9 +43,14 @@ def test_a_slider_of_an_effect_may_stand_at_nothing():
 
 
 def test_slack_edges_and_limits_are_told():
-    said = " ".join(warnings(simulated(model="beam_th2", tension=3.0, yaw=0.2)))
+    slack = simulated(model="beam_th2", tension=3.0, yaw=0.2)
+    said = " ".join(warnings(slack))
     assert "edge goes slack" in said
-    assert "use strip" in said
+    assert "use strip_lift_off" in said
+    assert not any("use strip (" in line for line in warnings(slack))
+    calm = simulated(model="strip_lift_off", tension=2.0, yaw=0.2, effects={})
+    assert calm.slackest_edge > 0.0  # the sag takes up what the yaw stretches
+    assert "edge_stretch" not in {limit.id for limit in calm.beyond}
 
 
 def test_every_number_of_every_effect_has_a_slider_that_reaches_both_ways():

@@ -76,7 +76,18 @@ def test_a_function_steers_at_another_point(plant):
 def test_what_is_refused(plant):
     with pytest.raises(bs.InputError, match="diverges"):
         bs.close_loop(plant, lambda time, error: -5.0 * error, y_start=1e-3, travel=400.0)
-    for wrong in ({"point": 5}, {"noise": -1.0}, {"limits": 0.0}, {"sample": 0.0}, {"delay": np.nan}):
+    for wrong in (
+        {"point": 5},
+        {"noise": -1.0},
+        {"limits": 0.0},
+        {"sample": 0.0},
+        {"delay": np.nan},
+        {"y_start": 5.0},
+        {"reference": -0.3},
+        {"backlash": 1.0},
+        {"askew": 0.1},
+        {"limits": 2.0},
+    ):
         with pytest.raises(bs.InputError, match=next(iter(wrong))):
             bs.close_loop(plant, lead(), **wrong)
     with pytest.raises(bs.InputError, match="linearise"):
@@ -132,3 +143,23 @@ def test_the_growth_of_a_loop_is_that_of_its_run(plant):
     loop = bs.close_loop(plant, control.tf([0.05], [1]), y_start=5e-3, delay=0.5, travel=600.0)
     late = np.searchsorted(loop.travel, [300.0, 400.0])
     assert np.log(loop.y[0, late[1]] / loop.y[0, late[0]]) / 100.0 == pytest.approx(loop.growth, rel=0.02)
+
+
+def test_a_loop_that_a_lead_would_upset_says_so(plant):
+    """At point 4 a gain of 0.2 has three crossovers: the loop is stable, and bears some 12 deg of lead."""
+    loop = bs.close_loop(plant, 0.2, point=4, y_start=5e-3, travel=600.0)
+    m = loop.margins
+    assert np.isfinite(loop.settled)
+    assert m.by_lead
+    assert 0.0 < np.rad2deg(m.phase_margin) < 15.0
+    assert "against a lead" in str(loop)
+    late = [bs.close_loop(plant, 0.2, point=4, delay=share * m.delay_margin, sample=0.2) for share in (0.97, 1.03)]
+    assert [x.unstable for x in late] == [False, True]
+    turned = loop.loop * np.exp(1j * m.phase_margin)  # at its crossover the curve then goes through -1
+    assert np.abs(turned + 1.0).min() < 5e-3
+
+
+def test_a_loop_with_nothing_to_do_is_settled(plant):
+    loop = bs.close_loop(plant, 0.2, point=4)
+    assert loop.settled == 0.0
+    assert "not settled" not in str(loop)
