@@ -1,7 +1,7 @@
 """The search for unknown laws as a diagnosis asks for it (``belt_sim.diagnosis.examine``)."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -11,7 +11,7 @@ from belt_sim.diagnosis.examine import LawResult
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.linear_search import ScoredLaw, distinct_families, exponents_of, single_term_laws
-from belt_sim.discovery.search_data import SearchData, search_data_of
+from belt_sim.discovery.search_data import SearchData, Spectra, search_data_of
 from belt_sim.discovery.selection import search_law
 from belt_sim.discovery.words import describe_discovery, formula
 
@@ -20,17 +20,26 @@ LAWS = 12  # that are compared in the linear range
 
 @dataclass(frozen=True)
 class LawSearch:
-    """The search; tell: hears what is being done."""
+    """The search; tell: hears what is being done; spectra: as in ``latent_inputs``; begun: the data beside sets of
+    effects that only add to the readings, for a law may be asked for beside these."""
 
     tell: Callable[[str], None] = lambda text: None
+    spectra: Spectra = field(default_factory=dict)
+    begun: dict[frozenset[str], SearchData] = field(default_factory=dict)
 
     def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
         """What is seen beside a fit in the linear range."""
-        return unknown_evidence(search_data_of(bench, fit, among))
+        data = search_data_of(bench, fit, among, self.spectra)
+        if all(c.is_additive() for c in bench.forward.classes if c.id in fit.ids):
+            self.begun[frozenset(fit.ids)] = data
+        return unknown_evidence(data)
 
     def law(self, bench: Workbench, fit: Fit) -> LawResult:
         """The law of what is seen beside a fit."""
-        outcome = search_law(search_data_of(bench, fit), self.tell)
+        data = self.begun.pop(frozenset(fit.ids), None)
+        if data is None or data.bench is not bench or data.fit is not fit:
+            data = search_data_of(bench, fit, spectra=self.spectra)
+        outcome = search_law(data, self.tell)
         result, made = LawResult(partial(describe_discovery, outcome)), outcome.best
         if made is None:
             return result

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from hashlib import blake2b
 from typing import Any
 
 import numpy as np
@@ -322,32 +324,61 @@ def pooling_weights(runs: Sequence[Run]) -> dict[str, np.ndarray]:
     return {n: w[np.any(w != 0.0, axis=1)] for n, w in pools.items() if np.any(w)}
 
 
-def latent_inputs(projector: ResidualProjector, basis: Basis, place: Place, runs: Sequence[Run]) -> list[LatentInput]:
-    """The likeliest input at a place for each way of pooling runs."""
+@dataclass(frozen=True)
+class Spectrum:
+    """How the readings bind an input whose prior has one length, by groups of runs: root (K, K) of the prior, unit:
+    mean information of a knot; values (G, K), vectors (G, K, K): of the information, eigen-decomposed beside it."""
+
+    root: np.ndarray
+    unit: float
+    values: np.ndarray
+    vectors: np.ndarray
+
+
+def _spectrum(basis: Basis, weights: np.ndarray, length: float) -> Spectrum:
+    """The spectrum of runs pooled by ``weights`` (G, R), the prior of a ``length`` [m]."""
+    information = np.einsum("gr,rkl->gkl", weights**2, basis.information)
+    apart = np.sqrt(3.0) * np.abs(basis.knots[:, None] - basis.knots[None]) / length
+    root = np.linalg.cholesky((1.0 + apart) * np.exp(-apart) + 1e-8 * np.eye(len(basis.knots)))
+    unit = float(np.mean(np.einsum("gkk->gk", information))) + 1e-300
+    values, vectors = np.linalg.eigh(root.T @ information @ root)
+    return Spectrum(root, unit, np.maximum(values, 0.0), vectors)
+
+
+#: of a place, what its information is, and its spectra by length and squares of the weights
+Spectra = dict[Place, tuple[bytes, dict[tuple, Spectrum]]]
+
+
+def latent_inputs(
+    projector: ResidualProjector, basis: Basis, place: Place, runs: Sequence[Run], known: Spectra
+) -> list[LatentInput]:
+    """The likeliest input at a place for each way of pooling runs; known: spectra of each place, kept for those who ask
+    next: an input adds the same to the readings whatever else does, unless that changes the belt's spans."""
+    same = blake2b(np.ascontiguousarray(basis.information)).digest()
+    if place not in known or known[place][0] != same:
+        known[place] = same, {}
+    spectra = known[place][1]
     found, bases = [], {share: basis.with_fewer_knots(apart) for share, apart in LENGTHS.items()}
     for pool, weights in pooling_weights(runs).items():
         of_lengths = []
         for share, fewer in bases.items():  # of the likeliest height, the length being a share of the record
-            knots, length = fewer.knots, share * fewer.knots[-1]
-            information = np.einsum("gr,rkl->gkl", weights**2, fewer.information)
+            length, key = share * fewer.knots[-1], (share, (weights**2).tobytes())
+            if key not in spectra:
+                spectra[key] = _spectrum(fewer, weights, length)
             pull = np.einsum("gr,rk->gk", weights, fewer.pull)
             shared = np.einsum("gr,rkc->gkc", weights, fewer.shared)
-            unit = np.mean(np.einsum("gkk->gk", information)) + 1e-300
-            apart = np.sqrt(3.0) * np.abs(knots[:, None] - knots[None]) / length
-            root = np.linalg.cholesky((1.0 + apart) * np.exp(-apart) + 1e-8 * np.eye(len(knots)))
-            gain, height, mean, sd, by_chance = _posterior(projector, root, information, pull, shared, HEIGHTS / unit)
-            of_lengths.append(LatentInput(place, pool, gain, length, height, knots, weights, mean, sd, by_chance))
+            gain, height, mean, sd, by_chance = _posterior(projector, spectra[key], pull, shared)
+            of_lengths.append(LatentInput(place, pool, gain, length, height, fewer.knots, weights, mean, sd, by_chance))
         found.append(max(of_lengths, key=lambda c: c.gain))
     return found
 
 
-def _posterior(projector: ResidualProjector, root, information, pull, shared, squares):
-    """(log evidence gain, height, mean, sd, by_chance) of the best height among ``squares`` (a^2).
+def _posterior(projector: ResidualProjector, spectrum: Spectrum, pull, shared):
+    """(log evidence gain, height, mean, sd, by_chance) of the best of HEIGHTS.
 
     A mean is shrunk by 1 - h, h = a^2 v / (1 + a^2 v), along an eigenvector: of noise it explains 2 h - h^2 there.
     """
-    values, vectors = np.linalg.eigh(root.T @ information @ root)
-    values = np.maximum(values, 0.0)
+    root, values, vectors, squares = spectrum.root, spectrum.values, spectrum.vectors, HEIGHTS / spectrum.unit
     onto = vectors.swapaxes(1, 2) @ root.T
     b, c = (onto @ pull[..., None])[..., 0], onto @ shared  # (G, K), (G, K, c)
     gram, along = projector.gram, projector.shared_residual
@@ -374,8 +405,8 @@ def _posterior(projector: ResidualProjector, root, information, pull, shared, sq
 @dataclass(frozen=True)
 class SearchData:
     """bench, fit: where the search begins; tension: the reference tension [Pa]; wide: whether forms and places are
-    tried that are too many for a test of whether anything is missing; kept: what was computed already; for the rest see
-    their modules."""
+    tried that are too many for a test of whether anything is missing; kept: what was computed already; spectra: as in
+    ``latent_inputs``; for the rest see their modules."""
 
     bench: Workbench
     fit: Fit
@@ -387,6 +418,7 @@ class SearchData:
     tension: float
     wide: bool = False
     kept: dict = field(default_factory=dict)
+    spectra: Spectra = field(default_factory=dict)
 
     @property
     def stated_tension(self) -> np.ndarray:
@@ -453,13 +485,18 @@ class SearchData:
 
         Places carried by the belt have none: a smooth input there would take what a weld or a crooked edge does.
         """
+        return list(self._latent_inputs)
+
+    @cached_property
+    def _latent_inputs(self) -> list[LatentInput]:
         found = [c for place in self.places if not place.is_carried for c in self.latent_inputs_at(place)]
         return sorted(found, key=lambda c: -c.gain)
 
     def latent_inputs_at(self, place: Place) -> list[LatentInput]:
         """The latent inputs of a place for all ways of pooling runs, by evidence."""
         basis = basis_at(self.projector, self.design, place, self.states.channel_input)
-        return sorted(latent_inputs(self.projector, basis, place, self.bench.samples.runs), key=lambda c: -c.gain)
+        found = latent_inputs(self.projector, basis, place, self.bench.samples.runs, self.spectra)
+        return sorted(found, key=lambda c: -c.gain)
 
 
 def campaign_places(samples: Samples) -> tuple[Place, ...]:
@@ -488,8 +525,9 @@ def campaign_places(samples: Samples) -> tuple[Place, ...]:
     return tuple(found)
 
 
-def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> SearchData:
-    """The data for a search of what ``fit`` lacks; among: as in ``impulse_responses``."""
+def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = (), spectra: Spectra | None = None) -> SearchData:
+    """The data for a search of what ``fit`` lacks; among: as in ``impulse_responses``; spectra: of searches beside
+    other fits."""
     responses = impulse_responses(bench, fit, among)
     projector = residual_projector(bench, fit)
     design = design_matrices(bench, projector, responses, bench.forward.effects_at(fit.vector, fit.ids))
@@ -503,4 +541,5 @@ def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> Sea
     places = tuple(filter(is_visible, campaign_places(bench.samples)))
     unit = float(np.exp(np.mean(np.log(states.tension))))
     unit = 1e6 * float(f"{unit / 1e6:.1g}")
-    return SearchData(bench, fit, projector, responses, design, states, places, unit)
+    kept = {} if spectra is None else spectra
+    return SearchData(bench, fit, projector, responses, design, states, places, unit, spectra=kept)

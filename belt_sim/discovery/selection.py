@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -533,8 +534,7 @@ class SearchOutcome:
     """What a search has found.
 
     data: of the search; latent_inputs: of all places, by evidence (none where nothing was sought); choice: None where
-    nothing is missing; best: None where no law describes it; close: laws that the readings cannot tell from it; alike:
-    places at which something else may act just as well.
+    nothing is missing; best: None where no law describes it; close: laws that the readings cannot tell from it.
     """
 
     data: SearchData
@@ -542,7 +542,14 @@ class SearchOutcome:
     choice: LawChoice | None = None
     best: MarchFit | None = None
     close: tuple[CloseLaw, ...] = ()
-    alike: tuple[Place, ...] = ()
+
+    @cached_property
+    def alike(self) -> tuple[Place, ...]:
+        """Places at which something else may act just as well."""
+        if self.choice is None:
+            return ()
+        scored = self.choice.best if self.best is None else self.best.scored
+        return places_alike(self.data, scored, told=self.best is not None)
 
     @property
     def latent(self) -> LatentInput:
@@ -567,5 +574,4 @@ def search_law(data: SearchData, tell: Callable[[str], None] = lambda text: None
     best, close = None, ()
     if choice.best.gain >= enough:
         best, close = best_in_march(data, choice, latent_inputs[0], enough)
-    alike = places_alike(data, choice.best if best is None else best.scored, told=best is not None)
-    return SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice, best=best, close=close, alike=alike)
+    return SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice, best=best, close=close)

@@ -22,7 +22,6 @@ import belt_sim as bs
 from belt_sim.io import ROOT, provenance, write_json, write_with
 from belt_sim.jax_setup import prepare
 from studies.bench.commands import ROWS, measure
-from studies.bench.speed import batch_figures, delay_figures, plain_figures
 
 SCHEMA = "belt-bench/2"
 FILE = ROOT / "outputs" / "bench" / "bench.json"
@@ -44,6 +43,8 @@ def main() -> None:
     console.print(_commands(found))
     content: dict[str, Any] = {"schema": SCHEMA, "commands": found}
     if not only:
+        from studies.bench.speed import batch_figures, delay_figures, plain_figures  # it computes: after prepare()
+
         content |= {"batch": batch_figures(), "plain_loop": plain_figures(), "jitcdde": delay_figures()}
         console.print(_contenders(content["batch"], content["plain_loop"], content["jitcdde"]))
     content["machine"] = {"cores": os.cpu_count(), "load": os.getloadavg()[0], "processor": platform.processor()}
@@ -54,6 +55,8 @@ def main() -> None:
 
 def _print_stages(campaign: str, model: str) -> None:
     """Print the CPU time and its share of every stage of a diagnosis, and of its report, in one process."""
+    from belt_sim.api.plot import write_diagnosis  # it begins JAX: after prepare()
+
     times = [("importing", time.process_time())]
 
     def note(_: int, stage: str) -> None:
@@ -63,7 +66,7 @@ def _print_stages(campaign: str, model: str) -> None:
     found = bs.diagnose(campaign, model, progress=note, shown=lambda _: note(0, "limits, next runs"))
     note(0, "report and its pictures")
     with tempfile.TemporaryDirectory() as folder:
-        bs.plot.report(Path(folder) / "report.html", found)
+        write_diagnosis(Path(folder), found, pictures=True)
     table, (last, total) = Table("stage", "CPU [s]", "share"), ("", time.process_time())
     for (stage, begun), (_, ended) in zip([("importing", 0.0), *times[1:]], [*times[1:], (last, total)], strict=True):
         table.add_row(stage, f"{ended - begun:.2f}", f"{(ended - begun) / total:.0%}")

@@ -6,7 +6,7 @@ import numpy as np
 from small_discovery import discovered, surveyed
 
 from belt_sim.discovery.linear_search import ScoredLaw, exponents_of, gain_of, unexplained_elsewhere
-from belt_sim.discovery.selection import MODELLED, WITHIN, places_alike
+from belt_sim.discovery.selection import MODELLED, WITHIN, SearchOutcome, places_alike
 from belt_sim.discovery.words import describe_discovery
 from belt_sim.effects.law import Form, Law, Place, Term
 
@@ -61,9 +61,9 @@ def test_places_are_alike_by_the_noise():
     assert "torsion_both" not in alike[1]
 
 
-def test_places_alike_are_in_the_result_and_its_sentence():
-    outcome = replace(discovered("torsion_creep"), alike=(Place("tension"), Place("yaw", "tail")))
-    found = describe_discovery(outcome, 1.0)
+def test_places_alike_are_in_the_result_and_its_sentence(monkeypatch):
+    monkeypatch.setattr(SearchOutcome, "alike", (Place("tension"), Place("yaw", "tail")))
+    found = describe_discovery(discovered("torsion_creep"), 1.0)
     assert found.alike == ("tension of the belt", "yaw of the tail pulley")
     assert found.sentence.endswith(
         " By these runs it may act on the tension of the belt or the yaw of the tail pulley as well."
