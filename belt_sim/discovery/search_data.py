@@ -362,23 +362,24 @@ def latent_inputs(
     for pool, weights in pooling_weights(runs).items():
         of_lengths = []
         for share, fewer in bases.items():  # of the likeliest height, the length being a share of the record
-            length, key = share * fewer.knots[-1], (share, (weights**2).tobytes())
-            if key not in spectra:
-                spectra[key] = _spectrum(fewer, weights, length)
+            length = share * fewer.knots[-1]
+            key = length, (weights**2).tobytes()
+            spectrum = spectra[key] if key in spectra else spectra.setdefault(key, _spectrum(fewer, weights, length))
             pull = np.einsum("gr,rk->gk", weights, fewer.pull)
             shared = np.einsum("gr,rkc->gkc", weights, fewer.shared)
-            gain, height, mean, sd, by_chance = _posterior(projector, spectra[key], pull, shared)
+            squares = HEIGHTS / spectrum.unit
+            gain, height, mean, sd, by_chance = _posterior(projector, spectrum, pull, shared, squares)
             of_lengths.append(LatentInput(place, pool, gain, length, height, fewer.knots, weights, mean, sd, by_chance))
         found.append(max(of_lengths, key=lambda c: c.gain))
     return found
 
 
-def _posterior(projector: ResidualProjector, spectrum: Spectrum, pull, shared):
-    """(log evidence gain, height, mean, sd, by_chance) of the best of HEIGHTS.
+def _posterior(projector: ResidualProjector, spectrum: Spectrum, pull, shared, squares):
+    """(log evidence gain, height, mean, sd, by_chance) of the best height among ``squares`` (a^2).
 
     A mean is shrunk by 1 - h, h = a^2 v / (1 + a^2 v), along an eigenvector: of noise it explains 2 h - h^2 there.
     """
-    root, values, vectors, squares = spectrum.root, spectrum.values, spectrum.vectors, HEIGHTS / spectrum.unit
+    root, values, vectors = spectrum.root, spectrum.values, spectrum.vectors
     onto = vectors.swapaxes(1, 2) @ root.T
     b, c = (onto @ pull[..., None])[..., 0], onto @ shared  # (G, K), (G, K, c)
     gram, along = projector.gram, projector.shared_residual

@@ -1,10 +1,13 @@
 """What a latent input explains by chance."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from small_discovery import surveyed
 
 from belt_sim.discovery.responses import ResidualProjector
-from belt_sim.discovery.search_data import _posterior
+from belt_sim.discovery.search_data import Spectrum, _posterior
 
 KNOTS, READINGS, DRAWS = 20, 300, 400
 
@@ -21,9 +24,21 @@ def test_what_its_mean_explains_of_noise_is_what_is_said(height):
         noise = rng.standard_normal(READINGS)
         none = np.zeros((1, 1, READINGS))  # no parameter is shared
         projector = ResidualProjector(None, noise[None], none, np.eye(1))
-        information, pull = (rows @ rows.T)[None], (rows @ noise)[None]
-        *_, mean, _, said = _posterior(
-            projector, root, information, pull, np.zeros((1, KNOTS, 1)), np.array([height**2 / READINGS])
-        )
+        spectrum = Spectrum(root, 1.0, *np.linalg.eigh(root.T @ (rows @ rows.T)[None] @ root))
+        pull, shared = (rows @ noise)[None], np.zeros((1, KNOTS, 1))
+        *_, mean, _, said = _posterior(projector, spectrum, pull, shared, np.array([height**2 / READINGS]))
         explained.append(np.sum(noise**2) - np.sum((noise - mean[0] @ rows) ** 2))
     assert np.mean(explained) == pytest.approx(said, abs=3.0 * np.std(explained) / np.sqrt(DRAWS))
+
+
+def test_spectra_that_are_known_change_nothing():
+    """Beside another fit, and where they are of another belt."""
+    data = surveyed("torsion_creep")
+    twice = replace(data, kept={})  # the spectra are shared, the answer is not
+    stiffer = replace(data.design, rows={name: 1.5 * rows for name, rows in data.design.rows.items()})
+    other = replace(data, design=stiffer, kept={})
+    alone = replace(other, spectra={})
+    for known, fresh in ((twice, replace(data, spectra={}, kept={})), (other, alone)):
+        data.latent_inputs()
+        for one, same in zip(known.latent_inputs(), fresh.latent_inputs(), strict=True):
+            assert (one.place, one.pool, one.gain) == (same.place, same.pool, same.gain)
