@@ -193,7 +193,7 @@ def _show_diagnosis(session: Session, report: str, content: Any) -> None:
 
 def _show_comparison(content: Any) -> None:
     for line in content["lines"]:
-        ui.label(line)
+        ui.label(words.in_print(line))
     panels, first = content["panels"], content["first"]
     if panels:
         names = {k: p["title"] for k, p in enumerate(panels)}

@@ -25,7 +25,7 @@ from belt_sim.diagnosis.examine import BOOTSTRAPS
 from belt_sim.errors import BeltError, InputError
 from belt_sim.importing import LoggedTables, Proposal, Question, read, understand, write
 from belt_sim.importing.mapping import FILE as MAPPING
-from belt_sim.importing.mapping import inner_mapping
+from belt_sim.importing.mapping import SCHEMA, inner_mapping
 from belt_sim.model import BY_TENSION
 from belt_sim.units import plain_minus
 
@@ -42,11 +42,12 @@ NO_CODE = "effects are not read by this page; name them in a terminal: belt-sim 
 
 @dataclass
 class Tray:
-    """Dropped files sorted: of a campaign, of a logger, a mapping; messages: what not."""
+    """Dropped files sorted: of a campaign, of a logger, a mapping and its name; messages: what not."""
 
     campaign: dict[str, bytes] = field(default_factory=dict)
     loggers: dict[str, bytes] = field(default_factory=dict)
     mapping: bytes | None = None
+    mapping_name: str = MAPPING
     messages: list[str] = field(default_factory=list)
 
     def put(self, name: str, data: bytes) -> None:
@@ -59,8 +60,11 @@ class Tray:
                 remedy = f"{file} was dropped twice, the first is kept; drop one campaign at a time"
                 raise InputError("file", quote(name), "", remedy)
             self.campaign |= found
-        elif known == MAPPING and self.mapping is None:
-            self.mapping = data
+        elif known == MAPPING or (known.endswith((".yaml", ".yml")) and SCHEMA.encode() in data):
+            if self.mapping is not None:
+                remedy = f"{self.mapping_name} is the mapping already; drop one"
+                raise InputError("file", quote(last), "", remedy)
+            self.mapping, self.mapping_name = data, last
         elif known.endswith(LOGGERS):
             stem, _, end = safe(last).rpartition(".")
             names, taken = (f"{stem}{f'_{k}' * (k > 1)}.{end}" for k in count(1)), {n.lower() for n in self.loggers}
@@ -69,7 +73,9 @@ class Tray:
                 self.messages.append(f"{quote(name)}: another file has this name; this one is kept as {kept}")
             self.loggers[kept] = data
         else:
-            wanted = f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or one {MAPPING}"
+            wanted = (
+                f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or one YAML with schema: {SCHEMA}"
+            )
             raise InputError("file", quote(last), "", NO_CODE if known.endswith((".py", "effects.yaml")) else wanted)
 
 
@@ -283,7 +289,7 @@ class Session:
         messages, before = tray.messages, self.importing or self.finished_import
         try:
             if tray.loggers or tray.mapping is not None:
-                mapping = {} if tray.mapping is None else read_mapping(MAPPING, tray.mapping)
+                mapping = {} if tray.mapping is None else read_mapping(tray.mapping_name, tray.mapping)
                 paths = before.files if before else []
                 if tray.loggers:
                     folder = write_files(self.new_folder("import"), tray.loggers)
@@ -291,7 +297,7 @@ class Session:
                 if paths:
                     self.importing = begin_import(paths, mapping)
                 else:
-                    messages.append(f"{MAPPING}: drop the logger's files with it")
+                    messages.append(f"{tray.mapping_name}: drop the logger's files with it")
             if tray.campaign:
                 last, there = self.campaign_folder, dict[str, bytes]()
                 if SHEET not in tray.campaign and last is not None:

@@ -58,6 +58,20 @@ OWN = {
 OF_RIG = ("centre_distance", "pulley_radius")
 
 
+def _number(text: Any) -> float:
+    """A number of an address; nan of what is none."""
+    with suppress(ValueError):
+        return float(text)
+    return float("nan")
+
+
+def _numbers(stated: Mapping[str, Any], known: Mapping[str, Any]) -> dict[str, float]:
+    """The numbers that an address states; raises KeyError for a name that is not ``known``."""
+    if unknown := [name for name in stated if name not in known]:
+        raise KeyError(unknown[0])
+    return {name: float(value) for name, value in stated.items()}
+
+
 def choices(model: str) -> list[str]:
     """Effects (ids) that a model can have."""
     return [i for i, cls in library().items() if model_named(model).refusal(cls) is None]
@@ -93,24 +107,42 @@ class View:
     own: dict[str, float] = field(default_factory=lambda: {n: v for n, (_, v, _, _) in OWN.items()})
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
     places: dict[str, Any] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
     shown: Simulation | None = None
     is_stale: bool = False
     busy: bool = False
 
     @classmethod
     def of_address(cls, asked: Mapping[str, str]) -> "View":
-        """The view that an address names; what it states wrongly is as at first."""
-        view = cls()
+        """The view that an address names; what it states wrongly is as at first, or at the end of its slider, and
+        ``notes`` say so."""
+        view, wrong = cls(), dict[str, str]()
         for name, (_, low, high, _) in SLIDERS.items():
-            with suppress(ValueError, KeyError):
-                setattr(view, name, float(np.clip(float(asked[name]), low, high)) + 0.0)
+            value = _number(asked.get(name, getattr(view, name)))
+            if not low <= value <= high:
+                wrong[name] = f"must be a number from {low:g} to {high:g}"
+            if value == value:  # a number
+                setattr(view, name, float(np.clip(value, low, high)) + 0.0)
         for name, (_, known) in MENUS.items():
-            setattr(view, name, asked[name] if asked.get(name) in known else getattr(view, name))
-        with suppress(ValueError, AttributeError, TypeError):
-            view.own |= {n: float(v) for n, v in json.loads(asked.get("own", "{}")).items() if n in OWN}
-            for i, numbers in json.loads(asked.get("effects", "{}")).items():
-                stated = {n: float(v) for n, v in numbers.items() if n in library()[i].parameters}
-                view.effects |= {i: first_sizes(i) | stated} if i in library() else {}
+            if asked.get(name, getattr(view, name)) in known:
+                setattr(view, name, asked.get(name, getattr(view, name)))
+            else:
+                wrong[name] = f"must be one of {', '.join(filter(None, known))}"
+        for name, example in (("own", '{"width": 300}'), ("effects", '{"taper": {"kappa_t": 2e-5}}')):
+            try:
+                stated = json.loads(asked.get(name, "{}"))
+                if name == "own":
+                    view.own |= _numbers(stated, OWN)
+                else:
+                    found = {i: _numbers(own, library()[i].parameters) for i, own in stated.items()}
+                    view.effects = {i: first_sizes(i) | own for i, own in found.items()}
+            except (ValueError, AttributeError, TypeError, KeyError) as error:
+                unknown = f"; {error} is unknown" if isinstance(error, KeyError) else ""
+                wrong[name] = f"must be such as {example}{unknown}"
+        shown = {n: f"{getattr(view, n):g} is shown" for n in SLIDERS}
+        view.notes = [
+            f"The address says {n}={asked[n]}: {why}; {shown.get(n, 'left out')}." for n, why in wrong.items()
+        ]
         return view
 
     @property
@@ -138,6 +170,7 @@ class View:
 
     async def change(self, **values: Any) -> None:
         """Take values, and show what they come to; while one computation runs, only the latest wish is kept."""
+        self.notes = [] if values else self.notes
         for name, value in values.items():
             setattr(self, name, value)
         self.is_stale = True
@@ -301,5 +334,5 @@ def _say(view: View, warned: list[str], calm: list[str]) -> None:
     with view.places["said"]:
         for line in warned:
             widgets.notice(line)
-        for line in calm:
+        for line in [*calm, *view.notes]:
             widgets.notice(line, "calm")

@@ -15,7 +15,7 @@ from belt_sim.effects.base import library, title_of
 from belt_sim.results.errors import UNITS
 from belt_sim.results.files import DIGITS, round_numbers
 from belt_sim.results.simulation import Simulation
-from belt_sim.results.words import KILO, Table
+from belt_sim.results.words import KILO, Table, in_print
 from belt_sim.units import N_PER_MM2, round_digits
 
 PAGES = {"/": "Simulate", "/measurements": "My measurements"}
@@ -48,17 +48,20 @@ def card(title: str, why: str = "") -> Any:
 
 def soft(text: str) -> ui.label:
     """A line that need not be read."""
-    return ui.label(text).classes("soft small")
+    return ui.label(in_print(text)).classes("soft small")
 
 
 def notice(line: str, kind: str = "") -> None:
     """A line that has to be seen; kind: "" (a warning), calm or good."""
-    ui.label(line).classes(f"told {kind}".strip()).props("role=status" if kind else "role=alert")
+    ui.label(in_print(line)).classes(f"told {kind}".strip()).props("role=status" if kind else "role=alert")
 
 
 def facts(rows: Mapping[str, str], kind: str = "") -> None:
     """Numbers with their names beneath; kind "wide": long ones."""
-    cells = (f'<div class="fact"><b>{html.escape(v)}</b><span>{html.escape(k)}</span></div>' for k, v in rows.items())
+    cells = (
+        f'<div class="fact"><b>{html.escape(in_print(v))}</b><span>{html.escape(k)}</span></div>'
+        for k, v in rows.items()
+    )
     ui.html("".join(cells), sanitize=False).classes(f"facts {kind}")
 
 
@@ -100,7 +103,7 @@ SKETCH = """<svg viewBox="0 0 480 120" class="drawn" role="img" aria-label="head
 <circle cx="400" cy="60" r="43"/><path d="M80 17H400M80 103H400"/></g>
 <g fill="currentColor" font-size="13" text-anchor="middle">
 <text x="80" y="57">head</text><text x="80" y="73">drives</text><text x="400" y="57">tail</text>
-<text x="400" y="73">yaws</text><text x="240" y="65">belt, seen from the side</text></g></svg>"""
+<text x="400" y="73">steers</text><text x="240" y="65">belt, seen from the side</text></g></svg>"""
 
 
 def sketch(taken: Mapping[str, str], choose: Callable[[str], Any]) -> None:
@@ -129,6 +132,10 @@ SYNONYMS = {
     "wet oil water slippery": "traction_loss slip",
     "dirt cake": "build_up",
     "lag late": "sensor_delay delay",
+    "splice joint seam": "weld",
+    "warped wavy": "camber edge_profile flatness",
+    "wind draught": "machine_tilt",  # another even push to one side
+    "gap clearance": "edge_guide yaw_backlash",
 }
 
 
@@ -165,12 +172,15 @@ def effect_list(label: str, chosen: Iterable[str], to: Callable[[list[str]], Any
         hits = {i for i in boxes if all(word in search_words(i) for word in wanted)}
         for i, found in boxes.items():
             found.set_visibility(i in hits)
+        nothing.set_visibility(not hits)
         for part, group in groups.items():
             group.set_visibility(any(part_of(i) == part for i in hits))
             group.set_value(bool(wanted) or any(part_of(i) == part for i in ticked))
 
     search = ui.input(label, placeholder="conical, misaligned, hot, thick ...", on_change=find)
     search.props("dense outlined clearable data-name=find").classes("w-full")
+    nothing = soft("Nothing found. Try another word, or clear the field to see all effects.")
+    nothing.set_visibility(False)
     for part in PARTS:
         groups[part] = ui.expansion(part, value=any(part_of(i) == part for i in ticked)).classes("w-full dense")
     for i in sorted(library(), key=lambda i: title_of(library()[i])):

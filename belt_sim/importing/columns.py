@@ -535,7 +535,7 @@ def other_units(tables: Iterable[LoggedTable]) -> list[Note]:
 #: Where points 1-4 are.
 DRAWING = """\
    4 -------- upper span -------- 1
- head pulley         tail pulley (it yaws)
+ head pulley         tail pulley (steers)
    3 -------- lower span -------- 2
 """
 

@@ -3,6 +3,7 @@ terminals and notebooks, pandas frames and xarray datasets."""
 
 import html
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -89,7 +90,8 @@ def join_effects(ids: Sequence[str]) -> str:
 
 def in_print(text: str) -> str:
     """A text with its units and arrows as pictures and pages write them."""
-    return text.replace("mm2", "mm²").replace(" -> ", " → ").replace(" -&gt; ", " → ")
+    text = re.sub(r"(?<![A-Za-z_])mm2\b", "mm²", text).replace(" -> ", " → ").replace(" -&gt; ", " → ")
+    return re.sub(r"(?<=[0-9]) deg\b", "°", text.replace("kg/m^3", "kg/m³"))
 
 
 def in_terminal(text: object) -> str:

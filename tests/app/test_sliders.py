@@ -22,7 +22,17 @@ def simulated(model="strip", **changes):
 
 
 @pytest.mark.parametrize(
-    ("word", "effect"), [("worn", "crown"), ("schief", "cant"), ("schief", "yaw_offset_tail"), ("konisch", "taper")]
+    ("word", "effect"),
+    [
+        ("splice", "weld"),
+        ("gap", "edge_guide"),
+        ("warped", "camber"),
+        ("wind", "machine_tilt"),
+        ("worn", "crown"),
+        ("schief", "cant"),
+        ("schief", "yaw_offset_tail"),
+        ("konisch", "taper"),
+    ],
 )
 def test_effects_are_found_by_what_people_call_them(word, effect):
     assert word in search_words(effect)
@@ -68,3 +78,32 @@ def test_nothing_is_said_of_what_happens_beyond_the_travel_that_is_shown():
     (beside,) = (limit for limit in long.beyond if "from 146 m" in limit.words)
     assert any(beside.words in line for line in warnings(long))
     assert beside.id not in {limit.id for limit in short.beyond}
+
+
+@pytest.mark.parametrize(
+    ("asked", "told", "kept"),
+    [
+        ({"tension": "-5"}, "tension=-5: must be a number from 2 to 80; 2 is shown", {"tension": 2.0}),
+        ({"yaw": "99"}, "yaw=99: must be a number from -0.2 to 0.2; 0.2 is shown", {"yaw": 0.2}),
+        ({"tension": "abc"}, "tension=abc: must be a number from 2 to 80; 10 is shown", {"tension": 10.0}),
+        ({"tension": "nan"}, "10 is shown", {"tension": 10.0}),
+        ({"model": "strp"}, "model=strp: must be one of", {"model": View().model}),
+        ({"effects": "taper"}, "effects=taper: must be such as", {"effects": {}}),
+        ({"effects": '{"tapr": {"kappa_t": 1}}'}, "'tapr' is unknown; left out", {"effects": {}}),
+        ({"own": '{"length": 1}'}, "'length' is unknown", {"own": View().own}),
+    ],
+)
+def test_an_address_that_is_wrong_is_told(asked, told, kept):
+    view = View.of_address(asked)
+    (line,) = view.notes
+    assert told in line
+    assert {name: getattr(view, name) for name in kept} == kept
+
+
+def test_an_address_of_the_page_is_read_as_it_was_written():
+    view = View.of_address(
+        {"tension": "12", "model": "strip", "effects": '{"taper": {"kappa_t": 2e-5}}', "own": '{"width": 300}'}
+    )
+    assert not view.notes
+    assert (view.tension, view.model, view.own["width"]) == (12.0, "strip", 300.0)
+    assert view.effects["taper"]["kappa_t"] == 2e-5

@@ -120,3 +120,12 @@ def test_files_whose_names_collide_are_all_kept_and_named():
     )
     assert (twice.campaign, twice.mapping) == ({"campaign.yaml": b"1"}, b"1")
     assert len(twice.messages) == 2
+
+
+def test_a_mapping_may_have_any_name_and_there_is_one():
+    data = b"schema: belt-mapping/1\n"
+    tray = upload.sort_files([("my_rig.yaml", data), ("other.yml", data), ("notes.yaml", b"a: 1")])
+    assert (tray.mapping, tray.mapping_name) == (data, "my_rig.yaml")
+    second, third = tray.messages
+    assert "my_rig.yaml is the mapping already" in second
+    assert "notes.yaml" in third
