@@ -203,11 +203,13 @@ def free_starts(campaign: Campaign, model: Composition) -> tuple[Campaign, tuple
     """The campaign with the state free in which every run begins, and a remark, if its records show no rest and only a
     belt that ran before explains them; else the campaign as it is, and ().
 
-    A belt at rest leans after a yaw, which every pulley shows in turn; one that ran with the yaw leans already.
+    A belt at rest leans after a yaw, which every pulley shows in turn; one that ran with the yaw leans already. So does
+    one that ran without any, by the faults of its machine: where one is free, the other is.
     """
     curved = _curves_of(campaign)
-    open_runs = [r.name for r in curved.runs if r.run_in == 0.0 and (r.yaw or r.yaw_head) and r.travel[0] >= r.yaw_at]
-    if not open_runs or not any(s.kind == "lateral" for s in campaign.signals):
+    begun = [r for r in curved.runs if r.run_in == 0.0 and (not (r.yaw or r.yaw_head) or r.travel[0] >= r.yaw_at)]
+    open_runs = [r.name for r in begun]
+    if not any(r.yaw or r.yaw_head for r in begun) or not any(s.kind == "lateral" for s in campaign.signals):
         return campaign, ()
     stated = _layout(curved, model)
     excess = stated.total() - stated.count

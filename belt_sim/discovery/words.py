@@ -224,7 +224,8 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, wo
         said += f"; {'no dependence on' if known else 'may depend on'} tension (exponent {words.with_u(value, u)})"
     if any(powers):
         said += f"; sizes hold at {words.tension(data.tension)} N/mm²"
-    said += f". With it the rms error falls from {words.thousandths(rms.before)} to {words.thousandths(rms.after)} mm"
+    change = f"{words.thousandths(rms.before)} to {words.thousandths(rms.after)} mm"
+    said += f". With it the rms error of fitted runs, sensor zero and settings as stated, falls from {change}"
     said += f"; {worse}" if worse else ""
     return f"{said}. It looks like {law.looks_like}." if law.looks_like else f"{said}."
 

@@ -10,7 +10,7 @@ from belt_sim.campaign.quality import check_repeats, suspicions
 from belt_sim.campaign.types import rig_of
 from belt_sim.diagnosis.foresight import free_starts, sheet_evidence
 from belt_sim.model import MODELS
-from belt_sim.virtual_rig import make_campaign
+from belt_sim.virtual_rig import Plan, RunSetting, make_campaign
 
 TAPER = 2e-5  # 1/m
 STRIP = MODELS["strip"]
@@ -45,6 +45,16 @@ def test_a_record_cut_on_a_running_machine_is_told_and_its_state_left_free(whole
     assert "run_in_m" in told.sentence
     assert all(np.isnan(run.run_in) for run in campaign.runs)
     assert [s for s in suspicions(campaign) if s.severity == "stop"] == []
+
+
+def test_a_cut_record_without_a_yaw_begins_on_the_running_machine_too():
+    """Its conical pulley turned the belt before the record: begun straight, it would need a law of its own."""
+    plan = Plan(runs=tuple(RunSetting(tension=t, yaw=yaw) for t in (1e7, 3e7) for yaw in (-7e-4, 0.0, 7e-4)))
+    made = make_campaign(hidden=[{"id": "taper", "kappa_t": 6.0 * TAPER}], seed=5, base="strip", plan=plan)[0]
+    assert free_starts(made, STRIP) == (made, ())
+    campaign, (told,) = free_starts(cut(made, 9.0), STRIP)
+    assert all(np.isnan(run.run_in) for run in campaign.runs)
+    assert "r02" in told.sentence
 
 
 def test_a_number_fitted_to_cut_records_is_the_true_one_and_says_what_it_costs(whole):
