@@ -9,6 +9,7 @@ of null only (a roller pushes back, a cover gives way) stay on that side.
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -61,10 +62,15 @@ class Fit:
         """Covariance (k, k) of the free parameters, in units of their scales; large along what no reading shows."""
         return covariance_of(self.columns)
 
-    @property
+    @cached_property
     def sensitivity(self) -> np.ndarray:
         """How far a unit of each free parameter (k,) moves the readings, in sigmas."""
         return np.linalg.norm(self.columns, axis=1)
+
+    @cached_property
+    def gram(self) -> np.ndarray:
+        """Products (k, k) of the whitened columns."""
+        return self.columns @ self.columns.T
 
 
 Sides = tuple[np.ndarray, np.ndarray]
@@ -91,6 +97,7 @@ class Refit:
         self.fit, self.metric, self.sides, self.radius = start, metric, sides, start.radius
         self.due = start.due if len(start.due) and not none else np.full(len(start.free), none)
         self.settled, self.steps, self.failures = False, 0, 0
+        self._proposed: tuple[Fit, dict[float, np.ndarray]] = start, {}
 
     @property
     def is_ready(self) -> bool:
@@ -181,10 +188,18 @@ class Refit:
         """A gain of chi2 that is not worth a step: far from any good fit, a share of what is amiss."""
         return TOLERANCE + 1e-3 * max(self.fit.chi2 - len(self.fit.residual), 0.0)
 
+    def propose(self, radius: float | None = None) -> np.ndarray:
+        """The next point (size,); ``radius``: of the step there, by default the refit's own."""
+        fit, radius = self.fit, self.radius if radius is None else radius
+        if self._proposed[0] is not fit:
+            self._proposed = fit, {}
+        known = self._proposed[1]
+        return known[radius] if radius in known else known.setdefault(radius, _propose(fit, self.sides, radius))
+
     def predicted_gain(self, radius: float | None = None) -> float:
-        """chi2 that the next step should take away; ``radius``: of that step, by default the refit's own."""
+        """chi2 that the next step should take away; ``radius``: as in ``propose``."""
         fit = self.fit
-        step = (_propose(fit, self.sides, self.radius if radius is None else radius) - fit.vector)[fit.free]
+        step = (self.propose(radius) - fit.vector)[fit.free]
         return fit.chi2 - float(np.sum((fit.residual - step @ fit.columns) ** 2))
 
 
@@ -193,7 +208,7 @@ def _propose(fit: Fit, sides: Sides, radius: float) -> np.ndarray:
     sizes = fit.sensitivity
     seen = sizes > FAINT
     unit = 1.0 / np.where(seen, sizes, 1.0)  # with columns as they are, a long one hides that short ones are there
-    normal, along = (fit.columns @ fit.columns.T) * np.outer(unit, unit), unit * (fit.columns @ fit.residual)
+    normal, along = fit.gram * np.outer(unit, unit), unit * (fit.columns @ fit.residual)
     space = [side / unit for side in step_bounds(fit, sides)]
 
     def solve_damped(damping: float) -> np.ndarray:
@@ -238,7 +253,7 @@ def fit_sets(
             break
         # the next point of every refit, and the derivatives that are due there, all in one batch; a step is proposed
         # where the best point and all derivatives there are known
-        points = [_propose(r.fit, r.sides, r.radius) if r.is_ready else r.fit.vector for r in active]
+        points = [r.propose() if r.is_ready else r.fit.vector for r in active]
         along = [every[np.array(r.fit.free)[r.due]] if r.due.any() else still for r in active]
         counts = [len(rows) for rows in along]
         values, slopes = forward.values_and_slopes(np.repeat(points, counts, axis=0), np.concatenate(along))
