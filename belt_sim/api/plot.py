@@ -84,8 +84,14 @@ def plot(
 
 
 def drawn_columns(table: "pd.DataFrame") -> list[str]:
-    """Columns of a table of ``bs.sweep`` that can be drawn over what varies."""
-    return [c for c in table.columns if c not in table.attrs.get("axes", ()) and c not in ("model", "settled")]
+    """Columns of a table of ``bs.sweep`` that can be drawn over what varies; the first is the default.
+
+    A map marks no case: where some late rates have not settled, its first column is the steady rate.
+    """
+    axes, steady = table.attrs.get("axes", ()), "steady_rate_mm_per_m"
+    drawn = [c for c in table.columns if c not in axes and c not in ("model", "settled")]
+    first = steady if len(axes) == 2 and steady in table and not table.get("settled", np.array(True)).all() else None
+    return sorted(drawn, key=lambda c: c != first)
 
 
 def pictures_by_kind(result: "Result | Sequence[Simulation] | pd.DataFrame") -> dict[str, Draw]:

@@ -117,6 +117,17 @@ def test_a_table_draws_itself_and_its_parts_are_plain(tmp_path):
     for plain in (table.copy(), table[["model"]], pd.concat([table, table]), pickle.loads(pickle.dumps(table))):
         assert type(plain) is pd.DataFrame
     assert pickle.loads(pickle.dumps(table)).attrs == table.attrs
+    pd.testing.assert_frame_equal(table.to_pandas(), pd.DataFrame(table))
+    lines = str(table).splitlines()
+    assert lines[0].split() == ["tension_n_per_mm2", "rate1", "rate2", "rate3", "rate4", "settled"]
+    assert max(map(len, lines)) <= 80
+    assert len(lines) == 6
+
+
+def test_a_map_of_rates_that_have_not_settled_is_of_the_steady_ones():
+    table = bs.sweep(tension=[7, 20], yaw=[-0.042, 0.042], travel=10.0)
+    assert not table["settled"].any()
+    assert bs.plot(table).axes[0].figure.get_suptitle() == "Steady rate, 4 cases"
 
 
 def test_a_map_ends_where_its_cases_do():
