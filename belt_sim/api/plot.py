@@ -269,7 +269,8 @@ def write_diagnosis(folder: Path, d: Diagnosis, *, pictures: bool) -> None:
     """diagnosis.json, drawings.json, effects.yaml; what was discovered; report.html and, with pictures, those in it."""
     write_json(folder / "drawings.json", file_json(d.drawings))
     spread = {e.id: {n: p.u for n, p in e.parameters.items()} for e in d.effects}
-    write_text(folder / "effects.yaml", save_effects(effects_of(d.effects), spread))
+    held = f"# {d.held_as_settings}\n" if d.tied else ""
+    write_text(folder / "effects.yaml", held + save_effects(effects_of(d.effects), spread))
     if d.discovery is not None and d.discovery.found:
         write_discovery(folder, d.discovery)
     write_json(folder / "diagnosis.json", diagnosis_json(d))

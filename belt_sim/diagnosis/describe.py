@@ -1,13 +1,13 @@
 """A finished diagnosis in words, tables and drawings."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from belt_sim.campaign import Campaign, case_of
-from belt_sim.diagnosis.decide import POLICY, credible, needed_gain
+from belt_sim.diagnosis.decide import POLICY, needed_gain
 from belt_sim.diagnosis.errors import (
     K,
     cells,
@@ -38,6 +38,7 @@ from belt_sim.results.diagnosis import (
     FoundEffect,
     NoiseLevels,
     RequiredAngle,
+    TiedSet,
     Unknown,
     Verdict,
     other_model,
@@ -114,11 +115,7 @@ def drawings_of(d: Findings) -> Drawings:
     """Everything that a diagnosis draws: base model and final model, and where the base model fails."""
     base, chosen = d.nothing, d.named
     final = (d.fitted_bench, chosen.vector, chosen.values) if chosen.ids else None
-    likely = [frozenset(e.effects) for e in credible(d.decision.explanations, POLICY) if e.of_effects]
-    sets = [ids for ids in likely if ids in d.search.fits]
-    sizes = {join_effects(sorted(ids)): estimates(d.fitted_bench.forward, d.search.fits[ids]) for ids in sets}
-    made = drawings((d.bench, base.vector, base.values), final, mapped=base.values)
-    return replace(made, sizes=sizes)
+    return drawings((d.bench, base.vector, base.values), final, mapped=base.values)
 
 
 Predicted = tuple[Workbench, np.ndarray, np.ndarray]
@@ -185,6 +182,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
     """The findings as a result, without drawings, what was discovered, and the next runs to make."""
     campaign, bench, decision = d.bench.campaign, d.fitted_bench, d.decision
     final, fit = final_model(d)
+    tied, effects = _sizes_of_tied(d, decision.tied(POLICY), _effects(d))
     name, count = bench.forward.model.name, len(d.named.ids)
     without = f"Without the effect{'s' if count > 1 else ''}, {name}" if count else f"Model {name}"
     causes = [cls.cause for cls in d.bench.forward.classes if cls.id in d.named.ids]
@@ -195,11 +193,11 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         base_model=name,
         campaign=label(campaign),
         verdict=decision.verdict,
-        sentence=_sentence(d) + _reservations(d, error),
-        effects=_effects(d),
+        sentence=_sentence(d, [e.id for e in effects if e.disagrees]) + _reservations(d, error),
+        effects=effects,
         ranking=_rank_candidates(d),
         considered=decision.explanations,
-        tied=decision.tied(POLICY),
+        tied=tied,
         error=error,
         where=locate_failure(d.bench, d.nothing.values, without, faulty=faulty),
         confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in rivals(d)),
@@ -210,6 +208,21 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         per_run=run_errors(final, d.nothing.values, fit.values),
         provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
     )
+
+
+def _sizes_of_tied(
+    d: Findings, tied: tuple[TiedSet, ...], effects: tuple[FoundEffect, ...]
+) -> tuple[tuple[TiedSet, ...], tuple[FoundEffect, ...]]:
+    """The same with what sizes each tied explanation gives its own effects, and those that all of them have.
+
+    None beside something unknown, where sizes are effective ones.
+    """
+    common = frozenset(d.named.ids).difference(*(t.effects for t in tied)) if tied else frozenset[str]()
+    fits = [d.search.fits.get(common | frozenset(t.effects)) for t in tied]
+    rows = [{} if fit is None else estimates(d.fitted_bench.forward, fit) for fit in fits]
+    sized = (replace(t, sizes={i: row[i] for i in t.effects if i in row}) for t, row in zip(tied, rows, strict=True))
+    each = {i: tuple(row[i] for row in rows if i in row) for i in common}
+    return tuple(sized), tuple(replace(e, by_explanation=each.get(e.id, ())) for e in effects)
 
 
 def final_model(d: Findings) -> tuple[Workbench, Fit]:
@@ -238,7 +251,8 @@ def rivals(d: Findings) -> list[Rival]:
     return found
 
 
-def _sentence(d: Findings) -> str:
+def _sentence(d: Findings, sized_otherwise: Collection[str] = ()) -> str:
+    """sized_otherwise: effects of which tied explanations have other sizes."""
     decision, model = d.decision, d.bench.forward.model.name
     if decision.verdict == Verdict.NONE_KNOWN and decision.instead:
         return other_model(model, decision.instead.removeprefix("model="))
@@ -264,7 +278,8 @@ def _sentence(d: Findings) -> str:
     more = f" Or one change of the span, in its bending or twisting, may stand in the place of {join_words(alike)}."
     said = decision.verdict.sentence(model, named, str(gravest)) + (more if alike else "")
     if tied := decision.tied(POLICY):
-        certain = [n for n in decision.named if not any(n in t.effects for t in tied)]
+        doubt = dict.fromkeys(sized_otherwise, " (size not reliable)")
+        certain = [n + doubt.get(n, "") for n in decision.named if not any(n in t.effects for t in tied)]
         besides = f"{join_words(certain)} and " if certain else ""
         ways = " or ".join(join_effects(t.effects) or "nothing more" for t in tied)
         said = f"Model {model} lacks {besides}one of these, and these runs cannot say which: {ways}."

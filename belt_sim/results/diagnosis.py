@@ -3,10 +3,11 @@ and cannot be told apart, and what to measure next.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import (
     AfterValidator,
     BeforeValidator,
@@ -32,7 +33,8 @@ class FoundEffect:
     probability: its weight against what could stand in its place; confusable_with: that, sets of effects; source_file:
     of an effect of one's own; law: of a law that was given, its entry in an effects.yaml; rejected: even with it the
     model fails, so that its numbers are effective values; alone: what each of several numbers would be without the
-    others, where only together they are known.
+    others, where only together they are known; by_explanation: parameters in each of several tied explanations, where
+    all of them have the effect (those above are of the first).
     """
 
     id: str
@@ -44,6 +46,7 @@ class FoundEffect:
     source_file: Annotated[str | None, file_field("source_file", omit_empty=True)] = None
     law: Annotated[Mapping[str, Any] | None, file_field("law", omit_empty=True)] = None
     alone: Annotated[Mapping[str, Estimate], file_field("alone", omit_empty=True)] = field(default_factory=dict)
+    by_explanation: Annotated[tuple[Mapping[str, Estimate], ...], file_field("by_explanation", omit_empty=True)] = ()
 
     @model_validator(mode="before")
     @classmethod
@@ -51,10 +54,29 @@ class FoundEffect:
         return row | {"rejected": "stamp" in row}
 
     @property
+    def told(self) -> Mapping[str, Estimate]:
+        """The parameters; of which tied explanations disagree, the range over all of them."""
+        found = dict(self.parameters)
+        for name in dict.fromkeys(n for row in self.by_explanation for n in row):
+            each = [row[name] for row in self.by_explanation if name in row]
+            low, high = (np.array([e.interval_95[k] for e in each]) for k in (0, 1))
+            if low.max() > high.min():
+                values = [e.value for e in each]
+                middle, ends = 0.5 * (min(values) + max(values)), (min(values), max(values))
+                found[name] = replace(each[0], value=middle, u=ends[1] - ends[0], interval=ends)
+        return found
+
+    @property
+    def disagrees(self) -> bool:
+        """Whether tied explanations have other sizes of it."""
+        return self.told != self.parameters
+
+    @property
     def sizes(self) -> tuple[str, ...]:
         """What is known of its numbers, a line each."""
         if self.parameters:
-            return tuple(f"{n} = {text}" for n, text in number_texts(self.id, self.parameters).items())
+            said = tuple(f"{n} = {text}" for n, text in number_texts(self.id, self.told).items())
+            return (*said, "size not reliable: it differs by explanation") if self.disagrees else said
         if self.alone:
             said = " or ".join(f"{n} = {text}" for n, text in number_texts(self.id, self.alone).items())
             return (f"{said} (each if it were alone: the readings do not tell which)",)
@@ -410,10 +432,14 @@ UNKNOWN = "something unknown"  # in the place of an effect
 
 @dataclass(frozen=True, kw_only=True)
 class TiedSet:
-    """One of several explanations that a campaign cannot tell apart: ids of effects (none: nothing more is there)."""
+    """One of several explanations that a campaign cannot tell apart: ids of effects (none: nothing more is there);
+    sizes: their numbers, by effect."""
 
     effects: tuple[str, ...]
     probability: float
+    sizes: Annotated[Mapping[str, Mapping[str, Estimate]], file_field("sizes", omit_empty=True)] = field(
+        default_factory=dict
+    )
 
 
 def _read_suspicion(row: Any) -> Suspicion:
@@ -473,6 +499,16 @@ class Diagnosis(Display):
     def certain_effects(self) -> tuple[str, ...]:
         """Named effects that every likely explanation has."""
         return tuple(e.id for e in self.effects if not any(e.id in t.effects for t in self.tied))
+
+    @property
+    def held_as_settings(self) -> str:
+        """Which of tied explanations an effects.yaml of the effects holds, and which others there are; "" for one."""
+        if not self.tied:
+            return ""
+        common = self.certain_effects
+        first, *others = (words.join_effects([*common, *t.effects]) or "nothing" for t in self.tied)
+        several = f"This file holds one of {words.count(len(self.tied))} explanations that these runs cannot tell apart"
+        return f"{several}, {first}; the others, with other sizes: {'; '.join(others)}"
 
     @property
     def further_runs(self) -> tuple[str, ...]:

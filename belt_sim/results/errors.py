@@ -13,7 +13,6 @@ from belt_sim.results import words
 from belt_sim.results.estimates import (
     SETTING_DIGITS,
     Array,
-    Estimate,
     Free,
     MachineSizes,
     StoredEffect,
@@ -98,8 +97,7 @@ class Drift:
 @dataclass(frozen=True, kw_only=True)
 class Drawings:
     """overlays: a Panel a run and signal; maps: E/u_val by signal and yaw sign; drifts: (before, after) each; machine:
-    in whose terms numbers are told; sizes: of each set of effects (their ids, sorted, joined by +) that may be the
-    answer, the numbers by effect.
+    in whose terms numbers are told.
 
     Any of them may be empty.
     """
@@ -108,7 +106,6 @@ class Drawings:
     maps: tuple[FailureMap, ...] = ()
     drifts: tuple[tuple[Drift, Drift | None], ...] = ()
     machine: MachineSizes | None = None
-    sizes: Mapping[str, Mapping[str, Mapping[str, Estimate]]] = field(default_factory=dict)
 
 
 WORSE = 1.05  # of an error, above which it has risen: a refit without a condition is one step, good to some per cent

@@ -125,13 +125,19 @@ class Estimate:
             return self.interval
         return self.value - COVERAGE_95 * self.u, self.value + COVERAGE_95 * self.u
 
+    @property
+    def is_range(self) -> bool:
+        """Whether u says nothing, as readings stop to change somewhere or explanations disagree: it is an interval."""
+        low, high = self.interval_95
+        return COVERAGE_95 * self.u > high - low
+
     def __str__(self) -> str:
         return self.shown_in(*shop_unit(self.unit))
 
     def shown_in(self, factor: float, unit: str) -> str:
         """Value and uncertainty in a unit of which ``factor`` make one of SI."""
         low, high = self.interval_95
-        if COVERAGE_95 * self.u > high - low:  # where readings stop to change, u says nothing
+        if self.is_range:
             shown = f"{words.number(factor * low)} to {words.number(factor * high)}"
             return shown if unit in ("", "1") else f"{shown} {unit}"
         return words.with_u(factor * self.value, factor * self.u, unit)
@@ -197,9 +203,11 @@ def number_texts(effect: str, numbers: Mapping[str, Estimate], machine: MachineS
         texts["peak to peak"] = words.with_u(factor * float(np.ptp(course)), factor * u, unit)
     for n, e in ((n, e) for n, e in numbers.items() if n not in waves):
         texts[n] = e.shown_in(*display_unit(effect, n, e.unit, machine))
-        if machine is not None and e.unit == "rad":
+        if machine is None or e.is_range:
+            continue
+        if e.unit == "rad":
             texts[n] += f" ({words.number(math.degrees(e.value), 2)}°)"
-        elif machine is not None and effect == "camber":
+        elif effect == "camber":
             kelvin = words.number(abs(e.value) * machine.width / STEEL_EXPANSION, 2)
             texts[n] += f" (as {kelvin} K between the edges of a steel belt would make)"
     return texts

@@ -10,7 +10,7 @@ import functools
 import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -196,11 +196,10 @@ PARTS_OF_LAW = {
 
 def rival_cards(d: Diagnosis) -> list[dict[str, Any]]:
     """A card for each of several explanations that these runs cannot tell apart; none where one is likely."""
-    certain, machine = list(d.certain_effects), d.drawings.machine
-    named, cards = {e.id: e.parameters for e in d.effects}, []
+    machine, named, cards = d.drawings.machine, {e.id: e.parameters for e in d.effects}, []
     for rival in d.tied:
-        sizes = d.drawings.sizes.get(words.join_effects(sorted([*certain, *rival.effects])), {})
-        single = [effect_card(i, sizes.get(i) or named.get(i, {}), machine) for i in rival.effects if i != UNKNOWN]
+        own = [i for i in rival.effects if i != UNKNOWN]
+        single = [effect_card(i, rival.sizes.get(i) or named.get(i, {}), machine) for i in own]
         if not single:
             fault = "something acts that the catalogue does not have" if rival.effects else "there is nothing more"
             single = [dict.fromkeys(("parts", "sizes", "marks"), ()) | {"fault": fault, "about": "", "check": ""}]
@@ -215,13 +214,15 @@ def rival_cards(d: Diagnosis) -> list[dict[str, Any]]:
 def plant_card(e: FoundEffect, machine: MachineSizes | None = None, asked_for: int | None = None) -> dict[str, Any]:
     """Return the card of a named effect for people at the machine; see ``effect_card``. sure: how often such answers
     were right; unsure: marked as such; others: what it may be instead."""
-    card, others = effect_card(e.id, e.parameters, machine), []
+    pulleys, others = {_pulley(row) for row in e.by_explanation or (e.parameters,) if row}, []
+    card, where = effect_card(e.id, e.told, machine, pulleys), " and pulley" if len(pulleys) > 1 else ""
+    differs = (f"size{where} not reliable: the explanations differ by so much",) if e.disagrees else ()
     for ids in e.confusable_with:  # their faults, and their ids in brackets
         classes, name = [library().get(one) for one in ids], words.join_effects(ids)
         said = [c.cause.phrase.format(pulley=EITHER) for c in classes if c is not None and c.cause is not None]
         others.append(f"{' and '.join(said)} ({name})" if said else name)
     return card | {
-        "sizes": card["sizes"] or e.sizes,
+        "sizes": (*card["sizes"], *differs) if card["sizes"] else e.sizes,
         "sure": sureness(e.probability, asked_for),
         "unsure": e.probability < LIKELY,
         "others": others,
@@ -229,15 +230,21 @@ def plant_card(e: FoundEffect, machine: MachineSizes | None = None, asked_for: i
     }
 
 
-def effect_card(effect: str, numbers: Mapping[str, Estimate], machine: MachineSizes | None) -> dict[str, Any]:
-    """Return what a card says of an effect of such numbers.
+def effect_card(
+    effect: str,
+    numbers: Mapping[str, Estimate],
+    machine: MachineSizes | None,
+    pulleys: Collection[str | None] | None = None,
+) -> dict[str, Any]:
+    """Return what a card says of an effect of such numbers; pulleys: that it may be at (None: by the numbers).
 
     fault: the clause of the headline; about: what the effect is, from its own file; parts: ids of the sketch; marks:
     places on the sketch (share of the span from the head pulley, words); sizes: a line a number; check: what to do.
     """
     cls = library().get(effect)
     cause, known = (cls.cause, cls.parameters) if cls is not None else (None, {})
-    pulley, texts, sizes, marks = _pulley(numbers), number_texts(effect, numbers, machine), [], []
+    one, *more = pulleys or [_pulley(numbers)]
+    pulley, texts, sizes, marks = None if more else one, number_texts(effect, numbers, machine), [], []
     for n, text in texts.items():
         meaning = known[n].meaning if n in known else n
         if machine is not None and meaning.startswith("share of the span's length"):

@@ -15,14 +15,13 @@ from belt_sim.effects.base import library
 from belt_sim.results.diagnosis import (
     RESOLVED,
     Diagnosis,
-    Estimate,
     Explanation,
     FoundEffect,
     NextRun,
     Verdict,
     other_model,
 )
-from belt_sim.results.estimates import MachineSizes, number_texts
+from belt_sim.results.estimates import Estimate, MachineSizes, number_texts
 from belt_sim.show.report import HERE, LIKELY, plant_card, plant_headline, render, rival_cards, sureness
 
 TAPER = FoundEffect(
@@ -133,6 +132,32 @@ def test_a_tie_is_told_as_one_with_a_card_for_each():
         assert re.search(rf'class="part marked" data-part="{part}"', page)
     sure = Decision(Verdict.EXPLAINED, {}, {}, (row("taper", "cant", p=0.93), *rows[1:])).tied(POLICY)
     assert replace(tie, tied=sure).headline == "Explained"
+
+
+def test_of_what_all_tied_explanations_have_the_sizes_are_told_over_all_of_them():
+    """The tapers of a tie in which the first explanation, and none of the others, has the cone at the head."""
+    first, other = ({"kappa_t": size(a), "kappa_t_head": size(b)} for a, b in ((-1e-5, 5e-5), (14e-5, 0.5e-5)))
+    rows = (row("taper", "side_drag", p=0.5), row("taper", "yaw_offset_tail", p=0.45), row("crown", p=0.02))
+    tied = Decision(Verdict.EXPLAINED, {"taper": 1.0, "side_drag": 0.5}, {}, rows).tied(POLICY)
+    cone = FoundEffect(id="taper", numbers={}, parameters=first, probability=1.0, by_explanation=(first, other))
+    found = (cone, named("side_drag", 0.5))
+    tie = replace(drawn("nothing"), verdict=Verdict.EXPLAINED, effects=found, considered=rows, tied=tied)
+    card = plant_card(tie.effects[0])
+    assert card["fault"] == "the tail or head pulley is conical"
+    assert set(card["parts"]) >= {"tail", "head"}
+    assert "−10.0 to 140" in card["sizes"][0]
+    assert "5.00 to 50.0" in card["sizes"][1]
+    assert card["sizes"][2].startswith("size and pulley not reliable")
+    assert "±" not in "".join(card["sizes"])
+    assert "size not reliable" in str(tie.effects[0])
+    assert "taper + side_drag; the others, with other sizes: taper + yaw_offset_tail" in tie.held_as_settings
+    alike = plant_card(replace(cone, by_explanation=(first, first)))  # the explanations agree: as if there was one
+    assert alike == plant_card(replace(cone, by_explanation=()))
+    assert alike["fault"] == "the head pulley is conical"
+
+
+def size(value):
+    return Estimate(value=value, u=1e-6, unit="1/m", plausible=True)
 
 
 def test_explained_is_not_said_without_the_reservation_that_undoes_it():
