@@ -42,11 +42,17 @@ class SimulationError(BeltError):
 @dataclass(frozen=True)
 class Limit:
     """One boundary of a model's validity. load: how far the case has come towards it, 1 = there; words: what happens
-    beyond it."""
+    beyond it; given: what has to be so, where the campaign does not say it (the friction)."""
 
     id: str
     load: float
     words: str
+    given: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """What happens beyond it, with what has to be so."""
+        return f"{self.given}, {self.words}" if self.given else self.words
 
     @property
     def exceeded_by(self) -> str:
@@ -56,7 +62,7 @@ class Limit:
 
 def warning(model: str, beyond: Iterable[Limit]) -> str:
     """One line, empty when nothing is exceeded."""
-    said = "; ".join(f"{x.id} ({x.exceeded_by}): {x.words}" for x in beyond)
+    said = "; ".join(f"{x.id} ({x.exceeded_by}): {x.sentence}" for x in beyond)
     return f"{model} used beyond its validity: {said}" if said else ""
 
 

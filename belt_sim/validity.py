@@ -32,6 +32,7 @@ LIFTS = (
     "the belt is too slack for this model, its own stiffness lifts it off the pulleys: use model=strip_lift_off, or "
     "effects=[lift_off] with a 3D belt"
 )
+GIVEN = {"slip": f"if friction is {FRICTION:g} or less"}  # limits that hang on what no campaign states
 NEAR = 0.8  # share of the centre distance that both pulleys may fill
 
 
@@ -76,7 +77,7 @@ def limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit
          "the turn is so large that the linear span is wrong: the slack edge sags more, twist stretches both"),
         ("bending_layer", layer / WRONG, "lift_off", LIFTS),
         ("slip", zone / (SLIP_WAY * rig.span_length / 4.0), "slip",
-         f"at a friction of {FRICTION:g} or less the belt slips on the pulley after the yaw"),
+         "the belt slips on the pulley after the yaw"),
         ("shear", 0.75 * ratio / WRONG, "shear",
          "the spans are short and wide: shear bends them as well; add effects=[shear]"),
         (deep.id, deep.load, "", deep.words),
@@ -84,7 +85,8 @@ def limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit
          "the belt runs at a share of its string speed: inertia counts"),
         (thick.id, thick.load, "", thick.words),
     )  # fmt: skip
-    return tuple(Limit(name, float(load), words) for name, load, cure, words in found if not {name, cure} & {*contains})
+    kept = (row for row in found if not {row[0], row[2]} & {*contains})
+    return tuple(Limit(name, float(load), words, GIVEN.get(name, "")) for name, load, _, words in kept)
 
 
 def exceeded_limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit, ...]:
@@ -142,7 +144,7 @@ def run_limits(
         add("off_pulley", curves.y, lambda y: np.abs(y + float(case.settings.y0)) / room, points, edge)
     words = "an edge is slack" + ", which a linear span does not know" * linear
     add("slack_edge", curves.edge_stress, lambda x: 1.0 - x / float(case.settings.tension), spans, words)
-    words = f"at a friction of {FRICTION:g} or less the belt slips on the pulley"
+    words = "the belt slips on the pulley"
     way = SLIP_WAY * float(case.rig.span_length) / 4.0
     add("slip", curves.moment, lambda _: slip_zones(case, curves) / way, points, words)
     if linear:
@@ -169,7 +171,7 @@ def run_limits(
             where, _ = np.unravel_index(np.argmax(load), load.shape)
             first = float(travel[np.argmax((load > 1.0).any(axis=0))])
             words = f"{words} from {first:.3g} m of travel on, most at {places[where]}"
-            left.append(Limit(name, float(load.max()), words))
+            left.append(Limit(name, float(load.max()), words, GIVEN.get(name, "")))
     return tuple(sorted(left, key=lambda x: -x.load))
 
 

@@ -28,7 +28,16 @@ from belt_sim.campaign.types import sensor_place
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.decide import POLICY, probability_of_unknown
-from belt_sim.diagnosis.describe import describe, drawings, drawings_of, final_model, label, overlays, rivals
+from belt_sim.diagnosis.describe import (
+    describe,
+    drawings,
+    drawings_of,
+    final_model,
+    label,
+    machine_of,
+    overlays,
+    rivals,
+)
 from belt_sim.diagnosis.errors import free_zeros, locate_failure, overall_errors, run_errors
 from belt_sim.diagnosis.examine import BOOTSTRAPS, compile_ahead, examine
 from belt_sim.diagnosis.fit import Fit, step_bounds
@@ -50,6 +59,7 @@ from belt_sim.results import words
 from belt_sim.results.check import Check, Doubt
 from belt_sim.results.diagnosis import APART, Diagnosis, Discovery, NextRun
 from belt_sim.results.errors import Comparison, Drawings, SteadyError
+from belt_sim.results.estimates import MachineSizes, display_unit
 from belt_sim.results.words import Display, Table
 from belt_sim.settings import BOUNDS
 from belt_sim.show.observers import stages_shown
@@ -235,7 +245,9 @@ def check(
     bench, fit = linear_response(read, chosen, candidates_of(effects, chosen), planned=planned)
     seen = visible(bench, fit)
     alike = tuple(pairs(bench, fit, seen, advise=advise))
-    return Check(**common, noise=bench.levels.sentence, doubts=found, visible=tuple(seen), pairs=alike)
+    return Check(
+        **common, noise=bench.levels.sentence, doubts=found, visible=tuple(seen), pairs=alike, machine=machine_of(bench)
+    )
 
 
 STEADY_TRAVEL = 300.0  # [m]; the strip's transient at 7 N/mm2 is longer than 100 m
@@ -335,7 +347,8 @@ class FitResult(Display):
 
     covariance (k, k): in the order of ``values``; effects: with these numbers, for ``simulate`` and ``compare``;
     chi2: before and after; degrees: of freedom; rms [m]: of the lateral signals, before and after; unbound: names of
-    numbers that the readings do not bound within what a machine could have; notes: what else the fit leaves open.
+    numbers that the readings do not bound within what a machine could have; notes: what else the fit leaves open;
+    machine: its sizes, in which people read the numbers.
     """
 
     values: dict[str, float]
@@ -347,6 +360,7 @@ class FitResult(Display):
     rms: tuple[float, float]
     unbound: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    machine: MachineSizes | None = None
 
     @property
     def correlation(self) -> np.ndarray:
@@ -373,12 +387,19 @@ class FitResult(Display):
 
     def _texts(self) -> dict[str, str]:
         """Values with their uncertainties in units of the shop, by name."""
-        units = {f"{e.id}.{n}": p.display_unit for e in self.effects for n, p in type(e).parameters.items()}
+        units = _units(self.effects, self.machine)
         return {
             n: "not bound by these readings" if n in self.unbound
             else words.with_u(units[n][0] * v, units[n][0] * self.u[n], units[n][1])
             for n, v in self.values.items()
         }  # fmt: skip
+
+
+def _units(effects: Sequence[Effect], machine: MachineSizes | None) -> dict[str, tuple[float, str]]:
+    """Units of the shop in one of SI, and their names, of all numbers of effects."""
+    return {
+        f"{e.id}.{n}": display_unit(e.id, n, p.unit, machine) for e in effects for n, p in type(e).parameters.items()
+    }
 
 
 def _fit_notes(bench: Workbench, found: Fit, names: Sequence[str], scales: np.ndarray, degrees: int) -> list[str]:
@@ -390,7 +411,7 @@ def _fit_notes(bench: Workbench, found: Fit, names: Sequence[str], scales: np.nd
     down, up = step_bounds(found, bench.forward.sides)
     notes += [f"{n} is at its bound" for n, a, b in zip(names, down, up, strict=True) if a >= 0.0 or b <= 0.0]
     root, acting = covariance_root(found.columns), bench.forward.effects_at(found.vector, found.ids)
-    units = {f"{e.id}.{n}": p.display_unit for e in acting for n, p in type(e).parameters.items()}
+    units = _units(acting, machine_of(bench))
     shop = np.array([units[n][0] for n in names]) * scales
     apart: set[int] = set()
     for group in inseparable_numbers(bench.forward, found):
@@ -472,4 +493,5 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
         unbound=tuple(names[k] for k in unbound_numbers(bench.forward, found)),
         notes=(*map(str, running), *left_out, *_fit_notes(bench, found, names, scales, degrees)),
         rms=(rms[0], rms[1]),
+        machine=machine_of(bench),
     )

@@ -176,8 +176,7 @@ def _compared_words(result: Comparison | Diagnosis) -> tuple[str, dict[str, str]
         added = ", ".join(words[:1].lower() + words[1:] for words in spoken)
     base = _model_words(result.base_model)
     words = f"{base[:1].upper()}{base[1:]} {f'without and with {added}' if added else 'beside the measurement'}"
-    measured = "simulated measurement" if result.campaign.source == "synthetic" else "measured"
-    return words, {"base": result.base_model, "final": f"with {ids}", "measured": measured}
+    return words, {"base": result.base_model, "final": f"with {ids}", "measured": result.campaign.readings}
 
 
 def _overlay(result: Any) -> dict[str, Draw]:

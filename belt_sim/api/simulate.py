@@ -301,7 +301,8 @@ def validity_warnings(
         runs = [run for run, limit in found if limit.id == name]
         worst = max((limit for _, limit in found if limit.id == name), key=lambda x: x.load)
         many = f"{len(runs)} of {len(campaign.runs)} runs" if len(runs) > 1 else f"run {runs[0]}"
-        sentences.append(f"in {many} {worst.words} ({name}, up to {worst.exceeded_by})")
+        given = f"{worst.given}, " if worst.given else ""
+        sentences.append(f"{given}in {many} {worst.words} ({name}, up to {worst.exceeded_by})")
     return tuple(sentences)
 
 

@@ -129,5 +129,5 @@ def _diagnose(request: Mapping[str, Any], folder: Path, say: Callable[..., None]
     say(stage="drawing")
     write_diagnosis(folder, found, pictures=True)
     effects = [e.law or {"id": e.id, **e.numbers} for e in found.effects if e.source_file is None]
-    told = {"verdict": str(found.verdict), "reserved": bool(found.tied or found.beyond)}
+    told = {"verdict": str(found.verdict), "reserved": bool(found.tied or found.reserved)}
     return told | {"lines": [found.sentence], "effects": effects}

@@ -457,8 +457,8 @@ def check_running_start(campaign: Campaign, records: list[Record]) -> list[Suspi
         return []
     sentence = (
         f"the belt runs off by {1e3 * rate:+.2g} mm/m (one sigma {1e3 * error:.1g}) before any yaw, at both pulleys "
-        "alike: something acts without a yaw, as a cone does, or the belt ran before the records began; then state "
-        "how far from a straight start, run_in_m in runs.csv (run_in of the run in an import's mapping)"
+        "alike: something acts without a yaw, as a cone does. If the belt already ran before the record, enter that "
+        "distance as run_in_m in runs.csv (run_in of the run in an import's mapping)"
     )
     return [Suspicion(None, (), "running_start", sentence, "look")]
 

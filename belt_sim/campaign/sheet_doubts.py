@@ -22,7 +22,7 @@ WORDS = {
     "modulus": "Young's modulus: the belt is as stiff as one of {size} times the stated modulus",
     "tension": "the tensions: the belt moves as at {size} times the stated ones ({why}?)",
     "travel_unit": "the unit of the travel: the belt moves as over {size} times the stated travel ({why}?)",
-    "reading_unit": "the unit of the readings: they are as {size} times the stated ones ({why}?)",
+    "reading_unit": "the unit of the readings: they look {size} ({why}?)",
 }
 #: kind of mistake in one number or more -> the part of the campaign, and its numbers that the size multiplies
 _SCALED = {
@@ -44,6 +44,16 @@ DELAYS = (0.03, 0.07, 0.15, 0.3, 0.6, 1.0, 2.0)
 #: Widths that a slip of the hand makes of the true one, over the stated one.
 WIDTHS = (0.1, 0.5, 0.8, 1.25, 2.0, 10.0)
 FEET, INCH, KILOPOND = 0.3048, 25.4, 9.80665
+#: Readings as they should be, over the stated ones -> the slip.
+_READINGS = tuple(
+    (size, f"were {unit} entered as {other}")
+    for size, unit, other in (
+        (INCH, "inches", "mm"),
+        (1.0 / INCH, "mm", "inches"),
+        (10.0, "cm", "mm"),
+        (0.1, "mm", "cm"),
+    )
+)
 LONGEST = 1000.0  # [m]
 
 
@@ -93,7 +103,11 @@ class SheetMistake:
     def sentence(self) -> str:
         """What to check, and what speaks for it."""
         where = f"in run{'s' if len(self.runs) > 1 else ''} {', '.join(self.runs)}" if self.runs else "in all runs"
-        return "check " + WORDS[self.kind].format(where=where, size=f"{self.size:.3g}", why=self.why)
+        size = f"{self.size:.3g}"
+        if self.kind == "reading_unit":
+            large = self.size < 1.0
+            size = f"{1.0 / self.size if large else self.size:.3g} times too {'large' if large else 'small'}"
+        return "check " + WORDS[self.kind].format(where=where, size=size, why=self.why)
 
     @property
     def log_jacobian(self) -> float:
@@ -145,5 +159,5 @@ def _sizes(campaign: Campaign) -> Iterator[tuple[str, float, str]]:
     yield "tension", 1.0 / KILOPOND, "N for kgf"
     for size, why in ((FEET, "feet as metres"), (1.0 / FEET, "metres as feet"), (0.1, "dm"), (10.0, "a decimal point")):
         yield "travel_unit", size, why
-    for size, why in ((INCH, "inch as mm"), (1.0 / INCH, "mm as inch"), (10.0, "cm as mm"), (0.1, "mm as cm")):
+    for size, why in _READINGS:
         yield "reading_unit", size, why

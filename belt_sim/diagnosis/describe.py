@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.campaign import Campaign, case_of
+from belt_sim.campaign import Campaign, Suspicion, case_of
+from belt_sim.campaign.quality import check_running_start, counted_from_yaw, records_of
 from belt_sim.diagnosis.decide import POLICY, needed_gain
 from belt_sim.diagnosis.errors import (
     K,
@@ -126,14 +127,19 @@ def drawings(base: Predicted, final: Predicted | None, *, mapped: np.ndarray) ->
     that the maps judge.
     """
     before, after = stiffness_drift(*base[:2]), stiffness_drift(*final[:2]) if final else None
-    case = case_of(base[0].campaign, base[0].samples.runs[0])
-    rig = {n: float(getattr(case.rig, n)) for n in ("centre_distance", "tail_radius", "head_radius", "span_length")}
     return Drawings(
         overlays=overlays(base[0], base[2], final[2] if final else None),
         maps=maps(base[0], mapped),
         drifts=((before, after),) if before is not None else (),
-        machine=MachineSizes(width=float(case.belt.width), **rig),
+        machine=machine_of(base[0]),
     )
+
+
+def machine_of(bench: Workbench) -> MachineSizes:
+    """The sizes of the machine in which people read numbers of effects."""
+    case = case_of(bench.campaign, bench.samples.runs[0])
+    rig = {n: float(getattr(case.rig, n)) for n in ("centre_distance", "tail_radius", "head_radius", "span_length")}
+    return MachineSizes(width=float(case.belt.width), **rig)
 
 
 GPA = 1e9
@@ -204,7 +210,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         next_runs=(),
         unknown=_unknown(d),
         noise=NoiseLevels(white_factor=white, wander_factor=wander, repeats=bench.levels.repeats),
-        suspicions=d.suspicions,
+        suspicions=tuple(s for s in d.suspicions if not _answered(d, s)),
         per_run=run_errors(final, d.nothing.values, fit.values),
         provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
     )
@@ -289,6 +295,19 @@ def _sentence(d: Findings, sized_otherwise: Collection[str] = ()) -> str:
     if sheet and decision.named:
         said += " A mistake in the data sheet explains as much: check that first."
     return said
+
+
+def _answered(d: Findings, suspicion: Suspicion) -> bool:
+    """Whether the named effects explain a drift before the yaw: it is no longer in what they leave of the readings."""
+    if d.decision.verdict != Verdict.EXPLAINED or suspicion.kind != "running_start":
+        return False
+    samples, runs = d.fitted_bench.samples, []
+    for run, travel, values in zip(samples.runs, samples.travel, d.named.values, strict=True):
+        model = {s.name: np.interp(run.travel, travel, y) for s, y in zip(samples.signals, values, strict=True)}
+        runs.append(replace(run, signals={n: y - model[n] for n, y in run.signals.items() if n in model}))
+    left = replace(d.bench.campaign, runs=tuple(runs))
+    told = check_running_start(d.bench.campaign, counted_from_yaw(records_of(d.bench.campaign)))
+    return suspicion in told and not check_running_start(left, counted_from_yaw(records_of(left)))
 
 
 def _reservations(d: Findings, error: Errors) -> str:

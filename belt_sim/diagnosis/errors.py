@@ -260,7 +260,8 @@ def worst_sentence(c: Cell, count: int, kinds: Mapping[str, Kind]) -> str:
     sign = {1: "> 0", -1: "< 0", 0: "= 0"}[c.sign]
     where = f"{c.signal} of run {c.run} ({c.tension:g} N/mm2, yaw {sign}, {c.window[0]:.0f}-{c.window[1]:.0f} m)"
     if c.ratio <= family_k(count):
-        return f"Nowhere beyond the uncertainty of the comparison; closest in {where}: E = {c.ratio:.1f} u_val."
+        most = f"most in {where}: {c.ratio:.1f} times the uncertainty"
+        return f"Nowhere beyond the uncertainty of the comparison; {most}, as chance may give in one of {count} places."
     size = f"{KILO * c.rms:.2g} {UNITS[kinds[c.signal]]}"
     return f"Worst in {where}: off by {size}, {c.ratio:.0f} times the measurement uncertainty."
 
@@ -288,7 +289,7 @@ def boundary(found: list[Cell], model: str, *, faulty: bool = False) -> tuple[fl
     n = int(flips[0])
     part = (np.log(k) - np.log(worst[n])) / (np.log(worst[n + 1]) - np.log(worst[n]))
     at = float(np.exp(np.log(tensions[n]) + part * np.log(tensions[n + 1] / tensions[n])))
-    limit = f"|E| <= {k:.1f} u_val; measured at {span}"
+    limit = f"errors up to {k:.1f} times their uncertainty; measured at {span}"
     if good[-1]:
         return at, f"{model} is off below {at:.3g} N/mm2: rely on it above only ({limit})."
     return at, f"{model} is off above {at:.3g} N/mm2: rely on it below only ({limit})."

@@ -47,6 +47,12 @@ class Samples:
         """Longest travel of any run [m]."""
         return float(np.nanmax(self.travel))
 
+    @property
+    def gap(self) -> float:
+        """Largest travel [m] between neighbouring readings of the run that has them closest."""
+        used = [s[np.isfinite(y).any(axis=0)] for s, y in zip(self.travel, self.y, strict=True)]
+        return min((float(np.max(np.diff(s))) for s in used if len(s) > 1), default=0.0)
+
     def bin_attenuation(self, harmonics: np.ndarray) -> np.ndarray:
         """What the mean over a bin leaves of waves with so many (k,) periods a belt length, (R, k)."""
         many, length = self.per_bin[:, None], float(np.max(self.cases.rig.belt_length))

@@ -364,14 +364,17 @@ def _shape_numbers(law: Law) -> list[str]:
 
 
 def _limit_step(data: SearchData, law: Law, old: np.ndarray, new: np.ndarray) -> np.ndarray:
-    """New numbers: each shape number within a factor of two of the old one, each exponent within 1 of it, and no length
-    longer than some records."""
+    """New numbers: each shape number within a factor of two of the old one, each exponent within 1 of it, no length
+    longer than some records, and no wave shorter than the readings show."""
     count, names = _sizes(law), _shape_numbers(law)
     longest = np.array([np.inf if n == "knee" else np.log(LONGEST * float(data.states.s[-1])) for n in names])
+    forms = [t.form for t in law.terms for n in NUMBERS if getattr(t.form, n) is not None]
+    shortest = np.log([data.shortest(f) if n == "at" else 1e-300 for f, n in zip(forms, names, strict=True)])
     end = count + len(names)
     shape, exponents = old[count:end], np.clip(np.clip(new[end:], old[end:] - 1.0, old[end:] + 1.0), *STEEPEST)
     top = np.minimum(shape + np.log(2.0), np.maximum(longest, shape))
-    return np.concatenate([new[:count], np.clip(new[count:end], shape - np.log(2.0), top), exponents])
+    low = np.maximum(shape - np.log(2.0), np.minimum(shortest, shape))
+    return np.concatenate([new[:count], np.clip(new[count:end], low, top), exponents])
 
 
 def _law_with(law: Law, numbers: np.ndarray) -> tuple[Law, np.ndarray]:

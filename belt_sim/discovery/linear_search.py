@@ -386,6 +386,7 @@ def refine_numbers(data: SearchData, scored: ScoredLaw) -> ScoredLaw:
             if value is None:
                 continue
             off = np.log(_grid_ratio(data, term.form) if number == "at" else STEP_OF_GRID)
+            least = min(np.log(data.shortest(term.form)), np.log(value)) if number == "at" else -np.inf
             others = [data.columns(Law((t,))) for t in law.terms]
 
             def loss(x: float, law=law, k=k, number=number, others=others) -> float:
@@ -394,7 +395,7 @@ def refine_numbers(data: SearchData, scored: ScoredLaw) -> ScoredLaw:
 
             best = minimize_scalar(
                 loss,
-                bounds=(np.log(value) - off, np.log(value) + off),
+                bounds=(max(np.log(value) - off, least), np.log(value) + off),
                 method="bounded",
                 options={"maxiter": 14, "xatol": 1e-3},
             )

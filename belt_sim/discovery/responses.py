@@ -46,6 +46,8 @@ from belt_sim.line.span import log_of_change, response_by_change
 CHANNELS = tuple(f"{kind}_{pulley}" for kind in AT_PULLEYS for pulley in PULLEYS)
 
 CELLS = 240  # of the input along the longest run, at most
+SHORTEST = 3.0  # cells in a wave
+SAMPLED = 2.0  # gaps between readings in a wave, at least (Nyquist)
 OUTSIDE_MARCH = {"encoder", "sensor_travel", "sensor", "scene"}  # hooks that a march does not call
 Y, MOMENT, TILT = 0, 8, 10  # first rows of what is kept, see ImpulseResponses
 _SCALES = {"rad": 1e-4, "1/m": 1e-5, "m": 1e-4}
@@ -393,7 +395,8 @@ class States:
     whether the upper span runs up the tail pulley; belt_part (R, 2, J): the part of the belt that runs up, in belt
     lengths from the one that is at the tail pulley when a forward run starts; head_delay, belt_length: travel [m] by
     which it reaches the head pulley after the tail pulley, and the same pulley again; wraps: travel [m] by which it
-    leaves the tail and the head pulley after it has run up.
+    leaves the tail and the head pulley after it has run up; gap: largest travel [m] between
+    readings of the run that has them closest.
     """
 
     s: np.ndarray
@@ -416,6 +419,12 @@ class States:
     belt_length: float
     wraps: tuple[float, float]
     signals: tuple[str, ...]
+    gap: float = 0.0
+
+    @property
+    def shortest_wave(self) -> float:
+        """Wavelength [m] below which no wave is searched: three cells, or twice the distance of readings (aliasing)."""
+        return max(SHORTEST * float(self.s[1] - self.s[0]), SAMPLED * self.gap)
 
     def variables_at(self, place: Place) -> "States":
         """What a law at a place reads: where the belt runs up, now; over a wrap, what the belt that leaves it had when
@@ -537,4 +546,5 @@ def states_of(bench: Workbench, responses: ImpulseResponses, changes: Mapping[st
         belt_length=float(rig.belt_length),
         wraps=(wrap, float(rig.wrap_head)),
         signals=tuple(s.name for s in bench.samples.signals),
+        gap=bench.samples.gap,
     )

@@ -58,7 +58,6 @@ ENDLESS = 2.5  # records, over which a decay cannot be told from what stays
 STICKS = (0.02, 0.05, 0.1, 0.25, 0.5)  # of the largest reading, how far something sticks
 SAME_YAW = 0.02  # of the largest, within which yaws are one size: settings may be off by as much
 RATIO = 1.3  # to the next wavelength of a decaying wave
-SHORTEST = 3.0  # cells in a wave, and samples
 
 
 def timed_form(form: Form, pace: float) -> Form:
@@ -174,7 +173,7 @@ def rare_forms(states: States, kind: str, periods: Sequence[float]) -> list[Form
     if np.any(states.beta) and _has_many_sizes(states.beta):  # by direction alone: play and friction, used up
         knee = KNEES[1] * float(np.abs(states.beta).max())
         found += [Form("beta", shape="saturation", knee=knee, course=c, at=a) for c, a in _one_way_courses(end)]
-    shortest = SHORTEST * float(states.s[1] - states.s[0])
+    shortest = states.shortest_wave
     beta = ("beta",) if np.any(states.beta) else ()
     read = (*beta, "y", "alpha", "kappa")
     back = [Form(n, course="wave", at=at) for n in read for at in periods if shortest < at < 2.0 * end]
@@ -190,7 +189,7 @@ def _one_way_courses(end: float) -> list[tuple[str, float | None]]:
 
 def decaying_waves(states: States, names: tuple[str, ...]) -> list[Form]:
     """Waves that fade."""
-    end, shortest = float(states.s[-1]), SHORTEST * float(states.s[1] - states.s[0])
+    end, shortest = float(states.s[-1]), states.shortest_wave
     lengths = end / RATIO ** np.arange(0.0, np.log(end / shortest) / np.log(RATIO))
     return [
         Form(n, course="decaying_wave", at=float(at), wide=float(at * fade))
@@ -216,9 +215,9 @@ def belt_sections(kind: str) -> list[Form]:
 
 
 def waves(states: States, names: tuple[str, ...]) -> list[Form]:
-    """Waves from once in the record to the shortest that the grid carries, evenly spaced in wavenumber."""
-    end, cell = float(states.s[-1]), float(states.s[1] - states.s[0])
-    count = np.arange(1.0, end / (SHORTEST * cell), 0.75)
+    """Waves from once in the record to the shortest that grid and readings carry, evenly spaced in wavenumber."""
+    end = float(states.s[-1])
+    count = np.arange(1.0, end / states.shortest_wave, 0.75)
     return [Form(n, course="wave", at=end / c) for n in names for c in count]
 
 
@@ -441,6 +440,11 @@ class SearchData:
         if key not in found:
             found[key] = made()
         return found[key]
+
+    def shortest(self, form: Form) -> float:
+        """The least that ``at`` may be [m; s of what is timed]: of a wave that readings can tell from its aliases."""
+        pace = float(np.min(self.states.speed)) if form.timed else 1.0
+        return self.states.shortest_wave / pace if form.is_wave else 1e-300
 
     def forms(self, place: Place) -> tuple[list[Form], list[Form]]:
         """The forms to try at a place: the usual ones and the rare ones."""

@@ -339,8 +339,11 @@ def _other_places(found: SearchOutcome, told: str) -> str:
     fitting, acting = ([f"the {words}" for words in some if words != told] for some in (fitted, alike))
     acting = [words for words in acting if words not in fitting[:OTHERS]]
     said = f" A law of {' or of '.join(fitting[:OTHERS])} fits these readings as well." if fitting else ""
-    more = f" or {len(acting) - OTHERS} more places" if len(acting) > OTHERS else ""
-    return f"{said} By these runs it may act on {' or '.join(acting[:OTHERS])}{more} as well." if acting else said
+    if not acting:
+        return said
+    many = f"{len(acting)} other places fit" if len(acting) > 1 else "another place fits"
+    first = "; the first are " if len(acting) > OTHERS else ": "
+    return f"{said} These runs cannot say where it acts: {many} alike{first}{' and '.join(acting[:OTHERS])}."
 
 
 def limits_of_law(found: SearchOutcome) -> tuple[str, ...]:

@@ -235,7 +235,13 @@ class OffCentreLoad(_OnOneSpan):
     parity = "even"
     needs = frozenset({"sag"})
     cause = Cause("the load on the upper span lies off centre", ("upper",), "Centre the load, or run the belt empty.")
-    moment: float = parameter("N", "couple per metre of the span, side y > 0 loaded", plausible=(-2.0, 2.0), scale=5e-3)
+    moment: float = parameter(
+        "N",
+        "couple per metre of the span, side y > 0 loaded",
+        plausible=(-2.0, 2.0),
+        scale=5e-3,
+        shop=(1.0, "N m per m"),
+    )
 
     def influence(self, span, case):
         return spread_roll(span, span_fields(span))

@@ -9,7 +9,7 @@ from pydantic import Field, PlainSerializer, computed_field
 from belt_sim.results import words
 from belt_sim.results.diagnosis import RESOLVED
 from belt_sim.results.errors import ShortLabel
-from belt_sim.results.estimates import Free, display_unit, file_field
+from belt_sim.results.estimates import Free, MachineSizes, display_unit, file_field
 from belt_sim.results.words import Display, Table, data_frame
 
 SHOWN_PAIRS = 15
@@ -76,6 +76,7 @@ class Check(Display):
     visible: tuple[Visible, ...]
     pairs: Annotated[tuple[Pair, ...], file_field("not_told_apart")]
     provenance: Free
+    machine: Annotated[MachineSizes | None, Field(exclude=True)] = None
 
     def lines(self) -> Sequence[str]:
         """What is wrong, and what can be seen, in sentences."""
@@ -100,17 +101,15 @@ class Check(Display):
         return said
 
     def tables(self) -> Sequence[Table]:
-        tables = [visible_table(self.visible)] if self.visible else []
+        tables = [visible_table(self.visible, self.machine)] if self.visible else []
         if self.pairs:  # the most alike first, and the best further run for each
-            rows = [
-                (
-                    " - ".join(p.effects),
-                    words.number(p.sigma, 2),
-                    p.action or words.NONE,
-                    words.number(p.sigma_after, 2),
+            rows = []
+            for p in self.pairs[:SHOWN_PAIRS]:
+                helps = (p.sigma_after or 0.0) >= RESOLVED  # less is no advice
+                further = (
+                    (p.action or words.NONE, words.number(p.sigma_after, 2)) if helps else (words.NONE, words.NONE)
                 )
-                for p in self.pairs[:SHOWN_PAIRS]
-            ]
+                rows.append((" - ".join(p.effects), words.number(p.sigma, 2), *further))
             more = f" ({SHOWN_PAIRS} of {len(self.pairs)} shown)" if len(self.pairs) > SHOWN_PAIRS else ""
             columns = ("pair", "sigma apart", "best further run", "sigma with it")
             tables.append(Table(f"Pairs these runs cannot separate{more}", columns, rows, left=columns[::2]))
@@ -121,11 +120,11 @@ class Check(Display):
         return data_frame([vars(v) for v in self.visible])
 
 
-def visible_table(visible: Sequence[Visible]) -> Table:
-    """The smallest size of every effect that would show."""
+def visible_table(visible: Sequence[Visible], machine: MachineSizes | None = None) -> Table:
+    """The smallest size of every effect that would show, as people at a machine measure it."""
     rows = []
     for v in visible:
-        factor, unit = display_unit(v.effect, v.parameter, v.unit)
+        factor, unit = display_unit(v.effect, v.parameter, v.unit, machine)
         sizes = [words.number(s and factor * s, 2) for s in (v.smallest, v.largest_plausible)]
         rows.append((f"{v.effect}.{v.parameter}", *sizes, unit, v.word.removeprefix("when ").split(" ")[0]))
     columns = ("number of an effect", "shows from", "up to", "unit", "seen")

@@ -21,7 +21,16 @@ from pydantic import (
 from belt_sim.campaign.quality import Suspicion
 from belt_sim.results import words
 from belt_sim.results.errors import CampaignLabel, Drawings, Errors, RunError, Where, error_grid
-from belt_sim.results.estimates import Array, EffectSet, Estimate, Free, file_field, is_empty, number_texts
+from belt_sim.results.estimates import (
+    Array,
+    EffectSet,
+    Estimate,
+    Free,
+    MachineSizes,
+    file_field,
+    is_empty,
+    number_texts,
+)
 from belt_sim.results.words import Display, Table, data_frame, join_words
 from belt_sim.units import MM
 
@@ -74,11 +83,15 @@ class FoundEffect:
     @property
     def sizes(self) -> tuple[str, ...]:
         """What is known of its numbers, a line each."""
+        return self.sizes_on(None)
+
+    def sizes_on(self, machine: MachineSizes | None) -> tuple[str, ...]:
+        """The same on a machine, as people there measure them."""
         if self.parameters:
-            said = tuple(f"{n} = {text}" for n, text in number_texts(self.id, self.told).items())
+            said = tuple(f"{n} = {text}" for n, text in number_texts(self.id, self.told, machine).items())
             return (*said, "size not reliable: it differs by explanation") if self.disagrees else said
         if self.alone:
-            said = " or ".join(f"{n} = {text}" for n, text in number_texts(self.id, self.alone).items())
+            said = " or ".join(f"{n} = {text}" for n, text in number_texts(self.id, self.alone, machine).items())
             return (f"{said} (each if it were alone: the readings do not tell which)",)
         return ("that it is there is known, how large it is not",)
 
@@ -95,10 +108,15 @@ class FoundEffect:
         return {"id": self.source_file or self.id, "parameters": dict(self.numbers)}
 
     def __str__(self) -> str:
+        return self.line()
+
+    def line(self, machine: MachineSizes | None = None) -> str:
+        """The effect in a line, with its sizes on a machine."""
         others = ", ".join(map(words.join_effects, self.confusable_with))
         alike = f"; confusable with {others}" if others else ""
         stamp = f" ({self.stamp})" if self.stamp else ""
-        return f"{self.id}: {', '.join(self.sizes)}; probability {words.decimal(self.probability, 2)}{alike}{stamp}"
+        sizes, sure = ", ".join(self.sizes_on(machine)), words.decimal(self.probability, 2)
+        return f"{self.id}: {sizes}; probability {sure}{alike}{stamp}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -398,7 +416,7 @@ class Verdict(StrEnum):
 _SAID = {
     Verdict.ADEQUATE: (
         "Nothing is missing",
-        "Nothing is missing from model {model} that these measurements could show.",
+        "{model} agrees with every run.",
     ),
     Verdict.EXPLAINED: (
         "Explained",
@@ -410,7 +428,7 @@ _SAID = {
     ),
     Verdict.NONE_KNOWN: (
         "Something unknown is missing",
-        "Model {model} is wrong here, and no effect of the library explains how.",
+        "Model {model} is wrong here, and effects of the library alone do not explain it.",
     ),
     Verdict.CANNOT_SAY: (
         "This campaign cannot say",
@@ -538,6 +556,12 @@ class Diagnosis(Display):
         return self.verdict is Verdict.NONE_KNOWN and any(e.instead for e in self.considered[:1])
 
     @property
+    def reserved(self) -> bool:
+        """Whether the final model is used beyond a limit; one that hangs on what nobody states ("if friction is ...")
+        is told, but takes no certainty off a model that agrees with the readings."""
+        return any(not sentence.startswith("if ") for sentence in self.beyond)
+
+    @property
     def headline(self) -> str:
         """The verdict in a few words, never surer than the doubts beside it allow."""
         if self.tied:
@@ -546,8 +570,8 @@ class Diagnosis(Display):
             return "Wrong model"
         if self.verdict is Verdict.ADEQUATE and self.considered and not self.considered[0].says_nothing:
             return "Nothing is certain to be missing"
-        reserved = self.verdict is Verdict.EXPLAINED and self.beyond
-        return "Explained, with a reservation" if reserved else self.verdict.headline
+        reserved = not self.verdict.rejects_model and self.reserved
+        return f"{self.verdict.headline}, with a reservation" if reserved else self.verdict.headline
 
     @property
     def law_instead(self) -> bool:
@@ -561,7 +585,8 @@ class Diagnosis(Display):
 
     def lines(self) -> Sequence[str]:
         """The verdict, where the base model fails, the effects, and how the error fell."""
-        said = [f"{self.headline}: {self.sentence}", *self.doubts, self.where.sentence, *map(str, self.effects)]
+        said = [f"{self.headline}: {self.sentence}", *self.doubts, self.where.sentence]
+        said += [e.line(self.drawings.machine) for e in self.effects]
         said += error_line(self.error)
         if self.discovery is not None and self.discovery.found:
             said.append(self.discovery.sentence)

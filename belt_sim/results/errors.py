@@ -278,6 +278,11 @@ class CampaignLabel:
     sha256: str
     source: str
 
+    @property
+    def readings(self) -> str:
+        """What the readings are, as a legend says it."""
+        return {"synthetic": "simulated measurement", "digitised": "read off a figure"}.get(self.source, "measured")
+
 
 #: a label of which files hold no more than title and hash
 ShortLabel = Annotated[
@@ -373,8 +378,10 @@ def runs_table(c: Comparison) -> Table:
         row["rms"] = words.column(r.before)
         row |= {"after": words.column(r.after)} if c.effects else {}
         row |= {"floor": words.column(r.floor), "late rate": words.column(r.modelled.late_rate, sign=True)}
-        rows.append(row | {"measured": words.column(r.measured.late_rate, sign=True)})
-    title = "Errors and late rates" + (f" [{units.pop()}]" if len(units) == 1 else "")
+        data = "measured" if c.campaign.readings == "measured" else "in the data"
+        rows.append(row | {data: words.column(r.measured.late_rate, sign=True)})
+    unit = units.pop() if len(units) == 1 else ""
+    title = f"Errors [{unit}] and late rates [{unit}/m]" if unit else "Errors, and late rates per m"
     marked = [k for k, r in enumerate(c.per_run) if r.worse]
     left = ("run", "signal", "use", "unit")
     return Table(title, list(rows[0]), [list(row.values()) for row in rows], left=left, marked=marked)

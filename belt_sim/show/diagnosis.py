@@ -147,7 +147,8 @@ def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap]
         ax.set_yticks(below[:-1] + 0.5, [f"{t:.4g}" for t in one.tension])
         ax.set(xlabel="belt travel [m]", ylabel="tension [N/mm²]", title=one.title)
         ax.grid(False)
-    bar = fig.colorbar(mesh, ax=axes, label="E / u_val" if rows * most < 6 else "(model − measured) / its uncertainty")
+    between = "\n" if rows * most < 6 else " "  # of a low bar
+    bar = fig.colorbar(mesh, ax=axes, label=f"(model − measured){between}/ its uncertainty")
     bar.set_ticks([-FULL, -5, -SAYS_NOTHING, 0, SAYS_NOTHING, 5, FULL])
     bar.outline.set_visible(False)
     return style.finish_picture(fig, path, title)

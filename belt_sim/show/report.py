@@ -80,7 +80,7 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
         marked=list(dict.fromkeys(marked)),
         marks=[(share, ", ".join(filter(None, numbers)), place) for (share, place), numbers in marks.items()],
         spots=numbered_spots(rivals),
-        measured="simulated measurement" if d.campaign.source == "synthetic" else "measured",
+        measured=d.campaign.readings,
         pictures=pictures or {},
         boxes=panel_boxes(pictures["overlay"]) if pictures and panels else [],
         panels=panels,
@@ -324,4 +324,9 @@ def plant_headline(d: Diagnosis, cards: Sequence[dict[str, Any]], rivals: Sequen
         return "No fault shows: the belt moves as the model says" if sure else f"No fault is certain. {d.sentence}"
     if d.wrong_model:
         return f"{d.headline}: {d.sentence.rstrip('.')}"
-    return "Something moves the belt that none of the known causes explains"
+    check = (
+        ". Check the data sheet first: a mistake there may explain it"
+        if any(s.kind == "sheet" for s in d.suspicions)
+        else ""
+    )
+    return f"Something moves the belt that no known cause alone explains{check}"

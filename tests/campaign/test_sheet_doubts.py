@@ -93,6 +93,9 @@ def test_every_mistake_is_a_campaign_and_a_sentence(right):
     for mistake in sheet_mistakes(right):
         assert isinstance(mistake.campaign, Campaign)
         assert "{" not in mistake.sentence
+    units = {m.size: m.sentence for m in sheet_mistakes(right) if m.kind == "reading_unit"}
+    assert units[0.1].endswith("they look 10 times too large (were mm entered as cm?)")
+    assert units[10.0].endswith("they look 10 times too small (were cm entered as mm?)")
 
 
 def test_a_copied_run_is_told(right):

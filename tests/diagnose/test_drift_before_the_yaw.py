@@ -7,6 +7,7 @@ from small_campaign import CLASSES, MODEL, SPREAD
 
 from belt_sim.api.inference import compare
 from belt_sim.campaign import suspicions
+from belt_sim.diagnosis.describe import _answered
 from belt_sim.diagnosis.errors import find_offsets
 from belt_sim.diagnosis.examine import examine
 from belt_sim.results.diagnosis import Verdict
@@ -31,6 +32,9 @@ def test_a_fault_that_acts_before_the_yaw_is_named_and_zero_is_not_doubted(zero_
     found = examine(made, MODEL, CLASSES)
     assert find_offsets(found.bench, found.nothing.values) == ()
     assert (found.decision.verdict, list(found.decision.named)) == (Verdict.EXPLAINED, ["taper"])
+    (drifts,) = suspicions(made)
+    assert _answered(found, drifts)  # the taper is what acts before the yaw
+    assert not _answered(replace(found, named=found.nothing), drifts)
 
 
 def test_what_is_shown_counts_from_the_yaw_and_its_uncertainty_holds_no_free_zero():

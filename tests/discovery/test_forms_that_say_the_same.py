@@ -51,3 +51,16 @@ def test_what_fades_over_many_records_stays():
     form = Form("beta", course="decay", at=30.0)
     assert simpler_form(form, 10.0, 0.1) == Form("beta")
     assert simpler_form(form, 20.0, 0.1) is None
+
+
+def test_no_wave_is_searched_that_the_readings_cannot_tell_from_its_aliases():
+    states = surveyed("yaw_creep").states
+    gap = 0.1 * float(states.s[-1])
+    coarse = replace(states, gap=gap)
+
+    def shortest(some):
+        forms = [*usual_forms(some, "yaw"), *rare_forms(some, "yaw", (1.5 * gap, 3.0 * gap))]
+        return min(f.at for f in forms if f.is_wave and not f.timed)
+
+    assert shortest(states) < gap
+    assert shortest(coarse) >= 2.0 * gap

@@ -66,5 +66,6 @@ def test_places_alike_are_in_the_result_and_its_sentence(monkeypatch):
     found = describe_discovery(discovered("torsion_creep"), 1.0)
     assert found.alike == ("tension of the belt", "yaw of the tail pulley")
     assert found.sentence.endswith(
-        " By these runs it may act on the tension of the belt or the yaw of the tail pulley as well."
+        " These runs cannot say where it acts: 2 other places fit alike: "
+        "the tension of the belt and the yaw of the tail pulley."
     )

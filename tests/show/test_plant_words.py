@@ -165,6 +165,7 @@ def test_explained_is_not_said_without_the_reservation_that_undoes_it():
     assert told.headline == "Explained, with a reservation"
     assert told.lines()[1] == told.beyond[0]
     assert '<body class="partly">' in render(told)
+    assert replace(told, beyond=("if friction is 0.15 or less, in 2 of 8 runs the belt slips",)).headline == "Explained"
 
 
 def test_certainty_is_told_as_it_came_true():
@@ -248,7 +249,7 @@ def test_a_likeliest_fault_that_is_too_weak_to_name_is_still_told(likeliest):
         verdict=Verdict.ADEQUATE,
         tied=(),
         considered=tuple(rows),
-        beyond=(),
+        reserved=False,
         sentence=_sentence(found),
         wrong_model=False,
     )

@@ -236,7 +236,7 @@ def test_without_drawings_there_are_no_empty_plots(explained):
 
 def test_an_adequate_model_has_no_effects_to_show():
     page = Page(render(drawn("nothing")))
-    assert "Nothing is missing from model beam_th2" in page.text
+    assert "beam_th2 agrees with every run" in page.text
     assert "What is missing" not in page.text
     assert "got worse" not in page.text  # than what: nothing was added
 
