@@ -79,8 +79,8 @@ METRES = (1.0, "m")  # of a place along the machine
 TURN_OVER = "Turn the belt over: what changes sides with it belongs to the belt, what stays to the machine."
 CHECK_MODEL = "Nothing on the machine. Use a model that has this built in, or add the effect with effects.yaml."
 CHECK_DIAMETERS = (
-    "Measure the {pulley} pulley's diameter at both sides and in the middle with a pi tape. A difference "
-    "below some 10 µm shows in the belt only: steer against it."
+    "A difference of diameter below some 10 µm shows in the belt only: steer against it. A larger one: measure "
+    "the {pulley} pulley at both sides and in the middle with a pi tape."
 )
 
 
