@@ -104,7 +104,7 @@ def by_tension(spec: Any, cases: Iterable[Case], effects: Iterable[str] = ()) ->
 def model_for_campaign(campaign: Campaign) -> str:
     """The model of a campaign for which none is stated, and after a comma why it is this one."""
     if campaign.source.kind == "synthetic":
-        return "strip, as these data are simulated, without lift-off at the pulleys"
+        return "strip, as these data are simulated without lift-off"
     slackest = sorted(campaign.runs, key=lambda run: run.tension)
     slack = next((run for run in slackest if lifts_off(case_of(campaign, run))), None)
     if slack is None:
