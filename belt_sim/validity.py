@@ -12,7 +12,7 @@ import numpy as np
 
 from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
-from belt_sim.effects.contact import LiftOff
+from belt_sim.effects.contact import LiftOff, Slip
 from belt_sim.effects.span import EdgeGuide
 from belt_sim.errors import Limit
 from belt_sim.jax_setup import StoredProgram, in_float64
@@ -147,6 +147,10 @@ def run_limits(
     words = "the belt slips on the pulley"
     way = SLIP_WAY * float(case.rig.span_length) / 4.0
     add("slip", curves.moment, lambda _: slip_zones(case, curves) / way, points, words)
+    wraps = np.array([case.rig.wrap_tail, case.rig.wrap_tail, case.rig.wrap_head, case.rig.wrap_head])[:, None]
+    slick = sum(FRICTION * float(e.inverse_friction) for e in effects if linear and isinstance(e, Slip))
+    words = "the belt slides on more than its wrap, which effects=[slip] does not know"
+    add("whole_wrap", curves.moment, lambda _: slick * slip_zones(case, curves) / wraps, points, words)
     if linear:
         words = "the cross-section rolls beyond small angles"
         add("large_tilt", curves.tilt, lambda x: np.abs(x) / SMALL_ANGLE, spans, words)
@@ -154,10 +158,12 @@ def run_limits(
         add("large_angle", curves.angle, lambda x: np.abs(x) / SMALL_ANGLE, points, words)
     for guide in (e for e in effects if linear and isinstance(e, EdgeGuide)):
         push, grip = (np.asarray(x) for x in in_float64(guide.pushed)(strip(case), curves, case))
-        wraps = np.array([case.rig.wrap_tail, case.rig.wrap_tail, case.rig.wrap_head, case.rig.wrap_head])
-        turned = (slip_zones(case, curves) / wraps[:, None])[[0, 1, 3, 2]].reshape(2, 2, -1).max(axis=0)
-        words = f"beside an edge guide the belt slides on its pulley, friction ({FRICTION:g}) bears {grip.min():.0f} N"
-        add("guide_slips", push, lambda x, g=grip, m=turned: np.maximum(np.abs(x) / g[:, None], m), spans, words)
+        there = (np.array([guide.stiffness, guide.stiffness_lower]) > 0.0)[:, None]  # spans with rollers
+        turned = (slip_zones(case, curves) / wraps)[[0, 1, 3, 2]].reshape(2, 2, -1).max(axis=0)
+        slides = np.where(there, np.maximum(np.abs(push) / grip[:, None], turned), 0.0)
+        bears = grip[slides.max(axis=1).argmax()]
+        words = f"beside an edge guide the belt slides on its pulley, friction ({FRICTION:g}) bears {bears:.0f} N"
+        add("guide_slips", push, lambda _, x=slides: x, spans, words)
         late = push[:, push.shape[1] // 2 :] != 0.0
         meets = (late[:, 1:] & ~late[:, :-1]).sum(axis=1)
         if meets.max() > 1 and not any(e.comes_round for e in effects):
@@ -176,23 +182,28 @@ def run_limits(
 
 
 def slip_zones(case: Case, curves: Curves) -> np.ndarray:
-    """Lengths [m] of the wraps on which the belt slides at points 1-4 along a run, shape (4, n), at friction FRICTION.
+    """Effective zones [m] of the wraps on which the belt slides at points 1-4 along a run, (4, n), at FRICTION.
 
     Friction turns a wrapped belt by a couple of at most c = mu F b/4R per metre. A belt that runs up lands as bent as
     its span: friction holds only what the moment there, 0 before the start, has changed by faster than c a metre. A
     belt that leaves comes as bent as it landed one wrap ago: friction holds the rest, for good. After a step of the yaw
-    both are the same. Without ``curves.moment_runoff`` (3D) run-offs count for nothing.
+    both are the same. The first record after such a step counts from the moment right before it. Without
+    ``curves.moment_runoff`` (3D) run-offs count for nothing.
     """
+    yaws = (case.settings.yaw, case.settings.yaw_head)
+    steps = np.concatenate([np.ravel(x.at)[(np.ravel(x.over) <= 0.0) & (np.ravel(x.change) != 0.0)] for x in yaws])
     rig, s, forward = case.rig, np.asarray(curves.travel), float(case.settings.direction) > 0.0
     couple = FRICTION * float(case.tension_force * case.belt.width) / 4.0
     pulleys = ((float(rig.tail_radius), float(rig.wrap_tail)), (float(rig.head_radius), float(rig.wrap_head)))
     up, zones = np.asarray(curves.moment), np.zeros((4, len(s)))
+    jumps = np.isin(np.arange(len(s)), [0, *np.searchsorted(s, steps)])
     for span, ends in enumerate(((0, 3), (1, 2))):  # points at the tail and the head pulley
         to_head = (span == 0) != forward
         radius, _ = pulleys[to_head]
         for moment in (up[span], -up[span]):
-            ahead = np.concatenate([[0.0], moment * radius / couple - s])
-            zones[ends[to_head]] = np.maximum(zones[ends[to_head]], (ahead - np.minimum.accumulate(ahead))[1:])
+            ahead, before = (m * radius / couple - s for m in (moment, np.concatenate([[0.0], moment[:-1]])))
+            least = np.minimum.accumulate(np.where(jumps, np.minimum(ahead, before), ahead))
+            zones[ends[to_head]] = np.maximum(zones[ends[to_head]], ahead - least)
         if curves.moment_runoff is not None:
             radius, wrap = pulleys[not to_head]
             landed = np.interp(s - wrap, s, up[1 - span], left=0.0)

@@ -257,10 +257,14 @@ def with_run(
     """Return the limits that a case is beyond, and those that its run left with all its effects.
 
     One that is left by both is told once: with the larger load, or as the case's own where they differ by under 5 %.
+    How far a belt slips a march alone says: a yaw that comes as a ramp, or a smaller pulley, slips less. A run in 3D
+    knows it of run-ups only.
     """
     slides = ("slip",) if math.isfinite(getattr(getattr(model, "options", None), "friction", math.inf)) else ()
     contains = {*(e.id for e in effects), *slides}
-    left = run_limits(case, curves, isinstance(model, AnalyticModel), effects, contains)
+    linear = isinstance(model, AnalyticModel)
+    left = run_limits(case, curves, linear, effects, contains)
+    beyond = tuple(x for x in beyond if x.id != "slip" or not linear or curves.moment is None)
     own = {x.id: x.load for x in beyond}
     further = {x.id: x for x in left if x.load > ALIKE * own.get(x.id, 0.0)}
     return (*(further.pop(x.id, x) for x in beyond), *further.values())
@@ -277,7 +281,8 @@ def limits_of_run(case: Case, model: Any, effects: Sequence[Effect], travel: flo
 def validity_warnings(
     campaign: Campaign, model: AnalyticModel, effects: Sequence[Effect | FoundEffect]
 ) -> tuple[str, ...]:
-    """A sentence a limit that some runs of a campaign are beyond; with effects of the library runs are marched.
+    """A sentence a limit that some runs of a campaign are beyond; runs are marched with effects of the library, or if
+    they may slip without any.
 
     Belts of the virtual rig leave their pulleys like a thread: of synthetic runs nothing is said about lifting off.
     """
@@ -291,7 +296,7 @@ def validity_warnings(
         if _inside_a_span(campaign):
             words = f"the belt is {inside} strip_lift_off"
             beyond = tuple(replace(x, words=words) if x.id == "bending_layer" else x for x in beyond)
-        if acting and len(run.travel):
+        if (acting or (not effects and any(x.id == "slip" for x in beyond))) and len(run.travel):
             with suppress(SimulationError):  # what diverges is told by its errors
                 curves = march_case(case, model, acting, travel=float(run.travel[-1]))
                 beyond = with_run(beyond, case, model, curves, acting)

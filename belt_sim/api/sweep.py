@@ -3,6 +3,7 @@
 import copy
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -55,6 +56,8 @@ POINTS = (1, 2, 3, 4)
 CHUNK = 250  # cases marched side by side in one thread; their state stays in a core's cache
 PART = 4  # chunks a thread between two reports of progress
 MOST = 10**7  # cases
+ASKED = 128  # cases asked for the limits that they leave, 4 ms each
+FEW = 3  # axes that all ends of the others are combined of
 PLACES = (1.0, 10.0)  # [m] of travel
 
 
@@ -199,15 +202,34 @@ class SweepGrid:
             found.append(place_values(self.case, self.effects, self.keys, si)[0])
         return found
 
+    def along(self) -> list[tuple[Case, tuple[Effect, ...]]]:
+        """Cases and effects at the values of each axis, the others at their ends: all, or some ``ASKED`` spread evenly.
+
+        A limit may be left farthest in the middle of an axis, as slip is near 20 N/mm2.
+        """
+        ends = [(float(a.values.min()), float(a.values.max())) for a in self.axes]
+        found = set[tuple[float, ...]]()
+        for k, axis in enumerate(self.axes):
+            others = [*ends[:k], *ends[k + 1 :]]
+            both = [*(product(*others) if len(others) < FEW else zip(*others, strict=True))]
+            values = np.unique(axis.values)
+            most = max(ASKED // (len(self.axes) * len(both)), 2)
+            some = values[np.unique(np.linspace(0, len(values) - 1, most).round().astype(int))]
+            found |= {(*other[:k], float(value), *other[k:]) for other in both for value in some}
+        units = [a.unit for a in self.axes]
+        return [place_values(self.case, self.effects, self.keys, np.array(x) * units) for x in sorted(found)]
+
     def beyond(self, table: "pd.DataFrame", model: Any) -> list[str]:
-        """A sentence for each limit that the cases at the ends of the axes are used beyond, and that rows have left."""
+        """A sentence for each limit that cases along the axes are used beyond, and that rows have left."""
         said, ids, travel = dict[str, tuple[float, str]](), [e.id for e in self.effects], self.plain["travel"]
-        for corner in self.corners():
-            one = model_of(by_tension(model, [corner], ids))
+        for case, effects in self.along():
+            one = model_of(by_tension(model, [case], ids))
             marched = travel is not None and isinstance(one, AnalyticModel)
-            limits = limits_of_run(corner, one, self.effects, travel) if marched else validity_limits(corner, one, ids)
+            limits = validity_limits(case, one, ids)
+            with suppress(InputError):  # of ends together that leave no tension
+                limits = limits_of_run(case, one, effects, travel) if marched else limits
             for limit in (x for x in limits if x.load > said.get(x.id, (0.0, ""))[0]):
-                said[limit.id] = limit.load, f"{warning(one.name, [limit])} (at the ends of what varies)"
+                said[limit.id] = limit.load, f"{warning(one.name, [limit])} (at the worst of what varies)"
         width, face = table.get("belt_width", float(self.case.belt.width)), self.case.rig.face_width
         half = 1e3 * (width / 2.0 if face is None else np.maximum((face - width) / 2.0, 1e-3))
         left: list[str] = []

@@ -245,6 +245,11 @@ def _place_and_terms(data: SearchData, made: MarchFit) -> str:
     return f"The {place_words(law)} lacks {formula(law, numbers)}"
 
 
+def _percent(share: float) -> str:
+    """Two digits, never an exponent: 0.0035, 19, 190."""
+    return f"{float(f'{100.0 * abs(share):.2g}'):g}"
+
+
 def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
     """By how much a stiffness is lower or higher than in the model, at every tension (five at most)."""
     parts: list[np.ndarray] = []
@@ -267,9 +272,9 @@ def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
     up_to = "" if steady else "up to "
     if len(signs) == 1:
         direction = "higher" if signs.pop() else "lower"
-        by = [f"{100 * abs(x):.2g} % at {words.tension(t)} N/mm²" for x, t in zip(found, some, strict=True)]
+        by = [f"{_percent(x)} % at {words.tension(t)} N/mm²" for x, t in zip(found, some, strict=True)]
         return f"{direction} than in the model by {up_to}{', '.join(by)}"
-    by = [f"{up_to}{'+' if x > 0.0 else '−'}{100 * abs(x):.2g} % at {words.tension(t)} N/mm²"
+    by = [f"{up_to}{'+' if x > 0.0 else '−'}{_percent(x)} % at {words.tension(t)} N/mm²"
           for x, t in zip(found, some, strict=True)]  # fmt: skip
     return f"another than in the model: {', '.join(by)}"
 

@@ -91,7 +91,7 @@ def answer(judgements: Mapping[str, Mapping[str, Judgement]]) -> list[str]:
         "(docs/data/open_question.md, with all candidates that were tried).",
         f"One record at {d['slack_N_per_mm2']:g} N/mm2 (points 1 and 4, {d['length_m']:g} m) cannot decide: "
         f"{' and '.join(one['closest'])} are {one['least_measured']:.1f} sigma apart. Records at all four tensions "
-        f"tell every pair apart by at least {four['least_measured']:.0f} sigma. The other explanation's numbers, the "
+        f"tell every pair apart by at least {four['least_measured']:.1f} sigma. The other explanation's numbers, the "
         "sensors' zero, and tension and yaw within their errors are refitted; noise "
         f"{noise['white_mm']:g} mm, wander {noise['wander_mm']:g} mm, zero "
         f"{noise['zero_mm']:g} mm, tension {100 * noise['tension_relative']:g} %, yaw {noise['yaw_urad']:g} urad.",

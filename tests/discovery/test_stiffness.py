@@ -12,7 +12,7 @@ from belt_sim.discovery.closed_loop import solve_loop
 from belt_sim.discovery.linear_search import unexplained_elsewhere
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
-from belt_sim.discovery.words import _by_how_much, _place_and_terms, formula, looks_like
+from belt_sim.discovery.words import _by_how_much, _percent, _place_and_terms, formula, looks_like
 from belt_sim.effects.law import Form, Law, Term, fixed_places
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.span import response, strip, with_change
@@ -72,6 +72,7 @@ def test_by_how_much_a_stiffness_changes_is_told_at_every_tension():
         share = abs(SHARE) * data.tension / tension  # exponent -1
         own = next(part for part in said.split(", ") if f"at {tension / 1e6:g} N/mm²" in part)
         assert float(own.partition(" %")[0].split()[-1]) == pytest.approx(100.0 * share, rel=SETTINGS)
+    assert [_percent(x) for x in (-1.9, 0.186, 3.5e-5)] == ["190", "19", "0.0035"]
     assert "× tension^(−1.00 ± 0.10)" in formula(law, numbers)
     assert law.terms[0].place.words == "torsional stiffness of the upper span"
 

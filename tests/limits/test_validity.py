@@ -219,7 +219,7 @@ def test_slip_knows_any_moment_of_the_run():
     steered = simulate(paper_case(20.0, yaw), model="strip", travel=30.0)
     askew = simulate(paper_case(20.0, 0.0), model="strip", travel=30.0, effects=[yaw_error(yaw)])
     own = {x.id: x for x in steered.beyond}["slip"]
-    assert "after the yaw" in own.words
+    assert "from 0 m of travel on, most at point" in own.words
     told = {x.id: x for x in askew.beyond}["slip"]
     assert told.load == pytest.approx(own.load, rel=2e-3)
     assert "from 0 m of travel on, most at point" in told.words
@@ -233,6 +233,55 @@ def test_slip_knows_any_moment_of_the_run():
     late = np.abs(slides.curves.y[:, -1] / sticks.curves.y[:, -1] - 1.0)
     assert np.all((late > 0.05) & (late < 0.1))
     assert "slip" not in {x.id for x in slides.beyond}
+
+
+def test_the_slip_of_a_march_is_its_own():
+    """A ramp of the yaw, and the smaller of two unequal pulleys, slip less than a step round the larger one."""
+    rig = replace(paper_case(20.0).rig, head_radius=0.3, tail_radius=0.1)
+    ramp = replace(paper_case(20.0).settings, yaw=Schedule.ramp(-0.08 * DEGREE, 0.0, 60.0))
+    for case, most in (
+        (replace(paper_case(20.0), settings=ramp), 0.6),
+        (paper_case(20.0, -0.045 * DEGREE, rig), 0.85),
+    ):
+        assert loads(case)["slip"] > 1.1
+        found = simulate(case, model="strip", travel=60.0)
+        assert "slip" not in {x.id for x in found.beyond}
+        zone = slip_zones(case, found.curves).max()
+        assert 0.5 < zone / (case.rig.span_length / 40.0) < most
+
+
+@pytest.mark.parametrize("at", [0.3, 10.0, 14.1])
+def test_a_step_of_the_yaw_slips_alike_whenever_it_comes(at):
+    early, late = (
+        replace(paper_case(20.0).settings, yaw=Schedule.step(-0.1 * DEGREE, at=begin)) for begin in (0.0, at)
+    )
+    zones = []
+    for settings in (early, late):
+        case = replace(paper_case(20.0), settings=settings)
+        zones.append(slip_zones(case, simulate(case, model="strip", travel=40.0).curves).max(axis=1))
+    assert zones[0][[0, 2]] == pytest.approx([0.397, 0.215], abs=1e-3)
+    assert zones[1] == pytest.approx(zones[0], abs=1e-3)
+
+
+def test_a_belt_that_slides_on_more_than_its_wrap_is_told_with_slip_too():
+    slip = {"id": "slip", "inverse_friction": 1 / FRICTION}
+    told = {}
+    for force in (18.0, 22.0):
+        askew = {"id": "idler_skew", "force": force}
+        found = simulate(paper_case(40.0, 0.0), model="strip", travel=60.0, effects=[askew, slip])
+        told[force] = {x.id: x for x in found.beyond}
+        assert "slip" not in told[force]
+    assert "whole_wrap" not in told[18.0]
+    zone = slip_zones(found.case, found.curves)[3].max()
+    assert told[22.0]["whole_wrap"].load == pytest.approx(zone / float(found.case.rig.wrap_tail))
+    assert 1.0 < told[22.0]["whole_wrap"].load < 1.05
+
+
+def test_a_table_is_told_of_a_limit_that_is_left_in_the_middle_of_its_axis():
+    table = sweep(model="strip", tension={"from": 5, "to": 200, "count": 14}, yaw=-0.12)
+    assert any(x.startswith("strip used beyond its validity: slip (1.7 times") for x in table.attrs["beyond"])
+    ends = sweep(model="strip", tension=[5, 200], yaw=-0.12)
+    assert not any("slip (" in x for x in ends.attrs["beyond"])
 
 
 def yaw_error(angle):
@@ -254,12 +303,19 @@ def test_a_run_up_slides_where_its_moment_outruns_friction():
         assert not zones[1:].any()
 
 
+def guided_grip(case):
+    return library()["edge_guide"](stiffness=1e6, at=0.25, gap=1e-3).influence(strip(case), case)[1]
+
+
 def test_a_guide_beside_a_run_up_that_turns_the_whole_wrap_is_told_by_name():
     """Driven onto the rollers by a large yaw the belt's moment where it runs up is more than the wrap bears."""
     guide = [{"id": "edge_guide", "stiffness": 1e6, "at": 0.25, "gap": 1e-3}]
     found = simulate(paper_case(10.0, 0.3 * DEGREE), model="strip_lift_off", effects=guide, travel=60.0)
     case, curves = found.case, found.curves
     told = {x.id: x.load for x in found.beyond}
+    bears = next(x.words for x in found.beyond if x.id == "guide_slips")
+    assert f"bears {float(guided_grip(case)[0]):.0f} N" in bears  # of the span with the rollers
+    assert bears.endswith("upper span")
     assert told["guide_slips"] >= slip_zones(case, curves).max() / float(case.rig.wrap_tail) * (1 - 1e-9) > 1.0
 
 
