@@ -15,6 +15,7 @@ from hashlib import sha256
 from importlib.metadata import version
 from importlib.util import find_spec
 from io import BufferedWriter, FileIO, TextIOWrapper
+from keyword import iskeyword
 from pathlib import Path
 from typing import Any
 
@@ -124,6 +125,8 @@ def run_command(arguments: list[str]) -> int:
             file = (CONF / f"{command}.yaml").is_file()
             print(help_text(command) if file else f"belt-sim {command}: {COMMANDS[command][0]}\n\n{_USAGE[command]}")
             return 0
+        if command == "completion":
+            raise BeltError(f"completion = {settings[0]}: it takes no settings; {_USAGE[command]}")
         if command == "demo":
             return demo(settings)
         if command != "new-effect":
@@ -230,6 +233,11 @@ def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[
         for key in (o.partition("=")[0] for o in overrides if "=" in o):  # at once: Hydra takes a while to load
             if re.fullmatch(r"\w+", key) and key not in known:
                 raise BeltError(f"{key}: no such key{nearest(key, known)}")
+    keys = [o.partition("=")[0] for o in overrides if OVERRIDE.match(o) and not o.startswith("~")]
+    twice = next((key for k, key in enumerate(keys) if key in keys[:k]), None)
+    if twice is not None:
+        values = " and ".join(o.partition("=")[2] for o in overrides if o.partition("=")[0] == twice)
+        raise BeltError(f"{twice} = {values}: is given twice; give it once")
     own = [flags[k + 1] for k, flag in enumerate(flags[:-1]) if flag in ("-cd", "--config-dir")]
     own += [flag.partition("=")[2] for flag in flags if flag.startswith(("-cd=", "--config-dir="))]
     for argument in overrides:
@@ -309,8 +317,8 @@ def new_effect(name: str, folder: Path = Path()) -> Path:
     """Write NAME.py, the side wind of models/effects under another name, and return its path."""
     from belt_sim.effects.base import library
 
-    if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
-        raise InputError("NAME", name, "", "use lower-case letters, digits and _, as in side_wind")
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or iskeyword(name):
+        raise InputError("NAME", name, "", "use lower-case letters, digits and _, as in side_wind; no word of Python")
     path = folder / f"{name}.py"
     if name in library() or path.exists():
         raise InputError("NAME", name, "", "there is an effect or a file of that name; choose another")

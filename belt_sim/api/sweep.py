@@ -353,6 +353,17 @@ def place_values(
     return case, effects
 
 
+def sweep_columns(travel: float | None, at: Sequence[float] | None = None) -> tuple[str, ...]:
+    """Names of what a sweep over ``travel`` [m] may tell, with positions ``at`` these [m]; the steady rate last."""
+    names: tuple[str, ...] = ()
+    if travel is not None:
+        names += tuple(f"rate{k}_mm_per_m" for k in POINTS)
+        names += tuple(f"y{k}_mm_at_{s:g}_m" for s in (PLACES if at is None else at) for k in POINTS)
+        names += ("offset_upper_mm", "offset_lower_mm", "overshoot1_mm", "retreat1_mm", "slackest_edge_n_per_mm2")
+        names += ("largest_y_mm", "settled")
+    return (*names, "steady_rate_mm_per_m")
+
+
 @dataclass(frozen=True)
 class MapTask:
     """What all cases share. keys: names of what varies; travel [m], None for closed forms alone; at [m]: travels at
@@ -368,13 +379,7 @@ class MapTask:
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of what is told, in the order of ``_rows``."""
-        names: tuple[str, ...] = ()
-        if self.travel is not None:
-            names += tuple(f"rate{k}_mm_per_m" for k in POINTS)
-            names += tuple(f"y{k}_mm_at_{s:g}_m" for s in self.at for k in POINTS)
-            names += ("offset_upper_mm", "offset_lower_mm", "overshoot1_mm", "retreat1_mm", "slackest_edge_n_per_mm2")
-            names += ("largest_y_mm", "settled")
-        return (*names, "steady_rate_mm_per_m") if self.steady else names
+        return sweep_columns(self.travel, self.at)[: None if self.steady else -1]
 
 
 @partial(jit_float64, static_argnames=("task",))

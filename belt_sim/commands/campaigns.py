@@ -50,6 +50,9 @@ def import_command(run_dir: RunDir) -> None:
         if isinstance(value, bool | list):
             raise InputError(key, value, "", "write the name of a file (of a folder for out), or null")
         named[key] = None if value is None else str(value)
+    if named["draft"] is not None and (named["out"] is not None or config["overwrite"] is True):
+        key = "out" if named["out"] is not None else "overwrite"
+        raise InputError(key, named.get(key, "true"), "", "goes without draft, which writes no campaign")
     import_files(
         [str(f) for f in files],
         Path(named["out"] or run_dir.path / "campaign"),

@@ -172,12 +172,20 @@ def map_command(run_dir: RunDir) -> None:
     except ImportError as missing:
         raise BeltError("a map needs PyArrow: pip install 'belt-sim[sweeps]'") from missing
     from belt_sim.api.plot import drawn_columns, plot
-    from belt_sim.api.sweep import sweep
+    from belt_sim.api.sweep import sweep, sweep_columns
 
     if config["workers"] is not None:
         whole("workers", config["workers"])
     if config["show"] is not None and not config["pictures"]:
         raise InputError("show", config["show"], "", "is the column of the picture, and pictures=false draws none")
+    places = config["at"] if isinstance(config["at"], list) else None
+    drawn = [
+        c
+        for c in sweep_columns(config["travel"], [s for s in places if isinstance(s, int | float)] if places else None)
+        if c != "settled"
+    ]
+    if config["show"] not in (None, *drawn):
+        raise InputError("show", config["show"], "", f"use one of {', '.join(drawn)}")
     began = time.monotonic()
     with run_dir.outputs() as draft:
         with progress(1.0, "map") as done:

@@ -77,9 +77,9 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     if not (found.recorded or found.rated or missing):
         raise InputError("files", "no run", "", "no run was found in them; is the right column the run or the travel?")
     if not (found.rated or missing or any(set(run.record) - {TIME} for run in made)):
-        remedy = (
-            "no column of a signal holds numbers; a workbook keeps those of its formulas only if it was saved with them"
-        )
+        remedy = "no column of a signal holds numbers"
+        if any(t.file.suffix.lower() == ".xlsx" for t in tables):
+            remedy += "; a workbook keeps those of its formulas only if it was saved with them"
         raise InputError("files", "no signal", "", remedy)
     notes = [n for t in tables for n in t.notes] + other_units(tables) + [Note(m.key, n) for m in made for n in m.notes]
     middles = {c.signal: c.middle for c in used if c.middle is not None}

@@ -48,6 +48,8 @@ _NUMBERED = re.compile(
 )
 #: What tells a second column of one name from the first.
 _COUNT = re.compile(r" \((?:[a-z]|no \d+)\)$")
+#: What a header remarks on the sign of its numbers.
+_SIGN = re.compile(r"\b(?:positi|negati)\w*\b[^()\[\]]*|[+-] ?= ?[^()\[\]]*", re.IGNORECASE)
 #: Where a header states its unit.
 _STATED = re.compile(r"\[\s*([^\]]+?)\s*\]|\(\s*(\S{2,8}|[A-Z])\s*\)|(?:\s+in\s+|\s*/\s*)(\S{1,8})$")
 _RATE = re.compile(r"^(?:rate|drift|driftrate|laufrate)[ _]*([1-4])?$")
@@ -336,6 +338,9 @@ def _propose(column: Column) -> Column:
     fits = bool(role) and (not ROLES[role].dimensions or UNITS[unit][0] in ROLES[role].dimensions)
     if unit and not fits:
         dimension = UNITS[unit][0]
+        stroke = role in ("yaw", "yaw_head") and dimension == "length" and not place_named(name)
+        if stroke and not any(_speaks_of(plain(name), known) for known in synonyms()["roles"]["signal"]):
+            return replace(column, role=role, unit="", proposed_by=f"its name; a yaw in {unit} needs its lever")
         role = "signal" if dimension == "length" and place_named(name) else BY_DIMENSION.get(dimension, "")
     if not role:
         return replace(column, role="", unit=unit, proposed_by="nothing is known of it")
@@ -419,7 +424,7 @@ def resolve_columns(logged: LoggedTables, mapping: MappingEntry) -> list[LoggedT
             if column.asked == "decimal" and settled is None:
                 settled = OTHER.get(form.thousands or "")
             if column.asked and (meant := column.readings.get(str(settled))) is not None:
-                elapsed = form.time == "mm:ss" and column.asked == "time"  # no time of day
+                elapsed = form.time in ("mm:ss", "d:hh:mm:ss") and column.asked == "time"  # no time of day
                 column = replace(column, values=meant, asked="", stamp=column.stamp and not elapsed)
             columns.append(_resolve(replace(column, table=table.name, entry=entry), taken[entry.run]))
             taken[entry.run].append(columns[-1].signal)
@@ -475,6 +480,8 @@ def _resolve(column: Column, taken: list[str]) -> Column:
     if not ROLES[role].dimensions:
         return replace(column, role=role, unit="", at="", asked="")
     scaled = scaled_unit(entry.unit) if entry.unit else None
+    if _is_stroke(column, role):
+        scaled = UNITS[column.stated_unit][1], "rad"  # after entry.factor, 1/lever
     own, unit = scaled or (1.0, _unit(column, role, _dimensions(role, at)))
     unit = unit_of(unit, _dimensions(role, at), f"{where}.unit") if scaled else unit
     signal = ""
@@ -488,6 +495,12 @@ def _resolve(column: Column, taken: list[str]) -> Column:
             raise InputError(f"{where}.name", signal, "", error.remedy) from None
     scale = UNITS[unit][1] * own * entry.factor * entry.sign
     return replace(column, role=role, unit=unit, factor=scale, at=at, signal=signal)
+
+
+def _is_stroke(column: Column, role: str) -> bool:
+    """Whether a yaw stands as a length, as a cylinder's stroke does; its lever is a factor in 1/m."""
+    is_length = UNITS.get(column.stated_unit, ("",))[0] == "length"
+    return role in ("yaw", "yaw_head") and column.entry.unit is None and is_length
 
 
 def _dimensions(role: str, at: str) -> tuple[str, ...]:
@@ -597,6 +610,11 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
                     say[answer] = " to ".join(str(np.datetime64(int(x), "s")).replace("T", " ") for x in (first, last))
             shown = "; ".join(f"{answer} makes it {text}" for answer, text in say.items())
             yield ask(column.asked, [*say], cell=column.first_cell, shown=shown, **words)
+        remark = _SIGN.search(column.name)
+        if remark and column.role in ("signal", "yaw", "yaw_head") and "sign" not in column.entry.model_fields_set:
+            yield ask("sign", remark=remark.group().strip(" ()[],;"), **words)
+        if _is_stroke(column, column.role) and "factor" not in column.entry.model_fields_set:
+            yield ask("lever", **words)
         if column.open_use:
             shown = "; ".join(f"{c.name}: {span_of(c)}" for c in table.columns if c.name in column.open_use)
             more = OF_SEVERAL.get(column.role, ())

@@ -111,7 +111,7 @@ class FormatEntry(Entry):
     decimal: Literal[".", ","] | None = None
     thousands: Literal[".", ",", " ", "'"] | None = None
     date: Literal["dmy", "mdy", "ymd"] | None = None
-    time: Literal["hh:mm", "mm:ss"] | None = None
+    time: Literal["hh:mm", "mm:ss", "hh:mm:ss:cc", "d:hh:mm:ss"] | None = None
     zone: Zone | None = None
     counter: Literal["new_run", "goes_on"] | None = None
     encoding: str | None = None

@@ -37,6 +37,8 @@ STILL = 0.05
 MOVED = 1e-4
 #: Parts of a run over which a logged tension is averaged, and the sigmas of such a mean by which they must differ.
 TENTHS, MOVES = 10, 6.0
+#: Speed [m/s] below which the belt stands.
+STOPPED = 1e-3
 #: Steps of a counter within which it must go on where it rolls over, and the numbers [its unit] at which counters do.
 GOES_ON, FULL = 3.0, (*(10.0**k for k in range(1, 8)), *(2.0**k for k in range(8, 33)), 65.536, 32.768)
 #: Usual steps of the clock that are a gap.
@@ -170,8 +172,9 @@ def _split_runs(table: LoggedTable, mapping: MappingEntry, open_questions: list[
 
 
 def _count_on(table: LoggedTable) -> LoggedTable:
-    """The table with its travel mended, and told of it: blank where the counter reads 0 for some rows and then goes on,
-    counted on where it rolls over. A fall to where the file began is a new run."""
+    """The table with its travel mended, and told of it: blank where the counter reads one far-off number (0, 1500) for
+    some rows and then goes on from where it was; counted on where it rolls over. A fall to where the
+    file began is a new run."""
     column = table.column("travel")
     values = column.values.astype(float) if column is not None and not column.is_text else np.empty(0)
     there = np.flatnonzero(np.isfinite(values))
@@ -180,13 +183,16 @@ def _count_on(table: LoggedTable) -> LoggedTable:
         return table
     usual, notes, lost = float(np.median(steps[steps > 0.0])), list(table.notes), list[int]()
     begins = values[there][1:] <= values[there[0]] + RESTART * np.ptp(values[there])
-    for k in np.flatnonzero(begins & (steps < -JITTER * np.ptp(values[there]))).tolist():
+    least = JITTER * float(np.ptp(values[there]))
+    away = (begins & (steps < -least)) | (steps > GOES_ON * usual)
+    for k in np.flatnonzero(away).tolist():
         before, later = values[there[k]], values[there[k + 1 :]]
         rows = int(np.argmax(later != later[0]))
-        if rows and 0.0 <= later[rows] - before <= GOES_ON * usual * (rows + 1):
+        returns = later[0] < before or later[0] - later[rows] > least
+        if rows and returns and 0.0 <= later[rows] - before <= GOES_ON * usual * (rows + 1):
             lost += there[k + 1 : k + 1 + rows].tolist()
-            lines = shortlist(table.lines[lost])
-            notes.append(Note("", f"{column.name} drops and comes back: left out (line {lines})"))
+            lines, way = shortlist(table.lines[lost]), "drops" if later[0] < before else f"jumps to {later[0]:.6g}"
+            notes.append(Note("", f"{column.name} {way} and comes back: left out (line {lines})"))
     if steps[-1] > ALONE * usual:
         lost.append(int(there[-1]))
         notes.append(Note("", f"{column.name} is {values[lost[-1]]:.6g} in the last row, far off all others: left out"))
@@ -209,7 +215,7 @@ def _count_on(table: LoggedTable) -> LoggedTable:
 
 def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[Question]) -> list[LoggedTable]:
     """The runs of one table: by its run column, else where the file begins anew, or its time or travel falls back to
-    where it began. Where the readings go on over such a fall of the travel, whether a new run began is asked."""
+    where it began. Where the readings go on over such a fall, whether a new run began is asked."""
     run, rows = table.column("run"), np.arange(len(table.lines))
     if run is not None:
         of_row = np.array(run.labels, dtype=object)
@@ -227,9 +233,10 @@ def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[
             row, unit = int(there[k + 1]), UNITS[column.unit][1]
             ends = " to ".join(f"{values[there[j]] / unit:.6g}" for j in (k, k + 1))
             fall = f"{column.name} falls from {ends} {column.unit} (line {table.lines[row]})"
-            asked = column.role == "travel" and row not in table.starts and _readings_go_on(table, row)
+            asked = row not in table.starts and _readings_go_on(table, row)
             if asked and mapping.format.counter is None:
-                open_questions.append(ask("counter", fall=fall))
+                counter = "clock" if column.role == "time" else "counter"
+                open_questions.append(ask("counter", fall=fall, counter=counter))
             if asked and mapping.format.counter == "goes_on":
                 more = (values[there[k]] - values[row] + float(np.median(steps[steps > 0.0]))) / column.factor
                 later = np.arange(len(values)) >= row
@@ -248,8 +255,9 @@ def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[
 
 
 def _readings_go_on(table: LoggedTable, row: int) -> bool:
-    """Whether signals and clock of a table go on over a row as they do elsewhere."""
-    moving = [c for c in table.columns if c.role in ("signal", "time") and not c.is_text]
+    """Whether signals and clock of a table go on over a row as they do elsewhere; the clock beside a travel only."""
+    roles = ("signal", "time") if table.column("travel") else ("signal",)
+    moving = [c for c in table.columns if c.role in roles and not c.is_text]
     for values in (c.values for c in moving):
         there = np.flatnonzero(np.isfinite(values))
         steps, at = np.abs(np.diff(values[there])), int(np.searchsorted(there, row)) - 1
@@ -390,6 +398,20 @@ def _logged_travel(
         before = travel[keep[fallen[0] - 1]]
         remedy = f"travel runs backwards; before it was {before:.15g} m; mend or cut the record there"
         raise block.refuse(k, "travel", float(travel[k]), "m", remedy)
+    ends = np.flatnonzero(np.diff(highest, append=np.inf))  # the last row of each travel
+    begins = np.concatenate([[0], ends[:-1] + 1])
+    k = int(np.argmax(ends - begins))
+    first, last = keep[begins[k]], keep[ends[k]]
+    speeds = block.values("speed")
+    runs_on = speeds is None or np.median(np.abs(np.nan_to_num(speeds[first : last + 1]))) > STOPPED
+    if ends[k] - begins[k] >= FEWEST + 2 * np.median(ends - begins) and runs_on:
+        rows, lines = ends[k] - begins[k] + 1, f"line {block.lines[first]} to {block.lines[last]}"
+        goes_on = "" if time is None else f" while the time goes on by {time[last] - time[first]:.4g} s"
+        notes.append(
+            f"travel stands still at {travel[first]:.6g} m in {rows} rows ({lines}){goes_on}: one row is left, their "
+            "mean; had the belt run on, the counter failed: cut the record there, or set role: ignore for the travel "
+            "and state the speed"
+        )
     if np.any(way < highest):
         notes.append("the encoder jitters: where travel falls back a little it was held")
     if sign < 0.0:
@@ -619,6 +641,10 @@ def runs_on_one_grid(
     notes: list[Note] = []
     step = size_of(entry.step_m, "m", "step_m") if entry.step_m else _step_for([m.record for m in made])
     records = [_resample(m.record, step) for m in made]
+    for m, record in zip(made, records, strict=True):
+        if step == 0.0 and len(record) < len(m.record):
+            text = f"{len(m.record)} rows stand at {len(record)} travels: rows of one travel were averaged"
+            notes.append(Note(m.key, text))
     if step > 0.0:
         rows, left = (sum(map(len, some)) for some in ([m.record for m in made], records))
         notes.append(Note("", f"{rows} rows were averaged over steps of {step:g} m, {left} are left"))

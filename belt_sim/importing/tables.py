@@ -48,6 +48,7 @@ _GROUPED = {d: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:[{OTHER[d]}]\d{{3}})+(?:[{d}]
 _DOUBTFUL = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}\Z")
 #: a gap between thousands or behind a sign, and a negative number as (12.5) or 12.5-
 _GAP = re.compile(r"(?<=\d)[ '’\u00a0\u202f](?=\d{3}(?!\d))|(?<=^[+-]) +")
+_FORTRAN = re.compile(r"(?<=[\d.,])[dD](?=[+-]?\d+\Z)")
 _NEGATIVE = re.compile(r"\((\d[\d.,]*)\)\Z|(\d[\d.,]*)-\Z")
 #: full-width letters and digits of East Asian text
 _WIDE = str.maketrans({0xFF01 + k: 0x21 + k for k in range(94)})
@@ -58,8 +59,8 @@ def is_missing(cell: str) -> bool:
 
 
 def _bare(cell: str) -> str:
-    """A cell without gaps between thousands, its minus sign in front."""
-    return _NEGATIVE.sub(r"-\1\2", _GAP.sub("", cell.strip()))
+    """A cell without gaps between thousands, its minus sign in front, a Fortran exponent (1.0D+00) as an E."""
+    return _FORTRAN.sub("e", _NEGATIVE.sub(r"-\1\2", _GAP.sub("", cell.strip())))
 
 
 def is_number(cell: str, decimal: str) -> bool:
@@ -138,15 +139,24 @@ def stamps_of(texts: pd.Series) -> tuple[str, dict[str, np.ndarray], str]:
 
     there = parts.notna().any(axis=1)
     clock = pd.Series(0.0, index=texts.index)
-    by_minute = pd.Series(np.nan, index=texts.index)
+    by_minute, four = pd.Series(np.nan, index=texts.index), False
     if "h" in parts and parts["h"].notna().any():
         hours, minutes = number("h"), number("min")
         if "half" in parts and parts["half"].notna().any():
             hours = hours % 12 + 12.0 * (parts["half"].str.lower() == "p")
         clock = 3600.0 * hours + 60.0 * minutes + number("s").fillna(0.0)
+        last = parts["s"].str.extract(r"(\d+):(\d{1,2})\Z").astype(float)
+        four = bool(last[1].notna()[there].all())  # 0:00:01:30 is days to seconds, or hours to hundredths
         if "half" in parts and not parts["half"].notna().any() and parts["s"].isna().all():
             by_minute = 60.0 * hours + minutes + number("part").fillna(0.0)
     if not {"y", "c"} & {*parts.columns}:
+        if four:
+            days_on = 86400.0 * hours + 3600.0 * minutes + 60.0 * last[0] + last[1]
+            both = {"hh:mm:ss:cc": (clock, hours < 24), "d:hh:mm:ss": (days_on, (minutes < 24) & (last[1] < 60))}
+            fit = {k: v.where(there).to_numpy(dtype=float) for k, (v, fits) in both.items() if fits[there].all()}
+            if len(fit) < 2:
+                return "", {"": next(iter(fit.values()), np.full(len(texts), np.nan))}, ""
+            return "time", fit, ""
         if by_minute.isna().all():
             return "", {"": clock.where(there).to_numpy(dtype=float)}, ""
         readings = {"hh:mm": clock, "mm:ss": by_minute}

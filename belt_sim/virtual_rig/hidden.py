@@ -360,6 +360,9 @@ def specified_hidden(hidden: Sequence[str | dict], rule: Callable[[], Detectabil
         wanted = None
         if isinstance(spec, dict) and "d" in spec:
             spec = dict(spec)
+            cls = fault_class(str(spec.get("id", "")))
+            if both := [name for name in spec if name in cls.sizes and name != "d"]:
+                raise InputError(f"hidden {cls.id}", f"{both[0]} and d", "", f"give {both[0]} or d; d sets it")
             wanted = finite("hidden d", spec.pop("d"), "", "give a positive number of noise units", lambda d: d > 0)
         fault = fault_from_spec(spec)
         if any(type(fault) is type(known) for known in faults):

@@ -42,7 +42,7 @@ def test_a_new_effect_is_whole_and_does_what_its_twin_does(tmp_path):
     wind = bs.simulate(tension=10, travel=2.0, effects=[{"id": "models/effects/wind.py", "load": 0.01}])
     assert [e.id for e in mine.effects] == ["side_gust"]
     np.testing.assert_array_equal(mine.curves.y, wind.curves.y)
-    for name in ("side_gust", "taper", "Bad-Name"):
+    for name in ("side_gust", "taper", "Bad-Name", "class"):
         with pytest.raises(bs.InputError):
             new_effect(name, tmp_path)
 

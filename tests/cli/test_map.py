@@ -94,7 +94,8 @@ def test_what_cannot_be_is_told_in_one_line(belt, asked):
     assert not list(belt.folder.glob("map*"))
 
 
-def test_a_picture_of_no_column_is_refused(belt):
+def test_a_picture_of_no_column_is_refused(belt, monkeypatch):
+    monkeypatch.setattr("belt_sim.api.sweep.sweep", lambda **given: pytest.fail("worked before it refused"))
     answer = belt("map", "travel=null", "tension=[10, 20]", "show=colour")
     assert answer.status == 1
     assert "show = colour: use one of" in answer.err

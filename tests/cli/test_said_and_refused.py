@@ -15,6 +15,13 @@ REFUSED = [
     (["diagnose", "campaign=slack_belt", "leave_out=[nosuch]"], "leave_out = nosuch: use ids of the library"),
     (["virtual-rig", "plan=3", "belt.width=0.3"], "goes with engine=line and plan=null"),
     (["virtual-rig", "rig.gravity=1.6"], "rig.gravity = 1.6 m/s2"),
+    (["virtual-rig", "hidden=[{id: taper, kappa_t: 1e-4, d: 5}]"], "give kappa_t or d"),
+    (["virtual-rig", "hidden=[{kappa_t: 1e-4, d: 5}]"], "hidden = : use one of"),
+    (["simulate", "tension=10", "tension=20"], "tension = 10 and 20: is given twice"),
+    (["simulate", "travel=5", "yaw=[{at: 0, yaw: 0.01}, {at: 0, yaw: 0.05}]"], "yaw.at = 0.0 m: entries must follow"),
+    (["import", "a.csv", "draft=d.yaml", "out=zz"], "out = zz: goes without draft"),
+    (["import", "a.csv", "draft=d.yaml", "overwrite=true"], "overwrite = true: goes without draft"),
+    (["completion", "foo=3"], "completion = foo=3: it takes no settings"),
     (["scene", "model.scene=belt.xml"], "model.scene = belt.xml: leave it out"),
     (["scene", "model.control=true"], "model.control = true: leave it out"),
 ]

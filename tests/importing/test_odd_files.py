@@ -15,6 +15,7 @@ import yaml
 from belt_sim.app.session import begin_import
 from belt_sim.campaign import read_campaign
 from belt_sim.cli import run_command
+from belt_sim.importing import read, understand
 
 S = np.arange(31.0)  # [m]
 T = S / 0.5  # [s]
@@ -59,6 +60,10 @@ FILES |= {
                     {"format.date": "mdy"}),
     "date_beside_clock": (text({"Date": stamps("%m/%d/%Y"), "Time": stamps("%H:%M:%S")} | V | EDGE), {"format.date": "mdy"}),
     "minutes_seconds": (text({"time": [f"{int(t) // 60:02d}:{int(t) % 60:02d}" for t in T]} | V | EDGE), {"format.time": "mm:ss"}),
+    "days_to_seconds": (text({"time": [f"0:00:{int(t) // 60:02d}:{int(t) % 60:02d}" for t in T]} | V | EDGE), {"format.time": "d:hh:mm:ss"}),
+    "hours_to_hundredths": (text({"time": [f"00:{int(t) // 60:02d}:{int(t) % 60:02d}:00" for t in T]} | V | EDGE), {"format.time": "hh:mm:ss:cc"}),
+    "days_that_are_certain": (text({"time": [f"25:23:{58 + int(t) // 60:02d}:{int(t) % 60:02d}" for t in T]} | V | EDGE), {}),
+    "hundredths_that_are_certain": (text({"time": [f"10:59:{int(t / 3):02d}:{int(100 * (t / 3)) % 100:02d}" for t in T], "speed [mm/s]": ["1500"] * 31} | EDGE), {}),
     "minutes_seconds_tenths": (text({"time": [f"{int(t) // 60:02d}:{t % 60:04.1f}" for t in T]} | V | EDGE), {}),
     "serial_days": (text({"time": [f"{45424.99 + t / 86400:.9f}" for t in T]} | V | EDGE), {}),
     "milliseconds": (text({"time": [f"{1e3 * t:.0f}" for t in T]} | V | EDGE), {"columns.time.unit": "ms"}),
@@ -93,8 +98,15 @@ FILES |= {
     "a_thousand_times_y": (text(TRAVEL | {"edge 1 [mm]": [f"{1e3 * y:.1f}" for y in Y]}), {"columns.edge 1 [mm].unit": "um"}),
     "tension_too_small": (text(TRAVEL | {"tension [N/mm2]": ["0.01"] * 31} | EDGE), {"columns.tension [N/mm2].unit": "kN/mm2"}),
     "counter_set_back": (text({"odometer [m]": [f"{s + 100 if s < 12 else s - 12:.1f}" for s in S]} | EDGE), {"format.counter": "goes_on"}),
+    "clock_set_back": (text({"time [s]": [f"{t if t < 30 else t - 30:.1f}" for t in T]} | V | EDGE), {"format.counter": "goes_on"}),
+    "counter_jumps_up": (text({"travel [m]": [f"{1500.0 if s == 12 else s:.1f}" for s in S]} | EDGE), {}),
+    "counter_jumps_up_twice": (text({"travel [m]": [f"{45.0 if s in (7, 8, 20) else s:.1f}" for s in S]} | EDGE), {}),
     "counter_drops_out": (text({"travel [m]": [f"{0.0 if 9 < s < 13 else s:.1f}" for s in S]} | EDGE), {}),
     "total_in_the_last_row": (text(TRAVEL | EDGE) + f"{S.sum():.1f};{Y.sum():.4f}\n", {}),
+    "stroke_of_the_yaw": (text(TRAVEL | {"yaw [mm]": ["-0.15"] * 31} | EDGE), {"columns.yaw [mm].factor": "4.887"}),
+    "sign_in_the_header": (text(TRAVEL | {"edge 1 [mm] (positive to the right)": EDGE["edge 1 [mm]"]}), {"columns.edge 1 [mm] (positive to the right).sign": "-1"}),
+    "fortran": (text(TRAVEL | {"edge 1 [mm]": [f"{y:.5E}".replace("E", "D") for y in Y]}), {}),
+    "yards": (text({"travel (yd)": [f"{s / 0.9144:.4f}" for s in S]} | EDGE), {}),
     "accounting": (text(TRAVEL | {"edge 1 [mm]": [f"({-y:.4f})" for y in Y]}), {}),
     "minus_behind": (text(TRAVEL | {"edge 1 [mm]": [f"{-y:.4f}-" for y in Y]}), {}),
     "full_width": (text(TRAVEL | EDGE).translate({ord(c): ord(c) + 0xFEE0 for c in "0123456789.-"}), {}),
@@ -166,3 +178,22 @@ def test_every_question_of_an_odd_file_has_an_answer_that_works(name, tmp_path, 
     assert not made.errors
     assert made.ready
     assert made.proposal.campaign.runs[0].travel == pytest.approx(first.travel)
+
+
+STUCK = {"a_while": lambda s: np.where((s > 10) & (s < 18), 10, s), "to_the_end": lambda s: np.minimum(s, 20)}
+
+
+@pytest.mark.parametrize("how", STUCK)
+def test_a_counter_that_sticks_while_the_time_goes_on_is_told(how, tmp_path):
+    travel, name = STUCK[how](S), "travel [m]"
+    table = {"time [s]": [f"{t:.0f}" for t in T], name: [f"{s:.1f}" for s in travel]} | EDGE
+    (tmp_path / "a.csv").write_text(text(table), encoding="utf-8")
+    notes = " ".join(n.text for n in understand(read([tmp_path / "a.csv"]), GIVEN).notes)
+    rows = int(np.sum(travel == (10 if how == "a_while" else 20)))
+    line = 2 + int(np.argmax(np.diff(travel) == 0.0))
+    assert f"in {rows} rows (line {line} to {line + rows - 1}) while the time goes on by {2 * (rows - 1)} s" in notes
+    assert f"31 rows stand at {32 - rows} travels" in notes
+    resting = text(table | {"speed [m/s]": [f"{v:.1f}" for v in 0.5 * (np.gradient(travel) > 0)]})
+    (tmp_path / "b.csv").write_text(resting, encoding="utf-8")
+    rest = " ".join(n.text for n in understand(read([tmp_path / "b.csv"]), GIVEN).notes)
+    assert "stands still" not in rest
