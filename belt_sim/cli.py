@@ -233,11 +233,6 @@ def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[
         for key in (o.partition("=")[0] for o in overrides if "=" in o):  # at once: Hydra takes a while to load
             if re.fullmatch(r"\w+", key) and key not in known:
                 raise BeltError(f"{key}: no such key{nearest(key, known)}")
-    keys = [o.partition("=")[0] for o in overrides if OVERRIDE.match(o) and not o.startswith("~")]
-    twice = next((key for k, key in enumerate(keys) if key in keys[:k]), None)
-    if twice is not None:
-        values = " and ".join(o.partition("=")[2] for o in overrides if o.partition("=")[0] == twice)
-        raise BeltError(f"{twice} = {values}: is given twice; give it once")
     own = [flags[k + 1] for k, flag in enumerate(flags[:-1]) if flag in ("-cd", "--config-dir")]
     own += [flag.partition("=")[2] for flag in flags if flag.startswith(("-cd=", "--config-dir="))]
     for argument in overrides:

@@ -256,8 +256,14 @@ def schedule_from(spec: Any, name: str) -> Schedule:
         at.append(finite(f"{name}.at", entry["at"], "m"))
         over.append(finite(f"{name}.over", entry.get("over", 0.0), "m"))
         wanted.append(_angle(f"{name}.yaw", entry["yaw"]))
-        if at[-1] < 0 or over[-1] < 0 or (len(at) > 1 and (at[-1] < at[-2] + over[-2] or at[-1] == at[-2])):
-            raise InputError(f"{name}.at", at[-1], "m", "entries must follow one another from travel 0 on, one a place")
+        if (
+            at[-1] < 0
+            or over[-1] < 0
+            or (len(at) > 1 and (at[-1] < at[-2] + over[-2] or (at[-1] == at[-2] and over[-1] == 0.0)))
+        ):
+            raise InputError(
+                f"{name}.at", at[-1], "m", "entries must follow one another from travel 0 on, one step a place"
+            )
     if not at:
         return Schedule.step(0.0)
     return Schedule(at=np.array(at), over=np.array(over), change=np.diff([0.0, *wanted]))

@@ -173,8 +173,8 @@ def _split_runs(table: LoggedTable, mapping: MappingEntry, open_questions: list[
 
 def _count_on(table: LoggedTable) -> LoggedTable:
     """The table with its travel mended, and told of it: blank where the counter reads one far-off number (0, 1500) for
-    some rows and then goes on from where it was; counted on where it rolls over. A fall to where the
-    file began is a new run."""
+    some rows and then goes on from where it was; counted on where it rolls over. A fall to where the file began is a
+    new run."""
     column = table.column("travel")
     values = column.values.astype(float) if column is not None and not column.is_text else np.empty(0)
     there = np.flatnonzero(np.isfinite(values))
@@ -190,8 +190,8 @@ def _count_on(table: LoggedTable) -> LoggedTable:
         rows = int(np.argmax(later != later[0]))
         returns = later[0] < before or later[0] - later[rows] > least
         if rows and returns and 0.0 <= later[rows] - before <= GOES_ON * usual * (rows + 1):
-            lost += there[k + 1 : k + 1 + rows].tolist()
-            lines, way = shortlist(table.lines[lost]), "drops" if later[0] < before else f"jumps to {later[0]:.6g}"
+            lost += (gone := there[k + 1 : k + 1 + rows].tolist())
+            lines, way = shortlist(table.lines[gone]), "drops" if later[0] < before else f"jumps to {later[0]:.6g}"
             notes.append(Note("", f"{column.name} {way} and comes back: left out (line {lines})"))
     if steps[-1] > ALONE * usual:
         lost.append(int(there[-1]))

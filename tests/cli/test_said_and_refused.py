@@ -17,7 +17,6 @@ REFUSED = [
     (["virtual-rig", "rig.gravity=1.6"], "rig.gravity = 1.6 m/s2"),
     (["virtual-rig", "hidden=[{id: taper, kappa_t: 1e-4, d: 5}]"], "give kappa_t or d"),
     (["virtual-rig", "hidden=[{kappa_t: 1e-4, d: 5}]"], "hidden = : use one of"),
-    (["simulate", "tension=10", "tension=20"], "tension = 10 and 20: is given twice"),
     (["simulate", "travel=5", "yaw=[{at: 0, yaw: 0.01}, {at: 0, yaw: 0.05}]"], "yaw.at = 0.0 m: entries must follow"),
     (["import", "a.csv", "draft=d.yaml", "out=zz"], "out = zz: goes without draft"),
     (["import", "a.csv", "draft=d.yaml", "overwrite=true"], "overwrite = true: goes without draft"),
