@@ -163,7 +163,7 @@ def run_limits(
         slides = np.where(there, np.maximum(np.abs(push) / grip[:, None], turned), 0.0)
         bears = grip[slides.max(axis=1).argmax()]
         words = f"beside an edge guide the belt slides on its pulley, friction ({FRICTION:g}) bears {bears:.0f} N"
-        add("guide_slips", push, lambda _, x=slides: x, spans, words)
+        add("guide_slips", slides, lambda x: x, spans, words)
         late = push[:, push.shape[1] // 2 :] != 0.0
         meets = (late[:, 1:] & ~late[:, :-1]).sum(axis=1)
         if meets.max() > 1 and not any(e.comes_round for e in effects):
