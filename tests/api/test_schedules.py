@@ -26,6 +26,8 @@ def entries(draw):
     for _ in range(draw(st.integers(1, 4))):
         at += draw(st.floats(0.0, 20.0))
         over = draw(st.just(0.0) | st.floats(0.01, 10.0))
+        if over == 0.0 and listed and listed[-1]["at"] == at:  # two steps at one place are refused
+            at += 0.01
         listed.append({"at": at, "over": over, "yaw": draw(st.floats(-MAX_YAW, MAX_YAW))})
         at += over
     return listed

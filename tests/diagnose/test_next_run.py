@@ -173,7 +173,9 @@ def test_a_fit_that_has_ended_is_not_marched_again(one_sided, monkeypatch):
     values, slopes = bench.forward.expand(offset.vector, offset.free)
     np.testing.assert_array_equal(outlook.here(offset)[0], values)
     np.testing.assert_allclose(outlook.here(offset)[1], slopes, rtol=1e-4, atol=1e-4 * np.abs(slopes).max())
-    moved = next_run._with_step(offset, np.full(len(offset.free), 0.1))
+    vector = offset.vector.copy()
+    vector[offset.free] += 0.1
+    moved = replace(offset, vector=vector, settled=False)
     assert not np.allclose(outlook.here(moved)[0], values, rtol=1e-6, atol=0.0)
     monkeypatch.setattr(type(bench.forward), "values_and_slopes", None)
     outlook.here(offset)
