@@ -52,6 +52,11 @@ def map_in_threads(function: Callable[[Any], Any], items: Iterable[Any], workers
         return list(pool.map(function, items))
 
 
+def begin_in_thread(function: Callable[[], Any]) -> None:
+    """Begin ``function`` in a thread beside what comes next; the process ends after it."""
+    threading.Thread(target=function).start()
+
+
 def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
     """The function with BLAS in one thread while it runs: matrices here are small, and threads that wait burn time."""
 

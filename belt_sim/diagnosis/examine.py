@@ -1,6 +1,5 @@
 """A diagnosis from end to end: sets of effects are fitted, what is beyond them is sought, one decision is made."""
 
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -36,7 +35,7 @@ from belt_sim.diagnosis.search import Search, add_fits, begin_search, extend, ro
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError
-from belt_sim.jax_setup import in_float64, map_in_threads
+from belt_sim.jax_setup import begin_in_thread, in_float64, map_in_threads
 from belt_sim.line.hooks import as_driven
 from belt_sim.line.spans import Composition
 from belt_sim.model import MODELS
@@ -173,15 +172,15 @@ def within_reach(campaign: Campaign, model: Composition, classes: Sequence[type[
 
 
 def compile_ahead(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> None:
-    """Begin to compile, or to load, the largest program of ``examine`` beside what comes before it: XLA works in a
-    thread of its own. What is wrong with the campaign is told when ``examine`` meets it."""
+    """Begin to compile, or to load, the largest program of ``examine`` beside what comes before it. What is wrong with
+    the campaign is told when ``examine`` meets it."""
 
     def predict() -> None:
         with suppress(BeltError):
             forward = Forward(samples_of(campaign), model, within_reach(campaign, model, classes))
             forward.values(forward.null()[None])
 
-    threading.Thread(target=predict, name="compiling ahead").start()
+    begin_in_thread(predict)
 
 
 def _lay_out(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> tuple[Workbench, Fit]:
