@@ -46,5 +46,5 @@ nitpick_ignore_regex = [
     (r"py:class", r"(Path|Any|Sequence|Callable|Mapping|Iterable|optional|Numbers|Camber|MjSpec)"),
     (r"py:class", r"(FieldInfo|NoneType|belt_sim\.importing\.(columns\.LoggedTables|build\.Proposal)|types\.Annotated)"),
     (r"py:class", r"(dict|tuple)\[str"),  # autodoc takes generics apart
-    (r"py:class", r"(mujoco|pd|belt_sim\.(space|errors|linear|validity|results\.diagnosis))\..*|DataFrame|Result"),  # named, not listed
+    (r"py:class", r"(mujoco|pd|belt_sim\.(space|errors|linear|validity|results\.(diagnosis|estimates)))\..*|DataFrame|Result"),  # named, not listed
 ]
