@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 
 OLDEST ?= python3.11
 NEWEST ?= python3.13
-EXTRAS := dev,watch,control,app,sweeps,studies
+EXTRAS := dev,watch,control,app,sweeps
 
 .PHONY: setup demo test test-kernels test-versions test-long test-cluster docs notebooks how_often_right paper bench lint clean
 
@@ -19,8 +19,8 @@ $(BASE): pyproject.toml constraints.txt
 	@touch $(BASE)
 
 $(STAMP): $(BASE)
-	@echo "Installing what tests, documents, app and studies need (1 GB) ..."
-	@$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,watch,studies,control,app,sweeps,docs]'
+	@echo "Installing what tests, documents and app need (1 GB) ..."
+	@$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,watch,control,app,sweeps,docs]'
 	@touch $(STAMP)
 
 demo: $(BASE)
@@ -62,7 +62,6 @@ test-cluster: setup  # as root on Debian: installs Slurm, starts it on this mach
 
 bench: setup  # base=CHECKOUT: an earlier version beside this one
 	$(BIN)/python -m studies.bench picture=docs/images/bench.svg $(if $(base),base=$(base))
-	$(BIN)/python -m studies.bench.space
 
 lint: setup
 	$(BIN)/ruff check belt_sim studies tests

@@ -1,9 +1,9 @@
-"""What commands and marches cost: ``python -m studies.bench [only=WORDS] [base=CHECKOUT] [at_once=7] [picture=FILE]``.
+"""What commands cost: ``python -m studies.bench [only=WORDS] [base=CHECKOUT] [at_once=7] [picture=FILE]``.
 
 ``stages=CAMPAIGN,MODEL`` prints the CPU time of every stage of one diagnosis instead.
 
 base: a checkout of an earlier version, which answers the same rows beside this one; only: the rows whose names contain
-these words, and no march; at_once: rows at a time, on two cores each of a machine with many idle ones. The table is
+these words; at_once: rows at a time, on two cores each of a machine with many idle ones. The table is
 also written to outputs/bench/bench.json.
 """
 
@@ -42,11 +42,6 @@ def main() -> None:
         print(f"{row['row']}: {row['cpu_s']:.2f} CPU s ({row['tree']})", file=sys.stderr)
     console.print(_commands(found))
     content: dict[str, Any] = {"schema": SCHEMA, "commands": found}
-    if not only:
-        from studies.bench.speed import batch_figures, delay_figures, plain_figures  # it computes: after prepare()
-
-        content |= {"batch": batch_figures(), "plain_loop": plain_figures(), "jitcdde": delay_figures()}
-        console.print(_contenders(content["batch"], content["plain_loop"], content["jitcdde"]))
     content["machine"] = {"cores": os.cpu_count(), "load": os.getloadavg()[0], "processor": platform.processor()}
     console.print(str(write_json(FILE, content | {"provenance": provenance()})))
     if "picture" in options:
@@ -83,23 +78,6 @@ def _commands(found: list[dict[str, Any]]) -> Table:
             wanted = ["" if limit is None else f"{limit:g}" for limit in (row.wall, row.cpu)]
             programs = " / ".join(f"{f['traced']}, {f['compiled']}" for f in both)
             table.add_row(row.name, cells[0], wanted[0], cells[1], wanted[1], cells[2], programs)
-    return table
-
-
-def _contenders(batch, plain, delay) -> Table:
-    table = Table("", "ms a case", "ratio", "largest error", "error of y1 at 1 m")
-    rows = [
-        (f"batch march, {batch['cases']} cases, 2 threads", batch),
-        ("plain Python loop, 1st order, 20 mm", plain),
-        ("jitcdde", delay),
-    ]
-    for name, row in rows:
-        if row is None:
-            table.add_row(name, "not installed, or no C compiler")
-            continue
-        error, ratio = row["error"], row["per_case_ms"] / batch["per_case_ms"]
-        cells = (f"{row['per_case_ms']:.3f}", f"{ratio:.0f}")
-        table.add_row(name, *cells, f"{error['largest']:.1e}", f"{error['at_1_m']:.1e}")
     return table
 
 
