@@ -96,7 +96,7 @@ def use_one_blas_thread() -> None:
 
 _USAGE = {
     "demo": "usage: belt-sim demo    it takes no settings; what it makes goes to outputs/demo",
-    "new-effect": "usage: belt-sim new-effect NAME    as belt-sim new-effect side_wind: it writes side_wind.py",
+    "new-effect": "usage: belt-sim new-effect NAME    such as side_wind: it writes side_wind.py",
     "completion": 'usage: eval "$(belt-sim completion)"    in ~/.bashrc',
 }
 
@@ -135,8 +135,9 @@ def run_command(arguments: list[str]) -> int:
             raise BeltError("new-effect: give one name, as in belt-sim new-effect side_wind")
         path = new_effect(settings[0])
         test = f"import belt_sim as bs; print(*bs.check_effect('{path.as_posix()}'), sep='\\n')"
-        print(f"{path}: change its law, then belt-sim simulate 'effects=[{{id: {path.as_posix()}, load: 0.01}}]'")
-        print(f'to test it: python -c "{test}"')
+        print(f"{path}: change its law, then")
+        print(f"belt-sim simulate 'effects=[{{id: {path.as_posix()}, load: 0.01}}]'")
+        print(f'to test it:\npython -c "{test}"')
         return 0
     except BeltError as error:
         return _complain(str(error))

@@ -2,6 +2,7 @@
 understood."""
 
 import copy
+import os
 from collections.abc import Callable, Mapping, Sequence
 from glob import glob
 from pathlib import Path
@@ -60,7 +61,7 @@ def new_campaign(folder: Path, config: Mapping[str, Any]) -> Campaign:
     campaign = template(folder, rig, belt, planned, [str(p) for p in places], travel, str(config["title"]))
     title = f"Runs to measure, {travel:g} m each"
     console().print(rich_table(Table(title, PLAN_COLUMNS, plan_rows(planned), left=("run", "good for"))))
-    print(f"campaign  {folder} (campaign.yaml: replace what says REPLACE; plan.md: this table)")
+    print(f"campaign  {folder}\n          campaign.yaml: replace what says REPLACE; plan.md: this table")
     print(f"next      belt-sim check campaign={folder} travel={travel:g}")
     for warning in harm_warnings(campaign):
         print(f"warning   {warning}")
@@ -117,7 +118,7 @@ def import_files(
         print(f"picture   {folder / PICTURE}")
     has_curves = any(len(r.travel) for r in campaign.runs) and any(s.kind == "lateral" for s in campaign.signals)
     then = "diagnose" if has_curves else "compare"
-    print(f"next      belt-sim check campaign={folder}, then belt-sim {then} campaign={folder}")
+    print(f"next      belt-sim check campaign={folder}\nthen      belt-sim {then} campaign={folder}")
     return campaign
 
 
@@ -145,6 +146,7 @@ def draft_text(proposal: Proposal) -> str:
 def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
     """What an import understood, in the terminal: tables of columns, runs and noise, and what is left open."""
     out = out or console()
+    piped = not out.is_terminal and "COLUMNS" not in os.environ  # a pipe has a sentence a line
 
     def several(names: Sequence[str]) -> str:
         return names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]} ({len(names)})"
@@ -170,12 +172,12 @@ def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
     if proposal.unknown:
         left_out = ", ".join(q.path[1] for q in proposal.unknown)
         example = f'columns: {{"{proposal.unknown[0].path[1]}": {{at: point_1}}}}, or a role: travel, tension ...'
-        out.print(f"left out, nothing is known of: {left_out}; state  {example}", soft_wrap=True, markup=False)
+        out.print(f"left out, nothing is known of: {left_out}; state  {example}", soft_wrap=piped, markup=False)
     alike: dict[str, list[str]] = {}
     for note in proposal.notes:
         alike.setdefault(note.text, []).append(note.about)
     for what, about in alike.items():
-        out.print(f"{several(about)}: {what}" if any(about) else what, soft_wrap=True, markup=False)
+        out.print(f"{several(about)}: {what}" if any(about) else what, soft_wrap=piped, markup=False)
 
 
 def imported_runs_table(campaign: Campaign) -> Table:

@@ -3,6 +3,8 @@ that takes a run with its resolved configuration and leaves files in its folder.
 
 import difflib
 import re
+import shutil
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -28,7 +30,7 @@ COMMANDS = {
     "map": ("very many cases of an analytic model, as one table", "cases:map_command"),
     "report": ("write the report of a diagnosis again", "inference:report_command"),
     "app": ("a local web page: sliders, own measurements, diagnoses", "inference:app_command"),
-    "new-effect": ("a file with a whole effect, to be changed into one of your own", ""),
+    "new-effect": ("a file with a whole effect, to change into one of your own", ""),
     "demo": ("a diagnosis of a campaign that ships, into outputs/demo", ""),
     "completion": ('completion in bash and zsh: eval "$(belt-sim completion)"', ""),
 }
@@ -106,20 +108,30 @@ def help_text(command: str) -> str:
     """Return what a command does, and every key with its value, unit and meaning, as its files in conf have them."""
     text = (CONF / f"{command}.yaml").read_text(encoding="utf-8").split("\nhydra:\n")[0]
     about, _, settings = text.partition("defaults:")
-    said = [line.lstrip("# ") for line in about.splitlines()]
-    rows: list[tuple[str, str]] = []
+    wide = shutil.get_terminal_size().columns
+    rows = [("", " ".join(line.lstrip("# ") for line in about.splitlines()))]
+    rows += [("usage:", f"belt-sim {command} [KEY=VALUE ...]")]
+    rows += [("      ", f"belt-sim {command} -m KEY=A,B,C   a sweep, a run a value"), ("", "")]
+    rows += [("", "keys, with what they are set to:")]
+    keys: list[tuple[str, str]] = []
     for group, chosen in re.findall(r"- (\w+): (\w+)", settings):
-        rows.append((f"{group}={chosen}", f"one of {', '.join(group_names(group))}"))
-        rows += [(f"  {group}.{k}", c) for k, c in _settings(CONF / group / f"{chosen}.yaml")]
+        keys.append((f"{group}={chosen}", f"one of {', '.join(group_names(group))}"))
+        keys += [(f"  {group}.{k}", c) for k, c in _settings(CONF / group / f"{chosen}.yaml")]
     if command == "simulate":
-        rows.append(("+experiment=...", f"one of {', '.join(group_names('experiment'))}"))
-    rows += _settings(CONF / f"{command}.yaml")
-    wide = max(len(key) for key, _ in rows)
-    lines = [f"  {key:{wide}s}  {comment}".rstrip() for key, comment in rows]
-    usage = [f"usage: belt-sim {command} [KEY=VALUE ...]"]
-    usage.append(f"       belt-sim {command} -m KEY=A,B,C   a sweep, a run a value")
+        keys.append(("+experiment=...", f"one of {', '.join(group_names('experiment'))}"))
+    keys += _settings(CONF / f"{command}.yaml")
+    longest = max(len(key) for key, _ in keys)
+    rows += [(f"  {key:{longest}s} ", comment) for key, comment in keys]
     more = f"belt-sim {command} --cfg job KEY=VALUE ... shows the whole configuration and runs nothing."
-    return "\n".join([*said, *usage, "", "keys, with what they are set to:", *lines, "", more])
+    rows += [("", ""), ("", more)]
+    return "\n".join(_wrapped(first, text, wide) for first, text in rows)
+
+
+def _wrapped(first: str, text: str, wide: int) -> str:
+    """Return ``first`` and ``text`` in lines of at most ``wide`` columns, the text below itself."""
+    lead = f"{first} " if first else ""
+    look = {"initial_indent": lead, "subsequent_indent": " " * len(lead), "break_on_hyphens": False}
+    return textwrap.fill(text, max(wide, len(lead) + 20), **look) or lead.rstrip()  # type: ignore[arg-type]
 
 
 def _settings(file: Path) -> list[tuple[str, str]]:

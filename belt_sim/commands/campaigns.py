@@ -85,7 +85,7 @@ def ask_in_terminal(logged: LoggedTables, stated: dict[str, Any] | None = None, 
         if Confirm.ask("Is this right?", console=out, default=True):
             return proposal
         columns, runs = list(logged.columns), [r.name for r in proposal.complete().runs]
-        out.print(escape(f"columns: {', '.join(columns)}; runs: {', '.join(runs)}"), soft_wrap=True)
+        out.print(escape(f"columns: {', '.join(columns)}; runs: {', '.join(runs)}"))
         name = Prompt.ask("Which column or run is wrong?", console=out, choices=[*columns, *runs], show_choices=False)
         keys = ["role", "unit", "at", "sign", "factor", "name"]
         keys = keys if name in columns else ["tension", "yaw", "speed", "direction", "yaw_at", "start"]
@@ -101,7 +101,7 @@ def _ask(logged: LoggedTables, mapping: dict[str, Any], question: Question, out:
     kind = {"machine": "rig", "belt": "belt"}.get(question.path[0])
     hint = f", or the name of a {kind}: {', '.join(group_names(kind))}" if kind else ""
     while True:
-        out.print(f"[bold]{escape(question.text)}[/bold] (e.g. {escape(question.example + hint)})", soft_wrap=True)
+        out.print(f"[bold]{escape(question.text)}[/bold] (e.g. {escape(question.example + hint)})")
         default: Any = question.proposed or ...
         numbers = {p.removeprefix("point_"): p for p in question.options if p.startswith("point_")}
         choices = [*question.options, *numbers] or None
@@ -115,7 +115,7 @@ def _ask(logged: LoggedTables, mapping: dict[str, Any], question: Question, out:
         try:
             proposal = understand(logged, trial)
         except BeltError as error:
-            out.print(f"[red]{escape(str(error))}[/red]", soft_wrap=True)
+            out.print(f"[red]{escape(str(error))}[/red]")
             continue
         mapping.clear()
         mapping.update(trial)
@@ -155,10 +155,10 @@ def rig_command(run_dir: RunDir) -> None:
         with run_dir.outputs() as draft:
             digest = virtual_rig.write_blind(draft / "campaign", campaign, truth)
     print(f"campaign  {folder}")
-    print(f"truth     sealed, sha256 {digest}")
+    print(f"truth     sealed; its sha256:\n          {digest}")
     told = config["hidden"] != "random" and config["engine"] == "line"  # what is drawn at random is not told
     model = f" model={config['base'] or BASE}" if told else ""
-    print(f"next      belt-sim diagnose campaign={folder}{model}, then belt-sim reveal campaign={folder}")
+    print(f"next      belt-sim diagnose campaign={folder}{model}\nthen      belt-sim reveal campaign={folder}")
 
 
 def _by_line(hidden: Any, config: dict) -> Any:

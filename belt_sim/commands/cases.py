@@ -204,7 +204,7 @@ def map_command(run_dir: RunDir) -> None:
             plot(table, draft / "map.png", kind=shown)
         elif config["pictures"]:
             print(f"no picture: at most 2 may vary ({len(table.attrs['axes'])} do), in {DRAWN} cases")
-    print(f"{run_dir.path / 'map.parquet'}: a row a case, for pandas.read_parquet")
+    print(f"a row a case, for pandas.read_parquet:\n{run_dir.path / 'map.parquet'}")
 
 
 # ---- who watches a run

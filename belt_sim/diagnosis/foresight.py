@@ -496,8 +496,10 @@ def _separation(bench: Workbench, fit: Fit, a: str, b: str, columns: np.ndarray 
 
 
 def _advice(bench: Workbench, fit: Fit, alike: list[tuple[str, str]]) -> dict[tuple[str, str], dict[str, Any]]:
-    """The action of the menu that tells each pair apart best, and the sigma after it; none of pairs with SLOWEST
-    effects, as a second compilation for each of them would take longer than all else."""
+    """The action of the menu that tells each pair apart best, and the sigma after it, where that is RESOLVED.
+
+    None of pairs with SLOWEST effects: a second compilation for each of them would take longer than all else.
+    """
     light = [k for k, s in enumerate(bench.forward.slots) if s.effect.id not in SLOWEST]
     outlook = Outlook(bench, replace(fit, free=light, columns=fit.columns[light], slopes=fit.slopes[light]))
     further = np.zeros((len(outlook.actions), len(fit.free), outlook.forward.samples.y[0].size))
@@ -506,5 +508,6 @@ def _advice(bench: Workbench, fit: Fit, alike: list[tuple[str, str]]) -> dict[tu
     for a, b in alike:
         if not SLOWEST & {a, b}:
             after = [_separation(bench, fit, a, b, np.concatenate([fit.columns, f], axis=1)) for f in further]
-            found[a, b] = {"action": outlook.actions[int(np.argmax(after))].words, "sigma_after": max(after)}
+            if max(after) >= RESOLVED:  # less is no advice
+                found[a, b] = {"action": outlook.actions[int(np.argmax(after))].words, "sigma_after": max(after)}
     return found

@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from pydantic import Field, PlainSerializer, computed_field
 
 from belt_sim.results import words
-from belt_sim.results.diagnosis import RESOLVED
 from belt_sim.results.errors import ShortLabel
 from belt_sim.results.estimates import Free, MachineSizes, display_unit, file_field
 from belt_sim.results.words import Display, Table, data_frame
@@ -41,8 +40,8 @@ class Visible:
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
-    """Two effects that could not be told apart: sigma apart at a size that is plain to see; what further run is best,
-    and sigma with it (None where none was looked for)."""
+    """Two effects that could not be told apart: sigma apart at a size that is plain to see; what further run tells
+    them apart, and sigma with it (None where none does, or none was looked for)."""
 
     effects: tuple[str, str]
     sigma: float
@@ -94,8 +93,8 @@ class Check(Display):
         if self.visible and not self.pairs:
             said.append("All of them could be told apart, pair by pair, where they are plain to see.")
         elif self.visible:
-            helped = sum((p.sigma_after or 0.0) >= RESOLVED for p in self.pairs)
-            more = f"; a further run would resolve {helped} of them" if any(p.action for p in self.pairs) else ""
+            helped = sum(p.action is not None for p in self.pairs)
+            more = f"; a further run would resolve {helped} of them" if helped else ""
             many = f"{len(self.pairs)} pair{'' if len(self.pairs) == 1 else 's'}"
             said.append(f"{many} could not be told apart even where they are plain to see (12 sigma){more}.")
         return said
@@ -105,10 +104,7 @@ class Check(Display):
         if self.pairs:  # the most alike first, and the best further run for each
             rows = []
             for p in self.pairs[:SHOWN_PAIRS]:
-                helps = (p.sigma_after or 0.0) >= RESOLVED  # less is no advice
-                further = (
-                    (p.action or words.NONE, words.number(p.sigma_after, 2)) if helps else (words.NONE, words.NONE)
-                )
+                further = p.action or words.NONE, words.number(p.sigma_after, 2)
                 rows.append((" - ".join(p.effects), words.number(p.sigma, 2), *further))
             more = f" ({SHOWN_PAIRS} of {len(self.pairs)} shown)" if len(self.pairs) > SHOWN_PAIRS else ""
             columns = ("pair", "sigma apart", "best further run", "sigma with it")

@@ -1,6 +1,7 @@
-"""Executed notebooks as sections of a page: the directive ``notebook`` (a Sphinx extension).
+"""Executed notebooks as sections of a page of the site (a Sphinx extension).
 
-``python -m studies.site.notebooks [FILE ...]`` runs the notebooks of examples/ (or FILE) and stores them with results.
+``python -m studies.site.notebooks [FILE ...]`` runs the notebooks of examples/ (or FILE), stores them with results, and
+writes what they show into docs/notebooks.md.
 """
 
 import json
@@ -10,13 +11,12 @@ import time
 from pathlib import Path
 from typing import Any
 
-from docutils import nodes
-from docutils.parsers.rst import Directive
-from docutils.statemachine import StringList
 from sphinx.application import Sphinx
-from sphinx.util.nodes import nested_parse_with_titles
 
 from belt_sim.io import ROOT
+
+PAGE = ROOT / "docs" / "notebooks.md"
+_WRITTEN = re.compile(r"(<!-- written: (\w+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 
 
 def cells(path: Path) -> list[dict[str, Any]]:
@@ -34,7 +34,7 @@ def markdown(path: Path) -> str:
     parts = []
     for cell in cells(path):
         if cell["cell_type"] == "markdown":
-            parts.append(re.sub(r"\A# .*\n*", "", source(cell)))
+            parts.append(re.sub(r"^#", "##", re.sub(r"\A# .*\n*", "", source(cell)), flags=re.MULTILINE))
         else:
             parts.append(f"```python\n{source(cell)}\n```")
             for output in cell["outputs"]:
@@ -65,25 +65,27 @@ def execute(path: Path) -> Any:
     return book
 
 
-class Notebook(Directive):
-    """``{notebook} FILE`` in a Markdown page: FILE, seen from the page, with the results that it holds."""
+def written() -> str:
+    """The page with what each notebook shows, and where it is."""
+    lines = {}
+    for path in (ROOT / "examples").glob("*.ipynb"):
+        about = " ".join(source(cells(path)[0]).split("\n\n")[1].split())
+        lines[path.stem] = f"{about} [{path.name}](../examples/{path.name}) has the results."
+    return _WRITTEN.sub(lambda found: f"{found[1]}{lines[found[2]]}\n{found[4]}", PAGE.read_text(encoding="utf-8"))
 
-    required_arguments = 1
 
-    def run(self) -> list[nodes.Node]:
-        """The nodes of the notebook."""
-        settings = self.state.document.settings
-        path = Path(settings.env.srcdir) / self.arguments[0]
-        settings.env.note_dependency(str(path))
-        here = nodes.section()
-        here.document = self.state.document
-        nested_parse_with_titles(self.state, StringList(markdown(path).splitlines(), source=path.name), here)
-        return here.children
+def _put_in(app: Sphinx, docname: str, text: list[str]) -> None:
+    """On the site, the notebooks stand in the page."""
+    if docname == PAGE.stem:
+        for path in (ROOT / "examples").glob("*.ipynb"):
+            app.env.note_dependency(str(path))
+        whole = lambda found: markdown(ROOT / "examples" / f"{found[2]}.ipynb")  # noqa: E731
+        text[0] = _WRITTEN.sub(whole, text[0])
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Called by Sphinx."""
-    app.add_directive("notebook", Notebook)
+    app.connect("source-read", _put_in)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
@@ -94,3 +96,4 @@ if __name__ == "__main__":
         began = time.perf_counter()
         nbformat.write(execute(file), file)
         print(f"{file.name}: {time.perf_counter() - began:.0f} s")
+    PAGE.write_text(written(), encoding="utf-8")

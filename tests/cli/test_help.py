@@ -23,6 +23,13 @@ def test_commands_without_settings_have_help_too(command, capsys):
     assert f"usage: {'eval' if command == 'completion' else 'belt-sim ' + command}" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("command", sorted(COMMANDS))
+def test_help_fits_a_window_of_80_columns(command, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert run_command([command, "--help"]) == 0
+    assert not [line for line in capsys.readouterr().out.splitlines() if len(line) > 80]
+
+
 def test_help_gives_units():
     rows = {line.split("=")[0].strip(): line for line in help_text("simulate").splitlines() if "=" in line}
     assert rows["tension"].endswith("N/mm2")

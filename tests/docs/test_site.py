@@ -7,7 +7,7 @@ import pytest
 import belt_sim as bs
 from belt_sim.effects.base import library
 from belt_sim.io import ROOT
-from studies.site import effect_pages, reference
+from studies.site import effect_pages, notebooks, reference, settings_page
 from studies.site.effect_pages import text
 from studies.site.mathml import mathml
 from studies.site.offline import loads, loads_of_site
@@ -79,6 +79,13 @@ def test_what_a_readme_links_to_is_there(page):
 
 def test_the_reference_lists_the_functions_as_their_docstrings_begin():
     assert reference.PAGE.read_text(encoding="utf-8") == reference.written(), "run: python -m studies.site.reference"
+
+
+@pytest.mark.parametrize("page", [notebooks, settings_page])
+def test_settings_and_notebooks_are_read_without_a_build(page):
+    text = page.PAGE.read_text(encoding="utf-8")
+    assert text == page.written(), f"run: python -m {page.__name__}"
+    assert "```{" not in text
 
 
 def test_the_catalogue_is_what_the_effects_say():

@@ -47,7 +47,7 @@ def test_rates_are_compared_in_one_command():
 def test_the_next_step_is_one_that_works(figure, then, tmp_path, capsys):
     name = FIGURES / f"made_up_figure_{figure}"
     campaign = import_files([f"{name}.csv"], tmp_path / "out", mapping=f"{name}.yaml", pictures=False)
-    assert f", then belt-sim {then} campaign=" in capsys.readouterr().out
+    assert f"\nthen      belt-sim {then} campaign=" in capsys.readouterr().out
     if then == "compare":
         with pytest.raises(BeltError, match="belt-sim compare does without"):
             diagnose(campaign)

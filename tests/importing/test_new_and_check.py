@@ -115,6 +115,8 @@ def test_what_looks_alike_at_one_tension_is_found_with_the_run_that_tells(checke
     assert frozenset({"taper", "camber"}) in alike
     assert "turn the belt over" in alike[frozenset({"taper", "camber"})].action
     assert alike[frozenset({"taper", "camber"})].sigma_after > 3.0
+    assert all((p.action is None) == (p.sigma_after is None) for p in checked.pairs)
+    assert all(p.sigma_after >= 3.0 for p in checked.pairs if p.action)  # less is no advice
     assert frozenset({"taper", "sensor_gain"}) not in alike
 
 
