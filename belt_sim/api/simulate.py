@@ -270,7 +270,7 @@ def with_run(
     return (*(further.pop(x.id, x) for x in beyond), *further.values())
 
 
-def limits_of_run(case: Case, model: Any, effects: Sequence[Effect], travel: float) -> tuple[Limit, ...]:
+def limits_of_run(case: Case, model: Any, effects: Sequence[Effect], travel: float = 60.0) -> tuple[Limit, ...]:
     """Return the limits that a case is beyond, and those that its run over ``travel`` [m] leaves, if that is finite."""
     beyond = validity_limits(case, model, [e.id for e in effects])
     with suppress(SimulationError):
@@ -565,7 +565,7 @@ def linearise(
     if many:
         cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
     chosen = fitted_model(by_tension(model, cases, ids))
-    plants = [replace(linear_belt(c, chosen, acting), beyond=limits_of_run(c, chosen, acting, 60.0)) for c in cases]
+    plants = [replace(linear_belt(c, chosen, acting), beyond=limits_of_run(c, chosen, acting)) for c in cases]
     return PlantSchedule.from_plants(plants) if many else plants[0]
 
 

@@ -224,10 +224,10 @@ class SweepGrid:
         said, ids, travel = dict[str, tuple[float, str]](), [e.id for e in self.effects], self.plain["travel"]
         for case, effects in self.along():
             one = model_of(by_tension(model, [case], ids))
-            marched = travel is not None and isinstance(one, AnalyticModel)
             limits = validity_limits(case, one, ids)
             with suppress(InputError):  # of ends together that leave no tension
-                limits = limits_of_run(case, one, effects, travel) if marched else limits
+                if isinstance(one, AnalyticModel):  # of closed forms, too: as simulate and export say it
+                    limits = limits_of_run(case, one, effects, travel or 60.0)
             for limit in (x for x in limits if x.load > said.get(x.id, (0.0, ""))[0]):
                 said[limit.id] = limit.load, f"{warning(one.name, [limit])} (at the worst of what varies)"
         width, face = table.get("belt_width", float(self.case.belt.width)), self.case.rig.face_width

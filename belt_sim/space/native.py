@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import mujoco
 import numpy as np
+from jax.flatten_util import ravel_pytree
 
 from belt_sim.case import Case, Schedule
 from belt_sim.case import Numbers as Array
@@ -21,42 +22,13 @@ from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space import chain, run, wrap
 from belt_sim.space.belt import BeltArrays, active_features, belt_arrays, guide_forces, load_forces
-from belt_sim.space.loop import library_of, smoothstep
+from belt_sim.space.loop import smoothstep
 from belt_sim.space.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
 from belt_sim.space.mesh import tie_lengths
 from belt_sim.space.mujoco_interface import Motion, Solver, compile_model, mjcf, silence_expected_warnings
 from belt_sim.space.options import BELTS, CONTACTS, Options, fit_options, refuse_sliding_limp
 from belt_sim.space.rolling_contact import ContactRun, Edited, build_contact, story
 from belt_sim.space.wrap import TAIL
-
-
-@dataclass(frozen=True)
-class Packing:
-    """How a tree of arrays lies in one vector of floats: a call of JAX costs by the number of its arguments."""
-
-    structure: Any
-    shapes: tuple[tuple[int, ...], ...]
-    kinds: tuple[str, ...]
-
-    @staticmethod
-    def of(tree: Any) -> "Packing":
-        leaves, structure = jax.tree.flatten(tree)
-        arrays = [np.asarray(leaf) for leaf in leaves]
-        return Packing(structure, tuple(a.shape for a in arrays), tuple(a.dtype.str for a in arrays))
-
-    def pack(self, tree: Any) -> Array:
-        """The vector of a tree of this structure."""
-        leaves = jax.tree.leaves(tree)
-        library = library_of(leaves[0])
-        return library.concatenate([library.ravel(leaf).astype(float) for leaf in leaves])
-
-    def unpack(self, vector: Array) -> Any:
-        """The tree; integers are integers again."""
-        at, leaves = 0, []
-        for shape, kind in zip(self.shapes, self.kinds, strict=True):
-            leaves.append(vector[at : at + math.prod(shape)].reshape(shape).astype(kind))
-            at += math.prod(shape)
-        return jax.tree.unflatten(self.structure, leaves)
 
 
 class Fixed(NamedTuple):
@@ -159,16 +131,16 @@ def hold_belt(fixed: Fixed, was: Carried, at: Instant, joints: Array, nodes: Arr
 
 @partial(jit_float64, static_argnums=0)
 def between_steps(
-    packings: tuple[Packing, Packing, Packing], fixed: Array, carried: Array, instants: Array, joints: Array,
+    unpack: tuple[Callable[[Array], Any], ...], fixed: Array, carried: Array, instants: Array, joints: Array,
     slides: Array, pull: Array,
 ) -> tuple[Array, Array, StepInput]:  # fmt: skip
     """From one step of MuJoCo to the next: what is carried on, what the instruments read, the next step's input.
 
-    fixed, carried, instants (2, k), of the step that has been made and of the next: packed; joints, (2, 5): and rates;
+    fixed, carried, instants (2, k), of the step that has been made and of the next: each tree as one vector, of which
+    ``unpack`` makes it again, for a call of JAX costs by the number of its arguments; joints, (2, 5): and rates;
     slides [m] of the nodes and the belt's pull [N] on them, (n, m, 3).
     """
-    still, was = packings[0].unpack(fixed), packings[1].unpack(carried)
-    now, following = (packings[2].unpack(instant) for instant in instants)
+    still, was, (now, following) = unpack[0](fixed), unpack[1](carried), map(unpack[2], instants)
     nodes = jnp.moveaxis(still.rest + slides, 0, -1)
     forces = jnp.moveaxis(pull, 0, -1).at[:, 2].add(-still.belt.mass[:, None] * still.belt.gravity)
     before, slips = (was.pulleys.pose, nodes), (was.slip, was.waiting)  # held nodes are on their anchors
@@ -178,7 +150,7 @@ def between_steps(
     read = jnp.concatenate([read, slip.total, slip.sliding])
     after, given = hold_belt(still, after, following, joints, nodes)
     slid = given._replace(nodes=given.nodes - still.rest, rest=given.rest - still.rest)
-    return packings[1].pack(after), read, slid
+    return ravel_pytree(after)[0], read, slid
 
 
 #: columns of a reading besides: lateral slip [m] and share of sliding nodes on head and tail pulley, x of the tail
@@ -189,11 +161,11 @@ EXTRA = {"slip_head": 20, "slip_tail": 21, "sliding_head": 22, "sliding_tail": 2
 
 @dataclass
 class NativeState(Motion):
-    """The belt and the machine at the end of a step. carried: packed ``Carried``, for the coming step; given: what that
-    starts from; readings (24,): of ``finish_step``, then slip and share of
-    sliding nodes of both pulleys; acting: share and drag that MuJoCo's model has."""
+    """The belt and the machine at the end of a step. instant: its end; carried: ``Carried`` for the coming step, of
+    whose vector ``unpack`` makes it; given: what that starts from; readings (24,): of ``finish_step``, then slip and
+    share of sliding nodes of both pulleys; acting: share and drag that MuJoCo's model has."""
 
-    packing: Packing
+    unpack: Callable[[Array], Carried]
     instant: np.ndarray
     carried: Array
     given: StepInput
@@ -203,17 +175,16 @@ class NativeState(Motion):
     @property
     def carrying(self) -> Carried:
         """``carried`` in the open."""
-        found: Carried = self.packing.unpack(np.asarray(self.carried))
-        return found
+        return in_float64(self.unpack)(self.carried)
 
 
 _FEWEST = 2  # links on a pulley
 
 
 class SpaceRun:
-    """A held belt and what acts on it. belt: the case as arrays; packings: of Fixed, Carried and Instant; fixed:
-    packed, laid: a belt at rest; rest_lengths [m], (k,) each: of the ties without and with camber, None where it has
-    neither camber nor residual stress; state: of the run under way."""
+    """A held belt and what acts on it. belt: the case as arrays; laid: a belt at rest; fixed, begin: vectors of Fixed and
+    of ``laid``, which ``unpack`` makes again, as those of Instant; rest_lengths [m], (k,) each: of the ties without and
+    with camber, None where it has neither camber nor residual stress; state: of the run under way."""
 
     def __init__(
         self, case: Case, belt: str, options: Options, parts: SceneParts | None = None, scene_path: Path | None = None
@@ -239,12 +210,13 @@ class SpaceRun:
         run_off = pulleys.wrap.outer(chain.run_up_end(-shape.sign)) if shape.limp else None
         self.laid = Carried(pulleys, slip, np.array(wrap.NEITHER), np.zeros((2, 3)), np.zeros(2), kinks, run_off)
         instant = Instant(run.Command(0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(2), 0.0), 0.0, 0.0)
-        self.packings = Packing.of(fixed), Packing.of(self.laid), Packing.of(instant)
+        vectors, self.unpack = zip(*map(in_float64(ravel_pytree), (fixed, self.laid, instant)), strict=True)
+        self.begin = vectors[1]
         try:  # on the CPU, if JAX may use it: a step is a few operations between two of MuJoCo's
             processor = jax.devices("cpu")[0]
         except RuntimeError:
             processor = None
-        self.fixed = in_float64(jax.device_put)(self.packings[0].pack(fixed), processor)
+        self.fixed = in_float64(jax.device_put)(vectors[0], processor)
         self.state: NativeState | None = None
 
     def lay(self, first: np.ndarray) -> NativeState:
@@ -253,8 +225,8 @@ class SpaceRun:
         joints, slides = np.split(laid_coordinates(scene, *self.laid.pulleys.pose.spin), [STATION_JOINTS])
         slides, at_rest[0], at_rest[8] = slides.reshape(scene.mesh.rest.shape), -scene.early, math.inf
         motion = joints, np.zeros_like(joints), slides, np.zeros_like(slides)
-        carried: Any = self.packings[1].pack(self.laid), None, np.zeros(24)
-        state = NativeState(*motion, self.packings[1], at_rest, *carried)
+        carried: Any = self.begin, None, np.zeros(24)
+        state = NativeState(*motion, self.unpack[1], at_rest, *carried)
         self._carry(state, first)
         return state
 
@@ -278,7 +250,7 @@ class SpaceRun:
     def _carry(self, state: NativeState, following: np.ndarray) -> None:
         pull, joints = self.solver.elastic_forces(state.slides), np.stack([state.joints, state.joint_rates])
         instants = np.stack([state.instant, following])
-        found = between_steps(self.packings, self.fixed, state.carried, instants, joints, state.slides, pull)
+        found = between_steps(self.unpack, self.fixed, state.carried, instants, joints, state.slides, pull)
         state.carried, state.readings = found[0], np.asarray(found[1])
         state.given = StepInput(*map(np.asarray, found[2]))
         if state.given.fewest < _FEWEST:

@@ -284,6 +284,17 @@ def test_a_table_is_told_of_a_limit_that_is_left_in_the_middle_of_its_axis():
     assert not any("slip (" in x for x in ends.attrs["beyond"])
 
 
+def test_a_table_of_closed_forms_a_plant_and_a_run_are_told_of_slip_alike():
+    """After the step the moment of a tight strip grows on: the march knows that, its first moment does not."""
+    own = {x.id: x for x in simulate(tension=40, yaw=-0.2, model="strip").beyond}["slip"]
+    plant = linearise(tension=40, yaw=-0.2, model="strip")
+    assert (
+        {x.id: x.load for x in plant.beyond}["slip"] == own.load > 1.1 * loads(paper_case(40.0, 0.2 * DEGREE))["slip"]
+    )
+    told = sweep(tension=[40, 60], yaw=[-0.2], model="strip", travel=None).attrs["beyond"]
+    assert any(f"slip ({own.load:.2g} times the limit)" in x for x in told)
+
+
 def yaw_error(angle):
     return {"id": "yaw_offset_tail", "beta_0": angle}
 
