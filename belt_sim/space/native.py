@@ -182,9 +182,9 @@ _FEWEST = 2  # links on a pulley
 
 
 class SpaceRun:
-    """A held belt and what acts on it. belt: the case as arrays; laid: a belt at rest; fixed, begin: vectors of Fixed and
-    of ``laid``, which ``unpack`` makes again, as those of Instant; rest_lengths [m], (k,) each: of the ties without and
-    with camber, None where it has neither camber nor residual stress; state: of the run under way."""
+    """A held belt and what acts on it. belt: the case as arrays; laid: a belt at rest; fixed, begin: vectors of Fixed
+    and of ``laid``, which ``unpack`` makes again, as those of Instant; rest_lengths [m], (k,) each: of the ties without
+    and with camber, None where it has neither camber nor residual stress; state: of the run under way."""
 
     def __init__(
         self, case: Case, belt: str, options: Options, parts: SceneParts | None = None, scene_path: Path | None = None
@@ -211,7 +211,7 @@ class SpaceRun:
         self.laid = Carried(pulleys, slip, np.array(wrap.NEITHER), np.zeros((2, 3)), np.zeros(2), kinks, run_off)
         instant = Instant(run.Command(0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(2), 0.0), 0.0, 0.0)
         vectors, self.unpack = zip(*map(in_float64(ravel_pytree), (fixed, self.laid, instant)), strict=True)
-        self.begin = vectors[1]
+        self.begin = np.asarray(vectors[1])
         try:  # on the CPU, if JAX may use it: a step is a few operations between two of MuJoCo's
             processor = jax.devices("cpu")[0]
         except RuntimeError:
