@@ -1,4 +1,4 @@
-"""The belt of a plain MuJoCo scene beside the held belt: ``python -m studies.contact TABLE.csv [PICTURE.png]``.
+"""The belt of a plain MuJoCo scene beside the held belt: ``python -m studies.contact TABLE.csv``.
 
 Each case is a rig, a tension, a step and a distance of nodes; the tail pulley is yawed by -0.042 degrees, and both
 belts run 5 m. A row says how far y of points 1 and 3 is at most from the held belt's, of its largest y, the mean tilt
@@ -16,9 +16,6 @@ import numpy as np
 
 import belt_sim as bs
 from belt_sim.curves import Curves
-from belt_sim.show import style
-from belt_sim.show.style import BLUE, INK, RED
-from belt_sim.units import MM
 
 FAR, YAW = 5.0, -0.042  # [m], [degrees]
 SETTLED = 1.0  # [m]: the tilt swings with the start of the run before
@@ -64,42 +61,20 @@ def main() -> None:
     store = Path(sys.argv[1])
     done = {tuple(r.values())[:4]: r for r in csv.DictReader(store.open())} if store.exists() else {}
     keys = {tuple(v if isinstance(v, str) else f"{v:g}" for v in astuple(case)): case for case in CASES}
-    shown = set(list(keys)[: len(RIGS)]) if len(sys.argv) > 2 else set()
-    asked = {key: case for key, case in keys.items() if key not in done or key in shown}
-    pictures: dict[Contact, tuple[Curves, Curves]] = {}
+    asked = {key: case for key, case in keys.items() if key not in done}
     with ProcessPoolExecutor() as workers:
         held = {(case.rig, case.tension): workers.submit(run, case, "held") for case in asked.values()}
         under_way = {workers.submit(run, case, "mujoco"): key for key, case in asked.items()}
         for ended in as_completed(under_way):
             key, case = under_way[ended], asked[under_way[ended]]
-            pictures[case] = ended.result(), held[case.rig, case.tension].result()
-            found = {name: f"{value:.1f}" for name, value in difference(*pictures[case]).items()}
+            apart = difference(ended.result(), held[case.rig, case.tension].result())
+            found = {name: f"{value:.1f}" for name, value in apart.items()}
             done[key] = dict(zip(("rig", "tension", "dt_ms", "dx_mm"), key, strict=True)) | found
             print(*done[key].values(), sep="  ", flush=True)
             with store.open("w", encoding="utf-8", newline="") as file:
                 writer = csv.DictWriter(file, list(done[key]))
                 writer.writeheader()
                 writer.writerows(done[k] for k in keys if k in done)
-    if shown:
-        draw(Path(sys.argv[2]), pictures)
-
-
-@style.picture
-def draw(path: Path, found: dict[Contact, tuple[Curves, Curves]]) -> Path:
-    """y of points 1 and 3 of both belts, a panel a case."""
-    shown = [case for case in CASES if case in found and (case.dt, case.dx) == (1.0, 25.0)]
-    fig, axes = style.figure(11.0, 6.0, 2, 3)
-    for ax, case in zip(np.ravel(axes), shown, strict=True):
-        scene, held = found[case]
-        for point, colour in ((0, BLUE), (2, RED)):
-            ax.plot(held.travel, held.y[point] / MM, color=INK, linewidth=2.5, alpha=0.3)
-            ax.plot(scene.travel, scene.y[point] / MM, color=colour, label=f"point {point + 1}")
-        ax.set_title(f"{case.rig.replace('_', ' ')}, {case.tension:g} N/mm$^2$")
-        ax.set_xlabel("travel [m]")
-        ax.set_ylabel("y [mm]")
-    np.ravel(axes)[0].legend(fontsize=8)
-    style.title(fig, "Belt carried by MuJoCo's contacts (colour) over the held belt (grey)")
-    return style.save(fig, path)
 
 
 if __name__ == "__main__":

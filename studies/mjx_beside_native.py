@@ -4,8 +4,6 @@ A row a case: by how much y of the four points differs at most between 0.05 and 
 means over 0.25 m, each in % of the largest of native. Spans that nothing damps ring after a yaw step, in native the
 less the longer its step is; with a drag of 15 1/s they do not. All runs are shared over the cores; cases of MJX of one
 mesh, step and drag are one batch.
-
-``python -m studies.mjx_beside_native ring``: how fast torsion of a span at rest dies away in a step of both engines.
 """
 
 import sys
@@ -16,16 +14,15 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.errors import SimulationError
 from belt_sim.io import write_text
-from belt_sim.jax_setup import in_float64, least_effort, prepare
+from belt_sim.jax_setup import prepare
 from belt_sim.settings import make_case
-from belt_sim.space.options import Options, fit_options
+from belt_sim.space.options import Options
 
 TRAVEL = 2.0  # [m]
 BEGIN = 0.05  # [m]: before it y is below a hundredth of its largest
@@ -123,56 +120,5 @@ def main(path: Path) -> None:
     print("\n".join(lines))
 
 
-RING_TENSION, SETTLE, RING = 20.0, 0.5, 0.3  # [N/mm2], [s], [s]
-
-
-@in_float64
-def ring(dt: float, kicks: list[float]) -> None:
-    """Prints the rate [1/s] at which the first mode of torsion of the upper span dies away, undamped but for steps of
-    ``dt`` [s], when its edges are struck apart by kicks [m/s]; of implicit Euler it is omega^2 dt / 2."""
-    from belt_sim.mjx import READING, march, plan
-    from belt_sim.mjx import prepare as made
-    from belt_sim.space.native import SpaceRun, instants_of
-
-    case = make_case(rig="rope_example", tension=RING_TENSION, yaw=0.0)
-    options, steps = Options(dt=dt, settle=SETTLE, run_in=0.3), round(RING / dt)
-    ready = made([case], options=options)[0]
-    laid, length = ready.scene.mesh.laid, float(case.rig.span_length)
-    x, tilts = np.clip(laid[..., 0] / length, 0.0, 1.0), READING["tilt"].start
-    blow = np.zeros(laid.shape)
-    blow[..., 2] = np.where(laid[..., 2] > 0.0, np.sin(np.pi * x), 0.0) * [1.0, -1.0]
-    rows = plan(ready, 0.1)
-    rest = jax.tree.map(lambda c: jnp.broadcast_to(jnp.asarray(c[0]), (steps, *np.shape(c)[1:])), rows)
-    on_mjx, still = jax.jit(march, compiler_options=least_effort()), ready.data
-    for _ in range(round(SETTLE / RING) + 1):
-        still = on_mjx(ready.model, still, rest)[0]
-
-    def said(tilt: np.ndarray) -> str:
-        top = 1 + np.flatnonzero((tilt[1:-1] > tilt[:-2]) & (tilt[1:-1] >= tilt[2:]) & (tilt[1:-1] > 0.2 * tilt.max()))
-        rate, omega = -np.polyfit(dt * top, np.log(tilt[top]), 1)[0], 2.0 * np.pi / (dt * np.diff(top).mean())
-        return f"{rate:.2f} 1/s from {1e3 * tilt.max():.2g} mrad (omega^2 dt / 2 = {0.5 * omega**2 * dt:.2f})"
-
-    for kick in kicks:
-        qvel = still.mjx.qvel.at[-blow.size :].add(kick * blow.ravel())
-        struck = still._replace(mjx=still.mjx.replace(qvel=qvel))
-        read = on_mjx(ready.model, struck, rest._replace(drag=jnp.zeros_like(rest.drag)))[1]
-        run = SpaceRun(case, "flex", fit_options(options, case, "flex"))
-        instants, resting = instants_of(run.scene, 0.1)
-        state, tilt, now = run.lay(instants[0]), [], instants[resting - 1].copy()
-        for k in range(resting - 1):
-            run.step(state, instants[k], instants[k + 1])
-        state.slide_rates += kick * blow
-        now[6:8] = 0.0
-        for _ in range(steps):
-            run.step(state, now, now)
-            tilt.append(state.readings[tilts])
-        print(f"{1e3 * dt:g} ms: native {said(np.array(tilt))}, mjx {said(np.asarray(read)[:, tilts])}", flush=True)
-
-
 if __name__ == "__main__":
-    if sys.argv[1] == "ring":
-        prepare(space=True)
-        ring(1e-3, [0.005, 0.025, 0.05, 0.1])
-        ring(2.5e-4, [0.005, 0.05])
-    else:
-        main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]))

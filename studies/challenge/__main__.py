@@ -17,38 +17,34 @@ from belt_sim.io import provenance
 from belt_sim.jax_setup import cores
 from belt_sim.show.observers import progress
 from studies.application import application
-from studies.challenge.registry import ABLATIONS, answerer, cost, source
+from studies.challenge.registry import answerer, cost, source
 from studies.challenge.report import describe_hidden, publish, target_cells
 from studies.challenge.run_case import Task
-from studies.challenge.run_challenge import ablation_tasks, drawn_seeds, remaining, results, run_challenge
+from studies.challenge.run_challenge import drawn_seeds, remaining, results, run_challenge
 from studies.challenge.score import ScoredCase, score_case
 from studies.challenge.targets import targets
 
-FEW = 10  # campaigns that are drawn where nobody says how many
 MIN_WIDTH = 120  # characters of the table
 
 
 def challenge(config: dict[str, Any]) -> None:
     """Answer sealed campaigns, keep one result each in ``folder``, and show the table of targets."""
-    first, sharing = options(config)
-    count = _count(config)
-    tasks = ablation_tasks(first, count) if first.of else [(first, range(first.seed, first.seed + (count or 0)))]
-    for task, seeds in tasks:
-        todo = len(remaining(task, seeds))
-        if todo and not task.of:
-            print(cost(task.source, todo, sharing["workers"] or cores()), flush=True)
-        if todo:
-            with progress(todo, f"challenge {task.ablation}") as done:
+    task, sharing = options(config)
+    seeds = range(task.seed, task.seed + whole("count", config["count"], 0))
+    todo = len(remaining(task, seeds))
+    if todo:
+        print(cost(task.source, todo, sharing["workers"] or cores()), flush=True)
+        with progress(todo, f"challenge {task.ablation}") as done:
 
-                def tell(result: dict[str, Any]) -> None:
-                    print(summary(score_case(result)), flush=True)
-                    done(1, f"campaign {result['seed']}")
+            def tell(result: dict[str, Any]) -> None:
+                print(summary(score_case(result)), flush=True)
+                done(1, f"campaign {result['seed']}")
 
-                run_challenge(task, seeds, **sharing, tell=tell)
-        there = results(task.out)
-        print_targets([score_case(result) for result in there], task.out)
-        if config["publish"]:
-            print(publish(there, Path(config["publish"]), Path(config["stored"]), drawn_seeds(task.out)))
+            run_challenge(task, seeds, **sharing, tell=tell)
+    there = results(task.out)
+    print_targets([score_case(result) for result in there], task.out)
+    if config["publish"]:
+        print(publish(there, Path(config["publish"]), Path(config["stored"]), drawn_seeds(task.out)))
 
 
 def options(config: Mapping[str, Any]) -> tuple[Task, dict[str, Any]]:
@@ -62,20 +58,11 @@ def options(config: Mapping[str, Any]) -> tuple[Task, dict[str, Any]]:
         ablation=config["ablation"],
         bootstraps=whole("bootstraps", config["bootstraps"], MIN_BOOTSTRAPS),
         advised=whole("advice", config["advice"], 0),
-        others=bool(config["baselines"]) and config["ablation"] not in ABLATIONS,
         commit=provenance()["commit"],
-        of=None if config["of"] is None else Path(config["of"]).resolve(),
     )
     workers = None if config["workers"] is None else whole("workers", config["workers"], 1)
     minutes = None if config["minutes"] is None else _positive(config, "minutes")
     return first, {"workers": workers, "minutes": minutes, "patience": _positive(config, "patience")}
-
-
-def _count(config: Mapping[str, Any]) -> int | None:
-    """Campaigns that are wanted; None: all that the folder ``of`` holds."""
-    if config["count"] is None:
-        return None if config["of"] is not None else FEW
-    return whole("count", config["count"], 0)
 
 
 def _positive(config: Mapping[str, Any], name: str) -> float:

@@ -117,34 +117,18 @@ def _any_plan(rng) -> tuple[str, Plan, Noise]:
 
 # Mistakes in the sheet: what the file states is not what was done.
 
-#: those of ``random_mistake_campaign``
-MISTAKES = ("late_yaw", "lost_yaw_sign", "lost_direction", "diameter_for_radius", "wrong_width", "exchanged_points")
-_LATE = (1.5, 5.0)  # [m]
-_WIDTHS = (1.25, 0.8)  # stated over true
-_LEAST_SIZE, _MISTAKE_TRIES = 6.0, 8  # noise units that a mistake makes, where a plan can show as much; plans tried
-
 
 def mistaken(kind: str, plan: Plan, rng, hours: tuple[float, ...] = ()) -> tuple[Plan, Plan, Any, int | None]:
     """The plan as it was and as it is stated, the yaw that acted before the records (runs,), and the run concerned
     (None: all of them); hours: clock times of the runs."""
     runs, machine, turned = plan.runs, plan.machine, [run.yaw != 0.0 for run in plan.runs]
     largest, true, stated, prior, k = max(abs(run.yaw) for run in runs), plan, plan, 0.0, None
-    if kind == "late_yaw":  # it came later than stated
-        k = _one_run(plan, rng, turned)
-        true = _with_run(plan, k, yaw_at=runs[k].yaw_at + float(round(rng.uniform(*_LATE), 2)))
-    elif kind == "lost_yaw_sign":  # it is stated to the other side
-        k = _one_run(plan, rng, [run.yaw < 0.0 for run in runs])
-        stated = _with_run(plan, k, yaw=-runs[k].yaw)
-    elif kind == "lost_direction":  # the belt ran backwards; the file states its speed only
+    if kind == "lost_direction":  # the belt ran backwards; the file states its speed only
         k = _one_run(plan, rng, turned)
         true, stated = _with_run(plan, k, direction=-1.0), _with_run(plan, k, direction=1.0)
     elif kind == "diameter_for_radius":
         head, tail = (Quantity(value=2 * q.value, u=2 * q.u) for q in (machine.head_radius, machine.tail_radius))
         stated = replace(plan, machine=replace(machine, head_radius=head, tail_radius=tail))
-    elif kind == "wrong_width":
-        width = plan.belt.width
-        width = Quantity(value=round(width.value * float(rng.choice(_WIDTHS)), 4), u=width.u)
-        stated = replace(plan, belt=replace(plan.belt, width=width))
     elif kind == "exchanged_points":  # two lateral sensors stand at each other's points
         names = [name for name, place in plan.signals.items() if place.startswith("point_")]
         one, other = (str(name) for name in rng.permutation(names)[:2])
@@ -179,43 +163,6 @@ def _with_run(plan: Plan, k: int, **changed) -> Plan:
     runs = list(plan.runs)
     runs[k] = replace(runs[k], repeat_of=None, **changed)
     return replace(plan, runs=tuple(runs))
-
-
-def random_mistake_campaign(seed: int) -> tuple[Campaign, Truth]:
-    """One campaign with nothing hidden and a mistake in its sheet; ``truth.dirty`` names it, its run and its size d."""
-    streams, which = random_streams(check_seed(seed)), np.random.default_rng([seed, 1])
-    base = random_base(which)
-    kind = MISTAKES[seed % len(MISTAKES)]
-    best = None
-    for _ in range(_MISTAKE_TRIES):
-        name, plan, stated_noise = _any_plan(which)
-        if kind == "exchanged_points" and sum(p.startswith("point_") for p in plan.signals.values()) < 2:
-            continue
-        if kind == "lost_yaw_sign" and not any(run.yaw < 0 for run in plan.runs):
-            continue
-        noise = true_noise(plan, stated_noise, streams[1])
-        true, stated, _, run = mistaken(kind, plan, which)
-        size = mistake_size(Detectability(stated, noise, base), true, base)
-        if best is None or size > best[0]:
-            best = size, true, stated, run, noise, name
-        if size >= _LEAST_SIZE:
-            break
-    if best is None:
-        raise InputError("seed", seed, "", f"finds no plan for {kind}; use another")
-    size, true, stated, run, noise, plan_name = best
-    errors = draw_errors(true, noise, streams[2])
-    readings = observe(true, true_line(true, base, errors), [])
-    readings = add_noise(readings, true.travel, noise.sheets(true), noise, streams[3])
-    campaign = build_campaign(stated, noise, readings, TITLE, "belt-sim virtual-rig engine=line")
-    dirt = {"kind": kind, "run": None if run is None else f"r{run + 1:02d}", "signal": None, "d": float(f"{size:.6g}")}
-    salt = streams[4].bytes(16).hex()
-    return campaign, describe_truth(seed, base, HiddenFaults(kind="mistake"), noise, errors, dirt, salt, plan_name)
-
-
-def mistake_size(stated: Detectability, true: Plan, base: str) -> float:
-    """d of what the mistake changes in the readings, nuisances of the stated sheet let free."""
-    change = observe(true, true_line(true, base, TrueErrors()), []) - stated.clean
-    return float(np.linalg.norm(stated.reduce(change)))
 
 
 # Campaigns as plants make them.

@@ -2,7 +2,6 @@
 
 import importlib
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from studies.challenge.campaigns import (
     fresh_campaign,
     plant_campaign,
     plant_span_campaign,
-    random_mistake_campaign,
     random_span_campaign,
 )  # fmt: skip
 from studies.challenge.space_campaigns import random_space_campaign
@@ -27,14 +25,13 @@ SOURCES: dict[str, Draw] = {
     "nothing": partial(random_campaign, kind="nothing"),
     "space": random_space_campaign,
     "span": random_span_campaign,
-    "sheet_mistakes": random_mistake_campaign,
     "plant": plant_campaign,
     "plant_span": plant_span_campaign,
     **{name: partial(fresh_campaign, name=name) for name in FRESH_PLANS},
 }
 #: Processor seconds that a campaign takes, coarsely: to draw it, and to answer it.
 SECONDS = {"mix": (1.0, 25.0), "nothing": (1.0, 25.0), "strangers": (3.0, 60.0), "space": (30.0, 20.0)}
-SECONDS |= {"span": (15.0, 60.0), "sheet_mistakes": (1.0, 25.0), "plant": (3.0, 70.0)}
+SECONDS |= {"span": (15.0, 60.0), "plant": (3.0, 70.0)}
 SECONDS |= {"plant_span": (15.0, 90.0)}
 SECONDS |= dict.fromkeys(FRESH_PLANS, (2.0, 25.0))
 
@@ -65,35 +62,10 @@ _CURVES = ("courses", "against", "curve", "effect_file", "law_file", "campaign",
 
 def diagnose_folder(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
     """What the diagnosis says of a campaign on disk."""
-    return _diagnose(read_campaign(folder), bootstraps, seed, base)
-
-
-def no_repeats(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
-    """The same of the campaign without its repeats: noise has to be taken as stated."""
-    campaign = read_campaign(folder)
-    runs = tuple(run for run in campaign.runs if run.repeat_of is None)
-    return _diagnose(replace(campaign, runs=runs), bootstraps, seed, base, advise=False)
-
-
-def no_whitening(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
-    """The same, all noise taken as independent from sample to sample: as large as stated, but without its length."""
-    return _diagnose(with_white_noise(read_campaign(folder)), bootstraps, seed, base, advise=False)
-
-
-def with_white_noise(campaign: Campaign) -> Campaign:
-    """The campaign with wander stated as white noise of the same variance."""
-    signals = tuple(
-        replace(s, white=(s.white**2 + s.wander_sd**2) ** 0.5, wander_sd=0.0, wander_length=1.0)
-        for s in campaign.signals
-    )
-    return replace(campaign, signals=signals)
-
-
-def _diagnose(campaign: Campaign, bootstraps: int, seed: int, base: str, advise: bool = True) -> dict[str, Any]:
     from belt_sim.api.inference import diagnose
     from belt_sim.results.files import diagnosis_json
 
-    content = diagnosis_json(diagnose(campaign, base, bootstraps=bootstraps, seed=seed, advise=advise))
+    content = diagnosis_json(diagnose(read_campaign(folder), base, bootstraps=bootstraps, seed=seed))
     kept = {key: value for key, value in content.items() if key not in _LONG}
     if "discovery" in kept:
         kept["discovery"] = {k: v for k, v in kept["discovery"].items() if k not in (*_LONG, *_CURVES)}
@@ -101,14 +73,11 @@ def _diagnose(campaign: Campaign, bootstraps: int, seed: int, base: str, advise:
 
 
 OWN = "diagnosis"
-ANSWERS: dict[str, Answer] = {OWN: diagnose_folder, "no_repeats": no_repeats, "no_whitening": no_whitening}
-#: the diagnosis without one of its parts; plain methods have answered the same campaigns beside the whole one
-ABLATIONS = tuple(name for name in ANSWERS if name != OWN)
 
 
 def answerer(name: str) -> Answer:
     """Who answers, by name, or one's own as ``module:function``; raises InputError when there is none."""
-    return ANSWERS.get(name) or import_function(name, "ablation", ANSWERS)
+    return diagnose_folder if name == OWN else import_function(name, "ablation", [OWN])
 
 
 def import_function(name: str, key: str, known) -> Callable:

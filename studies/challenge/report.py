@@ -1,7 +1,7 @@
 """How often the diagnosis is right, written from the stored scores: a page for readers, and the full record.
 
 The page (docs/how_often_right.md) counts the newest answers alone, its conclusion first. The record
-(docs/data/how_often_right_record.md) has every campaign: targets, tables, ablations, failures.
+(docs/data/how_often_right_record.md) has every campaign: targets, tables, failures.
 """
 
 import json
@@ -19,10 +19,10 @@ from belt_sim.io import ROOT, provenance, write_text
 from belt_sim.results.words import join_words
 from belt_sim.show import style
 from belt_sim.show.report import BLIND_TESTS
-from belt_sim.show.style import AFTER, FAINT, INK, PAPER
+from belt_sim.show.style import AFTER, FAINT
 from belt_sim.virtual_rig.hidden import ALIKE
 from studies.challenge.registry import OWN
-from studies.challenge.score import CRASH, NAMING, STOPS, HeldBack, ScoredCase, score_case
+from studies.challenge.score import CRASH, STOPS, HeldBack, ScoredCase, score_case
 from studies.challenge.targets import (
     GOOD_REMOVAL,
     SEEN,
@@ -36,12 +36,9 @@ from studies.challenge.targets import (
     targets,
 )
 
-_DARK = 0.55  # share of a row from which its number is written in white
-
-
 SCHEMA = "belt-challenge-facts/1"
 SPACE, SPAN, PLANTS = "space", "span", ("plant", "plant_span")  # sources that are told by themselves
-PICTURES = {"confusion": "challenge_confusion.png", "reliability": "challenge_reliability.png"}
+PICTURE = "challenge_reliability.png"
 #: commits that decide alike: what cant and a yielding bearing do was mended between them and after the second
 SAME_DECISION = ("5ef112bee7", "0428559535")
 _SENTENCE = 160  # characters that are kept of an answer's sentence, of its law, and of why it is wrong
@@ -52,9 +49,6 @@ _LEVELS = (0.01, 0.05, 0.1, 0.25, 0.5)
 _EDGES = (0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)  # of bins of probability
 _DISTANCES = {"under 8": (0.0, 8.0), "8 - 12": (8.0, 12.0), "12 - 20": (12.0, 20.0), "20 and more": (20.0, np.inf)}
 _FAR = 8.0  # distance from which a law is expected to be found
-#: what another answer to the same campaign changes, and what of it is never stored
-_OF_AN_ANSWER = ("verdict", "named", "aliases", "outcome", "covered", "removed")
-_OF_THE_DIAGNOSIS = ("advice", "promised", "discovered", "place", "law", "why", "held_back", "p")
 
 RECORD = Path("data") / "how_often_right_record.md"
 _PAGE = """# How often the diagnosis is right
@@ -98,9 +92,8 @@ Names by probability, over all versions; in changed spans {spans_sure} from 99 %
 
 ## The record
 
-{{download}}`All campaigns of all versions <data/how_often_right_record.md>` has tables by size and by effect,
-ablations, plain statistical methods on the same campaigns, and every failure with its reason. `python -m
-studies.challenge count=40 first_seed=1000` answers new campaigns.
+{{download}}`All campaigns of all versions <data/how_often_right_record.md>` has tables by size and by effect, and
+every failure with its reason. `python -m studies.challenge count=40 first_seed=1000` answers new campaigns.
 """
 _PAGE_SPAN = """## Changes inside a span
 
@@ -156,6 +149,11 @@ _IN_PLANTS = """## Campaigns as plants measure
 Belts 0.2 to 2 m wide on spans of 1 to 8 m, 3 to 12 runs, 2 to 4 sensors; records begin anywhere on the belt or on a
 running one, repeats disagree, sheets are wrong; then changed spans on such plans. They are not in the figures above.
 """
+_TARGETS = "## Targets\n\n{} campaigns.\n\n"
+_WORTH = """## What probabilities are worth
+
+![Probability said against share truly hidden](../images/{})
+"""
 _PAIRS = """## Two hidden effects
 
 By what the best single effect of the generator's library leaves of both, in units of noise. Where that is less than 3 a
@@ -169,35 +167,15 @@ The distance is what the best three effects of the library leave over of the hid
 a variable with its form, are right where the discovered law, or one that the answer cannot tell from it, has the
 generator's; where no law is told they are wrong. The tables by form and law count distances of 8 and more.
 """
-_COMPARED = """## Without its parts, and plain methods on the same campaigns
-
-Plain methods answer every campaign that the diagnosis has answered; its search by BIC and without the gate is read
-from the candidates that it tried. `python -m studies.challenge of=FOLDER count=100 publish=docs`, with its folder,
-lets the diagnosis without whitening or repeats answer a hundred of its campaigns. Where fewer were answered, what the
-diagnosis itself said of just these stands below.
-
-"""
-_WHO = {
-    OWN: "the diagnosis",
-    "no_whitening": "without whitening (wander taken as white noise)",
-    "no_repeats": "without the repeated runs (noise as stated)",
-    "no_gate": "what its search ends with, without the gate (no test of what is left)",
-    "bic": "its search by BIC alone",
-    "iid_bic": "least squares and BIC of independent readings",
-    "sparse": "sparse regression on the residual",
-    "sysid": "the same sets, noise taken from the fit",
-}
-
 # ---- stored scores
 
 
 @dataclass(frozen=True, kw_only=True)
 class StoredScores:
-    """One challenge: how it was run, its scores, and the scores of other methods on the same campaigns."""
+    """One challenge: how it was run, and its scores."""
 
     about: dict[str, Any]
     cases: list[ScoredCase]
-    others: dict[str, list[ScoredCase]]
 
     @property
     def code(self) -> str:
@@ -243,29 +221,17 @@ def stored_text(results: Sequence[Mapping[str, Any]], drawn: Iterable[int] = ())
 def _row(result: Mapping[str, Any]) -> dict[str, Any]:
     case = score_case(result)
     words = {n: said[:_SENTENCE] for n in ("sentence", "discovered", "why") if (said := getattr(case, n))}
-    row = replace(case, **words).row()  # type: ignore[arg-type]
-    if result["truth"] is None or case.verdict == "crash" or "crash" in (result.get("others") or {"crash": ""}):
-        return row
-    others = {name: score_case(result, answer).row() for name, answer in result["others"].items()}
-    return row | {"others": {n: {k: o[k] for k in _OF_AN_ANSWER if k in o} for n, o in others.items()}}
+    return replace(case, **words).row()  # type: ignore[arg-type]
 
 
 def read_stored(folder: Path) -> list[StoredScores]:
     """Every file of scores in a folder, by name."""
     contents = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.json"))]
-    return [_parse_scores(c) for c in contents if c.get("schema") == SCHEMA]
-
-
-def _parse_scores(content: dict[str, Any]) -> StoredScores:
-    cases: list[ScoredCase] = []
-    others: dict[str, list[ScoredCase]] = {}
-    for row in content.pop("rows"):
-        answers = row.pop("others", {})
-        cases.append(ScoredCase.from_row(row))
-        truth = {k: v for k, v in row.items() if k not in (*_OF_AN_ANSWER, *_OF_THE_DIAGNOSIS)}
-        for name, other in answers.items():
-            others.setdefault(name, []).append(ScoredCase.from_row(truth | other))
-    return StoredScores(about=content, cases=cases, others=others)
+    return [
+        StoredScores(about=c, cases=[ScoredCase.from_row(row) for row in c.pop("rows")])
+        for c in contents
+        if c.get("schema") == SCHEMA
+    ]
 
 
 # ---- the document
@@ -286,7 +252,7 @@ def write_page(top: Path, stored: Sequence[StoredScores]) -> Path:
     in_space = _PAGE_SPACE.format(campaigns=len(space), conclusion=conclusion(space)) if space else ""
     text = _PAGE.format(
         conclusion=conclusion(line),
-        targets=_short_targets(line),
+        targets=target_table(line, notes=False),
         span=in_span if span else "",
         space=in_space,
         plants=_of_plants(_own(plants)) if plants else "",
@@ -366,23 +332,15 @@ def conclusion(cases: Sequence[ScoredCase]) -> str:
     return "\n".join(f"- {words.format(with_interval(flags))}" for words, flags in said if flags)
 
 
-def _short_targets(cases: Sequence[ScoredCase]) -> str:
-    """The table of targets without notes."""
-    reached = {True: "yes", False: "**no**", None: ""}
-    rows = [t for t in targets(cases) if t.found.trials]
-    lines = [(*target_cells(t)[:4], reached[t.is_met]) for t in rows]
-    return table(("figure", "target", "found", "95 % interval", "reached"), lines)
-
-
 def write_record(top: Path, stored: Sequence[StoredScores]) -> Path:
     """Write the record of all stored campaigns, and its pictures, into a folder of documents."""
     line, span, space, plants = _parts(stored)
     own = _own(line)
-    sources, codes = ([(name(p), p) for p in line] for name in (lambda p: p.about["source"], lambda p: p.code))
-    parts = [_INTRO, _commands(line), target_table(own)]
-    parts += [_side_by_side("## The same by source of campaigns", sources)]
-    parts += [_side_by_side("## The same by commit of the code", codes), by_size(own), by_pair(own)]
-    parts += [by_effect(own), by_plan(own), _pictures(top, own), outside_library(own), comparison(line), failures(own)]
+    parts = [_INTRO, _commands(line), _TARGETS.format(len(own)) + target_table(own), by_size(own), by_pair(own)]
+    parts += [by_effect(own)]
+    if draw_reliability(top / "images" / PICTURE, own):
+        parts += [_WORTH.format(PICTURE)]
+    parts += [by_probability(own), _by_chance(own), outside_library(own), failures(own)]
     parts += [_separate_tables(_IN_SPAN, span), _separate_tables(_IN_SPACE, space)]
     parts += [_separate_tables(_IN_PLANTS, plants)]
     if top.resolve() == ROOT / "docs":  # reports quote it
@@ -436,7 +394,8 @@ def _separate_tables(intro: str, stored: Sequence[StoredScores]) -> str:
     own = _own(stored)
     if not own:
         return ""
-    tables = [target_table(own), by_size(own), by_effect(own), outside_library(own), comparison(stored), failures(own)]
+    tables = [_TARGETS.format(len(own)) + target_table(own), by_size(own), by_effect(own), outside_library(own)]
+    tables += [failures(own)]
     below = [text.replace("## ", "### ", 1) for text in tables if text]
     folded = ["<details><summary>all of them</summary>\n", _each(own), "</details>\n"]
     return "\n".join([intro, _commands(stored), *below, *folded])
@@ -489,17 +448,12 @@ FIGURES: dict[str, Callable[[Sequence[ScoredCase]], list[bool]]] = {
     "overlooked": lambda cases: [f.verdict == "adequate" for f in cases],
     "95 % interval holds": lambda cases: [flag for f in cases for flag in f.covered],
     "90 % of the error removed": lambda cases: [f.removed >= GOOD_REMOVAL for f in cases if f.removed is not None],
-    "false alarms": lambda cases: [not f.right for f in of_kind(cases, "nothing")],
-    "right, d >= 6": lambda cases: [f.right for f in _large(cases)],
-    "confidently wrong, d >= 6": lambda cases: [confidently_wrong(f) for f in _large(cases)],
-    "unknown flagged": lambda cases: [f.right for f in _far_unknowns(cases)],
     "flagged as unknown": lambda cases: [f.right for f in cases],
     "false names": lambda cases: [bool(f.false_names) for f in cases],
     "place right": lambda cases: [bool(f.place) for f in _law_told(cases)],
     "variable and form right": lambda cases: [bool(f.law) for f in _law_told(cases)],
     "80 % of the error removed": lambda cases: [f.removed >= 0.8 for f in cases if f.removed is not None],
 }
-_IN_SHORT = ("false alarms", "right, d >= 6", "confidently wrong, d >= 6", "unknown flagged", "95 % interval holds")
 _OF_LAWS = ("flagged as unknown", "false names", "place right", "variable and form right", "80 % of the error removed")
 
 
@@ -524,26 +478,12 @@ def target_cells(row: Target) -> tuple[str, ...]:
     return row.name, row.goal, f"{row.found.count} of {row.found.trials}", interval, row.note
 
 
-def target_table(cases: Sequence[ScoredCase]) -> str:
+def target_table(cases: Sequence[ScoredCase], notes: bool = True) -> str:
     """The targets, and whether they are reached."""
     head = ("figure", "target", "found", "95 % interval", "reached", "note")
     reached = {True: "yes", False: "**no**", None: ""}
     lines = [(*target_cells(t)[:4], reached[t.is_met], t.note) for t in targets(cases) if t.found.trials]
-    return f"## Targets\n\n{len(cases)} campaigns.\n\n{table(head, lines)}"
-
-
-def _side_by_side(title: str, stored: Sequence[tuple[str, StoredScores]]) -> str:
-    """The targets for every group of one name; nothing where there is but one."""
-    groups: dict[str, list[ScoredCase]] = {}
-    for name, p in stored:
-        if p.about["ablation"] == OWN:
-            groups.setdefault(name, []).extend(p.cases)
-    if len(groups) < 2:
-        return ""
-    found = [{t.name: t.found for t in targets(cases)} for cases in groups.values()]
-    every = dict.fromkeys(name for f in found for name in f)
-    lines = [(n, *(count_text(f.get(n)) for f in found)) for n in every if any(count_text(f.get(n)) for f in found)]
-    return f"{title}\n\n" + table(("figure", *groups), lines)
+    return table(head, lines) if notes else table(head[:-1], [line[:-1] for line in lines])
 
 
 def by_effect(cases: Sequence[ScoredCase]) -> str:
@@ -586,36 +526,6 @@ def _by_distance(
     cases: Sequence[ScoredCase], classes: Mapping[str, tuple[float, float]]
 ) -> dict[str, list[ScoredCase]]:
     return {words: [f for f in cases if low <= (f.distance or 0.0) < high] for words, (low, high) in classes.items()}
-
-
-def by_plan(cases: Sequence[ScoredCase]) -> str:
-    """The same figures for every kind of machine."""
-    lines = []
-    for plan in sorted({f.plan for f in cases if f.plan}):
-        mine = [f for f in cases if f.plan == plan]
-        spent = [f.seconds for f in mine if f.seconds is not None]
-        time = f"{np.median(spent):.0f} s, {np.quantile(spent, 0.9):.0f} s" if spent else ""
-        lines.append((plan, str(len(mine)), *figures(_IN_SHORT, mine), time))
-    return "## By plan\n\n" + table(("plan", "campaigns", *_IN_SHORT, "time: median, 9 of 10"), lines) if lines else ""
-
-
-def comparison(stored: Sequence[StoredScores]) -> str:
-    """The diagnosis beside itself without its parts, and beside plain methods, on the same campaigns."""
-    answers: dict[str, list[ScoredCase]] = {OWN: []}
-    for p in stored:
-        answers.setdefault(p.about["ablation"], []).extend(p.cases)
-        for name, cases in p.others.items():
-            answers.setdefault(name, []).extend(cases)
-    own = answers.pop(OWN)
-    lines = [(_WHO[OWN], str(len(own)), *figures(_IN_SHORT, own))]
-    for name in sorted(answers, key=lambda n: list(_WHO).index(n) if n in _WHO else len(_WHO)):
-        cases = answers[name]
-        answered = {(f.source, f.seed) for f in cases}
-        same = [f for f in own if (f.source, f.seed) in answered]
-        lines.append((_WHO.get(name, name), str(len(cases)), *figures(_IN_SHORT, cases)))
-        if len(same) < len(own):
-            lines.append(("- the diagnosis on these", str(len(same)), *figures(_IN_SHORT, same)))
-    return _COMPARED + table(("who answers", "campaigns", *_IN_SHORT), lines)
 
 
 # ---- laws outside the library
@@ -700,64 +610,6 @@ def _by_chance(cases: Sequence[ScoredCase]) -> str:
 
 
 # ---- pictures
-
-
-def _pictures(top: Path, cases: Sequence[ScoredCase]) -> str:
-    parts = []
-    if _draw_confusion(top / "images" / PICTURES["confusion"], cases):
-        parts.append(f"![What was answered against what was hidden](../images/{PICTURES['confusion']})\n")
-    if draw_reliability(top / "images" / PICTURES["reliability"], cases):
-        parts.append(f"![Probability said against share truly hidden](../images/{PICTURES['reliability']})\n")
-    parts += [by_probability(cases), _by_chance(cases)]
-    return "## What is taken for what, and what probabilities are worth\n\n" + "\n".join(x for x in parts if x)
-
-
-@style.picture
-def _draw_confusion(path: Path, cases: Sequence[ScoredCase]) -> bool:
-    """One hidden effect, nothing, or a law outside the library (rows), against the first name or the verdict (columns);
-    shade: share of a row; where both have the same name, the cell is framed."""
-    seen = [(_hidden_row(f), _answer_column(f)) for f in cases if _hidden_row(f)]
-    if not seen:
-        return False
-    last = ("several", "unknown", "adequate", STOPS, "crash")
-    hidden, named = (
-        sorted(names - {*last}) + [n for n in last if n in names]
-        for names in ({pair[k] for pair in seen} for k in (0, 1))
-    )
-    counts = np.zeros((len(hidden), len(named)))
-    for row, column in seen:
-        counts[hidden.index(row), named.index(column)] += 1
-    total = counts.sum(axis=1, keepdims=True)
-    share = counts / np.maximum(total, 1)
-    fig, [[ax]] = style.figure(0.36 * len(named) + 3.2, 0.30 * len(hidden) + 2.8)
-    ax.imshow(share, cmap="Blues", vmin=0, vmax=1, aspect="auto")
-    for r, c in np.argwhere(counts > 0):
-        ink = PAPER if share[r, c] > _DARK else INK
-        ax.text(c, r, f"{counts[r, c]:.0f}", ha="center", va="center", fontsize=8, color=ink)
-    frame = 0.5 * np.array([[-1, 1, 1, -1, -1], [-1, -1, 1, 1, -1]])
-    for name in {*hidden} & {*named}:
-        ax.plot(named.index(name) + frame[0], hidden.index(name) + frame[1], color=INK, lw=1)
-    ax.set_xticks(range(len(named)), named, rotation=60, ha="right", rotation_mode="anchor")
-    ax.set_yticks(range(len(hidden)), [f"{n} ({t:.0f})" for n, t in zip(hidden, total[:, 0], strict=True)])
-    ax.set(xlabel="answered", ylabel="hidden (campaigns)")
-    ax.grid(False)
-    style.title(fig, "What is taken for what (one effect of d >= 4.5, nothing, strangers)")
-    style.save(fig, path)
-    return True
-
-
-def _hidden_row(f: ScoredCase) -> str:
-    """The row of a campaign: adequate (nothing hidden), unknown (outside the library), or one effect."""
-    if f.kind == "library" and (f.size or 0.0) >= _VISIBLE:
-        return f.hidden[0]
-    return {"nothing": "adequate", "outside": "unknown"}.get(f.kind, "")
-
-
-def _answer_column(f: ScoredCase) -> str:
-    """The column of an answer: one name, several, or what the verdict says without a name."""
-    if f.verdict in NAMING and f.named:
-        return next(iter(f.named)) if len(f.named) == 1 else "several"
-    return "unknown" if f.verdict in ("none_known", *NAMING) else f.verdict
 
 
 @style.picture

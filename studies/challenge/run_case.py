@@ -15,7 +15,7 @@ from belt_sim.campaign import read_campaign, write_campaign
 from belt_sim.errors import InputError
 from belt_sim.io import write_json
 from belt_sim.virtual_rig.make import HASH, SEALED, Truth, reveal, seal
-from studies.challenge.registry import ABLATIONS, answerer, source
+from studies.challenge.registry import answerer, source
 from studies.challenge.score import CRASH
 
 RESULT = "belt-challenge/1"
@@ -25,8 +25,7 @@ RESULT = "belt-challenge/1"
 class Task:
     """One campaign to be answered: its seed, where results go, and how it is drawn and answered.
 
-    advised: advice for a next run is followed in every campaign of this number (0: never); others: whether plain
-    methods answer too; of: folder of another challenge whose campaigns are answered, none is drawn.
+    advised: advice for a next run is followed in every campaign of this number (0: never).
     """
 
     seed: int
@@ -35,9 +34,7 @@ class Task:
     ablation: str = "diagnosis"
     bootstraps: int = 1000
     advised: int = 0
-    others: bool = True
     commit: str | None = None
-    of: Path | None = None
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -47,7 +44,7 @@ class Task:
     def file(self, kind: str) -> Path:
         """Where a part of this campaign stands: campaigns/SEED, sealed/SEED, answers/SEED.json, results/SEED.json."""
         drawn = kind in ("sealed", "campaigns")
-        return (self.of if drawn and self.of else self.out) / kind / (f"{self.seed}" if drawn else f"{self.seed}.json")
+        return self.out / kind / (f"{self.seed}" if drawn else f"{self.seed}.json")
 
 
 def run_case(task: Task) -> None:
@@ -76,8 +73,6 @@ def draw(task: Task) -> tuple[str, str]:
     if folder.exists():
         truth = reveal(place)
         return truth.sha256(), truth.base
-    if task.of:
-        raise InputError("of", task.of, "", f"holds no campaign {task.seed}")
     campaign, truth = source(task.source)(task.seed)
     place.mkdir(parents=True, exist_ok=True)
     if (place / HASH).exists():
@@ -123,23 +118,19 @@ def crash_answer(error: BaseException | str) -> dict[str, Any]:
 
 
 def _score_further(task: Task, truth: Truth, answer: dict[str, Any], spent: dict[str, float]) -> dict[str, Any]:
-    """What is learnt after the answer is frozen: how small its error could have been, how others answer, and whether
-    the advised run tells."""
-    from studies.challenge.baselines import plain_methods
+    """What is learnt after the answer is frozen: how small its error could have been, and whether the advised run
+    tells."""
     from studies.challenge.follow_up import follow
     from studies.challenge.oracle import least_error, left_by_named
 
     more: dict[str, Any] = {}
     folder = task.file("campaigns")
-    if answer["verdict"] == CRASH or task.ablation in ABLATIONS:
+    if answer["verdict"] == CRASH:
         return more
     with _stopwatch(spent, "least"):
         more["least"] = _attempt(lambda: least_error(read_campaign(folder), truth, answer))
         if truth.kind == "outside":
             more["left_by_named"] = _attempt(lambda: left_by_named(read_campaign(folder), truth, answer))
-    if task.others:
-        with _stopwatch(spent, "others"):
-            more["others"] = _attempt(lambda: plain_methods(folder, truth.base, answer))
     if task.advised and task.seed % task.advised == 0:
         with _stopwatch(spent, "advice"):
             again = partial(follow, ablation=task.ablation, bootstraps=task.bootstraps)

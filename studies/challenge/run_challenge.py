@@ -11,7 +11,6 @@ from belt_sim.io import read_json
 from belt_sim.jax_setup import cores
 from belt_sim.virtual_rig.make import SEALED, reveal
 from studies.challenge.pool import share
-from studies.challenge.registry import ANSWERS, SOURCES
 from studies.challenge.run_case import Task, crash_answer, run_case, write_result
 
 PATIENCE = 1800.0  # [s] that one campaign may take
@@ -70,23 +69,3 @@ def _same_settings(task: Task, there: list[dict[str, Any]]) -> None:
             if result[name] != value:
                 remedy = f"{task.out} holds results with {result[name]}; choose another folder"
                 raise InputError(name, value, "", remedy)
-
-
-def ablation_tasks(first: Task, count: int | None = None) -> list[tuple[Task, list[int]]]:
-    """Task and seeds of everybody who is to answer the campaigns of ``first.of`` too; results go beside that folder.
-
-    Of the folder's seeds those from first.seed on, ``count`` at most. The folder's own source and bootstraps hold.
-    first.ablation: who is to answer; the one that the folder has been answered by already: all others.
-    """
-    assert first.of is not None
-    there = [r for r in results(first.of) if r["truth"] is not None]
-    if not there:
-        raise InputError("of", first.of, "", "holds no results of a challenge")
-    had, source, bootstraps = (there[0][n] for n in ("ablation", "source", "bootstraps"))
-    if source not in SOURCES:  # results are data: nothing that they name is imported
-        raise InputError("of", first.of, "", f"its source {source!r} is none of {', '.join(SOURCES)}")
-    who = [name for name in ANSWERS if name != had] if first.ablation == had else [first.ablation]
-    seeds = [r["seed"] for r in there if r["seed"] >= first.seed][:count]
-    same = replace(first, source=source, bootstraps=bootstraps, others=False, advised=0)
-    names = {name: f"{source}_{name}".replace(":", "_") for name in who}
-    return [(replace(same, ablation=name, out=first.of.with_name(names[name])), seeds) for name in who]

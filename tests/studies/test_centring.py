@@ -7,9 +7,7 @@ from belt_sim.commands.cases import CentringGoal
 from belt_sim.curves import read_curves
 from belt_sim.errors import InputError
 from belt_sim.io import ROOT
-from belt_sim.settings import case_from
 from belt_sim.units import MM
-from studies.centring import nearest
 
 WANTED = CentringGoal(start=10 * MM, within=1 * MM, beyond=0.2 * MM)
 
@@ -38,10 +36,3 @@ def test_the_stored_belt_in_3d_is_centred():
     travel, y = curves.travel, curves.y
     assert WANTED.centring_travel(travel, y) == pytest.approx(79.8, abs=0.1)
     assert WANTED.overshoot(y) == pytest.approx(0.30 * MM, abs=0.01 * MM)
-
-
-def test_a_longer_way_leaves_no_more(configuration):
-    config = configuration("centring", "tension=40", "travel=80", "every=4")
-    left = [nearest(case_from(config), WANTED, by, config) for by in (24.0, 40.0)]
-    assert left[0] >= left[1] > 0
-    assert left[0] < WANTED.start

@@ -5,11 +5,10 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from small_challenge import FEW, HIDDEN, PATIENCE, answer_of, draw
+from small_challenge import HIDDEN, PATIENCE, answer_of, draw
 
 from belt_sim.campaign import write_campaign
 from belt_sim.errors import InputError
@@ -18,10 +17,9 @@ from belt_sim.results.diagnosis import RunSettings
 from belt_sim.units import DEGREE
 from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.make import HASH
-from studies.challenge import baselines
-from studies.challenge.registry import ANSWERS, SOURCES, cost
+from studies.challenge.registry import cost
 from studies.challenge.run_case import Task, run_case
-from studies.challenge.run_challenge import ablation_tasks, results, run_challenge
+from studies.challenge.run_challenge import results, run_challenge
 from studies.challenge.score import score_case
 from studies.challenge.targets import targets
 
@@ -30,9 +28,7 @@ DEADLINE = 120.0  # [s]
 
 
 def task(out: Path, who: str) -> Task:
-    return Task(
-        seed=0, out=out, source="small_challenge:draw", ablation=f"small_challenge:{who}", bootstraps=100, others=False
-    )
+    return Task(seed=0, out=out, source="small_challenge:draw", ablation=f"small_challenge:{who}", bootstraps=100)
 
 
 def rows(found):
@@ -50,11 +46,9 @@ def right(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def wrong(right, tmp_path_factory):
-    """The same campaigns, and one that is not there, answered wrongly."""
-    out = tmp_path_factory.mktemp("wrong")
-    others = replace(task(out, "wrong"), source="no_such:source", of=right[0])
-    return out, run_challenge(others, range(COUNT + 1), workers=1)
+def wrong(tmp_path_factory):
+    """The same campaigns answered wrongly."""
+    return run_challenge(task(tmp_path_factory.mktemp("wrong"), "wrong"), range(COUNT), workers=1)
 
 
 def test_the_truth_is_sealed_and_what_was_answered_is_kept(right):
@@ -67,7 +61,7 @@ def test_the_truth_is_sealed_and_what_was_answered_is_kept(right):
 
 
 def test_who_is_always_right_scores_full_marks_and_who_is_always_wrong_scores_none(right, wrong):
-    good, bad = right[1], wrong[1][:COUNT]
+    good, bad = right[1], wrong
     assert [f.outcome for f in rows(good)] == ["right"] * COUNT
     assert [f.outcome for f in rows(bad)] == ["wrong"] * COUNT
     for found, one, none in ((good, 1.0, 0.0), (bad, 0.0, 1.0)):
@@ -103,9 +97,8 @@ def test_no_time_no_campaign(tmp_path):
     assert run_challenge(task(tmp_path, "oracle"), range(COUNT), workers=1, minutes=1e-9) == []
 
 
-def test_a_crash_a_death_and_a_long_silence_cost_their_own_campaign_only(right, tmp_path):
-    troubled = replace(task(tmp_path, "troubled"), of=right[0])
-    found = run_challenge(troubled, range(COUNT), workers=2, patience=PATIENCE)
+def test_a_crash_a_death_and_a_long_silence_cost_their_own_campaign_only(tmp_path):
+    found = run_challenge(task(tmp_path, "troubled"), range(COUNT), workers=2, patience=PATIENCE)
     facts = rows(found)
     assert [f.outcome for f in facts] == ["crash", "crash", "crash", "right"]
     assert "ValueError: no such thing" in facts[0].sentence
@@ -127,7 +120,7 @@ def test_a_truth_that_changed_since_it_was_sealed_is_refused(tmp_path):
 
 def test_killed_outright_it_goes_on_where_it_was(tmp_path):
     settings = ["source=small_challenge:draw", "ablation=small_challenge:slow_oracle", "bootstraps=100"]
-    settings += [f"count={COUNT}", "workers=1", "baselines=false", f"folder={tmp_path}"]
+    settings += [f"count={COUNT}", "workers=1", f"folder={tmp_path}"]
     command = [sys.executable, "-m", "studies.challenge", *settings]
     paths = os.pathsep.join([str(ROOT), str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
     run = subprocess.Popen(command, env=os.environ | {"PYTHONPATH": paths}, cwd=tmp_path, stdout=subprocess.DEVNULL)
@@ -158,54 +151,13 @@ def test_a_further_run_is_of_the_same_line(tmp_path):
 
 @pytest.mark.parametrize("who", ["small_challenge:few", pytest.param("diagnosis", marks=pytest.mark.long)])
 def test_the_diagnosis_itself_answers(who, tmp_path):
-    """One effect, large, on a small plan: named; in the long test beside what plain methods say of the library."""
-    whole = who == "diagnosis"
-    own = Task(seed=1, out=tmp_path, source="small_challenge:draw", ablation=who, bootstraps=100, others=whole)
+    """One effect, large, on a small plan: named; in the long test among the whole library."""
+    own = Task(seed=1, out=tmp_path, source="small_challenge:draw", ablation=who, bootstraps=100)
     (result,) = run_challenge(own, [1], workers=1)
     found = score_case(result)
     assert (found.outcome, list(found.named)) == ("right", ["cant"])
     assert result["least"]["plain_mm"] > 0
     assert result["seconds"]["answer"] > 0
-    if whole:
-        assert set(result["others"]) == {"iid_bic", "sparse", "sysid", "bic", "no_gate"}
-        assert len(result["others"]["iid_bic"]["effects"]) > 1
-
-
-def test_plain_methods_answer_beside_it(right, monkeypatch):
-    """Wander, taken for independent noise, names more than was hidden."""
-    table = baselines.table_of
-    monkeypatch.setattr(baselines, "table_of", lambda campaign, base: table(campaign, base, FEW))
-    others = baselines.plain_methods(right[0] / "campaigns" / "1", "strip", answer_of("cant"))
-    assert set(others) == {"iid_bic", "sparse", "sysid", "bic", "no_gate"}
-    assert len(others["iid_bic"]["effects"]) > 1
-
-
-def test_what_was_drawn_is_answered_again_without_being_drawn(wrong):
-    """An ablation on the campaigns of another challenge; a campaign that is not there is a crash, not a new one."""
-    out, found = wrong
-    assert [f.outcome for f in rows(found)] == ["wrong"] * COUNT + ["crash"]
-    assert "holds no campaign" in found[-1]["answer"]["sentence"]
-    assert not (out / "campaigns").exists()
-
-
-def test_all_others_answer_the_campaigns_of_a_challenge_again(right, monkeypatch):
-    """The folder's own source and number of bootstraps hold; results go beside it, by who answers."""
-    out, _ = right
-    with pytest.raises(InputError, match="is none of mix"):  # nothing that results name is imported
-        ablation_tasks(replace(task(out, "oracle"), of=out))
-    monkeypatch.setitem(SOURCES, "small_challenge:draw", draw)
-    first = replace(task(out / "elsewhere", "oracle"), of=out, bootstraps=999, others=True)
-    tasks = {t.ablation: (t, seeds) for t, seeds in ablation_tasks(first)}
-    assert set(tasks) == set(ANSWERS)
-    for name, (one, seeds) in tasks.items():
-        assert (one.source, one.bootstraps, one.others, one.of) == ("small_challenge:draw", 100, False, out)
-        assert one.out == out.with_name(f"small_challenge_draw_{name}")
-        assert seeds == list(range(COUNT))
-    ((alone, _),) = ablation_tasks(replace(first, ablation="no_repeats"))
-    assert alone.ablation == "no_repeats"
-    assert all(seeds == [1, 2] for _, seeds in ablation_tasks(replace(first, seed=1), 2))
-    with pytest.raises(InputError, match="holds no results"):
-        ablation_tasks(replace(first, of=out / "nothing"))
 
 
 def test_what_it_takes_is_told_before_it_begins():
