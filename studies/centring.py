@@ -1,4 +1,4 @@
-"""A belt that lies off is centred by the schedule that was found, by the law and in 3D: ``python -m studies.centring``."""
+"""A belt that lies off is centred by the schedule that was found, by law and in 3D: ``python -m studies.centring``."""
 
 from pathlib import Path
 from typing import Any
