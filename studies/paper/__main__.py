@@ -12,7 +12,7 @@ from belt_sim.errors import InputError
 from belt_sim.io import provenance, write_json, write_text
 from belt_sim.show.observers import progress
 from studies.application import application
-from studies.paper.plate import FIGURES, IN_SPACE, NOT_COMPUTED, Plate, compute, select_figures
+from studies.paper.plate import FIGURES, NOT_COMPUTED, Plate, compute, select_figures
 from studies.paper.report import answer, criteria, document, lay_pictures, verdicts, what_decides, write_page
 from studies.paper.statements import judge_models
 from studies.paper.stored_runs import stored_run
@@ -25,16 +25,14 @@ def paper(config: Mapping[str, Any]) -> None:
         raise InputError("fast", fast, "", "use true or false")
     if target is not None and (not isinstance(target, str) or Path(target).suffix != ".md"):
         raise InputError("document", target, "", "give a file name ending in .md, or null")
-    numbers = select_figures(config["figures"], in_space=not fast)
+    numbers = select_figures(config["figures"])
     plates = []
     with progress(len(numbers), "paper") as done:
         for number in numbers:
             plates.append(compute(number, in_space=not fast))
             plates[-1].save(folder)
             done(note=f"figure {number}")
-    without = "a belt in three dimensions, left out by fast=true"
-    why = {k: without if k in IN_SPACE and fast else "not asked for" for k in FIGURES if k not in numbers}
-    left_out = NOT_COMPUTED | why
+    left_out = NOT_COMPUTED | {k: "not asked for" for k in FIGURES if k not in numbers}
     judgements = judge_models(in_space=not fast)
     told, question = verdicts(judgements), answer(judgements)
     content = {

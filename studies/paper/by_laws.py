@@ -1,4 +1,4 @@
-"""Figures 2 to 14 of the paper: what the laws of the belt say, and the stored belts in 3D beside them as dots."""
+"""Figures of the paper: what the laws of the belt say, and the stored belts in 3D beside them as dots."""
 
 import math
 from collections.abc import Callable
@@ -7,18 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.case import Schedule
-from belt_sim.line.runup import sag_angle
 from belt_sim.model import analytic_model
 from belt_sim.show import style
 from belt_sim.show.geometry import tilt
-from belt_sim.show.style import AMBER, BLUE, CYCLE, FAINT, INK, POINT_NAMES, POINTS, RED
-from belt_sim.space.loop import Catenary
-from belt_sim.units import DEGREE, MM
+from belt_sim.show.style import BLUE, CYCLE, FAINT, INK, POINT_NAMES, POINTS, RED
 from studies.closed_forms import steady_offsets
 from studies.paper import drawing
 from studies.paper.case import PAPER_BELT, ROPE_EXAMPLE, TEST_RIG, YAW
-from studies.paper.drawing import bare, note, zero_line
+from studies.paper.drawing import note, zero_line
 from studies.paper.models import (
     LOOKS,
     MEASURED,
@@ -77,61 +73,6 @@ def moving_curve(in_space: bool) -> Plate:
     )  # fmt: skip
 
 
-def rope_step_by_step(in_space: bool) -> Plate:
-    """Points 1-4 of the rope model at six moments."""
-    step, half = 0.01, 0.5 * TURN  # [m] of travel
-    moments = {
-        "I  tail pulley yawed": 0.0,
-        "II  point 1 moves": 0.25,
-        "III  point 2 begins": half + 2 * step,
-        "IV  the lower span turns": half + 0.25,
-        "V  point 3 speeds up": 2 * half - step,
-        "VI  point 4 begins, all move": 2 * half + 0.35,
-    }
-    at = [*moments.values()]
-    curves = replace(analytic_model("rope"), step=step, keep=step).run(case_at(100.0, short=True), travel=1.5)
-    y = [column(y_mm([np.interp(s, curves.travel, row) for s in at])) for row in curves.y]
-    a, radius = ROPE_EXAMPLE.centre_distance, ROPE_EXAMPLE.tail_radius
-
-    def draw_moment(ax: Any, y: list[float]) -> None:
-        for middle, turn in ((0.0, YAW), (a, 0.0)):
-            ax.axvspan(middle - radius, middle + radius, color=FAINT, alpha=0.25, linewidth=0)
-            ends = np.array([-radius, radius])
-            for start in np.arange(-1.0, 1.4, 0.2):
-                ax.plot(middle + ends, start + turn / MM * ends, color=FAINT, linewidth=0.7)
-        ax.plot([0.0, a], [y[0], y[3]], color=INK, linewidth=1.6)
-        ax.plot([0.0, a], [y[1], y[2]], color=INK, linewidth=1.4, linestyle=(0, (4, 2)))
-        above = 7 if y[3] >= y[2] else -8  # of the two at the head pulley, where point 4 is written
-        for place, k, up in ((0.0, 0, 7), (0.0, 1, -8), (a, 2, -1 - above), (a, 3, above)):
-            ax.plot(place, y[k], "o", color=POINTS[k], markersize=6, zorder=3)
-            beside = (-9 if place == 0.0 else 9, up)
-            note(ax, f"{k + 1}", (place, y[k]), beside, ha="center", va="center", color=POINTS[k], fontweight="bold")
-        ax.grid(False)
-        ax.set(xlim=(-0.35, a + 0.35), ylim=(-0.35, 1.0))
-
-    def draw() -> Any:
-        fig, axes = style.figure(9.6, 5.0, 2, 3, sharex=True, sharey=True)
-        for k, (ax, name) in enumerate(zip([*axes[0], *axes[1]], moments, strict=True)):
-            draw_moment(ax, [row[k] for row in y])
-            ax.set_title(f"{name}", fontsize=style.FONT)
-            words, small = f"{at[k]:.2f} m of travel", style.FONT - 1.5
-            ax.annotate(words, (0.5, 0.03), xycoords="axes fraction", ha="center", fontsize=small)
-        for row in axes:
-            row[0].set_ylabel("y [mm]")
-        for ax in axes[1]:
-            ax.set_xlabel("x from the tail pulley [m]")
-        style.title(fig, "Lateral movement of the rope: rope model")
-        return fig
-
-    return Plate(
-        number=5, title="Lateral movement of the rope", draw=draw,
-        numbers={"travel_m": column(at)} | {f"y{k + 1}_mm": row for k, row in enumerate(y)},
-        caption="Rope model seen from above, centre distance 2 m, pulley radius 170 mm: upper span full, lower span "
-        "dashed. Strokes on the pulleys: the way on which their surface carries the upper span. All at one scale, "
-        "y enlarged.",
-    )  # fmt: skip
-
-
 def rope_curves(in_space: bool) -> Plate:
     """Points 1-4 of the rope model on the short rig."""
     title, travel, record = "Moving curves of a limp rope on yawed pulleys", 10.0, 0.02  # [m]
@@ -162,100 +103,6 @@ def rope_curves(in_space: bool) -> Plate:
         caption="Rope model, centre distance 2 m, pulley radius 170 mm, yaw -0.042 degrees: point 2 begins after half "
         f"a revolution of the pulleys ({0.5 * TURN:.2f} m), point 4 after a whole one, and in the end all four move at "
         f"{rate:.4f} mm per m of travel.",
-    )  # fmt: skip
-
-
-def rope_direction(in_space: bool) -> Plate:
-    """The upper span (points 1 and 4) on its way, for either sign of the yaw."""
-    shown, enlarged, reach = (0.0, 5.0, 10.0, 15.0, 20.0), 150.0, 1.15  # [m]; [1]; [m] of a pulley to either side
-    model, case = analytic_model("rope"), case_at(100.0, short=True)
-    numbers: dict = {"travel_m": column(shown)}
-    for yaw in (YAW, -YAW):
-        turned = replace(case, settings=replace(case.settings, yaw=Schedule.step(yaw)))
-        curves = model.run(turned, travel=shown[-1])
-        at = {f"y{k}_mm": column(y_mm(np.interp(shown, curves.travel, curves.y[k - 1]))) for k in (1, 4)}
-        numbers[f"yaw_{yaw / DEGREE:+.3f}_deg"] = at | {"shorter_side": "+y" if yaw < 0.0 else "-y"}
-    a, radius = ROPE_EXAMPLE.centre_distance, ROPE_EXAMPLE.tail_radius
-
-    def draw_from_above(ax: Any, yaw: float, at: dict) -> None:
-        side = 1.0 if yaw < 0.0 else -1.0
-        slack = side * np.array([0.0, reach])
-        ax.fill_between([0.0, a], *slack, color=AMBER, alpha=0.15, linewidth=0)
-        words = "axes nearer: lower tension"
-        note(ax, words, (0.5 * a, slack[1]), (0, side * 4), ha="center", va="bottom" if side > 0 else "top")
-        for x, turn, name in ((0.0, yaw * enlarged, "tail pulley"), (a, 0.0, "head pulley")):
-            turned = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-            outline = [[-radius, -reach], [radius, -reach], [radius, reach], [-radius, reach], [-radius, -reach]]
-            corners, axis = np.array(outline) @ turned + [x, 0.0], np.array([[0.0, -reach], [0.0, reach]]) @ turned
-            ax.fill(*corners.T, facecolor=FAINT, alpha=0.25, linewidth=0)
-            ax.plot(*corners.T, color=FAINT, linewidth=1.0)
-            ax.plot(*(axis + np.array([x, 0.0])).T, color=INK, linewidth=0.8, linestyle=(0, (8, 2, 2, 2)))
-            note(ax, name, (x, -side * reach), (0, -side * 12), ha="center", va="center")
-        for k, s in enumerate(shown):
-            y, shade = [at[f"y{p}_mm"][k] * MM * enlarged for p in (1, 4)], 0.35 + 0.65 * k / (len(shown) - 1)
-            ax.plot([0.0, a], y, "o-", color=BLUE, markersize=4, linewidth=1.4, alpha=shade)
-            note(ax, f"{s:g} m", (a, y[1]), (28, 0), va="center", fontsize=8.5)
-        bare(ax)
-        ax.set(xlim=(-0.5, a + 0.75), ylim=(-1.45, 1.45))
-
-    def draw() -> Any:
-        fig, axes = style.figure(9.6, 4.4, 1, 2, sharey=True)
-        for ax, yaw in zip(axes[0], (YAW, -YAW), strict=True):
-            draw_from_above(ax, yaw, numbers[f"yaw_{yaw / DEGREE:+.3f}_deg"])
-            ax.set_title(f"yaw {yaw / DEGREE:+.3f}°")
-        style.title(fig, "Direction of the rope movement: towards the lower belt tension")
-        return fig
-
-    return Plate(
-        number=7, title="Direction of the rope movement", draw=draw, numbers=numbers,
-        caption="Rope model seen from above: the yawed tail pulley brings the axes nearer to each other on one side, "
-        "where a belt is less tight (shaded), and the rope runs there, for either sign of the yaw. Upper span every "
-        f"5 m of travel; lateral movements and yaw {enlarged:g} times enlarged.",
-    )  # fmt: skip
-
-
-def beam_model(in_space: bool) -> Plate:
-    """Bending lines with the boundary values of eq. 7, y(0) = y(a) = 0, y'(0) = beta, y'(a) = 0, and M = -EI y''."""
-    tensions = (10.0, 40.0, 100.0)  # [N/mm2] of the beam of 2nd order
-    shapes = {"beam_th1": ("beam_th1", 40.0)} | {f"beam_th2_{t:g}_N_per_mm2": ("beam_th2", t) for t in tensions}
-    numbers: dict = {}
-    for name, (model, tension) in shapes.items():
-        case = case_at(tension)
-        shape = span_shape(case, analytic_model(model), (0.0, 0.0), (0.0, YAW))
-        numbers["x_m"] = column(x_m(shape.x, case.rig.centre_distance))
-        moment = float(case.belt.bending_stiffness) * shape.curvature  # -EI y'', with y of the paper
-        numbers[name] = {"y_mm": column(y_mm(shape.y)), "moment_Nm": column(moment)}
-    entry = 4.0 * float(case_at(40.0).belt.bending_stiffness) * YAW / TEST_RIG.centre_distance  # eq. 17
-    numbers["first_order_entry_moment_Nm"] = entry
-
-    def draw() -> Any:
-        fig, [[line], [moment]] = style.figure(8.0, 6.2, 2, 1, sharex=True)
-        for k, name in enumerate(shapes):
-            look: dict[str, Any] = LOOKS["beam_th1"].line | {"linewidth": 2.4}
-            if k:
-                words = f"beam, 2nd order, {tensions[k - 1]:g} N/mm²"
-                look = {"color": RED, "alpha": 0.1 + 0.3 * k, "label": words, "linewidth": 1.5}
-            line.plot(numbers["x_m"], numbers[name]["y_mm"], **look)
-            moment.plot(numbers["x_m"], numbers[name]["moment_Nm"], **look)
-        steep = np.array([0.0, 1.6])
-        line.plot(steep, YAW * steep / MM, color=INK, linewidth=1.0, linestyle=(0, (4, 2)))
-        note(line, "slope β", (steep[1], YAW * steep[1] / MM), (5, 0), va="center")
-        ends = (0.0, "1: y = 0, y' = β", 8, "left"), (TEST_RIG.centre_distance, "4: y = 0, y' = 0", -8, "right")
-        for place, name, aside, side in ends:
-            line.plot(place, 0.0, "o", color=INK, markersize=6, clip_on=False, zorder=4)
-            note(line, name, (place, 0.0), (aside, 8), ha=side)
-        for ax in (line, moment):
-            zero_line(ax)
-        line.set(ylabel="y [mm]", title="Bending line", ylim=(-1.35, 0.25))
-        moment.set(xlabel="x from run-up point 1 [m]", ylabel="bending moment M [N m]", title="Bending moment")
-        moment.legend(loc="best")
-        style.title(fig, "The beam model: a span between its pulleys, one of them yawed")
-        return fig
-
-    return Plate(
-        number=8, title="The beam model", draw=draw, numbers=numbers,
-        caption="Upper span of the test rig right after a yaw of -0.042 degrees, boundary values of eq. 7: run-up "
-        f"point 1 at x = 0. The entry moment by Th 1. O is 4 EI β/a = {entry:.2f} N m.",
     )  # fmt: skip
 
 
@@ -291,69 +138,6 @@ def bounds(in_space: bool) -> Plate:
         caption="Run-up point 1, belt 200 x 0.3 mm, test rig, yaw -0.042 degrees. At low tension the beam of 2nd order "
         "runs into that of 1st order, at very high tension into the rope (10 000 N/mm2 is no belt's: it shows the "
         "limit).",
-    )  # fmt: skip
-
-
-def catenaries(in_space: bool) -> Plate:
-    """Catenaries that touch the pulleys, the angle psi at which they do, effective yaw and roll."""
-    title = "Real position of points 1 - 4 at low belt tension"
-    fine, before, beside = np.arange(4.0, 60.5, 0.5), 0.9, 0.045  # [N/mm2]; [m] drawn before the pulley; by its top
-    a, radius = TEST_RIG.centre_distance, TEST_RIG.tail_radius
-    psi = np.array([float(sag_angle(case_at(t))) for t in fine])
-    numbers: dict = {"tension_N_per_mm2": column(fine), "psi_mrad": column(psi * 1e3)}
-    numbers |= {"yaw_share": column(np.cos(psi)), "roll_share": column(np.sin(psi))}
-    for tension in MEASURED:
-        at = numbers[f"{tension:g}_N_per_mm2"] = {}
-        for name, side in (("upper", 1.0), ("lower", -1.0)):
-            curvature = float(case_at(tension).sag_curvature)
-            span = Catenary.from_circles(a, side * radius, side * radius, curvature)
-            end = span.start + np.array([span.run, span.run * np.sinh(span.middle) * (np.sinh(span.half) / span.half)])
-            x, z = np.concatenate([span.start[None], span.divide(400), end[None]]).T
-            near = x >= a - before
-            at |= {f"{name}_x_m": column(x_m(x[near], a)), f"{name}_z_m": column(z[near])}
-            at |= {f"{name}_psi_mrad": 1e3 * span.slopes[1], f"{name}_sag_mm": 1e3 * (side * radius - float(z.min()))}
-
-    def draw_side(ax: Any, points: bool) -> None:
-        turn = np.linspace(0.0, 2.0 * np.pi, 2000)
-        ax.fill(radius * np.sin(turn), radius * np.cos(turn), facecolor=FAINT, alpha=0.25, edgecolor=FAINT)
-        ax.plot(0.0, 0.0, "+", color=INK)
-        for k, tension in enumerate(MEASURED):
-            at = numbers[f"{tension:g}_N_per_mm2"]
-            for name, point, up in (("upper", "1", 8), ("lower", "2", -16)):
-                x, z = at[f"{name}_x_m"], at[f"{name}_z_m"]
-                ax.plot(x, z, color=CYCLE[k], linewidth=1.5, label=f"{tension:g} N/mm²" if point == "1" else None)
-                ax.plot(x[-1], z[-1], "o", color=CYCLE[k], markersize=5, zorder=4)
-                if k == 0 and points:
-                    note(ax, point, (x[-1], z[-1]), (0, up), ha="center", fontweight="bold")
-        ax.set(xlabel="x from the tail pulley [m]", ylabel="z [m]")
-
-    def draw() -> Any:
-        fig, axes = drawing.mosaic(9.6, 6.4, [["side", "psi"], ["top", "share"]], width_ratios=[1.35, 1.0])
-        side, top, angle, share = (axes[name] for name in ("side", "top", "psi", "share"))
-        draw_side(side, True)
-        draw_side(top, False)
-        side.set(xlim=(-0.22, before), ylim=(-0.26, 0.26), aspect="equal", title="Tail pulley from the side")
-        side.legend(loc="center right")
-        top.set(xlim=(-0.02, beside), ylim=(radius - 0.0055, radius + 0.0012), title="Its top, z enlarged")
-        for k, tension in enumerate(MEASURED):
-            both = [abs(numbers[f"{tension:g}_N_per_mm2"][f"{n}_psi_mrad"]) for n in ("upper", "lower")]
-            angle.plot([tension] * 2, both, "o", color=CYCLE[k], markersize=5, zorder=4)
-        angle.plot(fine, numbers["psi_mrad"], color=INK, linewidth=1.4)
-        angle.set(ylabel="ψ [mrad]", title="Angle of points 1-4", xlim=(0, 60), ylim=(0, None))
-        share.plot(fine, 100.0 * np.sin(psi), color=INK, label="acts as roll, sin ψ")
-        share.plot(fine, 100.0 * (1.0 - np.cos(psi)), color=INK, linestyle=(0, (4, 2)), label="lost as yaw, 1 - cos ψ")
-        share.set(ylabel="of the yaw β [%]", xlabel="belt tension [N/mm²]", xlim=(0, 60), ylim=(0, None))
-        share.set_title(f"What a yaw of {np.degrees(YAW):.3f}° does there")
-        share.legend(loc="upper right")
-        style.title(fig, title)
-        return fig
-
-    return Plate(
-        number=10, title=title, draw=draw, numbers=numbers,
-        caption="Left: the tail pulley of the test rig from the side, spans as catenaries that touch both pulleys, "
-        "dots at points 1 and 2. Right: the angle psi between the point and the top of the pulley, and what is left "
-        "there of the yaw: beta cos(psi) as yaw, beta sin(psi) as roll. At 7 N/mm2 "
-        f"{100.0 * (1.0 - np.cos(float(sag_angle(case_at(7.0))))):.2f} % of the yaw is lost.",
     )  # fmt: skip
 
 
@@ -555,12 +339,8 @@ def tilted_belt(in_space: bool) -> Plate:
 
 FIGURES: dict[int, Callable[[bool], Plate]] = {
     2: moving_curve,
-    5: rope_step_by_step,
     6: rope_curves,
-    7: rope_direction,
-    8: beam_model,
     9: bounds,
-    10: catenaries,
     12: starts,
     13: rates,
     14: tilted_belt,

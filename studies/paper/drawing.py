@@ -10,7 +10,7 @@ from belt_sim.case import Rig
 from belt_sim.show import style
 from belt_sim.show.geometry import tilt
 from belt_sim.show.style import FAINT, INK
-from studies.paper.case import PAPER_BELT, ROPE_EXAMPLE, TEST_RIG, YAW
+from studies.paper.case import PAPER_BELT, TEST_RIG, YAW
 from studies.paper.stored_runs import Shape
 
 TRAVEL_LABEL = "belt travel x [m]"
@@ -113,6 +113,5 @@ class Oblique:
         bare(ax)
 
 
-ROPE_DRAWN = Oblique(width=1.0, lateral=50.0, height=1.0, tilt=1.0, rig=ROPE_EXAMPLE, half_width=0.36)
 TEST_RIG_DRAWN = Oblique(width=5.0, lateral=60.0, height=3.0, tilt=15.0, rig=TEST_RIG,
                          half_width=0.5 * PAPER_BELT.width)  # fmt: skip

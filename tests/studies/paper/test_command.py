@@ -52,15 +52,15 @@ def test_the_documents_answer_is_what_is_computed(judged):
 def test_it_leaves_pictures_numbers_and_a_page(tmp_path, configuration):
     folder = tmp_path / "run"
     document = tmp_path / "paper.md"
-    paper(configuration("paper", "figures=[2,6,18]", f"document={document}", f"folder={folder}"))
+    paper(configuration("paper", "figures=[2,6,14]", f"document={document}", f"folder={folder}"))
     numbers = json.loads((folder / "paper.json").read_text(encoding="utf-8"))
     page = html.unescape((folder / "index.html").read_text(encoding="utf-8"))
-    assert set(numbers["figures"]) == {"2", "6", "18"}
-    for number in (2, 6, 18):
+    assert set(numbers["figures"]) == {"2", "6", "14"}
+    for number in (2, 6, 14):
         name = f"figure_{number:02d}.png"
         assert (folder / name).stat().st_size > 10_000
         assert f'src="{name}"' in page
-    assert numbers["figures"]["18"]["stored_runs"]["grid_40"]["command"] in page
+    assert numbers["figures"]["14"]["stored_runs"]["flex_10_tilted"]["command"] in page
     assert "http" not in re.sub(r"<code>.*?</code>", "", page)
     assert numbers["statements"]["M2"]["strip"]["verdict"] == "reproduced"
     assert "not asked for" in document.read_text(encoding="utf-8")
