@@ -328,7 +328,7 @@ def of_words(folder: Path, rng: random.Random) -> Case:
         typed += ["pictures=false", *(["travel=2"] if "travel" not in keys else [])]
     if command == "map" and "tension" not in keys:
         typed.append("tension=[7,10]")
-    if command in ("new", "virtual-rig", "map"):
+    if command in ("new", "virtual-rig"):
         typed.append(f"out={folder / 'out'}")
     return Case(typed, " ".join(typed))
 
@@ -413,7 +413,7 @@ def in_folder(kind: str, seed: int, limit: float) -> tuple[str, str, Case]:
     with tempfile.TemporaryDirectory(prefix="belt_misuse_") as place:
         folder = Path(place)
         case = KINDS[kind][0](folder, rng)
-        if not any("hydra" in word for word in case.typed) and case.typed[0] not in ("map", "read"):
+        if not any("hydra" in word for word in case.typed) and case.typed[0] != "read":
             case.typed.append(f"hydra.run.dir={folder / 'run'}")
         outcome, said = finish(case, limit)
         if outcome == "ran" and (wrong := _not_finite(folder)):

@@ -11,7 +11,6 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect
 from belt_sim.effects.load import load_effects
@@ -46,11 +45,6 @@ class Change:
     rates: tuple[float, float]
 
 
-def case() -> Case:
-    """The paper's belt on its short rig."""
-    return paper_case(60e6, YAW, ROPE_EXAMPLE)
-
-
 def change(effect: Effect, travel: float, dx: float) -> Change:
     """Both belts with the effect less without it."""
     options = (
@@ -59,10 +53,10 @@ def change(effect: Effect, travel: float, dx: float) -> Change:
         else {"dt": 2e-3, "run_in": 0.0, "settle": 0.3, "acceleration": 2.0}
     )
     space = SpaceModel(options=Options(dx=dx, **options), engine="quasi_static" if effect.id in STILL else "native")
-    law = analytic_model("strip")
+    law, case = analytic_model("strip"), paper_case(60e6, YAW, ROPE_EXAMPLE)
     at = np.arange(FIRST, travel - 0.05, SPACING)
     seen, told = (
-        _rows(engine.run(case(), (effect,), travel=travel), at) - _rows(engine.run(case(), (), travel=travel), at)
+        _rows(engine.run(case, (effect,), travel=travel), at) - _rows(engine.run(case, (), travel=travel), at)
         for engine in (space, law)
     )
     return Change(

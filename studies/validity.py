@@ -33,29 +33,18 @@ class Direction:
 
 def directions(case: Case, points: int) -> list[Direction]:
     """Yaw, length, width, thickness."""
-    yaw = abs(float(case.settings.yaw.last())) / DEGREE
+    rig, belt, settings = case.rig, case.belt, case.settings
+    yaw = abs(float(settings.yaw.last())) / DEGREE
     return [
-        Direction("yaw [degrees]", np.geomspace(0.005, 1.0, points), _set_yaw, yaw),
-        Direction("centre distance [m]", np.geomspace(1.0, 40.0, points), _set_distance, case.rig.centre_distance),
-        Direction("width [mm]", np.geomspace(40.0, 1500.0, points), _set_width, case.belt.width / MM),
-        Direction("thickness [mm]", np.geomspace(0.05, 1.5, points), _set_thickness, case.belt.thickness / MM),
-    ]
-
-
-def _set_yaw(case: Case, degrees: float) -> Case:
-    return replace(case, settings=replace(case.settings, yaw=Schedule.step(degrees * DEGREE)))
-
-
-def _set_distance(case: Case, metres: float) -> Case:
-    return replace(case, rig=replace(case.rig, centre_distance=metres))
-
-
-def _set_width(case: Case, millimetres: float) -> Case:
-    return replace(case, belt=replace(case.belt, width=millimetres * MM))
-
-
-def _set_thickness(case: Case, millimetres: float) -> Case:
-    return replace(case, belt=replace(case.belt, thickness=millimetres * MM))
+        Direction("yaw [degrees]", np.geomspace(0.005, 1.0, points),
+                  lambda c, v: replace(c, settings=replace(settings, yaw=Schedule.step(v * DEGREE))), yaw),
+        Direction("centre distance [m]", np.geomspace(1.0, 40.0, points),
+                  lambda c, v: replace(c, rig=replace(rig, centre_distance=v)), rig.centre_distance),
+        Direction("width [mm]", np.geomspace(40.0, 1500.0, points),
+                  lambda c, v: replace(c, belt=replace(belt, width=v * MM)), belt.width / MM),
+        Direction("thickness [mm]", np.geomspace(0.05, 1.5, points),
+                  lambda c, v: replace(c, belt=replace(belt, thickness=v * MM)), belt.thickness / MM),
+    ]  # fmt: skip
 
 
 def loads(case: Case, direction: Direction, tensions: np.ndarray, contains: list[str]) -> dict[str, np.ndarray]:

@@ -246,10 +246,9 @@ def _as_set(alias: str | Sequence[str]) -> tuple[str, ...]:
     return tuple(alias.split(" + ") if isinstance(alias, str) else alias)
 
 
-def score_case(result: Mapping[str, Any], answer: Mapping[str, Any] | None = None) -> ScoredCase:
-    """The facts of a result; ``answer``: another answer to the same campaign."""
-    truth, own = result["truth"], answer is None
-    answer = result["answer"] if answer is None else answer
+def score_case(result: Mapping[str, Any]) -> ScoredCase:
+    """The facts of a result."""
+    truth, answer = result["truth"], result["answer"]
     known = {"seed": result["seed"], "source": result["source"], "seconds": result["seconds"].get("answer")}
     if truth is None:
         return ScoredCase(
@@ -264,7 +263,7 @@ def score_case(result: Mapping[str, Any], answer: Mapping[str, Any] | None = Non
         hidden=[e["id"] for e in truth["effects"]],
         d=[_round(e.get("d")) for e in truth["effects"]],
         lookalikes=list(truth["lookalikes"]),
-        distance=_distance(truth["distance"], result.get("left_by_named") if own else None),
+        distance=_distance(truth["distance"], result.get("left_by_named")),
         unknown=[truth[k] for k in ("place", "variable", "form")] if truth.get("place") else [],
         dirt=(truth["dirty"] or {}).get("kind"),
         verdict=answer["verdict"],
@@ -272,8 +271,8 @@ def score_case(result: Mapping[str, Any], answer: Mapping[str, Any] | None = Non
         aliases={e["id"]: [_as_set(a) for a in e["confusable_with"]] for e in effects if e["confusable_with"]},
         suspected=sorted({s["kind"] for s in answer.get("suspicions", [])}),
         caught=damage_caught(truth, answer),
-        removed=error_removed(error_of(answer), result.get("least") if own else None),
-        **_advice_fields(result if own else {}),
+        removed=error_removed(error_of(answer), result.get("least")),
+        **_advice_fields(result),
         p=_p_value(answer),
         sentence=answer.get("sentence", ""),
     )

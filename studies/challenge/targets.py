@@ -13,6 +13,7 @@ SIZES = (3, 6, 12, 24)
 _BETWEEN = {3: (2.0, 4.5), 6: (4.5, 9.0), 12: (9.0, 18.0), 24: (18.0, 1e9)}  # geometric means lie between sizes
 SEEN = 6 * 0.8  # d from which an effect is to be named
 GOOD_REMOVAL = 0.9
+Flag = Callable[[ScoredCase], bool]
 
 
 @dataclass(frozen=True)
@@ -82,102 +83,62 @@ def of_kind(rows: Iterable[ScoredCase], *kinds: str, least: float = 0.0) -> list
 
 def targets(rows: Sequence[ScoredCase]) -> list[Target]:
     """All rows of the table, in the order of the document that sets them."""
-    return [*_naming(rows), *_unknown_laws(rows), *_numbers(rows), *_discovery(rows)]
-
-
-def _naming(rows: Sequence[ScoredCase]) -> list[Target]:
-    nothing, library, two = (of_kind(rows, k) for k in ("nothing", "library", "two"))
+    nothing, library, two, strange, dirty = (
+        of_kind(rows, k) for k in ("nothing", "library", "two", "outside", "dirty")
+    )
     visible = of_kind(rows, "library", "two", least=SEEN)
-    named = [f for f in visible if f.verdict in NAMING]
-    sizes = [len(f.answer_set) / max(1, len(f.hidden)) for f in named]
-    found = [
-        Target(name="false alarm when nothing is hidden", found=_share(nothing, lambda f: not f.right), at_most=0.05)
-    ]
-    for size, wanted in ((6, 0.90), (12, 0.98), (24, 0.99)):
-        mine = [f for f in library if size_class(f.size) == size]
-        found.append(Target(name=f"right effect first, d = {size}", found=_share(mine, _right), at_least=wanted))
-    small = [f for f in library if size_class(f.size) == 3]
-    return [
-        *found,
-        Target(name="right effect first, d = 3", found=_share(small, _right)),
-        Target(
-            name="truth named or in the confusable set, d >= 6",
-            found=_share(visible, lambda f: set(f.hidden) <= f.answer_set),
-            at_least=0.97,
-            note=f"mean size for one effect {np.mean(sizes):.2f}, wanted <= 2" if sizes else "",
-        ),
-        Target(name="confidently wrong, d >= 6", found=_share(visible, confidently_wrong), at_most=0.01),
-        Target(name="two effects, exact set", found=_share(two, _right), at_least=0.92),
-    ]
-
-
-def _unknown_laws(rows: Sequence[ScoredCase]) -> list[Target]:
-    strange, dirty = of_kind(rows, "outside"), of_kind(rows, "dirty")
-    near = [f for f in strange if f.distance is not None and 8 <= f.distance <= 12]
-    far = [f for f in strange if f.distance is not None and f.distance > 12]
     clean = [f for f in rows if f.kind not in ("dirty", "not_drawn")]
-    return [
-        Target(name="unknown effect flagged, distance 8-12", found=_share(near, _right), at_least=0.80),
-        Target(name="unknown effect flagged, distance > 12", found=_share(far, _right), at_least=0.95),
-        Target(
-            name="false names where the effect is not in the library",
-            found=_share(near + far, lambda f: bool(f.false_names)),
-            at_most=0.05,
-            note="distance 8 and more",
-        ),
-        Target(name="dirty data caught before fitting", found=_share(dirty, lambda f: f.caught), at_least=0.95),
-        Target(
-            name="clean data taken for damaged", found=_share(clean, lambda f: f.verdict == "cannot_say"), at_most=0.02
-        ),
-    ]
-
-
-def _numbers(rows: Sequence[ScoredCase]) -> list[Target]:
-    inside = [flag for f in rows for flag in f.covered]
+    near, far = (
+        [f for f in strange if low <= (f.distance or 0.0) <= high] for low, high in ((8, 12), (12.0001, np.inf))
+    )
+    sizes = [len(f.answer_set) / max(1, len(f.hidden)) for f in visible if f.verdict in NAMING]
     large = [f for f in of_kind(rows, "library", "two", least=12 * 0.8) if f.removed is not None]
     advised = [f for f in rows if f.advice is not None]
     sure, unsure = ([f for f in advised if ((f.promised or 0.0) >= APART) is whether] for whether in (True, False))
+    of_size = {size: [f for f in library if size_class(f.size) == size] for size in SIZES}
+    promise = "next-run advice resolves the pair, where {} promised"
+    named = f"mean size for one effect {np.mean(sizes):.2f}, wanted <= 2" if sizes else ""
     mean = f"mean {np.mean([f.removed for f in large]):.0%}" if large else ""
-    return [
-        Target(name="95 % interval holds the true value", found=share_of(inside), at_least=0.93, note="wanted 93-97 %"),
-        Target(
-            name="reducible held-out error removed by 90 % and more, d >= 12",
-            found=_share(large, lambda f: (f.removed or 0.0) >= GOOD_REMOVAL),
-            at_least=0.90,
-            note=mean,
-        ),
-        Target(
-            name=f"next-run advice resolves the pair, where {APART:g} sigma are promised",
-            found=_share(sure, _advice),
-            at_least=0.90,
-        ),
-        Target(
-            name=f"next-run advice resolves the pair, where {RESOLVED:g} to {APART:g} are promised",
-            found=_share(unsure, _advice),
-        ),
-        Target(name="answered without a crash", found=_share(rows, lambda f: f.outcome != "crash"), at_least=1.0),
-    ]
 
+    def row(name: str, cases: Sequence[ScoredCase], flag: Flag, least=None, most=None, note: str = "") -> Target:
+        return Target(name=name, found=share_of([flag(f) for f in cases]), at_least=least, at_most=most, note=note)
 
-def _discovery(rows: Sequence[ScoredCase]) -> list[Target]:
-    strange = [f for f in of_kind(rows, "outside") if f.distance is not None and f.distance >= 8]
-    told = [f for f in strange if f.place is not None or f.discovered is None]
-    nothing = of_kind(rows, "nothing")
-    far = [f for f in strange if (f.distance or 0) >= 12 and f.removed is not None]
+    found = [
+        row("false alarm when nothing is hidden", nothing, lambda f: not f.right, most=0.05),
+        row("right effect first, d = 6", of_size[6], _right, 0.90),
+        row("right effect first, d = 12", of_size[12], _right, 0.98),
+        row("right effect first, d = 24", of_size[24], _right, 0.99),
+        row("right effect first, d = 3", of_size[3], _right),
+        row("truth named or in the confusable set, d >= 6", visible, lambda f: {*f.hidden} <= f.answer_set, 0.97,
+            note=named),
+        row("confidently wrong, d >= 6", visible, confidently_wrong, most=0.01),
+        row("two effects, exact set", two, _right, 0.92),
+        row("unknown effect flagged, distance 8-12", near, _right, 0.80),
+        row("unknown effect flagged, distance > 12", far, _right, 0.95),
+        row("false names where the effect is not in the library", near + far, lambda f: bool(f.false_names), most=0.05,
+            note="distance 8 and more"),
+        row("dirty data caught before fitting", dirty, lambda f: f.caught, 0.95),
+        row("clean data taken for damaged", clean, lambda f: f.verdict == "cannot_say", most=0.02),
+        Target(name="95 % interval holds the true value", found=share_of([x for f in rows for x in f.covered]),
+               at_least=0.93, note="wanted 93-97 %"),
+        row("reducible held-out error removed by 90 % and more, d >= 12", large,
+            lambda f: (f.removed or 0.0) >= GOOD_REMOVAL, 0.90, note=mean),
+        row(promise.format(f"{APART:g} sigma are"), sure, lambda f: bool(f.advice), 0.90),
+        row(promise.format(f"{RESOLVED:g} to {APART:g} are"), unsure, lambda f: bool(f.advice)),
+        row("answered without a crash", rows, lambda f: f.outcome != "crash", 1.0),
+    ]  # fmt: skip
     if not any(f.discovered for f in rows):
-        return []
+        return found
+    told = [f for f in near + far if f.place is not None or f.discovered is None]
+    lost = [f for f in strange if (f.distance or 0.0) >= 12 and f.removed is not None]
     return [
-        Target(name="discovered law: place right", found=_share(told, lambda f: bool(f.place)), at_least=0.85),
-        Target(name="discovered law: variable and form right", found=_share(told, lambda f: bool(f.law)), at_least=0.7),
-        Target(
-            name="discovered law: held-out error removed by 80 % and more, distance >= 12",
-            found=_share(far, lambda f: (f.removed or 0.0) >= 0.8),
-            at_least=0.8,
-        ),
-        Target(
-            name="discovery when nothing is hidden", found=_share(nothing, lambda f: bool(f.discovered)), at_most=0.02
-        ),
-    ]
+        *found,
+        row("discovered law: place right", told, lambda f: bool(f.place), 0.85),
+        row("discovered law: variable and form right", told, lambda f: bool(f.law), 0.7),
+        row("discovered law: held-out error removed by 80 % and more, distance >= 12", lost,
+            lambda f: (f.removed or 0.0) >= 0.8, 0.8),
+        row("discovery when nothing is hidden", nothing, lambda f: bool(f.discovered), most=0.02),
+    ]  # fmt: skip
 
 
 def confidently_wrong(f: ScoredCase) -> bool:
@@ -185,13 +146,5 @@ def confidently_wrong(f: ScoredCase) -> bool:
     return f.verdict in NAMING and any(p >= SURE for p in f.false_names.values())
 
 
-def _advice(f: ScoredCase) -> bool:
-    return bool(f.advice)
-
-
 def _right(f: ScoredCase) -> bool:
     return f.right
-
-
-def _share(rows: Sequence[ScoredCase], flag: Callable[[ScoredCase], bool]) -> Share:
-    return share_of([flag(f) for f in rows])
