@@ -487,27 +487,11 @@ class ClosedLoop:
 
 
 def close_loop(
-    plant: LinearBelt | ModelName,
-    controller: Any,
-    *,
-    point: int = 1,
-    reference: float = 0.0,
-    y_start: float = 0.0,
-    askew: float = 0.0,
-    drift: float = 0.0,
-    delay: float = 0.0,
-    noise: float = 0.0,
-    limits: float = np.inf,
-    backlash: float = 0.0,
-    sample: float = 0.05,
-    travel: float = 60.0,
-    seed: int = 0,
-    tension: float | None = None,
-    speed: float | None = None,
-    direction: float | None = None,
-    rig: Any = None,
-    belt: Any = None,
-) -> ClosedLoop:
+    plant: LinearBelt | ModelName, controller: Any, *, point: int = 1, reference: float = 0.0, y_start: float = 0.0,
+    askew: float = 0.0, drift: float = 0.0, delay: float = 0.0, noise: float = 0.0, limits: float = np.inf,
+    backlash: float = 0.0, sample: float = 0.05, travel: float = 60.0, seed: int = 0, tension: float | None = None,
+    speed: float | None = None, direction: float | None = None, rig: Any = None, belt: Any = None,
+) -> ClosedLoop:  # fmt: skip
     """Run ``controller`` over ``travel`` [m] on a plant of ``bs.linearise``, or on that of a model by its name at a
     tension, speed, direction, rig and belt as ``bs.linearise`` takes them.
 
@@ -551,15 +535,15 @@ def close_loop(
     if late > LONGEST_WAY:
         raise InputError("delay", delay, "s", f"give at most {LONGEST_WAY} samples of {sample:g} s, or longer samples")
     linear = None if callable(controller) and not hasattr(controller, "dt") else _continuous(controller)
-    ask = controller if linear is None else _Sampled(linear, sample)
     space = state_space(plant, order=ORDER)
     size = len(space.a)
     constant = np.zeros(size)
     constant[: len(plant.constant)] = plant.constant * plant.speed
     constant[0] += drift * plant.speed
-    block = np.zeros((size + 2, size + 2))
-    block[:size, :size], block[:size, size], block[:size, size + 1] = space.a, space.b[:, 0], constant
-    step = expm(block * sample)
+    turns, (by_yaw, by_itself) = _held(space.a, np.column_stack([space.b[:, 0], constant]), sample)
+    if linear is not None:
+        inside, (by_error,) = _held(linear.A, linear.B, sample)
+        asked, direct, x = linear.C[0], float(linear.D[0, 0]), np.zeros(len(inside))
     z, shown = lying_at(space, y_start), np.zeros((4, steps + 1))
     rng = np.random.default_rng(seed)
     measured, command, yaw = np.zeros(steps + 1), np.zeros(steps + 1), np.zeros(steps + 1)
@@ -567,7 +551,8 @@ def close_loop(
     for k in range(steps + 1):
         shown[:, k] = space.c @ z
         measured[k] = shown[point - 1, max(k - late, 0)] + noise * rng.standard_normal()
-        command[k] = float(ask(k * sample, reference - measured[k]))
+        error = reference - measured[k]
+        command[k] = float(controller(k * sample, error) if linear is None else asked @ x + direct * error)
         if not np.isfinite(command[k]) or np.abs(shown[:, k]).max() > 1e6:
             kept = int(np.argmax(np.abs(shown[:, : k + 1]).max(axis=0) > LOST))
             if linear is None or kept < 2:
@@ -578,16 +563,19 @@ def close_loop(
         driven = float(np.clip(command[k], -limits, limits))
         turned = float(np.clip(turned, driven - 0.5 * backlash, driven + 0.5 * backlash))
         yaw[k] = turned + askew
-        z = step[:size, :size] @ z + step[:size, size] * yaw[k] + step[:size, size + 1]
+        z = turns @ z + by_yaw * yaw[k] + by_itself
+        if linear is not None:
+            x = inside @ x + by_error * error
     time = sample * np.arange(len(yaw))
     drawn: dict[str, Any] = {}
     if linear is not None:
         frequency = WAVES * plant.speed
         held = np.exp(-1j * frequency * (delay + 0.5 * sample))
         loop = np.asarray(linear(1j * frequency)).reshape(-1) * plant.response(WAVES)[:, point - 1, 0] * held
-        drawn = {"frequency": frequency, "loop": loop, "growth": _growth(step, space.c[point - 1], late, ask)}
-        drawn["growth"] /= plant.speed * sample
-        if drawn["growth"] <= GROWS:
+        grows = _growth((turns, by_yaw, space.c[point - 1]), late, (inside, by_error, asked, direct))
+        growth = grows / (plant.speed * sample)
+        drawn = {"frequency": frequency, "loop": loop, "growth": growth}
+        if growth <= GROWS:
             found = margins_of(frequency, loop)
             drawn["margins"] = replace(found, phase_margin=abs(found.phase_margin), by_lead=found.phase_margin < 0.0)
     return ClosedLoop(
@@ -596,24 +584,29 @@ def close_loop(
     )  # fmt: skip
 
 
-def _growth(step: np.ndarray, shown: np.ndarray, late: int, controller: "_Sampled") -> float:
+def _held(a: np.ndarray, b: np.ndarray, sample: float) -> tuple[np.ndarray, np.ndarray]:
+    """A and the columns of B of dx/dt = a x + b u over a sample [s] in which u is held."""
+    block = np.zeros((len(a) + b.shape[1],) * 2)
+    block[: len(a)] = np.hstack([a, b])
+    step = expm(block * sample)[: len(a)]
+    return step[:, : len(a)], step[:, len(a) :].T
+
+
+def _growth(belt: tuple[np.ndarray, ...], late: int, controller: tuple[Any, ...]) -> float:
     """Logarithm of the largest eigenvalue of the sampled loop: belt, readings on their way (``late``), controller."""
-    n, m = len(shown), controller.size
-    loop = np.zeros((n + late + m, n + late + m))
-    belt, way, inside = slice(0, n), slice(n, n + late), slice(n + late, None)
-    reading = np.zeros(n + late + m)
+    (turns, by_yaw, shown), (inside, by_error, asked, direct) = belt, controller
+    n = len(shown)
+    loop = block_diag(turns, np.eye(late, k=-1), inside)
+    reading = np.zeros(len(loop))
     if late:
         reading[n + late - 1] = 1.0
-        loop[n, belt] = shown
-        loop[way, way] += np.eye(late, k=-1)
+        loop[n, :n] = shown
     else:
-        reading[belt] = shown
-    asked = -controller.d * reading
-    asked[inside] = controller.c
-    loop[belt, belt] = step[:n, :n]
-    loop[belt] += np.outer(step[:n, n], asked)
-    loop[inside, inside] = controller.step[:m, :m]
-    loop[inside] -= np.outer(controller.step[:m, m], reading)
+        reading[:n] = shown
+    steers = -direct * reading
+    steers[n + late :] = asked
+    loop[:n] += np.outer(by_yaw, steers)
+    loop[n + late :] -= np.outer(by_error, reading)
     return float(np.log(np.abs(np.linalg.eigvals(loop)).max()))
 
 
@@ -664,23 +657,6 @@ def _continuous(controller: Any) -> Any:
             "controller", f"{made.ninputs} inputs", "", "give a continuous one of one input and one output"
         )
     return made
-
-
-class _Sampled:
-    """A continuous state space, discretised with a held input (zero-order hold)."""
-
-    def __init__(self, linear: Any, sample: float) -> None:
-        size = linear.nstates
-        block = np.zeros((size + 1, size + 1))
-        block[:size, :size], block[:size, size:] = linear.A, linear.B
-        self.step, self.size = expm(block * sample), size
-        self.c, self.d, self.x = np.asarray(linear.C)[0], float(np.asarray(linear.D)[0, 0]), np.zeros(size)
-
-    def __call__(self, time: float, error: float) -> float:
-        """The yaw [rad] for this sample's error [m]."""
-        asked = float(self.c @ self.x + self.d * error)
-        self.x = self.step[: self.size, : self.size] @ self.x + self.step[: self.size, self.size] * error
-        return asked
 
 
 def lying_at(space: StateSpace, y: float) -> np.ndarray:

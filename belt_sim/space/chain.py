@@ -12,6 +12,7 @@ import numpy as np
 from belt_sim.case import Numbers as Array
 from belt_sim.jax_setup import jit_float64
 from belt_sim.space.belt import BeltArrays
+from belt_sim.space.block_tridiagonal import Level, factorise
 from belt_sim.space.elastic import stretch_energy, twist_energy
 from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.space.options import COMPLIANCE_TIME, FURTHEST_KINK, KINK_STATIONS, TAIL_DAMPING_RATIO
@@ -29,12 +30,13 @@ from belt_sim.space.wrap import (
     axes_of,
     carry_wraps,
     cylinder_coordinates,
+    depth,
     land_stations,
-    layer_displacements,
     outer_depth,
     radius_at,
     release_stations,
     slide_wraps,
+    station_displacement,
     update_tangents,
 )
 
@@ -190,16 +192,12 @@ class ChainLayout(NamedTuple):
     ends: Array
 
 
-def cut_chain(wraps: WrapArrays) -> ChainLayout:
-    """The loop cut in the middle of the head's wrap."""
-    start, n = (wraps.first[HEAD] + wraps.last[HEAD]) // 2, wraps.r.shape[-1]
-    return divide_chain(wraps, (start + jnp.arange(n)) % n)
-
-
-def divide_chain(wraps: WrapArrays, stations: Array) -> ChainLayout:
-    """The chain of these stations, which begins within the head's wrap, as the wraps part it."""
-    at = jnp.arange(len(stations))
-    ends = jnp.stack([wraps.first - stations[0], wraps.last - stations[0]], axis=1) % len(stations)
+def cut_chain(wraps: WrapArrays, stations: Array | None = None) -> ChainLayout:
+    """The loop, cut in the middle of the head's wrap, or there where ``stations`` begin, as the wraps part it."""
+    at = jnp.arange(wraps.r.shape[-1])
+    if stations is None:
+        stations = ((wraps.first[HEAD] + wraps.last[HEAD]) // 2 + at) % len(at)
+    ends = jnp.stack([wraps.first - stations[0], wraps.last - stations[0]], axis=1) % len(at)
     (before_head, after_head), (entry, leaves) = ends
     free = ((at > after_head) & (at < entry)) | ((at > leaves) & (at < before_head))
     return ChainLayout(stations, free, (at >= entry) & (at <= leaves), ends)
@@ -220,7 +218,14 @@ def anchor_positions(belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayou
     found = anchor_places(r, y, turned, axes, by_pulley(pose.centre[..., None]), by_pulley(pose.bow[:, None]))
     if pulleys.layer is None:
         return found
-    return found + by_pulley(jax.vmap(partial(layer_displacements, belt, k=places.stations))(pulleys))
+
+    def displaced(pulley: BeltOnPulley) -> Array:
+        """By what the layers displace the stations at the ends of its wrap."""
+        at = pulley.wrap.angle[:, places.stations].mean(axis=0)
+        first, last = (station_displacement(belt, pulley, depth(pulley, at, end), end) for end in (FIRST, LAST))
+        return first + last
+
+    return found + by_pulley(jax.vmap(displaced)(pulleys))
 
 
 def chain_forces(
@@ -246,32 +251,24 @@ def twist_on_nodes(belt: BeltArrays, nodes: Array, twist: Array) -> Array:
     return -(cell[:size] + jnp.roll(cell[size:], 1, axis=-1)).reshape(nodes.shape)
 
 
-def chain_stiffness(
-    belt: BeltArrays, nodes: Array, taut: Array, places: ChainLayout, twist: Array, share: Array
-) -> tuple[Array, Array]:
-    """Curvature of the cells' energy at ``nodes`` [N/m], (6 m, 6 m, n): of stretch alone, and with the torsion.
+def factorise_chain(
+    belt: BeltArrays, nodes: Array, taut: Array, places: ChainLayout, twist: Array, share: Array, more: Array | None
+) -> tuple[list[Level], Array]:
+    """The chain's stiffness at ``nodes`` [m], factorised, held stations as unit blocks; and the curvature of the cells'
+    energy of stretch [N/m], (6 m, 6 m, n).
 
-    taut [m], like nodes: places whose tension stiffens the belt across its direction.
+    taut [m], like nodes: places whose tension stiffens the belt across its direction; more [N/m], (3 m, n): what is
+    added on the diagonal.
     """
     cell = stretch_energy(belt.ties, belt.shape.bonds, nodes, places.stations, share, taut=taut).curvature
     assert cell is not None
-    if len(nodes) == 1:
-        return cell, cell
-    couple = twist_energy(nodes, twist, belt.twist.cubic).curvature
-    return cell, cell + couple
-
-
-def spans_blocks(cell: Array, places: ChainLayout, more: Array | None = None) -> tuple[Array, Array]:
-    """Blocks of the chain (3 m, 3 m, n): its diagonal and those on the next station, held stations as unit blocks.
-
-    cell (6 m, 6 m, n): stiffness of the cells [N/m]; more [N/m], (3 m, n): what is added on the diagonal.
-    """
+    whole = cell if len(nodes) == 1 else cell + twist_energy(nodes, twist, belt.twist.cubic).curvature
     size, free = len(cell) // 2, places.free
-    diagonal = cell[:size, :size] + jnp.roll(cell[size:, size:], 1, axis=-1)
+    diagonal, unit = whole[:size, :size] + jnp.roll(whole[size:, size:], 1, axis=-1), np.eye(size)[:, :, None]
     if more is not None:
-        diagonal = diagonal + np.eye(size)[:, :, None] * more[:, None]
-    diagonal = jnp.where(free, diagonal, jnp.eye(size)[:, :, None])
-    return diagonal, jnp.where(free & jnp.roll(free, -1), cell[:size, size:], 0.0)
+        diagonal = diagonal + unit * more[:, None]
+    beside = jnp.where(free & jnp.roll(free, -1), whole[:size, size:], 0.0)
+    return factorise(jnp.where(free, diagonal, unit), beside), cell
 
 
 def pull_on_nodes(belt: BeltArrays, nodes: Array, share: Array) -> Array:
@@ -305,17 +302,6 @@ def tail_derivatives(wraps: WrapArrays, pose: PoseArrays) -> Array:
         local = jnp.stack([r * jnp.cos(turned), jnp.zeros_like(r), -r * jnp.sin(turned)], axis=1)
         ends.append(jnp.stack([along, (local @ at.axes.T).ravel()], axis=1))
     return jnp.stack(ends)
-
-
-def loads_on_tail(
-    belt: BeltArrays, nodes: Array, places: ChainLayout, pose: PoseArrays, moves: Array, at_ends: Array
-) -> Array:
-    """Force along x [N] and moment about its axis [N m] by belt and weight on the tail pulley, (2,).
-
-    nodes [m], (m, 3, n): the chain; moves: ``tail_derivatives``; at_ends: as of ``chain_forces``.
-    """
-    arms = jnp.where(places.on_tail, nodes[:, 0] - pose.centre[TAIL, 0], 0.0).sum(axis=1)
-    return jnp.einsum("eip,ei->p", moves, at_ends[TAIL]).at[1].add(belt.gravity * (belt.mass @ arms))
 
 
 # How a belt without bending stiffness meets and leaves a pulley between two stations, and what damps its sway.

@@ -1,23 +1,7 @@
-"""engine=mjx: a belt on MuJoCo MJX; its model, which stands still, its data, which move, a step in time, and the
-runs of one case or of many of one mesh at once.
+"""engine=mjx: a belt on MuJoCo MJX: its model, its data, a step in time, runs of one case or of many of one mesh.
 
-MJX (its JAX implementation) takes no flex and no discrete integrator, and its tendons and equalities have dense
-Jacobians: ``mjx.step`` cannot run a belt of steel. So a scene goes to MJX without these, and a step calls its parts.
-MJX's: where bodies are (kinematics, com_pos), inertia (crb), springs and dampers of joints (passive), gravity and
-Coriolis forces (rne), actuators, sensors, the advance from given accelerations (euler). Ours: the belt's elasticity,
-the solve that makes the step implicit in it, and the stations that land on the pulleys and leave them.
-
-From (qpos, qvel) to the next:
-1. the pulleys' joints from the forces on them (slide and spin of the tail) and from the command (drive, yaw);
-2. the anchors of landed stations for the pulleys' new places, as springs of the nodes' joints in MJX's model;
-3. a predicted state, q + h v, landed nodes on their anchors, and what MJX computes there;
-4. (M/h^2 + D/h + K) dq = f - M (q* - q - h v)/h^2 on the chain of stations, by block cyclic reduction;
-5. qacc of that into MJX's data, and MJX's advance;
-6. stations slide, land and go.
-
-One Newton iteration is enough; the tension that stiffens the belt across its direction is that of the step's beginning:
-that of the predicted state may be slack, and the run then diverges. Every assumption about MJX 3.17 is here, each with
-a test in tests/space/test_mjx_interface.py.
+MJX takes no flex and no discrete integrator: ``step`` calls its parts, and the belt's elasticity, the implicit solve
+and the stations on the pulleys are ours. Assumptions about MJX 3.17: tests/space/test_mjx_interface.py.
 """
 
 import io
@@ -49,7 +33,7 @@ from belt_sim.space.belt import (
     guide_forces,
     load_forces,
 )
-from belt_sim.space.block_tridiagonal import factorise, solve_chain
+from belt_sim.space.block_tridiagonal import solve_chain
 from belt_sim.space.loop import smoothstep, stations_of
 from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.space.mujoco_interface import compile_model
@@ -233,10 +217,18 @@ def flat_of(base: Array, nodes: Array) -> Array:
 
 
 _HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model: those of the native engine
+#: what MJX computes of position and velocity: xpos, inertia, qfrc_passive, qfrc_bias
+MULTIBODY = (mjx.kinematics, mjx.com_pos, mjx.crb, mjx.com_vel, mjx.passive, mjx.rne)
 
 
 def step(model: MjxModel, data: MjxData, command: run.Command) -> MjxData:
-    """The data after a step. For jax.jit, jax.vmap (``stack_cases`` gives the axes), jax.lax.scan and jax.grad."""
+    """The data after a step. For jax.jit, jax.vmap (``stack_cases`` gives the axes), jax.lax.scan and jax.grad.
+
+    The pulleys' joints come from the forces on them (slide and spin of the tail) and the command (drive, yaw); the
+    anchors of landed stations are springs of joints in MJX's model. From q + h v, landed nodes on their anchors, one
+    Newton iteration (M/h^2 + D/h + K) dq = f - M (q* - q - h v)/h^2 on the chain of stations is enough. The tension
+    that stiffens the belt across is that of the step's beginning: that of the predicted state may be slack.
+    """
     m, belt, shape, h = model.mjx, model.belt, model.belt.shape, model.dt
     d = data.mjx
     if m.nu:  # forces of a user's actuators
@@ -276,13 +268,14 @@ def step(model: MjxModel, data: MjxData, command: run.Command) -> MjxData:
     )
     qvel = flat_of((joints - q[:STATION_JOINTS]) / h, (predicted - before) / h)
     there = d.replace(qpos=flat_of(joints, predicted - rest), qvel=qvel, qfrc_applied=applied)
-    there = compute_multibody(m, there)
+    for stage in MULTIBODY:
+        there = stage(m, there)
 
     def on_chain(values: Array) -> Array:
         return values[..., places.stations]
 
     nodes, was = on_chain(nodes_of(shape, there.xpos[first:].reshape(-1))), on_chain(before)
-    mass = on_chain(nodes_of(shape, node_masses(m, there)))
+    mass = on_chain(nodes_of(shape, mjx.mul_m(m, there, jnp.ones(m.nv))))  # of slides that stand square to each other
     others = on_chain(nodes_of(shape, there.qfrc_passive - there.qfrc_bias + there.qfrc_actuator))
     more = (mass / h**2 + on_chain(damping) / h).reshape(3 * shape.lines, -1)
     lacking = (others - mass * (nodes - was - h * on_chain(rates)) / h**2).reshape(more.shape)
@@ -292,12 +285,11 @@ def step(model: MjxModel, data: MjxData, command: run.Command) -> MjxData:
         lacking, more = lacking.at[1::3].add(force), more.at[1::3].add(stiffness)
     if belt.loads is not None:
         lacking = lacking + command.share * load_forces(belt, was).reshape(lacking.shape)
-    _, cell = chain.chain_stiffness(belt, nodes, was, places, twist, command.share)
-    levels = factorise(*chain.spans_blocks(cell, places, more))
+    levels, _ = chain.factorise_chain(belt, nodes, was, places, twist, command.share, more)
     change = solve_chain(levels, jnp.where(places.free, lacking, 0.0)[:, None])[:, 0]
     after = (nodes + change.reshape(nodes.shape))[..., back]
     goal = flat_of((joints - q[:STATION_JOINTS]) / h, (after - before) / h)
-    d = advance(m, there.replace(qpos=q, qvel=v), (goal - v) / h)
+    d = mjx.euler(m, there.replace(qpos=q, qvel=v, qacc=(goal - v) / h))
     if m.nsensor:  # of positions and velocities
         d = mjx.com_vel(m, mjx.com_pos(m, mjx.kinematics(m, d)))
         d = mjx.sensor_vel(m, mjx.sensor_pos(m, d))
@@ -386,23 +378,6 @@ def to_mjx(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[mjx.Model, mjx.Data
     return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)), tied)
 
 
-def compute_multibody(m: mjx.Model, d: mjx.Data) -> mjx.Data:
-    """The data with what MJX computes of its position and velocity: xpos, inertia, qfrc_passive, qfrc_bias."""
-    for stage in (mjx.kinematics, mjx.com_pos, mjx.crb, mjx.com_vel, mjx.passive, mjx.rne):
-        d = stage(m, d)
-    return d
-
-
-def node_masses(m: mjx.Model, d: mjx.Data) -> Array:
-    """The mass matrix of ``multibody`` times ones: of slides that stand square to each other, their masses [kg]."""
-    return mjx.mul_m(m, d, jnp.ones(m.nv))
-
-
-def advance(m: mjx.Model, d: mjx.Data, qacc: Array) -> mjx.Data:
-    """The data a step later under given accelerations: qvel + h qacc, then qpos + h qvel, time + h."""
-    return mjx.euler(m, d.replace(qacc=qacc))
-
-
 def stack_cases(trees: Sequence[T]) -> tuple[T, Any]:
     """Cases of one structure as one: leaves that differ stacked on a first axis, and the in_axes for jax.vmap.
 
@@ -441,16 +416,12 @@ if hasattr(scan, SLOW):
 SEGMENT = 50  # steps of one compiled call: at most 0.1 m of travel at 1 ms and 2 m/s
 
 
-def refuse_limp(belt: str, options: Options, parts: SceneParts) -> None:
-    """Raise CannotRepresent for a belt without bending stiffness."""
-    if is_limp(belt, options):
-        why = f"model = mujoco_{belt} without bending stiffness"
-        raise CannotRepresent(f"{why}: engine=mjx cannot do this; use engine=native")
-
-
 @dataclass(frozen=True)
 class TimeCase:
-    """A case that is to be run over ``travel`` [m], prepared together with others of its kind."""
+    """A case that is to be run over ``travel`` [m], prepared together with others of its kind.
+
+    Raises CannotRepresent for a belt without bending stiffness.
+    """
 
     case: Case
     belt: str
@@ -460,6 +431,9 @@ class TimeCase:
     features: ActiveFeatures
 
     def __post_init__(self) -> None:
+        if is_limp(self.belt, self.options):
+            why = f"model = mujoco_{self.belt} without bending stiffness"
+            raise CannotRepresent(f"{why}: engine=mjx cannot do this; use engine=native")
         fit_options(self.options, self.case, "flex", "mjx")  # here, what it refuses stops no other case of a batch
 
     @property
@@ -580,5 +554,5 @@ def curves_of_steps(ready: PreparedCase, plan: run.Command, table: np.ndarray) -
     return run.failure_with(curves, why + "shorten travel, or halve model.dt")
 
 
-ENGINE = run.BatchEngine(refuse_limp, TimeCase, run_time_cases)
+ENGINE = run.BatchEngine(TimeCase, run_time_cases)
 simulate, simulate_batch = ENGINE.simulate, ENGINE.simulate_batch

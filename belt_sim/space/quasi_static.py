@@ -1,20 +1,14 @@
 """engine=quasi_static: the 3D belt as static equilibria, one case, or a batch of cases of one mesh at once.
 
-One step of travel: pulleys, anchors, prediction, equilibrium, landing.
-
-Inertia is left out: the belt of a 3D run goes at a 35th of its string speed, where it does not matter. So a step is a
-length of travel, not of time. What a run filters over time is filtered over the travel made in that time.
-
-The equilibrium: Newton iterations on the belt, the tail pulley, and pulleys that give way. The tail pulley is free on
-its slide and its axis. An iteration is one factorisation of the block-tridiagonal stiffness of the whole loop, cut in
-the middle of the head's wrap; rows of held stations are unit blocks, which part the spans.
+Inertia is left out: at a 35th of the string speed it does not matter. A step is a length of travel (pulleys, anchors,
+prediction, equilibrium, landing); what a run filters over time is filtered over the travel made in that time.
 """
 
 import math
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -28,7 +22,7 @@ from belt_sim.jax_setup import in_float64
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space import chain, run, wrap
 from belt_sim.space.belt import ActiveFeatures, BeltArrays, belt_arrays, guide_forces, load_forces
-from belt_sim.space.block_tridiagonal import Level, factorise, solve_chain
+from belt_sim.space.block_tridiagonal import Level, solve_chain
 from belt_sim.space.machine import lay_out
 from belt_sim.space.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME, Options, fit_options, refuse_sliding_limp
 from belt_sim.space.wrap import TAIL
@@ -97,35 +91,26 @@ ITERATIONS = 2
 _YIELDING = 2  # more of them, in which pulleys that give way come to rest with the belt
 
 
-class Equilibrium(NamedTuple):
-    """nodes [m], (m, 3, n), of the chain; tail (2,): x [m] and spin [rad] of the tail pulley; tension [N]: mean of the
-    spans; correction [m]: by how much the last iteration moved a node at most; turned [rad], (2,): yaw by which the
-    pulleys give way, or None."""
-
-    nodes: Array
-    tail: Array
-    tension: Array
-    correction: Array
-    compliance_yaw: Array | None
-
-
 def find_equilibrium(
     belt: BeltArrays, pulleys: wrap.BeltOnPulley, nodes: Array, places: chain.ChainLayout, state: TravelState,
     command: run.Command, aside: Array | float,
-) -> Equilibrium:  # fmt: skip
-    """Newton iterations from where the step has led the pulleys and the chain, ``nodes`` [m], (m, 3, n).
+) -> tuple[Array, Array, Array, Array, Array | None]:  # fmt: skip
+    """Newton iterations from where the step has led the pulleys and the chain, ``nodes`` [m], (m, 3, n), to nodes; x
+    [m] and spin [rad] of the tail pulley; tension [N]; by how much the last one moved a node at most [m]; and the yaw
+    [rad], (2,), by which the pulleys give way, or None.
 
     The tension that stiffens the belt across its direction is that of its last equilibrium. aside [m]: by how much held
     stations stand aside of their anchors.
     """
     taut, moved, wraps = state.nodes[..., places.stations], command.travel - state.travel, pulleys.wrap
 
-    def iteration(found: Equilibrium, more: Array) -> tuple[Equilibrium, None]:
-        turned, pose = found.compliance_yaw, chain.pose_of(belt, command, found.tail, found.compliance_yaw)
-        nodes, moves = found.nodes, chain.tail_derivatives(wraps, pose)
+    def iteration(found: tuple[Any, ...], more: Array) -> tuple[tuple[Any, ...], None]:
+        nodes, tail, *_, turned = found
+        pose = chain.pose_of(belt, command, tail, turned)
+        moves, weight = chain.tail_derivatives(wraps, pose), belt.mass[:, None] * belt.gravity
         twist = chain.twist_of_cells(belt, pulleys._replace(pose=pose), places, state.tension)
         on_nodes, at_ends = chain.chain_forces(belt, nodes, places, twist, command.share)
-        on_nodes = on_nodes.reshape(nodes.shape).at[:, 2].add(-belt.mass[:, None] * belt.gravity)
+        on_nodes = on_nodes.reshape(nodes.shape).at[:, 2].add(-weight)
         on_diagonal = None
         if belt.guides is not None:
             force, stiffness = guide_forces(belt, nodes, places.free)
@@ -133,12 +118,12 @@ def find_equilibrium(
             on_diagonal = jnp.zeros_like(nodes).at[:, 1].set(stiffness).reshape(-1, nodes.shape[-1])
         if belt.loads is not None:
             on_nodes = on_nodes + command.share * load_forces(belt, nodes)
-        cell, whole = chain.chain_stiffness(belt, nodes, taut, places, twist, command.share)
-        levels = factorise(*chain.spans_blocks(whole, places, on_diagonal))
-        on_tail = chain.loads_on_tail(belt, nodes, places, pose, moves, at_ends)
+        levels, cell = chain.factorise_chain(belt, nodes, taut, places, twist, command.share, on_diagonal)
+        arms = jnp.where(places.on_tail, nodes[:, 0] - pose.centre[TAIL, 0], 0.0)
+        on_tail = jnp.einsum("eip,ei->p", moves, at_ends[TAIL]).at[1].add((weight * arms).sum())
         on_nodes, lacking = on_nodes.reshape(-1, nodes.shape[-1]), on_tail.at[0].add(belt.load)
         change, tail_change = newton_step(belt, levels, cell, on_nodes, places, moves, lacking)
-        nodes, tail = nodes + change.reshape(nodes.shape), found.tail + tail_change
+        nodes, tail = nodes + change.reshape(nodes.shape), tail + tail_change
         if turned is not None:
             there = jnp.zeros_like(nodes).at[..., places.stations].set(nodes)
             moment = chain.belt_loads(
@@ -148,10 +133,10 @@ def find_equilibrium(
         pose = chain.pose_of(belt, command, tail, turned)
         anchors = chain.anchor_positions(belt, pulleys._replace(pose=pose), places) + aside
         nodes, tension = jnp.where(places.free, nodes, anchors), -0.5 * on_tail[0]
-        return Equilibrium(nodes, tail, tension, jnp.abs(change).max(), turned), None
+        return (nodes, tail, tension, jnp.abs(change).max(), turned), None
 
     tail = jnp.stack([pulleys.pose.centre[TAIL, 0], pulleys.pose.spin[TAIL]])
-    begin = Equilibrium(nodes, tail, state.tension, state.correction, state.compliance_yaw)
+    begin = nodes, tail, state.tension, state.correction, state.compliance_yaw
     count = ITERATIONS if state.compliance_yaw is None else ITERATIONS + _YIELDING
     return jax.lax.scan(iteration, begin, jnp.arange(count) < count - 1)[0]
 
@@ -205,14 +190,14 @@ def travel_step(belt: BeltArrays, state: TravelState, command: run.Command) -> T
     anchors = chain.anchor_positions(belt, pulleys, places)
     nodes = predict(belt, taut, jnp.where(places.free, taut, anchors), places, chords)
     pulleys = wrap.release_stations(belt, pulleys)
-    places = chain.divide_chain(pulleys.wrap, places.stations)
+    places = chain.cut_chain(pulleys.wrap, places.stations)
     if pulleys.layer is not None:
         anchors = chain.anchor_positions(belt, pulleys, places)
     aside = 0.0 if kinks is None else chain.end_offsets(belt, pulleys, places, taut, chords, kinks)[0]
     nodes = jnp.where(places.free, nodes, anchors + aside)
-    found = find_equilibrium(belt, pulleys, nodes, places, state, command, aside)
-    nodes = jnp.zeros_like(nodes).at[..., places.stations].set(found.nodes)
-    pulleys, slip = pulleys._replace(pose=chain.pose_of(belt, command, found.tail, found.compliance_yaw)), state.slip
+    found, tail, tension, correction, turned = find_equilibrium(belt, pulleys, nodes, places, state, command, aside)
+    nodes = jnp.zeros_like(nodes).at[..., places.stations].set(found)
+    pulleys, slip = pulleys._replace(pose=chain.pose_of(belt, command, tail, turned)), state.slip
     if slip is not None:
         pull = chain.pull_on_nodes(belt, nodes, command.share)
         wraps, slip = jax.vmap(partial(wrap.slide_wrap, belt, pull, belt.friction, 0.0, shaped))(pulleys, slip)
@@ -221,13 +206,11 @@ def travel_step(belt: BeltArrays, state: TravelState, command: run.Command) -> T
     def filter_share(time: float) -> Array:
         return jnp.where(moved > 0.0, jnp.minimum(moved / (belt.run_speed * time), 1.0), 1.0)
 
-    turned = jax.vmap(lambda w, p: wrap.update_tangents(w, p, nodes, filter_share(SPAN_TIME)))
-    pulleys = pulleys._replace(wrap=turned(pulleys.wrap, pulleys.pose))
+    turn = jax.vmap(lambda w, p: wrap.update_tangents(w, p, nodes, filter_share(SPAN_TIME)))
+    pulleys = pulleys._replace(wrap=turn(pulleys.wrap, pulleys.pose))
     pulleys = wrap.land_stations(belt, pulleys, (before, state.nodes), nodes, moved, shaped)
     pulleys = wrap.relax_layers(belt, pulleys, nodes, command.share, filter_share(LAYER_TIME))
-    return TravelState(
-        nodes, pulleys, found.tension, command.travel, found.correction, slip, kinks, found.compliance_yaw
-    )
+    return TravelState(nodes, pulleys, tension, command.travel, correction, slip, kinks, turned)
 
 
 #: columns of a run with friction
@@ -260,6 +243,7 @@ def lay_case(
     case: Case, belt: str, travel: float, options: Options, parts: SceneParts, features: ActiveFeatures
 ) -> TravelCase:
     """The belt of a case laid round its pulleys, to be run over ``travel`` [m]; see BatchEngine."""
+    refuse_sliding_limp(belt, options, parts)
     options = fit_options(options, case, belt, "quasi_static")
     scene = lay_out(case, belt, options, parts)
     arrays = belt_arrays(scene, features)
@@ -350,5 +334,5 @@ def run_case(belt: BeltArrays, state: TravelState, commands: run.Command) -> Arr
 
 #: rows of mean readings of a batch, shape (cases, rows, 20)
 run_batch = jax.jit(jax.vmap(run_case))
-ENGINE = run.BatchEngine(refuse_sliding_limp, lay_case, run_travel_cases)
+ENGINE = run.BatchEngine(lay_case, run_travel_cases)
 prepare_case, simulate, simulate_batch = ENGINE.prepare_case, ENGINE.simulate, ENGINE.simulate_batch

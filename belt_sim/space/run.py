@@ -407,12 +407,11 @@ _MOST = 256  # cases of a chunk on one GPU: more are no faster, and more is lost
 class BatchEngine:
     """The entries of an engine on JAX.
 
-    refuse(belt, options, parts): raises CannotRepresent for what the engine cannot do. lay_case(case, belt, travel,
-    options, parts, features): a case that the engine can run, with its ``kind`` and the ``stations`` of its mesh.
-    in_batches(cases, chunk, ...): curves of cases of one kind, which are run at once, chunk by chunk.
+    lay_case(case, belt, travel, options, parts, features): a case that the engine can run, with its ``kind`` and the
+    ``stations`` of its mesh; raises CannotRepresent for what the engine cannot do. in_batches(cases, chunk, ...):
+    curves of cases of one kind, which are run at once, chunk by chunk.
     """
 
-    refuse: Callable[[str, Options, SceneParts], None]
     lay_case: Callable[[Case, str, float, Options, SceneParts, ActiveFeatures], Any]
     in_batches: Callable[..., Iterator[list[Curves | SimulationError]]]
 
@@ -426,7 +425,6 @@ class BatchEngine:
         """
         options = options or Options()
         parts = parts or SceneParts.from_case(case, options.friction)
-        self.refuse(belt, options, parts)
         return self.lay_case(case, belt, travel, options, parts, features or active_features([parts]))
 
     def simulate_batch(

@@ -4,6 +4,7 @@ First the geometry of one pulley, then the bending layer, then landing, sinking 
 """
 
 import math
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -53,8 +54,9 @@ class WrapArrays(NamedTuple):
         """Number of the outermost station at ``end``."""
         return (self.first, self.last)[end]
 
-    def with_outer(self, end: int, station: Array) -> "WrapArrays":
-        """The wrap with this outermost station at ``end``."""
+    def moved_end(self, end: int, by: Array) -> "WrapArrays":
+        """The wrap with its outermost station at ``end`` further outwards by so many, 1 or -1."""
+        station = self.outer(end) + OUTWARDS[end] * by
         return self._replace(last=station) if end else self._replace(first=station)
 
 
@@ -206,13 +208,6 @@ def station_displacement(belt: BeltArrays, pulley: BeltOnPulley, inside: Array, 
     return jnp.einsum("mjk,ij->mik", fading * local, pulley.pose.axes)
 
 
-def layer_displacements(belt: BeltArrays, pulley: BeltOnPulley, k: Array) -> Array:
-    """By how much the layer displaces the anchors of stations k [m], (m, 3, k); those inside the wrap not at all."""
-    angle = pulley.wrap.angle[:, k].mean(axis=0)
-    first, last = (station_displacement(belt, pulley, depth(pulley, angle, end), end) for end in (FIRST, LAST))
-    return first + last
-
-
 def thread_places(belt: BeltArrays, pulley: BeltOnPulley, nodes: Array, end: int) -> Array:
     """Where the station next to ``end`` and the outermost held one would be without the layer [m], (m, 3, 2)."""
     k = (pulley.wrap.outer(end) + OUTWARDS[end] * np.array([1, 0])) % nodes.shape[-1]
@@ -248,53 +243,42 @@ def relax_layers(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array, share: A
 # had at the run-up, so that the landed belt turns by the run-up curvature (dtheta/ds = -kappa).
 
 
-def is_released(pulley: BeltOnPulley, end: int, chord: Array) -> Array:
-    """Whether the outermost station at ``end`` has come far enough to be free."""
-    return outer_depth(pulley, end) < -(options.CATCH_DISTANCE + options.HYSTERESIS) * chord
-
-
-class Approach(NamedTuple):
-    """A free station and the outermost one held beside it, at one instant: depth [m], (), of the free one behind the
-    tangent point; its r, y [m] and material angle [rad], (m,); square [m2], (m,): of its distance from the other."""
-
-    depth: Array
-    r: Array
-    y: Array
-    angle: Array
-    square: Array
-
-    def is_caught(self, chord: Array) -> Array:
-        """Whether it has come close enough to be held."""
-        return self.depth > -options.CATCH_DISTANCE * chord
-
-
-def approach_of(belt: BeltArrays, pulley: BeltOnPulley, nodes: Array, end: int) -> Approach:
-    """The station next to ``end`` of a belt with nodes [m], (m, 3, n)."""
-    pair = thread_places(belt, pulley, nodes, end)
-    r, y, angle = cylinder_coordinates(pair[..., 0], pulley.pose)
-    behind = depth(pulley, 0.5 * (angle[0] + angle[-1]), end)
-    return Approach(behind, r, y, angle, ((pair[..., 0] - pair[..., 1]) ** 2).sum(axis=1))
+def release_station(belt: BeltArrays, pulley: BeltOnPulley, *, end: int) -> WrapArrays:
+    """Without the outermost station at ``end``, where it has come far enough to be free."""
+    far = -(options.CATCH_DISTANCE + options.HYSTERESIS) * belt.chord
+    return pulley.wrap.moved_end(end, -1 * (outer_depth(pulley, end) < far))
 
 
 def land_station(
-    pulley: BeltOnPulley, before: Approach, after: Approach, end: int, chord: Array, moved: Array, shaped: Array | float
-) -> WrapArrays:
+    belt: BeltArrays, pulley: BeltOnPulley, old: PoseArrays, *, end: int, before: Array, nodes: Array, moved: Array,
+    shaped: Array | float,
+) -> WrapArrays:  # fmt: skip
     """With the station next to ``end``, where it has come close enough in the step: at its mean height and at its
     distance from the one landed before, edge by edge.
 
-    before, after: that station at both ends of the step, of ``moved`` [m]. It is caught on the way between them, where
+    old, before: pose and nodes at the step's beginning, others as of ``land_stations``. It is caught on the way, where
     it comes close enough, as if steps were short; else a slack belt would be as the step catches it, early or late.
     """
-    wrap, surface = pulley.wrap, pulley.surface
+    wrap, surface, chord = pulley.wrap, pulley.surface, belt.chord
     outward, outer, n = OUTWARDS[end], wrap.outer(end), wrap.r.shape[-1]
     k, beside = (outer + outward) % n, outer % n
-    lands, nearer = after.is_caught(chord), after.depth - before.depth
-    passed = lands & (nearer > 0.0) & (before.depth < -options.CATCH_DISTANCE * chord)
-    left = jnp.where(passed, (after.depth + options.CATCH_DISTANCE * chord) / jnp.where(passed, nearer, 1.0), 0.0)
-    _, r, y, _, square = (b - left * (b - a) for a, b in zip(before, after, strict=True))
+
+    def approach(pulley: BeltOnPulley, nodes: Array) -> tuple[Array, ...]:
+        """How far it is behind the tangent point; its r, y and angle; square of its distance from the one beside."""
+        pair = thread_places(belt, pulley, nodes, end)
+        r, y, angle = cylinder_coordinates(pair[..., 0], pulley.pose)
+        behind = depth(pulley, 0.5 * (angle[0] + angle[-1]), end)
+        return behind, r, y, angle, ((pair[..., 0] - pair[..., 1]) ** 2).sum(axis=1)
+
+    was, now = approach(pulley._replace(pose=old), before), approach(pulley, nodes)
+    caught = -options.CATCH_DISTANCE * chord
+    lands, nearer = now[0] > caught, now[0] - was[0]
+    passed = lands & (nearer > 0.0) & (was[0] < caught)
+    left = jnp.where(passed, (now[0] - caught) / jnp.where(passed, nearer, 1.0), 0.0)
+    _, r, y, _, square = (b - left * (b - a) for a, b in zip(was, now, strict=True))
     circle = radius_at(surface, shaped, y)
     high = (r - circle).mean()
-    inside = depth(pulley, after.angle.mean(), end) - left * nearer
+    inside = depth(pulley, now[3].mean(), end) - left * nearer
     forgotten = jnp.exp(-left * moved / (options.FORGETTING * chord))
     lifted = (high - lift(inside, chord, surface.radius, surface.sink_chords)) * forgotten
     turned = chord_angle(square - (y - wrap.y[:, beside]) ** 2, circle + high, wrap.r[:, beside])
@@ -303,8 +287,7 @@ def land_station(
         return values.at[at].set(jnp.where(lands, there, values[at]))
 
     at = (slice(None), k)
-    wrap = wrap.with_outer(end, jnp.where(lands, outer + outward, outer))
-    return wrap._replace(
+    return wrap.moved_end(end, 1 * lands)._replace(
         landing_lift=put_if_landed(wrap.landing_lift, k, lifted),
         r=put_if_landed(wrap.r, at, circle + high),
         y=put_if_landed(wrap.y, at, y),
@@ -312,11 +295,8 @@ def land_station(
     )
 
 
-def sink_ends(belt: BeltArrays, pulley: BeltOnPulley, end: int, moved: Array, shaped: Array) -> WrapArrays:
-    """The outermost stations at ``end`` on their path for the pulley's present place.
-
-    moved [m]: how far the pulley has turned since the last time.
-    """
+def sink_ends(belt: BeltArrays, pulley: BeltOnPulley, moved: Array, *, end: int, shaped: Array) -> WrapArrays:
+    """The outermost stations at ``end`` on their path for the place of a pulley that has turned by ``moved`` [m]."""
     wrap, surface = pulley.wrap, pulley.surface
     chord, zone = belt.chord, belt.shape.zone  # stations that may be off the circle
     outward, n = OUTWARDS[end], wrap.r.shape[-1]
@@ -336,7 +316,14 @@ def sink_ends(belt: BeltArrays, pulley: BeltOnPulley, end: int, moved: Array, sh
     )
 
 
-# Both pulleys at once, compiled.
+# Both pulleys at once.
+
+
+def at_both_ends(function: Callable[..., WrapArrays], pulleys: BeltOnPulley, *others: Any) -> BeltOnPulley:
+    """With the wraps that ``function`` of a pulley, and of what else is its own, makes at one end, then the other."""
+    for end in (FIRST, LAST):
+        pulleys = pulleys._replace(wrap=jax.vmap(partial(function, end=end))(pulleys, *others))
+    return pulleys
 
 
 def sink_wraps(
@@ -347,26 +334,15 @@ def sink_wraps(
     moved [m], () or (2,): how far the pulleys turn in the step; rests: whether the belt is at rest, which then does not
     roll with an axis that begins to be canted.
     """
-    moved = jnp.broadcast_to(moved, (2,))
     if belt.shape.canted:
         rolled = jnp.where(rests, pulleys.pose.axes[:, 2, 1] - before.axes[:, 2, 1], 0.0)
         pulleys = pulleys._replace(wrap=jax.vmap(roll_anchors)(pulleys, rolled))
-    for end in (FIRST, LAST):
-        sink = jax.vmap(partial(sink_ends, belt, end=end, shaped=shaped))
-        pulleys = pulleys._replace(wrap=sink(pulleys, moved=moved))
-    return pulleys
+    return at_both_ends(partial(sink_ends, belt, shaped=shaped), pulleys, jnp.broadcast_to(moved, (2,)))
 
 
 def release_stations(belt: BeltArrays, pulleys: BeltOnPulley) -> BeltOnPulley:
     """Without the outermost stations, where these have come far enough to be free."""
-
-    def release(pulley: BeltOnPulley, end: int) -> WrapArrays:
-        goes = is_released(pulley, end, belt.chord)
-        return pulley.wrap.with_outer(end, pulley.wrap.outer(end) - OUTWARDS[end] * goes)
-
-    for end in (FIRST, LAST):
-        pulleys = pulleys._replace(wrap=jax.vmap(partial(release, end=end))(pulleys))
-    return pulleys
+    return at_both_ends(partial(release_station, belt), pulleys)
 
 
 def land_stations(
@@ -377,14 +353,8 @@ def land_stations(
     before: poses and nodes at the step's beginning; shaped: 1 where the pulleys are what they are, 0 while they are
     plain cylinders.
     """
-
-    def land(pulley: BeltOnPulley, old: PoseArrays, end: int) -> WrapArrays:
-        was = approach_of(belt, pulley._replace(pose=old), before[1], end)
-        return land_station(pulley, was, approach_of(belt, pulley, nodes, end), end, belt.chord, moved, shaped)
-
-    for end in (FIRST, LAST):
-        pulleys = pulleys._replace(wrap=jax.vmap(partial(land, end=end))(pulleys, before[0]))
-    return pulleys
+    land = partial(land_station, belt, before=before[1], nodes=nodes, moved=moved, shaped=shaped)
+    return at_both_ends(land, pulleys, before[0])
 
 
 def carry_wraps(

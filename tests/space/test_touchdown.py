@@ -12,10 +12,9 @@ from belt_sim.space.wrap import (
     LAST,
     OUTWARDS,
     BeltOnPulley,
-    approach_of,
-    is_released,
     land_station,
     radius_at,
+    release_station,
     sink_ends,
 )
 
@@ -39,6 +38,12 @@ def wrapped(stations=12, **shape):
     return wrap, cylinder, pose()
 
 
+def landed_at(pulley, nodes):
+    """The wrap with the station that comes next, in a step without a movement."""
+    still = {"before": nodes, "nodes": nodes, "moved": 0.0, "shaped": 1.0}
+    return land_station(BELT, pulley, pulley.pose, end=FIRST, **still)
+
+
 def chords(wrap, at):
     return np.linalg.norm(np.diff(places(wrap, at)), axis=1)
 
@@ -51,8 +56,7 @@ def test_landing_keeps_chord_and_mean_height(shape):
     there = beside + np.array([-0.0242, 1e-5, -0.0062]) + [[0.0, 0.0, 2e-6], [0.0, 0.0, -2e-6]]
     nodes[..., 0], nodes[..., 1] = there, beside
     pulley = on_jax(BeltOnPulley(wrap, cylinder, at))
-    approach = approach_of(BELT, pulley, nodes, FIRST)
-    landed = land_station(pulley, approach, approach, FIRST, CHORD, 0.0, 1.0)
+    landed = landed_at(pulley, nodes)
     placed = places(landed, at)
     assert landed.first == 0
     length = np.linalg.norm(there - beside, axis=1)
@@ -81,7 +85,8 @@ def test_turning_pulley_keeps_lengths_and_lets_the_span_end_on_one_line(end):
     start = tangent - outward * 0.5 * CHORD / R - wrap.angle[0, station]
 
     def sunk(spin):
-        return sink_ends(BELT, on_jax(BeltOnPulley(wrap, cylinder, pose(spin=spin))), end, 0.0, 1.0), pose(spin=spin)
+        there = pose(spin=spin)
+        return sink_ends(BELT, on_jax(BeltOnPulley(wrap, cylinder, there)), 0.0, end=end, shaped=1.0), there
 
     for _ in range(8):  # from the circle onto the path
         wrap, at = sunk(start)
@@ -91,9 +96,10 @@ def test_turning_pulley_keeps_lengths_and_lets_the_span_end_on_one_line(end):
         heights.append(r * np.cos(angle - tangent))
         assert chords(wrap, at) == pytest.approx(lengths, abs=ROUNDING)
     assert np.ptp(heights) < STRAIGHT
-    assert not is_released(BeltOnPulley(wrap, cylinder, at), end, CHORD)
+    assert release_station(BELT, BeltOnPulley(wrap, cylinder, at), end=end).outer(end) == station
     turned = pose(spin=at.spin + outward * 0.05 * CHORD / R)
-    assert is_released(BeltOnPulley(wrap, cylinder, turned), end, CHORD)
+    released = release_station(BELT, BeltOnPulley(wrap, cylinder, turned), end=end)
+    assert released.outer(end) == station - outward
 
 
 def test_a_station_is_caught_half_a_chord_before_the_tangent():
@@ -102,4 +108,5 @@ def test_a_station_is_caught_half_a_chord_before_the_tangent():
     for chords_before, caught in ((0.6, False), (0.4, True)):
         a = wrap.tangent[0] - chords_before * CHORD / R
         nodes[..., 0] = [[R * np.sin(a), y, R * np.cos(a)] for y in (0.058, -0.058)]
-        assert approach_of(BELT, BeltOnPulley(wrap, cylinder, at), nodes, FIRST).is_caught(CHORD) == caught
+        landed = landed_at(on_jax(BeltOnPulley(wrap, cylinder, at)), nodes)
+        assert landed.first == wrap.first - caught
