@@ -1,27 +1,10 @@
 """A belt as MuJoCo sees it: n stations of m nodes, each node a small body on three slides, and what ties the nodes.
 
 Three belts: a chain of particles (rope), a grid of particles tied by bonds (paper Fig. 19), a membrane of flex
-triangles. Grid and membrane are as wide as bends like the real strip.
-
-Bond stiffnesses and mesh widths at which particles in a lattice, or linear triangles, are as stiff as the strip.
-
-Lattice. A cell is ``chord`` long and w wide, with a longitudinal bond on either side, a transverse bond and both
-diagonals (length l, cos = chord / l, sin = w / l). For a lengthwise strain e and a lateral strain t of the cell the
-diagonals stretch by e cos^2 + t sin^2, for a shear g by +- g sin cos. With EA of a bond written K:
-
-- shear: a row of n cells carries 2 n K_d sin^2 cos g, set equal to 5/6 G b h g;
-- free lateral strain: t = -nu' e, nu' = 2 K_d l sin^2 cos^2 / (K_t w + 2 K_d l sin^4);
-- stretch: EA = K + n D, D = 2 K_d cos (cos^2 - nu' sin^2), K the sum over the lines;
-- bending: EI = b'^2 / 12 (K (1 + 2 / n^2) + n D (1 - 1 / n^2)), b' = n w the width of the lattice.
-
-Two lines (n = 1): the diagonals do not stretch in pure bending, and K b'^2 / 4 = EI.
-
-Membrane. Triangles of constant strain are too stiff in bending, by how much depends on their shape. Two neighbouring
-cells of the zigzag mesh repeat along the belt. Bent to a curvature kappa their nodes move by u_x = -kappa x y,
-u_y = kappa x^2 / 2 and by what else repeats with them and makes the energy least; that energy over P kappa^2 / 2 is
-the stiffness.
+triangles. Grid and membrane are as wide as bends like the real strip: studies/notes/three_dimensions.md derives how.
 """
 
+import itertools
 import math
 from dataclasses import dataclass
 from functools import lru_cache
@@ -51,10 +34,11 @@ class Lattice:
 
 
 def calibrate(belt: Belt, chord: float, across: int, bonds: tuple[str, ...]) -> Lattice:
-    """The lattice with these bonds that stands for ``belt``; bonds that are left out carry nothing.
+    """The lattice with these bonds that is as stiff as ``belt``; bonds that are left out carry nothing.
 
-    chord [m]: distance of stations; across: nodes over the width, 2 or more. Without diagonals EA and EI (for
-    sections that stay square) still hold, and there is no shear stiffness.
+    chord [m]: distance of stations; across: nodes over the width, 2 or more. A row of n = across - 1 cells carries a
+    shear g by 2 n K_d sin^2 cos g = 5/6 G b h g; EA = K + n D with D = 2 K_d cos (cos^2 - nu' sin^2), K the sum over
+    the lines; EI = b'^2 / 12 (K (1 + 2 / n^2) + n D (1 - 1 / n^2)). Without diagonals there is no shear stiffness.
     """
     n = across - 1
     stretch, bend = float(belt.youngs_modulus) * float(belt.area), float(belt.bending_stiffness)
@@ -113,7 +97,11 @@ _WIDTH_SWEEPS = 60
 
 @lru_cache(maxsize=512)
 def stiffness_ratio(slenderness: float, across: int, poisson_ratio: float) -> float:
-    """EI of the mesh over that of a strip as wide; slenderness: distance of stations over the width."""
+    """EI of the mesh over that of a strip as wide; slenderness: distance of stations over the width.
+
+    Two neighbouring cells of the zigzag mesh repeat along the belt. Bent to kappa their nodes move by u_x = -kappa x y,
+    u_y = kappa x^2 / 2 and by what else repeats with them and makes the energy least: that is P kappa^2 / 2 of it.
+    """
     y = 0.5 - np.arange(across) / (across - 1)
     law = membrane_law(slenderness, 1.0 / (across - 1), 1.0, 1.0, poisson_ratio)
     unknowns = 2 * _CELLS * across + 1  # the repeating movement, and a stretch of the whole
@@ -246,17 +234,6 @@ def add_nodes(spec: mujoco.MjSpec, mesh: Mesh, *, sites: bool) -> None:
                 body.add_site(name=node_name(i, j), size=[_NODE_RADIUS] * 3)
 
 
-def add_bond(spec: mujoco.MjSpec, mesh: Mesh, one: tuple[int, int], other: tuple[int, int], stiffness: float) -> None:
-    """Tie two nodes by a spring [N/m] that is slack at their stress-free distance."""
-    tendon = spec.add_tendon(name=f"bond-{one[0]}-{one[1]}-{other[0]}-{other[1]}")
-    tendon.wrap_site(node_name(*one))
-    tendon.wrap_site(node_name(*other))
-    tendon.stiffness[0] = stiffness
-    length = float(np.linalg.norm(mesh.rest[one] - mesh.rest[other]))
-    tendon.springlength = [length, length]
-    tendon.width, tendon.rgba = 1e-3, [0.75, 0.78, 0.82, 1.0]
-
-
 class Grid:
     """Every bond is a spatial tendon, a spring along the line between two nodes."""
 
@@ -269,24 +246,26 @@ class Grid:
 
     def tie(self, spec: mujoco.MjSpec, mesh: Mesh, case: Case, options: Options) -> None:
         add_nodes(spec, mesh, sites=True)
-        n, m, along = mesh.stations, mesh.lines, mesh.line_stiffness / mesh.chord
-        transverse = diagonal = 0.0
+        n, m, transverse, diagonal = mesh.stations, mesh.lines, 0.0, 0.0
         if m > 1:
             lattice = calibrate(case.belt, mesh.chord, m, options.bonds)
             w = lattice.width / (m - 1)
             transverse, diagonal = lattice.transverse / w, lattice.diagonal / float(np.hypot(mesh.chord, w))
-        for i in range(n):
-            on, last = (i + 1) % n, i >= mesh.links
-            for j in range(m):
-                bonds = [((i, j), (on, j), 0.0 if last else float(along[j]))]
-                if j + 1 < m:
-                    bonds += [((i, j), (i, j + 1), transverse)]
-                    bonds += [
-                        (a, b, 0.0 if last else diagonal) for a, b in (((i, j), (on, j + 1)), ((i, j + 1), (on, j)))
-                    ]
-                for one, other, stiffness in bonds:
-                    if stiffness:
-                        add_bond(spec, mesh, one, other, stiffness)
+        for i, j in itertools.product(range(n), range(m)):
+            on, linked, wide = (i + 1) % n, i < mesh.links, j + 1 < m
+            for one, other, stiffness in (
+                ((i, j), (on, j), linked * mesh.line_stiffness[j] / mesh.chord),
+                ((i, j), (i, j + 1), wide * transverse),
+                ((i, j), (on, j + 1), wide * linked * diagonal),
+                ((i, j + 1), (on, j), wide * linked * diagonal),
+            ):
+                if not stiffness:
+                    continue
+                bond = spec.add_tendon(name=f"bond-{one[0]}-{one[1]}-{other[0]}-{other[1]}")
+                bond.wrap_site(node_name(*one))
+                bond.wrap_site(node_name(*other))
+                bond.stiffness[0], bond.width, bond.rgba = stiffness, 1e-3, [0.75, 0.78, 0.82, 1.0]
+                bond.springlength = [float(np.linalg.norm(mesh.rest[one] - mesh.rest[other]))] * 2
 
 
 class Chain(Grid):

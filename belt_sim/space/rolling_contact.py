@@ -1,14 +1,7 @@
-"""The scene of a belt that MuJoCo's contacts alone carry: an MJCF that needs nothing of ours at run time.
+"""The scene of a belt that MuJoCo's contacts alone carry, an MJCF that needs nothing of ours, and its run.
 
-A node touches a pulley with a small sphere. A contact that began only where a sphere has sunk in would begin at a
-random depth of up to a step's fall, 0.1 mm, which stretches the chord behind it by several times the belt's own strain.
-So the contacts stand ready before touchdown, through a gap of 0.5 mm (an adhesion of no weight keeps them active
-there), and the discrete integrator lets the sphere arrive on the surface at the end of a step. Then they may be as
-stiff as MuJoCo's largest impedance allows, and quiet.
-
-Points 1-4 are places and nodes travel, so that y at a point is measured as on a machine, by two rays along y from
-either side. They meet the edge flags, boxes one chord long that ride on the nodes and end where the real belt's edge
-is. ``scene_looks`` says what is seen of it; ``ContactRun`` runs it and reads it like any 3D run.
+Nodes touch pulleys with small spheres. As on a machine y is measured at the points 1-4, by two rays along y to the edge
+flags: boxes one chord long that ride on the nodes and end where the real belt's edge is.
 """
 
 import math
@@ -158,7 +151,12 @@ _COLOURS = {"node": (0.75, 0.78, 0.82, 1.0), "flag": (0.2, 0.45, 0.8, 1.0)}
 def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     """Spheres on all nodes that meet the pulleys (class "node"; what the pulleys say of contact does not count), and
     flags that rays, guides and a user's bodies meet (class "flag"): each line's reach halfway to the next, the outer
-    lines' to the belt's real edge."""
+    lines' to the belt's real edge.
+
+    A contact that began where a sphere has sunk in would begin at a depth of up to a step's fall, 0.1 mm, which
+    stretches the chord behind it by several times the belt's strain. So contacts stand ready before touchdown, through
+    a gap (an adhesion of no weight keeps them active there), and may be as stiff as the largest impedance allows.
+    """
     mesh, dt, friction = scene.mesh, scene.options.step, scene.parts.friction
     node, flag = spec.add_default("node", spec.default), spec.add_default("flag", spec.default)
     touch, seen = node.geom, flag.geom
