@@ -1,11 +1,7 @@
-"""bs.mjx: belts on MuJoCo MJX for loops of one's own, many at once, on JAX.
+"""bs.mjx: belts on MuJoCo MJX for loops of one's own, many at once, on JAX; docs/python.md has an example.
 
 ``prepare`` cases of one mesh, ``command`` and ``step`` them under jax.jit, jax.vmap (``stack_cases``), jax.lax.scan and
-jax.grad; ``PreparedCase.to_mujoco`` shows any of them in MuJoCo's renderer. ``simulate_batch`` runs whole cases.
-``SteeringEnvironment`` is the same as an environment of MuJoCo Playground's form. docs/python.md has an example.
-
-``step`` calls MJX's kinematics, com_pos, crb, passive, rne, actuation, sensors and euler; the belt's elasticity, the
-implicit solve and landing on the pulleys are this package's: MJX has no flex and no implicit step for one.
+jax.grad; ``simulate_batch`` runs whole cases; ``SteeringEnvironment`` has the form of MuJoCo Playground.
 """
 
 from collections.abc import Sequence

@@ -1,10 +1,7 @@
-"""The linear plant: dx/ds = A x(s) + A_d x(s - wrapped arc) + B u, exact for a belt that sticks; its state space; and a
-controller on it, with what a real drive and sensor add.
+"""The linear plant, dx/ds = A x(s) + A_d x(s - wrapped arc) + B u, for a belt that sticks; its state space; its loop.
 
 x = (y, alpha) where the belt runs up the tail pulley, then the head pulley; u = (yaw of the tail, yaw of the head).
-The coefficients are derivatives of the very laws that a march takes (run-up, span, drive, wrap, and what effects do
-to them), at a working point; the travel s takes the place of time, and a speed turns one into the other. A state space
-replaces each delay by a rational function: Pade's approximation, or a chain of equal lags.
+The coefficients are derivatives of the laws that a march takes; the travel s takes the place of time.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -1,8 +1,7 @@
-"""Block-tridiagonal systems, symmetric and positive definite, by cyclic reduction.
+"""Block-tridiagonal systems, symmetric and positive definite, by cyclic reduction: log2(n) levels of every other row.
 
-Every level eliminates every other row of blocks at once, so a chain of n rows takes log2(n) levels. Blocks stand first
-in every array. The chain is folded into lanes, stretches of it side by side, and they stand last: every other row of
-all lanes lies together in memory, and all arithmetic runs along the lanes.
+Blocks stand first in every array. The chain is folded into lanes, stretches of it side by side, which stand last: every
+other row of all lanes lies together in memory, and all arithmetic runs along the lanes.
 """
 
 import math

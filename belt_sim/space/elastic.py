@@ -1,8 +1,7 @@
 """Elastic energy of the belt between two neighbouring stations: membrane or bonds, and the couple of torsion.
 
-A cell is a pair of stations, i and i + 1, with m nodes each; between two lines it is a quadrilateral a, b (station i,
-lines j, j + 1), c, d (station i + 1). Its energy is a function of the six squared distances of its corners. The
-membrane is that of MuJoCo's flex: triangles of constant Green strain, diagonals alternating; the bonds are springs.
+A cell is stations i and i + 1; between two lines it is a quadrilateral a, b (station i, lines j, j + 1), c, d, whose
+energy is a function of its six squared distances: of MuJoCo's flex triangles, or of springs.
 """
 
 from typing import NamedTuple

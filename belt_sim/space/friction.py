@@ -1,11 +1,7 @@
 """Coulomb friction of landed nodes: how far they slide until no node pulls harder than friction allows.
 
-Slip with given limits is Tresca's problem: the increments u that make 1/2 u K u + f u + sum of limit |u_i| least. Its
-minimum says what Coulomb's law says at given pressures: a node that slides is held with its limit against its
-increment, one that does not slide is held with less. At the minimum every node's friction h = -(f + K u) is h + r u cut
-off at the limit, for any r > 0. Newton's method solves that in a fixed number of iterations: a node within the limit
-rests; one beyond it gets the friction limit z / |z|, z = h + r u, and what turning its direction costs. Each iteration
-is one block-tridiagonal chain, the stations of a wrap.
+The increments u that make 1/2 u K u + f u + sum of limit |u_i| least (Tresca's problem), by Newton's method in a fixed
+number of iterations on the stations of a wrap, a block-tridiagonal chain.
 """
 
 import itertools
@@ -141,7 +137,12 @@ def slip_increments(force: Array, limit: Array, chain: tuple[Array, Array], gues
 
 
 def _newton(z: Array, scale: Array, force: Array, limit: Array, chain: tuple[Array, Array]) -> tuple[Array, Array]:
-    """One iteration from z [N], shape (m, 2, k); scale [N/m]: r. And the same with nodes at rest that went back."""
+    """One iteration from z = h + r u [N], shape (m, 2, k), h the friction -(f + K u), r = ``scale`` [N/m]; and the same
+    with nodes at rest that went back.
+
+    At the minimum every node's h is z cut off at the limit. So a node with z within the limit rests; one beyond it gets
+    the friction limit z / |z|, and what turning its direction costs.
+    """
     lines, _, count = force.shape
     size = 2 * lines
     long = jnp.sqrt((z * z).sum(axis=1))

@@ -84,13 +84,8 @@ def lift(depth: Array, chord: Array, radius: Array, along: Array | None = None) 
     xp = library_of(depth)
     along = sink_chords(chord, radius) if along is None else along
     straight = radius / xp.cos(xp.minimum(depth, 0.5 * chord) / radius) - radius
-    t = _sunk_share(depth, chord, along)
-    return straight * fade(depth, chord, along) + (0.5 * chord**2 / radius * along) * t * (1.0 - t) ** 2
-
-
-def fade(depth: Array, chord: Array, along: Array) -> Array:
-    """From 1 on the straight part of the path to 0 on the circle, with level ends."""
-    return 1.0 - smoothstep(_sunk_share(depth, chord, along))
+    t = xp.clip((depth / chord - 0.5) / along, 0.0, 1.0)
+    return straight * (1.0 - smoothstep(t)) + (0.5 * chord**2 / radius * along) * t * (1.0 - t) ** 2
 
 
 def smoothstep(u: Array) -> Array:
@@ -102,12 +97,6 @@ def smoothstep(u: Array) -> Array:
 def library_of(values: Array) -> ModuleType:
     """NumPy for its arrays and for plain numbers, jax.numpy for JAX's arrays and tracers."""
     return np if isinstance(values, (np.ndarray, np.generic, float)) else jnp
-
-
-def _sunk_share(depth: Array, chord: Array, along: Array) -> Array:
-    """Share of the way from the straight part of the path to the circle."""
-    xp = library_of(depth)
-    return xp.minimum(xp.maximum((depth / chord - 0.5) / along, 0.0), 1.0)
 
 
 def chord_angle(square: Array, r1: Array, r2: Array) -> Array:
@@ -165,11 +154,6 @@ class HangingBelt:
         return self.upper.length + self.lower.length + self.head + self.tail
 
 
-def station_radius(radius: float, chord: float) -> float:
-    """Radius of the circle on which chords of an equal-sided polygon turn by chord / radius each."""
-    return 0.5 * chord / math.sin(0.5 * chord / radius)
-
-
 def stations_of(case: Case, dx: float) -> int:
     """Number of stations about ``dx`` [m] apart, an even one."""
     return 2 * round(float(case.rig.belt_length) / dx / 2.0)
@@ -212,7 +196,7 @@ def _lay_stations(
     """
     rig, (on_head, upper, on_tail, lower) = case.rig, links
     a, curvature = float(rig.centre_distance), float(case.sag_curvature)
-    head, tail = (station_radius(float(r), chord) for r in (rig.head_radius, rig.tail_radius))
+    head, tail = (0.5 * chord / math.sin(0.5 * chord / float(r)) for r in (rig.head_radius, rig.tail_radius))
     last = -hanging.upper.slopes[0]
     turn = last + chord / float(rig.head_radius) * np.arange(-on_head, 1)
     meets = (last - hanging.head / float(rig.head_radius), last)
@@ -244,7 +228,7 @@ def _wrap_stations(
 
     meets [rad]: where the belt comes and goes; the middle station keeps its angle.
     """
-    middle, circle = len(turn) // 2, station_radius(radius, chord)
+    middle, circle = len(turn) // 2, 0.5 * chord / math.sin(0.5 * chord / radius)
     angle = turn.copy()
     for _ in range(_PATH_SWEEPS):
         r = circle + sum(path(radius * depth, chord, radius) for depth in (angle - meets[0], meets[1] - angle))

@@ -1,8 +1,7 @@
 """Every assumption about MuJoCo 4.0 in one place, each with its own test in tests/space/test_mujoco_interface.py.
 
-The discrete integrator treats joint springs implicitly, so that a landed node may be held by a spring of 1e13 N/m. A
-step is then one linear problem, which MuJoCo factorises only when the model has an equality: a dummy one, on the first
-joint, makes it do so. Its preliminary iterative solve is not needed, and its warnings about that are not passed on.
+The discrete integrator treats joint springs implicitly: 1e13 N/m may hold a landed node. A step is one linear problem,
+which MuJoCo factorises only when the model has an equality, a dummy one; its preliminary iterative solve is not needed.
 """
 
 import math
@@ -84,8 +83,9 @@ def silence_expected_warnings() -> Iterator[None]:
             before(text)
 
 
-def refuse_divergence(data: mujoco.MjData) -> None:
-    """Raise SimulationError where the last step made coordinates or accelerations infinite."""
+def make_step(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """A step of MuJoCo; raises SimulationError where coordinates or accelerations become infinite."""
+    mujoco.mj_step(model, data)
     if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number or not np.isfinite(data.qpos[-1]):
         raise SimulationError(f"the belt's acceleration grew without bound at {data.time:.3f} s: halve model.dt")
 
@@ -113,14 +113,9 @@ class Solver:
         data.qfrc_applied[:base], data.qfrc_applied[base:] = joint_forces, forces.ravel()
         model.eq_data[0, 0] = motion.joints[0]
         with silence_expected_warnings():
-            mujoco.mj_step(model, data)
-        refuse_divergence(data)
+            make_step(model, data)
         motion.joints[:], motion.slides[:] = data.qpos[:base], data.qpos[base:].reshape(self.shape)
         motion.joint_rates[:], motion.slide_rates[:] = data.qvel[:base], data.qvel[base:].reshape(self.shape)
-
-    def damp(self, damping: np.ndarray) -> None:
-        """Damping of the nodes' slides [N s/m], shape (n, m, 3), from now on."""
-        self.model.dof_damping[self.base :] = damping.ravel()
 
     def elastic_forces(self, slides: np.ndarray) -> np.ndarray:
         """Forces [N] of the belt's membrane or bonds on its nodes when they are at ``slides``, shape (n, m, 3).
@@ -132,11 +127,8 @@ class Solver:
         model, data = self.model, self.data
         data.qpos[self.base :] = slides.ravel()
         model.jnt_stiffness[self.base :] = 0.0
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_flex(model, data)
-        mujoco.mj_tendon(model, data)
-        mujoco.mj_passive(model, data)
+        for part in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_flex, mujoco.mj_tendon, mujoco.mj_passive):
+            part(model, data)
         return data.qfrc_spring[self.base :].reshape(self.shape).copy()
 
     def tied_nodes(self) -> np.ndarray:

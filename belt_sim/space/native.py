@@ -237,8 +237,8 @@ class SpaceRun:
             straight, curved = self.rest_lengths
             solver.set_rest_lengths(straight + instant[3] * (curved - straight))
         if state.acting[1:] != tuple(drag):
-            damping = self.scene.mesh.mass[:, None] * drag[[0, 1, 1]]  # along x, and across
-            solver.damp(np.broadcast_to(damping, solver.shape))
+            damping = self.scene.mesh.mass[:, None] * drag[[0, 1, 1]]  # [N s/m], along x, and across
+            solver.model.dof_damping[solver.base :] = np.broadcast_to(damping, solver.shape).ravel()
         state.acting = instant[3], *drag
         state.joints, state.joint_rates, forces = np.array(given.joints)
         state.slides, state.instant = np.array(given.nodes), instant

@@ -1,6 +1,4 @@
-"""How a run in three dimensions is discretised and driven, what a case makes of these options, and the constants that
-its engines (native, mjx and quasi_static) share.
-"""
+"""How a run in three dimensions is discretised and driven, and the constants that its engines share."""
 
 import math
 from collections.abc import Mapping

@@ -1,8 +1,6 @@
-"""A run of the 3D belt around the steps of its engine: one plan of steps, one recorder, one batch wrapper.
+"""A run of the 3D belt around the steps of its engine: one plan of steps, one recorder, one batch wrapper on JAX.
 
-The plan says what every step is to reach: in time (engine=native, mjx), where the belt stands still for a yaw step, or
-in travel (quasi_static). The recorder makes curves and frames of readings (points 1-4, angles, entry moments, tilt,
-sag, tension). The wrapper runs many cases at once on JAX.
+The plan says what every step is to reach, in time or in travel; the recorder makes curves and frames of readings.
 """
 
 import math

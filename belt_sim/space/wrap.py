@@ -17,7 +17,7 @@ from belt_sim.space import options
 from belt_sim.space.belt import BeltArrays, SurfaceArrays
 from belt_sim.space.elastic import strains
 from belt_sim.space.friction import slip_increments, wrap_chain
-from belt_sim.space.loop import chord_angle, fade, lift
+from belt_sim.space.loop import chord_angle, lift, smoothstep
 
 HEAD, TAIL = 0, 1
 FIRST, LAST = 0, 1  # ends of a wrap
@@ -199,7 +199,8 @@ def station_displacement(belt: BeltArrays, pulley: BeltOnPulley, inside: Array, 
     line_y, chord = belt.line_y, belt.chord
     outward, (out, drawn), at = OUTWARDS[end], pulley.layer[end].T, pulley.wrap.tangent[end]
     turned = (drawn @ line_y) / (line_y @ line_y)
-    fading = jnp.where(inside > -_AHEAD * chord, fade(inside, chord, pulley.surface.sink_chords), 0.0)
+    sunk = jnp.clip((inside / chord - 0.5) / pulley.surface.sink_chords, 0.0, 1.0)
+    fading = jnp.where(inside > -_AHEAD * chord, 1.0 - smoothstep(sunk), 0.0)
     ones = jnp.ones_like(inside)
     x = out * jnp.sin(at) - outward * drawn * jnp.cos(at)
     z = out * jnp.cos(at) + outward * drawn * jnp.sin(at)

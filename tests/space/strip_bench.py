@@ -75,7 +75,7 @@ def strip(
     add_dummy_equality(spec, "post")
     belt.tie(spec, mesh, case, settings)
     solver, shape = Solver(compile_model(spec), mesh.rest.shape), mesh.rest.shape
-    solver.damp(np.full(shape, drag))
+    solver.model.dof_damping[solver.base :] = drag
     solver.set_rest_lengths(tie_lengths(mesh, solver.tied_nodes(), 1.0))
     slides = mesh.laid - mesh.rest
     stiffness = np.zeros(shape)
