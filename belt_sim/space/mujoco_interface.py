@@ -76,11 +76,11 @@ def silence_expected_warnings() -> Iterator[None]:
         yield
     finally:
         mujoco.set_mju_user_warning(before)
-    for text in others:
-        if before is None:
-            warnings.warn(f"MuJoCo: {text}", stacklevel=2)
-        else:
-            before(text)
+        for text in others:
+            if before is None:
+                warnings.warn(f"MuJoCo: {text}", stacklevel=2)
+            else:
+                before(text)
 
 
 def make_step(model: mujoco.MjModel, data: mujoco.MjData) -> None:
