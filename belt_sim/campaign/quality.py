@@ -539,6 +539,7 @@ def _odd_repeats(
             reaches = all(n in there and there[n].travel[-1] >= end for n in names)
             if same and reaches and other.tension != first.tension:
                 part, explained = share(curves_of(other) - of_others[k])
+                part = float(np.clip(part, -9.0, 9.0))  # a difference of thousands is of no tension
                 tension = first.tension * (other.tension / first.tension) ** part
                 words = f"as at {tension / N_PER_MM2:.3g} N/mm2 instead of {first.tension / N_PER_MM2:.3g}"
                 likely.append((explained, words))

@@ -216,19 +216,27 @@ def free_starts(campaign: Campaign, model: Composition) -> tuple[Campaign, tuple
     if not np.isfinite(excess) or excess < (UNEXPLAINED - 1.0) * stated.count:
         return campaign, ()
     removed = stated.total() - stated.total_with_free_starts(open_runs)
-    if removed < BELIEVED * excess or stated.total() - stated.total_of_other_models() > OF_MODEL * removed:
+    if removed < MENTIONED * excess or stated.total() - stated.total_of_other_models() > OF_MODEL * removed:
         return campaign, ()
     of_sheet = (_refine(*_screen(m, curved, stated), stated)[0] for m in sheet_mistakes(curved))
     if any(stated.total() - chi2 > BELIEVED * removed for chi2 in of_sheet):
         return campaign, ()  # a yaw that came later than stated is told as that
-    runs = tuple(replace(r, run_in=np.nan) if r.name in open_runs else r for r in campaign.runs)
-    sentence = (
-        f"the belt of {shortlist(open_runs)} leans already where the record begins: the machine ran before; its state "
-        f"there is left free ({min(removed / excess, 1.0):.0%} of what the model leaves); state run_in_m in runs.csv "
-        "(run_in in an import's mapping): how far it had run from a straight start, or unknown; where the yaw was on "
-        "already, yaw_at_m below 0"
+    sure, share = removed >= BELIEVED * excess, f"{min(removed / excess, 1.0):.0%} of what the model leaves"
+    sentence = f"the belt of {shortlist(open_runs)} "
+    sentence += (
+        f"leans already where the record begins: the machine ran before; its state there is left free ({share})"
+        if sure
+        else f"may lean already where the record begins ({share}): did the machine run before? If so,"
     )
-    return replace(campaign, runs=runs), (Suspicion(None, (), "running_start", sentence, "look"),)
+    sentence += "; " if sure else " "
+    sentence += (
+        "state run_in_m in runs.csv (run_in in an import's mapping): how far it had run from a straight start, or "
+        "unknown; where the yaw was on already, yaw_at_m below 0"
+    )
+    if sure:
+        runs = tuple(replace(r, run_in=np.nan) if r.name in open_runs else r for r in campaign.runs)
+        campaign = replace(campaign, runs=runs)
+    return campaign, (Suspicion(None, (), "running_start", sentence, "look"),)
 
 
 def _is_clear(ranked: Sequence[tuple[float, SheetMistake]], total: float) -> bool:

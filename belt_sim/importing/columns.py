@@ -583,8 +583,6 @@ def span_of(column: Column) -> str:
     return f"{shown[0]:.6g} to {shown[1]:.6g} {column.unit}".removesuffix(" 1")
 
 
-#: role -> unit that is proposed where the file states none
-LIKELY_UNITS = {"ignore": "", "yaw": "deg", "yaw_head": "deg", "travel": "m", "yaw_at": "m", "start": "m"}
 #: unit that is none of these roles -> the factor that makes it one
 FACTORS = {
     "rpm": "factor: 2 pi R/60 for m/s, R the pulley's radius in m",
@@ -635,7 +633,7 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
                 factor = FACTORS.get(stated.lower(), "as factor: 0.1")
                 yield ask("unit_unknown", units, usual, kinds=" or ".join(kinds), factor=factor, **words)
             else:
-                yield ask("unit", units, usual, LIKELY_UNITS.get(column.role, usual), **words)
+                yield ask("unit", units, usual, **words)
         if (
             column.role != "tension"
             or UNITS.get(column.unit, ("",))[0] != "force"

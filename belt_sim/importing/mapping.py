@@ -114,6 +114,7 @@ class FormatEntry(Entry):
     time: Literal["hh:mm", "mm:ss", "hh:mm:ss:cc", "d:hh:mm:ss"] | None = None
     zone: Zone | None = None
     counter: Literal["new_run", "goes_on"] | None = None
+    standstill: Literal["belt_stood", "belt_ran"] | None = None
     encoding: str | None = None
     missing: list[float] | float | None = None
 

@@ -121,7 +121,8 @@ def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section
         entry = mapping.runs.get(block.name, RunEntry())
         if entry.skip:
             continue
-        run = _assemble(block, entry, stated_settings(mapping, block.name, listed, section), mapping, section)
+        stated = stated_settings(mapping, block.name, listed, section)
+        run = _assemble(block, entry, stated, mapping, section, found.questions)
         if run is None:
             lacks_speed = True
         else:
@@ -270,13 +271,18 @@ def _readings_go_on(table: LoggedTable, row: int) -> bool:
 
 
 def _assemble(
-    block: LoggedTable, entry: RunEntry, stated: Settings, mapping: MappingEntry, section: Section
+    block: LoggedTable,
+    entry: RunEntry,
+    stated: Settings,
+    mapping: MappingEntry,
+    section: Section,
+    open_questions: list[Question],
 ) -> AssembledRun | None:
     """One run; None where its travel takes a speed that nobody has told. stated: settings by the mapping."""
     block = _count_on(block)
     named = name_settings(block.label, section)
     speed = (named | stated).get("speed")
-    way = travel_of(block, speed.value if speed else None)
+    way = travel_of(block, speed.value if speed else None, mapping.format.standstill, open_questions)
     if way is None:
         return None
     if len(way.keep) < FEWEST:
@@ -324,12 +330,15 @@ class Travel(NamedTuple):
     notes: list[str]
 
 
-def travel_of(block: LoggedTable, speed: float | None) -> Travel | None:
-    """The travel of one run; None when it takes a speed that nobody has told. speed [m/s]: where none was logged."""
+def travel_of(
+    block: LoggedTable, speed: float | None, standstill: str | None, open_questions: list[Question]
+) -> Travel | None:
+    """The travel of one run; None when it takes a speed that nobody has told. speed [m/s]: where none was logged;
+    standstill: what the mapping says of a travel that stands while the time goes on."""
     time, notes = _time(block)
     logged, speeds, sign = block.values("travel"), block.values("speed"), 1.0
     if logged is not None:
-        keep, way, sign = _logged_travel(block, logged, time, notes)
+        keep, way, sign = _logged_travel(block, logged, time, standstill, notes, open_questions)
     elif time is None:
         return None
     else:
@@ -381,7 +390,12 @@ def _time(block: LoggedTable) -> tuple[np.ndarray | None, list[str]]:
 
 
 def _logged_travel(
-    block: LoggedTable, travel: np.ndarray, time: np.ndarray | None, notes: list[str]
+    block: LoggedTable,
+    travel: np.ndarray,
+    time: np.ndarray | None,
+    standstill: str | None,
+    notes: list[str],
+    open_questions: list[Question],
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Rows with travel, and it at these as logged, from 0 on and rising whichever way the belt runs, and its sign; rows
     where it stands still fall together."""
@@ -398,20 +412,8 @@ def _logged_travel(
         before = travel[keep[fallen[0] - 1]]
         remedy = f"travel runs backwards; before it was {before:.15g} m; mend or cut the record there"
         raise block.refuse(k, "travel", float(travel[k]), "m", remedy)
-    ends = np.flatnonzero(np.diff(highest, append=np.inf))  # the last row of each travel
-    begins = np.concatenate([[0], ends[:-1] + 1])
-    k = int(np.argmax(ends - begins))
-    first, last = keep[begins[k]], keep[ends[k]]
-    speeds = block.values("speed")
-    runs_on = speeds is None or np.median(np.abs(np.nan_to_num(speeds[first : last + 1]))) > STOPPED
-    if ends[k] - begins[k] >= FEWEST + 2 * np.median(ends - begins) and runs_on:
-        rows, lines = ends[k] - begins[k] + 1, f"line {block.lines[first]} to {block.lines[last]}"
-        goes_on = "" if time is None else f" while the time goes on by {time[last] - time[first]:.4g} s"
-        notes.append(
-            f"travel stands still at {travel[first]:.6g} m in {rows} rows ({lines}){goes_on}: one row is left, their "
-            "mean; had the belt run on, the counter failed: cut the record there, or set role: ignore for the travel "
-            "and state the speed"
-        )
+    if time is not None:
+        highest = _over_standstills(block, highest, time, keep, standstill, notes, open_questions)
     if np.any(way < highest):
         notes.append("the encoder jitters: where travel falls back a little it was held")
     if sign < 0.0:
@@ -419,6 +421,55 @@ def _logged_travel(
             "travel was counted downwards: direction -1 (or is the newest row first? then turn the rows round)"
         )
     return keep, highest, sign
+
+
+def _over_standstills(
+    block: LoggedTable,
+    way: np.ndarray,
+    time: np.ndarray,
+    keep: np.ndarray,
+    standstill: str | None,
+    notes: list[str],
+    open_questions: list[Question],
+) -> np.ndarray:
+    """The travel (n,) of the rows ``keep``, carried on over stretches in which it stands and the time goes on, if the
+    belt ran: by a column of speed or by ``standstill``, else asked where the readings move on by more than scatter."""
+    ends = np.flatnonzero(np.diff(way, append=np.inf))  # the last row of each travel
+    begins = np.concatenate([[0], ends[:-1] + 1])
+    speeds, signals = block.values("speed"), [c.si()[keep] for c in block.columns if c.role == "signal"]
+    pace, found = float(way[-1] / (time[keep[-1]] - time[keep[0]])), way.astype(float)
+    moving = np.diff(way) > 0.0
+    if moving.any():
+        pace = float(np.median(np.diff(way)[moving] / np.diff(time[keep])[moving]))
+    for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
+        if end - begin < FEWEST + 2 * np.median(ends - begins):
+            continue
+        rows, lasted = slice(begin, end + 1), time[keep[begin : end + 1]] - time[keep[begin]]
+        lines = f"line {block.lines[keep[begin]]} to {block.lines[keep[end]]}"
+        stands = f"travel stands still at {way[begin]:.6g} m in {end - begin + 1} rows ({lines})"
+        stands += f" while the time goes on by {lasted[-1]:.4g} s"
+        if speeds is not None:
+            own = np.median(np.abs(np.nan_to_num(speeds[keep[rows]])))
+            ran, pace = own > STOPPED, float(own) if own > STOPPED else pace
+        elif standstill is None:
+            halves = [np.array_split(y[rows], 2) for y in signals]
+            moves = [abs(np.nanmedian(b) - np.nanmedian(a)) for a, b in halves]
+            noise = [GOES_ON * max(scatter(y[np.isfinite(y)]), resolution(y[np.isfinite(y)])) for y in signals]
+            ran = False
+            if any(m > n for m, n in zip(moves, noise, strict=True)):
+                open_questions.append(ask("standstill", stands=stands))
+        else:
+            ran = standstill == "belt_ran"
+        if not ran:
+            notes.append(f"{stands}: one row is left, their mean")
+            continue
+        missed = pace * (time[keep[min(end + 1, len(keep) - 1)]] - time[keep[begin]])
+        caught_up = end + 1 < len(way) and way[end + 1] - way[end] > 0.5 * missed
+        found[rows] = found[begin] + pace * lasted
+        if not caught_up:
+            found[end + 1 :] += pace * lasted[-1]
+        notes.append(f"{stands}: carried on at {pace:.4g} m/s, as the belt ran")
+    return found
 
 
 def _integrated_travel(

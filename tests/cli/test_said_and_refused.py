@@ -9,6 +9,7 @@ import yaml
 
 REFUSED = [
     (["simulate", "+foo=1"], "+foo=1: no such key"),
+    (["simulate", "tension=10", "tension=20"], "tension=20: tension is given twice, 10 before"),
     (["simulate", "tension=0.01"], "tension = 0.01 N/mm2"),
     (["simulate", "travel=10", "yaw=[{at: 50, yaw: 0.03}]"], "yaw.at = 50 m: the travel ends at 10 m"),
     (["diagnose", "campaign=slack_belt", "bootstraps=1000000000"], "give a whole number of at most"),

@@ -180,20 +180,31 @@ def test_every_question_of_an_odd_file_has_an_answer_that_works(name, tmp_path, 
     assert made.proposal.campaign.runs[0].travel == pytest.approx(first.travel)
 
 
-STUCK = {"a_while": lambda s: np.where((s > 10) & (s < 18), 10, s), "to_the_end": lambda s: np.minimum(s, 20)}
+STUCK = {
+    "and_goes_on_from_there": lambda s: np.where(s > 18, s - 8, np.minimum(s, 10)),
+    "and_catches_up": lambda s: np.where((s > 10) & (s < 18), 10, s),
+    "to_the_end": lambda s: np.minimum(s, 20),
+}
 
 
 @pytest.mark.parametrize("how", STUCK)
-def test_a_counter_that_sticks_while_the_time_goes_on_is_told(how, tmp_path):
+def test_a_counter_that_sticks_while_the_belt_runs_is_asked_about_and_carried_on(how, tmp_path):
+    """The belt's true travel is S: by the answer, or by a speed that was logged; one that stood is told, not asked."""
     travel, name = STUCK[how](S), "travel [m]"
     table = {"time [s]": [f"{t:.0f}" for t in T], name: [f"{s:.1f}" for s in travel]} | EDGE
     (tmp_path / "a.csv").write_text(text(table), encoding="utf-8")
-    notes = " ".join(n.text for n in understand(read([tmp_path / "a.csv"]), GIVEN).notes)
-    rows = int(np.sum(travel == (10 if how == "a_while" else 20)))
-    line = 2 + int(np.argmax(np.diff(travel) == 0.0))
-    assert f"in {rows} rows (line {line} to {line + rows - 1}) while the time goes on by {2 * (rows - 1)} s" in notes
-    assert f"31 rows stand at {32 - rows} travels" in notes
-    resting = text(table | {"speed [m/s]": [f"{v:.1f}" for v in 0.5 * (np.gradient(travel) > 0)]})
-    (tmp_path / "b.csv").write_text(resting, encoding="utf-8")
-    rest = " ".join(n.text for n in understand(read([tmp_path / "b.csv"]), GIVEN).notes)
-    assert "stands still" not in rest
+    logged = read([tmp_path / "a.csv"])
+    (question,) = understand(logged, GIVEN).missing
+    assert question.key == "format.standstill"
+    (told,) = understand(logged, GIVEN | {"format": {"standstill": "belt_ran"}}).campaign.runs
+    assert told.travel == pytest.approx(S)
+    stood = understand(logged, GIVEN | {"format": {"standstill": "belt_stood"}})
+    assert "one row is left, their mean" in " ".join(n.text for n in stood.notes)
+    for speed, ends in (("0.5", 30.0), ("0.0", float(travel[-1]))):
+        speeds = np.where(np.gradient(travel) > 0, "0.5", speed)
+        (tmp_path / "b.csv").write_text(text(table | {"speed [m/s]": speeds}), encoding="utf-8")
+        (run,) = understand(read([tmp_path / "b.csv"]), GIVEN).campaign.runs
+        assert run.travel[-1] == pytest.approx(ends)
+    at_rest = table | {"edge 1 [mm]": [f"{y:.4f}" for y in -6.0 * (1.0 - np.exp(-travel / 8.0))]}
+    (tmp_path / "c.csv").write_text(text(at_rest), encoding="utf-8")
+    assert understand(read([tmp_path / "c.csv"]), GIVEN).missing == ()
