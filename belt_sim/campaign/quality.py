@@ -74,12 +74,10 @@ class Record:
 
     @property
     def measured_noise(self) -> float:
-        """Standard deviation of the scatter from sample to sample, from the median second difference."""
         return scatter(self.readings)
 
     @property
     def rms(self) -> float:
-        """Root mean square of the readings."""
         return float(np.sqrt(np.mean(self.readings**2)))
 
     @property
@@ -113,14 +111,12 @@ def resolution(y: np.ndarray) -> float:
 
 def records_of(campaign: Campaign) -> list[Record]:
     """Return the records of all signals of all runs that have a reading."""
-    sheets = {sheet.name: sheet for sheet in campaign.signals}
-
-    def record(run: Run, name: str, readings: np.ndarray) -> Record:
-        rows = np.flatnonzero(np.isfinite(readings))
+    sheets, found = {sheet.name: sheet for sheet in campaign.signals}, []
+    for run, (name, y) in ((r, signal) for r in campaign.runs for signal in r.signals.items()):
+        rows = np.flatnonzero(np.isfinite(y))
         travel = run.travel[rows] - run.yaw_at
-        return Record(run=run, sheet=sheets[name], rows=rows, travel=travel, readings=readings[rows])
-
-    return [record(run, *signal) for run in campaign.runs for signal in run.signals.items()]
+        found.append(Record(run=run, sheet=sheets[name], rows=rows, travel=travel, readings=y[rows]))
+    return found
 
 
 def pairs_at(records: list[Record], one: str, other: str) -> list[tuple[Record, Record]]:
@@ -210,30 +206,21 @@ def check_record(record: Record) -> list[Suspicion]:
     elif spikes.any():
         sentence = f"{np.count_nonzero(spikes)} readings jump by more than {SPIKE:g} times the scatter, the largest at"
         sentence += f" {s[int(np.argmax(spikes))]:.6g} m: the sensor drops out"
-    elif record.sheet.kind == "lateral" and (row := _step_row(record)):
-        kind, severity = "shifted", "look"
-        size = (np.median(y[row : row + STEP_ROWS]) - np.median(y[row - STEP_ROWS : row])) / MM
-        sentence = (
-            f"its readings step by {size:+.2g} mm at travel {s[row]:.6g} m: the sensor was moved or failed there, or"
-        )
-        sentence += " the belt's edge has a step (a weld)"
-    else:
+    elif record.sheet.kind != "lateral" or len(y) < 6 * STEP_ROWS:
         return []
+    else:  # a step is larger than what scatter and movement make elsewhere; over a gap the belt moves on
+        levels = np.median(np.lib.stride_tricks.sliding_window_view(y, STEP_ROWS), axis=1)
+        steps = levels[STEP_ROWS:] - levels[:-STEP_ROWS]
+        ways = record.travel[2 * STEP_ROWS - 1 :] - record.travel[: len(steps)]
+        sizes = np.where(ways < 1.5 * np.median(ways), np.abs(steps), 0.0)
+        row = int(np.argmax(sizes))
+        least = max(record.measured_noise, LEAST_SCATTER * record.stated_noise, resolution(y))
+        if sizes[row] <= max(SPIKE * least, STEP * float(np.quantile(sizes, 0.9))):
+            return []
+        kind, severity = "shifted", "look"
+        sentence = f"its readings step by {steps[row] / MM:+.2g} mm at travel {s[row + STEP_ROWS]:.6g} m: the sensor"
+        sentence += " was moved or failed there, or the belt's edge has a step (a weld)"
     return [Suspicion(record.run.name, (record.sheet.name,), kind, sentence, severity)]
-
-
-def _step_row(record: Record) -> int:
-    """Return the row at which the readings step by more than scatter and movement do elsewhere; 0 where none does."""
-    if len(record.readings) < 6 * STEP_ROWS:
-        return 0
-    levels = np.median(np.lib.stride_tricks.sliding_window_view(record.readings, STEP_ROWS), axis=1)
-    steps, ways = np.abs(levels[STEP_ROWS:] - levels[:-STEP_ROWS]), record.travel[2 * STEP_ROWS - 1 :]
-    ways = ways - record.travel[: len(steps)]
-    steps = np.where(ways < 1.5 * np.median(ways), steps, 0.0)  # over a gap the belt moves on
-    least = max(record.measured_noise, LEAST_SCATTER * record.stated_noise, resolution(record.readings))
-    largest = int(np.argmax(steps))
-    is_step = steps[largest] > max(SPIKE * least, STEP * float(np.quantile(steps, 0.9)))
-    return largest + STEP_ROWS if is_step else 0
 
 
 def _stuck_stretch(record: Record) -> np.ndarray:
@@ -302,24 +289,18 @@ def few_spikes(y: np.ndarray, least: float, lone: float = LONE_SPIKE) -> np.ndar
 
 def check_gaps(campaign: Campaign) -> list[Suspicion]:
     """Return long blank stretches inside signals, and signals that are missing in some runs only."""
-    found = []
-    recorded = [run for run in campaign.runs if len(run.travel) >= FEWEST]
+    recorded, found = [run for run in campaign.runs if len(run.travel) >= FEWEST], []
+    usual = [s.name for s in campaign.signals if 2 * sum(s.name in r.signals for r in recorded) > len(recorded)]
     for run in recorded:
+        told = dict.fromkeys(sorted({*usual} - {*run.signals}), "no readings at all, though most runs have them")
         for name, readings in run.signals.items():
             there = run.travel[np.isfinite(readings)]
             edges = np.concatenate([run.travel[:1], there, run.travel[-1:]])
-            steps = np.diff(edges)
-            worst = int(np.argmax(steps))
-            usual = float(np.median(np.diff(there))) if len(there) > 1 else 0.0
-            if steps[worst] > max(GAP_STEPS * usual, GAP_SHARE * (run.travel[-1] - run.travel[0])):
-                sentence = f"no readings from travel {edges[worst]:.6g} to {edges[worst + 1]:.6g} m"
-                found.append(Suspicion(run.name, (name,), "dropout", sentence, "look"))
-        most = {
-            n for r in recorded for n in r.signals if sum(n in other.signals for other in recorded) > len(recorded) / 2
-        }
-        for name in sorted(most - set(run.signals)):
-            sentence = "no readings at all, though most runs have them"
-            found.append(Suspicion(run.name, (name,), "dropout", sentence, "look"))
+            worst = int(np.argmax(np.diff(edges)))
+            step = float(np.median(np.diff(there))) if len(there) > 1 else 0.0
+            if np.diff(edges)[worst] > max(GAP_STEPS * step, GAP_SHARE * np.ptp(run.travel)):
+                told[name] = f"no readings from travel {edges[worst]:.6g} to {edges[worst + 1]:.6g} m"
+        found += [Suspicion(run.name, (name,), "dropout", sentence, "look") for name, sentence in told.items()]
     return found
 
 
@@ -329,21 +310,20 @@ def check_travel(campaign: Campaign) -> list[Suspicion]:
     A ratio to speed times time that all runs share to ENCODER and that is not 1 is of the wheel that counts the travel.
     """
     recorded = [run for run in campaign.runs if len(run.travel) > 2]
-    step_and_length = {run.name: (np.median(np.diff(run.travel)), np.ptp(run.travel)) for run in recorded}
+    sizes = {run.name: (np.median(np.diff(run.travel)), np.ptp(run.travel)) for run in recorded}  # step, length
     found, paces = [], []
     for run in recorded:
-        others = [sizes for name, sizes in step_and_length.items() if name != run.name]
-        ratios = np.array(step_and_length[run.name]) / np.median(others, axis=0) if len(others) > 1 else np.ones(2)
-        pace = 1.0
+        others = [size for name, size in sizes.items() if name != run.name]
+        ratios = np.array(sizes[run.name]) / np.median(others, axis=0) if len(others) > 1 else np.ones(2)
+        pace, slipped = 1.0, ""
         if run.time is not None and (there := np.isfinite(run.time)).sum() > 2:
             pace = float(np.ptp(run.travel[there]) / (np.ptp(run.time[there]) * run.speed))
             paces.append(pace)
         if ratios.min() > TRAVEL_FACTOR or ratios.max() < 1.0 / TRAVEL_FACTOR:
-            sentence = f"its travel is {ratios[1]:.3g} times that of the other runs: its unit has slipped"
-            found.append(Suspicion(run.name, (), "unit_slip", sentence))
+            slipped = f"its travel is {ratios[1]:.3g} times that of the other runs: its unit has slipped"
         elif not 1.0 / TRAVEL_FACTOR < pace < TRAVEL_FACTOR:
-            sentence = f"travel is {pace:.3g} times speed times time: one of them is in another unit"
-            found.append(Suspicion(run.name, (), "unit_slip", sentence))
+            slipped = f"travel is {pace:.3g} times speed times time: one of them is in another unit"
+        found += [Suspicion(run.name, (), "unit_slip", slipped)] if slipped else []
     usual = float(np.median(paces or [1.0]))
     if not found and len(paces) >= FEWEST_RUNS and np.ptp(paces) < ENCODER < abs(usual - 1.0):
         sentence = (
@@ -362,28 +342,29 @@ def check_noise(records: list[Record]) -> list[Suspicion]:
     sensor is noisier than stated, or its samples are too far apart to follow the belt's edge; it stops where lateral
     readings are far larger or smaller than a yawed belt can move.
     """
+    found, sizes = [], defaultdict[str, list[float]](list)
     ratios: dict[str, dict[str, float]] = defaultdict(dict)
-    for record in records:
+    for r in records:
         # a sensor's quantum, or a slip, may leave no more than steps of the last digits
-        noise = max(record.measured_noise, resolution(record.readings) / math.sqrt(12.0))
-        if len(record.readings) >= FEWEST and noise > 0.0:
-            ratios[record.sheet.name][record.run.name] = noise / record.stated_noise
-
-    found = []
+        noise = max(r.measured_noise, resolution(r.readings) / math.sqrt(12.0))
+        if len(r.readings) >= FEWEST and noise > 0.0:
+            ratios[r.sheet.name][r.run.name] = noise / r.stated_noise
+        if r.sheet.kind == "lateral" and r.run.yaw != 0.0 and r.travel[-1] > 0.0:
+            sizes[r.sheet.name].append(r.rms / (abs(r.run.yaw) * float(r.travel[-1])))
     for signal, of_run in ratios.items():
-        off = {run: r for run, r in of_run.items() if abs(math.log(r)) >= math.log(NOISE_FACTOR)}
         others = {run: np.median([r for name, r in of_run.items() if name != run] or [1.0]) for run in of_run}
-        odd = {run for run, r in of_run.items() if abs(math.log(r / others[run])) >= math.log(NOISE_FACTOR)}
-        alone = {run: r for run, r in off.items() if run in odd} if odd <= set(off) else off
+        off, odd = (
+            {run for run, r in of_run.items() if abs(math.log(r / usual[run])) >= math.log(NOISE_FACTOR)}
+            for usual in (dict.fromkeys(of_run, 1.0), others)
+        )
+        alone = odd if odd <= off else off
         if len(alone) < len(off):
-            own = [r for r in records if r.sheet.name == signal and r.sheet.kind == "lateral" and r.run.yaw != 0.0]
-            sizes = [r.rms / (abs(r.run.yaw) * float(r.travel[-1])) for r in own if r.travel[-1] > 0.0]
-            typical = float(np.median(list(of_run.values())))
-            sentence = f"its scatter is {typical:.3g} times the stated one in every run: unit or noise is wrong"
-            severity: Severity = "stop" if sizes and not TINY < float(np.median(sizes)) < HUGE else "look"
-            found.append(Suspicion(None, (signal,), "unit_slip", sentence, severity))
-        for run, ratio in alone.items():
-            sentence = f"its scatter is {ratio:.3g} times the stated one: its unit slipped, or the sensor broke"
+            sentence = f"its scatter is {float(np.median([*of_run.values()])):.3g} times the stated one in every run:"
+            size = float(np.median(sizes[signal] or [1.0]))
+            severity: Severity = "look" if TINY < size < HUGE or not sizes[signal] else "stop"
+            found.append(Suspicion(None, (signal,), "unit_slip", f"{sentence} unit or noise is wrong", severity))
+        for run in (run for run in of_run if run in alone):
+            sentence = f"its scatter is {of_run[run]:.3g} times the stated one: its unit slipped, or the sensor broke"
             found.append(Suspicion(run, (signal,), "unit_slip", sentence))
     return found
 
@@ -397,31 +378,29 @@ def check_starts(
     which have no path of their own.
     """
     found, reach = [], LINE_SHARE * campaign.machine.centre_distance.value
-    for sheet in campaign.signals:
-        starts = {}  # run -> reading at the yaw and its sigma [m]
-        of_sheet = [r for r in records if r.sheet.name == sheet.name and sheet.kind == "lateral"]
-        for record in (r for r in of_sheet if not r.run.runs_already):
+    for sheet in (s for s in campaign.signals if s.kind == "lateral"):
+        starts, score = {}, {}  # run -> reading at the yaw [m], and over its sigma
+        for record in (r for r in records if r.sheet.name == sheet.name and not r.run.runs_already):
             after = record.travel >= 0.0
             s, y = record.travel[after], record.readings[after]
             if len(s) < 4 * FEWEST_ON_LINE or s[0] > max(reach, s[1] - s[0]):
                 continue
             count = max(FEWEST_ON_LINE, int(np.searchsorted(s, reach)))
-            line = np.polynomial.Polynomial.fit(s[:count], y[:count], 1)
-            path = curvature_share * abs(record.run.yaw) * float(s[count - 1])
-            white = max(sheet.white, record.measured_noise)
-            sigma = float(np.sqrt(4.0 * white**2 / count + sheet.wander_sd**2 + sheet.zero**2))
-            starts[record.run.name] = (float(line(0.0)), sigma + path)
-        score = {run: abs(y) / sigma for run, (y, sigma) in starts.items()}
-        usual = max(float(np.median([*score.values()])), 1.0) if score else 1.0
+            white = 2.0 * max(sheet.white, record.measured_noise) / math.sqrt(count)
+            sigma = math.hypot(white, sheet.wander_sd, sheet.zero)
+            sigma += curvature_share * abs(record.run.yaw) * float(s[count - 1])
+            starts[record.run.name] = start = float(np.polynomial.Polynomial.fit(s[:count], y[:count], 1)(0.0))
+            score[record.run.name] = abs(start) / sigma
+        usual = max(float(np.median([*score.values()] or [1.0])), 1.0)
         shifted = [run for run in score if score[run] > SHIFTED * usual]
         for run in shifted:
-            sentence = f"begins at {starts[run][0] / MM:.3g} mm, where y = 0 should be: this run is shifted"
+            sentence = f"begins at {starts[run] / MM:.3g} mm, where y = 0 should be: this run is shifted"
             sentence += "; take its readings from where the point was when the yaw was applied"
             found.append(Suspicion(run, (sheet.name,), "shifted", sentence))
         rest = [run for run in score if run not in shifted]
         limit = FORGOTTEN if curvature_share == 0.0 and sheet.zero == 0.0 else UNSTATED
         if len(rest) >= FEWEST_RUNS and np.sqrt(np.mean([min(score[run], 20.0) ** 2 for run in rest])) > limit:
-            size = np.sqrt(np.mean([starts[run][0] ** 2 for run in rest]))
+            size = np.sqrt(np.mean([starts[run] ** 2 for run in rest]))
             stated = f"states zero: {sheet.zero / MM:g} mm" if sheet.zero > 0.0 else "states no zero"
             sentence = f"its runs begin {size / MM:.2g} mm (rms) off y = 0, while the sheet {stated}: "
             sentence += "the zero of every run is what is left when belt and effects are fitted"
@@ -736,72 +715,50 @@ def _turned_column(leads: list[Lead], span: float) -> list[Suspicion]:
 def check_wraps(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     """Return exchanged points of one pulley: the run-off must repeat the run-up one wrapped arc later, not earlier."""
     machine, found = campaign.machine, []
-    arcs = {("point_1", "point_2"): machine.tail_radius.value, ("point_3", "point_4"): machine.head_radius.value}
-    for places, radius in arcs.items():
-        for up, off in pairs_at(records, *places):
-            if up.run.direction < 0:
-                up, off = off, up
-            early = _misfit(up, off, math.pi * radius)
-            if _misfit(off, up, math.pi * radius) * WRAP_RATIO < early:
-                first, second = sorted((up.sheet.name, off.sheet.name))
-                sentence = f"{off.sheet.name} moves before {up.sheet.name}, where the belt comes from: exchanged"
-                sentence += ", or the direction of travel is the other one"
-                found.append(Suspicion(up.run.name, (first, second), "swapped", sentence))
+    wraps = {("point_1", "point_2"): machine.tail_radius.value, ("point_3", "point_4"): machine.head_radius.value}
+    for pair, arc in ((p, math.pi * radius) for places, radius in wraps.items() for p in pairs_at(records, *places)):
+        misfits = []  # of the run-off as the second of the pair, and as the first
+        for up, off in (pair, pair[::-1]):
+            s = off.travel[(off.travel >= arc) & (off.travel <= up.travel[-1])]
+            rest = np.interp(s, off.travel, off.readings) - np.interp(s - arc, up.travel, up.readings)
+            noise = up.sheet.white**2 + off.sheet.white**2 + up.sheet.wander_sd**2 + off.sheet.wander_sd**2
+            misfits.append(float(np.var(rest)) + 0.5 * noise if len(s) >= 3 else 0.0)
+        (up, off), (stated, exchanged) = (x[:: int(pair[0].run.direction)] for x in (pair, misfits))
+        if exchanged * WRAP_RATIO < stated:
+            sentence = f"{off.sheet.name} moves before {up.sheet.name}, where the belt comes from: exchanged"
+            sentence += ", or the direction of travel is the other one"
+            names = tuple(sorted((up.sheet.name, off.sheet.name)))
+            found.append(Suspicion(up.run.name, names, "swapped", sentence))
     return found
-
-
-def _misfit(up: Record, off: Record, arc: float) -> float:
-    """Return the variance of off(s) - up(s - arc) about its mean [m2], plus half the variance of the stated noise."""
-    s = off.travel[(off.travel >= arc) & (off.travel <= up.travel[-1])]
-    if len(s) < 3:
-        return 0.0
-    rest = np.interp(s, off.travel, off.readings) - np.interp(s - arc, up.travel, up.readings)
-    noise = up.sheet.white**2 + off.sheet.white**2 + up.sheet.wander_sd**2 + off.sheet.wander_sd**2
-    return float(np.var(rest)) + 0.5 * noise
 
 
 def check_places(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     """Return signals stated at one place that differ, and signals stated at two places that agree."""
     of_pair: dict[tuple[str, str], list[tuple[Record, Record]]] = defaultdict(list)
     judged = [r for r in records if r.sheet.kind == "lateral" and len(r.travel) >= FEWEST]
-    for a, b in combinations(judged, 2):
-        if a.run.name == b.run.name:
-            of_pair[a.sheet.name, b.sheet.name].append((a, b))
-    found = []
+    for a, b in (pair for pair in combinations(judged, 2) if pair[0].run.name == pair[1].run.name):
+        of_pair[a.sheet.name, b.sheet.name].append((a, b))
+    span, found = float(rig_of(campaign).span_length), []
     for names, pairs in of_pair.items():
-        first, second = (r.sheet.at for r in pairs[0])
-        off = float(np.median([_difference(*pair) / _noise(*pair) for pair in pairs]))
-        if first != second and _read_the_same(campaign, pairs):
-            sentence = f"read the same, though stated at {first} and {second}: both are at one place, or a column was"
-            found.append(Suspicion(None, names, "same_place", f"{sentence} copied"))
-        elif first == second and off >= OTHER_PLACE:
+        (first, second), apart, alike = (r.sheet.at for r in pairs[0]), [], []
+        for a, b in pairs:  # by the scatter of their difference, which ignores errors of zero
+            s = a.travel[(a.travel >= b.travel[0]) & (a.travel <= b.travel[-1])]
+            difference = float(np.std(np.interp(s, a.travel, a.readings) - np.interp(s, b.travel, b.readings)))
+            errors = (x for r in (a, b) for x in (r.measured_noise, r.sheet.white, r.sheet.wander_sd))
+            noise = math.hypot(*errors, *(r.sheet.gain * float(np.std(r.readings)) for r in (a, b)))
+            apart.append(difference / noise)
+            least = LEAST_LEAD * abs(a.run.yaw) * span / 2.0
+            if min(a.travel[-1], b.travel[-1]) > 2.0 * span and least > OTHER_PLACE * noise and not a.run.runs_already:
+                alike.append(difference < SAME_PLACE * noise)
+        if first == second and (off := float(np.median(apart))) >= OTHER_PLACE:
             sentence = f"both are stated at {first}, but differ by {off:.0f} times their noise: one is elsewhere"
             found.append(Suspicion(None, names, "same_place", sentence))
+        copied = all(np.array_equal(a.readings, b.readings) and len(np.unique(a.readings)) > FEWEST for a, b in pairs)
+        one = {first, second} in [{*places} for places in TAIL_AND_HEAD] and len(alike) > 1 and all(alike)
+        if first != second and (copied or one):
+            sentence = f"read the same, though stated at {first} and {second}: both are at one place, or a column was"
+            found.append(Suspicion(None, names, "same_place", f"{sentence} copied"))
     return found
-
-
-def _read_the_same(campaign: Campaign, pairs: list[tuple[Record, Record]]) -> bool:
-    if all(np.array_equal(a.readings, b.readings) and len(np.unique(a.readings)) > FEWEST for a, b in pairs):
-        return True
-    if {r.sheet.at for r in pairs[0]} not in [set(places) for places in TAIL_AND_HEAD]:
-        return False
-    span, apart = float(rig_of(campaign).span_length), []
-    for a, b in (pair for pair in pairs if not pair[0].run.runs_already):
-        least = LEAST_LEAD * abs(a.run.yaw) * span / 2.0
-        if min(a.travel[-1], b.travel[-1]) > 2.0 * span and least > OTHER_PLACE * _noise(a, b):
-            apart.append(_difference(a, b) < SAME_PLACE * _noise(a, b))
-    return len(apart) > 1 and all(apart)
-
-
-def _difference(a: Record, b: Record) -> float:
-    """Return the standard deviation of a - b over the run [m], which ignores errors of zero."""
-    s = a.travel[(a.travel >= b.travel[0]) & (a.travel <= b.travel[-1])]
-    return float(np.std(np.interp(s, a.travel, a.readings) - np.interp(s, b.travel, b.readings)))
-
-
-def _noise(a: Record, b: Record) -> float:
-    gains = [r.sheet.gain * float(np.std(r.readings)) for r in (a, b)]
-    return math.hypot(*gains, *(x for r in (a, b) for x in (r.measured_noise, r.sheet.white, r.sheet.wander_sd)))
 
 
 def check_places_across(campaign: Campaign) -> list[Suspicion]:

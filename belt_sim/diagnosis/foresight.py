@@ -201,7 +201,7 @@ def sheet_evidence(
 
 def free_starts(campaign: Campaign, model: Composition) -> tuple[Campaign, tuple[Suspicion, ...]]:
     """The campaign with the state free in which every run begins, and a remark, if its records show no rest and only a
-    belt that ran before explains them; else the campaign as it is, and ().
+    belt that ran before explains them; the remark alone where that explains most of it; else the campaign, and ().
 
     A belt at rest leans after a yaw, which every pulley shows in turn; one that ran with the yaw leans already. So does
     one that ran without any, by the faults of its machine: where one is free, the other is.
@@ -218,10 +218,10 @@ def free_starts(campaign: Campaign, model: Composition) -> tuple[Campaign, tuple
     removed = stated.total() - stated.total_with_free_starts(open_runs)
     if removed < MENTIONED * excess or stated.total() - stated.total_of_other_models() > OF_MODEL * removed:
         return campaign, ()
-    of_sheet = (_refine(*_screen(m, curved, stated), stated)[0] for m in sheet_mistakes(curved))
-    if any(stated.total() - chi2 > BELIEVED * removed for chi2 in of_sheet):
-        return campaign, ()  # a yaw that came later than stated is told as that
     sure, share = removed >= BELIEVED * excess, f"{min(removed / excess, 1.0):.0%} of what the model leaves"
+    of_sheet = (_refine(*_screen(m, curved, stated), stated)[0] for m in sheet_mistakes(curved))
+    if any(stated.total() - chi2 > BELIEVED * (removed if sure else excess) for chi2 in of_sheet):
+        return campaign, ()  # a yaw that came later than stated is told as that
     sentence = f"the belt of {shortlist(open_runs)} "
     sentence += (
         f"leans already where the record begins: the machine ran before; its state there is left free ({share})"

@@ -47,6 +47,15 @@ def test_a_record_cut_on_a_running_machine_is_told_and_its_state_left_free(whole
     assert [s for s in suspicions(campaign) if s.severity == "stop"] == []
 
 
+def test_a_crown_in_cut_records_is_told_beside_its_running_start():
+    """A free start explains four fifths of it: too little to leave the state free, enough to ask whether it ran."""
+    made = make_campaign(hidden=[{"id": "crown", "c": 0.02}], seed=4, base="strip")[0]
+    assert free_starts(made, STRIP) == (made, ())
+    campaign, (told,) = free_starts(cut(made, 9.0), STRIP)
+    assert campaign == cut(made, 9.0)
+    assert "may lean already where the record begins" in told.sentence
+
+
 def test_a_cut_record_without_a_yaw_begins_on_the_running_machine_too():
     """Its conical pulley turned the belt before the record: begun straight, it would need a law of its own."""
     plan = Plan(runs=tuple(RunSetting(tension=t, yaw=yaw) for t in (1e7, 3e7) for yaw in (-7e-4, 0.0, 7e-4)))
