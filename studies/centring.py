@@ -39,9 +39,8 @@ def picture(path: Path, law: Curves, space: Curves | None, wanted: CentringGoal,
 
 def run_line(name: str, travel: np.ndarray, y: np.ndarray, wanted: CentringGoal) -> str:
     """One line of a run, y (4, n) [m]."""
-    centred = wanted.centring_travel(travel, y)
+    centred, over = wanted.centring_travel(travel, y), wanted.overshoot(y)
     rest = wanted.largest_distance(y)[travel >= centred].max()
-    over = wanted.overshoot(y)
     return f"{name}: centred after {centred:.1f} m, within {rest / MM:.2f} mm then, beyond by {over / MM:.2f} mm"
 
 

@@ -38,11 +38,11 @@ CASES = [Contact(*rig, dt, dx) for dt, dx in ((1.0, 25.0), (0.5, 25.0), (1.0, 12
 
 def run(case: Contact, contact: str, travel: float = FAR) -> Curves:
     """Curves of one belt; contact: as ``model.contact``."""
-    model = {"name": "mujoco_flex", "contact": contact}
+    model: dict[str, object] = {"name": "mujoco_flex", "contact": contact}
     if contact == "mujoco":
         model |= {"dt": 1e-3 * case.dt, "dx": 1e-3 * case.dx}
     curves = bs.simulate(model=model, rig=case.rig, tension=case.tension, yaw=YAW, travel=travel).curves
-    assert curves is not None
+    assert isinstance(curves, Curves)
     return curves
 
 

@@ -45,7 +45,7 @@ def lqg(plant: LinearBelt, point: int) -> Any:
 
 def controller(config: dict[str, Any]) -> None:
     """Print the table of margins, and draw both loops at one tension."""
-    schedule = bs.linearise(model="strip_lift_off", tension=[7, 10, 14, 20, 40], speed=config["speed"])
+    schedule: Any = bs.linearise(model="strip_lift_off", tension=[7, 10, 14, 20, 40], speed=config["speed"])
     print("| N/mm2 | controller | phase margin deg | gain margin | further delay s | nearest to -1 | largest yaw deg |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     design = schedule.plant_at(config["tension"])

@@ -183,7 +183,7 @@ def scores(only: str, folder: Path, count: int = PER_SOURCE) -> Iterator[tuple[s
         seen[source] = seen.get(source, 0) + 1
         if not fnmatch(name, only) or seen[source] > count:
             continue
-        task = Task(seed=row["seed"], out=folder / source, source=source, bootstraps=400, others=False)
+        task = Task(seed=row["seed"], out=folder / source, source=source, bootstraps=400)
         if not task.file("results").exists():
             run_case(task)
         yield name, select_facts(score_case(json.loads(task.file("results").read_text())).row())
@@ -222,6 +222,7 @@ def commands(only: str, folder: Path) -> Iterator[tuple[str, Json]]:
 def first_lines(typed: str, place: Path) -> Json:
     """Exit status, first line of output and all of the errors' lines of one command."""
     output, errors, before = io.StringIO(), io.StringIO(), sys.argv
+    status: Json
     words = [word.replace("ROOT", str(ROOT)) for word in shlex.split(typed)]
     sys.argv = ["belt-sim", *words]
     try:

@@ -13,7 +13,8 @@ from belt_sim.jax_setup import in_float64, least_effort, prepare
 from belt_sim.settings import make_case
 from belt_sim.space.options import Options
 
-COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2, yaw_time=0.15, acceleration=3.0)
+STEP = 1.5e-3  # [s]
+COARSE = Options(dx=0.04, dt=STEP, run_in=0.3, settle=0.2, yaw_time=0.15, acceleration=3.0)
 NEAR = 0.01  # of the yaw, for the central difference
 
 
@@ -21,16 +22,16 @@ NEAR = 0.01  # of the yaw, for the central difference
 def gradient(steps: int = 2000, piece: int = 50) -> None:
     """Prints y1 of a belt of 60 N/mm2 on the coarse short rig, so many steps after its tail pulley began to turn by 1
     mrad; its derivative by the yaw, by ``jax.grad`` in pieces and by a central difference; seconds and memory."""
-    from belt_sim.mjx import READING, march, plan
+    from belt_sim.mjx import READING, MjxData, march, plan
     from belt_sim.mjx import prepare as made
 
     ready = made([make_case(rig="rope_example", tension=60.0, yaw=math.degrees(1e-3))], options=COARSE)[0]
-    rows = jax.tree.map(jnp.asarray, plan(ready, 2.0 * COARSE.dt * steps))
+    rows = jax.tree.map(jnp.asarray, plan(ready, 2.0 * STEP * steps))
     begin = int(np.argmax(np.asarray(rows.yaw[:, 1]) > 0.0))
     before, after = (jax.tree.map(lambda c, s=s: c[s], rows) for s in (slice(begin), slice(begin, begin + steps)))
     brief = least_effort()
 
-    def y1(scale: jax.Array, data: object) -> jax.Array:
+    def y1(scale: jax.Array, data: MjxData) -> jax.Array:
         return march(ready.model, data, after._replace(yaw=scale * after.yaw), piece=piece)[1][-1, READING["y"]][0]
 
     data = jax.jit(lambda: march(ready.model, ready.data, before)[0], compiler_options=brief)()
@@ -41,7 +42,7 @@ def gradient(steps: int = 2000, piece: int = 50) -> None:
     compiled, resident = time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     slope = float(run(1.0, data))
     took, resident = time.perf_counter() - compiled, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - resident
-    temporary = run.memory_analysis().temp_size_in_bytes
+    temporary = getattr(run.memory_analysis(), "temp_size_in_bytes", 0)
     difference = (above - below) / (2.0 * NEAR)
     print(f"{steps} steps in pieces of {piece}, {float(after.travel[-1]):.2f} m after the yaw, y1 {1e3 * at:.4f} mm")
     off = f"{100.0 * abs(slope / difference - 1.0):.2g} % off"

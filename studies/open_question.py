@@ -103,16 +103,20 @@ class Curves:
         return self.plus(other, -1.0)
 
 
+def point_1(at: np.ndarray, **asked: Any) -> np.ndarray:
+    """y of point 1 [m] of a run at some places of its travel [m]."""
+    curves: Any = bs.simulate(**asked).curves
+    return np.interp(at, np.asarray(curves.travel), np.asarray(curves.y)[0])
+
+
 def march(
     model: str, effects: Sequence[Mapping[str, Any]] = (), cell: float = 0.0, gain: float = 0.0, gravity: float = 9.81
 ) -> Curves:
     """Run the four tensions. A load cell that shows ``cell`` [N/mm2] or ``gain`` too much lowers the true tension."""
     y = []
     for shown in TENSIONS:
-        true = shown / (1.0 + gain) - cell
-        rig = {"gravity": gravity}
-        run = bs.simulate(model=model, tension=true, yaw=YAW, travel=TRAVEL, effects=[*effects], rig=rig).curves
-        y.append(np.sign(YAW) * np.interp(GRID, np.asarray(run.travel), np.asarray(run.y)[0]))
+        asked = {"tension": shown / (1.0 + gain) - cell, "effects": [*effects], "rig": {"gravity": gravity}}
+        y.append(np.sign(YAW) * point_1(GRID, model=model, yaw=YAW, travel=TRAVEL, **asked))
     late = GRID >= (1.0 - LATE) * TRAVEL
     return Curves(np.array(y), np.polyfit(GRID[late], np.array(y)[:, late].T, 1)[0])
 
@@ -188,7 +192,7 @@ def passing_sizes(base: Curves, response: Curves, largest: float) -> np.ndarray:
     """Sizes from null to ``largest`` at which M2 holds, and M3 and M4 at the steady rate."""
     sizes = np.linspace(0.0, largest, SIZES + 1)[1:]
     held = [starts_slowly(c := base.plus(response, s))[0] and faster_and_realistic(c.rate) for s in sizes]
-    return sizes[held]
+    return sizes[np.array(held)]
 
 
 def trimmed(candidate: Candidate, size: float) -> float:
@@ -198,18 +202,16 @@ def trimmed(candidate: Candidate, size: float) -> float:
     """
     settle, worst = 1200.0, 0.0
     for row, tension in enumerate(TENSIONS):
+        asked = {"model": "strip", "tension": tension}
 
-        def late(yaw: Any, effects: list[dict[str, Any]], tension: float = tension) -> float:
-            run = bs.simulate(model="strip", tension=tension, yaw=yaw, travel=settle, effects=effects).curves
-            return float(np.diff(np.interp([0.8 * settle, settle], run.travel, np.asarray(run.y)[0]))[0])
+        def late(yaw: Any, effects: list[dict[str, Any]], asked: dict[str, Any] = asked) -> float:
+            ends = np.array([0.8 * settle, settle])
+            return float(np.diff(point_1(ends, yaw=yaw, travel=settle, effects=effects, **asked))[0])
 
-        trim = -YAW * late(0.0, candidate.entry(size)) / late(YAW, [])
+        entry, early = candidate.entry(size), GRID[GRID <= EARLY]
+        trim = -YAW * late(0.0, entry) / late(YAW, [])
         step = [{"at": 0.0, "yaw": trim}, {"at": settle, "yaw": trim + YAW}]
-        run = bs.simulate(
-            model="strip", tension=tension, yaw=step, travel=settle + EARLY, effects=candidate.entry(size)
-        ).curves
-        early = GRID[GRID <= EARLY]
-        y = np.interp(settle + early, np.asarray(run.travel), np.asarray(run.y)[0])
+        y = point_1(settle + early, yaw=step, travel=settle + EARLY, effects=entry, **asked)
         worst = max(worst, np.abs(np.sign(YAW) * (y - y[0]) - strip(0.0).y[row, : len(early)]).max())
     return worst
 
@@ -239,19 +241,19 @@ def rows() -> tuple[list[list[str]], list[list[str]]]:
                 own = strip(0.0).plus(response, sizes[0] if len(sizes) else 0.0)
         single.append(judged(c.name, agree[0.0], own, c.check))
         pairs.append([c.name, *agree.values()])
-    for name, words, sizes, settings in ODD:
+    for name, words, steps, settings in ODD:
         cells = []
         for cell in CELL_ERRORS:
-            curves = {s: march("strip", **{"cell": cell, **settings(s)}) for s in sizes}
+            curves = {s: march("strip", **{"cell": cell, **settings(s)}) for s in steps}
             held = [s for s, own in curves.items() if starts_slowly(own)[0] and faster_and_realistic(own.rate)]
-            best = held[0] if held else max(sizes, key=lambda s: curves[s].rate[1] / curves[s].rate[3])
-            own, agree = curves[best], f"{held[0]:g} to {held[-1]:g} {words}" if held else "none"
+            best = held[0] if held else max(steps, key=lambda s: curves[s].rate[1] / curves[s].rate[3])
+            own, agreed = curves[best], f"{held[0]:g} to {held[-1]:g} {words}" if held else "none"
             if cell == 0.0:
-                single.append(judged(f"{name}, {best:g} {words}", agree, own, "turns with the yaw"))
+                single.append(judged(f"{name}, {best:g} {words}", agreed, own, "turns with the yaw"))
             off = 100 * (own.rate[2] / beams()["beam_th2"].rate[2] - 1)
             nearest = f"none (at {best:g} {words}: {own.rate[1] / own.rate[3]:.2f}, {off:+.0f} %)"
-            cells.append(agree if held else nearest)
-        if "cell" not in settings(sizes[0]):
+            cells.append(agreed if held else nearest)
+        if "cell" not in settings(steps[0]):
             pairs.append([name, *cells])
     return single, pairs
 

@@ -32,6 +32,8 @@ SHAPES: dict[str, tuple[dict[str, Any], float]] = {
 }
 #: what changes y by micrometres runs without inertia, which shakes the belt as much
 STILL = ("pulley_deflection",)
+CALM: dict[str, Any] = {"run_in": 0.3, "steps": 6}
+MOVING: dict[str, Any] = {"dt": 2e-3, "run_in": 0.0, "settle": 0.3, "acceleration": 2.0}
 FIRST, SPACING = 0.2, 0.02
 
 
@@ -47,17 +49,13 @@ class Change:
 
 def change(effect: Effect, travel: float, dx: float) -> Change:
     """Both belts with the effect less without it."""
-    options = (
-        {"run_in": 0.3, "steps": 6}
-        if effect.id in STILL
-        else {"dt": 2e-3, "run_in": 0.0, "settle": 0.3, "acceleration": 2.0}
-    )
-    space = SpaceModel(options=Options(dx=dx, **options), engine="quasi_static" if effect.id in STILL else "native")
+    options, engine = (CALM, "quasi_static") if effect.id in STILL else (MOVING, "native")
+    space = SpaceModel(options=Options(dx=dx, **options), engine=engine)
     law, case = analytic_model("strip"), paper_case(60e6, YAW, ROPE_EXAMPLE)
     at = np.arange(FIRST, travel - 0.05, SPACING)
     seen, told = (
-        _rows(engine.run(case, (effect,), travel=travel), at) - _rows(engine.run(case, (), travel=travel), at)
-        for engine in (space, law)
+        _rows(belt.run(case, (effect,), travel=travel), at) - _rows(belt.run(case, (), travel=travel), at)
+        for belt in (space, law)
     )
     return Change(
         size=float(np.abs(told).max()),

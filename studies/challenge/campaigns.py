@@ -224,7 +224,9 @@ class Habits:
     y0: tuple[float, ...] = ()
 
 
-def plant_plan(rng: np.random.Generator, *, running: bool = True, repeats: int = 0) -> tuple[Plan, Noise, Habits]:
+def plant_plan(
+    rng: np.random.Generator, *, running: bool = True, repeats: int = 0
+) -> tuple[RunningPlan, Noise, Habits]:
     """Plan, stated noise and habits; running: records may begin on a running belt; repeats: so many at least."""
     width, radius = log_uniform(rng, 0.2, 2.0), log_uniform(rng, 0.12, 0.6)
     thickness = log_uniform(rng, 2e-4, min(2e-3, radius / 260.0))
@@ -237,8 +239,8 @@ def plant_plan(rng: np.random.Generator, *, running: bool = True, repeats: int =
     )
     sizes = {"width": (round(width, 3), 5e-4), "thickness": (round(thickness, 5), 0.01)}
     belt: BeltSheet = replace(TEST_BELT, **{n: Quantity(value=v, u=u * v) for n, (v, u) in sizes.items()})
-    length, late = round(log_uniform(rng, 15.0, 100.0)), float(round(rng.uniform(1.0, 5.0), 1))
-    length, late = (float(length), late if rng.random() < 0.5 else 0.0)
+    length, late = float(round(log_uniform(rng, 15.0, 100.0))), float(round(rng.uniform(1.0, 5.0), 1))
+    late = late if rng.random() < 0.5 else 0.0
     runs = _plant_runs(rng, machine, belt, repeats)
     points = rng.permutation([f"point_{k}" for k in (1, 2, 3, 4)])[: rng.choice((2, 2, 3, 4))]
     places = sorted(map(str, points)) + (["upper_mid_span"] if rng.random() < 0.15 and len(points) < 4 else [])
@@ -313,9 +315,9 @@ def plant_campaign(seed: int) -> tuple[Campaign, Truth]:
                 plan, shown, _BASE, streams[0], kind=kind, unmodelled=BLIND + DEVELOPMENT, library=drawn
             )
             what = _scaled_where_it_stands(what, shown, plan, habits)
-            size = what.distance if kind == "outside" else min(what.sizes, default=PLAIN)
-        if best is None or (size or 0.0) > best[0]:
-            best = size or 0.0, (true, sheet, prior, run, habits, what, noise)
+            size = (what.distance if kind == "outside" else min((s or 0.0 for s in what.sizes), default=PLAIN)) or 0.0
+        if best is None or size > best[0]:
+            best = size, (true, sheet, prior, run, habits, what, noise)
         if best[0] >= (REACHED * OUTSIDE[0] if kind == "outside" else _LEAST):
             break
     assert best is not None
