@@ -571,7 +571,7 @@ def search_law(data: SearchData, tell: Callable[[str], None] = lambda text: None
     latent_inputs = tuple(data.latent_inputs())
     choice = choose_law(data, latent_inputs[0])
     enough = DESCRIBED * choice.possible
-    best, close = None, ()
-    if choice.best.gain >= enough:
-        best, close = best_in_march(data, choice, latent_inputs[0], enough)
+    if choice.best.gain < enough:
+        return SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice)
+    best, close = best_in_march(data, choice, latent_inputs[0], enough)
     return SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice, best=best, close=close)

@@ -446,7 +446,7 @@ class ClosedLoop:
             f"point {self.point}: largest {np.abs(y).max() / MM:.3g} mm, last {y[-1] / MM:+.3g} mm, "
             f"{settled}; largest yaw {np.abs(self.yaw).max() / DEGREE:.3g} deg"
         ]
-        if self.unstable:
+        if self.unstable and self.growth:
             lines.append(f"UNSTABLE: any disturbance grows 2.7 times every {1.0 / self.growth:.3g} m of travel")
         if (m := self.margins) is not None:
             lead = " (against a lead: less lag makes the loop unstable)" if m.by_lead else ""
@@ -510,8 +510,8 @@ def close_loop(
         finite(name, value, unit, "give a positive number", lambda x: x > 0)
     for name, value, unit in (("reference", reference, "m"), ("y_start", y_start, "m"), ("drift", drift, "m/m")):
         finite(name, value, unit, "give a finite number")
-    turns = {"askew": askew, "backlash": backlash} | ({} if limits == np.inf else {"limits": limits})
-    for name, value in turns.items():
+    angles = {"askew": askew, "backlash": backlash} | ({} if limits == np.inf else {"limits": limits})
+    for name, value in angles.items():
         BOUNDS["yaw"].check(finite(name, value, "rad"), "rad", name=name)
     stated = {"tension": tension, "speed": speed, "direction": direction, "rig": rig, "belt": belt}
     settings = {name: value for name, value in stated.items() if value is not None}
@@ -520,6 +520,7 @@ def close_loop(
     elif not isinstance(plant, LinearBelt) or settings:
         remedy = "give a plant, bs.linearise(model=..., tension=..., speed=...), or a model's name and its settings"
         raise InputError("plant", repr(plant)[:40], "", remedy)
+    assert isinstance(plant, LinearBelt)
     for name, value in (("reference", reference), ("y_start", y_start)):
         if abs(value) > plant.width:
             raise InputError(name, value, "m", f"the belt is {plant.width:g} m wide; give at most that, in m")

@@ -91,8 +91,8 @@ class FoundEffect:
             said = tuple(f"{n} = {text}" for n, text in number_texts(self.id, self.told, machine).items())
             return (*said, "size not reliable: it differs by explanation") if self.disagrees else said
         if self.alone:
-            said = " or ".join(f"{n} = {text}" for n, text in number_texts(self.id, self.alone, machine).items())
-            return (f"{said} (each if it were alone: the readings do not tell which)",)
+            each = " or ".join(f"{n} = {text}" for n, text in number_texts(self.id, self.alone, machine).items())
+            return (f"{each} (each if it were alone: the readings do not tell which)",)
         return ("that it is there is known, how large it is not",)
 
     @computed_field(exclude_if=is_empty)  # type: ignore[prop-decorator]

@@ -175,7 +175,8 @@ def map_picture(
         ax.plot(x, z if steady is None else steady[order], color=BLUE, label=None if steady is None else "steady rate")
         if settled is not None:
             kept = np.unique(np.linspace(0, len(x) - 1, min(len(x), DOTS)).round().astype(int))
-            there, dot = settled[order][kept], {"marker": "o", "markersize": 5, "linestyle": "none", "color": BLUE}
+            there = settled[order][kept]
+            dot: dict[str, Any] = {"marker": "o", "markersize": 5, "linestyle": "none", "color": BLUE}
             for some, face, name in ((there, BLUE, "late rate, settled"), (~there, "white", "late rate, not settled")):
                 if some.any():
                     ax.plot(x[kept][some], z[kept][some], **dot, markerfacecolor=face, label=name)

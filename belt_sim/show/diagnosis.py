@@ -176,10 +176,16 @@ def drift_chart_picture(
         for drift, colour, marker, aside, label in pairs:
             if drift is not None:
                 at, ended = np.asarray(drift.tension) * aside, np.asarray(drift.u) == 0.0
-                bars = {"fmt": marker, "color": colour, "capsize": 3.0, "markersize": 5.5, "elinewidth": 1.4}
+                bars: dict[str, Any] = {
+                    "fmt": marker,
+                    "color": colour,
+                    "capsize": 3.0,
+                    "markersize": 5.5,
+                    "elinewidth": 1.4,
+                }
                 ax.errorbar(at[~ended], drift.value[~ended], 2 * drift.u[~ended], label=label, **bars)
                 if ended.any():
-                    look = {"color": colour, "markersize": 8.0, "markerfacecolor": "none"}
+                    look: dict[str, Any] = {"color": colour, "markersize": 8.0, "markerfacecolor": "none"}
                     ax.plot(at[ended], drift.value[ended], "^", label="at the limit of the fit", **look)
         ax.set_xscale("log")
         ticks = np.unique(before.tension)

@@ -56,10 +56,10 @@ def read_sliding_stiffness(
     for (end, side), parity in itertools.product(enumerate((-1, 1)), (0, 1)):
         taken = relief[end, parity]  # static condensation of the free span, from its far end on
         for k in reversed(range(free)):
-            here = (parity + side + k) % 2
-            own = block[here, 1] + still - taken
-            inwards = block[here, 1 - side]  # felt by the station nearer to the pulley
-            outwards = block[1 - here, 1 + side]  # felt here when that one moves
+            own_parity = (parity + side + k) % 2
+            own = block[own_parity, 1] + still - taken
+            inwards = block[own_parity, 1 - side]  # felt by the station nearer to the pulley
+            outwards = block[1 - own_parity, 1 + side]  # felt here when that one moves
             taken[:] = inwards @ np.linalg.solve(own, outwards)
     return SlidingStiffness(block[:, 1], block[:, 2], *relief)
 

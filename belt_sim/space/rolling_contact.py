@@ -280,7 +280,10 @@ def _add_sensors(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
         for side, way in (("left", 1.0), ("right", -1.0)):
             ray(spec.body(f"{station}-carriage"), f"edge-{point}-{side}", [0, way * RAY, z], [turn, way * turn, 0, 0])
     x, level = 0.5 * float(scene.case.rig.centre_distance), 0.5 * (head + tail)
-    for span, z, quat in (("upper", level + RAY, [0, 1, 0, 0]), ("lower", -level - lower_ray(scene), [1, 0, 0, 0])):
+    for span, z, quat in (
+        ("upper", level + RAY, [0.0, 1.0, 0.0, 0.0]),
+        ("lower", -level - lower_ray(scene), [1.0, 0.0, 0.0, 0.0]),
+    ):
         for side, way in (("left", 1.0), ("right", -1.0)):
             ray(spec.worldbody, f"height-{span}-{side}", [x, way * middle, z], quat)
     for name in ("head-spin", "tail-spin", "tail-slide", "head-yaw", "tail-yaw"):

@@ -353,7 +353,8 @@ def specified_hidden(hidden: Sequence[str | dict], rule: Callable[[], Detectabil
     """Faults from ids and dictionaries; {"id": ..., "d": 12} scales to a size, which calls ``rule()``."""
     if isinstance(hidden, str) or not isinstance(hidden, Sequence):
         raise InputError("hidden", hidden, "", "give a list of ids, or of dictionaries with an id")
-    faults, sizes = [], []
+    faults: list[Fault] = []
+    sizes = []
     for spec in hidden:
         if not isinstance(spec, str | dict):
             raise InputError("hidden", spec, "", "give ids, or dictionaries with an id")
