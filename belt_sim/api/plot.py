@@ -25,7 +25,7 @@ from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import data_frame, tension
 from belt_sim.show import diagnosis as pictures
 from belt_sim.show.curves import curves_picture, map_picture, steady_picture, understood_picture
-from belt_sim.show.report import first_panel, inline_svg, panel_boxes, write_report
+from belt_sim.show.report import write_report
 from belt_sim.show.style import save, svg_text
 
 if TYPE_CHECKING:
@@ -193,22 +193,6 @@ def _maps(result: Any) -> dict[str, Draw]:
         said = f"{drawn.drifts[0][0].parameter} fitted at each tension"
         there["drift"] = partial(pictures.drift_chart_picture, drifts=drawn.drifts, title=said, names=names)
     return there
-
-
-def overlays_of(c: Comparison) -> dict[str, Any]:
-    """What a page needs to show the overlays of a comparison one by one.
-
-    source: their common SVG; panels: title and svg of each, which refers to it; first: the one of the largest misfit.
-    """
-    if not (shown := pictures.shown_panels(c.drawings.overlays)):
-        return {"source": "", "panels": [], "first": 0}
-    words, names = _compared_words(c)
-    svg = pictures.overlay_svg(shown, words, names=names)
-    each = [
-        {"title": p.title, "svg": f'<svg viewBox="{box}" width="100%"><use href="#panel-{k}"/></svg>'}
-        for k, (p, box) in enumerate(zip(shown, panel_boxes(svg), strict=True))
-    ]
-    return {"source": str(inline_svg(svg)), "panels": each, "first": first_panel(shown)}
 
 
 def report_pictures(d: Diagnosis) -> dict[str, str]:

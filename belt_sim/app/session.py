@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.api.simulate import campaign_model
-from belt_sim.app.jobs import TITLES, Job
+from belt_sim.app.jobs import Job
 from belt_sim.campaign import Campaign, Suspicion, read_campaign, suspicions
-from belt_sim.campaign.folder import FILES, campaign_folder
+from belt_sim.campaign.folder import FILES
 from belt_sim.campaign.sheet import FILE as SHEET
 from belt_sim.campaign.sheet import parse
 from belt_sim.campaign.types import CampaignError, Problem, quote
@@ -30,6 +30,7 @@ from belt_sim.model import BY_TENSION
 from belt_sim.units import plain_minus
 
 REPORT = "report.html"
+TITLES = {"compare": "Comparison", "diagnose": "Diagnosis"}
 MEBI = 2**20
 MAX_UPLOAD = 256 * MEBI  # bytes of one request
 TOO_LARGE = (
@@ -38,6 +39,7 @@ TOO_LARGE = (
 LOGGERS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".xlsx")
 LONGEST_NAME = 120  # characters
 NO_CODE = "effects are not read by this page; name them in a terminal: belt-sim diagnose effects=[my_effect.py]"
+WANTED = f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or one YAML with schema: {SCHEMA}"
 
 
 @dataclass
@@ -53,30 +55,29 @@ class Tray:
     def put(self, name: str, data: bytes) -> None:
         """Sort in a file by its name; raises InputError for one that cannot be used."""
         last = last_name(name)
-        known = last.lower()
+        known, remedy = last.lower(), ""
         if known in FILES or known.endswith(".zip"):
             found = {known: data} if known in FILES else unpack(last, data)
-            for file in found.keys() & self.campaign.keys():
-                remedy = f"{file} was dropped twice, the first is kept; drop one campaign at a time"
-                raise InputError("file", quote(name), "", remedy)
-            self.campaign |= found
+            if twice := [*(found.keys() & self.campaign.keys())]:
+                remedy = f"{twice[0]} was dropped twice, the first is kept; drop one campaign at a time"
+            self.campaign = found | self.campaign
         elif known == MAPPING or (known.endswith((".yaml", ".yml")) and SCHEMA.encode() in data):
             if self.mapping is not None:
                 remedy = f"{self.mapping_name} is the mapping already; drop one"
-                raise InputError("file", quote(last), "", remedy)
-            self.mapping, self.mapping_name = data, last
+            else:
+                self.mapping, self.mapping_name = data, last
         elif known.endswith(LOGGERS):
             stem, _, end = safe(last).rpartition(".")
-            names, taken = (f"{stem}{f'_{k}' * (k > 1)}.{end}" for k in count(1)), {n.lower() for n in self.loggers}
+            taken = {n.lower() for n in self.loggers}
+            names = (f"{stem}{f'_{k}' * (k > 1)}.{end}" for k in count(1))
             kept = next(n for n in names if n.lower() not in taken)
             if kept != safe(last):
                 self.messages.append(f"{quote(name)}: another file has this name; this one is kept as {kept}")
             self.loggers[kept] = data
         else:
-            wanted = (
-                f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or one YAML with schema: {SCHEMA}"
-            )
-            raise InputError("file", quote(last), "", NO_CODE if known.endswith((".py", "effects.yaml")) else wanted)
+            remedy = NO_CODE if known.endswith((".py", "effects.yaml")) else WANTED
+        if remedy:
+            raise InputError("file", quote(name), "", remedy)
 
 
 def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
@@ -146,67 +147,52 @@ GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the name of 
 
 @dataclass
 class Import:
-    """Files as read, and what they mean with ``answers``; shown, draft: what stood in the fields of the page at first,
-    and what stands there now; all_questions: those that were ever put; errors: what is wrong.
+    """Files as read, and what they mean with ``answers``: what was written into fields, "" where one was emptied;
+    all_questions: those that were ever put; errors: what is wrong.
     """
 
     logged: LoggedTables
     base: Mapping[str, Any]
     answers: dict[Place, str] = field(default_factory=dict)
-    shown: dict[Place, str] = field(default_factory=dict)
-    draft: dict[Place, str] = field(default_factory=dict)
     all_questions: dict[Place, Question] = field(default_factory=dict)
     proposal: Proposal | None = None
     errors: list[str] = field(default_factory=list)
+    answered: bool = True
+
+    def note(self, place: Place, value: Any) -> None:
+        """Take an answer; a machine or belt given by its name needs no numbers."""
+        if place[0] in GROUPS and len(place) == 1:
+            self.answers = {p: a for p, a in self.answers.items() if p[0] != place[0]}
+        if len(place) == 1 or not self.answers.get(place[:1]):
+            self.answers[place], self.answered = str(value or "").strip(), False
 
     def understand(self) -> None:
-        """Try what is known so far; what cannot be is said, and the last that could be stays."""
+        """Try what is known so far, what is proposed included; what cannot be is said, and the last that could be
+        stays."""
+        for q in self.proposal.missing if self.proposal else ():
+            if q.proposed and not q.options and q.path not in self.answers:
+                self.note(q.path, q.proposed)
         try:
             self.proposal = understand(self.logged, nest_answers(self.base, self.answers))
-            self.errors = []
+            self.errors, self.answered = [], True
             self.all_questions |= {q.path: q for q in self.proposal.missing}
         except BeltError as error:
             self.errors = str(error).splitlines()
 
-    def answer(self, answers: Mapping[Place, Any]) -> None:
-        """Take answers; a blank one takes back what was said. A machine given by its name needs no numbers."""
-        for place, value in sorted(answers.items(), key=lambda pair: len(pair[0])):
-            text = str(value or "").strip()
-            if place[0] in GROUPS and len(place) == 1:
-                self.answers = {p: a for p, a in self.answers.items() if p[0] != place[0]}
-            if text and (len(place) == 1 or place[:1] not in self.answers):
-                self.answers[place] = text
-            else:
-                self.answers.pop(place, None)
-        self.draft.clear()
-        self.understand()
-
-    @property
-    def changes(self) -> dict[Place, str]:
-        """What stands in the fields otherwise than at first."""
-        return {place: text for place, text in self.draft.items() if str(text or "").strip() != self.shown[place]}
-
-    @property
-    def files(self) -> list[Path]:
-        return list(dict.fromkeys(table.file for table in self.logged.tables))
-
-    @property
-    def ready(self) -> bool:
-        return self.proposal is not None and self.proposal.campaign is not None and not self.errors
-
     @property
     def lacks(self) -> str:
         """Why no campaign can be made yet; "" when one can."""
-        if self.errors:
-            return f"Not yet: {self.errors[0]}"
-        missing = self.proposal.missing if self.proposal else ()
+        if self.errors or self.proposal is None:
+            return f"Not yet: {' '.join(self.errors[:1])}"
+        missing = self.proposal.missing
         more = f" And {len(missing) - 1} more." if len(missing) > 1 else ""
         return f"Not yet: {missing[0].text.rstrip('?')}?{more}" if missing else ""
 
     @property
     def questions(self) -> list[Question]:
         """Open and answered questions that have no place in the tables of columns and runs."""
-        put = {*self.answers, *(q.path for q in self.proposal.missing)} if self.proposal else {*self.answers}
+        missing = self.proposal.missing if self.proposal else ()
+        put = {p for p, a in self.answers.items() if a} | {q.path for q in missing}
         return [q for place, q in self.all_questions.items() if place in put and place[0] != "runs"]
 
     @property
@@ -214,12 +200,10 @@ class Import:
         """What is known of every run."""
         stated = self.proposal.mapping.get("runs", {}) if self.proposal else {}
         found = {name: dict(run or {}) for name, run in stated.items()}
-        for group, *inner in (*self.all_questions, *self.answers):
-            if group == "runs":
-                found.setdefault(inner[0], {})
-        for (group, *inner), text in self.answers.items():
-            if group == "runs":
-                found[inner[0]][inner[1]] = text
+        for place in (*self.all_questions, *self.answers):
+            if place[0] == "runs":
+                found.setdefault(place[1], {})
+                found[place[1]][place[2]] = self.answers.get(place, found[place[1]].get(place[2]))
         return found
 
 
@@ -236,7 +220,8 @@ def nest_answers(base: Mapping[str, Any], answers: Mapping[Place, str]) -> dict[
     """The mapping with the answers in their places."""
     whole = copy.deepcopy(dict(base))
     for place, text in answers.items():
-        inner_mapping(whole, place[:-1])[place[-1]] = text
+        if text:
+            inner_mapping(whole, place[:-1])[place[-1]] = text
     return whole
 
 
@@ -247,7 +232,7 @@ INPUTS = {"model": BY_TENSION, "candidates": [], "bootstraps": BOOTSTRAPS, "more
 @dataclass
 class Session:
     """State of the page of measurements; version grows with every change that pages have to show, and drops with
-    every drop that was dealt with.
+    every drop that was dealt with. effects: of a diagnosis, by its file, that comparisons use.
     """
 
     folder: Path
@@ -256,7 +241,7 @@ class Session:
     suspicions: tuple[Suspicion, ...] = ()
     importing: Import | None = None
     finished_import: Import | None = None
-    effects: list[dict[str, Any]] = field(default_factory=list)
+    effects: str = ""
     inputs: dict[str, Any] = field(default_factory=lambda: dict(INPUTS))
     messages: list[str] = field(default_factory=list)
     jobs: list[Job] = field(default_factory=list)
@@ -266,12 +251,8 @@ class Session:
     _listening: set[asyncio.Task[None]] = field(default_factory=set)
 
     @property
-    def job(self) -> Job | None:
-        return self.jobs[-1] if self.jobs else None
-
-    @property
     def busy(self) -> bool:
-        return self.job is not None and self.job.running
+        return bool(self.jobs) and self.jobs[-1].running
 
     def notify(self, *messages: str) -> None:
         """Let pages know, with lines to show."""
@@ -290,7 +271,7 @@ class Session:
         try:
             if tray.loggers or tray.mapping is not None:
                 mapping = {} if tray.mapping is None else read_mapping(tray.mapping_name, tray.mapping)
-                paths = before.files if before else []
+                paths = list(dict.fromkeys(table.file for table in before.logged.tables)) if before else []
                 if tray.loggers:
                     folder = write_files(self.new_folder("import"), tray.loggers)
                     paths = [folder / name for name in tray.loggers]
@@ -312,33 +293,31 @@ class Session:
         self.drops += 1
         self.notify(*messages)
 
-    def answer(self) -> None:
+    def update(self) -> None:
         """Look at the import again with what stands in its fields."""
         if self.importing is not None:
-            self.importing.answer(self.importing.changes)
+            self.importing.understand()
             self.notify(*self.importing.errors)
 
     def take(self) -> None:
         """Make the campaign that the import comes to with the last answers."""
-        if self.importing is not None and self.importing.changes:
-            self.answer()
-        if self.importing is None or self.importing.proposal is None or not self.importing.ready:
+        now = self.importing
+        if now is not None and not now.answered:
+            self.update()
+        if now is None or now.proposal is None or now.lacks:
             return
-        folder, done = self.new_folder("campaign"), self.importing
+        folder = self.new_folder("campaign")
         try:
-            write(self.importing.proposal, folder)
+            write(now.proposal, folder)
         except BeltError as error:
             self.notify(*str(error).splitlines())
             return
         self.notify(*self.open_folder(folder))
-        self.finished_import = done
+        self.finished_import = now
 
     def back_to_import(self) -> None:
         self.importing = self.finished_import
         self.notify()
-
-    def sample(self, name: str) -> None:
-        self.notify(*self.open_folder(campaign_folder(name)))
 
     def open_folder(self, folder: Path) -> list[str]:
         """Take the campaign of a folder; returns what is wrong with it."""
@@ -351,22 +330,22 @@ class Session:
             return str(error).replace(f" in {folder}", "").splitlines()
         return []
 
-    def take_effects(self, effects: list[dict[str, Any]]) -> None:
-        """Use these effects in comparisons."""
-        self.effects = effects
-        self.notify()
-
-    def start(self, task: str, model: str, **request: Any) -> Job:
-        """Begin long work on the campaign; raises InputError while other work goes on."""
-        if self.campaign is None:
+    def start(self, task: str) -> Job:
+        """Begin long work on the campaign as it is asked; raises InputError while other work goes on."""
+        if self.campaign is None or self.campaign_folder is None:
             raise InputError("campaign", "none", "", "drop the files of a campaign first")
-        if self.job is not None and self.busy:
-            raise InputError(task, "not begun", "", f"{self.job.title} is still going on; wait, or stop it")
-        if model == BY_TENSION:
-            model = campaign_model(None, self.campaign).name
-        asked = {"task": task, "model": model, "campaign": str(self.campaign_folder), **request}
+        if self.busy:
+            raise InputError(task, "not begun", "", f"{self.jobs[-1].title} is still going on; wait, or stop it")
+        asked, folder = self.inputs, self.campaign_folder
+        settings: dict[str, Any] = {"campaign": folder.name, "model": asked["model"]}  # beside the job, or a sample
+        if task == "diagnose":
+            settings |= {"bootstraps": int(asked["bootstraps"] or 0), "seed": 0, "watch": "null"}
+            settings |= {"effects": f"[{','.join(asked['candidates'])}]"} if asked["candidates"] else {}
+        elif self.effects:
+            settings["effects"] = self.effects
+        model = campaign_model({"name": asked["model"]}, self.campaign).name
         title = f"{TITLES[task]} of {self.campaign.title}, {model}"
-        job = Job(asked, self.folder / f"{task}_{len(self.jobs) + 1}", title)
+        job = Job(task, settings, self.folder / f"{task}_{len(self.jobs) + 1}", title)
         self.jobs.append(job)
         self.notify()
         listening = asyncio.create_task(self._listen(job))
@@ -379,6 +358,5 @@ class Session:
         self.notify(*(job.failure.splitlines() or self.messages))  # what was said in the meantime stays
 
     async def close(self) -> None:
-        for job in self.jobs:
-            if job.running:
-                await job.stop()
+        if self.busy:
+            await self.jobs[-1].stop()

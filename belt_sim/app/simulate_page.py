@@ -1,16 +1,16 @@
 """The page of sliders: settings, machine, model and effects; curves at once. The address holds the settings."""
 
 import asyncio
-import json
+import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 from urllib.parse import urlencode
 
-import numpy as np
 from nicegui import run, ui
 
 from belt_sim.api.plot import plot
@@ -33,43 +33,28 @@ TITLES = {name: f"{name}: {model_named(name).title}" for name in MODELS}  # type
 SCALES = 10.0  # how far a slider of an effect reaches, in scales of its parameter
 MOST = 6  # numbers of an effect that have a slider; an edge profile has eighty
 LONG = 0.4  # [s] after which it is shown that something is being computed
-#: name -> words, lowest and highest value, step
+#: name -> words, value at first, lowest and highest value, step
 SLIDERS = {
-    "tension": ("tension [N/mm²]", 2.0, 80.0, 0.5),
-    "yaw": ("yaw of the tail pulley [degrees]", -0.2, 0.2, 0.002),
-    "travel": ("belt travel [m]", 5.0, 200.0, 1.0),
+    "tension": ("tension [N/mm²]", 10.0, 2.0, 80.0, 0.5),
+    "yaw": ("yaw of the tail pulley [degrees]", -0.042, -0.2, 0.2, 0.002),
+    "travel": ("belt travel [m]", 60.0, 5.0, 200.0, 1.0),
 }
 RIGS = {"test_rig": "the paper's test rig", "rope_example": "the paper's rope example", "own": "my machine"}
-#: name -> words, what can be chosen
+#: name -> words, what can be chosen, the first one at first
 MENUS = {
     "model": ("model", {BY_TENSION: "by tension, as on the command line"} | TITLES),
     "beside": ("beside it, dotted", {"": "none"} | TITLES),
     "rig": ("machine", RIGS),
 }
-#: name -> words, value, unit, SI per unit
+#: size of a machine of one's own -> words, value at first, where it stands, SI per unit of the page
 OWN = {
-    "centre_distance": ("distance of the pulleys", 11.28, "m", 1.0),
-    "pulley_radius": ("pulley radius", 0.17, "m", 1.0),
-    "width": ("belt width", 200.0, "mm", 1e-3),
-    "thickness": ("belt thickness", 0.3, "mm", 1e-3),
-    "youngs_modulus": ("Young's modulus", 210.0, "GPa", 1e9),
-    "density": ("density", 7850.0, "kg/m³", 1.0),
+    "centre_distance": ("distance of the pulleys [m]", 11.28, "rig", 1.0),
+    "pulley_radius": ("pulley radius [m]", 0.17, "rig", 1.0),
+    "width": ("belt width [mm]", 200.0, "belt", 1e-3),
+    "thickness": ("belt thickness [mm]", 0.3, "belt", 1e-3),
+    "youngs_modulus": ("Young's modulus [GPa]", 210.0, "belt", 1e9),
+    "density": ("density [kg/m³]", 7850.0, "belt", 1.0),
 }
-OF_RIG = ("centre_distance", "pulley_radius")
-
-
-def _number(text: Any) -> float:
-    """A number of an address; nan of what is none."""
-    with suppress(ValueError):
-        return float(text)
-    return float("nan")
-
-
-def _numbers(stated: Mapping[str, Any], known: Mapping[str, Any]) -> dict[str, float]:
-    """The numbers that an address states; raises KeyError for a name that is not ``known``."""
-    if unknown := [name for name in stated if name not in known]:
-        raise KeyError(unknown[0])
-    return {name: float(value) for name, value in stated.items()}
 
 
 def choices(model: str) -> list[str]:
@@ -96,15 +81,14 @@ def warnings(simulation: Simulation) -> list[str]:
 
 @dataclass
 class View:
-    """Settings of one tab, the places where the answer is shown, and the answer."""
+    """Settings of one tab by their names in its address, effects by id, where the answer is shown, and the answer."""
 
-    model: str = BY_TENSION
-    beside: str = ""
-    rig: str = "test_rig"
-    tension: float = 10.0
-    yaw: float = -0.042
-    travel: float = 60.0
-    own: dict[str, float] = field(default_factory=lambda: {n: v for n, (_, v, _, _) in OWN.items()})
+    values: dict[str, Any] = field(
+        default_factory=lambda: {
+            **{name: first for name, (_, first, *_) in (SLIDERS | OWN).items()},
+            **{name: next(iter(known)) for name, (_, known) in MENUS.items()},
+        }
+    )
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
     places: dict[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -116,53 +100,48 @@ class View:
     def of_address(cls, asked: Mapping[str, str]) -> "View":
         """The view that an address names; what it states wrongly is as at first, or at the end of its slider, and
         ``notes`` say so."""
-        view, wrong = cls(), dict[str, str]()
-        for name, (_, low, high, _) in SLIDERS.items():
-            value = _number(asked.get(name, getattr(view, name)))
-            if not low <= value <= high:
-                wrong[name] = f"must be a number from {low:g} to {high:g}"
-            if value == value:  # a number
-                setattr(view, name, float(np.clip(value, low, high)) + 0.0)
-        for name, (_, known) in MENUS.items():
-            if asked.get(name, getattr(view, name)) in known:
-                setattr(view, name, asked.get(name, getattr(view, name)))
+        view = cls()
+        for name, text in asked.items():
+            effect, _, parameter = name.partition(".")
+            known, kept = library()[effect].parameters if parameter and effect in library() else {}, "it is left out"
+            if name in MENUS:
+                wanted = "" if text in MENUS[name][1] else f"must be one of {', '.join(filter(None, MENUS[name][1]))}"
+                view.values[name] = view.values[name] if wanted else text
+            elif name in view.values or parameter in known:
+                low, high = reach(known[parameter])[:2] if parameter else SLIDERS.get(name, ("", 0.0, 0.0, 1e6))[2:4]
+                own = view.effects.setdefault(effect, first_sizes(effect)) if parameter else view.values
+                value, key = _number(text), parameter or name
+                own[key] = own[key] if math.isnan(value) else min(max(value, low), high) + 0.0
+                wanted = "" if own[key] == value else f"must be a number from {low:g} to {high:g}"
+                kept = f"{own[key]:g} is shown"
             else:
-                wrong[name] = f"must be one of {', '.join(filter(None, known))}"
-        for name, example in (("own", '{"width": 300}'), ("effects", '{"taper": {"kappa_t": 2e-5}}')):
-            try:
-                stated = json.loads(asked.get(name, "{}"))
-                if name == "own":
-                    view.own |= _numbers(stated, OWN)
-                else:
-                    found = {i: _numbers(own, library()[i].parameters) for i, own in stated.items()}
-                    view.effects = {i: first_sizes(i) | own for i, own in found.items()}
-            except (ValueError, AttributeError, TypeError, KeyError) as error:
-                unknown = f"; {error} is unknown" if isinstance(error, KeyError) else ""
-                wrong[name] = f"must be such as {example}{unknown}"
-        shown = {n: f"{getattr(view, n):g} is shown" for n in SLIDERS}
-        view.notes = [
-            f"The address says {n}={asked[n]}: {why}; {shown.get(n, 'left out')}." for n, why in wrong.items()
-        ]
+                wanted = "is no setting of this page; give such as tension=10, width=300 or taper.kappa_t=2e-5"
+            if wanted:
+                view.notes.append(f"The address says {name}={text}: {wanted}; {kept}.")
         return view
 
     @property
     def address(self) -> str:
-        """The address that names this view: what differs from a new one."""
-        new, asked = View(), dict[str, str]()
-        for name in (*SLIDERS, *MENUS, "own", "effects"):
-            if (value := getattr(self, name)) != getattr(new, name):
-                asked[name] = f"{value:.6g}" if isinstance(value, float) else value
-                asked[name] = json.dumps(value) if isinstance(value, dict) else asked[name]
-        return f"/?{urlencode(asked)}" if asked else "/"
+        """The address that names this view: what differs from a new one, and all numbers of effects."""
+        first = View().values
+        asked = {name: value for name, value in self.values.items() if value != first[name]}
+        asked |= {f"{i}.{n}": value for i, numbers in self.effects.items() for n, value in numbers.items()}
+        said = {name: f"{value:.6g}" if isinstance(value, float) else value for name, value in asked.items()}
+        return f"/?{urlencode(said)}" if said else "/"
 
     @property
     def machine(self) -> dict[str, Any]:
         """rig and belt as ``make_case`` takes them."""
-        if self.rig != "own":
-            return {"rig": self.rig}
-        si = {n: self.own[n] * OWN[n][3] for n in OWN}
-        rig = {n: v for n, v in si.items() if n in OF_RIG} | {"gravity": 9.81}
-        return {"rig": rig, "belt": {n: v for n, v in si.items() if n not in OF_RIG} | {"poisson_ratio": 0.3}}
+        if self.values["rig"] != "own":
+            return {"rig": self.values["rig"]}
+        made: dict[str, Any] = {"rig": {"gravity": 9.81}, "belt": {"poisson_ratio": 0.3}}
+        for name, (_, _, part, factor) in OWN.items():
+            made[part][name] = self.values[name] * factor
+        return made
+
+    def case(self) -> Case:
+        """The case of these settings; raises BeltError."""
+        return make_case(tension=self.values["tension"], yaw=self.values["yaw"], **self.machine)
 
     def acting(self, model: str) -> list[Effect]:
         """The effects that a model can have; a size of nothing is allowed here."""
@@ -171,8 +150,7 @@ class View:
     async def change(self, **values: Any) -> None:
         """Take values, and show what they come to; while one computation runs, only the latest wish is kept."""
         self.notes = [] if values else self.notes
-        for name, value in values.items():
-            setattr(self, name, value)
+        self.values |= values
         self.is_stale = True
         if self.busy:
             return
@@ -181,9 +159,9 @@ class View:
             while self.is_stale:
                 self.is_stale = False
                 try:
-                    case = make_case(tension=self.tension, yaw=self.yaw, **self.machine)
-                    model = str(by_tension({"name": self.model}, [case], self.effects)["name"])
-                    shown = [await self.simulate(case, name) for name in (model, self.beside) if name]
+                    case = self.case()
+                    model = str(by_tension({"name": self.values["model"]}, [case], self.effects)["name"])
+                    shown = [await self.simulate(case, name) for name in (model, self.values["beside"]) if name]
                 except BeltError as error:
                     _say(self, str(error).splitlines(), [])
                 else:
@@ -196,7 +174,7 @@ class View:
 
     async def simulate(self, case: Case, model: str) -> Any:
         """Compute beside the page; what takes long, as one being compiled for the first time, is seen to go on."""
-        asked: dict[str, Any] = {"model": model, "effects": self.acting(model), "travel": self.travel}
+        asked: dict[str, Any] = {"model": model, "effects": self.acting(model), "travel": self.values["travel"]}
         work = asyncio.ensure_future(run.io_bound(simulate_one, case, **asked))
         await asyncio.wait({work}, timeout=LONG)
         self.places["busy"].set_visibility(not work.done())
@@ -204,6 +182,13 @@ class View:
             return await work
         finally:
             self.places["busy"].set_visibility(False)
+
+
+def _number(text: str) -> float:
+    """A number of an address; nan of what is none."""
+    with suppress(ValueError):
+        return float(text)
+    return math.nan
 
 
 def add_sliders() -> None:
@@ -216,9 +201,9 @@ def add_sliders() -> None:
         widgets.frame("/")
         with box("split"):
             with box("set"), widgets.card("What is set"):
-                for name, (label, low, high, step) in SLIDERS.items():
+                for name, (label, _, low, high, step) in SLIDERS.items():
                     move = lambda value, name=name: view.change(**{name: value})  # noqa: E731
-                    widgets.labelled_slider(label, getattr(view, name), (low, high), move, mark=name, step=step)
+                    widgets.labelled_slider(label, view.values[name], (low, high), move, mark=name, step=step)
             with box("curve"):
                 _answers(view)
             with box("more"):
@@ -228,26 +213,24 @@ def add_sliders() -> None:
 
 def _choices(view: View) -> None:
     """Model, machine, and effects with a slider for each of their numbers, in units of the shop."""
+
+    async def take(event: Any, name: str) -> None:
+        if event.value is not None:
+            await view.change(**{name: event.value})
+
     with widgets.card("Model and machine"):
-        menu = None
         for name, (label, options) in MENUS.items():
-            change = lambda event, name=name: view.change(**{name: event.value})  # noqa: E731
-            menu = ui.select(options, value=getattr(view, name), label=label, on_change=change)
+            menu = ui.select(options, value=view.values[name], label=label, on_change=partial(take, name=name))
             menu.classes("w-full").props(f"data-name={name}")
         with box("w-full").bind_visibility_from(menu, "value", value="own"):
-            for name, (label, _, unit, _) in OWN.items():
-
-                async def size(event: Any, name: str = name) -> None:
-                    if event.value is not None:
-                        await view.change(own=view.own | {name: float(event.value)})
-
-                number = ui.number(f"{label} [{unit}]", value=view.own[name], on_change=size)
+            for name, (label, *_) in OWN.items():
+                number = ui.number(label, value=view.values[name], on_change=partial(take, name=name))
                 number.props("dense debounce=400").classes("w-full")
     with widgets.card("What may be wrong", "Add an effect and move its size."):
 
         @ui.refreshable
         def sizes() -> None:
-            case = make_case(**view.machine)
+            case = view.case()
             sizes_of = {name: getattr(case.rig, name) for name in ("centre_distance", "tail_radius", "head_radius")}
             machine = MachineSizes(**sizes_of, width=case.belt.width, span_length=float(case.rig.span_length))
             for effect_id, numbers in view.effects.items():
@@ -292,10 +275,9 @@ def _answers(view: View) -> None:
         places["said"] = box("card-lines")
         places["facts"] = box("w-full").props("data-name=facts")
         soft("Late rates of points 1-4: over the last fifth of the travel shown.")
-        places["downloads"] = box("line")
-        with places["downloads"]:
+        with box("line") as places["downloads"]:
             for name, take in (("CSV", numbers), ("PNG", picture)):
-                ui.button(name, on_click=take).props("flat no-caps dense icon=download")
+                widgets.quiet_button(name, take).props("icon=download")
             soft("The address of this page keeps all settings.")
         places["downloads"].set_visibility(False)
     with widgets.card("How slack its edges become") as places["edges_card"]:
@@ -323,7 +305,7 @@ def _show(view: View, s: Simulation, beside: Simulation | None = None) -> None:
     places["downloads"].set_visibility(True)
     refused = [i for i in view.effects if i not in choices(s.model)]
     calm = [f"{s.model} cannot have this effect: {title_of(library()[i])}" for i in refused]
-    if view.model == BY_TENSION:
+    if view.values["model"] == BY_TENSION:
         calm.append(f"Model {s.model}, as {REASONS[s.model]}.")
     calm += [capital(line) for line in s.lines() if line.startswith("not settled")]
     _say(view, warnings(s), calm)

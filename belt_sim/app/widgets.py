@@ -4,6 +4,7 @@ as plain plotly data."""
 import html
 from collections.abc import Awaitable, Callable, Iterable, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from belt_sim.results.errors import UNITS
 from belt_sim.results.files import DIGITS, round_numbers
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import KILO, Table, in_print
+from belt_sim.show.report import environment
 from belt_sim.units import N_PER_MM2, round_digits
 
 PAGES = {"/": "Simulate", "/measurements": "My measurements"}
@@ -35,6 +37,11 @@ def frame(here: str) -> None:
 def box(*classes: str) -> ui.element:
     """An element that lays out what stands in it."""
     return ui.element("div").classes(" ".join(classes))
+
+
+def quiet_button(text: str, on_click: Any) -> ui.button:
+    """A button beside others."""
+    return ui.button(text, on_click=on_click).props("flat no-caps dense")
 
 
 @contextmanager
@@ -93,28 +100,21 @@ def labelled_slider(
         slider.bind_value(number, forward=lambda v: None if v is None else round_digits(float(v), 4))
 
 
-#: where sensors stand: place -> its centre on the sketch of the machine, in percent of width and height
-SPOTS = {
-    **{"point_1": (83, 14), "point_2": (83, 86), "point_3": (17, 86), "point_4": (17, 14)},
-    **{"upper_mid_span": (50, 14), "lower_mid_span": (50, 86)},
-}
-SKETCH = """<svg viewBox="0 0 480 120" class="drawn" role="img" aria-label="head pulley left, tail pulley right">
-<g fill="none" stroke="currentColor" stroke-width="2.5"><circle cx="80" cy="60" r="43"/>
-<circle cx="400" cy="60" r="43"/><path d="M80 17H400M80 103H400"/></g>
-<g fill="currentColor" font-size="13" text-anchor="middle">
-<text x="80" y="57">head</text><text x="80" y="73">drives</text><text x="400" y="57">tail</text>
-<text x="400" y="73">steers</text><text x="240" y="65">belt, seen from the side</text></g></svg>"""
+#: where sensors stand: place -> its centre on the sketch of the machine
+SPOTS = {"point_1": (520, 36), "point_2": (520, 144), "point_3": (120, 144), "point_4": (120, 36)}
+SPOTS |= {"upper_mid_span": (320, 36), "lower_mid_span": (320, 124)}
 
 
 def sketch(taken: Mapping[str, str], choose: Callable[[str], Any]) -> None:
-    """The machine with a button at every place; taken: place -> what stands there; ``choose`` hears the place."""
+    """The machine of a report with a button at every place; taken: place -> what stands there; ``choose`` hears the
+    place."""
+    drawn = environment().get_template("sketch.svg.j2").render(marked=(), marks=(), spots=())
     with box("sketch").props("data-name=sketch"):
-        ui.html(SKETCH, sanitize=False)
+        ui.html(drawn, sanitize=False)
         for place, (x, y) in SPOTS.items():
-            text = place[-1] if place.startswith("point") else "tilt"
-            spot = ui.button(text, on_click=lambda place=place: choose(place))
+            spot = ui.button(place[-1] if place.startswith("point") else "tilt", on_click=partial(choose, place))
             spot.props(f"dense rounded no-caps {'' if place in taken else 'outline'} data-name='spot-{place}'")
-            spot.classes("spot").style(f"left: {x}%; top: {y}%")
+            spot.classes("spot").style(f"left: {x / 6.4}%; top: {y / 1.9}%")
             spot.tooltip(f"{place.replace('_', ' ')}: {taken.get(place, 'free')}")
 
 
@@ -192,24 +192,24 @@ def effect_list(label: str, chosen: Iterable[str], to: Callable[[list[str]], Any
 # ---- figures, in colours that are read on light and on dark ground alike
 
 GREY, FAINT, CLEAR = "#7d8a97", "rgba(125,138,151,0.28)", "rgba(0,0,0,0)"
-POINTS = ("#1f86cc", "#d98e00", "#0f9d76", "#e0632a")  # points 1-4, as colours.POINTS
+POINTS = ("#1f86cc", "#d98e00", "#0f9d76", "#e0632a")  # points 1-4
 POINT_NAMES = ("1 upper, tail", "2 lower, tail", "3 lower, head", "4 upper, head")
-FONT = {"family": "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13, "color": GREY}
 AXIS = {"gridcolor": FAINT, "zerolinecolor": GREY, "linecolor": FAINT, "automargin": True}
 LAYOUT = {
-    **{"paper_bgcolor": CLEAR, "plot_bgcolor": CLEAR, "font": FONT, "margin": {"l": 56, "r": 10, "t": 34, "b": 44}},
+    **{"paper_bgcolor": CLEAR, "plot_bgcolor": CLEAR, "hovermode": "x unified", "showlegend": True},
+    "font": {"family": "system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13, "color": GREY},
+    "margin": {"l": 56, "r": 10, "t": 34, "b": 44},
     "legend": {"orientation": "h", "yanchor": "bottom", "y": 1.02, "x": 0, "font": {"size": 12}},
     "hoverlabel": {"bgcolor": "rgba(40,48,56,0.92)", "font": {"color": "#ffffff"}},
-    **{"hovermode": "x unified", "showlegend": True},
 }
-CONFIG = {"displaylogo": False, "displayModeBar": False, "responsive": True}
 
 
 def chart(data: list[dict[str, Any]], y: str, height: int, **layout: Any) -> dict[str, Any]:
     """A figure against belt travel, with labelled axes and its legend above."""
-    titles = {"xaxis": "belt travel [m]", "yaxis": y}
-    axes = {n: {**AXIS, "title": {"text": t, "font": {"size": 13}}} | layout.pop(n, {}) for n, t in titles.items()}
-    return {"data": data, "layout": {**LAYOUT, **axes, "height": height, **layout}, "config": CONFIG}
+    axes = {"xaxis": AXIS | {"title": {"text": "belt travel [m]"}}, "yaxis": AXIS | {"title": {"text": y}}}
+    axes |= {name: axes[name] | layout.pop(name, {}) for name in axes}
+    config = {"displaylogo": False, "displayModeBar": False, "responsive": True}
+    return {"data": data, "layout": {**LAYOUT, **axes, "height": height, **layout}, "config": config}
 
 
 def line(x: Any, y: Any, name: str, colour: str, look: Mapping[str, Any] | None = None, **more: Any) -> dict[str, Any]:
@@ -220,15 +220,13 @@ def line(x: Any, y: Any, name: str, colour: str, look: Mapping[str, Any] | None 
 
 
 def lateral(shown: Simulation, beside: Simulation | None) -> dict[str, Any]:
-    """Lateral position of points 1-4 against travel; another model beside it, dashed."""
+    """Lateral position of points 1-4 against travel; another model beside it, dotted."""
     data = []
-    for s, dashed in ((shown, False), (beside, True)):
-        for k, name in enumerate(POINT_NAMES if s is not None and s.curves is not None else ()):
-            assert s is not None
-            assert s.curves is not None
-            label, look = (f"{k + 1} by {s.model}", {"dash": "dot", "width": 1.6}) if dashed else (name, None)
-            y, more = KILO * np.asarray(s.curves.y)[k], {"legendgroup": str(k), "showlegend": not dashed}
-            data.append(line(s.curves.travel, y, label, POINTS[k], look, **more))
+    for s in filter(None, (shown, beside)):
+        for k, y in enumerate(KILO * np.asarray(s.curves.y) if s.curves is not None else ()):
+            label, look = (POINT_NAMES[k], {}) if s is shown else (f"{k + 1} by {s.model}", {"dash": "dot"})
+            more = {"legendgroup": str(k), "showlegend": s is shown}
+            data.append(line(s.curves.travel, y, label, POINTS[k], look, **more))  # type: ignore[union-attr]
     return chart(data, "lateral position [mm]", 420)
 
 
@@ -246,11 +244,10 @@ def edges(shown: Simulation) -> dict[str, Any] | None:
 
 def measured_figure(campaign: Campaign, run: Run) -> dict[str, Any]:
     """The signals of a run as they were recorded."""
-    sheets = {s.name: s for s in campaign.signals}
-    units = sorted({UNITS[sheets[name].kind] for name in run.signals})
-    data = []
-    for k, (name, values) in enumerate(run.signals.items()):
-        label, more = f"{name} ({sheets[name].at.replace('_', ' ')})", {"mode": "lines+markers", "marker": {"size": 4}}
-        data.append(line(run.travel, KILO * values, label, POINTS[k % len(POINTS)], {"width": 1}, **more))
-    end = float(run.travel[-1]) if len(run.travel) else 1.0
-    return chart(data, f"reading [{' or '.join(units)}]", 320, xaxis={"range": [-0.01 * end, 1.01 * end]})
+    sheets, look = {s.name: s for s in campaign.signals}, {"mode": "lines+markers", "marker": {"size": 4}}
+    units = " or ".join(sorted({UNITS[sheets[name].kind] for name in run.signals}))
+    data = [
+        line(run.travel, KILO * y, f"{name} ({sheets[name].at.replace('_', ' ')})", POINTS[k % 4], {"width": 1}, **look)
+        for k, (name, y) in enumerate(run.signals.items())
+    ]
+    return chart(data, f"reading [{units}]", 320)

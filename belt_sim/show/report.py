@@ -10,6 +10,7 @@ import functools
 import math
 import os
 import re
+import string
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -45,11 +46,16 @@ def write_report(path: str | os.PathLike, diagnosis: Diagnosis, pictures: Mappin
         raise BeltError(f"report {path}: cannot be written ({cause.strerror}); choose another folder") from cause
 
 
-def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
-    """Return the whole page as text."""
+def environment() -> Any:
+    """Return what fills the templates of this folder."""
     from jinja2 import Environment, FileSystemLoader
 
-    page = Environment(loader=FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    return Environment(loader=FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True)
+
+
+def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
+    """Return the whole page as text."""
+    page = environment()
     page.filters.update(number=words.number, milli=words.thousandths, plain=words.setting, degrees=words.degrees)
     page.filters.update(tenths=lambda gain: words.number(gain, 1 if gain is not None and gain < 100.0 else 3))
     page.filters.update(inline=inline_svg, rows=words.rows, capital=words.capital)
@@ -62,9 +68,13 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
     if not marked and found and found.law is not None:
         marked = [part for word, part in PLACE_PARTS.items() if word in found.law.place]
     marks: dict[tuple[float, str], list[str]] = {}  # explanations that act at one place of a span
-    for number, c in [*enumerate(rivals, start=1), *(("", c) for c in certain)]:
+    alternatives = [other for c in certain for other in c["others"]]
+    for letter, other in zip(string.ascii_lowercase, alternatives, strict=False):
+        other["letter"] = letter
+    numbered = [*((str(k), c) for k, c in enumerate(rivals, start=1)), *((o["letter"], o) for o in alternatives)]
+    for number, c in [*numbered, *(("", c) for c in certain)]:
         for share, place in c["marks"]:
-            marks.setdefault((round(share, 3), place), []).append(str(number))
+            marks.setdefault((round(share, 3), place), []).append(number)
     nowhere = d.where.sentence.startswith("Nowhere")  # no single run, signal and stretch is beyond its uncertainty
     together = "No single stretch is beyond its uncertainty: only all runs together show the misfit. "
     together = together if nowhere and d.verdict is not Verdict.ADEQUATE else ""
@@ -79,7 +89,8 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
         many=words.count(len(rivals)),
         marked=list(dict.fromkeys(marked)),
         marks=[(share, ", ".join(filter(None, numbers)), place) for (share, place), numbers in marks.items()],
-        spots=numbered_spots(rivals),
+        spots=numbered_spots(numbered),
+        alternatives=alternatives,
         measured=d.campaign.readings,
         pictures=pictures or {},
         boxes=panel_boxes(pictures["overlay"]) if pictures and panels else [],
@@ -103,10 +114,11 @@ SPOTS = {"head": (100, 90), "encoder": (100, 90), "tail": (540, 90), "tensioner"
 SPOTS |= {"upper": (230, 50), "lower": (230, 130), "sensors": (162, 36), "unknown": (270, 175)}
 
 
-def numbered_spots(rivals: Sequence[dict[str, Any]]) -> list[tuple[float, float, int]]:
-    """Where the numbers of explanations stand on the sketch, side by side at one part; a marked place has its own."""
-    there: dict[tuple[int, int], list[int]] = {}
-    for number, c in enumerate(rivals, start=1):
+def numbered_spots(numbered: Sequence[tuple[str, dict[str, Any]]]) -> list[tuple[float, float, str]]:
+    """Where the numbers of explanations, and letters of alternatives, stand on the sketch, side by side at one part; a
+    marked place has its own."""
+    there: dict[tuple[int, int], list[str]] = {}
+    for number, c in numbered:
         parts = c["parts"] or (["unknown"] if c["id"] else [])  # something unknown acts who knows where
         for spot in dict.fromkeys(SPOTS[part] for part in parts if part != "upper" or not c["marks"]):
             there.setdefault(spot, []).append(number)
@@ -213,14 +225,15 @@ def rival_cards(d: Diagnosis) -> list[dict[str, Any]]:
 
 def plant_card(e: FoundEffect, machine: MachineSizes | None = None, asked_for: int | None = None) -> dict[str, Any]:
     """Return the card of a named effect for people at the machine; see ``effect_card``. sure: how often such answers
-    were right; unsure: marked as such; others: what it may be instead."""
+    were right; unsure: marked as such; others: what it may be instead, lettered on the sketch."""
     pulleys, others = {_pulley(row) for row in e.by_explanation or (e.parameters,) if row}, []
     card, where = effect_card(e.id, e.told, machine, pulleys), " and pulley" if len(pulleys) > 1 else ""
     differs = (f"size{where} not reliable: the explanations differ by so much",) if e.disagrees else ()
-    for ids in e.confusable_with:  # their faults, and their ids in brackets
-        classes, name = [library().get(one) for one in ids], words.join_effects(ids)
-        said = [c.cause.phrase.format(pulley=EITHER) for c in classes if c is not None and c.cause is not None]
-        others.append(f"{' and '.join(said)} ({name})" if said else name)
+    for ids in e.confusable_with:  # what each may be, and at which parts of the sketch
+        each = [effect_card(one, {}, machine, (None,)) for one in ids]
+        said = " and ".join(c["fault"] for c in each)
+        parts = [part for c in each for part in c["parts"]]
+        others.append({"id": words.join_effects(ids), "fault": said, "parts": parts, "marks": [], "letter": ""})
     return card | {
         "sizes": (*card["sizes"], *differs) if card["sizes"] else e.sizes,
         "sure": sureness(e.probability, asked_for),

@@ -8,7 +8,7 @@ import pytest
 
 from belt_sim.api import inference
 from belt_sim.api.simulate import campaign_model, model_for_campaign, validity_warnings
-from belt_sim.app.session import INPUTS, Session
+from belt_sim.app.session import Session
 from belt_sim.campaign import read_campaign
 from belt_sim.campaign.folder import campaign_folder
 
@@ -71,11 +71,11 @@ def test_one_campaign_has_one_model(campaign, model, why, tmp_path, monkeypatch)
             job.state = "finished"
 
         monkeypatch.setattr("belt_sim.app.jobs.Job.run", nothing)
-        job = session.start("diagnose", INPUTS["model"])
+        job = session.start("diagnose")
         await asyncio.sleep(0)
         return job
 
     with ThreadPoolExecutor(1) as thread:  # the browser's tests leave a loop in this one
         job = thread.submit(asyncio.run, ask()).result()
-    assert job.request["model"] == model
-    assert model in job.title
+    assert job.settings["model"] == "by_tension"  # which the command resolves
+    assert job.title.endswith(f", {model}")

@@ -60,8 +60,18 @@ def test_the_pulley_is_the_one_whose_number_stands_out():
 def test_an_improbable_cause_is_marked_and_said_to_be_possible_only():
     unsure = plant_card(replace(TAPER, probability=LIKELY - 0.01, confusable_with=(("crown", "cant"),)))
     assert unsure["unsure"]
-    assert "(crown + cant)" in unsure["others"][0]
+    (other,) = unsure["others"]
+    assert other["id"] == "crown + cant"
+    assert {"tail", "head"} <= {*other["parts"]}
     assert plant_headline(Said(Verdict.EXPLAINED), [unsure]).startswith("Perhaps")
+
+
+def test_what_a_named_effect_may_be_instead_is_lettered_on_the_sketch():
+    named = replace(TAPER, confusable_with=(("yaw_offset_tail",), ("side_drag",)))
+    page = render(replace(drawn("nothing"), effects=(named,), tied=()))
+    assert len(re.findall(r'<g class="spot other"><circle[^>]*/><text[^>]*>a</text>', page)) == 1
+    assert re.search(r'It may instead be that <b class="letter">a</b> .*?, or that <b class="letter">b</b> ', page)
+    assert "Letters in the sketch" in page
 
 
 @pytest.mark.parametrize(
