@@ -237,13 +237,18 @@ def _ties(scene: SceneLayout) -> Ties:
         link = np.full((1, 1, 1), chord)
         return Ties(np.zeros((1, 1)), mesh.line_stiffness[:, None] / chord, link, np.zeros_like(link))
     w = -np.diff(mesh.line_y)
-    diagonal = np.hypot(chord, w)
-    straight = np.stack([w, np.full(strips, chord), diagonal, diagonal, w, np.full(strips, chord)], axis=1)[..., None]
+
+    def edge_lengths(strain: np.ndarray) -> np.ndarray:
+        """Stress-free lengths [m], (m - 1, 6, k), of trapezoids whose lines are shorter by ``strain``, (m, k)."""
+        along = chord * (1.0 - strain)
+        across = np.broadcast_to(w[:, None], along[1:].shape)
+        diagonal = np.sqrt(across**2 + along[1:] * along[:-1])
+        return np.stack([across, along[1:], diagonal, diagonal, across, along[:-1]], axis=1)
+
+    straight = edge_lengths(mesh.residual_strain[:, None])
     natural = np.zeros_like(straight)
     if mesh.curvature is not None:
-        natural = _edge_lengths(chord * (1.0 - np.outer(mesh.line_y, mesh.curvature)), w) - straight
-    if mesh.residual:
-        straight = _edge_lengths(chord * (1.0 - mesh.residual_strain)[:, None], w)
+        natural = edge_lengths(np.outer(mesh.line_y, mesh.curvature)) - edge_lengths(0.0 * mesh.line_y[:, None])
     law, spring = np.zeros((strips, 2, 6, 6)), np.zeros((strips, 6))
     if scene.kind == "flex":
         thick, belt = float(case.belt.area) / float(mesh.line_y[0] - mesh.line_y[-1]), case.belt
@@ -252,16 +257,8 @@ def _ties(scene: SceneLayout) -> Ties:
     else:
         lattice, along = calibrate(case.belt, chord, mesh.lines, scene.options.bonds), mesh.line_stiffness / chord
         spring[:, 0], spring[:, 5], spring[-1, 1] = lattice.transverse / w, along[:-1], along[-1]
-        spring[:, 2:4] = (lattice.diagonal / diagonal)[:, None]
+        spring[:, 2:4] = (lattice.diagonal / np.hypot(chord, w))[:, None]
     return Ties(law, spring, straight, natural)
-
-
-def _edge_lengths(along: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """Stress-free lengths [m] of the edges, shape (m - 1, 6, k), of trapezoids whose lines are ``along``, (m, k), long
-    and ``w``, (m - 1,), apart."""
-    across = np.broadcast_to(w[:, None], along[1:].shape)
-    diagonal = np.sqrt(w[:, None] ** 2 + along[1:] * along[:-1])
-    return np.stack([across, along[1:], diagonal, diagonal, across, along[:-1]], axis=1)
 
 
 def guide_forces(belt: BeltArrays, nodes: Array, free: Array) -> tuple[Array, Array]:

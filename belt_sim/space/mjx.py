@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import ExitStack, redirect_stdout
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import Any, NamedTuple, TypeVar
 
 import jax
@@ -472,12 +472,16 @@ def run_prepared(
     models, axes = stack_cases([r.model for r in ready])
     data = jax.tree.map(lambda *v: np.stack([np.asarray(x) for x in v]), *[carried_state(r.data) for r in ready])
     models, still, data = jax.device_put((models, ready[0].data.mjx, data))
-    plans, segment_of = [plan(r, travel) for r in ready], compile_batch(axes)
+    plans = [plan(r, travel) for r in ready]
+    leaves, structure = jax.tree.flatten(axes, is_leaf=lambda v: v is None)
+    segment_of = compile_batch(tuple(leaves), structure)
     steps, widths = np.array([len(p.travel) for p in plans]), np.array([float(r.case.belt.width) for r in ready])
     watched = [(k, run.Recorder(ready[k].scene, own, EXTRA)) for k, own in enumerate(observers) if own]
     options = [one.scene.options for _, one in watched]
     segment = min([SEGMENT, *(max(int(o.frame / (o.step * o.run_speed)), 1) for o in options)])  # a frame at each end
-    commands, found = padded(plans, segment * math.ceil(steps.max() / segment)), [np.empty((len(ready), 0, 20))]
+    every, found = np.arange(segment * math.ceil(steps.max() / segment)), [np.empty((len(ready), 0, 20))]
+    kept = [np.minimum(every, n - 1) for n in steps]  # a run that has ended keeps its last command
+    commands = jax.tree.map(lambda *of: np.stack([c[k] for c, k in zip(of, kept, strict=True)]), *plans)
 
     def curves(k: int) -> Curves | SimulationError:
         return curves_of_steps(ready[k], plans[k], np.concatenate([part[k] for part in found]))
@@ -510,29 +514,17 @@ def run_prepared(
     return [curves(k) for k in range(len(ready))]
 
 
-def padded(plans: Sequence[run.Command], steps: int) -> run.Command:
-    """The commands of all cases in so many steps, (cases, steps, ...); a run that has ended keeps its last command."""
-
-    kept = [np.minimum(np.arange(steps), len(plan.travel) - 1) for plan in plans]
-    return jax.tree.map(lambda *columns: np.stack([c[k] for c, k in zip(columns, kept, strict=True)]), *plans)
-
-
-_FUNCTIONS: dict[Hashable, object] = {}
+def run_steps(model: MjxModel, still: mjx.Data, data: MjxData, commands: run.Command) -> tuple[MjxData, Array]:
+    """The data (as of ``carried_state``) after several steps, and the readings (steps, 20)."""
+    after, read = march(model, restored_state(data, still), commands)
+    return carried_state(after), read
 
 
-def compile_batch(axes: object):
-    """The function that makes several steps of a batch whose models differ by ``axes``; made once, so that JAX compiles
-    it once: the data (as of ``carried_state``) of each case after them, and its readings (steps, 20)."""
-
-    def run_steps(model: MjxModel, still: mjx.Data, data: MjxData, commands: run.Command) -> tuple[MjxData, Array]:
-        after, read = march(model, restored_state(data, still), commands)
-        return carried_state(after), read
-
-    leaves, structure = jax.tree.flatten(axes, is_leaf=lambda v: v is None)
-    key = tuple(leaves), structure
-    if key not in _FUNCTIONS:
-        _FUNCTIONS[key] = jax.jit(jax.vmap(run_steps, in_axes=(axes, None, 0, 0)), donate_argnums=2)
-    return _FUNCTIONS[key]
+@cache
+def compile_batch(leaves: tuple[int | None, ...], structure: Any):
+    """``run_steps`` of a batch whose models differ by these axes, made once, so that JAX compiles it once."""
+    axes = jax.tree.unflatten(structure, leaves)
+    return jax.jit(jax.vmap(run_steps, in_axes=(axes, None, 0, 0)), donate_argnums=2)
 
 
 def curves_of_steps(ready: PreparedCase, plan: run.Command, table: np.ndarray) -> Curves | SimulationError:

@@ -4,7 +4,6 @@ Inertia is left out: at a 35th of the string speed it does not matter. A step is
 prediction, equilibrium, landing); what a run filters over time is filtered over the travel made in that time.
 """
 
-import math
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -266,23 +265,19 @@ def run_travel_cases(
     ready: Sequence[TravelCase], chunk: int | None, observers: Sequence[object] = ()
 ) -> Iterator[list[Curves | SimulationError]]:
     """Curves of cases of one kind, chunk by chunk, which nobody can observe; see BatchEngine."""
-    rows, devices = max(len(r.recorded) for r in ready), jax.device_count()
+    rows = max(len(r.recorded) for r in ready)
 
     def stand_still(commands: np.ndarray) -> np.ndarray:
         """Up to so many rows as the longest run has."""
         last = np.broadcast_to(commands[-1:, -1:], (rows - len(commands), *commands.shape[1:]))
         return np.concatenate([commands, last])
 
-    fit = devices * run.cases_per_chunk(ready[0].stations, ready[0].belt.shape.lines)
-    size = min(chunk or fit, math.ceil(len(ready) / devices) * devices)
+    size = min(chunk or run.cases_per_chunk(ready[0].stations, ready[0].belt.shape.lines), len(ready))
     for begin in range(0, len(ready), size):
         some = ready[begin : begin + size]
         filled = [*some, *[some[-1]] * (size - len(some))]
         trees = [(r.belt, r.state, jax.tree.map(stand_still, r.commands)) for r in filled]
         arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
-        if devices > 1 and size % devices == 0:
-            mesh, cases = jax.make_mesh((devices,), ("cases",)), jax.sharding.PartitionSpec("cases")
-            arrays = in_float64(jax.device_put)(arrays, jax.sharding.NamedSharding(mesh, cases))
         table = np.asarray(in_float64(run_batch)(*arrays))
         yield [run_curves(r, t) for r, t in zip(some, table, strict=False)]
 
