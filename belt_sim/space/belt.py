@@ -4,6 +4,7 @@ And the forces on the nodes beside the belt's own: edge guides, loads at a place
 """
 
 import math
+from collections import namedtuple
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -107,30 +108,13 @@ class SurfaceArrays(NamedTuple):
     yaw_compliance: Array
 
 
-class GuideArrays(NamedTuple):
-    """Rollers, every field of shape (g,): height, +1 beside the upper span, -1 beside the lower; the others as in
-    belt_sim.scene_parts.GuideRoller. One that pushes nothing is all 0."""
-
-    height: Array
-    x: Array
-    gap: Array
-    side: Array
-    stiffness: Array
-
-
-class LoadArrays(NamedTuple):
-    """At places of the spans, every field of shape (p,): height, +1 on the upper span, -1 on the lower; x [m], along,
-    across [N], couple [N m] as in belt_sim.scene_parts.Push, 0 of one that does nothing. All along: lean [m/s2], pull
-    of the weight towards +y; roll, roll_lower [N], couple per metre about +x on what is above and below the axes."""
-
-    height: Array
-    x: Array
-    along: Array
-    across: Array
-    couple: Array
-    lean: Array
-    roll: Array
-    roll_lower: Array
+#: Rollers, every field of shape (g,): height, +1 beside the upper span, -1 beside the lower; the others as in
+#: belt_sim.scene_parts.GuideRoller. One that pushes nothing is all 0.
+GuideArrays = namedtuple("GuideArrays", "height x gap side stiffness")
+#: At places of the spans, every field of shape (p,): height as above; x [m], along, across [N], couple [N m] as in
+#: belt_sim.scene_parts.Push. All along: lean [m/s2], pull of the weight towards +y; roll, roll_lower [N], couple per
+#: metre about +x on what is above and below the axes.
+LoadArrays = namedtuple("LoadArrays", "height x along across couple lean roll roll_lower")
 
 
 @pytree
@@ -191,9 +175,9 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures, inertia: np.ndarra
     if features.cambered:
         ties = ties._replace(natural=np.broadcast_to(ties.natural, (*ties.natural.shape[:2], mesh.stations)))
     if features.guides:
-        guides = GuideArrays(*_span_rows(parts.edge_guides, ("x", "gap", "side", "stiffness"), features.guides))
+        guides = GuideArrays(*_span_rows(parts.edge_guides, GuideArrays._fields[1:], features.guides))
     if features.pushes or features.leans:
-        pushes = _span_rows(parts.pushes, ("x", "along", "across", "couple"), features.pushes)
+        pushes = _span_rows(parts.pushes, LoadArrays._fields[1:5], features.pushes)
         loads = LoadArrays(*(*pushes, parts.lean * parts.gravity, parts.roll, parts.roll_lower))
     slides = read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop, inertia) if features.slips else None
     arrays = BeltArrays(

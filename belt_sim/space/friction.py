@@ -5,7 +5,6 @@ number of iterations on the stations of a wrap, a block-tridiagonal chain.
 """
 
 import itertools
-from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -42,7 +41,8 @@ def read_sliding_stiffness(
     tail_x = loop.x.max() - loop.radius_tail
     free = int(np.count_nonzero(np.abs(loop.x[upper] - 0.5 * tail_x) < 0.5 * tail_x))
     numbers = np.arange(middle - 1, middle + 4)
-    cell = np.asarray(_curvature(ties, bonds, np.moveaxis(mesh.laid[numbers], 0, -1), numbers))
+    laid, curvature = np.moveaxis(mesh.laid[numbers], 0, -1), jax.jit(stretch_energy, static_argnums=1)
+    cell = np.asarray(curvature(ties, bonds, laid, numbers, jnp.array(0.0), taut=laid).curvature)
     size = 3 * mesh.lines
     plane = np.arange(size).reshape(-1, 3)[:, [1, 0]].ravel()  # along the axis and along the turn on a pulley
     here, there = np.ix_(plane, plane), np.ix_(plane + size, plane + size)
@@ -62,13 +62,6 @@ def read_sliding_stiffness(
             outwards = block[1 - own_parity, 1 + side]  # felt here when that one moves
             taken[:] = inwards @ np.linalg.solve(own, outwards)
     return SlidingStiffness(block[:, 1], block[:, 2], *relief)
-
-
-@partial(jax.jit, static_argnums=1)
-def _curvature(ties: Ties, bonds: bool, places: Array, numbers: Array) -> Array:
-    curvature = stretch_energy(ties, bonds, places, numbers, jnp.array(0.0), taut=places).curvature
-    assert curvature is not None
-    return curvature
 
 
 def wrap_chain(grip: SlidingStiffness, first: Array, count: Array, longest: int) -> tuple[Array, Array]:
