@@ -103,7 +103,21 @@ def _content(space: StateSpace, fmi: int) -> dict[str, Any]:
     drift[0, 0] = 1.0  # of y where the belt runs up the tail pulley
     constant = np.zeros(len(space.a))
     constant[:states] = plant.constant
-    variables = _variables(plant.speed, plant.tension)
+    points = ("upper end, tail pulley", "lower end, tail pulley", "lower end, head pulley", "upper end, head pulley")
+    variables = [  # in the order of the value references; yaw, yaw_head, drift stand together
+        Variable("time", "independent", "s", "time"),
+        Variable("yaw", "input", "rad", "yaw of the tail pulley", shown="deg", start=0.0),
+        Variable("yaw_head", "input", "rad", "yaw of the head pulley", shown="deg", start=0.0),
+        Variable("drift", "input", "m/m", DRIFT, shown="mm/m", start=0.0),
+        Variable("speed", "input", "m/s", "belt speed, not negative", start=plant.speed),
+        Variable("y_start", "parameter", "m", Y_START, variability="fixed", initial="exact", shown="mm", start=0.0),
+        *(
+            Variable(f"y{k}", "output", "m", f"{Y_AT} {k} ({point})", initial="calculated", shown="mm")
+            for k, point in enumerate(points, 1)
+        ),
+        Variable("travel", "output", "m", "belt travel since the start", initial="calculated"),
+        Variable("tension", "output", "Pa", TENSION, "constant", initial="exact", shown="N/mm2", start=plant.tension),
+    ]
     outputs = [k for k, v in enumerate(variables) if v.causality == "output"]
     tension = f"{plant.tension / N_PER_MM2:g} N/mm2"
     content = {
@@ -126,27 +140,6 @@ def _content(space: StateSpace, fmi: int) -> dict[str, Any]:
     }
     token = hashlib.sha256(repr(content).encode()).hexdigest()[:32]
     return content | {"token": token, "now": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")}
-
-
-def _variables(speed: float, tension: float) -> list[Variable]:
-    """All variables; their order is that of the value references, and yaw, yaw_head, drift stand together."""
-    points = ("upper end, tail pulley", "lower end, tail pulley", "lower end, head pulley", "upper end, head pulley")
-    return [
-        Variable("time", "independent", "s", "time"),
-        Variable("yaw", "input", "rad", "yaw of the tail pulley", shown="deg", start=0.0),
-        Variable("yaw_head", "input", "rad", "yaw of the head pulley", shown="deg", start=0.0),
-        Variable("drift", "input", "m/m", DRIFT, shown="mm/m", start=0.0),
-        Variable("speed", "input", "m/s", "belt speed, not negative", start=speed),
-        Variable("y_start", "parameter", "m", Y_START, variability="fixed", initial="exact", shown="mm", start=0.0),
-        *(
-            Variable(f"y{k}", "output", "m", f"{Y_AT} {k} ({point})", initial="calculated", shown="mm")
-            for k, point in enumerate(points, 1)
-        ),
-        Variable("travel", "output", "m", "belt travel since the start", initial="calculated"),
-        Variable(
-            "tension", "output", "Pa", TENSION, variability="constant", initial="exact", shown="N/mm2", start=tension
-        ),
-    ]
 
 
 def _render(template: str, content: Mapping[str, Any]) -> str:

@@ -178,11 +178,8 @@ class StateSpace:
 
     def to_control(self) -> Any:
         """The same as a ``control.StateSpace`` of python-control; raises InputError when that is not installed."""
-        try:
-            import control
-        except ImportError:
-            raise InputError("control", "not installed", "", "pip install belt-sim[control]") from None
-        return control.ss(self.a, self.b, self.c, self.d, inputs=list(INPUTS), outputs=list(OUTPUTS), name="belt")
+        names: dict[str, Any] = {"inputs": list(INPUTS), "outputs": list(OUTPUTS), "name": "belt"}
+        return _control("control", "not installed").ss(self.a, self.b, self.c, self.d, **names)
 
     def save_mat(self, path: Path | str) -> Path:
         """Write a MAT file (level 5) with A, B, C, D and what they are; Matlab: ``ss(A, B, C, D)``."""
@@ -636,12 +633,18 @@ def margins_of(frequency: np.ndarray, loop: np.ndarray) -> Margins:
     )
 
 
-def _continuous(controller: Any) -> Any:
-    """A controller as a continuous state space of python-control."""
+def _control(name: str, value: str) -> Any:
+    """Python-control; raises InputError of this name and value where it is not installed."""
     try:
         import control
     except ImportError:
-        raise InputError("controller", "of python-control", "", "pip install belt-sim[control]") from None
+        raise InputError(name, value, "", "pip install belt-sim[control]") from None
+    return control
+
+
+def _continuous(controller: Any) -> Any:
+    """A controller as a continuous state space of python-control."""
+    control = _control("controller", "of python-control")
     if isinstance(controller, Real):
         finite("controller", float(controller), "rad/m", "give a finite gain")
         controller = control.tf([float(controller)], [1.0])

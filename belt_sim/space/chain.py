@@ -336,11 +336,6 @@ class RopeKinks(NamedTuple):
     yaw: Array
     offset: Array
 
-    @staticmethod
-    def from_wrap(wrap: WrapArrays, sign: int) -> "RopeKinks":
-        """Of a belt laid on a pulley that is square to it."""
-        return RopeKinks(wrap.outer(run_up_end(sign)), 0.0 * wrap.tangent[..., 0], 0.0 * wrap.tangent[..., 0])
-
 
 def hold_run_up_end(pulley: BeltOnPulley, kink: RopeKinks, sign: int) -> tuple[WrapArrays, RopeKinks]:
     """Before a step: the span's end stays at the tangent point while the pulley at its run-up is yawed."""

@@ -15,7 +15,7 @@ from belt_sim.io import MODELS
 from belt_sim.scene_parts import PulleySurface, SceneParts
 from belt_sim.space.loop import LaidLoop, lay_loop, lift
 from belt_sim.space.mesh import BELT_MODELS, Mesh
-from belt_sim.space.mujoco_interface import add_dummy_equality, set_solver
+from belt_sim.space.mujoco_interface import set_solver
 from belt_sim.space.options import RESIDUAL_TORSION, Options
 from belt_sim.units import N_PER_MM2
 
@@ -75,8 +75,7 @@ def lay_out(case: Case, belt: str, options: Options, parts: SceneParts, *, path=
 def build_scene(case: Case, belt: str, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, SceneLayout]:
     """The scene, and its specification, not yet compiled."""
     spec, scene = begin_scene(case, belt, options, parts)
-    set_solver(spec, options.step, parts.gravity)
-    add_dummy_equality(spec, "head-yaw")
+    set_solver(spec, options.step, parts.gravity, still="head-yaw")
     for guide in add_guides(spec, scene):  # only seen; what they do to the belt is ``belt.guide_forces``
         guide.contype = guide.conaffinity = 0
     return spec, scene

@@ -38,24 +38,22 @@ class Motion:
     slide_rates: np.ndarray
 
 
-def set_solver(spec: mujoco.MjSpec, dt: float, gravity: float, lean: float | None = None) -> None:
+def set_solver(spec: mujoco.MjSpec, dt: float, gravity: float, lean: float | None = None, still: str = "") -> None:
     """One exact Newton step on the metric of the discrete integrator; dt [s], gravity [m/s2].
 
-    lean [rad], of the machine about +x: with contacts, of elliptic cones whose friction creeps by 2 um a metre at 1
-    m/s; None = without. A contact's spring may be stiffer than the step resolves (``refsafe`` is off).
+    still: the model's first joint, which stays where it is put and bears the dummy equality (see Solver.step); lean
+    [rad], of the machine about +x: with contacts, of elliptic cones whose friction creeps by 2 um a metre at 1 m/s;
+    None = without. A contact's spring may be stiffer than the step resolves (``refsafe`` is off).
     """
     option, off, touches, tilt = spec.option, mujoco.mjtDisableBit, lean is not None, lean or 0.0
     option.integrator, option.solver = mujoco.mjtIntegrator.mjINT_DISCRETE, mujoco.mjtSolver.mjSOL_NEWTON
     option.timestep, option.iterations = dt, _CONTACT_ITERATIONS if touches else _ITERATIONS
     option.gravity = [0.0, gravity * math.sin(tilt), -gravity * math.cos(tilt)]
     option.disableflags = int(off.mjDSBL_ISLAND) | int(off.mjDSBL_REFSAFE if touches else off.mjDSBL_CONTACT)
+    if still:
+        spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=still)
     if touches:
         option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, _IMPRATIO
-
-
-def add_dummy_equality(spec: mujoco.MjSpec, first_joint: str) -> None:
-    """Add the dummy equality on the model's first joint, which is to stay where it is put (see Solver.step)."""
-    spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=first_joint)
 
 
 def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:

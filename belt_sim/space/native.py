@@ -206,8 +206,8 @@ class SpaceRun:
         wobbled = max(0.5 * options.settle, options.step)
         fixed = Fixed(self.belt, tail, mesh.rest, options.step, options.hold_stiffness, wobbled)
         pulleys, slip = chain.lay_pulleys(self.scene, self.belt), wrap.SlipState.none(shape.lines, shape.stations)
-        kinks = chain.RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None
-        run_off = pulleys.wrap.outer(chain.run_up_end(-shape.sign)) if shape.limp else None
+        ends = [pulleys.wrap.outer(chain.run_up_end(sign)) for sign in (shape.sign, -shape.sign)]
+        kinks, run_off = (chain.RopeKinks(ends[0], *np.zeros((2, 2))), ends[1]) if shape.limp else (None, None)
         self.laid = Carried(pulleys, slip, np.array(wrap.NEITHER), np.zeros((2, 3)), np.zeros(2), kinks, run_off)
         instant = Instant(run.Command(0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(2), 0.0), 0.0, 0.0)
         vectors, self.unpack = zip(*map(in_float64(ravel_pytree), (fixed, self.laid, instant)), strict=True)

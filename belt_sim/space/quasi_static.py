@@ -248,6 +248,7 @@ def lay_case(
     arrays = belt_arrays(scene, features)
     shape = arrays.shape
     pulleys = chain.lay_pulleys(scene, arrays)
+    run_up = pulleys.wrap.outer(chain.run_up_end(shape.sign))
     state = TravelState(
         nodes=np.moveaxis(scene.mesh.laid, 0, -1),
         pulleys=pulleys,
@@ -255,7 +256,7 @@ def lay_case(
         travel=np.array(-scene.early),
         correction=np.array(0.0),
         slip=wrap.SlipState.none(shape.lines, shape.stations) if features.slips else None,
-        kinks=chain.RopeKinks.from_wrap(pulleys.wrap, shape.sign) if shape.limp else None,
+        kinks=chain.RopeKinks(run_up, *np.zeros((2, 2))) if shape.limp else None,
         compliance_yaw=np.zeros(2) if features.gives_way else None,
     )
     return TravelCase(case, arrays, state, *run.plan_in_travel(case.settings, options, travel, parts.sets_in))

@@ -10,7 +10,7 @@ from belt_sim.case import Case
 from belt_sim.space.elastic import TwistStiffness
 from belt_sim.space.loop import LaidLoop
 from belt_sim.space.mesh import Mesh, tie_lengths
-from belt_sim.space.mujoco_interface import Motion, Solver, add_dummy_equality, compile_model, set_solver
+from belt_sim.space.mujoco_interface import Motion, Solver, compile_model, set_solver
 from belt_sim.space.options import Options
 from studies.paper.case import ROPE_EXAMPLE
 
@@ -69,10 +69,9 @@ def strip(
     settings = Options(dx=dx, across=across, dt=dt, **options)
     mesh = replace(belt.mesh(case, loop, settings), closed=False, curvature=np.full(n - 1, camber))
     spec = mujoco.MjSpec()
-    set_solver(spec, dt, 0.0)
     post = spec.worldbody.add_body(name="post", mass=1.0, inertia=[1.0, 1.0, 1.0], explicitinertial=True)
     post.add_joint(name="post", type=mujoco.mjtJoint.mjJNT_HINGE)
-    add_dummy_equality(spec, "post")
+    set_solver(spec, dt, 0.0, still="post")
     belt.tie(spec, mesh, case, settings)
     solver, shape = Solver(compile_model(spec), mesh.rest.shape), mesh.rest.shape
     solver.model.dof_damping[solver.base :] = drag
