@@ -11,34 +11,14 @@ import numpy as np
 
 from belt_sim.case import Numbers as Array
 from belt_sim.jax_setup import jit_float64
+from belt_sim.space import wrap as on_pulley
 from belt_sim.space.belt import BeltArrays
 from belt_sim.space.block_tridiagonal import Level, factorise
 from belt_sim.space.elastic import stretch_energy, twist_energy
 from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.space.options import COMPLIANCE_TIME, FURTHEST_KINK, KINK_STATIONS, TAIL_DAMPING_RATIO
 from belt_sim.space.run import Command, reading
-from belt_sim.space.wrap import (
-    FIRST,
-    HEAD,
-    LAST,
-    OUTWARDS,
-    TAIL,
-    BeltOnPulley,
-    PoseArrays,
-    WrapArrays,
-    anchor_places,
-    axes_of,
-    carry_wraps,
-    cylinder_coordinates,
-    depth,
-    land_stations,
-    outer_depth,
-    radius_at,
-    release_stations,
-    slide_wraps,
-    station_displacement,
-    update_tangents,
-)
+from belt_sim.space.wrap import FIRST, HEAD, LAST, OUTWARDS, TAIL, BeltOnPulley, PoseArrays, WrapArrays
 
 
 def laid_poses(scene: SceneLayout) -> PoseArrays:
@@ -69,13 +49,15 @@ def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> BeltOnPulley:
 @jit_float64
 def _anchor_laid(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array) -> BeltOnPulley:
     def anchor(pulley: BeltOnPulley) -> WrapArrays:
-        r, y, angle = cylinder_coordinates(nodes, pulley.pose)
-        circle = radius_at(pulley.surface, 0.0, y)
+        r, y, angle = on_pulley.cylinder_coordinates(nodes, pulley.pose)
+        circle = on_pulley.radius_at(pulley.surface, 0.0, y)
         wrap = pulley.wrap._replace(r=circle + (r - circle).mean(axis=0), y=y, angle=angle)
-        return update_tangents(wrap, pulley.pose, nodes, 1.0)
+        return on_pulley.update_tangents(wrap, pulley.pose, nodes, 1.0)
 
     pulleys = pulleys._replace(wrap=jax.vmap(anchor)(pulleys))
-    return release_stations(belt, land_stations(belt, pulleys, (pulleys.pose, nodes), nodes, 0.0, 0.0))
+    return on_pulley.release_stations(
+        belt, on_pulley.land_stations(belt, pulleys, (pulleys.pose, nodes), nodes, 0.0, 0.0)
+    )
 
 
 def pose_of(
@@ -87,7 +69,7 @@ def pose_of(
     """
     rolled = belt.shape.sign * command.travel / belt.surfaces.radius
     yaw = command.yaw if turned is None else command.yaw + turned
-    axes = jax.vmap(axes_of, in_axes=(0, 0, None, 0, None))(belt.surfaces, yaw, command.share, rolled, askew)
+    axes = jax.vmap(on_pulley.axes_of, in_axes=(0, 0, None, 0, None))(belt.surfaces, yaw, command.share, rolled, askew)
     centre, spin = jnp.zeros((2, 3)).at[TAIL, 0].set(tail[0]), jnp.stack([rolled[HEAD], tail[1]])
     return PoseArrays(centre, axes, spin, command.share * belt.surfaces.bow)
 
@@ -123,8 +105,8 @@ def finish_step(
     loads, (slip, waiting) = belt_loads(pulleys, nodes, pull), slips
     if belt.sliding_stiffness is not None:
         moves = pull, command.friction, command.speed, shaped
-        pulleys, slip, waiting = slide_wraps(belt, pulleys, slip, waiting, *moves)
-    pulleys = carry_wraps(belt, pulleys, before, nodes, moved, shaped, command.share, dt)
+        pulleys, slip, waiting = on_pulley.slide_wraps(belt, pulleys, slip, waiting, *moves)
+    pulleys = on_pulley.carry_wraps(belt, pulleys, before, nodes, moved, shaped, command.share, dt)
     wraps, tail_x = pulleys.wrap, pulleys.pose.centre[TAIL, 0]
     read = reading(belt, nodes, wraps.first, wraps.last, tail_x, command.share)
     return pulleys, slip, waiting, loads, jnp.concatenate([read, jnp.stack([command.travel, command.speed])])
@@ -215,14 +197,16 @@ def anchor_positions(belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayou
     wraps, pose = pulleys.wrap, pulleys.pose
     r, y, angle = (by_pulley(v[..., places.stations]) for v in (wraps.r, wraps.y, wraps.angle))
     turned, axes = angle + by_pulley(pose.spin[:, None]), by_pulley(pose.axes[..., None])
-    found = anchor_places(r, y, turned, axes, by_pulley(pose.centre[..., None]), by_pulley(pose.bow[:, None]))
+    found = on_pulley.anchor_places(r, y, turned, axes, by_pulley(pose.centre[..., None]), by_pulley(pose.bow[:, None]))
     if pulleys.layer is None:
         return found
 
     def displaced(pulley: BeltOnPulley) -> Array:
         """By what the layers displace the stations at the ends of its wrap."""
         at = pulley.wrap.angle[:, places.stations].mean(axis=0)
-        first, last = (station_displacement(belt, pulley, depth(pulley, at, end), end) for end in (FIRST, LAST))
+        first, last = (
+            on_pulley.station_displacement(belt, pulley, on_pulley.depth(pulley, at, end), end) for end in (FIRST, LAST)
+        )
         return first + last
 
     return found + by_pulley(jax.vmap(displaced)(pulleys))
@@ -286,7 +270,7 @@ def twist_of_cells(belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayout,
     whole = tension * twist.strip_tension + twist.strip_torsion
     stiffness = jnp.full(cells, whole - tension * twist.line_tension - twist.line_residual)
     for end in (FIRST, LAST):  # a link as long as its distance from the place where the belt meets the pulley
-        behind = jnp.clip(jax.vmap(partial(outer_depth, end=end))(pulleys), -0.5 * chord, 0.5 * chord)
+        behind = jnp.clip(jax.vmap(partial(on_pulley.outer_depth, end=end))(pulleys), -0.5 * chord, 0.5 * chord)
         seems = whole * (chord / (chord - behind) - 1.0)
         stiffness = stiffness.at[(places.ends[:, end] - 1 + end) % cells].add(seems)
     return stiffness
@@ -342,7 +326,7 @@ def hold_run_up_end(pulley: BeltOnPulley, kink: RopeKinks, sign: int) -> tuple[W
     wrap, pose = pulley.wrap, pulley.pose
     end = run_up_end(sign)
     outer, yaw = wrap.outer(end), jnp.arctan2(-pose.axes[0, 1], pose.axes[1, 1])
-    inside = outer_depth(pulley, end)
+    inside = on_pulley.outer_depth(pulley, end)
     ahead = -OUTWARDS[end] * inside * jnp.cos(wrap.tangent[end])  # along x
     taken = (yaw - kink.yaw) * ahead
     offset = jnp.where(outer == kink.station, kink.offset, 0.0) + jnp.where(inside < 0.0, 0.0, taken)
@@ -363,11 +347,11 @@ def run_off_line(
     k, landed = last % n, (last - sign) % n
     r, y, angle = wrap.r[:, k], wrap.y[:, k], wrap.angle[:, k]
     slope = (wrap.y[:, landed] - y) / chord
-    r_far, _, angle_far = cylinder_coordinates(far, pose)
+    r_far, _, angle_far = on_pulley.cylinder_coordinates(far, pose)
     ahead = r_far * jnp.sin(sign * (angle_far - angle))
     beyond = r * jnp.arctan2(r_far * jnp.cos(angle_far - angle) - r, ahead)
     beyond = jnp.clip(beyond, -FURTHEST_KINK * chord, FURTHEST_KINK * chord)  # of the tangent point
-    tangent, y_free = y + slope * beyond, cylinder_coordinates(free, pose)[1]
+    tangent, y_free = y + slope * beyond, on_pulley.cylinder_coordinates(free, pose)[1]
     return tangent + (y_free - tangent) * beyond / (beyond + chord) - y, slope
 
 

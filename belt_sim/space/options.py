@@ -123,23 +123,15 @@ class Options:
         """From the numbers of a configuration; None keeps the recommended value. Raises InputError for a wrong one."""
         known, given = {f.name: f.default for f in fields(Options)}, dict[str, Any]()
         for key, value in settings.items():
-            default: Any = known.get(key)
             if key not in known:
                 raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}")
             if value is None:
                 continue
-            listed, number = isinstance(value, (list, tuple)), isinstance(value, (int, float))
-            if isinstance(default, tuple) and not listed:
-                raise InputError(f"model.{key}", value, "", "give a list")
-            if isinstance(default, tuple):
-                value = tuple(str(v) for v in value)
-            elif isinstance(default, str) or (default is None and isinstance(value, str)):
-                value = str(value)
-            elif isinstance(value, bool) or not number:
-                raise InputError(f"model.{key}", value, "", "give a number")
-            else:
-                value = int(value) if isinstance(default, int) else float(value)
-            given[key] = value
+            kind: Any = type(known[key]) if known[key] is not None else str if isinstance(value, str) else float
+            number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if not (isinstance(value, (list, tuple)) if kind is tuple else number or kind is str):
+                raise InputError(f"model.{key}", value, "", "give a list" if kind is tuple else "give a number")
+            given[key] = tuple(map(str, value)) if kind is tuple else kind(value)
         return Options(**given)
 
     @property

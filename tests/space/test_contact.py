@@ -98,7 +98,7 @@ def test_belts_that_slide_on_both_pulleys_take_turns(monkeypatch):
         return pulley.wrap, own._replace(total=own.total + jnp.where(pulley.pose.centre[0] > 0.0, 10.0, 1.0))
 
     monkeypatch.setattr(wrap_module, "slide_wrap", slipped)
-    monkeypatch.setattr(chain, "carry_wraps", lambda belt, pulleys, *others: pulleys)
+    monkeypatch.setattr(wrap_module, "carry_wraps", lambda belt, pulleys, *others: pulleys)
     monkeypatch.setattr(chain, "reading", lambda *given: jnp.zeros(18))
     nodes, wrap, at = laid()
     there = at._replace(centre=np.array([1.0, 0.0, 0.0]))
