@@ -8,7 +8,7 @@ Gauss-Newton steps fit the numbers. A law is judged by what it does, not by how 
 which holds the work of the unknown itself. Arrays are (R, F, J): runs, sets of numbers, cells.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
@@ -17,9 +17,9 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from belt_sim.discovery.linear_search import ScoredLaw, cost, exponents_of
-from belt_sim.discovery.responses import CHANNELS, MOMENT, States, curve_row, drift_at, single_precision, span_ends
+from belt_sim.discovery.responses import CHANNELS, MOMENT, States, curve_row, single_precision, span_ends
 from belt_sim.discovery.search_data import LatentInput, SearchData, course_travel, variable
-from belt_sim.effects.law import ROLLS, WRAPPED, Form, Law, Term, stop
+from belt_sim.effects.law import PULLEYS, ROLLS, WRAPPED, Form, Law, Term, stop
 
 ITERATIONS = 60  # at most; those of a Volterra equation converge
 DAMPING = 0.3  # share of a step, where whole steps do not converge
@@ -32,28 +32,11 @@ NUDGE = 1e-3  # of a number, for derivatives
 LONGEST = 3.0  # records, of a length
 STEEPEST = (-4.0, 4.0)  # exponents of the tension
 LARGE = (-0.9, -0.75, -0.5, 1.0, 4.0)  # relative changes of a span where a fit may begin: chi2 has several minima
-NUMBERS = ("knee", "at", "wide")
 
 #: whitened readings (F, R, m) of sets of numbers, and the states with the first
 LoopSolution = tuple[np.ndarray, States]
 #: a variable, and the pulley or signal where it is read
 Variable = tuple[str, int]
-
-
-def _response_of(data: SearchData, run: int, name: str, where: int, channel: str) -> np.ndarray:
-    """What an input in the first whole cell of a channel adds to a variable (J,)."""
-    grid, row = data.design.grid, where if name != "kappa" else MOMENT + where
-    if name == "reading":
-        row = curve_row(data.bench.samples.signals[where].at, data.bench.samples.runs[run].direction)
-    pulse = data.responses.pulses[run, CHANNELS.index(channel)]
-    ends, seen, cases = span_ends(pulse[None])[0], pulse[row], data.bench.samples.cases
-    if name == "ends":
-        seen = ends[where]
-    elif name == "kappa_mean":
-        seen = (ends[3 * where + 2] - ends[3 * where + 1]) / float(cases.rig.span_length)
-    elif name == "kappa":
-        seen = seen / float(cases.belt.bending_stiffness)
-    return data.responses.cell_responses(seen, grid + grid[1] - grid[0])[:, 1]
 
 
 def solve_loop(data: SearchData, law: Law, sizes: np.ndarray, begin: States | None = None) -> LoopSolution | None:
@@ -67,10 +50,13 @@ def solve_loop(data: SearchData, law: Law, sizes: np.ndarray, begin: States | No
     inputs = _loop_inputs(data, law, sizes)
     reads = _variables_read(inputs)
     largest = {r: float(np.abs(getattr(base, r[0])).max()) + 1e-12 for r in reads if r[0] != "reading_rate"}
-    at = {read: _state_values(begin or base, read) for read in reads}
+    at = _state_values(begin or base, reads)
     still = _responses_to(data, _channel_inputs([one for one in inputs if not one.reads], at), reads)
-    unread = {read: _state_values(base, read) + still[read] for read in reads}
+    unread = {read: x + still[read] for read, x in _state_values(base, reads).items()}
     coupled = [one for one in inputs if one.reads]
+
+    def furthest(x: dict[Variable, np.ndarray]) -> float:  # of what is read, in units; nan where one is
+        return float(np.max([np.abs(x[read]).max() / size for read, size in largest.items()], initial=0.0))
 
     def settle(at: dict[Variable, np.ndarray], part: float) -> dict[Variable, np.ndarray] | None:
         """What is read once iterations of a part of a step have converged; None where a belt runs away, or they do not
@@ -79,9 +65,9 @@ def solve_loop(data: SearchData, law: Law, sizes: np.ndarray, begin: States | No
             added = _responses_to(data, _channel_inputs(coupled, at), reads)
             step = {read: unread[read] + added[read] - at[read] for read in reads}
             at = {read: at[read] + part * step[read] for read in reads}
-            if not _largest(at, largest) < FURTHEST:
+            if not furthest(at) < FURTHEST:
                 return None
-            if _largest(step, largest) < CLOSE:
+            if furthest(step) < CLOSE:
                 return at
         return None
 
@@ -92,13 +78,8 @@ def solve_loop(data: SearchData, law: Law, sizes: np.ndarray, begin: States | No
     readings = np.zeros((len(sizes), *data.projector.residual.shape))
     for one in inputs:
         u = np.broadcast_to(one.value(settled), (len(base.tension), len(sizes), len(base.s)))
-        readings += data.design.columns(one.channel, u.swapaxes(0, 1))
-    return readings, _replace_states(base, {r: x[:, 0] for r, x in settled.items()})
-
-
-def _largest(x: dict[Variable, np.ndarray], unit: dict[Variable, float]) -> float:
-    """The largest of what is read, in units; nan where one is."""
-    return float(np.max([np.abs(x[read]).max() / size for read, size in unit.items()], initial=0.0))
+        readings += data.columns_at(one.channel, u.swapaxes(0, 1))
+    return readings, _replace_states(base, settled)
 
 
 @dataclass(frozen=True)
@@ -118,22 +99,17 @@ class LoopInput:
     @cached_property
     def reads(self) -> list[Variable]:
         """What it depends on: the variable of the term, and the ends of a span that it changes."""
-        found = [self._variable] if self.term.form.reads_belt else []
+        form, where = self.term.form, self.states.signals.index(self.channel) if self.pulley is None else self.pulley
+        found = [(form.variable, where)] if form.reads_belt else []
         if self.term.place.relative and np.any(self.states.span_share(self.term.place, self.pulley)):
             found += [("ends", 3 * int(self.pulley or 0) + k) for k in range(3)]
         return found
-
-    @property
-    def _variable(self) -> Variable:
-        """The variable of the belt that the term reads here."""
-        where = self.states.signals.index(self.channel) if self.pulley is None else self.pulley
-        return self.term.form.variable, where
 
     def value(self, at: dict[Variable, np.ndarray]) -> np.ndarray:
         """The input (R, F, J), or (R, 1, 1) where it is none, from what is read."""
         t, u = self.term, self.factor
         if t.form.reads_belt:
-            x = at[self._variable]
+            x = at[self.reads[0]]
             late = t.place.kind in WRAPPED and self.pulley is not None
             u = u * _shape_values(t.form, self.states.delay(x, int(self.pulley or 0)) if late else x)
         if not t.place.relative:
@@ -148,31 +124,30 @@ class LoopInput:
 
 def _loop_inputs(data: SearchData, law: Law, sizes: np.ndarray) -> list[LoopInput]:
     """The inputs of all terms at all parts of their places; sizes (F, k)."""
-    found, left = list[LoopInput](), 0
+    states, found, left = data.states, list[LoopInput](), 0
     for t in law.terms:
-        own = sizes[:, left : left + t.sizes]
-        left += t.sizes
-        found += [LoopInput(data.states, t, *part, _independent_factor(data, t, own, *part)) for part in t.place.parts]
+        own, left = sizes[:, left : left + t.sizes], left + t.sizes  # (F, 1), of a wave (F, 2)
+        weight = np.atleast_2d(data.weight(t.exponent)).T  # (R, F) or (R, 1): by the tension
+        for channel, part in t.place.parts:
+            roll, relative = int(channel in ROLLS), t.place.relative
+            if t.place.is_stretch:
+                at, wide = (np.reshape(np.asarray(n), (-1, 1)) for n in (t.form.at, t.form.wide))
+                change = (weight * own[:, 0])[..., None]
+                factor = states.stretch_per_end(t.place, channel, int(part or 0), change, at, wide)
+            else:
+                s = course_travel(states, t.form, part)[:, None]
+                with np.errstate(over="ignore"):  # of what has faded away
+                    halves = zip(t.form.halves.values(), own.T, strict=True)
+                    course = sum(size[:, None] * half.course_value(s, np) for half, size in halves)
+                share = states.span_share(t.place, part)
+                gain = np.asarray(share if relative else states.channel_gain(t.place, channel, part))
+                factor = course * weight[:, :, None] * (gain[:, None] if gain.ndim else gain)
+                if not t.form.reads_belt:
+                    x = variable(states, t.form.variable, part, channel)[:, None]
+                    factor = factor * _shape_values(t.form, x)
+                    factor = states.changes[relative].per_end(factor, roll) if relative else factor
+            found.append(LoopInput(states, t, channel, part, factor))
     return found
-
-
-def _independent_factor(data: SearchData, t: Term, sizes: np.ndarray, channel: str, part: int | None) -> np.ndarray:
-    """The factor of a ``LoopInput``; sizes (F, 1), of a wave (F, 2)."""
-    states, weight = data.states, np.atleast_2d(data.weight(t.exponent)).T  # (R, F) or (R, 1): by the tension
-    if t.place.is_stretch:
-        at, wide = (np.reshape(np.asarray(n), (-1, 1)) for n in (t.form.at, t.form.wide))
-        return states.stretch_per_end(t.place, channel, int(part or 0), (weight * sizes[:, 0])[..., None], at, wide)
-    s = course_travel(states, t.form, part)[:, None]
-    halves = [t.form, t.form.sine()][: sizes.shape[1]]
-    with np.errstate(over="ignore"):  # of what has faded away
-        course = sum(size[:, None] * half.course_value(s, np) for half, size in zip(halves, sizes.T, strict=True))
-    share = states.span_share(t.place, part)
-    gain = np.asarray(share if t.place.relative else states.channel_gain(t.place, channel, part))
-    found = course * weight[:, :, None] * (gain[:, None] if gain.ndim else gain)
-    if t.form.reads_belt:
-        return found
-    found = found * _shape_values(t.form, variable(states, t.form.variable, part, channel)[:, None])
-    return states.changes[t.place.relative].per_end(found, int(channel in ROLLS)) if t.place.relative else found
 
 
 def _shape_values(form: Form, x: np.ndarray) -> np.ndarray:
@@ -189,8 +164,8 @@ def _variables_read(inputs: Sequence[LoopInput]) -> list[Variable]:
     return list(dict.fromkeys([*found, *(("reading", where) for name, where in found if name == "reading_rate")]))
 
 
-def _state_values(states: States, read: Variable) -> np.ndarray:
-    return getattr(states, read[0])[:, read[1], None]
+def _state_values(states: States, reads: Iterable[Variable]) -> dict[Variable, np.ndarray]:
+    return {(name, where): getattr(states, name)[:, where, None] for name, where in reads}
 
 
 #: inputs (R, F, J) at channels of the march
@@ -202,7 +177,7 @@ def _channel_inputs(inputs: Sequence[LoopInput], at: dict[Variable, np.ndarray])
     return [(one.channel, one.value(at)) for one in inputs if one.channel in CHANNELS]
 
 
-def _responses_to(data: SearchData, inputs: ChannelInputs, reads: Sequence[Variable]) -> dict[Variable, np.ndarray]:
+def _responses_to(data: SearchData, inputs: ChannelInputs, reads: Collection[Variable]) -> dict[Variable, np.ndarray]:
     """What inputs add to what is read, (R, F, J)."""
     states, cells = data.states, len(data.states.s)
     acting = [(channel, u) for channel, u in inputs if np.any(u)]
@@ -212,10 +187,28 @@ def _responses_to(data: SearchData, inputs: ChannelInputs, reads: Sequence[Varia
     first = np.where(np.arange(cells) > 0, 1.0, 0.5).astype(np.float32)  # half a cell
     rows = tuple(dict.fromkeys(("y" if name == "alpha" else name, k) for name, k in reads if name != "reading_rate"))
     length, runs = next_fast_len(2 * cells, real=True), np.arange(len(states.tension))  # no end reaches its beginning
+    cases = data.bench.samples.cases
+
+    def response_of(run: int, name: str, where: int, channel: str) -> np.ndarray:
+        """What an input in the first whole cell of a channel adds to a variable (J,)."""
+        pulse = data.responses.pulses[run, CHANNELS.index(channel)]
+        ends = span_ends(pulse[None])[0]
+        if name == "ends":
+            seen = ends[where]
+        elif name == "kappa_mean":
+            seen = (ends[3 * where + 2] - ends[3 * where + 1]) / float(cases.rig.span_length)
+        elif name == "kappa":
+            seen = pulse[MOMENT + where] / float(cases.belt.bending_stiffness)
+        elif name == "reading":
+            at = data.bench.samples.signals[where].at
+            seen = pulse[curve_row(at, data.bench.samples.runs[run].direction)]
+        else:
+            seen = pulse[where]
+        return data.responses.cell_responses(seen, states.s + spacing)[:, 1]
 
     def spectra(channel: str) -> np.ndarray:
         """Of what an input in one cell of a channel adds to ``rows``, (k, R, 1, w)."""
-        added = np.stack([[_response_of(data, int(r), *read, channel) for r in runs] for read in rows])
+        added = np.stack([[response_of(int(r), *read, channel) for r in runs] for read in rows])
         return rfft(single_precision(added), length)[:, :, None]
 
     whole = sum(
@@ -226,29 +219,29 @@ def _responses_to(data: SearchData, inputs: ChannelInputs, reads: Sequence[Varia
     responses = dict(zip(rows, irfft(whole, length)[..., :cells], strict=True))
     for name, where in reads:
         if name == "alpha":  # dy/ds = -alpha + drift
-            drift = sum(u for channel, u in acting if channel == drift_at(where))
+            drift = sum(u for channel, u in acting if channel == f"drift_{PULLEYS[where]}")
             found[name, where] = drift - np.gradient(responses["y", where], spacing, axis=-1)
         elif name != "reading_rate":
             found[name, where] = responses[name, where]
-        if ("reading_rate", where) in reads and name == "reading":
-            found["reading_rate", where] = (
-                np.gradient(found[name, where], spacing, axis=-1) * states.speed[:, None, None]
-            )
-        if name == "reading":  # which is zero where the yaw is applied
-            yaw_at = np.array([r.yaw_at for r in data.bench.samples.runs])
-            place = np.clip(yaw_at / (data.design.grid[1] - data.design.grid[0]), 0.0, cells - 1.001)
+        if name == "reading":
+            added = found[name, where]
+            if ("reading_rate", where) in reads:
+                rate = np.gradient(added, spacing, axis=-1)
+                found["reading_rate", where] = rate * states.speed[:, None, None]
+            yaw_at = np.array([r.yaw_at for r in data.bench.samples.runs])  # where it is zero
+            place = np.clip(yaw_at / spacing, 0.0, cells - 1.001)
             low = place.astype(int)
-            part, added = (place - low)[:, None], found[name, where]
+            part = (place - low)[:, None]
             zero = (1.0 - part) * added[runs, :, low] + part * added[runs, :, low + 1]
             found[name, where] = added - zero[..., None]
     return found
 
 
 def _replace_states(base: States, found: dict[Variable, np.ndarray]) -> States:
-    """The states with some of them changed (R, J)."""
+    """The states with some of them changed (R, F, J), as the first set of numbers has them."""
     changed: dict[str, Any] = {name: getattr(base, name).copy() for name, _ in found}
     for (name, where), x in found.items():
-        changed[name][:, where] = x
+        changed[name][:, where] = x[:, 0]
     return replace(base, **changed)
 
 
@@ -313,11 +306,11 @@ Point = tuple[np.ndarray, LoopSolution, float]
 def _start(data: SearchData, law: Law, numbers: np.ndarray) -> Point | None:
     """Where a fit begins: the numbers, with sizes halved until the belt does not run away. A steady change of a span
     begins with the size that explains most, of that, half and a quarter of it and LARGE."""
-    is_size = np.arange(len(numbers)) < _sizes(law)
+    is_size, term = np.arange(len(numbers)) < _sizes(law), law.terms[0]
     halved = (_evaluate(data, law, np.where(is_size, 0.5**k * numbers, numbers)) for k in range(2 * SHORTER))
-    first = next((point for point in halved if point is not None), None)
-    factors, term = list[float](), law.terms[0]
-    if len(law.terms) == 1 and term.place.relative and term.form.family == Form("none").family:
+    first, factors = next((point for point in halved if point is not None), None), list[float]()
+    steady = (term.form.variable, term.form.shape, term.form.course) == ("none", "linear", "constant")
+    if len(law.terms) == 1 and term.place.relative and steady:
         largest = float(numbers[0] * np.max(data.weight(term.exponent)))  # change, at any tension
         factors = [0.5, 0.25, *(change / largest for change in LARGE)] if largest else []
     points = [first, *(_evaluate(data, law, np.where(is_size, factor * numbers, numbers)) for factor in factors)]
@@ -332,7 +325,11 @@ def _evaluate(data: SearchData, law: Law, numbers: np.ndarray, begin: States | N
 
 def _gauss_newton_step(data: SearchData, law: Law, numbers: np.ndarray, now: LoopSolution, chi2: float) -> Point | None:
     """Numbers after a Gauss-Newton step, the parameters that runs share being free, what they make, and its chi2; None
-    where no step helps."""
+    where no step helps.
+
+    Each shape number stays within a factor of two of the old one, each exponent within 1 of it, no length is longer
+    than some records, and no wave shorter than the readings show.
+    """
     projector, (readings, states), count = data.projector, now, _sizes(law)
     nudges, sizes = np.full(len(numbers), NUDGE), np.abs(numbers[:count])
     nudges[:count] = NUDGE * np.maximum(sizes, 1e-3 * sizes.max() + 1e-12)
@@ -341,8 +338,17 @@ def _gauss_newton_step(data: SearchData, law: Law, numbers: np.ndarray, now: Loo
         return None
     left = replace(projector, residual=projector.residual - readings[0])
     step = left.fit_sizes((others[0] - readings) / nudges[:, None, None])[1]
+    names = [(t.form, n) for t in law.terms for n in t.form.numbers]
+    low, top = numbers - np.inf, numbers + np.inf
+    for k, (form, name) in enumerate(names, count):
+        longest = np.inf if name == "knee" else np.log(LONGEST * float(data.states.s[-1]))
+        shortest = np.log(data.shortest(form) if name == "at" else 1e-300)
+        low[k] = max(numbers[k] - np.log(2.0), min(shortest, numbers[k]))
+        top[k] = min(numbers[k] + np.log(2.0), max(longest, numbers[k]))
+    end = count + len(names)
+    low[end:], top[end:] = (np.clip(numbers[end:] + side, *STEEPEST) for side in (-1.0, 1.0))
     for k in range(SHORTER):
-        after = _evaluate(data, law, _limit_step(data, law, numbers, numbers + step * 0.4**k), states)
+        after = _evaluate(data, law, np.clip(numbers + step * 0.4**k, low, top), states)
         if after is not None and after[2] < chi2:
             return after
     return None
@@ -350,42 +356,22 @@ def _gauss_newton_step(data: SearchData, law: Law, numbers: np.ndarray, now: Loo
 
 def _numbers(law: Law, sizes) -> np.ndarray:
     """Sizes of all terms, then logarithms of their shape numbers."""
-    shapes = [getattr(t.form, n) for t in law.terms for n in NUMBERS]
-    return np.array([*sizes, *(np.log(v) for v in shapes if v is not None)], dtype=float)
+    return np.array([*sizes, *(np.log(v) for t in law.terms for v in t.form.numbers.values())], dtype=float)
 
 
 def _sizes(law: Law) -> int:
     return sum(t.sizes for t in law.terms)
 
 
-def _shape_numbers(law: Law) -> list[str]:
-    """Names of the shape numbers of all terms."""
-    return [n for t in law.terms for n in NUMBERS if getattr(t.form, n) is not None]
-
-
-def _limit_step(data: SearchData, law: Law, old: np.ndarray, new: np.ndarray) -> np.ndarray:
-    """New numbers: each shape number within a factor of two of the old one, each exponent within 1 of it, no length
-    longer than some records, and no wave shorter than the readings show."""
-    count, names = _sizes(law), _shape_numbers(law)
-    longest = np.array([np.inf if n == "knee" else np.log(LONGEST * float(data.states.s[-1])) for n in names])
-    forms = [t.form for t in law.terms for n in NUMBERS if getattr(t.form, n) is not None]
-    shortest = np.log([data.shortest(f) if n == "at" else 1e-300 for f, n in zip(forms, names, strict=True)])
-    end = count + len(names)
-    shape, exponents = old[count:end], np.clip(np.clip(new[end:], old[end:] - 1.0, old[end:] + 1.0), *STEEPEST)
-    top = np.minimum(shape + np.log(2.0), np.maximum(longest, shape))
-    low = np.maximum(shape - np.log(2.0), np.minimum(shortest, shape))
-    return np.concatenate([new[:count], np.clip(new[count:end], low, top), exponents])
-
-
 def _law_with(law: Law, numbers: np.ndarray) -> tuple[Law, np.ndarray]:
     """The law with shape numbers, and exponents where there are any, from ``numbers`` (p,), and its sizes (k,); of sets
     of numbers (F, p) the law has columns (F, 1), and sizes are (F, k)."""
     count, terms = _sizes(law), []
-    end = count + len(_shape_numbers(law))
+    end = count + sum(len(t.form.numbers) for t in law.terms)
     values = np.concatenate([np.exp(numbers[..., count:end]), numbers[..., end:]], axis=-1)
     left = values.tolist() if values.ndim == 1 else list(values.T[..., None])
     for t in law.terms:
-        changed: dict[str, Any] = {n: left.pop(0) for n in NUMBERS if getattr(t.form, n) is not None}
+        changed: dict[str, Any] = {n: left.pop(0) for n in t.form.numbers}
         terms.append(replace(t, form=replace(t.form, **changed)))
     if left:
         terms = [replace(t, exponent=left.pop(0)) if t.place.relative else t for t in terms]
@@ -395,13 +381,12 @@ def _law_with(law: Law, numbers: np.ndarray) -> tuple[Law, np.ndarray]:
 def states_of_fit(data: SearchData, found: ClosedLoopFit) -> States:
     """All states with a law at work, whatever the law reads."""
     inputs = _loop_inputs(data, found.law, found.sizes[None])
-    at = {read: _state_values(found.states, read) for read in _variables_read(inputs)}
-    return _states_with(data, _channel_inputs(inputs, at))
+    return _states_with(data, _channel_inputs(inputs, _state_values(found.states, _variables_read(inputs))))
 
 
 def states_with_latent_input(data: SearchData, latent: LatentInput) -> States:
     """All states that the mean of a latent input makes, which are nearer to the real ones."""
-    states, place, u = data.states, latent.place, latent.inputs(data.design.grid)
+    states, place, u = data.states, latent.place, latent.inputs(data.states.s)
     parts = [part for part in place.parts if part[0] in CHANNELS]
     return _states_with(data, [(channel, states.channel_input(place, u, channel, p)[:, None]) for channel, p in parts])
 
@@ -414,4 +399,4 @@ def _states_with(data: SearchData, inputs: ChannelInputs) -> States:
     reads += [("ends", k) for k in range(states.ends.shape[1])]
     reads += [(n, k) for k in sensors for n in ("reading", "reading_rate")]
     added = _responses_to(data, inputs, reads)
-    return _replace_states(states, {r: (_state_values(states, r) + added[r])[:, 0] for r in reads})
+    return _replace_states(states, {r: x + added[r] for r, x in _state_values(states, reads).items()})

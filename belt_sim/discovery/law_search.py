@@ -54,7 +54,7 @@ def unknown_evidence(data: SearchData) -> UnknownEvidence:
     A latent input at one sensor that differs from run to run is no law: it is that instrument's wander.
     """
     ones = single_term_laws(data)
-    latent_gains = [c.gain for c in data.latent_inputs() if not (c.place.kind == "sensor" and c.pool == "each run")]
+    latent_gains = [c.gain for c in data.latent_inputs if not (c.place.kind == "sensor" and c.pool == "each run")]
     return UnknownEvidence(
         ids=frozenset(data.fit.ids),
         courses=np.array(latent_gains),

@@ -14,7 +14,7 @@ from scipy.optimize import minimize_scalar
 
 from belt_sim.discovery.responses import HIDDEN, States, single_precision
 from belt_sim.discovery.search_data import SearchData, course_travel, variable
-from belt_sim.effects.law import TRAVEL, WRAPPED, Form, Law, Place, Term
+from belt_sim.effects.law import SPANS, WRAPPED, Form, Law, Place, Term
 
 # Inner products of the columns of all forms at a place with whitened vectors, run by run.
 #
@@ -41,16 +41,13 @@ class Products:
 
 
 class Block:
-    """Forms that are computed together; waves: which of them are waves; everything: with the sines of these behind."""
+    """Forms that are computed together; waves: which of them are waves; everything: with the sines of these behind;
+    depends_on_pulley: whether they read the state at a pulley or sensor, or which part of the belt is there."""
 
-    def __init__(self, forms: list[Form]) -> None:
-        self.forms, self.waves = forms, np.array([k for k, f in enumerate(forms) if f.is_wave], dtype=int)
-        self.everything = [*forms, *(forms[k].sine() for k in self.waves)]
-
-    @property
-    def depends_on_pulley(self) -> bool:
-        """Whether its forms differ from pulley to pulley."""
-        return _depends_on_pulley(self.forms[0])
+    def __init__(self, forms: list[Form], depends_on_pulley: bool) -> None:
+        self.forms, self.depends_on_pulley = forms, depends_on_pulley
+        self.waves = np.array([k for k, f in enumerate(forms) if f.is_wave], dtype=int)
+        self.everything = [*forms, *(forms[k].halves["sin"] for k in self.waves)]
 
 
 class Targets:
@@ -59,53 +56,44 @@ class Targets:
     def __init__(self, vectors: np.ndarray) -> None:
         self.double = np.ascontiguousarray(vectors.transpose(1, 2, 0))
         self.single = single_precision(self.double)
-        self._channels: dict[str, np.ndarray] = {}
+        self.channels: dict[str, np.ndarray] = {}  # products (R, J, q) with the responses to an input there
 
-    def channel_products(self, data: SearchData, channel: str) -> np.ndarray:
-        """Products (R, J, q) with the responses to an input at a channel."""
-        if channel not in self._channels:
-            self._channels[channel] = data.design.rows[channel].swapaxes(0, 1) @ self.double
-        return self._channels[channel]
+
+def _blocks(data: SearchData, place: Place) -> tuple[list[Form], list[Block]]:
+    """The forms to try at a place, all and block by block; those of the same forms are the same."""
+    usual, rare = data.forms(place)
+    reading = [f for f in (*usual, *rare) if f.reads_belt or f.is_carried]
+    lists = [*([f for f in some if not (f.reads_belt or f.is_carried)] for some in (usual, rare)), reading]
+    made = [data.compute_once(("block", tuple(some)), partial(Block, some, some is reading)) for some in lists if some]
+    return [f for block in made for f in block.forms], made
 
 
 def form_products(data: SearchData, place: Place, targets: Targets) -> tuple[list[Form], list[Products]]:
     """The forms at a place, and the products of their columns with vectors, block by block."""
-    forms, blocks = data.compute_once(
-        ("forms", place.kind, place.is_carried, data.wide), lambda: _blocks(data, place), data.states
-    )
-    along = _sum_of_parts(data, place, lambda channel: targets.channel_products(data, channel))
-    found = []
+
+    def with_targets(channel: str) -> np.ndarray:
+        if channel not in targets.channels:
+            targets.channels[channel] = data.design[channel].swapaxes(0, 1) @ targets.double
+        return targets.channels[channel]
+
+    kind = ("forms", place.kind, place.is_carried, data.wide)
+    forms, blocks = data.compute_once(kind, partial(_blocks, data, place), data.states)
+    along, found = _sum_of_parts(data, place, with_targets), []
     for block in blocks:
         if block.depends_on_pulley:
             rows = _rows(data, place, block)
             found.append(Products(rows @ targets.single, *_lengths(rows, block.waves), block.waves))
-        else:
-            inputs = data.compute_once(
-                ("inputs", block), partial(form_inputs, data.states, block.everything, None, None)
-            )
-            of_states = place.relative or place.name == TRAVEL  # they act on what is bent, and shown
-
-            def lengths(block=block, inputs=inputs) -> tuple[np.ndarray, np.ndarray]:
-                return _lengths(_plain_rows(data, place, block, inputs), block.waves)
-
-            within = data.states if of_states else None
-            own, cross = data.compute_once(("lengths", place.name, block), lengths, within)
-            found.append(Products(inputs @ along, own, cross, block.waves))
+            continue
+        inputs = data.compute_once(("inputs", block), partial(form_inputs, data.states, block.everything, None, None))
+        # what acts on what is bent, and shown, is another beside every state
+        within = data.states if place.relative or place.name == "travel" else None
+        own, cross = data.compute_once(
+            ("lengths", place.name, block),
+            lambda block=block, inputs=inputs: _lengths(_plain_rows(data, place, block, inputs), block.waves),
+            within,
+        )
+        found.append(Products(inputs @ along, own, cross, block.waves))
     return forms, found
-
-
-def _blocks(data: SearchData, place: Place) -> tuple[list[Form], list[Block]]:
-    """The forms to try at a place, block by block; those of the same forms are the same."""
-    usual, rare = data.forms(place)
-    plain = [[f for f in some if not _depends_on_pulley(f)] for some in (usual, rare)]
-    lists = [*plain, [f for f in (*usual, *rare) if _depends_on_pulley(f)]]
-    blocks = [data.compute_once(("block", tuple(some)), partial(Block, some)) for some in lists if some]
-    return [f for block in blocks for f in block.forms], blocks
-
-
-def _depends_on_pulley(form: Form) -> bool:
-    """Whether a form reads the state at a pulley or sensor, or which part of the belt is there."""
-    return form.reads_belt or form.is_carried
 
 
 def form_inputs(states: States, forms: Sequence[Form], part: int | None, signal: str | None) -> np.ndarray:
@@ -117,8 +105,7 @@ def form_inputs(states: States, forms: Sequence[Form], part: int | None, signal:
         for k, f in enumerate(forms):
             what, when = (f.variable, f.shape, f.knee), (f.variable, f.course, f.at, f.wide, f.timed)
             if what not in shaped:
-                x = variable(states, f.variable, part, signal)
-                shaped[what] = f.shape_value(x, states.s, np)
+                shaped[what] = f.shape_value(variable(states, f.variable, part, signal), states.s, np)
             if when not in courses:
                 courses[when] = f.course_value(course_travel(states, f, part), np)
             np.multiply(shaped[what], courses[when], out=found[:, k])
@@ -134,24 +121,13 @@ def _plain_rows(data: SearchData, place: Place, block: Block, inputs: np.ndarray
     found, norms = _rows(data, place, block), 0.0
     own = np.einsum("rfm,rfm->rf", found, found)
     for channel, part in place.parts:  # the largest that a response to an input of 1 in each cell can have, (R, J)
-        each = data.compute_once(("norms", channel), partial(np.linalg.norm, data.design.rows[channel], axis=2)).T
+        each = data.compute_once(("norms", channel), partial(np.linalg.norm, data.design[channel], axis=2)).T
         norms = norms + each * np.abs(data.states.channel_gain(place, channel, part))
     most = (np.abs(inputs) @ np.asarray(norms)[..., None])[..., 0]
     faint = np.any(own < np.square(CANCELS * most), axis=0)
     if faint.any():
-        found[:, faint] = inputs[:, faint] @ _sum_of_parts(data, place, lambda c: data.design.rows[c].swapaxes(0, 1))
+        found[:, faint] = inputs[:, faint] @ _sum_of_parts(data, place, lambda c: data.design[c].swapaxes(0, 1))
     return found
-
-
-def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
-    """Whitened columns (R, F + w, m) of the forms of a block, in single precision."""
-    found: Any = 0.0
-    for channel, part in place.parts:
-        share = data.states.span_share(place, part)  # of the runs in which the place acts
-        if np.any(share):
-            rows = _rows_of_part(data, place, channel, part, block)
-            found = found + (rows if np.all(share == 1.0) else rows * single_precision(np.asarray(share))[..., None])
-    return np.asarray(found)
 
 
 def _sum_of_parts(data: SearchData, place: Place, of_channel: Callable[[str], np.ndarray]) -> np.ndarray:
@@ -163,37 +139,39 @@ def _sum_of_parts(data: SearchData, place: Place, of_channel: Callable[[str], np
     return np.asarray(found)
 
 
-def _rows_of_part(data: SearchData, place: Place, channel: str, part: int | None, block: Block) -> np.ndarray:
-    """The rows of one part of a place, in every run.
+def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
+    """Whitened columns (R, F + w, m) of the forms of a block, in single precision.
 
-    They are kept for the places of one kind, until another kind comes: what is at both pulleys is at each of them as
-    well.
+    Those of a part, in every run, are kept for the places of one kind, until another kind comes: what is at both
+    pulleys is at each of them as well.
     """
-    states, where = data.states, channel if part is None else part
-    kind, kept = place.relative or place.kind, data.compute_once(("rows",), dict, states)
+    states, kind, found = data.states, place.relative or place.kind, np.zeros(1, np.float32)
+    kept = data.compute_once(("rows",), dict, states)
     if kept.get("kind") != kind:
         kept.clear()
         kept["kind"] = kind
-
-    def inputs() -> np.ndarray:
-        if not block.depends_on_pulley:
-            plain = data.compute_once(("inputs", block), partial(form_inputs, states, block.everything, None, None))
-            return data.compute_once(("single", block), lambda: single_precision(plain))
-        read = partial(form_inputs, states.variables_at(place), block.everything, part, channel)
-        return data.compute_once(
-            ("inputs", where, place.kind in WRAPPED, block), lambda: single_precision(read()), states
-        )
-
-    def compute() -> np.ndarray:
-        op = data.design.rows[channel].swapaxes(0, 1)
-        if place.is_stretch:
-            return single_precision(states.stretch_input(place, channel, int(part or 0), block.everything)) @ op
-        gain = states.channel_gain(place.of_all_spans, channel, part)
-        return inputs() @ (op if isinstance(gain, float) else op * single_precision(gain)[..., None])
-
-    if (channel, block) not in kept:
-        kept[channel, block] = compute()
-    return kept[channel, block]
+    of_all_spans = replace(place, where="both") if place.where in SPANS else place
+    for channel, part in place.parts:
+        share, op = np.asarray(states.span_share(place, part)), data.design[channel].swapaxes(0, 1)
+        if not np.any(share):  # the place acts in no run
+            continue
+        if (channel, block) in kept:
+            rows = kept[channel, block]
+        elif place.is_stretch:
+            rows = single_precision(states.stretch_input(place, channel, int(part or 0), block.everything)) @ op
+        else:
+            if block.depends_on_pulley:
+                key, within = ("inputs", channel if part is None else part, place.kind in WRAPPED, block), states
+                read = partial(form_inputs, states.variables_at(place), block.everything, part, channel)
+            else:
+                key, within, plain = ("single", block), None, partial(form_inputs, states, block.everything, None, None)
+                read = partial(data.compute_once, ("inputs", block), plain)
+            inputs = data.compute_once(key, lambda read=read: single_precision(read()), within)
+            gain = states.channel_gain(of_all_spans, channel, part)
+            rows = inputs @ (op if isinstance(gain, float) else op * single_precision(gain)[..., None])
+        kept[channel, block] = rows
+        found = found + (rows if np.all(share == 1.0) else rows * single_precision(share)[..., None])
+    return found
 
 
 def _lengths(rows: np.ndarray, waves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -244,14 +222,13 @@ class RankedLaws:
 
 def cost(law: Law) -> float:
     """What a law's numbers must earn."""
-    total = TERM * (len(law.terms) - 1)
-    total += sum(_price(t.form, t.exponent) for t in law.terms)
-    return total + (APART if len({t.place.name for t in law.terms}) > 1 else 0.0)
+    prices = sum(_price(t.form, t.exponent) for t in law.terms)
+    return TERM * (len(law.terms) - 1) + prices + APART * (len({t.place.name for t in law.terms}) > 1)
 
 
 def _price(form: Form, exponent: float = 0.0) -> float:
     """Of the numbers of one term."""
-    return NUMBER * form.numbers + EXPONENT * (exponent != 0.0) + (WAVE if form.is_wave else 0.0)
+    return NUMBER * len(form.numbers) + EXPONENT * (exponent != 0.0) + WAVE * form.is_wave
 
 
 def gain_of(data: SearchData, law: Law) -> float:
@@ -290,8 +267,7 @@ def gains(blocks: Sequence[Products], weight: np.ndarray, beside: list[int], inv
 def single_term_laws(data: SearchData) -> RankedLaws:
     """Every form at every place with every exponent, best first."""
     g = data.projector
-    targets = Targets(np.concatenate([g.residual[None], g.shared]))
-    beside = list(range(1, 1 + len(g.shared)))
+    targets, beside = Targets(np.concatenate([g.residual[None], g.shared])), list(range(1, 1 + len(g.shared)))
     tables, found, prices = [], [], []
     for place in data.places_to_try:
         forms, blocks = form_products(data, place, targets)
@@ -329,10 +305,6 @@ def exponents_of(data: SearchData) -> tuple[float, ...]:
     return EXPONENTS if len(np.unique(data.stated_tension)) > 1 else (0.0,)
 
 
-def _score_law(law: Law, gain: float) -> ScoredLaw:
-    return ScoredLaw(law, float(gain), float(gain) - cost(law))
-
-
 def first_of_each(items: Iterable[Item], key: Callable[[Item], Any], count: int | None = None) -> list[Item]:
     """The first item of each key, ``count`` at most; no more items are asked for than that takes."""
     first: dict[Any, Item] = {}
@@ -348,76 +320,54 @@ def distinct_families(scored: Iterable[ScoredLaw], count: int) -> list[ScoredLaw
     return first_of_each(scored, lambda s: s.law.family, count)
 
 
-def two_term_laws(data: SearchData, firsts: list[ScoredLaw]) -> list[ScoredLaw]:
-    """The best second term beside each of ``firsts``, best first."""
-    g = data.projector
-    own = [data.columns(s.law) for s in firsts]
-    vectors = np.concatenate([g.residual[None], g.shared, *own])
-    start = 1 + len(g.shared)
-    spans = np.cumsum([start, *[len(c) for c in own]])
-    prior = g.gram - np.einsum("crm,drm->cd", g.shared, g.shared)
-    targets = Targets(vectors)
-    tables = [(place, *form_products(data, place, targets)) for place in data.places_to_try]
-    found: list[ScoredLaw] = []
-    for first, low, high in zip(firsts, spans[:-1], spans[1:], strict=True):
-        beside = [*range(1, start), *range(low, high)]
-        block = vectors[beside]
-        gram = np.einsum("crm,drm->cd", block, block)
-        gram[: start - 1, : start - 1] += prior
-        inverse = np.linalg.pinv(gram, rcond=1e-12, hermitian=True)
-        along = np.einsum("crm,rm->c", block, g.residual)
-        more: list[ScoredLaw] = []
-        for place, forms, blocks in tables:
-            for n in exponents_of(data):
-                gain = gains(blocks, data.weight(n), beside, inverse, along)
-                for k in np.argsort(-gain)[:SECONDS]:
-                    law = Law((*first.law.terms, Term(place, forms[k], n)))
-                    more.append(_score_law(law, first.gain + gain[k]))
-        found += distinct_families(sorted(more, key=lambda s: -s.score), SECONDS)
-    return sorted(found, key=lambda s: -s.score)
+def two_term_laws(data: SearchData, first: ScoredLaw) -> list[ScoredLaw]:
+    """The best second terms beside the ``first``, best first."""
+    g, own = data.projector, data.columns(first.law)
+    vectors = np.concatenate([g.residual[None], g.shared, own])
+    beside, block = list(range(1, len(vectors))), vectors[1:]
+    gram = np.einsum("crm,drm->cd", block, block)
+    count = len(g.shared)
+    gram[:count, :count] += g.gram - np.einsum("crm,drm->cd", g.shared, g.shared)  # its prior
+    inverse = np.linalg.pinv(gram, rcond=1e-12, hermitian=True)
+    targets, along, found = Targets(vectors), np.einsum("crm,rm->c", block, g.residual), list[ScoredLaw]()
+    for place in data.places_to_try:
+        forms, blocks = form_products(data, place, targets)
+        for n in exponents_of(data):
+            gain = gains(blocks, data.weight(n), beside, inverse, along)
+            for k in np.argsort(-gain)[:SECONDS]:
+                law, both = Law((*first.law.terms, Term(place, forms[k], n))), float(first.gain + gain[k])
+                found.append(ScoredLaw(law, both, both - cost(law)))
+    return distinct_families(sorted(found, key=lambda s: -s.score), SECONDS)
 
 
-def refine_numbers(data: SearchData, scored: ScoredLaw) -> ScoredLaw:
+def refine_numbers(data: SearchData, law: Law) -> Law:
     """The law with its shape numbers at their best, one after the other."""
-    law, gain = scored.law, gain_of(data, scored.law)
+    gain = gain_of(data, law)
     for k, term in enumerate(law.terms):
-        for number in ("knee", "at", "wide"):
-            value = getattr(term.form, number)
-            if value is None:
-                continue
+        others = [data.columns(Law((t,))) for t in law.terms]
+        for number, value in term.form.numbers.items():
+
+            def changed(x: float, old=law.terms[k], number=number) -> Term:
+                return replace(old, form=replace(old.form, **{number: float(np.exp(x))}))
+
+            def loss(x: float, k=k, changed=changed, others=others) -> float:
+                columns = [*others[:k], data.columns(Law((changed(x),))), *others[k + 1 :]]
+                return -data.projector.fit_sizes(np.concatenate(columns))[0]
+
             off = np.log(_grid_ratio(data, term.form) if number == "at" else STEP_OF_GRID)
             least = min(np.log(data.shortest(term.form)), np.log(value)) if number == "at" else -np.inf
-            others = [data.columns(Law((t,))) for t in law.terms]
-
-            def loss(x: float, law=law, k=k, number=number, others=others) -> float:
-                own = data.columns(Law((_with_number(law, k, number, float(np.exp(x))).terms[k],)))
-                return -data.projector.fit_sizes(np.concatenate([*others[:k], own, *others[k + 1 :]]))[0]
-
-            best = minimize_scalar(
-                loss,
-                bounds=(max(np.log(value) - off, least), np.log(value) + off),
-                method="bounded",
-                options={"maxiter": 14, "xatol": 1e-3},
-            )
+            bounds, few = (max(np.log(value) - off, least), np.log(value) + off), {"maxiter": 14, "xatol": 1e-3}
+            best = minimize_scalar(loss, bounds=bounds, method="bounded", options=few)
             if -best.fun > gain:
-                law, gain = _with_number(law, k, number, float(np.exp(best.x))), float(-best.fun)
-    return _score_law(law, gain)
-
-
-def _with_number(law: Law, k: int, number: str, value: float) -> Law:
-    """The law with a number of its k-th term changed."""
-    term = law.terms[k]
-    changed: dict = {number: value}
-    return Law((*law.terms[:k], replace(term, form=replace(term.form, **changed)), *law.terms[k + 1 :]))
+                gain, law = float(-best.fun), Law((*law.terms[:k], changed(best.x), *law.terms[k + 1 :]))
+    return law
 
 
 def _grid_ratio(data: SearchData, form: Form) -> float:
-    """Ratio to the next number of the grid."""
-    end = float(data.states.s[-1]) / (float(np.min(data.states.speed)) if form.timed else 1.0)
+    """Ratio to the next number ``at`` of the grid."""
+    end, at = float(data.states.s[-1]) / data.pace(form), float(form.at or 1.0)
     if form.is_carried:
-        return 1.0 + 0.5 * float(form.wide or 1.0) / float(form.at or 1.0)
+        return 1.0 + 0.5 * float(form.wide or 1.0) / at
     if form.is_wave:
-        return 1.0 + 0.5 * float(form.at or 1.0) / end
-    if form.course in ("step", "interval"):
-        return 1.0 + end / 12.0 / float(form.at or 1.0)
-    return 2.0
+        return 1.0 + 0.5 * at / end
+    return 1.0 + end / 12.0 / at if form.course in ("step", "interval") else 2.0

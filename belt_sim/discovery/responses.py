@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
-from operator import itemgetter
 from typing import Any
 
 import jax
@@ -14,17 +13,18 @@ from belt_sim.case import Case
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import ROWS, room_for
 from belt_sim.diagnosis.noise import Metric
+from belt_sim.diagnosis.samples import Samples
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.effects.base import Effect, effect, parameter, with_parameters
 from belt_sim.effects.law import (
     AT_PULLEYS,
     BY_THE_BELT,
     COURSES,
+    KINDS,
     PULLEYS,
     RELATIVE,
     ROLLS,
     SPANS,
-    TRAVEL,
     WRAPPED,
     Form,
     Place,
@@ -53,31 +53,24 @@ Y, MOMENT, TILT = 0, 8, 10  # first rows of what is kept, see ImpulseResponses
 _SCALES = {"rad": 1e-4, "1/m": 1e-5, "m": 1e-4}
 
 
-def drift_at(pulley: int) -> str:
-    """The channel of sideways drift where the belt runs up a pulley (0: tail, 1: head)."""
-    return f"drift_{PULLEYS[pulley]}"
-
-
-def _length(meaning: str):
-    return parameter("m", meaning, plausible=(0.0, 1e3), scale=1.0, null=1.0, modifier=True)
-
-
 _HEIGHTS = {
-    f"{kind}_{pulley}": parameter(unit, "height", plausible=(-1.0, 1.0), scale=_SCALES[unit])
-    for kind, (_, unit) in AT_PULLEYS.items()
-    for pulley in PULLEYS
+    channel: parameter(unit, "height", plausible=(-1.0, 1.0), scale=_SCALES[unit])
+    for channel in CHANNELS
+    for unit in [KINDS[channel.partition("_")[0]].unit]
+}
+_LENGTHS = {
+    name: parameter("m", "of travel", plausible=(0.0, 1e3), scale=1.0, null=1.0, modifier=True)
+    for name in ("middle", "half")  # travel at its height, and from there to its foot
 }
 
 
 @effect
-class Pulse(with_parameters("_Heights", _HEIGHTS)):  # type: ignore[misc]
+class Pulse(with_parameters("_Heights", _HEIGHTS | _LENGTHS)):  # type: ignore[misc]
     """A triangular pulse of input at every channel: yaw of a pulley's surface, turn and drift at the run-ups, shift and
     twist over the wrapped arcs."""
 
     law = "run-up"
     reference = "none: an input to take impulse responses with"
-    middle: float = _length("travel at its height")
-    half: float = _length("travel from its height to its foot")
 
     def _at(self, state, name):
         height = jnp.stack([getattr(self, f"{name}_{pulley}") for pulley in PULLEYS])
@@ -127,22 +120,25 @@ def impulse_responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> 
     forward = bench.forward
     samples, effects = forward.samples, forward.effects_at(fit.vector, (*fit.ids, *among))
     true_end = np.max(in_float64(true_travel)(effects, samples.cases, samples.end))  # whatever the encoder says
-    far = max(float(true_end), samples.end)
-    step = forward.step * max(2, int(np.ceil(far / CELLS / forward.step)))
-    cells = int(np.ceil(far / step)) + 1
+    step = forward.step * max(2, int(np.ceil(max(float(true_end), samples.end) / CELLS / forward.step)))
+    cells = int(np.ceil(max(float(true_end), samples.end) / step)) + 1
     travel = step * (cells + 1)
     steps, _, slots = plan_steps(samples.cases, travel=travel, step=forward.step, keep=forward.step)
     acting = tuple(e for e in effects if overrides(e) - OUTSIDE_MARCH)
-    march = _compile_march(forward.model, tuple(map(type, acting)), *room_for(steps, slots))
-    runs = np.arange(-(-len(samples.runs) // ROWS) * ROWS).clip(max=len(samples.runs) - 1)
+    march, cases = _compile_march(forward.model, tuple(map(type, acting)), *room_for(steps, slots)), _padded(samples)
     found = []
-    for rows in runs.reshape(-1, ROWS):
-        settings = jax.tree.map(lambda x, rows=rows: np.asarray(x)[rows], samples.cases.settings)
-        found.append(march(acting, replace(samples.cases, settings=settings), step, travel / steps, steps))
+    for low in range(0, len(cases.settings.tension), ROWS):
+        settings = jax.tree.map(lambda x, low=low: x[low : low + ROWS], cases.settings)
+        found.append(march(acting, replace(cases, settings=settings), step, travel / steps, steps))
     curves, pulses = (np.concatenate(rows)[: len(samples.runs), ..., : steps + 1] for rows in zip(*found, strict=True))
-    return ImpulseResponses(
-        grid=step * np.arange(cells), fine=np.linspace(0.0, travel, steps + 1), curves=curves, pulses=pulses
-    )
+    fine = np.linspace(0.0, travel, steps + 1)
+    return ImpulseResponses(grid=step * np.arange(cells), fine=fine, curves=curves, pulses=pulses)
+
+
+def _padded(samples: Samples) -> Case:
+    """The cases of all runs, the last one again until they fill rows of ROWS."""
+    rows = np.arange(-(-len(samples.runs) // ROWS) * ROWS).clip(max=len(samples.runs) - 1)
+    return replace(samples.cases, settings=jax.tree.map(lambda x: np.asarray(x)[rows], samples.cases.settings))
 
 
 @lru_cache(PROGRAMS)
@@ -195,12 +191,8 @@ def span_changes(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> dict[
     forward = bench.forward
     there = forward.effects_at(fit.vector, (*fit.ids, *among))
     effects = tuple(e for e in there if overrides(e) & {"settings", "span"})
-    runs = len(bench.samples.runs)
-    rows = np.arange(-(-runs // ROWS) * ROWS).clip(max=runs - 1)
-    settings = jax.tree.map(lambda x: np.asarray(x)[rows], forward.samples.cases.settings)
-    cases = replace(forward.samples.cases, settings=settings)
-    made = _compile_changes(forward.model, tuple(map(type, effects)))(effects, cases)
-    made = jax.tree.map(lambda x: np.asarray(x)[:runs], made)
+    made = _compile_changes(forward.model, tuple(map(type, effects)))(effects, _padded(forward.samples))
+    made = jax.tree.map(lambda x: np.asarray(x)[: len(bench.samples.runs)], made)
     return {k: SpanChange(rows, StretchResponse(**s) if s else None) for k, (rows, s) in made.items()}
 
 
@@ -215,7 +207,7 @@ def _compile_changes(model, classes):
                 response_by_change(span, case, k)[:, at, ends],
                 vars(stretch_response(span, k)) if k in BY_THE_BELT else {},
             )
-            for k in dict.fromkeys(RELATIVE.values())
+            for k in dict.fromkeys(KINDS[kind].relative for kind in RELATIVE)
         }
 
     many = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0)))  # type: ignore[arg-type]
@@ -299,25 +291,6 @@ def residual_projector(bench: Workbench, fit: Fit) -> ResidualProjector:
     return ResidualProjector(metric, residual, shared, np.linalg.pinv(gram, hermitian=True))
 
 
-@dataclass(frozen=True, kw_only=True)
-class DesignMatrices:
-    """rows: channel, or signal of a sensor -> (J, R, m), whitened responses to an input of height 1 in each cell; grid
-    (J,): the cells' travels [m]."""
-
-    rows: dict[str, np.ndarray]
-    grid: np.ndarray
-
-    def columns(self, channel: str, inputs: np.ndarray) -> np.ndarray:
-        """Whitened columns (F, R, m) of inputs (F, R, J) at a channel."""
-        op = self.rows[channel]
-        return np.matmul(single_precision(inputs).swapaxes(0, 1), op.swapaxes(0, 1)).swapaxes(0, 1)
-
-    def place_columns(self, place: Place, inputs: Sequence[np.ndarray]) -> np.ndarray:
-        """Whitened columns (F, R, m) of inputs (F, R, J), one array a part of the place."""
-        columns = [self.columns(channel, one) for (channel, _), one in zip(place.parts, inputs, strict=True)]
-        return columns[0] if len(columns) == 1 else np.sum(columns, axis=0)
-
-
 def single_precision(x: np.ndarray) -> np.ndarray:
     """Numbers in single precision; those too small for all its digits are 0: a few of them, as there are in what fades
     away, make a matrix product take seven times as long.
@@ -329,37 +302,31 @@ def single_precision(x: np.ndarray) -> np.ndarray:
 
 def design_matrices(
     bench: Workbench, projector: ResidualProjector, responses: ImpulseResponses, effects: Sequence[Effect]
-) -> DesignMatrices:
-    """Design matrices of all channels of the march, of every lateral sensor and of the roll that tilt sensors show."""
-    samples = bench.samples
+) -> dict[str, np.ndarray]:
+    """Channel, signal of a lateral sensor, or roll that tilt sensors show -> (J, R, m), whitened responses to an input
+    of height 1 in each cell of the grid."""
+    samples, grid = bench.samples, responses.grid
     shown = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
     true = np.asarray(in_float64(true_travel)(effects, samples.cases, shown.T)).T if effects else shown
     names = [*CHANNELS, *(s.name for s in samples.signals if s.kind == "lateral")]
     names += ROLLS if any(s.kind == "tilt" for s in samples.signals) else ()
     rows = {}
     for name in names:
-        white = projector.whiten(_responses_at(bench, responses, true, name)).swapaxes(0, 1)
-        rows[name] = single_precision(np.ascontiguousarray(white)).swapaxes(0, 1)  # of a run side by side in memory
-    return DesignMatrices(rows=rows, grid=responses.grid)
-
-
-def _responses_at(bench: Workbench, responses: ImpulseResponses, true: np.ndarray, name: str) -> np.ndarray:
-    """What an input of height 1 in each cell of a channel, a sensor or a roll adds to the readings, (J, R, S, n), in
-    single precision."""
-    samples, grid = bench.samples, responses.grid
-    found = np.zeros((len(grid), *samples.y.shape), np.float32)
-    for r, run in enumerate(samples.runs):
-        for s, signal in enumerate(samples.signals):
-            row = curve_row(signal.at, run.direction)
-            if name in CHANNELS:
-                pulse = responses.pulses[r, CHANNELS.index(name), row].astype(np.float32)
-                read = responses.cell_responses(pulse, true[r])
-            elif signal.name == name or (name in ROLLS and row == TILT + ROLLS.index(name)):  # it shows it itself
-                read = np.maximum(0.0, 1.0 - np.abs(true[r][:, None] - grid[None]) / (grid[1] - grid[0]))
-            else:
-                continue
-            found[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
-    return found
+        found = np.zeros((len(grid), *samples.y.shape), np.float32)
+        for r, run in enumerate(samples.runs):
+            for s, signal in enumerate(samples.signals):
+                row = curve_row(signal.at, run.direction)
+                if name in CHANNELS:
+                    pulse = responses.pulses[r, CHANNELS.index(name), row].astype(np.float32)
+                    read = responses.cell_responses(pulse, true[r])
+                elif signal.name == name or (name in ROLLS and row == TILT + ROLLS.index(name)):  # it shows it itself
+                    read = np.maximum(0.0, 1.0 - np.abs(true[r][:, None] - grid[None]) / (grid[1] - grid[0]))
+                else:
+                    continue
+                found[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
+        white = np.ascontiguousarray(projector.whiten(found).swapaxes(0, 1))  # of a run side by side in memory
+        rows[name] = single_precision(white).swapaxes(0, 1)
+    return rows
 
 
 def curve_row(at: str, direction: float) -> int:
@@ -433,10 +400,8 @@ class States:
 
     @cached_property
     def _landing_states(self) -> "States":
-        def at_run_up(x: np.ndarray) -> np.ndarray:
-            return np.stack([self.delay(x[:, k], k) for k in (0, 1)], axis=1)
-
-        return replace(self, y=at_run_up(self.y), alpha=at_run_up(self.alpha), kappa=at_run_up(self.kappa))
+        rows = {n: getattr(self, n) for n in ("y", "alpha", "kappa")}
+        return replace(self, **{n: np.stack([self.delay(x[:, k], k) for k in (0, 1)], 1) for n, x in rows.items()})
 
     def delay(self, x: np.ndarray, pulley: int) -> np.ndarray:
         """What x (..., J) was one wrap of a pulley before; what lay there at the start lay straight."""
@@ -457,7 +422,7 @@ class States:
             return np.einsum("ri,rij->rj", slope, self.ends[:, first : first + 3]) * self.span_share(place, pulley)
         if place.where in SPANS:
             return self.span_share(place, pulley)
-        if place.name == TRAVEL:  # a belt that is further than the encoder says shows what comes later
+        if place.name == "travel":  # a belt that is further than the encoder says shows what comes later
             return np.gradient(self.reading[:, self.signals.index(channel)], self.s[1] - self.s[0], axis=-1)
         return 1.0
 
@@ -470,7 +435,7 @@ class States:
         """
         response, found = self.changes[place.relative].stretch, []
         for run, part in enumerate(self.belt_part[:, pulley]):
-            own = jax.tree.map(itemgetter(run), response)
+            own = jax.tree.map(lambda x, run=run: x[run], response)
             behind = (at - part) * (1.0 if self.forward[run] else -1.0)
             lies = stretch_ends(own.x[-1], self.belt_length, behind, wide, np)
             added, more = stretch_adds(own, -change[run] * own.x[-1], wide * self.belt_length, lies, np)

@@ -27,18 +27,7 @@ from belt_sim.discovery.linear_search import (
     unexplained_elsewhere,
 )
 from belt_sim.discovery.search_data import COURSES_ONLY, WITH_KNEE, LatentInput, SearchData, simpler_form
-from belt_sim.effects.law import (
-    BY_THE_BELT,
-    TRAVEL,
-    Form,
-    GenericLaw,
-    Law,
-    Place,
-    SizedLaw,
-    Term,
-    law_effect,
-    number_name,
-)
+from belt_sim.effects.law import BY_THE_BELT, Form, GenericLaw, Law, Place, SizedLaw, Term, law_effect, number_name
 from belt_sim.jax_setup import map_in_threads
 
 # The choice of a law: laws of one term, then of two where the second earns its place; how stable the choice is.
@@ -85,34 +74,31 @@ def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
         some = first_of_each(ones, _first_place, places)
         at_work = [replace(data, states=states_of_fit(data, c), places=(c.law.terms[0].place,)) for c in some]
         ones = _merge(ones, _fit_all(data, [(s, distinct_families(single_term_laws(s), FORMS)) for s in at_work]))
-    g, u = data.projector, latent.inputs(data.design.grid)
-    felt = [data.states.channel_input(latent.place, u, *part)[None] for part in latent.place.parts]
-    column = data.design.place_columns(latent.place, felt)[0].astype(float)
+    g, u, place = data.projector, latent.inputs(data.states.s), latent.place
+    felt = [data.columns_at(part[0], data.states.channel_input(place, u, *part)[None]) for part in place.parts]
+    column = (felt[0] if len(felt) == 1 else np.sum(felt, axis=0))[0].astype(float)
     possible = g.chi2() - g.chi2(g.residual - column) - latent.by_chance
-    firsts = different_laws(data, ones, FIRSTS) if ones[0].gain < possible else []
-    beside = [(replace(data, states=states_of_fit(data, c)), c.scored_law) for c in firsts]
-    seconds = [(s, distinct_families(two_term_laws(s, [one]), PAIRS)) for s, one in beside]
-    everything = _merge(ones, _fit_all(data, seconds))
+    everything, sloped = ones, list[ClosedLoopFit]()
+    if ones[0].gain < possible:
+        firsts = different_laws(data, ones, FIRSTS)
+        beside = [(replace(data, states=states_of_fit(data, c)), c.scored_law) for c in firsts]
+        seconds = [(s, distinct_families(two_term_laws(s, one), PAIRS)) for s, one in beside]
+        everything, sloped = _merge(ones, _fit_all(data, seconds)), laws_with_both_slopes(data, ones)
     polished = [fit_closed_loop(data, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
-    sloped = laws_with_both_slopes(data, ones) if firsts else []
     everything = _merge(everything, [*(c for c in polished if c is not None), *sloped])
-    leading = (everything[0], _best_of_one_term(everything))  # in the march the second may win
-    for made in {c.law.family: c for c in leading}.values():
+    simple = next(c for c in everything if len(c.law.terms) == 1)  # in the march the second may win
+    for made in {c.law.family: c for c in (everything[0], simple)}.values():
         everything = _merge(everything, _fit_all(data, _other_places(data, made)))
     best = everything[0]
-    close = WITHIN + MODELLED * best.gain
-    rivals = [c for c in everything[1:] if c.score > best.score - close and len(c.law.terms) <= len(best.law.terms)]
+    close = best.score - WITHIN - MODELLED * best.gain
+    rivals = [c for c in everything[1:] if c.score > close and len(c.law.terms) <= len(best.law.terms)]
     return LawChoice(
         best=best.scored_law,
         judged=tuple(c.scored_law for c in everything),
         frequency=_frequency(data, [best, *rivals]),
-        simple=_best_of_one_term(everything).scored_law,
+        simple=next(c for c in everything if len(c.law.terms) == 1).scored_law,
         possible=possible,
     )
-
-
-def _best_of_one_term(laws: Sequence[ClosedLoopFit]) -> ClosedLoopFit:
-    return next(c for c in laws if len(c.law.terms) == 1)
 
 
 def _first_place(c: ClosedLoopFit) -> str:
@@ -140,16 +126,14 @@ def _fit_all(data: SearchData, tried: Iterable[tuple[SearchData, Sequence[Scored
     found: list[ClosedLoopFit] = []
     for read, many in tried:
         for one in many:
-            fine = refine_numbers(read, one)
-            _, sizes = read.projector.fit_sizes(read.columns(fine.law))
-            made = fit_closed_loop(data, fine.law, sizes)
+            law = refine_numbers(read, one.law)
+            made = fit_closed_loop(data, law, read.projector.fit_sizes(read.columns(law))[1])
             if made is None:
                 continue
-            terms, states = [], read.states
+            terms, s = [], read.states.s
             for t in made.law.terms:  # without the numbers that have run out of range
-                pace = float(np.min(states.speed)) if t.form.timed else 1.0
-                form = simpler_form(t.form, float(states.s[-1] / pace), float(states.s[1] / pace))
-                terms.append(replace(t, form=form or t.form))
+                pace = read.pace(t.form)
+                terms.append(replace(t, form=simpler_form(t.form, float(s[-1] / pace), float(s[1] / pace))))
             if (plain := Law(tuple(terms))) != made.law:
                 made = fit_closed_loop(data, plain, made.sizes)
             found += [] if made is None else [made]
@@ -192,19 +176,17 @@ def _other_places(data: SearchData, best: ClosedLoopFit) -> list[tuple[SearchDat
 def _laws_at_other_places(data: SearchData, terms: Sequence[Term], which: Collection[int]) -> list[Law]:
     """Laws with those of the ``terms`` that are asked for at one other place, going with the tension in any way."""
     old, steady = terms[min(which)].place, {terms[k].form.variable for k in which} <= {"none", "yaw_set"}
-    carried = all(terms[k].form.is_carried for k in which)
-
-    def may_act_at(place: Place) -> bool:
-        if carried:  # it goes round with the belt, so that it is not alike at both pulleys
-            return place.kind in BY_THE_BELT and place.where != "both" and (steady or not place.relative)
-        return not place.is_carried and (steady or place.kind not in COURSES_ONLY)
-
-    return [
-        Law(tuple(Term(place, t.form, n) if k in which else t for k, t in enumerate(terms)))
-        for place in data.places_to_try
-        if place.name != old.name and (place.kind == "sensor") == (old.kind == "sensor") and may_act_at(place)
-        for n in exponents_of(data)
-    ]
+    found = []
+    for place in data.places_to_try:
+        if all(terms[k].form.is_carried for k in which):  # it goes round with the belt: not alike at both pulleys
+            there = place.kind in BY_THE_BELT and place.where != "both" and (steady or not place.relative)
+        else:
+            there = not place.is_carried and (steady or place.kind not in COURSES_ONLY)
+        if there and place.name != old.name and (place.kind == "sensor") == (old.kind == "sensor"):
+            for n in exponents_of(data):
+                moved = (Term(place, t.form, n) if k in which else t for k, t in enumerate(terms))
+                found.append(Law(tuple(moved)))
+    return found
 
 
 def _frequency(data: SearchData, laws: Sequence[ClosedLoopFit]) -> float:
@@ -274,11 +256,6 @@ class MarchFit:
             found[name] = (float(self.fit.vector[p]) * scale, u, self.effect.parameters[name].unit)
         return found
 
-    @property
-    def fitted_law(self) -> Law:
-        """The law with the shape numbers and exponents that it has in the march."""
-        return self.scored.law.with_numbers({name: value for name, (value, _, _) in self.estimates().items()})
-
     def sizes_are_certain(self, sigmas: float) -> bool:
         """Whether the size of every term lies that far from zero, its knee being held; of a wave, both sizes together.
 
@@ -318,12 +295,11 @@ def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:
         for new, before in zip(forward.index(cls.id), old.index(cls.id), strict=True):
             vector[new] = data.fit.vector[before]
             free += [new] if before in data.fit.free else []
-    positions = {forward.slots[p].name: p for p in forward.index(effect.id)}
-    for number in effect.numbers:
-        position = positions[number.name]
-        vector[position] = number.value / forward.slots[position].scale
-        own += [] if number.modifier else [position]
-        if not (number.name.startswith("exponent") and len(np.unique(data.stated_tension)) == 1):
+    for position in forward.index(effect.id):
+        name = forward.slots[position].name
+        vector[position] = getattr(effect, name) / forward.slots[position].scale
+        own += [] if effect.parameters[name].modifier else [position]
+        if not (name.startswith("exponent") and len(np.unique(data.stated_tension)) == 1):
             free.append(position)
     ids = (*[c.id for c in chosen], effect.id)
     start = _start_on_pulleys(bench, vector, own)
@@ -352,11 +328,11 @@ def _round_exponents(data: SearchData, free: MarchFit) -> MarchFit:
     """
     numbers, positions, forward = free.estimates(), free.positions, free.bench.forward
     vector, held = free.fit.vector.copy(), set()
-    for n in free.effect.numbers:
-        round_one = round_exponent(*numbers[n.name][:2], n.value) if n.name.startswith("exponent") else None
+    for name in (n for n in positions if n.startswith("exponent")):
+        round_one = round_exponent(*numbers[name][:2], getattr(free.effect, name))
         if round_one is not None:
-            vector[positions[n.name]] = round_one / forward.slots[positions[n.name]].scale
-            held.add(positions[n.name])
+            vector[positions[name]] = round_one / forward.slots[positions[name]].scale
+            held.add(positions[name])
     if not held:
         return free
     start = Fit(ids=free.fit.ids, free=[p for p in free.fit.free if p not in held], vector=vector)
@@ -411,14 +387,8 @@ class MarchTrials:
 
     def acceptable(self) -> list[MarchFit]:
         """Laws that explain enough, every size being known, best first."""
-        made = [
-            r for r in self.tried.values() if r is not None and r.gain >= self.enough and r.sizes_are_certain(CERTAIN)
-        ]
-        return sorted(made, key=lambda r: r.worth, reverse=True)
-
-    def winner(self) -> MarchFit | None:
-        """The law that is worth most."""
-        return next(iter(self.acceptable()), None)
+        made = [r for r in self.tried.values() if r is not None and r.gain >= self.enough]
+        return sorted((r for r in made if r.sizes_are_certain(CERTAIN)), key=lambda r: r.worth, reverse=True)
 
     def best_predicting(self, won: MarchFit) -> MarchFit | None:
         """The best of the law that won and those close to it with which the held-out error does not rise; else None."""
@@ -468,11 +438,10 @@ def best_in_march(
     march = MarchTrials(data, choice, enough)
     march.fit([choice.best, *([choice.simple] if len(choice.best.law.terms) > 1 else [])])
     march.fit(laws_of_the_encoder(choice, likeliest))
-    won = march.winner()
-    if won is None:
+    if not (made := march.acceptable()):
         return None, ()
-    march.fit(laws_elsewhere(march.indistinguishable(won), won))
-    won = march.best_predicting(march.winner() or won)
+    march.fit(laws_elsewhere(march.indistinguishable(made[0]), made[0]))
+    won = march.best_predicting(march.acceptable()[0])
     if won is None:  # what predicts unseen runs worse than nothing is no law
         return None, ()
     return won, tuple(march.indistinguishable(won)[:SHOWN])
@@ -488,9 +457,9 @@ def laws_elsewhere(near: Sequence[CloseLaw], won: MarchFit) -> list[ScoredLaw]:
 def laws_of_the_encoder(choice: LawChoice, likeliest: LatentInput) -> list[ScoredLaw]:
     """The best laws of the encoder, where it is the likeliest place or they explain a good part of what the best law
     does."""
-    own = [s for s in choice.judged if [t.place.name for t in s.law.terms] == [TRAVEL]][:FAMILIES]
+    own = [s for s in choice.judged if [t.place.name for t in s.law.terms] == ["travel"]][:FAMILIES]
     promise = max((s.gain for s in own), default=0.0)
-    return own if promise >= WORTH_TRYING * choice.best.gain or likeliest.place.name == TRAVEL else []
+    return own if promise >= WORTH_TRYING * choice.best.gain or likeliest.place.name == "travel" else []
 
 
 def places_alike(data: SearchData, scored: ScoredLaw, told: bool) -> tuple[Place, ...]:
@@ -502,8 +471,7 @@ def places_alike(data: SearchData, scored: ScoredLaw, told: bool) -> tuple[Place
     data = replace(data, wide=True)
     sizes = data.projector.fit_sizes(data.columns(scored.law))[1] if scored.sizes is None else np.array(scored.sizes)
     made = fit_closed_loop(data, scored.law, sizes)
-    read = data if made is None else replace(data, states=states_of_fit(data, made))
-    latent_inputs = read.latent_inputs()
+    latent_inputs = (data if made is None else replace(data, states=states_of_fit(data, made))).latent_inputs
     top = latent_inputs[0].gain
     left = unexplained_elsewhere(data, scored.law) if told else {}
     for c in latent_inputs:
@@ -568,10 +536,9 @@ def search_law(data: SearchData, tell: Callable[[str], None] = lambda text: None
     if len(data.bench.samples.runs) < FEWEST:
         return SearchOutcome(data=data, latent_inputs=())
     tell("looking for the law of what is left")
-    latent_inputs = tuple(data.latent_inputs())
+    latent_inputs = tuple(data.latent_inputs)
     choice = choose_law(data, latent_inputs[0])
-    enough = DESCRIBED * choice.possible
-    if choice.best.gain < enough:
+    if choice.best.gain < (enough := DESCRIBED * choice.possible):
         return SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice)
     best, close = best_in_march(data, choice, latent_inputs[0], enough)
     return SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice, best=best, close=close)

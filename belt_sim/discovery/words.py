@@ -9,8 +9,8 @@ from belt_sim.diagnosis.describe import label
 from belt_sim.diagnosis.errors import errors_of
 from belt_sim.discovery.linear_search import first_of_each
 from belt_sim.discovery.search_data import SearchData, course_travel, form_values, variable
-from belt_sim.discovery.selection import FEWEST, Estimates, LawChoice, MarchFit, SearchOutcome
-from belt_sim.effects.law import ONE_SIDED, SPAN, STIFFNESS, TENSION, TRAVEL, VARIABLES, Form, Law, Term, number_name
+from belt_sim.discovery.selection import FEWEST, Estimates, MarchFit, SearchOutcome
+from belt_sim.effects.law import ONE_SIDED, STIFFNESS, VARIABLES, Form, Law, Term, number_name
 from belt_sim.effects.load import save_effects
 from belt_sim.io import provenance
 from belt_sim.results import words
@@ -27,17 +27,34 @@ SLIGHT = 1e-3  # relative change that is none
 KNOWN = 2.0  # sigma from zero, below which a size is not known by itself
 PLAIN = ("constant", "rise", "decay", "step", "interval")  # courses without a unit
 NEAR = 0.01  # of a wavelength, within which it is called that of a machine part
-SYMBOLS = {
-    "none": "",
-    "yaw_set": "",
-    "sigma": "σ",
-    "beta": "β",
-    "y": "y",
-    "alpha": "α",
-    "kappa": "κ",
-    "kappa_mean": "κ̄",
-    "reading": "y",
-    "reading_rate": "dy/dt",
+#: shape in a formula; x: the sign of the variable
+_SHAPES = {
+    "linear": "{x}",
+    "signed_square": "{x}|{x}|",
+    "square": "{x}²",
+    "cube": "{x}³",
+    "saturation": "{x}, saturating at {knee}",
+    "stick": "what of {x} is stuck within ±{knee}",
+    "dead_zone": "the part of {x} beyond ±{knee}",
+    "magnitude": "|{x}|",
+    "magnitude_beyond": "the part of |{x}| beyond {knee}",
+    "positive": "where {x} is above 0 (by {knee} and more)",
+    "negative": "where {x} is below 0 (by {knee} and more)",
+    "below": "(1 − {x}/({knee})) below {knee}",
+    "above": "({x}/({knee}) − 1) above {knee}",
+}
+_COURSES = {
+    "constant": "",
+    "linear": "{s}",
+    "quadratic": "{s}²",
+    "square_root": "√{s}",
+    "rise": "(1 − exp(−{s}/({at})))",
+    "decay": "exp(−{s}/({at}))",
+    "step": "after {at}",
+    "interval": "from {at} on for {wide}",
+    "belt_section": "once a revolution on {wide} of the belt",
+    "wave": "a wave of {at}",
+    "decaying_wave": "a wave of {at} that fades over {wide}",
 }
 
 
@@ -52,70 +69,33 @@ def formula(law: Law, numbers: Estimates | None = None) -> str:
 
 
 def _term(t: Term, k: int, numbers: Estimates) -> str:
-    x, form = SYMBOLS[t.form.variable], t.form
-
-    def number(name: str, fallback: float | None, unit: str) -> str:
-        if number_name(name, k) in numbers:
-            value, u, _ = numbers[number_name(name, k)]
-            return words.with_u(value, u, unit)
-        return f"{words.number(fallback)} {unit}".strip()
-
-    knee = number("knee", form.knee, VARIABLES[form.variable][0] if form.variable not in ("none", "yaw_set") else "")
+    x, form = VARIABLES[t.form.variable][2], t.form
+    along = "s" if form.timed else "" if form.is_carried else "m"
+    said = {"x": x, "s": ("t" if form.timed else "s") + "′" * (form.variable == "yaw_set")}
+    for name, unit in (("knee", VARIABLES[form.variable][0] if x else ""), ("at", along), ("wide", along)):
+        fitted = numbers.get(number_name(name, k))
+        plain = f"{words.number(getattr(form, name))} {unit}".strip()
+        said[name] = words.with_u(*fitted[:2], unit) if fitted else plain
     if form.variable == "sigma":
-        knee = f"{numbers.get(number_name('knee', k), (form.knee or 0.0,))[0] / N_PER_MM2:.3g} N/mm²"
-    unit = "s" if form.timed else "" if form.is_carried else "m"
-    at, wide = number("at", form.at, unit), number("wide", form.wide, unit)
-    s = ("t" if form.timed else "s") + "′" * (x == "" and form.variable == "yaw_set")
-    shape = {
-        "linear": x,
-        "signed_square": f"{x}|{x}|",
-        "square": f"{x}²",
-        "cube": f"{x}³",
-        "saturation": f"{x}, saturating at {knee}",
-        "stick": f"what of {x} is stuck within ±{knee}",
-        "dead_zone": f"the part of {x} beyond ±{knee}",
-        "magnitude": f"|{x}|",
-        "magnitude_beyond": f"the part of |{x}| beyond {knee}",
-        "positive": f"where {x} is above 0 (by {knee} and more)",
-        "negative": f"where {x} is below 0 (by {knee} and more)",
-        "below": f"(1 − {x}/({knee})) below {knee}",
-        "above": f"({x}/({knee}) − 1) above {knee}",
-    }[form.shape]
-    course = {
-        "constant": "",
-        "linear": s,
-        "quadratic": f"{s}²",
-        "square_root": f"√{s}",
-        "rise": f"(1 − exp(−{s}/({at})))",
-        "decay": f"exp(−{s}/({at}))",
-        "step": f"after {at}",
-        "interval": f"from {at} on for {wide}",
-        "belt_section": f"once a revolution on {wide} of the belt",
-        "wave": f"a wave of {at}",
-        "decaying_wave": f"a wave of {at} that fades over {wide}",
-    }[form.course]
-    parts = [p for p in (shape, course) if p] or ["a step" if form.variable == "yaw_set" else "a constant"]
+        said["knee"] = f"{numbers.get(number_name('knee', k), (form.knee or 0.0,))[0] / N_PER_MM2:.3g} N/mm²"
+    parts = [p for p in (_SHAPES[form.shape].format(**said), _COURSES[form.course].format(**said)) if p]
+    parts = parts or ["a step" if form.variable == "yaw_set" else "a constant"]
     value, u, _ = numbers.get(number_name("exponent", k), (t.exponent, 0.0, "1"))
     exponent = words.number(value, 2) if not u else f"({words.with_u(value, u)})"
-    return f"{_size(t, k, numbers)}{' '.join(parts)}{f' × tension^{exponent}' if value else ''}"
+    size = ""
+    if sizes := [numbers[n] for half in form.halves if (n := number_name(half, k)) in numbers]:  # of a wave both
+        factor, shown = shop_unit(t.size_unit if len(sizes) == 1 else t.place.unit)
+        high, own_u = (math.hypot(*(one[i] for one in sizes)) for i in (0, 1))
+        high = sizes[0][0] if len(sizes) == 1 else high
+        text = words.with_u(factor * high, factor * own_u / math.sqrt(len(sizes)))
+        size = f"{text if text.startswith('(') else f'({text})'} {shown}".rstrip() + " × "
+    return f"{size}{' '.join(parts)}{f' × tension^{exponent}' if value else ''}"
 
 
-def _size(t: Term, k: int, numbers: Estimates) -> str:
-    """The size of a term, before its shape; empty where nothing has been fitted."""
-    if number_name("size", k) in numbers:
-        value, u, _ = numbers[number_name("size", k)]
-        return f"{_size_words(value, u, t.size_unit)} × "
-    if number_name("cos", k) in numbers:
-        (c, u, _), (s, v, _) = numbers[number_name("cos", k)], numbers[number_name("sin", k)]
-        return f"{_size_words(math.hypot(c, s), math.hypot(u, v) / math.sqrt(2.0), t.place.unit)} × "
-    return ""
-
-
-def _size_words(value: float, u: float, unit: str) -> str:
-    """A size ± u in units of the shop, in brackets."""
-    factor, shown = shop_unit(unit)
-    text = words.with_u(factor * value, factor * u)
-    return f"{text if text.startswith('(') else f'({text})'} {shown}".rstrip()
+_MACHINE = {
+    "sensor": "a sensor or its stand", "yaw": "the stand of a pulley", "tension": "the tension",
+    "travel": "the encoder or its wheel", "span": "what touches a span", **dict.fromkeys(STIFFNESS, "a belt"),
+}  # fmt: skip
 
 
 def looks_like(data: SearchData, law: Law, numbers: Estimates) -> str:
@@ -124,9 +104,10 @@ def looks_like(data: SearchData, law: Law, numbers: Estimates) -> str:
     What has not begun to settle when the record ends has no time constant, and is no creep.
     """
     t = law.terms[0]
-    if rate := _steady_rate(data, t, numbers):
-        return f"{_part_of_machine(t.place.kind)} that drifts at a steady rate of {rate}"
     kind, v, shape, course = t.place.kind, t.form.variable, t.form.shape, t.form.course
+    part, alone = _MACHINE.get(kind, "the surface of a pulley"), v in ("none", "yaw_set")
+    if rate := _steady_rate(data, t, numbers):
+        return f"{part} that drifts at a steady rate of {rate}"
     if kind in STIFFNESS:
         if course in ("belt_section", "wave"):
             return "a stretch of the belt that is softer or stiffer than the rest: a joint, a repair, cracked edges"
@@ -134,42 +115,39 @@ def looks_like(data: SearchData, law: Law, numbers: Estimates) -> str:
             return "something between the pulleys that carries part of the pull: a support, a scraper, a bearing"
         if course != "constant":
             return "a belt that warms up, settles or cracks"
+        if shape in ONE_SIDED:
+            return "an edge that is cracked, or touches something, so that the belt is weaker to one side"
         if v in ("y", "kappa", "kappa_mean"):
-            one_sided = "an edge that is cracked, or touches something, so that the belt is weaker to one side"
-            either = "edges that go slack, or touch something, where the belt goes far"
-            return one_sided if shape in ONE_SIDED else either
+            return "edges that go slack, or touch something, where the belt goes far"
         return "a cross-section unlike the sheet's: residual stress, curl, worn or cracked edges"
     if course == "decaying_wave":
         return "something that swings out after a step"
     if course == "belt_section":
         return "a stretch of the belt that is unlike the rest: greasy, worn or mended"
     if course == "wave":
-        return _wave(data, float(t.form.at or 0.0))
-    if v in ("none", "yaw_set"):
-        when = "it was changed in the run"
-        if course == "constant":
-            when = "it is off all along"
-        elif course in ("linear", "quadratic", "square_root", "rise"):
-            when = "it warms up or settles"
-        return f"{_part_of_machine(kind)}: {when}"
+        rig, at = data.bench.samples.cases.rig, float(t.form.at or 0.0)
+        lengths = {
+            "one turn of the tail pulley": 2.0 * math.pi * float(rig.tail_radius),
+            "one turn of the head pulley": 2.0 * math.pi * float(rig.head_radius),
+            "one revolution of the belt": float(rig.belt_length),
+            "half a revolution of the belt": float(rig.belt_length) / 2.0,
+        }
+        own = next((name for name, length in lengths.items() if abs(at / length - 1.0) < NEAR), "")
+        unknown = "something that repeats, but with no part of the machine that the sheet knows"
+        return f"something that comes once in {own}" if own else unknown
+    if alone:
+        settles = "it warms up or settles" if course in ("linear", "quadratic", "square_root", "rise") else ""
+        return f"{part}: {settles or ('it is off all along' if course == 'constant' else 'it was changed in the run')}"
     if kind == "sensor":
         fault = "that sticks" if shape == "stick" else "whose scale is not straight"
         return f"a sensor {'that answers late' if v == 'reading_rate' else fault}"
-    if v == "beta":
-        return "creep or play of the yaw drive"
-    if v == "y":
-        return "a pulley whose radius varies across the belt, as a crown does"
+    if v in ("beta", "y"):
+        crown = "a pulley whose radius varies across the belt, as a crown does"
+        return crown if v == "y" else "creep or play of the yaw drive"
     grip = "the grip of belt and pulley"
     if shape in ("saturation", "dead_zone"):
         return f"{grip}: play, or a limit of what it holds"
     return f"{grip}, which changes in the run" if course != "constant" else f"{grip}, as soft covers and slip have it"
-
-
-def _part_of_machine(kind: str) -> str:
-    """What it is that changes at a kind of place."""
-    thing = {"sensor": "a sensor or its stand", "yaw": "the stand of a pulley"}
-    thing |= {TENSION: "the tension", TRAVEL: "the encoder or its wheel", SPAN: "what touches a span"}
-    return (thing | dict.fromkeys(STIFFNESS, "a belt")).get(kind, "the surface of a pulley")
 
 
 def _steady_rate(data: SearchData, t: Term, numbers: Estimates) -> str:
@@ -185,32 +163,16 @@ def _steady_rate(data: SearchData, t: Term, numbers: Estimates) -> str:
     return f"{words.number(abs(rate), 2)} {f'{unit} per m' if unit != '1' else 'per m'}{per}"
 
 
-def _wave(data: SearchData, at: float) -> str:
-    rig = data.bench.samples.cases.rig
-    parts = {
-        "one turn of the tail pulley": 2.0 * math.pi * float(rig.tail_radius),
-        "one turn of the head pulley": 2.0 * math.pi * float(rig.head_radius),
-        "one revolution of the belt": float(rig.belt_length),
-        "half a revolution of the belt": float(rig.belt_length) / 2.0,
-    }
-    for name, length in parts.items():
-        if abs(at / length - 1.0) < NEAR:
-            return f"something that comes once in {name}"
-    return "something that repeats, but with no part of the machine that the sheet knows"
-
-
 def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, worse: str = "") -> str:
     """The law in sentences: place, terms with all numbers, parity, tension, by how much the error falls, what it looks
     like; worse: what it predicts worse than no law does.
     """
-    said = _place_and_terms(data, made)
-    numbers = made.estimates()
-    for k, t in enumerate(made.scored.law.terms):  # where on the belt its stretches are, to be found there
-        if t.form.is_carried:
+    said, numbers = _place_and_terms(data, made), made.estimates()
+    for k, t in enumerate(made.scored.law.terms):
+        if t.form.is_carried:  # where on the belt its stretches are, to be found there
             at, u, _ = numbers[number_name("at", k)]
             said += f"; the middle of the stretch runs up the tail pulley {words.with_u(at % 1.0, u)} "
             said += "belt lengths after the start of a forward run"
-    for k, t in enumerate(made.scored.law.terms):
         if t.form.shape == "saturation" and t.form.course in PLAIN:
             size, u, _ = numbers[number_name("size", k)]
             if abs(size) < KNOWN * u:
@@ -222,8 +184,7 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, wo
     if u > 0.0 and not powers[0]:
         known = abs(value) < 2.0 * u and u < 0.4
         said += f"; {'no dependence on' if known else 'may depend on'} tension (exponent {words.with_u(value, u)})"
-    if any(powers):
-        said += f"; sizes hold at {words.tension(data.tension)} N/mm²"
+    said += f"; sizes hold at {words.tension(data.tension)} N/mm²" if any(powers) else ""
     change = f"{words.thousandths(rms.before)} to {words.thousandths(rms.after)} mm"
     said += f". With it the rms error of fitted runs, sensor zero and settings as stated, falls from {change}"
     said += f"; {worse}" if worse else ""
@@ -231,35 +192,28 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, wo
 
 
 def _place_and_terms(data: SearchData, made: MarchFit) -> str:
-    law, numbers = made.scored.law, made.estimates()
-    if law.terms[0].place.is_stretch and len(law.terms) == 1:  # it differs as so much more or less belt would
+    law, numbers, place = made.scored.law, made.estimates(), made.scored.law.terms[0].place
+    if place.is_stretch and len(law.terms) == 1:  # it differs as so much more or less belt would
         (size, u, _), length = numbers["size"], float(data.bench.samples.cases.rig.span_length)
         more = "more" if size < 0.0 else "less"
-        does = "twists" if law.terms[0].place.relative == "torsion" else "bends"
+        does = "twists" if place.relative == "torsion" else "bends"
         so = f"as with {words.with_u(length * abs(size), length * u, 'm')} {more} of belt in it"
         return f"A stretch of the belt {does} {more} easily, {so}: {formula(law, numbers)}"
-    of_stiffness = law.terms[0].place.kind in STIFFNESS and not law.terms[0].place.is_stretch
-    if len({t.place.name for t in law.terms}) == 1 and of_stiffness:
+    if len({t.place.name for t in law.terms}) == 1 and place.kind in STIFFNESS and not place.is_stretch:
         how = _by_how_much(data, law, numbers)
-        return f"The {law.terms[0].place.words} is {how}: relative change {formula(law, numbers)}"
+        return f"The {place.words} is {how}: relative change {formula(law, numbers)}"
     return f"The {place_words(law)} lacks {formula(law, numbers)}"
-
-
-def _percent(share: float) -> str:
-    """Two digits, never an exponent: 0.0035, 19, 190."""
-    return f"{float(f'{100.0 * abs(share):.2g}'):g}"
 
 
 def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
     """By how much a stiffness is lower or higher than in the model, at every tension (five at most)."""
-    parts: list[np.ndarray] = []
+    fitted = law.with_numbers({name: value for name, (value, *_) in numbers.items()})
+    parts: list[Any] = [0.0, 0.0]
     for part in (0, 1):
-        total: Any = 0.0
-        for k, t in enumerate(law.with_numbers({name: value for name, (value, *_) in numbers.items()}).terms):
-            halves = [("cos", t.form), ("sin", t.form.sine())] if t.form.is_wave else [("size", t.form)]
-            own = sum(numbers[number_name(n, k)][0] * form_values(f, data.states, part, None) for n, f in halves)
-            total = total + own * data.weight(t.exponent)[:, None]
-        parts.append(np.asarray(total))
+        for k, t in enumerate(fitted.terms):
+            values = {n: form_values(f, data.states, part, None) for n, f in t.form.halves.items()}
+            own = sum(numbers[number_name(n, k)][0] * x for n, x in values.items())
+            parts[part] = parts[part] + own * data.weight(t.exponent)[:, None]
     change = np.maximum(np.where(np.abs(parts[0]) >= np.abs(parts[1]), *parts), -1.0)  # (R, J), where it is the larger
     steady = all(t.form.course == "constant" and t.form.variable in ("none", "sigma") for t in law.terms)
     tensions = np.unique(data.stated_tension)
@@ -268,14 +222,12 @@ def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
     for tension in some:
         rows = change[data.stated_tension == tension]
         found.append(float(rows.ravel()[np.argmax(np.abs(rows))]))
-    signs = {x > 0.0 for x in found if abs(x) > SLIGHT}
-    up_to = "" if steady else "up to "
+    signs, up_to = {x > 0.0 for x in found if abs(x) > SLIGHT}, "" if steady else "up to "
+    # two digits, never an exponent: 0.0035, 19, 190
+    by = [f"{float(f'{100.0 * abs(x):.2g}'):g} % at {words.tension(t)} N/mm²" for x, t in zip(found, some, strict=True)]
     if len(signs) == 1:
-        direction = "higher" if signs.pop() else "lower"
-        by = [f"{_percent(x)} % at {words.tension(t)} N/mm²" for x, t in zip(found, some, strict=True)]
-        return f"{direction} than in the model by {up_to}{', '.join(by)}"
-    by = [f"{up_to}{'+' if x > 0.0 else '−'}{_percent(x)} % at {words.tension(t)} N/mm²"
-          for x, t in zip(found, some, strict=True)]  # fmt: skip
+        return f"{'higher' if signs.pop() else 'lower'} than in the model by {up_to}{', '.join(by)}"
+    by = [f"{up_to}{'+' if x > 0.0 else '−'}{text}" for x, text in zip(found, by, strict=True)]
     return f"another than in the model: {', '.join(by)}"
 
 
@@ -316,7 +268,7 @@ def describe_discovery(found: SearchOutcome, probability: float, config: Any = N
             "and no law of one or two terms describes it and predicts the runs that are left out; u(travel) is shown."
         )
         return Discovery(**common, sentence=said + _other_places(found, c.place.words))
-    best, law = found.best, _law(found, found.choice, found.best)
+    best, law = found.best, _law(found, found.best)
     error = errors_of(s.bench, s.fit, best.bench, best.fit)
     fall = error.fit or error.held_out
     assert fall is not None  # a law is fitted to some runs
@@ -393,10 +345,9 @@ def _drawn_input(found: SearchOutcome) -> dict[str, Any]:
     return {"unit": latent.place.unit, "courses": tuple(sorted(told, key=lambda c: (c.tension, c.label)))}
 
 
-def _law(found: SearchOutcome, choice: LawChoice, best: MarchFit) -> FoundLaw:
-    law, numbers = best.scored.law, best.estimates()
-    many = len({r.tension for r in found.data.bench.samples.runs}) > 1
-    made = {n: Estimate(v, u, unit, True) for n, (v, u, unit) in numbers.items()}
+def _law(found: SearchOutcome, best: MarchFit) -> FoundLaw:
+    law, numbers, choice = best.scored.law, best.estimates(), found.choice
+    assert choice is not None
     first = law.terms[0]
     return FoundLaw(
         formula=formula(law, numbers),
@@ -404,8 +355,8 @@ def _law(found: SearchOutcome, choice: LawChoice, best: MarchFit) -> FoundLaw:
         variable=VARIABLES[first.form.variable][1],
         variable_unit=VARIABLES[first.form.variable][0],
         parity=law.parity,
-        exponent=Estimate(*best.exponent, "1", True) if many else None,
-        parameters=made,
+        exponent=Estimate(*best.exponent, "1", True) if len(np.unique(found.data.stated_tension)) > 1 else None,
+        parameters={n: Estimate(v, u, unit, True) for n, (v, u, unit) in numbers.items()},
         share=min(1.0, best.gain / max(choice.possible, 1e-9)),
         frequency=choice.frequency,
         looks_like=looks_like(found.data, law, numbers),
@@ -415,11 +366,12 @@ def _law(found: SearchOutcome, choice: LawChoice, best: MarchFit) -> FoundLaw:
 def _law_points(found: SearchOutcome, best: MarchFit) -> tuple[tuple[LawPoints, ...], LawPoints | None]:
     """The unknown of the first term against its variable (travel, where it depends on travel alone), and the law."""
     s, term, latent = found.data, best.scored.law.terms[0], found.latent
-    numbers, fitted, length = best.estimates(), best.fitted_law.terms[0].form, s.states.belt_length
+    numbers, length = best.estimates(), s.states.belt_length
+    fitted = best.scored.law.with_numbers({name: value for name, (value, _, _) in numbers.items()}).terms[0].form
     if term.place.is_stretch:
         line = np.linspace(0.0, length, DRAWN)
         return (), LawPoints(tension=0.0, x=line, u=_law_curve(fitted, numbers, length, line, by_travel=True))
-    part, u = term.place.parts[0][1], latent.inputs(s.design.grid)
+    part, u = term.place.parts[0][1], latent.inputs(s.states.s)
     slack = s.weight(numbers["exponent"][0])[:, None]
     by_travel = not term.form.reads_belt
     carried, first_turn = term.form.is_carried, s.states.belt_length * (s.states.belt_part[:, part or 0] % 1.0)
@@ -448,11 +400,10 @@ def _law_points(found: SearchOutcome, best: MarchFit) -> tuple[tuple[LawPoints, 
 
 def _law_curve(form: Form, numbers: Estimates, length: float, line: np.ndarray, by_travel: bool) -> np.ndarray:
     """u of a law along ``line``; form: with its fitted numbers; length: of the belt [m]."""
-    if form.is_wave:
-        values = [half.course_value(line, np) for half in (form, form.sine())]
-        return np.asarray(numbers["cos"][0] * values[0] + numbers["sin"][0] * values[1])
     s = line / length if form.is_carried else line
-    return np.asarray(numbers["size"][0] * (form.course_value(s, np) if by_travel else form.shape_value(s, s, np)))
+    halves = {n: half.course_value(s, np) if by_travel or form.is_wave else half.shape_value(s, s, np)
+              for n, half in form.halves.items()}  # fmt: skip
+    return np.asarray(sum(numbers[n][0] * x for n, x in halves.items()))
 
 
 def worse_predictions(error: Errors) -> str:
@@ -461,19 +412,17 @@ def worse_predictions(error: Errors) -> str:
     if worse:
         return f"but left-out runs are predicted worse with it ({', '.join(worse)})"
     own = error.own
-    if own is not None and own.after > max(own.before, own.floor):
-        return "but left-out runs are predicted worse with it than without"
-    return ""
+    rises = own is not None and own.after > max(own.before, own.floor)
+    return "but left-out runs are predicted worse with it than without" if rises else ""
 
 
 def _law_file(found: SearchOutcome, frequency: float, best: MarchFit, said: str, probability: float) -> str:
     """The text of found_law.yaml, with the numbers of the march."""
-    campaign = found.data.bench.campaign
+    campaign, numbers = found.data.bench.campaign, best.estimates()
     data = f"{campaign.title} ({len(campaign.runs)} runs"
     data += f", SHA-256 {campaign.sha256[:12]})" if campaign.sha256 else ")"
     beside = ", ".join(found.data.fit.ids) or f"the {found.data.bench.forward.model.name} model alone"
     sure = f"probability {probability:.3g}; first again in {frequency:.0%} of repetitions"
-    spread = {name: u for name, (_, u, _) in best.estimates().items()}
     notes = (said, f"Found in: {data}, beside {beside}; {sure}.")
-    made = best.effect(**{name: value for name, (value, _, _) in best.estimates().items()})
-    return save_effects([made], {best.effect.id: spread}, notes)
+    made = best.effect(**{name: value for name, (value, _, _) in numbers.items()})
+    return save_effects([made], {best.effect.id: {name: u for name, (_, u, _) in numbers.items()}}, notes)

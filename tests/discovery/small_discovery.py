@@ -89,8 +89,8 @@ def marched(data: SearchData, law: Law, sizes) -> np.ndarray:
     cls = effect_of(data, law, sizes)
     forward = forward_with(data.bench, cls)
     names, vector = [slot.name for slot in forward.slots], forward.null()
-    for number in (n for n in cls.numbers if not n.modifier):
-        position = names.index(number.name)
-        vector[position] = number.value / forward.slots[position].scale
+    for name in (n for n, p in cls.parameters.items() if not p.modifier):
+        position = names.index(name)
+        vector[position] = getattr(cls, name) / forward.slots[position].scale
     there = forward.values(np.stack([vector, forward.null()]))
     return data.projector.whiten((there[0] - there[1])[None])[0]

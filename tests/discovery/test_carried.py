@@ -88,7 +88,7 @@ def test_what_the_belt_carries_is_found_and_told_from_what_either_pulley_does():
     hidden = replace(
         data, projector=replace(data.projector, residual=noise + 30.0 * row / np.linalg.norm(row)), kept={}
     )
-    (term,) = choose_law(hidden, hidden.latent_inputs()[0]).best.law.terms
+    (term,) = choose_law(hidden, hidden.latent_inputs[0]).best.law.terms
     assert term.family == ("drift_carried", "alpha", "linear", "belt_section")
     assert term.form.at % 1.0 == pytest.approx(GREASE.at % 1.0, abs=0.02)
 
@@ -106,7 +106,7 @@ def test_elsewhere_it_is_carried_past_one_pulley_and_nothing_else_is_carried():
 
 def test_a_free_course_of_what_the_belt_carries_is_kept_from_known_effects():
     _, data = both_ways()
-    courses = tuple(data.latent_inputs())
+    courses = tuple(data.latent_inputs)
     assert not [c for c in courses if c.place.is_carried]
 
 

@@ -68,13 +68,13 @@ def test_the_march_answers_late_as_it_answers_early():
     names = [s.name for s in bench.forward.slots]
     cell = 55
     vector = bench.forward.null()
-    vector[names.index("middle")] = data.design.grid[cell]
-    vector[names.index("half")] = data.design.grid[1]
+    vector[names.index("middle")] = data.states.s[cell]
+    vector[names.index("half")] = data.states.s[1]
     for name in ("yaw_tail", "turn_head", "shift_tail"):
         k = names.index(name)
         slope = bench.forward.expand(vector, [k])[1] / bench.forward.slots[k].scale
         late = data.projector.whiten(slope)[0]
-        own = data.design.rows[name][cell]
+        own = data.design[name][cell]
         assert np.linalg.norm(late - own) < SIZE * np.linalg.norm(late)
 
 

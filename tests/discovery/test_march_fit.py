@@ -39,7 +39,7 @@ def fitted(s, score):
 
 
 def likely(data, name):
-    return next(c for c in data.latent_inputs() if c.place.name == name)
+    return next(c for c in data.latent_inputs if c.place.name == name)
 
 
 def chosen(*judged):
@@ -72,7 +72,7 @@ def test_what_wins_in_the_march_is_told_with_the_best_of_other_places_first(data
     march = MarchTrials(data, chosen(best, pair, same, close, far, first_order), 0.0)
     for s, score in ((best, 210.0), (first_order, 212.0)):
         march.tried[s.law.family, (0.0,), (0,)] = fitted(s, score)
-    won = march.winner()
+    won = march.acceptable()[0]
     assert won.scored is first_order
     told = march.indistinguishable(won)
     assert [c.scored for c in told] == [best, close, same]
@@ -95,7 +95,7 @@ def test_a_close_law_is_told_where_the_first_predicts_worse_than_none(data, monk
     march = MarchTrials(data, chosen(first, second, far), 0.0)
     for s, score in ((first, 200.0), (second, 195.0), (far, 150.0)):
         march.tried[s.law.family] = fitted(s, score)
-    won = march.winner()
+    won = march.acceptable()[0]
     assert won.scored is first
     for falling, told in (((first, second), first), ((second, far), second), ((far,), None)):
         monkeypatch.setattr(MarchTrials, "predicts", lambda self, made, falling=falling: made.scored in falling)

@@ -29,7 +29,7 @@ def test_what_is_left_elsewhere_is_the_squared_sine_of_the_angle_between_respons
     for place in (p for p in data.places if p.name in ("yaw_tail", "bending_both")):
         best = np.inf
         for form in (f for some in wide.forms(place) for f in some):
-            halves = [form, form.sine()] if form.is_wave else [form]
+            halves = list(form.halves.values())
             for n in exponents_of(data):
                 own = (data.rows(place, halves) * data.weight(n)[None, :, None]).reshape(len(halves), -1)
                 if not np.isfinite(own).all() or not own.any():

@@ -7,7 +7,7 @@ from small_discovery import fitted, surveyed
 from belt_sim.diagnosis.linearisation import draw_noise
 from belt_sim.discovery import linear_search
 from belt_sim.discovery.responses import single_precision
-from belt_sim.discovery.search_data import LENGTHS, basis_at
+from belt_sim.discovery.search_data import LENGTHS
 
 ROUNDED = 1e-5
 FEWER = 0.02  # of the largest; straight lines between every fourth knot
@@ -31,7 +31,7 @@ def test_lengths_of_columns_are_as_in_double_precision_also_of_what_cancels():
             if block.depends_on_pulley:
                 continue
             inputs = linear_search.form_inputs(data.states, block.everything, None, None)
-            exact = linear_search._sum_of_parts(data, place, lambda c: data.design.rows[c].swapaxes(0, 1))
+            exact = linear_search._sum_of_parts(data, place, lambda c: data.design[c].swapaxes(0, 1))
             right = np.sum(np.square(inputs @ exact), axis=2)
             found = np.sum(np.square(linear_search._plain_rows(data, place, block, inputs)), axis=2, dtype=float)
             seen = right > 1e-9 * right.max()
@@ -45,7 +45,7 @@ def test_lengths_of_columns_are_as_in_double_precision_also_of_what_cancels():
 def test_what_is_known_of_a_long_course_is_known_on_fewer_knots(apart):
     data = surveyed("yaw_creep")
     place = next(p for p in data.places if p.name == "yaw_tail")
-    basis = basis_at(data.projector, data.design, place, data.states.channel_input)
+    basis = data.basis_at(place)
     fewer = basis.with_fewer_knots(apart)
     course = np.cos(np.pi * basis.knots / basis.knots[-1])  # half a wave in the record
     own = course[::apart]

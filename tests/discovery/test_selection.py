@@ -27,7 +27,7 @@ def term(data: SearchData, name: str, form: Form) -> Term:
 
 def test_what_dies_away_after_a_step_without_a_swing_is_one_law():
     data = made_with(("turn_tail", Form("beta", course="decay", at=9.0), 60.0))
-    (best,) = choose_law(data, data.latent_inputs()[0]).best.law.terms
+    (best,) = choose_law(data, data.latent_inputs[0]).best.law.terms
     assert best.family == ("turn_tail", "beta", "linear", "decay")
     assert best.form.at == pytest.approx(9.0, rel=0.1)
 
@@ -38,7 +38,7 @@ def test_the_simple_law_is_tried_elsewhere_too_where_one_of_two_terms_is_ahead()
         ("turn_tail", Form("beta", course="decay", at=9.0), 60.0),
         ("turn_tail", Form("none", course="wave", at=5.0), 20.0),
     )
-    choice = choose_law(data, data.latent_inputs()[0])
+    choice = choose_law(data, data.latent_inputs[0])
     assert len(choice.best.law.terms) == 2
     laws = [s.law.terms[0] for s in choice.judged if len(s.law.terms) == 1]
     assert len({t.place.name for t in laws if t.family[1:] == ("beta", "linear", "decay")}) > 4

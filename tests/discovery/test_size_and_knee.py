@@ -9,7 +9,7 @@ from small_discovery import surveyed
 from belt_sim.discovery.linear_search import ScoredLaw
 from belt_sim.discovery.selection import MarchFit
 from belt_sim.discovery.words import sentence
-from belt_sim.effects.law import Form, Law, LawNumber, Term
+from belt_sim.effects.law import Form, Law, Term
 from belt_sim.results.errors import Change
 
 SIZE, KNEE, U = -1.6, 2e-6, 0.02
@@ -20,8 +20,8 @@ def fitted(apart: float, product: float = U) -> MarchFit:
     turned = np.array([[1.0, 1.0], [1.0, -1.0]]) / 2.0
     slots = [SimpleNamespace(name=n, scale=abs(v)) for n, v in (("size", SIZE), ("knee", KNEE))]
     forward = SimpleNamespace(slots=slots, index=lambda name: range(2))
-    numbers = [LawNumber("size", "1", "", SIZE), LawNumber("knee", "1/m", "", KNEE, True)]
-    cls = SimpleNamespace(id="generic_law", numbers=numbers, parameters={n.name: n for n in numbers})
+    parameters = {n: SimpleNamespace(unit=unit) for n, unit in (("size", "1"), ("knee", "1/m"))}
+    cls = SimpleNamespace(id="generic_law", parameters=parameters)
     covariance = turned.T @ np.diag([apart**2, product**2]) @ turned
     columns = np.linalg.cholesky(np.linalg.inv(covariance))
     fit = SimpleNamespace(vector=np.array([-1.0, 1.0]), free=[0, 1], covariance=covariance, columns=columns)

@@ -60,7 +60,7 @@ def test_the_slack_side_of_a_driven_belt_goes_with_its_direction():
     noise = np.random.default_rng(0).standard_normal(tail.shape)
     residual = noise + 30.0 * tail / np.linalg.norm(tail)
     hidden = replace(data, projector=replace(data.projector, residual=residual), kept={})
-    found = choose_law(hidden, hidden.latent_inputs()[0]).simple  # of one term: the row is not of its size any more
+    found = choose_law(hidden, hidden.latent_inputs[0]).simple  # of one term: the row is not of its size any more
     assert found.law.family == (("pull_tail", "none", "linear", "constant"),)
 
 
@@ -71,5 +71,5 @@ def test_a_load_on_a_span_is_told_from_what_a_pulley_does():
     hidden = replace(
         data, projector=replace(data.projector, residual=noise + 30.0 * row / np.linalg.norm(row)), kept={}
     )
-    (term,) = choose_law(hidden, hidden.latent_inputs()[0]).best.law.terms
+    (term,) = choose_law(hidden, hidden.latent_inputs[0]).best.law.terms
     assert term.family == ("span_lower", "none", "linear", "wave")

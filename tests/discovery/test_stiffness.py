@@ -12,7 +12,7 @@ from belt_sim.discovery.closed_loop import solve_loop
 from belt_sim.discovery.linear_search import unexplained_elsewhere
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
-from belt_sim.discovery.words import _by_how_much, _percent, _place_and_terms, formula, looks_like
+from belt_sim.discovery.words import _by_how_much, _place_and_terms, formula, looks_like
 from belt_sim.effects.law import Form, Law, Term, fixed_places
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.span import response, strip, with_change
@@ -41,7 +41,7 @@ def hidden(name: str, exponent: float) -> SearchData:
 @pytest.mark.parametrize("name", ["torsion_both", pytest.param("bending_upper", marks=pytest.mark.long)])
 def test_a_hidden_change_of_a_stiffness_is_found_at_its_place(name):
     data = hidden(name, POWER)
-    choice = choose_law(data, data.latent_inputs()[0])
+    choice = choose_law(data, data.latent_inputs[0])
     close = [s.law.terms[0].place.name for s in (choice.best, *choice.judged) if s.score > choice.best.score - 6.0]
     assert name in close
     assert choice.best.gain > 0.9 * choice.possible  # nuisances have taken their part
@@ -72,7 +72,6 @@ def test_by_how_much_a_stiffness_changes_is_told_at_every_tension():
         share = abs(SHARE) * data.tension / tension  # exponent -1
         own = next(part for part in said.split(", ") if f"at {tension / 1e6:g} N/mm²" in part)
         assert float(own.partition(" %")[0].split()[-1]) == pytest.approx(100.0 * share, rel=SETTINGS)
-    assert [_percent(x) for x in (-1.9, 0.186, 3.5e-5)] == ["190", "19", "0.0035"]
     assert "× tension^(−1.00 ± 0.10)" in formula(law, numbers)
     assert law.terms[0].place.words == "torsional stiffness of the upper span"
 

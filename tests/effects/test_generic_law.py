@@ -130,7 +130,7 @@ def test_a_law_is_written_and_read_back(name, tmp_path):
     path.write_text(save_effects([effect], {"generic_law": {"size": 1e-9}}, ["A sentence."]), encoding="utf-8")
     (read,) = load_effects([str(path)])
     assert law_entry(read) == law_entry(effect)
-    assert read.numbers == effect.numbers
+    assert read.parameters == effect.parameters
     assert "# A sentence." in path.read_text()
     assert type(load_effects(str(path))[0]) is type(read)  # one class a law, so that it is compiled once
 
