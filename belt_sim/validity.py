@@ -12,7 +12,7 @@ import numpy as np
 
 from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
-from belt_sim.effects.contact import LiftOff, Slip
+from belt_sim.effects.contact import LiftOff, Slip, with_side_force
 from belt_sim.effects.span import EdgeGuide
 from belt_sim.errors import Limit
 from belt_sim.jax_setup import StoredProgram, in_float64
@@ -148,9 +148,16 @@ def run_limits(
     way = SLIP_WAY * float(case.rig.span_length) / 4.0
     add("slip", curves.moment, lambda _: slip_zones(case, curves) / way, points, words)
     wraps = np.array([case.rig.wrap_tail, case.rig.wrap_tail, case.rig.wrap_head, case.rig.wrap_head])[:, None]
-    slick = sum(FRICTION * float(e.inverse_friction) for e in effects if linear and isinstance(e, Slip))
-    words = "the belt slides on more than its wrap, which effects=[slip] does not know"
-    add("whole_wrap", curves.moment, lambda _: slick * slip_zones(case, curves) / wraps, points, words)
+    for slip in (e for e in effects if linear and isinstance(e, Slip)):
+        own = 1.0 / max(float(slip.inverse_friction), 1e-9)
+        words = "the belt slides on more than its wrap, which effects=[slip] does not know"
+        zones = slip_zones(case, curves, own)
+        whole = zones * with_side_force(zones / float(belt.width)) / wraps
+        add("whole_wrap", curves.moment, lambda _, x=whole: x, points, words)
+        ups = (np.arange(4) % 2 == (0 if float(case.settings.direction) > 0.0 else 1))[:, None]
+        words = "the belt keeps sliding where it runs up, which effects=[slip] knows at changes of the yaw only"
+        lasting = slip_zones(case, curves, own, by_yaw=False) * ups
+        add("lasting_slip", curves.moment, lambda _, x=lasting: x / way, points, words)
     if linear:
         words = "the cross-section rolls beyond small angles"
         add("large_tilt", curves.tilt, lambda x: np.abs(x) / SMALL_ANGLE, spans, words)
@@ -181,26 +188,28 @@ def run_limits(
     return tuple(sorted(left, key=lambda x: -x.load))
 
 
-def slip_zones(case: Case, curves: Curves) -> np.ndarray:
-    """Effective zones [m] of the wraps on which the belt slides at points 1-4 along a run, (4, n), at FRICTION.
+def slip_zones(case: Case, curves: Curves, friction: float = FRICTION, by_yaw: bool = True) -> np.ndarray:
+    """Effective zones [m] of the wraps on which the belt slides at points 1-4 along a run, (4, n).
 
     Friction turns a wrapped belt by a couple of at most c = mu F b/4R per metre. A belt that runs up lands as bent as
     its span: friction holds only what the moment there, 0 before the start, has changed by faster than c a metre. A
     belt that leaves comes as bent as it landed one wrap ago: friction holds the rest, for good. After a step of the yaw
-    both are the same. The first record after such a step counts from the moment right before it. Without
-    ``curves.moment_runoff`` (3D) run-offs count for nothing.
+    both are the same. The first record after such a step counts from the moment right before it; by_yaw: whether
+    changes of the yaw, and the start, count at run-ups. Without ``curves.moment_runoff`` (3D) run-offs count for none.
     """
     yaws = (case.settings.yaw, case.settings.yaw_head)
     steps = np.concatenate([np.ravel(x.at)[(np.ravel(x.over) <= 0.0) & (np.ravel(x.change) != 0.0)] for x in yaws])
     rig, s, forward = case.rig, np.asarray(curves.travel), float(case.settings.direction) > 0.0
-    couple = FRICTION * float(case.tension_force * case.belt.width) / 4.0
+    couple = friction * float(case.tension_force * case.belt.width) / 4.0
     pulleys = ((float(rig.tail_radius), float(rig.wrap_tail)), (float(rig.head_radius), float(rig.wrap_head)))
     up, zones = np.asarray(curves.moment), np.zeros((4, len(s)))
     jumps = np.isin(np.arange(len(s)), [0, *np.searchsorted(s, steps)])
+    turning = jumps | np.any([(s > a) & (s <= a + o) for x in yaws for a, o in zip(x.at, x.over, strict=True)], 0)
     for span, ends in enumerate(((0, 3), (1, 2))):  # points at the tail and the head pulley
         to_head = (span == 0) != forward
         radius, _ = pulleys[to_head]
-        for moment in (up[span], -up[span]):
+        felt = up[span] if by_yaw else up[span] - np.cumsum(np.where(turning, np.diff(up[span], prepend=0.0), 0.0))
+        for moment in (felt, -felt):
             ahead, before = (m * radius / couple - s for m in (moment, np.concatenate([[0.0], moment[:-1]])))
             least = np.minimum.accumulate(np.where(jumps, np.minimum(ahead, before), ahead))
             zones[ends[to_head]] = np.maximum(zones[ends[to_head]], ahead - least)

@@ -171,15 +171,15 @@ class Slip(Effect):
         rig, width = case.rig, case.belt.width
         radius, wrap = jnp.stack([rig.tail_radius, rig.head_radius]), jnp.stack([rig.wrap_tail, rig.wrap_head])
         whole = 4.0 * radius * self.inverse_friction * jnp.abs(moment) / (case.tension_force * width**2)
-        gives = 0.5 * stiffness * width * whole * _share(whole)
+        gives = 0.5 * stiffness * width * whole * with_side_force(whole)
         x = whole * (1.0 + 2.0 * gives) / (1.0 + 3.0 * gives + gives**2)  # of x (1 + gives x/whole) = whole, to 1 %
-        zone = jnp.minimum(width * x * _share(x), wrap)
+        zone = jnp.minimum(width * x * with_side_force(x), wrap)
         return moment / (1.0 + 0.5 * stiffness * zone), zone
 
     def scene(self, parts, case):
         return replace(parts, friction=1.0 / self.inverse_friction) if self.inverse_friction > 0 else parts
 
 
-def _share(x):
+def with_side_force(x):
     """Of the zone that there would be without side force, which has x widths."""
     return (1.0 + _FAR * x) / (1.0 + _NEAR * x)

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from paper_cases import RIG, STEPS, YAW, affected, paper_case, steered
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.base import effect
-from belt_sim.effects.contact import Slip
+from belt_sim.effects.contact import Slip, with_side_force
 from belt_sim.line.march import march_case
 from belt_sim.line.span import beam_second_order, response
 from belt_sim.model import analytic_model
@@ -26,9 +27,9 @@ SHORT = replace(RIG, centre_distance=2.0)
 BEAM = analytic_model("beam_th2")
 
 
-def turn_of_least_energy(case, friction: float) -> tuple[float, float]:
+def turn_of_least_energy(case, friction: float, yaw: float = YAW) -> tuple[float, float, float]:
     """Turn [rad] of the run-up on the tail pulley, and how far it goes aside [m], that cost least: bending of wrap and
-    span, and friction along the way of every point of the wrap.
+    span, and friction along the way of every point of the wrap; and the turn at the other end of the wrap.
 
     1/2 EI int u''^2 ds + 1/2 EI (k (beta + u'(0))^2 + 2 k_y u(0) (beta + u'(0)) + k_yy u(0)^2)
     + int mu F/(R b) |(eta u', u)| d eta ds over the way u aside, cubic Hermite functions along the wrap; |v| is rounded
@@ -46,7 +47,7 @@ def turn_of_least_energy(case, friction: float) -> tuple[float, float]:
         stiff[2 * e : 2 * e + 4, 2 * e : 2 * e + 4] += beam
     stiff[:2, :2] += bending * np.array([[12 / length**3 + force / bending / length, k_y], [k_y, k]])
     load = np.zeros(len(stiff))
-    load[:2] = bending * YAW * np.array([k_y, k])
+    load[:2] = bending * yaw * np.array([k_y, k])
     share = np.full(pieces + 1, ds)
     share[[0, -1]] /= 2
     eta = ((np.arange(LINES) + 0.5) / LINES - 0.5) * width
@@ -71,7 +72,7 @@ def turn_of_least_energy(case, friction: float) -> tuple[float, float]:
         return 0.5 * x @ stiff @ x + load @ x + np.sum(limit * way)
 
     x = np.zeros(len(stiff))
-    for e in abs(YAW) * width * 10.0 ** np.arange(-1, -6, -0.5):
+    for e in abs(yaw) * width * 10.0 ** np.arange(-1, -6, -0.5):
         for _ in range(50):
             slope, more = slope_and_stiffness(x, e)
             step, part = -np.linalg.solve(more, slope), 1.0
@@ -80,7 +81,7 @@ def turn_of_least_energy(case, friction: float) -> tuple[float, float]:
             x = x + part * step
             if abs(slope @ step) < 1e-12 * abs(energy(x, e)):
                 break
-    return -float(x[1]), float(x[0])
+    return -float(x[1]), float(x[0]), -float(x[-1])
 
 
 @pytest.mark.evidence("slip", route="elements", what="turn of the run-up by least energy, {CLOSED}")
@@ -89,10 +90,23 @@ def turn_of_least_energy(case, friction: float) -> tuple[float, float]:
 )
 def test_the_belt_turns_as_far_as_bending_and_friction_work_say(rig, tension, friction):
     case = paper_case(tension, rig=rig)
-    turn, aside = turn_of_least_energy(case, friction)
+    turn, aside, _ = turn_of_least_energy(case, friction)
     start = march_case(case, BEAM, (Slip(inverse_friction=1 / friction),), travel=0.1)
     assert YAW - float(start.angle[0, 0]) == pytest.approx(turn, rel=CLOSED)
     assert float(start.y[0, 0]) == pytest.approx(aside, rel=ASIDE)
+
+
+@pytest.mark.parametrize(("load", "turned"), [(0.7, False), (1.0, True)])
+def test_friction_holds_the_end_of_a_wrap_up_to_the_moment_of_the_limit_whole_wrap(load, turned):
+    """By least energy the other end of the wrap turns from a load between 0.7 and 1 on."""
+    case = paper_case(40.0)
+    wrap, radius, width = float(case.rig.wrap_tail), float(case.rig.tail_radius), float(case.belt.width)
+    whole = brentq(lambda x: x * with_side_force(x / width) - load * wrap, 0.0, 10.0 * wrap)
+    bears = whole * MU * float(case.tension_force) * width / (4.0 * radius)
+    stiffness, turn = float(case.belt.bending_stiffness * response(beam_second_order(case)).runup[2]), 0.0
+    for _ in range(2):  # the yaw that leaves this moment once the belt has turned
+        turn, _, end = turn_of_least_energy(case, MU, bears / stiffness + turn)
+    assert (abs(end) > 1e-3 * abs(turn)) == turned
 
 
 @pytest.mark.evidence("slip", route="formula", what="zone where the belt leaves, by equilibrium, {ZONE}")

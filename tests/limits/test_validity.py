@@ -13,10 +13,12 @@ from belt_sim.campaign import read_campaign
 from belt_sim.case import Rig, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.base import library
+from belt_sim.effects.contact import with_side_force
 from belt_sim.errors import SimulationError, warning
 from belt_sim.io import ROOT
 from belt_sim.line.runup import FRICTION
-from belt_sim.line.span import strip
+from belt_sim.line.span import sag_softening, strip
+from belt_sim.line.spans import edge_tensions
 from belt_sim.model import MODELS
 from belt_sim.results.files import summary_json
 from belt_sim.units import DEGREE
@@ -266,15 +268,16 @@ def test_a_step_of_the_yaw_slips_alike_whenever_it_comes(at):
 def test_a_belt_that_slides_on_more_than_its_wrap_is_told_with_slip_too():
     slip = {"id": "slip", "inverse_friction": 1 / FRICTION}
     told = {}
-    for force in (18.0, 22.0):
+    for force in (60.0, 80.0):
         askew = {"id": "idler_skew", "force": force}
         found = simulate(paper_case(40.0, 0.0), model="strip", travel=60.0, effects=[askew, slip])
         told[force] = {x.id: x for x in found.beyond}
         assert "slip" not in told[force]
-    assert "whole_wrap" not in told[18.0]
+    assert "whole_wrap" not in told[60.0]
     zone = slip_zones(found.case, found.curves)[3].max()
-    assert told[22.0]["whole_wrap"].load == pytest.approx(zone / float(found.case.rig.wrap_tail))
-    assert 1.0 < told[22.0]["whole_wrap"].load < 1.05
+    zone *= with_side_force(zone / float(found.case.belt.width))
+    assert told[80.0]["whole_wrap"].load == pytest.approx(zone / float(found.case.rig.wrap_tail))
+    assert 1.0 < told[80.0]["whole_wrap"].load < 1.1
 
 
 def test_a_table_is_told_of_a_limit_that_is_left_in_the_middle_of_its_axis():
@@ -312,6 +315,37 @@ def test_a_run_up_slides_where_its_moment_outruns_friction():
         zones = slip_zones(case, curves)
         assert zones[0].max() == pytest.approx(zone, abs=1e-9)
         assert not zones[1:].any()
+
+
+def test_a_run_up_that_keeps_sliding_is_told_beside_the_effect_slip():
+    """What grows at twice the rate of friction's couple, not what a step or a ramp of the yaw makes."""
+    slip = library()["slip"](inverse_friction=2.0 / FRICTION)
+    s, steered = (
+        np.linspace(0.0, 6.0, 121),
+        Schedule(at=np.array([1.0, 2.0]), over=np.array([0.0, 1.0]), change=np.array([1e-4, 1e-4])),
+    )
+    case = replace(paper_case(20.0), settings=replace(paper_case(20.0).settings, yaw=steered))
+    couple = 0.5 * FRICTION * case.tension_force * case.belt.width / (4.0 * case.rig.tail_radius)
+    by_the_yaw = 9.0 * couple * ((s >= 1.0) + np.clip(s - 2.0, 0.0, 1.0))
+    for rate, zone in ((1.0, 0.0), (2.0, 2.0), (-2.0, 2.0)):
+        moment = by_the_yaw + couple * rate * np.clip(s - 4.0, 0.0, 2.0)
+        told = {x.id: x for x in run_limits(case, Curves(travel=s, y=np.zeros((4, 121)), moment=np.stack([moment] * 2)),
+                                            effects=[slip], contains=["slip"])}  # fmt: skip
+        assert ("lasting_slip" in told) == (zone > 0.0)
+        if zone:
+            assert told["lasting_slip"].load == pytest.approx(zone / float(case.rig.span_length / 40.0), rel=1e-6)
+
+
+def test_the_stretch_of_an_edge_is_that_of_a_hanging_elastic_rope():
+    """Two elastic catenaries, each of the belt's whole force, section and weight, against Ernst's modulus."""
+    for tension, least in ((40.0, 0.999), (10.0, 0.99), (7.0, 0.98)):
+        case = paper_case(tension, 1e-7)
+        heavy = replace(case, belt=replace(case.belt, density=2.0 * case.belt.density))  # they carry half each
+        tight, slack = edge_tensions(heavy, 1e-7)
+        softened = case.belt.youngs_modulus / (1.0 + float(sag_softening(case)))
+        stretch = softened * case.belt.width * 1e-7 / (2.0 * float(case.rig.span_length))
+        by_ropes = (tight - slack) / 2.0 / float(case.belt.area)
+        assert least < by_ropes / float(stretch) < 2.0 - least
 
 
 def guided_grip(case):
