@@ -20,9 +20,9 @@ from belt_sim.discovery.search_data import search_data_of
 from belt_sim.virtual_rig import Truth
 from studies.challenge.oracle import noise_free
 from studies.challenge.registry import source
+from studies.challenge.report import APART
 from studies.challenge.score import SPAN, generator_place
 
-APART = 3.0  # sigma
 TRIED = 3  # families of laws a place that are fitted in closed loop
 
 

@@ -111,12 +111,15 @@ it. The machine is short.
 
 {conclusion}"""
 SET = 100_000  # seeds of one set of changed spans
+APART = 3.0  # sigma, from which places can be told apart
 _PAGE_PLANTS = """## As plants measure
 
 Running belts, repeats that disagree, wrong sheets (`python -m studies.challenge source=plant first_seed={first}
 count={many}`): told, tied or rightly silent in {told}; sure and wrong in {sure}.
 Changed spans there (`source=plant_span first_seed={newest}`): place right or told as alike in {place},
-where one was told in {of_told}; look-alikes named in {alike}."""
+where one was told in {of_told}; look-alikes named in {alike}. Only in
+{apart} do laws at other places leave 3 sigma of the hidden change
+(`python -m studies.challenge.places {newest} 40`)."""
 _INTRO = """# How often the diagnosis is right: the record
 
 Written by `python -m studies.challenge count=0 publish=docs` from the files in `studies/challenge/stored`; do not edit.
@@ -286,7 +289,15 @@ def _of_plants(cases: Sequence[ScoredCase]) -> str:
         place=with_interval([bool(f.place) for f in span]),
         of_told=with_interval([bool(f.place) for f in span if f.place is not None]),
         alike=with_interval([f.outcome == "lookalike" for f in span]),
+        apart=with_interval(_apart(newest)),
     )
+
+
+def _apart(first: int) -> list[bool]:
+    """Whether the true place can be told from every other, of each campaign that ``places`` was asked for."""
+    kept = Path(__file__).with_name("stored") / f"places_{first}.txt"
+    lines = kept.read_text(encoding="utf-8").splitlines()[:-1] if kept.exists() else []
+    return [float(re.split(r"left: \S+ |,", line)[1]) >= APART for line in lines]
 
 
 def _parts(stored: Sequence[StoredScores]) -> tuple[list[StoredScores], ...]:
