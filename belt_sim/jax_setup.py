@@ -227,8 +227,7 @@ class StoredProgram:
 
     def __init__(self, function: Callable[..., Any], key: str | None, *, brief: bool = False) -> None:
         self.function, self.key = function, key
-        self.options = known_options(LEAST_EFFORT if brief else MARCH_EFFORT)
-        self.plain = jax.jit(function, compiler_options=self.options)
+        self.effort = LEAST_EFFORT if brief else MARCH_EFFORT
         self.programs: dict[Hashable, Callable[..., Any]] = {}
         self.lock = threading.Lock()
 
@@ -252,17 +251,17 @@ class StoredProgram:
         def of_leaves(*leaves: Any) -> Any:
             return self.function(*jax.tree.unflatten(structure, leaves))
 
-        folder = jax.config.values["jax_compilation_cache_dir"]
+        folder, options = jax.config.values["jax_compilation_cache_dir"], known_options(self.effort)
         if self.key is None or not folder or jax.default_backend() != "cpu" or find_spec("flatbuffers") is None:
-            return jax.jit(of_leaves, compiler_options=self.options)
+            return jax.jit(of_leaves, compiler_options=options)
         told = "\n".join([code_hash(), jax.__version__, self.key, str(structure), *map(str, types)])
         file = Path(folder) / TRACED / f"{hashlib.sha256(told.encode()).hexdigest()}.stablehlo"
         with suppress(OSError):
             kept = file.read_bytes()
             if hashlib.sha256(kept[32:]).digest() == kept[:32]:  # else it is damaged
-                return jax.jit(export.deserialize(bytearray(kept[32:])).call, compiler_options=self.options)
+                return jax.jit(export.deserialize(bytearray(kept[32:])).call, compiler_options=options)
         exported = export.export(jax.jit(of_leaves))(*leaves)
         written = bytes(exported.serialize())
         with suppress(OSError, BeltError):  # a full or read-only disk keeps none
             write_with(file, lambda path: path.write_bytes(hashlib.sha256(written).digest() + written))
-        return jax.jit(exported.call, compiler_options=self.options)
+        return jax.jit(exported.call, compiler_options=options)

@@ -1,5 +1,4 @@
-"""Compare a model with a campaign, diagnose which effect it lacks, fit numbers of effects, discover a law that no
-library holds, check what a campaign can tell."""
+"""Diagnose which effect a model lacks, discover a law that no library holds, fit numbers of effects."""
 
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
@@ -10,58 +9,43 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtrc
 
+from belt_sim.api.compare import parameter_vector
 from belt_sim.api.simulate import (
     ModelSpec,
     campaign_model,
     campaign_of,
     candidates_of,
-    closed_form_model,
     effects_of,
     fitted_model,
     refuse_effects,
     validity_warnings,
 )
-from belt_sim.campaign import Campaign, Run, case_of, leave_out_bad_readings, suspicions
-from belt_sim.campaign.folder import is_plan, read_begun, read_plan
+from belt_sim.campaign import Campaign, suspicions
 from belt_sim.campaign.quality import check_repeats
 from belt_sim.campaign.types import sensor_place
-from belt_sim.curves import late_rates
 from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.decide import POLICY, probability_of_unknown
-from belt_sim.diagnosis.describe import (
-    describe,
-    drawings,
-    drawings_of,
-    final_model,
-    label,
-    machine_of,
-    overlays,
-    rivals,
-)
-from belt_sim.diagnosis.errors import free_zeros, locate_failure, overall_errors, run_errors
+from belt_sim.diagnosis.describe import describe, drawings_of, final_model, rivals
+from belt_sim.diagnosis.drawings import machine_of, overlays
+from belt_sim.diagnosis.errors import free_zeros
 from belt_sim.diagnosis.examine import BOOTSTRAPS, compile_ahead, examine
 from belt_sim.diagnosis.fit import Fit, step_bounds
-from belt_sim.diagnosis.foresight import find_doubts, free_starts, pairs, sheet_evidence, visible
+from belt_sim.diagnosis.foresight import free_starts, sheet_evidence
 from belt_sim.diagnosis.linear_algebra import covariance_root
 from belt_sim.diagnosis.next_run import next_runs
 from belt_sim.diagnosis.plausibility import CORRELATED, inseparable_numbers, unbound_numbers
-from belt_sim.diagnosis.workbench import Workbench, linear_response, workbench
+from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.discovery.law_search import LawSearch, unknown_evidence
 from belt_sim.discovery.search_data import search_data_of
 from belt_sim.discovery.selection import SearchOutcome, search_law
 from belt_sim.discovery.words import describe_discovery
 from belt_sim.effects.base import Effect, library
 from belt_sim.errors import InputError, flag, whole
-from belt_sim.io import provenance
 from belt_sim.jax_setup import one_blas_thread
-from belt_sim.model import Model, SteadyModel
 from belt_sim.results import words
-from belt_sim.results.check import Check, Doubt
 from belt_sim.results.diagnosis import APART, Diagnosis, Discovery, NextRun
-from belt_sim.results.errors import Comparison, Drawings, SteadyError
 from belt_sim.results.estimates import MachineSizes, display_unit
 from belt_sim.results.words import Display, Table
-from belt_sim.settings import BOUNDS
 from belt_sim.show.observers import stages_shown
 
 MIN_BOOTSTRAPS, MAX_BOOTSTRAPS = 100, 100_000
@@ -193,136 +177,6 @@ def discover(
     nothing = 1.0 - probability > POLICY.alarm
     found = SearchOutcome(data=data, latent_inputs=()) if nothing else search_law(data, tell)
     return describe_discovery(found, probability, config=config)
-
-
-PLANNED_TRAVEL, PLANNED_STEP = 60.0, 0.5  # [m] that a planned run is recorded over, and between its readings
-MOST_PLANNED = 10_000  # readings of a planned run
-
-
-@one_blas_thread
-def check(
-    campaign: Campaign | str | Path,
-    model: ModelSpec | None = None,
-    effects: Any = None,
-    *,
-    travel: float = PLANNED_TRAVEL,
-    step: float = PLANNED_STEP,
-    advise: bool = True,
-    config: Any = None,
-) -> Check:
-    """What ``campaign`` (an object, or a folder, some or all of whose runs may still be to be measured) can tell.
-
-    model: an analytic one; effects: as in diagnose; travel, step [m]: of the records of planned runs; advise: look for
-    the further run that would tell a pair apart. Raises CampaignError with every fault of a folder.
-    """
-    flag("advise", advise)
-    planned = not isinstance(campaign, Campaign) and is_plan(campaign)
-    BOUNDS["travel"].check(travel, name="travel")
-    least = travel / MOST_PLANNED
-    if not least <= step or step <= 0.0 or (planned and step >= travel / 10.0):
-        remedy = f"between readings of planned runs; {least:g} ({MOST_PLANNED} readings a run) to {travel / 10.0:g}"
-        raise InputError("step", f"{step:g}", "m", remedy)
-    for name, value, usual in (("travel", travel, PLANNED_TRAVEL), ("step", step, PLANNED_STEP)):
-        if not planned and value != usual:
-            remedy = "is of planned runs; these are measured, with travels of their own: leave it"
-            raise InputError(name, value, "m", remedy)
-    missing: tuple[Run, ...] = ()
-    if isinstance(campaign, Campaign):
-        read = campaign
-    elif planned:
-        read = read_plan(campaign, travel=travel, step=step)
-    else:
-        read, missing = read_begun(campaign)
-    chosen = fitted_model(campaign_model(model, read))
-    read, running = (read, ()) if planned else free_starts(read, chosen)
-    found = find_doubts(read, chosen, planned=planned, known=running)
-    common: dict[str, Any] = {"campaign": label(read), "base_model": chosen.name, "planned": planned}
-    common |= {"runs": tuple(r.name for r in read.runs), "missing": tuple(r.name for r in missing)}
-    common |= {"provenance": provenance(config) | {"data_sha256": read.sha256}}
-    if not any(len(r.travel) for r in read.runs) or not any(s.kind == "lateral" for s in read.signals):
-        only = Doubt(kind="plan", sentence="there are no curves of a point: belt-sim compare works, diagnose does not")
-        return Check(**common, noise="Steady rates only.", doubts=(*found, only), visible=(), pairs=())
-    bench, fit = linear_response(read, chosen, candidates_of(effects, chosen), planned=planned)
-    seen = visible(bench, fit)
-    alike = tuple(pairs(bench, fit, seen, advise=advise))
-    return Check(
-        **common, noise=bench.levels.sentence, doubts=found, visible=tuple(seen), pairs=alike, machine=machine_of(bench)
-    )
-
-
-STEADY_TRAVEL = 300.0  # [m]; the strip's transient at 7 N/mm2 is longer than 100 m
-
-
-@one_blas_thread
-def compare(
-    campaign: Campaign | str | Path,
-    model: ModelSpec | None = None,
-    effects: Any = None,
-    *,
-    drawn: bool = True,
-    config: Any = None,
-) -> Comparison:
-    """Errors of ``model`` run by run, without and with ``effects``, and where it fails.
-
-    model: an analytic one, by name or object; effects: ids, mappings, .py files, objects, an effects.yaml, or the
-    effects of a diagnosis; drawn: whether to prepare drawings; config: what asked for it, for the provenance.
-    """
-    campaign = campaign_of(campaign)
-    curves = any(len(r.travel) for r in campaign.runs)
-    spec = campaign_model(model, campaign)
-    chosen = fitted_model(spec) if curves else closed_form_model(spec)
-    acting = effects_of(effects)
-    refuse_effects(chosen, acting)
-    steady = steady_errors(campaign, chosen, acting)
-    common: dict[str, Any] = {"base_model": chosen.name, "campaign": label(campaign), "effects": acting}
-    common |= {"steady": steady, "provenance": provenance(config) | {"data_sha256": campaign.sha256}}
-    if not curves and steady:
-        return Comparison(**common, error=None, where=None, per_run=())
-    bench = workbench(campaign, fitted_model(chosen), [type(e) for e in acting])
-    base, final = bench.forward.null(), parameter_vector(bench, acting)
-    before, after = bench.forward.values(np.stack([base, final]))
-    shown = (bench, final, after) if acting else None
-    limits = validity_warnings(campaign, fitted_model(chosen), acting)
-    besides = f" with {words.join_words([e.id for e in acting])}" if acting else ""
-    return Comparison(
-        **common,
-        error=overall_errors(bench, before, after),
-        where=locate_failure(bench, after, f"Model {chosen.name}{besides}"),
-        per_run=run_errors(bench, before, after),
-        drawings=drawings((bench, base, before), shown, mapped=after) if drawn else Drawings(),
-        beyond=(*map(str, leave_out_bad_readings(campaign)[1]), *limits),
-    )
-
-
-def parameter_vector(bench: Workbench, effects: Sequence[Effect]) -> np.ndarray:
-    """Return the parameter vector of the effects, in the scales of the fit."""
-    numbers, q = {type(e): e for e in effects}, bench.forward.null()
-    slots = bench.forward.slots
-    q[: len(slots)] = [float(getattr(numbers[slot.effect], slot.name)) / slot.scale for slot in slots]
-    return q
-
-
-def steady_errors(
-    campaign: Campaign, model: Model | SteadyModel, effects: Sequence[Effect] = ()
-) -> tuple[SteadyError, ...]:
-    """Measured and modelled late rates of every run and point in steady.csv, against the stated uncertainty.
-
-    The model's are those of its closed form, or of a long run where effects act.
-    """
-    runs, rows = {r.name: r for r in campaign.runs}, []
-    for stated in campaign.steady:
-        run, u = runs[stated.run], stated.u
-        case = case_of(campaign, run)
-        if effects and isinstance(model, Model):
-            modelled = late_rates(model.run(case, effects, travel=STEADY_TRAVEL))
-        else:
-            assert isinstance(model, SteadyModel)
-            modelled = np.full(4, model.steady_rate(case))
-        for point in np.flatnonzero(np.isfinite(stated.rates)).tolist():
-            measured, rate = float(stated.rates[point]), float(modelled[point])
-            own: dict[str, Any] = {"run": run.name, "tension": run.tension, "u": u, "point": point + 1}
-            rows.append(SteadyError(**own, measured=measured, modelled=rate, ratio=abs(rate - measured) / u))
-    return tuple(rows)
 
 
 def check_effect(

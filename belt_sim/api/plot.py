@@ -5,8 +5,10 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from csv import DictWriter
 from dataclasses import dataclass
 from functools import partial
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +19,12 @@ from belt_sim.campaign import Campaign
 from belt_sim.effects.base import library, short_title
 from belt_sim.effects.load import save_effects
 from belt_sim.errors import BeltError, InputError
-from belt_sim.io import write_json, write_text, write_with
+from belt_sim.io import write_json, write_text
 from belt_sim.results.diagnosis import Diagnosis, Discovery
 from belt_sim.results.errors import Comparison
 from belt_sim.results.files import diagnosis_json, discovery_json, file_json, read_diagnosis, to_json
 from belt_sim.results.simulation import Simulation
-from belt_sim.results.words import data_frame, tension
+from belt_sim.results.words import tension
 from belt_sim.show import diagnosis as pictures
 from belt_sim.show.curves import curves_picture, map_picture, steady_picture, understood_picture
 from belt_sim.show.report import write_report
@@ -222,7 +224,11 @@ def write_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
     content = file_json(c)
     if c.per_run:
         rows = [{k: v for k, v in to_json(r).items() if not isinstance(v, dict)} for r in c.per_run]
-        write_with(folder / "per_run.csv", lambda path: data_frame(rows).to_csv(path, index=False))
+        page = StringIO(newline="")
+        table = DictWriter(page, rows[0], lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+        write_text(folder / "per_run.csv", page.getvalue())
     write_json(folder / "comparison.json", content)
     write_json(folder / "summary.json", content)
     if pictures:

@@ -40,6 +40,8 @@ from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 if TYPE_CHECKING:
     import pandas as pd
 
+    from belt_sim.api.table import SweepTable
+
 #: setting -> (name of its column, what one unit is in SI)
 SETTINGS = {
     "tension": ("tension_n_per_mm2", N_PER_MM2),
@@ -94,7 +96,7 @@ def sweep(
     at: Sequence[float] | None = None,
     workers: int | None = None,
     tell: Callable[[float], None] = lambda share: None,
-) -> "pd.DataFrame":
+) -> "SweepTable":
     """A table of the grid of all values, a row a case: late rates, positions, offsets, overshoot, slackest edge,
     whether the rates have settled.
 

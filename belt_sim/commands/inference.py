@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.api import inference
 from belt_sim.api.plot import write_comparison, write_diagnosis, write_page
 from belt_sim.api.simulate import effects_of, fitted_model, model_for_campaign
 from belt_sim.campaign import Campaign, case_of, read_campaign
@@ -32,11 +31,13 @@ def _reason(campaign: str) -> str:
 
 def check_command(run_dir: RunDir) -> None:
     """Check a campaign or a plan and leave check.json and check.png in the run folder."""
+    from belt_sim.api.check import check
+
     config, folder = run_dir.config, run_dir.path
     for key in ("travel", "step"):
         finite(key, config[key], "m", "give a length in metres", lambda x: x > 0)
     asked = {k: config[k] for k in ("effects", "travel", "step", "advise")}
-    found = inference.check(run_dir.campaign, config["model"], **asked, config=config)
+    found = check(run_dir.campaign, config["model"], **asked, config=config)
     write_json(folder / "check.json", file_json(found))
     if config["pictures"] and found.visible:
         visible_picture(folder / "check.png", found.visible, found.campaign.title)
@@ -46,10 +47,12 @@ def check_command(run_dir: RunDir) -> None:
 
 def compare_command(run_dir: RunDir) -> None:
     """Compare and leave comparison.json, summary.json, tables and pictures in the run folder."""
+    from belt_sim.api.compare import compare
+
     config = run_dir.config
     asked, pictures = (run_dir.campaign, config["model"], config["effects"]), config["pictures"]
     with run_dir.outputs() as draft:
-        found = inference.compare(*asked, drawn=pictures, config=config)
+        found = compare(*asked, drawn=pictures, config=config)
         write_comparison(draft, found, pictures=pictures)
     tell_choice(config, found.base_model, _reason(run_dir.campaign))
     tell(found.tables(), [*found.lines(), run_dir.path])
@@ -57,6 +60,8 @@ def compare_command(run_dir: RunDir) -> None:
 
 def diagnose_command(run_dir: RunDir) -> None:
     """Diagnose a campaign and leave diagnosis.json, report.html, effects.yaml and pictures in the run folder."""
+    from belt_sim.api import inference
+
     config: Any = run_dir.config
     watch, model = resolve_watch(config["watch"], "auto", "rrd"), config["model"]
     asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out", "checked")}

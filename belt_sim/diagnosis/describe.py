@@ -1,4 +1,4 @@
-"""A finished diagnosis in words, tables and drawings."""
+"""A finished diagnosis in words and tables."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
@@ -6,24 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.campaign import Campaign, Suspicion, case_of
+from belt_sim.campaign import Suspicion
 from belt_sim.campaign.quality import check_running_start, counted_from_yaw, records_of
 from belt_sim.diagnosis.decide import POLICY, needed_gain
+from belt_sim.diagnosis.drawings import drawings, label
 from belt_sim.diagnosis.errors import (
-    K,
-    cells,
     errors_of,
     held_out,
     lateral_rms,
     locate_failure,
     run_errors,
-    validation_uncertainty,
-    window_edges,
 )
 from belt_sim.diagnosis.examine import Findings
-from belt_sim.diagnosis.fit import Fit, fit_sets
+from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.next_run import Rival, separation
-from belt_sim.diagnosis.noise import metric_of
 from belt_sim.diagnosis.plausibility import estimates, estimates_of_single_sizes, is_plausible, profile_intervals
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.diagnosis.search import NOTHING, row_of
@@ -31,7 +27,6 @@ from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.effects.base import Effect
 from belt_sim.effects.law import GenericLaw, law_entry
 from belt_sim.io import provenance
-from belt_sim.results import words
 from belt_sim.results.diagnosis import (
     Candidate,
     Confusable,
@@ -44,72 +39,9 @@ from belt_sim.results.diagnosis import (
     Verdict,
     other_model,
 )
-from belt_sim.results.errors import UNITS, CampaignLabel, Drawings, Drift, Errors, FailureMap, Panel
-from belt_sim.results.estimates import Estimate, MachineSizes
-from belt_sim.results.words import KILO, join_effects, join_words
-from belt_sim.units import N_PER_MM2
-
-# What a comparison or a diagnosis has to draw: overlays, maps, drift charts, in the units people read.
-
-
-def overlays(bench: Workbench, base: np.ndarray, final: np.ndarray | None) -> tuple[Panel, ...]:
-    """One panel a run and signal; base and final (R, S, n) are predictions before and after."""
-    band = K * validation_uncertainty(bench)
-    panels = []
-    for r, run in enumerate(bench.samples.runs):
-        for s, signal in enumerate(bench.samples.signals):
-            keep = np.isfinite(bench.samples.y[r, s])
-            if not keep.any():
-                continue
-            title = f"{run.name} {signal.name}, {words.tension(run.tension)} N/mm², {words.yaw(run.yaw)}°"
-            panels.append(
-                Panel(
-                    run=run.name,
-                    title=title + ("" if run.use == "fit" else ", held out"),
-                    travel=bench.samples.travel[r][keep],
-                    measured=bench.samples.y[r, s][keep] * KILO,
-                    base=base[r, s][keep] * KILO,
-                    band=band[r, s][keep] * KILO,
-                    final=None if final is None else final[r, s][keep] * KILO,
-                    unit=UNITS[signal.kind],
-                )
-            )
-    return tuple(panels)
-
-
-#: Tensions that a map or a chart tells apart.
-MOST_LEVELS = 12
-
-
-def tension_levels(tension: np.ndarray) -> np.ndarray:
-    """Tension (n,) that each is drawn at: its own, or of more than MOST_LEVELS the mean of those close to it."""
-    if len(np.unique(tension)) <= MOST_LEVELS:
-        return tension
-    edges = np.geomspace(tension.min(), tension.max(), MOST_LEVELS + 1)[1:-1]
-    level = np.searchsorted(edges, tension)
-    number = np.maximum(np.bincount(level), 1)
-    return (np.bincount(level, weights=tension) / number)[level]
-
-
-def maps(bench: Workbench, values: np.ndarray) -> tuple[FailureMap, ...]:
-    """E/u_val over tension and travel windows, one map a signal and yaw sign."""
-    found, edges = cells(bench, values), window_edges(bench)
-    levels = tension_levels(np.array([c.tension for c in found]))
-    result = []
-    for signal in bench.samples.signals:
-        for sign, name in ((1, "yaw > 0"), (-1, "yaw < 0"), (0, "yaw = 0")):
-            mine = [(c, t) for c, t in zip(found, levels, strict=True) if c.signal == signal.name and c.sign == sign]
-            tensions = sorted({t for _, t in mine})
-            if not tensions:
-                continue
-            ratio = np.full((len(tensions), len(edges) - 1), np.nan)
-            for c, tension in mine:
-                row, column = tensions.index(tension), int(np.argmin(np.abs(edges[:-1] - c.window[0])))
-                if not abs(ratio[row, column]) > c.ratio:  # the worst of repeated runs
-                    ratio[row, column] = c.signed
-            title = f"{signal.name}, {name}"
-            result.append(FailureMap(title=title, tension=np.array(tensions), edges=edges, ratio=ratio))
-    return tuple(result)
+from belt_sim.results.errors import Drawings, Errors
+from belt_sim.results.estimates import Estimate
+from belt_sim.results.words import join_effects, join_words
 
 
 def drawings_of(d: Findings) -> Drawings:
@@ -117,64 +49,6 @@ def drawings_of(d: Findings) -> Drawings:
     base, chosen = d.nothing, d.named
     final = (d.fitted_bench, chosen.vector, chosen.values) if chosen.ids else None
     return drawings((d.bench, base.vector, base.values), final, mapped=base.values)
-
-
-Predicted = tuple[Workbench, np.ndarray, np.ndarray]
-
-
-def drawings(base: Predicted, final: Predicted | None, *, mapped: np.ndarray) -> Drawings:
-    """base, final: a workbench, a parameter vector and its predictions (R, S, n), before and after; mapped: predictions
-    that the maps judge.
-    """
-    before, after = stiffness_drift(*base[:2]), stiffness_drift(*final[:2]) if final else None
-    return Drawings(
-        overlays=overlays(base[0], base[2], final[2] if final else None),
-        maps=maps(base[0], mapped),
-        drifts=((before, after),) if before is not None else (),
-        machine=machine_of(base[0]),
-    )
-
-
-def machine_of(bench: Workbench) -> MachineSizes:
-    """The sizes of the machine in which people read numbers of effects."""
-    case = case_of(bench.campaign, bench.samples.runs[0])
-    rig = {n: float(getattr(case.rig, n)) for n in ("centre_distance", "tail_radius", "head_radius", "span_length")}
-    return MachineSizes(width=float(case.belt.width), **rig)
-
-
-GPA = 1e9
-LIMIT = 3.0  # a model that asks for more than three times the stated value, or less than a third, is shown there
-
-
-def stiffness_drift(bench: Workbench, vector: np.ndarray) -> Drift | None:
-    """Young's modulus [GPa] that each level of tension asks for by itself; None with fewer than two tensions.
-
-    Only F/EI enters a beam: a wrong tension, width or thickness shows here as well.
-    """
-    stress = tension_levels(np.array([r.tension for r in bench.samples.runs]))
-    tensions = np.unique(stress)
-    if len(tensions) < 2 or not bench.forward.model.moments:
-        return None
-    stated = bench.campaign.belt.youngs_modulus
-    value, u = [], []
-    position = len(bench.forward.slots)
-    for t in tensions:
-        y = np.where((stress == t)[:, None, None], bench.fitted.y, np.nan)
-        metric = metric_of(replace(bench.fitted, y=y), bench.levels, bench.shapes, 0.0 * bench.shared)
-        fit = fit_sets(bench.forward, metric, [bench.start((), vector, free=[position])])[0]
-        factor = np.clip(1.0 + fit.vector[position], 1.0 / LIMIT, LIMIT)
-        value.append(factor * stated.value / GPA)
-        beyond = factor in (1.0 / LIMIT, LIMIT)  # no interval is drawn about a value off the chart
-        u.append(0.0 if beyond else min(np.sqrt(fit.covariance[0, 0]), 0.5 * factor) * stated.value / GPA)
-    return Drift(
-        parameter="Young's modulus",
-        unit="GPa",
-        tension=tensions / N_PER_MM2,
-        value=np.array(value),
-        u=np.array(u),
-        stated=stated.value / GPA,
-        u_stated=stated.u / GPA,
-    )
 
 
 # From findings to the result: what a diagnosis hands out.
@@ -236,11 +110,6 @@ def final_model(d: Findings) -> tuple[Workbench, Fit]:
     if d.law is not None and d.law.fit is not None and d.law.bench is not None and not d.named.ids:
         return d.law.bench, d.law.fit
     return d.fitted_bench, d.named
-
-
-def label(campaign: Campaign) -> CampaignLabel:
-    """Which campaign it was."""
-    return CampaignLabel(title=campaign.title, sha256=campaign.sha256, source=campaign.source.kind)
 
 
 def rivals(d: Findings) -> list[Rival]:

@@ -9,7 +9,6 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 from scipy.special import chdtri, ndtri
 
 from belt_sim.campaign import Campaign, Suspicion, case_of, leave_out_bad_readings, suspicions
@@ -356,6 +355,8 @@ def _refine(chi2: float, mistake: SheetMistake, stated: _Layout) -> tuple[float,
 
     def misfit(logarithm: float) -> float:
         return min(stated.total_without(replace(mistake, size=float(np.exp(logarithm)))), 1e300)
+
+    from scipy.optimize import minimize_scalar  # most checks need none
 
     at = float(np.log(mistake.size))
     best = minimize_scalar(misfit, bounds=(at - REACH, at + REACH), method="bounded", options={"maxiter": REFINED})

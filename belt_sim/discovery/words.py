@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.diagnosis.describe import label
+from belt_sim.diagnosis.drawings import label
 from belt_sim.diagnosis.errors import errors_of
 from belt_sim.discovery.linear_search import first_of_each
 from belt_sim.discovery.search_data import SearchData, course_travel, form_values, variable

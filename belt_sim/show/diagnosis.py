@@ -33,28 +33,34 @@ GAP = 0.06  # between a panel and its residual, likewise
 RESIDUAL = 0.4  # height of a panel's residual (model - measured), in heights of the panel
 
 DOTS = 60  # measured samples shown in one panel
-MOST_PANELS = 36  # of a picture; more are too small to read
+MOST_PANELS = 36  # of a page, whose readers choose among them
+FEW_PANELS = 6  # of a picture, as large as a screen
 
 
-def shown_panels(panels: Sequence[Panel]) -> Sequence[Panel]:
-    """Those that a picture has room for: of too many, those with the largest misfit."""
-    if len(panels) <= MOST_PANELS:
+def shown_panels(panels: Sequence[Panel], most: int = MOST_PANELS) -> Sequence[Panel]:
+    """Those that there is room for: of too many, those with the largest misfit."""
+    if len(panels) <= most:
         return panels
-    least = sorted((p.misfit for p in panels), reverse=True)[MOST_PANELS - 1]
-    return [p for p in panels if p.misfit >= least][:MOST_PANELS]
+    least = sorted((p.misfit for p in panels), reverse=True)[most - 1]
+    return [p for p in panels if p.misfit >= least][:most]
 
 
 @style.picture
 def overlay_picture(
-    path: str | os.PathLike | None, panels: Sequence[Panel], title: str, *, names: Mapping[str, str]
+    path: str | os.PathLike | None,
+    panels: Sequence[Panel],
+    title: str,
+    *,
+    names: Mapping[str, str],
+    most: int = FEW_PANELS,
 ) -> Path:
-    """Small multiples of measured against modelled, of many panels those with the largest misfit.
+    """Small multiples of measured against modelled, of more than ``most`` panels those with the largest misfit.
 
     names = {"base": ..., "final": ...} for the legend.
     """
-    if len(panels) > MOST_PANELS:
-        title = f"{title}: the {MOST_PANELS} largest misfits of {len(panels)} records"
-        panels = shown_panels(panels)
+    if len(panels) > most:
+        title = f"{title}: the {most} largest misfits of {len(panels)} records"
+        panels = shown_panels(panels, most)
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
     size = max(WIDE * columns, 6.5), HIGH * rows + 1.0
@@ -72,7 +78,7 @@ def overlay_picture(
 
 def overlay_svg(panels: Sequence[Panel], title: str, *, names: Mapping[str, str]) -> str:
     """The same picture as SVG text, in which the group of each panel (id panel-0 ...) says where it stands."""
-    fig = overlay_picture(None, panels, title, names=names)
+    fig = overlay_picture(None, panels, title, names=names, most=MOST_PANELS)
     svg, (width, height) = style.svg_text(fig), fig.get_size_inches()
     for k, ax in enumerate(ax for ax in fig.axes if ax.get_visible()):
         place = ax.get_position()

@@ -195,7 +195,8 @@ def save(fig: "Figure", path: str | os.PathLike | None, dpi: float | None = None
         raise InputError("picture", path.name, "", f"give a name that ends in {', '.join(ENDINGS)}")
     try:
         with in_look():
-            write_with(path, lambda draft: fig.savefig(draft, dpi=dpi or DPI))
+            quick: Any = {"pil_kwargs": {"compress_level": 1}} if path.suffix.lower() == ".png" else {}
+            write_with(path, lambda draft: fig.savefig(draft, dpi=dpi or DPI, **quick))
     except OSError as cause:
         raise BeltError(f"picture {path}: cannot be written ({cause.strerror}); choose another folder") from cause
     return path

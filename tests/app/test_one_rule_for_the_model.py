@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from belt_sim.api import inference
+from belt_sim.api import check, compare, inference
 from belt_sim.api.simulate import campaign_model, model_for_campaign, validity_warnings
 from belt_sim.app.session import Session
 from belt_sim.campaign import read_campaign
@@ -42,10 +42,11 @@ def tell_chosen(model):
 @pytest.mark.parametrize(("campaign", "model", "why"), CASES)
 def test_every_question_about_a_campaign_has_its_model(campaign, model, why, stated, monkeypatch):
     """Python gives None, the command line its configuration, the app a name; a report names the model it was given."""
-    monkeypatch.setattr(inference, "fitted_model", tell_chosen)
+    for module in (inference, compare, check):
+        monkeypatch.setattr(module, "fitted_model", tell_chosen)
     monkeypatch.setattr(inference, "beside_points", lambda campaign: [])
     effects = ["taper"]
-    for ask in (inference.diagnose, inference.discover, inference.compare, inference.check):
+    for ask in (inference.diagnose, inference.discover, compare.compare, check.check):
         with pytest.raises(Chosen, match=f"^{model}$"):
             ask(campaign, stated, effects)
     with pytest.raises(Chosen, match=f"^{model}$"):

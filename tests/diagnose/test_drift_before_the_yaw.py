@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from small_campaign import CLASSES, MODEL, SPREAD
 
-from belt_sim.api.inference import compare
+from belt_sim.api.compare import compare
 from belt_sim.campaign import suspicions
 from belt_sim.diagnosis.describe import _answered
 from belt_sim.diagnosis.errors import find_offsets

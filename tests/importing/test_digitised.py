@@ -5,7 +5,8 @@ import pytest
 from logger_files import MAPPING
 
 from belt_sim.api.campaigns import import_files
-from belt_sim.api.inference import compare, diagnose
+from belt_sim.api.compare import compare
+from belt_sim.api.inference import diagnose
 from belt_sim.campaign import read_campaign
 from belt_sim.errors import BeltError
 from belt_sim.importing import read, understand, write

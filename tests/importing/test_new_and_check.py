@@ -7,7 +7,7 @@ import pytest
 from shipped_schema import check as follows_its_schema
 
 from belt_sim.api.campaigns import new_campaign
-from belt_sim.api.inference import check
+from belt_sim.api.check import check
 from belt_sim.campaign import CampaignError, read_campaign
 from belt_sim.campaign.folder import is_plan, read_plan
 from belt_sim.diagnosis.foresight import harm_warnings
