@@ -44,7 +44,8 @@ os.environ["XLA_FLAGS"] = "--xla_force_host_platform_device_count=3"  # unheard 
 idle = len(jax.devices("cpu")) == 3
 from belt_sim.cli import run_command
 status = run_command(["new", f"hydra.run.dir={sys.argv[1]}"])
-print(json.dumps([len(names), [a for a, b in zip(before.split(","), after.split(","), strict=True) if a != b], idle, status]))
+changed = [a for a, b in zip(before.split(","), after.split(","), strict=True) if a != b]
+print(json.dumps([len(names), changed, idle, status]))
 """
 
 RUN_UNPREPARED = """
