@@ -75,7 +75,18 @@ def test_arrows_point_one_way(part):
 
 #: Files of a diagnosis, from the ground up: each knows those before it and no other.
 STOREYS = (
-    *("samples", "forward", "noise", "linear_algebra", "fit", "workbench", "plausibility", "linearisation", "errors"),
+    *(
+        "samples",
+        "forward",
+        "noise",
+        "linear_algebra",
+        "fit",
+        "workbench",
+        "plausibility",
+        "linearisation",
+        "errors",
+        "drawings",
+    ),
     *("decide", "search", "examine", "next_run", "describe", "foresight", "admission"),
 )
 
