@@ -13,9 +13,10 @@ import pytest
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
+from belt_sim.api import check, compare, inference
 from belt_sim.app import server
 from belt_sim.cli import run_command
-from belt_sim.commands import COMMANDS, campaigns, inference, known_keys
+from belt_sim.commands import COMMANDS, campaigns, known_keys
 from belt_sim.errors import BeltError
 from belt_sim.io import CONF, ROOT
 from belt_sim.show import style
@@ -110,7 +111,9 @@ WHY_NOT = {
     ("map", "workers"): "threads; 0 is refused",
 }  # fmt: skip
 BEHIND = {
-    inference.inference: ("check", "compare", "diagnose"),
+    check: ("check",),
+    compare: ("compare",),
+    inference: ("diagnose",),
     campaigns: ("import_files", "plan_by_number"),
     campaigns.virtual_rig: ("make_campaign", "reveal"),
     server: ("serve",),
