@@ -9,7 +9,7 @@ from belt_sim.api.plot import Picture, plot
 
 
 class SweepTable(pd.DataFrame):
-    """A table of ``bs.sweep``; what is made of it (parts, copies, pickles) is pandas' own, with pandas' ``plot``."""
+    """A table of ``bs.sweep``; what is made of it (parts, copies, pickles) is pandas' own."""
 
     @property
     def _constructor(self) -> type[pd.DataFrame]:
