@@ -43,7 +43,7 @@ nitpicky = True
 #: types of other packages, whose documents lie on the network
 nitpick_ignore_regex = [
     (r"py:.*", r"(numpy|np|jax|jnp|pandas|pathlib|collections|typing|os)\..*"),
-    (r"py:class", r"(Path|Any|Sequence|Callable|Mapping|Iterable|optional|Numbers|Camber|MjSpec)"),
+    (r"py:class", r"(Path|Any|Sequence|Callable|Mapping|Iterable|optional|Numbers|Camber|MjSpec|SweepTable)"),
     (r"py:class", r"(FieldInfo|NoneType|belt_sim\.importing\.(columns\.LoggedTables|build\.Proposal)|types\.Annotated)"),
     (r"py:class", r"(dict|tuple)\[str"),  # autodoc takes generics apart
     (r"py:class", r"(mujoco|pd|belt_sim\.(space|errors|linear|validity|results\.(diagnosis|estimates)))\..*|DataFrame|Result"),  # named, not listed

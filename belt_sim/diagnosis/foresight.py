@@ -478,30 +478,32 @@ def _best_column(bench: Workbench, fit: Fit, name: str) -> tuple[int, float]:
 
 #: Size at which a pair is judged, in whitened units: an effect that is plain to see.
 PLAIN = 12.0
+INDEPENDENT = 1e-9  # of the largest direction of an effect's columns: what is smaller is a sum of the others
 
 
 def pairs(bench: Workbench, fit: Fit, seen: list[Visible], *, advise: bool) -> list[Pair]:
     """Pairs of visible effects: the one, at PLAIN, leaves less than RESOLVED when the other is fitted in its place."""
     names = [v.effect for v in seen if v.share < 1.0]
-    alike = [(_separation(bench, fit, a, b), a, b) for a, b in combinations(names, 2)]
-    alike = sorted(pair for pair in alike if pair[0] < RESOLVED)
+    sigma, both = _separations(bench, fit, names), list(combinations(range(len(names)), 2))
+    alike = sorted((float(sigma[j, k]), names[j], names[k]) for j, k in both if sigma[j, k] < RESOLVED)
     advice = _advice(bench, fit, [(a, b) for _, a, b in alike]) if advise and alike else {}
     return [Pair(effects=(a, b), sigma=sigma, **advice.get((a, b), {})) for sigma, a, b in alike]
 
 
-def _separation(bench: Workbench, fit: Fit, a: str, b: str, columns: np.ndarray | None = None) -> float:
-    """Sigmas by which one at PLAIN differs from the other fitted in its place, whichever is less; columns (k, m): those
-    of the fit, and of a further run."""
-    columns = fit.columns if columns is None else columns
-    left = []
-    for own, other in ((a, b), (b, a)):
-        best, _ = _best_column(bench, fit, own)
-        span = columns[bench.forward.index(other)]
+def _separations(bench: Workbench, fit: Fit, names: Sequence[str], further: np.ndarray | None = None) -> np.ndarray:
+    """Sigmas (n, n) by which one at PLAIN differs from the other fitted in its place, whichever is less; further (k,
+    m): columns of a further run."""
+    columns = fit.columns if further is None else np.concatenate([fit.columns, further], axis=1)
+    best = [_best_column(bench, fit, name)[0] for name in names]
+    targets = PLAIN / np.linalg.norm(fit.columns[best], axis=1)[:, None] * columns[best]
+    left = np.zeros((len(names), len(names)))
+    for k, name in enumerate(names):
+        span = columns[bench.forward.index(name)]
         span = span[np.linalg.norm(span, axis=1) > NOTHING * np.linalg.norm(span)]
-        target = PLAIN / np.linalg.norm(fit.columns[best]) * columns[best]
-        fitted = np.linalg.lstsq(span.T, target, rcond=1e-9)[0] if len(span) else np.zeros(0)
-        left.append(float(np.linalg.norm(target - fitted @ span)))
-    return min(left)
+        _, size, rows = np.linalg.svd(span, full_matrices=False)
+        rows = rows[size > INDEPENDENT * size.max(initial=0.0)]
+        left[:, k] = np.linalg.norm(targets - targets @ rows.T @ rows, axis=1)
+    return np.minimum(left, left.T)
 
 
 def _advice(bench: Workbench, fit: Fit, alike: list[tuple[str, str]]) -> dict[tuple[str, str], dict[str, Any]]:
@@ -509,14 +511,16 @@ def _advice(bench: Workbench, fit: Fit, alike: list[tuple[str, str]]) -> dict[tu
 
     None of pairs with SLOWEST effects: a second compilation for each of them would take longer than all else.
     """
+    asked = [pair for pair in alike if not SLOWEST & set(pair)]
+    names = list(dict.fromkeys(name for pair in asked for name in pair))
     light = [k for k, s in enumerate(bench.forward.slots) if s.effect.id not in SLOWEST]
     outlook = Outlook(bench, replace(fit, free=light, columns=fit.columns[light], slopes=fit.slopes[light]))
+    own = [k for name in names for k in bench.forward.index(name)]
     further = np.zeros((len(outlook.actions), len(fit.free), outlook.forward.samples.y[0].size))
-    further[:, light] = outlook.white(outlook.predict(fit, light)[1]).swapaxes(0, 1)
-    found = {}
-    for a, b in alike:
-        if not SLOWEST & {a, b}:
-            after = [_separation(bench, fit, a, b, np.concatenate([fit.columns, f], axis=1)) for f in further]
-            if max(after) >= RESOLVED:  # less is no advice
-                found[a, b] = {"action": outlook.actions[int(np.argmax(after))].words, "sigma_after": max(after)}
+    further[:, own] = outlook.white(outlook.predict(fit, own)[1]).swapaxes(0, 1)
+    after, found = np.array([_separations(bench, fit, names, f) for f in further]), {}
+    for a, b in asked:
+        sigma = after[:, names.index(a), names.index(b)]
+        if sigma.max() >= RESOLVED:  # less is no advice
+            found[a, b] = {"action": outlook.actions[int(np.argmax(sigma))].words, "sigma_after": float(sigma.max())}
     return found
