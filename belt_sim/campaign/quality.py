@@ -417,10 +417,11 @@ def check_running_start(campaign: Campaign, records: list[Record]) -> list[Suspi
     """
     reach, rates, errors = 0.5 * float(rig_of(campaign).span_length), [], []
     for pair in (p for places in TAIL_AND_HEAD for p in pairs_at(records, *places) if p[0].run.run_in == 0.0):
-        own = []
+        own = []  # rate and its error at tail and head
         for record in pair:
-            begins = record.travel - record.travel[0] < reach
-            early = begins & (record.travel < 0.0) if record.run.yaw or record.run.yaw_head else begins
+            early = record.travel - record.travel[0] < reach
+            if record.run.yaw or record.run.yaw_head:
+                early &= record.travel < 0.0
             s, y = record.travel[early], record.readings[early]
             if len(s) >= FEWEST_ON_LINE:
                 error = math.hypot(record.sheet.white * math.sqrt(12.0 / len(s)), 2.0 * record.sheet.wander_sd)
@@ -456,10 +457,10 @@ def check_repeats(campaign: Campaign) -> list[Suspicion]:
     series, found = defaultdict[str, list[Run]](list), []
     for run in campaign.runs:
         series[run.repeat_of or run.name].append(run)
-    for alike in series.values():
-        there = [run for run in alike if of_run[run.name].keys() & of_run[alike[0].name].keys()]
-        if len(there) > 1 and (names := sorted(set.intersection(*(set(of_run[run.name]) for run in there)))):
-            found += _odd_repeats(campaign, of_run, there, names)
+    for runs in series.values():
+        alike = [run for run in runs if of_run[run.name].keys() & of_run[runs[0].name].keys()]
+        names = sorted(set.intersection(*(set(of_run[run.name]) for run in alike))) if len(alike) > 1 else []
+        found += _odd_repeats(campaign, of_run, alike, names) if names else []
     return found
 
 
@@ -537,8 +538,8 @@ def _odd_repeats(
 
 def _hours_between(first: Run, run: Run) -> str:
     """Return how much later a run started, in words; "" where their clocks do not tell."""
-    clocks = [r.started if "-" in r.started[:5] else f"2000-01-01T{r.started}" for r in (first, run)]
     try:
+        clocks = (r.started if "-" in r.started[:5] else f"2000-01-01T{r.started}" for r in (first, run))
         begun, ended = map(datetime.fromisoformat, clocks)
         hours = (ended - begun).total_seconds() / 3600.0
     except (ValueError, TypeError):
@@ -551,8 +552,8 @@ def counted_from_yaw(records: list[Record]) -> list[Record]:
 
     What a machine does before the yaw is no error of zero, wherever its sensors were set to zero.
     """
-    rest = ((r, reading_at_yaw(r.travel, r.readings) if r.sheet.kind == "lateral" else 0.0) for r in records)
-    return [replace(r, readings=r.readings - at_yaw) for r, at_yaw in rest]
+    lateral = (reading_at_yaw(r.travel, r.readings) if r.sheet.kind == "lateral" else 0.0 for r in records)
+    return [replace(r, readings=r.readings - at_yaw) for r, at_yaw in zip(records, lateral, strict=True)]
 
 
 def reading_at_yaw(travel: np.ndarray, readings: np.ndarray) -> float:
@@ -650,10 +651,9 @@ def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
         small = size * yaw < LOW * usual / 2.0 or (size < LOW and yaw > HIGH * usual)
         return (lead.lead < -REVERSED and yaw > 0.5 * usual) or small or size > HIGH
 
-    odd = [lead for lead in leads if is_odd(lead)]
+    odd, found = [lead for lead in leads if is_odd(lead)], []
     if not odd:
         return _turned_column(leads, span)
-    found = []
     for lead in odd:
         across = [other.lead for other in leads if other.yaw * lead.yaw < 0.0]
         if across and lead.lead < LOW and float(np.median(across)) > OFFSET:
@@ -764,14 +764,14 @@ def check_places(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
 def check_places_across(campaign: Campaign) -> list[Suspicion]:
     """Return a place y0 off the middle of the pulleys that no belt has that lies on them, the largest of all runs."""
     width = campaign.belt.width.value
-    far = [run for run in campaign.runs if abs(run.y0 or 0.0) > 0.5 * width]
-    worst = max(far, key=lambda run: abs(run.y0 or 0.0), default=None)
-    if worst is None or worst.y0 is None:
+    far = [(run.y0, run.name) for run in campaign.runs if run.y0 is not None and abs(run.y0) > 0.5 * width]
+    if not far:
         return []
-    sentence = f"the belt stands y0 = {worst.y0 / MM:.4g} mm off the middle of the pulleys, which is"
-    sentence += f" {abs(worst.y0) / width:.3g} times its width: y0_mm in runs.csv counts from there"
+    y0, name = max(far, key=lambda place: abs(place[0]))
+    sentence = f"the belt stands y0 = {y0 / MM:.4g} mm off the middle of the pulleys, which is {abs(y0) / width:.3g}"
+    sentence += " times its width: y0_mm in runs.csv counts from there"
     sentence += f" (so in {len(far)} of {len(campaign.runs)} runs)" if len(far) > 1 else ""
-    return [Suspicion(worst.name, (), "shifted", sentence, "stop" if abs(worst.y0) > width else "look")]
+    return [Suspicion(name, (), "shifted", sentence, "stop" if abs(y0) > width else "look")]
 
 
 def check_signs(records: list[Record]) -> list[Suspicion]:
@@ -780,10 +780,10 @@ def check_signs(records: list[Record]) -> list[Suspicion]:
     It is certain where one of the opposed runs has a yaw of the same sign.
     """
     found = []
-    for name in dict.fromkeys(record.sheet.name for record in records):
-        own = [r for r in records if r.sheet.name == name and abs(r.run.yaw) > 2.0 * abs(r.run.yaw_head)]
-        own = [r for r in own if not r.run.runs_already]
-        own = [r for r in own if r.rms > CLEAR * r.drift_error and len(r.travel) > 2]
+    judged = [r for r in records if abs(r.run.yaw) > 2.0 * abs(r.run.yaw_head) and not r.run.runs_already]
+    judged = [r for r in judged if r.rms > CLEAR * r.drift_error and len(r.travel) > 2]
+    for name in dict.fromkeys(r.sheet.name for r in judged):
+        own = [r for r in judged if r.sheet.name == name]
         if len(own) < 3:
             continue
         s = np.linspace(0.0, min(r.travel[-1] for r in own), _GRID)
@@ -792,9 +792,8 @@ def check_signs(records: list[Record]) -> list[Suspicion]:
         cosine = (curves / size[:, None]) @ (curves / size[:, None]).T
         tension, direction, side = np.array([(r.run.tension, r.run.direction, np.sign(r.run.yaw)) for r in own]).T
         group = (np.abs(tension[:, None] / tension - 1.0) < SAME_TENSION) & (direction[:, None] == direction)
-        opposed = (cosine < OPPOSED) & (np.abs(np.log(size[:, None] / size)) < math.log(ALIKE_SIZE))
         alike = group & ~np.eye(len(own), dtype=bool)
-        opposing = alike & opposed
+        opposing = alike & (cosine < OPPOSED) & (np.abs(np.log(size[:, None] / size)) < math.log(ALIKE_SIZE))
         turned = np.flatnonzero(alike.any(axis=1) & (2 * opposing.sum(axis=1) >= alike.sum(axis=1)))
         if len(np.unique(group[turned], axis=0)) != 1:
             continue  # none, or the same conflict at several tensions: an effect that does not follow the yaw
@@ -849,56 +848,46 @@ def check_guide(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
             if run.yaw == 0.0 or len(s) <= 24 or s[-1] <= GUIDED_SPANS * span or s[0] >= GUIDED_EARLY * s[-1]:
                 continue
             y = uniform_filter1d(record.readings, max(1, len(record.readings) // 50), mode="nearest")
-            if np.abs(y).max() <= CLEAR_SWING * error:
+            if (largest := float(np.abs(y).max())) <= CLEAR_SWING * error:
                 continue
             part = s / s[-1]
-            early, late = y[part < GUIDED_EARLY], y[part > 1.0 - GUIDED_LATE]
+            early, later, late = y[part < GUIDED_EARLY], y[part > GUIDED_EARLY], y[part > 1.0 - GUIDED_LATE]
             peak = early[np.argmax(np.abs(early))]
             returns = peak * run.yaw > 0.0 and abs(peak) > CLEAR_SWING * error
             returns = returns and np.abs(late).max() < BACK * abs(peak) + error
-            later = y[part > GUIDED_EARLY]
-            swing = 0.5 * float(np.ptp(later))
-            drifted = abs(float(np.mean(later))) > HALTED * abs(run.yaw) * float(s[-1])
-            swings = not drifted and swing >= max(CLEAR_SWING * error, SWING * float(np.abs(y).max()))
-            judged.append((bool(returns), swings and _turns(later, swing / 2.0) >= TURNS))
-        if len(judged) < FEWEST_RECORDS:
-            continue
-        returning, swinging = np.sum(judged, axis=0) >= GUIDED_MOST * len(judged)
-        if returning or swinging:
+            swing, turns, extreme, way = 0.5 * float(np.ptp(later)), 0, later[0], 0.0
+            for value in later:  # each turn comes back by more than half the swing
+                step = value - extreme
+                if abs(step) > swing / 2.0 and step * way <= 0.0:
+                    turns, extreme, way = turns + 1, value, np.sign(step)
+                elif step * way > 0.0:
+                    extreme = value
+            stays = abs(float(np.mean(later))) <= HALTED * abs(run.yaw) * float(s[-1])
+            swings = stays and swing >= max(CLEAR_SWING * error, SWING * largest) and turns >= TURNS
+            judged.append((bool(returns), swings))
+        returning, swinging = np.sum(judged, axis=0) >= GUIDED_MOST * len(judged) if judged else (False, False)
+        if len(judged) >= FEWEST_RECORDS and (returning or swinging):
             sentence = "comes back to y = 0 against the yaw" if returning else "swings to and fro"
             sentence += " in nearly all runs: a guide seems to steer the belt; switch it off, or record"
-            sentence += " what it does as yaw in runs.csv"
-            found.append(Suspicion(None, (name,), "guided", sentence))
+            found.append(Suspicion(None, (name,), "guided", f"{sentence} what it does as yaw in runs.csv"))
     return found
 
 
 def _subtract_edge(campaign: Campaign, records: list[Record]) -> list[Record]:
     """Subtract from the records of one signal the periodic edge profile that all runs share."""
     length = float(rig_of(campaign).belt_length)
-    long = [r for r in records if r.travel[-1] > ROUNDS * length]
-    if not long:
+    rest, left, waves = [], [], dict[int, np.ndarray]()
+    for r in (r for r in records if r.travel[-1] > ROUNDS * length):
+        place = r.run.direction * (r.travel + r.run.yaw_at)
+        phases = 2.0 * np.pi / length * place[:, None] * np.arange(1, WAVES + 1)
+        waves[id(r)] = wave = np.concatenate([np.cos(phases), np.sin(phases)], axis=1)
+        drift = np.linalg.qr(np.vander(r.travel / r.travel[-1], DEGREE + 1))[0]
+        rest.append(wave - drift @ (drift.T @ wave))
+        left.append(r.readings - drift @ (drift.T @ r.readings))
+    if not waves:
         return records
-    places = [r.run.direction * (r.travel + r.run.yaw_at) for r in long]
-    phases = [2.0 * np.pi / length * s[:, None] * np.arange(1, WAVES + 1) for s in places]
-    waves = [np.concatenate([np.cos(phase), np.sin(phase)], axis=1) for phase in phases]
-    bases = [np.linalg.qr(np.vander(r.travel / r.travel[-1], DEGREE + 1))[0] for r in long]
-    rest = [w - q @ (q.T @ w) for q, w in zip(bases, waves, strict=True)]
-    left = [r.readings - q @ (q.T @ r.readings) for q, r in zip(bases, long, strict=True)]
     edge = np.linalg.lstsq(np.concatenate(rest), np.concatenate(left), rcond=None)[0]
-    found = {id(r): replace(r, readings=r.readings - w @ edge) for r, w in zip(long, waves, strict=True)}
-    return [found.get(id(r), r) for r in records]
-
-
-def _turns(y: np.ndarray, least: float) -> int:
-    """Return how often readings change their direction; each time they come back by more than ``least``."""
-    turns, extreme, direction = 0, y[0], 0.0
-    for value in y:
-        step = value - extreme
-        if abs(step) > least and step * direction <= 0.0:
-            turns, extreme, direction = turns + 1, value, np.sign(step)
-        elif step * direction > 0.0:
-            extreme = value
-    return turns
+    return [replace(r, readings=r.readings - waves[id(r)] @ edge) if id(r) in waves else r for r in records]
 
 
 def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:

@@ -583,15 +583,6 @@ def span_of(column: Column) -> str:
     return f"{shown[0]:.6g} to {shown[1]:.6g} {column.unit}".removesuffix(" 1")
 
 
-#: unit that is none of these roles -> the factor that makes it one
-FACTORS = {
-    "rpm": "factor: 2 pi R/60 for m/s, R the pulley's radius in m",
-    "1/min": "factor: 2 pi R/60 for m/s, R the pulley's radius in m",
-    "u/min": "factor: 2 pi R/60 for m/s, R the pulley's radius in m",
-    "%": "factor: a hundredth of the value at 100 %, with that value's unit",
-}
-
-
 def _missing(table: LoggedTable) -> Iterator[Question]:
     """Places of signals, units that the file states but that are not known or do not go with the role, and roles that a
     record cannot do without."""
@@ -630,8 +621,7 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
             if scaled and UNITS[scaled[1]][0] in kinds:
                 yield ask("unit_or_step", (stated, scaled[1]), unit=scaled[1], **words)
             elif stated:
-                factor = FACTORS.get(stated.lower(), "as factor: 0.1")
-                yield ask("unit_unknown", units, usual, kinds=" or ".join(kinds), factor=factor, **words)
+                yield ask("unit_unknown", units, usual, kinds=" or ".join(kinds), **words)
             else:
                 yield ask("unit", units, usual, **words)
         if (

@@ -338,7 +338,9 @@ def travel_of(
     time, notes = _time(block)
     logged, speeds, sign = block.values("travel"), block.values("speed"), 1.0
     if logged is not None:
-        keep, way, sign = _logged_travel(block, logged, time, standstill, notes, open_questions)
+        keep, way, sign = _logged_travel(block, logged, time, notes)
+        if time is not None:
+            way = _over_standstills(block, keep, way, time[keep], standstill, notes, open_questions)
     elif time is None:
         return None
     else:
@@ -390,12 +392,7 @@ def _time(block: LoggedTable) -> tuple[np.ndarray | None, list[str]]:
 
 
 def _logged_travel(
-    block: LoggedTable,
-    travel: np.ndarray,
-    time: np.ndarray | None,
-    standstill: str | None,
-    notes: list[str],
-    open_questions: list[Question],
+    block: LoggedTable, travel: np.ndarray, time: np.ndarray | None, notes: list[str]
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Rows with travel, and it at these as logged, from 0 on and rising whichever way the belt runs, and its sign; rows
     where it stands still fall together."""
@@ -412,8 +409,6 @@ def _logged_travel(
         before = travel[keep[fallen[0] - 1]]
         remedy = f"travel runs backwards; before it was {before:.15g} m; mend or cut the record there"
         raise block.refuse(k, "travel", float(travel[k]), "m", remedy)
-    if time is not None:
-        highest = _over_standstills(block, highest, time, keep, standstill, notes, open_questions)
     if np.any(way < highest):
         notes.append("the encoder jitters: where travel falls back a little it was held")
     if sign < 0.0:
@@ -425,50 +420,44 @@ def _logged_travel(
 
 def _over_standstills(
     block: LoggedTable,
+    keep: np.ndarray,
     way: np.ndarray,
     time: np.ndarray,
-    keep: np.ndarray,
     standstill: str | None,
     notes: list[str],
     open_questions: list[Question],
 ) -> np.ndarray:
-    """The travel (n,) of the rows ``keep``, carried on over stretches in which it stands and the time goes on, if the
-    belt ran: by a column of speed or by ``standstill``, else asked where the readings move on by more than scatter."""
+    """The travel of the rows ``keep``, carried on over stretches in which it stands and the time goes on, if the belt
+    ran: by a column of speed, or by ``standstill``, which is asked where the readings move on by more than scatter."""
     ends = np.flatnonzero(np.diff(way, append=np.inf))  # the last row of each travel
-    begins = np.concatenate([[0], ends[:-1] + 1])
-    speeds, signals = block.values("speed"), [c.si()[keep] for c in block.columns if c.role == "signal"]
-    pace, found = float(way[-1] / (time[keep[-1]] - time[keep[0]])), way.astype(float)
-    moving = np.diff(way) > 0.0
-    if moving.any():
-        pace = float(np.median(np.diff(way)[moving] / np.diff(time[keep])[moving]))
-    for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
-        if end - begin < FEWEST + 2 * np.median(ends - begins):
-            continue
-        rows, lasted = slice(begin, end + 1), time[keep[begin : end + 1]] - time[keep[begin]]
+    begins, found = np.concatenate([[0], ends[:-1] + 1]), way.astype(float)
+    speeds, moving = block.values("speed"), np.diff(way) > 0.0
+    usual = float(np.median(np.diff(way)[moving] / np.diff(time)[moving]))
+    for k in np.flatnonzero(ends - begins >= FEWEST + 2 * np.median(ends - begins)):
+        begin, end = int(begins[k]), int(ends[k])
+        rows, lasted, pace = slice(begin, end + 1), time[begin : end + 1] - time[begin], usual
         lines = f"line {block.lines[keep[begin]]} to {block.lines[keep[end]]}"
         stands = f"travel stands still at {way[begin]:.6g} m in {end - begin + 1} rows ({lines})"
         stands += f" while the time goes on by {lasted[-1]:.4g} s"
+        ran = standstill == "belt_ran"
         if speeds is not None:
-            own = np.median(np.abs(np.nan_to_num(speeds[keep[rows]])))
-            ran, pace = own > STOPPED, float(own) if own > STOPPED else pace
+            pace = float(np.median(np.abs(np.nan_to_num(speeds[keep[rows]]))))
+            ran = pace > STOPPED
         elif standstill is None:
-            halves = [np.array_split(y[rows], 2) for y in signals]
-            moves = [abs(np.nanmedian(b) - np.nanmedian(a)) for a, b in halves]
-            noise = [GOES_ON * max(scatter(y[np.isfinite(y)]), resolution(y[np.isfinite(y)])) for y in signals]
-            ran = False
-            if any(m > n for m, n in zip(moves, noise, strict=True)):
-                open_questions.append(ask("standstill", stands=stands))
-        else:
-            ran = standstill == "belt_ran"
+            for y in (c.si()[keep] for c in block.columns if c.role == "signal"):
+                before, after = map(np.nanmedian, np.array_split(y[rows], 2))
+                there = y[np.isfinite(y)]
+                if abs(after - before) > GOES_ON * max(scatter(there), resolution(there)):
+                    open_questions.append(ask("standstill", stands=stands))
+                    break
         if not ran:
             notes.append(f"{stands}: one row is left, their mean")
             continue
-        missed = pace * (time[keep[min(end + 1, len(keep) - 1)]] - time[keep[begin]])
-        caught_up = end + 1 < len(way) and way[end + 1] - way[end] > 0.5 * missed
-        found[rows] = found[begin] + pace * lasted
-        if not caught_up:
-            found[end + 1 :] += pace * lasted[-1]
         notes.append(f"{stands}: carried on at {pace:.4g} m/s, as the belt ran")
+        found[rows] += pace * lasted
+        later = slice(end + 1, None)
+        if not np.any(way[later]) or way[end + 1] - way[end] < 0.5 * pace * (time[end + 1] - time[begin]):
+            found[later] += pace * lasted[-1]  # it goes on from where it stood, and has not caught up
     return found
 
 

@@ -268,18 +268,9 @@ _MARKS = {
     codecs.BOM_UTF16_LE: "utf-16",
     codecs.BOM_UTF16_BE: "utf-16",
 }
-#: first bytes -> what the file is, and what to do
-_FORMATS = {
-    b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls); save it as .xlsx or CSV",
-    b"\x1f\x8b": "compressed (gzip); unpack it first",
-    b"7z\xbc\xaf": "compressed (7z); unpack it first",
-    b"%PDF": "a PDF; export the table as CSV",
-    **dict.fromkeys((b"\x89PNG", b"\xff\xd8\xff"), "a picture; digitise its curves and give their table"),
-    b"PAR1": "a Parquet file; export it as CSV",
-    b"\x89HDF": "an HDF5 file; export the table as CSV",
-    b"MATLAB 5.0": "a MATLAB file; export the table as CSV",
-    b"TDSm": "a TDMS file; export the table as CSV or xlsx",
-}
+#: first bytes of files that hold tables, or pictures of them, and are no text
+_FORMATS = {b"\xd0\xcf\x11\xe0": "old Excel (.xls)", b"\x1f\x8b": "gzip", b"%PDF": "PDF", b"\x89PNG": "a picture"}
+_FORMATS |= {b"PAR1": "Parquet", b"\x89HDF": "HDF5", b"MATLAB 5.0": "MATLAB", b"TDSm": "TDMS"}
 
 
 def read(files: Sequence[str | Path], form: Mapping[str, Any] | None = None) -> LoggedTables:
@@ -341,7 +332,7 @@ def _text_lines(file: Path, data: bytes, stated: str | None) -> tuple[list[str],
     UTF-8, else cp1252 (Windows); raises CampaignError for what is no text."""
     for magic, what in _FORMATS.items():
         if data.startswith(magic):
-            raise refusal(file, f"is {what}")
+            raise refusal(file, f"holds no text ({what}); export its table as CSV or xlsx")
     encoding = stated or next((name for mark, name in _MARKS.items() if data.startswith(mark)), None)
     if encoding is None:
         head = data[:HEAD]

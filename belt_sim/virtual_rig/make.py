@@ -6,7 +6,6 @@ import binascii
 import hashlib
 import json
 import math
-import os
 import secrets
 import zlib
 from collections.abc import Callable, Sequence
@@ -19,6 +18,7 @@ import numpy as np
 
 from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity, Run, Source, write_campaign
 from belt_sim.errors import InputError, whole
+from belt_sim.io import write_text
 from belt_sim.units import MM, N_PER_MM2
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.hidden import (
@@ -87,8 +87,8 @@ def seal(truth: Truth, folder: Path) -> str:
     """Write truth.sealed and truth.sha256 into a campaign folder; returns the hash. Hidden, not encrypted."""
     packed = base64.b64encode(zlib.compress(truth.text().encode(), 9)).decode()
     wrapped = "\n".join(packed[k : k + 76] for k in range(0, len(packed), 76))
-    _write_text(folder / SEALED, wrapped + "\n")
-    _write_text(folder / HASH, f"{truth.sha256()}  {SEALED}\n")
+    write_text(folder / SEALED, wrapped + "\n")
+    write_text(folder / HASH, f"{truth.sha256()}  {SEALED}\n")
     return truth.sha256()
 
 
@@ -112,12 +112,6 @@ def reveal(folder: str | Path) -> Truth:
         remedy = "the truth was changed after it was sealed (or the published hash was); do not trust it"
         raise InputError("SHA-256 of the truth", found, "", f"does not match {HASH}: {remedy}")
     return truth
-
-
-def _write_text(path: Path, text: str) -> None:
-    fresh = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    fresh.write_text(text, encoding="ascii", newline="\n")
-    os.replace(fresh, path)
 
 
 def write_blind(out: str | Path, campaign: Campaign, truth: Truth, *, overwrite: bool = False) -> str:

@@ -492,7 +492,7 @@ def _tilt(history: DelayHistory, s: np.ndarray, to_tail: bool) -> np.ndarray:
     row = history.spans[0 if to_tail else 1].tilt
     if tables := history.changed_spans[0 if to_tail else 1]:
         row = row[:, None] + sum(table.added_at(s, (off, up), ("tilt",))["tilt"] for table in tables)
-    tilt = row[0] * off[0] + row[1] * off[1] + row[2] * up[0] + row[3] * up[1]
+    tilt = dot(row, off, up)
     for applied in history.applied_loads:
         acts = applied.acts(s, line, off, up, history.interpolate(applied.kept, s))[0] * (s > 0)
         tilt = tilt + np.where(applied.to_tail == to_tail, applied.load.tilt * acts, 0.0)
