@@ -268,22 +268,37 @@ KINDS = {"test_rig": 0.4, "short_rig": 0.2, "between": 0.2, "wide_belt": 0.2}
 FRESH_KINDS = ("stiff_short", "wide_thick")
 #: How many plans there are in all: plan number n is always the same, so that shapes of data come again.
 POOL = 48
-_TENSIONS = {  # [N/mm2]
-    "test_rig": (7, 10, 15, 20, 30, 40),
-    "short_rig": (10, 15, 20, 40, 60),
-    "between": (10, 15, 20, 30, 40),
-    "wide_belt": (10, 15, 20, 30, 50),
-    "stiff_short": (8, 11, 15, 20, 30, 45, 60),
-    "wide_thick": (8, 12, 20, 30, 50),
-}
-_LENGTHS = {  # [m]
-    "test_rig": (30.0, 60.0, 60.0, 100.0),
-    "short_rig": (10.0, 20.0, 40.0),
-    "between": (20.0, 40.0, 60.0),
-    "wide_belt": (40.0, 60.0, 100.0),
-    "stiff_short": (20.0, 30.0, 60.0),
-    "wide_thick": (40.0, 60.0, 100.0),
-}
+#: kind of machine -> tensions [N/mm2], lengths of a record [m], and centre distance, width, thickness, radius [m]
+_RIGS: dict[str, tuple[tuple[int, ...], tuple[float, ...], Callable[[np.random.Generator], tuple[float, ...]]]] = {
+    "test_rig": ((7, 10, 15, 20, 30, 40), (30.0, 60.0, 60.0, 100.0), lambda rng: ()),
+    "short_rig": (
+        (10, 15, 20, 40, 60),
+        (10.0, 20.0, 40.0),
+        lambda rng: (2.0, rng.choice((0.1, 0.2)), 3e-4, 0.17),
+    ),
+    "between": (
+        (10, 15, 20, 30, 40),
+        (20.0, 40.0, 60.0),
+        lambda rng: (round(rng.uniform(3.0, 9.0), 2), rng.choice((0.15, 0.2, 0.3)), 4e-4, 0.2),
+    ),
+    "wide_belt": (
+        (10, 15, 20, 30, 50),
+        (40.0, 60.0, 100.0),
+        lambda rng: (round(rng.uniform(8.0, 14.0), 2), 1.5, rng.choice((8e-4, 1e-3)), 0.5),
+    ),
+    "stiff_short": (
+        (8, 11, 15, 20, 30, 45, 60),
+        (20.0, 30.0, 60.0),
+        lambda rng: (round(rng.uniform(3.0, 6.4), 2), 0.4, 8e-4, 0.25),
+    ),
+    "wide_thick": (
+        (8, 12, 20, 30, 50),
+        (40.0, 60.0, 100.0),
+        lambda rng: (
+            round(rng.uniform(6.0, 12.0), 2), rng.choice((1.0, 1.5, 2.0)), rng.choice((1.2e-3, 1.6e-3, 2e-3)), 0.75
+        ),
+    ),
+}  # fmt: skip
 _READINGS = (120, 240, 400)  # a run
 _SLACK = (0.35, 0.8)  # share of the yaw at which an edge of the slackest belt goes slack
 _SPEEDS = (0.25, 0.5, 0.5, 0.5, 1.0, 2.0)  # [m/s]
@@ -331,7 +346,7 @@ def true_noise(plan: Plan, stated: Noise, rng: np.random.Generator) -> Noise:
 def random_plan(kind: str, rng: np.random.Generator) -> tuple[Plan, Noise]:
     """A plan and stated noise for a machine of one kind."""
     machine, belt = _machine(kind, rng)
-    length = float(rng.choice(_LENGTHS[kind]))
+    length = float(rng.choice(_RIGS[kind][1]))
     signals = _SIGNALS[int(rng.integers(len(_SIGNALS)))]
     runs = _runs(kind, machine, belt, rng)
     plan = Plan(
@@ -358,35 +373,23 @@ def random_plan(kind: str, rng: np.random.Generator) -> tuple[Plan, Noise]:
 
 
 def _machine(kind: str, rng) -> tuple[Machine, BeltSheet]:
-    if kind == "test_rig":
+    numbers = _RIGS[kind][2](rng)
+    if not numbers:
         return TEST_RIG, TEST_BELT
-    distance, width, thickness, radius = {
-        "short_rig": lambda: (2.0, float(rng.choice((0.1, 0.2))), 3e-4, 0.17),
-        "between": lambda: (round(rng.uniform(3.0, 9.0), 2), float(rng.choice((0.15, 0.2, 0.3))), 4e-4, 0.2),
-        "wide_belt": lambda: (round(rng.uniform(8.0, 14.0), 2), 1.5, float(rng.choice((8e-4, 1e-3))), 0.5),
-        "stiff_short": lambda: (round(rng.uniform(3.0, 6.4), 2), 0.4, 8e-4, 0.25),
-        "wide_thick": lambda: (
-            round(rng.uniform(6.0, 12.0), 2),
-            float(rng.choice((1.0, 1.5, 2.0))),
-            float(rng.choice((1.2e-3, 1.6e-3, 2e-3))),
-            0.75,
-        ),
-    }[kind]()
-    machine = Machine(
-        centre_distance=Quantity(value=distance, u=max(5e-4 * distance, 1e-3)),
-        head_radius=Quantity(value=radius, u=3e-3 * radius),
-        tail_radius=Quantity(value=radius, u=3e-3 * radius),
-    )
-    belt = replace(
-        TEST_BELT, width=Quantity(value=width, u=5e-4 * width), thickness=Quantity(value=thickness, u=0.01 * thickness)
-    )
-    return machine, belt
+    distance, width, thickness, radius = map(float, numbers)
+    both = Quantity(value=radius, u=3e-3 * radius)
+    centre = Quantity(value=distance, u=max(5e-4 * distance, 1e-3))
+    across = {
+        "width": Quantity(value=width, u=5e-4 * width),
+        "thickness": Quantity(value=thickness, u=0.01 * thickness),
+    }
+    return Machine(centre_distance=centre, head_radius=both, tail_radius=both), replace(TEST_BELT, **across)
 
 
 def _runs(kind: str, machine: Machine, belt: BeltSheet, rng) -> tuple[RunSetting, ...]:
     """Tensions times yaws; then, by chance, zero yaw, reversed travel, a second speed, repeats; 4 to 20 in all."""
     count = int(rng.choice((1, 2, 3, 4), p=(0.15, 0.25, 0.3, 0.3)))
-    tensions = sorted(float(t) * N_PER_MM2 for t in rng.choice(_TENSIONS[kind], count, replace=False))
+    tensions = sorted(float(t) * N_PER_MM2 for t in rng.choice(_RIGS[kind][0], count, replace=False))
     slack = tensions[0] * machine.centre_distance.value / (2 * belt.youngs_modulus.value * belt.width.value)
     largest = float(min(rng.uniform(*_SLACK) * slack, 2e-3))
     yaws = {
