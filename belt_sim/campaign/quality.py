@@ -713,37 +713,22 @@ def _turned_column(leads: list[Lead], span: float) -> list[Suspicion]:
 
 
 def check_wraps(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
-    """Return exchanged points of one pulley: the run-off must repeat the run-up one wrapped arc later, not earlier.
-
-    A run in which the exchanged order fits far better stops; small ones are asked about where all runs agree.
-    """
+    """Return exchanged points of one pulley: the run-off must repeat the run-up one wrapped arc later, not earlier."""
     machine, found = campaign.machine, []
     wraps = {("point_1", "point_2"): machine.tail_radius.value, ("point_3", "point_4"): machine.head_radius.value}
-    for places, radius in wraps.items():
-        arc, gains, clear = math.pi * radius, [], False
-        for pair in pairs_at(records, *places):
-            misfits, noise = [], sum(r.sheet.white**2 + r.sheet.wander_sd**2 for r in pair)
-            for up, off in (pair, pair[::-1]):  # the run-off as the second of the pair, and as the first
-                s = off.travel[(off.travel >= arc) & (off.travel <= up.travel[-1])]
-                rest = np.interp(s, off.travel, off.readings) - np.interp(s - arc, up.travel, up.readings)
-                misfits.append(float(np.var(rest)) + 0.5 * noise if len(s) >= 3 else 0.0)
-            (up, off), (stated, exchanged) = (x[:: int(pair[0].run.direction)] for x in (pair, misfits))
+    for pair, arc in ((p, math.pi * radius) for places, radius in wraps.items() for p in pairs_at(records, *places)):
+        misfits = []  # of the run-off as the second of the pair, and as the first
+        for up, off in (pair, pair[::-1]):
+            s = off.travel[(off.travel >= arc) & (off.travel <= up.travel[-1])]
+            rest = np.interp(s, off.travel, off.readings) - np.interp(s - arc, up.travel, up.readings)
+            noise = up.sheet.white**2 + off.sheet.white**2 + up.sheet.wander_sd**2 + off.sheet.wander_sd**2
+            misfits.append(float(np.var(rest)) + 0.5 * noise if len(s) >= 3 else 0.0)
+        (up, off), (stated, exchanged) = (x[:: int(pair[0].run.direction)] for x in (pair, misfits))
+        if exchanged * WRAP_RATIO < stated:
+            sentence = f"{off.sheet.name} moves before {up.sheet.name}, where the belt comes from: exchanged"
+            sentence += ", or the direction of travel is the other one"
             names = tuple(sorted((up.sheet.name, off.sheet.name)))
-            if exchanged * WRAP_RATIO < stated:
-                sentence = f"{off.sheet.name} moves before {up.sheet.name}, where the belt comes from: exchanged"
-                sentence += ", or the direction of travel is the other one"
-                found.append(Suspicion(up.run.name, names, "swapped", sentence))
-                clear = True
-            alike = 2.0 * up.sheet.wander_length if up.sheet.wander_sd else 0.0  # readings this near are one
-            apart = alike + float(np.median(np.diff(up.travel))) if len(up.travel) > 1 else math.inf
-            gains.append((stated - exchanged) / noise * float(np.ptp(up.travel)) / apart if noise else 0.0)
-        told = [gain for gain in gains if abs(gain) > 1.0]
-        if not clear and len(told) >= FEWEST_RUNS and min(told) > 0.0 and sum(told) > CLEAR**2:
-            sentence = (
-                f"in all of {len(told)} runs {off.sheet.name} seems to move before {up.sheet.name}, where the belt"
-            )
-            sentence += f" comes from (chi2 better by {sum(told):.0f} exchanged): are the columns, or is the direction?"
-            found.append(Suspicion(None, names, "swapped", sentence, "look"))
+            found.append(Suspicion(up.run.name, names, "swapped", sentence))
     return found
 
 

@@ -27,17 +27,14 @@ PLACES: dict[str, Kind] = {
 }
 
 
-_ELSEWHERE = re.compile(r"(upper_span|lower_span|tail_wrap|head_wrap) at ([0-9.]+(?:e-?[0-9]+)?) m")
+_ELSEWHERE = re.compile(r"(upper_span|lower_span|tail_wrap|head_wrap) at ([0-9]+(?:\.[0-9]*)?(?:e-?[0-9]+)?) m")
 ELSEWHERE_EXAMPLE = "{span: upper, distance: 2.0} or {wrap: tail, distance: 0.2}"
 
 
 def sensor_place(at: str) -> SensorPlace | None:
     """The place that a text like ``upper_span at 2 m`` names; None for a point, a mid-span and all else."""
     found = _ELSEWHERE.fullmatch(at)
-    try:
-        return SensorPlace(found[1], float(found[2])) if found else None  # type: ignore[arg-type]
-    except ValueError:
-        return None
+    return SensorPlace(found[1], float(found[2])) if found else None  # type: ignore[arg-type]
 
 
 def kind_at(at: str) -> Kind | None:

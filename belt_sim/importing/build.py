@@ -1,7 +1,5 @@
 """Tables and a mapping -> the campaign, the questions that are still open, and the folder with the mapping as used."""
 
-import re
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,7 +9,7 @@ import yaml
 from pydantic import BaseModel
 
 from belt_sim.campaign import Campaign, CampaignError, write_campaign
-from belt_sim.campaign.types import BeltSheet, Machine, Source, kind_at
+from belt_sim.campaign.types import BeltSheet, Machine, Source, kind_at, shortlist
 from belt_sim.case import Rig
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import (
@@ -95,7 +93,7 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     campaign = None
     if not missing and machine is not None and belt is not None:
         campaign = Campaign(
-            title=entry.title or f"imported from {_names_in_order(t.file.name for t in logged.tables)}",
+            title=entry.title or f"imported from {shortlist(dict.fromkeys(t.file.name for t in logged.tables))}",
             source=Source(**entry.source.model_dump()),
             machine=machine,
             belt=belt,
@@ -143,11 +141,8 @@ def doubts(
         if is_trusted(entry, role):
             return
         open_units = [c for c in columns if (c.role in names or c.signal in names) and not c.entry.unit and not c.stamp]
-        column, question = (
-            next((c for c in open_units if c.unit), None),
-            ask("trust", role=role, what=what, it="the number"),
-        )
-        if column is not None:
+        question = ask("trust", role=role, what=what, it="the number")
+        if (column := next((c for c in open_units if c.unit), None)) is not None:
             units = [u for u in NAMES if UNITS[u][0] == UNITS[column.unit][0]]
             words = {"name": column.name, "unit": column.unit, "span": span_of(column)}
             question = ask("unit_odd", units, column.unit, what=what, **words)
@@ -183,12 +178,6 @@ def doubts(
             words = f"the tension moves from {low:.4g} to {high:.4g} N/mm2 within run {run.key}, which counts as at its"
             doubt("steady_tension", (), f"{words} mean, {mean:.4g}, throughout")
     return list(found.values())
-
-
-def _names_in_order(names: Iterable[str]) -> str:
-    """The first few names, T2 before T10, and how many more there are."""
-    known = sorted(set(names), key=lambda n: [(w, int(d or 0)) for w, d in re.findall(r"(\D*)(\d*)", n.lower())])
-    return ", ".join(known[:4]) + (f" and {len(known) - 4} more" if len(known) > 4 else "")
 
 
 def write(proposal: Proposal, folder: str | Path, *, overwrite: bool = False) -> Campaign:

@@ -303,10 +303,7 @@ def _kinds() -> dict[str, dict[str, Any]]:
 def ask(kind: str, answers: Sequence[str] = (), example: str = "", proposed: str = "", **words: object) -> Question:
     """The question of a kind of questions.yaml, its words filled in; answers, example, proposed: before the kind's."""
     form = _kinds()[kind]
-    path, answers = (
-        tuple(part.format(**words) for part in form["key"].split("|")),
-        (*(answers or form.get("answers", ())),),
-    )
+    path, answers = tuple(p.format(**words) for p in form["key"].split("|")), tuple(answers or form.get("answers", ()))
     example, proposed = example or form.get("example") or answers[0], proposed or form.get("proposed", "")
     return Question(path, form["text"].format(**words), example, answers, proposed)
 

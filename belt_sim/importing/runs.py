@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
@@ -665,8 +664,6 @@ UNEVEN = 0.95
 DECIMALS = 10
 #: Digits of one setting that was logged, within SAME of each other in several runs.
 SAME_DIGITS, SAME = 3, 0.01
-#: Repeats are cut to the shortest of them when they differ by less than this share.
-ALIKE = 0.1
 
 
 def runs_on_one_grid(
@@ -703,7 +700,6 @@ def runs_on_one_grid(
         if blank := [str(n) for n in names if n not in record]:
             text = f"has no {' and no '.join(blank)}, which other runs have; is its column called otherwise there?"
             notes.append(Note(m.key, text))
-    records = _cut_repeats(runs, records)
     off = []  # of every run: signal -> its reading at the yaw
     for record, run in zip(records, runs, strict=True):
         travel = record.index.to_numpy() - run.yaw_at
@@ -825,16 +821,4 @@ def _mark_repeats(runs: list[Run], stated: list[bool]) -> list[Run]:
             u = math.hypot(run.yaw_at_u, run.yaw_at - twin.yaw_at)  # taken to be where the first run's was
             run = replace(run, speed=twin.speed, yaw_at=twin.yaw_at, yaw_at_u=u)
         out.append(run)
-    return out
-
-
-def _cut_repeats(runs: list[Run], records: list[pd.DataFrame]) -> list[pd.DataFrame]:
-    """Records of the runs; repeats cut to the shortest of them, where they differ by little, so that they compare."""
-    series, out = defaultdict[str, list[int]](list), list(records)
-    for k, run in enumerate(runs):
-        series[run.repeat_of or run.name].append(k)
-    for alike in series.values():
-        shortest, longest = (pick(len(records[k]) for k in alike) for pick in (min, max))
-        for k in alike if longest - shortest <= ALIKE * longest else ():
-            out[k] = records[k].iloc[:shortest]
     return out

@@ -173,11 +173,8 @@ def signals_of(
     return tuple(sheets), noise, remarks
 
 
-class Trace(NamedTuple):
-    """Noise of one signal along the travel [m], shape (n,)."""
-
-    travel: np.ndarray
-    values: np.ndarray
+#: travel [m] and values of one signal along it, each (n,)
+Trace = tuple[np.ndarray, np.ndarray]
 
 
 def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
@@ -190,20 +187,20 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
     records = {}  # from the yaw on
     for run in own:
         rows = np.isfinite(run.signals[signal]) & (run.travel >= run.yaw_at)
-        records[run.name] = Trace(run.travel[rows], run.signals[signal][rows])
+        records[run.name] = run.travel[rows], run.signals[signal][rows]
     pairs = _pairs(own, records)
-    lines = [(t, np.polynomial.Polynomial.fit(*t, 1)) for t in pairs if len(t.travel) >= FEWEST]
-    traces = [Trace(t.travel, t.values - line(t.travel)) for t, line in lines]  # errors of zero and yaw are no wander
+    # errors of zero and yaw are no wander
+    traces = [(s, y - np.polynomial.Polynomial.fit(s, y, 1)(s)) for s, y in pairs if len(s) >= FEWEST]
     source = f"{len(traces)} pair{'s' if len(traces) != 1 else ''} of repeats"
     if not traces:
-        traces = [_smooth_residual(t, span) for t in records.values() if len(t.travel) >= FEWEST]
+        traces = [_smooth_residual(s, y, span) for s, y in records.values() if len(s) >= FEWEST]
         source = "what a smooth curve leaves of single runs: a lower bound; repeat a run to know better"
     wander, length, white = _levels(traces, white)
     steps = map(resolution, there.values())
     white = max(white, min((s for s in steps if s > 0.0), default=0.0) / float(np.sqrt(12.0)), 1e-9)
     wander = wander if wander > FAINT * white else 0.0
     zero, zero_from = float(np.hypot(0.5 * white, wander)), "the noise of the first readings"
-    firsts = (t.values[t.travel <= t.travel[0] + 0.1 * np.ptp(t.travel)] for t in pairs)
+    firsts = (y[s <= s[0] + 0.1 * np.ptp(s)] for s, y in pairs)
     apart = [float(np.mean(first)) for first in firsts if len(first) >= 3]
     if len(apart) > 1:
         zero = max(float(np.sqrt(np.mean(np.square(apart)))), zero)
@@ -216,26 +213,22 @@ def _pairs(runs: list[Run], records: dict[str, Trace]) -> list[Trace]:
     """Differences of repeats from their first run over the square root of 2: each run has half of their variance."""
     found = []
     for run in runs:
-        a, b = records[run.name], records.get(run.repeat_of or "")
-        if b is None or not len(b.travel):
-            continue
-        rows = np.isin(np.round(a.travel, 6), np.round(b.travel, 6))
-        if rows.sum() < 0.5 * len(a.travel):
-            rows = (a.travel >= b.travel[0]) & (a.travel <= b.travel[-1])
+        (s, y), (s_first, first) = records[run.name], records.get(run.repeat_of or "", (np.empty(0), np.empty(0)))
+        rows = np.isin(np.round(s, 6), np.round(s_first, 6))
+        if len(s_first) and rows.sum() < 0.5 * len(s):
+            rows = (s >= s_first[0]) & (s <= s_first[-1])
         if rows.any():
-            difference = a.values[rows] - np.interp(a.travel[rows], b.travel, b.values)
-            found.append(Trace(a.travel[rows], difference / np.sqrt(2.0)))
+            found.append((s[rows], (y[rows] - np.interp(s[rows], s_first, first)) / np.sqrt(2.0)))
     return found
 
 
-def _smooth_residual(trace: Trace, span: float) -> Trace:
+def _smooth_residual(travel: np.ndarray, values: np.ndarray, span: float) -> Trace:
     """What a smooth curve, a spline with a knot every KNOTS spans, leaves of a record."""
-    low, high = trace.travel[0], trace.travel[-1]
-    count = int(np.clip((high - low) / (KNOTS * span), 2, len(trace.travel) // 4))
+    low, high = travel[0], travel[-1]
+    count = int(np.clip((high - low) / (KNOTS * span), 2, len(travel) // 4))
     knots = np.concatenate([[low] * 3, np.linspace(low, high, count + 1), [high] * 3])
-    basis = BSpline.design_matrix(trace.travel, knots, 3).toarray()
-    fitted = np.linalg.lstsq(basis, trace.values, rcond=None)[0]
-    return Trace(trace.travel, trace.values - basis @ fitted)
+    basis = BSpline.design_matrix(travel, knots, 3).toarray()
+    return travel, values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
 
 
 def _levels(traces: list[Trace], white: float) -> tuple[float, float, float]:
@@ -243,11 +236,11 @@ def _levels(traces: list[Trace], white: float) -> tuple[float, float, float]:
 
     Half the mean squared difference over a lag d is white^2 + sd^2 (1 - exp(-d/length)).
     """
-    spacing = [float(np.median(np.diff(t.travel))) for t in traces if len(t.travel) > 2]
-    step, longest = (float(np.median(spacing)), max(float(np.ptp(t.travel)) for t in traces)) if spacing else (1.0, 0.0)
+    spacing = [float(np.median(np.diff(s))) for s, _ in traces if len(s) > 2]
+    step, longest = (float(np.median(spacing)), max(float(np.ptp(s)) for s, _ in traces)) if spacing else (1.0, 0.0)
     found = []  # lag [m], half the mean squared difference over it, and from how many independent stretches
     for count in np.unique(np.round(np.geomspace(1, max(longest / (4.0 * step), 1), 24)).astype(int)):
-        squares = np.concatenate([(t.values[count:] - t.values[:-count]) ** 2 for t in traces if spacing] or [[]])
+        squares = np.concatenate([(y[count:] - y[:-count]) ** 2 for _, y in traces if spacing] or [[]])
         if len(squares) > 4:
             found.append((count * step, 0.5 * float(np.mean(squares)), min(len(squares) / count, 1e3)))
     if len(found) < 4:

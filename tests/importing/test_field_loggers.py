@@ -191,7 +191,7 @@ def test_a_date_in_a_table_of_runs_is_no_time_axis(tmp_path, dates):
     for mapping in (MAPPING, MAPPING | {"columns": {"Date": {"role": "ignore"}}}):
         found = understand(logged, mapping).complete()
         assert {run.name for run in found.runs} == {*names}
-        assert found.title == "imported from T1.csv, T2.csv, T3.csv, T4.csv and 7 more"
+        assert found.title == "imported from T1.csv, T10.csv, T2.csv, T3.csv, T4.csv ..."
 
 
 @pytest.mark.parametrize("minus", ["\u2212", "\u2013"])
