@@ -30,6 +30,8 @@ JITTER = 2e-3
 REVERSAL = 0.2
 #: setting -> its range, in the unit that a number without one has
 RANGES = {name: bounds for name, bounds, _ in NUMBERS.values()}
+#: Settings without which a run says nothing.
+NEEDED = ("tension", "yaw")
 #: A yaw that moves by less than this share of its largest value stands still.
 STILL = 0.05
 #: A logged yaw that comes back moved if it was this far off [rad]; less is taken for noise of a gauge at rest.
@@ -141,7 +143,8 @@ def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section
         found.recorded.append(replace(parts[0], record=record, settings=settings, notes=notes, file=file))
     if lacks_speed:
         found.questions.append(ask("speed"))
-    found.questions.extend(q for run in found.recorded for q in questions(run.key, run.settings, run.file))
+    lacking = [(run, key) for run in found.recorded for key in NEEDED if key not in run.settings]
+    found.questions.extend(ask(key, run=run.key, file=run.file) for run, key in lacking)
     return found
 
 
@@ -338,8 +341,7 @@ def travel_of(
     logged, speeds, sign = block.values("travel"), block.values("speed"), 1.0
     if logged is not None:
         keep, way, sign = _logged_travel(block, logged, time, notes)
-        if time is not None:
-            way = _over_standstills(block, keep, way, time[keep], standstill, notes, open_questions)
+        way = _over_standstills(block, keep, way, time, standstill, notes, open_questions)
     elif time is None:
         return None
     else:
@@ -421,7 +423,7 @@ def _over_standstills(
     block: LoggedTable,
     keep: np.ndarray,
     way: np.ndarray,
-    time: np.ndarray,
+    logged_time: np.ndarray | None,
     standstill: str | None,
     notes: list[str],
     open_questions: list[Question],
@@ -430,19 +432,20 @@ def _over_standstills(
     ran: by a column of speed, or by ``standstill``, which is asked where the readings move on by more than scatter."""
     ends = np.flatnonzero(np.diff(way, append=np.inf))  # the last row of each travel
     begins, found = np.concatenate([[0], ends[:-1] + 1]), way.astype(float)
+    time = np.zeros(len(way)) if logged_time is None else logged_time[keep]
     speeds, moving = block.values("speed"), np.diff(way) > 0.0
-    usual = float(np.median(np.diff(way)[moving] / np.diff(time)[moving]))
+    usual = 0.0 if logged_time is None else float(np.median(np.diff(way)[moving] / np.diff(time)[moving]))
     for k in np.flatnonzero(ends - begins >= FEWEST + 2 * np.median(ends - begins)):
         begin, end = int(begins[k]), int(ends[k])
         rows, lasted, pace = slice(begin, end + 1), time[begin : end + 1] - time[begin], usual
         lines = f"line {block.lines[keep[begin]]} to {block.lines[keep[end]]}"
         stands = f"travel stands still at {way[begin]:.6g} m in {end - begin + 1} rows ({lines})"
-        stands += f" while the time goes on by {lasted[-1]:.4g} s"
-        ran = standstill == "belt_ran"
-        if speeds is not None:
+        stands += f" while the time goes on by {lasted[-1]:.4g} s" if usual else ""
+        ran = standstill == "belt_ran" and usual > 0.0
+        if usual and speeds is not None:
             pace = float(np.median(np.abs(np.nan_to_num(speeds[keep[rows]]))))
             ran = pace > STOPPED
-        elif standstill is None:
+        elif usual and standstill is None:
             for y in (c.si()[keep] for c in block.columns if c.role == "signal"):
                 before, after = map(np.nanmedian, np.array_split(y[rows], 2))
                 there = y[np.isfinite(y)]
@@ -450,7 +453,9 @@ def _over_standstills(
                     open_questions.append(ask("standstill", stands=stands))
                     break
         if not ran:
-            notes.append(f"{stands}: one row is left, their mean")
+            notes.append(
+                f"{stands}: one row is left, their mean" + ("" if usual else "; cut it there if the belt ran on")
+            )
             continue
         notes.append(f"{stands}: carried on at {pace:.4g} m/s, as the belt ran")
         found[rows] += pace * lasted
@@ -620,11 +625,6 @@ def column_settings(block: LoggedTable, section: Section) -> Settings:
     return found
 
 
-def questions(name: str, settings: Settings, file: str) -> list[Question]:
-    """Questions on settings of a run that nothing tells."""
-    return [ask(key, run=name, file=file) for key in ("tension", "yaw") if key not in settings]
-
-
 # ---- tables of steady rates: one row a run, as published tables and digitised figures are
 
 
@@ -644,8 +644,9 @@ def _find_rated(table: LoggedTable, mapping: MappingEntry, section: Section, fou
     listed = table_settings([table], section)
     for row, name in enumerate(listed):
         entry, settings = mapping.runs.get(name, RunEntry()), stated_settings(mapping, name, listed, section)
-        found.questions.extend(questions(name, settings, table.file.name))
-        if entry.skip or {"tension", "yaw"} - set(settings):
+        lacking = [key for key in NEEDED if key not in settings]
+        found.questions.extend(ask(key, run=name, file=table.file.name) for key in lacking)
+        if entry.skip or lacking:
             continue
         numbers: dict[str, Any] = {k: s.value for k, s in settings.items() if not k.startswith("yaw_at")}
         run = Run(name=entry.name or name, use=entry.use or "fit", **numbers)

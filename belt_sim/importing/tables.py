@@ -332,18 +332,15 @@ def _text_lines(file: Path, data: bytes, stated: str | None) -> tuple[list[str],
     UTF-8, else cp1252 (Windows); raises CampaignError for what is no text."""
     for magic, what in _FORMATS.items():
         if data.startswith(magic):
-            raise refusal(file, f"holds no text ({what}); export its table as CSV or xlsx")
-    encoding = stated or next((name for mark, name in _MARKS.items() if data.startswith(mark)), None)
-    if encoding is None:
+            raise refusal(file, f"holds no text ({what}); save it as .xlsx or CSV")
+    encoding = stated or next((name for mark, name in _MARKS.items() if data.startswith(mark)), "")
+    if not encoding:
         head = data[:HEAD]
-        even, odd, half = head[0::2].count(0), head[1::2].count(0), len(head) / 2.0
+        even, odd = (head[k::2].count(0) / (len(head) / 2.0) for k in (0, 1))
         control = sum(head.count(bytes([k])) for k in range(32) if k not in (7, 9, 10, 11, 12, 13, 26, 27))
-        encoding = "utf-8"
-        if odd > 0.6 * half and even < 0.05 * half:
-            encoding = "utf-16-le"
-        elif even > 0.6 * half and odd < 0.05 * half:
-            encoding = "utf-16-be"
-        elif even + odd or control > 0.01 * len(head):
+        wide = {"utf-16-le": odd > 0.6 and even < 0.05, "utf-16-be": even > 0.6 and odd < 0.05}
+        encoding = next((name for name, fits in wide.items() if fits), "utf-8")
+        if encoding == "utf-8" and (even + odd or control > 0.01 * len(head)):
             line = head[: head.index(0)].count(b"\n") + 1 if even + odd else None
             raise refusal(file, "holds binary data; export the log as CSV, TSV or xlsx", line=line)
     try:

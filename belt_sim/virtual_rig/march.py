@@ -133,10 +133,6 @@ class AppliedLoad:
     now: np.ndarray
     kept: np.ndarray
 
-    def acts(self, s, line: Line, off, up, kept):
-        """How much of the load acts at travel s, and what it remembers then; off, up: (y, theta) at its span's ends."""
-        return self.fault.push(s, line, self.load, dot(self.load.row, off, up), kept)
-
 
 def dot(row, off, up):
     return row[0] * off[0] + row[1] * off[1] + row[2] * up[0] + row[3] * up[1]
@@ -255,8 +251,8 @@ class _DelayEquation:
         s, h = self.nodes[k], self.nodes[k + 1] - self.nodes[k]
         if self.slips:
             y = self.slip_at_yaw_step(k, y)
-        k1 = self.store(k, y, k)
-        half, whole = self.delayed_state(k, 0.5), self.delayed_state(k, 1.0)
+        k1, still = self.store(k, y, k), np.zeros(len(self.line.stress))
+        half, whole = (self.history.wrap_exit_without_slip(s + share * h + still) for share in (0.5, 1.0))
         k2 = self.rates(s + h / 2, k, y + h / 2 * k1, half)
         k3 = self.rates(s + h / 2, k, y + h / 2 * k2, half)
         k4 = self.rates(s + h, k, y + h * k3, whole)
@@ -268,11 +264,6 @@ class _DelayEquation:
         slope = self.rates(self.nodes[node], k, y, self.here, node)
         self.history.state[node], self.history.slope[node] = y, slope
         return slope
-
-    def delayed_state(self, k: int, share: float) -> tuple[np.ndarray, np.ndarray]:
-        """What leaves the tail and the head pulley: (y, alpha) one wrapped arc ago, each shape (2, batch)."""
-        s = self.nodes[k] + share * (self.nodes[k + 1] - self.nodes[k])
-        return self.history.wrap_exit_without_slip(np.broadcast_to(s, self.line.stress.shape))
 
     def rates(self, s, k, y, past, node=None):
         """Rate of change of the state per metre of travel; at a node, what acts there is kept."""
@@ -347,7 +338,7 @@ class _DelayEquation:
         for applied in self.history.applied_loads:
             load, to_tail = applied.load, applied.to_tail
             off, up = (np.where(to_tail, *both) for both in zip(*ends, strict=True))
-            acts, kept = applied.acts(s, self.line, off, up, applied.now)
+            acts, kept = applied.fault.push(s, self.line, load, dot(load.row, off, up), applied.now)
             chosen = np.stack([to_tail, ~to_tail])
             added_up += chosen * (load.run_up * acts)
             added_off += chosen * (load.run_off * acts)
@@ -494,8 +485,9 @@ def _tilt(history: DelayHistory, s: np.ndarray, to_tail: bool) -> np.ndarray:
         row = row[:, None] + sum(table.added_at(s, (off, up), ("tilt",))["tilt"] for table in tables)
     tilt = dot(row, off, up)
     for applied in history.applied_loads:
-        acts = applied.acts(s, line, off, up, history.interpolate(applied.kept, s))[0] * (s > 0)
-        tilt = tilt + np.where(applied.to_tail == to_tail, applied.load.tilt * acts, 0.0)
+        kept, load = history.interpolate(applied.kept, s), applied.load
+        acts = applied.fault.push(s, line, load, dot(load.row, off, up), kept)[0] * (s > 0)
+        tilt = tilt + np.where(applied.to_tail == to_tail, load.tilt * acts, 0.0)
     return tilt
 
 

@@ -120,6 +120,8 @@ def test_questions_are_asked_until_the_answer_can_be_used(monkeypatch, tmp_path)
     class Out:
         """A console that remembers what was asked last."""
 
+        is_terminal = True
+
         def print(self, *what, **how) -> None:
             questions.append(str(what[0]))
 

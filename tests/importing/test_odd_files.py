@@ -99,6 +99,7 @@ FILES |= {
     "tension_too_small": (text(TRAVEL | {"tension [N/mm2]": ["0.01"] * 31} | EDGE), {"columns.tension [N/mm2].unit": "kN/mm2"}),
     "counter_set_back": (text({"odometer [m]": [f"{s + 100 if s < 12 else s - 12:.1f}" for s in S]} | EDGE), {"format.counter": "goes_on"}),
     "clock_set_back": (text({"time [s]": [f"{t if t < 30 else t - 30:.1f}" for t in T]} | V | EDGE), {"format.counter": "goes_on"}),
+    "counter_sticks": (text({"time [s]": [f"{t:.1f}" for t in T], "travel [m]": [f"{s - 8 if s > 18 else min(s, 10):.1f}" for s in S]} | EDGE), {"format.standstill": "belt_ran"}),
     "counter_jumps_up": (text({"travel [m]": [f"{1500.0 if s == 12 else s:.1f}" for s in S]} | EDGE), {}),
     "counter_jumps_up_twice": (text({"travel [m]": [f"{45.0 if s in (7, 8, 20) else s:.1f}" for s in S]} | EDGE), {}),
     "counter_drops_out": (text({"travel [m]": [f"{0.0 if 9 < s < 13 else s:.1f}" for s in S]} | EDGE), {}),
