@@ -156,7 +156,7 @@ def test_a_good_case_takes_its_failure_away(mine):
     assert not (case / "failed.txt").exists()
 
 
-@pytest.mark.parametrize("name", ["a=b", "run#1", "it's", "x,y", "one[2]", "~tilde", "two words", "Förderband"])
+@pytest.mark.parametrize("name", ["a=b#1", "it's x,y", "~one[2] Förderband"])
 def test_paths_need_no_quotes(mine, name, capsys):
     (mine / name).mkdir()
     table = mine / name / "effects.yaml"

@@ -26,7 +26,9 @@ LIMITS = {
 SLACK = 1.05  # rounding of another processor may cost a step
 
 
-@pytest.mark.parametrize(("campaign", "model"), LIMITS)
+@pytest.mark.parametrize(
+    ("campaign", "model"), [pytest.param(*c, marks=[pytest.mark.long] * (c[0] == "machine_fault")) for c in LIMITS]
+)
 def test_a_diagnosis_does_no_more_than_it_did(monkeypatch, campaign, model):
     done: Counter[str] = Counter()
     plan, make, eigh = forward.plan_batches, StoredProgram._make, np.linalg.eigh

@@ -102,7 +102,7 @@ def test_a_grid_with_effects_is_beside_native():
 @in_float64
 def test_a_plucked_span_swings_like_a_string():
     """1 mm of its first mode; the implicit step damps it, and a finer one less."""
-    options = replace(COARSE, dt=5e-4)
+    options = replace(COARSE, dt=1e-3)
     case = paper_case(40.0, rig=ROPE_EXAMPLE)
     ready = prepare([case], options=options)[0]
     mesh = ready.scene.mesh
@@ -116,16 +116,16 @@ def test_a_plucked_span_swings_like_a_string():
     still = jax.tree.map(lambda c: jnp.asarray(c[0]), rows)._replace(drag=jnp.zeros(2))
 
     sags = []
-    for _ in range(500):
+    for _ in range(250):
         data = RUN(ready.model, data, still)
         sags.append(float(data.reading[READING["sag"]][0]))
     sag = np.array(sags)
-    sag = sag - sag[250:].mean()
+    sag = sag - sag[125:].mean()
     down = np.flatnonzero((sag[:-1] > 0.0) & (sag[1:] <= 0.0))
     frequency = 1.0 / (np.diff(down).mean() * options.dt)
     assert len(down) >= 3
     assert frequency == pytest.approx(string_speed(case) / (2.0 * length), rel=0.02)
-    assert np.abs(sag[-125:]).max() < 0.9 * np.abs(sag[:125]).max()
+    assert np.abs(sag[-62:]).max() < 0.9 * np.abs(sag[:62]).max()
 
 
 @in_float64
@@ -186,10 +186,10 @@ def test_gradients_backwards_keep_the_beginning_of_pieces_alone():
 def test_a_jump_of_speed_and_yaw_is_made_at_the_rates_of_the_command():
     """The belt runs on; a yaw of 3 degrees at once folds it, which ``diverged`` says."""
     ready = prepare([paper_case(60.0, rig=ROPE_EXAMPLE)], options=COARSE)[0]
-    speed, yaw, data, dt = jnp.array(1.0), jnp.array([0.0, 0.001]), ready.data, COARSE.dt
-    for k in range(1, 300):
+    speed, yaw, data, dt = jnp.array(0.4), jnp.array([0.0, 0.001]), ready.data, COARSE.dt
+    for k in range(1, 120):
         data = RUN(ready.model, data, command(ready.model, data, speed, yaw))
-        assert float(data.reading[READING["speed"]]) == pytest.approx(min(3.0 * dt * k, 1.0))
+        assert float(data.reading[READING["speed"]]) == pytest.approx(min(3.0 * dt * k, 0.4))
         assert float(data.mjx.qpos[TAIL_YAW]) == pytest.approx(min(0.02 * dt * k, 0.001))
     assert not diverged(ready.model, data)
     for _ in range(100):

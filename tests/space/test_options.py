@@ -114,7 +114,7 @@ def ran(engine, contact, belt, options, case):
     ("engine", "contact", "belt"),
     [
         ("native", "held", "flex"),
-        ("quasi_static", "held", "flex"),
+        pytest.param("quasi_static", "held", "flex", marks=pytest.mark.long),
         pytest.param("native", "held", "grid", marks=pytest.mark.long),
         pytest.param("quasi_static", "held", "grid", marks=pytest.mark.long),
         pytest.param("native", "held", "rope", marks=pytest.mark.long),
@@ -143,6 +143,15 @@ def test_a_changed_option_changes_the_result_or_is_refused(engine, contact, belt
             except (CannotRepresent, InputError) as refusal:
                 found, said = np.empty(0), str(refusal)
             assert name in said or not np.array_equal(found, usual), name
+
+
+@pytest.mark.parametrize(("engine", "contact"), [("quasi_static", "held"), ("mjx", "held"), ("native", "mujoco")])
+def test_what_an_engine_does_not_obey_is_refused_by_its_name(engine, contact, short_rig):
+    known = OBEYED[engine if contact == "held" else contact] | OF_BELT["flex"]
+    for name in CHANGED.keys() - known:
+        options = Options(**{n: v for n, v in BRIEF.items() if n in known} | {name: CHANGED[name]})
+        with pytest.raises(InputError, match=rf"model\.{name} = .* does not obey it"):
+            ran(engine, contact, "flex", options, short_rig)
 
 
 def test_every_option_is_in_the_table():

@@ -129,8 +129,8 @@ def test_a_tiny_campaign_is_written_and_its_truth_opens(tmp_path):
     made = make_space_campaign(
         hidden=[{"id": "taper", "kappa_t": 1e-4}],
         seed=5,
-        plan=TINY,
-        options=COARSE,
+        plan=replace(TINY, length=0.2),
+        options=replace(COARSE, dt=2e-3, settle=0.05, acceleration=3.0, yaw_time=0.05),
         workers=1,
         engine="native",
     )

@@ -13,7 +13,7 @@ from belt_sim.virtual_rig import Plan, grid, make_campaign
 
 PLAN = Plan(runs=grid((10 * N_PER_MM2, 30 * N_PER_MM2), (-0.042 * DEGREE, 0.042 * DEGREE)), length=20.0)
 HIDDEN: tuple[tuple[str, ...], ...] = ((), ("cant",), ("taper",), ("cant", "taper"))
-FEW = ("cant", "taper", "crown", "yaw_offset_head", "sensor_gain")
+FEW = ("cant", "taper", "sensor_gain")
 SLOW = 0.5  # [s]
 PATIENCE = 6.0  # [s]: an answer takes a tenth of a second where campaigns are drawn already; a busy machine, more
 
