@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 import belt_sim as bs
 from belt_sim.io import ROOT
 
@@ -24,6 +26,7 @@ follow_imports = skip
 WRONG = {5: "nonsense", 6: "tensoin"}  # by line
 
 
+@pytest.mark.long
 def test_a_type_checker_finds_names_and_settings_that_are_not_there(tmp_path):
     script = tmp_path / "mine.py"
     script.write_text(SCRIPT)

@@ -112,6 +112,7 @@ def test_a_rope_has_no_camber():
         run_native(CASE, belt="rope", travel=1.0, parts=SpaceModel().parts(CASE, [WELD]))
 
 
+@pytest.mark.long
 def test_uniform_camber_tilts_the_spans_and_hardly_moves_the_belt():
     curves = FLEX.run(CASE, [Camber(kappa_c=KAPPA)], travel=0.4)
     law = march_case(CASE, analytic_model("strip"), (Camber(kappa_c=KAPPA),), travel=0.4)

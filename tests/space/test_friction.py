@@ -64,6 +64,7 @@ def test_sliding_nodes_are_held_with_their_limit_against_their_increment_and_oth
 
 
 @in_float64
+@pytest.mark.long
 def test_a_wrap_that_is_bent_and_pulled_at_its_ends_slides_as_coulomb_says(begun):
     """Limits fall to nothing at the ends; each pull starts from the slip of the one before."""
     count, rng = 15, np.random.default_rng(3)

@@ -300,6 +300,7 @@ def test_a_taper_stands_in_the_scene():
     assert sizes[0] - sizes[1] == pytest.approx(1e-4 * 0.17 * 0.112, rel=0.03)
 
 
+@pytest.mark.long
 def test_a_crown_moves_the_belt_as_the_law_says():
     """By 13 um in a metre, with the fourth power of the travel. Of the first 3 um, at 0.6 m, y scatters by 0.5: 17 %
     too far with nodes 25 mm apart, 19 % short at 12.5 mm; at 1.5 m it is 2.6 % off the held belt and the law."""

@@ -118,6 +118,7 @@ def test_a_wide_belt_lands_sheared(name, numbers, tension):
     assert np.abs(plain - y).max() > WITHOUT * np.abs(y).max()
 
 
+@pytest.mark.long
 def test_a_skewed_idler_drives_the_belt_where_it_pushes():
     options = Options(dx=0.04, dt=2e-3, run_in=0.0, settle=0.2, acceleration=2.0)
     (y, _), (told, _) = both(IdlerSkew(force=20.0, place=0.3), narrow(60), 0.8, options)

@@ -10,7 +10,7 @@ STIFFNESS = 0.01  # the calibrations hold to 0.5 % for 2 to 5 nodes across
 SHORT = 0.03  # of a strip 12 stations long, whose clamped end is a station
 SHEAR_FACTOR = 1.2  # rectangle
 BELTS = [(Grid, 2, DX), (Grid, 3, DX), (Grid, 5, DX)]
-BELTS += [(Membrane, 2, 0.0125), *((Membrane, across, dx) for across in (2, 3, 5) for dx in (0.05, DX, 0.05 / 6))]
+BELTS += [(Membrane, 2, 0.0125), (Membrane, 2, 0.05), (Membrane, 3, DX), (Membrane, 5, 0.05), (Membrane, 3, 0.05 / 6)]
 #: EI of the membrane over the strip's at a width that fits at 25 mm alone, in couple tests of the belt itself
 COUPLES = {0.05: 0.947, 0.025: 0.997, 0.0125: 1.023, 0.05 / 6: 1.029}
 SQUARE = ("longitudinal", "transverse")
@@ -71,8 +71,7 @@ def test_stretches_like_the_strip(belt, across):
     assert stretch == pytest.approx(100.0 / (bench.belt.youngs_modulus * bench.belt.area), rel=STIFFNESS)
 
 
-@pytest.mark.parametrize(("belt", "across"), [(Membrane, 2), (Grid, 2), (Grid, 3)])
-@pytest.mark.parametrize("tension", [7.0, 40.0])
+@pytest.mark.parametrize(("belt", "across", "tension"), [(Membrane, 2, 7.0), (Grid, 2, 40.0), (Grid, 3, 7.0)])
 def test_twists_under_tension_like_the_strip(belt, across, tension):
     length, couple = 2.0, 0.05
     slowness = (40.0 / tension) ** 0.5
