@@ -5,8 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from belt_sim.cli import apply_hydra
 from belt_sim.commands import HELP
+from belt_sim.commands.cli import apply_hydra
 from belt_sim.errors import BeltError
 from belt_sim.io import CONF
 from belt_sim.jax_setup import prepare

@@ -226,7 +226,7 @@ def first_lines(typed: str, place: Path) -> Json:
     words = [word.replace("ROOT", str(ROOT)) for word in shlex.split(typed)]
     sys.argv = ["belt-sim", *words]
     try:
-        from belt_sim.cli import run_command
+        from belt_sim.commands.cli import run_command
 
         with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
             status = run_command(words)
@@ -277,7 +277,7 @@ def published_scores() -> dict[str, Json]:
 
 def command_status(*arguments: str) -> tuple[int, str]:
     """Exit status of a belt-sim command in this process, and the last line of its errors."""
-    from belt_sim.cli import run_command
+    from belt_sim.commands.cli import run_command
 
     before, errors = sys.argv, io.StringIO()
     try:

@@ -26,7 +26,7 @@ import numpy as np
 import yaml
 
 from belt_sim.campaign import read_campaign, suspicions, write_campaign
-from belt_sim.cli import run_command
+from belt_sim.commands.cli import run_command
 from belt_sim.errors import BeltError
 from belt_sim.io import CAMPAIGNS, ROOT
 

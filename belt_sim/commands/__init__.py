@@ -14,22 +14,25 @@ from belt_sim.io import CONF, group_names, sample_campaigns
 
 HELP = ("-h", "--help")
 OUTPUT = "standard output"  # the file name of its errors
-#: command -> what it does, and where its function is in belt_sim.commands (empty: in this module)
+#: command -> what it does, and where its function is in belt_sim (empty: in cli.py)
 COMMANDS = {
-    "simulate": ("one model, one case: curves and late rates", "cases:simulate_command"),
-    "view": ("a 3D belt in MuJoCo's viewer, with its movement enlarged", "cases:view_command"),
-    "scene": ("the same belt as MJCF that runs in plain MuJoCo", "cases:scene_command"),
-    "compare": ("a model against a measured campaign: where it agrees, where it fails", "inference:compare_command"),
-    "diagnose": ("which physical effect the model lacks", "inference:diagnose_command"),
-    "import": ("a logger's files (CSV, xlsx ...) -> a campaign", "campaigns:import_command"),
-    "new": ("an empty, commented campaign with the runs that a diagnosis needs", "campaigns:new_command"),
-    "check": ("checks your data: slips in them, and what they can and cannot tell", "inference:check_command"),
-    "virtual-rig": ("make a campaign with a hidden effect", "campaigns:rig_command"),
-    "reveal": ("what was hidden in such a campaign", "campaigns:reveal_command"),
-    "export": ("the linear plant for a controller: FMU, MAT file, Bode plot", "cases:export_command"),
-    "map": ("very many cases of an analytic model, as one table", "cases:map_command"),
-    "report": ("write the report of a diagnosis again", "inference:report_command"),
-    "app": ("a local web page: sliders, own measurements, diagnoses", "inference:app_command"),
+    "simulate": ("one model, one case: curves and late rates", "commands.cases:simulate_command"),
+    "view": ("a 3D belt in MuJoCo's viewer, with its movement enlarged", "commands.cases:view_command"),
+    "scene": ("the same belt as MJCF that runs in plain MuJoCo", "commands.cases:scene_command"),
+    "compare": (
+        "a model against a measured campaign: where it agrees, where it fails",
+        "commands.inference:compare_command",
+    ),
+    "diagnose": ("which physical effect the model lacks", "commands.inference:diagnose_command"),
+    "import": ("a logger's files (CSV, xlsx ...) -> a campaign", "commands.campaigns:import_command"),
+    "new": ("an empty, commented campaign with the runs that a diagnosis needs", "commands.campaigns:new_command"),
+    "check": ("checks your data: slips in them, and what they can and cannot tell", "commands.inference:check_command"),
+    "virtual-rig": ("make a campaign with a hidden effect", "commands.campaigns:rig_command"),
+    "reveal": ("what was hidden in such a campaign", "commands.campaigns:reveal_command"),
+    "export": ("the linear plant for a controller: FMU, MAT file, Bode plot", "commands.cases:export_command"),
+    "map": ("very many cases of an analytic model, as one table", "commands.cases:map_command"),
+    "report": ("write the report of a diagnosis again", "commands.inference:report_command"),
+    "app": ("a local web page: sliders, own measurements, diagnoses", "app:app_command"),
     "new-effect": ("a file with a whole effect, to change into one of your own", ""),
     "demo": ("a diagnosis of a campaign that ships, into outputs/demo", ""),
     "completion": ('completion in bash and zsh: eval "$(belt-sim completion)"', ""),

@@ -1,7 +1,6 @@
-"""belt-sim check, compare, diagnose and report: what a campaign tells of a model; belt-sim app."""
+"""belt-sim check, compare, diagnose and report: what a campaign tells of a model."""
 
 from contextlib import suppress
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ from belt_sim.api.simulate import effects_of, fitted_model, model_for_campaign
 from belt_sim.campaign import Campaign, case_of, read_campaign
 from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves
-from belt_sim.errors import BeltError, finite, flag, whole
+from belt_sim.errors import BeltError, finite, whole
 from belt_sim.io import write_json
 from belt_sim.jax_setup import map_in_threads
 from belt_sim.results.diagnosis import Diagnosis
@@ -82,18 +81,6 @@ def report_command(run_dir: RunDir) -> None:
     """Write report.html and pictures from diagnosis.json and drawings.json."""
     folder = Path(run_dir.text_setting("diagnosis", "the run folder of a diagnosis"))
     print(write_page(folder, read_diagnosis(folder), pictures=True))
-
-
-def app_command(run_dir: RunDir) -> None:
-    """Serve the page for people who do not use terminals until Ctrl-C; what it makes goes into the run folder."""
-    port, show = run_dir.config["port"], flag("open", run_dir.config["open"])
-    if port is not None:
-        whole("port", port, 1, 65535, otherwise="null or ")
-    if find_spec("nicegui") is None:
-        raise BeltError("app: the page needs NiceGUI: pip install 'belt-sim[app]'")
-    from belt_sim.app.server import serve
-
-    serve(run_dir.path.resolve(), port, show=show)
 
 
 def write_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:

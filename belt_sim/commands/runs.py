@@ -195,7 +195,7 @@ class RunDir:
         from belt_sim.settings import check_switches
 
         check_switches(self.command, self.config)
-        task = resolve_name(f"belt_sim.commands.{COMMANDS[self.command][1]}")
+        task = resolve_name(f"belt_sim.{COMMANDS[self.command][1]}")
         if again is None:
             return task(self, done=True)  # type: ignore[no-any-return]
         with ExitStack() as stack:

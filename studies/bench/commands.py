@@ -37,7 +37,7 @@ bs.simulate(model="strip", tension=11)
 print("again", time.process_time() - begun)
 """
 CORES = 2  # of a row, where several are measured at once
-CLI = "from belt_sim.cli import main; main()"
+CLI = "from belt_sim.commands.cli import main; main()"
 
 
 @dataclass(frozen=True)

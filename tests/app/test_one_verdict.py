@@ -10,7 +10,7 @@ pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-
 
 import belt_sim as bs
 from belt_sim.app.session import Session
-from belt_sim.cli import run_command
+from belt_sim.commands.cli import run_command
 
 
 def test_command_line_app_and_python_say_the_same(small, tmp_path, capsys):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from belt_sim.commands import inference
+from belt_sim import app
 from belt_sim.commands.runs import RunDir
 from belt_sim.errors import BeltError
 
@@ -61,12 +61,12 @@ def test_results_go_by_number(served):
 
 
 def test_without_its_extra_the_command_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(inference, "find_spec", lambda name: None)
+    monkeypatch.setattr(app, "find_spec", lambda name: None)
     with pytest.raises(BeltError, match=r"pip install 'belt-sim\[app\]'"):
-        inference.app_command(RunDir(Path(), "app", {"port": None, "open": False}))
+        app.app_command(RunDir(Path(), "app", {"port": None, "open": False}))
 
 
 @pytest.mark.parametrize("settings", [{"port": "x"}, {"port": 70000}, {"port": True}, {"open": "maybe"}])
 def test_settings_that_cannot_be(settings):
     with pytest.raises(BeltError, match="give"):
-        inference.app_command(RunDir(Path(), "app", {"port": None, "open": True} | settings))
+        app.app_command(RunDir(Path(), "app", {"port": None, "open": True} | settings))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from belt_sim.cli import run_command
+from belt_sim.commands.cli import run_command
 
 SHORT = ("travel=2", "pictures=false")
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from belt_sim.cli import run_command
+from belt_sim.commands.cli import run_command
 
 
 def replies(line: str, monkeypatch, capsys) -> list[str]:

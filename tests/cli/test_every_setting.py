@@ -15,8 +15,8 @@ from matplotlib.text import Text
 
 from belt_sim.api import check, compare, inference, simulate
 from belt_sim.app import server
-from belt_sim.cli import run_command
 from belt_sim.commands import COMMANDS, campaigns, known_keys
+from belt_sim.commands.cli import run_command
 from belt_sim.errors import BeltError
 from belt_sim.io import CONF, ROOT
 from belt_sim.show import style

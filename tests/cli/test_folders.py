@@ -2,8 +2,8 @@
 
 import json
 
-from belt_sim.cli import LONGEST, folder_name, run_command
 from belt_sim.commands import runs
+from belt_sim.commands.cli import LONGEST, folder_name, run_command
 
 
 def test_nothing_of_an_earlier_run_stays(belt):

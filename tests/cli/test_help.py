@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
-from belt_sim.cli import new_effect, run_command
 from belt_sim.commands import COMMANDS, help_text
+from belt_sim.commands.cli import new_effect, run_command
 
 OWN_HELP = ("completion", "demo", "new-effect")
 

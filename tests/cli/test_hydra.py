@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from belt_sim.cli import run_command
+from belt_sim.commands.cli import run_command
 
 ROPE = ("model=rope", "travel=2", "pictures=false")
 

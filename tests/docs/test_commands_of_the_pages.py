@@ -13,8 +13,8 @@ from omegaconf.errors import MissingMandatoryValue
 from pages import PAGES, Command, commands, missing, name
 
 from belt_sim.api.simulate import model_named
-from belt_sim.cli import import_arguments, quote_override, run_command
 from belt_sim.commands import COMMANDS
+from belt_sim.commands.cli import import_arguments, quote_override, run_command
 from belt_sim.commands.runs import plain_settings
 from belt_sim.effects.load import load_classes
 from belt_sim.io import CAMPAIGNS, CONF, ROOT

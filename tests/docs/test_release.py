@@ -32,7 +32,7 @@ def test_a_wheel_alone_is_enough(tmp_path):
     )
     (wheel,) = tmp_path.glob("belt_sim-*.whl")
     shutil.unpack_archive(wheel, tmp_path / "alone", "zip")
-    code = "import belt_sim.cli as c, sys; print(c.__file__); sys.exit(c.run_command(sys.argv[1:]))"
+    code = "import belt_sim.commands.cli as c, sys; print(c.__file__); sys.exit(c.run_command(sys.argv[1:]))"
     line = [sys.executable, "-c", code, "compare", "campaign=slack_belt", "model=beam_th2", "pictures=false"]
     environment = {"PYTHONPATH": str(tmp_path / "alone"), "PATH": "/usr/bin:/bin", "HOME": str(tmp_path)}
     done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)

@@ -17,7 +17,6 @@ OUTER = {
     "campaign",
     "virtual_rig",
     "space",
-    "cli",
 }
 
 
@@ -39,7 +38,7 @@ def that_import(*packages: str) -> set[str]:
 
 
 def test_only_the_command_line_knows_hydra():
-    assert that_import("hydra") == {"commands", "cli.py"}
+    assert that_import("hydra") == {"commands"}
 
 
 def test_the_product_does_not_know_its_studies():
@@ -62,7 +61,7 @@ ABOVE = {
     "results": ("diagnosis", "show", "api", "commands"),
     "diagnosis": ("show", "api", "commands"),
     "show": ("diagnosis", "api", "commands"),
-    "api": ("commands", "cli"),
+    "api": ("commands",),
 }
 
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim import cli
 from belt_sim.api.simulate import model_named
-from belt_sim.cli import use_one_blas_thread
+from belt_sim.commands import cli
+from belt_sim.commands.cli import use_one_blas_thread
 from belt_sim.effects.base import library
 from belt_sim.io import ROOT
 
@@ -42,7 +42,7 @@ for name in names:
 after = json.dumps(outside(), default=str)
 os.environ["XLA_FLAGS"] = "--xla_force_host_platform_device_count=3"  # unheard once JAX has computed, as prepare()
 idle = len(jax.devices("cpu")) == 3
-from belt_sim.cli import run_command
+from belt_sim.commands.cli import run_command
 status = run_command(["new", f"hydra.run.dir={sys.argv[1]}"])
 changed = [a for a, b in zip(before.split(","), after.split(","), strict=True) if a != b]
 print(json.dumps([len(names), changed, idle, status]))
@@ -100,7 +100,8 @@ def test_a_run_is_in_float64_without_any_set_up_and_leaves_jax_as_it_was():
 
 
 def test_the_command_line_says_how_many_threads_before_linear_algebra_is_loaded(monkeypatch):
-    loaded = "import json, sys, belt_sim.cli; print(json.dumps([m for m in ('numpy', 'scipy') if m in sys.modules]))"
+    loaded = "import json, sys, belt_sim.commands.cli; "
+    loaded += "print(json.dumps([m for m in ('numpy', 'scipy') if m in sys.modules]))"
     assert _said(loaded) == []
     monkeypatch.setattr(os, "environ", {"MKL_NUM_THREADS": "3"})
     use_one_blas_thread()
@@ -110,8 +111,7 @@ def test_the_command_line_says_how_many_threads_before_linear_algebra_is_loaded(
 def test_a_run_of_a_model_loads_no_libraries_that_it_does_not_use(tmp_path):
     heavy = ("pandas", "mujoco", "belt_sim.campaign.sheet", "belt_sim.diagnosis.forward")
     heavy += tuple(f"scipy.{part}" for part in ("interpolate", "optimize", "signal", "stats", "ndimage"))
-    program = (
-        "import belt_sim.cli, json, sys; belt_sim.cli.run_command(['simulate', 'model=strip', 'travel=5', sys.argv[1]])"
-    )
+    program = "import json, sys; from belt_sim.commands.cli import run_command"
+    program += "; run_command(['simulate', 'model=strip', 'travel=5', sys.argv[1]])"
     program += f"; print(json.dumps([m for m in {heavy} if m in sys.modules]))"
     assert _said(program, f"hydra.run.dir={tmp_path}") == []

@@ -8,8 +8,8 @@ from rich.prompt import Confirm, Prompt
 
 from belt_sim.api.campaigns import draft_text, import_files
 from belt_sim.campaign import read_campaign
-from belt_sim.cli import import_arguments, run_command
 from belt_sim.commands.campaigns import ask_in_terminal
+from belt_sim.commands.cli import import_arguments, run_command
 from belt_sim.importing import read, understand
 from belt_sim.importing.mapping import mapping_of
 

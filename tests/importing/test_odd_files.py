@@ -14,7 +14,7 @@ import yaml
 
 from belt_sim.app.session import begin_import
 from belt_sim.campaign import read_campaign
-from belt_sim.cli import run_command
+from belt_sim.commands.cli import run_command
 from belt_sim.importing import read, understand
 
 S = np.arange(31.0)  # [m]

@@ -7,7 +7,7 @@ import pytest
 from scipy.io import loadmat
 
 import belt_sim as bs
-from belt_sim.cli import run_command
+from belt_sim.commands.cli import run_command
 from belt_sim.linear.plant import state_space
 
 

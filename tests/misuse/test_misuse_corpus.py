@@ -11,7 +11,7 @@ from base64 import b64encode
 
 import pytest
 
-from belt_sim.cli import run_command
+from belt_sim.commands.cli import run_command
 from belt_sim.io import CAMPAIGNS, ROOT
 
 DEEP = "[" * 100_000
@@ -167,7 +167,7 @@ def test_a_closed_standard_output_stops_nothing(tmp_path):
 def test_a_reader_that_goes_stops_nothing(tmp_path):
     """As ``| head`` does; the command prints before its files are there."""
     work = f"print('line\\n' * 100_000, flush=True), open(r'{tmp_path / 'file'}', 'w').close()"
-    code = f"from belt_sim import cli; cli.run_command = lambda arguments: bool(({work})[1]); cli.main()"
+    code = f"from belt_sim.commands import cli; cli.run_command = lambda arguments: bool(({work})[1]); cli.main()"
     line = f'"{sys.executable}" -c "{code}" | head -1'
     done = subprocess.run(line, shell=True, cwd=ROOT, capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("line\n", "")

@@ -6,7 +6,7 @@ import pytest
 import belt_sim as bs
 from belt_sim.api.campaigns import import_files
 from belt_sim.case import Case, Rig, Schedule, Settings
-from belt_sim.cli import run_command
+from belt_sim.commands.cli import run_command
 from belt_sim.errors import InputError
 from belt_sim.io import MODELS
 from belt_sim.settings import belt_from, rig_from

@@ -11,8 +11,8 @@ import pytest
 
 import belt_sim as bs
 from belt_sim.api.simulate import scene_text, validity_limits
-from belt_sim.cli import run_command
 from belt_sim.commands import cases
+from belt_sim.commands.cli import run_command
 from belt_sim.effects.base import library
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.io import MODELS
