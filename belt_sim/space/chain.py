@@ -75,10 +75,8 @@ def pose_of(
 
 
 def belt_loads(pulleys: BeltOnPulley, nodes: Array, pull: Array) -> Array:
-    """Force along x [N], moment about the axis and about z [N m] that the belt does to head and tail, (2, 3).
-
-    nodes [m], pull [N], (m, 3, n): of belt and weight.
-    """
+    """Force along x [N], moment about the axis and about z [N m] on head and tail, (2, 3), of the pull of belt and
+    weight on the nodes."""
     n = nodes.shape[-1]
 
     def of_one(pulley: BeltOnPulley) -> Array:
@@ -100,7 +98,7 @@ def finish_step(
     ``belt_loads``; and what the instruments read, (20,).
 
     slips: of the stations on them, and the pulley that waited (``slide_wraps``), None if nothing slips in a batch;
-    nodes [m], pull [N], (m, 3, n): of belt and weight on them; the others as of ``land_stations``.
+    pull: of belt and weight; the others as of ``land_stations``.
     """
     loads, (slip, waiting) = belt_loads(pulleys, nodes, pull), slips
     if belt.sliding_stiffness is not None:
@@ -187,9 +185,7 @@ def cut_chain(wraps: WrapArrays, stations: Array | None = None) -> ChainLayout:
 
 def anchor_positions(belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayout) -> Array:
     """Where the chain's stations are held by the pulley that holds them [m], (m, 3, n); of free ones it says nothing.
-
-    Reckoned once a station and not for both pulleys: sines are what a step is slow at.
-    """
+    Reckoned once a station and not for both pulleys: sines are what a step is slow at."""
 
     def by_pulley(values: Array) -> Array:
         return jnp.where(places.on_tail, values[TAIL], values[HEAD])
@@ -216,10 +212,7 @@ def chain_forces(
     belt: BeltArrays, nodes: Array, places: ChainLayout, twist: Array, share: Array
 ) -> tuple[Array, Array]:
     """Elastic forces on all nodes of the chain [N], (3 m, n), and those of the spans' stretch on the outermost stations
-    held, by pulley and end (2, 2, 3 m).
-
-    nodes [m], (m, 3, n); twist [N/m], (n,): of ``torsion``.
-    """
+    held, by pulley and end (2, 2, 3 m); twist: of ``twist_of_cells``."""
     size = 3 * len(nodes)
     cell = stretch_energy(belt.ties, belt.shape.bonds, nodes, places.stations, share).slope
     on_nodes = -cell[:size] - jnp.roll(cell[size:], 1, axis=-1)

@@ -465,10 +465,7 @@ def run_time_cases(
 def run_prepared(
     ready: Sequence[PreparedCase], travel: float, observers: Sequence[Sequence[Observer]] = ()
 ) -> list[Curves | SimulationError]:
-    """Curves of cases of one mesh over ``travel`` [m]; observers: of each case, or of the first few.
-
-    Readings are fetched while the next segment runs.
-    """
+    """Curves of cases of one mesh over ``travel`` [m]; observers: of each case, or of the first few."""
     models, axes = stack_cases([r.model for r in ready])
     data = jax.tree.map(lambda *v: np.stack([np.asarray(x) for x in v]), *[carried_state(r.data) for r in ready])
     models, still, data = jax.device_put((models, ready[0].data.mjx, data))
@@ -494,7 +491,7 @@ def run_prepared(
         for begin in range(0, len(commands.travel[0]), segment):
             now = slice(begin, begin + segment)
             data, reads = segment_of(models, still, data, jax.tree.map(lambda c, now=now: c[:, now], commands))
-            if pending is not None:
+            if pending is not None:  # readings are fetched while the next segment runs
                 found.append(np.asarray(pending))
                 if not run.is_on_pulleys(found[-1][:, -1], widths).any():
                     break
@@ -528,10 +525,8 @@ def compile_batch(leaves: tuple[int | None, ...], structure: Any):
 
 
 def curves_of_steps(ready: PreparedCase, plan: run.Command, table: np.ndarray) -> Curves | SimulationError:
-    """Curves of the steps made so far, or a failure that has those before it.
-
-    plan: commands of all steps; table, (steps, 20): readings of those that were made, and perhaps more.
-    """
+    """Curves of the steps made so far, or a failure that has those before it; table, (steps, 20): readings of those
+    that were made, and perhaps more."""
     table = table[: len(plan.travel)]
     good = run.is_on_pulleys(table, float(ready.case.belt.width))
     steps, begin = len(table) if good.all() else int(np.argmin(good)), int(np.argmax(plan.travel >= 0.0))

@@ -86,10 +86,8 @@ class StepInput(NamedTuple):
 
 
 def hold_belt(fixed: Fixed, was: Carried, at: Instant, joints: Array, nodes: Array) -> tuple[Carried, StepInput]:
-    """Before a step: the pulleys where they will be at its end, their stations on their anchors, and all other forces.
-
-    joints [rad, m] and their rates, (2, 5); nodes [m], (m, 3, n).
-    """
+    """Before a step: the pulleys where they will be at its end, their stations on their anchors, and all other forces;
+    joints [rad, m] and their rates, (2, 5)."""
     belt, (command, time, shaped), pulleys, kinks, run_off = fixed.belt, at, was.pulleys, was.kinks, was.run_off
     sign, n, speed, before = belt.shape.sign, nodes.shape[-1], command.speed, was.pulleys.pose
     driven, tail, turned = fixed.tail.advance(belt, joints, was.loads, was.compliance_yaw, command, fixed.dt)

@@ -321,10 +321,7 @@ class Recorder:
         return travel >= self.next_reading and (not self.table or speed != 0.0)
 
     def add(self, read: np.ndarray, *at: Any) -> None:
-        """One more reading, the first of them at travel 0, from where y counts; at: as of ``show``.
-
-        Raises SimulationError where the belt has run off its pulleys or is not finite.
-        """
+        """One more reading, the first at travel 0, from where y counts; raises SimulationError for a lost belt."""
         travel, y = float(read[TRAVEL]), np.abs(read[POINTS])
         if not np.isfinite(read).all():
             raise SimulationError(f"positions are not finite at travel {travel:.2f} m: halve model.dt")
@@ -417,10 +414,7 @@ class BatchEngine:
         self, case: Case, *, belt: str = "flex", travel: float, options: Options | None = None,
         parts: SceneParts | None = None, features: ActiveFeatures | None = None,
     ) -> Any:  # fmt: skip
-        """A case that is to be run over ``travel`` [m]; features: in its batch, None = in this case.
-
-        Raises CannotRepresent for what the engine cannot do.
-        """
+        """A case that is to be run over ``travel`` [m]; features: in its batch, None = in this case."""
         options = options or Options()
         parts = parts or SceneParts.from_case(case, options.friction)
         return self.lay_case(case, belt, travel, options, parts, features or active_features([parts]))
@@ -448,10 +442,7 @@ class BatchEngine:
     def simulate(
         self, case: Case, *, parts: SceneParts | None = None, observers: Sequence[Observer] = (), **run: Any
     ) -> Curves:
-        """Curves of one case; run: as of ``simulate_batch``. y = 0 at travel 0.
-
-        Raises SimulationError when it diverges.
-        """
+        """Curves of one case, y = 0 at travel 0; run: as of ``simulate_batch``. Raises SimulationError."""
         several = None if parts is None else [parts]
         found = self.simulate_batch([case], parts=several, observers=[observers] if observers else (), **run)[0]
         if isinstance(found, SimulationError):

@@ -1,6 +1,7 @@
 """The belt on a pulley: the stations that lie there, their anchors on the spinning surface, how they land and leave.
 
-First the geometry of one pulley, then the bending layer, then landing, sinking and leaving.
+First the geometry of one pulley, then the bending layer, then landing, sinking and leaving. Throughout, here and in
+chain.py, ``nodes`` [m] and forces [N] are (m, 3, n): lines, x y z, stations; ``share`` is that of camber and loads.
 """
 
 import math
@@ -141,10 +142,7 @@ def outer_depth(pulley: BeltOnPulley, end: int) -> Array:
 
 
 def update_tangents(wrap: WrapArrays, pose: PoseArrays, nodes: Array, share: Array | float) -> WrapArrays:
-    """The places where the belt meets the pulley, moved by ``share`` of the way to where the spans' directions say.
-
-    nodes [m], (m, 3, n).
-    """
+    """The places where the belt meets the pulley, moved by ``share`` of the way to where the spans' directions say."""
     n, tangent = nodes.shape[-1], []
     for end in (FIRST, LAST):
         inner, beyond = ((wrap.outer(end) + i * OUTWARDS[end]) % n for i in (1, options.SPAN_STATIONS))
@@ -169,10 +167,7 @@ _AHEAD = 2.0  # chords before the tangent point: what lies further is on the oth
 
 
 def line_displacements(belt: BeltArrays, pulley: BeltOnPulley, share: Array | float, nodes: Array, end: int) -> Array:
-    """How far the lines are outside the circle, and drawn into the pulley, beyond their mean [m], (m, 2).
-
-    nodes [m], (m, 3, n); share: of the camber.
-    """
+    """How far the lines are outside the circle, and drawn into the pulley, beyond their mean [m], (m, 2)."""
     wrap, surface, pose, _ = pulley
     fibres, radius = belt.fibres, surface.radius
     assert fibres is not None
@@ -349,11 +344,8 @@ def release_stations(belt: BeltArrays, pulleys: BeltOnPulley) -> BeltOnPulley:
 def land_stations(
     belt: BeltArrays, pulleys: BeltOnPulley, before: tuple[PoseArrays, Array], nodes: Array, moved: Array, shaped: Array
 ) -> BeltOnPulley:
-    """With the stations that the pulleys have caught in a step of ``moved`` [m] to ``nodes`` [m], (m, 3, n).
-
-    before: poses and nodes at the step's beginning; shaped: 1 where the pulleys are what they are, 0 while they are
-    plain cylinders.
-    """
+    """With the stations caught in a step of ``moved`` [m] to ``nodes``; before: poses and nodes at its beginning;
+    shaped: 1 where the pulleys are what they are, 0 while they are plain cylinders."""
     land = partial(land_station, belt, before=before[1], nodes=nodes, moved=moved, shaped=shaped)
     return at_both_ends(land, pulleys, before[0])
 
@@ -362,10 +354,7 @@ def carry_wraps(
     belt: BeltArrays, pulleys: BeltOnPulley, before: tuple[PoseArrays, Array], nodes: Array, moved: Array,
     shaped: Array, share: Array, dt: Array,
 ) -> BeltOnPulley:  # fmt: skip
-    """After a step in time of ``dt`` [s]: tangents turned, stations landed and released, layers relaxed.
-
-    share: of the camber and the layer; the others as of ``land_stations``.
-    """
+    """After a step in time of ``dt`` [s]: tangents turned, stations landed and released, layers relaxed."""
     turn = jax.vmap(partial(update_tangents, nodes=nodes, share=dt / options.SPAN_TIME))
     pulleys = pulleys._replace(wrap=turn(pulleys.wrap, pulleys.pose))
     pulleys = release_stations(belt, land_stations(belt, pulleys, before, nodes, moved, shaped))
@@ -395,7 +384,7 @@ def slide_wrap(
     """A wrap with the anchors moved of nodes that pull harder than friction allows; the next step starts from there.
 
     A return mapping on the holding forces of a wrap, as one system, without inertia. The forces between belt and pulley
-    are those that balance the belt's pull where it is. pull [N], (m, 3, n): of belt and weight; friction [1], inf = it
+    are those that balance the belt's pull where it is. pull: of belt and weight; friction [1], inf = it
     sticks; speed [m/s] of the belt, which presses the less; shaped: 1 where the pulleys are what they are.
     """
     assert belt.sliding_stiffness is not None
@@ -440,11 +429,8 @@ def slide_wraps(
     belt: BeltArrays, pulleys: BeltOnPulley, slip: SlipState, waiting: Array, pull: Array, friction: Array,
     speed: Array, shaped: Array,
 ) -> tuple[BeltOnPulley, SlipState, Array]:  # fmt: skip
-    """Both wraps after ``slide_wrap``, and the pulley that waited, NEITHER if none did.
-
-    When both belts slide as a whole they take turns, since each reckons with the other standing still. waiting: the
-    pulley that waited in the last step; the others as of ``slide_wrap``.
-    """
+    """Both wraps after ``slide_wrap``, and the pulley that waited, NEITHER if none did: when both belts slide as a
+    whole they take turns, since each reckons with the other standing still; waiting: the one of the last step."""
     waiting = jnp.where((slip.sliding > 0.5).all(), jnp.where(waiting == HEAD, TAIL, HEAD), NEITHER)
 
     def slide(of: tuple[Array, BeltOnPulley, SlipState]) -> tuple[WrapArrays, SlipState]:
