@@ -326,18 +326,14 @@ class RerunObserver:
         roots = ((f"{self.root}/machine/true", TRUE), (f"{self.root}/machine/drawn", scale))
         self.scenes = [Scene(recording, root, case, s) for root, s in roots]
 
-    def frame(self, frame: Frame) -> None:
-        """Log this instant, unless the last one is less than ``every`` [m] of travel ago."""
+    def frame(self, frame: Frame, last: bool = False) -> None:
+        """Log this instant, unless it is less than ``every`` [m] of travel after another and not the last."""
         if self.file is None:
             return
         self.newest = frame
-        if frame.travel - self.last < self.every * (1.0 - 1e-6):
+        if not last and frame.travel - self.last < self.every * (1.0 - 1e-6):
             return
-        self._take(frame, pictured=frame.travel - self.last_picture >= self.every_picture * (1.0 - 1e-6))
-        if self.path is None:
-            self._send(self.file.recording)
-
-    def _take(self, frame: Frame, *, pictured: bool) -> None:
+        pictured = last or frame.travel - self.last_picture >= self.every_picture * (1.0 - 1e-6)
         if frame.travel > self.last:
             upper, lower = geometry.mid_span_tilt(frame)
             points = {f"y{k + 1}": float(frame.points[k, 1]) for k in range(4)}
@@ -347,6 +343,8 @@ class RerunObserver:
         if pictured:
             self.last_picture = frame.travel
             self.pictures.append(frame)
+        if self.path is None:
+            self._send(self.file.recording)
 
     def _send(self, recording: rr.RecordingStream) -> None:
         """Send what has been taken, a column a number; one that is not known is drawn in SI in a plot of its own."""
@@ -369,7 +367,7 @@ class RerunObserver:
         """Log the last instant, flush and close; a file gets its name only now."""
         if self.file is not None:
             if self.newest is not None and self.newest.travel > self.last_picture:
-                self._take(self.newest, pictured=True)
+                self.frame(self.newest, last=True)
             self._send(self.file.recording)
             self.file.close()
 
