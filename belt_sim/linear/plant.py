@@ -4,7 +4,7 @@ x = (y, alpha) where the belt runs up the tail pulley, then the head pulley; u =
 The coefficients are derivatives of the laws that a march takes; the travel s takes the place of time.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import factorial
@@ -376,7 +376,6 @@ ORDER = 6  # of the rational function that stands for each wrapped arc
 LONGEST_WAY = 1000  # samples that a reading may be late: the loop's eigenvalues take a second
 GROWS = 1e-6  # [1/m]: less is rounding of a mode that stands, e-fold in 1000 km
 WAVES = np.geomspace(1e-4, 20.0, 8000)  # [rad per metre of travel] at which the open loop is drawn
-Controller = Callable[[float, float], float]  # (time [s], measured error [m]) -> yaw [rad]
 
 
 @dataclass(frozen=True, kw_only=True)

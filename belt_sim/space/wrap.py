@@ -410,9 +410,7 @@ def slide_wrap(
     there = y + way[:, 0]
     wider = radius_at(pulley.surface, shaped, there) - radius_at(pulley.surface, shaped, y)
     wrap = wrap._replace(
-        y=wrap.y.at[:, k].set(there),
-        angle=wrap.angle.at[:, k].add(way[:, 1] / r),
-        r=wrap.r.at[:, k].set(r + wider),
+        y=wrap.y.at[:, k].set(there), angle=wrap.angle.at[:, k].add(way[:, 1] / r), r=wrap.r.at[:, k].set(r + wider)
     )
     return wrap, SlipState(
         increment=jnp.zeros_like(slip.increment).at[:, :, k].set(way),
