@@ -93,7 +93,7 @@ def diagnose(
     for line in admitted:
         tell(line)
     compile_ahead(campaign, chosen, classes)
-    bar = stages_shown(f"diagnosing {campaign.title}", bootstraps) if progress is None else nullcontext(progress)
+    bar = stages_shown(f"diagnosing {campaign.title}") if progress is None else nullcontext(progress)
     with bar as stages:
 
         def tell_stage(stage: str) -> None:

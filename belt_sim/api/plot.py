@@ -71,9 +71,8 @@ def plot(
 
     result: one result, several simulations, whose curves are drawn together, or a campaign, whose readings are drawn;
     kind: "curves" of a simulation; "readings" of a campaign; "loop" of a closed loop; a column of a table of
-    ``bs.sweep``; "overlay" (the default), "where", "drift" or "steady" of a comparison; "overlay", "headline", "where",
-    "drift" or "ranking" of a diagnosis; "evidence", "unknown", "law" or "falling_error" of a discovery;
-    dpi: dots per inch of a PNG.
+    ``bs.sweep``; "overlay" (the default), "where", "drift" or "steady" of a comparison; "overlay", "headline", "where"
+    or "drift" of a diagnosis; "unknown" or "law" of a discovery; dpi: dots per inch of a PNG.
     """
     there = pictures_by_kind(result)
     wanted = kind or next(iter(there), "")
@@ -128,13 +127,10 @@ def pictures_by_kind(result: "Result | Sequence[Simulation] | pd.DataFrame") -> 
     elif isinstance(result, Campaign):
         there["readings"] = partial(understood_picture, campaign=result)
     elif isinstance(result, Discovery):
-        there["evidence"] = partial(pictures.evidence_picture, d=result)
         if result.courses:
             there["unknown"] = partial(pictures.unknown_picture, d=result)
         if result.law is not None and result.curve is not None and np.isfinite(result.curve.u).all():
             there["law"] = partial(pictures.law_picture, d=result)
-        if result.error is not None:
-            there["falling_error"] = partial(pictures.falling_error_picture, d=result)
     elif isinstance(result, Comparison):
         if result.drawings.overlays:
             there |= _overlay(result)
@@ -148,11 +144,6 @@ def pictures_by_kind(result: "Result | Sequence[Simulation] | pd.DataFrame") -> 
         words, names = _compared_words(result)
         first = [p for p in result.drawings.overlays if p.run == result.where.worst.run][:2]
         there["headline"] = partial(pictures.overlay_picture, panels=first, title=words, names=names)
-        if result.ranking:
-            title = f"Every effect by itself, added to {_model_words(result.base_model)}"
-            spoken: dict[str, Any] = {"names": {c.id: _effect_words(c.id) for c in result.ranking}}
-            spoken |= {"title": title, "chosen": [e.id for e in result.effects]}
-            there["ranking"] = partial(pictures.ranking_picture, ranking=result.ranking, **spoken)
     return there
 
 

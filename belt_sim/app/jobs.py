@@ -17,12 +17,13 @@ from typing import Any
 from belt_sim.io import write_text
 
 PATIENCE = 3.0  # [s] from asking a process to end to ending it
-_PROGRESS = re.compile(r"(?P<task>\w+): (?P<stage>.*?),? ?\d+ s gone(?: of about (?P<in_all>\d+) s)?")
+_PROGRESS = re.compile(r"\w+: (?P<stage>.*?),? ?\d+ s gone(?: of about (?P<in_all>\d+) s(?P<more>.*))?")
 
 
 @dataclass
 class Job:
-    """A command with its settings; state: running, finished, failed or stopped; said: what it printed; in_all [s]."""
+    """A command with its settings; state: running, finished, failed or stopped; said: what it printed;
+    in_all: about how long it takes [s]; more: whether it may take longer, in words."""
 
     task: str
     settings: Mapping[str, Any]
@@ -32,7 +33,8 @@ class Job:
     stage: str = "starting"
     said: str = ""
     failure: str = ""
-    in_all: float | None = None
+    in_all: float = 0.0
+    more: str = ""
     began: float = field(default_factory=time.monotonic)
     ended: float | None = None
     process: Any = None
@@ -60,7 +62,7 @@ class Job:
             lines.append(line.decode(errors="replace").rstrip())
             if found := _PROGRESS.match(lines[-1]):
                 self.stage = found["stage"] or self.stage
-                self.in_all = float(found["in_all"]) if found["in_all"] else self.in_all
+                self.in_all, self.more = float(found["in_all"] or 0.0), found["more"] or ""
         self.said = (await printed).decode(errors="replace").strip()
         status = await self.process.wait()
         write_text(self.folder / "log.txt", "\n".join([*lines, self.said, ""]))

@@ -135,7 +135,7 @@ def _job(session: Session) -> None:
             def move() -> None:
                 if job.in_all:
                     bar.props(remove="indeterminate").set_value(min(job.seconds / job.in_all, 0.98))
-                about = f" of about {job.in_all:.0f} s" if job.in_all else " s"
+                about = f" of about {job.in_all:.0f} s{job.more}" if job.in_all else " s"
                 line.set_text(f"{job.stage} · {job.seconds:.0f}{about}")
 
             ui.timer(0.5, move)

@@ -64,11 +64,11 @@ def diagnose_command(run_dir: RunDir) -> None:
     config: Any = run_dir.config
     watch, model = resolve_watch(config["watch"], "auto", "rrd"), config["model"]
     asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out", "checked")}
-    count = whole("bootstraps", config["bootstraps"], inference.MIN_BOOTSTRAPS)
+    whole("bootstraps", config["bootstraps"], inference.MIN_BOOTSTRAPS)
     with run_dir.outputs() as draft:
         campaign = read_campaign(run_dir.campaign)
         with progress(1.0, "diagnosis", timed=False) as done:
-            stages = in_stages(done, count)
+            stages = in_stages(done)
             found = inference.diagnose(campaign, model, **asked, progress=stages, tell=print, config=config)
         tell_choice(config, found.base_model, _reason(run_dir.campaign))
         tell_diagnosis(found, run_dir.path, verbose=config["verbose"])

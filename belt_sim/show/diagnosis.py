@@ -8,21 +8,11 @@ from typing import Any
 import numpy as np
 
 from belt_sim.results.check import WELL, Visible
-from belt_sim.results.diagnosis import Candidate, Discovery
+from belt_sim.results.diagnosis import Discovery
 from belt_sim.results.errors import Drift, FailureMap, Panel
 from belt_sim.show import style
 from belt_sim.show.style import AFTER, BEFORE, CYCLE, FAINT, INK, MEASURED
 from belt_sim.units import shop_unit
-
-
-def _rows(labels: Sequence[str], width: float, each: float, around: float) -> tuple[Any, Any, np.ndarray]:
-    """A figure [inch] with a row a label, the first one on top: figure, axes and places of the rows (n,)."""
-    fig, [[ax]] = style.figure(width, each * len(labels) + around)
-    rows = np.arange(len(labels))[::-1]
-    ax.set_yticks(rows, labels)
-    ax.grid(False, axis="y")
-    return fig, ax, rows
-
 
 COLUMNS = 2
 WIDE, HIGH = 5.4, 3.5  # [inch] of a panel with what stands about it
@@ -204,49 +194,6 @@ def drift_chart_picture(
     return style.finish_picture(fig, path, title)
 
 
-#: The axis is linear up to one threshold and logarithmic beyond.
-LINEAR = 1.0
-FAR = 100.0  # end of the axis from which words have room right of one threshold
-
-
-@style.picture
-def ranking_picture(
-    path: str | os.PathLike | None,
-    ranking: Sequence[Candidate],
-    title: str,
-    chosen: Sequence[str] = (),
-    *,
-    names: Mapping[str, str],
-) -> Path:
-    """A bar an effect, the longest first: its gain in units of that from which it is likelier than no effect.
-
-    A candidate that the readings cannot show has no threshold and no bar; chosen: ids that are marked; names: an
-    effect in words, by id.
-    """
-    gains = {c.id: max(c.gain, 0.0) / c.threshold if c.threshold else 0.0 for c in ranking}
-    gains = dict(sorted(gains.items(), key=lambda row: -row[1]))
-    labels, ratio = [names.get(n, n) for n in gains], np.array(list(gains.values()))
-    fig, ax, rows = _rows(labels, 9.0, 0.3, 1.7)
-    ax.barh(rows, ratio, height=0.72, color=[AFTER if r > 1.0 else FAINT for r in ratio])
-    for row, r in zip(rows, ratio, strict=True):
-        ax.annotate(f"{r:.0f}" if r >= 10.0 else f"{r:.1f}", (r, row), xytext=(4, 0), textcoords="offset points",
-                    va="center")  # fmt: skip
-    ax.set_xscale("symlog", linthresh=LINEAR)
-    top = max(2.0, 2.2 * float(ratio.max()))
-    ax.axvline(1.0, color=INK, linewidth=1.2)
-    side = ({"xytext": (4, 0), "ha": "left"}, {"xytext": (-4, 0), "ha": "right"})[top < FAR]
-    words: Any = {"textcoords": "offset points", "va": "bottom", **side}
-    ax.annotate("likelier than no effect", (1.0, rows[0] + 0.6), **words)
-    ticks = [0.0, 0.5, *[t for p in range(8) for t in (10**p, 3 * 10**p) if t < top]]
-    ax.set_xticks(ticks, [f"{t:.4g}" for t in ticks])
-    ax.set_xticks([], minor=True)
-    ax.set(xlim=(0.0, top), ylim=(-0.6, len(labels) + 0.2))
-    ax.set_xlabel("chi-square gain / gain from which it is likelier than no effect")
-    for name, tick in zip(gains, ax.get_yticklabels(), strict=True):
-        tick.set_fontweight("bold" if name in chosen else "normal")
-    return style.finish_picture(fig, path, title)
-
-
 #: Shares of the largest plausible size between which bars are drawn.
 LEAST, MOST = 1e-4, 10.0
 
@@ -254,7 +201,10 @@ LEAST, MOST = 1e-4, 10.0
 @style.picture
 def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: str) -> Path:
     """A bar an effect, from its smallest visible size to the largest that a machine could have; none where it hides."""
-    fig, ax, rows = _rows([v.effect for v in visible], 8.0, 0.3, 1.8)
+    fig, [[ax]] = style.figure(8.0, 0.3 * len(visible) + 1.8)
+    rows = np.arange(len(visible))[::-1]
+    ax.set_yticks(rows, [v.effect for v in visible])
+    ax.grid(False, axis="y")
     for row, v in zip(rows, visible, strict=True):
         if v.share < 1.0:
             start = max(v.share, LEAST)
@@ -267,31 +217,12 @@ def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: 
     return style.finish_picture(fig, path, f"What would show: {title}")
 
 
-PLACES = 12  # shown, best first
 UNKNOWN = "unknown input u"
-MM = 1e3
 
 
 def axis_label(name: str, unit: str) -> str:
     """The name of an axis with its unit, where it has one."""
     return f"{name} [{unit}]" if unit not in ("", "1") else name
-
-
-@style.picture
-def evidence_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
-    """A bar a place: log evidence of a smooth unknown there, over none."""
-    shown = d.places[:PLACES]
-    gains = [max(p.gain, 0.0) for p in shown]
-    stands = [d.law is not None and p.words in d.law.place for p in shown]
-    labels = [f"{p.words} (law)" if here else p.words for p, here in zip(shown, stands, strict=True)]
-    fig, ax, rows = _rows(labels, 8.6, 0.36, 1.6)
-    ax.barh(rows, gains, height=0.7, color=[AFTER if here else FAINT for here in stands])
-    for row, p in zip(rows, shown, strict=True):
-        ax.annotate(f"{p.gain:.0f}, {p.pool}", (max(p.gain, 0.0), row), xytext=(4, 0), textcoords="offset points",
-                    va="center")  # fmt: skip
-    ax.set_xlabel("gain in log evidence over nothing missing; even or odd in the yaw")
-    ax.set_xlim(0.0, 1.25 * max([*gains, 1.0]))
-    return style.finish_picture(fig, path, "Where an unknown input may act")
 
 
 @style.picture
@@ -334,19 +265,3 @@ def law_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     ax.set(xlabel=xlabel, ylabel=ylabel)
     fig.legend(loc="outside lower center", ncols=min(len(d.against) + 1, 5))
     return style.finish_picture(fig, path, f"The law: {d.law.formula}")
-
-
-@style.picture
-def falling_error_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
-    """rms error before and after, on the fitted runs and on every condition when it is held out."""
-    assert d.error is not None
-    there = d.error.rows()
-    fig, ax, at = _rows(list(there), 8.0, 0.5, 1.8)
-    ax.barh(at + 0.19, [MM * c.before for c in there.values()], height=0.36, color=BEFORE, label="without the law")
-    ax.barh(at - 0.19, [MM * c.after for c in there.values()], height=0.36, color=AFTER, label="with the law")
-    ax.axvline(
-        MM * d.error.noise_floor, color=INK, linewidth=1.2, linestyle=(0, (4, 2)), label="noise and settings alone"
-    )
-    ax.set(xlabel="rms error [mm]")
-    fig.legend(loc="outside lower center", ncols=3)
-    return style.finish_picture(fig, path, "The error without and with the law")

@@ -62,6 +62,8 @@ STAGES = {
     "looking for the run that would tell them apart": 2.0,
 }
 SOMETIMES = {"checking the machine data", LAW, list(STAGES)[-1]}  # not always there: not to come until they begin
+#: a law takes half as long again as all before it: within 30 % in 35 of 44 blind campaigns where one was sought
+LAW_SHARE = 1.0 / 1.5
 LINE_EVERY = 0.10  # share of the work between two lines where there is no terminal
 
 
@@ -76,8 +78,11 @@ def _begin(
     console = console or Console(stderr=True)
     began, said = time.monotonic(), ""
 
-    def about(done: float) -> str:
-        return f" of about {(time.monotonic() - began) / done:.0f} s" if 0.0 < done < total and not timed else ""
+    def about(done: float, note: str) -> str:
+        if timed or not 0.0 < done < total:
+            return ""
+        more = " or more" if note in list(STAGES)[: list(STAGES).index(LAW)] else ""
+        return f" of about {(time.monotonic() - began) / done:.0f} s{more}"
 
     def print_line(done: float, note: str) -> None:
         nonlocal said
@@ -86,7 +91,7 @@ def _begin(
         if now in ("", said):
             return
         said, elapsed = now, time.monotonic() - began
-        parts = [note, f"{elapsed:.0f} s gone{about(done)}"]
+        parts = [note, f"{elapsed:.0f} s gone{about(done, note)}"]
         if timed:
             parts = [f"{100 * done / total:3.0f} %", *parts, f"{elapsed * (total / done - 1.0):.0f} s left"]
         line = f"{title}: {', '.join(filter(None, parts))}"
@@ -101,7 +106,7 @@ def _begin(
     task = bar.add_task(title, total=total, note="")
     bar.start()
     return lambda done, note: bar.update(
-        task, completed=done, note=f"{note}{about(done).replace(' of', ',')}"
+        task, completed=done, note=f"{note}{about(done, note).replace(' of', ',')}"
     ), bar.stop
 
 
@@ -128,22 +133,23 @@ def progress(
 
 
 @contextmanager
-def stages_shown(title: str, replicates: int) -> Iterator[Callable[[int, str], None]]:
+def stages_shown(title: str) -> Iterator[Callable[[int, str], None]]:
     """A bar for work in stages, as ``in_stages``, where somebody looks: a terminal or a notebook; else nothing."""
     console = Console()
     if not (console.is_terminal or console.is_jupyter):
         yield lambda count, stage: None
         return
     with progress(1.0, title, console, timed=False) as done:
-        yield in_stages(done, replicates)
+        yield in_stages(done)
 
 
-def in_stages(done: Callable[..., None], replicates: int) -> Callable[[int, str], None]:
-    """A diagnosis as work out of 1: ``done`` of ``progress(1.0, ...)`` as (replicates, stage).
+def in_stages(done: Callable[..., None]) -> Callable[[int, str], None]:
+    """A diagnosis as work out of 1: ``done`` of ``progress(1.0, ...)`` as (replicates, stage); "or more" where a law
+    may still be sought.
 
     Where a stage begins, what is over is counted by the measured shares of the stages before it, and what is to come by
-    those that always follow. What is beyond the library takes about 0.8 of the time of preparing and as long as the
-    fits: where little was to be fitted, little is to be looked for.
+    those that always follow: of a law, nobody knows before. What is beyond the library takes about 0.8 of the time of
+    preparing and as long as the fits: where little was to be fitted, little is to be looked for.
     """
     names, spent = list(STAGES), dict[str, float]()
     over, told, now, began = 0.0, 0.0, "", time.monotonic()
@@ -161,7 +167,7 @@ def in_stages(done: Callable[..., None], replicates: int) -> Callable[[int, str]
         share = over / (over + to_come)
         if stage == BEYOND and elapsed > 0.0:
             share = elapsed / (elapsed + 0.8 * spent.get(PREPARING, 0.0) + spent.get(FITTING, 0.0))
-        share = max(share, told)
+        share = LAW_SHARE if stage == LAW else max(share, told)
         done(share - told, stage)
         told = share
 

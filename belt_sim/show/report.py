@@ -93,7 +93,7 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
         alternatives=alternatives,
         measured=d.campaign.readings,
         pictures=pictures or {},
-        boxes=panel_boxes(pictures["overlay"]) if pictures and panels else [],
+        boxes=re.findall('data-box="([^"]*)"', pictures["overlay"]) if pictures and panels else [],
         panels=panels,
         first=first_panel(panels, d.where.worst),
         bars=bars(d.ranking),
@@ -141,11 +141,6 @@ def inline_svg(svg: str) -> Any:
     for colour, name in PAGE_COLOURS.items():
         body = body.replace(colour, f"var({name})")
     return Markup(re.sub(r"\s*\n\s*", " ", body))
-
-
-def panel_boxes(svg: str) -> list[str]:
-    """Where the panels of an overlay stand in it, as viewBoxes."""
-    return [row.split('"')[0] for row in svg.split('data-box="')[1:]]
 
 
 def first_panel(panels: Sequence[Panel], worst: Worst | None = None) -> int:

@@ -17,12 +17,12 @@ from belt_sim.errors import BeltError, InputError
 from belt_sim.results.errors import SteadyError
 from belt_sim.show import style
 from belt_sim.show.curves import curves_picture, steady_picture
-from belt_sim.show.diagnosis import drift_chart_picture, overlay_picture, ranking_picture
+from belt_sim.show.diagnosis import drift_chart_picture, overlay_picture
 
 PNG = b"\x89PNG\r\n\x1a\n"
 ROUNDED = 1.0  # [px] by which a text may seem to leave its page
 INKED = 0.01  # the least share of pixels that a picture of curves and words darkens
-OF_DIAGNOSIS = ("overlay", "headline", "where", "drift", "ranking")
+OF_DIAGNOSIS = ("overlay", "headline", "where", "drift")
 TENSIONS = (7e6, 10e6, 20e6)
 STEADY = [
     SteadyError(run=f"r{k}", point=1, tension=t, measured=1e-4, modelled=1.1e-4, u=1e-5, ratio=1.0)
@@ -59,15 +59,9 @@ def test_every_picture_of_a_diagnosis_is_written_whole(kind, tmp_path):
     assert inked(path)
 
 
-@pytest.mark.parametrize("kind", [*OF_DIAGNOSIS, "a ranking of small gains"])
+@pytest.mark.parametrize("kind", OF_DIAGNOSIS)
 def test_no_word_of_a_picture_is_cut_off(kind):
-    d = drawn("sag_roll")
-    if kind in OF_DIAGNOSIS:
-        figure = plot(d, kind=kind).figure
-    else:
-        figure = ranking_picture(
-            None, [replace(c, gain=3.0, threshold=2.0) for c in d.ranking], "Small gains", names={}
-        )
+    figure = plot(drawn("sag_roll"), kind=kind).figure
     figure.canvas.draw()
     page = figure.bbox.padded(ROUNDED)
     ticks = {t for ax in figure.findobj(Axis) for t in ax.get_ticklabels()}  # those beyond the axis are not drawn
@@ -103,12 +97,6 @@ def test_before_alone(tmp_path):
 
 def test_steady_rates(tmp_path):
     assert inked(steady_picture(tmp_path / "steady.png", STEADY, "strip", "Late rates"))
-
-
-def test_a_candidate_that_cannot_be_seen_has_no_bar(tmp_path):
-    first, *others = drawn("sag_roll").ranking
-    path = tmp_path / "ranking.png"
-    assert inked(ranking_picture(path, [first, *(replace(c, threshold=None) for c in others)], "Unseen", names={}))
 
 
 def test_a_picture_that_is_not_there_is_told():

@@ -1,13 +1,24 @@
 """Progress is quiet where nobody looks."""
 
 import io
+import re
 from itertools import pairwise
 
 import pytest
 from moving_belt import case, curves, frames
 from rich.console import Console
 
-from belt_sim.show.observers import BEYOND, FITTING, PREPARING, SOMETIMES, STAGES, ProgressObserver, in_stages, progress
+from belt_sim.show.observers import (
+    BEYOND,
+    FITTING,
+    LAW,
+    PREPARING,
+    SOMETIMES,
+    STAGES,
+    ProgressObserver,
+    in_stages,
+    progress,
+)
 
 
 def test_without_a_terminal_a_line_each_tenth():
@@ -24,35 +35,53 @@ def test_without_a_terminal_a_line_each_tenth():
 @pytest.mark.parametrize("left_out", [set(), SOMETIMES])
 def test_where_a_stage_begins_the_end_is_told(monkeypatch, left_out):
     """Of a diagnosis whose stages take what they are said to take, in all 1 s a percent."""
-    stages = [s for s in STAGES if s not in left_out]
+    names, stages = [*STAGES], [s for s in STAGES if s not in left_out]
     console, now = Console(file=io.StringIO(), force_terminal=False, width=120), 0.0
     monkeypatch.setattr("time.monotonic", lambda: now)
     with progress(1.0, "diagnosing", console, timed=False) as done:
-        tell = in_stages(done, 200)
+        tell = in_stages(done)
         for before, stage in pairwise(stages):
             now += STAGES[before]
             tell(200 if stage == "drawing" else 0, stage if stage != "drawing" else "")
     lines, end = console.file.getvalue().splitlines(), sum(STAGES[s] for s in stages)
     assert len(lines) == len(stages) - 1  # a line a stage
-    told = [float(line.split(" of about ")[1].split()[0]) for line in lines]
-    assert told == pytest.approx([end] * len(told), rel=0.3)
-    assert told[-1] == pytest.approx(end, rel=0.03)
+    told = [line.split(" of about ")[1] for line in lines]
+    at = lines.index(next(line for line in lines if LAW in line)) if LAW in stages else len(STAGES)
+    seconds = [float(text.split()[0]) for text in told]
+    assert [text.endswith(" or more") for text in told] == [s in names[: names.index(LAW)] for s in stages[1:]]
+    assert seconds[:at] == pytest.approx([sum(STAGES[s] for s in stages if s != LAW)] * len(told[:at]), rel=0.3)
+    assert seconds[at + 1 :] == pytest.approx([end] * len(told[at + 1 :]), rel=0.3)
+    assert seconds[-1] == pytest.approx(end, rel=0.03)
+
+
+@pytest.mark.parametrize(("begins", "ends"), [(131.0, 195.0), (87.0, 117.0), (72.0, 118.0)])
+def test_where_the_search_for_a_law_begins_the_end_is_estimated_anew(begins, ends, monkeypatch):
+    """Of blind campaigns, when the search begins and when all ends [s]: the median, a short and a long one."""
+    console, now = Console(file=io.StringIO(), force_terminal=False, width=120), 0.0
+    monkeypatch.setattr("time.monotonic", lambda: now)
+    with progress(1.0, "diagnosing", console, timed=False) as done:
+        tell = in_stages(done)
+        for share, stage in ((0.1, PREPARING), (0.2, FITTING), (0.3, BEYOND), (1.0, LAW)):
+            now = share * begins
+            tell(0, stage)
+    (told,) = re.findall(f"{LAW}.* of about (\\d+) s$", console.file.getvalue(), re.MULTILINE)
+    assert float(told) == pytest.approx(ends, rel=0.3)
 
 
 def test_where_little_was_to_be_fitted_little_is_to_come(monkeypatch):
     console, now = Console(file=io.StringIO(), force_terminal=False, width=120), 0.0
     monkeypatch.setattr("time.monotonic", lambda: now)
     with progress(1.0, "diagnosing", console, timed=False) as done:
-        tell = in_stages(done, 200)
+        tell = in_stages(done)
         for now, stage in ((4.0, PREPARING), (24.0, FITTING), (24.5, BEYOND)):  # noqa: B007
             tell(0, stage)
-    assert console.file.getvalue().splitlines()[-1].endswith("24 s gone of about 41 s")
+    assert console.file.getvalue().splitlines()[-1].endswith("24 s gone of about 41 s or more")
 
 
 def test_a_stage_that_nobody_knows_moves_nothing():
     console = Console(file=io.StringIO(), force_terminal=False, width=120)
     with progress(1.0, "diagnosing", console, timed=False) as done:
-        tell = in_stages(done, 200)
+        tell = in_stages(done)
         for k in range(30):
             tell(0, f"stage {k}")
     lines = console.file.getvalue().splitlines()
