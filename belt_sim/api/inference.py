@@ -176,7 +176,12 @@ def discover(
     probability = probability_of_unknown(unknown_evidence(data), POLICY)
     nothing = 1.0 - probability > POLICY.alarm
     found = SearchOutcome(data=data, latent_inputs=()) if nothing else search_law(data, tell)
-    return describe_discovery(found, probability, config=config)
+    said = describe_discovery(found, probability, config=config)
+    if not said.found:
+        return said
+    beside = f"beside {words.join_words([e.id for e in acting])}" if acting else "and no effect of the catalogue"
+    only = f"Only a law was sought, {beside}: one or two known effects may explain as much. bs.diagnose tries them."
+    return replace(said, limits=(*said.limits, only))
 
 
 def check_effect(

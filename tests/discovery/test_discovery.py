@@ -8,6 +8,7 @@ from shipped_schema import check
 from small_discovery import MODEL, D, campaign, described, discovered, fitted, surveyed
 
 import belt_sim as bs
+from belt_sim.api import inference
 from belt_sim.api.plot import pictures_by_kind, write_discovery
 from belt_sim.diagnosis.decide import POLICY, log_evidence
 from belt_sim.diagnosis.workbench import workbench
@@ -29,6 +30,12 @@ def test_nothing_is_discovered_where_nothing_is_hidden():
     assert found.law is None
     assert found.probability < 0.5
     assert "Nothing is missing" in found.sentence
+
+
+def test_who_asks_for_a_law_is_told_that_no_known_effect_was_tried(monkeypatch):
+    monkeypatch.setattr(inference, "describe_discovery", lambda *asked, **config: described("yaw_creep"))
+    last = bs.discover(campaign(), "strip").limits[-1]
+    assert last.startswith("Only a law was sought, and no effect of the catalogue: one or two known effects may explain")
 
 
 def test_a_yaw_that_creeps_is_found_at_its_place_with_its_law():
