@@ -35,7 +35,7 @@ def test_nothing_is_discovered_where_nothing_is_hidden():
 def test_who_asks_for_a_law_is_told_that_no_known_effect_was_tried(monkeypatch):
     monkeypatch.setattr(inference, "describe_discovery", lambda *asked, **config: described("yaw_creep"))
     last = bs.discover(campaign(), "strip").limits[-1]
-    assert last.startswith("Only a law was sought, and no effect of the catalogue: one or two known effects may explain")
+    assert last.startswith("Only a law was sought, and no effect of the catalogue: one or two known effects may")
 
 
 def test_a_yaw_that_creeps_is_found_at_its_place_with_its_law():
