@@ -110,7 +110,7 @@ def report(page: Any, address: str) -> Any:
     for word, title in tried.items():
         page.locator("[data-name=find]").fill(word)
         page.get_by_text(title).click()
-    page.get_by_label("synthetic repeats").fill("100")
+    page.get_by_label("simulated fault-free").fill("100")
     page.locator("label", has_text="model").first.click()
     page.get_by_role("option", name="strip: hanging").click()
     page.get_by_role("button", name="Diagnose").click()

@@ -129,7 +129,7 @@ def diagnose(
         limits = validity_warnings(campaign, chosen, effects_of(list(found.effects)) if named else found.effects)
         runs: Sequence[NextRun] = ()
         if advise and (alike := rivals(findings)):
-            tell_stage("looking for the run that would tell them apart")
+            tell_stage("choosing the best further run")
             runs = next_runs(findings.fitted_bench, findings.named, alike)
         return replace(found, beyond=limits, next_runs=tuple(runs))
 

@@ -117,7 +117,7 @@ def _ask(session: Session, campaign: Campaign) -> None:
         with ui.expansion("More about the diagnosis").bind_value(inputs, "more").classes("w-full"):
             tried = partial(inputs.__setitem__, "candidates")
             widgets.effect_list("effects to try (none ticked: all)", inputs["candidates"], tried)
-            times = ui.number("synthetic repeats to tell chance by", min=MIN_BOOTSTRAPS, precision=0)
+            times = ui.number("simulated fault-free campaigns (for false alarms)", min=MIN_BOOTSTRAPS, precision=0)
             times.bind_value(inputs, "bootstraps").classes("w-full")
         with box("line"):
             for name, look in (("Compare", "no-caps outline"), ("Diagnose", "no-caps")):

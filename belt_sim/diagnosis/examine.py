@@ -137,12 +137,12 @@ def examine(
             bench, nothing = _lay_out(turned, model, tried)
             linearisation = linearise_effects(bench, nothing, [c.id for c in tried])
         search = search_sets(bench, linearisation, (bootstraps, seed), tell)
-        tell("looking for what is beyond the library")
+        tell("searching beyond the catalogue")
         search, table = _gather(search, bench, nothing, laws)
         decision = decide(table, POLICY)
         apart = repeats or bench.finder.disagreements  # what differs between repeats is no law of the belt
         if laws is not None and not apart and decision.suspects_something_unknown(table, POLICY):
-            tell("looking for the law of what is left")
+            tell("searching for a law of the rest")
             search, table, found = _add_laws(search, table, decision, laws)
             decision = decide(table, POLICY)
     pairs = groupby([] if repeats else bench.finder.disagreements, key=lambda d: d.runs)

@@ -535,7 +535,7 @@ def search_law(data: SearchData, tell: Callable[[str], None] = lambda text: None
     """Search the law of what is missing beside a fit; something is missing."""
     if len(data.bench.samples.runs) < FEWEST:
         return SearchOutcome(data=data, latent_inputs=())
-    tell("looking for the law of what is left")
+    tell("searching for a law of the rest")
     latent_inputs = tuple(data.latent_inputs)
     choice = choose_law(data, latent_inputs[0])
     if choice.best.gain < (enough := DESCRIBED * choice.possible):

@@ -89,14 +89,14 @@ class Check(Display):
         said = [f"{self.campaign.title}: {state}.", self.noise, *(f"{d.kind}: {d.sentence}" for d in self.doubts)]
         if self.visible:
             seen = sum(v.share < 1.0 for v in self.visible)
-            said.append(f"{seen} of {len(self.visible)} effects would show at a size that a machine could have.")
+            said.append(f"{seen} of {len(self.visible)} effects would show at a size that is plausible on a machine.")
         if self.visible and not self.pairs:
-            said.append("All of them could be told apart, pair by pair, where they are plain to see.")
+            said.append("Any two of them can be told apart where both are plain to see.")
         elif self.visible:
             helped = sum(p.action is not None for p in self.pairs)
-            more = f"; a further run would resolve {helped} of them" if helped else ""
-            many = f"{len(self.pairs)} pair{'' if len(self.pairs) == 1 else 's'}"
-            said.append(f"{many} could not be told apart even where they are plain to see (12 sigma){more}.")
+            more = f"; one more run would separate {helped} of them" if helped else ""
+            many = "1 pair of effects looks" if len(self.pairs) == 1 else f"{len(self.pairs)} pairs of effects look"
+            said.append(f"{many} alike in these runs, even at a plain size (12 sigma){more}.")
         return said
 
     def tables(self) -> Sequence[Table]:
@@ -125,5 +125,5 @@ def visible_table(visible: Sequence[Visible], machine: MachineSizes | None = Non
         rows.append((f"{v.effect}.{v.parameter}", *sizes, unit, v.word.removeprefix("when ").split(" ")[0]))
     columns = ("number of an effect", "shows from", "up to", "unit", "seen")
     hidden = [k for k, v in enumerate(visible) if v.share >= 1.0]
-    title = "What would show nine times in ten, and the largest size that a machine has"
+    title = "Smallest size that shows in 9 of 10 cases, and the largest plausible size"
     return Table(title=title, columns=columns, rows=rows, left=("number of an effect", "unit", "seen"), marked=hidden)

@@ -48,7 +48,7 @@ def has_display() -> bool:
 
 
 PREPARING, FITTING = "preparing the runs", "fitting sets of effects"
-BEYOND, LAW = "looking for what is beyond the library", "looking for the law of what is left"
+BEYOND, LAW = "searching beyond the catalogue", "searching for a law of the rest"
 #: stages of a diagnosis in their order -> measured shares of its time in percent
 STAGES = {
     "": 9.0,
@@ -59,7 +59,7 @@ STAGES = {
     BEYOND: 34.0,
     LAW: 14.0,
     "drawing": 4.0,
-    "looking for the run that would tell them apart": 2.0,
+    "choosing the best further run": 2.0,
 }
 SOMETIMES = {"checking the machine data", LAW, list(STAGES)[-1]}  # not always there: not to come until they begin
 #: a law takes half as long again as all before it: within 30 % in 35 of 44 blind campaigns where one was sought

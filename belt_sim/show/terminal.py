@@ -79,7 +79,7 @@ def tell_diagnosis(d: Diagnosis, folder: Path, *, verbose: bool = False) -> None
         for table in d.tables():
             out.print(rich_table(table))
     elif d.ranking:
-        say(f"verbose=true lists all {len(d.ranking)} candidates", "dim")
+        say(f"verbose=true lists all {len(d.ranking)} effects that were tried", "dim")
     law = ("found_law.yaml",) if found is not None and found.law_file and d.law_holds else ()
     out.print()
     for name in ("report.html", "effects.yaml", "diagnosis.json", *law):

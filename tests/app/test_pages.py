@@ -98,7 +98,7 @@ def test_a_small_diagnosis_runs_to_its_report(measurements, small, served):
     measurements.locator("[data-name=find]").fill("conical")
     assert not measurements.get_by_text("Camber: a belt").is_visible()
     measurements.get_by_text("Taper: a pulley that is a cone").click()
-    measurements.get_by_label("synthetic repeats").fill("100")
+    measurements.get_by_label("simulated fault-free").fill("100")
     measurements.locator("label", has_text="model").first.click()
     measurements.get_by_role("option", name="strip: hanging").click()
     measurements.get_by_role("button", name="Diagnose").click()
@@ -109,7 +109,7 @@ def test_a_small_diagnosis_runs_to_its_report(measurements, small, served):
     frame = measurements.frame_locator("iframe[title=report]")
     frame.locator("h1").wait_for(timeout=180_000)
     frame.locator("#overlays svg.shown").wait_for()
-    assert measurements.get_by_label("synthetic repeats").is_visible()  # what was unfolded stays so
+    assert measurements.get_by_label("simulated fault-free").is_visible()  # what was unfolded stays so
     assert measurements.locator("iframe").get_attribute("sandbox") == "allow-scripts"
     answer = measurements.request.get(f"{served.address}{measurements.locator('iframe').get_attribute('src')}")
     assert answer.headers["content-security-policy"].startswith("sandbox allow-scripts; default-src 'none'")
