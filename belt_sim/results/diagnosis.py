@@ -428,19 +428,19 @@ _SAID = {
     ),
     Verdict.NONE_KNOWN: (
         "Something unknown is missing",
-        "Model {model} is wrong here, and effects of the library alone do not explain it.",
+        "Model {model} disagrees with these runs, and no effect of the catalogue explains the difference.",
     ),
     Verdict.CANNOT_SAY: (
         "This campaign cannot say",
-        "The data look damaged, or the sheet is wrong, so no effect is named: {damage}; if you have checked it and it "
-        "is right, give checked=true.",
+        "The data look damaged, or the sheet is wrong, so no effect is named: {damage}; if you have checked this and it "
+        "is right, add checked=true.",
     ),
 }
 
 
 def other_model(model: str, better: str) -> str:
     """The sentence where another base model of the house explains what this one does not."""
-    return f"{model} fails here; model {better} explains what it does not: use model={better}."
+    return f"{model} fails here, and model {better} explains the difference: use model={better}."
 
 
 SHOWN_ACTIONS = 3

@@ -202,7 +202,7 @@ def test_another_model_that_explains_the_runs_is_no_unknown():
         drawn("nothing"), verdict=Verdict.NONE_KNOWN, effects=(), considered=(instead,), tied=(),
         sentence=other_model("beam_th2", "strip"),
     )  # fmt: skip
-    said = "Wrong model: beam_th2 fails here; model strip explains what it does not: use model=strip"
+    said = "Wrong model: beam_th2 fails here, and model strip explains the difference: use model=strip"
     assert told.lines()[0] == f"{said}."
     assert plant_headline(told, []) == said
     assert f"<h1>{said}.</h1>" in render(told)
