@@ -76,7 +76,7 @@ def first_sizes(effect_id: str) -> dict[str, float]:
 def warnings(simulation: Simulation) -> list[str]:
     """Everything to beware of, a sentence each: a slack edge, limits of the model's validity."""
     slack = [line for line in simulation.lines() if "edge goes slack" in line]
-    return [*slack, *(f"{x.sentence} ({x.exceeded_by})" for x in simulation.beyond)]
+    return [*slack, *(capital(f"{x.sentence} ({x.exceeded_by})") for x in simulation.beyond)]
 
 
 @dataclass
