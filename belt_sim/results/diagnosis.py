@@ -432,8 +432,8 @@ _SAID = {
     ),
     Verdict.CANNOT_SAY: (
         "This campaign cannot say",
-        "The data look damaged, or the sheet is wrong, so no effect is named: {damage}; if you have checked this and it "
-        "is right, add checked=true.",
+        "The data look damaged, or the sheet is wrong, so no effect is named: {damage}; if you have checked this and "
+        "it is right, add checked=true.",
     ),
 }
 
