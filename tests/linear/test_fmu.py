@@ -3,7 +3,9 @@
 import re
 import shutil
 import subprocess
+import tempfile
 import zipfile
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -23,9 +25,18 @@ COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 
 
-def written(folder: Path, fmi: int, *, effects=(), **settings) -> Path:
-    plant = bs.linearise(rig="test_rig", effects=list(effects), **{"model": "strip", "tension": 10, **settings})
-    return write_fmu(state_space(plant, order=4, per_metre=True), folder / "belt.fmu", fmi)[0]
+@cache
+def content(fmi: int, model: str, effect: str | None) -> bytes:
+    """An FMU of a kind, compiled once."""
+    effects = [{"id": effect, "beta_0": 1e-4}] if effect else []
+    plant = bs.linearise(rig="test_rig", effects=effects, model=model, tension=10)
+    with tempfile.TemporaryDirectory() as place:
+        return write_fmu(state_space(plant, order=4, per_metre=True), Path(place) / "belt.fmu", fmi)[0].read_bytes()
+
+
+def written(folder: Path, fmi: int, model: str = "strip", effect: str | None = None) -> Path:
+    (folder / "belt.fmu").write_bytes(content(fmi, model, effect))
+    return folder / "belt.fmu"
 
 
 def run(path: Path, steps: int = STEPS, **inputs: float):
@@ -37,10 +48,10 @@ def run(path: Path, steps: int = STEPS, **inputs: float):
 
 
 @needs_compiler
-@pytest.mark.parametrize(("fmi", "model"), [(2, "strip"), (3, "strip"), (2, "rope"), (3, "beam_th2")])
+@pytest.mark.parametrize(("fmi", "model"), [(3, "strip"), (2, "rope")])
 def test_fmpy_finds_it_valid_and_it_moves_as_the_march_does(tmp_path, fmi, model):
     validation = pytest.importorskip("fmpy.validation")
-    path = written(tmp_path, fmi, model=model)
+    path = written(tmp_path, fmi, model)
     assert validation.validate_fmu(str(path)) == []
     made = run(path, yaw=YAW, speed=SPEED)
     curves = bs.simulate(model=model, rig="test_rig", tension=10, yaw=-0.042, travel=10).curves
@@ -76,7 +87,7 @@ def test_a_c_program_gets_the_same_numbers(tmp_path, fmi):
 @needs_compiler
 def test_what_acts_with_nothing_steered_is_in_it(tmp_path):
     effects = [{"id": "yaw_offset_tail", "beta_0": 1e-4}]
-    made = run(written(tmp_path, 2, effects=effects))
+    made = run(written(tmp_path, 2, effect="yaw_offset_tail"))
     curves = bs.simulate(model="strip", rig="test_rig", tension=10, yaw=0, travel=10, effects=effects).curves
     assert abs(curves.y[0][-1]) > 1e-4
     assert made["y1"][-1] == pytest.approx(curves.y[0][-1], rel=MARCH)

@@ -22,7 +22,7 @@ from studies.paper.case import ROPE_EXAMPLE, TEST_RIG
 
 COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2, acceleration=3.0, steps=2)
 FINER = replace(COARSE, dt=1e-3, settle=0.3, acceleration=2.0)  # for native, where loads move the belt by 20 um alone
-TRAVEL, TRAVEL_LOADED = 1.5, 0.6  # [m]
+TRAVEL, TRAVEL_LOADED = 1.0, 0.6  # [m]
 LOADS = [
     {"id": "idler_skew", "force": 60.0, "place": 0.3},
     {"id": "side_drag", "moment": 5.0, "place": 0.7},
