@@ -7,20 +7,20 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.effects.base import METRES, TURN_OVER, Cause, Effect, effect, parameter, with_parameters
-from belt_sim.line.influence import interpolate_rows, natural_curvature_rows, span_fields
+from belt_sim.line.influence import integral, interpolate_rows, natural_curvature_rows, span_fields
 from belt_sim.line.runup import add
 
 HARMONICS = 40
 FALLS = 1.27  # measured edges: amplitudes fall as harmonic^-1.27
 
 
-def _harmonic(k: int, words: str):
-    more = {"plausible": (-1e-2 / k, 1e-2 / k), "scale": 2e-4 / k**FALLS}
-    return parameter("m", f"harmonic {k} of the belt length, {words}", **more)
-
-
-_PARTS = (("cos", "in phase"), ("sin", "in quadrature"))
-_HARMONICS = {f"{short}{k}": _harmonic(k, words) for k in range(1, HARMONICS + 1) for short, words in _PARTS}
+_HARMONICS = {
+    f"{short}{k}": parameter(
+        "m", f"harmonic {k} of the belt length, {words}", plausible=(-1e-2 / k, 1e-2 / k), scale=2e-4 / k**FALLS
+    )
+    for k in range(1, HARMONICS + 1)
+    for short, words in (("cos", "in phase"), ("sin", "in quadrature"))
+}
 
 
 @effect
@@ -103,10 +103,7 @@ class Camber(Effect):
 
     def influence(self, span, case):
         """Added at the run-up, the run-off [1/m] and to the tilt [rad], shape (3,), by a natural curvature of 1 1/m."""
-        rows = natural_curvature_rows(span_fields(span), span)
-        weights = np.ones(rows.shape[1])  # Simpson's rule
-        weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
-        return rows @ weights * (span.length / (rows.shape[1] - 1) / 3.0)
+        return integral(natural_curvature_rows(span_fields(span), span), span)
 
     def bend(self, bend, boundary, known, case):
         return add_natural(bend, self.kappa_c * known, (self.kappa_c, self.kappa_c))

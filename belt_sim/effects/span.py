@@ -136,11 +136,6 @@ def _place():
     return parameter("1", meaning, plausible=(0.1, 0.9), scale=0.5, null=0.5, modifier=True, grid=grid)
 
 
-def _position(place: float, case: Case) -> float:
-    """Return x [m] of a place, counted from the axis of the head pulley."""
-    return place * float(case.rig.centre_distance)
-
-
 class _OnOneSpan(Effect):
     """A load on one span: the upper one, or with ``side`` -1 the lower one, along which the belt runs the other way."""
 
@@ -149,10 +144,6 @@ class _OnOneSpan(Effect):
     def _direction(self, case: Case):
         """Return the direction of travel along the machine on this span (+1, -1)."""
         return self.side * case.settings.direction
-
-    @property
-    def _span(self) -> str:
-        return "upper" if self.side > 0 else "lower"
 
 
 @effect
@@ -182,8 +173,8 @@ class IdlerSkew(_OnOneSpan):
         return add_load(bend, known, on_upper_span(self.force * case.settings.direction, self._direction(case)))
 
     def scene(self, parts, case):
-        across = self.force * float(case.settings.direction)
-        return parts.with_push(span=self._span, x=_position(self.place, case), across=across)
+        across, x = self.force * float(case.settings.direction), self.place * float(case.rig.centre_distance)
+        return parts.with_push(span="upper" if self.side > 0 else "lower", x=x, across=across)
 
 
 @effect
@@ -217,8 +208,8 @@ class SideDrag(_OnOneSpan):
 
     def scene(self, parts, case):
         direction, drag = float(self._direction(case)), 2.0 * abs(self.moment) / float(case.belt.width)
-        x = _position(self.place, case)
-        return parts.with_push(span=self._span, x=x, along=-direction * drag, couple=direction * self.moment)
+        span, x = "upper" if self.side > 0 else "lower", self.place * float(case.rig.centre_distance)
+        return parts.with_push(span=span, x=x, along=-direction * drag, couple=direction * self.moment)
 
 
 @effect
@@ -345,11 +336,8 @@ class EdgeGuide(Effect):
         off, up = (jnp.array([3, 1]), jnp.array([0, 2])) if forward else (jnp.array([2, 0]), jnp.array([1, 3]))
         ends = jnp.stack([y[up] - y[off], angle[off], angle[up]])  # rolls of the ends count for nothing here
         place = y[off] + jnp.einsum("sk,ksn->sn", unit.place[:, :3], ends) + case.settings.y0
-        push, order = (
-            self._push(place, unit, case.settings.direction),
-            slice(None) if forward else slice(None, None, -1),
-        )
-        return push[order], grip[order]
+        push = self._push(place, unit, case.settings.direction)
+        return (push, grip) if forward else (push[::-1], grip[::-1])
 
     def scene(self, parts, case):
         x = float(case.rig.centre_distance) - float(self._from_tail(case.rig.span_length))

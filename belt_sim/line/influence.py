@@ -300,12 +300,12 @@ def couple_at(span: Span, share, fields: SpanFields) -> LoadResponse:
 
 def spread_force(span: Span, fields: SpanFields) -> LoadResponse:
     """Return the response to one newton per metre towards +y along the whole span."""
-    return _load_response(span, _integral(fields.place, span), 0.5 * span.length)
+    return _load_response(span, integral(fields.place, span), 0.5 * span.length)
 
 
 def spread_roll(span: Span, fields: SpanFields) -> LoadResponse:
     """Return the response to a rolling couple of 1 N m/m that raises the side y > 0 along the whole span."""
-    return _load_response(span, _integral(fields.roll, span), 0.0)
+    return _load_response(span, integral(fields.roll, span), 0.0)
 
 
 def add_load(bend: Bend, unit: LoadResponse, loads) -> Bend:
@@ -342,7 +342,7 @@ def _interpolate(fields: SpanFields, values, slopes, share):
     return (1.0 - u) * near + u * far + u * (1.0 - u) * bow
 
 
-def _integral(rows, span: Span):
+def integral(rows, span: Span):
     """Integrate rows (3, n) over the span by Simpson's rule."""
     weights = np.ones(rows.shape[1])
     weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0

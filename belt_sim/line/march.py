@@ -108,16 +108,14 @@ def march_open(
         inside: places in the spans and on the wraps; ``extra`` has ``Spans.shape_at`` of each under its name.
     """
     case = as_driven(case, effects)
-    spans = _spans(case, (*model.built_in, *effects), model)
+    spans = Spans.from_case(case, (*model.built_in, *effects), model)
     advance = _stepper(spans, spacing)
 
     start = _start(spans, slots)
-    zero = _initial_y(start)
     shapes = [spans.shape_at(place) for place in inside]
 
     def read(carry):
-        now = _observe(carry, spans)
-        now["y"] = now["y"] - zero
+        now = _observe(carry, spans, start)
         between = {str(place): shape(*carry[1:])[None] for place, shape in zip(inside, shapes, strict=True)}
         return {n: _by_place(now[n], case) for n in only} | between
 
@@ -134,16 +132,10 @@ def march_open(
     return Curves(**({"travel": spacing * jnp.arange(room)} | curves), extra=extra or None)
 
 
-def _spans(case: Case, effects, model: Composition) -> Spans:
-    """Return the spans of a case with actual settings."""
-    span = model.span(case)
-    return Spans.from_case(case, effects, apply_hook(effects, "span", span, case))
-
-
 def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> Curves:
     """March in steps of ``spacing`` [m]."""
     records, stride, slots = plan
-    spans = _spans(case, (*model.built_in, *effects), model)
+    spans = Spans.from_case(case, (*model.built_in, *effects), model)
     advance = _stepper(spans, spacing)
 
     def record(carry, k):
@@ -151,13 +143,12 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
             return advance(carry, k * stride + i)
 
         carry = one(0, carry) if stride == 1 else jax.lax.fori_loop(0, stride, one, carry)
-        return carry, _observe(carry, spans)
+        return carry, _observe(carry, spans, start)
 
     start = _start(spans, slots)
     _, rows = jax.lax.scan(record, start, jnp.arange(records))
-    first = _observe(start, spans)
+    first = _observe(start, spans, start)
     rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
-    rows["y"] = rows["y"] - _initial_y(start)
     found = {name: _by_place(row.T, case) for name, row in rows.items()}
     largest = jnp.maximum(jnp.abs(found["moment"]), jnp.abs(found["moment_runoff"]))
     edge = case.settings.tension - largest * 6.0 / (case.belt.width**2 * case.belt.thickness)
@@ -195,7 +186,7 @@ def _stepper(spans, spacing):
             then = replace(guess[0], travel=s0 + spacing)  # keeps what depends on travel alone out of the loop
             yaw, push = _average_forcing(effects, commanded, case, now, then)
             y, alpha = solve(now, off, off1, yaw, push, spans, spacing)
-            yaw_end = _actual_yaw(effects, case, s0 + spacing, then)
+            yaw_end = apply_hook(effects, "yaw", _yaw(case, drive.angle_at, s0 + spacing), then, case)
             then = spans.state(s0 + spacing, now.travel, y, alpha, off1, yaw_end)
             return spans.apply_slides(then, off1, yaw_end), yaw_end
 
@@ -236,18 +227,14 @@ def _yaw(case, angle, *where) -> Yaw:
     return Yaw.without_roll(angle(settings.yaw, *where), angle(settings.yaw_head, *where))
 
 
-def _actual_yaw(effects, case, travel, now) -> Yaw:
-    return apply_hook(effects, "yaw", _yaw(case, drive.angle_at, travel), now, case)
-
-
 def _solve_sticking(now, off, off1, yaw, push, spans, h):
     """One trapezoidal step of dy/ds = -alpha + drift, dalpha/ds = -(kappa + turn); a 2x2 system by hand."""
     ky, ko, ku, ro, ru = spans.answer.runup.T
     a = 0.5 * h
     known = (
-        ky * (yaw.aside_runup - yaw.aside_runoff - 0.5 * _partner(off.y + off1.y))
+        ky * (yaw.aside_runup - yaw.aside_runoff - 0.5 * (off.y + off1.y)[::-1])
         + ku * yaw.runup
-        + ko * (yaw.runoff + 0.5 * _partner(off.alpha + off1.alpha))
+        + ko * (yaw.runoff + 0.5 * (off.alpha + off1.alpha)[::-1])
         + ro * yaw.roll_runoff
         + ru * yaw.roll_runup
     )
@@ -261,14 +248,9 @@ def _solve_limp(now, off, off1, yaw, push, spans, h):
     """One trapezoidal step of dy/ds = theta_p - (y_u - y_o)/L (paper eq. 5, 6)."""
     length = spans.span.length
     a = 0.5 * h / length
-    partner = _partner(off.y + off1.y) + 2.0 * (yaw.aside_runoff - yaw.aside_runup)
+    partner = (off.y + off1.y)[::-1] + 2.0 * (yaw.aside_runoff - yaw.aside_runup)
     y = (now.y * (1 - a) + a * partner + h * (yaw.runup + push.drift)) / (1 + a)
     return y, spans.slope(y, off1, yaw) - yaw.runup
-
-
-def _partner(runoff):
-    """Return run-off values of (tail, head) in the order of the spans that run up (tail, head)."""
-    return runoff[::-1]
 
 
 def _start(spans, slots):
@@ -277,7 +259,7 @@ def _start(spans, slots):
     off = RunOff.without_slip(zero, zero, zero)
     yaw = _yaw(spans.case, drive.angle_at, 0.0)
     blank = spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw)
-    yaw = _actual_yaw(spans.effects, spans.case, 0.0, blank)
+    yaw = apply_hook(spans.effects, "yaw", yaw, blank, spans.case)
     now = spans.apply_slides(spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw), off, yaw)
     return jnp.zeros((slots, 6)).at[0].set(_history_row(now)), now, off, yaw
 
@@ -287,22 +269,17 @@ def _history_row(now):
     return jnp.stack([now.y, now.alpha, now.moment], axis=1).ravel()
 
 
-def _observe(carry, spans):
-    """Return what is recorded of one instant, in the order (span up the tail, span up the head)."""
-    _, now, off, yaw = carry
+def _observe(carry, spans, start):
+    """Return what is recorded of one instant, in the order (span up the tail, span up the head); y since the start."""
+    (_, now, off, yaw), before = carry, start[3]
+    y = jnp.concatenate([now.y + yaw.aside_runup, off.y + yaw.aside_runoff[::-1]])
     return {
-        "y": jnp.concatenate([now.y + yaw.aside_runup, off.y + yaw.aside_runoff[::-1]]),
+        "y": y - jnp.concatenate([before.aside_runup, before.aside_runoff[::-1]]),
         "angle": jnp.concatenate([yaw.runup + now.alpha, yaw.runoff[::-1] + off.alpha]),
         "moment": now.moment,
         "moment_runoff": now.moment_runoff,
         "tilt": spans.tilt(now, off, yaw),
     }
-
-
-def _initial_y(start):
-    """Return y before the start, in the order of ``_observe``."""
-    yaw = start[3]
-    return jnp.concatenate([yaw.aside_runup, yaw.aside_runoff[::-1]])
 
 
 def _by_place(rows, case: Case):

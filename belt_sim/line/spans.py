@@ -94,8 +94,9 @@ class Spans:
     known: tuple[Any, ...]
 
     @staticmethod
-    def from_case(case: Case, effects: Sequence, span: Span) -> "Spans":
-        """Condense the span, once per march."""
+    def from_case(case: Case, effects: Sequence, model: Composition) -> "Spans":
+        """Condense the span of a case with actual settings, once per march."""
+        span = apply_hook(effects, "span", model.span(case), case)
         benders = tuple(uses(effects, "bend"))
         bent = replace(span, fields=span_fields(span)) if benders else span
         known = tuple(_influence(e, bent, case) for e in benders)
@@ -221,14 +222,9 @@ def runup_weights(case: Case, model: Composition) -> tuple[float, float]:
     span = model.span(case)
     if span.limp:
         return 1.0, 1.0
-    tail, head = _w1(np.asarray(_at_runup(case, model.built_in, span)), span.length)
+    rows = np.asarray(_at_runup(case, model.built_in, span))
+    tail, head = -rows[:, 2] / (rows[:, 0] * span.length)
     return float(tail), float(head)
-
-
-def _w1(runup, length):
-    """Return w1 of both spans, shape (2,), from the rows (2, 5) of their responses at the run-up."""
-    ky, _, ku, _, _ = runup.T
-    return -ku / (ky * length)
 
 
 def steady_rate(case: Case, model: Composition) -> float:
@@ -243,8 +239,10 @@ def steady_rate(case: Case, model: Composition) -> float:
 def steady_traced(case: Case, model: Composition):
     """Like ``steady_rate``, for use inside jit and vmap."""
     span = model.span(case)
-    w1 = 1.0 if span.limp else jnp.mean(_w1(span_responses(case, model.built_in, span).runup, span.length))
-    return _rate(case, w1)
+    if span.limp:
+        return _rate(case, 1.0)
+    rows = span_responses(case, model.built_in, span).runup
+    return _rate(case, jnp.mean(-rows[:, 2] / (rows[:, 0] * span.length)))
 
 
 def _rate(case: Case, w1):

@@ -327,7 +327,7 @@ def _nonlinearity(case: Case, effects: Sequence[Hooks], model: Composition) -> s
 def _rate_of(case: Case, effects: tuple[Hooks, ...], model: Composition):
     """dx/ds of a case as a function (travel, x, late, yaws)."""
     effects = (*model.built_in, *effects)
-    return partial(_rate, Spans.from_case(case, effects, apply_hook(effects, "span", model.span(case), case)))
+    return partial(_rate, Spans.from_case(case, effects, model))
 
 
 @partial(jit_float64, brief=True, static_argnames=("model",))
