@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.diagnosis.errors import errors_of
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
-from belt_sim.diagnosis.linear_algebra import covariance_of, covariance_root
+from belt_sim.diagnosis.linear_algebra import covariance_of
 from belt_sim.diagnosis.plausibility import has_diverged
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.closed_loop import ClosedLoopFit, fit_closed_loop, states_of_fit, states_with_latent_input
@@ -271,15 +271,6 @@ class MarchFit:
             return sum(float(self.fit.vector[p]) ** 2 / variance[p] if p in variance else np.inf for p in sizes)
 
         return all(squared_distance(k) >= sigmas**2 for k in range(len(self.scored.law.terms)))
-
-    def size_times_knee(self, k: int) -> tuple[float, float]:
-        """Size times knee of the k-th term, and its u: what it comes to beyond its knee."""
-        size, knee = (self.positions[number_name(n, k)] for n in ("size", "knee"))
-        a, b = (float(self.fit.vector[p]) for p in (size, knee))
-        weights = np.array([b if p == size else a if p == knee else 0.0 for p in self.fit.free])
-        u = np.linalg.norm(weights @ covariance_root(self.fit.columns))  # the sum is known where neither number is
-        scale = self.bench.forward.slots[size].scale * self.bench.forward.slots[knee].scale
-        return a * b * scale, float(u) * abs(scale)
 
 
 def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:

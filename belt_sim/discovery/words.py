@@ -24,8 +24,6 @@ from belt_sim.units import N_PER_MM2, shop_unit
 
 MOST = 5  # tensions that are told
 SLIGHT = 1e-3  # relative change that is none
-KNOWN = 2.0  # sigma from zero, below which a size is not known by itself
-PLAIN = ("constant", "rise", "decay", "step", "interval")  # courses without a unit
 NEAR = 0.01  # of a wavelength, within which it is called that of a machine part
 #: shape in a formula; x: the sign of the variable
 _SHAPES = {
@@ -98,16 +96,11 @@ _MACHINE = {
 }  # fmt: skip
 
 
-def looks_like(data: SearchData, law: Law, numbers: Estimates) -> str:
-    """What kind of thing usually has such a law.
-
-    What has not begun to settle when the record ends has no time constant, and is no creep.
-    """
+def looks_like(data: SearchData, law: Law) -> str:
+    """What kind of thing usually has such a law."""
     t = law.terms[0]
     kind, v, shape, course = t.place.kind, t.form.variable, t.form.shape, t.form.course
     part, alone = _MACHINE.get(kind, "the surface of a pulley"), v in ("none", "yaw_set")
-    if rate := _steady_rate(data, t, numbers):
-        return f"{part} that drifts at a steady rate of {rate}"
     if kind in STIFFNESS:
         if course in ("belt_section", "wave"):
             return "a stretch of the belt that is softer or stiffer than the rest: a joint, a repair, cracked edges"
@@ -150,19 +143,6 @@ def looks_like(data: SearchData, law: Law, numbers: Estimates) -> str:
     return f"{grip}, which changes in the run" if course != "constant" else f"{grip}, as soft covers and slip have it"
 
 
-def _steady_rate(data: SearchData, t: Term, numbers: Estimates) -> str:
-    """The rate at which a term of time alone, or of the yaw, grows all along the record; empty where it does not."""
-    if t.form.variable not in ("none", "yaw_set", "beta") or "size" not in numbers or t.form.timed:
-        return ""
-    at = numbers.get("at", (0.0,))[0]
-    if t.form.course != "linear" and not (t.form.course == "rise" and at > float(data.states.s[-1])):
-        return ""
-    rate = numbers["size"][0] / (1.0 if t.form.course == "linear" else at)
-    unit = "1" if t.form.variable == "beta" and t.place.unit == "rad" else t.place.unit
-    per = " per rad of yaw" if t.form.variable == "beta" and unit != "1" else ""
-    return f"{words.number(abs(rate), 2)} {f'{unit} per m' if unit != '1' else 'per m'}{per}"
-
-
 def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, worse: str = "") -> str:
     """The law in sentences: place, terms with all numbers, parity, tension, by how much the error falls, what it looks
     like; worse: what it predicts worse than no law does.
@@ -173,11 +153,6 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, wo
             at, u, _ = numbers[number_name("at", k)]
             said += f"; the middle of the stretch runs up the tail pulley {words.with_u(at % 1.0, u)} "
             said += "belt lengths after the start of a forward run"
-        if t.form.shape == "saturation" and t.form.course in PLAIN:
-            size, u, _ = numbers[number_name("size", k)]
-            if abs(size) < KNOWN * u:
-                product = words.with_u(*made.size_times_knee(k), t.place.unit)
-                said += f"; of its size and its knee only the product is known: {product}"
     said += f"; {law.parity} in yaw" if law.parity != "mixed" else "; neither odd nor even in yaw"
     value, u = made.exponent
     powers = [numbers[n][0] for n in ("exponent", "exponent_2") if n in numbers]
@@ -359,7 +334,7 @@ def _law(found: SearchOutcome, best: MarchFit) -> FoundLaw:
         parameters={n: Estimate(v, u, unit, True) for n, (v, u, unit) in numbers.items()},
         share=min(1.0, best.gain / max(choice.possible, 1e-9)),
         frequency=choice.frequency,
-        looks_like=looks_like(found.data, law, numbers),
+        looks_like=looks_like(found.data, law),
     )
 
 

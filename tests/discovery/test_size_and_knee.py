@@ -3,14 +3,11 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 from small_discovery import surveyed
 
 from belt_sim.discovery.linear_search import ScoredLaw
 from belt_sim.discovery.selection import MarchFit
-from belt_sim.discovery.words import sentence
 from belt_sim.effects.law import Form, Law, Term
-from belt_sim.results.errors import Change
 
 SIZE, KNEE, U = -1.6, 2e-6, 0.02
 
@@ -30,24 +27,9 @@ def fitted(apart: float, product: float = U) -> MarchFit:
     return MarchFit(ScoredLaw(law, 400.0, 397.0), cls, SimpleNamespace(forward=forward), fit, 400.0, (0.0, 0.0))
 
 
-def told(made: MarchFit) -> str:
-    return sentence(
-        surveyed("yaw_creep"), made, SimpleNamespace(parity="odd", looks_like=""), Change(before=2e-4, after=1e-4)
-    )
-
-
 def test_a_size_that_is_known_with_its_knee_is_certain():
     """Size over its u is 1 by itself, and with the knee held far more; where the knee says nothing of it, it is not."""
     unknown = fitted(apart=2.0)
     assert unknown.estimates()["size"][1] > 0.9 * abs(SIZE)
     assert unknown.sizes_are_certain(2.0)
     assert not fitted(apart=2.0, product=2.0).sizes_are_certain(2.0)
-
-
-def test_what_is_known_of_both_together_is_said():
-    made = fitted(apart=2.0)
-    value, u = made.size_times_knee(0)
-    assert value == pytest.approx(SIZE * KNEE)
-    assert u == pytest.approx(U * KNEE * abs(SIZE))
-    assert "only the product is known" in told(made)
-    assert "product" not in told(fitted(apart=U))

@@ -87,7 +87,7 @@ def test_a_threshold_in_tension_is_told_as_one():
 @pytest.mark.parametrize(("course", "said"), [("constant", "is off all along"), ("linear", "warms up or settles")])
 def test_a_yaw_that_nothing_drives_is_told_by_its_course(course, said):
     law = law_of(surveyed(), "yaw_tail", Form("none", course=course))
-    assert looks_like(surveyed(), law, {}) == f"the stand of a pulley: it {said}"
+    assert looks_like(surveyed(), law) == f"the stand of a pulley: it {said}"
 
 
 @pytest.mark.parametrize(
