@@ -76,6 +76,9 @@ def parse(text: str, file: str, problems: list[Problem]) -> MarkedYaml | None:
     except yaml.reader.ReaderError as error:
         refuse("remove this character", text[: error.position].count("\n") + 1, value=chr(error.character))
         return None
+    except (yaml.YAMLError, ValueError, OverflowError) as error:  # as an escape of no character
+        refuse(f"not valid YAML ({type(error).__name__}); compare with a sample campaign")
+        return None
     if root is None:
         refuse("the file is empty; state schema, title, machine, belt")
         return None

@@ -89,6 +89,12 @@ def test_replaced_cells_and_values(edits):
     assert_campaign_or_problems(encoded(texts))
 
 
+def test_an_escape_of_no_character_is_refused():
+    sheet = SHEET.replace("title: ", 'title: "\\UFFFFFFFF" ', 1)
+    assert sheet != SHEET
+    assert_campaign_or_problems(encoded(TEXTS | {"campaign.yaml": sheet}))
+
+
 @settings(max_examples=EXAMPLES // 2, deadline=None)
 @given(name=FILES, place=st.floats(0, 1), length=st.integers(0, 40), noise=st.binary(max_size=40))
 def test_mutated_bytes(name, place, length, noise):
