@@ -264,10 +264,10 @@ def jumps(y: np.ndarray, least: float) -> np.ndarray:
     Near the ends the neighbours are those of the nearest whole window, carried on along their median slope. 0 where
     nothing scatters.
     """
-    from scipy.ndimage import median_filter  # a quarter of a second, which runs of a model need not wait for
-
-    width, last = 2 * LONGEST_SPIKE + 1, len(y) - 1 - LONGEST_SPIKE
-    local, place = median_filter(y, width), np.arange(len(y))
+    width, last, local = 2 * LONGEST_SPIKE + 1, len(y) - 1 - LONGEST_SPIKE, np.array(y, float)
+    place = np.arange(len(y))
+    if len(y) >= width:
+        local[LONGEST_SPIKE : last + 1] = np.median(np.lib.stride_tricks.sliding_window_view(y, width), axis=-1)
     for window, middle, end in ((y[:width], LONGEST_SPIKE, place < LONGEST_SPIKE), (y[-width:], last, place > last)):
         local[end] = np.median(window) + np.median(np.diff(window)) * (place[end] - middle)
     noise = max(scatter(y), least)
@@ -838,8 +838,6 @@ def check_guide(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     returns it to zero against the yaw, or lets it oscillate for ever. A curved belt edge also oscillates, but with the
     belt's revolution and alike in all runs; it is subtracted first.
     """
-    from scipy.ndimage import uniform_filter1d  # a quarter of a second, which runs of a model need not wait for
-
     span, found = float(rig_of(campaign).span_length), []
     for name in dict.fromkeys(r.sheet.name for r in records if r.sheet.kind == "lateral"):
         judged = []  # does a run return to zero after an early peak on the side of the yaw, and does it oscillate?
@@ -847,7 +845,9 @@ def check_guide(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
             run, error, s = record.run, record.drift_error, record.travel
             if run.yaw == 0.0 or len(s) <= 24 or s[-1] <= GUIDED_SPANS * span or s[0] >= GUIDED_EARLY * s[-1]:
                 continue
-            y = uniform_filter1d(record.readings, max(1, len(record.readings) // 50), mode="nearest")
+            width = max(1, len(record.readings) // 50)
+            padded = np.pad(record.readings, (width // 2, width - 1 - width // 2), mode="edge")
+            y = np.convolve(padded, np.full(width, 1.0 / width), mode="valid")
             if (largest := float(np.abs(y).max())) <= CLEAR_SWING * error:
                 continue
             part = s / s[-1]

@@ -4,9 +4,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
+from statistics import NormalDist
 
 import numpy as np
-from scipy.special import ndtri
 
 from belt_sim.campaign import Campaign, Suspicion
 from belt_sim.campaign.quality import check_starts, counted_from_yaw, records_of
@@ -200,7 +200,7 @@ class Cell:
 
 def family_k(count: int) -> float:
     """k such that none of ``count`` independent normal errors exceeds k sigma, with probability 95 %."""
-    return float(-ndtri(0.025 / max(count, 1)))
+    return -NormalDist().inv_cdf(0.025 / max(count, 1))
 
 
 def validation_uncertainty(bench: Workbench) -> np.ndarray:

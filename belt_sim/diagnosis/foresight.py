@@ -6,10 +6,10 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
-from scipy.special import chdtri, ndtri
 
 from belt_sim.campaign import Campaign, Suspicion, case_of, leave_out_bad_readings, suspicions
 from belt_sim.campaign.quality import Severity, check_repeats, records_of
@@ -444,8 +444,8 @@ NOTHING = 1e-9  # whitened size of a column that is not there
 
 def visible(bench: Workbench, fit: Fit) -> list[Visible]:
     """Every effect by the parameter that shows best, those that show best first."""
-    chance = chdtri(1, FALSE_ALARM / max(len(bench.forward.classes), 1))  # of all candidates together
-    least = math.sqrt(float(chance)) - float(ndtri(MISSED))  # whitened size that shows
+    chance = 0.5 * FALSE_ALARM / max(len(bench.forward.classes), 1)  # on either side, of all candidates together
+    least = -NormalDist().inv_cdf(chance) - NormalDist().inv_cdf(MISSED)  # whitened size that shows
     found = []
     for cls in bench.forward.classes:
         best, strength = _best_column(bench, fit, cls.id)

@@ -21,7 +21,6 @@ from itertools import zip_longest
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.special import chdtrc
 
 from belt_sim.campaign.types import sensor_place
 from belt_sim.case import Case, Numbers, Rig, Schedule, Settings
@@ -155,7 +154,8 @@ def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarra
 
     roots (R, S, n, n): whitening of each record; shapes (2 H, R, S, n): of the harmonics.
     """
-    from scipy.interpolate import BSpline  # most commands need none
+    from scipy.interpolate import BSpline  # most commands need neither
+    from scipy.special import chdtrc
 
     length = float(np.max(samples.cases.rig.belt_length))
     white, left, slow_ones = [], [], 0

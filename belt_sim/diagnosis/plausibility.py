@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import qr
-from scipy.special import chdtri
 
 from belt_sim.diagnosis.fit import Fit, Sides, step_bounds
 from belt_sim.diagnosis.forward import Forward, Slot
@@ -125,6 +124,8 @@ def prefer_plausible(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
     again = [k for k, fit in enumerate(fits) if _may_be_a_valley(bench, fit, (low, high))]
     if not again:
         return list(fits)
+    from scipy.special import chdtri  # a comparison needs none
+
     begun = []
     for fit in (fits[k] for k in again):
         # the point along the valley, as the derivatives have it, where numbers are least for what machines have
@@ -146,6 +147,8 @@ def estimates_of_single_sizes(bench: Workbench, fit: Fit, name: str) -> Mapping[
     own = [k for k in bench.forward.index(name) if not bench.forward.slots[k].only_shapes]
     if len(own) < 2:
         return {}
+    from scipy.special import chdtri
+
     null, begun = bench.forward.null(), []
     for kept in own:
         others = [k for k in own if k != kept]
