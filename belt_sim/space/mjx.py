@@ -476,8 +476,8 @@ def run_prepared(
     watched = [(k, run.Recorder(ready[k].scene, own, EXTRA)) for k, own in enumerate(observers) if own]
     options = [one.scene.options for _, one in watched]
     segment = min([SEGMENT, *(max(int(o.frame / (o.step * o.run_speed)), 1) for o in options)])  # a frame at each end
-    every, found = np.arange(segment * math.ceil(steps.max() / segment)), [np.empty((len(ready), 0, 20))]
-    kept = [np.minimum(every, n - 1) for n in steps]  # a run that has ended keeps its last command
+    whole, found = np.arange(segment * math.ceil(steps.max() / segment)), [np.empty((len(ready), 0, 20))]
+    kept = [np.minimum(whole, n - 1) for n in steps]  # a run that has ended keeps its last command
     commands = jax.tree.map(lambda *of: np.stack([c[k] for c, k in zip(of, kept, strict=True)]), *plans)
 
     def curves(k: int) -> Curves | SimulationError:

@@ -122,9 +122,9 @@ def hold_belt(fixed: Fixed, was: Carried, at: Instant, joints: Array, nodes: Arr
         stiffness = stiffness.at[:, 1].add(guiding)
     fewest = (was.pulleys.wrap.last - was.pulleys.wrap.first).min()
     back = (jnp.arange(n) - places.stations[0]) % n  # from the chain to stations' numbers
-    found = (places.free, led, forces, rest, stiffness)
+    found: list[Array] = [jnp.moveaxis(v[..., back], -1, 0) for v in (places.free, led, forces, rest, stiffness)]
     carried = was._replace(pulleys=pulleys, compliance_yaw=turned, kinks=kinks, run_off=run_off)
-    return carried, StepInput(*(jnp.moveaxis(v[..., back], -1, 0) for v in found), driven, fewest)
+    return carried, StepInput._make((*found, driven, fewest))
 
 
 @partial(jit_float64, static_argnums=0)
