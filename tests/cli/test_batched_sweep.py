@@ -50,7 +50,7 @@ def check(folder, tensions) -> None:
 
 
 def test_cases_at_once_leave_their_files_and_only_missing_ones_run(belt):
-    rope = (*ASKED, "model=mujoco_rope")  # which is compiled in half the time
+    rope = (*(a for a in ASKED if a != "model=mujoco_flex"), "model=mujoco_rope")  # which is compiled in half the time
     first = belt("simulate", *rope, "tension=40,60", "hydra.launcher.batch=2")
     assert first.status == 0, first.err
     assert "2 cases at once" in first.out
@@ -106,7 +106,7 @@ def test_every_case_of_a_watched_batch_is_recorded(belt):
     assert len({path.read_bytes() for path in recordings}) == 2
 
 
-@pytest.mark.parametrize("asked", ["batch=0", "batch=many", "workers=0"])
+@pytest.mark.parametrize("asked", ["batch=many", "workers=0"])
 def test_what_is_no_number_of_cases_is_said_in_a_line(belt, asked):
     answer = belt("simulate", *ASKED, "tension=40,60", f"hydra.launcher.{asked}")
     assert answer.status == 1

@@ -15,7 +15,7 @@ from matplotlib.text import Text
 
 from belt_sim.api import check, compare, inference, simulate
 from belt_sim.app import server
-from belt_sim.commands import COMMANDS, campaigns, known_keys
+from belt_sim.commands import COMMANDS, campaigns, cases, known_keys
 from belt_sim.commands.cli import run_command
 from belt_sim.errors import BeltError
 from belt_sim.io import CONF, ROOT
@@ -138,12 +138,12 @@ def record_calls(monkeypatch) -> list[str]:
     for place, names in BEHIND.items():
         for name in names:
             monkeypatch.setattr(place, name, recorder(name))
-    real, cases = simulate.linearise, []
+    real, machines = simulate.linearise, []
 
     def plant(case, **more):  # of another machine: told, and not computed
-        cases.append(repr(case))
-        calls.append(cases[-1])
-        if cases[-1] != cases[0]:
+        machines.append(repr(case))
+        calls.append(machines[-1])
+        if machines[-1] != machines[0]:
             raise BeltError("recorded")
         return real(case, **more)
 
@@ -180,6 +180,8 @@ def left(folder: Path) -> dict[str, object]:
 @pytest.mark.parametrize("command", CHANGED)
 def test_a_setting_that_is_changed_changes_something_or_is_refused(command, tmp_path, monkeypatch, capsys):
     calls = record_calls(monkeypatch)
+    if command == "view":  # plays the text of scene
+        monkeypatch.setattr(cases, "scene_text", lambda *asked: calls.append(repr(asked)) or "")
     base, changed = CHANGED[command]
 
     def answer(name: str, *more: str) -> tuple[list[str], dict[str, object], str]:
