@@ -685,7 +685,7 @@ def runs_on_one_grid(
             notes.append(Note(m.key, text))
     if step > 0.0:
         rows, left = (sum(map(len, some)) for some in ([m.record for m in made], records))
-        notes.append(Note("", f"{rows} rows were averaged over steps of {step:g} m, {left} are left"))
+        notes.append(Note("", f"{rows} rows were averaged over steps of {step:g} m: {left} rows"))
     runs = _snap_settings([_run(m) for m in made], [m.settings for m in made])
     notes += [Note(r.name, AT_ONCE) for r, m in zip(runs, made, strict=True) if r.yaw and "yaw_at" not in m.settings]
     stated = [m.entry.repeat_of is not None for m in made]
@@ -711,8 +711,8 @@ def runs_on_one_grid(
         of_signal = {n: [1e3 * starts[n] for starts in off if n in starts] for starts in off for n in starts}
         off_by = [f"{n} {min(x):.4g} to {max(x):.4g}" for n, x in of_signal.items() if max(map(abs, x)) > 1e-3]
         if off_by:
-            text = f"readings count from where each point was at the yaw; taken off: {', '.join(off_by)} (mm or mrad)"
-            more = "" if middles else "; middle: 150 mm of a column, its reading with the belt in the middle, keeps y0"
+            text = f"readings are 0 at the yaw; subtracted: {', '.join(off_by)} (mm or mrad)"
+            more = "" if middles else "; middle: 150 mm of a column (its reading of a centred belt) keeps the place"
             notes.append(Note("", text + more))
     out, stood = [], []
     for run, record, starts in zip(runs, records, off, strict=True):
