@@ -123,7 +123,7 @@ class Simulation(Display):
             said.append(f"not settled: these are slopes over the last fifth of the travel{steady}")
         slack = self.slackest_edge
         if slack is not None and slack < 0:
-            stress = words.decimal(slack / N_PER_MM2, 1)
+            stress = words.number(slack / N_PER_MM2, 2)
             said.append(f"a belt edge goes slack ({stress} N/mm2): linear models overrate its bending there")
         return [*said, *filter(None, (self.warning, self.note))]
 
