@@ -235,6 +235,21 @@ class Decision:
         in_doubt = any(e.log_posterior > b for e, b in zip(imitated, behind, strict=True))
         return in_doubt or self.probability_of_unknown > policy.alarm
 
+    def could_change(self, table: EvidenceTable, ids: Ids, laws: Iterable[LawEvidence], policy: Policy) -> bool:
+        """Whether something unknown is likelier than ``alarm``, or would be with these laws beside the effects."""
+        rows = tuple(replace(b, laws=(*b.laws, *laws)) if b.ids == ids else b for b in table.unknown)
+        found = explanations(replace(table, unknown=rows), policy)
+        return sum(e.probability for e in found if e.unknown) > policy.alarm
+
+    def most_of_a_law(self, table: EvidenceTable, ids: Ids, policy: Policy) -> float:
+        """chi2 that a law beside the effects ``ids`` may explain: what the likeliest effects leave beyond noise is seen
+        beside them, as a free input at any place."""
+        best = frozenset(self.best.effects)
+        seen = [log_evidence(b, table.inflation, policy) for b in table.unknown if b.ids == best]
+        known = {frozenset(e.effects): e.gain for e in self.explanations if not e.unknown and not e.instead}
+        more = max(0.0, 2.0 * table.inflation * seen[0]) if seen else np.inf
+        return known[best] - known[ids] + more
+
 
 def decide(table: EvidenceTable, policy: Policy) -> Decision:
     """The verdict that a table asks for."""

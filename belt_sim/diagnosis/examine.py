@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import groupby
 from typing import Protocol
 
@@ -69,8 +70,11 @@ class LawFinder(Protocol):
     def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
         """What is seen beside a fit in the linear range; among: effects of all fits that are looked at."""
 
-    def law(self, bench: Workbench, fit: Fit) -> LawResult:
-        """The law of what is seen beside a fit."""
+    def law(
+        self, bench: Workbench, fit: Fit, matters: Callable[[list[LawEvidence]], bool] | None = None, most: float = np.inf
+    ) -> LawResult:
+        """The law of what is seen beside a fit; matters: whether laws would change what is decided (None: all do);
+        most: chi2 that a law may explain."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -304,7 +308,10 @@ def _add_laws(
     """The search, its table with the evidence of laws in the march, and these laws, by the effects beside them."""
     sets = decision.law_sets(table)
     search = add_fits(search, [tuple(sorted(ids)) for ids in sets])
-    found = {ids: laws.law(search.bench, search.fits[ids]) for ids in sets}
+    found = {}
+    for ids in sets:
+        matters = partial(decision.could_change, table, ids, policy=POLICY)
+        found[ids] = laws.law(search.bench, search.fits[ids], matters, decision.most_of_a_law(table, ids, POLICY))
     in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
     rows = [replace(b, laws=(*b.laws, in_march[b.ids])) if b.ids in in_march else b for b in table.unknown]
     return search, replace(table, unknown=tuple(rows)), found

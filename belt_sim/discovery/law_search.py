@@ -10,7 +10,7 @@ from belt_sim.diagnosis.decide import LawEvidence, UnknownEvidence
 from belt_sim.diagnosis.examine import LawResult
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.discovery.linear_search import ScoredLaw, distinct_families, exponents_of, single_term_laws
+from belt_sim.discovery.linear_search import TERM, ScoredLaw, distinct_families, exponents_of, single_term_laws
 from belt_sim.discovery.search_data import SearchData, Spectra, search_data_of
 from belt_sim.discovery.selection import search_law
 from belt_sim.discovery.words import describe_discovery, formula
@@ -34,12 +34,18 @@ class LawSearch:
             self.begun[frozenset(fit.ids)] = data
         return unknown_evidence(data)
 
-    def law(self, bench: Workbench, fit: Fit) -> LawResult:
-        """The law of what is seen beside a fit."""
+    def law(
+        self, bench: Workbench, fit: Fit, matters: Callable[[list[LawEvidence]], bool] | None = None, most: float = np.inf
+    ) -> LawResult:
+        """The law of what is seen beside a fit; matters, most: as ``belt_sim.diagnosis.examine.LawFinder`` has them."""
         data = self.begun.pop(frozenset(fit.ids), None)
         if data is None or data.bench is not bench or data.fit is not fit:
             data = search_data_of(bench, fit, spectra=self.spectra)
-        outcome = search_law(data, self.tell)
+        if matters is None:
+            outcome = search_law(data, self.tell)
+        else:
+            pair = LawEvidence(words="two terms", gain=most, cost=TERM, sizes=2)
+            outcome = search_law(data, self.tell, pairs=matters([pair]), matters=lambda some: matters([*map(_law, some)]))
         result, made = LawResult(partial(describe_discovery, outcome)), outcome.best
         if made is None:
             return result

@@ -59,8 +59,9 @@ class LawChoice:
     possible: float
 
 
-def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
-    """The law that explains most for its numbers; latent: the likeliest input, which says what the states were."""
+def choose_law(data: SearchData, latent: LatentInput, pairs: bool = True) -> LawChoice:
+    """The law that explains most for its numbers; latent: the likeliest input, which says what the states were; pairs:
+    whether laws of two terms are tried."""
     data = replace(data, wide=True)
     read = replace(data, states=states_with_latent_input(data, latent))
     tried = [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (data, read)]
@@ -79,7 +80,7 @@ def choose_law(data: SearchData, latent: LatentInput) -> LawChoice:
     column = (felt[0] if len(felt) == 1 else np.sum(felt, axis=0))[0].astype(float)
     possible = g.chi2() - g.chi2(g.residual - column) - latent.by_chance
     everything, sloped = ones, list[ClosedLoopFit]()
-    if ones[0].gain < possible:
+    if pairs and ones[0].gain < possible:
         firsts = different_laws(data, ones, FIRSTS)
         beside = [(replace(data, states=states_of_fit(data, c)), c.scored_law) for c in firsts]
         seconds = [(s, distinct_families(two_term_laws(s, one), PAIRS)) for s, one in beside]
@@ -522,14 +523,31 @@ class SearchOutcome:
         return next(c for c in self.latent_inputs if c.place.name == place.name)
 
 
-def search_law(data: SearchData, tell: Callable[[str], None] = lambda text: None) -> SearchOutcome:
-    """Search the law of what is missing beside a fit; something is missing."""
+LOOP = 0.005  # of a gain, to which the closed loop and the march agree: 
+
+
+def search_law(
+    data: SearchData,
+    tell: Callable[[str], None] = lambda text: None,
+    *,
+    pairs: bool = True,
+    matters: Callable[[list[ScoredLaw]], bool] = lambda laws: True,
+) -> SearchOutcome:
+    """Search the law of what is missing beside a fit; something is missing.
+
+    pairs: whether laws of two terms are tried; matters: whether laws would change what is decided; those that
+    would not if they explained LOOP more than in closed loop are not put into the march.
+    """
     if len(data.bench.samples.runs) < FEWEST:
         return SearchOutcome(data=data, latent_inputs=())
     tell("searching for a law of the rest")
     latent_inputs = tuple(data.latent_inputs)
-    choice = choose_law(data, latent_inputs[0])
-    if choice.best.gain < (enough := DESCRIBED * choice.possible):
-        return SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice)
+    choice = choose_law(data, latent_inputs[0], pairs)
+    outcome, enough = SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice), DESCRIBED * choice.possible
+    rise = [WITHIN + LOOP * s.gain for s in choice.judged]
+    more = [replace(s, gain=s.gain + r, score=s.score + r) for s, r in zip(choice.judged, rise, strict=True)]
+    to_first_order = laws_of_the_encoder(choice, latent_inputs[0])
+    if choice.best.gain < enough or not (to_first_order or matters(more)):
+        return outcome
     best, close = best_in_march(data, choice, latent_inputs[0], enough)
-    return SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice, best=best, close=close)
+    return replace(outcome, best=best, close=close)
