@@ -1,6 +1,7 @@
 """belt-sim check, compare, diagnose and report: what a campaign tells of a model."""
 
 from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves
 from belt_sim.errors import BeltError, finite, whole
 from belt_sim.io import write_json
-from belt_sim.jax_setup import map_in_threads
+from belt_sim.jax_setup import begin_in_thread, map_in_threads
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.files import file_json, read_diagnosis
 from belt_sim.show.diagnosis import visible_picture
@@ -57,6 +58,11 @@ def compare_command(run_dir: RunDir) -> None:
     tell(found.tables(), [*found.lines(), run_dir.path])
 
 
+#: what a diagnosis draws and records with: it takes a second to load, beside the marches
+DRAWS = ("matplotlib.backends.backend_agg", "matplotlib.backends.backend_svg", "matplotlib.figure", "matplotlib.style")
+RECORDS = ("belt_sim.show.rerun", "pandas")
+
+
 def diagnose_command(run_dir: RunDir) -> None:
     """Diagnose a campaign and leave diagnosis.json, report.html, effects.yaml and pictures in the run folder."""
     from belt_sim.api import inference
@@ -65,8 +71,10 @@ def diagnose_command(run_dir: RunDir) -> None:
     watch, model = resolve_watch(config["watch"], "auto", "rrd"), config["model"]
     asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out", "checked")}
     whole("bootstraps", config["bootstraps"], inference.MIN_BOOTSTRAPS)
+    ahead = [*DRAWS] * config["pictures"] + [*RECORDS] * (watch == "rrd")
     with run_dir.outputs() as draft:
         campaign = read_campaign(run_dir.campaign)
+        begin_in_thread(lambda: [*map(import_module, ahead)])
         with progress(1.0, "diagnosis", timed=False) as done:
             stages = in_stages(done)
             found = inference.diagnose(campaign, model, **asked, progress=stages, tell=print, config=config)

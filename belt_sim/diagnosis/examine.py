@@ -10,7 +10,7 @@ from typing import Protocol
 import jax
 import numpy as np
 
-from belt_sim.campaign import Campaign, Suspicion, case_of, suspicions
+from belt_sim.campaign import Campaign, SignalSheet, Suspicion, case_of, suspicions
 from belt_sim.campaign.quality import check_repeats
 from belt_sim.case import Case
 from belt_sim.diagnosis.decide import (
@@ -71,7 +71,11 @@ class LawFinder(Protocol):
         """What is seen beside a fit in the linear range; among: effects of all fits that are looked at."""
 
     def law(
-        self, bench: Workbench, fit: Fit, matters: Callable[[list[LawEvidence]], bool] | None = None, most: float = np.inf
+        self,
+        bench: Workbench,
+        fit: Fit,
+        matters: Callable[[list[LawEvidence]], bool] | None = None,
+        most: float = np.inf,
     ) -> LawResult:
         """The law of what is seen beside a fit; matters: whether laws would change what is decided (None: all do);
         most: chi2 that a law may explain."""
@@ -176,13 +180,16 @@ def within_reach(campaign: Campaign, model: Composition, classes: Sequence[type[
 
 
 def compile_ahead(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> None:
-    """Begin to compile, or to load, the largest program of ``examine`` beside what comes before it. What is wrong with
-    the campaign is told when ``examine`` meets it."""
+    """Begin to compile, or to load, the largest program of ``examine`` and those of other base models beside what comes
+    before. What is wrong with the campaign is told when ``examine`` meets it."""
 
     def predict() -> None:
         with suppress(BeltError):
-            forward = Forward(samples_of(campaign), model, within_reach(campaign, model, classes))
-            forward.values(forward.null()[None])
+            samples = samples_of(campaign)
+            others = [(m, ()) for m in _others(samples.signals, model)]
+            for one, candidates in [(model, within_reach(campaign, model, classes)), *others]:
+                forward = Forward(samples, one, candidates)
+                forward.values(forward.null()[None])
 
     begin_in_thread(predict)
 
@@ -259,12 +266,11 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
     rows = {name: row_of(search.bench, fit, checked=False) for name, fit in search.singles.items()}
     there = {row.ids for row in table.rows}
     fits = [search.fits[frozenset(ids)] for ids in dict.fromkeys(beside) if frozenset(ids) in there]
+    sound = [fit for fit in fits if keeps_tension(search.bench, fit)]
     return search, replace(
         table,
         visible=frozenset(name for name, row in rows.items() if would_show(row, table, POLICY)),
-        unknown=tuple(
-            laws.evidence_of_unknown(search.bench, fit, likeliest) for fit in fits if keeps_tension(search.bench, fit)
-        ),
+        unknown=tuple(map_in_threads(lambda fit: laws.evidence_of_unknown(search.bench, fit, likeliest), sound)),
     )
 
 
@@ -277,6 +283,11 @@ def keeps_tension(bench: Workbench, fit: Fit) -> bool:
     return bool(np.all(np.asarray(in_float64(driven)(bench.forward.samples.cases)) > 0.0))
 
 
+def _others(signals: Sequence[SignalSheet], model: Composition) -> list[Composition]:
+    """The other base models that say what all sensors read."""
+    return [MODELS[n] for n in BASE_MODELS if n != model.name and shows_places(signals, MODELS[n])]
+
+
 def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) -> list[OtherModel]:
     """The other base models with nothing fitted, those that explain most of what this one does not.
 
@@ -284,8 +295,7 @@ def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids
     """
     asked = bench.forward.model
     beyond_noise = max(nothing.chi2 - float(np.isfinite(bench.fitted.y).sum()), 1e-9)
-    others = [m for m in (MODELS[n] for n in BASE_MODELS if n != asked.name) if shows_places(bench.samples.signals, m)]
-    found = []
+    others, found = _others(bench.samples.signals, asked), []
 
     def predict(model: Composition) -> np.ndarray:
         alone = workbench(bench.campaign, model, ()).forward

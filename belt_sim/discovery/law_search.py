@@ -35,7 +35,11 @@ class LawSearch:
         return unknown_evidence(data)
 
     def law(
-        self, bench: Workbench, fit: Fit, matters: Callable[[list[LawEvidence]], bool] | None = None, most: float = np.inf
+        self,
+        bench: Workbench,
+        fit: Fit,
+        matters: Callable[[list[LawEvidence]], bool] | None = None,
+        most: float = np.inf,
     ) -> LawResult:
         """The law of what is seen beside a fit; matters, most: as ``belt_sim.diagnosis.examine.LawFinder`` has them."""
         data = self.begun.pop(frozenset(fit.ids), None)
@@ -45,7 +49,9 @@ class LawSearch:
             outcome = search_law(data, self.tell)
         else:
             pair = LawEvidence(words="two terms", gain=most, cost=TERM, sizes=2)
-            outcome = search_law(data, self.tell, pairs=matters([pair]), matters=lambda some: matters([*map(_law, some)]))
+            outcome = search_law(
+                data, self.tell, pairs=matters([pair]), matters=lambda some: matters([*map(_law, some)])
+            )
         result, made = LawResult(partial(describe_discovery, outcome)), outcome.best
         if made is None:
             return result

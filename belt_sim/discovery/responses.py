@@ -45,6 +45,7 @@ from belt_sim.line.span import log_of_change, response_by_change
 #: every kind of input at the tail and at the head pulley
 CHANNELS = tuple(f"{kind}_{pulley}" for kind in AT_PULLEYS for pulley in PULLEYS)
 
+AT_ONCE = 2  # runs that are marched together, each with every channel: more take memory and are no quicker
 CELLS = 240  # of the input along the longest run, at most
 SHORTEST = 3.0  # cells in a wave
 SAMPLED = 2.0  # gaps between readings in a wave, at least (Nyquist)
@@ -125,19 +126,23 @@ def impulse_responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> 
     travel = step * (cells + 1)
     steps, _, slots = plan_steps(samples.cases, travel=travel, step=forward.step, keep=forward.step)
     acting = tuple(e for e in effects if overrides(e) - OUTSIDE_MARCH)
-    march, cases = _compile_march(forward.model, tuple(map(type, acting)), *room_for(steps, slots)), _padded(samples)
+    march, cases = (
+        _compile_march(forward.model, tuple(map(type, acting)), *room_for(steps, slots)),
+        _padded(samples, AT_ONCE),
+    )
     found = []
-    for low in range(0, len(cases.settings.tension), ROWS):
-        settings = jax.tree.map(lambda x, low=low: x[low : low + ROWS], cases.settings)
-        found.append(march(acting, replace(cases, settings=settings), step, travel / steps, steps))
-    curves, pulses = (np.concatenate(rows)[: len(samples.runs), ..., : steps + 1] for rows in zip(*found, strict=True))
+    for low in range(0, len(cases.settings.tension), AT_ONCE):
+        settings = jax.tree.map(lambda x, low=low: x[low : low + AT_ONCE], cases.settings)
+        made = march(acting, replace(cases, settings=settings), step, travel / steps, steps)
+        found.append([np.asarray(x)[..., : steps + 1] for x in made])
+    curves, pulses = (np.concatenate(rows)[: len(samples.runs)] for rows in zip(*found, strict=True))
     fine = np.linspace(0.0, travel, steps + 1)
     return ImpulseResponses(grid=step * np.arange(cells), fine=fine, curves=curves, pulses=pulses)
 
 
-def _padded(samples: Samples) -> Case:
-    """The cases of all runs, the last one again until they fill rows of ROWS."""
-    rows = np.arange(-(-len(samples.runs) // ROWS) * ROWS).clip(max=len(samples.runs) - 1)
+def _padded(samples: Samples, at_once: int) -> Case:
+    """The cases of all runs, the last one again until they fill rows of so many."""
+    rows = np.arange(-(-len(samples.runs) // at_once) * at_once).clip(max=len(samples.runs) - 1)
     return replace(samples.cases, settings=jax.tree.map(lambda x: np.asarray(x)[rows], samples.cases.settings))
 
 
@@ -191,7 +196,7 @@ def span_changes(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> dict[
     forward = bench.forward
     there = forward.effects_at(fit.vector, (*fit.ids, *among))
     effects = tuple(e for e in there if overrides(e) & {"settings", "span"})
-    made = _compile_changes(forward.model, tuple(map(type, effects)))(effects, _padded(forward.samples))
+    made = _compile_changes(forward.model, tuple(map(type, effects)))(effects, _padded(forward.samples, ROWS))
     made = jax.tree.map(lambda x: np.asarray(x)[: len(bench.samples.runs)], made)
     return {k: SpanChange(rows, StretchResponse(**s) if s else None) for k, (rows, s) in made.items()}
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import blake2b
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -284,6 +285,7 @@ def _spectrum(basis: Basis, weights: np.ndarray, length: float) -> Spectrum:
     return Spectrum(root, unit, np.maximum(values, 0.0), vectors)
 
 
+ONE_BY_ONE = Lock()  # searches beside several fits share spectra
 #: of a place, what its information is, and its spectra by length and squares of the weights
 Spectra = dict[Place, tuple[bytes, dict[tuple, Spectrum]]]
 
@@ -427,18 +429,20 @@ class SearchData:
         """The likeliest input at a place for each way of pooling runs, by evidence."""
         basis = self.basis_at(place)
         same = blake2b(np.ascontiguousarray(basis.information)).digest()
-        if place not in self.spectra or self.spectra[place][0] != same:
-            self.spectra[place] = same, {}
-        spectra = self.spectra[place][1]
+        with ONE_BY_ONE:
+            if place not in self.spectra or self.spectra[place][0] != same:
+                self.spectra[place] = same, {}
+            spectra = self.spectra[place][1]
         found, bases = [], {share: basis.with_fewer_knots(apart) for share, apart in LENGTHS.items()}
         for pool, weights in pooling_weights(self.bench.samples.runs).items():
             of_lengths = []
             for share, fewer in bases.items():  # of the likeliest height, the length being a share of the record
                 length = share * fewer.knots[-1]
                 key = length, (weights**2).tobytes()
-                spectrum = (
-                    spectra[key] if key in spectra else spectra.setdefault(key, _spectrum(fewer, weights, length))
-                )
+                with ONE_BY_ONE:  # who asks next for the same has it
+                    if key not in spectra:
+                        spectra[key] = _spectrum(fewer, weights, length)
+                    spectrum = spectra[key]
                 pull = np.einsum("gr,rk->gk", weights, fewer.pull)
                 shared = np.einsum("gr,rkc->gkc", weights, fewer.shared)
                 gain, height, *rest = _posterior(self.projector, spectrum, pull, shared, HEIGHTS / spectrum.unit)

@@ -523,7 +523,7 @@ class SearchOutcome:
         return next(c for c in self.latent_inputs if c.place.name == place.name)
 
 
-LOOP = 0.005  # of a gain, to which the closed loop and the march agree: 
+LOOP = 0.005  # of a gain, and WITHIN: to which the closed loop and the march agree
 
 
 def search_law(
@@ -536,7 +536,7 @@ def search_law(
     """Search the law of what is missing beside a fit; something is missing.
 
     pairs: whether laws of two terms are tried; matters: whether laws would change what is decided; those that
-    would not if they explained LOOP more than in closed loop are not put into the march.
+    would not if they explained LOOP and WITHIN more than in closed loop are not put into the march.
     """
     if len(data.bench.samples.runs) < FEWEST:
         return SearchOutcome(data=data, latent_inputs=())
