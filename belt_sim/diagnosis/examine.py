@@ -33,7 +33,7 @@ from belt_sim.diagnosis.linearisation import Linearisation, chance_inflation, fi
 from belt_sim.diagnosis.noise import metric_of, words_of
 from belt_sim.diagnosis.samples import first_place_inside_span, samples_of, shapes_a_span, shows_places
 from belt_sim.diagnosis.search import Search, add_fits, begin_search, extend, row_of, run_search, tabulate
-from belt_sim.diagnosis.workbench import Workbench, workbench
+from belt_sim.diagnosis.workbench import Workbench, expand_at_likely_settings, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError
 from belt_sim.jax_setup import begin_in_thread, in_float64, map_in_threads
@@ -298,13 +298,14 @@ def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids
     others, found = _others(bench.samples.signals, asked), []
 
     def predict(model: Composition) -> np.ndarray:
-        alone = workbench(bench.campaign, model, ()).forward
-        return alone.values(alone.null()[None])[0]
+        forward = Forward(bench.samples, model, (), bench.forward.step)
+        null, alone = forward.null(), replace(bench, forward=forward, keeps_noise=True)
+        return expand_at_likely_settings(alone.laid_out_by(forward, null), null).values(null[None])[0]
 
     for model, values in zip(others, map_in_threads(predict, others), strict=True):
         gain = nothing.chi2 - float(bench.metric.chi2(bench.fitted.y - values))
         same = likeliest and likeliest <= model.contains - asked.contains
-        if np.isfinite(gain) and gain > DESCRIBED * beyond_noise and not same:
+        if np.isfinite(values).all() and gain > DESCRIBED * beyond_noise and not same:
             chi2 = float(search.bench.metric.chi2(bench.fitted.y - values))
             lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
             rms = float(np.sqrt(np.nanmean((bench.samples.y - values)[:, lateral] ** 2)))

@@ -419,8 +419,10 @@ class Forward:
         classes: Sequence[type[Effect]],
         step: float = STEP,
         terms: Mapping[str, int] | None = None,
+        room: tuple[int, int] | None = None,
     ) -> None:
-        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved."""
+        """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved;
+        room: as in ``room_for``, of a program for a shorter step; by default as needed."""
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
         check_sensor_places(samples, model, self.classes)
         self.terms = harmonics_of(classes, samples) if terms is None else dict(terms)
@@ -436,7 +438,7 @@ class Forward:
         self._groups = [group_of(s.effect) for s in self.slots]
         travel = samples.end * REACH + 0.5
         steps, _, history = plan_steps(samples.cases, travel=travel, step=step, keep=step)
-        self._steps, self._room = (travel / steps, steps), room_for(steps, history)
+        self._steps, self.room = (travel / steps, steps), room or room_for(steps, history)
         self._far = np.array([bool(overrides(s.effect, FURTHER)) for s in self.slots] + [False] * len(NUISANCES))
         self.tension, self.yaw = np.zeros((2, len(samples.runs)))
         self.longer = 0.0
@@ -516,7 +518,7 @@ class Forward:
         samples, others = self.samples, places_of(self.samples)
         tilts = bool(others) or any(s.at.endswith("mid_span") for s in samples.signals)
         slots = tuple(self.slots[k] for k in kept)
-        march = compile_march(self.model, slots, *self._room, tilts, others)
+        march = compile_march(self.model, slots, *self.room, tilts, others)
         scales = [s.scale for s in slots] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
         spacing, most = self._steps
         steps = np.full(len(samples.runs), most)
@@ -596,7 +598,7 @@ class Forward:
         return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)
 
 
-WANTED = 0.1  # length of the march's error, whitened over the whole campaign: noise alone has one per reading
+WANTED = 0.2  # length of the march's error, whitened over the whole campaign: it shifts no number by more sigmas
 HALVINGS = 3
 ORDER = 4.0  # error of a step over that of half the step: the march is of second order
 
@@ -605,12 +607,16 @@ def choose_step(
     samples: Samples, model: Composition, classes: Sequence[type[Effect]], whiten: Callable[[np.ndarray], np.ndarray]
 ) -> tuple[float, np.ndarray]:
     """The longest step [m], of STEP and its halves, whose error is no longer than WANTED, and that error (R, S, n)
-    [m or rad]; ``classes``: within reach, all null, for the program that other predictions need as well; ``whiten`` as
-    in ``Metric``.
+    [m or rad]; ``classes``: within reach, all null, for the program that other predictions need as well, those of steps
+    twice as long (where a wrap is longer than these) among them; ``whiten`` as in ``Metric``.
     """
-    both = (Forward(samples, model, classes, step) for step in (STEP, STEP / 2))
-    coarse, fine = (f.values(f.null()[None])[0] for f in both)
-    error = (coarse - fine) * ORDER / (ORDER - 1.0)
+    rig, fine = samples.cases.rig, Forward(samples, model, classes)
+    if doubles := min(np.min(rig.wrap_head), np.min(rig.wrap_tail)) > 2.0 * STEP:
+        coarse = Forward(samples, model, classes, 2.0 * STEP, room=fine.room)
+    else:
+        coarse, fine = fine, Forward(samples, model, classes, STEP / 2.0)
+    at_coarse, at_fine = (f.values(f.null()[None])[0] for f in (coarse, fine))
+    error = (at_coarse - at_fine) / (ORDER - 1.0) * (1.0 if doubles else ORDER)
     size = float(np.linalg.norm(whiten(error)))
     halvings = 0 if size <= WANTED else min(int(np.ceil(np.log(size / WANTED) / np.log(ORDER))), HALVINGS)
     return STEP / 2**halvings, ORDER**-halvings * error

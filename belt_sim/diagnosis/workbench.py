@@ -44,15 +44,15 @@ class Workbench:
 
         Itself where a belt runs away at ``vector``, or a hair beside it.
         """
-        here = self._laid_out_by(self.forward, vector)
+        here = self.laid_out_by(self.forward, vector)
         return self if here is self else here._at_likely_settings(vector)
 
     def _at_likely_settings(self, vector: np.ndarray) -> "Workbench":
         """The workbench, laid out at ``vector``, with every run's settings where they most likely were."""
         forward = expand_at_likely_settings(self, vector)
-        return self if forward is self.forward else self._laid_out_by(forward, vector)
+        return self if forward is self.forward else self.laid_out_by(forward, vector)
 
-    def _laid_out_by(self, forward: Forward, vector: np.ndarray) -> "Workbench":
+    def laid_out_by(self, forward: Forward, vector: np.ndarray) -> "Workbench":
         """The workbench with nuisances as they are at ``vector``: what settings did to one of two repeats is not noise.
 
         Itself where a belt runs away there.
