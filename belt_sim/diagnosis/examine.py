@@ -36,7 +36,7 @@ from belt_sim.diagnosis.search import Search, add_fits, begin_search, extend, ro
 from belt_sim.diagnosis.workbench import Workbench, expand_at_likely_settings, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError
-from belt_sim.jax_setup import begin_in_thread, in_float64, map_in_threads
+from belt_sim.jax_setup import WORKERS, begin_in_thread, in_float64, map_in_threads
 from belt_sim.line.hooks import as_driven
 from belt_sim.line.spans import Composition
 from belt_sim.model import MODELS
@@ -44,6 +44,7 @@ from belt_sim.results.diagnosis import Discovery
 
 BOOTSTRAPS = 100
 BASE_MODELS = ("beam_th1", "beam_th2", "strip", "strip_lift_off")
+MANY = 10_000  # readings, from which what is beyond one set only is looked for at once
 DESCRIBED = 0.8  # of the chi2 beyond noise: a base model that explains less leaves something unexplained itself
 
 
@@ -267,10 +268,13 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
     there = {row.ids for row in table.rows}
     fits = [search.fits[frozenset(ids)] for ids in dict.fromkeys(beside) if frozenset(ids) in there]
     sound = [fit for fit in fits if keeps_tension(search.bench, fit)]
+    at_once = 1 if bench.samples.y.size > MANY else WORKERS  # each takes memory
     return search, replace(
         table,
         visible=frozenset(name for name, row in rows.items() if would_show(row, table, POLICY)),
-        unknown=tuple(map_in_threads(lambda fit: laws.evidence_of_unknown(search.bench, fit, likeliest), sound)),
+        unknown=tuple(
+            map_in_threads(lambda fit: laws.evidence_of_unknown(search.bench, fit, likeliest), sound, at_once)
+        ),
     )
 
 

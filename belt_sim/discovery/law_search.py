@@ -32,7 +32,9 @@ class LawSearch:
         data = search_data_of(bench, fit, among, self.spectra)
         if all(c.is_additive() for c in bench.forward.classes if c.id in fit.ids):
             self.begun[frozenset(fit.ids)] = data
-        return unknown_evidence(data)
+        found = unknown_evidence(data)
+        data.compute_once(("rows",), dict, data.states).clear()
+        return found
 
     def law(
         self,

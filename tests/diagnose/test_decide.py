@@ -186,6 +186,28 @@ def test_no_law_is_sought_for_a_row_that_the_search_cannot_change():
         assert decision.suspects_something_unknown(asked_of, POLICY) is law
 
 
+def test_a_law_that_cannot_reach_the_alarm_is_not_worth_a_march():
+    """Effects that gain 2000 and leave noise: no law explains more, and one that explains 200 less is far behind."""
+    pair, beside = row("crown", "taper", gain=2000.0), unknown(-7.0, "crown", "taper")
+    asked_of = table(pair, unknown=(NO_COURSE, beside))
+    decision = decide(asked_of, POLICY)
+    assert decision.most_of_a_law(asked_of, frozenset(), POLICY) == 2000.0
+    law = LawEvidence(words="", gain=2000.0, cost=0.0, sizes=1)
+    worth = [
+        decision.could_change(asked_of, frozenset(), [replace(law, gain=law.gain - less)], POLICY)
+        for less in (0.0, 200.0)
+    ]
+    assert worth == [True, False]
+
+
+def test_a_law_may_explain_what_is_seen_beside_the_effects():
+    pair, seen = row("crown", "taper", gain=2000.0), unknown(30.0, "crown", "taper")
+    asked_of, unasked = table(pair, unknown=(NO_COURSE, seen)), table(pair, unknown=(NO_COURSE,))
+    most = [decide(t, POLICY).most_of_a_law(t, frozenset(), POLICY) for t in (asked_of, unasked)]
+    assert most[0] == pytest.approx(2060.0, abs=0.1)
+    assert most[1] == np.inf
+
+
 def test_readings_that_could_show_nothing_do_not_say_that_nothing_is_missing():
     verdicts = [decide(table(visible=frozenset(ids)), POLICY).verdict for ids in ("", "a")]
     assert verdicts == [Verdict.CANNOT_SAY, Verdict.ADEQUATE]
