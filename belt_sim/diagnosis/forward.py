@@ -598,7 +598,7 @@ class Forward:
         return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)
 
 
-WANTED = 0.2  # length of the march's error, whitened over the whole campaign: it shifts no number by more sigmas
+WANTED = 0.1  # length of the march's error, whitened over the whole campaign: noise alone has one per reading
 HALVINGS = 3
 ORDER = 4.0  # error of a step over that of half the step: the march is of second order
 

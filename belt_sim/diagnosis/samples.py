@@ -24,7 +24,7 @@ from belt_sim.line.spans import Composition
 
 MAX_SAMPLES = 256  # per run; denser records are averaged in bins, which loses nothing that a belt can do
 WITHIN = 2.0  # sigmas of the place of the yaw, within which it may have jumped
-JUMP = 0.15  # [m] about the start and the change of yaw in which a tilt is not judged: it jumps there, within a step
+JUMP = 0.1  # [m] about the start and the change of yaw in which a tilt is not judged: it jumps there, within one step
 
 
 @dataclass(frozen=True, kw_only=True)
