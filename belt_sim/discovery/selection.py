@@ -523,7 +523,7 @@ class SearchOutcome:
         return next(c for c in self.latent_inputs if c.place.name == place.name)
 
 
-LOOP = 0.005  # of a gain, and WITHIN: to which the closed loop and the march agree
+LOOP = 0.005  # of a gain, and WITHIN beside it: to which the closed loop and the march agree
 
 
 def search_law(
