@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from belt_sim.diagnosis.decide import LawEvidence, UnknownEvidence
-from belt_sim.diagnosis.examine import LawResult
+from belt_sim.diagnosis.examine import MANY, LawResult
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.linear_search import TERM, ScoredLaw, distinct_families, exponents_of, single_term_laws
@@ -30,7 +30,8 @@ class LawSearch:
     def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
         """What is seen beside a fit in the linear range."""
         data = search_data_of(bench, fit, among, self.spectra)
-        if all(c.is_additive() for c in bench.forward.classes if c.id in fit.ids):
+        additive = all(c.is_additive() for c in bench.forward.classes if c.id in fit.ids)
+        if additive and bench.samples.y.size <= MANY:  # more take less time than memory
             self.begun[frozenset(fit.ids)] = data
         found = unknown_evidence(data)
         data.compute_once(("rows",), dict, data.states).clear()
