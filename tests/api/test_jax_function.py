@@ -19,7 +19,7 @@ def _with_tension(case, tension):
     return replace(case, settings=replace(case.settings, tension=tension))
 
 
-@pytest.mark.parametrize("model", ["strip", "beam_th2"])
+@pytest.mark.parametrize("model", ["strip", pytest.param("beam_th2", marks=pytest.mark.long)])
 def test_the_derivative_by_tension_is_that_of_the_curves(model):
     case, size = make_case(tension=10, travel=5), 1e3
     with jax.enable_x64(True):

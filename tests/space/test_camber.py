@@ -76,8 +76,7 @@ def quietly_loaded(text):
         mujoco.set_mju_user_warning(warn)
 
 
-@pytest.mark.parametrize("belt", ["flex", "grid"])
-@pytest.mark.parametrize("effects", [[], [WELD]], ids=["straight", "weld"])
+@pytest.mark.parametrize(("belt", "effects"), [("flex", [WELD]), ("grid", [])])
 def test_the_written_file_loads_as_the_model_that_ran(belt, effects):
     options = Options(dx=0.04, dt=1e-3)
     spec, _ = build_scene(CASE, belt, options, SpaceModel(options=options).parts(CASE, effects))

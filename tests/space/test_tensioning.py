@@ -51,7 +51,10 @@ def test_a_polygon_of_stations_is_as_long_as_the_smooth_belt_and_its_four_ways_o
         assert loop.chord * len(loop.x) == pytest.approx(HangingBelt.from_case(case).length + longer, abs=PHASE)
 
 
-@pytest.mark.parametrize(("belt", "tension", "near"), [("rope", 1.0, SLACK_AT_REST), ("flex", 7.0, AT_REST)])
+@pytest.mark.parametrize(
+    ("belt", "tension", "near"),
+    [pytest.param("rope", 1.0, SLACK_AT_REST, marks=pytest.mark.long), ("flex", 7.0, AT_REST)],
+)
 def test_a_belt_of_the_right_length_has_the_tension(belt, tension, near):
     case = paper_case(tension, 0.0, ROPE_EXAMPLE)
     options = fit_options(Options(tensioning="length", settle=2.0 if tension < 7.0 else 1.0), case, belt)

@@ -61,6 +61,7 @@ def test_warmth_comes_with_time_and_dirt_with_travel(fault):
     np.testing.assert_array_equal(*dirt)
 
 
+@pytest.mark.long
 def test_bent_pulleys_bring_the_belt_to_where_they_are_parallel():
     """Axes of curvature k: the tail is yawed by beta - k y, the head by k y, parallel at beta/2k."""
     bow = 5e-6 * FORCE
