@@ -25,8 +25,7 @@ from belt_sim.line.spans import ALL_HOOKS, Composition, steady_rate
 class Model(Protocol):
     """A belt that can be run.
 
-    name, title: as in configurations, and in words; contains: ids of effects that are built in; outputs: names of the
-    arrays of ``Curves`` that it fills.
+    name, title: as in configurations, and in words; contains: ids of effects that are built in.
     """
 
     @property
@@ -37,9 +36,6 @@ class Model(Protocol):
 
     @property
     def contains(self) -> frozenset[str]: ...
-
-    @property
-    def outputs(self) -> frozenset[str]: ...
 
     def refusal(self, effect: Any) -> str | None:
         """Why this model cannot represent an effect (or a class of effects); None when it can."""
@@ -85,11 +81,6 @@ class AnalyticModel(Composition):
     step: float = STEP
     keep: float = KEEP
 
-    @property
-    def outputs(self) -> frozenset[str]:
-        """Return the names of the arrays of Curves that it fills."""
-        return frozenset({"y", "angle", "moment", "edge_stress", "tilt", "sag"})
-
     def run(
         self, case: Case, effects: Sequence[Effect] = (), *, travel: float, observers: Sequence[Observer] = ()
     ) -> Curves:
@@ -121,12 +112,7 @@ MODELS: dict[str, AnalyticModel] = {
         AnalyticModel(name="beam_th1", title="beam, 1st order", span=span_law.beam_first_order, hooks=_NO_SPAN),
         AnalyticModel(name="beam_th2", title="beam, 2nd order", span=span_law.beam_second_order),
         AnalyticModel(name="ernst_beam", title="beam with Ernst's modulus", span=span_law.ernst_beam, hooks=_NO_SPAN),
-        AnalyticModel(
-            name="strip",
-            title="hanging strip",
-            span=span_law.strip,
-            contains=frozenset({"sag_roll"}),
-        ),
+        AnalyticModel(name="strip", title="hanging strip", span=span_law.strip, contains=frozenset({"sag_roll"})),
         AnalyticModel(
             name="strip_lift_off",
             title="hanging strip that lifts off",

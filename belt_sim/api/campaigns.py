@@ -18,15 +18,7 @@ from belt_sim.errors import InputError, finite, flag
 from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, understand, write
 from belt_sim.importing.columns import DRAWING, span_of
 from belt_sim.importing.mapping import mapping_of
-from belt_sim.importing.sheets import (
-    PLAN_COLUMNS,
-    plan_for,
-    plan_rows,
-    template,
-    tensions_for,
-    travel_for,
-    yaw_for,
-)
+from belt_sim.importing.sheets import PLAN_COLUMNS, plan_for, plan_rows, template, tensions_for, travel_for, yaw_for
 from belt_sim.io import write_text
 from belt_sim.results.words import Table
 from belt_sim.settings import BOUNDS, belt_from, rig_from

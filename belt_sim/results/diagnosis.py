@@ -414,10 +414,7 @@ class Verdict(StrEnum):
 
 #: headline and sentence of each
 _SAID = {
-    Verdict.ADEQUATE: (
-        "Nothing is missing",
-        "{model} agrees with every run.",
-    ),
+    Verdict.ADEQUATE: ("Nothing is missing", "{model} agrees with every run."),
     Verdict.EXPLAINED: (
         "Explained",
         "Model {model} lacks {effects}; with it, the model agrees with all runs within measurement error.",

@@ -10,25 +10,9 @@ from pydantic import BeforeValidator, Field, PlainSerializer, computed_field, mo
 
 from belt_sim.campaign.types import Kind
 from belt_sim.results import words
-from belt_sim.results.estimates import (
-    SETTING_DIGITS,
-    Array,
-    Free,
-    MachineSizes,
-    StoredEffect,
-    file_field,
-    is_empty,
-)
+from belt_sim.results.estimates import SETTING_DIGITS, Array, Free, MachineSizes, StoredEffect, file_field, is_empty
 from belt_sim.results.words import Display, Table, data_frame, dataset
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
-
-
-def _check_shapes(what: object, names: tuple[str, ...], shape: tuple[int, ...]) -> None:
-    """Raise ValueError unless all these arrays, where there are any, have one shape."""
-    for name in names:
-        value = getattr(what, name)
-        if value is not None and np.shape(value) != shape:
-            raise ValueError(f"{name} has the shape {np.shape(value)}, not {shape}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,9 +31,6 @@ class Panel:
     band: Array
     final: Array | None = None
     unit: str = "mm"
-
-    def __post_init__(self) -> None:
-        _check_shapes(self, ("travel", "measured", "base", "band", "final"), (len(self.travel),))
 
     @property
     def misfit(self) -> float:
@@ -71,9 +52,6 @@ class FailureMap:
     edges: Array
     ratio: Array
 
-    def __post_init__(self) -> None:
-        _check_shapes(self, ("ratio",), (len(self.tension), len(self.edges) - 1))
-
 
 @dataclass(frozen=True, kw_only=True)
 class Drift:
@@ -89,9 +67,6 @@ class Drift:
     u: Array
     stated: float | None = None
     u_stated: float = 0.0
-
-    def __post_init__(self) -> None:
-        _check_shapes(self, ("tension", "value", "u"), (len(self.tension),))
 
 
 @dataclass(frozen=True, kw_only=True)

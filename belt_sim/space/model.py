@@ -85,11 +85,6 @@ class SpaceModel:
         """A belt with weight and width hangs, tilts and shears by itself."""
         return frozenset() if self.belt == "rope" else frozenset({"sag_roll", "shear"})
 
-    @property
-    def outputs(self) -> frozenset[str]:
-        """Arrays of Curves that it fills."""
-        return frozenset({"y", "angle", "moment", "edge_stress", "tilt", "sag", "extra"})
-
     def refusal(self, effect: Effect | type[Effect]) -> str | None:
         """Why the 3D belt cannot show an effect; None when it can."""
         if effect.id in self.contains:
