@@ -102,10 +102,6 @@ def _ask(session: Session, campaign: Campaign) -> None:
         except BeltError as error:
             session.notify(*str(error).splitlines())
 
-    def forget() -> None:
-        session.effects = ""
-        session.notify()
-
     inputs = session.inputs
     with widgets.card("3. Ask", "Compare shows where a model fails; diagnose finds which physical effect it lacks."):
         titles = {BY_TENSION: f"by tension: {model_for_campaign(campaign)}"} | TITLES
@@ -113,7 +109,7 @@ def _ask(session: Session, campaign: Campaign) -> None:
         if session.effects:
             with box("line"):
                 ui.label(f"Compare uses what a diagnosis has found ({session.effects}).")
-                quiet_button("Without it", forget)
+                quiet_button("Without it", partial(session.use_effects, ""))
         with ui.expansion("More about the diagnosis").bind_value(inputs, "more").classes("w-full"):
             tried = partial(inputs.__setitem__, "candidates")
             widgets.effect_list("effects to try (none ticked: all)", inputs["candidates"], tried)
@@ -150,7 +146,9 @@ def _job(session: Session) -> None:
                 address = f"/results/{len(session.jobs)}/report"
                 ui.link("Report in a tab of its own", address, new_tab=True)
                 if (job.folder / "effects.yaml").exists():
-                    quiet_button("Use what was found in compare", partial(_use_effects, session, job.folder.name))
+                    quiet_button(
+                        "Use what was found in compare", partial(session.use_effects, f"{job.folder.name}/effects.yaml")
+                    )
             quiet_button("Download everything (zip)", partial(_zip, session, job.folder))
             for path in (*([report] if report.exists() else []), *pictures):
                 quiet_button(path.name, partial(ui.download.file, path))
@@ -162,11 +160,6 @@ def _job(session: Session) -> None:
         ui.label(words.in_print(job.said)).classes("scroll printed")
         for path in pictures:
             ui.image(path).classes("picture").props(f"data-name={path.stem} alt={path.stem}")
-
-
-def _use_effects(session: Session, name: str) -> None:
-    session.effects = f"{name}/effects.yaml"
-    session.notify()
 
 
 async def _zip(session: Session, folder: Path) -> None:

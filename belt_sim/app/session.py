@@ -315,6 +315,11 @@ class Session:
         self.notify(*self.open_folder(folder))
         self.finished_import = now
 
+    def use_effects(self, file: str) -> None:
+        """Let comparisons use what a diagnosis has left in this file; "": nothing."""
+        self.effects = file
+        self.notify()
+
     def back_to_import(self) -> None:
         self.importing = self.finished_import
         self.notify()

@@ -76,7 +76,7 @@ def first_sizes(effect_id: str) -> dict[str, float]:
 def warnings(simulation: Simulation) -> list[str]:
     """Everything to beware of, a sentence each: a slack edge, limits of the model's validity."""
     slack = [line for line in simulation.lines() if "edge goes slack" in line]
-    return [*slack, *(capital(f"{x.sentence} ({x.exceeded_by})") for x in simulation.beyond)]
+    return [*slack, *(f"{x.sentence} ({x.exceeded_by})" for x in simulation.beyond)]
 
 
 @dataclass
@@ -315,6 +315,6 @@ def _say(view: View, warned: list[str], calm: list[str]) -> None:
     view.places["said"].clear()
     with view.places["said"]:
         for line in warned:
-            widgets.notice(line)
+            widgets.notice(capital(line))
         for line in [*calm, *view.notes]:
             widgets.notice(line, "calm")
