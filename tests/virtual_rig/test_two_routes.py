@@ -8,6 +8,7 @@ import pytest
 from virtual_bench import YAW, plan_of
 
 from belt_sim.effects.base import library
+from belt_sim.effects.load import load_effects
 from belt_sim.line.hooks import indicate
 from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model
@@ -22,6 +23,7 @@ PASSING = 1e-5  # [m]: a weld, whose passing both integrate on tables of their o
 TILTED = 1e-4  # [rad]: the fitter reads the tilt under a load between places, and a wobble at steps; 0.5 % of the tilt
 KINKED = 1e-3  # [rad]: a weld at mid-span, where the kernel of both tables has a kink; 5 % of the tilt
 TRAVEL = 20.0
+AT_A_CHANGE = 0.005  # of what it does: there the powers that stand for a change of tension in a law meet it
 PUSHED = ("edge_guide", "idler_skew", "idler_skew_lower", "side_drag", "side_drag_lower")
 ON_THE_BELT = ("edge_profile",)
 TILTS = {"upper": "upper_mid_span", "lower": "lower_mid_span"}
@@ -145,3 +147,23 @@ def test_both_codes_agree(case):
     np.testing.assert_allclose(fitter[:4], truth[:4], atol={"weld": PASSING, "slip": LET_GO}.get(case[0], AGREE))
     tolerance = KINKED if case[0] == "weld" else TILTED if case[0] in (*PUSHED, "wobble") else AGREE
     np.testing.assert_allclose(fitter[4:, 1:], truth[4:, 1:], atol=tolerance)  # at 0 the fitter's is twisted already
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_unequal_forces_of_the_strands_are_a_law_of_the_span_that_runs_up(direction):
+    """A share less tension in the span that leaves the driven head pulley: ``pull_tail`` of a law file, constant."""
+    share, tension = 1.0 - np.exp(-0.75), 10e6
+    (law,) = load_effects(
+        [{"id": "generic_law", "tension": tension, "terms": [{"place": "pull_tail", "size": -share}]}]
+    )
+    run = RunSetting(tension=tension, yaw=YAW, direction=direction)
+    plan = plan_of(run, length=TRAVEL, spacing=0.5)
+    there, still = (
+        observe(plan, true_line(plan, "strip", TrueErrors()), faults)[:, :, 0]
+        for faults in ((fault_from_spec({"id": "slack_side", "share": float(share)}),), ())
+    )
+    case = paper_case(tension, YAW, direction=direction)
+    here, plain = (march_case(case, analytic_model("strip"), e, travel=TRAVEL, keep=0.5).y for e in ((law,), ()))
+    change = there - still
+    assert np.abs(change).max() > 1e-5
+    assert np.abs((here - plain) - change).max() < AT_A_CHANGE * np.abs(change).max()
