@@ -148,16 +148,16 @@ def run_limits(
     way = SLIP_WAY * float(case.rig.span_length) / 4.0
     add("slip", curves.moment, lambda _: slip_zones(case, curves) / way, points, words)
     wraps = np.array([case.rig.wrap_tail, case.rig.wrap_tail, case.rig.wrap_head, case.rig.wrap_head])[:, None]
-    for slip in (e for e in effects if linear and isinstance(e, Slip)):
+    for slip in (e for e in effects if linear and isinstance(e, Slip) and curves.moment is not None):
         own = 1.0 / max(float(slip.inverse_friction), 1e-9)
         words = "the belt slides on more than its wrap, which effects=[slip] does not know"
         zones = slip_zones(case, curves, own)
         whole = zones * with_side_force(zones / float(belt.width)) / wraps
-        add("whole_wrap", curves.moment, lambda _, x=whole: x, points, words)
+        add("whole_wrap", whole, lambda x: x, points, words)
         ups = (np.arange(4) % 2 == (0 if float(case.settings.direction) > 0.0 else 1))[:, None]
         words = "the belt keeps sliding where it runs up, which effects=[slip] knows at changes of the yaw only"
         lasting = slip_zones(case, curves, own, by_yaw=False) * ups
-        add("lasting_slip", curves.moment, lambda _, x=lasting: x / way, points, words)
+        add("lasting_slip", lasting, lambda x: x / way, points, words)
     if linear:
         words = "the cross-section rolls beyond small angles"
         add("large_tilt", curves.tilt, lambda x: np.abs(x) / SMALL_ANGLE, spans, words)

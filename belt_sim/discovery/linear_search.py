@@ -87,11 +87,11 @@ def form_products(data: SearchData, place: Place, targets: Targets) -> tuple[lis
         inputs = data.compute_once(("inputs", block), partial(form_inputs, data.states, block.everything, None, None))
         # what acts on what is bent, and shown, is another beside every state
         within = data.states if place.relative or place.name == "travel" else None
-        own, cross = data.compute_once(
-            ("lengths", place.name, block),
-            lambda block=block, inputs=inputs: _lengths(_plain_rows(data, place, block, inputs), block.waves),
-            within,
-        )
+
+        def lengths(block=block, inputs=inputs) -> tuple[np.ndarray, np.ndarray]:
+            return _lengths(_plain_rows(data, place, block, inputs), block.waves)
+
+        own, cross = data.compute_once(("lengths", place.name, block), lengths, within)
         found.append(Products(inputs @ along, own, cross, block.waves))
     return forms, found
 
@@ -160,13 +160,18 @@ def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
         elif place.is_stretch:
             rows = single_precision(states.stretch_input(place, channel, int(part or 0), block.everything)) @ op
         else:
+            key: tuple
             if block.depends_on_pulley:
                 key, within = ("inputs", channel if part is None else part, place.kind in WRAPPED, block), states
                 read = partial(form_inputs, states.variables_at(place), block.everything, part, channel)
             else:
                 key, within, plain = ("single", block), None, partial(form_inputs, states, block.everything, None, None)
                 read = partial(data.compute_once, ("inputs", block), plain)
-            inputs = data.compute_once(key, lambda read=read: single_precision(read()), within)
+
+            def single(read=read) -> np.ndarray:
+                return single_precision(read())
+
+            inputs = data.compute_once(key, single, within)
             gain = states.channel_gain(of_all_spans, channel, part)
             rows = inputs @ (op if isinstance(gain, float) else op * single_precision(gain)[..., None])
         kept[channel, block] = rows

@@ -405,8 +405,10 @@ class States:
 
     @cached_property
     def _landing_states(self) -> "States":
-        rows = {n: getattr(self, n) for n in ("y", "alpha", "kappa")}
-        return replace(self, **{n: np.stack([self.delay(x[:, k], k) for k in (0, 1)], 1) for n, x in rows.items()})
+        landed: dict[str, Any] = {
+            n: np.stack([self.delay(getattr(self, n)[:, k], k) for k in (0, 1)], 1) for n in ("y", "alpha", "kappa")
+        }
+        return replace(self, **landed)
 
     def delay(self, x: np.ndarray, pulley: int) -> np.ndarray:
         """What x (..., J) was one wrap of a pulley before; what lay there at the start lay straight."""

@@ -95,7 +95,7 @@ def _courses(states: States, end: float, *kinds: str) -> list[tuple]:
     shortest = states.shortest_wave
     lengths = end / RATIO ** np.arange(0.0, np.log(end / shortest) / np.log(RATIO))
     starts = [(w, at) for w in WIDE for at in np.arange(0.05, 0.97 - w, max(w, 0.1) / 1.5)]
-    grids = {
+    grids: dict[str, list[tuple]] = {
         "steady": [(c, None, None) for c in STEADY],
         "quadratic": [("quadratic", None, None)],
         "rise": [("rise", end * r, None) for r in RISES],
@@ -121,7 +121,8 @@ def usual_forms(states: States, kind: str) -> list[Form]:
             between = [float(x) for x in np.sqrt(tensions[1:] * tensions[:-1])]
             forms += [Form("sigma", shape=s, knee=x) for s in ("below", "above") for x in between]
         return forms
-    names, along = ("reading", "reading_rate"), [("constant", None, None), ("linear", None, None)]
+    names: tuple[str, ...] = ("reading", "reading_rate")
+    along: list[tuple] = [("constant", None, None), ("linear", None, None)]
     if kind != "sensor":
         if np.any(states.beta):
             forms += _forms(("beta",), [*courses, *passing])
@@ -428,7 +429,7 @@ class SearchData:
     def latent_inputs_at(self, place: Place) -> list[LatentInput]:
         """The likeliest input at a place for each way of pooling runs, by evidence."""
         basis = self.basis_at(place)
-        same = blake2b(np.ascontiguousarray(basis.information)).digest()
+        same = blake2b(basis.information.tobytes()).digest()
         with ONE_BY_ONE:
             if place not in self.spectra or self.spectra[place][0] != same:
                 self.spectra[place] = same, {}

@@ -81,7 +81,7 @@ def _term(t: Term, k: int, numbers: Estimates) -> str:
     value, u, _ = numbers.get(number_name("exponent", k), (t.exponent, 0.0, "1"))
     exponent = words.number(value, 2) if not u else f"({words.with_u(value, u)})"
     size = ""
-    if sizes := [numbers[n] for half in form.halves if (n := number_name(half, k)) in numbers]:  # of a wave both
+    if sizes := [numbers[n][:2] for half in form.halves if (n := number_name(half, k)) in numbers]:  # of a wave both
         factor, shown = shop_unit(t.size_unit if len(sizes) == 1 else t.place.unit)
         high, own_u = (math.hypot(*(one[i] for one in sizes)) for i in (0, 1))
         high = sizes[0][0] if len(sizes) == 1 else high

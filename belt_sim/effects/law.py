@@ -387,7 +387,7 @@ class Law:
         """The law with knees, courses and exponents of ``values``, named as the parameters of its effect."""
         terms = []
         for k, t in enumerate(self.terms):
-            changed = {n: values[number_name(n, k)] for n in t.form.numbers}
+            changed: dict[str, Any] = {n: values[number_name(n, k)] for n in t.form.numbers}
             terms.append(replace(t, form=replace(t.form, **changed), exponent=values[number_name("exponent", k)]))
         return Law(tuple(terms))
 
@@ -783,7 +783,8 @@ def _term_of(given: Any, where: str) -> tuple[Term, list[float]]:
             one.refuse(name, "give a number above 0")
     if abs(values.get("exponent", 0.0)) > STEEPEST:
         one.refuse("exponent", f"give an exponent of at most {STEEPEST:g} either way")
-    form = replace(form, **{n: values[n] for n, there in shaping.items() if there})
+    numbers: dict[str, Any] = {n: values[n] for n, there in shaping.items() if there}
+    form = replace(form, **numbers)
     return Term(place, form, values.get("exponent", 0.0)), [values[n] for n in form.halves]
 
 
