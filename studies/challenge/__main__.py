@@ -14,10 +14,9 @@ from rich.table import Table
 from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.errors import InputError, whole
 from belt_sim.io import provenance
-from belt_sim.jax_setup import cores
 from belt_sim.show.observers import progress
 from studies.application import application
-from studies.challenge.registry import answerer, cost, source
+from studies.challenge.registry import answerer, source
 from studies.challenge.report import describe_hidden, publish, target_cells
 from studies.challenge.run_case import Task
 from studies.challenge.run_challenge import drawn_seeds, remaining, results, run_challenge
@@ -33,7 +32,6 @@ def challenge(config: dict[str, Any]) -> None:
     seeds = range(task.seed, task.seed + whole("count", config["count"], 0))
     todo = len(remaining(task, seeds))
     if todo:
-        print(cost(task.source, todo, sharing["workers"] or cores()), flush=True)
         with progress(todo, f"challenge {task.ablation}") as done:
 
             def tell(result: dict[str, Any]) -> None:

@@ -29,21 +29,6 @@ SOURCES: dict[str, Draw] = {
     "plant_span": plant_span_campaign,
     **{name: partial(fresh_campaign, name=name) for name in FRESH_PLANS},
 }
-#: Processor seconds that a campaign takes, coarsely: to draw it, and to answer it.
-SECONDS = {"mix": (1.0, 25.0), "nothing": (1.0, 25.0), "strangers": (3.0, 60.0), "space": (30.0, 20.0)}
-SECONDS |= {"span": (15.0, 60.0), "plant": (3.0, 70.0)}
-SECONDS |= {"plant_span": (15.0, 90.0)}
-SECONDS |= dict.fromkeys(FRESH_PLANS, (2.0, 25.0))
-
-
-def cost(name: str, count: int, workers: int) -> str:
-    """What ``count`` campaigns of a source take, in a sentence; empty for a source of one's own."""
-    if name not in SECONDS:
-        return ""
-    draw, answer = SECONDS[name]
-    minutes = max(count * (draw + answer) / workers / 60.0, 1.0)
-    many = f"{count} campaigns, {workers} process{'es' if workers > 1 else ''}"
-    return f"{many}: some {minutes:.0f} min on quiet cores ({draw:.0f} s each to draw, {answer:.0f} s to answer)"
 
 
 def source(name: str) -> Draw:

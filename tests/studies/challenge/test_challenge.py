@@ -17,7 +17,6 @@ from belt_sim.results.diagnosis import RunSettings
 from belt_sim.units import DEGREE
 from belt_sim.virtual_rig import reveal
 from belt_sim.virtual_rig.make import HASH
-from studies.challenge.registry import cost
 from studies.challenge.run_case import Task, run_case
 from studies.challenge.run_challenge import results, run_challenge
 from studies.challenge.score import score_case
@@ -158,11 +157,3 @@ def test_the_diagnosis_itself_answers(who, tmp_path):
     assert (found.outcome, list(found.named)) == ("right", ["cant"])
     assert result["least"]["plain_mm"] > 0
     assert result["seconds"]["answer"] > 0
-
-
-def test_what_it_takes_is_told_before_it_begins():
-    assert (
-        cost("mix", 60, 1) == "60 campaigns, 1 process: some 26 min on quiet cores (1 s each to draw, 25 s to answer)"
-    )
-    assert "2 processes: some 4 min" in cost("space", 10, 2)
-    assert cost("my:own", 10, 2) == ""
