@@ -166,7 +166,13 @@ def run_hydra(command: str, settings: Sequence[str]) -> int:
         end_sweep()
     if "crash" in at_work:
         raise at_work.pop("crash")
-    return status or int(bool(at_work.get("failures")))
+    status = status or int(bool(at_work.get("failures")))
+    stated = dict[str, str]()  # Hydra lets the last of two count, which nobody would see
+    for key, value in (o.partition("=")[::2] for o in overrides if "=" in o and not status):
+        if stated.get(key, value) != value:
+            print(f"{key} was given twice, {stated[key]} before: {key}={value} counted")
+        stated[key] = value
+    return status
 
 
 def apply_hydra(program: str, task: Callable[..., Any], name: str, arguments: Sequence[str], conf: Path = CONF) -> int:
@@ -234,10 +240,6 @@ def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[
         for key in (o.partition("=")[0] for o in overrides if "=" in o):  # at once: Hydra takes a while to load
             if re.fullmatch(r"\w+", key) and key not in known:
                 raise BeltError(f"{key}: no such key{nearest(key, known)}")
-    stated = dict[str, str]()  # Hydra lets the last of two count, which nobody sees
-    for key, value in (o.partition("=")[::2] for o in overrides if "=" in o):
-        if stated.setdefault(key, value) != value:
-            raise BeltError(f"{key}={value}: {key} is given twice, {stated[key]} before; give it once")
     own = [flags[k + 1] for k, flag in enumerate(flags[:-1]) if flag in ("-cd", "--config-dir")]
     own += [flag.partition("=")[2] for flag in flags if flag.startswith(("-cd=", "--config-dir="))]
     for argument in overrides:
