@@ -19,13 +19,18 @@ FIXED = (
 )  # fmt: skip
 
 
+def show_help(text: str | None) -> None:
+    """Where the command line asks for help, print ``text`` (a module's docstring) and leave, before anything is run."""
+    if any(a in HELP for a in sys.argv[1:]):
+        print(text)
+        sys.exit(0)
+
+
 def application(name: str, study: Callable[[dict[str, Any]], None]) -> None:
     """Run ``study`` with studies/conf/NAME.yaml and what the command line changes in it; -m runs it once a value."""
     module = getattr(sys.modules["__main__"].__spec__, "name", name).removesuffix(".__main__")
     arguments = sys.argv[1:]
-    if any(a in HELP for a in arguments):
-        print((HERE / "conf" / f"{name}.yaml").read_text(encoding="utf-8"))
-        return
+    show_help((HERE / "conf" / f"{name}.yaml").read_text(encoding="utf-8"))
     prepare()
 
     def task(config: Any) -> None:

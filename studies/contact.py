@@ -16,6 +16,7 @@ import numpy as np
 
 import belt_sim as bs
 from belt_sim.curves import Curves
+from studies.application import show_help
 
 FAR, YAW = 5.0, -0.042  # [m], [degrees]
 SETTLED = 1.0  # [m]: the tilt swings with the start of the run before
@@ -78,4 +79,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     main()

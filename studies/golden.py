@@ -34,6 +34,7 @@ from typing import Any
 import yaml
 
 from belt_sim.io import CAMPAIGNS
+from studies.application import show_help
 
 ROOT = Path(__file__).resolve().parents[1]
 GOLDEN = ROOT / "tests" / "golden"
@@ -519,4 +520,5 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     sys.exit(main(sys.argv[1:]))

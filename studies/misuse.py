@@ -29,6 +29,7 @@ from belt_sim.campaign import read_campaign, suspicions, write_campaign
 from belt_sim.commands.cli import run_command
 from belt_sim.errors import BeltError
 from belt_sim.io import CAMPAIGNS, ROOT
+from studies.application import show_help
 
 LIMIT = 60.0  # [s] without an answer that count as a hang
 LOGGERS = ROOT / "models" / "loggers"
@@ -466,4 +467,5 @@ def main(arguments: list[str]) -> None:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     main(sys.argv[1:])

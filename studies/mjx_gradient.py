@@ -12,6 +12,7 @@ import numpy as np
 from belt_sim.jax_setup import in_float64, least_effort, prepare
 from belt_sim.settings import make_case
 from belt_sim.space.options import Options
+from studies.application import show_help
 
 STEP = 1.5e-3  # [s]
 COARSE = Options(dx=0.04, dt=STEP, run_in=0.3, settle=0.2, yaw_time=0.15, acceleration=3.0)
@@ -52,5 +53,6 @@ def gradient(steps: int = 2000, piece: int = 50) -> None:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     prepare(space=True)
     gradient(*map(int, sys.argv[1:]))

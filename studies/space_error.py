@@ -22,6 +22,7 @@ from belt_sim.virtual_rig.space import (
     true_cases,
     with_simulator_error,
 )
+from studies.application import show_help
 from studies.challenge.space_campaigns import small_space_plan
 
 
@@ -57,4 +58,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     main()

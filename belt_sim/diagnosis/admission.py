@@ -23,7 +23,7 @@ from belt_sim.scene_parts import SceneParts
 TRAVEL = 40.0  # [m]
 PARITY = 0.05  # share of the contribution that may have the other parity: run-up nonlinearities are smaller
 EXPONENT = 0.2  # late rates follow a power law only in the limit of high tension
-ALIKE = 0.98  # collinearity from which data cannot tell two effects apart
+ALIKE = 0.98  # collinearity from which an effect can imitate another in these readings, not always the other way round
 SEEN = 0.1  # whitened length of a shape that can be seen at all
 SHOWN = 3
 HIGH_TENSION = (4e8, 8e8)  # [Pa]
@@ -98,7 +98,9 @@ def _check_exponent(cls: type[Effect], model: Composition, case: Case) -> list[s
 
 
 def _check_collinearity(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str]:
-    """Largest cosine between this effect's shapes and each library effect's, after the nuisances."""
+    """Largest cosine between this effect's shapes and each library effect's, after the nuisances.
+
+    One that has more shapes can imitate yours, and still not be imitated by it: the evidence tells them apart."""
     others = [c for c in library().values() if model.refusal(c) is None and c is not cls]
     bench = workbench(campaign, model, [cls, *others])
     base = bench.fit([bench.start((), bench.forward.null())])[0]
@@ -112,6 +114,6 @@ def _check_collinearity(cls: type[Effect], model: Composition, campaign: Campaig
     cosines = {i: float(np.linalg.norm(b @ own.T, ord=2)) for i, b in bases.items() if len(b)}
     worst = sorted(cosines, key=lambda i: -cosines[i])[:SHOWN]
     return [
-        f"{cls.id}: collinearity {cosines[i]:.4f} with {i}" + (": your data cannot tell" if cosines[i] > ALIKE else "")
+        f"{cls.id}: collinearity {cosines[i]:.4f} with {i}" + (f": {i} can imitate yours" if cosines[i] > ALIKE else "")
         for i in worst
     ]

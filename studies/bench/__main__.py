@@ -21,6 +21,7 @@ from rich.table import Table
 import belt_sim as bs
 from belt_sim.io import ROOT, provenance, write_json, write_with
 from belt_sim.jax_setup import prepare
+from studies.application import show_help
 from studies.bench.commands import ROWS, measure
 
 SCHEMA = "belt-bench/2"
@@ -101,4 +102,5 @@ def _draw(path: Path, found: list[dict[str, Any]]) -> None:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     main()

@@ -9,6 +9,7 @@ from belt_sim.jax_setup import prepare
 from belt_sim.settings import make_case
 from belt_sim.space.native import SpaceRun, instants_of
 from belt_sim.space.options import Options, fit_options
+from studies.application import show_help
 
 FIRST, STEPS = 300, 1000
 
@@ -39,6 +40,7 @@ def cost(rig: str, tension: float) -> tuple[float, float, float]:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     prepare(space=True)
     for rig, tension in (("rope_example", 20.0), ("test_rig", 10.0), ("test_rig", 40.0)):
         whole, own, steps = cost(rig, tension)

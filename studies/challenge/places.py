@@ -18,6 +18,7 @@ from belt_sim.discovery.closed_loop import fit_closed_loop
 from belt_sim.discovery.linear_search import distinct_families, refine_numbers, single_term_laws
 from belt_sim.discovery.search_data import search_data_of
 from belt_sim.virtual_rig import Truth
+from studies.application import show_help
 from studies.challenge.oracle import noise_free
 from studies.challenge.registry import source
 from studies.challenge.report import APART
@@ -55,6 +56,7 @@ def sigma_from_others(seed: int, name: str = "plant_span") -> tuple[Truth, float
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     first, count = map(int, sys.argv[1:3])
     apart = 0
     for seed in range(first, first + count):

@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 
 from belt_sim.io import ROOT, write_text
+from studies.application import show_help
 
 PACKAGE = ROOT / "belt_sim"
 PAGE, PICTURE = ROOT / "docs" / "architecture.md", ROOT / "docs" / "images" / "architecture.svg"
@@ -127,4 +128,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     main()

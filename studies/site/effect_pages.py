@@ -8,6 +8,7 @@ from belt_sim.effects.base import Effect, library, title_of
 from belt_sim.io import ROOT
 from belt_sim.line.hooks import HOOKS, overrides
 from belt_sim.model import ANALYTIC, Model, SteadyModel
+from studies.application import show_help
 
 PAGE = ROOT / "docs" / "effects.md"
 CAN, HAS, CANNOT = "yes", "built in", "-"
@@ -65,4 +66,5 @@ def written() -> str:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     PAGE.write_text(written(), encoding="utf-8")

@@ -15,6 +15,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from belt_sim.io import ROOT
+from studies.application import show_help
 
 TESTS, PAGE = ROOT / "tests", ROOT / "docs" / "how_far.md"
 BEGIN, END = "<!-- evidence -->", "<!-- end -->"
@@ -109,4 +110,5 @@ def write() -> None:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     write()

@@ -14,6 +14,7 @@ from typing import Any
 from sphinx.application import Sphinx
 
 from belt_sim.io import ROOT
+from studies.application import show_help
 
 PAGE = ROOT / "docs" / "notebooks.md"
 _WRITTEN = re.compile(r"(<!-- written: (\w+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
@@ -90,6 +91,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     import nbformat
 
     for file in [Path(a) for a in sys.argv[1:]] or sorted((ROOT / "examples").glob("*.ipynb")):

@@ -14,6 +14,7 @@ from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 
 from belt_sim.io import ROOT
+from studies.application import show_help
 
 PAGE = ROOT / "docs" / "reference.md"
 _BLOCK = re.compile(r"^```\{names\} (\S+)\n(?::members:\n)?(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -76,4 +77,5 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     PAGE.write_text(written(), encoding="utf-8")

@@ -3,6 +3,7 @@
 import re
 
 from belt_sim.io import ROOT
+from studies.application import show_help
 
 PAGE = ROOT / "docs" / "command_line.md"
 
@@ -19,4 +20,5 @@ def written() -> str:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     PAGE.write_text(written(), encoding="utf-8")

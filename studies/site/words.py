@@ -4,6 +4,7 @@ import re
 import sys
 
 from belt_sim.io import ROOT
+from studies.application import show_help
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 MOST, MOST_OF_README, LONG = 22_000, 600, 1_500
@@ -54,6 +55,7 @@ def faults() -> list[str]:
 
 
 if __name__ == "__main__":
+    show_help(__doc__)
     sizes = sorted((count(text), name) for name, text in pages().items())
     print("\n".join(f"{n:6d} {name}" for n, name in sizes))
     print(f"{sum(n for n, _ in sizes):6d} in all")
