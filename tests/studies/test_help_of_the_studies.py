@@ -20,10 +20,12 @@ def test_help_is_printed_before_anything_is_run(study, monkeypatch, capsys, tmp_
     monkeypatch.setattr(sys, "argv", [study, "--help"])
     monkeypatch.delitem(sys.modules, study, raising=False)  # another study has imported it
     before = {path: path.stat().st_mtime_ns for path in (ROOT / "docs").rglob("*")}
+    ends: list[object] = []
     try:
         runpy.run_module(study, run_name="__main__", alter_sys=True)
     except SystemExit as end:
-        assert not end.code
+        ends.append(end.code)
+    assert ends in ([], [0])
     assert len(capsys.readouterr().out) > 60
     assert {path: path.stat().st_mtime_ns for path in (ROOT / "docs").rglob("*")} == before
     assert not list(tmp_path.iterdir())
