@@ -591,6 +591,8 @@ def _bend(self, bend, boundary, known, case):
         if kind == "bending":  # its moment is that of its own stiffness: the rest of the curvature bears none
             natural = -jnp.expm1(x) * (jnp.stack([answer.runup, answer.runoff]) @ boundary.ends + more[:2])
         bend = add_natural(bend, more.at[:2].add(-natural), natural)
+        if kind == "tension":
+            bend = add(bend, tension=share)
     return bend
 
 

@@ -31,7 +31,8 @@ class Bend:
     """Curvature and roll that effects inside the spans add, shape (2,): spans up the tail and the head pulley.
 
     runup, runoff: elastic curvature added at the ends [1/m]; natural_runup, natural_runoff: natural curvature of the
-    belt there [1/m]; tilt: roll added at mid-span [rad]; side_force: on the run-up end if both ends were hinged [N].
+    belt there [1/m]; tilt: roll added at mid-span [rad]; side_force: on the run-up end if both ends were hinged [N];
+    tension: what is added to the span's own, as a share.
     """
 
     runup: jnp.ndarray
@@ -40,6 +41,7 @@ class Bend:
     natural_runoff: jnp.ndarray
     tilt: jnp.ndarray
     side_force: jnp.ndarray
+    tension: jnp.ndarray
 
 
 @pytree
@@ -119,7 +121,8 @@ class Support(LoadResponse):
 def no_bend() -> Bend:
     """Return spans without loads and natural curvature."""
     zero = jnp.zeros(2)
-    return Bend(runup=zero, runoff=zero, natural_runup=zero, natural_runoff=zero, tilt=zero, side_force=zero)
+    names = ("runup", "runoff", "natural_runup", "natural_runoff", "tilt", "side_force", "tension")
+    return Bend(**dict.fromkeys(names, zero))
 
 
 @jax.jit

@@ -151,7 +151,7 @@ def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> 
     rows = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rows)
     found = {name: _by_place(row.T, case) for name, row in rows.items()}
     largest = jnp.maximum(jnp.abs(found["moment"]), jnp.abs(found["moment_runoff"]))
-    edge = case.settings.tension - largest * 6.0 / (case.belt.width**2 * case.belt.thickness)
+    edge = found.pop("tension") - largest * 6.0 / (case.belt.width**2 * case.belt.thickness)
     sag = case.sag_curvature * spans.span.length**2 / 8.0
     travel = spacing * stride * jnp.arange(records + 1)
     return Curves(travel=travel, **found, edge_stress=edge, sag=jnp.stack([sag, sag]))
@@ -273,12 +273,14 @@ def _observe(carry, spans, start):
     """Return what is recorded of one instant, in the order (span up the tail, span up the head); y since the start."""
     (_, now, off, yaw), before = carry, start[3]
     y = jnp.concatenate([now.y + yaw.aside_runup, off.y + yaw.aside_runoff[::-1]])
+    tilt, tension = spans.tilt_and_tension(now, off, yaw)
     return {
         "y": y - jnp.concatenate([before.aside_runup, before.aside_runoff[::-1]]),
         "angle": jnp.concatenate([yaw.runup + now.alpha, yaw.runoff[::-1] + off.alpha]),
         "moment": now.moment,
         "moment_runoff": now.moment_runoff,
-        "tilt": spans.tilt(now, off, yaw),
+        "tilt": tilt,
+        "tension": tension,
     }
 
 

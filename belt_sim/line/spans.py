@@ -185,10 +185,11 @@ class Spans:
 
         return read
 
-    def tilt(self, state: State, off: RunOff, yaw: Yaw) -> jax.Array:
-        """Return the roll of both spans at mid-span [rad], shape (2,)."""
+    def tilt_and_tension(self, state: State, off: RunOff, yaw: Yaw) -> tuple[jax.Array, jax.Array]:
+        """Return the roll at mid-span [rad] and the tension [Pa] of both spans, shape (2,) each."""
         boundary = self.boundary_values(state.travel, state.y, state.alpha, off, yaw)
-        return _apply(self.answer.mid_tilt, boundary) + self.bend(boundary).tilt
+        bend = self.bend(boundary)
+        return _apply(self.answer.mid_tilt, boundary) + bend.tilt, self.case.settings.tension * (1.0 + bend.tension)
 
 
 def span_responses(case: Case, effects: Sequence, span: Span) -> Response:

@@ -259,3 +259,16 @@ def test_a_law_that_a_diagnosis_names_is_taken_again():
 def test_an_entry_is_plain_data():
     entry = law_entry(law_effect(law_of("spans"))())
     assert law_of_entry(json.loads(json.dumps(entry))).sizes == law_of("spans").sizes
+
+
+@pytest.mark.parametrize(("place", "span"), [("pull_tail", 0), ("pull_upper", 0), ("pull_lower", 1)])
+def test_an_edge_has_the_stress_of_its_own_span(place, span):
+    """A strand at 30 % of 20 N/mm2 has 6 less what its own moments take; the other keeps 20."""
+    law = SizedLaw(Law((Term(PLACES[place], Form("none"), 0.0),)), (-0.7,), 1e7)
+    case = bs.make_case(rig="test_rig", tension=20, yaw=-0.12)
+    curves = analytic_model("strip").run(case, (law_effect(law)(),), travel=10.0)
+    moment = np.maximum(np.abs(curves.moment), np.abs(curves.moment_runoff))
+    own = np.array([20e6, 20e6])
+    own[span] = 6e6
+    taken = 6.0 * moment / (float(case.belt.width) ** 2 * float(case.belt.thickness))
+    np.testing.assert_allclose(curves.edge_stress, own[:, None] - taken, rtol=1e-9)
