@@ -183,7 +183,7 @@ def run_limits(
         if load.max() > 1.0:
             where, _ = np.unravel_index(np.argmax(load), load.shape)
             first = float(travel[np.argmax((load > 1.0).any(axis=0))])
-            words = f"{words} from {first:.3g} m of travel on, most at {places[where]}"
+            words = f"from {first:.3g} m of travel on, {words}, most at {places[where]}"
             left.append(Limit(name, float(load.max()), words, GIVEN.get(name, "")))
     return tuple(sorted(left, key=lambda x: -x.load))
 

@@ -196,6 +196,7 @@ FLOOR = 1.2  # times the noise floor, up to which an error is noise
 RESOLVED = 3.0  # sigma, below which nobody takes two explanations for told apart
 #: sigma by which the likelier of two stands out in 97 of 100 campaigns, so that it has 95 % of the probability
 APART = 5.0
+WORTH = 1.0  # sigma, by which a further run must raise what tells two apart
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,13 +227,14 @@ class NextRun:
 
     @property
     def resolves(self) -> bool:
-        """Whether the run would tell the pair apart; below that nobody is advised to make it."""
-        return self.sigma_after >= RESOLVED
+        """Whether the run would tell the pair apart, better than these runs do; else nobody is advised to make it."""
+        return self.sigma_after >= RESOLVED and self.sigma_after - self.sigma_before >= WORTH
 
     def __str__(self) -> str:
         pair = " from ".join(self.separates)
         if not self.resolves:
-            return f"No single further run on this rig tells {pair} at the sizes that were found."
+            better = " better" if self.sigma_after >= RESOLVED else ""
+            return f"No single further run on this rig tells {pair}{better} at the sizes that were found."
         tells = "tells" if self.sigma_after >= APART else "may tell"
         change = f"{words.decimal(self.sigma_before, 1)} -> {words.decimal(self.sigma_after, 1)} sigma"
         return f"{self.action[:1].upper()}{self.action[1:]}. It {tells} {pair} ({change})."

@@ -119,7 +119,7 @@ class Simulation(Display):
         said = [f"{self.title}: late rates in mm per m at points {rates}"]
         if not self.is_settled:
             known = self.steady_rate is not None
-            steady = f"; the steady rate is {words.column(self.steady_rate, sign=True)}" if known else ""
+            steady = f"; the steady rate is {words.column(self.steady_rate, sign=True)} mm per m" if known else ""
             said.append(f"not settled: these are slopes over the last fifth of the travel{steady}")
         slack = self.slackest_edge
         if slack is not None and slack < 0:

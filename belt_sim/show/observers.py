@@ -64,6 +64,7 @@ STAGES = {
 SOMETIMES = {"checking the machine data", LAW, list(STAGES)[-1]}  # not always there: not to come until they begin
 #: a law takes half as long again as all before it: within 30 % in 35 of 44 blind campaigns where one was sought
 LAW_SHARE = 1.0 / 1.5
+LOADING = 3.6  # [s] at most that the first stage counts for in a forecast: effects of one's own may be slow to load
 LINE_EVERY = 0.10  # share of the work between two lines where there is no terminal
 
 
@@ -81,7 +82,7 @@ def _begin(
     def about(done: float, note: str) -> str:
         if timed or not 0.0 < done < total:
             return ""
-        more = " or more" if note in list(STAGES)[: list(STAGES).index(LAW)] else ""
+        more = ", longer if a law is sought" if note in list(STAGES)[: list(STAGES).index(LAW)] else ""
         return f" of about {(time.monotonic() - began) / done:.0f} s{more}"
 
     def print_line(done: float, note: str) -> None:
@@ -99,10 +100,10 @@ def _begin(
 
     if not console.is_terminal or multiprocessing.parent_process() is not None:
         return print_line, lambda: None
-    share, note = TextColumn("{task.percentage:>3.0f} %"), TextColumn("{task.fields[note]}")
+    share, note = TextColumn("{task.percentage:>3.0f} %"), TextColumn("{task.fields[note]}", markup=False)
     times = (share, note, TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
     columns = times if timed else (note, TimeElapsedColumn())
-    bar = Progress(TextColumn("{task.description}"), BarColumn(bar_width=None), *columns, console=console)
+    bar = Progress(TextColumn("{task.description}", markup=False), BarColumn(bar_width=None), *columns, console=console)
     task = bar.add_task(title, total=total, note="")
     bar.start()
     return lambda done, note: bar.update(
@@ -144,8 +145,8 @@ def stages_shown(title: str) -> Iterator[Callable[[int, str], None]]:
 
 
 def in_stages(done: Callable[..., None]) -> Callable[[int, str], None]:
-    """A diagnosis as work out of 1: ``done`` of ``progress(1.0, ...)`` as (replicates, stage); "or more" where a law
-    may still be sought.
+    """A diagnosis as work out of 1: ``done`` of ``progress(1.0, ...)`` as (replicates, stage); a law may
+    still be sought, which takes longer.
 
     Where a stage begins, what is over is counted by the measured shares of the stages before it, and what is to come by
     those that always follow: of a law, nobody knows before. What is beyond the library takes about 0.8 of the time of
@@ -164,10 +165,14 @@ def in_stages(done: Callable[..., None]) -> Callable[[int, str], None]:
         spent[now] = elapsed - sum(spent.values())
         over, now = over + STAGES[now], stage
         to_come = STAGES[stage] + sum(STAGES[n] for n in names[names.index(stage) + 1 :] if n not in SOMETIMES)
-        share = over / (over + to_come)
-        if stage == BEYOND and elapsed > 0.0:
-            share = elapsed / (elapsed + 0.8 * spent.get(PREPARING, 0.0) + spent.get(FITTING, 0.0))
-        share = LAW_SHARE if stage == LAW else max(share, told)
+        working = elapsed - max(spent.get("", 0.0) - LOADING, 0.0)
+        rest = working * to_come / over
+        if stage == BEYOND:
+            rest = 0.8 * spent.get(PREPARING, 0.0) + spent.get(FITTING, 0.0)
+        elif stage == LAW:
+            rest = working * (1.0 / LAW_SHARE - 1.0)
+        share = elapsed / (elapsed + rest) if elapsed > 0.0 else 0.0
+        share = share if stage == LAW else max(share, told)
         done(share - told, stage)
         told = share
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.padding import Padding
 from rich.table import Table as RichTable
 from rich.text import Text
@@ -97,11 +98,11 @@ def console() -> Console:
 def rich_table(table: Table) -> RichTable:
     """A table of a result for the terminal, without lines between columns: on a narrow window words wrap in place."""
     look: Any = {"box": box.SIMPLE_HEAD, "pad_edge": False, "collapse_padding": True}
-    shown = RichTable(title=table.title, title_justify="left", **look)
+    shown = RichTable(title=escape(table.title), title_justify="left", **look)
     for k, name in enumerate(table.columns):
         side = "left" if name in table.left else "right"
         whole = name not in table.left or (k == 0 and all(len(row[0]) <= LONGEST_NAME for row in table.rows))
-        shown.add_column(name, justify=side, overflow="fold", no_wrap=whole)  # type: ignore[arg-type]
+        shown.add_column(escape(name), justify=side, overflow="fold", no_wrap=whole)  # type: ignore[arg-type]
     for k, row in enumerate(table.rows):
         shown.add_row(*map(Text, map(in_terminal, row)), style="red" if k in table.marked else None)
     return shown

@@ -188,7 +188,7 @@ def test_what_an_effect_does_beyond_the_laws_is_told_with_its_place(name):
     y, edge = np.abs(found.curves.y).max(), found.curves.edge_stress.min()
     assert ("off_pulley" in told) == (y > 0.1)
     assert ("slack_edge" in told) == (edge < 0.0)
-    assert all("m of travel on, most at" in told[x].words for x in left)
+    assert all(re.search("^from .* m of travel on, .*, most at", told[x].words) for x in left)
 
 
 def test_a_belt_that_runs_away_is_stopped_in_one_line():
@@ -210,7 +210,7 @@ def test_a_guide_behind_a_run_off_slides_the_belt_and_is_told():
         told = {x.id: x for x in found.beyond}
         assert np.abs(late).max() < most
         assert {"guide_slips", "slip"} <= set(told) <= {"guide_slips", "guide_hunts", "slip"}
-        assert "N from" in told["guide_slips"].words
+        assert re.search(r"bears \d+ N, most", told["guide_slips"].words)
         assert ("guide_hunts" in told) == (at > 2.0)  # nearer it stays on the guide, and slides
     assert not {"guide_slips", "guide_hunts"} & {x.id for x in guided(10.0, "stiffness", 1.0).beyond}  # before a run-up
 
@@ -221,10 +221,10 @@ def test_slip_knows_any_moment_of_the_run():
     steered = simulate(paper_case(20.0, yaw), model="strip", travel=30.0)
     askew = simulate(paper_case(20.0, 0.0), model="strip", travel=30.0, effects=[yaw_error(yaw)])
     own = {x.id: x for x in steered.beyond}["slip"]
-    assert "from 0 m of travel on, most at point" in own.words
+    assert "from 0 m of travel on, " in own.words
     told = {x.id: x for x in askew.beyond}["slip"]
     assert told.load == pytest.approx(own.load, rel=2e-3)
-    assert "from 0 m of travel on, most at point" in told.words
+    assert "from 0 m of travel on, " in told.words
     case, drag = paper_case(10.0, 0.0), {"id": "side_drag", "moment": 20.0, "place": 0.1}
     sticks, slides = (
         simulate(case, model="strip", travel=60.0, effects=[drag, *more])
@@ -402,7 +402,7 @@ def test_a_run_in_three_dimensions_is_told_slack_edges_and_slip_and_no_small_ang
     )
     told = {x.id: x for x in run_limits(case, curves, linear=False)}
     assert set(told) == {"slack_edge", "slip"}
-    assert told["slack_edge"].words == "an edge is slack from 0.5 m of travel on, most at lower span"
+    assert told["slack_edge"].words == "from 0.5 m of travel on, an edge is slack, most at lower span"
     zone = 4.0 * case.rig.tail_radius * 60.0 / (FRICTION * case.tension_force * case.belt.width)
     assert told["slip"].load == pytest.approx(zone / (case.rig.span_length / 40.0))
     assert {x.id for x in run_limits(case, curves, linear=False, contains=["slip"])} == {"slack_edge"}

@@ -70,7 +70,9 @@ def test_what_a_named_effect_may_be_instead_is_lettered_on_the_sketch():
     named = replace(TAPER, confusable_with=(("yaw_offset_tail",), ("side_drag",)))
     page = render(replace(drawn("nothing"), effects=(named,), tied=()))
     assert len(re.findall(r'<g class="spot other"><circle[^>]*/><text[^>]*>a</text>', page)) == 1
-    assert re.search(r'It may instead be that <b class="letter">a</b> .*?, or that <b class="letter">b</b> ', page)
+    assert re.search(
+        r'It may instead be that <b class="letter">\(a\)</b> .*?, or that <b class="letter">\(b\)</b> ', page
+    )
     assert "Letters in the sketch" in page
 
 
@@ -109,6 +111,8 @@ def test_a_run_that_resolves_nothing_is_not_advised():
     below, above = (NextRun("reverse", pair, 0.1, RESOLVED + more) for more in (-0.1, 0.1))
     assert str(below) == "No single further run on this rig tells taper from crown at the sizes that were found."
     assert "may tell taper from crown" in str(above)
+    little = NextRun("reverse", pair, RESOLVED - 0.1, RESOLVED + 0.2)
+    assert str(little).startswith("No single further run on this rig tells taper from crown better")
     said = replace(drawn("nothing"), next_runs=(above, below, below)).further_runs
     assert said == (str(above),)  # nothing contradicts it
     assert replace(drawn("nothing"), next_runs=(below, below)).further_runs == (str(below),)
