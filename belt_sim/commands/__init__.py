@@ -84,6 +84,7 @@ def one_line(error: BaseException, command: str, conf: Path = CONF) -> str:
         return first
     if isinstance(error, ValueError):  # Hydra checks the names of groups with it
         return "a group (rig, belt, model) is named by one of its files, as rig=test_rig"
+    first = re.sub(r"^\w+Exception: ", "", first)  # of Hydra's grammar
     return f"{first}: write key=value, lists as [a,b]; quote what holds signs, as key=\"'a,b'\""
 
 

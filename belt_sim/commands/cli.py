@@ -30,6 +30,17 @@ FLAGS = {
     **dict.fromkeys(("-c", "--cfg", "-p", "--package", "-i", "--info", "--experimental-rerun"), True),
     **dict.fromkeys(("-cp", "--config-path", "-cn", "--config-name", "-cd", "--config-dir"), True),
 }
+SHOWS = {
+    "-c",
+    "--cfg",
+    "-i",
+    "--info",
+    "-r",
+    "--resolve",
+    "--hydra-help",
+    "-sc",
+    "--shell-completion",
+}  # and runs nothing
 INFO = ("all", "config", "defaults", "defaults-tree", "plugins", "searchpath")
 #: key=value, as Hydra takes it
 OVERRIDE = re.compile(r"[+~]*[A-Za-z_][\w./@]*=")
@@ -168,11 +179,20 @@ def run_hydra(command: str, settings: Sequence[str]) -> int:
         raise at_work.pop("crash")
     status = status or int(bool(at_work.get("failures")))
     stated = dict[str, str]()  # Hydra lets the last of two count, which nobody would see
-    for key, value in (o.partition("=")[::2] for o in overrides if "=" in o and not status):
-        if stated.get(key, value) != value:
+    shown = {flag.partition("=")[0] for flag in flags} & SHOWS  # what is shown may go to a file
+    for key, value in (o.partition("=")[::2] for o in overrides if "=" in o and not (status or shown)):
+        if not same_value(stated.get(key, value), value):
             print(f"{key} was given twice, {stated[key]} before: {key}={value} counted")
         stated[key] = value
     return status
+
+
+def same_value(first: str, second: str) -> bool:
+    """Whether two texts are one value, as 9 and 9.0 are."""
+    try:
+        return float(first) == float(second)
+    except ValueError:
+        return first == second
 
 
 def apply_hydra(program: str, task: Callable[..., Any], name: str, arguments: Sequence[str], conf: Path = CONF) -> int:
@@ -186,6 +206,7 @@ def apply_hydra(program: str, task: Callable[..., Any], name: str, arguments: Se
     from hydra.errors import HydraException
     from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
+    from yaml import MarkedYAMLError
 
     swept = folder_name(",".join(sorted(a for a in arguments if OVERRIDE.match(a) and not HYDRAS.match(a)))) or "all"
     OmegaConf.register_new_resolver("folder_name", folder_name, replace=True)
@@ -199,6 +220,10 @@ def apply_hydra(program: str, task: Callable[..., Any], name: str, arguments: Se
         raise BeltError(one_line(error, name, conf)) from error
     except OSError:
         raise
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = f"{mark.name}:{mark.line + 1}" if mark else "YAML file"
+        raise BeltError(f"{where}: {error.problem or 'cannot be read'}; mend the file there") from error
     except Exception as error:  # of a launcher or sweeper: no Slurm, a lost job ...
         if full:
             raise

@@ -16,7 +16,7 @@ import re
 import shutil
 import sys
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
@@ -33,7 +33,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from belt_sim.commands import COMMANDS, OUTPUT, one_line
+from belt_sim.commands import COMMANDS, OUTPUT, known_keys, nearest, one_line
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import (
     DRAFTS,
@@ -100,6 +100,7 @@ class RunDir:
         try:
             path = Path(hydra.sweep.dir) / str(hydra.sweep.subdir) if many else Path(hydra.run.dir)
             settings, typed = plain_settings(config), list(hydra.overrides.task)
+            refuse_unknown_keys(settings, command, hydra.runtime.choices)
             return RunDir(path, command, settings, typed, hydra.job.num if many else None)
         except OmegaConfBaseException as error:
             raise BeltError(one_line(error, command)) from error
@@ -270,6 +271,19 @@ def explain(error: OSError, path: object) -> str:
     """An error of the system in one line: what it is about, what went wrong, what to do."""
     remedy = REMEDIES.get(error.errno or 0, "choose a folder that can be written")
     return f"{error.filename or path} = {error.strerror or error}: {remedy}"
+
+
+def refuse_unknown_keys(settings: Mapping[str, Any], command: str, own: Collection[Any]) -> None:
+    """Raise BeltError naming the first key that a file of the user's has and the command would not read.
+
+    own: groups that were chosen, the user's among them; what a model takes is said where it is made.
+    """
+    known = known_keys(command)
+    groups = {key.split(".")[0] for key in known if "." in key} - {"model"}
+    inside = [f"{group}.{key}" for group in groups for key in settings.get(group) or {}]
+    for key in [*(str(key) for key in settings if key not in own), *inside]:
+        if key not in known:
+            raise BeltError(f"{key}: no such key{nearest(key, known)}")
 
 
 def plain_settings(config: DictConfig) -> dict[str, Any]:

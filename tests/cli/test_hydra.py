@@ -117,6 +117,7 @@ WRONG = [
     (["--config-name", "nowhere"], "--config-name = nowhere: no such file"),
     (["hydra.run.dir="], "hydra.run.dir = : is empty; name a folder"),
     (["+tension=3"], "tension"),
+    (["tension = 10"], "tension = 10: write key=value"),
     (["~tensoin"], "tensoin"),
     (["hydra/launcher=slurm"], "use one of basic, batches, joblib"),
     (["hydra.launcher.n_jobs=2"], "hydra.launcher.n_jobs: no such key"),
@@ -136,6 +137,48 @@ def test_an_error_of_hydra_is_one_line(typed, says, mine, capsys):
     assert len(err.splitlines()) == 1
     assert says in err
     assert not list(mine.glob("outputs/**/summary.json"))
+
+
+FILES = {
+    "whole.yaml": ("defaults: [simulate, _self_]\ntensoin: 4\n", ["-cn", "whole"], "tensoin", "tension"),
+    "experiment/e1.yaml": ("# @package _global_\ntensoin: 4\n", ["+experiment=e1"], "tensoin", "tension"),
+    "belt/mine.yaml": ("defaults: [paper_belt]\nwidht: 0.3\n", ["belt=mine"], "belt.widht", "belt.width"),
+    "rig/mine.yaml": ("defaults: [test_rig]\nhead_radus: 1\n", ["rig=mine"], "rig.head_radus", "rig.head_radius"),
+}
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_a_key_of_a_file_that_no_command_reads_is_refused(file, mine, capsys):
+    text, typed, key, meant = FILES[file]
+    (mine / "mine" / file).parent.mkdir(exist_ok=True)
+    (mine / "mine" / file).write_text(text, encoding="utf-8")
+    assert run_command(["simulate", "-cd", "mine", *typed, *ROPE, "hydra.run.dir=a"]) == 1
+    assert capsys.readouterr().err == f"belt-sim: {key}: no such key; did you mean {meant}?\n"
+    assert not (mine / "a").exists()
+
+
+def test_a_key_twice_in_a_file_is_told_with_its_line(mine, capsys):
+    (mine / "mine" / "twice.yaml").write_text("tension: 10\ntension: 20\n", encoding="utf-8")
+    assert run_command(["simulate", "-cd", "mine", "-cn", "twice", *ROPE]) == 1
+    assert "twice.yaml:2: found duplicate key tension; mend" in capsys.readouterr().err
+
+
+def test_a_group_of_ones_own_stays(mine):
+    (mine / "mine" / "lab").mkdir()
+    (mine / "mine" / "lab" / "east.yaml").write_text("stated: 12\n", encoding="utf-8")
+    given = ("-cd", "mine", "+lab=east", "tension=${lab.stated}", "hydra.run.dir=a")
+    assert run_command(["simulate", *given, *ROPE]) == 0
+    assert noted(mine / "a", "config")["lab"] == {"stated": 12}
+
+
+@pytest.mark.parametrize(
+    ("typed", "told"),
+    [(["--cfg", "job", "tension=3"], 0), (["tension=4.0"], 0), (["tension=3"], 1)],
+    ids=["only shown", "no change", "changed"],
+)
+def test_a_key_given_twice_is_told_where_it_ran(typed, told, mine, capsys):
+    assert run_command(["simulate", *typed, "tension=4", *ROPE, "hydra.run.dir=a"]) == 0
+    assert capsys.readouterr().out.count("was given twice") == told
 
 
 def test_a_sweep_whose_first_cases_fail_alike_stops(mine, capsys):
