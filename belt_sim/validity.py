@@ -13,16 +13,18 @@ import numpy as np
 from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.contact import LiftOff, Slip, with_side_force
+from belt_sim.effects.law import RELATIVE, GenericLaw
 from belt_sim.effects.span import EdgeGuide
 from belt_sim.errors import Limit
 from belt_sim.jax_setup import StoredProgram, in_float64
 from belt_sim.line.influence import span_fields
 from belt_sim.line.runup import FRICTION
-from belt_sim.line.span import beam_second_order, sag_softening, strip
+from belt_sim.line.span import LARGEST, beam_second_order, sag_softening, strip
 from belt_sim.line.spans import span_responses
 
 WRONG = 0.03  # share by which moments or movement may be wrong at a boundary
 SLIP_WAY = 0.1  # share of a quarter span on which slip may act
+POWERS = float(np.log(2.0))  # log of 1 + a change of the tension of a span: beyond, y1 is more than 3 % wrong
 NEXT = 0.25  # share of either second-order term that is kept where both cancel
 STRENGTH = 450e6  # [Pa], bending fatigue of usual belt steels
 NARROW = 20.0  # thicknesses that a strip is wide at least: below it is a bar, whose section the laws do not have
@@ -163,6 +165,12 @@ def run_limits(
         add("large_tilt", curves.tilt, lambda x: np.abs(x) / SMALL_ANGLE, spans, words)
         words = "the belt runs aslant beyond small angles"
         add("large_angle", curves.angle, lambda x: np.abs(x) / SMALL_ANGLE, points, words)
+    for law in (e for e in effects if linear and isinstance(e, GenericLaw)):
+        for kind in dict.fromkeys(t.place.relative for _, t in law.terms(*RELATIVE)):
+            low, high = (-POWERS, POWERS) if kind == "tension" else LARGEST
+            words = f"a law changes the {kind} of a span by more than powers of the change stand for"
+            change = np.log1p(np.maximum(in_float64(law.shares)(kind, curves, case), -0.999))
+            add("large_change", change, lambda x, low=low, high=high: np.maximum(x / low, x / high), spans, words)
     for guide in (e for e in effects if linear and isinstance(e, EdgeGuide)):
         push, grip = (np.asarray(x) for x in in_float64(guide.pushed)(strip(case), curves, case))
         there = (np.array([guide.stiffness, guide.stiffness_lower]) > 0.0)[:, None]  # spans with rollers

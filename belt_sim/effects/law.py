@@ -16,6 +16,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from belt_sim.case import Case
+from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect, Parameter, effect
 from belt_sim.effects.belt_shape import add_natural
 from belt_sim.errors import InputError, finite, flag
@@ -441,6 +443,32 @@ class GenericLaw(Effect):
         along = sum(self.number(n, k) * half.course_value(s, jnp, at, wide) for n, half in form.halves.items())
         return along * form.shape_value(x, s, jnp, knee) * self.tension_factor(k, case)
 
+    def shares(self, kind: str, curves: Curves, case: Case) -> np.ndarray:
+        """Return the relative changes of a kind (tension, bending, torsion) of whole spans that a run had, (2, n): of
+        the upper and the lower one."""
+        ahead = case.settings.direction > 0
+        up, off = ([0, 2], [3, 1]) if ahead else ([1, 3], [2, 0])  # points of the spans up the tail and the head pulley
+        moments = curves.moment if ahead else curves.moment[::-1]
+        read = {
+            "y": curves.y[up],
+            "kappa": moments / case.belt.bending_stiffness,
+            "kappa_mean": (curves.angle[up] - curves.angle[off]) / case.rig.span_length,
+        }
+        found = np.zeros((2, len(curves.travel)))
+        for k, t in self.terms(*RELATIVE):
+            if t.place.relative != kind or t.place.is_stretch:
+                continue
+            x = read.get(t.form.variable)
+
+            def one(travel, x, k=k):
+                return jnp.broadcast_to(self.strength(k, x, travel, case), (2,))
+
+            rows = np.asarray(jax.vmap(one, (0, None if x is None else 1), 1)(curves.travel, x))[:: 1 if ahead else -1]
+            here = [t.place.where in PULLEYS and t.place.where != p for p in PULLEYS[:: 1 if ahead else -1]]
+            there = [t.place.where in SPANS and t.place.where != s for s in SPANS]
+            found += np.where(np.array(here)[:, None] | np.array(there)[:, None], 0.0, rows)
+        return found
+
     def tension_factor(self, k: int, case: Any) -> Any:
         """Return (tension / reference tension)^exponent of the k-th term."""
         return (case.settings.tension / self.content.tension) ** self.number("exponent", k)
@@ -671,6 +699,7 @@ _HOOKS = {
 WIDTH = 110  # columns of a comment
 NUMBERS = ("size", "cos", "sin", "knee", "at", "wide", "exponent")
 STEEPEST = 10.0  # exponent of the tension
+SHARES = (-0.95, 3.9)  # between which a relative change of a span's tension or stiffness is known
 POINTS = (1, 2, 3, 4)
 
 
@@ -785,6 +814,14 @@ def _term_of(given: Any, where: str) -> tuple[Term, list[float]]:
             one.refuse(name, "give a number above 0")
     if abs(values.get("exponent", 0.0)) > STEEPEST:
         one.refuse("exponent", f"give an exponent of at most {STEEPEST:g} either way")
+    if place.relative and not place.is_stretch and variable in ("none", "yaw_set") and not COURSES[course].per:
+        peak = float(np.hypot(*(values[n] for n in form.halves))) if form.is_wave else 0.0
+        for name in form.halves:
+            if not SHARES[0] < min(values[name], -peak) <= max(values[name], peak) < SHARES[1]:
+                least, most = SHARES
+                one.refuse(
+                    name, f"a change as a share: give one between {least:g} and {most:g}, of a wave to either side"
+                )
     numbers: dict[str, Any] = {n: values[n] for n, there in shaping.items() if there}
     form = replace(form, **numbers)
     return Term(place, form, values.get("exponent", 0.0)), [values[n] for n in form.halves]

@@ -236,6 +236,9 @@ def test_constant_laws_of_the_pulleys_have_the_geometry_of_the_effects_that_they
             "{place: bending_carried, shape: cube, course: belt_section, at: 0.5, wide: 0.1, size: -0.3}",
             "shape = cube: bending_carried reads nothing",
         ),
+        ("{place: pull_tail, size: -1.0}", r"size = -1.0: a change as a share: give one between -0.95 and 3.9"),
+        ("{place: bending_upper, size: 4.0}", "size = 4.0: a change as a share"),
+        ("{place: tension, course: wave, at: 9.0, cos: 0.8, sin: 0.8}", "cos = 0.8: a change as a share"),
         ("{place: turn_tail, variable: y, shape: stick, knee: 1.0e-3, size: 1.0}", "only the reading"),
     ],
 )
@@ -272,3 +275,25 @@ def test_an_edge_has_the_stress_of_its_own_span(place, span):
     own[span] = 6e6
     taken = 6.0 * moment / (float(case.belt.width) ** 2 * float(case.belt.thickness))
     np.testing.assert_allclose(curves.edge_stress, own[:, None] - taken, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "told"),
+    [
+        ({"size": -0.45}, False),
+        ({"size": -0.55}, True),
+        ({"size": 1.1}, True),
+        ({"variable": "y", "shape": "magnitude", "size": 1e5}, True),
+        ({"variable": "y", "size": -1.0}, False),
+        ({"place": "bending_lower", "size": -0.8}, False),
+        ({"place": "bending_lower", "variable": "kappa", "shape": "magnitude", "size": 1e6}, True),
+        ({"exponent": -2.0, "size": -0.2}, True),
+    ],
+)
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_run_tells_of_a_change_that_powers_do_not_stand_for(numbers, told, direction):
+    law = {"id": "generic_law", "tension": 4e7, "terms": [{"place": "pull_upper"} | numbers]}
+    run = bs.simulate(model="strip", effects=[law], tension=20, travel=2.0, yaw=-0.1, direction=direction)
+    words = [x.words for x in run.beyond if x.id == "large_change"]
+    assert bool(words) == told
+    assert all("lower" in w if "place" in numbers else "upper" in w for w in words)
