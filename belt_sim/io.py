@@ -25,8 +25,8 @@ ROOT = PACKAGE.parent  # of a checkout
 INSTALLED = (PACKAGE / "_shipped").is_dir()
 _TOP = PACKAGE / "_shipped" if INSTALLED else ROOT
 CONF = _TOP / "conf"
-MODELS = _TOP / "models"
-CAMPAIGNS = MODELS / "campaigns"
+MODEL_FOLDER = _TOP / "models"
+CAMPAIGNS = MODEL_FOLDER / "campaigns"
 
 
 def group_names(group: str) -> list[str]:

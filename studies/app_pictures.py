@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.errors import InputError
-from belt_sim.io import MODELS, ROOT
+from belt_sim.io import MODEL_FOLDER, ROOT
 from studies.application import application
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -42,7 +42,7 @@ def open_tab(width: int, height: int, *, dark: bool = False, webgl: bool = False
 PATIENCE = 120_000  # [ms] for anything that the page shows
 DIAGNOSED = 1200.0  # [s] for a diagnosis on a busy machine
 TALL = 1500  # [px] of a page that shows a report whole: its frame is a share of the page
-LOGGED = sorted((MODELS / "loggers").glob("lauf_*.csv"))
+LOGGED = sorted((MODEL_FOLDER / "loggers").glob("lauf_*.csv"))
 DOTTED = "document.querySelector('[data-name=curves]').data.filter(d => d.line?.dash === 'dot').length"
 CURVES = "[data-name={}] .scatterlayer path.js-line"
 
@@ -101,7 +101,7 @@ def import_card(page: Any, address: str) -> Any:
 def report(page: Any, address: str) -> Any:
     """The card of a diagnosis with its report: a tie."""
     page.goto(f"{address}/measurements")
-    files = [(p.name, p) for p in LOGGED[:3]] + [("mapping.yaml", MODELS / "loggers" / "my_rig.yaml")]
+    files = [(p.name, p) for p in LOGGED[:3]] + [("mapping.yaml", MODEL_FOLDER / "loggers" / "my_rig.yaml")]
     given = [{"name": n, "mimeType": "text/plain", "buffer": p.read_bytes()} for n, p in files]
     page.locator("input[type=file]").set_input_files(given)
     page.get_by_role("button", name="Use this data").click()

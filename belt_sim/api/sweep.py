@@ -60,7 +60,7 @@ PART = 4  # chunks a thread between two reports of progress
 MOST = 10**7  # cases
 ASKED = 128  # cases asked for the limits that they leave, 4 ms each
 FEW = 3  # axes that all ends of the others are combined of
-PLACES = (1.0, 10.0)  # [m] of travel
+READ_AT = (1.0, 10.0)  # [m] of travel
 
 
 @dataclass(frozen=True)
@@ -360,7 +360,7 @@ def sweep_columns(travel: float | None, at: Sequence[float] | None = None) -> tu
     names: tuple[str, ...] = ()
     if travel is not None:
         names += tuple(f"rate{k}_mm_per_m" for k in POINTS)
-        names += tuple(f"y{k}_mm_at_{s:g}_m" for s in (PLACES if at is None else at) for k in POINTS)
+        names += tuple(f"y{k}_mm_at_{s:g}_m" for s in (READ_AT if at is None else at) for k in POINTS)
         names += ("offset_upper_mm", "offset_lower_mm", "overshoot1_mm", "retreat1_mm", "slackest_edge_n_per_mm2")
         names += ("largest_y_mm", "settled")
     return (*names, "steady_rate_mm_per_m")
@@ -420,7 +420,7 @@ def _rows(case: Case, effects: tuple[Effect, ...], values: Any, *, task: MapTask
 def _places(at: Any, travel: float) -> tuple[float, ...]:
     """Travels [m] at which positions are told."""
     if at is None:
-        return tuple(s for s in PLACES if s <= travel)
+        return tuple(s for s in READ_AT if s <= travel)
     if not isinstance(at, Sequence) or isinstance(at, str):
         raise InputError("at", at, "m", "give a list of travels, e.g. at=[1,10]")
     remedy = f"give travels from 0 to {travel:g}"

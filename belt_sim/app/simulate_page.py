@@ -28,8 +28,8 @@ from belt_sim.settings import make_case
 from belt_sim.show.terminal import REASONS
 from belt_sim.units import N_PER_MM2
 
-MODELS = tuple(name for name in ANALYTIC if name != "ritzinger")  # those that have curves
-TITLES = {name: f"{name}: {model_named(name).title}" for name in MODELS}  # type: ignore[union-attr]
+#: of the models that have curves
+TITLES = {name: f"{name}: {model_named(name).title}" for name in ANALYTIC if name != "ritzinger"}  # type: ignore[union-attr]
 SCALES = 10.0  # how far a slider of an effect reaches, in scales of its parameter
 MOST = 6  # numbers of an effect that have a slider; an edge profile has eighty
 LONG = 0.4  # [s] after which it is shown that something is being computed

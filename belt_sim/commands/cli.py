@@ -21,7 +21,7 @@ from typing import Any
 
 from belt_sim.commands import COMMANDS, HELP, OUTPUT, help_text, known_keys, nearest, one_line
 from belt_sim.errors import BeltError, InputError
-from belt_sim.io import CONF, MODELS, sample_campaigns, write_text
+from belt_sim.io import CONF, MODEL_FOLDER, sample_campaigns, write_text
 
 SWEEP = ("-m", "--multirun")
 #: flags of Hydra, and whether a value follows
@@ -349,7 +349,7 @@ def new_effect(name: str, folder: Path = Path()) -> Path:
     path = folder / f"{name}.py"
     if name in library() or path.exists():
         raise InputError("NAME", name, "", "there is an effect or a file of that name; choose another")
-    text = (MODELS / "effects" / "wind.py").read_text(encoding="utf-8")
+    text = (MODEL_FOLDER / "effects" / "wind.py").read_text(encoding="utf-8")
     text = text.replace("class Wind(", f"class {name.title().replace('_', '')}(")
     text = text.replace('id = "wind"', f'id = "{name}"')
     return write_text(path, text.replace("An effect of one's own: a steady side wind", "A steady side wind"))

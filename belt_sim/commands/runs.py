@@ -36,6 +36,7 @@ from omegaconf.errors import OmegaConfBaseException
 from belt_sim.commands import COMMANDS, OUTPUT, known_keys, nearest, one_line
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import (
+    CONF,
     DRAFTS,
     clear_drafts,
     code_hash,
@@ -60,8 +61,6 @@ BUSY = "another run is at work there"
 LOST = "its process or job was lost (killed, out of memory or of time); run the same command again"
 #: of the run or sweep of this process: its lock, its configuration, and lines about what failed
 at_work: dict[str, Any] = {}
-#: commands that say themselves where their files go
-WITHOUT_FOLDER = ("app", "report", "reveal", "scene", "view")
 #: engines that leave a GPU alone
 ON_ONE_CORE = ("native", "line", "mujoco")
 #: [bytes] of address space that JAX needs: with less, XLA ends the process in the midst of its work
@@ -200,7 +199,7 @@ class RunDir:
         if again is None:
             return task(self, done=True)  # type: ignore[no-any-return]
         with ExitStack() as stack:
-            if self.command not in WITHOUT_FOLDER:
+            if "\n  - in_place\n" not in (CONF / f"{self.command}.yaml").read_text(encoding="utf-8"):
                 notes = self.path / NOTES
                 notes.mkdir(parents=True, exist_ok=True)
                 remedy = f"{BUSY}; give each run a folder of its own"

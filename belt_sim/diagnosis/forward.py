@@ -22,7 +22,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.campaign.types import sensor_place
+from belt_sim.campaign.types import PLACES, sensor_place
 from belt_sim.case import Case, Numbers, Rig, Schedule, Settings
 from belt_sim.curves import SensorPlace
 from belt_sim.diagnosis.samples import (
@@ -327,8 +327,6 @@ def _one_run(
 
 COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
 ROWS = 8  # runs at points a batch: requests are cut and padded to it, so that one shape is compiled; most are small
-
-PLACES = ("point_1", "point_2", "point_3", "point_4", "upper_mid_span", "lower_mid_span")
 
 
 @dataclass(frozen=True)

@@ -377,7 +377,7 @@ HARMONICS = 12  # of the belt's length, at most
 LARGEST = 1e-3  # [m], one sigma of the first harmonic of what comes round; that of others falls with their number
 ASKEW = 10.0  # one sigma of a wobble, in units of its scale
 PARTS = 16  # of the shortest wave, between places that are tried
-PLACES = (96, 400)  # fewest and most places that are tried
+TRIED = (96, 400)  # fewest and most places that are tried
 EVEN = float(np.sqrt(12.0))  # width of an even distribution over its sigma
 MOVED = 1e-4  # [m], over which derivatives along a start are taken
 WIDER = 2.0  # a start may be off by so many times what the shape in common tells, which is not yet the effect's own
@@ -469,7 +469,7 @@ def find_starts(bench: Workbench, linearisation: Linearisation) -> Campaign | No
         return None
     rig = bench.samples.cases.rig
     length, shortest = float(np.max(rig.belt_length)), 2.0 * np.pi / float(turning.rates.max())
-    count = int(np.clip(np.ceil(PARTS * length / shortest), *PLACES))
+    count = int(np.clip(np.ceil(PARTS * length / shortest), *TRIED))
     same = turning.fit_common(np.zeros(len(runs)), range(len(runs)))[1]
     starts, gain = turning.align(length * np.arange(count) / count)
     if 0.5 * (gain - same) <= CHANCE * (len(runs) - 1) * np.log(count):

@@ -37,7 +37,7 @@ from belt_sim.jax_setup import map_in_threads
 
 
 SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
-PLACES, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
+LIKELIEST, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
 WITH_SLOPES = 2  # laws with a knee, of which both slopes are tried
 SAME = 0.998  # cosine of readings that are the same
 POLISHED, POLISH = 6, 30  # laws that are fitted to the end, steps
@@ -69,7 +69,7 @@ def choose_law(data: SearchData, latent: LatentInput, pairs: bool = True) -> Law
     changing = [place for place in data.places if place.relative and not place.is_stretch]
     steady = [ScoredLaw(Law((Term(place, Form("none")),)), 0.0, 0.0) for place in changing]
     ones = _merge(_fit_all(data, [*tried, (data, steady)]), ())
-    for places in PLACES:
+    for places in LIKELIEST:
         # a law that describes the readings says what the true one reads, even where its form is another and the base
         # model's states are far off: other forms at the first places, with the states that those laws make
         some = first_of_each(ones, _first_place, places)

@@ -25,7 +25,7 @@ from belt_sim.units import NAMES, UNITS, quantity, scaled_unit, split_unit, unit
 #: dimension -> unit of a column where neither file nor mapping states one, and in which a signal is written
 USUAL = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
 #: place -> usual name of the signal there
-SIGNAL_NAMES = {place: f"y{place[-1]}" for place, kind in PLACES.items() if kind == "lateral"}
+SIGNAL_NAMES = {place: place.replace("point_", "y") for place in PLACES}
 SIGNAL_NAMES |= {"upper_mid_span": "tilt", "lower_mid_span": "tilt_lower"}
 
 #: Rows of a record are closer in time than this [s]; runs of a table are not.

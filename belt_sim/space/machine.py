@@ -11,7 +11,7 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent
-from belt_sim.io import MODELS
+from belt_sim.io import MODEL_FOLDER
 from belt_sim.scene_parts import PulleySurface, SceneParts
 from belt_sim.space.loop import LaidLoop, lay_loop, lift
 from belt_sim.space.mesh import BELT_MODELS, Mesh
@@ -19,7 +19,7 @@ from belt_sim.space.mujoco_interface import set_solver
 from belt_sim.space.options import RESIDUAL_TORSION, Options
 from belt_sim.units import N_PER_MM2
 
-STATION = MODELS / "pulley_station.xml"
+STATION = MODEL_FOLDER / "pulley_station.xml"
 #: the pulleys' joints in a scene; the nodes follow
 HEAD_YAW, HEAD_SPIN, TAIL_SLIDE, TAIL_YAW, TAIL_SPIN = range(5)
 STATION_JOINTS = 5

@@ -15,17 +15,15 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.line.hooks import IN_MARCH, as_indicated, asked_of_engine, call_hook, overrides
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space.options import CONTACTS, Options, fit_options, refuse_unobeyed, two_digits
+from belt_sim.space.options import CONTACTS, ENGINES, Options, fit_options, refuse_unobeyed, two_digits
 from belt_sim.units import N_PER_MM2
 from belt_sim.validity import limits
 
 if TYPE_CHECKING:
     from belt_sim.space.run import BatchEngine, Computed
 
-#: in time by MuJoCo; in time by MuJoCo MJX; without inertia
-ENGINES = ("native", "mjx", "quasi_static")
-#: of these, the ones on JAX, which run many cases at once
-BATCH_ENGINES = ("mjx", "quasi_static")
+#: engines on JAX, which run many cases at once: in time by MuJoCo MJX; without inertia
+BATCH_ENGINES = tuple(name for name in ENGINES if name != "native")
 _TITLES = {"rope": "particle rope in 3D", "grid": "grid of bonded particles in 3D", "flex": "membrane belt in 3D"}
 #: dt times the rate of the stiffest mode, at most: an explicit step bears no more, and what presses a line is explicit.
 #: Runs broke off from 2.45 on

@@ -53,8 +53,8 @@ AS_THE_CASE = "case"
 
 _SHARED = {"dx", "belt_speed", "friction", "run_in", "sample"}
 _IN_TIME = {"dt", "acceleration", "settle", "yaw_time", "damping", "tail_mass", "frame"}
-#: the options that an engine obeys, those of a run that MuJoCo's contacts carry, and those of such a scene as a file; a
-#: change of any other is refused
+#: the options that an engine obeys (native, and those in JAX, each a module of its name with an ENGINE), those of a run
+#: that MuJoCo's contacts carry, and those of such a scene as a file; a change of any other is refused
 OBEYED: dict[str, set[str]] = {
     "native": _SHARED | _IN_TIME | {"tensioning", "hold_stiffness"},
     "mjx": _SHARED | _IN_TIME | {"tensioning"},
@@ -62,6 +62,7 @@ OBEYED: dict[str, set[str]] = {
     "mujoco": _SHARED | {"dt", "yaw_time", "damping", "tail_mass", "frame"},
     "scene": {"dx", "belt_speed", "friction", "dt", "damping", "tail_mass"},
 }
+ENGINES = tuple(name for name in OBEYED if name not in ("mujoco", "scene"))
 #: the options of the belt itself, which every engine obeys
 OF_BELT: dict[str, set[str]] = {"rope": set(), "grid": {"across", "bonds"}, "flex": {"across"}}
 
@@ -158,7 +159,7 @@ def refuse_unobeyed(options: Options, belt: str, engine: str, contact: str = CON
         if field.name in OF_BELT["grid"]:
             how, others = f"mujoco_{belt}", [f"model=mujoco_{b}" for b, own in OF_BELT.items() if field.name in own]
         else:
-            others = [f"engine={e}" for e in ("native", "mjx", "quasi_static") if field.name in OBEYED[e]]
+            others = [f"engine={e}" for e in ENGINES if field.name in OBEYED[e]]
             others = ["belt-sim simulate"] if by == "scene" else others
         remedy = f"{how} does not obey it: leave it out, or use {' or '.join(others)}"
         raise InputError(f"model.{field.name}", value, "", remedy)

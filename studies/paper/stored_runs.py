@@ -14,10 +14,10 @@ import numpy as np
 
 from belt_sim.curves import Curves
 from belt_sim.errors import InputError
-from belt_sim.io import MODELS
+from belt_sim.io import MODEL_FOLDER
 from belt_sim.units import MM
 
-PLACE = MODELS / "paper"
+PLACE = MODEL_FOLDER / "paper"
 SETTLED = 20.0  # [m], from where on a rate over the rest of a record is taken
 
 

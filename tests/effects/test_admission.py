@@ -13,7 +13,7 @@ from belt_sim.diagnosis import admission
 from belt_sim.effects.base import Effect, Parameter, effect, library
 from belt_sim.effects.load import load_classes
 from belt_sim.errors import InputError
-from belt_sim.io import MODELS
+from belt_sim.io import MODEL_FOLDER
 
 SIZE = Parameter(unit="1/m", meaning="turn where the belt runs up", plausible=(-1e-3, 1e-3), scale=2e-5)
 
@@ -116,7 +116,7 @@ def test_what_is_wrong_is_named_in_one_line(cls, says):
 def test_the_worked_example_is_admitted(monkeypatch):
     few = {i: c for i, c in library().items() if i in ("taper", "sensor_gain")}  # all of them compile for half a minute
     monkeypatch.setattr(admission, "library", lambda: few)
-    wind = load_classes([str(MODELS / "effects" / "wind.py")])["wind"]
+    wind = load_classes([str(MODEL_FOLDER / "effects" / "wind.py")])["wind"]
     lines = admission.admit(wind, MODEL, campaign("nothing"))
     assert all(line.startswith("wind: ") for line in lines)
     assert "bit for bit" in lines[0]

@@ -6,9 +6,9 @@ import pytest
 from belt_sim.effects.base import library
 from belt_sim.effects.load import load_classes, load_effects, save_effects
 from belt_sim.errors import BeltError
-from belt_sim.io import MODELS
+from belt_sim.io import MODEL_FOLDER
 
-WIND = MODELS / "effects" / "wind.py"
+WIND = MODEL_FOLDER / "effects" / "wind.py"
 ISSUE = {
     *("sag_roll", "yaw_offset_tail", "yaw_offset_head", "cant", "taper", "crown", "wobble", "soft_cover", "slip"),
     *("yaw_compliance", "tension_bias", "encoder_scale", "sensor_gain", "sensor_drift", "edge_profile"),

@@ -10,10 +10,10 @@ from belt_sim.api.inference import diagnose
 from belt_sim.campaign import read_campaign
 from belt_sim.errors import BeltError
 from belt_sim.importing import read, understand, write
-from belt_sim.io import CAMPAIGNS, MODELS
+from belt_sim.io import CAMPAIGNS, MODEL_FOLDER
 from studies.made_up_figures import INVENTED, RATES, figure_12, figure_13
 
-FIGURES = MODELS / "figures"
+FIGURES = MODEL_FOLDER / "figures"
 
 
 @pytest.mark.parametrize("name", ["made_up_figure_12", "made_up_figure_13"])

@@ -5,10 +5,10 @@ import pytest
 
 from belt_sim.campaign import suspicions
 from belt_sim.importing import read, understand
-from belt_sim.io import MODELS
+from belt_sim.io import MODEL_FOLDER
 from studies.loggers import BEFORE, NOISE, SPACING, TENSIONS, loggers
 
-FILES = sorted((MODELS / "loggers").glob("lauf_*.csv"))
+FILES = sorted((MODEL_FOLDER / "loggers").glob("lauf_*.csv"))
 
 
 def test_the_files_are_made_anew(tmp_path):
@@ -19,7 +19,7 @@ def test_the_files_are_made_anew(tmp_path):
 
 
 def test_what_was_put_in_comes_out():
-    campaign = understand(read(FILES), MODELS / "loggers" / "my_rig.yaml").complete()
+    campaign = understand(read(FILES), MODEL_FOLDER / "loggers" / "my_rig.yaml").complete()
     assert sorted({r.tension / 1e6 for r in campaign.runs}) == pytest.approx(TENSIONS)
     assert [r.repeat_of for r in campaign.runs[-2:]] == ["lauf_02", "lauf_05"]
     assert all(abs(r.yaw_at - (BEFORE - SPACING / 2.0)) < SPACING / 2.0 for r in campaign.runs)
@@ -44,8 +44,8 @@ def test_a_sensor_that_fails_is_left_out_where_it_fails(tmp_path):
             cells[column] = "-9999,0000" if at in silent else jumped
             lines[at] = ";".join(cells)
         (tmp_path / path.name).write_text("\r\n".join([*lines, ""]), encoding="cp1252")
-    proposal = understand(read(sorted(tmp_path.iterdir())), MODELS / "loggers" / "my_rig.yaml")
-    campaign, sound = proposal.complete(), understand(read(FILES), MODELS / "loggers" / "my_rig.yaml").complete()
+    proposal = understand(read(sorted(tmp_path.iterdir())), MODEL_FOLDER / "loggers" / "my_rig.yaml")
+    campaign, sound = proposal.complete(), understand(read(FILES), MODEL_FOLDER / "loggers" / "my_rig.yaml").complete()
     said = " ".join(n.text for n in proposal.notes)
     assert "-9999 stands for no reading" in said
     assert "3 readings jump away and back" in said

@@ -8,7 +8,7 @@ from belt_sim.api.campaigns import import_files
 from belt_sim.case import Case, Rig, Schedule, Settings
 from belt_sim.commands.cli import run_command
 from belt_sim.errors import InputError
-from belt_sim.io import MODELS
+from belt_sim.io import MODEL_FOLDER
 from belt_sim.settings import belt_from, rig_from
 from belt_sim.validity import geometric
 from belt_sim.virtual_rig.hidden import fault_from_spec, specified_hidden
@@ -41,7 +41,7 @@ def test_a_fit_leaves_out_the_numbers_of_sensors_that_are_missing():
 
 
 def test_an_import_takes_the_sealed_truth_of_another_campaign_away_and_says_so(tmp_path, capsys):
-    logger = MODELS / "loggers"
+    logger = MODEL_FOLDER / "loggers"
     files, folder = [str(logger / "lauf_01.csv")], tmp_path / "c"
     import_files(files, folder, mapping=logger / "my_rig.yaml", pictures=False)
     (folder / "truth.sealed").write_text("of another campaign")
@@ -65,7 +65,7 @@ def test_faces_narrower_than_the_belt_are_told_before_a_run():
 )
 def test_a_draft_or_mapping_that_is_no_file_is_one_line(tmp_path, monkeypatch, capsys, option, says):
     monkeypatch.chdir(tmp_path)
-    file = MODELS / "loggers" / "lauf_01.csv"
+    file = MODEL_FOLDER / "loggers" / "lauf_01.csv"
     assert run_command(["import", f"files=[{file}]", option, "hydra.run.dir=run", "pictures=false"]) != 0
     assert says in capsys.readouterr().err
 

@@ -15,7 +15,7 @@ from belt_sim.commands import cases
 from belt_sim.commands.cli import run_command
 from belt_sim.effects.base import library
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
-from belt_sim.io import MODELS
+from belt_sim.io import MODEL_FOLDER
 from belt_sim.settings import make_case
 from belt_sim.show.observers import resolve_watch
 from belt_sim.space.model import SpaceModel
@@ -24,7 +24,7 @@ from belt_sim.space.options import Options
 from belt_sim.space.rolling_contact import CASE, _wrap_ends
 from belt_sim.space.scene_looks import DrawnBelt
 
-SHORT_RIG = MODELS / "scenes" / "short_rig.xml"
+SHORT_RIG = MODEL_FOLDER / "scenes" / "short_rig.xml"
 MACHINE = {"rig": "rope_example", "tension": 20, "yaw": 0.042}
 #: share of the largest y (docs/belts_in_3d.md); a scene that is opened in its default state starts running first
 TOLERANCE = 0.05
@@ -99,7 +99,7 @@ def test_the_checked_in_scene_is_what_the_command_writes():
 
 
 def test_the_reader_of_the_readme_reads_what_the_rays_read():
-    code = re.search(r"```python\n(import numpy.*?)```", (MODELS / "README.md").read_text(encoding="utf-8"), re.S)
+    code = re.search(r"```python\n(import numpy.*?)```", (MODEL_FOLDER / "README.md").read_text(encoding="utf-8"), re.S)
     reader: dict = {}
     exec(code.group(1), reader)
     model = mujoco.MjModel.from_xml_path(str(SHORT_RIG))

@@ -1,0 +1,66 @@
+"""The table "Where something new goes" of docs/architecture.md: its names are there, and following it is enough."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from importlib import import_module
+
+import pytest
+
+from belt_sim.io import PACKAGE, ROOT
+from belt_sim.space.model import BATCH_ENGINES
+
+TABLE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8").partition("## Where something new goes")[2]
+ROWS = dict(re.findall(r"^\| (\w+).*? \| (.+) \|$", TABLE, re.MULTILINE)[1:])
+
+
+def test_each_has_at_most_three_places():
+    assert set(ROWS) == {"effect", "analytic", "engine", "sensor", "command"}
+    assert {len(places.split("; ")) for places in ROWS.values()} == {3}
+
+
+@pytest.mark.parametrize("new", ROWS)
+def test_what_the_page_names_is_there(new):
+    for file in re.findall(r"`([\w./]+/[\w.]+)`", ROWS[new]):
+        assert list(ROOT.glob(file.replace("NAME", "*"))), file
+    for table, file in re.findall(r"`([A-Z_]+)` in `([\w./]+)`", ROWS[new]):
+        homes = [p for p in PACKAGE.rglob("*.py") if re.search(rf"^{table}\b.*=", p.read_text("utf-8"), re.MULTILINE)]
+        assert [p for p in homes if table[0] != "_" or p == ROOT / file] == [ROOT / file]  # one meaning a name
+    for engine in BATCH_ENGINES:
+        assert hasattr(import_module(f"belt_sim.space.{engine}"), "ENGINE")
+
+
+def test_an_effect_and_a_command_made_by_the_page_work(tmp_path):
+    for name in ("belt_sim", "conf"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "models").symlink_to(ROOT / "models")
+
+    def add(file, before, text):
+        path = tmp_path / file
+        assert path.read_text("utf-8").count(before) == 1
+        path.write_text(path.read_text("utf-8").replace(before, before + text), "utf-8")
+
+    wind = (ROOT / "models" / "effects" / "wind.py").read_text("utf-8")
+    (tmp_path / "belt_sim" / "effects" / "wind.py").write_text(wind, "utf-8")
+    row = "\n    'wind': {'words': 'A wind.', 'load': size('N/m', 0.01, 1.0)},"
+    add("belt_sim/virtual_rig/faults.py", "_TABLE: dict[str, dict[str, Any]] = {", row)
+    (tmp_path / "conf" / "tell.yaml").write_text(
+        "defaults:\n  - common\n  - _self_\n\nword: hello   # to tell\n", "utf-8"
+    )
+    add(
+        "belt_sim/commands/__init__.py", "COMMANDS = {", "\n    'tell': ('tells a word', 'commands.tell:tell_command'),"
+    )
+    (tmp_path / "belt_sim" / "commands" / "tell.py").write_text(
+        "from belt_sim.effects.base import library\n"
+        "from belt_sim.virtual_rig.hidden import fault_class\n"
+        "def tell_command(run_dir):\n"
+        "    print(run_dir.config['word'], library()['wind'].law, fault_class('wind').__doc__)\n",
+        "utf-8",
+    )
+    env = os.environ | {"PYTHONPATH": str(tmp_path)}
+    command = [sys.executable, "-m", "belt_sim", "tell", "word=welcome"]
+    ran = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout) == (0, "welcome run-up A wind.\n"), ran.stderr
+    assert list(tmp_path.glob("outputs/tell/*/.hydra/lock"))  # in a folder of its own
