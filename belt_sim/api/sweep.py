@@ -30,7 +30,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import InputError, finite, warning, whole
 from belt_sim.jax_setup import cores, jit_float64, map_in_threads
 from belt_sim.line.hooks import AFTER_ENGINE, uses
-from belt_sim.line.march import KEEP, march_traced, plan_steps
+from belt_sim.line.march import KEEP, march_traced, plan_steps, refuse_short_waves
 from belt_sim.line.spans import steady_traced
 from belt_sim.model import AnalyticModel, Model
 from belt_sim.results.simulation import SHARE_BEFORE, agree, settled_before
@@ -259,6 +259,8 @@ class SweepGrid:
         corners, task = self.corners(), MapTask(chosen, self.keys, None, (), (0, 0, 0), not self.effects)
         if travel is not None:
             plans = [plan_steps(c, travel=travel, step=chosen.step, keep=KEEP) for c in corners]
+            for c in corners:
+                refuse_short_waves(c, self.effects, chosen.step)
             plan = (*plans[0][:2], max(p[2] for p in plans))
             task = replace(task, travel=float(travel), at=_places(at, travel), plan=plan)
 

@@ -443,6 +443,15 @@ class GenericLaw(Effect):
         along = sum(self.number(n, k) * half.course_value(s, jnp, at, wide) for n, half in form.halves.items())
         return along * form.shape_value(x, s, jnp, knee) * self.tension_factor(k, case)
 
+    def waves(self, case):
+        found = {}
+        for k, t in self.terms(*(kind for kind, x in KINDS.items() if x.law != "sensor")):
+            if t.form.is_wave:
+                at, timed = float(self.number("at", k)), t.form.timed
+                length = at * float(case.settings.speed) if timed else at
+                found[f"effects.{self.id}.terms[{k + 1}].at"] = at, "s" if timed else "m", length
+        return found
+
     def shares(self, kind: str, curves: Curves, case: Case) -> np.ndarray:
         """Return the relative changes of a kind (tension, bending, torsion) of whole spans that a run had, (2, n): of
         the upper and the lower one."""

@@ -241,6 +241,10 @@ class Wobble(Effect):
     radius_error: float = _radius("tail")
     radius_error_head: float = _radius("head")
 
+    def waves(self, case):
+        radii = {"tail_radius": float(case.rig.tail_radius), "head_radius": float(case.rig.head_radius)}
+        return {f"rig.{name} with effects.{self.id}": (r, "m", 2.0 * math.pi * r) for name, r in radii.items()}
+
     def yaw(self, yaw, state, case):
         rig, errors = case.rig, jnp.stack([self.radius_error, self.radius_error_head])
         radius = jnp.stack([rig.tail_radius, rig.head_radius]) * (1.0 + errors)

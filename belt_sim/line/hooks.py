@@ -61,6 +61,10 @@ class Hooks:
     #: a traced flag of ``switched``
     acts: ClassVar[Any] = None
 
+    def waves(self, case: Case) -> dict[str, tuple[float, str, float]]:
+        """Return name -> (number, its unit, wavelength [m]) of what swings along a march: two steps or more."""
+        return {}
+
     def settings(self, settings: Settings, case: Case) -> Settings:
         """Drive law: return the actual tension and yaw schedules for the commanded ones."""
         return settings

@@ -61,6 +61,7 @@ def march_driven(
     tension = float(case.settings.tension)
     if not tension > 0:
         raise InputError("tension", f"{tension / N_PER_MM2:g}", "N/mm2", "effects leave none; make them weaker")
+    refuse_short_waves(case, effects, step)
     records, stride, slots = plan
     size = 2 ** max(math.ceil(math.log2(records)) - 2, 4)  # code compiled for one travel serves similar ones
     spacing, roomy = travel / (records * stride), (size * math.ceil(records / size), stride, slots)
@@ -78,6 +79,17 @@ def march_driven(
     if unfit:
         raise SimulationError(f"{', '.join(unfit)} is not finite: weaken the effects or shorten model.step")
     return curves
+
+
+def refuse_short_waves(case: Case, effects, step: float) -> None:
+    """Raise InputError for a wave of an effect that steps [m] of a march would take for a constant."""
+    for e in effects:
+        for name, (value, unit, length) in e.waves(case).items():
+            if length < 2.0 * step:
+                remedy = (
+                    f"a wave of {length:.3g} m is shorter than two steps of {step:g} m; lengthen it or shorten step"
+                )
+                raise InputError(name, f"{value:g}", unit, remedy)
 
 
 def march_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:

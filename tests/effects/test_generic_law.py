@@ -30,6 +30,7 @@ from belt_sim.effects.law import (
 from belt_sim.effects.load import load_effects, save_effects
 from belt_sim.errors import BeltError, CannotRepresent
 from belt_sim.line.hooks import overrides
+from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model
 from belt_sim.results.diagnosis import FoundEffect
 from belt_sim.scene_parts import SceneParts
@@ -297,3 +298,30 @@ def test_a_run_tells_of_a_change_that_powers_do_not_stand_for(numbers, told, dir
     words = [x.words for x in run.beyond if x.id == "large_change"]
     assert bool(words) == told
     assert all("lower" in w if "place" in numbers else "upper" in w for w in words)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "says"),
+    [
+        (
+            {"at": 0.05},
+            r"effects.generic_law.terms\[1\].at = 0.05 m: a wave of 0.05 m is shorter than two steps of 0.05 m",
+        ),
+        ({"at": 0.1, "timed": True}, r"at = 0.1 s: a wave of 0.05 m"),
+        ({"course": "decaying_wave", "at": 0.09, "wide": 5.0}, "at = 0.09 m"),
+    ],
+)
+def test_a_wave_shorter_than_two_steps_is_refused(numbers, says):
+    term = {"place": "yaw_tail", "course": "wave", "cos": 1e-4, "sin": 0.0} | numbers
+    law = [{"id": "generic_law", "tension": 1e7, "terms": [term]}]
+    with pytest.raises(BeltError, match=says):
+        bs.simulate(model="strip", tension=20, speed=0.5, travel=1.0, effects=law)
+
+
+def test_a_wobble_shorter_than_two_steps_is_refused():
+    small = case_of(1)
+    small = replace(small, rig=replace(small.rig, tail_radius=0.1))
+    with pytest.raises(BeltError, match=r"rig.tail_radius with effects.wobble = 0.1 m: a wave of 0.628 m"):
+        march_case(
+            small, analytic_model("strip"), load_effects([{"id": "wobble", "beta_cos": 1e-4}]), travel=1.0, step=0.32
+        )
