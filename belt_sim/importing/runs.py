@@ -40,6 +40,8 @@ MOVED = 1e-4
 TENTHS, MOVES = 10, 6.0
 #: Speed [m/s] below which the belt stands.
 STOPPED = 1e-3
+#: Share of a run's usual speed below which the travel stands, or creeps as a counter does that has come loose.
+CREEPS = 0.01
 #: Steps of a counter within which it must go on where it rolls over, and the numbers [its unit] at which counters do.
 GOES_ON, FULL = 3.0, (*(10.0**k for k in range(1, 8)), *(2.0**k for k in range(8, 33)), 65.536, 32.768)
 #: Usual steps of the clock that are a gap.
@@ -338,10 +340,10 @@ def travel_of(
     """The travel of one run; None when it takes a speed that nobody has told. speed [m/s]: where none was logged;
     standstill: what the mapping says of a travel that stands while the time goes on."""
     time, notes = _time(block)
-    logged, speeds, sign = block.values("travel"), block.values("speed"), 1.0
+    logged, speeds, sign, stood = block.values("travel"), block.values("speed"), 1.0, np.zeros(2)
     if logged is not None:
         keep, way, sign = _logged_travel(block, logged, time, notes)
-        way = _over_standstills(block, keep, way, time, standstill, notes, open_questions)
+        way, stood = _over_standstills(block, keep, way, time, standstill, notes, open_questions)
     elif time is None:
         return None
     else:
@@ -362,7 +364,8 @@ def travel_of(
     settings = {"direction": Setting(-1.0, "the sign of travel or speed")} if sign < 0.0 else {}
     own = None if time is None else time[keep] - time[keep[0]]
     if own is not None and len(own) and own[-1] > 0.0 and way[-1] > 0.0:
-        settings["speed"] = Setting(round_digits(float(way[-1] / own[-1]), DIGITS), "travel over time")
+        far, lasted = np.array([way[-1], own[-1]]) - stood
+        settings["speed"] = Setting(round_digits(float(far / lasted), DIGITS), "travel over time")
     return Travel(keep, way, own, settings, notes)
 
 
@@ -427,25 +430,32 @@ def _over_standstills(
     standstill: str | None,
     notes: list[str],
     open_questions: list[Question],
-) -> np.ndarray:
-    """The travel of the rows ``keep``, carried on over stretches in which it stands and the time goes on, if the belt
-    ran: by a column of speed, or by ``standstill``, which is asked where the readings move on by more than scatter."""
-    ends = np.flatnonzero(np.diff(way, append=np.inf))  # the last row of each travel
+) -> tuple[np.ndarray, np.ndarray]:
+    """The travel of the rows ``keep``, carried on over stretches in which it stands or creeps and the time goes on, if
+    the belt ran: by a column of speed, or by ``standstill``, which is asked once where the readings move on by more
+    than scatter; and the travel [m] and the time [s] (2,) in which the belt stood."""
+    time, steps, usual = np.zeros(len(way)), np.diff(way), 0.0
+    paces, stood = steps, np.zeros(2)
+    if logged_time is not None:
+        time = logged_time[keep]
+        paces = steps / np.diff(time)
+        usual = float(np.median(paces[steps > 0.0]))
+    ends = np.flatnonzero(np.append(paces > CREEPS * usual, True))  # the last row of each travel
     begins, found = np.concatenate([[0], ends[:-1] + 1]), way.astype(float)
-    time = np.zeros(len(way)) if logged_time is None else logged_time[keep]
-    speeds, moving = block.values("speed"), np.diff(way) > 0.0
-    usual = 0.0 if logged_time is None else float(np.median(np.diff(way)[moving] / np.diff(time)[moving]))
+    speeds = block.values("speed")
     for k in np.flatnonzero(ends - begins >= FEWEST + 2 * np.median(ends - begins)):
         begin, end = int(begins[k]), int(ends[k])
         rows, lasted, pace = slice(begin, end + 1), time[begin : end + 1] - time[begin], usual
+        crept = way[rows] - way[begin]
         lines = f"line {block.lines[keep[begin]]} to {block.lines[keep[end]]}"
-        stands = f"travel stands still at {way[begin]:.6g} m in {end - begin + 1} rows ({lines})"
+        how = f"creeps on by {crept[-1]:.2g} m" if crept[-1] > 0.0 else "stands still"
+        stands = f"travel {how} at {way[begin]:.6g} m in {end - begin + 1} rows ({lines})"
         stands += f" while the time goes on by {lasted[-1]:.4g} s" if usual else ""
         ran = standstill == "belt_ran" and usual > 0.0
         if usual and speeds is not None:
             pace = float(np.median(np.abs(np.nan_to_num(speeds[keep[rows]]))))
             ran = pace > STOPPED
-        elif usual and standstill is None:
+        elif usual and standstill is None and not any(q.path[-1] == "standstill" for q in open_questions):
             for y in (c.si()[keep] for c in block.columns if c.role == "signal"):
                 before, after = map(np.nanmedian, np.array_split(y[rows], 2))
                 there = y[np.isfinite(y)]
@@ -453,16 +463,16 @@ def _over_standstills(
                     open_questions.append(ask("standstill", stands=stands))
                     break
         if not ran:
-            notes.append(
-                f"{stands}: one row is left, their mean" + ("" if usual else "; cut it there if the belt ran on")
-            )
+            stood += crept[-1], lasted[-1]
+            left = "taken as counted" if crept[-1] > 0.0 else "one row is left, their mean"
+            notes.append(f"{stands}: {left}" + ("" if usual else "; cut it there if the belt ran on"))
             continue
         notes.append(f"{stands}: carried on at {pace:.4g} m/s, as the belt ran")
-        found[rows] += pace * lasted
+        found[rows] += pace * lasted - crept
         later = slice(end + 1, None)
         if not np.any(way[later]) or way[end + 1] - way[end] < 0.5 * pace * (time[end + 1] - time[begin]):
-            found[later] += pace * lasted[-1]  # it goes on from where it stood, and has not caught up
-    return found
+            found[later] += pace * lasted[-1] - crept[-1]  # it goes on from where it stood, and has not caught up
+    return found, stood
 
 
 def _integrated_travel(

@@ -182,6 +182,44 @@ def test_every_question_of_an_odd_file_has_an_answer_that_works(name, tmp_path, 
     assert made.proposal.campaign.runs[0].travel == pytest.approx(first.travel)
 
 
+FINE, FINE_T = np.arange(0.0, 30.05, 0.1), np.arange(0.0, 60.1, 0.2)  # [m], [s], of the same run
+
+
+def fine(travel, time, s=FINE) -> str:
+    """The file of a logger that writes every 0.1 m; s [m]: the belt's true travel."""
+    edge = [f"{y:.4f}" for y in -6.0 * (1.0 - np.exp(-s / 8.0))]
+    return text(
+        {"time [s]": [f"{t:.2f}" for t in time], "travel [m]": [f"{x:.5f}" for x in travel], "edge 1 [mm]": edge}
+    )
+
+
+@pytest.mark.parametrize("row", [3e-6, 1e-4], ids=["3 um a row", "0.1 mm a row"])
+def test_a_counter_that_creeps_while_the_belt_runs_is_one_stretch_and_asked_about(row, tmp_path):
+    lost = np.clip(FINE - 10.0, 0.0, 10.0)
+    (tmp_path / "a.csv").write_text(fine(FINE - lost * (1.0 - row / 0.1), FINE_T), encoding="utf-8")
+    logged = read([tmp_path / "a.csv"])
+    (question,) = understand(logged, GIVEN).missing
+    assert question.key == "format.standstill"
+    assert "creeps on by" in question.text
+    made = understand(logged, GIVEN | {"format": {"standstill": "belt_ran"}})
+    assert made.campaign.runs[0].travel[-1] == pytest.approx(30.0, abs=0.2)
+    assert made.campaign.runs[0].speed == pytest.approx(0.5, rel=0.01)
+    assert sum("carried on at 0.5 m/s" in n.text for n in made.notes) == 1
+
+
+def test_the_speed_of_a_belt_that_stood_for_a_while_is_that_at_which_it_ran(tmp_path):
+    s = np.concatenate([FINE[:150], np.full(100, FINE[150]), FINE[150:]])
+    (tmp_path / "a.csv").write_text(fine(s, 0.2 * np.arange(len(s)), s), encoding="utf-8")
+    (run,) = understand(read([tmp_path / "a.csv"]), GIVEN).campaign.runs
+    assert run.speed == pytest.approx(0.5, rel=1e-3)
+
+
+def test_several_stands_are_one_question(tmp_path):
+    counted = FINE - np.clip(FINE - 5.0, 0.0, 4.0) - np.clip(FINE - 15.0, 0.0, 4.0)
+    (tmp_path / "a.csv").write_text(fine(counted, FINE_T), encoding="utf-8")
+    assert [q.key for q in understand(read([tmp_path / "a.csv"]), GIVEN).missing] == ["format.standstill"]
+
+
 STUCK = {
     "and_goes_on_from_there": lambda s: np.where(s > 18, s - 8, np.minimum(s, 10)),
     "and_catches_up": lambda s: np.where((s > 10) & (s < 18), 10, s),
