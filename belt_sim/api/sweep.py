@@ -111,6 +111,9 @@ def sweep(
     """
     if travel is None and at is not None:
         raise InputError("at", at, "m", "steady rates in closed form have no travel; state travel, or leave this out")
+    if isinstance(model, list | tuple):
+        each = "pandas.concat([bs.sweep(model=name, ...) for name in names])"
+        raise InputError("model", model, "", f"a sweep has one model; join several with {each}")
     given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
     given |= {"rig": rig, "belt": belt}
     config = make_settings({k: v for k, v in given.items() if v is not None}) | {"travel": travel, "effects": effects}

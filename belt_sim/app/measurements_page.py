@@ -24,6 +24,9 @@ from belt_sim.io import group_names, sample_campaigns
 from belt_sim.model import BY_TENSION
 from belt_sim.results import words
 
+#: what a job leaves -> what its button is called
+CALLED = {"report": "Report (HTML)", "overlay": "Picture: model and measurement", "where": "Picture: where it fails"}
+CALLED |= {"drift": "Picture: fitted at each tension", "steady": "Picture: late rates"}
 OFTEN = 0.4  # [s] between two looks at the session
 #: a drop anywhere on the page goes to the field of the uploads, which takes it from there
 DROPS = """<script>for (const kind of ["dragover", "drop"]) document.addEventListener(kind, (event) => {
@@ -39,6 +42,9 @@ def add_measurements(session: Session) -> None:
     @ui.page("/measurements", title="belt_sim")
     def page() -> None:
         widgets.frame("/measurements")
+        request = ui.context.client.request
+        for name, text in (request.query_params if request else {}).items():
+            widgets.notice(f"The address says {name}={text}: this page takes no settings from it; it is left out.")
         _drop(session)
         drawn = [session.version]
 
@@ -140,7 +146,9 @@ def _job(session: Session) -> None:
         soft(f"{heads[job.state]} after {job.seconds:.0f} s")
         if job.state != "finished":
             return
-        report, pictures = job.folder / REPORT, sorted(job.folder.glob("*.png"))
+        # what a model does beside the measurement comes first
+        pictures = sorted(job.folder.glob("*.png"), key=lambda p: (p.stem not in ("headline", "overlay"), p.stem))
+        report = job.folder / REPORT
         with box("line"):
             if report.exists():
                 address = f"/results/{len(session.jobs)}/report"
@@ -151,13 +159,14 @@ def _job(session: Session) -> None:
                     )
             quiet_button("Download everything (zip)", partial(_zip, session, job.folder))
             for path in (*([report] if report.exists() else []), *pictures):
-                quiet_button(path.name, partial(ui.download.file, path))
+                quiet_button(CALLED.get(path.stem, path.name), partial(ui.download.file, path))
             soft(f"also in {os.path.relpath(job.folder)}")
         if report.exists():
             sandboxed = f'sandbox="allow-scripts" src="{address}" title="report"'
             ui.element("iframe").classes("report").props(sandboxed)
             return
-        ui.label(words.in_print(job.said)).classes("scroll printed")
+        said = job.said.replace("; or model=NAME", "").removesuffix(job.folder.name)  # a menu and links say these
+        ui.label(words.in_print(said.rstrip())).classes("scroll printed")
         for path in pictures:
             ui.image(path).classes("picture").props(f"data-name={path.stem} alt={path.stem}")
 

@@ -177,7 +177,8 @@ def _place_and_terms(data: SearchData, made: MarchFit) -> str:
     if len({t.place.name for t in law.terms}) == 1 and place.kind in STIFFNESS and not place.is_stretch:
         how = _by_how_much(data, law, numbers)
         return f"The {place.words} is {how}: relative change {formula(law, numbers)}"
-    return f"The {place_words(law)} lacks {formula(law, numbers)}"
+    several = len({t.place.words for t in law.terms}) > 1
+    return f"The {place_words(law)} {'lack' if several else 'lacks'} {formula(law, numbers)}"
 
 
 def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
@@ -334,7 +335,7 @@ def _law(found: SearchOutcome, best: MarchFit) -> FoundLaw:
         parameters={n: Estimate(v, u, unit, True) for n, (v, u, unit) in numbers.items()},
         share=min(1.0, best.gain / max(choice.possible, 1e-9)),
         frequency=choice.frequency,
-        looks_like=looks_like(found.data, law),
+        looks_like="" if found.alike else looks_like(found.data, law),  # no cause of what may act elsewhere
     )
 
 

@@ -2,6 +2,7 @@
 and cannot be told apart, and what to measure next.
 """
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -380,8 +381,10 @@ class Discovery(Display):
         return change is not None and change.after <= FLOOR * self.error.noise_floor  # type: ignore[union-attr]
 
     def lines(self) -> list[str]:
-        """The sentence, the places, what cannot be told apart and what cannot be known."""
-        lines = [self.sentence]
+        """The verdict, the sentence, the places, what cannot be told apart and what cannot be known."""
+        where = ", at a place that these runs cannot tell" if self.alike else f", at the {self.law.place}"
+        verdict = f"Something is missing (probability {self.probability:.2g}), and a law describes it{where}."
+        lines = ([verdict] if self.law is not None else []) + [self.sentence]
         if self.found:
             lines += [f"{p.words}: log evidence {p.gain:.0f} ({p.pool})" for p in self.places[:4]]
         lines += [f"not told apart from: {r.formula} ({r.place})" for r in self.rivals]
@@ -389,6 +392,9 @@ class Discovery(Display):
             change = self.error.held_out
             lines.append(f"held-out error {change.before * 1e3:.3f} -> {change.after * 1e3:.3f} mm")
         return lines + list(self.limits)
+
+    def __repr__(self) -> str:
+        return words.in_terminal("\n".join(textwrap.fill(x, 80, subsequent_indent="  ") for x in self.lines()))
 
 
 class Verdict(StrEnum):

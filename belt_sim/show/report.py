@@ -88,7 +88,7 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
         rivals=rivals,
         many=words.count(len(rivals)),
         marked=list(dict.fromkeys(marked)),
-        marks=[(share, ", ".join(filter(None, numbers)), place) for (share, place), numbers in marks.items()],
+        marks=spaced([(share, ", ".join(filter(None, numbers)), place) for (share, place), numbers in marks.items()]),
         spots=numbered_spots(numbered),
         alternatives=alternatives,
         measured=d.campaign.readings,
@@ -123,6 +123,22 @@ def numbered_spots(numbered: Sequence[tuple[str, dict[str, Any]]]) -> list[tuple
         for spot in dict.fromkeys(SPOTS[part] for part in parts if part != "upper" or not c["marks"]):
             there.setdefault(spot, []).append(number)
     return [(x + 24.0 * k - 12.0 * (len(all_) - 1), y, n) for (x, y), all_ in there.items() for k, n in enumerate(all_)]
+
+
+SENSORS_ABOVE = (120.0, 520.0)  # of the sketch: places of points 4 and 1, whose names stand there
+ROOM = 16.0  # of the sketch, between two numbers side by side
+
+
+def spaced(marks: Sequence[tuple[float, str, str]]) -> list[tuple[float, float, str, str]]:
+    """Marks (share of the span, number, words) with the place where the number stands: beside all others."""
+    taken, found = list(SENSORS_ABOVE), []
+    for share, number, place in sorted(marks):
+        x, room = 100.0 + 440.0 * share, ROOM * max(1.0, len(number) / 2.0)
+        while number and (near := [t for t in taken if abs(t - x) < 0.99 * room]):
+            x = max(near) + room
+        taken += [x] if number else []
+        found.append((share, x, number, place))
+    return found
 
 
 #: colours of pictures -> of the page, light or dark

@@ -7,6 +7,7 @@ import pytest
 
 import belt_sim as bs
 from belt_sim.api.simulate import campaign_model
+from belt_sim.errors import InputError
 
 #: largest difference of y on the test rig, in percent of the largest y (docs/simulate.md)
 TOLD = {7: 3.1, 22: 0.8, 45: 0.1}
@@ -30,6 +31,9 @@ def test_another_belt_lifts_off_at_another_tension():
     assert (found.model, found.beyond) == ("strip_lift_off", ())
     table = bs.sweep(tension=[30, 60], belt=thick | {"thickness": [0.3e-3, 0.5e-3]}, travel=2.0)
     assert list(table["model"]) == ["strip", "strip_lift_off", "strip", "strip"]
+    assert repr(table).splitlines()[2].split()[3:4] == ["strip_lift_off"]  # which row is which
+    with pytest.raises(InputError, match="a sweep has one model"):
+        bs.sweep(tension=[30, 60], model=["strip", "beam_th2"])
     assert bs.simulate(tension=7, effects=["lift_off"], travel=2.0).model == "strip"
 
 

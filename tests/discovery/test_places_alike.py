@@ -69,3 +69,7 @@ def test_places_alike_are_in_the_result_and_its_sentence(monkeypatch):
         " These runs cannot say where it acts: 2 other places fit alike: "
         "the tension of the belt and the yaw of the tail pulley."
     )
+    assert "looks like" not in found.sentence  # no cause at a place that is open
+    said = repr(found).splitlines()
+    assert said[0].startswith("Something is missing")
+    assert max(map(len, said)) <= 80

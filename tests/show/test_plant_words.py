@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import replace
+from itertools import combinations
 from types import SimpleNamespace
 
 import pytest
@@ -22,7 +23,18 @@ from belt_sim.results.diagnosis import (
     other_model,
 )
 from belt_sim.results.estimates import Estimate, MachineSizes, number_texts
-from belt_sim.show.report import HERE, LIKELY, plant_card, plant_headline, render, rival_cards, sureness
+from belt_sim.show.report import (
+    HERE,
+    LIKELY,
+    ROOM,
+    SENSORS_ABOVE,
+    plant_card,
+    plant_headline,
+    render,
+    rival_cards,
+    spaced,
+    sureness,
+)
 
 TAPER = FoundEffect(
     id="taper",
@@ -64,6 +76,13 @@ def test_an_improbable_cause_is_marked_and_said_to_be_possible_only():
     assert other["id"] == "crown + cant"
     assert {"tail", "head"} <= {*other["parts"]}
     assert plant_headline(Said(Verdict.EXPLAINED), [unsure]).startswith("Perhaps")
+
+
+def test_numbers_on_the_sketch_stand_beside_one_another():
+    """Near point 4, whose name stands at 120, and at one place of the span."""
+    places = [x for _, x, *_ in spaced([(0.04, "1", "0.5 m"), (0.05, "3", "0.6 m"), (0.95, "2", "10.7 m")])]
+    places += SENSORS_ABOVE
+    assert min(abs(a - b) for a, b in combinations(places, 2)) >= 0.99 * ROOM
 
 
 def test_what_a_named_effect_may_be_instead_is_lettered_on_the_sketch():
