@@ -17,7 +17,7 @@ from studies.application import show_help
 PACKAGE = ROOT / "belt_sim"
 PAGE, PICTURE = ROOT / "docs" / "architecture.md", ROOT / "docs" / "images" / "architecture.svg"
 BEGIN, END = "<!-- rooms -->\n", "<!-- end of rooms -->"
-WIDTH, HEIGHT, GAP, LEFT = 118, 40, 12, 60  # of a room, between rooms and beside the floors [px]
+WIDTH, HEIGHT, GAP, LEFT = 118, 30, 12, 60  # of a room, between rooms and beside the floors [px]
 OUTSIDE = ("__init__", "__main__")  # the names that users import, and the entry
 
 
@@ -64,15 +64,13 @@ def circles(imports: dict[str, dict[str, list[str]]]) -> set[frozenset[str]]:
     return {frozenset((a, b)) for a in imports for b in imports[a] if a in imports.get(b, {})}
 
 
-def about(room: str) -> tuple[str, int]:
-    """First sentence of a room's docstring, and its lines."""
+def about(room: str) -> str:
+    """First sentence of a room's docstring."""
     place = PACKAGE / room
-    files = sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
-    head = place / "__init__.py" if place.is_dir() else files[0]
+    head = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
     doc = ast.get_docstring(ast.parse(head.read_text(encoding="utf-8"))) or ""
     words = re.split(r"(?<=[.:])\s", doc.replace("\n", " "))[0].rstrip(".:")
-    words = words.split(",")[0] if len(words) > 60 else words
-    return words, sum(len(f.read_bytes().splitlines()) for f in files)
+    return words.split(",")[0] if len(words) > 60 else words
 
 
 def drawing(imports: dict[str, dict[str, list[str]]], at: dict[str, int]) -> str:
@@ -95,15 +93,13 @@ def drawing(imports: dict[str, dict[str, list[str]]], at: dict[str, int]) -> str
             lines.append(f'<path d="M{x + WIDTH / 2:.0f} {y + HEIGHT:.0f} L{u + WIDTH / 2:.0f} {v:.0f}"/>')
     boxes = []
     for name, (x, y) in place.items():
-        _, size = about(name)
         boxes.append(
             f'<g><rect x="{x:.0f}" y="{y:.0f}" width="{WIDTH}" height="{HEIGHT}" rx="6"/>'
-            f'<text x="{x + WIDTH / 2:.0f}" y="{y + 17:.0f}">{name}</text>'
-            f'<text class="size" x="{x + WIDTH / 2:.0f}" y="{y + 32:.0f}">{size:,} lines</text></g>'
+            f'<text x="{x + WIDTH / 2:.0f}" y="{y + 19:.0f}">{name}</text></g>'
         )
     style = (
         "rect{fill:#f4f7fa;stroke:#0072b2}path{stroke:#9aa5b1;fill:none}text{font:13px sans-serif;"
-        "text-anchor:middle;fill:#1f2933}.size{font-size:10px;fill:#52606d}"
+        "text-anchor:middle;fill:#1f2933}"
     )
     head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}"><style>{style}</style>'
     ground = f'<rect width="{width}" height="{height}" style="fill:#fff;stroke:none"/>'
@@ -114,7 +110,7 @@ def table(at: dict[str, int]) -> str:
     """A row a room, the highest floor first."""
     lines = ["| room | what it does |", "| --- | --- |"]
     for room in sorted(at, key=lambda r: (-at[r], r)):
-        lines.append(f"| {room} | {about(room)[0]} |")
+        lines.append(f"| {room} | {about(room)} |")
     return "\n".join(lines) + "\n"
 
 

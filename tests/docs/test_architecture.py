@@ -1,4 +1,5 @@
-"""The table "Where something new goes" of docs/architecture.md: its names are there, and following it is enough."""
+"""docs/architecture.md: its rooms are those of today; its table "Where something new goes" names what is there, and to
+follow it is enough."""
 
 import os
 import re
@@ -11,9 +12,17 @@ import pytest
 
 from belt_sim.io import PACKAGE, ROOT
 from belt_sim.space.model import BATCH_ENGINES
+from studies.site.architecture import BEGIN, PAGE, PICTURE, arrows, drawing, floors, table
 
 TABLE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8").partition("## Where something new goes")[2]
 ROWS = dict(re.findall(r"^\| (\w+).*? \| (.+) \|$", TABLE, re.MULTILINE)[1:])
+
+
+def test_the_picture_and_the_table_of_rooms_are_of_today():
+    """Else: python -m studies.site.architecture"""
+    imports = arrows()
+    assert PICTURE.read_text("utf-8") == drawing(imports, floors(imports))
+    assert BEGIN + table(floors(imports)) in PAGE.read_text("utf-8")
 
 
 def test_each_has_at_most_three_places():
@@ -25,9 +34,9 @@ def test_each_has_at_most_three_places():
 def test_what_the_page_names_is_there(new):
     for file in re.findall(r"`([\w./]+/[\w.]+)`", ROWS[new]):
         assert list(ROOT.glob(file.replace("NAME", "*"))), file
-    for table, file in re.findall(r"`([A-Z_]+)` in `([\w./]+)`", ROWS[new]):
-        homes = [p for p in PACKAGE.rglob("*.py") if re.search(rf"^{table}\b.*=", p.read_text("utf-8"), re.MULTILINE)]
-        assert [p for p in homes if table[0] != "_" or p == ROOT / file] == [ROOT / file]  # one meaning a name
+    for named, file in re.findall(r"`([A-Z_]+)` in `([\w./]+)`", ROWS[new]):
+        homes = [p for p in PACKAGE.rglob("*.py") if re.search(rf"^{named}\b.*=", p.read_text("utf-8"), re.MULTILINE)]
+        assert [p for p in homes if named[0] != "_" or p == ROOT / file] == [ROOT / file]  # one meaning a name
     for engine in BATCH_ENGINES:
         assert hasattr(import_module(f"belt_sim.space.{engine}"), "ENGINE")
 
