@@ -12,6 +12,7 @@ from belt_sim.campaign.types import Campaign, case_of, sensor_place
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect, library
+from belt_sim.effects.law import law_effect, law_of_entry
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import BeltError, CannotRepresent, InputError, Limit, SimulationError, finite, flag, warning
 from belt_sim.io import provenance, write_json
@@ -173,7 +174,9 @@ def effects_of(asked: Any) -> tuple[Effect, ...]:
     made = [asked] if isinstance(asked, Effect | FoundEffect) else asked
     if not isinstance(made, Sequence) or isinstance(made, str):
         return load_effects(made)
+    laws = {k: e.law for k, e in enumerate(made) if isinstance(e, FoundEffect) and e.law}
     made = [e.as_setting() if isinstance(e, FoundEffect) else e for e in made]
+    made = [law_effect(law_of_entry(laws[k], found=True))() if k in laws else e for k, e in enumerate(made)]
     for cls in (e for e in made if isinstance(e, type) and issubclass(e, Effect)):
         example = f"{cls.__name__}({next(iter(cls.parameters))}=...)"
         raise InputError("effects", cls.__name__, "", f"give it numbers: {example}")

@@ -781,8 +781,9 @@ class _Entry:
         return value
 
 
-def law_of_entry(entry: Mapping[str, Any]) -> SizedLaw:
-    """Return the law of an entry of an effects.yaml; raise InputError in one line for what is wrong with it."""
+def law_of_entry(entry: Mapping[str, Any], found: bool = False) -> SizedLaw:
+    """Return the law of an entry of an effects.yaml; raise InputError in one line for what is wrong with it.
+    found: by a diagnosis, whose report a share beyond SHARES does not stop."""
     whole = _Entry(entry, f"effects.{ID}", ("id", "tension", "terms"))
     tension = whole.number("tension", "Pa")
     if tension <= 0.0:
@@ -790,11 +791,11 @@ def law_of_entry(entry: Mapping[str, Any]) -> SizedLaw:
     given = entry.get("terms")
     if not isinstance(given, Sequence) or isinstance(given, str) or not given:
         whole.refuse("terms", "write a list of terms, each with place, variable, course and sizes")
-    read = [_term_of(one, f"effects.{ID}.terms[{k}]") for k, one in enumerate(given, 1)]
+    read = [_term_of(one, f"effects.{ID}.terms[{k}]", found) for k, one in enumerate(given, 1)]
     return SizedLaw(Law(tuple(term for term, _ in read)), tuple(x for _, sizes in read for x in sizes), tension)
 
 
-def _term_of(given: Any, where: str) -> tuple[Term, list[float]]:
+def _term_of(given: Any, where: str, found: bool) -> tuple[Term, list[float]]:
     """The term of an entry, and its sizes."""
     one = _Entry(given, where, ("place", "points", "variable", "shape", "course", "timed", *NUMBERS))
     place = _place_of(one)
@@ -823,7 +824,8 @@ def _term_of(given: Any, where: str) -> tuple[Term, list[float]]:
             one.refuse(name, "give a number above 0")
     if abs(values.get("exponent", 0.0)) > STEEPEST:
         one.refuse("exponent", f"give an exponent of at most {STEEPEST:g} either way")
-    if place.relative and not place.is_stretch and variable in ("none", "yaw_set") and not COURSES[course].per:
+    steady = variable in ("none", "yaw_set") and not COURSES[course].per
+    if place.relative and not place.is_stretch and steady and not found:
         peak = float(np.hypot(*(values[n] for n in form.halves))) if form.is_wave else 0.0
         for name in form.halves:
             if not SHARES[0] < min(values[name], -peak) <= max(values[name], peak) < SHARES[1]:

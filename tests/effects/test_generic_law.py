@@ -258,6 +258,9 @@ def test_a_law_that_a_diagnosis_names_is_taken_again():
     found = FoundEffect(id=effect.id, numbers={}, parameters={}, probability=1.0, law=law_entry(effect))
     (taken,) = effects_of([found])
     assert law_entry(taken) == law_entry(effect)
+    beyond = law_entry(effect) | {"terms": [{"place": "pull_tail", "size": 4.0}]}
+    (taken,) = effects_of([replace(found, law=beyond)])  # no share beyond what a file may state stops its report
+    assert law_entry(taken)["terms"][0]["size"] == 4.0
 
 
 def test_an_entry_is_plain_data():
