@@ -268,6 +268,9 @@ class Session:
         campaign, or add files that were missing in the one dropped before."""
         tray = sort_files(files)
         messages, before = tray.messages, self.importing or self.finished_import
+        if SHEET in tray.campaign and (beside := [*tray.loggers, *([tray.mapping_name] * (tray.mapping is not None))]):
+            messages.append(f"{', '.join(map(quote, beside))}: not used beside {SHEET}; drop a logger's files alone")
+            tray.loggers, tray.mapping = {}, None
         try:
             if tray.loggers or tray.mapping is not None:
                 mapping = {} if tray.mapping is None else read_mapping(tray.mapping_name, tray.mapping)

@@ -153,6 +153,8 @@ NOISE_FACTOR = 6.0
 TINY, HUGE = 0.01, 3.0
 #: Factor on step and length of the travel, against other runs, or on travel/(speed time), that is a slip.
 TRAVEL_FACTOR = 20.0
+#: Smaller slips of travel over speed times time (tenfold, inches, minutes), told where they are met to SLIP_WITHIN.
+SLIPS, SLIP_WITHIN = np.array([10.0, 0.1, 25.4, 1.0 / 25.4, 60.0, 1.0 / 60.0]), 0.03
 #: Share by which travel over speed times time may be off 1 in all runs alike: speeds are known to a percent.
 ENCODER = 0.015
 #: Length of the line as a share of a span, its fewest readings, and its error by the curvature of the path, as a share
@@ -321,7 +323,7 @@ def check_travel(campaign: Campaign) -> list[Suspicion]:
             paces.append(pace)
         if ratios.min() > TRAVEL_FACTOR or ratios.max() < 1.0 / TRAVEL_FACTOR:
             slipped = f"its travel is {ratios[1]:.3g} times that of the other runs: its unit has slipped"
-        elif not 1.0 / TRAVEL_FACTOR < pace < TRAVEL_FACTOR:
+        elif not 1.0 / TRAVEL_FACTOR < pace < TRAVEL_FACTOR or np.abs(pace / SLIPS - 1.0).min() < SLIP_WITHIN:
             slipped = f"travel is {pace:.3g} times speed times time: one of them is in another unit"
         found += [Suspicion(run.name, (), "unit_slip", slipped)] if slipped else []
     usual = float(np.median(paces or [1.0]))
@@ -676,7 +678,7 @@ def _suspicion(lead: Lead, severity: Severity) -> Suspicion:
         sentence = f"{' and '.join(names)} differ by {lead.lead:.2g} times {given}: it was on before (yaw_at_m below 0,"
         sentence += " or run_in_m: unknown), or else the two columns are exchanged, or a sign or a unit is another"
         return Suspicion(run.name, (), "running_start", sentence, severity)
-    times = f"{lead.lead:.2g} times what the yaw of {math.degrees(lead.yaw):.3g} deg gives"
+    times = f"{lead.lead + 0.0:.2g} times what the yaw of {math.degrees(lead.yaw):.3g} deg gives"
     seen = f"{' and '.join(names)} differ by {times} in the end"
     if not LOW < abs(lead.lead) < HIGH:
         sentence = f"{seen}: the yaw or the readings are in another unit"
@@ -684,6 +686,7 @@ def _suspicion(lead: Lead, severity: Severity) -> Suspicion:
     if lead.drift > 0.0:
         sentence = f"{seen}, though they move to its side: the two columns are exchanged"
         sentence += ", or the yaw was on before the record (run_in_m)" if run.travel[0] >= run.yaw_at else ""
+        sentence += ", or the yaw has the wrong sign"
         return Suspicion(run.name, names, "swapped", sentence, severity)
     sentence = f"{seen}, and they move away from its side: the yaw or the readings have the wrong sign"
     return Suspicion(run.name, (), "wrong_sign", sentence, severity)

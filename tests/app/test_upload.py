@@ -13,6 +13,7 @@ from belt_sim.app import session as upload
 from belt_sim.app.server import Guard, listen
 from belt_sim.app.session import MAX_UPLOAD
 from belt_sim.errors import InputError
+from belt_sim.io import CAMPAIGNS
 
 
 def zipped(members: dict[str, bytes]) -> bytes:
@@ -129,3 +130,13 @@ def test_a_mapping_may_have_any_name_and_there_is_one():
     second, third = tray.messages
     assert "my_rig.yaml is the mapping already" in second
     assert "notes.yaml" in third
+
+
+def test_a_loggers_files_beside_a_campaign_are_named_and_do_not_stop_it(tmp_path):
+    session = upload.Session(tmp_path)
+    files = [(p.name, p.read_bytes()) for p in (CAMPAIGNS / "slack_belt").iterdir() if p.name in upload.FILES]
+    session.drop([*files, ("bare.csv", b"1;2\n"), ("empty.csv", b""), ("bin.csv", b"\0\1")])
+    assert session.messages == [
+        "bare.csv, empty.csv, bin.csv: not used beside campaign.yaml; drop a logger's files alone"
+    ]
+    assert session.campaign is not None

@@ -7,7 +7,7 @@ import pytest
 from roped_campaign import damaged, roped_campaign
 
 from belt_sim.campaign import leave_out_bad_readings, suspicions
-from belt_sim.campaign.quality import NOISE_FACTOR, jumps, records_of
+from belt_sim.campaign.quality import NOISE_FACTOR, check_travel, jumps, records_of
 
 #: Clean campaigns looked at; the thresholds leave room for one false alarm in thousands, none is expected.
 CLEAN = 40
@@ -90,6 +90,16 @@ def test_travel_in_another_unit_is_named():
     timed = dataclasses.replace(campaign.runs[0], time=campaign.runs[0].travel * 2000.0)
     found = seen(dataclasses.replace(campaign, runs=(timed, *campaign.runs[1:])))
     assert found == [("r0", None, "unit_slip")]
+
+
+def test_a_tenfold_travel_is_named_and_one_that_is_none_is_not():
+    """Over speed times time: 10 is a slip, 7 may be a belt that was driven faster than stated."""
+    campaign = roped_campaign(7)
+    for factor, kinds in ((10.0, {"unit_slip"}), (7.0, set())):
+        runs = [dataclasses.replace(r, time=r.travel / r.speed) for r in campaign.runs]
+        runs[3] = dataclasses.replace(runs[3], time=runs[3].time / factor)
+        found = check_travel(dataclasses.replace(campaign, runs=tuple(runs)))
+        assert {s.kind for s in found if s.run == "r3"} == kinds
 
 
 @pytest.mark.parametrize("share", [0.5, 0.8])
@@ -190,6 +200,7 @@ def test_exchanged_columns_are_named():
     campaign = dataclasses.replace(campaign, runs=tuple(ends))
     swap = damaged(campaign, lambda y: {"y1": y["y4"], "y4": y["y1"]}, 4)
     assert seen(swap) == [("r4", "y1 and y4", "swapped")]
+    assert "or the yaw has the wrong sign" in str(suspicions(swap)[0])
     swap = damaged(campaign, lambda y: {"y1": y["y4"], "y4": y["y1"]})
     assert seen(swap) == [(None, "y1 and y4", "swapped")]
 
