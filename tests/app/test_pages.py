@@ -44,6 +44,11 @@ def measurements(page, served):
     return page
 
 
+def test_settings_in_the_address_that_no_page_takes_are_named(page, served):
+    page.goto(f"{served.address}/measurements?nonsense=3")
+    assert "The address says nonsense=3" in alerts(page)[0]
+
+
 def test_sliders_change_the_curve(page, served):
     curve = simulate_page(page, served)
     facts = page.locator("[data-name=facts]")
