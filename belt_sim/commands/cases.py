@@ -195,7 +195,7 @@ def map_command(run_dir: RunDir) -> None:
             raise InputError("show", shown, "", f"use one of {', '.join(drawn_columns(table))}")
         seconds = time.monotonic() - began
         print(
-            f"{len(table)} cases in {seconds:.1f} s, {len(table) / seconds:.0f} a second",
+            f"{len(table)} cases in {seconds:.1f} s, {len(table) / seconds:.0f} a second, start-up counted",
             *table.attrs["beyond"],
             sep="\n",
         )
