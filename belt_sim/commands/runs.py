@@ -99,7 +99,8 @@ class RunDir:
         try:
             path = Path(hydra.sweep.dir) / str(hydra.sweep.subdir) if many else Path(hydra.run.dir)
             settings, typed = plain_settings(config), list(hydra.overrides.task)
-            refuse_unknown_keys(settings, command, hydra.runtime.choices)
+            used = re.findall(r"\$\{(\w+)", OmegaConf.to_yaml(config))  # by other values
+            refuse_unknown_keys(settings, command, [*hydra.runtime.choices, *used])
             return RunDir(path, command, settings, typed, hydra.job.num if many else None)
         except OmegaConfBaseException as error:
             raise BeltError(one_line(error, command)) from error
@@ -275,7 +276,7 @@ def explain(error: OSError, path: object) -> str:
 def refuse_unknown_keys(settings: Mapping[str, Any], command: str, own: Collection[Any]) -> None:
     """Raise BeltError naming the first key that a file of the user's has and the command would not read.
 
-    own: groups that were chosen, the user's among them; what a model takes is said where it is made.
+    own: groups that were chosen, the user's among them, and what other values are made of; a model says what it takes.
     """
     known = known_keys(command)
     groups = {key.split(".")[0] for key in known if "." in key} - {"model"}
