@@ -56,11 +56,7 @@ class SpanDeck:
 
 
 def span_deck(
-    case: Case,
-    couples: Sequence[float],
-    ends: str = "hinged",
-    mesh: Mesh | None = None,
-    residual: float = 0.0,
+    case: Case, couples: Sequence[float], ends: str = "hinged", mesh: Mesh | None = None, residual: float = 0.0
 ) -> SpanDeck:
     """Steps: tension, gravity, residual stress, then one a couple [N m] in the belt's plane at the run-up end.
 
@@ -158,12 +154,7 @@ def _on_pulley(case: Case, side: float, behind: float) -> tuple[float, float]:
 
 
 def _steps(
-    case: Case,
-    couples: Sequence[float],
-    dummies: dict[str, int],
-    ends: str,
-    tolerance: float,
-    strains: list[str],
+    case: Case, couples: Sequence[float], dummies: dict[str, int], ends: str, tolerance: float, strains: list[str]
 ) -> list[str]:
     """Tension, gravity, residual stress where there is one, couples."""
     held, bent = _supports(case, dummies), [f"{dummies['ONE']},1,1,{abs(SIDES[ends]):g}"]
@@ -232,12 +223,7 @@ def by_law(case: Case, ends: str, residual: float = 0.0) -> np.ndarray:
 
 
 def by_shell(
-    case: Case,
-    turns: Sequence[float],
-    ends: str,
-    folder: Path,
-    mesh: Mesh | None = None,
-    residual: float = 0.0,
+    case: Case, turns: Sequence[float], ends: str, folder: Path, mesh: Mesh | None = None, residual: float = 0.0
 ) -> list[SpanState]:
     """The span turned by couples that would turn the strip law's by ``turns`` [rad], as far as CalculiX comes."""
     couples = [float(by_law(case, ends, residual)[0]) * t for t in turns]

@@ -9,10 +9,7 @@ from studies.application import show_help
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 MOST, MOST_OF_README, LONG = 22_000, 600, 1_500
 #: pages that may be longer than LONG, and why
-REASONS = {
-    "theory.md": "derivations of every law",
-    "how_far.md": "a row for each effect",
-}
+REASONS = {"theory.md": "derivations of every law", "how_far.md": "a row for each effect"}
 _CODE = re.compile(r"^```.*?^```|`[^`]*`", re.MULTILINE | re.DOTALL)
 #: parts that a program writes out of the code
 _WRITTEN = re.compile(r"<!-- written.*?<!-- end -->", re.DOTALL)
