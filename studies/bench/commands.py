@@ -37,7 +37,6 @@ bs.simulate(model="strip", tension=11)
 print("again", time.process_time() - begun)
 """
 CORES = 2  # of a row, where several are measured at once
-CLI = "from belt_sim.commands.cli import main; main()"
 
 
 @dataclass(frozen=True)
@@ -112,7 +111,7 @@ def _call(row: Row, tree: Path, place: Path, own: set[int]) -> dict[str, Any]:
         arguments = [
             f"campaign={place / made}" if (made := a.removeprefix("campaign=")) in MADE else a for a in row.arguments
         ]
-        command = [sys.executable, "-c", CLI, *arguments] if arguments else [sys.executable, "-c", AGAIN]
+        command = [sys.executable, *(["-m", "belt_sim", *arguments] if arguments else ["-c", AGAIN])]
         command = ["taskset", "-c", ",".join(map(str, sorted(own))), *command] if own else command
         with (Path(folder) / "out").open("w") as out:
             begun = time.perf_counter()
