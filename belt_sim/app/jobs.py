@@ -4,8 +4,8 @@ It is the command that a terminal takes, so that both give one answer.
 """
 
 import asyncio
+import json
 import os
-import re
 import sys
 import time
 from collections.abc import Mapping
@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.io import write_text
+from belt_sim.show.observers import AS_JSON
 
 PATIENCE = 3.0  # [s] from asking a process to end to ending it
-_PROGRESS = re.compile(r"\w+: (?P<stage>.*?),? ?\d+ s gone(?: of about (?P<in_all>\d+) s(?P<more>.*))?")
 
 
 @dataclass
@@ -54,15 +54,16 @@ class Job:
         command = ["-m", "belt_sim", self.task, *typed, f"hydra.run.dir={self.folder.name}"]
         pipes = {"stdout": asyncio.subprocess.PIPE, "stderr": asyncio.subprocess.PIPE}
         self.process = await asyncio.create_subprocess_exec(
-            sys.executable, *command, cwd=self.folder.parent, env=os.environ | {"COLUMNS": "100"}, **pipes
+            sys.executable, *command, cwd=self.folder.parent, env=os.environ | {"COLUMNS": "100", AS_JSON: "1"}, **pipes
         )
         printed = asyncio.create_task(self.process.stdout.read())
         lines = []
         async for line in self.process.stderr:
-            lines.append(line.decode(errors="replace").rstrip())
-            if found := _PROGRESS.match(lines[-1]):
-                self.stage = found["stage"] or self.stage
-                self.in_all, self.more = float(found["in_all"] or 0.0), found["more"] or ""
+            if line.startswith(b'{"stage"'):
+                now = json.loads(line)
+                self.stage, self.in_all, self.more = now["stage"] or self.stage, now["in_all_s"], now["more"]
+            else:
+                lines.append(line.decode(errors="replace").rstrip())
         self.said = (await printed).decode(errors="replace").strip()
         status = await self.process.wait()
         write_text(self.folder / "log.txt", "\n".join([*lines, self.said, ""]))

@@ -200,7 +200,7 @@ class RunDir:
         if again is None:
             return task(self, done=True)  # type: ignore[no-any-return]
         with ExitStack() as stack:
-            if "\n  - in_place\n" not in (CONF / f"{self.command}.yaml").read_text(encoding="utf-8"):
+            if "in_place" not in OmegaConf.load(CONF / f"{self.command}.yaml").defaults:
                 notes = self.path / NOTES
                 notes.mkdir(parents=True, exist_ok=True)
                 remedy = f"{BUSY}; give each run a folder of its own"

@@ -4,6 +4,7 @@ Progress is a bar where somebody looks, a line every 10 % where output goes to a
 share one terminal: they print lines too, their bars would overwrite one another.
 """
 
+import json
 import multiprocessing
 import os
 import sys
@@ -65,6 +66,7 @@ SOMETIMES = {"checking the machine data", LAW, list(STAGES)[-1]}  # not always t
 #: a law takes half as long again as all before it: within 30 % in 35 of 44 blind campaigns where one was sought
 LAW_SHARE = 1.0 / 1.5
 LOADING = 3.6  # [s] at most that the first stage counts for in a forecast: effects of one's own may be slow to load
+AS_JSON = "BELT_SIM_PROGRESS_AS_JSON"  # environment: progress for a program that reads it, an object a line
 LINE_EVERY = 0.10  # share of the work between two lines where there is no terminal
 
 
@@ -79,11 +81,16 @@ def _begin(
     console = console or Console(stderr=True)
     began, said = time.monotonic(), ""
 
-    def about(done: float, note: str) -> str:
+    def forecast(done: float, note: str) -> tuple[float, str]:
+        """Seconds in all, 0 where nothing tells them, and what may make them more."""
         if timed or not 0.0 < done < total:
-            return ""
+            return 0.0, ""
         more = ", longer if a law is sought" if note in list(STAGES)[: list(STAGES).index(LAW)] else ""
-        return f" of about {(time.monotonic() - began) / done:.0f} s{more}"
+        return (time.monotonic() - began) / done, more
+
+    def about(done: float, note: str) -> str:
+        in_all, more = forecast(done, note)
+        return f" of about {in_all:.0f} s{more}" if in_all else ""
 
     def print_line(done: float, note: str) -> None:
         nonlocal said
@@ -92,6 +99,10 @@ def _begin(
         if now in ("", said):
             return
         said, elapsed = now, time.monotonic() - began
+        if os.environ.get(AS_JSON):
+            in_all, more = forecast(done, note)
+            print(json.dumps({"stage": note, "in_all_s": in_all, "more": more}), file=sys.stderr, flush=True)
+            return
         parts = [note, f"{elapsed:.0f} s gone{about(done, note)}"]
         if timed:
             parts = [f"{100 * done / total:3.0f} %", *parts, f"{elapsed * (total / done - 1.0):.0f} s left"]

@@ -1,6 +1,7 @@
 """Progress is quiet where nobody looks."""
 
 import io
+import json
 import re
 from itertools import pairwise
 
@@ -9,6 +10,7 @@ from moving_belt import case, curves, frames
 from rich.console import Console
 
 from belt_sim.show.observers import (
+    AS_JSON,
     BEYOND,
     FITTING,
     LAW,
@@ -145,3 +147,13 @@ def test_on_a_terminal_there_is_a_bar():
         done(note="cant")
     assert "100 %" in console.file.getvalue()
     assert "cant" in console.file.getvalue()
+
+
+def test_a_program_reads_progress_as_objects(monkeypatch, capsys):
+    monkeypatch.setenv(AS_JSON, "1")
+    with progress(1.0, "diagnose", Console(file=io.StringIO()), timed=False) as done:
+        done(0.25, FITTING)
+    said = json.loads(capsys.readouterr().err)
+    assert said["stage"] == FITTING
+    assert said["in_all_s"] >= 0.0
+    assert "law" in said["more"]
