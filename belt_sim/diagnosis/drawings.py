@@ -3,7 +3,7 @@
 import numpy as np
 
 from belt_sim.campaign import Campaign, case_of
-from belt_sim.diagnosis.errors import K, cells, validation_uncertainty, window_edges
+from belt_sim.diagnosis.errors import WINDOWS, K, cells, validation_uncertainty
 from belt_sim.diagnosis.fit import fit_sets
 from belt_sim.diagnosis.noise import metric_of
 from belt_sim.diagnosis.workbench import Workbench
@@ -60,7 +60,7 @@ def tension_levels(tension: np.ndarray) -> np.ndarray:
 
 def maps(bench: Workbench, values: np.ndarray) -> tuple[FailureMap, ...]:
     """E/u_val over tension and travel windows, one map a signal and yaw sign."""
-    found, edges = cells(bench, values), window_edges(bench)
+    found, edges = cells(bench, values), np.linspace(0.0, bench.samples.end, WINDOWS + 1)
     levels = tension_levels(np.array([c.tension for c in found]))
     result = []
     for signal in bench.samples.signals:

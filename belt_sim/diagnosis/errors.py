@@ -1,7 +1,7 @@
 """Errors of a model on a campaign: on left-out conditions, run by run, where they are largest; and damaged readings."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 from statistics import NormalDist
@@ -13,7 +13,6 @@ from belt_sim.campaign.quality import check_starts, counted_from_yaw, records_of
 from belt_sim.campaign.types import Kind
 from belt_sim.curves import LATE_SHARE
 from belt_sim.diagnosis.fit import Fit, step_bounds
-from belt_sim.diagnosis.forward import Slot
 from belt_sim.diagnosis.linear_algebra import bounded_step
 from belt_sim.diagnosis.noise import FREE_ZERO, metric_of, zero_sigmas
 from belt_sim.diagnosis.plausibility import prior_sigma
@@ -27,33 +26,10 @@ from belt_sim.units import MM, N_PER_MM2
 #
 # Refits are one Gauss-Newton step from the joint fit, which is exact for effects that enter linearly. Before any
 # reading a parameter is known as well as a real machine allows (plausibility.prior_sigma), and harmonics as well as
-# they fall (shrink_harmonics): what only the left-out runs show falls back to null; a condition is untestable where the
+# they fall (prior_of_fit): what only the left-out runs show falls back to null; a condition is untestable where the
 # rest does not know what the effects do to it.
 
-
-# How large the many harmonics of a linear effect are before a reading: they fall as their scales do, all together.
-#
-# Nobody knows how straight a belt's edge is, but a belt of which thirty numbers hardly show has none of millimetres.
-# Refits that may take each number for anything a machine allows predict such an edge worse than no edge at all.
-
-SIZES = np.geomspace(1e-3, 1e3, 121)  # that are tried, beside a typical number and its sigma
-
-
-def shrink_harmonics(slots: Sequence[Slot], numbers: np.ndarray, variance: np.ndarray, sigma: np.ndarray) -> np.ndarray:
-    """``sigma`` (k,), of numbers before any reading, where those of a linear effect are Gaussian with a common size:
-    that at which numbers (k,) as they were fitted, of such variance (k,), are likeliest; all in units of their scales.
-    """
-    found = sigma.copy()
-    for cls in {s.effect for s in slots if s.effect.is_additive()}:
-        rows = np.array([s.effect is cls for s in slots])
-        square, own = numbers[rows] ** 2, variance[rows]
-        tried = SIZES * np.sqrt(np.median(own) + np.median(square))
-        total = tried[:, None] ** 2 + own
-        size = tried[np.argmin(np.sum(square / total + np.log(total), axis=1))]
-        found[rows] = np.minimum(sigma[rows], size)
-    return found
-
-
+SIZES = np.geomspace(1e-3, 1e3, 121)  # of harmonics, that are tried beside a typical number and its sigma
 KNOWN = 0.5  # what the numbers do to left-out readings is known from the other runs when its u is below this share of
 #             what it was before any, and below its size: what may as well be nothing, or twice as much, says nothing
 LARGE = 0.9  # of the largest yaw, from which a yaw counts as the largest
@@ -104,51 +80,60 @@ def conditions(bench: Workbench) -> dict[str, np.ndarray]:
 
 def held_out(bench: Workbench, fit: Fit) -> dict[str, Condition]:
     """Prediction error of ``fit`` on each condition when that condition is left out."""
-    before = prior_of_fit(bench, fit)
-    return {name: _predict_left_out(bench, fit, out, *before) for name, out in conditions(bench).items()}
+    samples, count = bench.samples, len(fit.free)
+    allowed, sigma, away = prior_of_fit(bench, fit)
+    space = step_bounds(fit, bench.forward.sides)
+    blocks = fit.residual.reshape(len(samples.runs), -1)
+    columns = fit.columns.reshape(count, *blocks.shape)
+    lateral = np.array([s.kind == "lateral" for s in samples.signals])
+    found = {}
+    for name, out in conditions(bench).items():
+        here, rest = (columns[:, m].reshape(count, blocks[m].size) for m in (out, ~out))
+        # A step to the fit of the other runs with the prior, and a root of its covariance: rows are what one sigma of
+        # independent combinations adds to the numbers. What a machine has on one side of null only stays there.
+        scale = 1.0 / np.sqrt(np.sum(rest**2, axis=1) + sigma**-2.0)
+        information = (rest @ rest.T + np.diag(sigma**-2.0)) * np.outer(scale, scale)
+        values, vectors = np.linalg.eigh(information)
+        root = (vectors / np.sqrt(np.maximum(values, 1e-12))).T * scale
+        along = rest @ blocks[~out].ravel() - away / sigma**2
+        step = root.T @ (root @ along)
+        if np.any((step < space[0]) | (step > space[1])):
+            step = scale * bounded_step(information, scale * along, space[0] / scale, space[1] / scale)
+
+        # r^T (I + S^T S)^-1 r + log det(I + S^T S) of whitened errors r, to which one sigma of each combination adds S
+        seen, left = root @ here, blocks[out].ravel() - step @ here
+        total, along = np.eye(len(seen)) + seen @ seen.T, seen @ left
+        errors = samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
+        found[name] = Condition(
+            surprise=float(left @ left - along @ np.linalg.solve(total, along) + np.linalg.slogdet(total)[1]),
+            out=out,
+            errors=errors,
+            lateral=errors[np.isfinite(samples.y[out]) & lateral[None, :, None]],
+            testable=_is_known(here, root, allowed, away, [bench.forward.slots[k].effect.id for k in fit.free]),
+        )
+    return found
 
 
 def prior_of_fit(bench: Workbench, fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of the free numbers (k,) of a fit: one sigma before any reading, the same as harmonics fall, and how far off null
-    they are.
+    they are; all in units of their scales.
+
+    The many harmonics of a linear effect fall as their scales do, all together. Nobody knows how straight a belt's edge
+    is, but a belt of which thirty numbers hardly show has none of millimetres: refits that may take each number for
+    anything a machine allows predict such an edge worse than no edge at all. So they are Gaussian with a common size,
+    that at which the numbers as they were fitted are likeliest.
     """
     allowed = prior_sigma(bench.forward, fit.free)
     away = fit.vector[fit.free] - bench.forward.null()[fit.free]
-    slots = [bench.forward.slots[k] for k in fit.free]
-    variance = np.diag(fit.covariance) if any(s.effect.is_additive() for s in slots) else allowed
-    return allowed, shrink_harmonics(slots, away, variance, allowed), away
-
-
-def _predict_left_out(
-    bench: Workbench, fit: Fit, out: np.ndarray, allowed: np.ndarray, sigma: np.ndarray, away: np.ndarray
-) -> Condition:
-    samples, count = bench.samples, len(fit.free)
-    blocks = fit.residual.reshape(len(samples.runs), -1)
-    columns = fit.columns.reshape(count, *blocks.shape)
-    here, rest = (columns[:, m].reshape(count, blocks[m].size) for m in (out, ~out))
-    # A step to the fit of the other runs with the prior, and a root of its covariance: rows are what one sigma of
-    # independent combinations adds to the numbers. What a machine has on one side of null only stays there.
-    space = step_bounds(fit, bench.forward.sides)
-    scale = 1.0 / np.sqrt(np.sum(rest**2, axis=1) + sigma**-2.0)
-    information = (rest @ rest.T + np.diag(sigma**-2.0)) * np.outer(scale, scale)
-    values, vectors = np.linalg.eigh(information)
-    root = (vectors / np.sqrt(np.maximum(values, 1e-12))).T * scale
-    along = rest @ blocks[~out].ravel() - away / sigma**2
-    step = root.T @ (root @ along)
-    if np.any((step < space[0]) | (step > space[1])):
-        step = scale * bounded_step(information, scale * along, space[0] / scale, space[1] / scale)
-    # r^T (I + S^T S)^-1 r + log det(I + S^T S) of whitened errors r, to which one sigma of each combination adds S
-    seen, left = root @ here, blocks[out].ravel() - step @ here
-    total, along = np.eye(len(seen)) + seen @ seen.T, seen @ left
-    errors = samples.y[out] - fit.values[out] - np.einsum("k,krsn->rsn", step, fit.slopes[:, out])
-    lateral = np.array([s.kind == "lateral" for s in samples.signals])
-    return Condition(
-        surprise=float(left @ left - along @ np.linalg.solve(total, along) + np.linalg.slogdet(total)[1]),
-        out=out,
-        errors=errors,
-        lateral=errors[np.isfinite(samples.y[out]) & lateral[None, :, None]],
-        testable=_is_known(here, root, allowed, away, [bench.forward.slots[k].effect.id for k in fit.free]),
-    )
+    slots, sigma = [bench.forward.slots[k] for k in fit.free], allowed.copy()
+    for cls in {s.effect for s in slots if s.effect.is_additive()}:
+        rows = np.array([s.effect is cls for s in slots])
+        square, own = away[rows] ** 2, np.diag(fit.covariance)[rows]
+        tried = SIZES * np.sqrt(np.median(own) + np.median(square))
+        total = tried[:, None] ** 2 + own
+        size = tried[np.argmin(np.sum(square / total + np.log(total), axis=1))]
+        sigma[rows] = np.minimum(allowed[rows], size)
+    return allowed, sigma, away
 
 
 def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.ndarray, owners: Sequence[str]) -> bool:
@@ -160,14 +145,16 @@ def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.nd
     that: beside an edge of a thousand sigma nobody sees that the others know nothing of a crown.
     """
     off = float(np.linalg.norm(root @ here))
-
-    def knows(own: np.ndarray) -> bool:
+    if off < VISIBLE:
+        return True
+    for name in set(owners):
+        own = np.array([o == name for o in owners])
         least = float(np.linalg.norm(root[:, own] @ here[own]))
         before = float(np.linalg.norm(sigma[own, None] * here[own]))
         whole = float(np.linalg.norm(away[own] @ here[own]))
-        return least < VISIBLE or min(off, least) < min(KNOWN * before, whole)
-
-    return off < VISIBLE or all(knows(np.array([o == name for o in owners])) for name in set(owners))
+        if least >= VISIBLE and min(off, least) >= min(KNOWN * before, whole):
+            return False
+    return True
 
 
 # The error of a model against a campaign, run by run and over all, beside what the uncertainties alone make it; and
@@ -190,6 +177,7 @@ class Cell:
 
     run: str
     signal: str
+    kind: Kind
     tension: float
     sign: int
     window: tuple[float, float]
@@ -224,7 +212,7 @@ def _noise_variance(bench: Workbench) -> np.ndarray:
 def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:
     """The map's cells for predictions ``values`` (R, S, n)."""
     samples, u_val = bench.samples, validation_uncertainty(bench)
-    edges = window_edges(bench)
+    edges = np.linspace(0.0, samples.end, WINDOWS + 1)
     found = []
     for r, run in enumerate(samples.runs):
         for s, signal in enumerate(samples.signals):
@@ -239,6 +227,7 @@ def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:
                     Cell(
                         run=run.name,
                         signal=signal.name,
+                        kind=signal.kind,
                         tension=run.tension / N_PER_MM2,
                         sign=int(np.sign(run.yaw)),
                         window=(float(low), float(high)),
@@ -250,59 +239,48 @@ def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:
     return found
 
 
-def window_edges(bench: Workbench) -> np.ndarray:
-    """Edges of the travel windows [m]."""
-    return np.linspace(0.0, bench.samples.end, WINDOWS + 1)
-
-
-def worst_sentence(c: Cell, count: int, kinds: Mapping[str, Kind]) -> str:
-    """The worst of ``count`` cells in a sentence."""
-    sign = {1: "> 0", -1: "< 0", 0: "= 0"}[c.sign]
-    where = f"{c.signal} of run {c.run} ({c.tension:g} N/mm2, yaw {sign}, {c.window[0]:.0f}-{c.window[1]:.0f} m)"
-    if c.ratio <= family_k(count):
-        most = f"most in {where}: {c.ratio:.1f} times the uncertainty"
-        return f"Nowhere beyond the uncertainty of the comparison; {most}, as chance may give in one of {count} places."
-    size = f"{KILO * c.rms:.2g} {UNITS[kinds[c.signal]]}"
-    return f"Worst in {where}: off by {size}, {c.ratio:.0f} times the measurement uncertainty."
-
-
-def boundary(found: list[Cell], model: str, *, faulty: bool = False) -> tuple[float | None, str]:
-    """The tension at which ``model`` stops being adequate [N/mm2], where there is one, and a sentence.
+def locate_failure(found: Sequence[Cell], model: str, *, faulty: bool = False) -> Where:
+    """The worst cell, the tension at which ``model`` (as a sentence begins with it) stops being adequate, and both in
+    a sentence.
 
     faulty: a fault was found, which acts at every tension, so that the model is adequate at none.
     """
+    worst, k = max(found, key=lambda c: c.ratio), family_k(len(found))
+    sign = {1: "> 0", -1: "< 0", 0: "= 0"}[worst.sign]
+    travel = f"{worst.window[0]:.0f}-{worst.window[1]:.0f} m"
+    place = f"{worst.signal} of run {worst.run} ({worst.tension:g} N/mm2, yaw {sign}, {travel})"
+    if worst.ratio <= k:
+        most = f"most in {place}: {worst.ratio:.1f} times the uncertainty"
+        said = f"Nowhere beyond the uncertainty of the comparison; {most}, as chance may give in one of "
+        said += f"{len(found)} places."
+    else:
+        size = f"{KILO * worst.rms:.2g} {UNITS[worst.kind]}"
+        said = f"Worst in {place}: off by {size}, {worst.ratio:.0f} times the measurement uncertainty."
+
     tensions = sorted({c.tension for c in found})
-    worst = np.array([max(c.ratio for c in found if c.tension == t) for t in tensions])
-    k = family_k(len(found))
-    good = worst <= k
+    ratios = np.array([max(c.ratio for c in found if c.tension == t) for t in tensions])
+    good, at = ratios <= k, None
     span = f"{tensions[0]:g} to {tensions[-1]:g} N/mm2"
-    if good.all():
-        return None, f"Cell by cell within the uncertainty of the comparison at every tension measured ({span})."
-    if not good.any():
-        return None, f"{model} is off at every tension measured ({span})."
-    flips = np.flatnonzero(np.diff(good.astype(int)))
     bad = ", ".join(f"{t:g}" for t, fits in zip(tensions, good, strict=True) if not fits)
-    if faulty:
-        return None, f"{model} is off beyond the uncertainty at {bad} N/mm2; what was found acts at every tension."
-    if len(flips) > 1:
-        return None, f"{model} is off at {bad} N/mm2."
-    n = int(flips[0])
-    part = (np.log(k) - np.log(worst[n])) / (np.log(worst[n + 1]) - np.log(worst[n]))
-    at = float(np.exp(np.log(tensions[n]) + part * np.log(tensions[n + 1] / tensions[n])))
-    limit = f"errors up to {k:.1f} times their uncertainty; measured at {span}"
-    if good[-1]:
-        return at, f"{model} is off below {at:.3g} N/mm2: rely on it above only ({limit})."
-    return at, f"{model} is off above {at:.3g} N/mm2: rely on it below only ({limit})."
-
-
-def locate_failure(bench: Workbench, values: np.ndarray, model: str, *, faulty: bool = False) -> Where:
-    """The worst cell, the boundary in tension, and both in a sentence, for predictions ``values`` (R, S, n) of
-    ``model``, as a sentence begins with it; faulty: as for ``boundary``."""
-    found = cells(bench, values)
-    worst, (at, words) = max(found, key=lambda c: c.ratio), boundary(found, model, faulty=faulty)
+    flips = np.flatnonzero(np.diff(good.astype(int)))
+    if good.all():
+        words = f"Cell by cell within the uncertainty of the comparison at every tension measured ({span})."
+    elif not good.any():
+        words = f"{model} is off at every tension measured ({span})."
+    elif faulty:
+        words = f"{model} is off beyond the uncertainty at {bad} N/mm2; what was found acts at every tension."
+    elif len(flips) > 1:
+        words = f"{model} is off at {bad} N/mm2."
+    else:  # errors between two tensions by a power law
+        n = int(flips[0])
+        part = (np.log(k) - np.log(ratios[n])) / (np.log(ratios[n + 1]) - np.log(ratios[n]))
+        at = float(np.exp(np.log(tensions[n]) + part * np.log(tensions[n + 1] / tensions[n])))
+        off, rely = ("below", "above") if good[-1] else ("above", "below")
+        limit = f"errors up to {k:.1f} times their uncertainty; measured at {span}"
+        words = f"{model} is off {off} {at:.3g} N/mm2: rely on it {rely} only ({limit})."
     return Where(
         worst=Worst(run=worst.run, signal=worst.signal, travel=worst.window, ratio=worst.ratio),
-        sentence=worst_sentence(worst, len(found), {s.name: s.kind for s in bench.samples.signals}),
+        sentence=said,
         boundary=None if at is None else at * N_PER_MM2,
         boundary_sentence=words,
     )
@@ -377,13 +355,12 @@ def overall_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> E
     if not there.any():
         return None
     fitted = np.array([r.use == "fit" for r in samples.runs])[:, None, None]
-
-    def change(kept: np.ndarray) -> Change | None:
-        first, then = (_rms((samples.y - values)[kept]) for values in (before, after))
-        return Change(before=first, after=then) if kept.any() else None
-
-    floor = _rms(validation_uncertainty(bench)[there])
-    return Errors(noise_floor=floor, fit=change(there & fitted), held_out=change(there & ~fitted))
+    first, then = samples.y - before, samples.y - after
+    fit, held = (
+        Change(before=_rms(first[kept]), after=_rms(then[kept])) if kept.any() else None
+        for kept in (there & fitted, there & ~fitted)
+    )
+    return Errors(noise_floor=_rms(validation_uncertainty(bench)[there]), fit=fit, held_out=held)
 
 
 def _rms(x: np.ndarray) -> float:
@@ -487,23 +464,18 @@ def confirm_signs(bench: Workbench, values: np.ndarray, suspicions: Sequence[Sus
         if told.kind != "wrong_sign" or not runs:
             continue
         before = float(np.sum(_excess_chi2(bench, values, bench.fitted.y)[runs]))
-        own = [k for k in lateral if samples.signals[k].name == told.signal]
-        if told.severity == "stop":  # of one signal or all, or of the one that fits
-            ways = (own, lateral, *([k] for k in lateral))
-            if not min(_left_by_turning(bench, values, runs, turned) for turned in ways) < UNDONE * before:
-                found[n] = replace(told, severity="look")
-        elif told.run is None:
-            left, count = _left_by_turning(bench, values, runs, own), np.isfinite(bench.fitted.y[runs]).sum()
-            if _leaves_noise(left, before - left, count):
-                found[n] = replace(told, severity="stop")
+        own, left = [k for k in lateral if samples.signals[k].name == told.signal], []
+        # of one signal or all, or of the one that fits; a column that is to be looked at by itself
+        for turned in (own, lateral, *([k] for k in lateral)) if told.severity == "stop" else (own,):
+            y = bench.fitted.y.copy()
+            y[np.ix_(runs, turned)] *= -1.0
+            left.append(float(np.sum(_excess_chi2(bench, values, y)[runs])))
+        count = np.isfinite(bench.fitted.y[runs]).sum()
+        if told.severity == "stop" and not min(left) < UNDONE * before:
+            found[n] = replace(told, severity="look")
+        elif told.severity != "stop" and told.run is None and _leaves_noise(left[0], before - left[0], count):
+            found[n] = replace(told, severity="stop")
     return tuple(found)
-
-
-def _left_by_turning(bench: Workbench, values: np.ndarray, runs: Sequence[int], signals: Sequence[int]) -> float:
-    """chi2 beyond noise that is left in ``runs`` with the sign of ``signals`` turned there."""
-    y = bench.fitted.y.copy()
-    y[np.ix_(runs, signals)] *= -1.0
-    return float(np.sum(_excess_chi2(bench, values, y)[runs]))
 
 
 def _leaves_noise(left: float, cleared: float, count: int) -> bool:
@@ -518,10 +490,18 @@ def _excess_chi2(bench: Workbench, values: np.ndarray, y: np.ndarray) -> np.ndar
 
 
 def find_faults(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
-    """What is wrong, worst first: ``suspicions`` of the data by themselves, and what ``values`` (R, S, n) show."""
-    seen = confirm_signs(bench, values, suspicions)
+    """What is wrong, worst first: ``suspicions`` of the data by themselves, and what ``values`` (R, S, n) show: runs
+    that do not begin where these do, by more than the sheet's errors allow, and readings that were confused.
+    """
+    samples, seen = bench.samples, confirm_signs(bench, values, suspicions)
     if all(s.kind == "dropout" and s.severity == "look" for s in seen):  # what was left out says nothing of the rest
-        seen = (*seen, *find_offsets(bench, values))
+        rest, runs = samples.y - values, []
+        for r, run in enumerate(samples.runs):
+            own = np.concatenate([[True], np.diff(samples.travel[r]) > 0])  # shorter records are padded
+            signals = {s.name: rest[r, k, own] for k, s in enumerate(samples.signals) if s.name in run.signals}
+            runs.append(replace(run, travel=samples.travel[r, own], time=None, signals=signals))
+        left = replace(bench.campaign, runs=tuple(runs))
+        seen = (*seen, *check_starts(left, counted_from_yaw(records_of(left)), curvature_share=0.0))
     return seen if any(s.severity == "stop" for s in seen) else (*find_misread_run(bench, values), *seen)
 
 
@@ -531,16 +511,35 @@ def find_misread_run(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, .
     What a machine does shows in more than one record; what a hand did is undone to within noise. Not so where the belt
     stood at unlike places: a crown or a guide may act in one record alone, so that the sheet is only to be looked at.
     """
-    before, count = _excess_chi2(bench, values, bench.fitted.y), np.isfinite(bench.fitted.y).sum(axis=(1, 2))
+    measured, signals = bench.fitted.y, bench.samples.signals
+    before, count = _excess_chi2(bench, values, measured), np.isfinite(measured).sum(axis=(1, 2))
     gains, found = defaultdict[tuple, list[float]](list), []
-    for r, told, read in _alternative_readings(bench):
-        y = bench.fitted.y.copy()
-        y[r] = read
-        after = _excess_chi2(bench, values, y)
-        gain = float(np.sum(before - after))
-        gains[told.kind, told.signal].append(gain)
-        if _leaves_noise(after[r], gain, count[r]):
-            found.append((gain, r, told))
+    for r, run in enumerate(bench.samples.runs):
+        there = [k for k, s in enumerate(signals) if s.kind == "lateral" and np.isfinite(measured[r, k]).any()]
+        ways: list[tuple[Suspicion, np.ndarray]] = []  # what may have been done, and readings with that undone
+        for turned in [[k] for k in there] + ([there] if len(there) > 1 else []):
+            names = (signals[turned[0]].name,) if len(turned) == 1 else ()
+            whose = "its sign" if names else "the sign of its yaw"
+            words = f"fits the model with {whose} turned round, and nothing else in this run is off"
+            read = measured[r].copy()
+            read[turned] *= -1.0
+            ways.append((Suspicion(run=run.name, signals=names, kind="wrong_sign", sentence=words), read))
+        for s, t in combinations(there, 2):
+            if np.array_equal(np.isfinite(measured[r, s]), np.isfinite(measured[r, t])):
+                words = "fit the model with the two exchanged, and nothing else in this run is off"
+                read = measured[r].copy()
+                read[[s, t]] = read[[t, s]]
+                both = (signals[s].name, signals[t].name)
+                ways.append((Suspicion(run=run.name, signals=both, kind="swapped", sentence=words), read))
+        for told, read in ways:
+            y = measured.copy()
+            y[r] = read
+            after = _excess_chi2(bench, values, y)
+            gain = float(np.sum(before - after))
+            gains[told.kind, told.signal].append(gain)
+            if _leaves_noise(after[r], gain, count[r]):
+                found.append((gain, r, told))
+
     if len({r for _, r, _ in found}) != 1:
         return ()  # in several runs: the model lacks something
     gain, _, told = max(found, key=lambda f: f[0])
@@ -549,40 +548,3 @@ def find_misread_run(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, .
         return ()
     unlike = np.ptp([run.y0 or 0.0 for run in bench.samples.runs]) > UNLIKE
     return (replace(told, severity="look") if unlike else told,)
-
-
-def _alternative_readings(bench: Workbench) -> Iterator[tuple[int, Suspicion, np.ndarray]]:
-    """A run with a sign turned (of one signal, of the yaw) or with two signals exchanged: which, what was done to it,
-    and its readings (S, n) with that undone.
-    """
-    y = bench.fitted.y
-    lateral = [s for s, signal in enumerate(bench.samples.signals) if signal.kind == "lateral"]
-    for r, run in enumerate(bench.samples.runs):
-        there = [s for s in lateral if np.isfinite(y[r, s]).any()]
-        for turned in [[s] for s in there] + ([there] if len(there) > 1 else []):
-            name = bench.samples.signals[turned[0]].name if len(turned) == 1 else None
-            whose = "its sign" if name else "the sign of its yaw"
-            words = f"fits the model with {whose} turned round, and nothing else in this run is off"
-            read = y[r].copy()
-            read[turned] *= -1.0
-            yield r, Suspicion(run=run.name, signals=(name,) if name else (), kind="wrong_sign", sentence=words), read
-        for s, t in combinations(there, 2):
-            if np.array_equal(np.isfinite(y[r, s]), np.isfinite(y[r, t])):
-                both = tuple(bench.samples.signals[k].name for k in (s, t))
-                words = "fit the model with the two exchanged, and nothing else in this run is off"
-                read = y[r].copy()
-                read[[s, t]] = read[[t, s]]
-                yield r, Suspicion(run=run.name, signals=both, kind="swapped", sentence=words), read
-
-
-def find_offsets(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
-    """Runs that do not begin where ``values`` (R, S, n) do, by more than the sheet's errors allow."""
-    samples = bench.samples
-    rest = samples.y - values
-    runs = []
-    for r, run in enumerate(samples.runs):
-        own = np.concatenate([[True], np.diff(samples.travel[r]) > 0])  # shorter records are padded
-        signals = {s.name: rest[r, k, own] for k, s in enumerate(samples.signals) if s.name in run.signals}
-        runs.append(replace(run, travel=samples.travel[r, own], time=None, signals=signals))
-    left = replace(bench.campaign, runs=tuple(runs))
-    return tuple(check_starts(left, counted_from_yaw(records_of(left)), curvature_share=0.0))

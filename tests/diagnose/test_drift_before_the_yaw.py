@@ -8,7 +8,7 @@ from small_campaign import CLASSES, MODEL, SPREAD
 from belt_sim.api.compare import compare
 from belt_sim.campaign import suspicions
 from belt_sim.diagnosis.describe import _answered
-from belt_sim.diagnosis.errors import find_offsets
+from belt_sim.diagnosis.errors import find_faults
 from belt_sim.diagnosis.examine import examine
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.units import MM
@@ -30,7 +30,7 @@ def test_a_fault_that_acts_before_the_yaw_is_named_and_zero_is_not_doubted(zero_
     assert drift > 3.0 * SURE_OF_ZERO.zero
     assert {(s.kind, s.severity) for s in suspicions(made)} == {("running_start", "look")}  # which it may also be
     found = examine(made, MODEL, CLASSES)
-    assert find_offsets(found.bench, found.nothing.values) == ()
+    assert find_faults(found.bench, found.nothing.values, ()) == ()
     assert (found.decision.verdict, list(found.decision.named)) == (Verdict.EXPLAINED, ["taper"])
     (drifts,) = suspicions(made)
     assert _answered(found, drifts)  # the taper is what acts before the yaw

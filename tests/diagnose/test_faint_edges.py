@@ -5,9 +5,8 @@ import pytest
 from small_campaign import MODEL, campaign
 from test_linear_readings import with_edge
 
-from belt_sim.diagnosis.errors import Condition, ErrorsWithoutNuisances, held_out, shrink_harmonics
+from belt_sim.diagnosis.errors import Condition, ErrorsWithoutNuisances, held_out, prior_of_fit
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.plausibility import prior_sigma
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import library
 
@@ -48,9 +47,7 @@ def test_no_edge_predicts_no_better():
 def test_the_common_size_is_that_of_the_harmonics(first):
     """In units of their scales: half of the harmonics here are null, the sines."""
     bench, _, edge = fitted(first)
-    machine = prior_sigma(bench.forward, edge.free)
-    slots = [bench.forward.slots[k] for k in edge.free]
-    found = shrink_harmonics(slots, edge.vector[edge.free], np.diag(edge.covariance), machine)
+    machine, found, _ = prior_of_fit(bench, edge)
     assert np.ptp(found) == 0.0
     assert found[0] == pytest.approx(first / 2e-4 / np.sqrt(2.0), rel=0.3)
     assert (found < machine).all()

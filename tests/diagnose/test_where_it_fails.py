@@ -7,14 +7,19 @@ import numpy as np
 import pytest
 
 from belt_sim.diagnosis.describe import _required_angle
-from belt_sim.diagnosis.errors import Cell, boundary, family_k, worst_sentence
-
-KINDS = {"y1": "lateral", "tilt": "tilt"}
+from belt_sim.diagnosis.errors import Cell, family_k, locate_failure
 
 
 def cell(tension: float, ratio: float, **more) -> Cell:
     """A cell whose rms error is ``ratio`` millimetres; what these sentences do not tell stands at 0."""
-    told = {"run": f"r{tension:g}", "signal": "y1", "sign": 1, "window": (20.0, 30.0), "rms": 1e-3 * ratio}
+    told = {
+        "run": f"r{tension:g}",
+        "signal": "y1",
+        "kind": "lateral",
+        "sign": 1,
+        "window": (20.0, 30.0),
+        "rms": 1e-3 * ratio,
+    }
     return Cell(**{f.name: 0.0 for f in fields(Cell)} | told | more | {"tension": tension, "ratio": ratio})
 
 
@@ -43,58 +48,48 @@ def test_the_angle_that_is_lacking_where_no_run_has_a_reading(recwarn):
 
 
 def test_a_model_that_fails_where_the_belt_is_slack():
-    cells = [cell(7, 12.0), cell(14, 6.0), cell(28, 1.0)]
-    at, words = boundary(cells, "Model strip")
-    assert at == pytest.approx(crossing(14, 28, 6.0, 1.0, family_k(len(cells))))
-    assert words.startswith(f"Model strip is off below {at:.3g} N/mm2: rely on it above only")
-    assert "measured at 7 to 28 N/mm2" in words
-
-
-@pytest.mark.parametrize("ratios", [(12.0, 6.0, 1.0), (1.0, 1.0, 6.0)])
-def test_beside_a_fault_that_acts_everywhere_no_model_is_adequate(ratios):
-    cells = [cell(t, r) for t, r in zip((7, 14, 28), ratios, strict=True)]
-    at, words = boundary(cells, "Without the effect, strip", faulty=True)
-    assert at is None
-    assert "dequate" not in words
-    assert words.endswith("what was found acts at every tension.")
+    where = locate_failure([cell(7, 12.0), cell(14, 6.0), cell(28, 1.0)], "Model strip")
+    at = crossing(14, 28, 6.0, 1.0, family_k(3))
+    assert where.boundary == pytest.approx(at * 1e6)
+    assert where.boundary_sentence.startswith(f"Model strip is off below {at:.3g} N/mm2: rely on it above only")
+    assert "measured at 7 to 28 N/mm2" in where.boundary_sentence
 
 
 def test_a_model_that_fails_where_the_belt_is_tight():
-    cells = [cell(7, 1.0), cell(14, 1.0), cell(28, 6.0)]
-    at, words = boundary(cells, "Model strip")
-    assert at == pytest.approx(crossing(14, 28, 1.0, 6.0, family_k(len(cells))))
-    assert words.startswith(f"Model strip is off above {at:.3g} N/mm2: rely on it below only")
+    where = locate_failure([cell(7, 1.0), cell(14, 1.0), cell(28, 6.0)], "Model strip")
+    at = crossing(14, 28, 1.0, 6.0, family_k(3))
+    assert where.boundary == pytest.approx(at * 1e6)
+    assert where.boundary_sentence.startswith(f"Model strip is off above {at:.3g} N/mm2: rely on it below only")
 
 
 @pytest.mark.parametrize(
-    ("ratio", "start"),
-    [(1.5, "Cell by cell within the uncertainty of the comparison at every"), (5.0, "Model strip is off at every")],
+    ("ratios", "faulty", "words"),
+    [
+        ((12.0, 6.0, 1.0), True, "off beyond the uncertainty at 7, 14 N/mm2; what was found acts at every tension."),
+        ((1.0, 1.0, 6.0), True, "off beyond the uncertainty at 28 N/mm2; what was found acts at every tension."),
+        ((5.0, 5.0, 5.0), False, "off at every tension measured (7 to 28 N/mm2)."),
+        ((1.0, 5.0, 1.0), False, "off at 14 N/mm2."),
+    ],
+    ids=["a fault of slack belts", "a fault of tight belts", "everywhere", "one between good ones"],
 )
-def test_no_boundary_within_the_data(ratio, start):
-    at, words = boundary([cell(7, ratio), cell(28, ratio)], "Model strip")
-    assert at is None
-    assert words == f"{start} tension measured (7 to 28 N/mm2)."
-
-
-def test_one_bad_tension_between_good_ones_is_named():
-    at, words = boundary([cell(7, 1.0), cell(14, 5.0), cell(28, 1.0)], "Model strip")
-    assert (at, words) == (None, "Model strip is off at 14 N/mm2.")
+def test_no_boundary_where_no_tension_parts_good_from_bad(ratios, faulty, words):
+    cells = [cell(t, r) for t, r in zip((7, 14, 28), ratios, strict=True)]
+    where = locate_failure(cells, "Model strip", faulty=faulty)
+    assert (where.boundary, where.boundary_sentence) == (None, f"Model strip is {words}")
 
 
 def test_the_worst_cell_of_a_tension_decides():
-    at, _ = boundary([cell(7, 0.1, sign=-1), cell(7, 8.0), cell(28, 0.1)], "Model strip")
-    assert at is not None
-
-
-def test_the_worst_cell_in_words():
-    sentence = worst_sentence(cell(7, 8.0, sign=-1), 2, KINDS)
-    assert "y1 of run r7 (7 N/mm2, yaw < 0, 20-30 m)" in sentence
-    assert "off by 8 mm, 8 times" in sentence
+    where = locate_failure([cell(7, 0.1, sign=-1), cell(7, 8.0, sign=-1), cell(28, 0.1)], "Model strip")
+    assert where.boundary is not None
+    assert "y1 of run r7 (7 N/mm2, yaw < 0, 20-30 m): off by 8 mm, 8 times" in where.sentence
 
 
 def test_tilt_is_told_in_milliradians():
-    assert "off by 8 mrad" in worst_sentence(cell(7, 8.0, signal="tilt"), 1, KINDS)
+    assert "off by 8 mrad" in locate_failure([cell(7, 8.0, signal="tilt", kind="tilt")], "Model strip").sentence
 
 
 def test_within_the_uncertainty_nothing_is_called_bad():
-    assert worst_sentence(cell(7, 1.2), 1, KINDS).startswith("Nowhere beyond the uncertainty")
+    where = locate_failure([cell(7, 1.2), cell(28, 1.2)], "Model strip")
+    assert where.sentence.startswith("Nowhere beyond the uncertainty")
+    assert where.boundary is None
+    assert where.boundary_sentence.startswith("Cell by cell within the uncertainty of the comparison at every tension")
