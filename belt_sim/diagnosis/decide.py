@@ -172,11 +172,6 @@ class Decision:
         return self.verdict in (Verdict.PARTLY, Verdict.NONE_KNOWN) and not self.instead
 
     @property
-    def likeliest_known(self) -> Explanation:
-        """The likeliest of named effects with nothing beside them."""
-        return next(e for e in self.explanations if e.of_effects and not e.unknown)
-
-    @property
     def likeliest_unknown(self) -> Explanation:
         """The likeliest with something unknown; of all the likeliest where none was compared."""
         return next((e for e in self.explanations if e.unknown and not e.refused), self.best)
@@ -269,17 +264,37 @@ def decide(table: EvidenceTable, policy: Policy) -> Decision:
     silent = table.visible is not None and not table.visible  # nothing said by readings that could say nothing
     verdict = verdict or (Verdict.NONE_KNOWN if best.unknown else Verdict.CANNOT_SAY if silent else Verdict.ADEQUATE)
     named = {i: min(sum(e.probability for e in found if i in e.effects), 1.0) for i in sorted(ids)}
-    likely = [frozenset(e.effects) for e in credible(found, policy) if e.of_effects]
-    alike = _confusable(ids, likely) if ids and not best.unknown else {}
-    return Decision(verdict, named, alike, found)
+    # what stands in the place of each effect in other likely sets: one or several effects, or itself with one more;
+    # where several give way to others, these stand in the place of each of them
+    alike: dict[str, dict[tuple[str, ...], None]] = {}
+    for e in credible(found, policy) if ids and not best.unknown else ():
+        gone, come = sorted(ids - {*e.effects}), sorted({*e.effects} - ids)
+        if e.of_effects and come:
+            for name in gone or [max(ids)]:
+                alike.setdefault(name, {})[(*come,) if gone else (name, *come)] = None
+    return Decision(verdict, named, {name: tuple(others) for name, others in alike.items()}, found)
 
 
 def explanations(table: EvidenceTable, policy: Policy) -> tuple[Explanation, ...]:
     """Every explanation with its probability, likeliest first; of two alike the one of fewer effects."""
     nothing = next(row for row in table.rows if not row.ids)
-    each = {row.ids: _explain_by_effects(row, nothing, table, policy) for row in table.rows}
+    each: dict[Ids, Explanation] = {}
+    for row in table.rows:  # named effects
+        rise = sum(value - nothing.held_out[name] for name, value in row.held_out.items()) if row.ids else 0.0
+        refused = "predicts what is held out worse than nothing does" if row.ids and rise > policy.held_out else ""
+        each[row.ids] = Explanation(
+            effects=tuple(sorted(row.ids)),
+            gain=nothing.chi2 - row.chi2,
+            likelihood=0.5 * (nothing.chi2 - row.chi2) / table.inflation,
+            parameters=len(row.away) + len(row.scanned),
+            occam=occam(row, table.inflation, policy),
+            prior=_log_prior(len(row.ids), table, policy),
+            held_out_rise=rise,
+            implausible=not row.plausible,
+            refused=refused if row.plausible else "no machine has such numbers",
+        )
     found = list(each.values())
-    for b in table.unknown:
+    for b in table.unknown:  # something unknown beside these
         alone = each[b.ids]
         if not alone.implausible:
             more = log(policy.unknown) + (log(policy.further) if b.ids else 0.0)  # it is one fault more
@@ -298,22 +313,6 @@ def explanations(table: EvidenceTable, policy: Policy) -> tuple[Explanation, ...
     share = np.exp(score - np.logaddexp.reduce(score))
     made = [replace(e, probability=float(p)) for e, p in zip(found, share, strict=True)]
     return tuple(sorted(made, key=lambda e: (bool(e.refused), -e.log_posterior, len(e.effects))))
-
-
-def _explain_by_effects(row: Row, nothing: Row, table: EvidenceTable, policy: Policy) -> Explanation:
-    rise = sum(value - nothing.held_out[name] for name, value in row.held_out.items()) if row.ids else 0.0
-    refused = "predicts what is held out worse than nothing does" if row.ids and rise > policy.held_out else ""
-    return Explanation(
-        effects=tuple(sorted(row.ids)),
-        gain=nothing.chi2 - row.chi2,
-        likelihood=0.5 * (nothing.chi2 - row.chi2) / table.inflation,
-        parameters=len(row.away) + len(row.scanned),
-        occam=occam(row, table.inflation, policy),
-        prior=_log_prior(len(row.ids), table, policy),
-        held_out_rise=rise,
-        implausible=not row.plausible,
-        refused=refused if row.plausible else "no machine has such numbers",
-    )
 
 
 def needed_gain(row: Row, table: EvidenceTable, policy: Policy) -> float:
@@ -394,17 +393,3 @@ def credible(found: Iterable[Explanation], policy: Policy) -> list[Explanation]:
         held += e.probability
         likely.append(e)
     return likely
-
-
-def _confusable(ids: Ids, sets: Iterable[Ids]) -> dict[str, tuple[tuple[str, ...], ...]]:
-    """Effect -> what stands in its place in other sets: one or several effects, or itself with one more.
-
-    Where several effects give way to others, these stand in the place of each of them.
-    """
-    found: dict[str, dict[tuple[str, ...], None]] = {}
-    for other in sets:
-        gone, come = sorted(ids - other), sorted(other - ids)
-        if come:
-            for name in gone or [max(ids)]:
-                found.setdefault(name, {})[(*come,) if gone else (name, *come)] = None
-    return {name: tuple(others) for name, others in found.items()}

@@ -33,7 +33,7 @@ from belt_sim.results.diagnosis import (
     Verdict,
     other_model,
 )
-from belt_sim.results.errors import Drawings, Errors
+from belt_sim.results.errors import Drawings
 from belt_sim.results.estimates import Estimate
 from belt_sim.results.words import join_effects, join_words
 
@@ -56,18 +56,26 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
     """The findings as a result, without drawings, what was discovered, and the next runs to make."""
     campaign, bench, decision = d.bench.campaign, d.fitted_bench, d.decision
     final, fit = final_model(d)
-    tied, effects = _sizes_of_tied(d, decision.tied(POLICY), _effects(d))
+    effects, tied = _effects(d)
     name, count = bench.forward.model.name, len(d.named.ids)
     without = f"Without the effect{'s' if count > 1 else ''}, {name}" if count else f"Model {name}"
     causes = [cls.cause for cls in d.bench.forward.classes if cls.id in d.named.ids]
     faulty = any(cause is None or not cause.of_model for cause in causes)
     error = errors_of(d.bench, d.nothing, final, fit)
+    sentence = _sentence(d, [e.id for e in effects if e.disagrees])
+    # why the effects that are named are not sure, or their sizes not reliable
+    for run in dict.fromkeys(d.rests_on.values()):
+        rest = join_words(sorted(n for n in d.named.ids if d.rests_on.get(n) == run))
+        sentence += f" Without run {run}, which differs from its repeats, {rest} would not be named: "
+        sentence += "measure that run again."
+    if d.named.ids and error.own is not None and error.own.after > max(error.own.before, error.own.floor):
+        sentence += f" The error on unseen runs rises with {join_words(d.named.ids)}: take no size from these numbers."
     white, wander = (float(np.exp(np.mean(np.log(x)))) for x in (bench.levels.white, bench.levels.wander))
     return Diagnosis(
         base_model=name,
         campaign=label(campaign),
         verdict=decision.verdict,
-        sentence=_sentence(d, [e.id for e in effects if e.disagrees]) + _reservations(d, error),
+        sentence=sentence,
         effects=effects,
         ranking=_rank_candidates(d),
         considered=decision.explanations,
@@ -82,21 +90,6 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         per_run=run_errors(final, d.nothing.values, fit.values),
         provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
     )
-
-
-def _sizes_of_tied(
-    d: Findings, tied: tuple[TiedSet, ...], effects: tuple[FoundEffect, ...]
-) -> tuple[tuple[TiedSet, ...], tuple[FoundEffect, ...]]:
-    """The same with what sizes each tied explanation gives its own effects, and those that all of them have.
-
-    None beside something unknown, where sizes are effective ones.
-    """
-    common = frozenset(d.named.ids).difference(*(t.effects for t in tied)) if tied else frozenset[str]()
-    fits = [d.search.fits.get(common | frozenset(t.effects)) for t in tied]
-    rows = [{} if fit is None else estimates(d.fitted_bench.forward, fit) for fit in fits]
-    sized = (replace(t, sizes={i: row[i] for i in t.effects if i in row}) for t, row in zip(tied, rows, strict=True))
-    each = {i: tuple(row[i] for row in rows if i in row) for i in common}
-    return tuple(sized), tuple(replace(e, by_explanation=each.get(e.id, ())) for e in effects)
 
 
 def final_model(d: Findings) -> tuple[Workbench, Fit]:
@@ -173,30 +166,18 @@ def _answered(d: Findings, suspicion: Suspicion) -> bool:
     return suspicion in told and not check_running_start(left, counted_from_yaw(records_of(left)))
 
 
-def _reservations(d: Findings, error: Errors) -> str:
-    """Why the effects that are named are not sure, or their sizes not reliable."""
-    said, by_run = [], {run: [n for n in d.named.ids if d.rests_on.get(n) == run] for run in d.rests_on.values()}
-    for run, names in by_run.items():
-        rest = f"{join_words(sorted(names))} would not be named: measure that run again."
-        said.append(f" Without run {run}, which differs from its repeats, {rest}")
-    own = error.own
-    if d.named.ids and own is not None and own.after > max(own.before, own.floor):
-        said.append(f" The error on unseen runs rises with {join_words(d.named.ids)}: take no size from these numbers.")
-    return "".join(said)
-
-
 def held_back(probability: float, effect: type[Effect], *told: Mapping[str, Estimate]) -> float:
     """The probability of an effect, at most ``unsure`` where no size of it that is ``told`` is off nothing."""
-    sizes = [(effect.parameters[n], e) for one in told for n, e in one.items() if not effect.parameters[n].modifier]
-
-    def is_off(null: float, e: Estimate) -> bool:
-        return abs(e.value - null) >= POLICY.sized * e.u or not e.interval_95[0] <= null <= e.interval_95[1]
-
-    seen = not sizes or any(is_off(p.null, e) for p, e in sizes)
-    return probability if seen else min(probability, POLICY.unsure)
+    seen = []
+    for name, e in ((n, e) for one in told for n, e in one.items() if not effect.parameters[n].modifier):
+        null, (low, high) = effect.parameters[name].null, e.interval_95
+        seen.append(abs(e.value - null) >= POLICY.sized * e.u or not low <= null <= high)
+    return probability if any(seen) or not seen else min(probability, POLICY.unsure)
 
 
-def _effects(d: Findings) -> tuple[FoundEffect, ...]:
+def _effects(d: Findings) -> tuple[tuple[FoundEffect, ...], tuple[TiedSet, ...]]:
+    """The named effects, and explanations that are tied: with what sizes each of these gives its own effects, and those
+    that all of them have. No sizes beside something unknown, where they are effective ones."""
     decision, bench, named = d.decision, d.fitted_bench, d.named
     seen = estimates(bench.forward, named)
     if decision.verdict == Verdict.EXPLAINED:  # elsewhere numbers are effective ones
@@ -206,20 +187,30 @@ def _effects(d: Findings) -> tuple[FoundEffect, ...]:
     sure = {n: held_back(decision.named[n], type(e), seen[n]) for n, e in there.items()}
     unsure = [n for n, p in sure.items() if not seen[n] or p < decision.named[n]]
     alone = {n: estimates_of_single_sizes(bench, named, n) for n in unsure}  # of two that are known together only
-    return tuple(
-        FoundEffect(
-            id=name,
-            numbers={n: float(getattr(effect, n)) for n in effect.parameters},
-            parameters=seen[name],
-            probability=held_back(decision.named[name], type(effect), seen[name], alone.get(name, {})),
-            confusable_with=decision.confusable.get(name, ()),
-            rejected=decision.verdict.rejects_model,
-            source_file=getattr(type(effect), "source_file", None),
-            law=law_entry(effect) if isinstance(effect, GenericLaw) else None,
-            alone=alone[name] if not seen[name] else {},
+
+    tied = decision.tied(POLICY)
+    common = frozenset(named.ids).difference(*(t.effects for t in tied)) if tied else frozenset[str]()
+    fits = [d.search.fits.get(common | frozenset(t.effects)) for t in tied]
+    rows = [{} if fit is None else estimates(bench.forward, fit) for fit in fits]
+    found = []
+    for name in named.ids:
+        effect = there[name]
+        found.append(
+            FoundEffect(
+                id=name,
+                numbers={n: float(getattr(effect, n)) for n in effect.parameters},
+                parameters=seen[name],
+                probability=held_back(decision.named[name], type(effect), seen[name], alone.get(name, {})),
+                confusable_with=decision.confusable.get(name, ()),
+                rejected=decision.verdict.rejects_model,
+                source_file=getattr(type(effect), "source_file", None),
+                law=law_entry(effect) if isinstance(effect, GenericLaw) else None,
+                alone=alone[name] if not seen[name] else {},
+                by_explanation=tuple(row[name] for row in rows if name in row) if name in common else (),
+            )
         )
-        for name, effect in ((n, there[n]) for n in named.ids)
-    )
+    sized = (replace(t, sizes={i: row[i] for i in t.effects if i in row}) for t, row in zip(tied, rows, strict=True))
+    return tuple(found), tuple(sized)
 
 
 def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
@@ -229,7 +220,8 @@ def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
     without = sum(c.surprise for c in held_out(d.fitted_bench, d.search.fits[NOTHING]).values())
     bench, found = d.fitted_bench, []
     for name in names:
-        fit, gain, own = d.search.singles[name], d.search.single_gain(name), [e for e in rows if name in e.effects]
+        fit, own = d.search.singles[name], [e for e in rows if name in e.effects]
+        gain = max(d.search.fits[NOTHING].chi2 - fit.chi2, 0.0)
         held, plausible = held_out(bench, fit), is_plausible(bench.forward, fit)
         needed = needed_gain(row_of(bench, fit, checked=False), d.table, POLICY)
         falls = sum(c.surprise for c in held.values()) < without
@@ -259,7 +251,7 @@ def _unknown(d: Findings) -> Unknown | None:
     decision = d.decision
     if not decision.tells_of_unknown:
         return None
-    known = decision.likeliest_known
+    known = next(e for e in decision.explanations if e.of_effects and not e.unknown)
     odds = decision.likeliest_unknown.log_posterior - known.log_posterior
     times = "more than a million" if odds > np.log(1e6) else f"{np.exp(odds):.0f}"
     why = f"something unknown is {times} times likelier"

@@ -1,5 +1,7 @@
 """What a comparison or a diagnosis has to draw, in the units people read: overlays, maps, drift charts."""
 
+from itertools import product
+
 import numpy as np
 
 from belt_sim.campaign import Campaign, case_of
@@ -58,40 +60,34 @@ def tension_levels(tension: np.ndarray) -> np.ndarray:
     return (np.bincount(level, weights=tension) / number)[level]
 
 
-def maps(bench: Workbench, values: np.ndarray) -> tuple[FailureMap, ...]:
-    """E/u_val over tension and travel windows, one map a signal and yaw sign."""
-    found, edges = cells(bench, values), np.linspace(0.0, bench.samples.end, WINDOWS + 1)
-    levels = tension_levels(np.array([c.tension for c in found]))
-    result = []
-    for signal in bench.samples.signals:
-        for sign, name in ((1, "yaw > 0"), (-1, "yaw < 0"), (0, "yaw = 0")):
-            mine = [(c, t) for c, t in zip(found, levels, strict=True) if c.signal == signal.name and c.sign == sign]
-            tensions = sorted({t for _, t in mine})
-            if not tensions:
-                continue
-            ratio = np.full((len(tensions), len(edges) - 1), np.nan)
-            for c, tension in mine:
-                row, column = tensions.index(tension), int(np.argmin(np.abs(edges[:-1] - c.window[0])))
-                if not abs(ratio[row, column]) > c.ratio:  # the worst of repeated runs
-                    ratio[row, column] = c.signed
-            title = f"{signal.name}, {name}"
-            result.append(FailureMap(title=title, tension=np.array(tensions), edges=edges, ratio=ratio))
-    return tuple(result)
-
-
 Predicted = tuple[Workbench, np.ndarray, np.ndarray]
 
 
 def drawings(base: Predicted, final: Predicted | None, *, mapped: np.ndarray) -> Drawings:
     """base, final: a workbench, a parameter vector and its predictions (R, S, n), before and after; mapped: predictions
-    that the maps judge.
+    that the maps judge, E/u_val over tension and travel windows, one map a signal and yaw sign.
     """
+    bench = base[0]
+    found, edges = cells(bench, mapped), np.linspace(0.0, bench.samples.end, WINDOWS + 1)
+    levels, maps = tension_levels(np.array([c.tension for c in found])), []
+    for signal, (sign, name) in product(bench.samples.signals, ((1, "yaw > 0"), (-1, "yaw < 0"), (0, "yaw = 0"))):
+        mine = [(c, t) for c, t in zip(found, levels, strict=True) if c.signal == signal.name and c.sign == sign]
+        tensions = sorted({t for _, t in mine})
+        if not tensions:
+            continue
+        ratio = np.full((len(tensions), len(edges) - 1), np.nan)
+        for c, tension in mine:
+            row, column = tensions.index(tension), int(np.argmin(np.abs(edges[:-1] - c.window[0])))
+            if not abs(ratio[row, column]) > c.ratio:  # the worst of repeated runs
+                ratio[row, column] = c.signed
+        title = f"{signal.name}, {name}"
+        maps.append(FailureMap(title=title, tension=np.array(tensions), edges=edges, ratio=ratio))
     before, after = stiffness_drift(*base[:2]), stiffness_drift(*final[:2]) if final else None
     return Drawings(
-        overlays=overlays(base[0], base[2], final[2] if final else None),
-        maps=maps(base[0], mapped),
+        overlays=overlays(bench, base[2], final[2] if final else None),
+        maps=tuple(maps),
         drifts=((before, after),) if before is not None else (),
-        machine=machine_of(base[0]),
+        machine=machine_of(bench),
     )
 
 

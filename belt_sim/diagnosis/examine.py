@@ -31,8 +31,8 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.linearisation import Linearisation, chance_inflation, find_starts, linearise_effects
 from belt_sim.diagnosis.noise import metric_of, words_of
-from belt_sim.diagnosis.samples import first_place_inside_span, samples_of, shapes_a_span, shows_places
-from belt_sim.diagnosis.search import Search, add_fits, begin_search, extend, row_of, run_search, tabulate
+from belt_sim.diagnosis.samples import first_place_inside_span, samples_of, shapes_a_span
+from belt_sim.diagnosis.search import NOTHING, Search, add_fits, extend, row_of, run_search, tabulate
 from belt_sim.diagnosis.workbench import Workbench, expand_at_likely_settings, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError
@@ -137,7 +137,7 @@ def examine(
         bench, nothing = _lay_out(freed, model, tried)
     found: dict[Ids, LawResult] = {}
     if any(s.severity == "stop" for s in suspect):  # nothing is added: only what is there is judged
-        search = begin_search(bench, linearise_effects(bench, nothing, ()), 1.0)
+        search = Search(bench=bench, linearisation=Linearisation(nothing, {}), fits={NOTHING: nothing})
         table = replace(tabulate(search), damaged=True)
         decision = decide(table, POLICY)
     else:
@@ -145,7 +145,11 @@ def examine(
         if (turned := find_starts(bench, linearisation)) is not None:
             bench, nothing = _lay_out(turned, model, tried)
             linearisation = linearise_effects(bench, nothing, [c.id for c in tried])
-        search = search_sets(bench, linearisation, (bootstraps, seed), tell)
+        tell("estimating false alarms")
+        inflation = chance_inflation(bench, linearisation, bootstraps, seed)
+        tell("fitting sets of effects")
+        fits = {NOTHING: nothing}
+        search = run_search(Search(bench=bench, linearisation=linearisation, inflation=inflation, fits=fits))
         tell("searching beyond the catalogue")
         search, table = _gather(search, bench, nothing, laws)
         decision = decide(table, POLICY)
@@ -159,9 +163,8 @@ def examine(
     suspect = tuple(sorted((*apart, *suspect), key=lambda s: s.severity != "stop"))
     search = add_fits(search, [tuple(decision.named)])
     named = search.fits[frozenset(decision.named)]
-    doubtful = {s.run for s in repeats} | {
-        r for d in bench.finder.disagreements for r in (d.runs if len(d.runs) == 2 else d.runs[-1:])
-    }
+    doubtful = {s.run for s in repeats}
+    doubtful |= {r for d in bench.finder.disagreements for r in (d.runs if len(d.runs) == 2 else d.runs[-1:])}
     rests_on = find_single_supports(search, table, named, [r.name for r in bench.samples.runs if r.name in doubtful])
     held_back = {name: min(p, POLICY.unsure) if name in rests_on else p for name, p in decision.named.items()}
     decision = replace(decision, named=held_back)
@@ -201,20 +204,6 @@ def _lay_out(campaign: Campaign, model: Composition, classes: Sequence[type[Effe
     return bench, bench.fit([bench.start((), bench.forward.null())])[0]
 
 
-def search_sets(
-    bench: Workbench, linearisation: Linearisation, chance: tuple[int, int], tell: Callable[[str], None]
-) -> Search:
-    """All sets of effects that are worth a joint fit, about the likeliest of them.
-
-    linearisation: about the fit of no effect; chance: how many campaigns are simulated with nothing missing, and their
-    seed.
-    """
-    tell("estimating false alarms")
-    search = begin_search(bench, linearisation, chance_inflation(bench, linearisation, *chance))
-    tell("fitting sets of effects")
-    return run_search(search)
-
-
 def find_single_supports(search: Search, table: EvidenceTable, named: Fit, runs: Sequence[str]) -> dict[str, str]:
     """Effect of the fit ``named`` -> that of some ``runs`` without which it gains too little to be named: what is left
     is fitted anew with and without the effect."""
@@ -226,21 +215,18 @@ def find_single_supports(search: Search, table: EvidenceTable, named: Fit, runs:
             continue
         fitted = replace(bench.fitted, y=y)
         bench = replace(bench, fitted=fitted, metric=metric_of(fitted, bench.levels, bench.shapes, bench.shared))
-        sets = [named.ids, *(tuple(i for i in named.ids if i != name) for name in named.ids)]
-        whole, *smaller = bench.fit([bench.start(ids, _without(bench, named, ids)) for ids in sets])
+        starts = []
+        for ids in (named.ids, *(tuple(i for i in named.ids if i != name) for name in named.ids)):
+            vector = named.vector.copy()  # null of all other effects
+            others = [k for k, s in enumerate(bench.forward.slots) if s.effect.id not in ids]
+            vector[others] = bench.forward.null()[others]
+            starts.append(bench.start(ids, vector))
+        whole, *smaller = bench.fit(starts)
         needed = [needed_gain(row_of(bench, fit, checked=False), table, POLICY) for fit in (whole, *smaller)]
         for name, fit, least in zip(named.ids, smaller, needed[1:], strict=True):
             if fit.chi2 - whole.chi2 < needed[0] - least:
                 found.setdefault(name, run)
     return found
-
-
-def _without(bench: Workbench, fit: Fit, ids: Sequence[str]) -> np.ndarray:
-    """The numbers of a fit, null of all effects but ``ids``."""
-    kept = np.isin([s.effect.id for s in bench.forward.slots], list(ids))
-    vector, null = fit.vector.copy(), bench.forward.null()
-    vector[: len(kept)] = np.where(kept, vector[: len(kept)], null[: len(kept)])
-    return vector
 
 
 def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | None) -> tuple[Search, EvidenceTable]:
@@ -288,8 +274,10 @@ def keeps_tension(bench: Workbench, fit: Fit) -> bool:
 
 
 def _others(signals: Sequence[SignalSheet], model: Composition) -> list[Composition]:
-    """The other base models that say what all sensors read."""
-    return [MODELS[n] for n in BASE_MODELS if n != model.name and shows_places(signals, MODELS[n])]
+    """The other base models that say what all sensors read: none whose own effects shape a span where one stands."""
+    inside = first_place_inside_span(signals)
+    others = [MODELS[n] for n in BASE_MODELS if n != model.name]
+    return [m for m in others if not (inside and any(map(shapes_a_span, m.built_in)))]
 
 
 def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) -> list[OtherModel]:

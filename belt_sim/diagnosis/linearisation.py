@@ -481,12 +481,6 @@ def find_starts(bench: Workbench, linearisation: Linearisation) -> Campaign | No
     return replace(bench.campaign, runs=tuple(turned))
 
 
-def places_tried(bench: Workbench) -> tuple[int, ...]:
-    """Of how many places the start of every run was chosen, where it was."""
-    length = float(np.max(bench.samples.cases.rig.belt_length))
-    return tuple(max(1, round(length / (EVEN * r.start_u))) for r in bench.samples.runs if r.start_u > 0.0)
-
-
 def periodic_waves(bench: Workbench, linearisation: Linearisation) -> PeriodicWaves:
     """What comes round in the residual of the linearised fit, beside what all other candidates could do.
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import qr
 
-from belt_sim.diagnosis.fit import Fit, Sides, step_bounds
+from belt_sim.diagnosis.fit import Fit, step_bounds
 from belt_sim.diagnosis.forward import Forward, Slot
 from belt_sim.diagnosis.linear_algebra import covariance_of, covariance_root
 from belt_sim.diagnosis.workbench import Workbench
@@ -26,7 +26,8 @@ def estimates(forward: Forward, fit: Fit, *, every: bool = False) -> dict[str, d
     of all numbers, whatever the readings say of them.
     """
     told: dict[str, dict[str, Estimate]] = {i: {} for i in fit.ids}
-    for slot, estimate in _judge(*_numbers_with_sigma(forward, fit)):
+    slots, spread = [forward.slots[p] for p in fit.free], np.sqrt(np.diag(fit.covariance))
+    for slot, estimate in _judge(slots, fit.vector[fit.free], spread):
         if every or is_constrained(slot, estimate):
             told[slot.effect.id][slot.name] = estimate
     return told
@@ -36,11 +37,6 @@ def is_constrained(slot: Slot, estimate: Estimate) -> bool:
     """Whether readings exclude something of what a machine could have."""
     (low, high), (least, most) = slot.parameter.plausible, estimate.interval_95
     return least > low or most < high
-
-
-def _numbers_with_sigma(forward: Forward, fit: Fit) -> tuple[list[Slot], np.ndarray, np.ndarray]:
-    """What a fit says: slots, numbers and one sigma of each, in units of their scales."""
-    return [forward.slots[p] for p in fit.free], fit.vector[fit.free], np.sqrt(np.diag(covariance_of(fit.columns)))
 
 
 def _judge(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> list[tuple[Slot, Estimate]]:
@@ -74,7 +70,8 @@ def is_plausible(forward: Forward, fit: Fit) -> bool:
     That an effect is there says its gain. Its numbers need not be known for that: of two that do the same only their
     sum is, of one that saturates only that it is large.
     """
-    return not has_diverged(fit) and is_possible(*_numbers_with_sigma(forward, fit), everywhere=True)
+    slots, spread = [forward.slots[p] for p in fit.free], np.sqrt(np.diag(fit.covariance))
+    return not has_diverged(fit) and is_possible(slots, fit.vector[fit.free], spread, everywhere=True)
 
 
 def is_possible(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray, everywhere: bool = False) -> bool:
@@ -121,7 +118,13 @@ def prefer_plausible(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
     low, high = (np.array(side) for side in bench.forward.sides)
     for k, (lowest, highest) in enumerate(map(plausible_bounds, bench.forward.slots)):
         low[k], high[k] = max(low[k], lowest), min(high[k], highest)
-    again = [k for k, fit in enumerate(fits) if _may_be_a_valley(bench, fit, (low, high))]
+    again = []  # fits with impossible numbers, but not the well-known one of an effect that has no other
+    for k, fit in enumerate(fits):
+        down, up = step_bounds(fit, (low, high))
+        if not has_diverged(fit) and (np.any(down > 0.0) or np.any(up < 0.0)):
+            known = estimates(bench.forward, fit)
+            single = [i for i in fit.ids if len(bench.forward.index(i)) == 1]
+            again += [k] if all(e.plausible for i in single for e in known[i].values()) else []
     if not again:
         return list(fits)
     from scipy.special import chdtri  # a comparison needs none
@@ -162,16 +165,6 @@ def estimates_of_single_sizes(bench: Workbench, fit: Fit, name: str) -> Mapping[
             told = float(alone.vector[kept] * slot.scale), float(u * slot.scale)
             found[slot.name] = Estimate(*told, slot.parameter.unit, True)
     return found
-
-
-def _may_be_a_valley(bench: Workbench, fit: Fit, sides: Sides) -> bool:
-    """Whether numbers are impossible, but not the well-known one of an effect that has no other."""
-    down, up = step_bounds(fit, sides)
-    if has_diverged(fit) or (np.all(down <= 0.0) and np.all(up >= 0.0)):
-        return False
-    known = estimates(bench.forward, fit)
-    single = [i for i in fit.ids if len(bench.forward.index(i)) == 1]
-    return not any(not e.plausible for i in single for e in known[i].values())
 
 
 # What a fit leaves open, as its report says it.
@@ -263,8 +256,11 @@ def profile_intervals(bench: Workbench, fit: Fit, found: Found) -> dict[str, dic
     off = np.abs(rises - at_first) >= LINEAR * COVERAGE_95
     crooked = {sides[k].row for k in np.flatnonzero(off)}
     for _ in range(ROUNDS if crooked else 0):
-        due = [side for side in sides if side.row in crooked and not side.is_bracketed]
-        held = [bench.start(fit.ids, side.start(), [p for p in fit.free if p != side.position]) for side in due]
+        held, due = [], [side for side in sides if side.row in crooked and not side.is_bracketed]
+        for side in due:  # from the farthest place that is within, the number held at the next
+            nearest = side.inside.copy()
+            nearest[side.position] = side.value + side.way * side.at
+            held.append(bench.start(fit.ids, nearest, [p for p in fit.free if p != side.position]))
         for side, other in zip(due, bench.fit(held) if held else [], strict=True):
             side.record(np.sqrt(max(other.chi2 - fit.chi2, 0.0)), other.vector)
     told = {i: dict(numbers) for i, numbers in found.items()}
@@ -295,12 +291,6 @@ class _Side:
         self.parabola = fit.vector.copy()
         self.parabola[fit.free] += way * self.at * covariance / max(covariance[row], 1e-300)
         self.rises: list[tuple[float, float]] = [(0.0, 0.0)]
-
-    def start(self) -> np.ndarray:
-        """Where to begin a fit with the number held at the next place: from the farthest that is within."""
-        nearest = self.inside.copy()
-        nearest[self.position] = self.value + self.way * self.at
-        return nearest
 
     @property
     def is_bracketed(self) -> bool:

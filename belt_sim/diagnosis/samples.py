@@ -170,11 +170,6 @@ def first_place_inside_span(signals: Sequence[SignalSheet]) -> SensorPlace | Non
     return next((place for place in (sensor_place(s.at) for s in signals) if place and not place.on_wrap), None)
 
 
-def shows_places(signals: Sequence[SignalSheet], model: Composition) -> bool:
-    """Whether a model says what sensors inside the spans read."""
-    return first_place_inside_span(signals) is None or not any(shapes_a_span(e) for e in model.built_in)
-
-
 def check_sensor_places(samples: Samples, model: Composition, classes: Sequence[type[Effect]]) -> None:
     """Raise CannotRepresent where a sensor inside a span would see an effect that is computed at the ends only, and
     InputError where a record begins with the yaw, which moves spans and wraps at once."""

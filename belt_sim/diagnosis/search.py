@@ -10,7 +10,7 @@ from belt_sim.diagnosis.decide import POLICY, EvidenceTable, Ids, Row, explanati
 from belt_sim.diagnosis.errors import held_out, prior_of_fit
 from belt_sim.diagnosis.fit import Fit, Refit
 from belt_sim.diagnosis.linear_algebra import basis
-from belt_sim.diagnosis.linearisation import GridStart, Linearisation, linearise_effects, places_tried
+from belt_sim.diagnosis.linearisation import EVEN, GridStart, Linearisation, linearise_effects
 from belt_sim.diagnosis.plausibility import has_diverged, is_plausible, prefer_plausible
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.errors import FitError
@@ -56,28 +56,20 @@ NONLINEAR = 0.3  # share of what a step should do, by which an effect does somet
 
 
 def best_gauss_newton_step(bench: Workbench, linearisation: Linearisation, name: str) -> Fit:
-    """The best fit with one more effect than the linearised one, a step from null or from points of its grid."""
-    null = linearisation.with_effect(bench, name)
+    """The best fit with one more effect than the linearised one, a step from null or from points of its grid, as the
+    derivatives there foresee it."""
+    null, ends = linearisation.with_effect(bench, name), []
     on_grid = [s for s in linearisation.starts.get(name, []) if isinstance(s, GridStart)]  # shapes are known there
-    steps = map(_gauss_newton_step, [null, *(start.begin(bench, null) for start in on_grid)])
-    return min(steps, key=lambda fit: fit.chi2)
-
-
-def _gauss_newton_step(start: Fit) -> Fit:
-    """The fit after one step, as the derivatives at ``start`` foresee it."""
-    size = start.sensitivity
-    scale = np.where(size > 1e-6, 1.0 / np.maximum(size, 1e-6), 0.0)
-    step = scale * np.linalg.lstsq((start.columns * scale[:, None]).T, start.residual, rcond=1e-8)[0]
-    vector = start.vector.copy()
-    vector[start.free] += step
-    residual = start.residual - step @ start.columns
-    return replace(
-        start,
-        vector=vector,
-        residual=residual,
-        chi2=float(residual @ residual),
-        values=start.values + np.einsum("k,krsn->rsn", step, start.slopes),
-    )
+    for start in (null, *(s.begin(bench, null) for s in on_grid)):
+        size = start.sensitivity
+        scale = np.where(size > 1e-6, 1.0 / np.maximum(size, 1e-6), 0.0)
+        step = scale * np.linalg.lstsq((start.columns * scale[:, None]).T, start.residual, rcond=1e-8)[0]
+        vector = start.vector.copy()
+        vector[start.free] += step
+        residual = start.residual - step @ start.columns
+        values = start.values + np.einsum("k,krsn->rsn", step, start.slopes)
+        ends.append(replace(start, vector=vector, residual=residual, chi2=float(residual @ residual), values=values))
+    return min(ends, key=lambda fit: fit.chi2)
 
 
 def find_nonlinear(bench: Workbench, linearisation: Linearisation, steps: Mapping[str, Fit]) -> list[str]:
@@ -119,7 +111,10 @@ def fit_best(
     without = linearisation.fit.chi2
     race = Race(without, owners, penalties)
     fits = bench.fit(starts, race.find_hopeless)
-    ends = [k for k in race.leaders(fits) if not fits[k].is_converged]
+    chi2, least = race.front(fits)  # what is the best of its effect near the front, or as good, comes to its end
+    near = {n for n, c in chi2.items() if race.score(n, c) > least}
+    ends = [k for k, n in enumerate(owners) if n in near and fits[k].chi2 < chi2[n] + ALIKE]
+    ends = [k for k in ends if not fits[k].is_converged]
     for k, fit in zip(ends, bench.fit([fits[k] for k in ends]), strict=True):
         fits[k] = fit
     best: dict[str, Fit] = {}
@@ -162,7 +157,7 @@ class Race:
         """Each refit that has met a better one of its effect, or would be far behind the front of all even after
         HORIZON more steps as good as the next.
         """
-        least = BEHIND * (self._front([refit.fit for refit in refits])[1] + FRONT) - FRONT
+        least = BEHIND * (self.front([refit.fit for refit in refits])[1] + FRONT) - FRONT
         hopeless: list[Refit] = []
         better: list[tuple[str, np.ndarray]] = []
         for name, refit in sorted(zip(self.owners, refits, strict=True), key=lambda pair: pair[1].fit.chi2):
@@ -171,25 +166,19 @@ class Race:
                 reach = refit.fit.chi2 - max(HORIZON * refit.predicted_gain(), refit.predicted_gain(radius=np.inf))
                 same = [v for n, v in better if n == name]
                 met = any(np.allclose(refit.fit.vector, v, rtol=SAME_POINT, atol=SAME_POINT) for v in same)
-                if met or self._score(name, reach) < least:
+                if met or self.score(name, reach) < least:
                     hopeless.append(refit)
             better.append((name, refit.fit.vector))
         return hopeless
 
-    def leaders(self, fits: Sequence[Fit]) -> list[int]:
-        """Which fits are the best of effects near the front, or as good."""
-        best, least = self._front(fits)
-        near = {n for n, chi2 in best.items() if self._score(n, chi2) > least}
-        return [k for k, n in enumerate(self.owners) if n in near and fits[k].chi2 < best[n] + ALIKE]
-
-    def _front(self, fits: Sequence[Fit]) -> tuple[dict[str, float], float]:
+    def front(self, fits: Sequence[Fit]) -> tuple[dict[str, float], float]:
         """The best chi2 of every effect, and the score below which none is near the front."""
         best: dict[str, float] = {}
         for name, fit in zip(self.owners, fits, strict=True):
             best[name] = min(fit.chi2, best.get(name, np.inf))
-        return best, max([0.0, *(self._score(n, c) for n, c in best.items())]) - FRONT
+        return best, max([0.0, *(self.score(n, c) for n, c in best.items())]) - FRONT
 
-    def _score(self, name: str, chi2: float) -> float:
+    def score(self, name: str, chi2: float) -> float:
         """The penalised gain."""
         return self.chi2 - chi2 - self.penalties[name]
 
@@ -289,21 +278,6 @@ class Search:
         """The chi2 that one effect must gain: one size, one of so many candidates."""
         return 2.0 * float(np.log(max(len(self.names), 1))) + 4.0
 
-    @property
-    def latest(self) -> dict[Ids, Fit]:
-        """Set -> its fit, or else where one may begin."""
-        return {**self.starts, **self.fits}
-
-    def single_gain(self, name: str) -> float:
-        """The chi2 that a candidate gains by itself."""
-        return max(self.fits[NOTHING].chi2 - self.singles[name].chi2, 0.0)
-
-
-def begin_search(bench: Workbench, linearisation: Linearisation, inflation: float) -> Search:
-    """The search with no effect fitted but none."""
-    fits = {NOTHING: linearisation.fit}
-    return Search(bench=bench, linearisation=linearisation, inflation=inflation, fits=fits)
-
 
 def run_search(search: Search) -> Search:
     """Grow the likeliest set, then look in the place of each of its members, until nothing is likelier.
@@ -335,7 +309,7 @@ def _likeliest(search: Search) -> Ids:
 def add_fits(search: Search, sets: Sequence[Names]) -> Search:
     """The search with joint fits of ``sets``."""
     new = {frozenset(ids): ids for ids in sets if frozenset(ids) not in search.fits}
-    bench, latest, begun = search.bench, search.latest, list[tuple[Ids, Fit]]()
+    bench, latest, begun = search.bench, {**search.starts, **search.fits}, list[tuple[Ids, Fit]]()
     for key, ids in new.items():
         # where a set stood, and where the best larger one has its effects, which may add nothing to them; or else null,
         # and where each of them stood by itself: a gap or a place that is off by far keeps a refit from the best point
@@ -372,7 +346,7 @@ def extend(search: Search, ids: Names) -> Search:
     if key in search.extended:
         return search
     search = add_fits(search, [ids])
-    current, latest = search.fits[key], search.latest
+    current, latest = search.fits[key], {**search.starts, **search.fits}
     others = [n for n in search.names if n not in key]
     linearisation = search.linearisation
     if current is not linearisation.fit:
@@ -413,7 +387,7 @@ def add_pairs(search: Search, count: int) -> Search:
     shapes = {n: whiten(near.shapes_of(search.bench, n)) for n in search.names}
     gains: dict[Ids, float] = {}  # where columns at null say little
     for name, fit in search.singles.items():
-        own = search.single_gain(name)
+        own = max(search.fits[NOTHING].chi2 - fit.chi2, 0.0)
         if own > search.penalty and name in near.starts:
             more = marginal_gains(fit, {n: s for n, s in shapes.items() if n != name})
             gains |= {frozenset([name]): own}
@@ -423,30 +397,28 @@ def add_pairs(search: Search, count: int) -> Search:
 
 
 def move_to(search: Search, ids: Names) -> Search:
-    """The search with nuisances and noise levels taken at the fit of a set, which is another there: until it stays."""
+    """The search with nuisances and noise levels taken at the fit of a set, which is another there: until it stays.
+
+    What was fitted before says only where to begin: chi2 and whitened columns are not known on another workbench.
+    """
     search = add_fits(search, [ids])
     fit = search.fits[frozenset(ids)]
-    search = _lay_out_at(search, fit)
-    for _ in range(MOVES):
-        search = add_fits(search, [ids])
-        before, fit = fit, search.fits[frozenset(ids)]
-        apart = (fit.vector - before.vector)[fit.free] @ fit.columns
-        if apart @ apart < UNMOVED:
-            break
-        search = _lay_out_at(search, fit)
+    for move in range(MOVES + 1):
+        if move:
+            search = add_fits(search, [ids])
+            before, fit = fit, search.fits[frozenset(ids)]
+            apart = (fit.vector - before.vector)[fit.free] @ fit.columns
+            if apart @ apart < UNMOVED:
+                break
+        earlier = {key: f for key, f in search.starts.items() if key not in search.fits}
+        earlier |= {key: f for key, f in search.fits.items() if np.isfinite(f.chi2)}
+        none = np.empty((0, 0))
+        starts = {k: replace(f, chi2=np.inf, columns=none, exact=False, settled=False) for k, f in earlier.items()}
+        search = replace(
+            search, bench=search.bench.moved_to(fit.vector), reference=frozenset(fit.ids),
+            starts=starts, fits={}, extended=frozenset(), singles={},
+        )  # fmt: skip
     return search
-
-
-def _lay_out_at(search: Search, fit: Fit) -> Search:
-    """The search with the workbench moved to a fit; all that was fitted says only where to begin there."""
-    bench = search.bench.moved_to(fit.vector)
-    earlier = {key: f for key, f in search.starts.items() if key not in search.fits}
-    earlier |= {key: f for key, f in search.fits.items() if np.isfinite(f.chi2)}
-    none = np.empty((0, 0))  # chi2 and whitened columns are not known there yet
-    starts = {k: replace(f, chi2=np.inf, columns=none, exact=False, settled=False) for k, f in earlier.items()}
-    return replace(
-        search, bench=bench, reference=frozenset(fit.ids), starts=starts, fits={}, extended=frozenset(), singles={}
-    )
 
 
 def tabulate(search: Search, checked: bool = True) -> EvidenceTable:
@@ -462,7 +434,11 @@ def row_of(bench: Workbench, fit: Fit, checked: bool) -> Row:
     left_out = held_out(bench, fit) if checked else {}
     _, sigma, away = prior_of_fit(bench, fit)
     scanned = {position: len(values) for name in fit.ids for position, values in bench.forward.grids(name).items()}
-    turned = places_tried(bench) if any(s.effect.comes_round for s in slots) else ()
+    if any(s.effect.comes_round for s in slots):  # of how many places the start of every run was chosen, where it was
+        length = float(np.max(bench.samples.cases.rig.belt_length))
+        turned = [max(1, round(length / (EVEN * r.start_u))) for r in bench.samples.runs if r.start_u > 0.0]
+    else:
+        turned = []
     kept = [k for k, position in enumerate(fit.free) if position not in scanned]
     sized = np.array([not (s.only_shapes or s.effect.is_additive()) for s in slots], dtype=bool)
     return Row(
