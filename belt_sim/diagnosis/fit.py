@@ -104,14 +104,7 @@ class Refit:
         """Whether the best point and all derivatives there are known, so that a step can be proposed."""
         return bool(np.isfinite(self.fit.chi2)) and not self.due.any()
 
-    def record(self, point: np.ndarray, values: np.ndarray, slopes: np.ndarray) -> None:
-        """Take in the predictions (R, S, n) at the next point, and the derivatives (k, R, S, n) that were due there."""
-        if self.is_ready:
-            self._accept_or_reject(point, values)
-        else:
-            self._take_derivatives(values, slopes[: int(self.due.sum())])
-
-    def _take_derivatives(self, values: np.ndarray, slopes: np.ndarray) -> None:
+    def take_derivatives(self, values: np.ndarray, slopes: np.ndarray) -> None:
         """Derivatives that are due at the point where the fit stands; at its start the residual too."""
         begins, due = not np.isfinite(self.fit.chi2), self.due
         if begins:
@@ -131,7 +124,7 @@ class Refit:
         self.fit, self.due = replace(self.fit, slopes=slopes, columns=columns, exact=exact), np.zeros_like(due)
         self.settled = not len(due) or (not begins and self.predicted_gain() < self._negligible_gain())
 
-    def _accept_or_reject(self, proposal: np.ndarray, values: np.ndarray) -> None:
+    def accept_or_reject(self, proposal: np.ndarray, values: np.ndarray) -> None:
         """Take a proposal if it lowers chi2; otherwise a shorter step comes next."""
         fit, (residual, chi2) = self.fit, self._misfit(values)
         step = (proposal - fit.vector)[fit.free]
@@ -152,7 +145,15 @@ class Refit:
             return
         gain = fit.chi2 - chi2
         if abs(predicted - gain) > TOLERANCE:
-            self._update_derivatives(step, linear - residual, values - fit.values)
+            # Broyden's update: derivatives change along the step so that they have what it did
+            columns, slopes = fit.columns, fit.slopes
+            weights = step * np.sum(columns**2, axis=1)
+            if (size := float(weights @ step)) > 0.0:
+                share = weights / size
+                columns = columns + share[:, None] * (linear - residual)
+                moved = values - fit.values - np.tensordot(step, slopes, axes=1)
+                slopes = slopes + share[:, None, None, None] * moved
+            self.fit = replace(fit, columns=columns, slopes=slopes, exact=False)
             if gain < POOR * predicted:
                 self.radius = 0.5 * length
         if gain > GOOD * predicted:
@@ -171,61 +172,48 @@ class Refit:
             residual = self.metric.whiten(self.metric.samples.y - values)
             return residual, float(residual @ residual)
 
-    def _update_derivatives(self, step: np.ndarray, more: np.ndarray, moved: np.ndarray) -> None:
-        """Broyden's update: derivatives change along a ``step`` (k,) so that they have what it did: ``moved``
-        (R, S, n) in predictions, whitened ``more`` (N,) than they had.
-        """
-        columns, slopes = self.fit.columns, self.fit.slopes
-        weights = step * np.sum(columns**2, axis=1)
-        size = float(weights @ step)
-        if size > 0.0:
-            share = weights / size
-            columns = columns + share[:, None] * more
-            slopes = slopes + share[:, None, None, None] * (moved - np.tensordot(step, slopes, axes=1))
-        self.fit = replace(self.fit, columns=columns, slopes=slopes, exact=False)
-
     def _negligible_gain(self) -> float:
         """A gain of chi2 that is not worth a step: far from any good fit, a share of what is amiss."""
         return TOLERANCE + 1e-3 * max(self.fit.chi2 - len(self.fit.residual), 0.0)
 
     def propose(self, radius: float | None = None) -> np.ndarray:
-        """The next point (size,); ``radius``: of the step there, by default the refit's own."""
+        """The next point (size,): the end of the Gauss-Newton step, damped as far as is needed to keep it within
+        ``radius``, by default the refit's own."""
         fit, radius = self.fit, self.radius if radius is None else radius
         if self._proposed[0] is not fit:
             self._proposed = fit, {}
         known = self._proposed[1]
-        return known[radius] if radius in known else known.setdefault(radius, _propose(fit, self.sides, radius))
+        if radius in known:
+            return known[radius]
+        sizes = fit.sensitivity
+        seen = sizes > FAINT
+        unit = 1.0 / np.where(seen, sizes, 1.0)  # with columns as they are, a long one hides that short ones are there
+        normal, along = fit.gram * np.outer(unit, unit), unit * (fit.columns @ fit.residual)
+        space = [side / unit for side in step_bounds(fit, self.sides)]
+
+        def solve_damped(damping: float) -> np.ndarray:
+            damped = normal + (damping + 1e-12) * np.eye(len(unit))
+            return np.where(seen, unit * bounded_step(damped, along, *space), 0.0)
+
+        step, low, high = solve_damped(LEAST), np.log(LEAST), -np.log(LEAST)
+        length = np.linalg.norm(step * sizes)
+        while length > CLOSE * radius or (length < radius / CLOSE and high < -np.log(LEAST)):
+            middle = 0.5 * (low + high)
+            step = solve_damped(np.exp(middle))
+            length = np.linalg.norm(step * sizes)
+            low, high = (middle, high) if length > radius else (low, middle)
+            if high - low < 0.05:
+                break
+        vector = fit.vector.copy()
+        vector[fit.free] += step
+        known[radius] = vector
+        return vector
 
     def predicted_gain(self, radius: float | None = None) -> float:
         """chi2 that the next step should take away; ``radius``: as in ``propose``."""
         fit = self.fit
         step = (self.propose(radius) - fit.vector)[fit.free]
         return fit.chi2 - float(np.sum((fit.residual - step @ fit.columns) ** 2))
-
-
-def _propose(fit: Fit, sides: Sides, radius: float) -> np.ndarray:
-    """The end (size,) of the Gauss-Newton step, damped as far as is needed to keep it within ``radius``."""
-    sizes = fit.sensitivity
-    seen = sizes > FAINT
-    unit = 1.0 / np.where(seen, sizes, 1.0)  # with columns as they are, a long one hides that short ones are there
-    normal, along = fit.gram * np.outer(unit, unit), unit * (fit.columns @ fit.residual)
-    space = [side / unit for side in step_bounds(fit, sides)]
-
-    def solve_damped(damping: float) -> np.ndarray:
-        return np.where(seen, unit * bounded_step(normal + (damping + 1e-12) * np.eye(len(unit)), along, *space), 0.0)
-
-    step, low, high = solve_damped(LEAST), np.log(LEAST), -np.log(LEAST)
-    length = np.linalg.norm(step * sizes)
-    while length > CLOSE * radius or (length < radius / CLOSE and high < -np.log(LEAST)):
-        middle = 0.5 * (low + high)
-        step = solve_damped(np.exp(middle))
-        length = np.linalg.norm(step * sizes)
-        low, high = (middle, high) if length > radius else (low, middle)
-        if high - low < 0.05:
-            break
-    vector = fit.vector.copy()
-    vector[fit.free] += step
-    return vector
 
 
 #: those refits, of all that are under way, that are not worth another round
@@ -259,7 +247,10 @@ def fit_sets(
         values, slopes = forward.values_and_slopes(np.repeat(points, counts, axis=0), np.concatenate(along))
         ends = np.cumsum(counts)[:-1]
         for r, point, own, rows in zip(active, points, np.split(values, ends), np.split(slopes, ends), strict=True):
-            r.record(point, own[0], rows)
+            if r.is_ready:
+                r.accept_or_reject(point, own[0])
+            else:
+                r.take_derivatives(own[0], rows[: int(r.due.sum())])
         for refit in find_hopeless(refits) if find_hopeless else ():
             refit.settled = True
         for refit in active if find_hopeless is None else ():

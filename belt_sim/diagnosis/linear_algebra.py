@@ -91,24 +91,19 @@ def bounded_step(system: np.ndarray, along: np.ndarray, low: np.ndarray, high: n
         if not np.max(gains) > LEAST_GAIN:
             break
         held[np.argmax(gains)] = False
-        _descend(system, along, step, held, low, high)
+        while not held.all():  # to the best of what is not held, holding what comes to a side on the way
+            move = np.zeros(len(step))
+            move[~held] = _solve_free(system, along, step, held) - step[~held]
+            side = np.where(move > 0.0, high, low)
+            share = np.full(len(step), np.inf)
+            np.divide(side - step, move, out=share, where=move != 0.0)
+            far = min(float(np.min(share)), 1.0)
+            step += far * move
+            ends = (share <= far) & (far < 1.0)
+            if not ends.any():
+                break
+            step[ends], held[ends] = side[ends], True
     return step
-
-
-def _descend(system, along, step: np.ndarray, held: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
-    """Move a ``step`` within its sides to the best of what is not ``held``, holding what comes to a side on the way."""
-    while not held.all():
-        move = np.zeros(len(step))
-        move[~held] = _solve_free(system, along, step, held) - step[~held]
-        side = np.where(move > 0.0, high, low)
-        share = np.full(len(step), np.inf)
-        np.divide(side - step, move, out=share, where=move != 0.0)
-        far = min(float(np.min(share)), 1.0)
-        step += far * move
-        ends = (share <= far) & (far < 1.0)
-        if not ends.any():
-            break
-        step[ends], held[ends] = side[ends], True
 
 
 def _solve_free(system: np.ndarray, along: np.ndarray, step: np.ndarray, held: np.ndarray) -> np.ndarray:

@@ -138,17 +138,13 @@ class Linearisation:
         known: a fit with that effect; of the same set it says where to begin.
         """
         null, starts = self.with_effect(bench, name), self.starts.get(name, [])
-        if known is not None and starts and set(known.ids) == set(null.ids):
-            return [null, _with_numbers(null, known, null.free)]
-        own = [] if known is None or not starts else [_with_numbers(null, known, bench.forward.index(name))]
-        return [null, *own, *(start.begin(bench, null) for start in starts)]
-
-
-def _with_numbers(null: Fit, known: Fit, taken: Sequence[int]) -> Fit:
-    """The fit ``null``, with its derivatives, and with the numbers at positions ``taken`` as another fit knows them."""
-    vector = null.vector.copy()
-    vector[list(taken)] = known.vector[list(taken)]
-    return replace(null, vector=vector, chi2=np.inf, exact=False)
+        if known is None or not starts:
+            return [null, *(start.begin(bench, null) for start in starts)]
+        same, vector = set(known.ids) == set(null.ids), null.vector.copy()
+        taken = null.free if same else bench.forward.index(name)
+        vector[taken] = known.vector[taken]
+        there = replace(null, vector=vector, chi2=np.inf, exact=False)
+        return [null, there, *(start.begin(bench, null) for start in starts if not same)]
 
 
 def linearise_effects(
@@ -162,55 +158,44 @@ def linearise_effects(
     positions = [k for i in ids for k in bench.forward.index(i)]
     if not positions:
         return Linearisation(fit, {})
-    slopes, faint = _derivatives(bench, fit, positions)
+    # derivatives, none along what only shapes; those that are too small to be trusted are faint
+    sized = [k for k in positions if not bench.forward.slots[k].only_shapes]
+    _, rows = bench.forward.expand(fit.vector, sized)
+    length = np.linalg.norm(bench.metric.whiten(rows), axis=1)
+    faint = [k for k, seen in zip(sized, length, strict=True) if seen < STRONG and not bench.forward.linear[k]]
+    slopes = dict.fromkeys(positions, np.zeros_like(fit.values)) | dict(zip(sized, rows, strict=True))
+
+    # along these the change at a size, of those that are known to be worth trying; by default at all of SIZES, the
+    # smaller ones where the largest shows, or is too much for a belt
     sizes = {} if before is None else dict(before.sizes)
     starts: dict[str, list[Start]] = {i: [] for i in ids}
-    for k, changes in _visible_changes(bench, fit, faint, sizes).items():
-        likeliest = min(changes, key=lambda change: float(np.sum((fit.residual - change.white) ** 2)))
-        slopes[k] = changes[0].change
-        sizes.setdefault(k, sorted({changes[0].size, likeliest.size}))
-        starts[bench.forward.slots[k].effect.id].append(likeliest)
+    first = _changes(bench, fit, [(k, size) for k in faint for size in sizes.get(k, SIZES[-1:])])
+    more = [s.position for s in first if s.position not in sizes and (s.shows or not s.is_possible)]
+    tried = [*_changes(bench, fit, [(k, size) for k in more for size in SIZES[:-1]]), *first]
+    for k in faint:
+        changes = [s for s in tried if s.position == k and s.shows and s.is_possible]  # the smallest size first
+        if changes:
+            likeliest = min(changes, key=lambda change: float(np.sum((fit.residual - change.white) ** 2)))
+            slopes[k] = changes[0].change
+            sizes.setdefault(k, sorted({changes[0].size, likeliest.size}))
+            starts[bench.forward.slots[k].effect.id].append(likeliest)
     for start in _shifts(bench, fit, positions):
         starts[bench.forward.slots[start.position].effect.id].append(start)
+
     known = shapes_on_grids(bench, fit, ids) if before is None else before.grids
     grids = {i: known[i] for i in ids if i in known}
     for i, grid in grids.items():
-        best = best_of_grid(bench, fit, grid, GRID_STARTS)
-        for k in best:  # what is on the grid has no shape of its own
+        for k in best_of_grid(bench, fit, grid, GRID_STARTS):  # what is on the grid has no shape of its own
             none = dict.fromkeys((position for position, _ in grid.points[k]), np.zeros(grid.columns.shape[1:]))
             own = dict(zip(grid.free, grid.columns[grid.choices[k]], strict=True))
             starts[i].append(GridStart(grid.points[k], none | own))
     return Linearisation(fit, slopes, {i: found for i, found in starts.items() if found}, grids, sizes)
 
 
-def _derivatives(bench: Workbench, fit: Fit, positions: Sequence[int]) -> tuple[dict[int, np.ndarray], list[int]]:
-    """Derivatives (R, S, n) by position, none along what only shapes; and where they are too small to be trusted."""
-    sizes = [k for k in positions if not bench.forward.slots[k].only_shapes]
-    _, rows = bench.forward.expand(fit.vector, sizes)
-    length = np.linalg.norm(bench.metric.whiten(rows), axis=1)
-    faint = [k for k, seen in zip(sizes, length, strict=True) if seen < STRONG and not bench.forward.linear[k]]
-    return dict.fromkeys(positions, np.zeros_like(fit.values)) | dict(zip(sizes, rows, strict=True)), faint
-
-
 # What sizes of a number change, where its derivative at null says nothing.
 
 SHIFTS = (1.0, 2.0, 4.0, 8.0)  # of a parameter's scale: delays of 0.1 to 0.8 s are parts of a pulley's turn
 SIZES = (0.5, 1.0, 2.0, 3.0)  # of a parameter's scale, at which a nonlinear effect may begin to show
-
-
-def _visible_changes(
-    bench: Workbench, fit: Fit, faint: Sequence[int], sizes: Mapping[int, Sequence[float]]
-) -> dict[int, list[SizeStart]]:
-    """Position -> the changes that are seen and keep every belt on its pulleys, the smallest size first.
-
-    sizes: those that are worth trying; by default all, the smaller ones where the largest shows, or is too much for a
-    belt.
-    """
-    first = _changes(bench, fit, [(k, size) for k in faint for size in sizes.get(k, SIZES[-1:])])
-    more = [s.position for s in first if s.position not in sizes and (s.shows or not s.is_possible)]
-    tried = [*_changes(bench, fit, [(k, size) for k in more for size in SIZES[:-1]]), *first]
-    found = {k: [s for s in tried if s.position == k and s.shows and s.is_possible] for k in faint}
-    return {k: changes for k, changes in found.items() if changes}
 
 
 def _shifts(bench: Workbench, fit: Fit, positions: Sequence[int]) -> list[SizeStart]:
@@ -250,14 +235,25 @@ def _changes(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> 
 
 
 def shapes_on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[str, ShapeGrid]:
-    """Shapes about ``fit`` of those effects that have a grid, at every point of it."""
+    """Shapes about ``fit`` of those effects that have a grid, at every point of it.
+
+    A parameter that feels only one of several numbers on a grid (the swing of one pulley) is computed for that alone.
+    """
     axes = {n: own for n in names if (own := bench.forward.grids(n))}
     free = {n: [k for k in bench.forward.index(n) if k not in axes[n]] for n in axes}
     # every parameter at two points of each of several numbers: these tell which of them it feels
     pairs = {n: [((k, v),) for k, own in axes[n].items() for v in own[:2]] if len(axes[n]) > 1 else [] for n in axes}
     shapes = _compute_shapes(bench, fit, [(p, point) for n in axes for point in pairs[n] for p in free[n]])
     points = {n: list(product(*([(k, value) for value in own[k]] for k in own))) for n, own in axes.items()}
-    keys = {n: _keys_at(points[n], axes[n], free[n], shapes) for n in axes}
+    keys: dict[str, list[list[Key]]] = {}
+    for n, own in axes.items():
+        felt = {p: [*own] if len(own) == 1 else [] for p in free[n]}
+        for p, k in product(free[n], own if len(own) > 1 else ()):
+            one, other = (shapes[p, ((k, v),)] for v in own[k][:2])
+            if float(np.abs(other - one).max()) > 1e-6 * max(np.abs(one).max(), np.abs(other).max()):
+                felt[p].append(k)
+        at = [[(p, tuple(pair for pair in x if pair[0] in felt[p]) or x[:1]) for p in free[n]] for x in points[n]]
+        keys[n] = at
     asked = {key for of_effect in keys.values() for row in of_effect for key in row}
     shapes |= _compute_shapes(bench, fit, sorted(asked - set(shapes)))
     found = {}
@@ -266,25 +262,6 @@ def shapes_on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[st
         choices = np.array([[place[key] for key in row] for row in keys[n]])
         found[n] = ShapeGrid(points[n], free[n], np.stack([shapes[key] for key in place]), choices)
     return found
-
-
-# A parameter that feels only one of several numbers on a grid (the swing of one pulley) is computed for that alone.
-
-Axes = Mapping[int, Sequence[float]]  # position -> values of a number on a grid
-
-
-def _keys_at(
-    points: Sequence[Point], axes: Axes, free: Sequence[int], shapes: Mapping[Key, np.ndarray]
-) -> list[list[Key]]:
-    """For every point, each parameter with the numbers that it feels; shapes: at two points of each."""
-
-    def feels(p: int, k: int) -> bool:
-        """Whether the shape of a parameter depends on where on an axis it was taken."""
-        rows = [shapes[p, ((k, v),)] for v in axes[k][:2]]
-        return any(float(np.abs(r - rows[0]).max()) > 1e-6 * max(np.abs(x).max() for x in rows) for r in rows)
-
-    felt = {p: [k for k in axes if len(axes) == 1 or feels(p, k)] for p in free}
-    return [[(p, tuple(pair for pair in point if pair[0] in felt[p]) or point[:1]) for p in free] for point in points]
 
 
 def _compute_shapes(bench: Workbench, fit: Fit, keys: Sequence[Key]) -> dict[Key, np.ndarray]:
@@ -348,16 +325,14 @@ def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list
     np.add.at(changes, (np.arange(len(steps))[:, None], grid.choices), steps)
     gains = 2.0 * changes @ pull - np.sum((changes @ gram) * changes, axis=1)
 
-    def alike(k: int, j: int) -> bool:
-        apart = changes[k] - changes[j]
-        return bool(apart @ gram @ apart < ALIKE)
-
     def possible(k: int) -> bool:
         return is_possible(slots, fit.vector[free] + steps[k], sigma[k])
 
     found: list[int] = []
     for k in np.argsort(-gains, kind="stable").tolist():
-        same = next((i for i, j in enumerate(found) if alike(k, j)), None)
+        apart = changes[found] - changes[k]
+        alike = np.flatnonzero(np.einsum("ki,ij,kj->k", apart, gram, apart) < ALIKE)
+        same = int(alike[0]) if len(alike) else None
         if same is None and len(found) < most:
             found.append(k)
         elif same is not None and not possible(found[same]) and possible(k):
@@ -416,16 +391,6 @@ class PeriodicWaves:
         numbers = np.linalg.solve(gram, moments)
         return numbers, float(moments @ numbers)
 
-    def likeliest_start(self, r: int, numbers: np.ndarray, places: np.ndarray) -> float:
-        """Where a run starts if the common numbers are so: the best of evenly spaced ``places``, between its
-        neighbours by a parabola."""
-        own = self.rotations(r, places) @ numbers
-        gain = 2.0 * own @ self.moments[r] - np.einsum("ki,ij,kj->k", own, self.gram[r], own)
-        k = int(np.argmax(gain))
-        before, here, after = gain[k - 1], gain[k], gain[(k + 1) % len(gain)]
-        bend = min(before - 2.0 * here + after, -1e-9)
-        return float(places[k] + 0.5 * (before - after) / bend * (places[1] - places[0]))
-
     def sigmas(self, starts: np.ndarray, first: int) -> np.ndarray:
         """One sigma of every start (R,), the common numbers being as uncertain; 0 of the run whose start is 0."""
         numbers, others = self.fit_common(starts, range(len(starts)))[0], [r for r in range(len(starts)) if r != first]
@@ -443,15 +408,24 @@ class PeriodicWaves:
         return found
 
     def align(self, places: np.ndarray) -> tuple[np.ndarray, float]:
-        """Starts and their sigmas (R, 2) that have most in common, those of one run 0, and what they gain [chi2]."""
-        runs = range(len(self.gram))
-        none = np.zeros(len(self.gram))
+        """Starts and their sigmas (R, 2) that have most in common, those of one run 0, and what they gain [chi2].
+
+        Where a run starts is the best of evenly spaced ``places``, between its neighbours by a parabola.
+        """
+        runs, none = range(len(self.gram)), np.zeros(len(self.gram))
         alone = [self.fit_common(none, [r])[1] for r in runs]
         best, most = (none, none), -np.inf
         for first in np.argsort(alone)[::-1][:REFERENCES]:
-            starts, numbers = none, self.fit_common(none, [first])[0]
+            numbers, gain = self.fit_common(none, [first])
             for _ in range(ROUNDS):
-                starts = np.array([0.0 if r == first else self.likeliest_start(r, numbers, places) for r in runs])
+                starts = np.zeros(len(runs))
+                for r in (r for r in runs if r != first):
+                    own = self.rotations(r, places) @ numbers
+                    gains = 2.0 * own @ self.moments[r] - np.einsum("ki,ij,kj->k", own, self.gram[r], own)
+                    k = int(np.argmax(gains))
+                    before, here, after = gains[k - 1], gains[k], gains[(k + 1) % len(gains)]
+                    bend = min(before - 2.0 * here + after, -1e-9)
+                    starts[r] = places[k] + 0.5 * (before - after) / bend * (places[1] - places[0])
                 numbers, gain = self.fit_common(starts, runs)
             if gain > most:
                 best, most = (starts, self.sigmas(starts, first)), gain
@@ -494,11 +468,16 @@ def periodic_waves(bench: Workbench, linearisation: Linearisation) -> PeriodicWa
     known = np.concatenate([bench.shapes, bench.shared, np.reshape(others, (-1, *samples.y.shape))])
     grams, moments, left, count = [], [], 0.0, 0
     for r in range(len(samples.runs)):
-        white, rank = _project_out(metric.roots[r], rows[:, r], known[:, r])
+        # whitened, without what the known ones span
+        filled = (np.where(np.isfinite(x), x, 0.0) for x in (rows[:, r], known[:, r]))
+        white, beside = (np.einsum("snm,ksm->ksn", metric.roots[r], x).reshape(len(x), -1) for x in filled)
+        size, taken = np.linalg.svd(beside, full_matrices=False)[1:]
+        taken = taken[size > 1e-6 * size.max(initial=1e-300)]
+        white = white - (white @ taken.T) @ taken
         grams.append(white[:-1] @ white[:-1].T)
         moments.append(white[:-1] @ white[-1])
         rest = white[-1] @ white[-1] - moments[-1] @ np.linalg.solve(grams[-1] + np.eye(len(grams[-1])), moments[-1])
-        left, count = left + rest, count + int(np.isfinite(samples.y[r]).sum()) - rank - len(grams[-1])
+        left, count = left + rest, count + int(np.isfinite(samples.y[r]).sum()) - len(taken) - len(grams[-1])
     noise = max(1.0, left / max(count, 1))
     return PeriodicWaves(np.array(grams) / noise, np.array(moments) / noise, rates, noise)
 
@@ -526,16 +505,6 @@ def _waves_of(bench: Workbench, linearisation: Linearisation) -> tuple[np.ndarra
         pairs.append(ASKEW * np.stack([wobble[f"beta_cos{end}"], wobble[f"beta_sin{end}"]]))
         rates.append(np.full((len(samples.runs), 1), 1.0 / np.max(radius)))
     return np.concatenate(pairs), np.concatenate(rates, axis=1)
-
-
-def _project_out(root: np.ndarray, rows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, int]:
-    """Rows (k, S, n) of a run, whitened by its ``root`` (S, n, n), without what ``known`` (m, S, n) ones span, as
-    (k, S*n); and the rank of these."""
-    filled = (np.where(np.isfinite(x), x, 0.0) for x in (rows, known))
-    white, beside = (np.einsum("snm,ksm->ksn", root, x).reshape(len(x), -1) for x in filled)
-    size, taken = np.linalg.svd(beside, full_matrices=False)[1:]
-    taken = taken[size > 1e-6 * size.max(initial=1e-300)]
-    return white - (white @ taken.T) @ taken, len(taken)
 
 
 # Readings of campaigns in which nothing is missing, and how much more than expected chance gains of them.
