@@ -169,7 +169,7 @@ def sheet_evidence(
         # by one noise: what only reads another noise off the repeats gains nothing
         gain = float(np.sum(undone.chi2_by_run(curved))) - undone.total(m)
         # two repeats that differ by a mistake are noise until it is undone
-        deviance = undone.total(m) + undone.log_det() - stated.log_det()
+        deviance = undone.total(m) + undone.log_det - stated.log_det
         exact += [(deviance, m)] if gain > DECISIVE and np.isfinite(deviance) else []
     ranked = sorted([*exact, *screened[FINALISTS:]], key=lambda f: f[0])
     if not ranked:
@@ -252,7 +252,8 @@ def _is_clear(ranked: Sequence[tuple[float, SheetMistake]], total: float) -> boo
 class _Layout:
     """A campaign laid out for a model.
 
-    chi2: what is left of every run (R,) when the usual faults are fitted; alone: without any fault.
+    chi2: what is left of every run (R,) when the usual faults are fitted; alone: without any fault; log_det: ln of the
+    determinant of the noise's covariance.
     """
 
     def __init__(self, campaign: Campaign, model: Composition) -> None:
@@ -266,6 +267,8 @@ class _Layout:
         self.columns, self.rest = fit.slopes[sound], self.bench.samples.y - fit.values
         self.chi2 = self._chi2_of_residual(self.bench.samples.y - fit.values)
         self.alone = self._chi2_of_residual(self.bench.samples.y - fit.values, faults=False)
+        diagonal = np.diagonal(self.bench.metric.roots, axis1=-2, axis2=-1)
+        self.log_det = -2.0 * float(np.sum(np.log(diagonal[diagonal > 0.0])))
 
     def total(self, mistake: SheetMistake | None = None) -> float:
         """chi2 of all runs; of a mistake in the unit of readings with their scale allowed for."""
@@ -293,11 +296,6 @@ class _Layout:
         """The least chi2 that another base model leaves without any mistake."""
         others = [MODELS[name] for name in HOUSE if name != self.model.name]
         return min(float(np.sum(self.chi2_by_run(self.bench.campaign, other))) for other in others)
-
-    def log_det(self) -> float:
-        """ln of the determinant of the noise's covariance."""
-        diagonal = np.diagonal(self.bench.metric.roots, axis1=-2, axis2=-1)
-        return -2.0 * float(np.sum(np.log(diagonal[diagonal > 0.0])))
 
     def _chi2_of_residual(self, rest: np.ndarray, *, faults: bool = True) -> np.ndarray:
         if not np.isfinite(rest[np.isfinite(self.bench.samples.y)]).all():
@@ -383,7 +381,39 @@ def find_doubts(
             found.append(Doubt(kind=s.kind, sentence=str(s), stops=s.severity == "stop"))
     found += [Doubt(kind="harm", sentence=s) for s in harm_warnings(campaign)]
     found += [Doubt(kind="noise", sentence=s) for s in noisy_runs(campaign)]
-    found += [Doubt(kind="plan", sentence=s) for s in _missing_runs(campaign)]
+    runs, curved = campaign.runs, [r for r in campaign.runs if len(r.travel)]
+    span, signs = float(rig_of(campaign).span_length), {np.sign(r.yaw) for r in runs}
+    lacking = (
+        (
+            len({round(r.tension / 1e3) for r in runs}) < 2,
+            "there is one tension; a second one tells what belongs to the belt's stiffness or its sag",
+        ),
+        (
+            not signs >= {-1.0, 1.0},
+            "there is one sign of yaw; the other one tells what the machine does by itself from what yaw does",
+        ),
+        (
+            not any(r.yaw == 0.0 and r.yaw_head == 0.0 for r in runs),
+            "there is no run at zero yaw; one shows what the machine does by itself, and the noise",
+        ),
+        (
+            not any(r.repeat_of for r in runs),
+            "no run is repeated; noise is read off repeats, and is taken as stated without",
+        ),
+        (
+            len({r.direction for r in runs}) < 2,
+            "there is one direction of travel; one reversed run tells offsets of a pulley from skewed rollers",
+        ),
+        (
+            curved and all(r.travel[-1] - r.yaw_at < SPANS * span for r in curved),
+            f"no record reaches {SPANS:g} spans ({SPANS * span:.0f} m): late drift is hardly in it",
+        ),
+        (
+            curved and len(campaign.signals) < 2,
+            "there is one signal; a second point, at the other pulley, tells drift from a belt that stands askew",
+        ),
+    )
+    found += [Doubt(kind="plan", sentence=s) for lacks, s in lacking if lacks]
     if campaign.source.kind != "synthetic":  # what the sheet states as perfect that no instrument is
         if perfect := [s.name for s in campaign.signals if s.zero == 0.0]:
             said = f"zero of {', '.join(perfect)} is not stated and counts as perfect; state how well y = 0 is known"
@@ -406,31 +436,6 @@ def noisy_runs(campaign: Campaign) -> list[str]:
             found.append(
                 f"{signal} scatters more in {', '.join(noisy)} than in the other runs; look at its sensor there"
             )
-    return found
-
-
-def _missing_runs(campaign: Campaign) -> list[str]:
-    runs, found = campaign.runs, []
-    tensions = {round(r.tension / 1e3) for r in runs}
-    if len(tensions) < 2:
-        found.append("there is one tension; a second one tells what belongs to the belt's stiffness or its sag")
-    if not any(r.yaw > 0.0 for r in runs) or not any(r.yaw < 0.0 for r in runs):
-        found.append("there is one sign of yaw; the other one tells what the machine does by itself from what yaw does")
-    if not any(r.yaw == 0.0 and r.yaw_head == 0.0 for r in runs):
-        found.append("there is no run at zero yaw; one shows what the machine does by itself, and the noise")
-    if not any(r.repeat_of for r in runs):
-        found.append("no run is repeated; noise is read off repeats, and is taken as stated without")
-    if len({r.direction for r in runs}) < 2:
-        found.append("there is one direction of travel; one reversed run tells offsets of a pulley from skewed rollers")
-    curved = [r for r in runs if len(r.travel)]
-    span = float(rig_of(campaign).span_length)
-    short = [r.name for r in curved if r.travel[-1] - r.yaw_at < SPANS * span]
-    if curved and len(short) == len(curved):
-        found.append(f"no record reaches {SPANS:g} spans ({SPANS * span:.0f} m): late drift is hardly in it")
-    if curved and len(campaign.signals) < 2:
-        found.append(
-            "there is one signal; a second point, at the other pulley, tells drift from a belt that stands askew"
-        )
     return found
 
 
@@ -482,11 +487,29 @@ INDEPENDENT = 1e-9  # of the largest direction of an effect's columns: what is s
 
 
 def pairs(bench: Workbench, fit: Fit, seen: list[Visible], *, advise: bool) -> list[Pair]:
-    """Pairs of visible effects: the one, at PLAIN, leaves less than RESOLVED when the other is fitted in its place."""
+    """Pairs of visible effects: the one, at PLAIN, leaves less than RESOLVED when the other is fitted in its place;
+    advise: with the action of the menu that tells each pair apart best, where the sigma after it is RESOLVED.
+
+    No advice on pairs with SLOWEST effects: a second compilation for each of them would take longer than all else.
+    """
     names = [v.effect for v in seen if v.share < 1.0]
     sigma, both = _separations(bench, fit, names), list(combinations(range(len(names)), 2))
     alike = sorted((float(sigma[j, k]), names[j], names[k]) for j, k in both if sigma[j, k] < RESOLVED)
-    advice = _advice(bench, fit, [(a, b) for _, a, b in alike]) if advise and alike else {}
+    advice: dict[tuple[str, str], dict[str, Any]] = {}
+    if advise and alike:
+        asked = [(a, b) for _, a, b in alike if not SLOWEST & {a, b}]
+        names = list(dict.fromkeys(name for pair in asked for name in pair))
+        light = [k for k, s in enumerate(bench.forward.slots) if s.effect.id not in SLOWEST]
+        outlook = Outlook(bench, replace(fit, free=light, columns=fit.columns[light], slopes=fit.slopes[light]))
+        own = [k for name in names for k in bench.forward.index(name)]
+        further = np.zeros((len(outlook.actions), len(fit.free), outlook.forward.samples.y[0].size))
+        further[:, own] = outlook.white(outlook.predict(fit, own)[1]).swapaxes(0, 1)
+        after = np.array([_separations(bench, fit, names, f) for f in further])
+        for a, b in asked:
+            of_pair = after[:, names.index(a), names.index(b)]
+            if of_pair.max() >= RESOLVED:  # less is no advice
+                best = outlook.actions[int(np.argmax(of_pair))]
+                advice[a, b] = {"action": best.words, "sigma_after": float(of_pair.max())}
     return [Pair(effects=(a, b), sigma=sigma, **advice.get((a, b), {})) for sigma, a, b in alike]
 
 
@@ -504,23 +527,3 @@ def _separations(bench: Workbench, fit: Fit, names: Sequence[str], further: np.n
         rows = rows[size > INDEPENDENT * size.max(initial=0.0)]
         left[:, k] = np.linalg.norm(targets - targets @ rows.T @ rows, axis=1)
     return np.minimum(left, left.T)
-
-
-def _advice(bench: Workbench, fit: Fit, alike: list[tuple[str, str]]) -> dict[tuple[str, str], dict[str, Any]]:
-    """The action of the menu that tells each pair apart best, and the sigma after it, where that is RESOLVED.
-
-    None of pairs with SLOWEST effects: a second compilation for each of them would take longer than all else.
-    """
-    asked = [pair for pair in alike if not SLOWEST & set(pair)]
-    names = list(dict.fromkeys(name for pair in asked for name in pair))
-    light = [k for k, s in enumerate(bench.forward.slots) if s.effect.id not in SLOWEST]
-    outlook = Outlook(bench, replace(fit, free=light, columns=fit.columns[light], slopes=fit.slopes[light]))
-    own = [k for name in names for k in bench.forward.index(name)]
-    further = np.zeros((len(outlook.actions), len(fit.free), outlook.forward.samples.y[0].size))
-    further[:, own] = outlook.white(outlook.predict(fit, own)[1]).swapaxes(0, 1)
-    after, found = np.array([_separations(bench, fit, names, f) for f in further]), {}
-    for a, b in asked:
-        sigma = after[:, names.index(a), names.index(b)]
-        if sigma.max() >= RESOLVED:  # less is no advice
-            found[a, b] = {"action": outlook.actions[int(np.argmax(sigma))].words, "sigma_after": float(sigma.max())}
-    return found

@@ -38,25 +38,15 @@ class Action:
 REVERSED, LONGER, TURNED = "run with travel reversed", "run twice as long", "turn the belt over"
 
 
-def menu(template: Run) -> list[Action]:
-    """Actions derived from one run of the campaign, on a record as long as that run's unless said otherwise."""
-    base = _without_readings(template)
-    return [_make_action(base, *change) for change in _changes(base).items()]
+def menu(template: Run, *, twofold: bool = False) -> list[Action]:
+    """Actions derived from one run of the campaign, on a record as long as that run's unless said otherwise.
 
-
-def twofold(template: Run) -> list[Action]:
-    """Two changes at once: each on a record twice as long, and each tension with travel reversed."""
-    base = _without_readings(template)
-    changes = _changes(base)
-    pairs = [(one, LONGER) for one in changes if one not in (LONGER, TURNED)]
-    pairs += [(one, REVERSED) for one in changes if "tension" in one]
-    return [_make_action(base, f"{a}, {b.removeprefix('run ')}", changes[a] | changes[b]) for a, b in pairs]
-
-
-def _changes(base: Run) -> dict[str, dict[str, Any]]:
-    """Words of every change, and the fields of a run or an action that it sets."""
+    twofold: two changes at once, each on a record twice as long, and each tension with travel reversed.
+    """
+    travel = np.linspace(0.0, float(template.travel[-1]), SAMPLES)
+    base = replace(template, travel=travel, time=None, signals={}, repeat_of=None, use="fit")
     yaw = base.yaw if base.yaw else OPPOSITE_YAW
-    return {
+    changes: dict[str, dict[str, Any]] = {  # in words, and the fields of a run or an action that it sets
         "run at opposite yaw": {"yaw": -yaw},
         "run at zero yaw": {"yaw": 0.0},
         "run at twice the yaw": {"yaw": 2 * yaw},
@@ -69,21 +59,20 @@ def _changes(base: Run) -> dict[str, dict[str, Any]]:
         TURNED: {"turned_over": True},
         LONGER: {"travel": 2.0 * base.travel},
     }
-
-
-def _without_readings(template: Run) -> Run:
-    """A run like another, without readings."""
-    travel = np.linspace(0.0, float(template.travel[-1]), SAMPLES)
-    return replace(template, travel=travel, time=None, signals={}, repeat_of=None, use="fit")
-
-
-def _make_action(base: Run, words: str, change: dict[str, Any]) -> Action:
-    others = {name: change[name] for name in ("all_points", "turned_over") if name in change}
-    run = replace(base, **{name: x for name, x in change.items() if name not in others})
-    stated: dict[str, Any] = {name: float(getattr(run, name)) for name in ("tension", "yaw", "speed", "direction")}
-    tension, yaw = f"{run.tension / N_PER_MM2:.3g} N/mm2", f"yaw {run.yaw / DEGREE:+.3g} deg"
-    told = f"{tension}, {yaw}, {run.speed:g} m/s, {run.travel[-1]:.0f} m{'' if run.direction > 0 else ', reversed'}"
-    return Action(f"{words} ({told})", run, RunSettings(**stated, travel=float(run.travel[-1]), **others))
+    if twofold:
+        pairs = [(one, LONGER) for one in changes if one not in (LONGER, TURNED)]
+        pairs += [(one, REVERSED) for one in changes if "tension" in one]
+        changes = {f"{a}, {b.removeprefix('run ')}": changes[a] | changes[b] for a, b in pairs}
+    actions = []
+    for words, change in changes.items():
+        others = {name: change[name] for name in ("all_points", "turned_over") if name in change}
+        run = replace(base, **{name: x for name, x in change.items() if name not in others})
+        stated: dict[str, Any] = {name: float(getattr(run, name)) for name in ("tension", "yaw", "speed", "direction")}
+        settings = RunSettings(**stated, travel=float(run.travel[-1]), **others)
+        told = f"{run.tension / N_PER_MM2:.3g} N/mm2, yaw {run.yaw / DEGREE:+.3g} deg, {run.speed:g} m/s, "
+        told += f"{run.travel[-1]:.0f} m{'' if run.direction > 0 else ', reversed'}"
+        actions.append(Action(f"{words} ({told})", run, settings))
+    return actions
 
 
 STEPS = 8  # of a refit
@@ -108,42 +97,39 @@ def separation(bench: Workbench, a: Fit, b: Fit) -> float:
 
 
 def next_runs(bench: Workbench, chosen: Fit, pairs: list[Rival], keep: int = 3) -> list[NextRun]:
-    """The best actions for every pair, best first."""
-    if not pairs:
-        return []
-    template = bench.samples.runs[_liveliest(bench, chosen)]
-    advice = _best(Outlook(bench, chosen, menu(template)), chosen, pairs, keep)
-    unsure = [p for p in pairs if max(a.sigma_after for a in advice if a.separates == (p.effect, p.other)) < APART]
-    if unsure:
-        advice += _best(Outlook(bench, chosen, twofold(template)), chosen, unsure, keep)
-    advice = sorted(advice, key=lambda a: -a.sigma_after)
-    return [a for k, a in enumerate(advice) if sum(a.separates == b.separates for b in advice[:k]) < keep]
+    """The best actions for every pair, best first; two changes at once where no single one tells a pair apart."""
 
-
-def _best(outlook: "Outlook", chosen: Fit, pairs: list[Rival], keep: int) -> list[NextRun]:
-    """The best actions of one outlook for every pair; marches of a few rows leave a core idle, so that two go on."""
-    promised = []
-    for pair in pairs:
-        before, after = outlook.separations(chosen, pair.fit)
-        promised += [(pair, k, before, float(after[k])) for k in np.argsort(-after)[:keep]]
-
-    def march_pair(pair: Rival, k: int, before: float, sigma: float) -> NextRun:
+    def march_pair(outlook: Outlook, pair: Rival, k: int, before: float, sigma: float) -> NextRun:
         if sigma >= RESOLVED:
             alone, both = outlook.single(k), ((chosen, pair.fit), (pair.fit, chosen))
             sigma = min(sigma, *(alone.separation_after_refit(right, other) for right, other in both))
         action = outlook.actions[k]
         return NextRun(action.words, (pair.effect, pair.other), before, sigma, action.settings)
 
-    return map_in_threads(lambda one: march_pair(*one), promised)
+    advice, asked = list[NextRun](), pairs
+    for twofold in (False, True):
+        if not asked:
+            break
+        outlook, promised = Outlook(bench, chosen, twofold=twofold), []
+        for pair in asked:
+            before, after = outlook.separations(chosen, pair.fit)
+            promised += [(outlook, pair, k, before, float(after[k])) for k in np.argsort(-after)[:keep]]
+        advice += map_in_threads(lambda one: march_pair(*one), promised)  # marches of a few rows leave a core idle
+        asked = [p for p in asked if max(a.sigma_after for a in advice if a.separates == (p.effect, p.other)) < APART]
+    advice.sort(key=lambda a: -a.sigma_after)
+    return [a for k, a in enumerate(advice) if sum(a.separates == b.separates for b in advice[:k]) < keep]
 
 
 class Outlook:
     """All actions of the menu, laid out like a campaign of its own."""
 
-    def __init__(self, bench: Workbench, chosen: Fit, actions: list[Action] | None = None) -> None:
-        """actions: by default those of the menu."""
-        self.bench, self.chosen = bench, chosen
-        self.actions = actions or menu(bench.samples.runs[_liveliest(bench, chosen)])
+    def __init__(self, bench: Workbench, chosen: Fit, *, twofold: bool = False) -> None:
+        """The actions are variations of the run in which the chosen effects show most: these promise most."""
+        self.bench, self.chosen, runs = bench, chosen, bench.samples.runs
+        shown = np.zeros(len(runs))
+        if chosen.free:
+            shown = np.sum(chosen.columns.reshape(len(chosen.free), len(runs), -1) ** 2, axis=(0, 2))
+        self.actions = menu(runs[int(np.argmax(shown))], twofold=twofold)
         # samples of the menu: measured places, and the missing points for the action that adds sensors
         own, here = bench.forward, bench.samples.signals
         pattern = next((s for s in here if s.kind == "lateral"), here[0])
@@ -172,8 +158,10 @@ class Outlook:
         """
         known = self.bench.metric.whiten(a.values - b.values)
         predicted = [self.predict(fit, fit.free) for fit in (a, b)]
-        stays = np.logical_and.reduce([_finite(x) for values, along in predicted for x in (values, *along)])
-        (there_a, along_a), (there_b, along_b) = ([_where(stays, x) for x in both] for both in predicted)
+        readings = [x for values, along in predicted for x in (values, *along)]
+        stays = np.logical_and.reduce([np.isfinite(x).all(axis=(1, 2)) for x in readings])
+        there, along = stays[:, None, None], [x for both in predicted for x in both]
+        there_a, along_a, there_b, along_b = (np.where(there, x, 0.0) for x in along)
         new, further = self.white(there_a - there_b), [self.white(along_a), self.white(along_b)]
         own = [fit.columns.reshape(len(fit.free), known.size) for fit in (a, b)]
         before = separation(self.bench, a, b)
@@ -237,29 +225,12 @@ class Outlook:
 
     def _metric(self) -> Metric:
         values, slopes = self.forward.expand(self.chosen.vector, self.forward.nuisances)
-        stays = np.logical_and.reduce([_finite(x) for x in (values, *slopes)])
         samples = self.forward.samples
-        shapes, shared = nuisance_shapes(self.bench.campaign, samples, _where(stays, values), _where(stays, slopes))
+        # none of actions in which the belt leaves its pulleys
+        stays = np.logical_and.reduce([np.isfinite(x).all(axis=(1, 2)) for x in (values, *slopes)])[:, None, None]
+        values, slopes = np.where(stays, values, 0.0), np.where(stays, slopes, 0.0)
+        shapes, shared = nuisance_shapes(self.bench.campaign, samples, values, slopes)
         return metric_of(samples, self.bench.levels, shapes, 0.0 * shared)
-
-
-def _finite(x: np.ndarray) -> np.ndarray:
-    """Which actions (actions,) of readings (actions, S, n) are predicted: none in which the belt leaves its pulleys."""
-    return np.isfinite(x).all(axis=(1, 2))
-
-
-def _where(stays: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Readings (..., actions, S, n), 0 in actions (actions,) that are not predicted."""
-    return np.where(stays[:, None, None], x, 0.0)
-
-
-def _liveliest(bench: Workbench, chosen: Fit) -> int:
-    """The run in which the chosen effects show most: a variation of it promises most."""
-    if not len(chosen.free):
-        return 0
-    return int(
-        np.argmax(np.sum(chosen.columns.reshape(len(chosen.free), len(bench.samples.runs), -1) ** 2, axis=(0, 2)))
-    )
 
 
 def _rest(residual: np.ndarray, columns: np.ndarray) -> float:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -158,6 +159,8 @@ def nuisance_shapes(
     """
     n = values.shape[-1]
     shapes = [campaign.settings.tension_rel * slopes[1], campaign.settings.yaw_u * slopes[2]]
+    modulus, width = campaign.belt.youngs_modulus, campaign.belt.width
+    stiffness = float(np.hypot(modulus.u / modulus.value, 2.0 * width.u / width.value))  # E and 1/b^2, beside tension's
     for s, signal in enumerate(samples.signals):
         for shape in (np.repeat(zero_sigmas(samples, signal)[:, None], n, axis=1), signal.gain * values[:, s]):
             if np.any(shape):
@@ -168,7 +171,7 @@ def nuisance_shapes(
     if start.any():
         shapes.append(start[:, None, None] * slopes[5])
     shapes += list(starts)
-    shared = [stiffness_sigma(campaign) * slopes[0]]
+    shared = [stiffness * slopes[0]]
     if late.any():
         shapes.append(late[:, None, None] * slopes[3])
         shared.append(shapes[-1])
@@ -184,12 +187,6 @@ def zero_sigmas(samples: Samples, signal: SignalSheet) -> np.ndarray:
     """
     before = zero_is_read(samples, signal)
     return np.where(before, max(signal.zero, FREE_ZERO), signal.zero)
-
-
-def stiffness_sigma(campaign: Campaign) -> float:
-    """Relative uncertainty of F/EI beyond the tension's own: E, and the width (1/b^2)."""
-    modulus, width = campaign.belt.youngs_modulus, campaign.belt.width
-    return float(np.hypot(modulus.u / modulus.value, 2.0 * width.u / width.value))
 
 
 def length_sigma(campaign: Campaign, length: float) -> float:
@@ -244,8 +241,9 @@ _FAST = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, WINDOW), 3), mode="complet
 class Contrast:
     """One signal over some runs, each with a weight; the squares of the weights add up to one.
 
-    keep (n,): which samples; travel (n,): where they are [m]; per_bin: white variance is divided by it; free (b, m):
-    directions over the bins that nothing known can reach.
+    keep (n,): which samples; travel (n,): where they are [m]; per_bin: white variance is divided by it; bin_size:
+    samples that are averaged; windows: how many there are in which what is fast is looked for; free (b, m): directions
+    over the bins that nothing known can reach.
     """
 
     runs: tuple[int, ...]
@@ -255,31 +253,23 @@ class Contrast:
     keep: np.ndarray
     travel: np.ndarray
     per_bin: float
+    bin_size: int
+    windows: int
     free: np.ndarray
-
-    @property
-    def bin_size(self) -> int:
-        """Samples that are averaged."""
-        return _bin_size(len(self.keep))
 
     def project(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Readings (R, S, n) -> slow (m,) and fast (windows, f), with the stated white noise of unit size."""
         sums = np.array(self.weights) @ errors[list(self.runs), self.signal][:, self.keep]
         sums = sums * (np.sqrt(self.per_bin) / max(self.sheet.white, FLOOR))
         slow = np.sqrt(self.bin_size) * _bin_means(sums, self.bin_size) @ self.free
-        return slow, sums[: self._windows * WINDOW].reshape(-1, WINDOW) @ _FAST
-
-    @property
-    def _windows(self) -> int:
-        """Windows in which what is fast is looked for: none where no samples are averaged."""
-        return 0 if self.bin_size == 1 else len(self.keep) // WINDOW
+        return slow, sums[: self.windows * WINDOW].reshape(-1, WINDOW) @ _FAST
 
     def modes(self, reach: Reach) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Modes slow (m, m) and fast (f, f) in which wander of this reach is independent, behind the variance of wander
         over that of white noise in every mode, as stated."""
         kernel, (ratios, fast) = _wander(self.sheet, self.travel.tobytes(), self.per_bin, self.bin_size, reach)
         own, slow = np.linalg.eigh(self.free.T @ kernel @ self.free)
-        return np.maximum(np.concatenate([own, np.tile(ratios, self._windows)]), 0.0), slow, fast
+        return np.maximum(np.concatenate([own, np.tile(ratios, self.windows)]), 0.0), slow, fast
 
 
 @lru_cache(maxsize=256)
@@ -321,10 +311,6 @@ class Scatter:
         rows = self.weights @ there * (np.sqrt(self.per_bin) / max(self.sheet.white, FLOOR))
         return rows.reshape(-1, WINDOW) @ _FAST
 
-    def modes(self, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
-        """Variance of wander over that of white noise in every mode (f,), and the modes (f, f), as stated."""
-        return _fast_modes(self.sheet, self.spacing, self.per_bin, reach)
-
 
 def find_scatter(samples: Samples, groups: Sequence[tuple[int, ...]], s: int) -> list[Scatter]:
     """The fast part of every run of the ``s``-th signal, of repeats that of their mean: the rest is in contrasts."""
@@ -355,7 +341,7 @@ def contrast(
     keep = np.flatnonzero(np.isfinite(samples.y[list(runs), s]).all(axis=0))
     if len(keep) < LEAST:
         return None
-    q = _bin_size(len(keep))
+    q = -(-len(keep) // BINS)
     per_bin = float(1.0 / np.sum(np.square(weights) / samples.per_bin[list(runs)]))
     sheet, travel = samples.signals[s], samples.travel[runs[0], keep]
     noise = _bin_covariance(wander_kernel(sheet, travel, Reach()), q)
@@ -373,18 +359,16 @@ def contrast(
     directions = np.linalg.qr(taken / np.linalg.norm(taken, axis=0), mode="complete")[0]
     return Contrast(
         runs=tuple(runs),
-        weights=tuple(weights),
+        weights=tuple(map(float, weights)),
         signal=s,
         sheet=sheet,
         keep=keep,
         travel=travel,
         per_bin=per_bin,
+        bin_size=q,
+        windows=0 if q == 1 else len(keep) // WINDOW,  # none where no samples are averaged
         free=directions[:, taken.shape[1] :],
     )
-
-
-def _bin_size(count: int) -> int:
-    return -(-count // BINS)
 
 
 def _bin_means(rows: np.ndarray, q: int) -> np.ndarray:
@@ -409,21 +393,6 @@ def _bin_covariance(kernel: np.ndarray, q: int) -> np.ndarray:
 #
 # A smooth wander has more of long waves and less of short ones than any rough one: taken for rough it leaves waves that
 # look like something missing. Where readings do not tell, both are drawn, each as often as it is probable.
-
-
-def differences(samples: Samples, shapes: np.ndarray, group: tuple[int, ...]) -> list[Contrast]:
-    """Every run of a group against the mean of those before it (Helmert), for every signal; runs sampled at other
-    travels than the first are left out.
-    """
-    first = samples.travel[group[0]]
-    alike = [r for r in group if np.allclose(samples.travel[r], first)]
-    found = []
-    for k in range(1, len(alike)):
-        weights = np.array([-1.0 / k] * k + [1.0]) / np.sqrt(1.0 + 1.0 / k)
-        runs = tuple(alike[: k + 1])
-        made = [contrast(samples, shapes, runs, tuple(weights), s) for s in range(len(samples.signals))]
-        found += [c for c in made if c is not None]
-    return found
 
 
 #: Times the stated noise, from which repeats tell of a change between runs and not of noise. Sheets are off by 40 %
@@ -458,39 +427,41 @@ def words_of(apart: Sequence[Disagreement]) -> str:
     )
 
 
-def disagreement(samples: Samples, c: Contrast) -> Disagreement | None:
-    """What a contrast of repeats says of a change between runs, if anything."""
-    slow = c.project(samples.y)[0]
-    if len(slow) < FEWEST_MODES:
-        return None
-    ratios, modes, _ = c.modes(Reach())
-    times = float(np.sqrt(np.mean((slow @ modes) ** 2 / (1.0 + ratios[: len(slow)]))))
-    if times < DISAGREE:
-        return None
-    weights = np.array(c.weights) / c.weights[-1]  # the last run less the mean of the others
-    apart = weights @ samples.y[list(c.runs), c.signal][:, c.keep]
-    names = tuple(samples.runs[r].name for r in c.runs)
-    return Disagreement(names, c.sheet, float(np.sqrt(np.mean((apart - apart.mean()) ** 2))), times)
-
-
-def name_the_odd(samples: Samples, group: Sequence[int], found: Sequence[Disagreement]) -> list[Disagreement]:
-    """What contrasts of three repeats and more (their indices) say, a signal each: of the run furthest off."""
-    names = [samples.runs[r].name for r in group]
-    own = [d for d in found if set(d.runs) <= set(names)]
-    if len(group) < 3 or not own:
-        return own
+def find_disagreements(
+    samples: Samples, group: Sequence[int], contrasts: Sequence[Contrast]
+) -> tuple[list[Contrast], list[Disagreement]]:
+    """Contrasts of repeats (a group of runs, their indices) that are noise, and what the others say of a change between
+    runs; of three repeats and more a signal each, of the run furthest off."""
+    quiet, found = [], []
+    for c in contrasts:
+        slow, times = c.project(samples.y)[0], 0.0
+        if len(slow) >= FEWEST_MODES:
+            ratios, modes, _ = c.modes(Reach())
+            times = float(np.sqrt(np.mean((slow @ modes) ** 2 / (1.0 + ratios[: len(slow)]))))
+        if times < DISAGREE:
+            quiet.append(c)
+            continue
+        weights = np.array(c.weights) / c.weights[-1]  # the last run less the mean of the others
+        apart = weights @ samples.y[list(c.runs), c.signal][:, c.keep]
+        size = float(np.sqrt(np.mean((apart - apart.mean()) ** 2)))
+        found.append(Disagreement(tuple(samples.runs[r].name for r in c.runs), c.sheet, size, times))
+    told = {d.runs for d in found}
+    quiet = [c for c in quiet if tuple(samples.runs[r].name for r in c.runs) not in told]
+    if len(group) < 3 or not found:
+        return quiet, found
     off = {}  # signal -> how far each run is from the median of the others, one constant apart [m or rad], rms
-    for s in (s for s, signal in enumerate(samples.signals) if any(d.signal.name == signal.name for d in own)):
+    for s in (s for s, signal in enumerate(samples.signals) if any(d.signal.name == signal.name for d in found)):
         y = samples.y[list(group), s]
         y = y[:, np.isfinite(y).all(axis=0)]
         if y.shape[1] < FEWEST_MODES:
-            return own
+            return quiet, found
         apart = np.stack([y[k] - np.median(np.delete(y, k, axis=0), axis=0) for k in range(len(y))])
         off[samples.signals[s].name] = np.std(apart, axis=1)
     k = int(np.argmax(sum(x / x.max() for x in off.values())))
-    runs, told = (*names[:k], *names[k + 1 :], names[k]), {d.signal.name: d.signal for d in own}
-    times = {n: max(d.times for d in own if d.signal.name == n) for n in told}
-    return [Disagreement(runs, signal, float(off[n][k]), times[n]) for n, signal in told.items()]
+    names, signals = [samples.runs[r].name for r in group], {d.signal.name: d.signal for d in found}
+    runs = (*names[:k], *names[k + 1 :], names[k])
+    times = {n: max(d.times for d in found if d.signal.name == n) for n in signals}
+    return quiet, [Disagreement(runs, signal, float(off[n][k]), times[n]) for n, signal in signals.items()]
 
 
 # Levels of one signal.
@@ -520,7 +491,10 @@ class SignalLevels:
         self, signal: SignalSheet, contrasts: list[Contrast], fast: Sequence[Scatter] = (), *, smooth: bool = False
     ) -> None:
         """fast: what every run shows by itself, beside contrasts of repeats; smooth: the wander is."""
-        self.contrasts, self.lengths = contrasts, _lengths(signal)
+        steps = LENGTH_STEP ** np.arange(-8.0, 9.0)  # of the stated wander length
+        inside = [LENGTHS[0] <= x <= LENGTHS[1] for x in steps * max(signal.wander_length, 1e-6)]
+        self.lengths = steps[inside | (steps == 1.0)] if signal.wander_sd > 0 else np.ones(1)
+        self.contrasts = contrasts
         self.fast = list(fast) if contrasts else []
         logs = np.log(FACTORS)
         both = np.linalg.inv(TOGETHER**2 + LEVEL_SPREAD**2 * np.eye(2))
@@ -536,7 +510,8 @@ class SignalLevels:
             variance = _variance(np.exp(names / 4.0))
             self.prior[k] += np.log(variance) @ np.bincount(of, minlength=len(names))
             self.grids.append((modes, of, 1.0 / variance))
-            self.fast_grids.append([(own, _variance(ratios)) for ratios, own in (f.modes(reach) for f in self.fast)])
+            fast_modes = (_fast_modes(f.sheet, f.spacing, f.per_bin, reach) for f in self.fast)
+            self.fast_grids.append([(own, _variance(ratios)) for ratios, own in fast_modes])
         if contrasts:
             # variance (G, K) of the Fourier modes of one record at every point of the grid, and of how many
             # modes each of the K stands for
@@ -577,8 +552,8 @@ class SignalLevels:
         read = [part.project(errors) for part in self.fast]
         products = [(len(z), z.T @ z) for z in read]  # of all windows: there are few directions, and many windows
         for k, grids in enumerate(self.fast_grids):
-            for (count, product), (modes, variance) in zip(products, grids, strict=True):
-                squares = np.sum((product @ modes) * modes, axis=0)
+            for (count, squared), (modes, variance) in zip(products, grids, strict=True):
+                squares = np.sum((squared @ modes) * modes, axis=0)
                 cost[k] += count * np.log(variance).sum(axis=2) + (1.0 / variance) @ squares
         return cost
 
@@ -618,31 +593,12 @@ def _variance(ratios: np.ndarray) -> np.ndarray:
     return FACTORS[:, None, None] ** 2 + FACTORS[None, :, None] ** 2 * ratios
 
 
-def favours(one: SignalLevels, other: SignalLevels, errors: np.ndarray) -> float:
-    """2 log odds of one kind of wander against another, all levels together, after readings (R, S, n); 0 of readings
-    without any noise, as of a campaign that is planned.
-    """
-    if not any(np.any(part) for c in one.contrasts for part in c.project(errors)):
-        return 0.0
-    least = min(float(kind.cost_of_every_run(errors).min()) for kind in (one, other))
-    first, second = (2.0 * np.logaddexp.reduce(-0.5 * kind.cost(errors, least), axis=None) for kind in (one, other))
-    return float(first - second)
-
-
 def of_wander(steps: np.ndarray, turn: np.ndarray, smooth: bool) -> np.ndarray:
     """Variance (G, K) of modes that turn by so much (K,) a sample, of wander of unit size whose exponential falls by
     ``steps`` (G, 1) a sample; smooth: it is Matern's.
     """
     rise, apart = np.sinh(steps), np.cosh(steps) - np.cos(turn)
     return rise / apart - smooth * steps * (1.0 - np.cosh(steps) * np.cos(turn)) / apart**2
-
-
-def _lengths(signal: SignalSheet) -> np.ndarray:
-    """Factors on the stated wander length."""
-    steps = LENGTH_STEP ** np.arange(-8.0, 9.0)
-    lengths = steps * max(signal.wander_length, 1e-6)
-    inside = (lengths >= LENGTHS[0]) & (lengths <= LENGTHS[1])
-    return steps[inside | (steps == 1.0)] if signal.wander_sd > 0 else np.ones(1)
 
 
 RARER = 6.0  # chi2 (a likelihood ratio of 20) that a smooth wander has to earn, in all signals together
@@ -671,11 +627,15 @@ class LevelFinder:
             found.setdefault(settings, []).append(k)
         self.groups = [tuple(runs) for runs in found.values() if len(runs) > 1]
         differing = shapes if coming_round is None else np.concatenate([shapes, coming_round])
-        contrasts = [c for group in self.groups for c in differences(samples, differing, group)]
-        self.disagreements = [d for c in contrasts if (d := disagreement(samples, c)) is not None]
-        apart = {d.runs for d in self.disagreements}
-        contrasts = [c for c in contrasts if tuple(samples.runs[r].name for r in c.runs) not in apart]
-        self.disagreements = [d for group in self.groups for d in name_the_odd(samples, group, self.disagreements)]
+        contrasts, self.disagreements = list[Contrast](), list[Disagreement]()
+        for group in self.groups:
+            # every run against the mean of those before it (Helmert), but those sampled at other travels than the first
+            alike, made = [r for r in group if np.allclose(samples.travel[r], samples.travel[group[0]])], []
+            for k, s in product(range(1, len(alike)), range(len(samples.signals))):
+                weights = np.array([-1.0 / k] * k + [1.0]) / np.sqrt(1.0 + 1.0 / k)
+                made.append(contrast(samples, differing, alike[: k + 1], weights, s))
+            quiet, apart = find_disagreements(samples, group, [c for c in made if c is not None])
+            contrasts, self.disagreements = contrasts + quiet, self.disagreements + apart
         self.repeats = len({c.runs for c in contrasts})
         if columns is not None and not contrasts:  # every run by itself, beside what all these could do to it
             known, records = np.concatenate([shapes, columns]), np.ndindex(samples.y.shape[:2])
@@ -685,12 +645,12 @@ class LevelFinder:
         fast = [find_scatter(samples, self.groups, s) if self.repeats else [] for s in range(len(samples.signals))]
         each = list(zip(samples.signals, of_signal, fast, strict=True))
         self.signals, self.smooth = ([SignalLevels(*one, smooth=kind) for one in each] for kind in (False, True))
-
-    def at_shapes(self, shapes: np.ndarray) -> "LevelFinder":
-        """The same where predictions are taken elsewhere: one of two repeats may have been set 3 sigma off the other,
-        and what they leave follows the ``shapes`` there; to others it looks like wander.
-        """
-        return LevelFinder(self.samples, shapes, self.columns, self.coming_round)
+        # for every signal of which nothing was read, those that were read and are stated alike; none for others
+        stated = [(s.kind, s.white, s.wander_sd, s.wander_length) for s in samples.signals]
+        read = [k for k, own in enumerate(of_signal) if own]
+        self.signals_alike = [
+            [] if own else [r for r in read if stated[r] == stated[k]] for k, own in enumerate(of_signal)
+        ]
 
     def __call__(self, errors: np.ndarray) -> Levels:
         """Levels to be expected after what a model leaves of the readings (R, S, n)."""
@@ -721,7 +681,13 @@ class LevelFinder:
 
     def smooth_share(self, errors: np.ndarray) -> float:
         """Probability that the wander is smooth, after what a model leaves of readings (R, S, n)."""
-        odds = sum(favours(*pair, errors) for pair in zip(self.smooth, self.signals, strict=True)) - RARER
+        odds = -RARER  # twice their logarithm, all levels together
+        for kinds in zip(self.smooth, self.signals, strict=True):
+            # readings without any noise, as of a campaign that is planned, favour neither
+            if any(np.any(part) for c in kinds[0].contrasts for part in c.project(errors)):
+                least = min(float(kind.cost_of_every_run(errors).min()) for kind in kinds)
+                first, second = (np.logaddexp.reduce(-0.5 * kind.cost(errors, least), axis=None) for kind in kinds)
+                odds += 2.0 * float(first - second)
         return float(1.0 / (1.0 + np.exp(-0.5 * np.clip(odds, -100.0, 100.0))))
 
     def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -737,13 +703,3 @@ class LevelFinder:
             if alike:
                 each[:, k] = each[np.arange(count), rng.choice(alike, size=count)]
         return each, smooth
-
-    @cached_property
-    def signals_alike(self) -> list[list[int]]:
-        """For every signal of which nothing was read, those that were read and are stated alike; none for others."""
-        read = [k for k, signal in enumerate(self.signals) if signal.contrasts]
-        stated = [(s.kind, s.white, s.wander_sd, s.wander_length) for s in self.samples.signals]
-        return [
-            [] if signal.contrasts else [r for r in read if stated[r] == stated[k]]
-            for k, signal in enumerate(self.signals)
-        ]

@@ -60,7 +60,9 @@ class Workbench:
         shapes, shared, values = _nuisances_at(self.campaign, self.samples, forward, vector)
         if not _finite(shapes, shared, values):
             return self
-        finder = self.finder if self.keeps_noise else self.finder.at_shapes(shapes)
+        # one of two repeats may have been set 3 sigma off the other, and what they leave follows the shapes there
+        own = self.finder
+        finder = own if self.keeps_noise else LevelFinder(own.samples, shapes, own.columns, own.coming_round)
         levels = self.levels if self.keeps_noise else finder(self.samples.y - values)
         metric = metric_of(self.fitted, levels, shapes, shared)
         return replace(self, forward=forward, shapes=shapes, shared=shared, finder=finder, levels=levels, metric=metric)

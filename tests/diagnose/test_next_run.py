@@ -12,7 +12,7 @@ from belt_sim.diagnosis import next_run
 from belt_sim.diagnosis.describe import rivals
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
-from belt_sim.diagnosis.next_run import Outlook, Rival, menu, next_runs, twofold
+from belt_sim.diagnosis.next_run import Outlook, Rival, menu, next_runs
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.results.diagnosis import APART, RESOLVED
 from belt_sim.virtual_rig.make import make_campaign
@@ -126,7 +126,7 @@ def test_a_run_in_which_the_belt_leaves_its_pulleys_promises_nothing(one_sided, 
 
 def test_every_advice_says_in_numbers_what_it_says_in_words():
     template = campaign("nothing").runs[0]
-    actions = [*menu(template), *twofold(template)]
+    actions = [*menu(template), *menu(template, twofold=True)]
     assert len({a.words for a in actions}) == len(actions)
     for a in actions:
         assert f", {a.settings.travel:.0f} m" in a.words
