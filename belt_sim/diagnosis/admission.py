@@ -53,8 +53,7 @@ def admit(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str
     if not all(alike(a, b) for a, b in pairs) or call_hook(null, "scene", parts, case) != parts:
         raise InputError(f"{cls.id}.null()", "changes the curves", "", "every hook must return its input when null")
     lines = [f"{cls.id}: null parameters change nothing, bit for bit; units declared"]
-    lines += _check_parity(cls, model, case)
-    lines += _check_exponent(cls, model, case)
+    lines += _check_declarations(cls, model, case)
     return lines + _check_collinearity(cls, model, campaign)
 
 
@@ -65,26 +64,25 @@ def _contribution(cls: type[Effect], model: Composition, case: Case) -> np.ndarr
     return np.asarray(indicate(curves, case, (at_scale,), curves.travel).y) - march_case(case, model, travel=TRAVEL).y
 
 
-def _check_parity(cls: type[Effect], model: Composition, case: Case) -> list[str]:
-    if cls.parity == "mixed":
-        return [f"{cls.id}: parity not declared (mixed)"]
-    if cls.parity not in ("odd", "even"):
+def _check_declarations(cls: type[Effect], model: Composition, case: Case) -> list[str]:
+    """Parity in yaw and exponent of tension, as far as they are declared."""
+    if cls.parity not in ("odd", "even", "mixed"):
         raise InputError(f"{cls.id}.parity", cls.parity, "", "use odd, even or mixed")
-    mirrored = replace(case.settings, yaw=replace(case.settings.yaw, change=-case.settings.yaw.change))
-    here = _contribution(cls, model, case)
-    there = _contribution(cls, model, replace(case, settings=mirrored))
-    if not np.abs(here).max() > 0:
-        raise InputError(cls.id, "no change", "", "at its scale it moves nothing on this machine; give a larger scale")
-    sign = -1.0 if cls.parity == "odd" else 1.0
-    off = np.linalg.norm(there - sign * here) / np.linalg.norm(np.stack([here, there]))
-    if off > PARITY:
-        raise InputError(f"{cls.id}.parity", cls.parity, "", f"measured: {off:.0%} of it has the other parity")
-    return [f"{cls.id}: {cls.parity} in yaw, as declared ({off:.1%} off)"]
-
-
-def _check_exponent(cls: type[Effect], model: Composition, case: Case) -> list[str]:
+    lines = [f"{cls.id}: parity not declared (mixed)"] if cls.parity == "mixed" else []
+    if not lines:
+        mirrored = replace(case.settings, yaw=replace(case.settings.yaw, change=-case.settings.yaw.change))
+        here = _contribution(cls, model, case)
+        there = _contribution(cls, model, replace(case, settings=mirrored))
+        if not np.abs(here).max() > 0:
+            remedy = "at its scale it moves nothing on this machine; give a larger scale"
+            raise InputError(cls.id, "no change", "", remedy)
+        sign = -1.0 if cls.parity == "odd" else 1.0
+        off = np.linalg.norm(there - sign * here) / np.linalg.norm(np.stack([here, there]))
+        if off > PARITY:
+            raise InputError(f"{cls.id}.parity", cls.parity, "", f"measured: {off:.0%} of it has the other parity")
+        lines.append(f"{cls.id}: {cls.parity} in yaw, as declared ({off:.1%} off)")
     if cls.tension_exponent is None:
-        return []
+        return lines
     sizes = []
     for tension in HIGH_TENSION:
         tight = replace(case, settings=replace(case.settings, tension=tension))
@@ -94,7 +92,7 @@ def _check_exponent(cls: type[Effect], model: Composition, case: Case) -> list[s
     measured = np.log(max(sizes[1], 1e-300) / max(sizes[0], 1e-300)) / np.log(HIGH_TENSION[1] / HIGH_TENSION[0])
     if abs(measured - cls.tension_exponent) > EXPONENT:
         raise InputError(f"{cls.id}.tension_exponent", cls.tension_exponent, "", f"measured {measured:.2f}")
-    return [f"{cls.id}: late rate ~ tension^{measured:.2f}, declared {cls.tension_exponent:g}"]
+    return [*lines, f"{cls.id}: late rate ~ tension^{measured:.2f}, declared {cls.tension_exponent:g}"]
 
 
 def _check_collinearity(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str]:

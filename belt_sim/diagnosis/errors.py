@@ -379,11 +379,10 @@ class ErrorsWithoutNuisances:
     """Nuisances of every run of a workbench, and what remains beside them.
 
     shapes (K, R, S, n): in units of one sigma; posterior (R, K, K): their covariance after readings; taken
-    (R, K, S, n): how much of each a reading stands for.
+    (R, K, S, n): how much of each a reading stands for; floor: rms of the lateral errors of a perfect model [m].
     """
 
     def __init__(self, bench: Workbench) -> None:
-        self.bench = bench
         samples, metric = bench.samples, bench.metric
         if any(r.use != "fit" for r in samples.runs):  # the metric is blind to runs that were held out
             metric = metric_of(samples, bench.levels, bench.shapes, bench.shared)
@@ -395,18 +394,14 @@ class ErrorsWithoutNuisances:
         self.taken = np.matmul(onto, metric.roots[:, None])[..., 0, :]
         lateral = np.array([s.kind == "lateral" for s in samples.signals])
         self.there = np.isfinite(samples.y) & lateral[None, :, None]
+        known = np.einsum("krsn,rkl,lrsn->rsn", self.shapes, self.posterior, self.shapes)
+        variance = np.maximum(_noise_variance(bench)[..., None] - known, 0.0)
+        self.floor = _rms(np.sqrt(variance + bench.march_error**2)[self.there])
 
     def remove_nuisances(self, errors: np.ndarray, runs: np.ndarray) -> np.ndarray:
         """Errors (r, S, n) of some runs (R,) without what their nuisances most likely make of them."""
         size = np.einsum("rksn,rsn->rk", self.taken[runs], np.where(np.isfinite(errors), errors, 0.0))
         return errors - np.einsum("rk,krsn->rsn", size, self.shapes[:, runs])
-
-    @property
-    def floor(self) -> float:
-        """rms of the lateral errors of a perfect model [m]."""
-        known = np.einsum("krsn,rkl,lrsn->rsn", self.shapes, self.posterior, self.shapes)
-        variance = _noise_variance(self.bench)[..., None] - known
-        return _rms(np.sqrt(np.maximum(variance, 0.0) + self.bench.march_error**2)[self.there])
 
     def rms(self, left_out: Iterable[Condition]) -> float:
         """Of the lateral errors of held-out conditions [m]."""

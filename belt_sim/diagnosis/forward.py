@@ -186,38 +186,6 @@ def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarra
     return int(min(max(FEWEST, best), len(gains)))
 
 
-def harmonics_of(classes: Sequence[type[Effect]], samples: Samples) -> dict[str, int]:
-    """Harmonics of the belt length that the lateral readings can be asked for, of every linear effect (not more than it
-    has)."""
-    lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
-    most = np.isfinite(samples.y[:, lateral]).sum() / (2 * READINGS_A_NUMBER)
-    return {c.id: int(np.clip(most, FEWEST, len(c.parameters) // 2)) for c in classes if c.is_additive()}
-
-
-def columns(
-    samples: Samples, cls: type[Effect], effects: Sequence[Effect] = (), nuisances: np.ndarray | None = None
-) -> np.ndarray:
-    """Lateral readings (k, R, S, n) per unit of every parameter of ``cls``.
-
-    What encoder, delay and the sensors after it make of them is in it, and every sensor reads zero where the yaw is
-    applied. Roll is not touched. effects: all others that act, with their numbers; nuisances: as at the end of a
-    parameter vector, by default none.
-    """
-    runs, signals, n = samples.y.shape
-    shapes = np.zeros((len(cls.parameters), runs, signals, n))
-    by_bins = bin_attenuation([Slot(cls, name) for name in cls.parameters], samples).T[:, :, None]
-    others, off = places_of(samples), np.zeros(len(NUISANCES)) if nuisances is None else nuisances
-    stated = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
-    given = samples.cases.settings, stated, samples.cases.rig, samples.cases.belt, tuple(effects), off
-    shown = np.asarray(_columns_of_runs(*given, cls=cls, others=others)).swapaxes(0, 1)
-    places = [*(f"point_{k}" for k in (1, 2, 3, 4)), *others]
-    for s, signal in enumerate(samples.signals):
-        if signal.kind == "lateral":
-            rows = shown[:, :, places.index(sensor_place(signal.at) or signal.at)]
-            shapes[:, :, s] = rows[..., :-1] * by_bins - rows[..., -1:]
-    return shapes
-
-
 @partial(jit_float64, brief=True, static_argnames=("cls", "others"))
 def _columns_of_runs(settings, travel, rig, belt, effects, nuisances, *, cls: type[Effect], others) -> jax.Array:
     """Columns (R, k, 4 + j, n) at encoder travels (R, n), at points 1-4 and j others, as the sensors show them."""
@@ -247,17 +215,6 @@ def bin_attenuation(slots: Sequence[Slot], samples: Samples, others: int = 0) ->
     harmonic what the mean over a bin leaves, of all else the whole."""
     harmonics = [1 + list(s.effect.parameters).index(s.name) // 2 if s.effect.is_additive() else 0 for s in slots]
     return samples.bin_attenuation(np.array([*harmonics, *[0] * others]))
-
-
-def select_addable(classes: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:
-    """Those of ``classes`` whose readings can be added to those of a march without them, by their ``columns``.
-
-    That is exact where every other sensor law shows a gain times the reading and an offset; beside any other law, one
-    of a gauge that sticks for instance, an additive effect is compiled into the march.
-    """
-    sensors = [c for c in classes if overrides(c, ("sensor",))]
-    simple = all(c.is_additive() or c.id in AFFINE for c in sensors)
-    return tuple(c for c in classes if c.is_additive()) if simple else ()
 
 
 # Compiled marches that predict readings.
@@ -337,40 +294,6 @@ class Work:
     batches: Sequence[Callable[[], None]]
 
 
-def plan_batches(
-    program: Callable[..., jax.Array],
-    vector: np.ndarray,
-    shown: np.ndarray,
-    samples: Samples,
-    spacing: float,
-    steps: np.ndarray,
-    acts: np.ndarray,
-) -> Work:
-    """What a ``program`` of one run is to show of all runs at points (C, k); shown (R, k): how much of each number the
-    readings of a run show; spacing [m], steps (R,): of the march, which goes as far as a batch asks for; acts (C, e):
-    which effects are not null at a point, so that a batch takes the time of its own effects alone."""
-    stand = [*PLACES, *places_of(samples)]  # rows of what a program shows
-    places = [stand.index(sensor_place(s.at) or s.at) for s in samples.signals]
-    runs, _, n = samples.y.shape
-    points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
-    cases, columns = samples.cases, np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
-    travel, time = samples.travel[:, columns], samples.time[:, columns]
-    found = np.empty((len(points), len(places), n))
-
-    def batch(start: int) -> None:
-        rows = np.minimum(np.arange(start, start + ROWS), len(points) - 1)
-        r = run[rows]
-        settings = jax.tree.map(lambda x: x[r], cases.settings)
-        of_rows = vector[points[rows]], shown[r], settings, travel[r], time[r], samples.yaw_at[r]
-        own = acts[points[rows]].any(axis=0)
-        predicted = program(*of_rows, cases.rig, cases.belt, spacing, int(steps[r].max()), own)
-        part = found[start : start + ROWS]
-        part[:] = np.asarray(predicted)[: len(part), places, :n]
-
-    batches = [partial(batch, start) for start in range(0, len(points), ROWS)]
-    return Work(found.reshape(len(vector), *samples.y.shape), batches)
-
-
 def finish(works: Sequence[Work]) -> None:
     """Do all batches: first one of each program, so that each is compiled once and several side by side."""
     turns = [[batch for batch in turn if batch is not None] for turn in zip_longest(*(w.batches for w in works))]
@@ -402,11 +325,6 @@ FURTHER = ("encoder", "sensor_travel")  # hooks of effects with which a reading 
 Groups = frozenset[str]
 
 
-def group_of(cls: type[Effect]) -> str:
-    """The group of an effect: its own id where it need not be compiled at all; empty where it slows no batch."""
-    return cls.id if cls.is_additive() else HEAVY if cls.id in SLOW else ""
-
-
 class Forward:
     """Predictions of ``model`` with every effect of ``classes`` within reach, all null to begin with."""
 
@@ -423,7 +341,11 @@ class Forward:
         room: as in ``room_for``, of a program for a shorter step; by default as needed."""
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
         check_sensor_places(samples, model, self.classes)
-        self.terms = harmonics_of(classes, samples) if terms is None else dict(terms)
+        # harmonics of the belt length that the lateral readings can be asked for, of every linear effect what it has
+        read = np.isfinite(samples.y[:, [s.kind == "lateral" for s in samples.signals]]).sum()
+        most = {c.id: (FEWEST, len(c.parameters) // 2) for c in self.classes if c.is_additive()}
+        shown = {i: int(np.clip(read / (2 * READINGS_A_NUMBER), *ends)) for i, ends in most.items()}
+        self.terms = shown if terms is None else dict(terms)
         names = {c: list(c.parameters)[: 2 * self.terms[c.id] if c.id in self.terms else None] for c in self.classes}
         self.slots = tuple(Slot(c, name) for c in self.classes for name in names[c])
         self.linear = np.array([s.effect.is_additive() for s in self.slots] + [False] * len(NUISANCES))
@@ -431,9 +353,14 @@ class Forward:
         self.nuisances = range(len(self.slots), self.size)
         ends = [s.side for s in self.slots] + [(-np.inf, np.inf)] * len(NUISANCES)
         self.sides = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
-        self._addable = select_addable(self.classes)
+        # Readings of additive effects are added to those of a march without them: exact where every other sensor law
+        # shows a gain times the reading and an offset. Beside any other law, a gauge that sticks, they are compiled in.
+        simple = all(c.is_additive() or c.id in AFFINE for c in self.classes if overrides(c, ("sensor",)))
+        self._addable = tuple(c for c in self.classes if c.is_additive()) if simple else ()
         self._null = np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
-        self._groups = [group_of(s.effect) for s in self.slots]
+        # the group of an effect: its own id where it need not be compiled at all; empty where it slows no batch
+        groups = {c: c.id if c.is_additive() else HEAVY if c.id in SLOW else "" for c in self.classes}
+        self._groups = [groups[s.effect] for s in self.slots]
         travel = samples.end * REACH + 0.5
         steps, _, history = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._steps, self.room = (travel / steps, steps), room or room_for(steps, history)
@@ -496,7 +423,7 @@ class Forward:
     def _active_groups(self, vector: np.ndarray) -> list[Groups]:
         """Groups of effects, of those that do not go with all others, that are not null at each of (C, size)."""
         off = (vector != self._null)[:, : len(self.slots)]
-        out = {"", *map(group_of, self._addable)}
+        out = {"", *(c.id for c in self._addable)}
         return [frozenset(self._groups[k] for k in np.flatnonzero(row)) - out for row in off]
 
     def _predict(self, vector: np.ndarray, groups: Sequence[Groups]) -> np.ndarray:
@@ -511,13 +438,15 @@ class Forward:
         return found + self._additive_readings(vector, vector, self._addable) if self._addable else found
 
     def _march(self, vector: np.ndarray, groups: Groups) -> Work:
-        """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null."""
+        """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null.
+
+        A batch marches as far as its runs ask for, and takes the time of the effects alone that are not null in it.
+        """
         kept = [k for k, group in enumerate(self._groups) if group in {"", HEAVY, *groups}]
         samples, others = self.samples, places_of(self.samples)
         tilts = bool(others) or any(s.at.endswith("mid_span") for s in samples.signals)
         slots = tuple(self.slots[k] for k in kept)
-        march = compile_march(self.model, slots, *self.room, tilts, others)
-        scales = [s.scale for s in slots] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
+        program = compile_march(self.model, slots, *self.room, tilts, others)
         spacing, most = self._steps
         steps = np.full(len(samples.runs), most)
         if not others and not np.any((vector != self._null)[:, self._far]):
@@ -526,9 +455,29 @@ class Forward:
         off = vector[:, kept] != self._null[kept]
         owners = list(dict.fromkeys(s.effect for s in slots))
         acts = np.stack([off[:, [s.effect is e for s in slots]].any(axis=1) for e in owners], axis=1) if owners else off
-        vector = vector[:, [*kept, *self.nuisances]] * scales
-        shown = bin_attenuation(slots, samples, len(NUISANCES))
-        return plan_batches(march, vector, shown, samples, spacing, steps, acts)
+        scales = [s.scale for s in slots] + [1.0] * len(NUISANCES)  # those of found laws are no two alike
+        vector, shown = vector[:, [*kept, *self.nuisances]] * scales, bin_attenuation(slots, samples, len(NUISANCES))
+
+        stand = [*PLACES, *others]  # rows of what a program shows
+        places = [stand.index(sensor_place(s.at) or s.at) for s in samples.signals]
+        runs, _, n = samples.y.shape
+        points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
+        cases, columns = samples.cases, np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
+        travel, time = samples.travel[:, columns], samples.time[:, columns]
+        found = np.empty((len(points), len(places), n))
+
+        def batch(start: int) -> None:
+            rows = np.minimum(np.arange(start, start + ROWS), len(points) - 1)
+            r = run[rows]
+            settings = jax.tree.map(lambda x: x[r], cases.settings)
+            of_rows = vector[points[rows]], shown[r], settings, travel[r], time[r], samples.yaw_at[r]
+            own = acts[points[rows]].any(axis=0)
+            predicted = program(*of_rows, cases.rig, cases.belt, spacing, int(steps[r].max()), own)
+            part = found[start : start + ROWS]
+            part[:] = np.asarray(predicted)[: len(part), places, :n]
+
+        batches = [partial(batch, start) for start in range(0, len(points), ROWS)]
+        return Work(found.reshape(len(vector), *samples.y.shape), batches)
 
     def values_and_slopes(self, vector: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""
@@ -568,17 +517,30 @@ class Forward:
         return found
 
     def columns_of(self, cls: type[Effect], vector: np.ndarray) -> np.ndarray:
-        """Readings (k, R, S, n) per unit of every parameter of an additive effect, with encoder and sensors as they are
-        at ``vector`` (size,): computed once for all points at which these are alike."""
+        """Lateral readings (k, R, S, n) per unit of every parameter of an additive effect, with encoder and sensors as
+        they are at ``vector`` (size,): computed once for all points at which these are alike.
+
+        Every sensor reads zero where the yaw is applied. Roll is not touched.
+        """
         acting = self.effects_at(vector, [c.id for c in self.classes if c is not cls and overrides(c, AFTER_ENGINE)])
-        nuisances = vector[len(self.slots) :]
+        nuisances, samples, others = vector[len(self.slots) :], self.samples, places_of(self.samples)
         key = cls, *acting, nuisances.tobytes()
-        found = self._columns.get(key)
-        if found is None:  # other threads may ask as well, and forget what is kept
+        shapes = self._columns.get(key)
+        if shapes is None:  # other threads may ask as well, and forget what is kept
+            shapes = np.zeros((len(cls.parameters), *samples.y.shape))
+            by_bins = bin_attenuation([Slot(cls, name) for name in cls.parameters], samples).T[:, :, None]
+            stated = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
+            given = samples.cases.settings, stated, samples.cases.rig, samples.cases.belt, acting, nuisances
+            shown = np.asarray(_columns_of_runs(*given, cls=cls, others=others)).swapaxes(0, 1)
+            places = [*(f"point_{k}" for k in (1, 2, 3, 4)), *others]
+            for s, signal in enumerate(samples.signals):
+                if signal.kind == "lateral":
+                    rows = shown[:, :, places.index(sensor_place(signal.at) or signal.at)]
+                    shapes[:, :, s] = rows[..., :-1] * by_bins - rows[..., -1:]
             if len(self._columns) >= KEPT:
                 self._columns.clear()
-            found = self._columns[key] = columns(self.samples, cls, acting, nuisances)
-        return found[: len(self.index(cls.id))]
+            self._columns[key] = shapes
+        return shapes[: len(self.index(cls.id))]
 
     def expand(self, vector: np.ndarray, positions: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Predictions (R, S, n) at a parameter vector (size,), and derivatives (k, R, S, n) along some positions."""

@@ -278,7 +278,9 @@ def profile_intervals(bench: Workbench, fit: Fit, found: Found) -> dict[str, dic
 class _Side:
     """One number of a fit on one side of its value, in units of its scale: what rise of chi2 is known where.
 
-    parabola: the point at which a parabola has the rise that ends the interval, or the bound of what machines have.
+    parabola: the point at which a parabola has the rise that ends the interval, or the bound of what machines have;
+    is_bracketed: whether that rise has been met, or cannot be; end: where the interval ends, at the bound of what a
+    machine could have where the readings set none.
     """
 
     def __init__(self, fit: Fit, row: int, slot: Slot, covariance: np.ndarray, way: float) -> None:
@@ -291,22 +293,12 @@ class _Side:
         self.parabola = fit.vector.copy()
         self.parabola[fit.free] += way * self.at * covariance / max(covariance[row], 1e-300)
         self.rises: list[tuple[float, float]] = [(0.0, 0.0)]
-
-    @property
-    def is_bracketed(self) -> bool:
-        """Whether the rise that ends the interval has been met, or cannot be."""
-        at, rise = self.rises[-1]
-        return len(self.rises) > 1 and (abs(rise - COVERAGE_95) < CLOSE or (at >= self.most and rise < COVERAGE_95))
-
-    @property
-    def end(self) -> float:
-        """Where the interval ends: at the bound of what a machine could have where the readings set none."""
-        open_ended = all(rise < COVERAGE_95 - CLOSE for _, rise in self.rises)
-        return self.value + self.way * (self.most if open_ended else self.at)
+        self.is_bracketed, self.end = False, self.value + way * self.most
 
     def record(self, rise: float, vector: np.ndarray) -> None:
         """Root of the rise of chi2 at the place asked for; the next place follows from all that are known."""
         self.rises.append((self.at, rise))
+        self.is_bracketed = abs(rise - COVERAGE_95) < CLOSE or (self.at >= self.most and rise < COVERAGE_95)
         if rise <= COVERAGE_95:
             self.inside = max(self.inside, vector, key=lambda v: self.way * v[self.position])
         # where the rise reaches that of the interval: between two places, or beyond the last
@@ -318,3 +310,5 @@ class _Side:
         else:
             there = below[0] * float(np.clip(COVERAGE_95 / max(below[1], 1e-9), 1.0, FARTHEST))
         self.at = min(there, self.most)
+        open_ended = all(rise < COVERAGE_95 - CLOSE for _, rise in self.rises)
+        self.end = self.value + self.way * (self.most if open_ended else self.at)

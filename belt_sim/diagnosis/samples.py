@@ -86,7 +86,15 @@ def samples_of(campaign: Campaign, *, leave_out_bad: bool = True) -> Samples:
             "signals.csv", "no samples", "", "comparing curves needs travel and signals of at least one run"
         )
     names = [s.name for s in campaign.signals]
-    thinned = [_thin(run, names) for run in runs]
+    thinned = []  # travel, time, values (S, n) and bin size of every run
+    for run in runs:
+        values = np.stack([run.signals.get(name, np.full(len(run.travel), np.nan)) for name in names])
+        time = run.time if run.time is not None else run.travel / run.speed
+        per_bin = max(1, -(-len(run.travel) // MAX_SAMPLES))
+        whole, read = len(run.travel) // per_bin * per_bin, (run.travel, time, values)
+        if per_bin > 1:
+            read = tuple(x[..., :whole].reshape(*x.shape[:-1], -1, per_bin).mean(axis=-1) for x in read)
+        thinned.append((*read, per_bin))
     n = max(len(t[0]) for t in thinned)
     shape = (len(runs), len(names), n)
     travel, time, y = np.zeros(shape[::2]), np.zeros(shape[::2]), np.full(shape, np.nan)
@@ -126,21 +134,6 @@ def zero_is_read(samples: Samples, signal: SignalSheet) -> np.ndarray:
     """Whether zero of every run (R,) is read off its record, which begins before the yaw, or on a running belt."""
     running = np.array([run.runs_already for run in samples.runs])
     return (running | (samples.travel[:, 0] < samples.yaw_at)) & (signal.kind == "lateral")
-
-
-def _thin(run: Run, names: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-    """Travel, time, values (S, n) and bin size of one run."""
-    values = np.stack([run.signals.get(name, np.full(len(run.travel), np.nan)) for name in names])
-    time = run.time if run.time is not None else run.travel / run.speed
-    per_bin = max(1, -(-len(run.travel) // MAX_SAMPLES))
-    if per_bin == 1:
-        return run.travel, time, values, 1
-    whole = len(run.travel) // per_bin * per_bin
-
-    def bin_means(x):
-        return x[..., :whole].reshape(*x.shape[:-1], -1, per_bin).mean(axis=-1)
-
-    return bin_means(run.travel), bin_means(time), bin_means(values), per_bin
 
 
 # Readings of lateral sensors that stand at none of points 1-4: inside a span, or on a wrap.

@@ -93,8 +93,15 @@ def workbench(
     forward = Forward(samples, model, classes, step, terms)
     null = forward.null()
     shapes, shared, values = _nuisances_at(campaign, samples, forward, null)
-    reachable = _candidate_shapes(forward, null)
-    turned = [k for k, s in enumerate(_sizes(forward)) if forward.slots[s].effect.comes_round]
+    # what candidates could do to the readings (k, R, S, n): derivatives, and what a plausible size of each does
+    sizes = [k for k, s in enumerate(forward.slots) if not s.only_shapes]
+    along = np.eye(forward.size)[sizes]
+    sized = along[~forward.linear[sizes]]
+    points = np.concatenate([np.repeat(null[None], len(along), axis=0), null + sized])
+    there, slopes = forward.values_and_slopes(points, np.concatenate([along, 0.0 * sized]))
+    secants = there[len(along) :] - there[0] if len(along) else slopes
+    reachable = np.concatenate([slopes[: len(along)], secants[np.isfinite(secants).all(axis=(1, 2, 3))]])
+    turned = [k for k, s in enumerate(sizes) if forward.slots[s].effect.comes_round]
     coming_round = reachable[turned] if any(run.start_u for run in samples.runs) else None
     finder = LevelFinder(samples, shapes, np.concatenate([shared, reachable]), coming_round)
     levels = finder(samples.y - values)
@@ -179,22 +186,6 @@ def start_shapes(forward: Forward, vector: np.ndarray, running: Collection[str] 
     first, *moved = np.split(yaw, len(HISTORIES) + 1)
     own = TURNED * np.array([r.name in names for r in samples.runs])[:, None, None]
     return [own * (m - first - (m - first)[..., :1]) for m in moved]
-
-
-def _candidate_shapes(forward: Forward, vector: np.ndarray) -> np.ndarray:
-    """What candidates could do to the readings (k, R, S, n): derivatives, and what a plausible size of each does."""
-    sizes = _sizes(forward)
-    along = np.eye(forward.size)[sizes]
-    sized = along[~forward.linear[sizes]]
-    starts, still = np.repeat(vector[None], len(along), axis=0), 0.0 * sized
-    values, slopes = forward.values_and_slopes(np.concatenate([starts, vector + sized]), np.concatenate([along, still]))
-    secants = values[len(along) :] - values[0] if len(along) else slopes
-    return np.concatenate([slopes[: len(along)], secants[np.isfinite(secants).all(axis=(1, 2, 3))]])
-
-
-def _sizes(forward: Forward) -> list[int]:
-    """Positions of all numbers that do something by themselves."""
-    return [k for k, s in enumerate(forward.slots) if not s.only_shapes]
 
 
 # How runs were really set, within what the campaign leaves open: tension, yaw, and the belt's length (Gauss-Newton).

@@ -31,16 +31,16 @@ SLACK = 1.05  # rounding of another processor may cost a step
 )
 def test_a_diagnosis_does_no_more_than_it_did(monkeypatch, campaign, model):
     done: Counter[str] = Counter()
-    plan, make, eigh = forward.plan_batches, StoredProgram._make, np.linalg.eigh
+    plan, make, eigh = forward.Forward._march, StoredProgram._make, np.linalg.eigh
 
     def count(name, function):
         def counted(*arguments, **more):
-            done[name] += len(arguments[1]) * len(arguments[3].runs) if name == "rows" else 1
+            done[name] += len(arguments[1]) * len(arguments[0].samples.runs) if name == "rows" else 1
             return function(*arguments, **more)
 
         return counted
 
-    monkeypatch.setattr("belt_sim.diagnosis.forward.plan_batches", count("rows", plan))
+    monkeypatch.setattr(forward.Forward, "_march", count("rows", plan))
     monkeypatch.setattr(StoredProgram, "_make", count("programs", make))
     monkeypatch.setattr(np.linalg, "eigh", count("eigh", eigh))
     for cached in (forward.compile_march, responses._compile_march, responses._compile_changes, march._compile_march):

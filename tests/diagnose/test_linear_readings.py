@@ -7,7 +7,7 @@ import pytest
 from small_campaign import MODEL, campaign
 
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.forward import Forward, select_addable
+from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.samples import samples_of
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.effects.base import Effect, Parameter, effect, library
@@ -77,8 +77,8 @@ def test_an_edge_is_added_to_a_march_without_it():
     """As a march with the edge in it has it, which is compiled only beside a sensor that shows no gain."""
     samples, rng = samples_of(campaign("nothing")), np.random.default_rng(3)
     apart, within = (Forward(samples, MODEL, classes, terms={"edge_profile": 4}) for classes in (CLASSES, ODD))
-    assert select_addable(CLASSES)
-    assert not select_addable(ODD)
+    assert apart._addable
+    assert not within._addable
     vector = apart.null() + 0.3 * rng.standard_normal((2, apart.size)) * (np.arange(apart.size) < len(apart.slots))
     beside = np.insert(vector, len(apart.slots), 0.0, axis=1)
     assert within.slots[len(apart.slots)].effect is Cubed
