@@ -2,6 +2,7 @@
 
 Simulations are run. Of the slower commands what is behind them is replaced by a recorder: what reaches it must change.
 Of a picture the numbers of its lines are kept, which is all of it that a setting changes; to draw it takes longer.
+Values are changed in the composed configuration (``carry_out``): that Hydra puts them there is shown elsewhere.
 """
 
 import hashlib
@@ -10,13 +11,13 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from command import carry_out
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-from belt_sim.api import check, compare, inference, simulate
+from belt_sim.api import check, compare, inference, simulate, sweep
 from belt_sim.app import server
 from belt_sim.commands import COMMANDS, campaigns, cases, known_keys
-from belt_sim.commands.cli import run_command
 from belt_sim.errors import BeltError
 from belt_sim.io import CONF, ROOT
 from belt_sim.show import style
@@ -30,68 +31,68 @@ DRIVEN = {"tension": "25", "yaw": "0.03", "yaw_head": "0.02", "direction": "-1",
 LOG = ROOT / "tests" / "golden" / "imports" / "plain"
 
 #: command -> what is typed beside, and for every key another value
-CHANGED: dict[str, tuple[list[str], dict[str, str]]] = {
+CHANGED: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     "simulate": (
-        ["model=strip", "travel=2", "pictures=false"],
+        ("model=strip", "travel=2", "pictures=false"),
         MACHINE | DRIVEN | {"model.step": "0.02", "model.keep": "0.5", "model.name": "rope", "effects": TAPER[8:]}
         | {"pictures": "true", "watch": "rrd", "engine": "mjx", "objective": "{start: 10, within: 1, beyond: 0.2}"},
     ),
     "map": (
-        ["tension=[10,40]", "travel=2", "pictures=false", "model=strip"],
+        ("tension=[10,40]", "travel=2", "pictures=false", "model=strip"),
         MACHINE | DRIVEN | {"tension": "[20,30]", "model.step": "0.02", "model.keep": "0.5", "model.name": "rope"}
         | {"effects": TAPER[8:], "at": "[0.5]", "workers": "0", "pictures": "true", "show": "colour"},
     ),
     "scene": (
-        ["rig=rope_example"],
+        ("rig=rope_example",),
         MACHINE | {k: v for k, v in DRIVEN.items() if k != "travel"}
         | {"out": "other.xml", "model.name": "mujoco_rope", "effects": TAPER[8:]},
     ),
     "view": (
-        ["rig=rope_example"],
+        ("rig=rope_example",),
         MACHINE | {k: v for k, v in DRIVEN.items() if k != "travel"}
         | {"model.name": "mujoco_rope", "effects": TAPER[8:]},
     ),
     "export": (
-        ["tension=30", "fmu=null"],
+        ("tension=30", "fmu=null"),
         MACHINE | {"tension": "25", "speed": "0.7", "direction": "-1", "effects": TAPER[8:], "order": "3"}
         | {"delay": "chain", "highest": "1", "fmu": "belt.dll", "fmi": "3", "libraries": "all", "mat": "null"}
         | {"model.name": "beam_th2", "model.step": "0.02", "model.keep": "0.5"},
     ),
     "check": (
-        ["campaign=slack_belt"],
+        ("campaign=slack_belt",),
         {"campaign": "machine_fault", "effects": "[taper]", "travel": "50", "step": "0.4", "advise": "false"}
         | {"pictures": "false", "model.name": "beam_th2", "model.step": "0.02", "model.keep": "0.5"},
     ),
     "compare": (
-        ["campaign=slack_belt"],
+        ("campaign=slack_belt",),
         {"campaign": "machine_fault", "effects": TAPER[8:], "pictures": "false", "model.name": "beam_th2"}
         | {"model.step": "0.02", "model.keep": "0.5"},
     ),
     "diagnose": (
-        ["campaign=slack_belt"],
+        ("campaign=slack_belt",),
         {"campaign": "machine_fault", "effects": "[taper]", "leave_out": "[taper]", "bootstraps": "200", "seed": "1"}
         | {"checked": "true", "pictures": "false", "watch": "null", "verbose": "true", "model.name": "beam_th2"}
         | {"model.step": "0.02", "model.keep": "0.5"},
     ),
     "new": (
-        [],
+        (),
         MACHINE | {"out": "mine", "title": "mine", "tensions": "[9,30]", "yaw": "0.05", "speed": "0.7"}
         | {"signals": "[point_2]"},
     ),
     "import": (
-        [f"files=[{LOG / 'lauf_1.csv'}]", f"mapping={LOG / 'mapping.yaml'}"],
+        (f"files=[{LOG / 'lauf_1.csv'}]", f"mapping={LOG / 'mapping.yaml'}"),
         {"files": "[nothing.csv]", "mapping": "null", "draft": "draft.yaml", "out": "c", "overwrite": "true"}
         | {"pictures": "false"},
     ),
     "virtual-rig": (
-        [],
+        (),
         MACHINE
         | {"engine": "paper", "hidden": "[taper]", "base": "strip", "plan": "3", "seed": "1", "out": "c"}
         | {"quantum": "0.129"},
     ),
-    "reveal": (["campaign=machine_fault"], {"campaign": "slack_belt"}),
-    "report": (["diagnosis=."], {"diagnosis": "elsewhere"}),
-    "app": ([], {"port": "8123", "open": "false"}),
+    "reveal": (("campaign=machine_fault",), {"campaign": "slack_belt"}),
+    "report": (("diagnosis=.",), {"diagnosis": "elsewhere"}),
+    "app": ((), {"port": "8123", "open": "false"}),
 }  # fmt: skip
 #: what changes nothing, and why
 WHY_NOT = {
@@ -138,16 +139,22 @@ def record_calls(monkeypatch) -> list[str]:
     for place, names in BEHIND.items():
         for name in names:
             monkeypatch.setattr(place, name, recorder(name))
-    real, machines = simulate.linearise, []
 
-    def plant(case, **more):  # of another machine: told, and not computed
-        machines.append(repr(case))
-        calls.append(machines[-1])
-        if machines[-1] != machines[0]:
-            raise BeltError("recorded")
-        return real(case, **more)
+    def recorded_once(place, name):  # what differs from the first is told, and not computed
+        real, asked = getattr(place, name), []
 
-    monkeypatch.setattr(simulate, "linearise", plant)
+        def call(*given, tell=None, **more):
+            asked.append(repr((name, given, sorted(more.items()))))
+            calls.append(asked[-1])
+            if asked[-1] != asked[0]:
+                raise BeltError("recorded")
+            return real(*given, **more)
+
+        monkeypatch.setattr(place, name, call)
+
+    recorded_once(simulate, "linearise")
+    recorded_once(sweep, "sweep")
+    monkeypatch.setattr(cases, "scene_text", lambda *asked: calls.append(repr(asked)) or "")
     monkeypatch.setattr(style, "save", save_numbers)
     monkeypatch.setenv("DISPLAY", ":9")
     return calls
@@ -180,18 +187,18 @@ def left(folder: Path) -> dict[str, object]:
 @pytest.mark.parametrize("command", CHANGED)
 def test_a_setting_that_is_changed_changes_something_or_is_refused(command, tmp_path, monkeypatch, capsys):
     calls = record_calls(monkeypatch)
-    if command == "view":  # plays the text of scene
-        monkeypatch.setattr(cases, "scene_text", lambda *asked: calls.append(repr(asked)) or "")
     base, changed = CHANGED[command]
 
-    def answer(name: str, *more: str) -> tuple[list[str], dict[str, object], str]:
-        place = tmp_path / name
+    def answer(name: str, *values: str) -> tuple[list[str], dict[str, object], str]:
+        place, refusal = tmp_path / name, ""
         place.mkdir()
         monkeypatch.chdir(place)
         calls.clear()
-        typed = {a.partition("=")[0]: a for a in (*base, *more)}
-        run_command([command, *typed.values(), "hydra.run.dir=run"])
-        return list(calls), left(place), capsys.readouterr().err.replace(name, "")
+        try:
+            carry_out(command, Path("run"), base, *values)
+        except BeltError as error:
+            refusal = str(error)
+        return list(calls), left(place), refusal + capsys.readouterr().err.replace(name, "")
 
     standard = answer("standard")
     silent = []
