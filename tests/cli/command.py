@@ -12,6 +12,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from belt_sim.commands.cli import run_command
 from belt_sim.commands.runs import RunDir, plain_settings
+from belt_sim.errors import BeltError
 from belt_sim.io import CONF
 
 SHORT = ("travel=2", "pictures=false")
@@ -54,8 +55,16 @@ def carry_out(command: str, folder: Path, base: tuple[str, ...], *values: str) -
     to compose takes longer than most commands do until they refuse. Raises BeltError."""
     config = copy.deepcopy(composed(command, base))
     for override in OverridesParser.create().parse_overrides(list(values)):
-        OmegaConf.update(config, override.key_or_group, override.value())
+        OmegaConf.update(config, override.key_or_group, override.value(), force_add=override.is_add())
     RunDir(folder, command, plain_settings(config), [*base, *values]).carry_out()
+
+
+def refusal(command: str, folder: Path, base: tuple[str, ...], *values: str) -> str:
+    """The line with which ``carry_out`` refuses values."""
+    with pytest.raises(BeltError) as refused:
+        carry_out(command, folder, base, *values)
+    assert len(str(refused.value).splitlines()) == 1
+    return str(refused.value)
 
 
 @cache

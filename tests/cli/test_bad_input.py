@@ -1,11 +1,9 @@
 """Whatever a user gets wrong is one line on standard error, a non-zero exit, and no traceback."""
 
 import pytest
-from command import SHORT, carry_out
+from command import SHORT, refusal
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-
-from belt_sim.errors import BeltError
 
 # (what is typed, what the line must hold)
 WRONG = [
@@ -70,14 +68,6 @@ VALUES = [
 ]
 
 
-def refusal(folder, value: str) -> str:
-    """The line that refuses a value of a configuration."""
-    with pytest.raises(BeltError) as refused:
-        carry_out("simulate", folder / "run", SHORT, value)
-    assert len(str(refused.value).splitlines()) == 1
-    return str(refused.value)
-
-
 def is_one_line(answer) -> bool:
     """One line on standard error that names itself, a failing status, no traceback."""
     lines = answer.err.strip().splitlines()
@@ -95,7 +85,7 @@ def test_wrong_values(belt, overrides, says):
 
 @pytest.mark.parametrize(("value", "says"), VALUES)
 def test_wrong_values_of_a_configuration(tmp_path, value, says):
-    assert says in refusal(tmp_path, value)
+    assert says in refusal("simulate", tmp_path, SHORT, value)
 
 
 def test_unknown_command(belt):
@@ -133,7 +123,7 @@ BROKEN_YAML = {
 def test_broken_effects_file(tmp_path, content):
     path = tmp_path / "effects.yaml"
     path.write_text(content, encoding="utf-8")
-    assert "effects" in refusal(tmp_path, f"effects={path}")
+    assert "effects" in refusal("simulate", tmp_path, SHORT, f"effects={path}")
 
 
 BROKEN_PYTHON = {
@@ -148,7 +138,7 @@ BROKEN_PYTHON = {
 def test_broken_effect_of_ones_own(tmp_path, content):
     path = tmp_path / "mine.py"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    assert "mine.py" in refusal(tmp_path, f"effects=[{path}]")
+    assert "mine.py" in refusal("simulate", tmp_path, SHORT, f"effects=[{path}]")
 
 
 KEYS = ["tension", "yaw", "travel", "direction", "speed", "belt.width", "rig.gravity", "model.step", "effects", "watch"]

@@ -7,32 +7,41 @@ from importlib.metadata import version
 
 import pytest
 import yaml
+from command import refusal
 
-REFUSED = [
+TYPED = [
     (["simulate", "+foo=1"], "+foo=1: no such key"),
     (["simulate", "tension=0.01"], "tension = 0.01 N/mm2"),
-    (["simulate", "travel=10", "yaw=[{at: 50, yaw: 0.03}]"], "yaw.at = 50 m: the travel ends at 10 m"),
-    (["diagnose", "campaign=slack_belt", "bootstraps=1000000000"], "give a whole number of at most"),
-    (["diagnose", "campaign=slack_belt", "leave_out=[nosuch]"], "leave_out = nosuch: use ids of the library"),
-    (["virtual-rig", "plan=3", "belt.width=0.3"], "goes with engine=line and plan=null"),
-    (["virtual-rig", "rig.gravity=1.6"], "rig.gravity = 1.6 m/s2"),
-    (["virtual-rig", "hidden=[{id: taper, kappa_t: 1e-4, d: 5}]"], "give kappa_t or d"),
-    (["virtual-rig", "hidden=[{kappa_t: 1e-4, d: 5}]"], "hidden = : use one of"),
-    (["simulate", "travel=5", "yaw=[{at: 0, yaw: 0.01}, {at: 0, yaw: 0.05}]"], "yaw.at = 0.0 m: entries must follow"),
     (["import", "a.csv", "draft=d.yaml", "out=zz"], "out = zz: goes without draft"),
-    (["import", "a.csv", "draft=d.yaml", "overwrite=true"], "overwrite = true: goes without draft"),
     (["completion", "foo=3"], "completion = foo=3: it takes no settings"),
-    (["scene", "model.scene=belt.xml"], "model.scene = belt.xml: leave it out"),
-    (["scene", "model.control=true"], "model.control = true: leave it out"),
+]
+REFUSED = [
+    ("simulate travel=10", "yaw=[{at: 50, yaw: 0.03}]", "yaw.at = 50 m: the travel ends at 10 m"),
+    ("simulate travel=5", "yaw=[{at: 0, yaw: 0.01}, {at: 0, yaw: 0.05}]", "yaw.at = 0.0 m: entries must follow"),
+    ("diagnose campaign=slack_belt", "bootstraps=1000000000", "give a whole number of at most"),
+    ("diagnose campaign=slack_belt", "leave_out=[nosuch]", "leave_out = nosuch: use ids of the library"),
+    ("virtual-rig belt.width=0.3", "plan=3", "goes with engine=line and plan=null"),
+    ("virtual-rig", "rig.gravity=1.6", "rig.gravity = 1.6 m/s2"),
+    ("virtual-rig", "hidden=[{id: taper, kappa_t: 1e-4, d: 5}]", "give kappa_t or d"),
+    ("virtual-rig", "hidden=[{kappa_t: 1e-4, d: 5}]", "hidden = : use one of"),
+    ("import files=[a.csv] draft=d.yaml", "overwrite=true", "overwrite = true: goes without draft"),
+    ("scene", "model.scene=belt.xml", "model.scene = belt.xml: leave it out"),
+    ("scene", "model.control=true", "model.control = true: leave it out"),
 ]
 
 
-@pytest.mark.parametrize(("arguments", "says"), REFUSED, ids=[" ".join(a) for a, _ in REFUSED])
+@pytest.mark.parametrize(("arguments", "says"), TYPED, ids=[" ".join(a) for a, _ in TYPED])
 def test_refused_in_a_line(belt, arguments, says):
     answer = belt(*arguments)
     assert answer.status == 1
     assert says in answer.err
     assert len(answer.err.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(("command", "value", "says"), REFUSED)
+def test_a_value_is_refused_in_a_line(tmp_path, command, value, says):
+    command, *base = command.split()
+    assert says in refusal(command, tmp_path, tuple(base), value)
 
 
 def test_a_key_given_twice_is_told_and_the_last_counts(belt):
@@ -47,7 +56,7 @@ def test_version(belt):
 
 
 def test_late_rates_that_have_not_settled_are_told(belt):
-    answer = belt("simulate", "tension=10", "travel=20", "pictures=false")
+    answer = belt("simulate", "model=strip", "tension=10", "travel=20", "pictures=false")
     assert "not settled" in answer.out
     assert re.search(r"the steady rate is -0\.09\d* mm per m", " ".join(answer.out.split()))
     assert json.loads((belt.folder / "summary.json").read_text())["settled"] is False
@@ -87,7 +96,7 @@ def test_the_virtual_rig_says_beside_which_model_to_look(belt, settings, model):
 
 
 def test_what_is_drawn_by_lot_is_not_told(belt):
-    assert "model=" not in belt("virtual-rig", "hidden=random", "seed=3").out
+    assert "model=" not in belt("virtual-rig", "hidden=random", "plan=random", "seed=3").out
 
 
 def test_a_sweep_is_drawn_and_recorded_as_what_it_swept(belt):
