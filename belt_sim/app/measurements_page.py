@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import time
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,9 +26,7 @@ from belt_sim.io import group_names, sample_campaigns
 from belt_sim.model import BY_TENSION
 from belt_sim.results import words
 
-#: what a job leaves -> what its button is called
-CALLED = {"report": "Report (HTML)", "overlay": "Picture: model and measurement", "where": "Picture: where it fails"}
-CALLED |= {"drift": "Picture: fitted at each tension", "steady": "Picture: late rates"}
+HEADS = {"stopped": "Stopped", "failed": "No result", "finished": "Done"}
 OFTEN = 0.4  # [s] between two looks at the session
 #: a drop anywhere on the page goes to the field of the uploads, which takes it from there
 DROPS = """<script>for (const kind of ["dragover", "drop"]) document.addEventListener(kind, (event) => {
@@ -39,13 +39,32 @@ DROPS = """<script>for (const kind of ["dragover", "drop"]) document.addEventLis
 def add_measurements(session: Session) -> None:
     """Serve the page; what stands below the field of the drops is drawn again when the session has changed."""
 
+    async def take_files(event: Any) -> None:
+        files = [(file.name, await file.read()) for file in event.files]
+        event.sender.reset()
+        try:
+            await run.io_bound(session.drop, files)
+        except Exception as error:  # the page must say so of these files, not go on showing the last ones
+            names = ", ".join(name for name, _ in files)
+            why = f"{names}: cannot be read ({type(error).__name__}: {error}); please report this file"
+            session.notify(why, drops=session.drops + 1)
+            raise
+
     @ui.page("/measurements", title="belt_sim")
     def page() -> None:
         widgets.frame("/measurements")
-        request = ui.context.client.request
-        for name, text in (request.query_params if request else {}).items():
-            widgets.notice(f"The address says {name}={text}: this page takes no settings from it; it is left out.")
-        _drop(session)
+        about = f"A logger's CSV or Excel files; or {', '.join(FILES)}, or a zip of them. "
+        about += f"Up to {MAX_UPLOAD // MEBI} MB at a time; they stay on this machine."
+        with widgets.card("1. Drop your files anywhere on this page", about):
+            refuse = lambda: session.notify(f"files: refused; {TOO_LARGE}", drops=session.drops + 1)  # noqa: E731
+            heard: dict[str, Any] = {"on_multi_upload": take_files, "on_rejected": refuse}
+            heard |= {"multiple": True, "auto_upload": True, "max_total_size": MAX_UPLOAD}
+            ui.add_body_html(DROPS % ui.upload(label="Drop files here, or press +", **heard).id)
+            with box("line"):
+                soft("No measurements at hand? A sample:")
+                chosen = ui.select(sample_campaigns(), value="slack_belt").props("dense outlined aria-label=sample")
+                sample = lambda: session.notify(*session.open_folder(campaign_folder(str(chosen.value))))  # noqa: E731
+                quiet_button("Open it", partial(run.io_bound, sample))
         drawn = [session.version]
 
         @ui.refreshable
@@ -57,7 +76,6 @@ def add_measurements(session: Session) -> None:
                 _import(session, session.importing)
             elif session.campaign is not None:
                 _campaign(session, session.campaign)
-                _ask(session, session.campaign)
             if session.jobs:
                 _job(session)
 
@@ -70,109 +88,9 @@ def add_measurements(session: Session) -> None:
         ui.timer(OFTEN, look)
 
 
-def _drop(session: Session) -> None:
-    """Where files are dropped, and samples to try."""
-
-    async def take_files(event: Any) -> None:
-        files = [(file.name, await file.read()) for file in event.files]
-        event.sender.reset()
-        try:
-            await run.io_bound(session.drop, files)
-        except Exception as error:  # the page must say so of these files, not go on showing the last ones
-            names = ", ".join(name for name, _ in files)
-            session.end_drop(f"{names}: cannot be read ({type(error).__name__}: {error}); please report this file")
-            raise
-
-    def sample() -> None:
-        session.notify(*session.open_folder(campaign_folder(str(chosen.value))))
-
-    about = f"A logger's CSV or Excel files; or {', '.join(FILES)}, or a zip of them. "
-    about += f"Up to {MAX_UPLOAD // MEBI} MB at a time; they stay on this machine."
-    with widgets.card("1. Drop your files anywhere on this page", about):
-        heard: dict[str, Any] = {"on_rejected": lambda: session.end_drop(f"files: refused; {TOO_LARGE}")}
-        heard |= {"on_multi_upload": take_files, "max_total_size": MAX_UPLOAD}
-        upload = ui.upload(multiple=True, auto_upload=True, label="Drop files here, or press +", **heard)
-        ui.add_body_html(DROPS % upload.id)
-        with box("line"):
-            soft("No measurements at hand? A sample:")
-            chosen = ui.select(sample_campaigns(), value="slack_belt").props("dense outlined aria-label=sample")
-            quiet_button("Open it", partial(run.io_bound, sample))
-
-
-def _ask(session: Session, campaign: Campaign) -> None:
-    """The card of questions."""
-
-    def start(task: str) -> None:
-        try:
-            session.start(task)
-        except BeltError as error:
-            session.notify(*str(error).splitlines())
-
-    inputs = session.inputs
-    with widgets.card("3. Ask", "Compare shows where a model fails; diagnose finds which physical effect it lacks."):
-        titles = {BY_TENSION: f"by tension: {model_for_campaign(campaign)}"} | TITLES
-        ui.select(titles, label="model").bind_value(inputs, "model").classes("w-full")
-        if session.effects:
-            with box("line"):
-                ui.label(f"Compare uses what a diagnosis has found ({session.effects}).")
-                quiet_button("Without it", partial(session.use_effects, ""))
-        with ui.expansion("More about the diagnosis").bind_value(inputs, "more").classes("w-full"):
-            tried = partial(inputs.__setitem__, "candidates")
-            widgets.effect_list("effects to try (none ticked: all)", inputs["candidates"], tried)
-            times = ui.number("simulated fault-free campaigns (for false alarms)", min=MIN_BOOTSTRAPS, precision=0)
-            times.bind_value(inputs, "bootstraps").classes("w-full")
-        with box("line"):
-            for name, look in (("Compare", "no-caps outline"), ("Diagnose", "no-caps")):
-                ui.button(name, on_click=partial(start, name.lower())).props(look).set_enabled(not session.busy)
-
-
-def _job(session: Session) -> None:
-    """The card of the latest work: how far it is, or what it found."""
-    job, heads = session.jobs[-1], {"stopped": "Stopped", "failed": "No result", "finished": "Done"}
-    with widgets.card(f"4. {job.title}"):
-        if job.running:
-            bar = ui.linear_progress(0.0, show_value=False, size="10px").props("rounded indeterminate")
-            line = ui.label("").classes("soft").props("data-name=stage")
-
-            def move() -> None:
-                if job.in_all:
-                    bar.props(remove="indeterminate").set_value(min(job.seconds / job.in_all, 0.98))
-                about = f" of about {job.in_all:.0f} s{job.more}" if job.in_all else " s"
-                line.set_text(f"{job.stage} · {job.seconds:.0f}{about}")
-
-            ui.timer(0.5, move)
-            ui.button("Stop", on_click=job.stop).props("no-caps outline color=negative").style("align-self: start")
-            return
-        soft(f"{heads[job.state]} after {job.seconds:.0f} s")
-        if job.state != "finished":
-            return
-        # what a model does beside the measurement comes first
-        pictures = sorted(job.folder.glob("*.png"), key=lambda p: (p.stem not in ("headline", "overlay"), p.stem))
-        report = job.folder / REPORT
-        with box("line"):
-            if report.exists():
-                address = f"/results/{len(session.jobs)}/report"
-                ui.link("Report in a tab of its own", address, new_tab=True)
-                if (job.folder / "effects.yaml").exists():
-                    quiet_button(
-                        "Use what was found in compare", partial(session.use_effects, f"{job.folder.name}/effects.yaml")
-                    )
-            quiet_button("Download everything (zip)", partial(_zip, session, job.folder))
-            for path in (*([report] if report.exists() else []), *pictures):
-                quiet_button(CALLED.get(path.stem, path.name), partial(ui.download.file, path))
-            soft(f"also in {os.path.relpath(job.folder)}")
-        if report.exists():
-            sandboxed = f'sandbox="allow-scripts" src="{address}" title="report"'
-            ui.element("iframe").classes("report").props(sandboxed)
-            return
-        said = job.said.replace("; or model=NAME", "").removesuffix(job.folder.name)  # a menu and links say these
-        ui.label(words.in_print(said.rstrip())).classes("scroll printed")
-        for path in pictures:
-            ui.image(path).classes("picture").props(f"data-name={path.stem} alt={path.stem}")
-
-
-async def _zip(session: Session, folder: Path) -> None:
+async def _zip(session: Session, folder: Path | None) -> None:
     """All files of a folder, as a download."""
+    assert folder is not None
     beside = str(session.folder / folder.name)
     packed: Any = await run.io_bound(shutil.make_archive, beside, "zip", folder.parent, folder.name)
     ui.download.file(packed)
@@ -218,7 +136,7 @@ def _import(session: Session, now: Import) -> None:
         with box("questions"):
             for q in (q for q in now.questions if q.path[-1] != "at"):  # places have their sketch
                 with box():
-                    ui.label(q.text[:1].upper() + q.text[1:])
+                    ui.label(words.capital(q.text))
                     answers = {"": "choose"} | {o: o for o in q.options} if q.options else None
                     answer_field(now, q.path, "" if answers else q.proposed, answers, example=f"e.g. {q.example}")
         if now.runs:
@@ -232,12 +150,9 @@ def _import(session: Session, now: Import) -> None:
         ui.button("Update", on_click=update).props("no-caps outline").style("align-self: start")
         if proposal is not None and proposal.campaign is not None and not now.lacks:
             _curves(proposal.campaign)
-            with ui.expansion("All runs, the noise that was read off, remarks").classes("w-full"):
-                noise = (noise_table(proposal), run_noise_table(proposal)) if proposal.noise else ()
-                for t in (imported_runs_table(proposal.campaign), *noise):
-                    widgets.table(t)
-                for note in proposal.notes:
-                    soft(str(note))
+            noise = (noise_table(proposal), run_noise_table(proposal)) if proposal.noise else ()
+            tables = (imported_runs_table(proposal.campaign), *noise)
+            _tables("All runs, the noise that was read off, remarks", *tables, notes=map(str, proposal.notes))
         with box("line"):
             taken = ui.button("Use this data", on_click=partial(run.io_bound, session.take)).props("no-caps")
             taken.set_enabled(not now.lacks)
@@ -276,35 +191,50 @@ def _columns(now: Import, update: Any) -> None:
     widgets.sketch({uses[n].at: n for n in sensors if uses[n].at}, put)
 
 
-# ---- the campaign
+# ---- the campaign, and work on it
 
 
 def _campaign(session: Session, campaign: Campaign) -> None:
-    """The card of the current campaign."""
+    """The cards of the current campaign and of the questions about it."""
     with widgets.card("2. What was understood", str(campaign)):
         tree = sheet_tree(campaign)
-        numbers = {**tree["machine"], **tree["belt"]}
-        shown = {n: words.with_u(q["value"], q["u"], q.get("unit", "")) for n, q in numbers.items()}
-        widgets.facts({n.replace("_", " "): text for n, text in shown.items()}, "wide")
+        shown = {**tree["machine"], **tree["belt"]}
+        texts = {n.replace("_", " "): words.with_u(q["value"], q["u"], q.get("unit", "")) for n, q in shown.items()}
+        widgets.facts(texts, "wide")
         for found in session.suspicions:
             widgets.notice(f"{found.kind.replace('_', ' ')}: {found}")
         _curves(campaign)
         with box("line"):
-            if session.finished_import is not None:
-                quiet_button("Change how the files were read", session.back_to_import)
+            if (finished := session.finished_import) is not None:
+                quiet_button("Change how the files were read", partial(session.notify, importing=finished))
             zipped = quiet_button("Campaign (zip)", partial(_zip, session, session.campaign_folder))
             zipped.props("data-name=campaign")
-            if any(r.signals for r in campaign.runs):
-                readings = lambda: ui.download.content(campaign.to_pandas().to_csv(index=False), "readings.csv")  # noqa: E731
-                quiet_button("Readings (CSV)", readings)
-        with ui.expansion("All runs and sensors").classes("w-full"):
-            widgets.table(imported_runs_table(campaign))
-            rows = [
-                (s.name, s.at.replace("_", " "), *(words.thousandths(v) for v in (s.white, s.zero, s.wander_sd)))
-                for s in campaign.signals
-            ]
-            columns = ("sensor", "place", "noise (mm or mrad)", "zero", "wander")
-            widgets.table(words.Table("", columns, rows, left=("sensor", "place")))
+        columns = ("sensor", "place", "noise (mm or mrad)", "zero", "wander")
+        rows = [
+            (s.name, s.at.replace("_", " "), *(words.thousandths(v) for v in (s.white, s.zero, s.wander_sd)))
+            for s in campaign.signals
+        ]
+        sensors = words.Table("", columns, rows, left=columns[:2])
+        _tables("All runs and sensors", imported_runs_table(campaign), sensors)
+
+    async def start(task: str) -> None:
+        try:
+            await session.work(task)
+        except BeltError as error:
+            session.notify(*str(error).splitlines())
+
+    inputs = session.inputs
+    with widgets.card("3. Ask", "Compare shows where a model fails; diagnose finds which physical effect it lacks."):
+        titles = {BY_TENSION: f"by tension: {model_for_campaign(campaign)}"} | TITLES
+        ui.select(titles, label="model").bind_value(inputs, "model").classes("w-full")
+        with ui.expansion("More about the diagnosis").bind_value(inputs, "more").classes("w-full"):
+            tried = partial(inputs.__setitem__, "candidates")
+            widgets.effect_list("effects to try (none ticked: all)", inputs["candidates"], tried)
+            times = ui.number("simulated fault-free campaigns (for false alarms)", min=MIN_BOOTSTRAPS, precision=0)
+            times.bind_value(inputs, "bootstraps").classes("w-full")
+        with box("line"):
+            for name, look in (("Compare", "no-caps outline"), ("Diagnose", "no-caps")):
+                ui.button(name, on_click=partial(start, name.lower())).props(look).set_enabled(not session.busy)
 
 
 def _curves(campaign: Campaign) -> None:
@@ -316,3 +246,51 @@ def _curves(campaign: Campaign) -> None:
         chooser = ui.select(labels, value=first, label="run").classes("w-full")
         drawn = ui.plotly(widgets.measured_figure(campaign, recorded[first])).props("data-name=measured")
         chooser.on_value_change(lambda e: drawn.update_figure(widgets.measured_figure(campaign, recorded[e.value])))
+
+
+def _tables(title: str, *tables: words.Table, notes: Iterable[str] = ()) -> None:
+    """Tables to unfold, each in a box that scrolls, and lines below them."""
+    with ui.expansion(title).classes("w-full"):
+        for table in tables:
+            ui.html(table.html(), sanitize=False).classes("scroll")
+        for note in notes:
+            soft(note)
+
+
+def _job(session: Session) -> None:
+    """The card of the latest work: how far it is, or what it found."""
+    job = session.jobs[-1]
+    with widgets.card(f"4. {job.title}"):
+        if job.running:
+            bar = ui.linear_progress(0.0, show_value=False, size="10px").props("rounded indeterminate")
+            line = ui.label("").classes("soft").props("data-name=stage")
+
+            def move() -> None:
+                seconds, in_all = time.monotonic() - job.began, job.progress["in_all_s"]
+                if in_all:
+                    bar.props(remove="indeterminate").set_value(min(seconds / in_all, 0.98))
+                about = f" of about {in_all:.0f} s{job.progress['more']}" if in_all else " s"
+                line.set_text(f"{job.progress['stage']} · {seconds:.0f}{about}")
+
+            ui.timer(0.5, move)
+            ui.button("Stop", on_click=job.stop).props("no-caps outline color=negative").style("align-self: start")
+            return
+        soft(f"{HEADS[job.state]} after {(job.ended or job.began) - job.began:.0f} s")
+        if job.state != "finished":
+            return
+        report, address = job.folder / REPORT, f"/results/{len(session.jobs)}/report"
+        with box("line"):
+            if report.exists():
+                ui.link("Report in a tab of its own", address, new_tab=True)
+                quiet_button("Report (HTML)", partial(ui.download.file, report))
+            quiet_button("Download everything (zip)", partial(_zip, session, job.folder))
+            soft(f"also in {os.path.relpath(job.folder)}")
+        if report.exists():
+            sandboxed = f'sandbox="allow-scripts" src="{address}" title="report"'
+            ui.element("iframe").classes("report").props(sandboxed)
+            return
+        said = job.said.replace("; or model=NAME", "").removesuffix(job.folder.name)  # a menu and links say these
+        ui.label(words.in_print(said.rstrip())).classes("scroll printed")
+        # what a model does beside the measurement comes first
+        for path in sorted(job.folder.glob("*.png"), key=lambda p: (p.stem != "overlay", p.stem)):
+            ui.image(path).classes("picture").props(f"data-name={path.stem} alt={path.stem}")

@@ -115,7 +115,12 @@ def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
 
     simulate_page.add_sliders()
     measurements_page.add_measurements(session)
-    pages_app.on_shutdown(session.close)
+
+    async def close() -> None:
+        if session.busy:
+            await session.jobs[-1].stop()
+
+    pages_app.on_shutdown(close)
     pages_app.on_exception(traceback.print_exception)  # what broke in a page goes to the terminal, whole
     look: dict[str, Any] = {"title": "belt_sim", "favicon": ICON, "dark": None, "tailwind": False}
     ui.run_with(outer, **look, reconnect_timeout=PATIENCE, show_welcome_message=False)

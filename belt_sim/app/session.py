@@ -1,13 +1,19 @@
 """State of the app: dropped files, the campaign, work and results. One per server: tabs share it.
 
 A file is known by its last name only, so that no path in a name or in a zip leads anywhere else; nothing is unpacked
-but the files of a campaign, and no more of them than ``MAX_UPLOAD``.
+but the files of a campaign, and no more of them than ``MAX_UPLOAD``. Long work is the command that a terminal takes, in
+a process of its own.
 """
 
 import asyncio
 import copy
+import json
+import os
+import sys
+import time
 import zipfile
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from io import BytesIO
 from itertools import count
@@ -15,7 +21,6 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.api.simulate import campaign_model
-from belt_sim.app.jobs import Job
 from belt_sim.campaign import Campaign, Suspicion, read_campaign, suspicions
 from belt_sim.campaign.folder import FILES
 from belt_sim.campaign.sheet import FILE as SHEET
@@ -26,7 +31,9 @@ from belt_sim.errors import BeltError, InputError
 from belt_sim.importing import LoggedTables, Proposal, Question, read, understand, write
 from belt_sim.importing.mapping import FILE as MAPPING
 from belt_sim.importing.mapping import SCHEMA, inner_mapping
+from belt_sim.io import write_text
 from belt_sim.model import BY_TENSION
+from belt_sim.show.observers import AS_JSON
 from belt_sim.units import plain_minus
 
 REPORT = "report.html"
@@ -42,6 +49,9 @@ NO_CODE = "effects are not read by this page; name them in a terminal: belt-sim 
 WANTED = f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or one YAML with schema: {SCHEMA}"
 
 
+# ---- dropped files
+
+
 @dataclass
 class Tray:
     """Dropped files sorted: of a campaign, of a logger, a mapping and its name; messages: what not."""
@@ -52,55 +62,47 @@ class Tray:
     mapping_name: str = MAPPING
     messages: list[str] = field(default_factory=list)
 
-    def put(self, name: str, data: bytes) -> None:
-        """Sort in a file by its name; raises InputError for one that cannot be used."""
-        last = last_name(name)
-        known, remedy = last.lower(), ""
-        if known in FILES or known.endswith(".zip"):
-            found = {known: data} if known in FILES else unpack(last, data)
-            if twice := [*(found.keys() & self.campaign.keys())]:
-                remedy = f"{twice[0]} was dropped twice, the first is kept; drop one campaign at a time"
-            self.campaign = found | self.campaign
-        elif known == MAPPING or (known.endswith((".yaml", ".yml")) and SCHEMA.encode() in data):
-            if self.mapping is not None:
-                remedy = f"{self.mapping_name} is the mapping already; drop one"
-            else:
-                self.mapping, self.mapping_name = data, last
-        elif known.endswith(LOGGERS):
-            stem, _, end = safe(last).rpartition(".")
-            taken = {n.lower() for n in self.loggers}
-            names = (f"{stem}{f'_{k}' * (k > 1)}.{end}" for k in count(1))
-            kept = next(n for n in names if n.lower() not in taken)
-            if kept != safe(last):
-                self.messages.append(f"{quote(name)}: another file has this name; this one is kept as {kept}")
-            self.loggers[kept] = data
-        else:
-            remedy = NO_CODE if known.endswith((".py", "effects.yaml")) else WANTED
-        if remedy:
-            raise InputError("file", quote(name), "", remedy)
-
-
-def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
-    """Sort files by their names; every one that cannot be used has its line."""
-    tray = Tray()
-    for name, data in dropped:
-        try:
-            tray.put(name, data)
-        except BeltError as error:
-            tray.messages.append(str(error))
-    return tray
-
 
 def last_name(name: str) -> str:
     """The last part of a name, whatever system it came from."""
     return name.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1]
 
 
-def safe(name: str) -> str:
-    """A last name as a file can bear it: what it says of a run stays, what is no letter, digit or mark goes."""
-    kept = "".join(c if c.isalnum() or c in " _-+.,()" else "_" for c in plain_minus(name)).lstrip(".")
-    stem, _, end = kept.rpartition(".")
-    return f"{stem[-LONGEST_NAME:] or '_'}.{end}"
+def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
+    """Sort files by their names; every one that cannot be used has its line."""
+    tray = Tray()
+    for name, data in dropped:
+        last, remedy = last_name(name), ""
+        known = last.lower()
+        if known in FILES or known.endswith(".zip"):
+            try:
+                found = {known: data} if known in FILES else unpack(last, data)
+            except InputError as error:
+                tray.messages.append(str(error))
+                continue
+            if twice := [*(found.keys() & tray.campaign.keys())]:
+                remedy = f"{twice[0]} was dropped twice, the first is kept; drop one campaign at a time"
+            tray.campaign = found | tray.campaign
+        elif known == MAPPING or (known.endswith((".yaml", ".yml")) and SCHEMA.encode() in data):
+            if tray.mapping is not None:
+                remedy = f"{tray.mapping_name} is the mapping already; drop one"
+            else:
+                tray.mapping, tray.mapping_name = data, last
+        elif known.endswith(LOGGERS):
+            # what the name says of a run stays; what is no letter, digit or mark goes
+            kept = "".join(c if c.isalnum() or c in " _-+.,()" else "_" for c in plain_minus(last)).lstrip(".")
+            stem, _, end = kept.rpartition(".")
+            stem, taken = stem[-LONGEST_NAME:] or "_", {n.lower() for n in tray.loggers}
+            names = (f"{stem}{f'_{k}' * (k > 1)}.{end}" for k in count(1))
+            kept = next(n for n in names if n.lower() not in taken)
+            if kept != f"{stem}.{end}":
+                tray.messages.append(f"{quote(name)}: another file has this name; this one is kept as {kept}")
+            tray.loggers[kept] = data
+        else:
+            remedy = NO_CODE if known.endswith((".py", "effects.yaml")) else WANTED
+        if remedy:
+            tray.messages.append(str(InputError("file", quote(name), "", remedy)))
+    return tray
 
 
 def unpack(name: str, data: bytes) -> dict[str, bytes]:
@@ -125,21 +127,14 @@ def unpack(name: str, data: bytes) -> dict[str, bytes]:
 
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> Path:
-    """Write files into ``folder``, by their last names."""
+    """Write the files of a tray into ``folder``."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, data in files.items():
-        (folder / safe(last_name(name))).write_bytes(data)
+        (folder / name).write_bytes(data)
     return folder
 
 
-def read_mapping(name: str, data: bytes) -> dict[str, Any]:
-    """A dropped mapping.yaml as plain text values, without anchors and aliases; raises CampaignError."""
-    problems: list[Problem] = []
-    marked = parse(data.decode("utf-8-sig", errors="replace"), name, problems)
-    if marked is None or problems or not isinstance(marked.tree, dict):
-        raise CampaignError(problems[:1] or [Problem(file=name, remedy="must begin with schema: belt-mapping/1")])
-    return marked.tree
-
+# ---- what a logger's files mean
 
 Place = tuple[str, ...]  # keys in the mapping, from the outside in
 GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the name of one that is known
@@ -172,8 +167,12 @@ class Import:
         for q in self.proposal.missing if self.proposal else ():
             if q.proposed and not q.options and q.path not in self.answers:
                 self.note(q.path, q.proposed)
+        mapping = copy.deepcopy(dict(self.base))
+        for place, text in self.answers.items():
+            if text:
+                inner_mapping(mapping, place[:-1])[place[-1]] = text
         try:
-            self.proposal = understand(self.logged, nest_answers(self.base, self.answers))
+            self.proposal = understand(self.logged, mapping)
             self.errors, self.answered = [], True
             self.all_questions |= {q.path: q for q in self.proposal.missing}
         except BeltError as error:
@@ -202,37 +201,96 @@ class Import:
         found = {name: dict(run or {}) for name, run in stated.items()}
         for place in (*self.all_questions, *self.answers):
             if place[0] == "runs":
-                found.setdefault(place[1], {})
-                found[place[1]][place[2]] = self.answers.get(place, found[place[1]].get(place[2]))
+                run = found.setdefault(place[1], {})
+                run[place[2]] = self.answers.get(place, run.get(place[2]))
         return found
 
 
-def begin_import(paths: Sequence[Path], mapping: Mapping[str, Any] | None = None) -> Import:
-    """Read the files; raises CampaignError, InputError."""
-    base = dict(mapping or {})
+def begin_import(paths: Sequence[Path], mapping: tuple[str, bytes] | None = None) -> Import:
+    """Read the files, with the name and the bytes of a mapping.yaml, plain text values without anchors and aliases;
+    raises CampaignError, InputError."""
+    base: dict[str, Any] = {}
+    if mapping is not None:
+        name, data = mapping
+        problems: list[Problem] = []
+        marked = parse(data.decode("utf-8-sig", errors="replace"), name, problems)
+        if marked is None or problems or not isinstance(marked.tree, dict):
+            raise CampaignError(problems[:1] or [Problem(file=name, remedy=f"must begin with schema: {SCHEMA}")])
+        base = marked.tree
     form = base.get("format")
     made = Import(read(paths, form if isinstance(form, Mapping) else None), base)
     made.understand()
     return made
 
 
-def nest_answers(base: Mapping[str, Any], answers: Mapping[Place, str]) -> dict[str, Any]:
-    """The mapping with the answers in their places."""
-    whole = copy.deepcopy(dict(base))
-    for place, text in answers.items():
-        if text:
-            inner_mapping(whole, place[:-1])[place[-1]] = text
-    return whole
+# ---- long work
+
+PATIENCE = 3.0  # [s] from asking a process to end to ending it
 
 
-#: what is asked of a campaign at first: with the model that the command line takes, with more inputs folded away
-INPUTS = {"model": BY_TENSION, "candidates": [], "bootstraps": BOOTSTRAPS, "more": False}
+@dataclass
+class Job:
+    """A command with its settings; state: running, finished, failed or stopped; said: what it printed;
+    progress: its stage, about how long it takes [s], and whether it may take longer, in words."""
+
+    task: str
+    settings: Mapping[str, Any]
+    folder: Path
+    title: str
+    state: str = "running"
+    said: str = ""
+    failure: str = ""
+    progress: Mapping[str, Any] = field(default_factory=lambda: {"stage": "starting", "in_all_s": 0.0, "more": ""})
+    began: float = field(default_factory=time.monotonic)
+    ended: float | None = None
+    process: Any = None
+
+    @property
+    def running(self) -> bool:
+        return self.state == "running"
+
+    async def run(self) -> None:
+        """Start the command and listen to it until it ends."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        typed = [f"{key}={value}" for key, value in self.settings.items()]
+        command = ["-m", "belt_sim", self.task, *typed, f"hydra.run.dir={self.folder.name}"]
+        pipes: Any = {"stdout": asyncio.subprocess.PIPE, "stderr": asyncio.subprocess.PIPE}
+        self.process = await asyncio.create_subprocess_exec(
+            sys.executable, *command, cwd=self.folder.parent, env=os.environ | {"COLUMNS": "100", AS_JSON: "1"}, **pipes
+        )
+        printed = asyncio.create_task(self.process.stdout.read())
+        lines = []
+        async for line in self.process.stderr:
+            if line.startswith(b'{"stage"'):
+                now = json.loads(line)
+                self.progress = now | {"stage": now["stage"] or self.progress["stage"]}
+            else:
+                lines.append(line.decode(errors="replace").rstrip())
+        self.said = (await printed).decode(errors="replace").strip()
+        status = await self.process.wait()
+        write_text(self.folder / "log.txt", "\n".join([*lines, self.said, ""]))
+        if self.running:
+            self.state, self.ended = "failed" if status else "finished", time.monotonic()
+            told = [line.removeprefix("belt-sim: ") for line in lines if line.startswith("belt-sim: ")]
+            where = f"it broke down (status {status}); log.txt in the folder of this result says where"
+            self.failure = "\n".join(told or [where]) if status else ""
+
+    async def stop(self) -> None:
+        """End the process, by force where it does not hear."""
+        self.state, self.ended = "stopped", time.monotonic()
+        if self.process is not None and self.process.returncode is None:
+            self.process.terminate()
+            with suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self.process.wait(), PATIENCE)
+                return
+            self.process.kill()
 
 
 @dataclass
 class Session:
     """State of the page of measurements; version grows with every change that pages have to show, and drops with
-    every drop that was dealt with. effects: of a diagnosis, by its file, that comparisons use.
+    every drop that was dealt with. inputs: what is asked of a campaign, at first with the model that the command line
+    takes (more: whether the rest is unfolded).
     """
 
     folder: Path
@@ -241,27 +299,28 @@ class Session:
     suspicions: tuple[Suspicion, ...] = ()
     importing: Import | None = None
     finished_import: Import | None = None
-    effects: str = ""
-    inputs: dict[str, Any] = field(default_factory=lambda: dict(INPUTS))
+    inputs: dict[str, Any] = field(
+        default_factory=lambda: {"model": BY_TENSION, "candidates": [], "bootstraps": BOOTSTRAPS, "more": False}
+    )
     messages: list[str] = field(default_factory=list)
     jobs: list[Job] = field(default_factory=list)
     version: int = 0
     drops: int = 0
-    _folders: int = 0
-    _listening: set[asyncio.Task[None]] = field(default_factory=set)
 
     @property
     def busy(self) -> bool:
         return bool(self.jobs) and self.jobs[-1].running
 
-    def notify(self, *messages: str) -> None:
-        """Let pages know, with lines to show."""
+    def notify(self, *messages: str, **changed: Any) -> None:
+        """Let pages know, with lines to show, after what has ``changed`` here."""
+        for name, value in changed.items():
+            setattr(self, name, value)
         self.messages = list(messages)
         self.version += 1
 
     def new_folder(self, kind: str) -> Path:
-        self._folders += 1
-        return self.folder / f"{kind}_{self._folders}"
+        """A folder that is not there yet."""
+        return next(path for k in count(1) if not (path := self.folder / f"{kind}_{k}").exists())
 
     def drop(self, files: Sequence[tuple[str, bytes]]) -> None:
         """Take dropped files: begin an import of a logger's files, or apply a mapping to those that are there; open a
@@ -273,11 +332,11 @@ class Session:
             tray.loggers, tray.mapping = {}, None
         try:
             if tray.loggers or tray.mapping is not None:
-                mapping = {} if tray.mapping is None else read_mapping(tray.mapping_name, tray.mapping)
                 paths = list(dict.fromkeys(table.file for table in before.logged.tables)) if before else []
                 if tray.loggers:
                     folder = write_files(self.new_folder("import"), tray.loggers)
                     paths = [folder / name for name in tray.loggers]
+                mapping = None if tray.mapping is None else (tray.mapping_name, tray.mapping)
                 if paths:
                     self.importing = begin_import(paths, mapping)
                 else:
@@ -289,12 +348,7 @@ class Session:
                 messages += self.open_folder(write_files(self.new_folder("campaign"), there | tray.campaign))
         except BeltError as error:
             messages += str(error).replace(f"{self.folder}/", "").splitlines()
-        self.end_drop(*messages)
-
-    def end_drop(self, *messages: str) -> None:
-        """Let pages know that a drop was dealt with."""
-        self.drops += 1
-        self.notify(*messages)
+        self.notify(*messages, drops=self.drops + 1)
 
     def update(self) -> None:
         """Look at the import again with what stands in its fields."""
@@ -315,17 +369,7 @@ class Session:
         except BeltError as error:
             self.notify(*str(error).splitlines())
             return
-        self.notify(*self.open_folder(folder))
-        self.finished_import = now
-
-    def use_effects(self, file: str) -> None:
-        """Let comparisons use what a diagnosis has left in this file; "": nothing."""
-        self.effects = file
-        self.notify()
-
-    def back_to_import(self) -> None:
-        self.importing = self.finished_import
-        self.notify()
+        self.notify(*self.open_folder(folder), finished_import=now)
 
     def open_folder(self, folder: Path) -> list[str]:
         """Take the campaign of a folder; returns what is wrong with it."""
@@ -338,8 +382,8 @@ class Session:
             return str(error).replace(f" in {folder}", "").splitlines()
         return []
 
-    def start(self, task: str) -> Job:
-        """Begin long work on the campaign as it is asked; raises InputError while other work goes on."""
+    async def work(self, task: str) -> None:
+        """Do long work on the campaign as it is asked; raises InputError while other work goes on."""
         if self.campaign is None or self.campaign_folder is None:
             raise InputError("campaign", "none", "", "drop the files of a campaign first")
         if self.busy:
@@ -349,22 +393,9 @@ class Session:
         if task == "diagnose":
             settings |= {"bootstraps": int(asked["bootstraps"] or 0), "seed": 0, "watch": "null"}
             settings |= {"effects": f"[{','.join(asked['candidates'])}]"} if asked["candidates"] else {}
-        elif self.effects:
-            settings["effects"] = self.effects
         model = campaign_model({"name": asked["model"]}, self.campaign).name
         title = f"{TITLES[task]} of {self.campaign.title}, {model}"
         job = Job(task, settings, self.folder / f"{task}_{len(self.jobs) + 1}", title)
-        self.jobs.append(job)
-        self.notify()
-        listening = asyncio.create_task(self._listen(job))
-        self._listening.add(listening)
-        listening.add_done_callback(self._listening.discard)
-        return job
-
-    async def _listen(self, job: Job) -> None:
+        self.notify(jobs=[*self.jobs, job])
         await job.run()
         self.notify(*(job.failure.splitlines() or self.messages))  # what was said in the meantime stays
-
-    async def close(self) -> None:
-        if self.busy:
-            await self.jobs[-1].stop()

@@ -3,7 +3,6 @@
 import asyncio
 import math
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -32,20 +31,19 @@ from belt_sim.units import N_PER_MM2
 TITLES = {name: f"{name}: {model_named(name).title}" for name in ANALYTIC if name != "ritzinger"}  # type: ignore[union-attr]
 SCALES = 10.0  # how far a slider of an effect reaches, in scales of its parameter
 MOST = 6  # numbers of an effect that have a slider; an edge profile has eighty
-LONG = 0.4  # [s] after which it is shown that something is being computed
 #: name -> words, value at first, lowest and highest value, step
 SLIDERS = {
     "tension": ("tension [N/mm²]", 10.0, 2.0, 80.0, 0.5),
     "yaw": ("yaw of the tail pulley [degrees]", -0.042, -0.2, 0.2, 0.002),
     "travel": ("belt travel [m]", 60.0, 5.0, 200.0, 1.0),
 }
-RIGS = {"test_rig": "the paper's test rig", "rope_example": "the paper's rope example", "own": "my machine"}
 #: name -> words, what can be chosen, the first one at first
 MENUS = {
     "model": ("model", {BY_TENSION: "by tension, as on the command line"} | TITLES),
     "beside": ("beside it, dotted", {"": "none"} | TITLES),
-    "rig": ("machine", RIGS),
-}
+    "rig": ("machine", {"test_rig": "the paper's test rig", "rope_example": "the paper's rope example",
+                        "own": "my machine"}),
+}  # fmt: skip
 #: size of a machine of one's own -> words, value at first, where it stands, SI per unit of the page
 OWN = {
     "centre_distance": ("distance of the pulleys [m]", 11.28, "rig", 1.0),
@@ -55,6 +53,9 @@ OWN = {
     "youngs_modulus": ("Young's modulus [GPa]", 210.0, "belt", 1e9),
     "density": ("density [kg/m³]", 7850.0, "belt", 1.0),
 }
+#: settings of a new page
+FIRST: dict[str, Any] = {name: first for name, (_, first, *_) in (SLIDERS | OWN).items()}
+FIRST |= {name: next(iter(known)) for name, (_, known) in MENUS.items()}
 
 
 def choices(model: str) -> list[str]:
@@ -68,11 +69,6 @@ def reach(p: Parameter) -> tuple[float, float, float]:
     return low, high, min(max(p.null if p.modifier else p.scale, low), high)
 
 
-def first_sizes(effect_id: str) -> dict[str, float]:
-    """The numbers at which the sliders of an effect start."""
-    return {n: reach(p)[2] for n, p in library()[effect_id].parameters.items()}
-
-
 def warnings(simulation: Simulation) -> list[str]:
     """Everything to beware of, a sentence each: a slack edge, limits of the model's validity."""
     slack = [line for line in simulation.lines() if "edge goes slack" in line]
@@ -83,18 +79,18 @@ def warnings(simulation: Simulation) -> list[str]:
 class View:
     """Settings of one tab by their names in its address, effects by id, where the answer is shown, and the answer."""
 
-    values: dict[str, Any] = field(
-        default_factory=lambda: {
-            **{name: first for name, (_, first, *_) in (SLIDERS | OWN).items()},
-            **{name: next(iter(known)) for name, (_, known) in MENUS.items()},
-        }
-    )
+    values: dict[str, Any] = field(default_factory=lambda: dict(FIRST))
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
     places: dict[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     shown: Simulation | None = None
     is_stale: bool = False
     busy: bool = False
+
+    def add_effect(self, effect_id: str) -> dict[str, float]:
+        """The numbers of an effect, where its sliders start if it is new."""
+        start = {n: reach(p)[2] for n, p in library()[effect_id].parameters.items()}
+        return self.effects.setdefault(effect_id, start)
 
     @classmethod
     def of_address(cls, asked: Mapping[str, str]) -> "View":
@@ -109,8 +105,11 @@ class View:
                 view.values[name] = view.values[name] if wanted else text
             elif name in view.values or parameter in known:
                 low, high = reach(known[parameter])[:2] if parameter else SLIDERS.get(name, ("", 0.0, 0.0, 1e6))[2:4]
-                own = view.effects.setdefault(effect, first_sizes(effect)) if parameter else view.values
-                value, key = _number(text), parameter or name
+                own, key = (view.add_effect(effect), parameter) if parameter else (view.values, name)
+                try:
+                    value = float(text)
+                except ValueError:
+                    value = math.nan
                 own[key] = own[key] if math.isnan(value) else min(max(value, low), high) + 0.0
                 wanted = "" if own[key] == value else f"must be a number from {low:g} to {high:g}"
                 kept = f"{own[key]:g} is shown"
@@ -123,34 +122,26 @@ class View:
     @property
     def address(self) -> str:
         """The address that names this view: what differs from a new one, and all numbers of effects."""
-        first = View().values
-        asked = {name: value for name, value in self.values.items() if value != first[name]}
+        asked = {name: value for name, value in self.values.items() if value != FIRST[name]}
         asked |= {f"{i}.{n}": value for i, numbers in self.effects.items() for n, value in numbers.items()}
         said = {name: f"{value:.6g}" if isinstance(value, float) else value for name, value in asked.items()}
         return f"/?{urlencode(said)}" if said else "/"
 
-    @property
-    def machine(self) -> dict[str, Any]:
-        """rig and belt as ``make_case`` takes them."""
-        if self.values["rig"] != "own":
-            return {"rig": self.values["rig"]}
-        made: dict[str, Any] = {"rig": {"gravity": 9.81}, "belt": {"poisson_ratio": 0.3}}
-        for name, (_, _, part, factor) in OWN.items():
-            made[part][name] = self.values[name] * factor
-        return made
-
     def case(self) -> Case:
         """The case of these settings; raises BeltError."""
-        return make_case(tension=self.values["tension"], yaw=self.values["yaw"], **self.machine)
+        machine: dict[str, Any] = {"rig": self.values["rig"]}
+        if self.values["rig"] == "own":
+            machine = {"rig": {"gravity": 9.81}, "belt": {"poisson_ratio": 0.3}}
+            for name, (_, _, part, factor) in OWN.items():
+                machine[part][name] = self.values[name] * factor
+        return make_case(tension=self.values["tension"], yaw=self.values["yaw"], **machine)
 
     def acting(self, model: str) -> list[Effect]:
         """The effects that a model can have; a size of nothing is allowed here."""
         return [library()[i](**numbers) for i, numbers in self.effects.items() if i in choices(model)]
 
-    async def change(self, **values: Any) -> None:
-        """Take values, and show what they come to; while one computation runs, only the latest wish is kept."""
-        self.notes = [] if values else self.notes
-        self.values |= values
+    async def change(self) -> None:
+        """Show what the settings come to; while one computation runs, only the latest wish is kept."""
         self.is_stale = True
         if self.busy:
             return
@@ -161,34 +152,54 @@ class View:
                 try:
                     case = self.case()
                     model = str(by_tension({"name": self.values["model"]}, [case], self.effects)["name"])
-                    shown = [await self.simulate(case, name) for name in (model, self.values["beside"]) if name]
+                    shown: list[Any] = []
+                    for name in filter(None, (model, self.values["beside"])):
+                        asked: dict[str, Any] = {"effects": self.acting(name), "travel": self.values["travel"]}
+                        shown.append(await run.io_bound(simulate_one, case, model=name, **asked))
                 except BeltError as error:
-                    _say(self, str(error).splitlines(), [])
+                    self.say(str(error).splitlines(), [])
                 else:
                     if shown[0] is not None:  # None: the server is being closed
-                        _show(self, *shown)
+                        self.show(*shown)
                 await asyncio.sleep(0.03)
             ui.navigate.history.replace(self.address)
         finally:
             self.busy = False
 
-    async def simulate(self, case: Case, model: str) -> Any:
-        """Compute beside the page; what takes long, as one being compiled for the first time, is seen to go on."""
-        asked: dict[str, Any] = {"model": model, "effects": self.acting(model), "travel": self.values["travel"]}
-        work = asyncio.ensure_future(run.io_bound(simulate_one, case, **asked))
-        await asyncio.wait({work}, timeout=LONG)
-        self.places["busy"].set_visibility(not work.done())
-        try:
-            return await work
-        finally:
-            self.places["busy"].set_visibility(False)
+    def show(self, s: Simulation, beside: Simulation | None = None) -> None:
+        """Curves, warnings and numbers of a simulation."""
+        places, self.shown = self.places, s
+        places["curves"].update_figure(widgets.lateral(s, beside))
+        found = {f"late rate {k} [mm/m]": thousandths(rate) for k, rate in enumerate(s.rates, start=1)}
+        if s.steady_rate is not None:
+            found["steady rate [mm/m]"] = thousandths(s.steady_rate)
+        upper, lower = s.offsets or (None, None)
+        found |= {
+            "y1 − y4 [mm]": thousandths(upper),
+            "y3 − y2 [mm]": thousandths(lower),
+            "sag [mm]": thousandths(s.sag),
+        }
+        slackest = s.slackest_edge
+        found["slackest edge [N/mm²]"] = NONE if slackest is None else decimal(slackest / N_PER_MM2, 1)
+        places["facts"].clear()
+        with places["facts"]:
+            widgets.facts(found)
+        places["downloads"].set_visibility(True)
+        refused = [i for i in self.effects if i not in choices(s.model)]
+        calm = [f"{s.model} cannot have this effect: {title_of(library()[i])}" for i in refused]
+        if self.values["model"] == BY_TENSION:
+            calm.append(f"Model {s.model}, as {REASONS[s.model]}.")
+        self.say(warnings(s), [*calm, *(capital(line) for line in s.lines() if line.startswith("not settled"))])
 
-
-def _number(text: str) -> float:
-    """A number of an address; nan of what is none."""
-    with suppress(ValueError):
-        return float(text)
-    return math.nan
+    def say(self, warned: list[str], calm: list[str]) -> None:
+        """Lines below the curves; what is to be said of the address is said once."""
+        self.places["said"].clear()
+        with self.places["said"]:
+            for line in warned:
+                widgets.notice(capital(line))
+            for line in [*calm, *self.notes]:
+                widgets.notice(line, "calm")
+        self.notes = []
 
 
 def add_sliders() -> None:
@@ -202,8 +213,7 @@ def add_sliders() -> None:
         with box("split"):
             with box("set"), widgets.card("What is set"):
                 for name, (label, _, low, high, step) in SLIDERS.items():
-                    move = lambda value, name=name: view.change(**{name: value})  # noqa: E731
-                    widgets.labelled_slider(label, view.values[name], (low, high), move, mark=name, step=step)
+                    widgets.labelled_slider(label, view.values, name, (low, high), view.change, mark=name, step=step)
             with box("curve"):
                 _answers(view)
             with box("more"):
@@ -216,7 +226,8 @@ def _choices(view: View) -> None:
 
     async def take(event: Any, name: str) -> None:
         if event.value is not None:
-            await view.change(**{name: event.value})
+            view.values[name] = event.value
+            await view.change()
 
     with widgets.card("Model and machine"):
         for name, (label, options) in MENUS.items():
@@ -236,17 +247,14 @@ def _choices(view: View) -> None:
             for effect_id, numbers in view.effects.items():
                 ui.label(title_of(library()[effect_id])).classes("small")
                 for name, p in [*library()[effect_id].parameters.items()][:MOST]:
-
-                    async def move(value: float, numbers: dict[str, float] = numbers, name: str = name) -> None:
-                        numbers[name] = value
-                        await view.change()
-
                     factor, unit = display_unit(effect_id, name, p.unit, machine)
                     label, mark = f"{p.meaning} [{unit}]" if unit else p.meaning, f"{effect_id}.{name}"
-                    widgets.labelled_slider(label, numbers[name], reach(p)[:2], move, mark=mark, shown=factor)
+                    widgets.labelled_slider(label, numbers, name, reach(p)[:2], view.change, mark=mark, shown=factor)
 
         async def choose(ids: list[str]) -> None:
-            view.effects = {i: view.effects.get(i) or first_sizes(i) for i in ids}
+            view.effects = {i: numbers for i, numbers in view.effects.items() if i in ids}
+            for i in ids:
+                view.add_effect(i)
             sizes.refresh()
             await view.change()
 
@@ -270,8 +278,8 @@ def _answers(view: View) -> None:
     places = view.places
     with widgets.card("Where the belt runs"):
         places["curves"] = ui.plotly(widgets.chart([], "", 420)).props("data-name=curves")
-        places["busy"] = ui.linear_progress(show_value=False, size="4px")
-        places["busy"].props("indeterminate aria-label='computing'").set_visibility(False)
+        bar = ui.linear_progress(show_value=False, size="4px").props("indeterminate aria-label='computing'")
+        bar.classes("late").bind_visibility_from(view, "busy")  # what takes long is seen to go on
         places["said"] = box("card-lines")
         places["facts"] = box("w-full").props("data-name=facts")
         soft("Late rates of points 1-4: over the last fifth of the travel shown.")
@@ -280,41 +288,3 @@ def _answers(view: View) -> None:
                 widgets.quiet_button(name, take).props("icon=download")
             soft("The address of this page keeps all settings.")
         places["downloads"].set_visibility(False)
-    with widgets.card("How slack its edges become") as places["edges_card"]:
-        places["edges"] = ui.plotly(widgets.chart([], "", 240))
-
-
-def _show(view: View, s: Simulation, beside: Simulation | None = None) -> None:
-    """Curves, warnings and numbers of a simulation."""
-    places, view.shown = view.places, s
-    places["curves"].update_figure(widgets.lateral(s, beside))
-    slacker = widgets.edges(s)
-    places["edges_card"].set_visibility(slacker is not None)
-    if slacker is not None:
-        places["edges"].update_figure(slacker)
-    found = {f"late rate {k} [mm/m]": thousandths(rate) for k, rate in enumerate(s.rates, start=1)}
-    if s.steady_rate is not None:
-        found["steady rate [mm/m]"] = thousandths(s.steady_rate)
-    upper, lower = s.offsets or (None, None)
-    found |= {"y1 − y4 [mm]": thousandths(upper), "y3 − y2 [mm]": thousandths(lower), "sag [mm]": thousandths(s.sag)}
-    slackest = s.slackest_edge
-    found["slackest edge [N/mm²]"] = NONE if slackest is None else decimal(slackest / N_PER_MM2, 1)
-    places["facts"].clear()
-    with places["facts"]:
-        widgets.facts(found)
-    places["downloads"].set_visibility(True)
-    refused = [i for i in view.effects if i not in choices(s.model)]
-    calm = [f"{s.model} cannot have this effect: {title_of(library()[i])}" for i in refused]
-    if view.values["model"] == BY_TENSION:
-        calm.append(f"Model {s.model}, as {REASONS[s.model]}.")
-    calm += [capital(line) for line in s.lines() if line.startswith("not settled")]
-    _say(view, warnings(s), calm)
-
-
-def _say(view: View, warned: list[str], calm: list[str]) -> None:
-    view.places["said"].clear()
-    with view.places["said"]:
-        for line in warned:
-            widgets.notice(capital(line))
-        for line in [*calm, *view.notes]:
-            widgets.notice(line, "calm")

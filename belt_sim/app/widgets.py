@@ -1,5 +1,4 @@
-"""Widgets of all pages: header, cards, notices, tables, sliders, the sketch of the points, the list of effects; figures
-as plain plotly data."""
+"""Widgets of all pages: header, cards, notices, sliders, the sketch of the points, the list of effects; figures."""
 
 import html
 from collections.abc import Awaitable, Callable, Iterable, Mapping
@@ -16,9 +15,9 @@ from belt_sim.effects.base import library, title_of
 from belt_sim.results.errors import UNITS
 from belt_sim.results.files import DIGITS, round_numbers
 from belt_sim.results.simulation import Simulation
-from belt_sim.results.words import KILO, Table, in_print
+from belt_sim.results.words import KILO, in_print
 from belt_sim.show.report import environment
-from belt_sim.units import N_PER_MM2, round_digits
+from belt_sim.units import round_digits
 
 PAGES = {"/": "Simulate", "/measurements": "My measurements"}
 CSS = (Path(__file__).parent / "widgets.css").read_text(encoding="utf-8")
@@ -28,7 +27,7 @@ def frame(here: str) -> None:
     """The header of a page, with links to the others."""
     ui.add_css(CSS)
     ui.page_title(f"belt_sim: {PAGES[here]}")
-    with ui.header(fixed=False).classes("top"), ui.element("div").classes("inner"):
+    with ui.header(fixed=False).classes("top"), box("inner"):
         ui.label("belt_sim").classes("name")
         for path, name in PAGES.items():
             ui.link(name, path).classes("here" if path == here else "")
@@ -49,7 +48,8 @@ def card(title: str, why: str = "") -> Any:
     """A card with a heading and a line beneath it."""
     with ui.element("section").classes("card") as made:
         ui.html(f"<h2>{html.escape(title)}</h2>", sanitize=False)
-        soft(why) if why else None
+        if why:
+            soft(why)
         yield made
 
 
@@ -59,7 +59,7 @@ def soft(text: str) -> ui.label:
 
 
 def notice(line: str, kind: str = "") -> None:
-    """A line that has to be seen; kind: "" (a warning), calm or good."""
+    """A line that has to be seen; kind: "" (a warning) or calm."""
     ui.label(in_print(line)).classes(f"told {kind}".strip()).props("role=status" if kind else "role=alert")
 
 
@@ -72,16 +72,11 @@ def facts(rows: Mapping[str, str], kind: str = "") -> None:
     ui.html("".join(cells), sanitize=False).classes(f"facts {kind}")
 
 
-def table(t: Table) -> None:
-    """A table that scrolls in its own box."""
-    ui.html(t.html(), sanitize=False).classes("scroll")
-
-
 def labelled_slider(
-    label: str, value: float, ends: tuple[float, float], to: Callable[[float], Awaitable[None]], *,
+    label: str, values: dict[str, Any], key: str, ends: tuple[float, float], changed: Callable[[], Awaitable[None]], *,
     mark: str, step: float | None = None, shown: float = 1.0,
 ) -> None:  # fmt: skip
-    """A slider with a field beside it; ``to`` hears of every new value between the ``ends``.
+    """A slider with a field beside it, of ``values[key]`` between the ``ends``; ``changed`` hears of every new value.
 
     step: of the slider, a two-hundredth of its way if None; shown: units that people read in one of the value's.
     """
@@ -89,13 +84,14 @@ def labelled_slider(
 
     async def take(event: Any) -> None:
         if event.value is not None:  # nothing, or no number yet
-            await to(min(max(float(event.value), low), high) / shown)
+            values[key] = min(max(float(event.value), low), high) / shown
+            await changed()
 
     with box("asked"):
         ui.label(label).classes("label")
         slider = ui.slider(min=low, max=high, step=step or round_digits((high - low) / 200.0, 2))
         slider.props(f"data-name='slider-{mark}' aria-label='{mark}'")
-        number = ui.number(value=round_digits(value * shown, 4), min=low, max=high, format="%.6g", on_change=take)
+        number = ui.number(value=round_digits(values[key] * shown, 4), min=low, max=high, format="%.6g", on_change=take)
         number.props("dense outlined hide-bottom-space debounce=400").props(f"aria-label='{mark} number'")
         slider.bind_value(number, forward=lambda v: None if v is None else round_digits(float(v), 4))
 
@@ -118,6 +114,8 @@ def sketch(taken: Mapping[str, str], choose: Callable[[str], Any]) -> None:
             spot.tooltip(f"{place.replace('_', ' ')}: {taken.get(place, 'free')}")
 
 
+# ---- the list of effects
+
 PARTS = ("Pulleys", "Belt, rollers and loads", "Steering and tension", "Sensors", "Models")
 #: words that people say -> effects whose own words lack them
 SYNONYMS = {
@@ -137,56 +135,51 @@ SYNONYMS = {
     "wind draught": "machine_tilt",  # another even push to one side
     "gap clearance": "edge_guide yaw_backlash",
 }
+#: of the tree of effects: a node is found by all words that are written
+FOUND = "(node, text) => text.toLowerCase().split(' ').every((word) => (node.words ?? '').includes(word))"
 
 
-def part_of(effect_id: str) -> str:
-    """The part of the machine under which an effect is listed."""
-    cls = library()[effect_id]
-    if cls.cause is None or cls.cause.of_model:
-        return "Models"
-    if cls.law in ("sensor", "drive"):
-        return "Sensors" if cls.law == "sensor" else "Steering and tension"
-    return "Pulleys" if {*cls.cause.parts} & {"tail", "head"} else "Belt, rollers and loads"
-
-
-def search_words(effect_id: str) -> str:
-    """All words by which an effect is found, in lower case."""
-    cls = library()[effect_id]
-    meanings = [p.meaning for p in cls.parameters.values()][:6]
-    said = [effect_id.replace("_", " "), title_of(cls), cls.cause.phrase if cls.cause else "", *meanings]
-    return " ".join([*said, *(words for words, ids in SYNONYMS.items() if effect_id in ids.split())]).lower()
+def effect_groups() -> list[dict[str, Any]]:
+    """Nodes of a tree: the parts of the machine, with the effects there and the words by which each is found."""
+    groups: dict[str, list[dict[str, Any]]] = {part: [] for part in PARTS}
+    for i, cls in sorted(library().items(), key=lambda pair: title_of(pair[1])):
+        part = "Pulleys" if cls.cause and {*cls.cause.parts} & {"tail", "head"} else "Belt, rollers and loads"
+        part = {"sensor": "Sensors", "drive": "Steering and tension"}.get(cls.law, part)
+        if cls.cause is None or cls.cause.of_model:
+            part = "Models"
+        meanings = [p.meaning for p in cls.parameters.values()][:6]
+        said = [i.replace("_", " "), title_of(cls), cls.cause.phrase if cls.cause else "", *meanings]
+        said += [words for words, ids in SYNONYMS.items() if i in ids.split()]
+        groups[part].append({"id": i, "label": title_of(cls), "words": " ".join(said).lower()})
+    shut = {"noTick": True, "selectable": False}
+    return [{"id": part, "label": part, "children": nodes} | shut for part, nodes in groups.items()]
 
 
 def effect_list(label: str, chosen: Iterable[str], to: Callable[[list[str]], Any]) -> None:
     """Effects to tick, in groups by the part of the machine, with a field that finds them; ``to`` hears of the list."""
-    ticked, boxes, groups = dict.fromkeys(chosen), dict[str, Any](), dict[str, Any]()
+    groups = effect_groups()
+    ticked = [node["id"] for group in groups for node in group["children"] if node["id"] in {*chosen}]
 
-    async def tick(effect_id: str, event: Any) -> None:
-        ticked.pop(effect_id, None)
-        ticked.update({effect_id: None} if event.value else {})
-        if (heard := to([*ticked])) is not None:
-            await heard
+    def unfold() -> None:
+        """Show all that is found, else the groups of what is ticked."""
+        now = {*tree.props["ticked"]}
+        tree.collapse().expand([g["id"] for g in groups if search.value or now & {n["id"] for n in g["children"]}])
 
-    def find(event: Any) -> None:
-        wanted = str(event.value or "").lower().split()
-        hits = {i for i in boxes if all(word in search_words(i) for word in wanted)}
-        for i, found in boxes.items():
-            found.set_visibility(i in hits)
-        nothing.set_visibility(not hits)
-        for part, group in groups.items():
-            group.set_visibility(any(part_of(i) == part for i in hits))
-            group.set_value(bool(wanted) or any(part_of(i) == part for i in ticked))
+    def pick(event: Any) -> Any:
+        """Press the words of an effect as its box."""
+        if event.value is None:
+            return None
+        tree.props["ticked"] = sorted({*tree.props["ticked"]} ^ {event.value})
+        tree.deselect()
+        return to(tree.props["ticked"])
 
-    search = ui.input(label, placeholder="conical, misaligned, hot, thick ...", on_change=find)
+    search = ui.input(label, placeholder="conical, misaligned, hot, thick ...", on_change=unfold)
     search.props("dense outlined clearable data-name=find").classes("w-full")
-    nothing = soft("Nothing found. Try another word, or clear the field to see all effects.")
-    nothing.set_visibility(False)
-    for part in PARTS:
-        groups[part] = ui.expansion(part, value=any(part_of(i) == part for i in ticked)).classes("w-full dense")
-    for i in sorted(library(), key=lambda i: title_of(library()[i])):
-        with groups[part_of(i)]:
-            boxes[i] = ui.checkbox(title_of(library()[i]), value=i in ticked, on_change=lambda e, i=i: tick(i, e))
-            boxes[i].props("dense").classes("w-full small")
+    tree = ui.tree(groups, on_select=pick, on_tick=lambda event: to(sorted(event.value))).props("dense").tick(ticked)
+    tree.props["no-results-label"] = "Nothing found. Try another word, or clear the field to see all effects."
+    tree.props[":filter-method"] = FOUND
+    search.bind_value_to(tree, "filter", lambda text: (text or "").strip())
+    unfold()
 
 
 # ---- figures, in colours that are read on light and on dark ground alike
@@ -204,12 +197,11 @@ LAYOUT = {
 }
 
 
-def chart(data: list[dict[str, Any]], y: str, height: int, **layout: Any) -> dict[str, Any]:
+def chart(data: list[dict[str, Any]], y: str, height: int) -> dict[str, Any]:
     """A figure against belt travel, with labelled axes and its legend above."""
     axes = {"xaxis": AXIS | {"title": {"text": "belt travel [m]"}}, "yaxis": AXIS | {"title": {"text": y}}}
-    axes |= {name: axes[name] | layout.pop(name, {}) for name in axes}
     config = {"displaylogo": False, "displayModeBar": False, "responsive": True}
-    return {"data": data, "layout": {**LAYOUT, **axes, "height": height, **layout}, "config": config}
+    return {"data": data, "layout": {**LAYOUT, **axes, "height": height}, "config": config}
 
 
 def line(x: Any, y: Any, name: str, colour: str, look: Mapping[str, Any] | None = None, **more: Any) -> dict[str, Any]:
@@ -228,18 +220,6 @@ def lateral(shown: Simulation, beside: Simulation | None) -> dict[str, Any]:
             more = {"legendgroup": str(k), "showlegend": s is shown}
             data.append(line(s.curves.travel, y, label, POINTS[k], look, **more))  # type: ignore[union-attr]
     return chart(data, "lateral position [mm]", 420)
-
-
-def edges(shown: Simulation) -> dict[str, Any] | None:
-    """Tension of the slacker edge where each span runs up; below zero it is slack. None where a model has none."""
-    if shown.curves is None or shown.curves.edge_stress is None:
-        return None
-    stress = np.asarray(shown.curves.edge_stress) / N_PER_MM2
-    spans = zip(("upper span", "lower span"), (POINTS[0], POINTS[3]), stress, strict=True)
-    data = [line(shown.curves.travel, own, name, colour) for name, colour, own in spans]
-    below = {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "y1": 0, "layer": "below", "line": {"width": 0}}
-    below |= {"y0": min(2.0 * float(stress.min()), -0.5), "fillcolor": "rgba(224,99,42,0.16)"}
-    return chart(data, "slacker edge [N/mm²]", 240, shapes=[below], yaxis={"rangemode": "tozero"})
 
 
 def measured_figure(campaign: Campaign, run: Run) -> dict[str, Any]:

@@ -1,12 +1,14 @@
 """The app as people meet it: a server of its own, and a real browser."""
 
+import asyncio
 import re
 import shutil
 import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -67,9 +69,20 @@ def browser() -> Iterator[Any]:
         opened.close()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
+def in_loop() -> Callable[..., Any]:
+    """Runs a coroutine: in a thread, as the browser has a loop of its own in this one."""
+
+    def run(work: Any) -> Any:
+        with ThreadPoolExecutor(1) as thread:
+            return thread.submit(asyncio.run, work).result()
+
+    return run
+
+
+@pytest.fixture(scope="session")
 def page(browser, served) -> Iterator[Any]:
-    """An empty tab, which must neither complain nor ask anybody but the app."""
+    """The tab of all tests, which must neither complain nor ask anybody but the app."""
     context = browser.new_context(viewport={"width": 1400, "height": 1000})
     context.add_cookies([{"name": f"belt_sim_{served.port}", "value": served.token, "url": served.address}])
     tab = context.new_page()

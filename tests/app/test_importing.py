@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
-from belt_sim.app.session import begin_import, nest_answers, read_mapping
+from belt_sim.app.session import begin_import
 from belt_sim.campaign import CampaignError, read_campaign
 from belt_sim.importing import write
 
@@ -95,16 +95,12 @@ def test_a_machine_by_its_name_needs_no_numbers(logged):
     answer(now, MACHINE | {("belt", "density"): "7800 kg/m^3"})
     assert now.answers == MACHINE
     now.note(("belt",), "")
-    now.note(("belt", "density"), "7800 kg/m^3")
-    assert nest_answers({"title": "x"}, now.answers) == {
-        "title": "x",
-        "machine": "test_rig",
-        "belt": {"density": "7800 kg/m^3"},
-    }
+    answer(now, {("belt", "density"): "7800 kg/m^3"})
+    assert now.proposal.mapping["belt"] == {"density": "7800 kg/m^3"}
 
 
 @pytest.mark.parametrize("data", [b"&a [*a]", b"- 1", b"a: &x 1\nb: *x", b"\x00"])
-def test_a_mapping_that_is_none_is_one_line(data):
+def test_a_mapping_that_is_none_is_one_line(data, logged):
     with pytest.raises(CampaignError) as caught:
-        read_mapping("mapping.yaml", data)
+        begin_import(logged, ("mapping.yaml", data))
     assert "\n" not in str(caught.value)

@@ -1,7 +1,5 @@
 """The app, the command line and Python take one model for one campaign, and say why."""
 
-import asyncio
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import pytest
@@ -61,22 +59,17 @@ def test_what_is_chosen_is_not_warned_about(campaign, model, why):
 
 
 @pytest.mark.parametrize(("campaign", "model", "why"), CASES)
-def test_one_campaign_has_one_model(campaign, model, why, tmp_path, monkeypatch):
+def test_one_campaign_has_one_model(campaign, model, why, tmp_path, monkeypatch, in_loop):
     assert campaign_model(None, campaign).name == model
     assert campaign_model({"name": "by_tension"}, campaign).name == model
     assert why in model_for_campaign(campaign)
     session = Session(tmp_path, campaign=campaign, campaign_folder=tmp_path)
 
-    async def ask():
-        async def nothing(job):
-            job.state = "finished"
+    async def nothing(job):
+        job.state = "finished"
 
-        monkeypatch.setattr("belt_sim.app.jobs.Job.run", nothing)
-        job = session.start("diagnose")
-        await asyncio.sleep(0)
-        return job
-
-    with ThreadPoolExecutor(1) as thread:  # the browser's tests leave a loop in this one
-        job = thread.submit(asyncio.run, ask()).result()
+    monkeypatch.setattr("belt_sim.app.session.Job.run", nothing)
+    in_loop(session.work("diagnose"))
+    (job,) = session.jobs
     assert job.settings["model"] == "by_tension"  # which the command resolves
     assert job.title.endswith(f", {model}")
