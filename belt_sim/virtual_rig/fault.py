@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 from dataclasses import Field, dataclass, field, fields
 from functools import cache
-from itertools import product
 from typing import TYPE_CHECKING, Any, ClassVar, dataclass_transform
 
 import numpy as np
@@ -116,23 +115,6 @@ class Fault:
 
         def __getattr__(self, name: str) -> Any: ...
 
-    @classmethod
-    def random_shape(cls, plan: Plan, rng: np.random.Generator) -> dict[str, float]:
-        """The parameters without a size, drawn."""
-        drawn = {f.name: f.metadata["draw"](plan, rng) for f in fields(cls) if "draw" in f.metadata}
-        return {name: int(x) if isinstance(x, int | np.integer) else float(x) for name, x in drawn.items()}
-
-    @classmethod
-    def shapes(cls, plan: Plan) -> list[dict[str, float]]:
-        """Every combination of the values in the grids of such parameters."""
-        grids = {f.name: f.metadata["grid"](plan) for f in fields(cls) if "grid" in f.metadata}
-        grids = {name: values for name, values in grids.items() if len(values)}
-        return [dict(zip(grids, values, strict=True)) for values in product(*grids.values())]
-
-    def parameters(self) -> dict[str, float]:
-        """Parameter name -> value [SI]."""
-        return dict(vars(self))
-
 
 for _name, _hook in HOOKS.items():
     setattr(Fault, _name, _hook)
@@ -150,7 +132,7 @@ def fault(id: str, module: str, words: str, *, base: type[Fault] = Fault, **give
     return type(id.title().replace("_", "") + "Fault", (base,), facts | given)
 
 
-# Numbers of a plan from which shapes are drawn.
+# How shapes are drawn.
 
 
 def any_phase(plan: Plan, rng: np.random.Generator) -> float:
@@ -161,23 +143,8 @@ def any_seed(plan: Plan, rng: np.random.Generator) -> int:
     return int(rng.integers(2**31))
 
 
-def belt_length(plan: Plan) -> float:
-    """Length of the endless belt [m]."""
-    machine = plan.machine
-    return 2 * machine.centre_distance.value + np.pi * (machine.head_radius.value + machine.tail_radius.value)
-
-
 def any_place_on_belt(plan: Plan, rng: np.random.Generator) -> float:
-    return rng.uniform(0.0, belt_length(plan))
-
-
-def duration(plan: Plan) -> float:
-    """Time of the first run [s]."""
-    return plan.length / plan.runs[0].speed
-
-
-def largest_yaw(plan: Plan) -> float:
-    return max(abs(run.yaw) for run in plan.runs)
+    return rng.uniform(0.0, plan.belt_length)
 
 
 def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
@@ -186,7 +153,7 @@ def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
 
 # Courses in travel and time: steps, random walks, a machine that warms up.
 
-_RUNS, _KNOTS = 256, 400  # a random course is drawn for this many runs and steps
+KNOTS = 400
 
 
 def smooth_step(s, at, over):
@@ -195,14 +162,10 @@ def smooth_step(s, at, over):
     return t * t * (3 - 2 * t)
 
 
-def random_course(seed: int, run, step: float):
-    """A normal number for every run [shape of run] that changes with every whole ``step``."""
-    return _drawn_once(seed)[run, min(int(step), _KNOTS - 1)]
-
-
 @cache
-def _drawn_once(seed: int) -> np.ndarray:
-    return np.random.default_rng(seed).standard_normal((_RUNS, _KNOTS))
+def random_course(seed: int) -> np.ndarray:
+    """Normal numbers of 256 runs at so many knots of a course, (runs, knots)."""
+    return np.random.default_rng(seed).standard_normal((256, KNOTS))
 
 
 SLOWEST = 1e5  # [s], as good as linear in a record
@@ -213,12 +176,12 @@ def warm_up(s, line, time_constant: float):
     return time_constant * -np.expm1(-s / line.speed / time_constant)
 
 
-def time_constant() -> Any:
+def any_time_constant(plan: Plan, rng: np.random.Generator) -> float:
     """Of warming up: between a tenth of the record and thrice it, or, one time in three, a linear drift."""
+    drawn = math.exp(rng.uniform(math.log(0.1 * plan.duration), math.log(3 * plan.duration)))
+    return SLOWEST if rng.random() < 1 / 3 else min(max(drawn, 30.0), SLOWEST)
 
-    def draw(plan: Plan, rng: np.random.Generator) -> float:
-        lasts = duration(plan)
-        drawn = math.exp(rng.uniform(math.log(0.1 * lasts), math.log(3 * lasts)))
-        return SLOWEST if rng.random() < 1 / 3 else min(max(drawn, 30.0), SLOWEST)
 
-    return shape(SLOWEST, draw, lambda plan: (SLOWEST, max(30.0, 0.3 * plan.length / plan.runs[0].speed)))
+TIME_CONSTANT = shape(
+    SLOWEST, any_time_constant, lambda plan: (SLOWEST, max(30.0, 0.3 * plan.length / plan.runs[0].speed))
+)

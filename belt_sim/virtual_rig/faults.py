@@ -12,15 +12,13 @@ import numpy as np
 from belt_sim.case import GRAVITY
 from belt_sim.virtual_rig.fault import (
     TAIL,
+    TIME_CONSTANT,
     Fault,
     any_phase,
     any_place_on_belt,
-    belt_length,
     fault,
-    largest_yaw,
     shape,
     size,
-    time_constant,
     warm_up,
 )
 from belt_sim.virtual_rig.line import (
@@ -48,10 +46,6 @@ def steady(load: Callable) -> Callable:
     return lambda f, s, line, unit, free, kept: (load(f, s, line) + 0 * free, kept)
 
 
-def _above(f: Any) -> str:
-    return "upper" if f.above else "lower"
-
-
 # The belt itself: natural curvature, weld, edge.
 
 
@@ -75,15 +69,11 @@ _SHAPE = 1 + np.cos(2 * np.pi * _POINTS)
 
 
 def _weld_places(f, s, line):
-    """How far the kink lies behind the run-off of the span to the tail, and of that to the head, not wrapped."""
+    """How far the kink lies behind the run-off of the span to the tail and of that to the head, on its last turn."""
     place = np.where(line.direction > 0, f.at, 2 * line.span_length + line.wrap_tail - f.at) + s
     place = place + line.start
-    return place, place - line.span_length - line.wrap_tail
-
-
-def _on_last_turn(place, line):
-    """The same on the last way round the belt."""
-    return np.mod(place + _LENGTH / 2, line.belt_length) - _LENGTH / 2
+    both = place, place - line.span_length - line.wrap_tail
+    return [np.mod(place + _LENGTH / 2, line.belt_length) - _LENGTH / 2 for place in both]
 
 
 def _mean_curvature(place, bent, line):
@@ -103,7 +93,6 @@ def _weld_turn(f, s, line, y, kappa):
     itself counts while it runs up, so that one passage, once a belt length, turns the belt by -angle in all."""
     found = []
     for place in _weld_places(f, s, line):
-        place = _on_last_turn(place, line)
         passing = (line.span_length - place) / _LENGTH
         bump = np.where(np.abs(passing) < 0.5, (1 + np.cos(2 * np.pi * passing)) / _LENGTH, 0.0)
         found.append(bump - _mean_curvature(place, line.runup_sensitivity, line))
@@ -114,7 +103,7 @@ def _weld_read(f, value, place, s, line):
     if not place.endswith("mid_span"):
         return value
     upper = place == "upper_mid_span"
-    behind = _on_last_turn(np.where((line.direction > 0) == upper, *_weld_places(f, s, line)), line)
+    behind = np.where((line.direction > 0) == upper, *_weld_places(f, s, line))
     return value + f.angle * line.bending * _mean_curvature(behind, tilt_sensitivity(line, upper), line)
 
 
@@ -137,7 +126,9 @@ STEEPEST = 1e-2  # [m]: amplitude times harmonic, that is 3 mm/m of slope on a b
 def _edge(f, place, s, line):
     """e = sum over k of (cosk cos + sink sin)(2 pi k m / belt length), m counted backwards from what was at point 4 at
     travel 0."""
-    phase = -2 * np.pi * line.belt_coordinate(place, s) / line.belt_length
+    span, wrap = line.span_length, line.wrap_tail
+    along = {"point_4": 0.0 * span, "point_1": span, "point_2": span + wrap, "point_3": 2 * span + wrap}[place]
+    phase = -2 * np.pi * (along - line.direction * (s + line.start)) / line.belt_length
     edge = 0.0
     for k in range(1, HARMONICS + 1):
         cos, sin = getattr(f, f"cos{k}"), getattr(f, f"sin{k}")
@@ -149,21 +140,20 @@ def _edge(f, place, s, line):
 # Loads beside the pulleys, and how the pulleys bend and sit.
 
 
-def _place_on_span():
-    """A place as a share of the span's length, counted from the head to the tail pulley."""
-    return shape(0.5, lambda plan, rng: rng.uniform(0.1, 0.9), lambda plan: (0.15, 0.4, 0.6, 0.85))
+#: a place as a share of the span's length, counted from the head to the tail pulley
+_PLACE_ON_SPAN = shape(0.5, lambda plan, rng: rng.uniform(0.1, 0.9), lambda plan: (0.15, 0.4, 0.6, 0.85))
 
 
 def _drag_scene(f, parts, case):
     """The drag itself, against the travel at one edge: on the middle of the belt, and the couple to the edge."""
     half, travel = 0.5 * float(case.belt.width), float(case.settings.direction) * (1.0 if f.above else -1.0)
-    x = f.place * float(case.rig.centre_distance)
-    return parts.with_push(span=_above(f), x=x, along=-abs(f.moment) / half * travel, couple=f.moment * travel)
+    span, x = "upper" if f.above else "lower", f.place * float(case.rig.centre_distance)
+    return parts.with_push(span=span, x=x, along=-abs(f.moment) / half * travel, couple=f.moment * travel)
 
 
 def _excursion(plan) -> float:
     """How far the belt may come in the record [m]: a sixth of what a rope would make of its largest yaw."""
-    return largest_yaw(plan) * plan.length / 6 + 1e-4
+    return plan.largest_yaw * plan.length / 6 + 1e-4
 
 
 def _guide_push(f, s, line, load, free, kept):
@@ -182,10 +172,6 @@ def _guide_scene(f, parts, case):
         for side in (1.0, -1.0) if stiffness else ():
             parts = parts.with_guide(span=span, x=x, gap=f.gap, side=side, stiffness=stiffness)
     return parts
-
-
-def _rolls_at_tail(f, line):
-    return roll_at_tail(line, True), roll_at_tail(line, False)
 
 
 def _askew(f, s, line):
@@ -211,14 +197,13 @@ def _slip_set(f, line):
         return replace(line, friction=np.minimum(line.friction, 1.0 / slippery))
 
 
-def _four(letter: str, unit: str, typical: float, limit: float) -> dict[str, Any]:
-    """A number of each sensor."""
-    return {f"{letter}{k}": size(unit, typical, limit, place=f"point_{k}") for k in (1, 2, 3, 4)}
-
-
-def at_point(f: Any, letter: str, place: str):
-    """The parameter of the sensor at a point; none for a tilt sensor."""
-    return getattr(f, letter + place[-1]) if place.startswith("point_") else 0.0
+def _sensors(letter: str, unit: str, typical: float, limit: float, shown: Callable) -> dict[str, Any]:
+    """A number of each lateral sensor; shown: (value, the number of its sensor, s, line) -> what that shows."""
+    return {f"{letter}{k}": size(unit, typical, limit, place=f"point_{k}") for k in (1, 2, 3, 4)} | {
+        "read": lambda f, value, place, s, line: (
+            shown(value, getattr(f, letter + place[-1]), s, line) if place.startswith("point_") else value
+        )
+    }
 
 
 _TABLE: dict[str, dict[str, Any]] = {
@@ -248,7 +233,7 @@ _TABLE: dict[str, dict[str, Any]] = {
     "weld": {
         "words": "A kink of the belt over a raised cosine; at travel 0 ``at`` along it from point 4 over 1, 2, 3.",
         "angle": size("rad", 2e-4, 2e-3),
-        "at": shape(5.64, any_place_on_belt, lambda plan: [k * belt_length(plan) for k in np.arange(8) / 8]),
+        "at": shape(5.64, any_place_on_belt, lambda plan: [k * plan.belt_length for k in np.arange(8) / 8]),
         "turn": _weld_turn,
         "read": _weld_read,
         "scene": _weld_scene,
@@ -280,11 +265,11 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "A skewed idler pushes the upper span towards +y, and to the other side when the belt runs backwards.",
         "above": True,
         "force": size("N", 0.2, 50.0),
-        "place": _place_on_span(),
+        "place": _PLACE_ON_SPAN,
         "loads": lambda f, line: (unit_load(line, f.above, f.place),),
         "push": lambda f, s, line, load, free, kept: (f.force * line.direction, kept),
         "scene": lambda f, parts, case: parts.with_push(
-            span=_above(f),
+            span="upper" if f.above else "lower",
             x=f.place * float(case.rig.centre_distance),
             across=f.force * float(case.settings.direction),
         ),
@@ -294,7 +279,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "y > 0. The drag -D t on the edge at b/2 turns y' upwards along the travel t, whichever way the belt runs.",
         "above": True,
         "moment": size("N m", 0.5, 50.0),
-        "place": _place_on_span(),
+        "place": _PLACE_ON_SPAN,
         "loads": lambda f, line: (unit_load(line, f.above, f.place, couple=True),),
         "push": steady(lambda f, s, line: f.moment),
         "scene": _drag_scene,
@@ -367,7 +352,7 @@ _TABLE: dict[str, dict[str, Any]] = {
     "yaw_drift": {
         "words": "The machine warms up: the tail pulley turns by rate tau (1 - exp(-t/tau)), t since travel 0.",
         "rate": size("rad/s", 1e-6, 1e-5),
-        "time_constant": time_constant(),
+        "time_constant": TIME_CONSTANT,
         "yaw": lambda f, s, line: f.rate * warm_up(s, line, f.time_constant),
     },
     "unequal_tension": {
@@ -396,7 +381,7 @@ _TABLE: dict[str, dict[str, Any]] = {
     "taper_drift": {
         "words": "The tail grows a taper as it warms up: kappa_t = rate tau (1 - exp(-t/tau)), t since travel 0.",
         "rate": size("1/(m s)", 2e-7, 5e-6),
-        "time_constant": time_constant(),
+        "time_constant": TIME_CONSTANT,
         "turn": lambda f, s, line, y, kappa: f.rate * warm_up(s, line, f.time_constant) * TAIL,
     },
     "build_up": {
@@ -422,7 +407,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "The tail's axis rises by gamma towards +y: it shifts the belt on its wrap and rolls the spans.",
         "gamma": size("rad", 1e-3, 5e-3),
         "set": adds("cant", "gamma"),
-        "loads": _rolls_at_tail,
+        "loads": lambda f, line: (roll_at_tail(line, True), roll_at_tail(line, False)),
         "push": steady(lambda f, s, line: f.gamma),
         "scene": on_pulley("tail", "cant", "gamma"),
     },
@@ -440,7 +425,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "turn": lambda f, s, line, y, kappa: (
             f.beta_1 * np.cos(_askew(f, s, line) - np.pi / 2) / line.tail_radius * TAIL
         ),
-        "loads": _rolls_at_tail,
+        "loads": lambda f, line: (roll_at_tail(line, True), roll_at_tail(line, False)),
         "push": steady(lambda f, s, line: line.direction * f.beta_1 * np.sin(_askew(f, s, line))),
         "initial_state": _askew_at_first,
         "scene": _askew_scene,
@@ -492,18 +477,15 @@ _TABLE: dict[str, dict[str, Any]] = {
     # Sensors and recorder.
     "sensor_offset": {
         "words": "The sensor at point k shows y + ck in every run.",
-        **_four("c", "m", 5e-4, 2e-2),
-        "read": lambda f, value, place, s, line: value + at_point(f, "c", place),
+        **_sensors("c", "m", 5e-4, 2e-2, lambda value, c, s, line: value + c),
     },
     "sensor_gain": {
         "words": "The sensor at point k shows (1 + gk) y.",
-        **_four("g", "1", 0.05, 0.3),
-        "read": lambda f, value, place, s, line: value * (1 + at_point(f, "g", place)),
+        **_sensors("g", "1", 0.05, 0.3, lambda value, g, s, line: value * (1 + g)),
     },
     "sensor_drift": {
         "words": "The sensor at point k shows y + dk t, t since the yaw was applied.",
-        **_four("d", "m/s", 5e-6, 2e-5),
-        "read": lambda f, value, place, s, line: value + at_point(f, "d", place) * (s - line.yaw_at) / line.speed,
+        **_sensors("d", "m/s", 5e-6, 2e-5, lambda value, d, s, line: value + d * (s - line.yaw_at) / line.speed),
     },
     "sensor_delay": {
         "words": "Every lateral reading shows what was there ``delay`` seconds ago.",

@@ -1,8 +1,9 @@
 """What a campaign hides: faults by id, their size in it, and draws at random."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from dataclasses import dataclass, field, fields, replace
+from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -52,7 +53,7 @@ def fault_from_spec(spec: str | dict) -> Fault:
     if not given:
         name, size = next(iter(cls.sizes.items()))
         return cls(**{name: size.typical})
-    allowed = cls().parameters()
+    allowed = vars(cls())
     for name, value in given.items():
         if name not in allowed:
             raise InputError(f"hidden {cls.id}", name, "", f"its parameters are {', '.join(allowed)}")
@@ -106,6 +107,11 @@ class Detectability:
                 alone[k] = change[k]
                 found += [alone * lane for lane in lanes] if alone.any() else []
         self.nuisances = np.stack([self.whiten(c) for c in found], axis=1)
+        # with N N' = U diag(l^2) U', the metric (1 + N N')^-1 has the root 1 - U (1 - (1 + l^2)^-1/2) U'
+        squares, v = np.linalg.eigh(self.nuisances.T @ self.nuisances)
+        felt = squares > 1e-9 * max(squares.max(initial=0.0), 1e-30)
+        self._axes = self.nuisances @ v[:, felt] / np.sqrt(squares[felt])
+        self._shares = 1 - 1 / np.sqrt(1 + squares[felt])
 
     def whiten(self, change: np.ndarray) -> np.ndarray:
         """A change as one vector of unit noise."""
@@ -116,16 +122,7 @@ class Detectability:
         return self._project_out(self.whiten(change))
 
     def _project_out(self, vector: np.ndarray) -> np.ndarray:
-        u, share = self._nuisance_axes
-        return vector - u @ (share * (u.T @ vector))
-
-    @cached_property
-    def _nuisance_axes(self) -> tuple[np.ndarray, np.ndarray]:
-        """With N N' = U diag(l^2) U', the metric (1 + N N')^-1 has the root 1 - U (1 - (1 + l^2)^-1/2) U'."""
-        squares, v = np.linalg.eigh(self.nuisances.T @ self.nuisances)
-        felt = squares > 1e-9 * max(squares.max(initial=0.0), 1e-30)
-        u = self.nuisances @ v[:, felt] / np.sqrt(squares[felt])
-        return u, 1 - 1 / np.sqrt(1 + squares[felt])
+        return vector - self._axes @ (self._shares * (self._axes.T @ vector))
 
     def sizes(self, faults: Sequence[Fault]) -> np.ndarray:
         """d of each of several faults, all observed in one batch, shape (faults,).
@@ -167,8 +164,8 @@ def changes(plan: Plan, base: Line, clean: np.ndarray, faults: Sequence[Fault]) 
     """Change of the readings, shape (signals, n, runs), by each fault alone, all in one march."""
     runs, lanes = len(plan.runs), []
     for cls in sorted({type(f) for f in faults}, key=lambda c: c.id):  # as one fault, null in the lanes of others
-        null = cls().parameters()
-        rows = [f.parameters() if type(f) is cls else null for f in faults]
+        null = vars(cls())
+        rows = [vars(f) if type(f) is cls else null for f in faults]
         alike = next(f for f in faults if type(f) is cls)
         given = {
             n: np.repeat([row[n] for row in rows], runs) if isinstance(value, float) else getattr(alike, n)
@@ -220,12 +217,12 @@ def scale_to_size(detectability: Detectability, fault: Fault, wanted: float) -> 
 
 def largest_scale(fault: Fault) -> float:
     """By how much a fault's sizes may be multiplied before the first meets its limit."""
-    return min(size.limit / abs(v) for name, size in fault.sizes.items() if (v := fault.parameters()[name]) != 0.0)
+    return min(size.limit / abs(v) for name, size in fault.sizes.items() if (v := getattr(fault, name)) != 0.0)
 
 
 def scale_fault(fault: Fault, factor: float) -> Fault:
     """The fault with all its sizes multiplied."""
-    return replace(fault, **{n: v * factor for n, v in fault.parameters().items() if n in fault.sizes})
+    return replace(fault, **{name: factor * getattr(fault, name) for name in fault.sizes})
 
 
 # Distance to the library: what the best one, and the best three of its effects leave over of a change.
@@ -292,12 +289,13 @@ def library_signatures(plan: Plan, base: str) -> dict[str, list[np.ndarray]]:
     shape."""
     line, clean, _ = sensitivities(plan, base)
     able = [cls for cls in RANDOM_LIBRARY if not cls.fixed and base not in (*cls.part_of, *cls.idle_on)]
-    directions = [
-        cls(**{name: _SMALL * size.typical}, **shape)
-        for cls in able
-        for name, size in visible_sizes(cls, plan).items()
-        for shape in cls.shapes(plan)
-    ]
+    directions = []
+    for cls in able:
+        grids = {f.name: f.metadata["grid"](plan) for f in fields(cls) if "grid" in f.metadata}
+        grids = {name: values for name, values in grids.items() if len(values)}
+        for name, size in visible_sizes(cls, plan).items():
+            shapes = (dict(zip(grids, values, strict=True)) for values in product(*grids.values()))
+            directions += [cls(**{name: _SMALL * size.typical}, **shape) for shape in shapes]
     columns: dict[str, list[np.ndarray]] = {}
     for fault in (f for f in directions if has_hook(f, "edge")):  # which changes nothing of the march
         change, s = np.zeros_like(clean), np.broadcast_to(plan.travel[:, None], clean.shape[1:])
@@ -349,10 +347,11 @@ class HiddenFaults:
     dirty: str | None = None
 
 
-def specified_hidden(hidden: Sequence[str | dict], rule: Callable[[], Detectability]) -> HiddenFaults:
-    """Faults from ids and dictionaries; {"id": ..., "d": 12} scales to a size, which calls ``rule()``."""
+def specified_hidden(hidden: Sequence[str | dict], rule: Callable[[], Detectability] | None) -> HiddenFaults:
+    """Faults from ids and dictionaries; {"id": ..., "d": 12} scales to a size by ``rule()``; None refuses that."""
     if isinstance(hidden, str) or not isinstance(hidden, Sequence):
-        raise InputError("hidden", hidden, "", "give a list of ids, or of dictionaries with an id")
+        more = "; random needs engine=line" if hidden == "random" else ""
+        raise InputError("hidden", hidden, "", f"give a list of ids, or of dictionaries with an id{more}")
     faults: list[Fault] = []
     sizes = []
     for spec in hidden:
@@ -360,6 +359,8 @@ def specified_hidden(hidden: Sequence[str | dict], rule: Callable[[], Detectabil
             raise InputError("hidden", spec, "", "give ids, or dictionaries with an id")
         wanted = None
         if isinstance(spec, dict) and "d" in spec:
+            if rule is None:
+                raise InputError("hidden", "d", "", "give the effect's own parameters with engine=mujoco")
             spec = dict(spec)
             cls = fault_class(str(spec.get("id", "")))
             if both := [name for name in spec if name in cls.sizes and name != "d"]:
@@ -368,7 +369,7 @@ def specified_hidden(hidden: Sequence[str | dict], rule: Callable[[], Detectabil
         fault = fault_from_spec(spec)
         if any(type(fault) is type(known) for known in faults):
             raise InputError("hidden", fault.id, "", "name each fault once")
-        fault, size = (fault, None) if wanted is None else scale_to_size(rule(), fault, wanted)
+        fault, size = (fault, None) if wanted is None or rule is None else scale_to_size(rule(), fault, wanted)
         faults.append(fault)
         sizes.append(size)
     kind = "stated" if faults else "nothing"
@@ -423,7 +424,11 @@ def random_fault(name: str, plan: Plan, rng: np.random.Generator) -> Fault:
     else:
         picked = str(rng.choice(list(sizes)))
         chosen = {picked: sign * sizes[picked].typical}
-    return cls(**chosen, **cls.random_shape(plan, rng))
+    for f in fields(cls):
+        if "draw" in f.metadata:
+            drawn = f.metadata["draw"](plan, rng)
+            chosen[f.name] = int(drawn) if isinstance(drawn, int | np.integer) else float(drawn)
+    return cls(**chosen)
 
 
 def _draw_library(kind, names, wanted, plan: Plan, library: LibrarySignatures, rng) -> HiddenFaults:
@@ -433,7 +438,7 @@ def _draw_library(kind, names, wanted, plan: Plan, library: LibrarySignatures, r
     edge = kind == "two" and rng.random() < EDGE_BESIDE[kind]
     for number, size in enumerate(wanted):
         if edge and number == 1:
-            faults.append(_random_edge(plan, rng))
+            faults.append(scale_fault(random_fault("edge_profile", plan, rng), float(rng.uniform(*_EDGE))))
             sizes.append(float(library.rule.sizes(faults[-1:])[0]))
             continue
         for _ in range(_ATTEMPTS):
@@ -481,18 +486,12 @@ def _draw_unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str
     if best is None:
         raise InputError("outside", names, "", "every one lets the belt run away under this plan; use another")
     _, fault, near = best
-    size = float(library.rule.sizes([fault])[0])
-    edge = [_random_edge(plan, rng)] if rng.random() < EDGE_BESIDE["outside"] else []
-    sizes = (size, *(float(d) for d in (library.rule.sizes(edge) if edge else ())))
-    return HiddenFaults(
-        kind="outside", faults=(fault, *edge), sizes=sizes, lookalikes=near.lookalikes, distance=near.triple
-    )
-
-
-def _random_edge(plan: Plan, rng) -> Fault:
-    """The edge of a real belt, or a better one."""
-    edge = random_fault("edge_profile", plan, rng)
-    return scale_fault(edge, float(rng.uniform(*_EDGE)))
+    faults, sizes = [fault], [float(library.rule.sizes([fault])[0])]
+    if rng.random() < EDGE_BESIDE["outside"]:
+        faults.append(scale_fault(random_fault("edge_profile", plan, rng), float(rng.uniform(*_EDGE))))
+        sizes.append(float(library.rule.sizes(faults[1:])[0]))
+    alike, left = near.lookalikes, near.triple
+    return HiddenFaults(kind="outside", faults=tuple(faults), sizes=tuple(sizes), lookalikes=alike, distance=left)
 
 
 # Damaged readings.

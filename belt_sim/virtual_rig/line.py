@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from belt_sim.case import Belt, Numbers, Rig
+from belt_sim.case import Numbers
 
 #: 2**DOUBLINGS elements a span: 0.18 m on the test rig, shorter than the shortest decay length at 4 N/mm2.
 DOUBLINGS = 6
@@ -81,18 +81,15 @@ def solve_span(
 ) -> SpanResponse:
     """Condense a batch of spans onto their ends by gluing neighbours, pair by pair; numbers shape (batch,), SI.
 
-    yields: how the slope and the tilt at the run-off and at the run-up give way to the couples there, a pair of
-    arrays (batch, 2, 2) [rad/(N m)]; None = held. loads: in the place of unit boundary values, what acts on the nodes,
-    (batch, n, 4), while the ends are at rest but for ``tilts``, those of the run-off and the run-up.
+    yields: how (slope, tilt) at the run-off and at the run-up give way to (couple about z, couple about x) there, a
+    pair of arrays (batch, 2, 2) [rad/(N m)]; None = held. loads: in the place of unit boundary values, what acts on the
+    nodes, (batch, n, 4), while the ends are at rest but for ``tilts``, those of the run-off and the run-up.
     """
     count = 2**DOUBLINGS
 
     def along(value, factor) -> np.ndarray:  # (batch, 1), or (batch, elements) of a span that changes along its way
         factor = np.asarray(factor, dtype=float)
         return value[:, None] * (factor if factor.ndim == 2 else factor.reshape(-1, 1))
-
-    def neighbours(x: np.ndarray):
-        return (x, x) if x.shape[1] == 1 else (x[:, ::2], x[:, 1::2])
 
     stated = (bending, sections.bending), (force, sections.tension), (torsion, sections.torsion)
     factors = np.broadcast_arrays(*(along(*pair) for pair in (*stated, (sag_curvature, sections.sag))))
@@ -110,7 +107,9 @@ def solve_span(
             given[:, row, 0] = tilt
     eliminated = []
     for _ in range(DOUBLINGS):
-        (left, right), (load_left, load_right) = neighbours(pieces), neighbours(load)
+        left, right, load_left, load_right = (
+            x if x.shape[1] == 1 else x[:, first::2] for x in (pieces, load) for first in (0, 1)
+        )
         between = left[..., 4:, 4:] + right[..., :4, :4]
         to_ends = np.concatenate([left[..., 4:, :4], right[..., :4, 4:]], axis=-1)
         from_ends = np.concatenate([left[..., :4, 4:], right[..., 4:, :4]], axis=-2)
@@ -247,63 +246,33 @@ class Line:
 
     def span(self, tension_share: float = 1.0, *, to_tail: bool | np.ndarray = True, **more) -> SpanResponse:
         """The response at a share of the tension of the free span that runs to the tail (or to the head) pulley, which
-        may be another in every lane; more: as of ``solve_span``."""
-        line = replace(self, stress=self.stress * tension_share)
-        yields = line.end_compliance(to_tail) if np.any(self.layer) else None
-        coupling = line.sag_roll * line.sag_curvature
-        return solve_span(line.span_length, line.bending, line.force, line.torsion, coupling, yields=yields, **more)
+        may be another in every lane; more: as of ``solve_span``.
 
-    def end_compliance(self, to_tail: bool | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How run-off and run-up give way to the span: (slope, tilt) per (couple about z, couple about x), symmetric.
-
-        Shape (batch, 2, 2) each [rad/(N m)]. The belt lies on the pulley to where its bending layer begins, whose slope
-        is (length/R) exp(-x/length) towards the straight line. There a couple M about z twists it. The rate of twist t
+        With a bending layer the ends give way. The belt lies on the pulley to where its layer begins, whose slope is
+        (length/R) exp(-x/length) towards the straight line. There a couple M about z twists it. The rate of twist t
         obeys D b^3/12 t'' - T t = M times that slope, t = 0 at the pulley: the difference of two exponentials.
         """
-        plate = self.youngs_modulus * self.thickness**3 / (12 * (1 - self.poisson_ratio**2))
-        length = np.sqrt(plate / (self.stress * self.thickness))
-        upper = np.where((self.direction > 0) == to_tail, 1.0, -1.0)
-        pulleys = [
-            np.where(to_tail, *pair)
-            for pair in ((self.head_radius, self.tail_radius), (self.tail_radius, self.head_radius))
-        ]
-        twist = np.sqrt(plate * self.width**3 / 12 / self.torsion)  # the other length, along which a twist dies out
-        found = []
-        for radius, at_runup in zip(pulleys, (-1.0, 1.0), strict=True):
-            rolled = length**3 / (length + twist) / radius  # integral of t, times T/M
-            turned = rolled * length / (2 * radius) / (1 + twist / length)  # of the layer's slope times t
-            slope = -self.layer * turned / self.torsion
-            cross = at_runup * upper * self.layer * rolled / self.torsion
-            found.append(np.stack([np.stack([slope, cross], -1), np.stack([cross, 0 * cross], -1)], -2))
-        return found[0], found[1]
-
-    def belt_coordinate(self, place: str, s):
-        """Which part of the belt lies at a point at travel s [m], counted from what was at point 4 at travel 0."""
-        along = {
-            "point_4": 0.0 * self.span_length,
-            "point_1": self.span_length,
-            "point_2": self.span_length + self.wrap_tail,
-            "point_3": 2 * self.span_length + self.wrap_tail,
-        }
-        return along[place] - self.direction * (s + self.start)
+        line, yields = replace(self, stress=self.stress * tension_share), []
+        if np.any(self.layer):
+            plate = line.youngs_modulus * line.thickness**3 / (12 * (1 - line.poisson_ratio**2))
+            length = np.sqrt(plate / (line.stress * line.thickness))
+            twist = np.sqrt(plate * line.width**3 / 12 / line.torsion)  # the other length, along which a twist dies out
+            upper, both = np.where((line.direction > 0) == to_tail, 1.0, -1.0), (line.head_radius, line.tail_radius)
+            for pulleys, at_runup in ((both, -1.0), (both[::-1], 1.0)):
+                radius = np.where(to_tail, *pulleys)
+                rolled = length**3 / (length + twist) / radius  # integral of t, times T/M
+                turned = rolled * length / (2 * radius) / (1 + twist / length)  # of the layer's slope times t
+                slope = -line.layer * turned / line.torsion
+                cross = at_runup * upper * line.layer * rolled / line.torsion
+                yields.append(np.stack([np.stack([slope, cross], -1), np.stack([cross, 0 * cross], -1)], -2))
+        coupling, ends = line.sag_roll * line.sag_curvature, yields or None
+        return solve_span(line.span_length, line.bending, line.force, line.torsion, coupling, yields=ends, **more)
 
     @cached_property
     def runup_sensitivity(self) -> np.ndarray:
         """Curvature in the middle of every element per unit run-up angle [1/m], shape (batch, n)."""
         coupling = self.sag_roll * self.sag_curvature
         return curvature_along(self.span().nodes, self.span_length, coupling)[:, :, 3]
-
-
-_OF_RIG = ("span_length", "wrap_tail", "wrap_head", "tail_radius", "head_radius", "gravity")
-_OF_BELT = ("width", "thickness", "youngs_modulus", "density", "poisson_ratio")
-
-
-def line_from(rig: Rig, belt: Belt, **settings: np.ndarray) -> Line:
-    """A faultless batch on one machine (its numbers may be arrays); ``settings``: the remaining fields."""
-    constants = {name: getattr(rig, name) for name in _OF_RIG} | {name: getattr(belt, name) for name in _OF_BELT}
-    count = len(settings["stress"])
-    line = Line(run=np.arange(count), **constants, **settings)
-    return replace(line, **{name: np.broadcast_to(np.asarray(v), (count,)) for name, v in vars(line).items()})
 
 
 def stack(lines: list[Line]) -> Line:

@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity, Run, Source, write_campaign
+from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity, Run, SettingsSheet, Source, write_campaign
 from belt_sim.errors import InputError, whole
 from belt_sim.io import write_text
 from belt_sim.units import MM, N_PER_MM2
@@ -83,15 +83,6 @@ class Truth:
         return hashlib.sha256(self.text().encode()).hexdigest()
 
 
-def seal(truth: Truth, folder: Path) -> str:
-    """Write truth.sealed and truth.sha256 into a campaign folder; returns the hash. Hidden, not encrypted."""
-    packed = base64.b64encode(zlib.compress(truth.text().encode(), 9)).decode()
-    wrapped = "\n".join(packed[k : k + 76] for k in range(0, len(packed), 76))
-    write_text(folder / SEALED, wrapped + "\n")
-    write_text(folder / HASH, f"{truth.sha256()}  {SEALED}\n")
-    return truth.sha256()
-
-
 def reveal(folder: str | Path) -> Truth:
     """Open a sealed truth; raises InputError when a file is missing or the truth is not the published one."""
     folder, texts = Path(folder), []
@@ -112,6 +103,15 @@ def reveal(folder: str | Path) -> Truth:
         remedy = "the truth was changed after it was sealed (or the published hash was); do not trust it"
         raise InputError("SHA-256 of the truth", found, "", f"does not match {HASH}: {remedy}")
     return truth
+
+
+def seal(truth: Truth, folder: Path) -> str:
+    """Write truth.sealed and truth.sha256 into a campaign folder; returns the hash. Hidden, not encrypted."""
+    packed = base64.b64encode(zlib.compress(truth.text().encode(), 9)).decode()
+    wrapped = "\n".join(packed[k : k + 76] for k in range(0, len(packed), 76))
+    write_text(folder / SEALED, wrapped + "\n")
+    write_text(folder / HASH, f"{truth.sha256()}  {SEALED}\n")
+    return truth.sha256()
 
 
 def write_blind(out: str | Path, campaign: Campaign, truth: Truth, *, overwrite: bool = False) -> str:
@@ -171,7 +171,7 @@ def measure_campaign(
         turned = [k for k, run in enumerate(plan.runs) if run.yaw != 0.0] or list(range(len(plan.runs)))
         which, run = int(rng.choice(able)), int(rng.choice(turned))
         damage(readings, what.dirty, which, run)
-        dirt = {"kind": what.dirty, "signal": list(plan.signals)[which], "run": _name(run)}
+        dirt = {"kind": what.dirty, "signal": list(plan.signals)[which], "run": f"r{run + 1:02d}"}
     campaign = build_campaign(plan, noise, readings, title, "belt-sim virtual-rig engine=line")
     salt = streams[4].bytes(_SALT_BYTES).hex()
     unstated = {"start": [r.start for r in plan.runs]} if any(r.start for r in plan.runs) else {}
@@ -184,18 +184,18 @@ def build_campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str, r
     sheets = noise.sheets(plan)
     runs = []
     for k, setting in enumerate(plan.runs):
-        repeat = None if setting.repeat_of is None else _name(setting.repeat_of)
+        repeat = None if setting.repeat_of is None else f"r{setting.repeat_of + 1:02d}"
         rounded = np.round(readings[:, :, k] / RESOLUTION) * RESOLUTION
         signals = {sheet.name: row for sheet, row in zip(sheets, rounded, strict=True)}
         stated = {n: v for n, v in vars(setting).items() if n not in ("repeat_of", "start")}
-        runs.append(Run(name=_name(k), repeat_of=repeat, travel=plan.travel, signals=signals, **stated))
+        runs.append(Run(name=f"r{k + 1:02d}", repeat_of=repeat, travel=plan.travel, signals=signals, **stated))
     return Campaign(
         title=title,
         source=Source(kind="synthetic", reference=reference, licence="Apache-2.0"),
         machine=plan.machine,
         belt=plan.belt,
         signals=sheets,
-        settings=noise.settings,
+        settings=SettingsSheet(tension_rel=noise.tension_rel, yaw_u=noise.yaw_u),
         runs=tuple(runs),
     )
 
@@ -209,7 +209,7 @@ def describe_truth(
     effects = [
         {
             "id": fault.id,
-            "parameters": {n: _round_digits(v, 9) for n, v in fault.parameters().items()},
+            "parameters": {n: _round_digits(v, 9) for n, v in vars(fault).items()},
             "d": _round_digits(size, 6),
         }
         for fault, size in zip(what.faults, what.sizes, strict=True)
@@ -235,10 +235,6 @@ def describe_truth(
 def _round_digits(value: Any, digits: int) -> Any:
     """A number to so many significant digits: what processors of different kinds agree upon; all else as it is."""
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
-
-
-def _name(run: int) -> str:
-    return f"r{run + 1:02d}"
 
 
 def check_base(base: str, faults: Sequence[Fault] = ()) -> str:
@@ -345,7 +341,14 @@ def true_noise(plan: Plan, stated: Noise, rng: np.random.Generator) -> Noise:
 
 def random_plan(kind: str, rng: np.random.Generator) -> tuple[Plan, Noise]:
     """A plan and stated noise for a machine of one kind."""
-    machine, belt = _machine(kind, rng)
+    machine, belt, numbers = TEST_RIG, TEST_BELT, _RIGS[kind][2](rng)
+    if numbers:
+        distance, width, thickness, radius = map(float, numbers)
+        both = Quantity(value=radius, u=3e-3 * radius)
+        centre = Quantity(value=distance, u=max(5e-4 * distance, 1e-3))
+        machine = Machine(centre_distance=centre, head_radius=both, tail_radius=both)
+        wide, thick = Quantity(value=width, u=5e-4 * width), Quantity(value=thickness, u=0.01 * thickness)
+        belt = replace(TEST_BELT, width=wide, thickness=thick)
     length = float(rng.choice(_RIGS[kind][1]))
     signals = _SIGNALS[int(rng.integers(len(_SIGNALS)))]
     runs = _runs(kind, machine, belt, rng)
@@ -370,20 +373,6 @@ def random_plan(kind: str, rng: np.random.Generator) -> tuple[Plan, Noise]:
         yaw_u=float(f"{0.005 * max(abs(run.yaw) for run in runs):.2g}"),  # half a percent of the largest
     )
     return plan, noise
-
-
-def _machine(kind: str, rng) -> tuple[Machine, BeltSheet]:
-    numbers = _RIGS[kind][2](rng)
-    if not numbers:
-        return TEST_RIG, TEST_BELT
-    distance, width, thickness, radius = map(float, numbers)
-    both = Quantity(value=radius, u=3e-3 * radius)
-    centre = Quantity(value=distance, u=max(5e-4 * distance, 1e-3))
-    across = {
-        "width": Quantity(value=width, u=5e-4 * width),
-        "thickness": Quantity(value=thickness, u=0.01 * thickness),
-    }
-    return Machine(centre_distance=centre, head_radius=both, tail_radius=both), replace(TEST_BELT, **across)
 
 
 def _runs(kind: str, machine: Machine, belt: BeltSheet, rng) -> tuple[RunSetting, ...]:

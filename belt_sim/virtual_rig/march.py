@@ -20,7 +20,7 @@ import numpy as np
 from belt_sim.campaign import SignalSheet
 from belt_sim.case import GRAVITY, Belt, Rig
 from belt_sim.virtual_rig.fault import Fault, has_hook
-from belt_sim.virtual_rig.line import Line, SpanResponse, UnitLoad, line_from
+from belt_sim.virtual_rig.line import Line, SpanResponse, UnitLoad
 from belt_sim.virtual_rig.plan import Noise, Plan
 
 
@@ -249,8 +249,16 @@ class _DelayEquation:
     def step(self, k: int, y: np.ndarray) -> np.ndarray:
         """One Runge-Kutta step from node k."""
         s, h = self.nodes[k], self.nodes[k + 1] - self.nodes[k]
-        if self.slips:
-            y = self.slip_at_yaw_step(k, y)
+        # run-ups let go at the start, and where the yaw is changed as this step begins
+        before, middle, at = self.nodes[max(k - 1, 0)], (s + self.nodes[k + 1]) / 2, self.line.yaw_at
+        changed = (middle > at) & ((before + s) / 2 <= at) | (k == 0)
+        if self.slips and changed.any():
+            kappa = self.curvatures(s, k, y, self.here)[0]
+            ends = _ends(*self.line.along_bent_axes(y, self.here), *self._yaws(s, k))
+            stiff = np.stack([span.run_up[3] for span in self._responses(s, ends)])
+            gone = slip_turn(kappa, stiff, self.line, self.sticks)
+            turn, aside = (np.where(changed, x, 0.0) for x in gone)
+            y = y + np.stack([aside[0], -turn[0], aside[1], -turn[1]])
         k1, still = self.store(k, y, k), np.zeros(len(self.line.stress))
         half, whole = (self.history.wrap_exit_without_slip(s + share * h + still) for share in (0.5, 1.0))
         k2 = self.rates(s + h / 2, k, y + h / 2 * k1, half)
@@ -309,19 +317,6 @@ class _DelayEquation:
         ends = _ends(y, past, beta, beta_head)
         kappa = np.stack([dot(to_tail.run_up, *ends[0]), dot(to_head.run_up, *ends[1])])
         return kappa + self._load_curvatures(s, ends, node)[0], beta, beta_head
-
-    def slip_at_yaw_step(self, k: int, y: np.ndarray) -> np.ndarray:
-        """The state once the run-ups have let go: at the start, and where the yaw is changed as step k begins."""
-        line, before = self.line, self.nodes[max(k - 1, 0)]
-        middle = (self.nodes[k] + self.nodes[k + 1]) / 2
-        changed = (middle > line.yaw_at) & ((before + self.nodes[k]) / 2 <= line.yaw_at) | (k == 0)
-        if not changed.any():
-            return y
-        kappa = self.curvatures(self.nodes[k], k, y, self.here)[0]
-        ends = _ends(*self.line.along_bent_axes(y, self.here), *self._yaws(self.nodes[k], k))
-        stiff = np.stack([span.run_up[3] for span in self._responses(self.nodes[k], ends)])
-        turn, aside = (np.where(changed, x, 0.0) for x in slip_turn(kappa, stiff, line, self.sticks))
-        return y + np.stack([aside[0], -turn[0], aside[1], -turn[1]])
 
     def _yaws(self, s: float, k: int):
         line = self.line
@@ -406,14 +401,16 @@ def true_machine(plan: Plan, errors: TrueErrors, gravity: float = GRAVITY) -> tu
 def true_line(plan: Plan, base: str, errors: TrueErrors) -> Line:
     """The runs of a plan as lines of base law ``beam_th2`` or ``strip``, without faults."""
     rig, belt = true_machine(plan, errors)
-    columns = {
-        name: np.array([getattr(run, name) for run in plan.runs], dtype=float)
-        for name in ("yaw_head", "yaw_at", "speed", "direction", "start")
-    }
-    tension = np.array([run.tension for run in plan.runs]) * (1 + errors.tension_rel)
-    yaw = np.array([run.yaw for run in plan.runs]) + errors.yaw
-    coupled = np.full(len(plan.runs), float(base == "strip"))
-    return line_from(rig, belt, stress=tension, yaw=yaw, sag_roll=coupled, **columns)
+    settings = ("tension", "yaw", "yaw_head", "yaw_at", "speed", "direction", "start")
+    columns = {name: np.array([getattr(run, name) for run in plan.runs], dtype=float) for name in settings}
+    columns["stress"] = columns.pop("tension") * (1 + errors.tension_rel)
+    columns["yaw"] = columns["yaw"] + errors.yaw
+    for name in ("span_length", "wrap_tail", "wrap_head", "tail_radius", "head_radius", "gravity"):
+        columns[name] = getattr(rig, name)
+    for name in ("width", "thickness", "youngs_modulus", "density", "poisson_ratio"):
+        columns[name] = getattr(belt, name)
+    line = Line(run=np.arange(len(plan.runs)), sag_roll=float(base == "strip"), **columns)
+    return replace(line, **{n: np.broadcast_to(np.asarray(v), (len(plan.runs),)) for n, v in vars(line).items()})
 
 
 def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
@@ -432,42 +429,36 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
     begun = np.broadcast_to(0.0 if plan.zero_at_start else line.yaw_at, (1, len(line.stress)))
     readings = []
     for place in plan.signals.values():
-        value = _perfect_reading(history, faults, place, travelled)
+        value = perfect_reading(history, faults, place, travelled)
         if place.startswith("point_"):
-            value = value - _perfect_reading(history, faults, place, begun, _JUST_BEFORE)
+            value = value - perfect_reading(history, faults, place, begun, _JUST_BEFORE)
         for fault in faults:
             value = fault.read(value, place, travelled, line)
         readings.append(value)
     return np.stack(readings)
 
 
-def _perfect_reading(
-    history: DelayHistory, faults: Sequence[Fault], place: str, s: np.ndarray, before: float = 0.0
-) -> np.ndarray:
-    """What a perfect sensor sees at travel s, or a hair before: the belt and its edge, where the sensor looked."""
-    if not place.startswith("point_"):
-        return position(history, place, s - before)
-    for fault in faults:
-        s = fault.sensor_travel(s, history.line)
-    return sum((f.edge(place, s, history.line) for f in faults), position(history, place, s - before))
-
-
-#: place -> (state row, wrapped arc behind it) for travel direction +1; -1 swaps top and bottom.
-POINTS = {"point_1": (0, None), "point_2": (0, "wrap_tail"), "point_3": (2, None), "point_4": (2, "wrap_head")}
-_MIRRORED = {"point_1": "point_2", "point_2": "point_1", "point_3": "point_4", "point_4": "point_3"}
+#: point -> pulley (0 tail, 1 head), and whether the belt leaves it there, for travel direction +1; -1 swaps run-up and
+#: run-off
+POINTS = {"point_1": (0, False), "point_2": (0, True), "point_3": (1, False), "point_4": (1, True)}
 TILTS = {"upper_mid_span": 1.0, "lower_mid_span": -1.0}  # direction in which the belt comes from the head pulley
 
 
-def position(history: DelayHistory, place: str, s: np.ndarray) -> np.ndarray:
-    """Lateral position [m] or tilt [rad] at a place, at travel s, shape (n, batch) -> (n, batch)."""
-    forward = history.line.direction > 0
+def perfect_reading(
+    history: DelayHistory, faults: Sequence[Fault], place: str, s: np.ndarray, before: float = 0.0
+) -> np.ndarray:
+    """What a perfect sensor sees at travel s (n, batch), or a hair before: the belt and its edge [m], where the sensor
+    looked, or the tilt of a span [rad]."""
+    line = history.line
     if place in TILTS:
-        to_tail = TILTS[place] * history.line.direction > 0
-        return np.where(to_tail, _tilt(history, s, True), _tilt(history, s, False))
-    both = []
-    for row, wrap in (POINTS[place], POINTS[_MIRRORED[place]]):
-        both.append(history.state_at(s)[row] if wrap is None else history.wrap_exit(s)[wrap == "wrap_head"][0])
-    return np.where(forward, *both)
+        tilts = (_tilt(history, s - before, to_tail) for to_tail in (True, False))
+        return np.where(TILTS[place] * line.direction > 0, *tilts)
+    for fault in faults:
+        s = fault.sensor_travel(s, line)
+    pulley, leaves = POINTS[place]
+    up, off = history.state_at(s - before)[2 * pulley], history.wrap_exit(s - before)[pulley][0]
+    seen = np.where((line.direction > 0) == leaves, off, up)
+    return sum((f.edge(place, s, line) for f in faults), seen)
 
 
 def _tilt(history: DelayHistory, s: np.ndarray, to_tail: bool) -> np.ndarray:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from belt_sim.campaign import BeltSheet, Machine, Quantity, Run, SettingsSheet, SignalSheet
+from belt_sim.campaign import BeltSheet, Machine, Quantity, SignalSheet
 from belt_sim.units import DEGREE, MM, N_PER_MM2
 
 #: The paper's test rig; E, rho and nu are not given there and assumed (physics sheet, section 1).
@@ -44,12 +44,6 @@ class RunSetting:
     start: float = 0.0
 
 
-def setting_from(run: Run) -> RunSetting:
-    """What a run of a campaign is set to."""
-    names = ("tension", "yaw", "yaw_head", "speed", "direction", "yaw_at")
-    return RunSetting(**{name: getattr(run, name) for name in names})
-
-
 @dataclass(frozen=True, kw_only=True)
 class Plan:
     """The runs, each recorded over ``length`` at every ``spacing`` [m]; signals: name -> place.
@@ -74,6 +68,22 @@ class Plan:
         """Where readings are taken, as the recorder shows it [m], shape (n,)."""
         count = math.floor(self.length / self.spacing + 1e-9)
         return np.round(self.spacing * np.arange(count + 1), 9)
+
+    @property
+    def belt_length(self) -> float:
+        """Length of the endless belt [m]."""
+        machine = self.machine
+        return 2 * machine.centre_distance.value + np.pi * (machine.head_radius.value + machine.tail_radius.value)
+
+    @property
+    def duration(self) -> float:
+        """Time of the first run [s]."""
+        return self.length / self.runs[0].speed
+
+    @property
+    def largest_yaw(self) -> float:
+        """Of the tail pulley, either way [rad]."""
+        return max(abs(run.yaw) for run in self.runs)
 
 
 def grid(tensions: Sequence[float], yaws: Sequence[float], repeats: int = 2) -> tuple[RunSetting, ...]:
@@ -108,25 +118,19 @@ class Noise:
     smooth: bool = False
     quantum: float = 0.0
 
-    def sheet(self, name: str, place: str) -> SignalSheet:
-        """What the file states of one signal."""
-        if not place.startswith("point_"):
-            return SignalSheet(name=name, at=place, kind="tilt", unit="mrad", white=self.tilt_white)
-        errors = {n: getattr(self, n) for n in ("white", "zero", "gain", "wander_sd", "wander_length")}
-        errors["white"] = math.hypot(self.white, self.quantum / math.sqrt(12.0))
-        return SignalSheet(name=name, at=place, kind="lateral", unit="mm", **errors)
-
     def sheets(self, plan: Plan) -> tuple[SignalSheet, ...]:
         """What the file states of every signal of a plan."""
-        return tuple(self.sheet(name, place) for name, place in plan.signals.items())
+        errors = {n: getattr(self, n) for n in ("white", "zero", "gain", "wander_sd", "wander_length")}
+        errors["white"] = math.hypot(self.white, self.quantum / math.sqrt(12.0))
+        return tuple(
+            SignalSheet(name=name, at=place, kind="lateral", unit="mm", **errors)
+            if place.startswith("point_")
+            else SignalSheet(name=name, at=place, kind="tilt", unit="mrad", white=self.tilt_white)
+            for name, place in plan.signals.items()
+        )
 
     def with_true_level(self) -> "Noise":
         """The noise as it is, stated so."""
         length = self.wander_length if self.true_length is None else self.true_length
         scaled = {n: self.scale * getattr(self, n) for n in ("white", "wander_sd", "tilt_white")}
         return replace(self, **scaled, wander_length=length, scale=1.0, true_length=None)
-
-    @property
-    def settings(self) -> SettingsSheet:
-        """What the file states of the settings."""
-        return SettingsSheet(tension_rel=self.tension_rel, yaw_u=self.yaw_u)

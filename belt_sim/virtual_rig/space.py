@@ -116,7 +116,11 @@ def make_space_campaign(
     strip unless stated, or beam_th2: a belt without weight, which sag_roll makes heavy; name: of the plan; workers:
     processes, one a core; engine: quasi_static or native, by default quasi_static where it can do what is hidden.
     """
-    what = hidden if isinstance(hidden, HiddenFaults) else _faults_with_scene(hidden)
+    what = hidden if isinstance(hidden, HiddenFaults) else specified_hidden(hidden, None)
+    for fault in what.faults:
+        if not has_hook(fault, "scene"):
+            those = ", ".join(name for name, cls in CATALOGUE.items() if has_hook(cls, "scene"))
+            raise InputError("hidden", fault.id, "", f"has no scene; use one of {those}, or engine=line")
     usual = (b for b in reversed(BASES) if not any(b in f.part_of for f in what.faults))
     base = check_base(base or next(usual), what.faults)
     plan = plan or space_plan()
@@ -131,22 +135,6 @@ def make_space_campaign(
     stated_noise, words = with_simulator_error(sensors, engine)
     campaign = build_campaign(plan, stated_noise, readings, title, REFERENCE.format(engine=engine, error=words))
     return campaign, describe_truth(seed, base, what, sensors, errors, None, streams[2].bytes(_SALT_BYTES).hex(), name)
-
-
-def _faults_with_scene(hidden: Sequence[str | dict]) -> HiddenFaults:
-    """Faults as asked for; raises InputError for one that has no scene."""
-    if isinstance(hidden, str):
-        raise InputError("hidden", hidden, "", "give a list of effects; random needs engine=line")
-
-    def no_detectability():
-        raise InputError("hidden", "d", "", "give the effect's own parameters with engine=mujoco")
-
-    what = specified_hidden(hidden, no_detectability)
-    for fault in what.faults:
-        if not has_hook(fault, "scene"):
-            those = ", ".join(name for name, cls in CATALOGUE.items() if has_hook(cls, "scene"))
-            raise InputError("hidden", fault.id, "", f"has no scene; use one of {those}, or engine=line")
-    return what
 
 
 def true_cases(plan: Plan, base: str, errors: TrueErrors) -> list[Case]:

@@ -9,14 +9,13 @@ import numpy as np
 from belt_sim.case import GRAVITY
 from belt_sim.virtual_rig.fault import (
     HEAD,
+    KNOTS,
     TAIL,
     Fault,
     any_phase,
     any_place_on_belt,
     any_seed,
-    duration,
     fault,
-    largest_yaw,
     log_uniform,
     random_course,
     shape,
@@ -54,18 +53,14 @@ _REFERENCE, _SMALLEST = 1e-4, 1e-5  # [rad] of contact angle
 # Numbers of a row that are drawn for a plan.
 
 
-def between(default: float, low: float, high: float, of: Callable[[Any], float] = lambda plan: 1.0) -> Any:
-    """A number drawn evenly from ``low`` to ``high`` times what ``of`` says of the plan."""
-    return shape(default, lambda plan, rng: rng.uniform(low, high) * of(plan))
-
-
-def length(plan) -> float:
-    return plan.length
+def between(default: float, low: float, high: float, of: str = "") -> Any:
+    """A number drawn evenly from ``low`` to ``high`` times the plan's ``of``."""
+    return shape(default, lambda plan, rng: rng.uniform(low, high) * (getattr(plan, of) if of else 1.0))
 
 
 def lasting(default: float, low: float, high: float) -> Any:
     """A time [s] drawn evenly over its logarithm, from ``low`` to ``high`` times the record's duration."""
-    return shape(default, lambda plan, rng: log_uniform(rng, low * duration(plan), high * duration(plan)))
+    return shape(default, lambda plan, rng: log_uniform(rng, low * plan.duration, high * plan.duration))
 
 
 def at_tension(default: float, of: Callable[[Any, float], float]) -> Any:
@@ -160,12 +155,7 @@ def _bend_of_cubic(f, s, line, to_tail, ends):
 def _touching(f, state, line, upper):
     sag = line.sag_curvature * line.span_length**2 / 8
     touches = np.clip((sag / f.gap - 1) / 0.1, 0.0, 1.0)
-    return Sections(roll_spring=f.stiffness * touches * _lies(f.side, upper))
-
-
-def _lies(side, upper):
-    """Whether a change acts on spans that lie above (upper, (batch,)) or below."""
-    return (np.asarray(side) > 0) == upper
+    return Sections(roll_spring=f.stiffness * touches * ((np.asarray(f.side) > 0) == upper))
 
 
 def _slack_side(f, state, line, upper):
@@ -241,8 +231,8 @@ _TABLE: dict[str, dict[str, Any]] = {
         "yaw_tail | time_since_step exponential, periodic; wave periodic; travel exponential",
         "The steering swings about its new position after the step, by a share of it that dies out in time.",
         share=size("1", 0.3, 3.0),
-        time=between(30.0, 0.1, 0.6, duration),
-        period=between(20.0, 0.1, 0.4, duration),
+        time=between(30.0, 0.1, 0.6, "duration"),
+        period=between(20.0, 0.1, 0.4, "duration"),
         yaw=lambda f, s, line: (
             f.share * line.yaw * np.exp(-(t := _since(s, line)) / f.time) * np.sin(2 * np.pi * t / f.period)
         ),
@@ -270,7 +260,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "yaw_head | wave periodic; time_since_step periodic; travel periodic",
         "A fan cools the head pulley's bearing in turns: its yaw swings to and fro in straight strokes, in time.",
         amplitude=size("rad", 1e-4, 5e-3),
-        period=between(40.0, 0.1, 0.5, duration),
+        period=between(40.0, 0.1, 0.5, "duration"),
         phase=shape(0.0, any_phase),
         yaw_head=lambda f, s, line: (
             f.amplitude * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * s / line.speed / f.period + f.phase))
@@ -330,22 +320,22 @@ _TABLE: dict[str, dict[str, Any]] = {
         "The contact angle on the tail pulley takes a random walk of its own in every run.",
         size=size("rad/m^0.5", 5e-6, 1e-3, positive=True),
         seed=shape(0, any_seed),
-        turn=lambda f, s, line, y, kappa: f.size * random_course(f.seed, line.run, s) * TAIL,
+        turn=lambda f, s, line, y, kappa: f.size * random_course(f.seed)[line.run, min(int(s), KNOTS - 1)] * TAIL,
     ),
     # Run-up and wrap: how the belt follows its contact angle, and slides.
     "adhesion_loss": row(
         "runup_both | travel threshold, saturating; time_since_step threshold",
         "From travel ``after`` on, the belt climbs faster or slower sideways than it should by ``share``.",
         share=size("1", 0.15, 2.0),
-        after=between(20.0, 0.15, 0.5, length),
+        after=between(20.0, 0.15, 0.5, "length"),
         slide=lambda f, s, line, alpha: 1 + f.share * smooth_step(s, f.after, 4.0),
     ),
     "mid_stick": row(
         "runup_both | travel threshold; time_since_step threshold",
         "In mid run the belt runs straight for a while, sideways held by ``share``.",
         share=size("1", 0.5, 1.0, positive=True),
-        begin=between(25.0, 0.15, 0.6, length),
-        length=between(6.0, 0.1, 0.25, length),
+        begin=between(25.0, 0.15, 0.6, "length"),
+        length=between(6.0, 0.1, 0.25, "length"),
         slide=lambda f, s, line, alpha: (
             1 - f.share * smooth_step(s, f.begin, 1) * (1 - smooth_step(s, f.begin + f.length, 1))
         ),
@@ -384,7 +374,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "wrap | contact_angle threshold, linear",
         "On the tail a belt that lies too much askew slides on: by ``length`` times the angle beyond a limit.",
         length=size("m", 0.5, 5.0, positive=True),
-        limit=between(1e-4, 0.1, 0.4, largest_yaw),
+        limit=between(1e-4, 0.1, 0.4, "largest_yaw"),
         creep=_wrap_slide,
     ),
     # Tension.
@@ -392,7 +382,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "tension | travel exponential, saturating; time_since_step exponential",
         "The belt loses ``share`` of its tension over ``length`` metres of travel.",
         share=size("1", 0.15, 0.6, positive=True),
-        length=between(20.0, 0.15, 0.6, length),
+        length=between(20.0, 0.15, 0.6, "length"),
         tension=lambda f, s, line: -f.share * (1 - np.exp(-s / f.length)),
         swing=property(lambda f: (-f.share, 0.0)),
     ),
@@ -400,7 +390,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "tension | travel threshold, constant; time_since_step threshold",
         "The take-up slips a tooth at travel ``at``: the belt loses a share of its tension at once.",
         share=size("1", 0.15, 0.6, positive=True),
-        at=between(15.0, 0.15, 0.6, length),
+        at=between(15.0, 0.15, 0.6, "length"),
         tension=lambda f, s, line: -f.share * smooth_step(s, f.at, 1.0),
         swing=property(lambda f: (-f.share, 0.0)),
     ),
@@ -473,7 +463,11 @@ _TABLE: dict[str, dict[str, Any]] = {
         pressure=size("N/m", 0.03, 5.0, positive=True),
         seed=shape(0, any_seed),
         turn=lambda f, s, line, y, kappa: np.broadcast_to(
-            f.pressure * random_course(f.seed, line.run, s / 9.0) * line.span_length**2 / (12 * line.bending), y.shape
+            f.pressure
+            * random_course(f.seed)[line.run, min(int(s / 9.0), KNOTS - 1)]
+            * line.span_length**2
+            / (12 * line.bending),
+            y.shape,
         ),
     ),
     # The spans themselves: EI, T, Z or F that are not what the sheet says, or change with what the belt does.
@@ -519,7 +513,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         span_states=_STATES,
         share=size("1", 0.3, 0.95, positive=True),
         sign=shape(1.0, lambda plan, rng: rng.choice((-1.0, 1.0))),
-        angle=between(1e-4, 0.05, 0.3, largest_yaw),
+        angle=between(1e-4, 0.05, 0.3, "largest_yaw"),
         sections=lambda f, state, line, upper: Sections(bending=1 - f.share * state + 0 * line.stress),
         span_state=lambda f, s, line, to_tail, ends: (1 + np.tanh(f.sign * (ends[1][1] - ends[0][1]) / f.angle)) / 2,
     ),
@@ -536,7 +530,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "A span stiffens with its amplitude: EI (1 + c q/(1 + q)), q the mean square of its bend over ``bend``.",
         span_states=_STATES,
         c=size("1", 0.4, 10.0, positive=True),
-        bend=shape(5e-4, lambda plan, rng: log_uniform(rng, 0.5 * largest_yaw(plan), 3.0 * largest_yaw(plan))),
+        bend=shape(5e-4, lambda plan, rng: log_uniform(rng, 0.5 * plan.largest_yaw, 3.0 * plan.largest_yaw)),
         sections=lambda f, state, line, upper: Sections(bending=1 + f.c * state + 0 * line.stress),
         span_state=_bend_of_cubic,
     ),
@@ -561,7 +555,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         span_states=_STATES,
         share=size("1", 0.5, 20.0, positive=True),
         time=lasting(30.0, 0.08, 0.5),
-        sections=lambda f, state, line, upper: Sections(torsion=1 + f.share * state * _lies(_UPPER, upper)),
+        sections=lambda f, state, line, upper: Sections(torsion=1 + f.share * state * upper),
         span_state=lambda f, s, line, to_tail, ends: -np.expm1(-np.maximum(s, 0.0) / line.speed / f.time),
     ),
     "slack_side": row(

@@ -14,7 +14,7 @@ import numpy as np
 from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity
 from belt_sim.errors import InputError
 from belt_sim.units import N_PER_MM2
-from belt_sim.virtual_rig.fault import Fault, belt_length, log_uniform
+from belt_sim.virtual_rig.fault import Fault, log_uniform
 from belt_sim.virtual_rig.hidden import (
     BLIND,
     CORRUPTIONS,
@@ -94,7 +94,7 @@ def fresh_campaign(seed: int, name: str, *, kind: str | None = None) -> tuple[Ca
 
 def start_anywhere(plan: Plan, rng: np.random.Generator) -> Plan:
     """The plan with every run begun at a place of the belt of its own."""
-    starts = (float(rng.uniform(0.0, belt_length(plan))) for _ in plan.runs)
+    starts = (float(rng.uniform(0.0, plan.belt_length)) for _ in plan.runs)
     return replace(plan, runs=tuple(replace(run, start=start) for run, start in zip(plan.runs, starts, strict=True)))
 
 

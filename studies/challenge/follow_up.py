@@ -14,7 +14,8 @@ from belt_sim.virtual_rig import Truth
 from belt_sim.virtual_rig.hidden import fault_from_spec
 from belt_sim.virtual_rig.make import RESOLUTION
 from belt_sim.virtual_rig.march import TrueErrors, add_noise, observe, true_line
-from belt_sim.virtual_rig.plan import Noise, Plan, setting_from
+from belt_sim.virtual_rig.plan import Noise, Plan
+from studies.challenge.oracle import setting_from
 from studies.challenge.registry import answerer
 from studies.challenge.score import score_case
 

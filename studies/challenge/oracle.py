@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from belt_sim.api.simulate import fitted_model
-from belt_sim.campaign import Campaign
+from belt_sim.campaign import Campaign, Run
 from belt_sim.diagnosis.errors import ErrorsWithoutNuisances, conditions
 from belt_sim.diagnosis.samples import samples_of
 from belt_sim.diagnosis.workbench import workbench
@@ -21,7 +21,7 @@ from belt_sim.units import MM
 from belt_sim.virtual_rig import Truth
 from belt_sim.virtual_rig.hidden import CATALOGUE, Detectability, fault_from_spec
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
-from belt_sim.virtual_rig.plan import Noise, Plan, setting_from
+from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting
 from studies.challenge.score import error_of
 
 _STEPS = 30  # of the search for the numbers with which wrong names imitate best
@@ -80,6 +80,11 @@ def _noise_free_readings(campaign: Campaign, which: list[int], truth: Truth, fau
     ]
 
 
+def setting_from(run: Run) -> RunSetting:
+    """What a run of a campaign is set to."""
+    return RunSetting(**{n: getattr(run, n) for n in ("tension", "yaw", "yaw_head", "speed", "direction", "yaw_at")})
+
+
 def _plan(campaign: Campaign, which: list[int], truth: Truth) -> Plan:
     """The plan of the runs of these numbers, recorded alike, as it truly was."""
     runs = [campaign.runs[k] for k in which]
@@ -113,9 +118,7 @@ def left_by_named(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -
     hidden = tuple(fault_from_spec({"id": e["id"], **e["parameters"]}) for e in unseen)
     bench = Detectability(plan, _noise(campaign, truth), truth.base, hidden)
     classes = [CATALOGUE[e["id"]] for e in named]
-    known = [
-        {n: v for n, v in e["numbers"].items() if n in c().parameters()} for e, c in zip(named, classes, strict=True)
-    ]
+    known = [{n: v for n, v in e["numbers"].items() if n in vars(c())} for e, c in zip(named, classes, strict=True)]
     free = [(k, name) for k, e in enumerate(named) for name in e["parameters"] if name in known[k]]
     unit = [classes[k].sizes[n].typical if n in classes[k].sizes else 1.0 for k, n in free]
 

@@ -53,7 +53,7 @@ def disturbed_parts() -> list[SceneParts]:
 def test_its_sizes_are_a_machines(name):
     cls = FAULTS[name]
     assert cls.sizes
-    null = cls().parameters()
+    null = vars(cls())
     for parameter, size in cls.sizes.items():
         assert null[parameter] == 0.0
         assert 0 < size.typical <= size.limit

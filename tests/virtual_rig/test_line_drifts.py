@@ -105,7 +105,7 @@ def test_a_late_reading_shows_the_past_at_every_point():
 
 def test_edges_are_drawn_with_the_measured_spectrum():
     plan, rng = plan_of(), np.random.default_rng(0)
-    edges = [random_fault("edge_profile", plan, rng).parameters() for _ in range(300)]
+    edges = [vars(random_fault("edge_profile", plan, rng)) for _ in range(300)]
     order = np.arange(1, HARMONICS + 1)
     squares = [np.mean([e[f"cos{k}"] ** 2 + e[f"sin{k}"] ** 2 for e in edges]) for k in order]
     slope, level = np.polyfit(np.log(order), np.log(squares) / 2, 1)

@@ -55,7 +55,7 @@ def test_every_kind_makes_a_campaign(kind, monkeypatch):
 @pytest.mark.parametrize("name", [n for n, f in UNMODELLED.items() if "seed" in f.__dataclass_fields__])
 def test_a_fault_with_a_random_course_is_drawn_and_runs(name):
     drawn = random_fault(name, SMALL, np.random.default_rng(0))
-    campaign, _ = make_campaign(hidden=[{"id": name, **drawn.parameters()}], seed=0, plan=SMALL)
+    campaign, _ = make_campaign(hidden=[{"id": name, **vars(drawn)}], seed=0, plan=SMALL)
     assert all(np.all(np.isfinite(run.signals["y1"])) for run in campaign.runs)
 
 
@@ -76,7 +76,7 @@ def test_noise_by_lot_stays_within_its_bounds():
 @pytest.mark.parametrize("name", sorted(CATALOGUE | UNMODELLED))
 def test_every_fault_can_be_drawn(name):
     fault = random_fault(name, SMALL, np.random.default_rng(0))
-    assert any(fault.parameters()[n] != 0.0 for n in fault.sizes)
+    assert any(vars(fault)[n] != 0.0 for n in fault.sizes)
 
 
 @pytest.mark.parametrize("name", sorted(CORRUPTIONS))
