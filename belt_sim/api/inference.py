@@ -33,7 +33,7 @@ from belt_sim.diagnosis.fit import Fit, step_bounds
 from belt_sim.diagnosis.foresight import free_starts, sheet_evidence
 from belt_sim.diagnosis.linear_algebra import covariance_root
 from belt_sim.diagnosis.next_run import next_runs
-from belt_sim.diagnosis.plausibility import CORRELATED, inseparable_numbers, unbound_numbers
+from belt_sim.diagnosis.plausibility import CORRELATED, inseparable_numbers, prior_sigma
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.discovery.law_search import LawSearch, unknown_evidence
 from belt_sim.discovery.search_data import search_data_of
@@ -342,6 +342,8 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
     nothing, after = bench.forward.values(np.stack([bench.forward.null(), found.vector]))
     before, now = (bench.fitted.y - values for values in (nothing, after))
     rms = [float(np.sqrt(np.nanmean(apart[:, lateral] ** 2))) for apart in (before, now)]
+    # numbers that the readings do not bound: one sigma is more than a machine could have
+    spread, known = np.sqrt(np.diag(found.covariance)), prior_sigma(bench.forward, found.free)
     return FitResult(
         values=dict(zip(names, (found.vector[found.free] * scales).tolist(), strict=True)),
         u=dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True)),
@@ -349,7 +351,7 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
         effects=bench.forward.effects_at(found.vector, ids),
         chi2=(float(bench.metric.chi2(before)), found.chi2),
         degrees=degrees,
-        unbound=tuple(names[k] for k in unbound_numbers(bench.forward, found)),
+        unbound=tuple(n for n, u, most in zip(names, spread, known, strict=True) if u > most),
         notes=(*map(str, running), *left_out, *_fit_notes(bench, found, names, scales, degrees)),
         rms=(rms[0], rms[1]),
         machine=machine_of(bench),

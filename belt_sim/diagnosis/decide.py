@@ -24,8 +24,7 @@ class Policy:
 
     further: odds of one fault against one more, 1
     unknown: odds of no unknown law against one, 1
-    decades: orders of magnitude below the largest plausible size, in which the size of a fault may lie
-    per_decade: sizes that are tried in each of them
+    scales: of the size of a fault, over the largest plausible, that are tried: three orders of magnitude
     chance: log evidence [nats] of a free input, its length and height chosen among 68, that chance exceeds in one of
         100 campaigns. It is the one number that was calibrated: 7.5 +- 1.5 on 97 campaigns in which nothing is hidden
     linear: share of a gain, to which the linear range is good: so far behind, a law is put into the march all the same
@@ -42,8 +41,7 @@ class Policy:
 
     further: float = 10.0
     unknown: float = 10.0
-    decades: float = 3.0
-    per_decade: int = 2
+    scales: tuple[float, ...] = tuple((10.0 ** np.linspace(-3.0, 0.0, 7)).tolist())
     chance: float = 7.0
     linear: float = 0.02
     held_out: float = 2.0
@@ -339,7 +337,7 @@ def occam(row: Row, inflation: float, policy: Policy) -> float:
     70, 525).
     """
     owners = [i for i in sorted(row.ids) if any(o == i and s for o, s in zip(row.owner, row.sized, strict=True))]
-    scales = _scales(policy)
+    scales = np.array(policy.scales)
     chosen = dict.fromkeys(owners, float(scales[len(scales) // 2]))
     among: dict[str, float] = {}  # what the choice of each scale costs
     for _, name in product(range(ROUNDS), owners):
@@ -360,17 +358,13 @@ def _occam_at_scales(row: Row, scales: Mapping[str, float | np.ndarray], inflati
     return 0.5 * np.sum(size / (1.0 + size) * along**2, axis=1) / inflation + 0.5 * np.sum(np.log1p(size), axis=1)
 
 
-def _scales(policy: Policy) -> np.ndarray:
-    return 10.0 ** np.linspace(-policy.decades, 0.0, int(policy.decades * policy.per_decade) + 1)
-
-
 def log_evidence(unknown: UnknownEvidence, inflation: float, policy: Policy) -> float:
     """log evidence of something beyond the library: any free course at any place, or any law of the dictionary.
 
     The best of so many pays for their number.
     """
     course = np.logaddexp.reduce(unknown.courses / inflation) - log(len(unknown.courses)) - policy.chance
-    square = (1.0 / _scales(policy)) ** 2  # of the sizes of a law, their scale uniform in logarithm above one sigma
+    square = (1.0 / np.array(policy.scales)) ** 2  # of a law's sizes, their scale uniform in logarithm above one sigma
     found = [course]
     for law in unknown.laws:
         each = 0.5 * law.gain / inflation * square / (1.0 + square) - 0.5 * law.sizes * np.log1p(square)

@@ -248,7 +248,7 @@ def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
 
 def _unknown(d: Findings) -> Unknown | None:
     """The look of what is beyond the named effects."""
-    decision = d.decision
+    decision, samples = d.decision, d.fitted_bench.samples
     if not decision.tells_of_unknown:
         return None
     known = next(e for e in decision.explanations if e.of_effects and not e.unknown)
@@ -257,28 +257,24 @@ def _unknown(d: Findings) -> Unknown | None:
     why = f"something unknown is {times} times likelier"
     law = d.law.law.words if d.law is not None and d.law.law is not None else "no law of one or two terms"
     nearest = (join_words(known.effects), why) if known.effects else (None, None)
-    residual, sign = d.fitted_bench.samples.y - d.named.values, np.sign([r.yaw for r in d.fitted_bench.samples.runs])
-    return Unknown(
-        failed_tests=(f"something beyond the library ({law})",),
-        required_angle=_required_angle(d.fitted_bench.samples, residual, sign),
-        nearest=nearest[0],
-        why=nearest[1],
-        **_look(d.fitted_bench, residual),
-    )
+    tests, residual = (f"something beyond the library ({law})",), samples.y - d.named.values
+    white = d.fitted_bench.metric.whiten(np.where(np.isfinite(residual), residual, 0.0))
+    look = look_of(samples, residual, white.reshape(len(residual), -1))
+    return Unknown(failed_tests=tests, nearest=nearest[0], why=nearest[1], **look)
 
 
-def _look(bench: Workbench, residual: np.ndarray) -> dict[str, Any]:
-    """What a residual (R, S, n) looks like: whether it turns over with the sign of yaw, n of |residual| ~ tension^n,
-    the travel [m] at which the worst run leaves its own zero by three sigma, and the wavelength [m] of the line that
-    stands out.
+def look_of(samples: Samples, residual: np.ndarray, white: np.ndarray) -> dict[str, Any]:
+    """What a residual (R, S, n), white (R, N) where it is whitened, looks like: whether it turns over with the sign of
+    yaw, n of |residual| ~ tension^n, the travel [m] at which the worst run leaves its own zero by three sigma, the
+    wavelength [m] of the line that stands out, and the contact angle that the run-up law would need, to first order:
+    d(residual)/ds + residual/L.
 
-    All but the parity are of the first signal; None where the runs cannot tell.
+    All but the parity and the angle, which is of point 1, are of the first signal; None where the runs cannot tell.
     """
-    samples, first = bench.samples, residual[:, 0]
-    sign, stress = (np.array([f(r) for r in samples.runs]) for f in (lambda r: np.sign(r.yaw), lambda r: r.tension))
-    parity, exponent, wavelength = "unknown: only one sign of yaw was run", None, None
+    first, places = residual[:, 0], [s.at for s in samples.signals]
+    sign, stress = np.sign([r.yaw for r in samples.runs]), np.array([r.tension for r in samples.runs])
+    parity, exponent, wavelength, angle = "unknown: only one sign of yaw was run", None, None, None
     if np.any(sign > 0) and np.any(sign < 0):
-        white = bench.metric.whiten(np.where(np.isfinite(residual), residual, 0.0)).reshape(len(sign), -1)
         plus, minus = white[sign > 0].mean(axis=0), white[sign < 0].mean(axis=0)
         odd, even = float(np.sum((plus - minus) ** 2)), float(np.sum((plus + minus) ** 2))
         share = odd / max(odd + even, 1e-12)
@@ -286,11 +282,14 @@ def _look(bench: Workbench, residual: np.ndarray) -> dict[str, Any]:
     if len(levels := np.unique(stress)) > 1:
         size = [np.sqrt(np.nanmean(first[stress == t] ** 2)) for t in levels]
         exponent = float(np.polyfit(np.log(levels), np.log(np.maximum(size, 1e-12)), 1)[0])
+
     r = int(np.argmax(np.nansum(first**2, axis=1)))
     travel, error, sheet = samples.travel[r], np.nan_to_num(first[r]), samples.signals[0]
     width = max(1, int(1.0 / max(np.median(np.diff(travel)), 1e-6)))  # samples a metre
     smooth = np.convolve(error - error[:width].mean(), np.ones(width) / width, mode="same")
     beyond = np.flatnonzero(np.abs(smooth) > 3.0 * np.hypot(sheet.white / np.sqrt(width), sheet.wander_sd))
+    onset = float(travel[beyond[0]]) if len(beyond) else None
+
     n, spacing = first.shape[1], float(np.median(np.diff(samples.travel[0])))
     trend = np.vander(np.linspace(-1.0, 1.0, n), 4)
     left = np.nan_to_num(first).T
@@ -301,22 +300,14 @@ def _look(bench: Workbench, residual: np.ndarray) -> dict[str, Any]:
     k = int(np.argmax(np.where(usable, power, 0.0)))
     if usable.any() and power[k] >= 12.0 * np.median(power[usable]):
         wavelength = float(1.0 / frequency[k])
-    onset = float(travel[beyond[0]]) if len(beyond) else None
-    return {"parity": parity, "tension_exponent": exponent, "onset": onset, "wavelength": wavelength}
 
-
-def _required_angle(samples: Samples, residual: np.ndarray, sign: np.ndarray) -> RequiredAngle | None:
-    """To first order, the contact angle that the run-up law would need: d(residual)/ds + residual/L."""
-    places = [s.at for s in samples.signals]
-    if "point_1" not in places:
-        return None
-    row = residual[:, places.index("point_1")]
-    weight = sign if np.any(sign) else np.ones(len(sign))
-    travel = samples.travel[0]
-    knots = np.linspace(0.0, travel[-1], 13)
-    keep = np.isfinite(row).any(axis=0)  # some run has a reading there
-    mean = np.nanmean((row * weight[:, None])[:, keep], axis=0)
-    smooth = np.polynomial.Chebyshev.fit(travel[keep], mean, 8)
-    length = float(samples.cases.rig.span_length)
-    angle = smooth.deriv()(knots) + smooth(knots) / length
-    return RequiredAngle(travel=knots, angle=angle)
+    if "point_1" in places:
+        row, weight = residual[:, places.index("point_1")], sign if np.any(sign) else np.ones(len(sign))
+        keep = np.isfinite(row).any(axis=0)  # some run has a reading there
+        mean = np.nanmean((row * weight[:, None])[:, keep], axis=0)
+        course = np.polynomial.Chebyshev.fit(samples.travel[0][keep], mean, 8)
+        knots = np.linspace(0.0, samples.travel[0][-1], 13)
+        needed = course.deriv()(knots) + course(knots) / float(samples.cases.rig.span_length)
+        angle = RequiredAngle(travel=knots, angle=needed)
+    told = {"parity": parity, "tension_exponent": exponent, "onset": onset, "wavelength": wavelength}
+    return told | {"required_angle": angle}

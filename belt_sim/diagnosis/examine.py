@@ -1,6 +1,6 @@
 """A diagnosis from end to end: sets of effects are fitted, what is beyond them is sought, one decision is made."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -86,13 +86,15 @@ class LawFinder(Protocol):
 class Findings:
     """What was found, with everything that was tried.
 
-    bench, nothing: the campaign laid out at the base model, and the fit of no effect there; search: joint fits about
-    the likeliest set; named: the joint fit of the effects that are named; law: what the search for laws found;
-    rests_on: effect -> the run without which it would not be named, and which differs from its repeats.
+    bench, nothing: the campaign laid out at the base model, and the fit of no effect there; fitted_bench: laid out at
+    the named effects; search: joint fits about the likeliest set; named: the joint fit of the effects that are named;
+    law: what the search for laws found; rests_on: effect -> the run without which it would not be named, and which
+    differs from its repeats.
     """
 
     bench: Workbench
     nothing: Fit
+    fitted_bench: Workbench
     search: Search
     table: EvidenceTable
     decision: Decision
@@ -100,11 +102,6 @@ class Findings:
     suspicions: tuple[Suspicion, ...]
     law: LawResult | None = None
     rests_on: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def fitted_bench(self) -> Workbench:
-        """The campaign laid out at the named effects."""
-        return self.search.bench
 
 
 def examine(
@@ -165,12 +162,13 @@ def examine(
     named = search.fits[frozenset(decision.named)]
     doubtful = {s.run for s in repeats}
     doubtful |= {r for d in bench.finder.disagreements for r in (d.runs if len(d.runs) == 2 else d.runs[-1:])}
-    rests_on = find_single_supports(search, table, named, [r.name for r in bench.samples.runs if r.name in doubtful])
+    rests_on = find_single_supports(search, table, named, doubtful)
     held_back = {name: min(p, POLICY.unsure) if name in rests_on else p for name, p in decision.named.items()}
     decision = replace(decision, named=held_back)
     return Findings(
-        bench=bench, nothing=nothing, search=search, table=table, decision=decision, named=named, suspicions=suspect,
-        rests_on=rests_on, law=found.get(frozenset(named.ids)) if decision.tells_of_unknown else None,
+        bench=bench, nothing=nothing, fitted_bench=search.bench, search=search, table=table, decision=decision,
+        named=named, suspicions=suspect, rests_on=rests_on,
+        law=found.get(frozenset(named.ids)) if decision.tells_of_unknown else None,
     )  # fmt: skip
 
 
@@ -204,11 +202,13 @@ def _lay_out(campaign: Campaign, model: Composition, classes: Sequence[type[Effe
     return bench, bench.fit([bench.start((), bench.forward.null())])[0]
 
 
-def find_single_supports(search: Search, table: EvidenceTable, named: Fit, runs: Sequence[str]) -> dict[str, str]:
-    """Effect of the fit ``named`` -> that of some ``runs`` without which it gains too little to be named: what is left
-    is fitted anew with and without the effect."""
+def find_single_supports(
+    search: Search, table: EvidenceTable, named: Fit, doubtful: Collection[str | None]
+) -> dict[str, str]:
+    """Effect of the fit ``named`` -> that of some ``doubtful`` runs without which it gains too little to be named: what
+    is left is fitted anew with and without the effect."""
     found: dict[str, str] = {}
-    for run in runs if named.ids else ():
+    for run in [r.name for r in search.bench.samples.runs if named.ids and r.name in doubtful]:
         bench = search.bench
         y = np.where(np.array([r.name == run for r in bench.samples.runs])[:, None, None], np.nan, bench.fitted.y)
         if not np.isfinite(y).any():

@@ -23,7 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.campaign.types import PLACES, sensor_place
-from belt_sim.case import Case, Numbers, Rig, Schedule, Settings
+from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import SensorPlace
 from belt_sim.diagnosis.samples import (
     MAX_SAMPLES,
@@ -112,11 +112,6 @@ class Slot:
         return ends[0] / self.scale, ends[1] / self.scale
 
 
-def lengthen_belt(rig: Rig, longer: Numbers) -> Rig:
-    """The rig with a belt that is so much longer [1], all in its spans: what comes once a turn does not feel where."""
-    return replace(rig, centre_distance=rig.centre_distance + 0.5 * longer * rig.belt_length)
-
-
 def actual_case(case: Case, nuisance) -> Case:
     """The case as it was really set: stiffness, tension, yaw, its place, the belt's length and where on it a run
     starts off by ``nuisance``."""
@@ -128,7 +123,9 @@ def actual_case(case: Case, nuisance) -> Case:
     head = replace(case.settings.yaw_head, at=case.settings.yaw_head.at + late)
     settings = replace(case.settings, tension=case.settings.tension * (1.0 + tension), yaw=turned, yaw_head=head)
     settings = replace(settings, start=case.settings.start + further)
-    return Case(rig=lengthen_belt(case.rig, longer), belt=belt, settings=settings)
+    # all of the length in the spans: what comes once a turn does not feel where
+    rig = replace(case.rig, centre_distance=case.rig.centre_distance + 0.5 * longer * case.rig.belt_length)
+    return Case(rig=rig, belt=belt, settings=settings)
 
 
 # Effects that only add to the readings, linearly: their readings without a march, and as many as the data show.
@@ -380,8 +377,8 @@ class Forward:
             tension=settings.tension * (1.0 + tension) / (1.0 + self.tension),
             yaw=replace(settings.yaw, change=change),
         )
-        found = copy(self)
-        rig = lengthen_belt(self.samples.cases.rig, (1.0 + longer) / (1.0 + self.longer) - 1.0)
+        found, rig, further = copy(self), self.samples.cases.rig, (1.0 + longer) / (1.0 + self.longer) - 1.0
+        rig = replace(rig, centre_distance=rig.centre_distance + 0.5 * further * rig.belt_length)
         found.samples = replace(self.samples, cases=replace(self.samples.cases, settings=settings, rig=rig))
         found.tension, found.yaw, found.longer, found.offset = tension, yaw, longer, 0.0
         found._columns = {}

@@ -203,23 +203,18 @@ def _shifts(bench: Workbench, fit: Fit, positions: Sequence[int]) -> list[SizeSt
 
     Its phase turns with them: a step from null goes astray, but the fit's own numbers take a turned phase up.
     """
-    if not any(c.comes_round for c in bench.forward.classes if c.id in fit.ids):
-        return []
     slots, (low, high) = bench.forward.slots, bench.forward.sides
     shifting = [k for k in positions if overrides(slots[k].effect, FURTHER) and not slots[k].only_shapes]
-    tried = [(k, sign * size) for k in shifting for size in SHIFTS for sign in (1.0, -1.0)]
-    if not shifting:
+    if not shifting or not any(c.comes_round for c in bench.forward.classes if c.id in fit.ids):
         return []
-    changes = _changes(bench, fit, [(k, size) for k, size in tried if low[k] <= size <= high[k]])
-    own = basis(fit.columns)
-
-    def left(start: SizeStart) -> float:
+    tried = [(k, sign * size) for k in shifting for size in SHIFTS for sign in (1.0, -1.0)]
+    own, best = basis(fit.columns), dict[int, tuple[float, SizeStart]]()
+    for start in _changes(bench, fit, [(k, size) for k, size in tried if low[k] <= size <= high[k]]):
         rest = fit.residual - start.white
-        return float(np.sum((rest - (rest @ own.T) @ own) ** 2))
-
-    seen = {k: [c for c in changes if c.position == k and c.shows and c.is_possible] for k in shifting}
-    best = [min(of_number, key=left) for of_number in seen.values() if of_number]
-    return [start for start in best if left(start) < fit.chi2]
+        left, least = float(np.sum((rest - (rest @ own.T) @ own) ** 2)), best.get(start.position, (fit.chi2,))[0]
+        if start.shows and start.is_possible and left < least:
+            best[start.position] = left, start
+    return [start for _, start in best.values()]
 
 
 def _changes(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> list[SizeStart]:

@@ -174,12 +174,6 @@ BLIND = 1.0  # of what a machine could have: a direction in which a number goes 
 CORRELATED = 0.9
 
 
-def unbound_numbers(forward: Forward, fit: Fit) -> list[int]:
-    """Which of the free numbers, by place, the readings do not bound: one sigma is more than a machine could have."""
-    sigma = np.sqrt(np.diag(fit.covariance))
-    return [k for k, (u, known) in enumerate(zip(sigma, prior_sigma(forward, fit.free), strict=True)) if u > known]
-
-
 @dataclass(frozen=True)
 class Inseparable:
     """Numbers, by place, that a fit knows together only; sums: weights (k,) of those sums of them that it knows."""

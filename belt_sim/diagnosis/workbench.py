@@ -58,7 +58,7 @@ class Workbench:
         Itself where a belt runs away there.
         """
         shapes, shared, values = _nuisances_at(self.campaign, self.samples, forward, vector)
-        if not _finite(shapes, shared, values):
+        if not all(np.isfinite(x).all() for x in (shapes, shared, values)):
             return self
         # one of two repeats may have been set 3 sigma off the other, and what they leave follows the shapes there
         own = self.finder
@@ -118,7 +118,8 @@ def workbench(
         campaign=campaign, samples=samples, fitted=fitted, forward=forward, levels=levels, finder=finder,
         shapes=shapes, shared=shared, metric=metric, march_error=error,
     )  # fmt: skip
-    return bench._at_likely_settings(forward.null()) if _finite(shapes, shared) else bench
+    runs_away = not (np.isfinite(shapes).all() and np.isfinite(shared).all())
+    return bench if runs_away else bench._at_likely_settings(forward.null())
 
 
 def linear_response(
@@ -143,11 +144,6 @@ def linear_response(
     own = slopes[: len(free)]
     fit = Fit(ids=(), free=free, vector=forward.null(), columns=bench.metric.whiten(own), slopes=own, values=values)
     return bench, fit
-
-
-def _finite(*arrays: np.ndarray) -> bool:
-    """Whether all are: a belt may run away."""
-    return all(bool(np.isfinite(x).all()) for x in arrays)
 
 
 def _nuisances_at(

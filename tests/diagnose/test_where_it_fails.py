@@ -1,12 +1,13 @@
 """The sentences that say where a model fails."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from linear_bench import REPEATS, WHITE
 
-from belt_sim.diagnosis.describe import _required_angle
+from belt_sim.diagnosis.describe import look_of
 from belt_sim.diagnosis.errors import Cell, family_k, locate_failure
 
 
@@ -38,11 +39,9 @@ def test_the_angle_that_is_lacking_where_no_run_has_a_reading(recwarn):
     """Travels without a reading in any run are left out, and nothing is warned of."""
     travel = np.linspace(0.0, 30.0, 61)
     residual = np.where(travel > 25.0, np.nan, 1e-3 * travel)[None, None].repeat(2, axis=0)
-    rig = SimpleNamespace(span_length=10.0)
-    samples = SimpleNamespace(
-        signals=[SimpleNamespace(at="point_1")], travel=travel[None], cases=SimpleNamespace(rig=rig)
-    )
-    found = _required_angle(samples, residual, np.array([1.0, 1.0]))
+    signals, cases = [replace(WHITE, wander_sd=0.0)], SimpleNamespace(rig=SimpleNamespace(span_length=10.0))
+    samples = SimpleNamespace(signals=signals, travel=travel[None].repeat(2, axis=0), cases=cases, runs=REPEATS)
+    found = look_of(samples, residual, residual)["required_angle"]
     assert found.angle == pytest.approx(1e-3 + 1e-4 * found.travel)
     assert not recwarn.list
 
