@@ -259,11 +259,11 @@ def _unknown(d: Findings) -> Unknown | None:
     nearest = (join_words(known.effects), why) if known.effects else (None, None)
     tests, residual = (f"something beyond the library ({law})",), samples.y - d.named.values
     white = d.fitted_bench.metric.whiten(np.where(np.isfinite(residual), residual, 0.0))
-    look = look_of(samples, residual, white.reshape(len(residual), -1))
+    look = look_of_residual(samples, residual, white.reshape(len(residual), -1))
     return Unknown(failed_tests=tests, nearest=nearest[0], why=nearest[1], **look)
 
 
-def look_of(samples: Samples, residual: np.ndarray, white: np.ndarray) -> dict[str, Any]:
+def look_of_residual(samples: Samples, residual: np.ndarray, white: np.ndarray) -> dict[str, Any]:
     """What a residual (R, S, n), white (R, N) where it is whitened, looks like: whether it turns over with the sign of
     yaw, n of |residual| ~ tension^n, the travel [m] at which the worst run leaves its own zero by three sigma, the
     wavelength [m] of the line that stands out, and the contact angle that the run-up law would need, to first order:

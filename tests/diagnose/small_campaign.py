@@ -44,13 +44,16 @@ HIDDEN = {
 }
 
 
+BARE = ("two", "sensor_gain")
+
+
 def campaign(name: str, seed: int = 1) -> Campaign:
     """A campaign that hides HIDDEN[name]."""
     return _campaign(name, seed)
 
 
 def examined(name: str, seed: int = 1) -> Findings:
-    """What was found under beam_th2 with CLASSES, on its workbench."""
+    """What was found under beam_th2 with CLASSES, on its workbench; laws are sought but in BARE, which take longest."""
     return _examined(name, seed)
 
 
@@ -72,7 +75,7 @@ def _campaign(name: str, seed: int) -> Campaign:
 
 @cache
 def _examined(name: str, seed: int) -> Findings:
-    return examine(campaign(name, seed), MODEL, CLASSES, seed=SEED, laws=LawSearch())
+    return examine(campaign(name, seed), MODEL, CLASSES, seed=SEED, laws=None if name in BARE else LawSearch())
 
 
 @cache

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from linear_bench import REPEATS, WHITE
 
-from belt_sim.diagnosis.describe import look_of
+from belt_sim.diagnosis.describe import look_of_residual
 from belt_sim.diagnosis.errors import Cell, family_k, locate_failure
 
 
@@ -41,7 +41,7 @@ def test_the_angle_that_is_lacking_where_no_run_has_a_reading(recwarn):
     residual = np.where(travel > 25.0, np.nan, 1e-3 * travel)[None, None].repeat(2, axis=0)
     signals, cases = [replace(WHITE, wander_sd=0.0)], SimpleNamespace(rig=SimpleNamespace(span_length=10.0))
     samples = SimpleNamespace(signals=signals, travel=travel[None].repeat(2, axis=0), cases=cases, runs=REPEATS)
-    found = look_of(samples, residual, residual)["required_angle"]
+    found = look_of_residual(samples, residual, residual)["required_angle"]
     assert found.angle == pytest.approx(1e-3 + 1e-4 * found.travel)
     assert not recwarn.list
 

@@ -168,14 +168,10 @@ def test_the_half_turn_of_the_machine_is_told_the_same():
 #: effects at the end of what is plausible, and what a run of 60 m at 10 N/mm2 leaves with them
 AT_THEIR_LIMIT = {
     "camber": ({"kappa_c": 1e-3}, {"off_pulley", "slack_edge", "slip"}),
-    "off_centre_load": ({"moment": 2.0}, {"off_pulley", "slack_edge", "slip", "large_tilt"}),
-    "taper": ({"kappa_t": 1e-3}, {"off_pulley", "slack_edge", "slip"}),
     "thickness_wedge": ({"slope": 1e-4}, {"slip"}),
-    "temperature_difference": ({"difference": 15.0}, {"off_pulley", "slack_edge", "slip"}),
     "machine_tilt": ({"angle": 0.02}, set()),
     "side_drag": ({"moment": 50.0}, {"slack_edge", "slip"}),
     "idler_skew": ({"force": 50.0}, {"off_pulley", "slack_edge", "slip", "large_tilt"}),
-    "yaw_offset_tail": ({"beta_0": 0.002}, {"slip"}),
 }
 
 

@@ -35,9 +35,8 @@ def diagnosis(c):
     return describe(examine(c, MODEL, CLASSES, seed=SEED, laws=LawSearch()), seed=SEED)
 
 
-@pytest.mark.parametrize("name", ["two", "sag_roll"])
-def test_no_law_takes_the_place_of_effects_that_are_there(name):
-    assert diagnosed(name).verdict is Verdict.EXPLAINED
+def test_no_law_takes_the_place_of_an_effect_that_is_there():
+    assert diagnosed("sag_roll").verdict is Verdict.EXPLAINED
 
 
 @pytest.mark.parametrize(
