@@ -17,7 +17,7 @@ from belt_sim.line import march
 
 #: campaign -> its base model, candidates, and the most of runs marched at a point, programs and calls of eigh
 LIMITS = {
-    "small": ("beam_th2", ["sag_roll", "taper", "yaw_offset_tail"], {"rows": 1, "programs": 1, "eigh": 1}),
+    "small": ("beam_th2", ["sag_roll", "taper", "yaw_offset_tail"], {"rows": 2064, "programs": 10, "eigh": 1058}),
     "machine_fault": (  # two faults, no law
         "strip", ["side_drag", "taper", "yaw_offset_tail", "edge_profile"],
         {"rows": 6590, "programs": 13, "eigh": 1480},
