@@ -109,7 +109,7 @@ def diagnose(
             laws=None if beside else LawSearch(tell_stage), tell=tell_stage,
         )  # fmt: skip
         if not any(s.severity == "stop" for s in findings.suspicions):  # mistakes that explain more are told beside
-            better = [e for e in of_sheet if e.gain > findings.decision.best.gain]
+            better = [e for e in of_sheet if e.gain > findings.decision.explanations[0].gain]
             told = [e.suspicion for e in better if e.gain > better[0].gain - APART**2]
             turned = [e for e in of_sheet if e.mistake.kind == "direction" and e not in better]
             told += [replace(e.suspicion, kind="travel") for e in turned]  # it explains less than the effects
@@ -318,7 +318,7 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
     ids = [e.id for e in start]
     vector, slots = parameter_vector(bench, start), bench.forward.slots
     free = bench.start(ids, vector).free  # but for what moves no reading whatever its effect's size: a missing sensor
-    anywhere = np.array([0.0 if s.only_shapes else 1.0 for s in slots] + [0.0] * (len(vector) - len(slots)))
+    anywhere = np.array([0.0 if s.parameter.modifier else 1.0 for s in slots] + [0.0] * (len(vector) - len(slots)))
     slopes = bench.forward.expand(vector + anywhere, free)[1]
     seen = np.isfinite(bench.fitted.y)
     idle = [k for k, slope in zip(free, slopes, strict=True) if not np.nan_to_num(slope[seen]).any()]

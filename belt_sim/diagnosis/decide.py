@@ -160,11 +160,6 @@ class Decision:
     instead: str = ""
 
     @property
-    def best(self) -> Explanation:
-        """The likeliest."""
-        return self.explanations[0]
-
-    @property
     def tells_of_unknown(self) -> bool:
         """Whether the verdict is that something unknown is there."""
         return self.verdict in (Verdict.PARTLY, Verdict.NONE_KNOWN) and not self.instead
@@ -172,7 +167,7 @@ class Decision:
     @property
     def likeliest_unknown(self) -> Explanation:
         """The likeliest with something unknown; of all the likeliest where none was compared."""
-        return next((e for e in self.explanations if e.unknown and not e.refused), self.best)
+        return next((e for e in self.explanations if e.unknown and not e.refused), self.explanations[0])
 
     @property
     def probability_of_unknown(self) -> float:
@@ -221,7 +216,7 @@ class Decision:
         """
         if self.instead:
             return False
-        best, sets = self.best, self.law_sets(table)
+        best, sets = self.explanations[0], self.law_sets(table)
         unknown = [e for e in self.explanations if e.unknown and frozenset(e.effects) in sets]
         imitated = [e for e in unknown if set(e.effects) < set(best.effects)]
         behind = [best.log_posterior - policy.linear * (best.likelihood - e.likelihood) for e in imitated]
@@ -237,7 +232,7 @@ class Decision:
     def most_of_a_law(self, table: EvidenceTable, ids: Ids, policy: Policy) -> float:
         """chi2 that a law beside the effects ``ids`` may explain: what the likeliest effects leave beyond noise is seen
         beside them, as a free input at any place."""
-        best = frozenset(self.best.effects)
+        best = frozenset(self.explanations[0].effects)
         seen = [log_evidence(b, table.inflation, policy) for b in table.unknown if b.ids == best]
         known = {frozenset(e.effects): e.gain for e in self.explanations if not e.unknown and not e.instead}
         more = max(0.0, 2.0 * table.inflation * seen[0]) if seen else np.inf

@@ -124,7 +124,7 @@ def _sentence(d: Findings, sized_otherwise: Collection[str] = ()) -> str:
         names, hidden = d.search.names, [n for n in d.search.names if n not in d.table.visible]
         effects = f"{len(names) - len(hidden)} of {len(names)} effects" if len(names) > 1 else "The effect"
         unseen = f"; these would not: {', '.join(hidden)}" if hidden else ""
-        said, likeliest = decision.verdict.sentence(model, ()), decision.best
+        said, likeliest = decision.verdict.sentence(model, ()), decision.explanations[0]
         if not likeliest.says_nothing:
             nothing = next(e for e in decision.explanations if e.says_nothing)
             sure, not_at_all = (f"{100.0 * e.probability:.0f} %" for e in (likeliest, nothing))

@@ -476,7 +476,7 @@ def _best_column(bench: Workbench, fit: Fit, name: str) -> tuple[int, float]:
     """
     own = bench.forward.index(name)
     length = np.linalg.norm(fit.columns[own], axis=1)
-    sized = np.array([not bench.forward.slots[k].only_shapes for k in own])
+    sized = np.array([not bench.forward.slots[k].parameter.modifier for k in own])
     strength = np.where(sized & (length > NOTHING), length * prior_sigma(bench.forward, own), 0.0)
     return own[int(np.argmax(strength))], float(np.max(strength))
 

@@ -89,15 +89,6 @@ class Slot:
         return self.parameter.scale
 
     @property
-    def null(self) -> float:
-        return self.parameter.null
-
-    @property
-    def only_shapes(self) -> bool:
-        """Whether it only shapes what others of its effect do, and so moves nothing while these are null."""
-        return self.parameter.modifier
-
-    @property
     def side(self) -> tuple[float, float]:
         """Lowest and highest value in units of scale that a fit may take.
 
@@ -105,10 +96,10 @@ class Slot:
         to say. What only shapes an effect ends where no machine goes on: a weld of many metres is a camber, and one of
         a hair's breadth is whatever noise did when it passed.
         """
-        low, high = self.parameter.plausible
-        ends = self.null if self.null <= low else -np.inf, self.null if self.null >= high else np.inf
-        if self.only_shapes:
-            ends = min(low, self.null), max(high, self.null)
+        (low, high), null = self.parameter.plausible, self.parameter.null
+        ends = null if null <= low else -np.inf, null if null >= high else np.inf
+        if self.parameter.modifier:
+            ends = min(low, null), max(high, null)
         return ends[0] / self.scale, ends[1] / self.scale
 
 
@@ -209,9 +200,12 @@ def _columns_of_runs(settings, travel, rig, belt, effects, nuisances, *, cls: ty
 
 def bin_attenuation(slots: Sequence[Slot], samples: Samples, others: int = 0) -> np.ndarray:
     """How much of every parameter, and of so many ``others`` behind them, the readings of each run show, (R, k): of a
-    harmonic what the mean over a bin leaves, of all else the whole."""
+    harmonic, a wave with so many periods a belt length, what the mean over a bin leaves, of all else the whole."""
     harmonics = [1 + list(s.effect.parameters).index(s.name) // 2 if s.effect.is_additive() else 0 for s in slots]
-    return samples.bin_attenuation(np.array([*harmonics, *[0] * others]))
+    many, length = samples.per_bin[:, None], float(np.max(samples.cases.rig.belt_length))
+    half = np.pi * np.outer(samples.widths / samples.per_bin, [*harmonics, *[0] * others]) / length
+    one = np.ones_like(half)  # half the phase between two readings
+    return np.divide(np.sin(many * half), many * np.sin(half), out=one, where=np.abs(np.sin(half)) > 1e-12)
 
 
 # Compiled marches that predict readings.
@@ -354,7 +348,7 @@ class Forward:
         # shows a gain times the reading and an offset. Beside any other law, a gauge that sticks, they are compiled in.
         simple = all(c.is_additive() or c.id in AFFINE for c in self.classes if overrides(c, ("sensor",)))
         self._addable = tuple(c for c in self.classes if c.is_additive()) if simple else ()
-        self._null = np.array([s.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
+        self._null = np.array([s.parameter.null / s.scale for s in self.slots] + [0.0] * len(NUISANCES))
         # the group of an effect: its own id where it need not be compiled at all; empty where it slows no batch
         groups = {c: c.id if c.is_additive() else HEAVY if c.id in SLOW else "" for c in self.classes}
         self._groups = [groups[s.effect] for s in self.slots]

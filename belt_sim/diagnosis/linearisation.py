@@ -159,7 +159,7 @@ def linearise_effects(
     if not positions:
         return Linearisation(fit, {})
     # derivatives, none along what only shapes; those that are too small to be trusted are faint
-    sized = [k for k in positions if not bench.forward.slots[k].only_shapes]
+    sized = [k for k in positions if not bench.forward.slots[k].parameter.modifier]
     _, rows = bench.forward.expand(fit.vector, sized)
     length = np.linalg.norm(bench.metric.whiten(rows), axis=1)
     faint = [k for k, seen in zip(sized, length, strict=True) if seen < STRONG and not bench.forward.linear[k]]
@@ -204,7 +204,7 @@ def _shifts(bench: Workbench, fit: Fit, positions: Sequence[int]) -> list[SizeSt
     Its phase turns with them: a step from null goes astray, but the fit's own numbers take a turned phase up.
     """
     slots, (low, high) = bench.forward.slots, bench.forward.sides
-    shifting = [k for k in positions if overrides(slots[k].effect, FURTHER) and not slots[k].only_shapes]
+    shifting = [k for k in positions if overrides(slots[k].effect, FURTHER) and not slots[k].parameter.modifier]
     if not shifting or not any(c.comes_round for c in bench.forward.classes if c.id in fit.ids):
         return []
     tried = [(k, sign * size) for k in shifting for size in SHIFTS for sign in (1.0, -1.0)]
@@ -261,7 +261,7 @@ def shapes_on_grids(bench: Workbench, fit: Fit, names: Sequence[str]) -> dict[st
 
 def _compute_shapes(bench: Workbench, fit: Fit, keys: Sequence[Key]) -> dict[Key, np.ndarray]:
     """Shape (R, S, n) of each parameter: its derivative, or else the change at the smallest of SECANTS that shows."""
-    still = {key: np.zeros_like(fit.values) for key in keys if bench.forward.slots[key[0]].only_shapes}
+    still = {key: np.zeros_like(fit.values) for key in keys if bench.forward.slots[key[0]].parameter.modifier}
     moving = [key for key in keys if key not in still]
     vectors = np.repeat(fit.vector[None], len(moving), axis=0)
     for row, (_, point) in zip(vectors, moving, strict=True):
@@ -360,14 +360,12 @@ REFERENCES = 3  # runs whose own shape may begin
 @dataclass(frozen=True)
 class PeriodicWaves:
     """Waves in all runs: gram (R, P, P) and moments (R, P) of whitened pairs of cosine and sine, in units of one sigma,
-    with what is left of the readings; rates (R, P/2): by how many radians a metre of start turns a pair; left: chi2 a
-    reading that neither waves nor other candidates take up.
+    with what is left of the readings; rates (R, P/2): by how many radians a metre of start turns a pair.
     """
 
     gram: np.ndarray
     moments: np.ndarray
     rates: np.ndarray
-    left: float = 1.0
 
     def rotations(self, r: int, starts: np.ndarray) -> np.ndarray:
         """Matrices (k, P, P) that turn common numbers into those of a run that starts at ``starts`` (k,)."""
@@ -428,41 +426,22 @@ class PeriodicWaves:
 
 
 def find_starts(bench: Workbench, linearisation: Linearisation) -> Campaign | None:
-    """The campaign with where on the belt its runs start; None where that is stated, or one place does as well."""
-    runs = bench.samples.runs
+    """The campaign with where on the belt its runs start; None where that is stated, or one place does as well.
+
+    What comes round is sought in the residual of the linearised fit, beside what all other candidates could do. Noise
+    is as stated (repeats that start elsewhere on the belt differ by more), or larger where all that may be there leaves
+    more.
+    """
+    samples, runs = bench.samples, bench.samples.runs
     round_ones = any(c.comes_round for c in bench.forward.classes)
     if not round_ones or len(runs) < 2 or any(run.start is not None for run in runs):
         return None
-    turning = periodic_waves(bench, linearisation)
-    if turning.left > MOST_LEFT:
-        return None
-    rig = bench.samples.cases.rig
-    length, shortest = float(np.max(rig.belt_length)), 2.0 * np.pi / float(turning.rates.max())
-    count = int(np.clip(np.ceil(PARTS * length / shortest), *TRIED))
-    same = turning.fit_common(np.zeros(len(runs)), range(len(runs)))[1]
-    starts, gain = turning.align(length * np.arange(count) / count)
-    if 0.5 * (gain - same) <= CHANCE * (len(runs) - 1) * np.log(count):
-        return None
-    u = np.clip(WIDER * starts[:, 1], length / count / EVEN, length / EVEN) * (starts[:, 1] > 0.0)
-    found = {run.name: (float(s), float(off)) for run, s, off in zip(runs, starts[:, 0] % length, u, strict=True)}
-    stated = {run.name: (run.start, run.start_u) for run in bench.campaign.runs} | found
-    turned = [replace(r, start=stated[r.name][0], start_u=stated[r.name][1]) for r in bench.campaign.runs]
-    return replace(bench.campaign, runs=tuple(turned))
-
-
-def periodic_waves(bench: Workbench, linearisation: Linearisation) -> PeriodicWaves:
-    """What comes round in the residual of the linearised fit, beside what all other candidates could do.
-
-    Noise is as stated (repeats that start elsewhere on the belt differ by more), or larger where all that may be there
-    leaves more.
-    """
-    samples, metric = bench.samples, bench.metric_at(Levels())
-    waves, rates = _waves_of(bench, linearisation)
+    metric, (waves, rates) = bench.metric_at(Levels()), _waves_of(bench, linearisation)
     rows = np.concatenate([waves, (samples.y - linearisation.fit.values)[None]])
     others = [linearisation.slopes[p] for p, s in enumerate(bench.forward.slots) if not s.effect.comes_round]
     known = np.concatenate([bench.shapes, bench.shared, np.reshape(others, (-1, *samples.y.shape))])
     grams, moments, left, count = [], [], 0.0, 0
-    for r in range(len(samples.runs)):
+    for r in range(len(runs)):
         # whitened, without what the known ones span
         filled = (np.where(np.isfinite(x), x, 0.0) for x in (rows[:, r], known[:, r]))
         white, beside = (np.einsum("snm,ksm->ksn", metric.roots[r], x).reshape(len(x), -1) for x in filled)
@@ -473,8 +452,22 @@ def periodic_waves(bench: Workbench, linearisation: Linearisation) -> PeriodicWa
         moments.append(white[:-1] @ white[-1])
         rest = white[-1] @ white[-1] - moments[-1] @ np.linalg.solve(grams[-1] + np.eye(len(grams[-1])), moments[-1])
         left, count = left + rest, count + int(np.isfinite(samples.y[r]).sum()) - len(taken) - len(grams[-1])
-    noise = max(1.0, left / max(count, 1))
-    return PeriodicWaves(np.array(grams) / noise, np.array(moments) / noise, rates, noise)
+    noise = max(1.0, left / max(count, 1))  # chi2 a reading that neither waves nor other candidates take up
+    if noise > MOST_LEFT:
+        return None
+
+    turning = PeriodicWaves(np.array(grams) / noise, np.array(moments) / noise, rates)
+    length, shortest = float(np.max(samples.cases.rig.belt_length)), 2.0 * np.pi / float(rates.max())
+    places = int(np.clip(np.ceil(PARTS * length / shortest), *TRIED))
+    same = turning.fit_common(np.zeros(len(runs)), range(len(runs)))[1]
+    starts, gain = turning.align(length * np.arange(places) / places)
+    if 0.5 * (gain - same) <= CHANCE * (len(runs) - 1) * np.log(places):
+        return None
+    u = np.clip(WIDER * starts[:, 1], length / places / EVEN, length / EVEN) * (starts[:, 1] > 0.0)
+    found = {run.name: (float(s), float(off)) for run, s, off in zip(runs, starts[:, 0] % length, u, strict=True)}
+    stated = {run.name: (run.start, run.start_u) for run in bench.campaign.runs} | found
+    turned = [replace(r, start=stated[r.name][0], start_u=stated[r.name][1]) for r in bench.campaign.runs]
+    return replace(bench.campaign, runs=tuple(turned))
 
 
 def _waves_of(bench: Workbench, linearisation: Linearisation) -> tuple[np.ndarray, np.ndarray]:

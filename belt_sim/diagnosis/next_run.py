@@ -213,7 +213,7 @@ class Outlook:
         values, slopes = self.forward.expand(fit.vector, free)
         over = np.flatnonzero([a.settings.turned_over for a in self.actions])
         sign = np.ones(self.forward.size)
-        sign[[k for k, s in enumerate(self.forward.slots) if s.effect.on_belt and not s.only_shapes]] = -1.0
+        sign[[k for k, s in enumerate(self.forward.slots) if s.effect.on_belt and not s.parameter.modifier]] = -1.0
         there, along = self.forward.of_runs(over).expand(sign * fit.vector, free)
         values[over], slopes[:, over] = there, sign[free, None, None, None] * along
         return values, slopes

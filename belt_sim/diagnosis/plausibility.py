@@ -46,7 +46,7 @@ def _judge(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> lis
     out at the best fit by chance, as what only shapes others: what a machine has then fits as well.
     """
     found = []
-    sizes = Counter(s.effect.id for s in slots if not s.only_shapes)
+    sizes = Counter(s.effect.id for s in slots if not s.parameter.modifier)
     for slot, x, u in zip(slots, values, spread, strict=True):
         declared, (lowest, highest) = slot.parameter, plausible_bounds(slot)
         one_of_several = declared.modifier or sizes[slot.effect.id] > 1
@@ -58,9 +58,9 @@ def _judge(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> lis
 
 def plausible_bounds(slot: Slot) -> tuple[float, float]:
     """Lowest and highest that a number of a real machine could be, in units of its scale."""
-    low, high = (bound - slot.null for bound in slot.parameter.plausible)
+    low, high = (bound - slot.parameter.null for bound in slot.parameter.plausible)
     lowest, highest = low * EDGE if low < 0.0 else low / EDGE, high * EDGE if high > 0.0 else high / EDGE
-    return (slot.null + lowest) / slot.scale, (slot.null + highest) / slot.scale
+    return (slot.parameter.null + lowest) / slot.scale, (slot.parameter.null + highest) / slot.scale
 
 
 def is_plausible(forward: Forward, fit: Fit) -> bool:
@@ -147,7 +147,7 @@ def prefer_plausible(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
 
 def estimates_of_single_sizes(bench: Workbench, fit: Fit, name: str) -> Mapping[str, Estimate]:
     """What each size of an effect would be if its other sizes were nothing, for those that explain as much so."""
-    own = [k for k in bench.forward.index(name) if not bench.forward.slots[k].only_shapes]
+    own = [k for k in bench.forward.index(name) if not bench.forward.slots[k].parameter.modifier]
     if len(own) < 2:
         return {}
     from scipy.special import chdtri

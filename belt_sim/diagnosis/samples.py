@@ -53,15 +53,8 @@ class Samples:
         used = [s[np.isfinite(y).any(axis=0)] for s, y in zip(self.travel, self.y, strict=True)]
         return min((float(np.max(np.diff(s))) for s in used if len(s) > 1), default=0.0)
 
-    def bin_attenuation(self, harmonics: np.ndarray) -> np.ndarray:
-        """What the mean over a bin leaves of waves with so many (k,) periods a belt length, (R, k)."""
-        many, length = self.per_bin[:, None], float(np.max(self.cases.rig.belt_length))
-        half = np.pi * np.outer(self._widths / self.per_bin, harmonics) / length  # of the phase between two readings
-        one = np.ones_like(half)
-        return np.divide(np.sin(many * half), many * np.sin(half), out=one, where=np.abs(np.sin(half)) > 1e-12)
-
     @cached_property
-    def _widths(self) -> np.ndarray:
+    def widths(self) -> np.ndarray:
         """From one sample to the next in every run (R,) [m]."""
         steps = np.abs(np.diff(self.travel, axis=1))
         return np.array([np.median(s[s > 0.0]) if np.any(s > 0.0) else 0.0 for s in steps])

@@ -440,7 +440,7 @@ def row_of(bench: Workbench, fit: Fit, checked: bool) -> Row:
     else:
         turned = []
     kept = [k for k, position in enumerate(fit.free) if position not in scanned]
-    sized = np.array([not (s.only_shapes or s.effect.is_additive()) for s in slots], dtype=bool)
+    sized = np.array([not (s.parameter.modifier or s.effect.is_additive()) for s in slots], dtype=bool)
     return Row(
         ids=frozenset(fit.ids),
         chi2=float(fit.chi2),

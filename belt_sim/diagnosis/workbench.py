@@ -94,7 +94,7 @@ def workbench(
     null = forward.null()
     shapes, shared, values = _nuisances_at(campaign, samples, forward, null)
     # what candidates could do to the readings (k, R, S, n): derivatives, and what a plausible size of each does
-    sizes = [k for k, s in enumerate(forward.slots) if not s.only_shapes]
+    sizes = [k for k, s in enumerate(forward.slots) if not s.parameter.modifier]
     along = np.eye(forward.size)[sizes]
     sized = along[~forward.linear[sizes]]
     points = np.concatenate([np.repeat(null[None], len(along), axis=0), null + sized])

@@ -100,5 +100,5 @@ def q_of(bench: Workbench, effect: str, **numbers: float) -> np.ndarray:
     q = bench.forward.null()
     for k in bench.forward.index(effect):
         slot = bench.forward.slots[k]
-        q[k] = numbers.get(slot.name, slot.null) / slot.scale
+        q[k] = numbers.get(slot.name, slot.parameter.null) / slot.scale
     return q

@@ -13,7 +13,7 @@ from belt_sim.effects.yaw import YawOffsetTail
 
 def test_what_is_dear_is_asked_by_itself_where_nothing_else_acts(monkeypatch):
     forward = Forward(samples_of(campaign("nothing")), MODEL, (Taper, Crown, Weld))
-    sizes = [k for k, s in enumerate(forward.slots) if not s.only_shapes]
+    sizes = [k for k, s in enumerate(forward.slots) if not s.parameter.modifier]
     along = np.eye(forward.size)[sizes]
     asked: list[frozenset[str]] = []
 

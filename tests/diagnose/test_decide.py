@@ -260,7 +260,7 @@ def test_effects_that_fit_alike_are_a_tie_and_a_likely_one_is_none():
     assert tie.verdict is Verdict.EXPLAINED
     assert sorted(t.effects for t in tie.tied(POLICY)) == [("idler_skew",), ("side_drag",), ("taper",)]
     likely = decide(table(row("taper", gain=220.0), *three[1:]), POLICY)
-    assert likely.best.probability > POLICY.likely
+    assert likely.explanations[0].probability > POLICY.likely
     assert likely.tied(POLICY) == ()
     between = decide(table(row("taper", gain=203.0), *three[1:]), POLICY)  # likelier than not, and not likely
     assert 0.5 < between.named["taper"] < POLICY.likely

@@ -29,4 +29,4 @@ def test_every_shape_is_bounded_and_null_is_within(effect, name):
     slot = Slot(effect, name)
     low, high = slot.side
     assert np.isfinite([low, high]).all()
-    assert low <= slot.null / slot.scale <= high
+    assert low <= slot.parameter.null / slot.scale <= high
