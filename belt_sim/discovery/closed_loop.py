@@ -51,29 +51,26 @@ def solve_loop(data: SearchData, law: Law, sizes: np.ndarray, begin: States | No
     reads = _variables_read(inputs)
     largest = {r: float(np.abs(getattr(base, r[0])).max()) + 1e-12 for r in reads if r[0] != "reading_rate"}
     at = _state_values(begin or base, reads)
-    still = _responses_to(data, _channel_inputs([one for one in inputs if not one.reads], at), reads)
+    acting = [one for one in inputs if one.channel in CHANNELS]
+    still = _responses_to(data, [(one.channel, one.value(at)) for one in acting if not one.reads], reads)
     unread = {read: x + still[read] for read, x in _state_values(base, reads).items()}
-    coupled = [one for one in inputs if one.reads]
 
     def furthest(x: dict[Variable, np.ndarray]) -> float:  # of what is read, in units; nan where one is
         return float(np.max([np.abs(x[read]).max() / size for read, size in largest.items()], initial=0.0))
 
-    def settle(at: dict[Variable, np.ndarray], part: float) -> dict[Variable, np.ndarray] | None:
-        """What is read once iterations of a part of a step have converged; None where a belt runs away, or they do not
-        converge."""
-        for _ in range(int(ITERATIONS / part)):
-            added = _responses_to(data, _channel_inputs(coupled, at), reads)
-            step = {read: unread[read] + added[read] - at[read] for read in reads}
-            at = {read: at[read] + part * step[read] for read in reads}
-            if not furthest(at) < FURTHEST:
-                return None
-            if furthest(step) < CLOSE:
-                return at
-        return None
-
     # a law that steers against what it reads by as much or more swings ever further in whole steps, the belt does not
-    settled = settle(at, 1.0) or settle(at, DAMPING)
-    if settled is None:
+    for part in (1.0, DAMPING):
+        settled, converged = at, False
+        for _ in range(int(ITERATIONS / part)):
+            added = _responses_to(data, [(one.channel, one.value(settled)) for one in acting if one.reads], reads)
+            step = {read: unread[read] + added[read] - settled[read] for read in reads}
+            settled = {read: settled[read] + part * step[read] for read in reads}
+            converged = furthest(step) < CLOSE
+            if converged or not furthest(settled) < FURTHEST:
+                break
+        if converged and furthest(settled) < FURTHEST:
+            break
+    else:
         return None
     readings = np.zeros((len(sizes), *data.projector.residual.shape))
     for one in inputs:
@@ -172,9 +169,24 @@ def _state_values(states: States, reads: Iterable[Variable]) -> dict[Variable, n
 ChannelInputs = Sequence[tuple[str, np.ndarray]]
 
 
-def _channel_inputs(inputs: Sequence[LoopInput], at: dict[Variable, np.ndarray]) -> ChannelInputs:
-    """The inputs at channels of the march, from what is read."""
-    return [(one.channel, one.value(at)) for one in inputs if one.channel in CHANNELS]
+def _spectra(data: SearchData, rows: Sequence[Variable], channel: str, length: int) -> np.ndarray:
+    """Spectra (k, R, 1, w) of what an input in the first whole cell of a channel adds to variables."""
+    s, samples, added = data.states.s, data.bench.samples, []
+    rig, belt = samples.cases.rig, samples.cases.belt
+    for name, where in rows:
+        for run, pulse in zip(samples.runs, data.responses.pulses[:, CHANNELS.index(channel)], strict=True):
+            if name == "ends":
+                seen = span_ends(pulse[None])[0][where]
+            elif name == "kappa_mean":
+                ends = span_ends(pulse[None])[0]
+                seen = (ends[3 * where + 2] - ends[3 * where + 1]) / float(rig.span_length)
+            elif name == "kappa":
+                seen = pulse[MOMENT + where] / float(belt.bending_stiffness)
+            else:
+                seen = pulse[curve_row(samples.signals[where].at, run.direction) if name == "reading" else where]
+            added.append(data.responses.cell_responses(seen, s + (s[1] - s[0]))[:, 1])
+    shaped = np.reshape(added, (len(rows), len(samples.runs), len(s)))
+    return rfft(single_precision(shaped), length)[:, :, None]
 
 
 def _responses_to(data: SearchData, inputs: ChannelInputs, reads: Collection[Variable]) -> dict[Variable, np.ndarray]:
@@ -187,33 +199,9 @@ def _responses_to(data: SearchData, inputs: ChannelInputs, reads: Collection[Var
     first = np.where(np.arange(cells) > 0, 1.0, 0.5).astype(np.float32)  # half a cell
     rows = tuple(dict.fromkeys(("y" if name == "alpha" else name, k) for name, k in reads if name != "reading_rate"))
     length, runs = next_fast_len(2 * cells, real=True), np.arange(len(states.tension))  # no end reaches its beginning
-    cases = data.bench.samples.cases
-
-    def response_of(run: int, name: str, where: int, channel: str) -> np.ndarray:
-        """What an input in the first whole cell of a channel adds to a variable (J,)."""
-        pulse = data.responses.pulses[run, CHANNELS.index(channel)]
-        ends = span_ends(pulse[None])[0]
-        if name == "ends":
-            seen = ends[where]
-        elif name == "kappa_mean":
-            seen = (ends[3 * where + 2] - ends[3 * where + 1]) / float(cases.rig.span_length)
-        elif name == "kappa":
-            seen = pulse[MOMENT + where] / float(cases.belt.bending_stiffness)
-        elif name == "reading":
-            at = data.bench.samples.signals[where].at
-            seen = pulse[curve_row(at, data.bench.samples.runs[run].direction)]
-        else:
-            seen = pulse[where]
-        return data.responses.cell_responses(seen, states.s + spacing)[:, 1]
-
-    def spectra(channel: str) -> np.ndarray:
-        """Of what an input in one cell of a channel adds to ``rows``, (k, R, 1, w)."""
-        added = np.stack([[response_of(int(r), *read, channel) for r in runs] for read in rows])
-        return rfft(single_precision(added), length)[:, :, None]
-
     whole = sum(
         rfft(single_precision(u) * first, length)
-        * data.compute_once(("spectra", rows, channel), partial(spectra, channel))
+        * data.compute_once(("spectra", rows, channel), partial(_spectra, data, rows, channel, length))
         for channel, u in acting
     )
     responses = dict(zip(rows, irfft(whole, length)[..., :cells], strict=True))
@@ -247,19 +235,15 @@ def _replace_states(base: States, found: dict[Variable, np.ndarray]) -> States:
 
 @dataclass(frozen=True)
 class ClosedLoopFit:
-    """A law with its numbers as the closed loop has them: sizes, the chi2 explained, whitened readings (R, m) that it
-    makes, and the states with it at work."""
+    """A law with its numbers as the closed loop has them: sizes (k,), the chi2 explained (gain), the same less what the
+    numbers cost (score), whitened readings (R, m) that it makes, and the states with it at work."""
 
     law: Law
     sizes: np.ndarray
     gain: float
+    score: float
     readings: np.ndarray
     states: States
-
-    @property
-    def score(self) -> float:
-        """What is explained less what the numbers cost."""
-        return self.gain - cost(self.law)
 
     @property
     def scored_law(self) -> ScoredLaw:
@@ -273,30 +257,27 @@ def fit_closed_loop(data: SearchData, law: Law, sizes, steps: int = STEPS) -> Cl
     What a large change of a span does goes with the tension otherwise than the linear range has it: its exponent is
     fitted, and then held at the nearest whole number.
     """
-    if any(t.place.relative for t in law.terms) and len(exponents_of(data)) > 1:
-        exponents = [t.exponent for t in law.terms if t.place.relative]
-        made = _fit_numbers(data, law, np.array([*_numbers(law, sizes), *exponents]), steps)
-        if made is None:
+    exponents = [t.exponent for t in law.terms if t.place.relative] if len(exponents_of(data)) > 1 else []
+    for free in (exponents, []) if exponents else ([],):
+        # numbers: sizes of all terms, logarithms of their shape numbers, free exponents
+        logarithms = [np.log(v) for t in law.terms for v in t.form.numbers.values()]
+        point = _start(data, law, np.array([*sizes, *logarithms, *free], dtype=float))
+        if point is None:
             return None
-        terms = [replace(t, exponent=float(round(t.exponent))) if t.place.relative else t for t in made.law.terms]
-        law, sizes = Law(tuple(terms)), made.sizes
-    return _fit_numbers(data, law, _numbers(law, sizes), steps)
-
-
-def _fit_numbers(data: SearchData, law: Law, numbers: np.ndarray, steps: int) -> ClosedLoopFit | None:
-    point = _start(data, law, numbers)
-    if point is None:
-        return None
-    for _ in range(steps):
-        after = _gauss_newton_step(data, law, *point)
-        if after is None:
-            break
-        before, point = point[2], after
-        if before - point[2] < LEAST_FALL + LEAST_SHARE * before:
-            break
-    numbers, (readings, states), chi2 = point
-    law, sizes = _law_with(law, numbers)
-    return ClosedLoopFit(law, sizes, data.projector.chi2() - chi2, readings[0], states)
+        for _ in range(steps):
+            after = _gauss_newton_step(data, law, *point)
+            if after is None:
+                break
+            before, point = point[2], after
+            if before - point[2] < LEAST_FALL + LEAST_SHARE * before:
+                break
+        numbers, (readings, states), chi2 = point
+        law, sizes = _law_with(law, numbers)
+        if free:
+            terms = (replace(t, exponent=float(round(t.exponent))) if t.place.relative else t for t in law.terms)
+            law = Law(tuple(terms))
+    gain = data.projector.chi2() - chi2
+    return ClosedLoopFit(law, sizes, gain, gain - cost(law), readings[0], states)
 
 
 #: numbers of a law, what they make, and its chi2
@@ -306,7 +287,7 @@ Point = tuple[np.ndarray, LoopSolution, float]
 def _start(data: SearchData, law: Law, numbers: np.ndarray) -> Point | None:
     """Where a fit begins: the numbers, with sizes halved until the belt does not run away. A steady change of a span
     begins with the size that explains most, of that, half and a quarter of it and LARGE."""
-    is_size, term = np.arange(len(numbers)) < _sizes(law), law.terms[0]
+    is_size, term = np.arange(len(numbers)) < sum(t.sizes for t in law.terms), law.terms[0]
     halved = (_evaluate(data, law, np.where(is_size, 0.5**k * numbers, numbers)) for k in range(2 * SHORTER))
     first, factors = next((point for point in halved if point is not None), None), list[float]()
     steady = (term.form.variable, term.form.shape, term.form.course) == ("none", "linear", "constant")
@@ -330,7 +311,7 @@ def _gauss_newton_step(data: SearchData, law: Law, numbers: np.ndarray, now: Loo
     Each shape number stays within a factor of two of the old one, each exponent within 1 of it, no length is longer
     than some records, and no wave shorter than the readings show.
     """
-    projector, (readings, states), count = data.projector, now, _sizes(law)
+    projector, (readings, states), count = data.projector, now, sum(t.sizes for t in law.terms)
     nudges, sizes = np.full(len(numbers), NUDGE), np.abs(numbers[:count])
     nudges[:count] = NUDGE * np.maximum(sizes, 1e-3 * sizes.max() + 1e-12)
     others = solve_loop(data, *_law_with(law, numbers + np.diag(nudges)), states)
@@ -354,19 +335,10 @@ def _gauss_newton_step(data: SearchData, law: Law, numbers: np.ndarray, now: Loo
     return None
 
 
-def _numbers(law: Law, sizes) -> np.ndarray:
-    """Sizes of all terms, then logarithms of their shape numbers."""
-    return np.array([*sizes, *(np.log(v) for t in law.terms for v in t.form.numbers.values())], dtype=float)
-
-
-def _sizes(law: Law) -> int:
-    return sum(t.sizes for t in law.terms)
-
-
 def _law_with(law: Law, numbers: np.ndarray) -> tuple[Law, np.ndarray]:
     """The law with shape numbers, and exponents where there are any, from ``numbers`` (p,), and its sizes (k,); of sets
     of numbers (F, p) the law has columns (F, 1), and sizes are (F, k)."""
-    count, terms = _sizes(law), []
+    count, terms = sum(t.sizes for t in law.terms), []
     end = count + sum(len(t.form.numbers) for t in law.terms)
     values = np.concatenate([np.exp(numbers[..., count:end]), numbers[..., end:]], axis=-1)
     left = values.tolist() if values.ndim == 1 else list(values.T[..., None])
@@ -378,22 +350,17 @@ def _law_with(law: Law, numbers: np.ndarray) -> tuple[Law, np.ndarray]:
     return Law(tuple(terms)), numbers[..., :count]
 
 
-def states_of_fit(data: SearchData, found: ClosedLoopFit) -> States:
-    """All states with a law at work, whatever the law reads."""
-    inputs = _loop_inputs(data, found.law, found.sizes[None])
-    return _states_with(data, _channel_inputs(inputs, _state_values(found.states, _variables_read(inputs))))
-
-
-def states_with_latent_input(data: SearchData, latent: LatentInput) -> States:
-    """All states that the mean of a latent input makes, which are nearer to the real ones."""
-    states, place, u = data.states, latent.place, latent.inputs(data.states.s)
-    parts = [part for part in place.parts if part[0] in CHANNELS]
-    return _states_with(data, [(channel, states.channel_input(place, u, channel, p)[:, None]) for channel, p in parts])
-
-
-def _states_with(data: SearchData, inputs: ChannelInputs) -> States:
-    """All states with inputs (R, 1, J) at channels of the march."""
+def states_with(data: SearchData, acting: ClosedLoopFit | LatentInput) -> States:
+    """All states with a law at work, whatever it reads, or with the mean of a latent input."""
     states = data.states
+    if isinstance(acting, ClosedLoopFit):
+        terms = _loop_inputs(data, acting.law, acting.sizes[None])
+        at = _state_values(acting.states, _variables_read(terms))
+        inputs = [(one.channel, one.value(at)) for one in terms if one.channel in CHANNELS]
+    else:
+        place, u = acting.place, acting.inputs(states.s)
+        parts = [part for part in place.parts if part[0] in CHANNELS]
+        inputs = [(channel, states.channel_input(place, u, channel, p)[:, None]) for channel, p in parts]
     sensors = [k for k, s in enumerate(data.bench.samples.signals) if s.kind == "lateral"]
     reads = [(n, k) for n in ("y", "alpha", "kappa", "kappa_mean") for k in (0, 1)]
     reads += [("ends", k) for k in range(states.ends.shape[1])]

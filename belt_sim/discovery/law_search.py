@@ -74,7 +74,7 @@ def unknown_evidence(data: SearchData) -> UnknownEvidence:
         ids=frozenset(data.fit.ids),
         courses=np.array(latent_gains),
         laws=tuple(_law(s) for s in distinct_families(ones, LAWS)),
-        tried=max(len(ones) / len(exponents_of(data)), 1.0),
+        tried=max(len(ones.gain) / len(exponents_of(data)), 1.0),
     )
 
 

@@ -59,15 +59,6 @@ class Targets:
         self.channels: dict[str, np.ndarray] = {}  # products (R, J, q) with the responses to an input there
 
 
-def _blocks(data: SearchData, place: Place) -> tuple[list[Form], list[Block]]:
-    """The forms to try at a place, all and block by block; those of the same forms are the same."""
-    usual, rare = data.forms(place)
-    reading = [f for f in (*usual, *rare) if f.reads_belt or f.is_carried]
-    lists = [*([f for f in some if not (f.reads_belt or f.is_carried)] for some in (usual, rare)), reading]
-    made = [data.compute_once(("block", tuple(some)), partial(Block, some, some is reading)) for some in lists if some]
-    return [f for block in made for f in block.forms], made
-
-
 def form_products(data: SearchData, place: Place, targets: Targets) -> tuple[list[Form], list[Products]]:
     """The forms at a place, and the products of their columns with vectors, block by block."""
 
@@ -76,8 +67,14 @@ def form_products(data: SearchData, place: Place, targets: Targets) -> tuple[lis
             targets.channels[channel] = data.design[channel].swapaxes(0, 1) @ targets.double
         return targets.channels[channel]
 
-    kind = ("forms", place.kind, place.is_carried, data.wide)
-    forms, blocks = data.compute_once(kind, partial(_blocks, data, place), data.states)
+    def make_blocks() -> list[Block]:  # those of the same forms are the same
+        usual, rare = data.forms(place)
+        reading = [f for f in (*usual, *rare) if f.reads_belt or f.is_carried]
+        lists = [*([f for f in some if not (f.reads_belt or f.is_carried)] for some in (usual, rare)), reading]
+        some_of = (some for some in lists if some)
+        return [data.compute_once(("block", tuple(some)), partial(Block, some, some is reading)) for some in some_of]
+
+    blocks = data.compute_once(("forms", place.kind, place.is_carried, data.wide), make_blocks, data.states)
     along, found = _sum_of_parts(data, place, with_targets), []
     for block in blocks:
         if block.depends_on_pulley:
@@ -87,13 +84,10 @@ def form_products(data: SearchData, place: Place, targets: Targets) -> tuple[lis
         inputs = data.compute_once(("inputs", block), partial(form_inputs, data.states, block.everything, None, None))
         # what acts on what is bent, and shown, is another beside every state
         within = data.states if place.relative or place.name == "travel" else None
-
-        def lengths(block=block, inputs=inputs) -> tuple[np.ndarray, np.ndarray]:
-            return _lengths(_plain_rows(data, place, block, inputs), block.waves)
-
+        lengths = partial(_plain_lengths, data, place, block, inputs)
         own, cross = data.compute_once(("lengths", place.name, block), lengths, within)
         found.append(Products(inputs @ along, own, cross, block.waves))
-    return forms, found
+    return [f for block in blocks for f in block.forms], found
 
 
 def form_inputs(states: States, forms: Sequence[Form], part: int | None, signal: str | None) -> np.ndarray:
@@ -112,11 +106,11 @@ def form_inputs(states: States, forms: Sequence[Form], part: int | None, signal:
     return found
 
 
-def _plain_rows(data: SearchData, place: Place, block: Block, inputs: np.ndarray) -> np.ndarray:
-    """Whitened columns (R, F + w, m) of forms that do not depend on the pulley, to single precision.
+def _plain_lengths(data: SearchData, place: Place, block: Block, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """``_lengths`` of the columns of forms that do not depend on the pulley, to single precision.
 
-    Those that almost cancel are multiplied in double precision: their products with readings are, and a length that is
-    rounding would make much of them.
+    Columns that almost cancel are multiplied in double precision: their products with readings are, and a length that
+    is rounding would make much of them.
     """
     found, norms = _rows(data, place, block), 0.0
     own = np.einsum("rfm,rfm->rf", found, found)
@@ -127,7 +121,7 @@ def _plain_rows(data: SearchData, place: Place, block: Block, inputs: np.ndarray
     faint = np.any(own < np.square(CANCELS * most), axis=0)
     if faint.any():
         found[:, faint] = inputs[:, faint] @ _sum_of_parts(data, place, lambda c: data.design[c].swapaxes(0, 1))
-    return found
+    return _lengths(found, block.waves)
 
 
 def _sum_of_parts(data: SearchData, place: Place, of_channel: Callable[[str], np.ndarray]) -> np.ndarray:
@@ -213,9 +207,6 @@ class RankedLaws:
     gain: np.ndarray
     score: np.ndarray
 
-    def __len__(self) -> int:
-        return len(self.gain)
-
     def __iter__(self) -> Iterator[ScoredLaw]:
         starts = np.cumsum([0, *(len(forms) for _, forms, _ in self.tables)])
         for k in np.argsort(-self.score, kind="stable"):
@@ -227,18 +218,10 @@ class RankedLaws:
 
 def cost(law: Law) -> float:
     """What a law's numbers must earn."""
-    prices = sum(_price(t.form, t.exponent) for t in law.terms)
-    return TERM * (len(law.terms) - 1) + prices + APART * (len({t.place.name for t in law.terms}) > 1)
-
-
-def _price(form: Form, exponent: float = 0.0) -> float:
-    """Of the numbers of one term."""
-    return NUMBER * len(form.numbers) + EXPONENT * (exponent != 0.0) + WAVE * form.is_wave
-
-
-def gain_of(data: SearchData, law: Law) -> float:
-    """chi2 that a law explains."""
-    return data.projector.fit_sizes(data.columns(law))[0]
+    found = TERM * (len(law.terms) - 1) + APART * (len({t.place.name for t in law.terms}) > 1)
+    for t in law.terms:
+        found += NUMBER * len(t.form.numbers) + EXPONENT * (t.exponent != 0.0) + WAVE * t.form.is_wave
+    return found
 
 
 def gains(blocks: Sequence[Products], weight: np.ndarray, beside: list[int], inverse, along) -> np.ndarray:
@@ -277,7 +260,8 @@ def single_term_laws(data: SearchData) -> RankedLaws:
     for place in data.places_to_try:
         forms, blocks = form_products(data, place, targets)
         kind = ("prices", place.kind, place.is_carried, data.wide)
-        price = data.compute_once(kind, partial(np.fromiter, map(_price, forms), float), data.states)
+        costs = (cost(Law((Term(place, form),))) for form in forms)
+        price = data.compute_once(kind, partial(np.fromiter, costs, float), data.states)
         for n in exponents_of(data):
             tables.append((place, forms, n))
             found.append(gains(blocks, data.weight(n), beside, g.inverse, g.shared_residual))
@@ -346,11 +330,17 @@ def two_term_laws(data: SearchData, first: ScoredLaw) -> list[ScoredLaw]:
 
 
 def refine_numbers(data: SearchData, law: Law) -> Law:
-    """The law with its shape numbers at their best, one after the other."""
-    gain = gain_of(data, law)
+    """The law with its shape numbers at their best, one after the other, each between its neighbours on the grid."""
+    gain = data.projector.fit_sizes(data.columns(law))[0]
     for k, term in enumerate(law.terms):
-        others = [data.columns(Law((t,))) for t in law.terms]
-        for number, value in term.form.numbers.items():
+        others, form = [data.columns(Law((t,))) for t in law.terms], term.form
+        end, at = float(data.states.s[-1]) / data.pace(form), float(form.at or 1.0)
+        next_at = 1.0 + end / 12.0 / at if form.course in ("step", "interval") else 2.0  # ratio on the grid
+        if form.is_carried:
+            next_at = 1.0 + 0.5 * float(form.wide or 1.0) / at
+        elif form.is_wave:
+            next_at = 1.0 + 0.5 * at / end
+        for number, value in form.numbers.items():
 
             def changed(x: float, old=law.terms[k], number=number) -> Term:
                 return replace(old, form=replace(old.form, **{number: float(np.exp(x))}))
@@ -359,20 +349,10 @@ def refine_numbers(data: SearchData, law: Law) -> Law:
                 columns = [*others[:k], data.columns(Law((changed(x),))), *others[k + 1 :]]
                 return -data.projector.fit_sizes(np.concatenate(columns))[0]
 
-            off = np.log(_grid_ratio(data, term.form) if number == "at" else STEP_OF_GRID)
-            least = min(np.log(data.shortest(term.form)), np.log(value)) if number == "at" else -np.inf
+            off = np.log(next_at if number == "at" else STEP_OF_GRID)
+            least = min(np.log(data.shortest(form)), np.log(value)) if number == "at" else -np.inf
             bounds, few = (max(np.log(value) - off, least), np.log(value) + off), {"maxiter": 14, "xatol": 1e-3}
             best = minimize_scalar(loss, bounds=bounds, method="bounded", options=few)
             if -best.fun > gain:
                 gain, law = float(-best.fun), Law((*law.terms[:k], changed(best.x), *law.terms[k + 1 :]))
     return law
-
-
-def _grid_ratio(data: SearchData, form: Form) -> float:
-    """Ratio to the next number ``at`` of the grid."""
-    end, at = float(data.states.s[-1]) / data.pace(form), float(form.at or 1.0)
-    if form.is_carried:
-        return 1.0 + 0.5 * float(form.wide or 1.0) / at
-    if form.is_wave:
-        return 1.0 + 0.5 * at / end
-    return 1.0 + end / 12.0 / at if form.course in ("step", "interval") else 2.0

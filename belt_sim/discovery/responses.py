@@ -234,18 +234,14 @@ class ResidualProjector:
     """Inner products beside the parameters that runs share.
 
     metric: of single runs; residual (R, m): whitened; shared (c, R, m): whitened columns of the shared parameters;
-    inverse (c, c): of their Gram matrix and prior.
+    gram (c, c): their Gram matrix with its prior; inverse (c, c): of that.
     """
 
     metric: Metric
     residual: np.ndarray
     shared: np.ndarray
+    gram: np.ndarray
     inverse: np.ndarray
-
-    @cached_property
-    def gram(self) -> np.ndarray:
-        """Gram matrix (c, c) of the shared columns, with its prior."""
-        return np.linalg.pinv(self.inverse, hermitian=True)
 
     def whiten(self, shapes: np.ndarray) -> np.ndarray:
         """Shapes or readings (k, R, S, n) -> (k, R, m)."""
@@ -279,21 +275,6 @@ class ResidualProjector:
         inverse = np.linalg.pinv(left * np.outer(scale, scale), rcond=1e-6, hermitian=True)
         sizes = scale * (inverse @ (pull * scale))
         return float(pull @ sizes), sizes
-
-
-def residual_projector(bench: Workbench, fit: Fit) -> ResidualProjector:
-    """The projector for a search of what is missing beside ``fit``."""
-    metric = replace(bench, shared=np.zeros_like(bench.shared)).metric_at(bench.levels)
-    runs = len(bench.samples.runs)
-    shapes = np.concatenate([bench.shared, fit.slopes]) if len(fit.free) else bench.shared
-    shared = metric.whiten(shapes).reshape(len(shapes), runs, -1)
-    chosen = np.arange(len(shapes)) >= len(bench.shared)
-    size = np.maximum(np.sqrt(np.sum(shared**2, axis=(1, 2))), 1e-12)
-    shared = shared * np.where(chosen, 1.0 / size, 1.0)[:, None, None]
-    prior = np.where(chosen, CHOSEN, 1.0)
-    gram = np.einsum("crm,drm->cd", shared, shared) + np.diag(prior)
-    residual = metric.whiten(bench.fitted.y - fit.values).reshape(runs, -1)
-    return ResidualProjector(metric, residual, shared, np.linalg.pinv(gram, hermitian=True))
 
 
 def single_precision(x: np.ndarray) -> np.ndarray:
@@ -487,10 +468,8 @@ def states_of(bench: Workbench, responses: ImpulseResponses, changes: Mapping[st
     since = grid[None] - np.array([[r.yaw_at] for r in runs])
     at = [[curve_row(s.at, r.direction) for s in bench.samples.signals] for r in runs]
 
-    def reading_at(r: int, k: int) -> np.ndarray:
-        return rows[r, k] - np.interp(runs[r].yaw_at, grid, rows[r, k]) if k < 4 else 0.0 * grid
-
-    reading = np.stack([[reading_at(r, k) for k in ks] for r, ks in enumerate(at)])
+    zeros = [[np.interp(run.yaw_at, grid, row) for row in own[:4]] for run, own in zip(runs, rows, strict=True)]
+    reading = np.stack([[rows[r, k] - zeros[r][k] if k < 4 else 0.0 * grid for k in own] for r, own in enumerate(at)])
     speed, forward = np.array([r.speed for r in runs]), np.array([r.direction > 0 for r in runs])
     rig = bench.samples.cases.rig
     # a forward run brings the belt from the tail pulley over the lower span to the head pulley, one in reverse over the

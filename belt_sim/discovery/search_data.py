@@ -14,12 +14,12 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.responses import (
+    CHOSEN,
     ImpulseResponses,
     ResidualProjector,
     States,
     design_matrices,
     impulse_responses,
-    residual_projector,
     single_precision,
     span_changes,
     states_of,
@@ -126,7 +126,8 @@ def usual_forms(states: States, kind: str) -> list[Form]:
     if kind != "sensor":
         if np.any(states.beta):
             forms += _forms(("beta",), [*courses, *passing])
-            if _has_many_sizes(states.beta):
+            sizes = np.abs(states.beta).max(axis=1)
+            if np.ptp(sizes) > SAME_YAW * sizes.max():
                 forms += [Form("beta", shape=s) for s in ("signed_square", "square", "cube")]
         forms += _forms(("alpha", "kappa"), _courses(states, end, "interval"))
         names, along = ("y", "alpha", "kappa"), [*courses, *_courses(states, end, "decay")[:4]]
@@ -135,12 +136,6 @@ def usual_forms(states: States, kind: str) -> list[Form]:
         forms += [Form(n, shape=s) for s in ("signed_square", "square", "cube")]
         forms += [Form(n, shape=s, knee=k) for s in WITH_KNEE for k in _knees(states, n)]
     return forms
-
-
-def _has_many_sizes(beta: np.ndarray) -> bool:
-    """Whether yaws (R, J) are of more than one size."""
-    sizes = np.abs(beta).max(axis=1)
-    return bool(np.ptp(sizes) > SAME_YAW * sizes.max())
 
 
 def rare_forms(states: States, kind: str, periods: Sequence[float]) -> list[Form]:
@@ -174,21 +169,15 @@ def rare_forms(states: States, kind: str, periods: Sequence[float]) -> list[Form
             found += [Form(n, shape=s, knee=k) for s in ONE_SIDED for k in knees[:2]]
     if kind in COURSES_ONLY:
         return found
-    if turned and _has_many_sizes(states.beta):  # by direction alone: play and friction, used up
-        knee = KNEES[1] * float(np.abs(states.beta).max())
+    sizes = np.abs(states.beta).max(axis=1)
+    if np.ptp(sizes) > SAME_YAW * sizes.max():  # by direction alone: play and friction, used up
+        knee = KNEES[1] * float(sizes.max())
         found += _forms(("beta",), _courses(states, end, *one_way), shape="saturation", knee=knee)
     beta = ("beta",) if turned else ()
     back = [("wave", at, None) for at in periods if states.shortest_wave < at < 2.0 * end]
     found += _forms(("none", *beta), _courses(states, end, "decaying_wave"))
     found += _forms(beta, _courses(states, end, "decay"))  # a strongly damped wave
     return found + _forms((*beta, "y", "alpha", "kappa"), back)
-
-
-def belt_sections(kind: str) -> list[Form]:
-    """What a section of the belt carries, all round it: grip that it lacks, stiffness, or a bend of its own."""
-    names = ("none",) if kind in STIFFNESS else ("alpha", "kappa", *(("none",) if kind == "turn" else ()))
-    places = [(float(at), wide) for wide in SECTIONS for at in np.arange(0.5, 1.5 - 1e-9, 0.5 * wide)]
-    return _forms(names, [("belt_section", at, wide) for at, wide in places])
 
 
 def _knees(states: States, name: str) -> list[float]:
@@ -276,16 +265,6 @@ class Spectrum:
     vectors: np.ndarray
 
 
-def _spectrum(basis: Basis, weights: np.ndarray, length: float) -> Spectrum:
-    """The spectrum of runs pooled by ``weights`` (G, R), the prior of a ``length`` [m]."""
-    information = np.einsum("gr,rkl->gkl", weights**2, basis.information)
-    apart = np.sqrt(3.0) * np.abs(basis.knots[:, None] - basis.knots[None]) / length
-    root = np.linalg.cholesky((1.0 + apart) * np.exp(-apart) + 1e-8 * np.eye(len(basis.knots)))
-    unit = float(np.mean(np.einsum("gkk->gk", information))) + 1e-300
-    values, vectors = np.linalg.eigh(root.T @ information @ root)
-    return Spectrum(root, unit, np.maximum(values, 0.0), vectors)
-
-
 ONE_BY_ONE = Lock()  # searches beside several fits share spectra
 #: of a place, what its information is, and its spectra by length and squares of the weights
 Spectra = dict[Place, tuple[bytes, dict[tuple, Spectrum]]]
@@ -369,8 +348,10 @@ class SearchData:
 
     def forms(self, place: Place) -> tuple[list[Form], list[Form]]:
         """The forms to try at a place: the usual ones and the rare ones."""
-        if place.is_carried:
-            return belt_sections(place.kind), []
+        if place.is_carried:  # by a section of the belt, all round it: grip that it lacks, stiffness, a bend of its own
+            own = [("belt_section", float(at), w) for w in SECTIONS for at in np.arange(0.5, 1.5 - 1e-9, 0.5 * w)]
+            names = ("none",) if place.kind in STIFFNESS else ("alpha", "kappa")
+            return _forms((*names, "none") if place.kind == "turn" else names, own), []
         rig = self.bench.samples.cases.rig  # travels after which parts of the machine come back: the belt, the pulleys
         turns = {2.0 * np.pi * float(r) for r in (rig.tail_radius, rig.head_radius)}
         periods = (float(rig.belt_length), *sorted(turns))
@@ -442,7 +423,12 @@ class SearchData:
                 key = length, (weights**2).tobytes()
                 with ONE_BY_ONE:  # who asks next for the same has it
                     if key not in spectra:
-                        spectra[key] = _spectrum(fewer, weights, length)
+                        information = np.einsum("gr,rkl->gkl", weights**2, fewer.information)
+                        apart = np.sqrt(3.0) * np.abs(fewer.knots[:, None] - fewer.knots[None]) / length
+                        root = np.linalg.cholesky((1.0 + apart) * np.exp(-apart) + 1e-8 * np.eye(len(fewer.knots)))
+                        unit = float(np.mean(np.einsum("gkk->gk", information))) + 1e-300
+                        values, vectors = np.linalg.eigh(root.T @ information @ root)
+                        spectra[key] = Spectrum(root, unit, np.maximum(values, 0.0), vectors)
                     spectrum = spectra[key]
                 pull = np.einsum("gr,rk->gk", weights, fewer.pull)
                 shared = np.einsum("gr,rkc->gkc", weights, fewer.shared)
@@ -478,7 +464,19 @@ def campaign_places(samples: Samples) -> tuple[Place, ...]:
 def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = (), spectra: Spectra | None = None) -> SearchData:
     """The data for a search of what ``fit`` lacks; among: as in ``impulse_responses``; spectra: of searches beside
     other fits."""
-    responses, projector = impulse_responses(bench, fit, among), residual_projector(bench, fit)
+    # what runs share is taken out: columns of the bench, and of the free parameters of the fit, which have no prior
+    metric = replace(bench, shared=np.zeros_like(bench.shared)).metric_at(bench.levels)
+    runs, shapes = (
+        len(bench.samples.runs),
+        np.concatenate([bench.shared, fit.slopes]) if len(fit.free) else bench.shared,
+    )
+    chosen, shared = np.arange(len(shapes)) >= len(bench.shared), metric.whiten(shapes).reshape(len(shapes), runs, -1)
+    size = np.maximum(np.sqrt(np.sum(shared**2, axis=(1, 2))), 1e-12)
+    shared = shared * np.where(chosen, 1.0 / size, 1.0)[:, None, None]
+    gram = np.einsum("crm,drm->cd", shared, shared) + np.diag(np.where(chosen, CHOSEN, 1.0))
+    residual = metric.whiten(bench.fitted.y - fit.values).reshape(runs, -1)
+    projector = ResidualProjector(metric, residual, shared, gram, np.linalg.pinv(gram, hermitian=True))
+    responses = impulse_responses(bench, fit, among)
     design = design_matrices(bench, projector, responses, bench.forward.effects_at(fit.vector, fit.ids))
     states = states_of(bench, responses, span_changes(bench, fit, among))
     shown = {channel for channel, rows in design.items() if np.any(rows)} | {*ROLLS}

@@ -12,7 +12,7 @@ from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.linear_algebra import covariance_of
 from belt_sim.diagnosis.plausibility import has_diverged
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.discovery.closed_loop import ClosedLoopFit, fit_closed_loop, states_of_fit, states_with_latent_input
+from belt_sim.discovery.closed_loop import ClosedLoopFit, fit_closed_loop, states_with
 from belt_sim.discovery.linear_search import (
     WITHIN,
     ScoredLaw,
@@ -20,7 +20,6 @@ from belt_sim.discovery.linear_search import (
     distinct_families,
     exponents_of,
     first_of_each,
-    gain_of,
     refine_numbers,
     single_term_laws,
     two_term_laws,
@@ -63,7 +62,7 @@ def choose_law(data: SearchData, latent: LatentInput, pairs: bool = True) -> Law
     """The law that explains most for its numbers; latent: the likeliest input, which says what the states were; pairs:
     whether laws of two terms are tried."""
     data = replace(data, wide=True)
-    read = replace(data, states=states_with_latent_input(data, latent))
+    read = replace(data, states=states_with(data, latent))
     tried = [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (data, read)]
     # to first order a large steady change of tension or stiffness looks like something else: each is fitted
     changing = [place for place in data.places if place.relative and not place.is_stretch]
@@ -72,8 +71,8 @@ def choose_law(data: SearchData, latent: LatentInput, pairs: bool = True) -> Law
     for places in LIKELIEST:
         # a law that describes the readings says what the true one reads, even where its form is another and the base
         # model's states are far off: other forms at the first places, with the states that those laws make
-        some = first_of_each(ones, _first_place, places)
-        at_work = [replace(data, states=states_of_fit(data, c), places=(c.law.terms[0].place,)) for c in some]
+        some = first_of_each(ones, lambda c: c.law.terms[0].place.name, places)
+        at_work = [replace(data, states=states_with(data, c), places=(c.law.terms[0].place,)) for c in some]
         ones = _merge(ones, _fit_all(data, [(s, distinct_families(single_term_laws(s), FORMS)) for s in at_work]))
     g, u, place = data.projector, latent.inputs(data.states.s), latent.place
     felt = [data.columns_at(part[0], data.states.channel_input(place, u, *part)[None]) for part in place.parts]
@@ -82,9 +81,9 @@ def choose_law(data: SearchData, latent: LatentInput, pairs: bool = True) -> Law
     everything, sloped = ones, list[ClosedLoopFit]()
     if pairs and ones[0].gain < possible:
         firsts = different_laws(data, ones, FIRSTS)
-        beside = [(replace(data, states=states_of_fit(data, c)), c.scored_law) for c in firsts]
+        beside = [(replace(data, states=states_with(data, c)), c.scored_law) for c in firsts]
         seconds = [(s, distinct_families(two_term_laws(s, one), PAIRS)) for s, one in beside]
-        everything, sloped = _merge(ones, _fit_all(data, seconds)), laws_with_both_slopes(data, ones)
+        everything, sloped = _merge(ones, _fit_all(data, seconds)), two_slope_laws(data, ones)
     polished = [fit_closed_loop(data, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
     everything = _merge(everything, [*(c for c in polished if c is not None), *sloped])
     simple = next(c for c in everything if len(c.law.terms) == 1)  # in the march the second may win
@@ -102,23 +101,20 @@ def choose_law(data: SearchData, latent: LatentInput, pairs: bool = True) -> Law
     )
 
 
-def _first_place(c: ClosedLoopFit) -> str:
-    return c.law.terms[0].place.name
+def two_slope_laws(data: SearchData, ones: Sequence[ClosedLoopFit]) -> list[ClosedLoopFit]:
+    """Piecewise linear laws, with one slope below the knee and another beyond it.
 
-
-def laws_with_both_slopes(data: SearchData, ones: Sequence[ClosedLoopFit]) -> list[ClosedLoopFit]:
-    """The first of laws of one term with a knee, at different places, with a slope of its own on either side of it.
-
-    What acts beyond a knee only has no slope below, and what saturates none above. Such a law lacks nothing that a
-    second term beside it would bring: with the slope of one side free, the other is another too.
+    A dead zone has slope 0 below its knee, a saturation slope 0 beyond it. The best of these at each place (ones: laws
+    of one term, best first) are fitted anew with both slopes free: size 1 times x, and size 2 times x up to the knee.
+    The search for second terms misses such a law, because its two terms nearly cancel and each alone explains little.
     """
-    bending, found = (c for c in ones if c.law.terms[0].form.shape in WITH_KNEE), []
-    for c in first_of_each(bending, _first_place, WITH_SLOPES):  # a straight law and one that saturates
+    with_knee, found = (c for c in ones if c.law.terms[0].form.shape in WITH_KNEE), []
+    for c in first_of_each(with_knee, lambda c: c.law.terms[0].place.name, WITH_SLOPES):
         term, size = c.law.terms[0], float(c.sizes[0])
-        straight = replace(term.form, shape="linear", knee=None)
-        law = Law(tuple(replace(term, form=f) for f in (straight, replace(term.form, shape="saturation"))))
+        linear = replace(term, form=replace(term.form, shape="linear", knee=None))
+        saturating = replace(term, form=replace(term.form, shape="saturation"))
         sizes = [size, -size] if term.form.shape == "dead_zone" else [0.0, size]
-        found.append(fit_closed_loop(data, law, np.array(sizes), POLISH))
+        found.append(fit_closed_loop(data, Law((linear, saturating)), np.array(sizes), POLISH))
     return [c for c in found if c is not None]
 
 
@@ -169,7 +165,8 @@ def _other_places(data: SearchData, best: ClosedLoopFit) -> list[tuple[SearchDat
     if len(terms) > 1 and len({t.place.name for t in terms}) == 1:
         moved.append(_laws_at_other_places(data, terms, range(len(terms))))
     for laws in moved:
-        scored = [ScoredLaw(law, g, g - cost(law)) for law in laws for g in (gain_of(at_work, law),)]
+        gains = [data.projector.fit_sizes(at_work.columns(law))[0] for law in laws]
+        scored = [ScoredLaw(law, gain, gain - cost(law)) for law, gain in zip(laws, gains, strict=True)]
         found += distinct_families(sorted(scored, key=lambda s: -s.score), ALIKE)
     return [(at_work, found)]
 
@@ -263,15 +260,15 @@ class MarchFit:
         Of a term that is beyond its knee nearly always, readings know size times knee and none of the two.
         """
         at, free = self.positions, self.fit.free
-
-        def squared_distance(k: int) -> float:  # of the sizes of the k-th term from zero, in sigma
+        for k in range(len(self.scored.law.terms)):
             knee = at.get(number_name("knee", k), -1)
             kept = [n for n, p in enumerate(free) if p != knee]
             variance = dict(zip([free[n] for n in kept], np.diag(covariance_of(self.fit.columns[kept])), strict=True))
             sizes = (at[name] for name in (number_name(n, k) for n in ("size", "cos", "sin")) if name in at)
-            return sum(float(self.fit.vector[p]) ** 2 / variance[p] if p in variance else np.inf for p in sizes)
-
-        return all(squared_distance(k) >= sigmas**2 for k in range(len(self.scored.law.terms)))
+            squares = (float(self.fit.vector[p]) ** 2 / variance[p] if p in variance else np.inf for p in sizes)
+            if not sum(squares) >= sigmas**2:
+                return False
+        return True
 
 
 def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:
@@ -320,21 +317,17 @@ def _round_exponents(data: SearchData, free: MarchFit) -> MarchFit:
     """
     numbers, positions, forward = free.estimates(), free.positions, free.bench.forward
     vector, held = free.fit.vector.copy(), set()
-    for name in (n for n in positions if n.startswith("exponent")):
-        round_one = round_exponent(*numbers[name][:2], getattr(free.effect, name))
-        if round_one is not None:
-            vector[positions[name]] = round_one / forward.slots[positions[name]].scale
-            held.add(positions[name])
+    for name, position in positions.items():
+        value, u, _ = numbers[name]
+        round_ones = [n for n in (getattr(free.effect, name), float(np.round(value))) if abs(value - n) < ROUND * u]
+        if name.startswith("exponent") and round_ones:
+            vector[position] = round_ones[0] / forward.slots[position].scale
+            held.add(position)
     if not held:
         return free
     start = Fit(ids=free.fit.ids, free=[p for p in free.fit.free if p not in held], vector=vector)
     made = _fit_from(data, free.scored, free.effect, free.bench, start)
     return free if made is None or made.gain < free.gain - WITHIN else replace(made, exponent=free.exponent)
-
-
-def round_exponent(value: float, u: float, searched: float) -> float | None:
-    """The exponent of the search, or else the nearest whole one, that a fitted one cannot be told from."""
-    return next((n for n in (searched, float(np.round(value))) if abs(value - n) < ROUND * u), None)
 
 
 def _start_on_pulleys(bench: Workbench, vector: np.ndarray, sizes: list[int]) -> np.ndarray | None:
@@ -382,17 +375,6 @@ class MarchTrials:
         made = [r for r in self.tried.values() if r is not None and r.gain >= self.enough]
         return sorted((r for r in made if r.sizes_are_certain(CERTAIN)), key=lambda r: r.worth, reverse=True)
 
-    def best_predicting(self, won: MarchFit) -> MarchFit | None:
-        """The best of the law that won and those close to it with which the held-out error does not rise; else None."""
-        close = [r for r in self.acceptable() if won.worth - r.worth < margin(won)]
-        return next((r for r in close if self.predicts(r)), None)
-
-    def predicts(self, made: MarchFit) -> bool:
-        """Whether the held-out error does not rise with a law."""
-        s = self.data
-        error = errors_of(s.bench, s.fit, made.bench, made.fit).held_out
-        return error is None or error.after <= error.before
-
     def indistinguishable(self, won: MarchFit) -> list[CloseLaw]:
         """Laws that the readings cannot tell from one: the best of each place, then the rest."""
         found: dict[tuple, CloseLaw] = {}
@@ -432,18 +414,16 @@ def best_in_march(
     march.fit(laws_of_the_encoder(choice, likeliest))
     if not (made := march.acceptable()):
         return None, ()
-    march.fit(laws_elsewhere(march.indistinguishable(made[0]), made[0]))
-    won = march.best_predicting(march.acceptable()[0])
-    if won is None:  # what predicts unseen runs worse than nothing is no law
-        return None, ()
-    return won, tuple(march.indistinguishable(won)[:SHOWN])
-
-
-def laws_elsewhere(near: Sequence[CloseLaw], won: MarchFit) -> list[ScoredLaw]:
-    """The closest laws at other places, one of each."""
-    own = law_places(won.scored.law)
-    elsewhere = (c.scored for c in near if law_places(c.scored.law) != own)
-    return first_of_each(elsewhere, lambda scored: law_places(scored.law), ELSEWHERE)
+    own, close = law_places(made[0].scored.law), march.indistinguishable(made[0])
+    elsewhere = (c.scored for c in close if law_places(c.scored.law) != own)
+    march.fit(first_of_each(elsewhere, lambda scored: law_places(scored.law), ELSEWHERE))
+    first, *others = march.acceptable()
+    # what predicts unseen runs worse than nothing is no law
+    for won in (first, *(r for r in others if first.worth - r.worth < margin(first))):
+        error = errors_of(data.bench, data.fit, won.bench, won.fit).held_out
+        if error is None or error.after <= error.before:
+            return won, tuple(march.indistinguishable(won)[:SHOWN])
+    return None, ()
 
 
 def laws_of_the_encoder(choice: LawChoice, likeliest: LatentInput) -> list[ScoredLaw]:
@@ -463,7 +443,7 @@ def places_alike(data: SearchData, scored: ScoredLaw, told: bool) -> tuple[Place
     data = replace(data, wide=True)
     sizes = data.projector.fit_sizes(data.columns(scored.law))[1] if scored.sizes is None else np.array(scored.sizes)
     made = fit_closed_loop(data, scored.law, sizes)
-    latent_inputs = (data if made is None else replace(data, states=states_of_fit(data, made))).latent_inputs
+    latent_inputs = (data if made is None else replace(data, states=states_with(data, made))).latent_inputs
     top = latent_inputs[0].gain
     left = unexplained_elsewhere(data, scored.law) if told else {}
     for c in latent_inputs:

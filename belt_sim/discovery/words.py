@@ -9,13 +9,13 @@ from belt_sim.diagnosis.drawings import label
 from belt_sim.diagnosis.errors import errors_of
 from belt_sim.discovery.linear_search import first_of_each
 from belt_sim.discovery.search_data import SearchData, course_travel, form_values, variable
-from belt_sim.discovery.selection import FEWEST, Estimates, MarchFit, SearchOutcome
-from belt_sim.effects.law import ONE_SIDED, STIFFNESS, VARIABLES, Form, Law, Term, number_name
+from belt_sim.discovery.selection import FEWEST, Estimates, LawChoice, MarchFit, SearchOutcome
+from belt_sim.effects.law import ONE_SIDED, STIFFNESS, VARIABLES, Form, Law, number_name
 from belt_sim.effects.load import save_effects
 from belt_sim.io import provenance
 from belt_sim.results import words
 from belt_sim.results.diagnosis import Discovery, FoundLaw, LawPoints, PlaceEvidence, RivalLaw, UnknownCourse
-from belt_sim.results.errors import Change, Errors
+from belt_sim.results.errors import Errors
 from belt_sim.results.estimates import Estimate
 from belt_sim.units import N_PER_MM2, shop_unit
 
@@ -63,31 +63,30 @@ def place_words(law: Law) -> str:
 
 def formula(law: Law, numbers: Estimates | None = None) -> str:
     """A law as people write it, with its numbers where there are any."""
-    return " and ".join(_term(t, k, numbers or {}) for k, t in enumerate(law.terms))
-
-
-def _term(t: Term, k: int, numbers: Estimates) -> str:
-    x, form = VARIABLES[t.form.variable][2], t.form
-    along = "s" if form.timed else "" if form.is_carried else "m"
-    said = {"x": x, "s": ("t" if form.timed else "s") + "′" * (form.variable == "yaw_set")}
-    for name, unit in (("knee", VARIABLES[form.variable][0] if x else ""), ("at", along), ("wide", along)):
-        fitted = numbers.get(number_name(name, k))
-        plain = f"{words.number(getattr(form, name))} {unit}".strip()
-        said[name] = words.with_u(*fitted[:2], unit) if fitted else plain
-    if form.variable == "sigma":
-        said["knee"] = f"{numbers.get(number_name('knee', k), (form.knee or 0.0,))[0] / N_PER_MM2:.3g} N/mm²"
-    parts = [p for p in (_SHAPES[form.shape].format(**said), _COURSES[form.course].format(**said)) if p]
-    parts = parts or ["a step" if form.variable == "yaw_set" else "a constant"]
-    value, u, _ = numbers.get(number_name("exponent", k), (t.exponent, 0.0, "1"))
-    exponent = words.number(value, 2) if not u else f"({words.with_u(value, u)})"
-    size = ""
-    if sizes := [numbers[n][:2] for half in form.halves if (n := number_name(half, k)) in numbers]:  # of a wave both
-        factor, shown = shop_unit(t.size_unit if len(sizes) == 1 else t.place.unit)
-        high, own_u = (math.hypot(*(one[i] for one in sizes)) for i in (0, 1))
-        high = sizes[0][0] if len(sizes) == 1 else high
-        text = words.with_u(factor * high, factor * own_u / math.sqrt(len(sizes)))
-        size = f"{text if text.startswith('(') else f'({text})'} {shown}".rstrip() + " × "
-    return f"{size}{' '.join(parts)}{f' × tension^{exponent}' if value else ''}"
+    numbers, terms = numbers or {}, []
+    for k, t in enumerate(law.terms):
+        x, form = VARIABLES[t.form.variable][2], t.form
+        along = "s" if form.timed else "" if form.is_carried else "m"
+        said = {"x": x, "s": ("t" if form.timed else "s") + "′" * (form.variable == "yaw_set")}
+        for name, unit in (("knee", VARIABLES[form.variable][0] if x else ""), ("at", along), ("wide", along)):
+            fitted = numbers.get(number_name(name, k))
+            plain = f"{words.number(getattr(form, name))} {unit}".strip()
+            said[name] = words.with_u(*fitted[:2], unit) if fitted else plain
+        if form.variable == "sigma":
+            said["knee"] = f"{numbers.get(number_name('knee', k), (form.knee or 0.0,))[0] / N_PER_MM2:.3g} N/mm²"
+        parts = [p for p in (_SHAPES[form.shape].format(**said), _COURSES[form.course].format(**said)) if p]
+        parts = parts or ["a step" if form.variable == "yaw_set" else "a constant"]
+        value, u, _ = numbers.get(number_name("exponent", k), (t.exponent, 0.0, "1"))
+        exponent = words.number(value, 2) if not u else f"({words.with_u(value, u)})"
+        size = ""
+        if sizes := [numbers[n][:2] for half in form.halves if (n := number_name(half, k)) in numbers]:  # of a wave two
+            factor, shown = shop_unit(t.size_unit if len(sizes) == 1 else t.place.unit)
+            high, own_u = (math.hypot(*(one[i] for one in sizes)) for i in (0, 1))
+            high = sizes[0][0] if len(sizes) == 1 else high
+            text = words.with_u(factor * high, factor * own_u / math.sqrt(len(sizes)))
+            size = f"{text if text.startswith('(') else f'({text})'} {shown}".rstrip() + " × "
+        terms.append(f"{size}{' '.join(parts)}{f' × tension^{exponent}' if value else ''}")
+    return " and ".join(terms)
 
 
 _MACHINE = {
@@ -143,10 +142,9 @@ def looks_like(data: SearchData, law: Law) -> str:
     return f"{grip}, which changes in the run" if course != "constant" else f"{grip}, as soft covers and slip have it"
 
 
-def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, worse: str = "") -> str:
-    """The law in sentences: place, terms with all numbers, parity, tension, by how much the error falls, what it looks
-    like; worse: what it predicts worse than no law does.
-    """
+def sentence(data: SearchData, made: MarchFit, law: FoundLaw, error: Errors) -> str:
+    """The law in sentences: place, terms with all numbers, parity, tension, by how much the error falls, which runs
+    that were left out it predicts worse than none does, what it looks like."""
     said, numbers = _place_and_terms(data, made), made.estimates()
     for k, t in enumerate(made.scored.law.terms):
         if t.form.is_carried:  # where on the belt its stretches are, to be found there
@@ -160,9 +158,15 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, rms: Change, *, wo
         known = abs(value) < 2.0 * u and u < 0.4
         said += f"; {'no dependence on' if known else 'may depend on'} tension (exponent {words.with_u(value, u)})"
     said += f"; sizes hold at {words.tension(data.tension)} N/mm²" if any(powers) else ""
+    rms, own = error.fit or error.held_out, error.own
+    assert rms is not None  # a law is fitted to some runs
     change = f"{words.thousandths(rms.before)} to {words.thousandths(rms.after)} mm"
     said += f". With it the rms error of fitted runs, sensor zero and settings as stated, falls from {change}"
-    said += f"; {worse}" if worse else ""
+    worse = [f"{n}: {words.thousandths(c.before)} to {words.thousandths(c.after)} mm" for n, c in error.worse().items()]
+    if worse:
+        said += f"; but left-out runs are predicted worse with it ({', '.join(worse)})"
+    elif own is not None and own.after > max(own.before, own.floor):
+        said += "; but left-out runs are predicted worse with it than without"
     return f"{said}. It looks like {law.looks_like}." if law.looks_like else f"{said}."
 
 
@@ -218,13 +222,17 @@ OTHERS = 2  # places that are told beside that of the law
 def describe_discovery(found: SearchOutcome, probability: float, config: Any = None) -> Discovery:
     """What was discovered, as a result; probability: that something unknown is there."""
     s = found.data
+    ranked = sorted((*found.latent_inputs, *([found.latent] if found.best else [])), key=lambda c: -c.gain)
     common: dict[str, Any] = {
         "base_model": s.bench.forward.model.name,
         "campaign": label(s.bench.campaign),
         "beside": tuple(s.fit.ids),
         "found": found.choice is not None,
         "probability": probability,
-        "places": _places(found),
+        "places": tuple(
+            PlaceEvidence(place=c.place.name, words=c.place.words, pool=c.pool, gain=c.gain, length=float(c.length))
+            for c in first_of_each(ranked, lambda c: c.place.name)
+        ),
         "alike": tuple(p.words for p in found.alike),
         "limits": limits_of_law(found),
         "provenance": provenance(config) | {"data_sha256": s.bench.campaign.sha256},
@@ -234,8 +242,9 @@ def describe_discovery(found: SearchOutcome, probability: float, config: Any = N
         if len(s.bench.samples.runs) >= FEWEST:
             said = f"Nothing is missing that these readings show (probability of something unknown: {probability:.2g})."
         return Discovery(**common, sentence=said)
-    stretch = found.best is not None and found.best.scored.law.terms[0].place.is_stretch
-    common |= {"unit": "1", "courses": ()} if stretch else _drawn_input(found)
+    common |= {"unit": "1", "courses": ()}
+    if found.best is None or not found.best.scored.law.terms[0].place.is_stretch:
+        common |= {"unit": found.latent.place.unit, "courses": _courses_of(found)}
     if found.best is None:
         c = found.latent
         pooled = "differs from run to run" if c.pool == "each run" else f"{c.pool} in yaw"
@@ -244,25 +253,47 @@ def describe_discovery(found: SearchOutcome, probability: float, config: Any = N
             "and no law of one or two terms describes it and predicts the runs that are left out; u(travel) is shown."
         )
         return Discovery(**common, sentence=said + _other_places(found, c.place.words))
-    best, law = found.best, _law(found, found.best)
+    return Discovery(**common, **_law_fields(found, found.best, found.choice, probability))
+
+
+def _law_fields(found: SearchOutcome, best: MarchFit, choice: LawChoice, probability: float) -> dict[str, Any]:
+    """The fields of a Discovery that tell of the law."""
+    s, law, numbers = found.data, best.scored.law, best.estimates()
+    variable_unit, variable_name, _ = VARIABLES[law.terms[0].form.variable]
+    told = FoundLaw(
+        formula=formula(law, numbers),
+        place=place_words(law),
+        variable=variable_name,
+        variable_unit=variable_unit,
+        parity=law.parity,
+        exponent=Estimate(*best.exponent, "1", True) if len(np.unique(s.stated_tension)) > 1 else None,
+        parameters={n: Estimate(v, u, unit, True) for n, (v, u, unit) in numbers.items()},
+        share=min(1.0, best.gain / max(choice.possible, 1e-9)),
+        frequency=choice.frequency,
+        looks_like="" if found.alike else looks_like(s, law),  # no cause of what may act elsewhere
+    )
     error = errors_of(s.bench, s.fit, best.bench, best.fit)
-    fall = error.fit or error.held_out
-    assert fall is not None  # a law is fitted to some runs
-    said = sentence(s, best, law, fall, worse=worse_predictions(error))
-    said += _other_places(found, place_words(best.scored.law))
+    said = sentence(s, best, told, error) + _other_places(found, place_words(law))
+    # found_law.yaml, with the numbers of the march
+    campaign = s.bench.campaign
+    data = f"{campaign.title} ({len(campaign.runs)} runs"
+    data += f", SHA-256 {campaign.sha256[:12]})" if campaign.sha256 else ")"
+    beside = ", ".join(s.fit.ids) or f"the {s.bench.forward.model.name} model alone"
+    sure = f"probability {probability:.3g}; first again in {choice.frequency:.0%} of repetitions"
+    made = best.effect(**{name: value for name, (value, _, _) in numbers.items()})
+    of_numbers = {best.effect.id: {name: u for name, (_, u, _) in numbers.items()}}
     points, curve = _law_points(found, best)
-    return Discovery(
-        **common,
-        sentence=said,
-        law=law,
-        rivals=tuple(
+    return {
+        "sentence": said,
+        "law": told,
+        "rivals": tuple(
             RivalLaw(formula=formula(c.scored.law), place=place_words(c.scored.law), less=c.less) for c in found.close
         ),
-        against=points,
-        curve=curve,
-        error=error,
-        law_file=_law_file(found, law.frequency, best, said, probability),
-    )
+        "against": points,
+        "curve": curve,
+        "error": error,
+        "law_file": save_effects([made], of_numbers, (said, f"Found in: {data}, beside {beside}; {sure}.")),
+    }
 
 
 def _other_places(found: SearchOutcome, told: str) -> str:
@@ -301,16 +332,8 @@ def limits_of_law(found: SearchOutcome) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _places(found: SearchOutcome) -> tuple[PlaceEvidence, ...]:
-    ranked = sorted((*found.latent_inputs, *([found.latent] if found.best else [])), key=lambda c: -c.gain)
-    return tuple(
-        PlaceEvidence(place=c.place.name, words=c.place.words, pool=c.pool, gain=c.gain, length=float(c.length))
-        for c in first_of_each(ranked, lambda c: c.place.name)
-    )
-
-
-def _drawn_input(found: SearchOutcome) -> dict[str, Any]:
-    """The unit and the courses of the latent input that is shown."""
+def _courses_of(found: SearchOutcome) -> tuple[UnknownCourse, ...]:
+    """The courses of the latent input that is shown."""
     runs, latent = found.data.bench.samples.runs, found.latent
     told = []
     for weights, mean, sd in zip(latent.weights, latent.mean, latent.sd, strict=True):
@@ -318,25 +341,7 @@ def _drawn_input(found: SearchOutcome) -> dict[str, Any]:
         name = own[0].name if latent.pool == "each run" else f"{words.tension(own[0].tension)} N/mm²"
         name += "" if own[0].direction > 0 else ", reversed"
         told.append(UnknownCourse(label=name, tension=own[0].tension, travel=latent.knots, u=mean, sd=sd))
-    return {"unit": latent.place.unit, "courses": tuple(sorted(told, key=lambda c: (c.tension, c.label)))}
-
-
-def _law(found: SearchOutcome, best: MarchFit) -> FoundLaw:
-    law, numbers, choice = best.scored.law, best.estimates(), found.choice
-    assert choice is not None
-    first = law.terms[0]
-    return FoundLaw(
-        formula=formula(law, numbers),
-        place=place_words(law),
-        variable=VARIABLES[first.form.variable][1],
-        variable_unit=VARIABLES[first.form.variable][0],
-        parity=law.parity,
-        exponent=Estimate(*best.exponent, "1", True) if len(np.unique(found.data.stated_tension)) > 1 else None,
-        parameters={n: Estimate(v, u, unit, True) for n, (v, u, unit) in numbers.items()},
-        share=min(1.0, best.gain / max(choice.possible, 1e-9)),
-        frequency=choice.frequency,
-        looks_like="" if found.alike else looks_like(found.data, law),  # no cause of what may act elsewhere
-    )
+    return tuple(sorted(told, key=lambda c: (c.tension, c.label)))
 
 
 def _law_points(found: SearchOutcome, best: MarchFit) -> tuple[tuple[LawPoints, ...], LawPoints | None]:
@@ -380,25 +385,3 @@ def _law_curve(form: Form, numbers: Estimates, length: float, line: np.ndarray, 
     halves = {n: half.course_value(s, np) if by_travel or form.is_wave else half.shape_value(s, s, np)
               for n, half in form.halves.items()}  # fmt: skip
     return np.asarray(sum(numbers[n][0] * x for n, x in halves.items()))
-
-
-def worse_predictions(error: Errors) -> str:
-    """Which runs that were left out a law predicts worse than none does; empty where it predicts none worse."""
-    worse = [f"{n}: {words.thousandths(c.before)} to {words.thousandths(c.after)} mm" for n, c in error.worse().items()]
-    if worse:
-        return f"but left-out runs are predicted worse with it ({', '.join(worse)})"
-    own = error.own
-    rises = own is not None and own.after > max(own.before, own.floor)
-    return "but left-out runs are predicted worse with it than without" if rises else ""
-
-
-def _law_file(found: SearchOutcome, frequency: float, best: MarchFit, said: str, probability: float) -> str:
-    """The text of found_law.yaml, with the numbers of the march."""
-    campaign, numbers = found.data.bench.campaign, best.estimates()
-    data = f"{campaign.title} ({len(campaign.runs)} runs"
-    data += f", SHA-256 {campaign.sha256[:12]})" if campaign.sha256 else ")"
-    beside = ", ".join(found.data.fit.ids) or f"the {found.data.bench.forward.model.name} model alone"
-    sure = f"probability {probability:.3g}; first again in {frequency:.0%} of repetitions"
-    notes = (said, f"Found in: {data}, beside {beside}; {sure}.")
-    made = best.effect(**{name: value for name, (value, _, _) in numbers.items()})
-    return save_effects([made], {best.effect.id: {name: u for name, (_, u, _) in numbers.items()}}, notes)

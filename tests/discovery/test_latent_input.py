@@ -23,7 +23,7 @@ def test_what_its_mean_explains_of_noise_is_what_is_said(height):
     for _ in range(DRAWS):
         noise = rng.standard_normal(READINGS)
         none = np.zeros((1, 1, READINGS))  # no parameter is shared
-        projector = ResidualProjector(None, noise[None], none, np.eye(1))
+        projector = ResidualProjector(None, noise[None], none, np.eye(1), np.eye(1))
         spectrum = Spectrum(root, 1.0, *np.linalg.eigh(root.T @ (rows @ rows.T)[None] @ root))
         pull, shared = (rows @ noise)[None], np.zeros((1, KNOTS, 1))
         *_, mean, _, said = _posterior(projector, spectrum, pull, shared, np.array([height**2 / READINGS]))

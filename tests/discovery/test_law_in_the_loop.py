@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_discovery import marched, surveyed
 
-from belt_sim.discovery.closed_loop import fit_closed_loop, solve_loop, states_of_fit
+from belt_sim.discovery.closed_loop import fit_closed_loop, solve_loop, states_with
 from belt_sim.effects.law import Form, Law, Term, stop
 
 #: a crown that steers the belt [1/m^2], and a belt that slides by much of its angle: what they make is not what the
@@ -57,7 +57,7 @@ def test_the_fit_in_closed_loop_finds_what_was_made_with_it():
     _, sizes = data.projector.fit_sizes(data.columns(law))
     made = fit_closed_loop(data, law, sizes)
     assert made.gain > 0.9 * 25.0**2
-    states = states_of_fit(data, made)
+    states = states_with(data, made)
     assert np.abs(states.y - data.states.y).max() > 1e-5
     assert states.beta is data.states.beta
 
