@@ -62,6 +62,11 @@ def both_ways() -> tuple[Workbench, SearchData]:
     return bench, search_data_of(bench, bench.fit([bench.start((), bench.forward.null())])[0])
 
 
+def at_few_places(data: SearchData, *names: str) -> SearchData:
+    """The same survey at some of its places: what a search does with forms does not take all of them."""
+    return replace(data, places=tuple(p for p in data.places if p.name in names), kept={})
+
+
 @cache
 def discovered(hidden: str = "", seed: int = 3) -> SearchOutcome:
     """The whole search."""

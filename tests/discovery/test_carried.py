@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from small_discovery import both_ways, marched
+from small_discovery import at_few_places, both_ways, marched
 
 from belt_sim.discovery.closed_loop import solve_loop
 from belt_sim.discovery.linear_search import ScoredLaw
@@ -13,7 +13,7 @@ from belt_sim.discovery.search_data import SearchData, campaign_places, form_val
 from belt_sim.discovery.selection import _laws_at_other_places, choose_law
 from belt_sim.discovery.words import _law_curve, formula, sentence
 from belt_sim.effects.law import Form, Law, Term
-from belt_sim.results.errors import Change
+from belt_sim.results.errors import Change, Errors
 from studies.challenge.score import generator_place, pairs
 
 GREASE = Form("alpha", course="belt_section", at=1.2, wide=0.1)
@@ -58,8 +58,6 @@ def test_a_course_is_felt_at_the_head_pulley_later_or_once_round():
     ("name", "form", "size"),
     [
         ("drift_carried", GREASE, 0.02),
-        ("turn_carried", BENT, 2e-6),
-        ("bending_carried", BENT, -0.01),
         ("torsion_carried", BENT, 0.01),
     ],
 )
@@ -71,10 +69,9 @@ def test_the_file_of_such_a_law_does_in_the_march_what_the_search_says(name, for
     assert np.linalg.norm(search - whole) < 0.05 * np.linalg.norm(whole)
 
 
-@pytest.mark.parametrize(("name", "size"), [("bending_carried", -0.6), ("torsion_carried", -0.3)])
-def test_the_loop_has_a_stretch_however_soft(name, size):
-    data = both_ways()[1]
-    law = law_of(data, name, BENT)
+def test_the_loop_has_a_stretch_however_soft():
+    data, size = both_ways()[1], -0.6
+    law = law_of(data, "bending_carried", BENT)
     whole = marched(data, law, [size])
     found = solve_loop(data, law, np.array([[size]]))[0][0]
     assert np.linalg.norm(found - whole) < 0.05 * np.linalg.norm(whole)
@@ -85,9 +82,8 @@ def test_what_the_belt_carries_is_found_and_told_from_what_either_pulley_does():
     _, data = both_ways()
     row = data.columns(law_of(data, "drift_carried", GREASE))[0]
     noise = np.random.default_rng(0).standard_normal(row.shape)
-    hidden = replace(
-        data, projector=replace(data.projector, residual=noise + 30.0 * row / np.linalg.norm(row)), kept={}
-    )
+    few = at_few_places(data, "drift_carried", "turn_carried", "bending_carried", "drift_tail", "drift_head")
+    hidden = replace(few, projector=replace(data.projector, residual=noise + 30.0 * row / np.linalg.norm(row)))
     (term,) = choose_law(hidden, hidden.latent_inputs[0]).best.law.terms
     assert term.family == ("drift_carried", "alpha", "linear", "belt_section")
     assert term.form.at % 1.0 == pytest.approx(GREASE.at % 1.0, abs=0.02)
@@ -126,7 +122,7 @@ def test_its_sentence_says_where_on_the_belt_it_is():
     def least_squares_answer(law: Law) -> str:
         made = SimpleNamespace(scored=ScoredLaw(law, 0.0, 0.0), estimates=lambda: numbers, exponent=(0.0, 0.0))
         told = SimpleNamespace(parity="odd", looks_like="a stretch")
-        return sentence(data, made, told, Change(before=2e-4, after=1e-4))
+        return sentence(data, made, told, Errors(noise_floor=1e-5, fit=Change(before=2e-4, after=1e-4)))
 
     where = "the middle of the stretch runs up the tail pulley 0.200 ± 0.010 belt lengths after"
     assert where in least_squares_answer(law_of(data, "drift_carried", GREASE))

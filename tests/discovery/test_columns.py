@@ -14,18 +14,14 @@ SIZE = 0.01
 RATE = 0.99  # the same where a reading is differentiated over its samples, half a metre apart
 TERMS = {
     "yaw_tail": Form("beta", course="rise", at=8.0),
-    "yaw_both": Form("none", course="wave", at=9.0),
     "turn_both": Form("kappa", shape="saturation", knee=1e-5),
     "drift_head": Form("alpha", course="step", at=12.0),
-    "shift_tail": Form("y"),
     "shift_head": Form("alpha"),
     "twist_both": Form("kappa", course="interval", at=10.0, wide=6.0),
     "tension": Form("none", course="rise", at=10.0),
     "travel": Form("none", course="linear"),
     "turn_tail": Form("beta", course="decaying_wave", at=9.0, wide=12.0),
-    "drift_tail": Form("yaw_set", course="rise", at=8.0),
-    "twist_head": Form("yaw_set", course="decay", at=20.0, timed=True),
-    "sensor_y1": Form("reading", shape="square"),
+    "drift_tail": Form("yaw_set", course="decay", at=20.0, timed=True),
     "sensor_y4": Form("reading", shape="stick", knee=2e-4),
     "sensor_all": Form("reading_rate"),
 }

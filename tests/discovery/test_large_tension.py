@@ -8,7 +8,6 @@ from small_discovery import effect_of, surveyed
 
 from belt_sim.campaign import case_of
 from belt_sim.discovery.search_data import rare_forms
-from belt_sim.discovery.selection import round_exponent
 from belt_sim.effects.law import Form, Law, Term
 from belt_sim.line.influence import BoundaryValues, no_bend
 from belt_sim.line.span import response, strip
@@ -17,7 +16,7 @@ FILE = 0.02  # of what a large change adds: the file has it as a polynomial of i
 ENDS = np.array([[1e-3, 2e-4], [3e-4, -1e-4], [-2e-4, 1e-4], [0.0, 1e-4], [1e-4, 0.0]])
 
 
-@pytest.mark.parametrize("share", [-0.5, -0.1, 0.3, 1.0])
+@pytest.mark.parametrize("share", [-0.5, 1.0])
 def test_a_found_law_of_tension_bends_the_span_as_another_tension_does(share):
     data = surveyed("yaw_creep")
     case = case_of(data.bench.campaign, data.bench.campaign.runs[0])
@@ -26,7 +25,7 @@ def test_a_found_law_of_tension_bends_the_span_as_another_tension_does(share):
     assert np.abs(bent_by("tension", share, case) - true).max() < FILE * np.abs(true).max()
 
 
-@pytest.mark.parametrize("share", [-0.8, -0.3, 1.0])
+@pytest.mark.parametrize("share", [-0.8, 1.0])
 @pytest.mark.parametrize("what", ["bending", "torsion"])
 def test_a_found_law_of_a_stiffness_bends_one_span_as_another_stiffness_does(what, share):
     case = case_of(surveyed("yaw_creep").bench.campaign, surveyed("yaw_creep").bench.campaign.runs[0])
@@ -47,12 +46,6 @@ def bent_by(name, share, case):
     boundary = BoundaryValues(travel=5.0, start=0.0, ends=ENDS, direction=1.0)
     bend = effect.bend(no_bend(), boundary, effect.influence(strip(case), case), case)
     return bend.runup + bend.natural_runup
-
-
-def test_an_exponent_is_rounded_to_what_its_readings_cannot_tell_it_from():
-    assert round_exponent(0.7, 0.2, 1.0) == 1.0
-    assert round_exponent(2.1, 0.2, 1.0) == 2.0
-    assert round_exponent(1.5, 0.1, 1.0) is None
 
 
 def test_waves_in_time_are_tried_where_speeds_differ():

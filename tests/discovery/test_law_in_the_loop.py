@@ -11,14 +11,12 @@ from belt_sim.effects.law import Form, Law, Term, stop
 #: base model's states would
 STEERING = {
     "turn_tail": (Form("y"), 0.03),
-    "drift_tail": (Form("alpha"), 0.5),
-    "drift_both": (Form("alpha"), 0.5),
     "shift_both": (Form("alpha"), 1.0),
 }
 
 
 #: laws against which whole rounds swing ever further, though the belt stays where it was
-STRONG = {"drift_both": (Form("alpha"), -3.0), "turn_both": (Form("kappa"), 1.5)}
+STRONG = {"drift_both": (Form("alpha"), -3.0)}
 
 
 def law_of(place: str, form: Form) -> Law:

@@ -5,16 +5,18 @@ from types import SimpleNamespace
 import pytest
 from small_discovery import surveyed
 
+from belt_sim.discovery import selection
 from belt_sim.discovery.linear_search import ScoredLaw, cost
 from belt_sim.discovery.selection import (
     LawChoice,
     MarchTrials,
     _laws_at_other_places,
+    best_in_march,
     law_places,
-    laws_elsewhere,
     laws_of_the_encoder,
 )
 from belt_sim.effects.law import Form, Law, Term
+from belt_sim.results.errors import Change, Errors
 
 WAVE = 5.0  # m
 
@@ -35,7 +37,8 @@ def scored(made, score):
 
 def fitted(s, score):
     """A law as the march has it, without one."""
-    return SimpleNamespace(scored=s, gain=score + cost(s.law), worth=score, sizes_are_certain=lambda sigmas: True)
+    made = {"scored": s, "gain": score + cost(s.law), "worth": score, "bench": None, "fit": s.law}
+    return SimpleNamespace(**made, sizes_are_certain=lambda sigmas: True)
 
 
 def likely(data, name):
@@ -77,7 +80,6 @@ def test_what_wins_in_the_march_is_told_with_the_best_of_other_places_first(data
     told = march.indistinguishable(won)
     assert [c.scored for c in told] == [best, close, same]
     assert [c.less for c in told] == pytest.approx([2.0, 7.0, 4.0])
-    assert laws_elsewhere(told, won) == [best, close]
     assert won.worth == 212.0
 
 
@@ -91,13 +93,17 @@ def test_terms_of_one_place_are_moved_together(data):
 
 
 def test_a_close_law_is_told_where_the_first_predicts_worse_than_none(data, monkeypatch):
+    """A law at another place is tried as well, and one that predicts unseen runs worse than none is no law."""
     first, second, far = (scored(law(data, (n, Form("kappa"))), 200.0) for n in ("turn_tail", "yaw_tail", "yaw_head"))
-    march = MarchTrials(data, chosen(first, second, far), 0.0)
-    for s, score in ((first, 200.0), (second, 195.0), (far, 150.0)):
-        march.tried[s.law.family] = fitted(s, score)
-    won = march.acceptable()[0]
-    assert won.scored is first
+    worth = {first.law: 200.0, second.law: 195.0, far.law: 150.0}
+    monkeypatch.setattr(selection, "fit_law_in_march", lambda data, s: fitted(s, worth[s.law]))
     for falling, told in (((first, second), first), ((second, far), second), ((far,), None)):
-        monkeypatch.setattr(MarchTrials, "predicts", lambda self, made, falling=falling: made.scored in falling)
-        made = march.best_predicting(won)
-        assert (made and made.scored) is told  # a law that predicts worse than none is no law
+
+        def errors_of(bench, fit, other, law, falling=falling):
+            change = Change(before=1.0, after=0.9 if law in [s.law for s in falling] else 1.1)
+            return Errors(noise_floor=0.5, held_out=change)
+
+        monkeypatch.setattr(selection, "errors_of", errors_of)
+        made, close = best_in_march(data, chosen(first, second, far), likely(data, "drift_tail"), 0.0)
+        assert (made and made.scored) is told
+        assert [c.scored for c in close] == ([] if told is None else [second if told is first else first])

@@ -5,7 +5,7 @@ import pytest
 from small_discovery import fitted, surveyed
 
 from belt_sim.diagnosis.linearisation import draw_noise
-from belt_sim.discovery import linear_search
+from belt_sim.discovery.linear_search import Targets, _sum_of_parts, form_inputs, form_products
 from belt_sim.discovery.responses import single_precision
 from belt_sim.discovery.search_data import LENGTHS
 
@@ -27,13 +27,15 @@ def test_lengths_of_columns_are_as_in_double_precision_also_of_what_cancels():
     data = surveyed("yaw_creep")
     for name in ("yaw_both", "turn_tail", "sensor_y1"):
         place = next(p for p in data.places if p.name == name)
-        for block in linear_search._blocks(data, place)[1]:
-            if block.depends_on_pulley:
+        forms, blocks = form_products(data, place, Targets(data.projector.residual[None]))
+        exact = _sum_of_parts(data, place, lambda c: data.design[c].swapaxes(0, 1))
+        for block in blocks:
+            own, forms = forms[: len(block.own) - len(block.waves)], forms[len(block.own) - len(block.waves) :]
+            if any(f.reads_belt or f.is_carried for f in own):
                 continue
-            inputs = linear_search.form_inputs(data.states, block.everything, None, None)
-            exact = linear_search._sum_of_parts(data, place, lambda c: data.design[c].swapaxes(0, 1))
-            right = np.sum(np.square(inputs @ exact), axis=2)
-            found = np.sum(np.square(linear_search._plain_rows(data, place, block, inputs)), axis=2, dtype=float)
+            everything = [*own, *(own[k].halves["sin"] for k in block.waves)]
+            right = np.sum(np.square(form_inputs(data.states, everything, None, None) @ exact), axis=2)
+            found = block.own.T.astype(float)
             seen = right > 1e-9 * right.max()
             np.testing.assert_allclose(found[seen], right[seen], rtol=ROUNDED)
             assert found[~seen].max(initial=0.0) < 2e-9 * right.max()

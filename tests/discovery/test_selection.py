@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_discovery import surveyed
+from small_discovery import at_few_places, surveyed
 
 from belt_sim.discovery.closed_loop import fit_closed_loop
 from belt_sim.discovery.search_data import SearchData
-from belt_sim.discovery.selection import choose_law, laws_with_both_slopes
+from belt_sim.discovery.selection import choose_law, two_slope_laws
 from belt_sim.effects.law import Form, Law, Term
 
 
@@ -26,7 +26,8 @@ def term(data: SearchData, name: str, form: Form) -> Term:
 
 
 def test_what_dies_away_after_a_step_without_a_swing_is_one_law():
-    data = made_with(("turn_tail", Form("beta", course="decay", at=9.0), 60.0))
+    whole = made_with(("turn_tail", Form("beta", course="decay", at=9.0), 60.0))
+    data = at_few_places(whole, "turn_tail", "turn_both", "yaw_tail", "drift_tail")
     (best,) = choose_law(data, data.latent_inputs[0]).best.law.terms
     assert best.family == ("turn_tail", "beta", "linear", "decay")
     assert best.form.at == pytest.approx(9.0, rel=0.1)
@@ -53,8 +54,8 @@ def test_a_law_that_bends_is_sought_with_a_slope_on_either_side():
     made = fit_closed_loop(data, Law(tuple(terms)), [0.5, -1.2], steps=0)
     hidden = replace(data, projector=replace(data.projector, residual=made.readings), kept={})
     one = fit_closed_loop(hidden, Law((term(data, "drift_tail", replace(flat, shape="dead_zone")),)), [0.3])
-    (found,) = laws_with_both_slopes(hidden, [one])
+    (found,) = two_slope_laws(hidden, [one])
     assert [t.form.shape for t in found.law.terms] == ["linear", "saturation"]
     assert found.gain > one.gain + 10.0
     assert found.sizes == pytest.approx([0.5, -1.2], rel=0.1)
-    assert laws_with_both_slopes(hidden, [fit_closed_loop(hidden, Law((terms[0],)), [0.3])]) == []
+    assert two_slope_laws(hidden, [fit_closed_loop(hidden, Law((terms[0],)), [0.3])]) == []

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from small_discovery import both_ways, marched, surveyed
+from small_discovery import at_few_places, both_ways, marched, surveyed
 
 from belt_sim.discovery.closed_loop import solve_loop
 from belt_sim.discovery.search_data import SearchData
@@ -59,8 +59,9 @@ def test_the_slack_side_of_a_driven_belt_goes_with_its_direction():
     assert not [p for p in surveyed("yaw_creep").places if p.name == "pull_tail"]
     noise = np.random.default_rng(0).standard_normal(tail.shape)
     residual = noise + 30.0 * tail / np.linalg.norm(tail)
-    hidden = replace(data, projector=replace(data.projector, residual=residual), kept={})
-    found = choose_law(hidden, hidden.latent_inputs[0]).simple  # of one term: the row is not of its size any more
+    few = at_few_places(data, "pull_tail", "pull_upper", "pull_lower", "bending_both", "tension", "turn_tail")
+    hidden = replace(few, projector=replace(data.projector, residual=residual))
+    found = choose_law(hidden, hidden.latent_inputs[0], pairs=False).best  # the row is not of its size any more
     assert found.law.family == (("pull_tail", "none", "linear", "constant"),)
 
 
@@ -68,8 +69,7 @@ def test_a_load_on_a_span_is_told_from_what_a_pulley_does():
     _, data = both_ways()
     row = made_by(data, law_of(data, "span_lower"))
     noise = np.random.default_rng(0).standard_normal(row.shape)
-    hidden = replace(
-        data, projector=replace(data.projector, residual=noise + 30.0 * row / np.linalg.norm(row)), kept={}
-    )
+    few = at_few_places(data, "span_lower", "span_upper", "turn_tail", "turn_head", "yaw_head")
+    hidden = replace(few, projector=replace(data.projector, residual=noise + 30.0 * row / np.linalg.norm(row)))
     (term,) = choose_law(hidden, hidden.latent_inputs[0]).best.law.terms
     assert term.family == ("span_lower", "none", "linear", "wave")
