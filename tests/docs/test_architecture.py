@@ -41,7 +41,25 @@ def test_what_the_page_names_is_there(new):
         assert hasattr(import_module(f"belt_sim.space.{engine}"), "ENGINE")
 
 
-def test_an_effect_and_a_command_made_by_the_page_work(tmp_path):
+#: an engine: the belt goes where its tail pulley points
+ALONG = """
+from collections import namedtuple
+import numpy as np
+from belt_sim.curves import Curves
+from belt_sim.space.run import BatchEngine
+Laid = namedtuple("Laid", "case travel stations kind")
+def lay_case(case, belt, travel, options, parts, features):
+    return Laid(case, travel, 0, belt)
+def in_batches(ready, chunk, observers):
+    for one in ready:
+        s = np.linspace(0.0, one.travel, 21)
+        yield [Curves(travel=s, y=np.outer(np.ones(4), float(one.case.settings.yaw.last()) * s))]
+ENGINE = BatchEngine(lay_case, in_batches)
+"""
+REFUSED = "model.damping = 3.0: engine=along does not obey it: leave it out, or use engine=native or engine=mjx\n"
+
+
+def test_an_effect_an_engine_and_a_command_made_by_the_page_work(tmp_path):
     for name in ("belt_sim", "conf"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "models").symlink_to(ROOT / "models")
@@ -65,11 +83,21 @@ def test_an_effect_and_a_command_made_by_the_page_work(tmp_path):
         "from belt_sim.effects.base import library\n"
         "from belt_sim.virtual_rig.hidden import fault_class\n"
         "def tell_command(run_dir):\n"
-        "    print(run_dir.config['word'], library()['wind'].law, fault_class('wind').__doc__)\n",
+        "    print(run_dir.config['word'], library()['wind'].law, fault_class('wind').__doc__)\n"
+        "    import belt_sim as bs\n"
+        "    case = bs.make_case(tension=20, yaw=0.05)\n"
+        "    found = bs.simulate(case, model='mujoco_flex', engine='along', travel=2.0)\n"
+        "    print(round(found.curves.y[3, -1] / case.settings.yaw.last(), 6))\n"
+        "    try:\n"
+        "        bs.simulate(case, model={'name': 'mujoco_flex', 'damping': 3.0}, engine='along', travel=2.0)\n"
+        "    except bs.BeltError as refusal:\n"
+        "        print(refusal)\n",
         "utf-8",
     )
+    add("belt_sim/space/options.py", "OBEYED: dict[str, set[str]] = {", "\n    'along': {'dx'},")
+    (tmp_path / "belt_sim" / "space" / "along.py").write_text(ALONG, "utf-8")
     env = os.environ | {"PYTHONPATH": str(tmp_path)}
     command = [sys.executable, "-m", "belt_sim", "tell", "word=welcome"]
     ran = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
-    assert (ran.returncode, ran.stdout) == (0, "welcome run-up A wind.\n"), ran.stderr
+    assert (ran.returncode, ran.stdout) == (0, "welcome run-up A wind.\n2.0\n" + REFUSED), ran.stderr
     assert list(tmp_path.glob("outputs/tell/*/.hydra/lock"))  # in a folder of its own
