@@ -51,7 +51,6 @@ _EXTRA_COLUMNS = {
     "tail_x": ("tail_x_m", 1.0),
     "belt_speed": ("belt_speed_m_per_s", 1.0),
     **{name: (f"{name}_mm", MM) for name in ("slip_head", "slip_tail", "correction")},
-    **{f"control_{k}": (f"control_{k}_mm", MM) for k in (1, 2, 3, 4)},
 }
 
 

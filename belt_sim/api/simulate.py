@@ -14,7 +14,7 @@ from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect, library
 from belt_sim.effects.law import law_effect, law_of_entry
 from belt_sim.effects.load import load_classes, load_effects
-from belt_sim.errors import BeltError, CannotRepresent, InputError, Limit, SimulationError, finite, flag, warning
+from belt_sim.errors import BeltError, CannotRepresent, InputError, Limit, SimulationError, finite, warning
 from belt_sim.io import provenance, write_json
 from belt_sim.line.hooks import BEFORE_ENGINE, overrides
 from belt_sim.line.march import KEEP, STEP, march_case, march_traced, plan_steps
@@ -34,7 +34,7 @@ from belt_sim.results.diagnosis import FoundEffect
 from belt_sim.results.simulation import Simulation
 from belt_sim.settings import case_from, case_or_settings, make_settings, model_settings
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
-from belt_sim.space.options import AS_THE_CASE, CONTACTS, refuse_unobeyed
+from belt_sim.space.options import AS_THE_CASE, CONTACTS, WATCHED, fit_options, refuse_unobeyed
 from belt_sim.units import N_PER_MM2
 from belt_sim.validity import exceeded_limits, geometric, lifts_off, run_limits
 
@@ -61,7 +61,6 @@ def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model |
     """
     given = {k: v for k, v in (settings or {}).items() if v is not None}
     if name in IN_SPACE:
-        flag("model.control", given.get("control", False))
         return SpaceModel.from_settings(IN_SPACE[name], given)
     if name not in ANALYTIC:
         raise InputError("model", name, "", f"use one of {', '.join(MODEL_NAMES)}")
@@ -423,7 +422,7 @@ def run_in_batches(
 
         numbers, ready = zip(*members, strict=True)
         kept, begin = [Computed() for _ in numbers], 0
-        watched = [configs[k]["watch"] and engine == "mjx" for k in numbers]
+        watched = [configs[k]["watch"] and engine in WATCHED for k in numbers]
         observers = [[one] if seen else [] for one, seen in zip(kept, watched, strict=True)]
         for some in batch_engine(engine).in_batches(ready, batch, observers):
             found = kept[begin : begin + len(some)]
@@ -440,7 +439,7 @@ def _prepare(config: Mapping[str, Any]) -> Any:
         model = on_engine(model_of(by_tension(model_settings(config["model"]), [case])), config["engine"])
         if not isinstance(model, SpaceModel) or model.engine not in BATCH_ENGINES:
             return None
-        if model.control or model.contact != CONTACTS[0] or config["watch"] == "viewer":
+        if model.contact != CONTACTS[0] or config["watch"] == "viewer":
             return None
         effects = effects_of(config["effects"])
         driven, far = model.engine_task(case, effects, float(config["travel"]))
@@ -484,7 +483,7 @@ def scene_text(case: Case, model: Any, effects: Any = None, speed: float | None 
 
 
 def _scene_and_story(case: Case, model: ModelSpec, effects: Any, speed: float | None) -> tuple["MjSpec", str]:
-    from belt_sim.space.native import contact_scene
+    from belt_sim.space.rolling_contact import build_contact, story
 
     chosen, acting = model_of(model), effects_of(effects)
     if not isinstance(chosen, SpaceModel):
@@ -494,7 +493,6 @@ def _scene_and_story(case: Case, model: ModelSpec, effects: Any, speed: float | 
         ("model.contact", contact, contact not in (None, CONTACTS[1]), f"a scene has {CONTACTS[1]}; leave it out"),
         ("engine", chosen.engine, chosen.engine != "native", "leave it out: MuJoCo alone runs a scene"),
         ("model.scene", chosen.scene, chosen.scene is not None, "leave it out: a scene is written of a case"),
-        ("model.control", "true", chosen.control, "leave it out: a scene is one belt"),
     ):
         if wrong:
             raise InputError(name, str(value)[:60], "", remedy)
@@ -516,9 +514,10 @@ def _scene_and_story(case: Case, model: ModelSpec, effects: Any, speed: float | 
             why = "it follows the tension, which a slider changes; use one of constant size"
         if why:
             raise CannotRepresent(f"effects = {effect.id}: {why}, or use belt-sim simulate")
-    spec, said = contact_scene(case, chosen.belt, chosen.options, chosen.parts(case, acting))
+    options = fit_options(chosen.options, case, chosen.belt, CONTACTS[1])
+    spec, laid = build_contact(case, chosen.belt, options, chosen.parts(case, acting))
     slack = [x.words for x in validity_limits(case, chosen, [e.id for e in acting]) if x.words == SLACK_SCENE]
-    return spec, "\n     ".join([said.rstrip(), *(f"Mind: {words}." for words in slack)]) + " "
+    return spec, "\n     ".join([story(laid).rstrip(), *(f"Mind: {words}." for words in slack)]) + " "
 
 
 def jax_function(case: Case, model: ModelSpec | None = None, *, travel: float) -> Callable[..., Curves]:

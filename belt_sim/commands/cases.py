@@ -20,11 +20,11 @@ from belt_sim.results.simulation import Simulation
 from belt_sim.settings import case_from, make_case, model_settings
 from belt_sim.show.observers import ProgressObserver, ViewerObserver, has_display, progress, resolve_watch
 from belt_sim.show.terminal import tell, tell_choice
+from belt_sim.space.options import WATCHED
 from belt_sim.units import MM
 
 PARTIAL, RECORDING = "curves_partial.csv", "belt.rrd"
 EVERY = 10.0  # [s] between two writings of what a run in 3D has so far
-WATCHED = ("native", "mjx")  # engines that show their instants as they go
 OVERSHOT = 50.0  # [m] that every millimetre of overshoot beyond what is allowed counts for
 SHORT = 10.0  # [m] that every millimetre counts for by which the belt is not centred at the end
 _NO_END = 1e5  # [m]: a scene has no end of travel that a schedule could overrun

@@ -324,16 +324,11 @@ def _nonlinearity(case: Case, effects: Sequence[Hooks], model: Composition) -> s
     return None if lasting else "its law changes along the travel, and the coefficients of a linear plant do not"
 
 
-def _rate_of(case: Case, effects: tuple[Hooks, ...], model: Composition):
-    """dx/ds of a case as a function (travel, x, late, yaws)."""
-    effects = (*model.built_in, *effects)
-    return partial(_rate, Spans.from_case(case, effects, model))
-
-
 @partial(jit_float64, brief=True, static_argnames=("model",))
 def _derivatives(case: Case, effects: tuple[Hooks, ...], *, model: Composition):
     """dx/ds at x = 0 and its derivatives along x (4, 4), the delayed x (4, 4) and the yaws (4, 2)."""
-    rate = partial(_rate_of(case, effects, model), case.rig.belt_length)
+    spans = Spans.from_case(case, (*model.built_in, *effects), model)
+    rate = partial(_rate, spans, case.rig.belt_length)
     return rate(*_STRAIGHT), *jax.jacfwd(rate, argnums=(0, 1, 2))(*_STRAIGHT)
 
 
@@ -341,7 +336,7 @@ def _derivatives(case: Case, effects: tuple[Hooks, ...], *, model: Composition):
 def _linear_and_lasting(case: Case, effects: tuple[Hooks, ...], travel, *points, model: Composition):
     """Whether dx/ds at ``points``, shapes (k, 4), (k, 4), (k, 2), lies on its tangent at x = 0, and whether it is the
     same at ``travel`` [m], shape (k,)."""
-    rate = _rate_of(case, effects, model)
+    rate = partial(_rate, Spans.from_case(case, (*model.built_in, *effects), model))
     straight, tangent = jax.linearize(partial(rate, case.rig.belt_length), *_STRAIGHT)
     here = jax.vmap(partial(rate, case.rig.belt_length))(*points)
     rounding = _ROUNDING * jnp.max(jnp.abs(here - straight), axis=0)

@@ -177,21 +177,16 @@ class Scene:
             for path, reach, colour, thick in (("turned/axis", out, INK, AXIS), ("aligned", 1.2 * out, FAINT, EDGE)):
                 line = [[[0.0, -reach, 0.0], [0.0, reach, 0.0]]]
                 self._log(f"{name}/{path}", rr.LineStrips3D(line, colors=[rgb(colour)], radii=[thick]))
-        self._signs()
         colours = [rgb(c) for c in POINTS]
         self._log("belt/edges", rr.LineStrips3D.from_fields(colors=[rgb(INK)], radii=[EDGE]))
         dots = rr.Points3D.from_fields(colors=colours, radii=[DOT], labels=list("1234"), show_labels=True)
         self._log("points", dots)
         self._log("reach", rr.LineStrips3D.from_fields(colors=colours, radii=[REACH]))
 
-    def _log(self, path: str, what: Any) -> None:
-        self.recording.log(f"{self.root}/{path}".rstrip("/"), what, static=True)
-
-    def _signs(self) -> None:
-        """Which way the belt travels and y counts, which pulley is which, and what the colours of the ribbon mean."""
-        radius, face = float(self.case.rig.tail_radius), self.face
-        length = float(self.case.rig.centre_distance) / self.scale.shortened
-        ahead, above = SIGN * length * np.sign(float(self.case.settings.direction)), 1.5 * radius
+        # signs: which way the belt travels and y counts, which pulley is which, and what the colours of the ribbon mean
+        radius, face = float(case.rig.tail_radius), self.face
+        length = float(case.rig.centre_distance) / scale.shortened
+        ahead, above = SIGN * length * np.sign(float(case.settings.direction)), 1.5 * radius
         arrows = rr.Arrows3D(
             origins=[[0.6 * length - 0.5 * ahead, 0.0, above], [length, -0.5 * face, above]],
             vectors=[[ahead, 0.0, 0.0], [0.0, face, 0.0]],
@@ -213,6 +208,9 @@ class Scene:
         )  # fmt: skip
         for name, sign in (("arrows", arrows), ("colours", bar), ("words", named)):
             self._log(f"signs/{name}", sign)
+
+    def _log(self, path: str, what: Any) -> None:
+        self.recording.log(f"{self.root}/{path}".rstrip("/"), what, static=True)
 
     def frames(self, frames: Sequence[Frame]) -> None:
         """Draw instants against travel, all with as many stations, as columns.
@@ -255,6 +253,7 @@ class Scene:
         send("reach", rr.LineStrips3D.columns(strips=list(reach.reshape(-1, 2, 3).astype(np.float32))), 4)
 
 
+_NO_PATH = re.compile(r"[^\w.-]+")  # what a name has _ for in a path
 APPLICATION = "belt-sim"
 DATA_PORT, VIEWER_PORT = 9876, 9090  # Rerun's own defaults
 EVERY = 0.025  # [m] of travel between two readings
@@ -321,7 +320,7 @@ class RerunObserver:
                 reason = str(cause).strip().splitlines()[0]
                 raise BeltError(f"watch = rerun: no viewer could be opened ({reason}); use watch=rrd") from cause
         self.every_picture = max(self.every, travel / PICTURES)
-        self.root = f"{root_of(run_title(case))}/{path_part(self.model)}"
+        self.root = f"{root_of(run_title(case))}/{_NO_PATH.sub('_', self.model)}"
         rr.send_blueprint(of_run(case, self.root, travel, scale, live), recording=recording)
         roots = ((f"{self.root}/machine/true", TRUE), (f"{self.root}/machine/drawn", scale))
         self.scenes = [Scene(recording, root, case, s) for root, s in roots]
@@ -457,11 +456,6 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str 
     return Path(path)
 
 
-def path_part(name: str) -> str:
-    """A name as one part of a path: letters, digits, . and - stay, anything else becomes _."""
-    return re.sub(r"[^\w.-]+", "_", name)
-
-
 def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, pictures: int) -> None:
     """Log one run, the belt in space at most ``pictures`` times."""
     measured, names = overlay.measured, list(overlay.modelled)
@@ -469,7 +463,7 @@ def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, picture
 
     def log(kind: str, name: str, travel: Any, rows: np.ndarray, labels: Sequence[str], colours: Sequence[str]) -> None:
         """Time series of one name at once; travel [m] at which none is finite was not measured and is left out."""
-        known, path = np.isfinite(rows).any(axis=0), f"{root}/{kind}/{path_part(name)}"
+        known, path = np.isfinite(rows).any(axis=0), f"{root}/{kind}/{_NO_PATH.sub('_', name)}"
         if not known.any():
             return
         shown = colours if name in (MEASURED, names[-1]) else [pale(c) for c in colours]

@@ -1,6 +1,6 @@
 """The belt in three dimensions: MuJoCo scenes of ropes, grids of bonded particles and flex membranes.
 
-Scene: loop, mesh, machine, options. Mechanics on JAX: belt, wrap, elastic, chain, friction. run: plan, curves, batches.
+Scene: options, loop, scene. Mechanics on JAX: elastic, belt, wrap, chain. run: plan, curves, batches.
 Engines: native (MuJoCo), mjx, quasi_static; rolling_contact is MuJoCo's own contact.
 """
 

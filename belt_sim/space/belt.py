@@ -16,12 +16,10 @@ import numpy as np
 from belt_sim.case import Case, pytree
 from belt_sim.case import Numbers as Array
 from belt_sim.scene_parts import GuideRoller, Push, SceneParts
-from belt_sim.space.elastic import Ties, TwistStiffness
-from belt_sim.space.friction import SlidingStiffness, read_sliding_stiffness
+from belt_sim.space.elastic import SlidingStiffness, Ties, TwistStiffness, read_sliding_stiffness
 from belt_sim.space.loop import sink_chords
-from belt_sim.space.machine import SceneLayout
-from belt_sim.space.mesh import Mesh, calibrate, membrane_law
 from belt_sim.space.options import is_limp
+from belt_sim.space.scene import Mesh, SceneLayout, calibrate, membrane_law
 
 
 class ActiveFeatures(NamedTuple):
@@ -161,16 +159,12 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures, inertia: np.ndarra
     radius, *same = (np.array([getattr(s, f) for s in both], float) for f in ("radius", *SurfaceArrays._fields[3:]))
     wider = np.array([scene.loop.radius_head, scene.loop.radius_tail]) - radius
     surfaces = SurfaceArrays(radius, wider, np.array([float(sink_chords(mesh.chord, r)) for r in radius]), *same)
+    longest = math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if features.slips else 0
     shape = BatchShape(
-        stations=mesh.stations,
-        lines=mesh.lines,
-        bonds=scene.kind != "flex",
-        sign=int(np.sign(float(case.settings.direction))),
-        zone=int(surfaces.sink_chords.max()) + 2,
-        longest_wrap=math.ceil(math.pi * float(surfaces.radius.max()) / mesh.chord) + _SPARE if features.slips else 0,
-        limp=is_limp(scene.kind, options),
+        mesh.stations, mesh.lines, bonds=scene.kind != "flex", sign=int(np.sign(float(case.settings.direction))),
+        zone=int(surfaces.sink_chords.max()) + 2, longest_wrap=longest, limp=is_limp(scene.kind, options),
         canted=features.canted,
-    )
+    )  # fmt: skip
     ties, belt, guides, loads = _ties(scene), case.belt, None, None
     if features.cambered:
         ties = ties._replace(natural=np.broadcast_to(ties.natural, (*ties.natural.shape[:2], mesh.stations)))
@@ -181,29 +175,14 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures, inertia: np.ndarra
         loads = LoadArrays(*(*pushes, parts.lean * parts.gravity, parts.roll, parts.roll_lower))
     slides = read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop, inertia) if features.slips else None
     arrays = BeltArrays(
-        ties=ties,
-        twist=twist,
-        surfaces=surfaces,
-        chord=mesh.chord,
-        mass=mesh.mass,
-        stiffness=mesh.line_stiffness,
-        line_y=mesh.line_y,
-        gravity=parts.gravity,
-        load=2.0 * float(case.tension_force),
-        slide_fixed=float(options.tensioning == "length"),
-        run_speed=options.run_speed,
-        level=scene.loop.radius_head,
-        friction=parts.friction,
-        area=belt.area,
-        width=belt.width,
-        bending=belt.bending_stiffness,
-        yaw_stiffness=8.0 * float(belt.bending_stiffness / case.rig.span_length),
-        sliding_stiffness=slides,
-        guides=guides,
+        ties=ties, twist=twist, surfaces=surfaces, chord=mesh.chord, mass=mesh.mass, stiffness=mesh.line_stiffness,
+        line_y=mesh.line_y, gravity=parts.gravity, load=2.0 * float(case.tension_force),
+        slide_fixed=float(options.tensioning == "length"), run_speed=options.run_speed, level=scene.loop.radius_head,
+        friction=parts.friction, area=belt.area, width=belt.width, bending=belt.bending_stiffness,
+        yaw_stiffness=8.0 * float(belt.bending_stiffness / case.rig.span_length), sliding_stiffness=slides,
+        guides=guides, loads=loads, shape=shape,
         fibres=LayerFibres.from_mesh(case, mesh, twist, parts.lift_off) if features.layered else None,
-        loads=loads,
-        shape=shape,
-    )
+    )  # fmt: skip
     return jax.tree.map(lambda v: np.asarray(v, float), arrays)
 
 

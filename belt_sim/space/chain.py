@@ -15,22 +15,15 @@ from belt_sim.space import wrap as on_pulley
 from belt_sim.space.belt import BeltArrays
 from belt_sim.space.block_tridiagonal import Level, factorise
 from belt_sim.space.elastic import stretch_energy, twist_energy
-from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.space.options import COMPLIANCE_TIME, FURTHEST_KINK, KINK_STATIONS, TAIL_DAMPING_RATIO
 from belt_sim.space.run import Command, reading
+from belt_sim.space.scene import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.space.wrap import FIRST, HEAD, LAST, OUTWARDS, TAIL, BeltOnPulley, PoseArrays, WrapArrays
 
 
-def laid_poses(scene: SceneLayout) -> PoseArrays:
-    """Both pulleys aligned, and turned back by what comes before travel 0, so that they have turned by 0 there."""
-    before = float(np.sign(float(scene.case.settings.direction))) * scene.early
-    radius = np.array([scene.parts.head.radius, scene.parts.tail.radius])
-    centre = np.array([[0.0, 0.0, 0.0], [scene.loop.centre_distance, 0.0, 0.0]])
-    return PoseArrays(centre, np.stack([np.eye(3)] * 2), -before / radius, np.zeros(2))
-
-
 def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> BeltOnPulley:
-    """The belt laid round head and tail at rest, before its run-in; the pulleys are plain cylinders so far.
+    """The belt laid round head and tail at rest, before its run-in: on plain cylinders so far, aligned, which are
+    turned back by what comes before travel 0, so that they have turned by 0 there.
 
     Stations are anchored where their nodes are, at their mean height, then landed or released.
     """
@@ -42,22 +35,23 @@ def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> BeltOnPulley:
     (first, last), (r, y, angle) = np.array(ends).T, np.zeros((3, 2, mesh.lines, mesh.stations))
     wraps = WrapArrays(first, last, r, y, angle, np.zeros((2, mesh.stations)), np.zeros((2, 2)))
     layer = None if belt.fibres is None else np.zeros((2, 2, mesh.lines, 2))
-    pulleys = BeltOnPulley(wraps, belt.surfaces, laid_poses(scene), layer)
+    turned = -float(np.sign(float(scene.case.settings.direction))) * scene.early / belt.surfaces.radius
+    centre = np.array([[0.0, 0.0, 0.0], [scene.loop.centre_distance, 0.0, 0.0]])
+    pulleys = BeltOnPulley(
+        wraps, belt.surfaces, PoseArrays(centre, np.stack([np.eye(3)] * 2), turned, np.zeros(2)), layer
+    )
     return jax.tree.map(np.asarray, _anchor_laid(belt, pulleys, np.moveaxis(mesh.laid, 0, -1)))
 
 
 @jit_float64
 def _anchor_laid(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array) -> BeltOnPulley:
-    def anchor(pulley: BeltOnPulley) -> WrapArrays:
-        r, y, angle = on_pulley.cylinder_coordinates(nodes, pulley.pose)
-        circle = on_pulley.radius_at(pulley.surface, 0.0, y)
-        wrap = pulley.wrap._replace(r=circle + (r - circle).mean(axis=0), y=y, angle=angle)
-        return on_pulley.update_tangents(wrap, pulley.pose, nodes, 1.0)
-
-    pulleys = pulleys._replace(wrap=jax.vmap(anchor)(pulleys))
-    return on_pulley.release_stations(
-        belt, on_pulley.land_stations(belt, pulleys, (pulleys.pose, nodes), nodes, 0.0, 0.0)
-    )
+    r, y, angle = jax.vmap(on_pulley.cylinder_coordinates, (None, 0))(nodes, pulleys.pose)
+    circle = jax.vmap(on_pulley.radius_at, (0, None, 0))(pulleys.surface, 0.0, y)
+    wraps = pulleys.wrap._replace(r=circle + (r - circle).mean(axis=1, keepdims=True), y=y, angle=angle)
+    meet = jax.vmap(partial(on_pulley.update_tangents, nodes=nodes, share=1.0))
+    pulleys = pulleys._replace(wrap=meet(wraps, pulleys.pose))
+    pulleys = on_pulley.land_stations(belt, pulleys, (pulleys.pose, nodes), nodes, 0.0, 0.0)
+    return on_pulley.release_stations(belt, pulleys)
 
 
 def pose_of(
@@ -77,17 +71,15 @@ def pose_of(
 def belt_loads(pulleys: BeltOnPulley, nodes: Array, pull: Array) -> Array:
     """Force along x [N], moment about the axis and about z [N m] on head and tail, (2, 3), of the pull of belt and
     weight on the nodes."""
-    n = nodes.shape[-1]
-
-    def of_one(pulley: BeltOnPulley) -> Array:
-        wrap, _, pose, _ = pulley
-        held = (np.arange(n) - wrap.first) % n <= (wrap.last - wrap.first) % n
-        arms, forces = nodes - pose.centre[:, None], jnp.where(held, pull, 0.0)
+    n, found = nodes.shape[-1], []
+    for which in (HEAD, TAIL):
+        first, last = pulleys.wrap.first[which], pulleys.wrap.last[which]
+        held = (np.arange(n) - first) % n <= (last - first) % n
+        arms, forces = nodes - pulleys.pose.centre[which, :, None], jnp.where(held, pull, 0.0)
         t = jnp.einsum("mik,mjk->ij", arms, forces)
         moment = jnp.stack([t[1, 2] - t[2, 1], t[2, 0] - t[0, 2], t[0, 1] - t[1, 0]])
-        return jnp.stack([forces[:, 0].sum(), moment @ pose.axes[:, 1], moment[2]])
-
-    return jax.vmap(of_one)(pulleys)
+        found.append(jnp.stack([forces[:, 0].sum(), moment @ pulleys.pose.axes[which, :, 1], moment[2]]))
+    return jnp.stack(found)
 
 
 def finish_step(
@@ -194,18 +186,13 @@ def anchor_positions(belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayou
     r, y, angle = (by_pulley(v[..., places.stations]) for v in (wraps.r, wraps.y, wraps.angle))
     turned, axes = angle + by_pulley(pose.spin[:, None]), by_pulley(pose.axes[..., None])
     found = on_pulley.anchor_places(r, y, turned, axes, by_pulley(pose.centre[..., None]), by_pulley(pose.bow[:, None]))
-    if pulleys.layer is None:
-        return found
-
-    def displaced(pulley: BeltOnPulley) -> Array:
-        """By what the layers displace the stations at the ends of its wrap."""
-        at = pulley.wrap.angle[:, places.stations].mean(axis=0)
-        first, last = (
-            on_pulley.station_displacement(belt, pulley, on_pulley.depth(pulley, at, end), end) for end in (FIRST, LAST)
-        )
-        return first + last
-
-    return found + by_pulley(jax.vmap(displaced)(pulleys))
+    if pulleys.layer is not None:  # it displaces the stations at the ends of a wrap
+        middle = wraps.angle[..., places.stations].mean(axis=1)
+        for end in (FIRST, LAST):
+            inside = jax.vmap(partial(on_pulley.depth, end=end))(pulleys, middle)
+            move = partial(on_pulley.station_displacement, belt, end=end)
+            found = found + by_pulley(jax.vmap(move)(pulleys, inside))
+    return found
 
 
 def chain_forces(
@@ -267,18 +254,6 @@ def twist_of_cells(belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayout,
         seems = whole * (chord / (chord - behind) - 1.0)
         stiffness = stiffness.at[(places.ends[:, end] - 1 + end) % cells].add(seems)
     return stiffness
-
-
-def tail_derivatives(wraps: WrapArrays, pose: PoseArrays) -> Array:
-    """How the tail's outermost stations move with its slide and its spin, (2, 3 m, 2)."""
-    wrap, at = (jax.tree.map(lambda v: v[TAIL], tree) for tree in (wraps, pose))
-    along, ends = jnp.tile(jnp.array([1.0, 0.0, 0.0]), len(wrap.r)), []
-    for outer in (wrap.first, wrap.last):
-        k = outer % wrap.r.shape[-1]
-        turned, r = wrap.angle[:, k] + at.spin, wrap.r[:, k]
-        local = jnp.stack([r * jnp.cos(turned), jnp.zeros_like(r), -r * jnp.sin(turned)], axis=1)
-        ends.append(jnp.stack([along, (local @ at.axes.T).ravel()], axis=1))
-    return jnp.stack(ends)
 
 
 # How a belt without bending stiffness meets and leaves a pulley between two stations, and what damps its sway.

@@ -1,18 +1,22 @@
-"""Elastic energy of the belt between two neighbouring stations: membrane or bonds, and the couple of torsion.
+"""Elastic energy of the belt between two neighbouring stations: membrane or bonds, and the couple of torsion; and how
+stiffly the stations on a pulley are tied.
 
 A cell is stations i and i + 1; between two lines it is a quadrilateral a, b (station i, lines j, j + 1), c, d, whose
 energy is a function of its six squared distances: of MuJoCo's flex triangles, or of springs.
 """
 
+import itertools
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Belt
 from belt_sim.case import Numbers as Array
-from belt_sim.space.mesh import EDGES, SIGNS, Mesh
+from belt_sim.space.loop import LaidLoop
 from belt_sim.space.options import RESIDUAL_TORSION
+from belt_sim.space.scene import EDGES, SIGNS, Mesh
 
 
 class Ties(NamedTuple):
@@ -45,8 +49,19 @@ def stretch_energy(
     taut [m], like places, if the curvature is wanted: places in equilibrium, whose tension stiffens the belt across.
     """
     lines, _, n = places.shape
-    if lines == 1:
-        return _link_energy(ties, places, taut)
+    if lines == 1:  # the links of a rope
+        apart = jnp.roll(places[0], -1, axis=-1) - places[0]
+        stiffness, free, square = ties.spring[0, 0], ties.length[0, 0, 0], (apart * apart).sum(axis=0)
+        pull = stiffness * (1.0 - free / jnp.sqrt(square)) * apart
+        slope = jnp.concatenate([-pull, pull])
+        if taut is None:
+            return CellEnergy(slope, None)
+        length = jnp.sqrt(((jnp.roll(taut[0], -1, axis=-1) - taut[0]) ** 2).sum(axis=0))
+        along = stiffness * free / (square * jnp.sqrt(square)) * apart[:, None] * apart
+        bent = along + stiffness * (1.0 - free / length) * np.eye(3)[..., None]
+        bent = jnp.concatenate([jnp.concatenate([bent, -bent], 1), jnp.concatenate([-bent, bent], 1)])
+        return CellEnergy(slope, bent)
+
     slope, curvature = jnp.zeros((6 * lines, n)), jnp.zeros((6 * lines, 6 * lines, n)) if taut is not None else None
     for j in range(lines - 1):
         apart = _edge_vectors(places, j)
@@ -69,20 +84,6 @@ def stretch_energy(
             bent = material + (turning[:, None, :, None] * np.eye(3)[None, :, None, :, None]).reshape(12, 12, -1)
             curvature = curvature.at[rows[:, None], rows].add(bent) if lines > 2 else bent
     return CellEnergy(slope, curvature)
-
-
-def _link_energy(ties: Ties, places: Array, taut: Array | None) -> CellEnergy:
-    """Of the links of a rope."""
-    apart = jnp.roll(places[0], -1, axis=-1) - places[0]
-    stiffness, free, square = ties.spring[0, 0], ties.length[0, 0, 0], (apart * apart).sum(axis=0)
-    pull = stiffness * (1.0 - free / jnp.sqrt(square)) * apart
-    slope = jnp.concatenate([-pull, pull])
-    if taut is None:
-        return CellEnergy(slope, None)
-    length = jnp.sqrt(((jnp.roll(taut[0], -1, axis=-1) - taut[0]) ** 2).sum(axis=0))
-    along = stiffness * free / (square * jnp.sqrt(square)) * apart[:, None] * apart
-    bent = along + stiffness * (1.0 - free / length) * np.eye(3)[..., None]
-    return CellEnergy(slope, jnp.concatenate([jnp.concatenate([bent, -bent], 1), jnp.concatenate([-bent, bent], 1)]))
 
 
 def strains(ties: Ties, nodes: Array, k: Array, share: Array) -> Array:
@@ -169,3 +170,49 @@ def twist_energy(places: Array, stiffness: Array, cubic: Array) -> CellEnergy:
     square = np.outer(by_height, by_height)[..., None]
     slope = by_height[:, None] * (stiffness * more + cubic * more**3)
     return CellEnergy(slope, square * (stiffness + 3.0 * cubic * more**2))
+
+
+class SlidingStiffness(NamedTuple):
+    """Blocks [N/m] of stations of even and odd number, each (2, 2 m, 2 m): own, of the next station when this one
+    moves after; relief_first, relief_last: what the span beyond an outermost station takes off its own block."""
+
+    own: Array
+    after: Array
+    relief_first: Array
+    relief_last: Array
+
+
+def read_sliding_stiffness(
+    ties: Ties, bonds: bool, mesh: Mesh, loop: LaidLoop, inertia: np.ndarray | float = 0.0
+) -> SlidingStiffness:
+    """Read off in the middle of the upper span, laid and under tension.
+
+    inertia [N/m], shape (m,): mass / dt^2 of a node, which a step of an implicit integrator adds to the stiffness of
+    the free spans; 0 = they give way as they do at rest.
+    """
+    upper = np.flatnonzero(loop.z > 0.0)
+    middle = int(upper[np.argmin(np.abs(loop.x[upper] - loop.x.mean()))])
+    tail_x = loop.x.max() - loop.radius_tail
+    free = int(np.count_nonzero(np.abs(loop.x[upper] - 0.5 * tail_x) < 0.5 * tail_x))
+    numbers = np.arange(middle - 1, middle + 4)
+    laid, curvature = np.moveaxis(mesh.laid[numbers], 0, -1), jax.jit(stretch_energy, static_argnums=1)
+    cell = np.asarray(curvature(ties, bonds, laid, numbers, jnp.array(0.0), taut=laid).curvature)
+    size = 3 * mesh.lines
+    plane = np.arange(size).reshape(-1, 3)[:, [1, 0]].ravel()  # along the axis and along the turn on a pulley
+    here, there = np.ix_(plane, plane), np.ix_(plane + size, plane + size)
+    down, up = np.ix_(plane + size, plane), np.ix_(plane, plane + size)
+    block = np.empty((2, 3, 2 * mesh.lines, 2 * mesh.lines))
+    for k in (1, 2):
+        before, behind = cell[..., k - 1], cell[..., k]
+        block[numbers[k] % 2] = before[up], before[there] + behind[here], behind[down]
+    still = np.diag(np.repeat(np.broadcast_to(inertia, (mesh.lines,)), 2))
+    relief = np.zeros((2, 2, 2 * mesh.lines, 2 * mesh.lines))
+    for (end, side), parity in itertools.product(enumerate((-1, 1)), (0, 1)):
+        taken = relief[end, parity]  # static condensation of the free span, from its far end on
+        for k in reversed(range(free)):
+            own_parity = (parity + side + k) % 2
+            own = block[own_parity, 1] + still - taken
+            inwards = block[own_parity, 1 - side]  # felt by the station nearer to the pulley
+            outwards = block[1 - own_parity, 1 + side]  # felt here when that one moves
+            taken[:] = inwards @ np.linalg.solve(own, outwards)
+    return SlidingStiffness(block[:, 1], block[:, 2], *relief)

@@ -131,12 +131,13 @@ class LaidLoop:
 
 @dataclass(frozen=True)
 class HangingBelt:
-    """The smooth belt on the pulleys: its spans, and the arcs on head and tail [m]."""
+    """The smooth belt on the pulleys: its spans, the arcs on head and tail and its length, loaded [m]."""
 
     upper: Catenary
     lower: Catenary
     head: float
     tail: float
+    length: float
 
     @staticmethod
     def from_case(case: Case) -> "HangingBelt":
@@ -144,14 +145,9 @@ class HangingBelt:
         a, curvature = float(case.rig.centre_distance), float(case.sag_curvature)
         head, tail = float(case.rig.head_radius), float(case.rig.tail_radius)
         upper, lower = (Catenary.from_circles(a, side * head, side * tail, curvature) for side in (1.0, -1.0))
-        on_head = math.pi + lower.slopes[0] - upper.slopes[0]
-        on_tail = math.pi - lower.slopes[1] + upper.slopes[1]
-        return HangingBelt(upper, lower, head * on_head, tail * on_tail)
-
-    @property
-    def length(self) -> float:
-        """[m], loaded."""
-        return self.upper.length + self.lower.length + self.head + self.tail
+        on_head = head * (math.pi + lower.slopes[0] - upper.slopes[0])
+        on_tail = tail * (math.pi - lower.slopes[1] + upper.slopes[1])
+        return HangingBelt(upper, lower, on_head, on_tail, upper.length + lower.length + on_head + on_tail)
 
 
 def stations_of(case: Case, dx: float) -> int:

@@ -6,7 +6,7 @@ and the stations on the pulleys are ours. Assumptions about MJX 3.17: tests/spac
 
 import io
 import math
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from contextlib import ExitStack, redirect_stdout
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
@@ -23,7 +23,7 @@ from belt_sim.curves import Curves, Observer
 from belt_sim.errors import CannotRepresent, SimulationError
 from belt_sim.jax_setup import in_float64
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space import chain, machine, run
+from belt_sim.space import chain, run
 from belt_sim.space.belt import (
     ActiveFeatures,
     BatchShape,
@@ -35,9 +35,21 @@ from belt_sim.space.belt import (
 )
 from belt_sim.space.block_tridiagonal import solve_chain
 from belt_sim.space.loop import smoothstep, stations_of
-from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
 from belt_sim.space.mujoco_interface import compile_model
-from belt_sim.space.options import RUNAWAY, Options, fit_options, is_limp, refuse_unobeyed
+from belt_sim.space.options import HOLD_STIFFNESS, RUNAWAY, Options, fit_options, is_limp, refuse_unobeyed
+from belt_sim.space.scene import (
+    HEAD_SPIN,
+    HEAD_YAW,
+    STATION_JOINTS,
+    TAIL_SLIDE,
+    TAIL_SPIN,
+    TAIL_YAW,
+    SceneLayout,
+    build_scene,
+    laid_coordinates,
+    lay_out,
+    station_mass,
+)
 from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, SlipState, sink_wraps
 
 with redirect_stdout(io.StringIO()):  # it prints that Warp is not installed, which is not needed
@@ -145,7 +157,7 @@ class PreparedCase:
 def scene(case: Case, *, belt: str = "flex", options: Options | None = None) -> mujoco.MjSpec:
     """The specification of a case's scene, for actuators and sensors of one's own; ``prepare(cases, spec=...)``."""
     options = fit_options(options or Options(), case, "flex", "mjx")
-    return machine.build_scene(case, belt, options, SceneParts.from_case(case, options.friction))[0]
+    return build_scene(case, belt, options, SceneParts.from_case(case, options.friction))[0]
 
 
 @in_float64
@@ -167,16 +179,16 @@ def prepare(
     features = features or active_features(several)
     # the step is implicit in bonds across their direction, too
     own = [fit_options(o, c, "flex", "mjx") for o, c in zip(asked, cases, strict=True)]
-    whole = spec or machine.build_scene(cases[0], belt, own[0], replace(several[0], edge_guides=()))[0]
+    whole = spec or build_scene(cases[0], belt, own[0], replace(several[0], edge_guides=()))[0]
     compiled = plain_model(whole.copy(), own[0].step)
     m, shared_data = to_mjx(compiled, compiled.qpos0)
     carriages, prepared = [compiled.body(f"{name}-carriage").id for name in ("head", "tail")], []
     for case, fitted, acting in zip(cases, own, several, strict=True):
-        layout = machine.lay_out(case, belt, fitted, acting)
+        layout = lay_out(case, belt, fitted, acting)
         first = m.nbody - layout.mesh.stations * layout.mesh.lines
         arrays = belt_arrays(layout, features, layout.mesh.mass / fitted.step**2)
         pulleys, shape = chain.lay_pulleys(layout, arrays), arrays.shape
-        mesh, mass = layout.mesh, machine.station_mass(case, fitted)
+        mesh, mass = layout.mesh, station_mass(case, fitted)
         places, masses, armature = (np.array(v) for v in (m.body_pos, m.body_mass, m.dof_armature))
         places[first:] = mesh.rest.reshape(-1, 3)
         masses[first:] = np.broadcast_to(mesh.mass, mesh.rest.shape[:2]).ravel()
@@ -189,7 +201,7 @@ def prepare(
         )  # fmt: skip
         tail = chain.TailPulley.from_scene(layout, compiled, masses, armature)
         model = MjxModel(own_model, arrays, chain.TailPulley(*map(np.array, tail)), np.array(max(fitted.settle, 1e-9)))
-        qpos, laid = np.array(compiled.qpos0), machine.laid_coordinates(layout, *pulleys.pose.spin)
+        qpos, laid = np.array(compiled.qpos0), laid_coordinates(layout, *pulleys.pose.spin)
         qpos[: len(laid)] = laid
         data = MjxData(
             mjx=shared_data.replace(qpos=jnp.asarray(qpos)),
@@ -216,7 +228,6 @@ def flat_of(base: Array, nodes: Array) -> Array:
     return jnp.concatenate([base, jnp.moveaxis(nodes, -1, 0).reshape(-1)])
 
 
-_HOLD = 1e13  # [N/m], of the springs that stand for landed nodes in MJX's model: those of the native engine
 #: what MJX computes of position and velocity: xpos, inertia, qfrc_passive, qfrc_bias
 MULTIBODY = (mjx.kinematics, mjx.com_pos, mjx.crb, mjx.com_vel, mjx.passive, mjx.rne)
 
@@ -263,7 +274,7 @@ def step(model: MjxModel, data: MjxData, command: run.Command) -> MjxData:
     nothing = jnp.zeros(STATION_JOINTS)
     m = m.replace(
         qpos_spring=flat_of(nothing, anchors - rest),
-        jnt_stiffness=flat_of(nothing, jnp.broadcast_to(jnp.where(free, 0.0, _HOLD), before.shape)),
+        jnt_stiffness=flat_of(nothing, jnp.broadcast_to(jnp.where(free, 0.0, HOLD_STIFFNESS), before.shape)),
         dof_damping=flat_of(nothing, damping),
     )
     qvel = flat_of((joints - q[:STATION_JOINTS]) / h, (predicted - before) / h)
@@ -394,21 +405,19 @@ def stack_cases(trees: Sequence[T]) -> tuple[T, Any]:
     return jax.tree.unflatten(structure, leaves), jax.tree.unflatten(structure, axes)
 
 
-def _once_a_model(function: Callable[[mjx.Model], np.ndarray]) -> Callable[[mjx.Model], np.ndarray]:
-    kept: list[Any] = [None, None]  # the kinds of joints of the last model, and what was found of them
-
-    def lookup(m: mjx.Model) -> np.ndarray:
-        if kept[0] is not m.jnt_type:
-            kept[:] = m.jnt_type, function(m)
-        return kept[1]
-
-    return lookup
-
-
 #: MJX asks for the body of every coordinate once a body, in Python: 195 s of tracing on the full rig
 SLOW = "_q_bodyid"
-if hasattr(scan, SLOW):
-    setattr(scan, SLOW, _once_a_model(getattr(scan, SLOW)))
+_bodies_of, _kept = getattr(scan, SLOW, None), [None, None]  # the last model's kinds of joints, and what was found
+
+
+def _once_a_model(m: mjx.Model) -> np.ndarray:
+    if _kept[0] is not m.jnt_type:
+        _kept[:] = m.jnt_type, _bodies_of(m)
+    return _kept[1]
+
+
+if _bodies_of is not None:
+    setattr(scan, SLOW, _once_a_model)
 
 
 # Runs: one case, or a batch of cases of one mesh at once.
@@ -416,12 +425,8 @@ if hasattr(scan, SLOW):
 SEGMENT = 50  # steps of one compiled call: at most 0.1 m of travel at 1 ms and 2 m/s
 
 
-@dataclass(frozen=True)
-class TimeCase:
-    """A case that is to be run over ``travel`` [m], prepared together with others of its kind.
-
-    Raises CannotRepresent for a belt without bending stiffness.
-    """
+class TimeCase(NamedTuple):
+    """A case to be run over ``travel`` [m], prepared together with others of its kind; stations: of its mesh."""
 
     case: Case
     belt: str
@@ -429,23 +434,21 @@ class TimeCase:
     options: Options
     parts: SceneParts
     features: ActiveFeatures
+    stations: int
+    kind: Hashable
 
-    def __post_init__(self) -> None:
-        if is_limp(self.belt, self.options):
-            why = f"model = mujoco_{self.belt} without bending stiffness"
-            raise CannotRepresent(f"{why}: engine=mjx cannot do this; use engine=native")
-        fit_options(self.options, self.case, "flex", "mjx")  # here, what it refuses stops no other case of a batch
 
-    @property
-    def stations(self) -> int:
-        return stations_of(self.case, self.options.dx)
-
-    @property
-    def kind(self) -> Hashable:
-        """Cases of one kind can be run at once."""
-        direction = math.copysign(1.0, float(self.case.settings.direction))
-        options = replace(self.options, belt_speed=None, dt=None)
-        return self.belt, self.stations, direction, options, self.features, self.travel
+def lay_time_case(
+    case: Case, belt: str, travel: float, options: Options, parts: SceneParts, features: ActiveFeatures
+) -> TimeCase:
+    """A case that can be run; raises CannotRepresent for a belt without bending stiffness. See BatchEngine."""
+    if is_limp(belt, options):
+        why = f"model = mujoco_{belt} without bending stiffness"
+        raise CannotRepresent(f"{why}: engine=mjx cannot do this; use engine=native")
+    fit_options(options, case, "flex", "mjx")  # here, what it refuses stops no other case of a batch
+    stations, direction = stations_of(case, options.dx), math.copysign(1.0, float(case.settings.direction))
+    kind = belt, stations, direction, replace(options, belt_speed=None, dt=None), features, travel
+    return TimeCase(case, belt, travel, options, parts, features, stations, kind)
 
 
 def run_time_cases(
@@ -481,7 +484,19 @@ def run_prepared(
     commands = jax.tree.map(lambda *of: np.stack([c[k] for c, k in zip(of, kept, strict=True)]), *plans)
 
     def curves(k: int) -> Curves | SimulationError:
-        return curves_of_steps(ready[k], plans[k], np.concatenate([part[k] for part in found]))
+        """Of the steps made so far, or a failure that has those before it."""
+        made, table = plans[k], np.concatenate([part[k] for part in found])[: steps[k]]
+        good = run.is_on_pulleys(table, widths[k])
+        until, begin = len(table) if good.all() else int(np.argmin(good)), int(np.argmax(made.travel >= 0.0))
+        used = np.arange(until) >= begin - 1
+        used[begin:] &= made.speed[begin:until] > 0.0  # a belt that stands for a yaw step is in no row
+        rows = table[:until][used]
+        rows[:1, [run.READING["travel"], run.READING["speed"]]] = 0.0, made.speed[begin]
+        so_far = run.curves_in_time(ready[k].scene, rows, EXTRA)
+        if until == len(table):
+            return so_far
+        why = "the belt ran off its pulleys or its motion grew without bound {where}: turn the yaw back earlier, "
+        return run.failure_with(so_far, why + "shorten travel, or halve model.dt")
 
     with ExitStack() as stack:
         for k, one in watched:
@@ -524,22 +539,5 @@ def compile_batch(leaves: tuple[int | None, ...], structure: Any):
     return jax.jit(jax.vmap(run_steps, in_axes=(axes, None, 0, 0)), donate_argnums=2)
 
 
-def curves_of_steps(ready: PreparedCase, plan: run.Command, table: np.ndarray) -> Curves | SimulationError:
-    """Curves of the steps made so far, or a failure that has those before it; table, (steps, 20): readings of those
-    that were made, and perhaps more."""
-    table = table[: len(plan.travel)]
-    good = run.is_on_pulleys(table, float(ready.case.belt.width))
-    steps, begin = len(table) if good.all() else int(np.argmin(good)), int(np.argmax(plan.travel >= 0.0))
-    used = np.arange(steps) >= begin - 1
-    used[begin:] &= plan.speed[begin:steps] > 0.0  # a belt that stands for a yaw step is in no row
-    rows = table[:steps][used]
-    rows[:1, [run.READING["travel"], run.READING["speed"]]] = 0.0, plan.speed[begin]
-    curves = run.curves_in_time(ready.scene, rows, EXTRA)
-    if steps == len(table):
-        return curves
-    why = "the belt ran off its pulleys or its motion grew without bound {where}: turn the yaw back earlier, "
-    return run.failure_with(curves, why + "shorten travel, or halve model.dt")
-
-
-ENGINE = run.BatchEngine(TimeCase, run_time_cases)
+ENGINE = run.BatchEngine(lay_time_case, run_time_cases)
 simulate, simulate_batch = ENGINE.simulate, ENGINE.simulate_batch

@@ -15,7 +15,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.line.hooks import IN_MARCH, as_indicated, asked_of_engine, call_hook, overrides
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space.options import CONTACTS, ENGINES, Options, fit_options, refuse_unobeyed, two_digits
+from belt_sim.space.options import CONTACTS, ENGINES, OBEYED, WATCHED, Options, fit_options, refuse_unobeyed, two_digits
 from belt_sim.units import N_PER_MM2
 from belt_sim.validity import limits
 
@@ -31,7 +31,7 @@ FOLDS = 2.0
 #: of the tension, by which a line that is nearly slack may be pressed: with stations 8 mm apart one at 0.13 folded
 _SLACKER = 0.2
 #: settings that are fields of the model and no numbers of Options
-_NO_OPTIONS = ("control", "engine", "contact", "scene")
+_NO_OPTIONS = ("engine", "contact", "scene")
 #: hooks of effects that act through the belt's width, which a rope does not have
 _THROUGH_WIDTH = ("span", "hold", "runup", "slide")
 
@@ -40,15 +40,13 @@ _THROUGH_WIDTH = ("span", "hold", "runup", "slide")
 class SpaceModel:
     """A 3D belt: "rope", "grid" or "flex".
 
-    options: how it is discretised and driven; control: subtract a run without yaw; engine: "native" (MuJoCo, step by
-    step in time), "mjx" (MuJoCo MJX, in time and in batches) or "quasi_static" (static equilibria in JAX, in batches);
-    contact: one of CONTACTS; scene: the path of an MJCF or an MjSpec that is run instead of the case's own, carried by
-    contacts.
+    options: how it is discretised and driven; engine: "native" (MuJoCo, step by step in time), "mjx" (MuJoCo MJX, in
+    time and in batches) or "quasi_static" (static equilibria in JAX, in batches); contact: one of CONTACTS; scene: the
+    path of an MJCF or an MjSpec that is run instead of the case's own, carried by contacts.
     """
 
     belt: str = "flex"
     options: Options = field(default_factory=Options)
-    control: bool = False
     engine: str = "native"
     contact: str = CONTACTS[0]
     scene: Any = None
@@ -122,7 +120,7 @@ class SpaceModel:
         step = max(np.abs(c).max(initial=0.0) for c in changes)
         tension, width = float(case.settings.tension), float(case.belt.width)
         beam = 4.0 * float(case.belt.bending_stiffness / case.rig.span_length) * step  # [N m], at most
-        held = self.engine != "quasi_static" and self.contact == CONTACTS[0] and self.belt != "rope"
+        held = "dt" in OBEYED[self.engine] and self.contact == CONTACTS[0] and self.belt != "rope"
         least = (1.0 - _SLACKER) * math.sqrt(3.0)
         if not held or not step or 6.0 * beam / (float(case.tension_force) * width) < least:
             return self.options
@@ -144,7 +142,7 @@ class SpaceModel:
         """The options of a run of ``case`` as its engine takes them, with the belt speed and, in time, the step."""
         by = self.engine if self.contact == CONTACTS[0] else self.contact
         fitted = fit_options(self.options_for(case), case, self.belt, by)
-        return fitted if by != "quasi_static" else replace(self.options, dt=None, belt_speed=fitted.belt_speed)
+        return fitted if "dt" in OBEYED[by] else replace(self.options, dt=None, belt_speed=fitted.belt_speed)
 
     def engine_task(self, case: Case, effects: Sequence[Effect], travel: float) -> tuple[Case, float]:
         """The case as driven, and the travel [m] that the engine has to run; raises CannotRepresent."""
@@ -169,10 +167,10 @@ class SpaceModel:
             if self.engine not in BATCH_ENGINES:
                 from belt_sim.space.native import run_native  # MuJoCo takes a while to load
 
-                own |= {"scene_path": scene_path, "control": self.control, "contact": self.contact}
+                own |= {"scene_path": scene_path, "contact": self.contact}
                 return run_native(driven, edited=self.scene, **own)
-            wanted = {"watch": self.engine == "quasi_static" and bool(observers)}
-            wanted |= {"model.control": self.control, "model.contact": self.contact != CONTACTS[0]}
+            wanted = {"watch": self.engine not in WATCHED and bool(observers)}
+            wanted |= {"model.contact": self.contact != CONTACTS[0]}
             for name in (name for name, asked in wanted.items() if asked):
                 raise CannotRepresent(f"{name}: engine={self.engine} cannot do this; use engine=native")
             return batch_engine(self.engine).simulate(driven, **own)

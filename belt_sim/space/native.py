@@ -2,18 +2,17 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import mujoco
 import numpy as np
 from jax.flatten_util import ravel_pytree
 
-from belt_sim.case import Case, Schedule
+from belt_sim.case import Case
 from belt_sim.case import Numbers as Array
 from belt_sim.curves import Curves, Observer
 from belt_sim.errors import InputError, SimulationError
@@ -23,23 +22,21 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.space import chain, run, wrap
 from belt_sim.space.belt import BeltArrays, active_features, belt_arrays, guide_forces, load_forces
 from belt_sim.space.loop import smoothstep
-from belt_sim.space.machine import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates
-from belt_sim.space.mesh import tie_lengths
 from belt_sim.space.mujoco_interface import Motion, Solver, compile_model, mjcf, silence_expected_warnings
-from belt_sim.space.options import BELTS, CONTACTS, Options, fit_options, refuse_sliding_limp
-from belt_sim.space.rolling_contact import ContactRun, Edited, build_contact, story
+from belt_sim.space.options import BELTS, CONTACTS, HOLD_STIFFNESS, Options, fit_options, refuse_sliding_limp
+from belt_sim.space.rolling_contact import ContactRun, Edited
+from belt_sim.space.scene import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates, tie_lengths
 from belt_sim.space.wrap import TAIL
 
 
 class Fixed(NamedTuple):
-    """What stands still in a run: belt and tail pulley; rest [m], (n, m, 3): of the mesh; dt [s]; hold_stiffness [N/m];
-    wobbled [s]: time over which a wobble sets in."""
+    """What stands still in a run: belt and tail pulley; rest [m], (n, m, 3): of the mesh; dt [s]; wobbled [s]: time
+    over which a wobble sets in."""
 
     belt: BeltArrays
     tail: chain.TailPulley
     rest: Array
     dt: Array
-    hold_stiffness: Array
     wobbled: Array
 
 
@@ -115,7 +112,7 @@ def hold_belt(fixed: Fixed, was: Carried, at: Instant, joints: Array, nodes: Arr
         drag = chain.sway_drag(belt, places, led[:, 1], slopes, landed, speed, command.drag[1])
         forces, run_off = forces.at[:, 1].add(drag), leaving
     rest = jnp.where(places.free, led, anchors)
-    stiffness = jnp.where(places.free, 0.0 * led, fixed.hold_stiffness)
+    stiffness = jnp.where(places.free, 0.0 * led, HOLD_STIFFNESS)
     if belt.guides is not None:  # a free node beyond a roller's face is pushed back to it
         force, guiding = guide_forces(belt, led, places.free)
         rest = rest.at[:, 1].add(force / jnp.where(guiding > 0.0, guiding, 1.0))
@@ -170,11 +167,6 @@ class NativeState(Motion):
     readings: np.ndarray
     acting: tuple[float, ...] = (math.nan, math.nan, math.nan)
 
-    @property
-    def carrying(self) -> Carried:
-        """``carried`` in the open."""
-        return in_float64(self.unpack)(self.carried)
-
 
 _FEWEST = 2  # links on a pulley
 
@@ -202,7 +194,7 @@ class SpaceRun:
         model, shape = self.solver.model, self.belt.shape
         tail = chain.TailPulley.from_scene(self.scene, model, model.body_mass, model.dof_armature)
         wobbled = max(0.5 * options.settle, options.step)
-        fixed = Fixed(self.belt, tail, mesh.rest, options.step, options.hold_stiffness, wobbled)
+        fixed = Fixed(self.belt, tail, mesh.rest, options.step, wobbled)
         pulleys, slip = chain.lay_pulleys(self.scene, self.belt), wrap.SlipState.none(shape.lines, shape.stations)
         ends = [pulleys.wrap.outer(chain.run_up_end(sign)) for sign in (shape.sign, -shape.sign)]
         kinks, run_off = (chain.RopeKinks(ends[0], *np.zeros((2, 2))), ends[1]) if shape.limp else (None, None)
@@ -298,14 +290,13 @@ def instants_of(scene: SceneLayout, travel: float) -> tuple[np.ndarray, int]:
 
 def run_native(
     case: Case, *, belt: str = "flex", travel: float, options: Options | None = None, parts: SceneParts | None = None,
-    scene_path: Path | None = None, observers: Sequence[Observer] = (), control: bool = False,
-    contact: str = CONTACTS[0], edited: Edited | None = None,
+    scene_path: Path | None = None, observers: Sequence[Observer] = (), contact: str = CONTACTS[0],
+    edited: Edited | None = None,
 ) -> Curves:  # fmt: skip
     """Run ``case`` over ``travel`` [m] of belt and return its curves; y = 0 at travel 0.
 
     belt: "rope", "grid" or "flex"; parts: what stands in the scene, None = as the case has it; scene_path: where to
-    write the MJCF; control: subtract a run without yaw; contact: one of CONTACTS; edited: with "mujoco", the scene that
-    is run instead of the case's own.
+    write the MJCF; contact: one of CONTACTS; edited: with "mujoco", the scene that is run instead of the case's own.
     Raises SimulationError, with the curves so far in its ``curves``, when the run diverges, and CannotRepresent for a
     limp belt with finite friction: the friction law takes the place of the last station on a pulley for its own.
     """
@@ -313,27 +304,9 @@ def run_native(
         raise InputError("belt", belt, "", f"choose one of {', '.join(BELTS)}")
     options = options or Options()
     parts = parts or SceneParts.from_case(case, options.friction)
-    held = contact == CONTACTS[0]
-    if held:
+    if contact == CONTACTS[0]:
         refuse_sliding_limp(belt, options, parts)
     options = fit_options(options, case, belt, contact)
-
-    def one_run(case: Case, path: Path | None = None, observers: Sequence[Observer] = ()) -> Curves:
-        if held:
-            return SpaceRun(case, belt, options, parts, path).go(travel, observers)
-        return ContactRun(case, belt, options, parts, path, edited).go(travel, observers)
-
-    curves = one_run(case, scene_path, observers)
-    if not control:
-        return curves
-    aligned = replace(case.settings, yaw=Schedule.step(0.0), yaw_head=Schedule.step(0.0))
-    zero = one_run(replace(case, settings=aligned))
-    drift = np.array([np.interp(curves.travel, zero.travel, y) for y in zero.y])
-    names = {f"control_{k + 1}": y for k, y in enumerate(drift)}
-    return replace(curves, y=curves.y - drift, extra=(curves.extra or {}) | names)
-
-
-def contact_scene(case: Case, belt: str, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, str]:
-    """The specification of a case's scene that MuJoCo's contacts carry, and what is to be said of it in its MJCF."""
-    spec, scene = build_contact(case, belt, fit_options(options, case, belt, CONTACTS[1]), parts)
-    return spec, story(scene)
+    if contact == CONTACTS[0]:
+        return SpaceRun(case, belt, options, parts, scene_path).go(travel, observers)
+    return ContactRun(case, belt, options, parts, scene_path, edited).go(travel, observers)

@@ -35,6 +35,9 @@ TAIL_DAMPING_RATIO = 1.0
 REST_DRAG = 15.0
 #: of a residual stress r (1 - 12 y^2/b^2), what it takes off the tension in the torsional stiffness, over r
 RESIDUAL_TORSION = 0.8
+#: [N/m], of the springs that hold a landed node; [kg], inertia of the tail pulley on its slide and about its axis
+HOLD_STIFFNESS = 1e13
+TAIL_MASS = 60.0
 #: belt widths: a belt that has run further sideways has left its pulleys
 RUNAWAY = 3.0
 
@@ -52,17 +55,19 @@ AS_THE_CASE = "case"
 
 
 _SHARED = {"dx", "belt_speed", "friction", "run_in", "sample"}
-_IN_TIME = {"dt", "acceleration", "settle", "yaw_time", "damping", "tail_mass", "frame"}
+_IN_TIME = {"dt", "acceleration", "settle", "yaw_time", "damping", "frame"}
 #: the options that an engine obeys (native, and those in JAX, each a module of its name with an ENGINE), those of a run
 #: that MuJoCo's contacts carry, and those of such a scene as a file; a change of any other is refused
 OBEYED: dict[str, set[str]] = {
-    "native": _SHARED | _IN_TIME | {"tensioning", "hold_stiffness"},
+    "native": _SHARED | _IN_TIME | {"tensioning"},
     "mjx": _SHARED | _IN_TIME | {"tensioning"},
     "quasi_static": _SHARED | {"tensioning", "steps"},
-    "mujoco": _SHARED | {"dt", "yaw_time", "damping", "tail_mass", "frame"},
-    "scene": {"dx", "belt_speed", "friction", "dt", "damping", "tail_mass"},
+    "mujoco": _SHARED | {"dt", "yaw_time", "damping", "frame"},
+    "scene": {"dx", "belt_speed", "friction", "dt", "damping"},
 }
 ENGINES = tuple(name for name in OBEYED if name not in ("mujoco", "scene"))
+#: engines that show their instants as they go
+WATCHED = tuple(name for name in ENGINES if "frame" in OBEYED[name])
 #: the options of the belt itself, which every engine obeys
 OF_BELT: dict[str, set[str]] = {"rope": set(), "grid": {"across", "bonds"}, "flex": {"across"}}
 
@@ -77,10 +82,8 @@ class Options:
     between belt and pulleys, inf = sticking; bonds: which bonds tie the grid; tensioning: how the belt gets its
     tension, see TENSIONINGS; run_in [m]: travel before 0, straight; acceleration [m/s2]; settle [s]: time at rest for
     the sag, and half of it after a yaw step; yaw_time [s]: duration of a yaw step; damping [1/s]: drag of the free
-    belt, across its travel, per unit of its mass (limp belts get more);
-    hold_stiffness [N/m]: springs that hold a landed node; tail_mass [kg]: inertia of the tail pulley on its slide and
-    about its axis; sample [m]: travel between points of the curves; frame [m]: travel between frames;
-    steps: of engine=quasi_static, to a point of the curves.
+    belt, across its travel, per unit of its mass (limp belts get more); sample [m]: travel between points of the
+    curves; frame [m]: travel between frames; steps: of engine=quasi_static, to a point of the curves.
     """
 
     dx: float = 0.025
@@ -95,8 +98,6 @@ class Options:
     settle: float = 1.0
     yaw_time: float = 0.3
     damping: float = 1.0
-    hold_stiffness: float = 1e13
-    tail_mass: float = 60.0
     sample: float = 0.025
     frame: float = 0.025
     steps: int = 2
@@ -236,7 +237,7 @@ def fit_options(options: Options, case: Case, belt: str, engine: str = "native")
             remedy = f"{most}; without a speed asked for it is {accurate:.2f} m/s"
             raise InputError("speed" if as_the_case else "model.belt_speed", f"{pace:.3g}", "m/s", remedy)
     dt = max(STEP, _WAY_OF_STEP / pace) if engine == "mjx" else STEP
-    if belt != "rope" and engine != "quasi_static":
+    if belt != "rope" and "dt" in OBEYED.get(engine, OBEYED["native"]):
         radius = min(float(case.rig.head_radius), float(case.rig.tail_radius))
         way = radius * (2.0 * float(case.settings.tension) / float(case.belt.youngs_modulus)) ** 0.5
         longest = two_digits((MOST_CHORDS * options.dx if engine == "mjx" else way) / pace)

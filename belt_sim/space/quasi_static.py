@@ -5,7 +5,6 @@ prediction, equilibrium, landing); what a run filters over time is filtered over
 """
 
 from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -22,8 +21,8 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.space import chain, run, wrap
 from belt_sim.space.belt import ActiveFeatures, BeltArrays, belt_arrays, guide_forces, load_forces
 from belt_sim.space.block_tridiagonal import Level, solve_chain
-from belt_sim.space.machine import lay_out
 from belt_sim.space.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME, Options, fit_options, refuse_sliding_limp
+from belt_sim.space.scene import lay_out
 from belt_sim.space.wrap import TAIL
 
 
@@ -43,17 +42,29 @@ class TravelState(NamedTuple):
 
 
 def newton_step(
-    belt: BeltArrays, levels: list[Level], cell: Array, on_nodes: Array, places: chain.ChainLayout, moves: Array,
-    lacking: Array,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Moves of the free nodes (3 m, n) [m] and of the tail pulley (2,) [m, rad] towards equilibrium.
+    belt: BeltArrays, levels: list[Level], cell: Array, on_nodes: Array, at_ends: Array, places: chain.ChainLayout,
+    tail: tuple[wrap.WrapArrays, wrap.PoseArrays], moment: Array,
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Moves of the free nodes (3 m, n) [m] and of the tail pulley (2,) [m, rad] towards equilibrium, and the belt's
+    pull on the tail pulley's slide [N].
 
     Static condensation: the free nodes are solved for their own forces and for those of a unit of slide and of spin,
     and two equations are left for the tail pulley.
 
     levels: the factorised chain; cell [N/m], (6 m, 6 m, n): stiffness of the cells' stretch; on_nodes [N], (3 m, n);
-    moves: ``tail_derivatives``; lacking (2,): force [N] and moment [N m] on the tail pulley, which are to become 0.
+    at_ends [N], (2, 3 m): of ``chain_forces``; tail: its wrap and pose; moment [N m]: of the belt's weight on it.
     """
+    on, at = tail
+    along, moves = jnp.tile(jnp.array([1.0, 0.0, 0.0]), len(on.r)), []  # of its outermost stations by slide and spin
+    for outer in (on.first, on.last):
+        k = outer % on.r.shape[-1]
+        turned, r = on.angle[:, k] + at.spin, on.r[:, k]
+        local = jnp.stack([r * jnp.cos(turned), jnp.zeros_like(r), -r * jnp.sin(turned)], axis=1)
+        moves.append(jnp.stack([along, (local @ at.axes.T).ravel()], axis=1))
+    moves = jnp.stack(moves)
+    pull = jnp.einsum("eip,ei->p", moves, at_ends).at[1].add(moment)
+    lacking = pull.at[0].add(belt.load)
+
     size, (first, last) = len(on_nodes), places.ends[TAIL]
     entry, leave = cell[:, :, first - 1], cell[:, :, last]
     pulls = jnp.zeros((size, 2, on_nodes.shape[-1]))  # forces on the free nodes by slide and spin
@@ -68,8 +79,8 @@ def newton_step(
     (a, b), (c, d) = jnp.einsum("eip,eiq->pq", moves, felt[..., 1:] + own)
     fixed = belt.slide_fixed
     a, b, force = jnp.where(fixed > 0, 1.0, a), jnp.where(fixed > 0, 0.0, b), jnp.where(fixed > 0, 0.0, lacking[0])
-    tail = -jnp.stack([d * force - b * lacking[1], a * lacking[1] - c * force]) / (a * d - b * c)
-    return found[:, 0] + jnp.einsum("ipn,p->in", found[:, 1:], tail), tail
+    slid = -jnp.stack([d * force - b * lacking[1], a * lacking[1] - c * force]) / (a * d - b * c)
+    return found[:, 0] + jnp.einsum("ipn,p->in", found[:, 1:], slid), slid, pull[0]
 
 
 def compliance_step(belt: BeltArrays, before: Array, turned: Array, moment: Array, moved: Array) -> Array:
@@ -101,12 +112,12 @@ def find_equilibrium(
     The tension that stiffens the belt across its direction is that of its last equilibrium. aside [m]: by how much held
     stations stand aside of their anchors.
     """
-    taut, moved, wraps = state.nodes[..., places.stations], command.travel - state.travel, pulleys.wrap
+    taut, moved = state.nodes[..., places.stations], command.travel - state.travel
+    weight = belt.mass[:, None] * belt.gravity
 
     def iteration(found: tuple[Any, ...], more: Array) -> tuple[tuple[Any, ...], None]:
         nodes, tail, *_, turned = found
         pose = chain.pose_of(belt, command, tail, turned)
-        moves, weight = chain.tail_derivatives(wraps, pose), belt.mass[:, None] * belt.gravity
         twist = chain.twist_of_cells(belt, pulleys._replace(pose=pose), places, state.tension)
         on_nodes, at_ends = chain.chain_forces(belt, nodes, places, twist, command.share)
         on_nodes = on_nodes.reshape(nodes.shape).at[:, 2].add(-weight)
@@ -119,10 +130,10 @@ def find_equilibrium(
             on_nodes = on_nodes + command.share * load_forces(belt, nodes)
         levels, cell = chain.factorise_chain(belt, nodes, taut, places, twist, command.share, on_diagonal)
         arms = jnp.where(places.on_tail, nodes[:, 0] - pose.centre[TAIL, 0], 0.0)
-        on_tail = jnp.einsum("eip,ei->p", moves, at_ends[TAIL]).at[1].add((weight * arms).sum())
-        on_nodes, lacking = on_nodes.reshape(-1, nodes.shape[-1]), on_tail.at[0].add(belt.load)
-        change, tail_change = newton_step(belt, levels, cell, on_nodes, places, moves, lacking)
-        nodes, tail = nodes + change.reshape(nodes.shape), tail + tail_change
+        on_nodes, held = on_nodes.reshape(-1, nodes.shape[-1]), jax.tree.map(lambda v: v[TAIL], (pulleys.wrap, pose))
+        tied = at_ends[TAIL], places, held, (weight * arms).sum()
+        change, slid, pull = newton_step(belt, levels, cell, on_nodes, *tied)
+        nodes, tail = nodes + change.reshape(nodes.shape), tail + slid
         if turned is not None:
             there = jnp.zeros_like(nodes).at[..., places.stations].set(nodes)
             moment = chain.belt_loads(
@@ -131,7 +142,7 @@ def find_equilibrium(
             turned = jnp.where(more, compliance_step(belt, state.compliance_yaw, turned, moment, moved), turned)
         pose = chain.pose_of(belt, command, tail, turned)
         anchors = chain.anchor_positions(belt, pulleys._replace(pose=pose), places) + aside
-        nodes, tension = jnp.where(places.free, nodes, anchors), -0.5 * on_tail[0]
+        nodes, tension = jnp.where(places.free, nodes, anchors), -0.5 * pull
         return (nodes, tail, tension, jnp.abs(change).max(), turned), None
 
     tail = jnp.stack([pulleys.pose.centre[TAIL, 0], pulleys.pose.spin[TAIL]])
@@ -202,13 +213,14 @@ def travel_step(belt: BeltArrays, state: TravelState, command: run.Command) -> T
         wraps, slip = jax.vmap(partial(wrap.slide_wrap, belt, pull, belt.friction, 0.0, shaped))(pulleys, slip)
         pulleys = pulleys._replace(wrap=wraps)
 
-    def filter_share(time: float) -> Array:
-        return jnp.where(moved > 0.0, jnp.minimum(moved / (belt.run_speed * time), 1.0), 1.0)
-
-    turn = jax.vmap(lambda w, p: wrap.update_tangents(w, p, nodes, filter_share(SPAN_TIME)))
+    of_span, of_layer = (  # shares by which averages follow
+        jnp.where(moved > 0.0, jnp.minimum(moved / (belt.run_speed * time), 1.0), 1.0)
+        for time in (SPAN_TIME, LAYER_TIME)
+    )
+    turn = jax.vmap(partial(wrap.update_tangents, nodes=nodes, share=of_span))
     pulleys = pulleys._replace(wrap=turn(pulleys.wrap, pulleys.pose))
     pulleys = wrap.land_stations(belt, pulleys, (before, state.nodes), nodes, moved, shaped)
-    pulleys = wrap.relax_layers(belt, pulleys, nodes, command.share, filter_share(LAYER_TIME))
+    pulleys = wrap.relax_layers(belt, pulleys, nodes, command.share, of_layer)
     return TravelState(nodes, pulleys, tension, command.travel, correction, slip, kinks, turned)
 
 
@@ -217,28 +229,20 @@ COLUMNS = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "friction_r
 TOLERANCE = 0.01  # of the largest limit: what friction may contradict Coulomb's law by in any step
 
 
-@dataclass(frozen=True)
-class TravelCase:
-    """A case ready to be traced: its arrays, its state laid; commands, recorded: of ``plan_in_travel``."""
+class TravelCase(NamedTuple):
+    """A case ready to be traced: its arrays, its state laid; commands, recorded: of ``plan_in_travel``; stations: of
+    the mesh; cases of one kind can be run at once."""
 
     case: Case
     belt: BeltArrays
     state: TravelState
     commands: run.Command
     recorded: np.ndarray
-
-    @property
-    def stations(self) -> int:
-        return self.belt.shape.stations
-
-    @property
-    def kind(self) -> Hashable:
-        """Cases of one kind can be run at once."""
-        sizes = (np.shape(leaf) for leaf in jax.tree.leaves((self.belt, self.state)))
-        return self.belt.shape, self.commands.travel.shape[1], tuple(sizes)
+    stations: int
+    kind: Hashable
 
 
-def lay_case(
+def lay_travel_case(
     case: Case, belt: str, travel: float, options: Options, parts: SceneParts, features: ActiveFeatures
 ) -> TravelCase:
     """The belt of a case laid round its pulleys, to be run over ``travel`` [m]; see BatchEngine."""
@@ -249,17 +253,17 @@ def lay_case(
     shape = arrays.shape
     pulleys = chain.lay_pulleys(scene, arrays)
     run_up = pulleys.wrap.outer(chain.run_up_end(shape.sign))
+    tension, travelled, correction = (np.array(v) for v in (float(case.tension_force), -scene.early, 0.0))
     state = TravelState(
-        nodes=np.moveaxis(scene.mesh.laid, 0, -1),
-        pulleys=pulleys,
-        tension=np.array(float(case.tension_force)),
-        travel=np.array(-scene.early),
-        correction=np.array(0.0),
+        np.moveaxis(scene.mesh.laid, 0, -1), pulleys, tension, travelled, correction,
         slip=wrap.SlipState.none(shape.lines, shape.stations) if features.slips else None,
         kinks=chain.RopeKinks(run_up, *np.zeros((2, 2))) if shape.limp else None,
         compliance_yaw=np.zeros(2) if features.gives_way else None,
-    )
-    return TravelCase(case, arrays, state, *run.plan_in_travel(case.settings, options, travel, parts.sets_in))
+    )  # fmt: skip
+    commands, recorded = run.plan_in_travel(case.settings, options, travel, parts.sets_in)
+    sizes = tuple(np.shape(leaf) for leaf in jax.tree.leaves((arrays, state)))
+    kind = shape, commands.travel.shape[1], sizes
+    return TravelCase(case, arrays, state, commands, recorded, shape.stations, kind)
 
 
 def run_travel_cases(
@@ -279,31 +283,27 @@ def run_travel_cases(
         filled = [*some, *[some[-1]] * (size - len(some))]
         trees = [(r.belt, r.state, jax.tree.map(stand_still, r.commands)) for r in filled]
         arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
-        table = np.asarray(in_float64(run_batch)(*arrays))
-        yield [run_curves(r, t) for r, t in zip(some, table, strict=False)]
-
-
-def run_curves(made: TravelCase, table: np.ndarray) -> Curves | SimulationError:
-    """Curves from the rows (rows, 20 or more) of ``run_batch``."""
-    recorded, begin = made.recorded, int(np.argmax(made.recorded))
-    rows = table[: len(recorded)][recorded]
-    worst = table[begin : len(recorded), 24:].max(axis=1, initial=0.0)  # yaw steps included
-    residual = np.maximum.accumulate(worst)[recorded[begin:]]
-    good = run.is_on_pulleys(rows, float(made.case.belt.width)) & ~(residual > TOLERANCE)
-    end = len(rows) if good.all() else int(np.argmin(good))
-    t = rows[:end].T
-    curves = run.curves_of(
-        t, {"tail_x": 17, "correction": 19} | {name: 20 + k for k, name in enumerate(COLUMNS[: len(t) - 20])}
-    )
-    if end == len(rows):
-        return curves
-    why = "the belt ran off its pulleys or its equilibrium was lost {where}: turn the yaw back earlier, shorten travel"
-    if residual[end] > TOLERANCE:
-        why = (
-            f"friction = {float(made.belt.friction):g}: how far nodes slide was not found {{where}}, to "
-            f"{residual[end]:.2g} of the largest limit ({TOLERANCE:g} is allowed): raise model.steps"
-        )
-    return run.failure_with(curves, f"{why}, or use engine=native")
+        tables, found = np.asarray(in_float64(run_batch)(*arrays)), list[Curves | SimulationError]()
+        for made, table in zip(some, tables, strict=False):
+            recorded, first = made.recorded, int(np.argmax(made.recorded))
+            mean = table[: len(recorded)][recorded]
+            worst = table[first : len(recorded), 24:].max(axis=1, initial=0.0)  # yaw steps included
+            residual = np.maximum.accumulate(worst)[recorded[first:]]
+            good = run.is_on_pulleys(mean, float(made.case.belt.width)) & ~(residual > TOLERANCE)
+            end = len(mean) if good.all() else int(np.argmin(good))
+            extra = {name: 20 + k for k, name in enumerate(COLUMNS[: mean.shape[1] - 20])}
+            found.append(run.curves_of(mean[:end].T, {"tail_x": run.TAIL_X, "correction": 19} | extra))
+            if end == len(mean):
+                continue
+            why = "the belt ran off its pulleys or its equilibrium was lost {where}: turn the yaw back earlier, "
+            why += "shorten travel"
+            if residual[end] > TOLERANCE:
+                why = (
+                    f"friction = {float(made.belt.friction):g}: how far nodes slide was not found {{where}}, to "
+                    f"{residual[end]:.2g} of the largest limit ({TOLERANCE:g} is allowed): raise model.steps"
+                )
+            found[-1] = run.failure_with(found[-1], f"{why}, or use engine=native")
+        yield found
 
 
 def run_case(belt: BeltArrays, state: TravelState, commands: run.Command) -> Array:
@@ -330,5 +330,5 @@ def run_case(belt: BeltArrays, state: TravelState, commands: run.Command) -> Arr
 
 #: rows of mean readings of a batch, shape (cases, rows, 20)
 run_batch = jax.jit(jax.vmap(run_case))
-ENGINE = run.BatchEngine(lay_case, run_travel_cases)
+ENGINE = run.BatchEngine(lay_travel_case, run_travel_cases)
 prepare_case, simulate, simulate_batch = ENGINE.prepare_case, ENGINE.simulate, ENGINE.simulate_batch

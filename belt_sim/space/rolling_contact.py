@@ -20,14 +20,21 @@ from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.io import write_text
 from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space import machine
 from belt_sim.space import mujoco_interface as interface
 from belt_sim.space.belt import ActiveFeatures, belt_arrays
-from belt_sim.space.loop import LaidLoop
-from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_YAW, SceneLayout
-from belt_sim.space.mesh import node_name
 from belt_sim.space.options import CONTACT_STIFFNESS, IMPEDANCE, Options
 from belt_sim.space.run import SPEED, TAIL_X, TRAVEL, Recorder, YawPlan, notify_observers, reading
+from belt_sim.space.scene import (
+    HEAD_SPIN,
+    HEAD_YAW,
+    STATION_JOINTS,
+    TAIL_SLIDE,
+    TAIL_YAW,
+    SceneLayout,
+    build_scene,
+    node_name,
+    station_mass,
+)
 from belt_sim.space.scene_looks import furnish
 from belt_sim.space.wrap import HEAD, TAIL
 from belt_sim.units import DEGREE, N_PER_MM2
@@ -72,20 +79,18 @@ def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) ->
     plate = modulus * b * h**3 / (6.0 * (1.0 + float(strip.poisson_ratio)))
     wider = math.sqrt(1.0 + 12.0 * plate / (force * b**2))
     like = replace(strip, width=b * wider, thickness=h / wider, youngs_modulus=modulus / wider**2)
-    case_like, path = replace(case, belt=like), lambda depth, *_: 0.0 * depth
-    spec, scene = machine.begin_scene(case_like, belt, options, parts, path=path)
+    straight = lambda depth, *_: 0.0 * depth  # noqa: E731
+    spec, scene = build_scene(replace(case, belt=like), belt, options, parts, path=straight, lean=parts.lean)
     scene = replace(scene, case=replace(case, rig=scene.case.rig))
-    interface.set_solver(spec, options.step, parts.gravity, parts.lean)
     _dress_nodes(spec, scene)
     for name, radius in (("head", scene.loop.radius_head), ("tail", scene.loop.radius_tail)):
         _make_solid(spec, name, radius, scene)
-    guides = machine.add_guides(spec, scene)
-    for geom, guide in zip(guides, parts.edge_guides, strict=True):  # the belt's edge meets them
-        geom.contype, geom.conaffinity, geom.friction, geom.priority = 0, _FLAG_BIT | _USER, [0, 0, 0], 2
+    for k, guide in enumerate(parts.edge_guides):  # the belt's edge meets them
+        geom = spec.geom(f"guide-{k}")
+        geom.conaffinity, geom.friction, geom.priority = _FLAG_BIT | _USER, [0, 0, 0], 2
         geom.solref = [-guide.stiffness / scene.mesh.mass[0], -2.0 / options.step]
         geom.solimp = [0.5, 0.5, 1e-3, 0.5, 2.0]
-    _start_tensioned(spec, scene)
-    _add_actuators(spec, scene)
+    _drive(spec, scene)
     _add_sensors(spec, scene)
     furnish(spec, scene)
     spec.add_text(name=CASE, data="; ".join(f"{name} = {value}" for name, value in case_words(scene).items()))
@@ -212,11 +217,16 @@ def _make_solid(spec: mujoco.MjSpec, name: str, radius: float, scene: SceneLayou
 
 _ACROSS = [math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0]  # a cylinder's axis along y
 
+_FASTEST, _TIGHTEST, _MOST_YAW = 2.0, 200.0, 0.5  # ranges of the sliders: m/s, N/mm2, degrees
+_SPEED_GAIN, _DRIVE_FORCE = 2e4, 200.0  # [N s/m] and [N] at the rim: the drive accelerates the machine at 1-2 m/s2
+_YAW_TIME = 0.05  # [s]: a pulley that jumped would leave the belt that it carries
+_YAW_STIFFNESS = 1e9  # [N m/rad]: a moment of 100 N m turns the pulley by 1e-7 rad
 _SOFT = 100.0  # [N/m], of the spring that gives the tail pulley its nominal pull, over metres
 
 
-def _start_tensioned(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
-    """Let the model's default state be the laid belt under its tension; key frame ``running``: at its speed.
+def _drive(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
+    """Let the model's default state be the laid belt under its tension; key frame ``running``: at its speed. Sliders in
+    the units of the command line (m/s, N/mm2, degrees) add to the case's own values.
 
     A flex is stress-free in the default state. So the machine stands there shorter by the belt's strain, its nodes sunk
     into the pulleys by as much; contacts and the pull on the tail stretch the belt within 20 ms.
@@ -227,38 +237,29 @@ def _start_tensioned(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     spec.body("tail-carriage").pos, slide.ref = [-shorter, 0.0, 0.0], -shorter
     slide.stiffness[0], slide.springref = _SOFT, 2.0 * float(case.tension_force) / _SOFT
     spans = 2.0 * float(case.belt.youngs_modulus) * float(case.belt.area) / float(case.rig.span_length)
-    slide.damping[0] = 2.0 * math.sqrt(spans * machine.station_mass(case, scene.options))
+    slide.damping[0] = 2.0 * math.sqrt(spans * station_mass(case, scene.options))
     pace = scene.options.run_speed * float(np.sign(float(case.settings.direction)))
     way = np.roll(scene.mesh.laid, -1, axis=0) - np.roll(scene.mesh.laid, 1, axis=0)
     way /= np.linalg.norm(way, axis=2, keepdims=True)
     spins = np.array([0.0, pace / rim_radius(scene), 0.0, 0.0, pace / (scene.loop.radius_tail - NODE_RADIUS)])
     spec.add_key(name="running", qpos=spec.key("laid").qpos, qvel=np.concatenate([spins, (pace * way).ravel()]))
 
-
-_FASTEST, _TIGHTEST, _MOST_YAW = 2.0, 200.0, 0.5  # ranges of the sliders: m/s, N/mm2, degrees
-_SPEED_GAIN, _DRIVE_FORCE = 2e4, 200.0  # [N s/m] and [N] at the rim: the drive accelerates the machine at 1-2 m/s2
-_YAW_TIME = 0.05  # [s]: a pulley that jumped would leave the belt that it carries
-_YAW_STIFFNESS = 1e9  # [N m/rad]: a moment of 100 N m turns the pulley by 1e-7 rad
-
-
-def _add_actuators(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
-    """Sliders in the units of the command line (m/s, N/mm2, degrees) that add to the case's own values."""
-    case, tension = scene.case, float(scene.case.settings.tension) / N_PER_MM2
-
-    def add(name: str, target: str, gear: float, least: float, most: float) -> mujoco.MjsActuator:
-        made = spec.add_actuator(name=name, target=target, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        made.gear[0] = gear
-        made.ctrllimited, made.ctrlrange = True, [least, most]
-        return made
-
-    speed = add("speed", "head-spin", rim_radius(scene), -_FASTEST, _FASTEST)
-    speed.set_to_velocity(kv=_SPEED_GAIN)
-    speed.biasprm[0] = _SPEED_GAIN * scene.options.run_speed * float(np.sign(float(case.settings.direction)))
-    speed.forcelimited, speed.forcerange = True, [-_DRIVE_FORCE, _DRIVE_FORCE]
-    add("tension", "tail-slide", 2.0 * float(case.belt.area) * N_PER_MM2, -tension, _TIGHTEST).set_to_motor()
-    for name in ("tail", "head"):
-        torque = spec.joint(f"{name}-yaw").stiffness[0] * DEGREE  # [N m]: the joint's spring turns by a degree
-        add(f"{name}_yaw", f"{name}-yaw", torque, -_MOST_YAW, _MOST_YAW).set_to_motor()
+    loose = float(case.settings.tension) / N_PER_MM2
+    torque = {name: spec.joint(f"{name}-yaw").stiffness[0] * DEGREE for name in ("tail", "head")}  # [N m] a degree
+    for name, target, gear, least, most in (
+        ("speed", "head-spin", rim_radius(scene), -_FASTEST, _FASTEST),
+        ("tension", "tail-slide", 2.0 * float(case.belt.area) * N_PER_MM2, -loose, _TIGHTEST),
+        ("tail_yaw", "tail-yaw", torque["tail"], -_MOST_YAW, _MOST_YAW),
+        ("head_yaw", "head-yaw", torque["head"], -_MOST_YAW, _MOST_YAW),
+    ):
+        slider = spec.add_actuator(name=name, target=target, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        slider.gear[0], slider.ctrllimited, slider.ctrlrange = gear, True, [least, most]
+        if name != "speed":
+            slider.set_to_motor()
+            continue
+        slider.set_to_velocity(kv=_SPEED_GAIN)
+        slider.biasprm[0] = _SPEED_GAIN * pace
+        slider.forcelimited, slider.forcerange = True, [-_DRIVE_FORCE, _DRIVE_FORCE]
 
 
 RAY = 0.3  # [m] from the middle of the machine to a ray's beginning, and from a level span to one above it
@@ -267,25 +268,19 @@ RAY = 0.3  # [m] from the middle of the machine to a ray's beginning, and from a
 def _add_sensors(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     """Rays to the edges at each of the points 1-4 and to the flags at mid-span; joints; loads on the axles."""
     kind, site, joint = mujoco.mjtSensor, mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_JOINT
-    loop: LaidLoop = scene.loop
-    head, tail = loop.radius_head, loop.radius_tail
-
-    def ray(body: mujoco.MjsBody, name: str, pos: list[float], quat: list[float]) -> None:
-        body.add_site(name=name, pos=pos, quat=quat, size=[5e-3] * 3, group=4)
-        spec.add_sensor(name=name, type=kind.mjSENS_RANGEFINDER, objtype=site, objname=name, intprm=[1, 0, 0])
-
+    head, tail, turn = scene.loop.radius_head, scene.loop.radius_tail, math.sqrt(0.5)
     middle = 0.25 * float(scene.case.belt.width) + 0.5 * float(scene.mesh.line_y[0])  # of what sticks out of the nodes
-    turn = math.sqrt(0.5)
+    x, level, rays = 0.5 * float(scene.case.rig.centre_distance), 0.5 * (head + tail), []
     for point, station, z in ((1, "tail", tail), (2, "tail", -tail), (3, "head", -head), (4, "head", head)):
         for side, way in (("left", 1.0), ("right", -1.0)):
-            ray(spec.body(f"{station}-carriage"), f"edge-{point}-{side}", [0, way * RAY, z], [turn, way * turn, 0, 0])
-    x, level = 0.5 * float(scene.case.rig.centre_distance), 0.5 * (head + tail)
-    for span, z, quat in (
-        ("upper", level + RAY, [0.0, 1.0, 0.0, 0.0]),
-        ("lower", -level - lower_ray(scene), [1.0, 0.0, 0.0, 0.0]),
-    ):
+            at, quat = [0, way * RAY, z], [turn, way * turn, 0, 0]
+            rays.append((spec.body(f"{station}-carriage"), f"edge-{point}-{side}", at, quat))
+    for span, z, quat in (("upper", level + RAY, [0, 1, 0, 0]), ("lower", -level - lower_ray(scene), [1, 0, 0, 0])):
         for side, way in (("left", 1.0), ("right", -1.0)):
-            ray(spec.worldbody, f"height-{span}-{side}", [x, way * middle, z], quat)
+            rays.append((spec.worldbody, f"height-{span}-{side}", [x, way * middle, z], quat))
+    for body, name, at, quat in rays:
+        body.add_site(name=name, pos=at, quat=quat, size=[5e-3] * 3, group=4)
+        spec.add_sensor(name=name, type=kind.mjSENS_RANGEFINDER, objtype=site, objname=name, intprm=[1, 0, 0])
     for name in ("head-spin", "tail-spin", "tail-slide", "head-yaw", "tail-yaw"):
         spec.add_sensor(name=name, type=kind.mjSENS_JOINTPOS, objtype=joint, objname=name)
     for name in ("head", "tail"):
@@ -383,10 +378,15 @@ class ContactRun:
     def go(self, travel: float, observers: Sequence[Observer] = ()) -> Curves:
         """Run in, then ``travel`` [m]."""
         recorder, steps = Recorder(self.scene, observers, {"tail_x": TAIL_X, "steps": 20, "belt_speed": SPEED}), 0
-        watched = notify_observers(observers, self.scene.case, travel, recorder.curves, self.model, self.data)
+        data = self.data
+        watched = notify_observers(observers, self.scene.case, travel, recorder.curves, self.model, data)
         with watched, interface.silence_expected_warnings():
             while self.travel < travel + 0.5 * self.scene.options.sample:
-                yaw = self._step()
+                yaw = self.plan.angles(self.travel, -math.inf)  # the sliders are where the case wants them here
+                data.actuator("head_yaw").ctrl, data.actuator("tail_yaw").ctrl = (yaw - self.mounted) / DEGREE
+                interface.make_step(self.model, data)
+                self.speed = data.qvel[self._rates[HEAD_SPIN]] * self.rim
+                self.travel = data.qpos[self._places[HEAD_SPIN]] * self.rim - self.scene.early
                 if recorder.is_due(self.travel, self.speed):
                     read, *at = self._read(steps, yaw)
                     if not recorder.table:
@@ -397,15 +397,6 @@ class ContactRun:
             recorder.show(*self._read(steps, yaw), last=True)
         return recorder.curves()
 
-    def _step(self) -> np.ndarray:
-        """One step of MuJoCo with the sliders where the case wants them at this travel: their yaw [rad], (2,)."""
-        data, yaw = self.data, self.plan.angles(self.travel, -math.inf)
-        data.actuator("head_yaw").ctrl, data.actuator("tail_yaw").ctrl = (yaw - self.mounted) / DEGREE
-        interface.make_step(self.model, data)
-        self.speed = data.qvel[self._rates[HEAD_SPIN]] * self.rim
-        self.travel = data.qpos[self._places[HEAD_SPIN]] * self.rim - self.scene.early
-        return yaw
-
     def _read(self, steps: int, yaw: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
         """What the recorder is told after so many steps: MuJoCo's contacts say nothing of which stations they hold."""
         mesh, qpos = self.scene.mesh, self.data.qpos[self._places]
@@ -415,7 +406,7 @@ class ContactRun:
         ends = np.array([_wrap_ends(np.flatnonzero(on), mesh.stations) for on in (x <= 0.0, x >= tail_x)])
         if ends[TAIL, 0] < ends[HEAD, 1]:  # the upper span runs from head to tail
             ends[TAIL] += mesh.stations
-        read = np.asarray(_reading(self.arrays, mesh.nodes(slides), *ends.T, tail_x, 0.0))
+        read = np.asarray(_reading(self.arrays, np.moveaxis(mesh.rest + slides, 0, -1), *ends.T, tail_x, 0.0))
         return np.concatenate([read, [self.travel, self.speed, steps]]), slides, self.data.time, yaw
 
 

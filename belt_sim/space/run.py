@@ -21,8 +21,8 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.space.belt import ActiveFeatures, BeltArrays, active_features
 from belt_sim.space.elastic import strains
 from belt_sim.space.loop import smoothstep
-from belt_sim.space.machine import SceneLayout
 from belt_sim.space.options import AXIS_STATIONS, MOST_CHORDS, REST_DRAG, RUNAWAY, RUNUP_LINKS, Options
+from belt_sim.space.scene import SceneLayout
 from belt_sim.space.wrap import HEAD, TAIL
 
 
@@ -148,28 +148,22 @@ def plan_in_travel(settings: Settings, options: Options, travel: float, changes:
         pieces.append((places, angles, np.broadcast_to(share, places.shape)))
         recorded.extend([counts] * (len(places) // steps))
 
-    def march(start: float, end: float, done: float) -> None:
-        count = steps * max(math.ceil((end - start) / options.sample - 1e-9), 0)
-        places = start + (end - start) * (np.arange(count) + 1.0) / max(count, 1)
-        add(places, yaw.angles(places, done), float(done >= 0.0), start >= 0.0)
-
-    def rest(at: float, rows: int, counts: bool) -> None:
-        places = np.full(steps * rows, at)
-        add(places, yaw.angles(places, -math.inf), 0.0, counts)
-
     done, here = -math.inf, -options.run_in
-    rest(here, _RESTING, counts=False)
-    for stop in sorted({s for s in yaw.stops(travel) if s > 0.0} | {0.0}):
-        march(here, stop, done)
+    resting = np.full(steps * _RESTING, here)
+    add(resting, yaw.angles(resting, done), 0.0, False)
+    for stop in [*sorted({s for s in yaw.stops(travel) if s > 0.0} | {0.0}), math.inf]:
+        end = min(stop, travel + 0.5 * options.sample)  # a row stands for its middle
+        count = steps * max(math.ceil((end - here) / options.sample - 1e-9), 0)
+        places = here + (end - here) * (np.arange(count) + 1.0) / max(count, 1)
+        add(places, yaw.angles(places, done), float(done >= 0.0), here >= 0.0)
         if stop == 0.0:
-            rest(0.0, 1, counts=True)
-        if stop > 0.0 or changes or 0.0 in yaw.stops(travel):
+            add(np.zeros(steps), yaw.angles(np.zeros(steps), -math.inf), 0.0, True)
+        if 0.0 < stop < math.inf or (stop == 0.0 and (changes or 0.0 in yaw.stops(travel))):
             part = smoothstep((np.arange((_TURNING + 2) * steps) + 1.0) / (_TURNING * steps))
             share = np.ones_like(part) if done >= 0.0 else part
             add(np.full(len(part), stop), yaw.angles_during_step(stop, done, part), share, False)
             done = stop
         here = stop
-    march(here, travel + 0.5 * options.sample, done)  # a row stands for its middle
     columns = (np.concatenate(column) for column in zip(*pieces, strict=True))
     return Command(*(c.reshape(len(recorded), steps, *c.shape[1:]) for c in columns)), np.array(recorded)
 
@@ -254,13 +248,13 @@ def notify_observers(
             observer.finish(curves())
 
 
+@dataclass
 class Computed:
     """What a batch has found for a case: its curves, or why it failed, and the frames of one that was watched, of which
     it is the observer there; for the observers of the case's own run afterwards."""
 
-    def __init__(self) -> None:
-        self.curves: Any = None
-        self.frames: list[Frame] = []
+    curves: Any = None
+    frames: list[Frame] = field(default_factory=list)
 
     def start(self, case: Case, travel: float) -> None:
         """A run begins."""
@@ -381,16 +375,10 @@ def curves_in_time(scene: SceneLayout, table: np.ndarray, extra: Mapping[str, in
 
 def curves_of(columns: np.ndarray, extra: Mapping[str, int]) -> Curves:
     """Curves from columns of readings (20 or more, k); y counts from the first; extra: more columns, by their place."""
-    return Curves(
-        travel=columns[TRAVEL],
-        y=columns[POINTS] - columns[POINTS, :1],
-        angle=columns[ANGLES],
-        moment=columns[MOMENTS],
-        edge_stress=columns[EDGES],
-        tilt=columns[TILTS],
-        sag=columns[SAGS].mean(axis=1) if columns.shape[1] else np.zeros(2),
-        extra={name: columns[k] for name, k in {"tension": TENSION, **extra}.items()},
-    )
+    y, sag = columns[POINTS] - columns[POINTS, :1], columns[SAGS].mean(axis=1) if columns.shape[1] else np.zeros(2)
+    more = {name: columns[k] for name, k in {"tension": TENSION, **extra}.items()}
+    others = {"angle": columns[ANGLES], "moment": columns[MOMENTS], "edge_stress": columns[EDGES]}
+    return Curves(travel=columns[TRAVEL], y=y, tilt=columns[TILTS], sag=sag, extra=more, **others)
 
 
 _BYTES = 900  # of a case, a station and a pair of lines: 0.72-0.85 GB measured for 256 cases of the full rig

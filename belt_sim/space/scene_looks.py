@@ -10,8 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from belt_sim.space.machine import SceneLayout
-from belt_sim.space.mesh import node_name
+from belt_sim.space.scene import SceneLayout, node_name
 
 _ROOM = 0.5  # [m] beyond the machine
 _STRIPE = 0.25  # [m] of belt of one colour
@@ -208,12 +207,6 @@ class DrawnBelt:
             mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_BOX, size, centre[k], frames[k], rgba[k])
             picture.ngeom += 1
 
-    @property
-    def legend(self) -> str:
-        """What the colours mean."""
-        unit, per = COLOURED_BY[self.by]
-        return f"{self.by} -{per * self.most:.3g} (blue) to {per * self.most:.3g} {unit} (red)"
-
 
 _TIMES, _PICTURE = 60.0, 1.0 / 30.0  # of the ghost; [s] between pictures
 _SPACE, _F8, _F9 = 32, 297, 298  # keys that MuJoCo's viewer leaves alone
@@ -246,7 +239,9 @@ def play(mjcf: str) -> None:
                 for times in (1.0,) if pressed[_F8] else (1.0, _TIMES):
                     belt.draw(window.user_scn, times)
             y = [500.0 * np.diff([data.sensor(f"edge-{p}-{s}").data[0] for s in ("left", "right")])[0] for p in (1, 3)]
-            told = f"{y[0]:+.2f} mm\n{y[1]:+.2f} mm\n{belt.legend}\n{_KEYS}"
+            unit, per = COLOURED_BY[belt.by]
+            colours = f"{belt.by} -{per * belt.most:.3g} (blue) to {per * belt.most:.3g} {unit} (red)"
+            told = f"{y[0]:+.2f} mm\n{y[1]:+.2f} mm\n{colours}\n{_KEYS}"
             font, corner = mujoco.mjtFontScale.mjFONTSCALE_150, mujoco.mjtGridPos.mjGRID_BOTTOMLEFT
             window.set_texts((font, corner, "y at point 1\ny at point 3\ncolour\nkeys", told))
             window.sync()

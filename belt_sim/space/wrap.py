@@ -5,7 +5,6 @@ chain.py, ``nodes`` [m] and forces [N] are (m, 3, n): lines, x y z, stations; ``
 """
 
 import math
-from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -16,8 +15,8 @@ import numpy as np
 from belt_sim.case import Numbers as Array
 from belt_sim.space import options
 from belt_sim.space.belt import BeltArrays, SurfaceArrays
-from belt_sim.space.elastic import strains
-from belt_sim.space.friction import slip_increments, wrap_chain
+from belt_sim.space.block_tridiagonal import factorise, solve_chain, sweep_inverse
+from belt_sim.space.elastic import SlidingStiffness, strains
 from belt_sim.space.loop import chord_angle, lift, smoothstep
 
 HEAD, TAIL = 0, 1
@@ -218,11 +217,8 @@ def relax_layers(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array, share: A
     """With the layers, if any, moved by ``rate`` of the way to what the fibres beside the pulleys say."""
     if pulleys.layer is None:
         return pulleys
-
-    def wanted_at(pulley: BeltOnPulley) -> Array:
-        return share * jnp.stack([line_displacements(belt, pulley, share, nodes, end) for end in (FIRST, LAST)])
-
-    wanted = jax.vmap(wanted_at)(pulleys)
+    ends = [partial(line_displacements, belt, share=share, nodes=nodes, end=end) for end in (FIRST, LAST)]
+    wanted = share * jnp.stack([jax.vmap(one)(pulleys) for one in ends], axis=1)
     return pulleys._replace(layer=pulleys.layer + rate * (wanted - pulleys.layer))
 
 
@@ -237,12 +233,6 @@ def relax_layers(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array, share: A
 #
 # Landing and sinking keep the lengths of the chords, edge by edge: what lies on the pulley is the strain that the belt
 # had at the run-up, so that the landed belt turns by the run-up curvature (dtheta/ds = -kappa).
-
-
-def release_station(belt: BeltArrays, pulley: BeltOnPulley, *, end: int) -> WrapArrays:
-    """Without the outermost station at ``end``, where it has come far enough to be free."""
-    far = -(options.CATCH_DISTANCE + options.HYSTERESIS) * belt.chord
-    return pulley.wrap.moved_end(end, -1 * (outer_depth(pulley, end) < far))
 
 
 def land_station(
@@ -315,13 +305,6 @@ def sink_ends(belt: BeltArrays, pulley: BeltOnPulley, moved: Array, *, end: int,
 # Both pulleys at once.
 
 
-def at_both_ends(function: Callable[..., WrapArrays], pulleys: BeltOnPulley, *others: Any) -> BeltOnPulley:
-    """With the wraps that ``function`` of a pulley, and of what else is its own, makes at one end, then the other."""
-    for end in (FIRST, LAST):
-        pulleys = pulleys._replace(wrap=jax.vmap(partial(function, end=end))(pulleys, *others))
-    return pulleys
-
-
 def sink_wraps(
     belt: BeltArrays, pulleys: BeltOnPulley, before: PoseArrays, moved: Array, shaped: Array, rests: Array
 ) -> BeltOnPulley:
@@ -333,12 +316,19 @@ def sink_wraps(
     if belt.shape.canted:
         rolled = jnp.where(rests, pulleys.pose.axes[:, 2, 1] - before.axes[:, 2, 1], 0.0)
         pulleys = pulleys._replace(wrap=jax.vmap(roll_anchors)(pulleys, rolled))
-    return at_both_ends(partial(sink_ends, belt, shaped=shaped), pulleys, jnp.broadcast_to(moved, (2,)))
+    for end in (FIRST, LAST):
+        sink = jax.vmap(partial(sink_ends, belt, end=end, shaped=shaped))
+        pulleys = pulleys._replace(wrap=sink(pulleys, jnp.broadcast_to(moved, (2,))))
+    return pulleys
 
 
 def release_stations(belt: BeltArrays, pulleys: BeltOnPulley) -> BeltOnPulley:
     """Without the outermost stations, where these have come far enough to be free."""
-    return at_both_ends(partial(release_station, belt), pulleys)
+    far = -(options.CATCH_DISTANCE + options.HYSTERESIS) * belt.chord
+    for end in (FIRST, LAST):
+        free = jax.vmap(partial(outer_depth, end=end))(pulleys) < far
+        pulleys = pulleys._replace(wrap=pulleys.wrap.moved_end(end, -1 * free))
+    return pulleys
 
 
 def land_stations(
@@ -347,7 +337,9 @@ def land_stations(
     """With the stations caught in a step of ``moved`` [m] to ``nodes``; before: poses and nodes at its beginning;
     shaped: 1 where the pulleys are what they are, 0 while they are plain cylinders."""
     land = partial(land_station, belt, before=before[1], nodes=nodes, moved=moved, shaped=shaped)
-    return at_both_ends(land, pulleys, before[0])
+    for end in (FIRST, LAST):
+        pulleys = pulleys._replace(wrap=jax.vmap(partial(land, end=end))(pulleys, before[0]))
+    return pulleys
 
 
 def carry_wraps(
@@ -359,6 +351,103 @@ def carry_wraps(
     pulleys = pulleys._replace(wrap=turn(pulleys.wrap, pulleys.pose))
     pulleys = release_stations(belt, land_stations(belt, pulleys, before, nodes, moved, shaped))
     return relax_layers(belt, pulleys, nodes, share, jnp.minimum(dt / options.LAYER_TIME, 1.0))
+
+
+# Coulomb friction of landed nodes: how far they slide until no node pulls harder than friction allows.
+#
+# The increments u make 1/2 u K u + f u + sum of limit |u_i| least (Tresca's problem). Newton's method finds them in a
+# fixed number of iterations on the stations of a wrap, a block-tridiagonal chain.
+
+
+def wrap_chain(grip: SlidingStiffness, first: Array, count: Array, longest: int) -> tuple[Array, Array]:
+    """The chain of ``count`` stations from number ``first`` on, (2 m, 2 m, longest) twice: diagonal, on the next."""
+    at = jnp.arange(longest)
+    parity = (first + at) % 2
+    own = jnp.asarray(grip.own)[parity]
+    own = own.at[0].add(-jnp.asarray(grip.relief_first)[parity[0]])
+    own = own.at[count - 1].add(-jnp.asarray(grip.relief_last)[parity[count - 1]])
+    beside = jnp.swapaxes(jnp.asarray(grip.after)[parity], 1, 2)
+    return jnp.moveaxis(own, 0, -1), jnp.moveaxis(jnp.where((at < count - 1)[:, None, None], beside, 0.0), 0, -1)
+
+
+_ITERATIONS = 20
+_SHARES = np.array([1.0, 0.5, 0.25, 0.1, 0.03])  # of a Newton step: whole ones alone may go in circles
+_TINY = 1e-300
+
+
+def slip_increments(force: Array, limit: Array, chain: tuple[Array, Array], guess: Array) -> tuple[Array, Array]:
+    """Slip increments [m], shape (m, 2, k), and the largest force that contradicts Coulomb's law, in the largest limit.
+
+    force [N], shape (m, 2, k): holding forces if none slid; limit [N], shape (m, k), inf = it rests; chain: blocks of
+    the stiffness [N/m], diagonal and those on the next station (2 m, 2 m, k); guess [m], shape (m, 2, k).
+    """
+    lines, _, count = force.shape
+    size = 2 * lines
+    scale = jnp.trace(chain[0][..., count // 2]) / size
+    largest = jnp.maximum(jnp.where(jnp.isfinite(limit), limit, 0.0).max(), _TINY)
+
+    def friction(slip: Array) -> Array:
+        u = slip.reshape(size, count)
+        pulled = (chain[0] * u[None]).sum(axis=1)
+        pulled = pulled.at[:, :-1].add((chain[1][..., :-1] * u[None, :, 1:]).sum(axis=1))
+        pulled = pulled.at[:, 1:].add((chain[1][..., :-1] * u[:, None, :-1]).sum(axis=0))
+        return -force - pulled.reshape(force.shape)
+
+    def wrong(slip: Array) -> Array:
+        """By how much a step's friction contradicts the law."""
+        held, way = friction(slip), jnp.sqrt((slip * slip).sum(axis=1))
+        against = held - slip * (jnp.where(way > 0.0, limit, 0.0) / jnp.maximum(way, _TINY))[:, None]
+        left = jnp.sqrt((against * against).sum(axis=1))
+        return jnp.where(way > 0.0, left, jnp.maximum(left - limit, 0.0)).max() / largest
+
+    def iteration(carry: tuple[Array, Array, Array], _: None) -> tuple[tuple[Array, Array, Array], None]:
+        slip, best, least = carry
+        held, found = friction(slip), []
+        for tried in _newton(held + scale * slip, scale, force, limit, chain):  # where on either way it is least
+            change = tried - slip
+            ways = slip + _SHARES[:, None, None, None] * change
+            rubbed = (bounded * jnp.sqrt((ways * ways).sum(axis=2))).sum(axis=(1, 2))
+            bent = ((held - friction(tried)) * change).sum()
+            cost = -_SHARES * (held * change).sum() + 0.5 * _SHARES**2 * bent + rubbed
+            lowest = jnp.argmin(cost)
+            found.append((ways[lowest], cost[lowest]))
+        slip = jnp.where(found[0][1] <= found[1][1], found[0][0], found[1][0])
+        error = wrong(slip)
+        better = error < least
+        return (slip, jnp.where(better, slip, best), jnp.where(better, error, least)), None
+
+    bounded = jnp.where(jnp.isfinite(limit), limit, 0.0)
+    guess = jnp.where(jnp.isfinite(limit)[:, None], guess, 0.0)
+    (_, best, least), _ = jax.lax.scan(iteration, (guess, guess, wrong(guess)), None, length=_ITERATIONS)
+    return best, least
+
+
+def _newton(z: Array, scale: Array, force: Array, limit: Array, chain: tuple[Array, Array]) -> tuple[Array, Array]:
+    """One iteration from z = h + r u [N], shape (m, 2, k), h the friction -(f + K u), r = ``scale`` [N/m]; and the same
+    with nodes at rest that went back.
+
+    At the minimum every node's h is z cut off at the limit. So a node with z within the limit rests; one beyond it gets
+    the friction limit z / |z|, and what turning its direction costs.
+    """
+    lines, _, count = force.shape
+    size = 2 * lines
+    long = jnp.sqrt((z * z).sum(axis=1))
+    moves = long > limit
+    along = z / jnp.maximum(long, _TINY)[:, None]
+    bounded = jnp.where(moves, limit, 0.0)
+    turning = scale * bounded / jnp.where(moves, long - bounded, 1.0)
+    across = (jnp.eye(2)[..., None] - along[:, :, None] * along[:, None]) * turning[:, None, None]
+    free = jnp.repeat(moves, 2, axis=0)
+    diagonal = jnp.where(free[:, None] & free[None], chain[0], 0.0)
+    for j in range(lines):
+        rows = slice(2 * j, 2 * j + 2)
+        diagonal = diagonal.at[rows, rows].add(across[j])
+    diagonal = jnp.where((jnp.eye(size, dtype=bool))[..., None] & ~free[:, None], 1.0, diagonal)
+    beside = jnp.where(free[:, None] & jnp.roll(free, -1, axis=-1)[None], chain[1], 0.0).at[..., -1].set(0.0)
+    wanted = jnp.where(free, -(force + bounded[:, None] * along).reshape(size, count), 0.0)
+    slip = solve_chain(factorise(diagonal, beside, sweep_inverse), wanted[:, None])[:, 0].reshape(force.shape)
+    back = ((slip * along).sum(axis=1) < 0.0) & (bounded > 0.0)
+    return slip, jnp.where(back[:, None], 0.0, slip)
 
 
 class SlipState(NamedTuple):

@@ -379,15 +379,14 @@ def test_what_the_belt_carries_acts_as_a_taper_or_a_camber():
     rig = replace(RIG, tail_radius=0.12)
     case, slope = paper_case(10, 0.0, rig), 1e-5
     taper = {"kappa_t": slope / 0.24, "kappa_t_head": slope / 0.34}
-    wedge, tapered, warm, bent = (
-        marched([case], "strip", travel=20.0, effects=[only(**numbers)])[0]
-        for numbers in (
-            {"thickness_wedge": {"slope": slope}},
-            {"taper": taper},
-            {"temperature_difference": {"difference": -2.0}},
-            {"camber": {"kappa_c": 1.2e-5 * 2.0 / BELT.width}},
-        )
+    several = (
+        {"thickness_wedge": {"slope": slope}},
+        {"taper": taper},
+        {"temperature_difference": {"difference": -2.0}},
+        {"camber": {"kappa_c": 1.2e-5 * 2.0 / BELT.width}},
     )
+    effects = [only(**numbers) for numbers in several]
+    wedge, tapered, warm, bent, *_ = marched([case] * 8, "strip", travel=20.0, effects=effects * 2)  # as many as above
     np.testing.assert_allclose(wedge.y, tapered.y, atol=EXACT * np.abs(tapered.y).max())
     np.testing.assert_allclose(warm.y, bent.y, atol=EXACT * np.abs(bent.y).max())
     assert np.abs(bent.y).max() > 1e-5

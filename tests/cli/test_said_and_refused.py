@@ -26,7 +26,6 @@ REFUSED = [
     ("virtual-rig", "hidden=[{kappa_t: 1e-4, d: 5}]", "hidden = : use one of"),
     ("import files=[a.csv] draft=d.yaml", "overwrite=true", "overwrite = true: goes without draft"),
     ("scene", "model.scene=belt.xml", "model.scene = belt.xml: leave it out"),
-    ("scene", "model.control=true", "model.control = true: leave it out"),
 ]
 
 

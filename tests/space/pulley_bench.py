@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from belt_sim.jax_setup import in_float64
 from belt_sim.space.belt import BatchShape, BeltArrays, SurfaceArrays
 from belt_sim.space.loop import sink_chords
 from belt_sim.space.wrap import PoseArrays, WrapArrays, anchor_places
@@ -57,7 +58,12 @@ def both(*pulleys):
     return jax.tree.map(lambda *of: np.stack(of), *pulleys)
 
 
+def carrying(state):
+    """What a state of engine=native carries on, in the open."""
+    return in_float64(state.unpack)(state.carried)
+
+
 def stations_on(state, pulley):
     """Numbers of the stations that lie on a pulley in a state of engine=native."""
-    wrap = state.carrying.pulleys.wrap
+    wrap = carrying(state).pulleys.wrap
     return np.arange(int(wrap.first[pulley]), int(wrap.last[pulley]) + 1) % len(state.slides)

@@ -9,9 +9,9 @@ from paper_cases import paper_case
 from belt_sim.case import Case
 from belt_sim.space.elastic import TwistStiffness
 from belt_sim.space.loop import LaidLoop
-from belt_sim.space.mesh import Mesh, tie_lengths
 from belt_sim.space.mujoco_interface import Motion, Solver, compile_model, set_solver
 from belt_sim.space.options import Options
+from belt_sim.space.scene import Mesh, add_belt, lay_mesh, tie_lengths
 from studies.paper.case import ROPE_EXAMPLE
 
 DX = 0.025  # [m]
@@ -56,7 +56,17 @@ class Strip:
 
 
 def strip(
-    belt, length: float, *, across=2, tension=SLACK, dt=1e-2, drag=0.05, both_ends=False, dx=DX, camber=0.0, **options
+    belt: str,
+    length: float,
+    *,
+    across=2,
+    tension=SLACK,
+    dt=1e-2,
+    drag=0.05,
+    both_ends=False,
+    dx=DX,
+    camber=0.0,
+    **options,
 ) -> Strip:
     """A strip [m] laid straight at ``tension`` [N/mm2], its first (and last) station held; drag [N s/m] of a node;
     camber [1/m]: natural curvature in its plane."""
@@ -67,12 +77,12 @@ def strip(
         radius_tail=0.17, centre_distance=2.0,
     )  # fmt: skip
     settings = Options(dx=dx, across=across, dt=dt, **options)
-    mesh = replace(belt.mesh(case, loop, settings), closed=False, curvature=np.full(n - 1, camber))
+    mesh = replace(lay_mesh(belt, case, loop, settings), closed=False, curvature=np.full(n - 1, camber))
     spec = mujoco.MjSpec()
     post = spec.worldbody.add_body(name="post", mass=1.0, inertia=[1.0, 1.0, 1.0], explicitinertial=True)
     post.add_joint(name="post", type=mujoco.mjtJoint.mjJNT_HINGE)
     set_solver(spec, dt, 0.0, still="post")
-    belt.tie(spec, mesh, case, settings)
+    add_belt(spec, belt, mesh, case, settings)
     solver, shape = Solver(compile_model(spec), mesh.rest.shape), mesh.rest.shape
     solver.model.dof_damping[solver.base :] = drag
     solver.set_rest_lengths(tie_lengths(mesh, solver.tied_nodes(), 1.0))

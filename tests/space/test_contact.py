@@ -9,7 +9,7 @@ from pulley_bench import bare_belt, both, empty_wrap, on_jax, pose, surface
 from belt_sim.space import chain
 from belt_sim.space import wrap as wrap_module
 from belt_sim.space.chain import run_off_line
-from belt_sim.space.friction import SlidingStiffness
+from belt_sim.space.elastic import SlidingStiffness
 from belt_sim.space.run import Command
 from belt_sim.space.wrap import (
     HEAD,

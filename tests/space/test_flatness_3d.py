@@ -12,9 +12,9 @@ from belt_sim.jax_setup import in_float64
 from belt_sim.space import Options
 from belt_sim.space.belt import ActiveFeatures, belt_arrays
 from belt_sim.space.elastic import stretch_energy
-from belt_sim.space.machine import lay_out
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.options import fit_options
+from belt_sim.space.scene import lay_out
 from studies.paper.case import ROPE_EXAMPLE
 
 TENSION, RESIDUAL = 20.0, 10.0  # N/mm2

@@ -7,7 +7,7 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim.case import Case
-from belt_sim.space.mesh import Lattice, calibrate
+from belt_sim.space.scene import Lattice, calibrate
 
 ACROSS = 2  # lines of particles
 

@@ -13,8 +13,8 @@ from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.belt import LayerFibres
 from belt_sim.space.elastic import Ties, TwistStiffness
-from belt_sim.space.mesh import Mesh
 from belt_sim.space.model import SpaceModel
+from belt_sim.space.scene import Mesh
 from belt_sim.space.wrap import (
     FIRST,
     LAST,
@@ -60,7 +60,7 @@ def beside_a_pulley(case, end, across, kappa=0.0, twist=0.0):
     if across > 1:
         length = np.full((across - 1, 6, 1), CHORD)
         belt.ties = belt.ties._replace(length=length, natural=0.0 * length)
-    return belt, mesh.nodes(slides), wrap
+    return belt, np.moveaxis(rest + slides, 0, -1), wrap
 
 
 def of_the_law(case):

@@ -20,10 +20,10 @@ from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.jax_setup import in_float64, least_effort
 from belt_sim.mjx import READING, command, diverged, march, plan, prepare, scene, simulate_batch, stack_cases, step
 from belt_sim.space import Options
-from belt_sim.space.machine import TAIL_SLIDE, TAIL_YAW
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.native import run_native
 from belt_sim.space.options import string_speed
+from belt_sim.space.scene import TAIL_SLIDE, TAIL_YAW
 from studies.paper.case import ROPE_EXAMPLE
 
 COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2, acceleration=3.0)
@@ -58,23 +58,22 @@ class Watcher:
 
 def test_a_batch_is_beside_native_and_each_case_by_itself():
     """One is watched, one is straight, one runs off its pulleys and stops no other."""
-    yawed, slacker = (paper_case(t, rig=ROPE_EXAMPLE) for t in (60.0, 40.0))
+    yawed, travel = paper_case(60.0, rig=ROPE_EXAMPLE), 0.3
     turns = Schedule.step(0.0), Schedule.ramp(0.5, 0.0, 0.1)
     straight, far = (replace(yawed, settings=replace(yawed.settings, yaw=turn)) for turn in turns)
-    watcher = Watcher()
-    cases = [yawed, straight, slacker, far]
-    found, still, other, lost = simulate_batch(cases, travel=TRAVEL, options=COARSE, chunk=4, observers=[[watcher]])
-    for case, curves in ((yawed, found), (slacker, other)):
-        assert beside(curves, run_native(case, travel=TRAVEL, options=COARSE)) < PARITY
-        assert curves.extra["tension"][-1] == pytest.approx(float(case.settings.tension), rel=0.05)
+    watcher, options = Watcher(), replace(COARSE, run_in=0.1, settle=0.1, yaw_time=0.1)
+    cases = [yawed, straight, far]
+    found, still, lost = simulate_batch(cases, travel=travel, options=options, chunk=3, observers=[[watcher]])
+    assert beside(found, run_native(yawed, travel=travel, options=options)) < PARITY
+    assert found.extra["tension"][-1] == pytest.approx(60e6, rel=0.05)
     assert np.abs(still.y).max() < 1e-7
     assert isinstance(lost, SimulationError)
     assert "ran off" in str(lost)
     assert len(lost.curves.travel) < len(found.travel)
     assert len(watcher.frames) > 3
-    assert watcher.frames[-1].travel == pytest.approx(TRAVEL, abs=0.03)  # the last instant is there
+    assert watcher.frames[-1].travel == pytest.approx(travel, abs=0.03)  # the last instant is there
     last = watcher.frames[-2]  # its travel is within that of the curves
-    assert last.points[0, 1] == pytest.approx(np.interp(last.travel, found.travel, found.y[0]), rel=0.1)
+    assert last.points[0, 1] == pytest.approx(np.interp(last.travel, found.travel, found.y[0]), rel=0.2)
     np.testing.assert_array_equal(watcher.curves.travel, found.travel)
 
 
@@ -254,7 +253,7 @@ def test_cases_share_what_is_alike():
     [
         ("mujoco_rope", "rope"),
         ({"name": "mujoco_grid", "bonds": ["longitudinal", "transverse"]}, "bending stiffness"),
-        ({"name": "mujoco_flex", "control": True}, "control"),
+        ({"name": "mujoco_flex", "contact": "mujoco"}, "contact"),
     ],
 )
 def test_what_it_cannot_do_is_said_in_a_line(model, words):

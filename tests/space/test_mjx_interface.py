@@ -14,9 +14,9 @@ from paper_cases import paper_case
 from belt_sim.jax_setup import in_float64, least_effort
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space import mjx as mjx_interface
-from belt_sim.space.machine import STATION_JOINTS, build_scene
 from belt_sim.space.mjx import MULTIBODY, plain_model, prepare, to_mjx
 from belt_sim.space.options import Options, fit_options
+from belt_sim.space.scene import STATION_JOINTS, build_scene
 from studies.paper.case import ROPE_EXAMPLE
 
 COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2)

@@ -162,7 +162,7 @@ def test_a_roller_that_a_user_adds_pushes_the_belt():
     )
     model = spec.compile()
     data = mujoco.MjData(model)
-    while data.time < 0.5:
+    while data.time < 0.4:
         mujoco.mj_step(model, data)
     names = [model.body(i).name for i in range(model.nbody)]
     nodes = data.xpos[[i for i, name in enumerate(names) if name.startswith("node-")]].reshape(-1, 2, 3).mean(axis=1)
@@ -197,7 +197,7 @@ def test_bodies_dropped_on_the_belt_ride_on_it_up_to_its_real_edge():
     model = spec.compile()
     data = mujoco.MjData(model)
     places, landed = {}, {}
-    for until, found in ((0.3, landed), (0.6, places)):
+    for until, found in ((0.25, landed), (0.45, places)):
         while data.time < until:
             mujoco.mj_step(model, data)
         found |= {name: data.body(name).xpos - [0.17 * data.sensor("head-spin").data[0], 0, 0] for name in width}
@@ -219,7 +219,7 @@ def test_two_belts_in_one_scene_need_the_options_of_one():
     both.delete(both.geom("right-floor"))
     model = both.compile()
     data = mujoco.MjData(model)
-    while data.time < 0.2:
+    while data.time < 0.1:
         mujoco.mj_step(model, data)
     light = model.vis.headlight.ambient + model.vis.headlight.diffuse + model.light_diffuse.sum(axis=0)
     assert light.max() < 1.35  # four lights of full strength made 2.3, and the picture white
@@ -262,7 +262,7 @@ FROZEN = {
 
 
 @pytest.mark.parametrize(("option", "value"), [
-    ("run_in", 0.5), ("sample", 0.1), ("frame", 0.1), ("yaw_time", 0.1), ("settle", 0.2), ("hold_stiffness", 1e12),
+    ("run_in", 0.5), ("sample", 0.1), ("frame", 0.1), ("yaw_time", 0.1), ("settle", 0.2),
     ("acceleration", 0.5), ("tensioning", "length"), ("steps", 3), ("contact", "held"), ("engine", "mjx"),
 ])  # fmt: skip
 def test_options_that_a_scene_does_not_obey_are_refused_by_name(option, value):
@@ -377,7 +377,7 @@ def test_the_drawn_belt_has_the_tilt_of_the_rays_and_the_ghost_its_movement_enla
     model = mujoco.MjModel.from_xml_path(str(SHORT_RIG))
     data, belt = mujoco.MjData(model), DrawnBelt(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("running").id)
-    for _ in range(1500):
+    for _ in range(1000):
         mujoco.mj_step(model, data)
     mujoco.mj_forward(model, data)
     belt.read(data)

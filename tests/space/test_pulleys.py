@@ -9,9 +9,9 @@ import pytest
 from pulley_bench import bare_belt, both, empty_wrap, on_jax, places, surface
 
 from belt_sim.scene_parts import PulleySurface, SceneParts
-from belt_sim.space.chain import TailPulley, belt_loads, laid_poses, pose_of
-from belt_sim.space.machine import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
+from belt_sim.space.chain import TailPulley, belt_loads, pose_of
 from belt_sim.space.run import Command
+from belt_sim.space.scene import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW
 from belt_sim.space.wrap import (
     HEAD,
     TAIL,
@@ -146,14 +146,6 @@ def test_the_belt_loads_a_pulley_by_its_pull_and_its_moments_about_axis_and_z():
     wraps = both(empty_wrap(0, 0, 4), empty_wrap(1, 1, 4))
     loads = belt_loads(BeltOnPulley(wraps, both(*SURFACES), both(*POSES)), at, pull)
     np.testing.assert_allclose(loads, [[0.0] * 3, [-400.0, -0.12 * 400.0, 0.06 * 200.0]], atol=1e-12)
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_laid_pulleys_have_turned_by_nothing_when_travel_0_is_reached(sign):
-    case, loop = SimpleNamespace(settings=SimpleNamespace(direction=sign)), SimpleNamespace(centre_distance=1.9)
-    poses = laid_poses(SimpleNamespace(parts=PARTS, early=0.6, case=case, loop=loop))
-    assert poses.spin == pytest.approx([-sign * 0.6 / pulley.radius for pulley in (PARTS.head, PARTS.tail)], abs=1e-12)
-    assert poses.centre.tolist() == [[0.0, 0.0, 0.0], [1.9, 0.0, 0.0]]
 
 
 def test_a_belt_stays_where_it_is_when_its_pulley_begins_to_be_canted():

@@ -108,10 +108,10 @@ def test_a_slack_belt_on_a_canted_pulley_runs_and_tilts_as_the_law_says():
 def test_a_wide_belt_lands_sheared(name, numbers, tension):
     """Without the effect the law is 4 % off under the idler and 6 % on the tilted machine."""
     options = Options(dx=0.025, dt=1.5e-3, run_in=0.0, settle=0.3, acceleration=2.0)
-    load, case, at = library()[name](**numbers), paper_case(tension, 0.0, ROPE_EXAMPLE), np.arange(0.2, 2.5, 0.05)
+    load, case, at = library()[name](**numbers), paper_case(tension, 0.0, ROPE_EXAMPLE), np.arange(0.2, 1.8, 0.05)
     runs = (
-        SpaceModel(options=options).run(case, (load,), travel=2.5),
-        *(analytic_model("strip").run(case, (load, *more), travel=2.5) for more in ((), (MEMBRANE,))),
+        SpaceModel(options=options).run(case, (load,), travel=1.8),
+        *(analytic_model("strip").run(case, (load, *more), travel=1.8) for more in ((), (MEMBRANE,))),
     )
     y, plain, sheared = (np.array([np.interp(at, c.travel, row) for row in np.asarray(c.y)]) for c in runs)
     np.testing.assert_allclose(sheared, y, atol=CHANGE * np.abs(y).max())
@@ -125,16 +125,16 @@ def test_a_skewed_idler_drives_the_belt_where_it_pushes():
     assert y[0, -1] == pytest.approx(told[0, -1], rel=COARSE)
 
 
-@pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_nodes_take_what_the_effects_say(direction):
+def test_nodes_take_what_the_effects_say():
     """Sums over the nodes: force aside, drag along the travel, its couple about the belt's normal, at the place."""
-    case, place = narrow(60, direction), 0.3
+    direction, place = -1.0, 0.3
+    case = narrow(60, direction)
     effects = (IdlerSkew(force=7.0, place=place), SideDrag(moment=2.0, place=place))
     parts = SpaceModel().parts(case, effects)
     run = SpaceRun(case, "flex", fit_options(Options(dx=0.04), case, "flex"), parts)
     state, mesh = run.lay(instants_of(run.scene, 0.1)[0][0]), run.scene.mesh
-    forces = np.moveaxis(np.asarray(in_float64(load_forces)(run.belt, mesh.nodes(state.slides))), -1, 0)
     nodes = mesh.rest + state.slides
+    forces = np.moveaxis(np.asarray(in_float64(load_forces)(run.belt, np.moveaxis(nodes, 0, -1))), -1, 0)
     drag = 2.0 * 2.0 / WIDTH
     np.testing.assert_allclose(forces.sum(axis=(0, 1))[:2], [-drag * direction, 7.0 * direction], rtol=1e-5)
     couple = (nodes[..., 0] * forces[..., 1] - nodes[..., 1] * forces[..., 0]).sum()

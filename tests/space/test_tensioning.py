@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from paper_cases import paper_case
+from pulley_bench import carrying
 
 from belt_sim.api.simulate import model_named
 from belt_sim.errors import InputError
@@ -64,7 +65,7 @@ def test_a_belt_of_the_right_length_has_the_tension(belt, tension, near):
     for row, following in pairwise(rows[: resting + 1]):
         run.step(state, row, following)
     assert state.readings[17] == pytest.approx(2.0, abs=ROUNDING)
-    assert -state.carrying.loads[TAIL, 0] == pytest.approx(2.0 * case.tension_force, rel=near)
+    assert -carrying(state).loads[TAIL, 0] == pytest.approx(2.0 * case.tension_force, rel=near)
 
 
 def test_a_longer_belt_is_slacker():

@@ -1,0 +1,393 @@
+"""A case as a scene: its belt laid round the pulleys as n stations of m nodes, what ties the nodes, and its MJCF.
+
+Each node is a small body on three slides. Three belts: a chain of particles (rope), a grid of particles tied by bonds
+(paper Fig. 19), a membrane of flex triangles. Grid and membrane are as wide as bends like the real strip:
+studies/notes/three_dimensions.md derives how. The head pulley is driven, the tail pulley is free on its slide and its
+axis, both are yawed as commanded.
+"""
+
+import itertools
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+
+from belt_sim.case import Belt, Case
+from belt_sim.errors import CannotRepresent, InputError
+from belt_sim.io import MODEL_FOLDER
+from belt_sim.scene_parts import SceneParts
+from belt_sim.space.loop import LaidLoop, lay_loop, lift
+from belt_sim.space.mujoco_interface import STRETCH_ONLY, set_solver
+from belt_sim.space.options import RESIDUAL_TORSION, TAIL_MASS, Options
+from belt_sim.units import N_PER_MM2
+
+_SHEAR_FACTOR = 5.0 / 6.0  # of a rectangular section
+_SWEEPS = 40  # the width changes by less than rounding after a dozen
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """width b' [m]; lines K, transverse K_t (a bond), diagonal K_d (a bond) [N]: EA; poisson_ratio nu' [1]."""
+
+    width: float
+    lines: float
+    transverse: float
+    diagonal: float
+    poisson_ratio: float
+
+
+def calibrate(belt: Belt, chord: float, across: int, bonds: tuple[str, ...]) -> Lattice:
+    """The lattice with these bonds that is as stiff as ``belt``; bonds that are left out carry nothing.
+
+    chord [m]: distance of stations; across: nodes over the width, 2 or more. A row of n = across - 1 cells carries a
+    shear g by 2 n K_d sin^2 cos g = 5/6 G b h g; EA = K + n D with D = 2 K_d cos (cos^2 - nu' sin^2), K the sum over
+    the lines; EI = b'^2 / 12 (K (1 + 2 / n^2) + n D (1 - 1 / n^2)). Without diagonals there is no shear stiffness.
+    """
+    n = across - 1
+    stretch, bend = float(belt.youngs_modulus) * float(belt.area), float(belt.bending_stiffness)
+    shear = _SHEAR_FACTOR * float(belt.shear_modulus) * float(belt.area) if "diagonal" in bonds else 0.0
+    tie = float(belt.youngs_modulus) * float(belt.thickness) * chord if "transverse" in bonds else 0.0
+    width, lines, diagonal, poisson = float(belt.width), stretch, 0.0, 0.0
+    for _ in range(_SWEEPS):
+        w = width / n
+        length = math.hypot(chord, w)
+        cos, sin = chord / length, w / length
+        diagonal = shear / (2.0 * n * sin**2 * cos)
+        if diagonal:
+            poisson = 2.0 * diagonal * length * (sin * cos) ** 2 / (tie * w + 2.0 * diagonal * length * sin**4)
+        share = 2.0 * diagonal * cos * (cos**2 - poisson * sin**2)
+        lines = stretch - n * share
+        width = math.sqrt(12.0 * bend / (lines * (1.0 + 2.0 / n**2) + n * share * (1.0 - 1.0 / n**2)))
+    return Lattice(width=width, lines=lines, transverse=tie, diagonal=diagonal, poisson_ratio=poisson)
+
+
+#: corners a, b, c, d = 0 .. 3 at the ends of the six edges of a quadrilateral: a, b of a station, c, d of the next
+EDGES = ((0, 1), (1, 3), (0, 3), (1, 2), (2, 3), (0, 2))
+#: by which the corners enter an edge, shape (6, 4)
+SIGNS = np.array([[float(k == end) - float(k == start) for k in range(4)] for start, end in EDGES])
+
+
+def zigzag(i: int, j: int) -> list[list[tuple[int, int]]]:
+    """The two triangles of the cell between stations i, i + 1 and lines j, j + 1: (station, line) of their corners."""
+    a, b, c, d = (i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1)
+    return [[a, b, c], [b, d, c]] if (i + j) % 2 else [[a, b, d], [a, d, c]]
+
+
+def membrane_law(chord: float, width: float, thickness: float, modulus: float, poisson_ratio: float) -> np.ndarray:
+    """The energy of a rectangle of two triangles by its squared lengths [N/m3], shape (2, 6, 6): i + j even and odd.
+
+    chord, width [m]: its sides; thickness [m]; modulus [Pa].
+    """
+    places = np.array([[0.0, width], [0.0, 0.0], [chord, width], [chord, 0.0]])
+    plane = np.array([[1.0, poisson_ratio, 0.0], [poisson_ratio, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - poisson_ratio)]])
+    plane *= modulus / (1.0 - poisson_ratio**2)
+    found = np.zeros((2, 6, 6))
+    for odd in (0, 1):
+        for triangle in zigzag(odd, 0):
+            corners = [2 * (station - odd) + line for station, line in triangle]
+            pairs = [tuple(sorted((corners[i], corners[(i + 1) % 3]))) for i in range(3)]
+            edges = [EDGES.index(p) for p in pairs]
+            d = np.array([places[b] - places[a] for a, b in pairs])
+            strain = np.linalg.inv(2.0 * np.stack([d[:, 0] ** 2, d[:, 1] ** 2, d[:, 0] * d[:, 1]], axis=1))
+            found[odd][np.ix_(edges, edges)] += 0.5 * chord * width * thickness * strain.T @ plane @ strain
+    return found
+
+
+_CELLS = 2  # diagonals alternate from cell to cell
+_CLOSE = 1e-12  # of the width
+_WIDTH_SWEEPS = 60
+
+
+@lru_cache(maxsize=512)
+def stiffness_ratio(slenderness: float, across: int, poisson_ratio: float) -> float:
+    """EI of the mesh over that of a strip as wide; slenderness: distance of stations over the width.
+
+    Two neighbouring cells of the zigzag mesh repeat along the belt. Bent to kappa their nodes move by u_x = -kappa x y,
+    u_y = kappa x^2 / 2 and by what else repeats with them and makes the energy least: that is P kappa^2 / 2 of it.
+    """
+    y = 0.5 - np.arange(across) / (across - 1)
+    law = membrane_law(slenderness, 1.0 / (across - 1), 1.0, 1.0, poisson_ratio)
+    unknowns = 2 * _CELLS * across + 1  # the repeating movement, and a stretch of the whole
+    stiffness, load, energy = np.zeros((unknowns, unknowns)), np.zeros(unknowns), 0.0
+    for i in range(_CELLS):
+        for j in range(across - 1):
+            corners = [(i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1)]
+            x = np.array([[slenderness * s, y[line]] for s, line in corners])
+            moves = np.zeros((4, 2, unknowns))  # of the corners, by the unknowns
+            for k, (station, line) in enumerate(corners):
+                node = 2 * (station % _CELLS * across + line)
+                moves[k, 0, node] = moves[k, 1, node + 1] = 1.0
+                moves[k, 0, -1] = x[k, 0]
+            bent = np.stack([-x[:, 0] * x[:, 1], 0.5 * x[:, 0] ** 2], axis=1)
+            edges = 2.0 * SIGNS @ x  # a squared length grows by this times what its ends move apart
+            rows, given = np.einsum("kx,kp,pxu->ku", edges, SIGNS, moves), (edges * (SIGNS @ bent)).sum(axis=1)
+            stiffness += rows.T @ law[(i + j) % 2] @ rows
+            load += rows.T @ law[(i + j) % 2] @ given
+            energy += float(given @ law[(i + j) % 2] @ given)
+    least = energy - load @ np.linalg.lstsq(stiffness, load, rcond=1e-12)[0]
+    return float(12.0 * least / (_CELLS * slenderness))
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """The nodes of a belt and what its lines carry.
+
+    rest [m], shape (n, m, 3): stress-free places (body positions), of which only the distances count; laid [m], same
+    shape: places under tension; line_stiffness [N], shape (m,): EA of each line of nodes; line_y [m], shape (m,);
+    mass [kg], shape (m,), a node; chord [m]: rest distance of neighbouring stations of the straight belt; closed: an
+    endless belt; residual [1]: amplitude of the residual stress over E; curvature [1/m], shape (links,): natural, in
+    the belt's plane (camber), None = straight. Neither changes ``rest``: see ``tie_lengths``.
+    """
+
+    rest: np.ndarray
+    laid: np.ndarray
+    line_stiffness: np.ndarray
+    line_y: np.ndarray
+    mass: np.ndarray
+    chord: float
+    closed: bool = True
+    residual: float = 0.0
+    curvature: np.ndarray | None = None
+
+    @property
+    def stations(self) -> int:
+        return self.rest.shape[0]
+
+    @property
+    def links(self) -> int:
+        """Pairs of neighbouring stations."""
+        return self.stations if self.closed else self.stations - 1
+
+    @property
+    def lines(self) -> int:
+        return self.rest.shape[1]
+
+    @property
+    def residual_strain(self) -> np.ndarray:
+        """Residual stress of the lines over E, shape (m,): mean of residual (1 - 12 y^2/b^2) over what a line carries.
+
+        It has no resultant; of two lines it is 0.
+        """
+        ends = np.clip((np.arange(self.lines + 1) - 0.5) / max(self.lines - 1, 1), 0.0, 1.0) - 0.5
+        return self.residual * (1.0 - 4.0 * np.diff(ends**3) / np.diff(ends))
+
+
+def tie_lengths(mesh: Mesh, tied: np.ndarray, share: float) -> np.ndarray:
+    """Stress-free lengths [m], (k,), of ties between nodes ``tied`` (i m + j), (k, 2), as ``share`` of the camber acts.
+
+    Between two stations a curved belt is a trapezoid: the line at y has the length c (1 - kappa_c y), so that a belt
+    with a shorter line at +y bends towards +y (kappa = y'' > 0), and the diagonals are those of a trapezoid with equal
+    legs, d^2 = w^2 + l_1 l_2. Residual stress shortens each line by its own strain.
+    """
+    station, line = np.divmod(tied, mesh.lines)
+    y, apart = mesh.line_y[line], np.diff(station, axis=1)[:, 0]
+    along = mesh.chord * (1.0 - mesh.residual_strain[line])
+    if mesh.curvature is not None:
+        link = np.where(apart % mesh.stations == 1, station[:, 0], station[:, 1]) % mesh.links
+        along = along * (1.0 - share * mesh.curvature[link][:, None] * y)
+    return np.hypot(np.where(apart == 0, 0.0, np.sqrt(along.prod(axis=1))), np.diff(y, axis=1)[:, 0])
+
+
+def lay_mesh(belt: str, case: Case, loop: LaidLoop, options: Options) -> Mesh:
+    """The nodes of a rope, a grid or a membrane ("flex"); the stress-free loop is the laid one shrunk by the strain.
+
+    Raises InputError for a grid or a membrane of one node across.
+    """
+    strip, across = case.belt, 1 if belt == "rope" else options.across
+    strain = float(case.settings.tension) / float(strip.youngs_modulus)
+    chord, whole = loop.chord / (1.0 + strain), float(strip.width)
+    width, narrows, stiffness = whole, float(strip.poisson_ratio), float(strip.youngs_modulus) * float(strip.area)
+    if belt != "rope" and across < 2:
+        name = "grid" if belt == "grid" else "membrane"
+        raise InputError("model.across", across, "nodes", f"a {name} needs 2 or more")
+    if belt == "grid":
+        lattice = calibrate(strip, chord, across, options.bonds)
+        width, narrows, stiffness = lattice.width, lattice.poisson_ratio, lattice.lines
+    elif belt == "flex":  # at equal section b h, EI of the mesh is that of a strip as wide times ``stiffness_ratio``
+        for _ in range(_WIDTH_SWEEPS):
+            before, width = width, whole / stiffness_ratio(round(chord / width, 15), across, narrows) ** 0.5
+            if abs(width - before) < _CLOSE * whole:
+                break
+
+    y, share = np.zeros(1), np.ones(1)
+    if across > 1:
+        y, share = width * (0.5 - np.arange(across) / (across - 1)), np.full(across, 1.0 / (across - 1))
+        share[[0, -1]] *= 0.5
+    laid = np.empty((len(loop.x), across, 3))
+    laid[:, :, 0], laid[:, :, 2] = loop.x[:, None], loop.z[:, None]
+    laid[:, :, 1] = y * (1.0 - narrows * strain)
+    rest = laid / (1.0 + strain)
+    rest[:, :, 1] = y
+    mass = float(strip.mass_per_length) * chord * share
+    return Mesh(rest, laid, stiffness * share, line_y=y, mass=mass, chord=chord)
+
+
+def node_name(i: int, j: int) -> str:
+    return f"node-{i}-{j}"
+
+
+_NODE_RADIUS = 2e-3  # [m], only seen
+_BELT_COLOUR = [0.75, 0.78, 0.82, 1.0]
+
+
+def add_belt(spec: mujoco.MjSpec, belt: str, mesh: Mesh, case: Case, options: Options) -> None:
+    """One body a node on slides along x, y, z, and what ties them: flex triangles between the stations, whose diagonals
+    alternate so that the mesh has no preferred side; or bonds, springs along the line between two nodes (tendons)."""
+    n, m, every = mesh.stations, mesh.lines, list(itertools.product(range(mesh.stations), range(mesh.lines)))
+    for i, j in every:
+        body = spec.worldbody.add_body(name=node_name(i, j), pos=mesh.rest[i, j])
+        body.mass, body.inertia, body.explicitinertial = mesh.mass[j], [1e-9] * 3, True
+        body.ipos = [0.0, 0.0, 0.0]  # without it the inertia is not written into the MJCF
+        for name, axis in zip("xyz", np.eye(3), strict=True):
+            body.add_joint(name=f"{body.name}-{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+        if belt != "flex":
+            body.add_site(name=node_name(i, j), size=[_NODE_RADIUS] * 3)
+
+    if belt == "flex":
+        flex = spec.add_flex(name="belt", dim=2)
+        flex.vertbody, flex.vert = [node_name(i, j) for i, j in every], [0.0] * (3 * n * m)
+        corners = (v for i in range(mesh.links) for j in range(m - 1) for t in zigzag(i, j) for v in t)
+        flex.elem = [station % n * m + line for station, line in corners]
+        flex.young, flex.poisson = float(case.belt.youngs_modulus), float(case.belt.poisson_ratio)
+        flex.thickness, flex.elastic2d = float(case.belt.area) / float(mesh.line_y[0] - mesh.line_y[-1]), STRETCH_ONLY
+        flex.contype, flex.conaffinity, flex.radius, flex.rgba = 0, 0, 1e-3, _BELT_COLOUR
+        return
+
+    transverse = diagonal = 0.0
+    if m > 1:
+        lattice = calibrate(case.belt, mesh.chord, m, options.bonds)
+        w = lattice.width / (m - 1)
+        transverse, diagonal = lattice.transverse / w, lattice.diagonal / float(np.hypot(mesh.chord, w))
+    for i, j in every:
+        on, linked, wide = (i + 1) % n, i < mesh.links, j + 1 < m
+        for one, other, stiffness in (
+            ((i, j), (on, j), linked * mesh.line_stiffness[j] / mesh.chord),
+            ((i, j), (i, j + 1), wide * transverse),
+            ((i, j), (on, j + 1), wide * linked * diagonal),
+            ((i, j + 1), (on, j), wide * linked * diagonal),
+        ):
+            if not stiffness:
+                continue
+            bond = spec.add_tendon(name=f"bond-{one[0]}-{one[1]}-{other[0]}-{other[1]}")
+            bond.wrap_site(node_name(*one))
+            bond.wrap_site(node_name(*other))
+            bond.stiffness[0], bond.width, bond.rgba = stiffness, 1e-3, _BELT_COLOUR
+            bond.springlength = [float(np.linalg.norm(mesh.rest[one] - mesh.rest[other]))] * 2
+
+
+STATION = MODEL_FOLDER / "pulley_station.xml"
+#: the pulleys' joints in a scene; the nodes follow
+HEAD_YAW, HEAD_SPIN, TAIL_SLIDE, TAIL_YAW, TAIL_SPIN = range(5)
+STATION_JOINTS = 5
+_STAGGER_MARGIN = 6.0  # 0.5 would be the limit of stability
+_FACE_MARGIN = 1.5  # pulley face over belt width, only seen
+_ROLLER = (0.02, 0.03)  # [m], radius and half height of an edge guide, only seen
+
+
+@dataclass(frozen=True)
+class SceneLayout:
+    """What stands still in a run. case: with the gravity of its parts; kind: of belt, "rope", "grid" or "flex";
+    early [m]: travel before travel 0."""
+
+    case: Case
+    kind: str
+    options: Options
+    parts: SceneParts
+    mesh: Mesh
+    loop: LaidLoop
+    early: float
+
+
+def lay_out(case: Case, belt: str, options: Options, parts: SceneParts, *, path=lift) -> SceneLayout:
+    """The scene: the belt's nodes laid round the pulleys, which they come onto along ``path`` (loop.py)."""
+    case = replace(case, rig=replace(case.rig, gravity=parts.gravity))
+    loop, early = lay_loop(case, options.dx, path=path), options.run_in
+    mesh = lay_mesh(belt, case, loop, options)
+    if parts.camber is not None:
+        if mesh.lines == 1:
+            raise CannotRepresent(
+                "camber: a rope of particles has no width that could be curved; use belt=flex or grid"
+            )
+        shift = float(np.sign(float(case.settings.direction))) * early  # each link lies where it does at travel 0
+        middle = loop.chord * (np.arange(mesh.stations) + 0.5) + shift
+        mesh = replace(mesh, curvature=parts.camber(middle % (loop.chord * mesh.stations)))
+    if parts.residual:
+        mesh = replace(mesh, residual=parts.residual / float(case.belt.youngs_modulus))
+        # Strips of a membrane between three or more lines hold each other's width and shear, and twist 9-15 % too
+        # easily. Steel edges carry pressure over some mm (studies/notes/shell.md), lines of nodes fold.
+        tension, modulus = float(case.settings.tension), float(case.belt.youngs_modulus)
+        what = f"effects = flatness: a residual stress of {mesh.residual * modulus / N_PER_MM2:.3g} N/mm2"
+        if belt == "flex" and mesh.lines > 2:
+            raise CannotRepresent(f"{what} needs model.across = 2 in a membrane; use that, or model=mujoco_grid")
+        if RESIDUAL_TORSION * mesh.residual * modulus >= tension:
+            shown = f"{tension / N_PER_MM2:g} N/mm2"
+            raise CannotRepresent(f"{what} is too much for {shown}: the spans twist by themselves")
+        if tension + modulus * mesh.residual_strain.min() <= 0.0:
+            slack = f"makes a line of {mesh.lines} slack, which folds"
+            raise CannotRepresent(f"{what} {slack}: give a smaller model.across")
+    return SceneLayout(case, belt, options, parts, mesh, loop, early)
+
+
+def build_scene(
+    case: Case, belt: str, options: Options, parts: SceneParts, *, path=lift, lean: float | None = None
+) -> tuple[mujoco.MjSpec, SceneLayout]:
+    """The scene, and its specification, not yet compiled: the belt laid round both pulleys (key frame "laid"), rollers,
+    light, and cameras that see the whole machine from the side (sag) and from above; nothing that holds the belt there.
+
+    path: as of ``lay_out``; lean: as of ``set_solver``.
+    """
+    scene = lay_out(case, belt, options, parts, path=path)
+    case, loop, spec = scene.case, scene.loop, mujoco.MjSpec()
+    length, width, mass = float(case.rig.centre_distance), float(case.belt.width), station_mass(case, options)
+    spec.modelname, spec.stat.extent, far = "belt on two pulleys", 2.0, length + 0.5
+    spec.worldbody.add_light(pos=[0, -3, 4], dir=[0, 0.6, -0.8], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
+    spec.worldbody.add_camera(name="side", pos=[length / 2, -far, 0.2], xyaxes=[1, 0, 0, 0, 0, 1])
+    spec.worldbody.add_camera(name="above", pos=[length / 2, 0, far], xyaxes=[1, 0, 0, 0, 1, 0])
+
+    for name, x, surface, radius in (
+        ("head", 0.0, scene.parts.head, loop.radius_head), ("tail", length, scene.parts.tail, loop.radius_tail)
+    ):  # fmt: skip
+        station = mujoco.MjSpec.from_file(str(STATION))
+        station.body("carriage").mass = mass
+        station.joint("spin").armature = mass * radius**2
+        station.geom("shell").size = [radius, 0.5 * _FACE_MARGIN * width, 0.0]
+        mark = station.geom("mark")
+        mark.size = [0.01, 0.501 * _FACE_MARGIN * width, 0.01]
+        mark.pos = [0.0, 0.0, radius - 0.014]  # below the surface: it stops no ray that looks for an edge
+        station.site("top").pos, station.site("bottom").pos = [0, 0, radius], [0, 0, -radius]
+        half = 0.5 * surface.cant
+        station.body("fork").quat = [1.0, 0.0, 0.0, 0.0]
+        station.body("pulley").quat = [math.cos(half), math.sin(half), 0.0, 0.0]
+        if name == "head":  # it does not slide
+            station.delete(station.joint("slide"))
+        spec.attach(station, frame=spec.worldbody.add_frame(pos=[x, 0.0, 0.0]), prefix=f"{name}-")
+
+    add_belt(spec, belt, scene.mesh, case, options)
+    spec.add_key(name="laid", qpos=laid_coordinates(scene))
+    set_solver(spec, options.step, parts.gravity, lean, still="head-yaw" if lean is None else "")
+    for k, guide in enumerate(scene.parts.edge_guides):  # only seen here: ``belt.guide_forces``, or contacts
+        level = float(case.rig.tail_radius) * (1.0 if guide.span == "upper" else -1.0)
+        y = guide.side * (0.5 * width + guide.gap + _ROLLER[0])
+        geom = spec.worldbody.add_geom(name=f"guide-{k}", pos=[guide.x, y, level], size=[*_ROLLER, 0.0])
+        geom.type, geom.rgba, geom.group = mujoco.mjtGeom.mjGEOM_CYLINDER, [0.9, 0.6, 0.1, 1.0], 1
+        geom.contype = geom.conaffinity = 0
+    return spec, scene
+
+
+def laid_coordinates(scene: SceneLayout, head_spin: float = 0.0, tail_spin: float = 0.0) -> np.ndarray:
+    """Coordinates of aligned pulleys of these spins [rad], shape (5,), and of the nodes laid round them."""
+    joints = np.zeros(STATION_JOINTS)
+    joints[TAIL_SLIDE] = scene.loop.centre_distance - float(scene.case.rig.centre_distance)
+    joints[HEAD_SPIN], joints[TAIL_SPIN] = head_spin, tail_spin
+    return np.concatenate([joints, (scene.mesh.laid - scene.mesh.rest).ravel()])
+
+
+def station_mass(case: Case, options: Options) -> float:
+    """Inertia of the tail pulley [kg]: TAIL_MASS, or more where the step needs it.
+
+    The pulley feels the belt's pull one step late: stable for dt^2 k < 2 m, with k = 2 E b h / L of both spans.
+    """
+    stiffness = 2.0 * float(case.belt.youngs_modulus) * float(case.belt.area) / float(case.rig.span_length)
+    return max(TAIL_MASS, _STAGGER_MARGIN * options.step**2 * stiffness)
