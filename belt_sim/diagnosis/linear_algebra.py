@@ -9,15 +9,9 @@ ALIKE = 1e-12  # beside 1, what is left of the square of a derivative that other
 SMALL = 1e-6  # of the largest direction of several rows; what is smaller is not in these readings
 
 
-def pseudo_inverse(gram: np.ndarray) -> np.ndarray:
-    """Inverses (U, k, k) over the columns that can be seen and told apart."""
-    half = inverse_roots(gram)
-    return half @ half.swapaxes(-1, -2)
-
-
 def inverse_roots(gram: np.ndarray) -> np.ndarray:
-    """The same inverses as products of such halves (U, k, k) and their transposes: a column of one is a sum of columns
-    that is of unit length and at a right angle to the others, or zero.
+    """Halves (U, k, k) of inverses over the columns that can be seen and told apart, which are their products with
+    their transposes: a column of one is a sum of columns of unit length at a right angle to the others, or zero.
     """
     if not gram.shape[-1]:
         return np.zeros(gram.shape)

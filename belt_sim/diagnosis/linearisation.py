@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import DIFFERENCE, FURTHER
-from belt_sim.diagnosis.linear_algebra import basis, bounded_step, inverse_roots, pseudo_inverse
+from belt_sim.diagnosis.linear_algebra import basis, bounded_step, inverse_roots
 from belt_sim.diagnosis.noise import SMOOTH, Levels
 from belt_sim.diagnosis.plausibility import is_possible
 from belt_sim.diagnosis.workbench import Workbench
@@ -305,12 +305,14 @@ def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list
     # what the fit's own numbers do not take up
     columns = bench.metric.whiten(grid.columns)
     own = fit.columns.reshape(len(fit.free), columns.shape[1])
-    onto = columns @ own.T @ pseudo_inverse((own @ own.T)[None])[0]
+    half = inverse_roots((own @ own.T)[None])[0]
+    onto = columns @ own.T @ (half @ half.T)
     gram, pull = columns @ columns.T - onto @ (own @ columns.T), columns @ fit.residual - onto @ (own @ fit.residual)
     free, slots = list(grid.free), [bench.forward.slots[p] for p in grid.free]
     # Gauss-Newton steps (points, k) of the effect's parameters, and one sigma of each
     grams, pulls = gram[grid.choices[:, :, None], grid.choices[:, None, :]], pull[grid.choices]
-    inverses = pseudo_inverse(grams)
+    halves = inverse_roots(grams)
+    inverses = halves @ halves.swapaxes(-1, -2)
     steps = np.einsum("pkl,pl->pk", inverses, pulls)
     low, high = (side[free] - fit.vector[free] for side in bench.forward.sides)
     for k in np.flatnonzero(np.any((steps < low) | (steps > high), axis=1)):

@@ -304,13 +304,6 @@ class Scatter:
     spacing: float
     per_bin: float
 
-    def project(self, errors: np.ndarray) -> np.ndarray:
-        """Readings (R, S, n) -> (windows, f), with the stated white noise of unit size."""
-        here = errors[:, self.signal][:, self.keep[: len(self.keep) // WINDOW * WINDOW]]
-        there = np.where(np.isfinite(here), here, 0.0)  # what runs of no weight here have not measured
-        rows = self.weights @ there * (np.sqrt(self.per_bin) / max(self.sheet.white, FLOOR))
-        return rows.reshape(-1, WINDOW) @ _FAST
-
 
 def find_scatter(samples: Samples, groups: Sequence[tuple[int, ...]], s: int) -> list[Scatter]:
     """The fast part of every run of the ``s``-th signal, of repeats that of their mean: the rest is in contrasts."""
@@ -549,8 +542,13 @@ class SignalLevels:
     def cost_of_every_run(self, errors: np.ndarray) -> np.ndarray:
         """The same of what is fast in every run, were it noise."""
         cost = np.zeros_like(self.prior)
-        read = [part.project(errors) for part in self.fast]
-        products = [(len(z), z.T @ z) for z in read]  # of all windows: there are few directions, and many windows
+        products = []  # of all windows, with the stated white noise of unit size: there are few directions
+        for part in self.fast:
+            here = errors[:, part.signal][:, part.keep[: len(part.keep) // WINDOW * WINDOW]]
+            there = np.where(np.isfinite(here), here, 0.0)  # what runs of no weight here have not measured
+            rows = part.weights @ there * (np.sqrt(part.per_bin) / max(part.sheet.white, FLOOR))
+            windows = rows.reshape(-1, WINDOW) @ _FAST
+            products.append((len(windows), windows.T @ windows))
         for k, grids in enumerate(self.fast_grids):
             for (count, squared), (modes, variance) in zip(products, grids, strict=True):
                 squares = np.sum((squared @ modes) * modes, axis=0)

@@ -7,6 +7,8 @@ import pytest
 from paper_cases import paper_case
 from scipy.integrate import solve_bvp
 
+from belt_sim.effects.yaw import cos_sin
+from belt_sim.jax_setup import in_float64
 from belt_sim.line import span as law
 from belt_sim.line.spans import runup_weights, steady_rate
 from belt_sim.model import analytic_model
@@ -123,3 +125,10 @@ def _by_collocation(span: law.Span, ends):
     solved = solve_bvp(slope, mismatch, x, np.zeros((6, len(x))), tol=1e-8, max_nodes=20000)
     assert solved.success
     return solved.sol(span.length)[2], solved.sol(0.0)[2], solved.sol(span.length / 2)[4]
+
+
+def test_cosine_and_sine_are_right_to_the_last_digits():
+    angle = np.concatenate([np.linspace(-1e4, 1e4, 20001), np.arange(-40, 41) * np.pi / 4])
+    cos, sin = (np.asarray(x) for x in in_float64(cos_sin)(angle))
+    assert np.abs(cos - np.cos(angle)).max() < 5e-16
+    assert np.abs(sin - np.sin(angle)).max() < 5e-16

@@ -1,4 +1,4 @@
-"""A wander that has a slope everywhere is told from one that has none, and drawn as it is."""
+"""A wander that has a slope everywhere is told from one that has none, and each is drawn as it is."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -8,7 +8,7 @@ import pytest
 from linear_bench import SPACING, SPREAD, WHITE, linear_bench, run
 from scipy.linalg import toeplitz
 
-from belt_sim.diagnosis.linearisation import draw_noise
+from belt_sim.diagnosis.linearisation import draw_noise, rough_wander
 from belt_sim.diagnosis.noise import LevelFinder, Levels, of_wander
 
 LENGTH, COUNT = 20, 160  # samples
@@ -90,3 +90,17 @@ def test_modes_of_a_wander_are_what_its_correlation_says(smooth, slope):
     wanted = [np.sum(fall * np.cos(lag * t)) for t in turn]
     found = of_wander(np.array([[step]]), turn, smooth)[0]
     assert found == pytest.approx(wanted, rel=1e-9)
+
+
+def test_wander_of_runs_that_were_read_elsewhere_is_that_of_their_own_travel():
+    """The recursion, place by place, of what is drawn record by record."""
+    apart, of = np.array([[0.5, 1.0, 0.1], [2.0, 0.0, 0.3]]), np.array([1, 0, 1])
+    length, size = np.array([[1.0, 3.0], [2.0, 0.7]]), np.array([[1.0, 0.2], [0.5, 4.0]])  # (B, S)
+    steps = apart.T[:, :, None, None] / length.T
+    found = rough_wander(steps, of, size.T, np.random.default_rng(5))
+    told = np.random.default_rng(5).standard_normal((2, 3, 2, 4))
+    for b, r, s in np.ndindex(2, 3, 2):
+        keep = np.exp(-apart[of[r]] / length[b, s])
+        for k in range(3):
+            told[b, r, s, k + 1] = keep[k] * told[b, r, s, k] + np.sqrt(1.0 - keep[k] ** 2) * told[b, r, s, k + 1]
+        np.testing.assert_allclose(found[:, r, s, b], size[b, s] * told[b, r, s], rtol=1e-12)
