@@ -29,9 +29,8 @@ from belt_sim.diagnosis.describe import describe, drawings_of, final_model, riva
 from belt_sim.diagnosis.drawings import machine_of, overlays
 from belt_sim.diagnosis.errors import free_zeros
 from belt_sim.diagnosis.examine import BOOTSTRAPS, compile_ahead, examine
-from belt_sim.diagnosis.fit import Fit, step_bounds
+from belt_sim.diagnosis.fit import Fit, covariance_root, step_bounds
 from belt_sim.diagnosis.foresight import free_starts, sheet_evidence
-from belt_sim.diagnosis.linear_algebra import covariance_root
 from belt_sim.diagnosis.next_run import next_runs
 from belt_sim.diagnosis.plausibility import CORRELATED, inseparable_numbers, prior_sigma
 from belt_sim.diagnosis.workbench import Workbench, workbench

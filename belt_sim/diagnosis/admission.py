@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.campaign import Campaign, case_of
 from belt_sim.case import Case
 from belt_sim.curves import late_rates
-from belt_sim.diagnosis.linear_algebra import basis
+from belt_sim.diagnosis.fit import basis
 from belt_sim.diagnosis.linearisation import linearise_effects
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.effects.base import Effect, library

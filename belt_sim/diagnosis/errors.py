@@ -12,8 +12,7 @@ from belt_sim.campaign import Campaign, Suspicion
 from belt_sim.campaign.quality import check_starts, counted_from_yaw, records_of
 from belt_sim.campaign.types import Kind
 from belt_sim.curves import LATE_SHARE
-from belt_sim.diagnosis.fit import Fit, step_bounds
-from belt_sim.diagnosis.linear_algebra import bounded_step
+from belt_sim.diagnosis.fit import Fit, bounded_step, step_bounds
 from belt_sim.diagnosis.noise import FREE_ZERO, metric_of, zero_sigmas
 from belt_sim.diagnosis.plausibility import prior_sigma
 from belt_sim.diagnosis.samples import zero_is_read

@@ -7,9 +7,8 @@ from itertools import product
 import numpy as np
 
 from belt_sim.campaign import Campaign
-from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.fit import Fit, basis, bounded_step, inverse_roots
 from belt_sim.diagnosis.forward import DIFFERENCE, FURTHER
-from belt_sim.diagnosis.linear_algebra import basis, bounded_step, inverse_roots
 from belt_sim.diagnosis.noise import SMOOTH, Levels
 from belt_sim.diagnosis.plausibility import is_possible
 from belt_sim.diagnosis.workbench import Workbench

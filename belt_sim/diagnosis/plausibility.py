@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import qr
 
-from belt_sim.diagnosis.fit import Fit, step_bounds
+from belt_sim.diagnosis.fit import Fit, covariance_of, covariance_root, step_bounds
 from belt_sim.diagnosis.forward import Forward, Slot
-from belt_sim.diagnosis.linear_algebra import covariance_of, covariance_root
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.results.estimates import COVERAGE_95, Estimate
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from belt_sim.diagnosis.decide import POLICY, EvidenceTable, Ids, Row, explanations
 from belt_sim.diagnosis.errors import held_out, prior_of_fit
-from belt_sim.diagnosis.fit import Fit, Refit
-from belt_sim.diagnosis.linear_algebra import basis
+from belt_sim.diagnosis.fit import Fit, Refit, basis
 from belt_sim.diagnosis.linearisation import EVEN, GridStart, Linearisation, linearise_effects
 from belt_sim.diagnosis.plausibility import has_diverged, is_plausible, prefer_plausible
 from belt_sim.diagnosis.workbench import Workbench

@@ -7,9 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from belt_sim.diagnosis.errors import errors_of
-from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.fit import Fit, covariance_of
 from belt_sim.diagnosis.forward import Forward
-from belt_sim.diagnosis.linear_algebra import covariance_of
 from belt_sim.diagnosis.plausibility import has_diverged
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.closed_loop import ClosedLoopFit, fit_closed_loop, states_with

@@ -8,9 +8,8 @@ import pytest
 from linear_bench import SPREAD, WHITE, linear_bench, with_readings
 
 import belt_sim as bs
-from belt_sim.diagnosis.fit import Fit
+from belt_sim.diagnosis.fit import Fit, bounded_step, covariance_of, covariance_root
 from belt_sim.diagnosis.forward import Slot
-from belt_sim.diagnosis.linear_algebra import bounded_step, covariance_of, covariance_root
 from belt_sim.diagnosis.plausibility import (
     estimates,
     estimates_of_single_sizes,

@@ -4,7 +4,6 @@ import threading
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +17,6 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import HEAVY, Forward, Work
 from belt_sim.diagnosis.samples import samples_of
 from belt_sim.discovery import responses
-from belt_sim.effects.base import Parameter
 from belt_sim.effects.belt_shape import Camber, Weld
 from belt_sim.effects.pulley_shape import Crown, Taper
 from belt_sim.effects.yaw import YawOffsetTail
@@ -109,12 +107,6 @@ def test_an_effect_that_is_null_takes_no_time_and_changes_no_bit(monkeypatch):
     monkeypatch.setattr(march_module, "program_key", lambda *parts: None)
     assert np.array_equal(found, predict())
     compile_march.cache_clear()
-
-
-def slot(*, modifier):
-    """A number that a machine has between 0 and 1."""
-    declared = Parameter(unit="1", meaning="play", plausible=(0.0, 1.0), scale=1.0, modifier=modifier)
-    return SimpleNamespace(effect=SimpleNamespace(id="a", parameters={"n": declared}), name="n", scale=1.0, null=0.0)
 
 
 def test_a_condition_that_tests_nothing_is_said_to():

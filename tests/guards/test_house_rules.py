@@ -78,7 +78,6 @@ STOREYS = (
         "samples",
         "forward",
         "noise",
-        "linear_algebra",
         "fit",
         "workbench",
         "plausibility",
