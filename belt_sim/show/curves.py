@@ -268,11 +268,6 @@ class FinishedRun:
     steady: float | None
     settled: bool
 
-    @property
-    def is_steady(self) -> bool:
-        """Whether the rate that is drawn is the steady one."""
-        return self.steady is not None or self.settled
-
 
 def read_run(folder: Path) -> FinishedRun:
     """Read a finished run from its folder; raises BeltError, OSError, KeyError where its files are damaged."""
@@ -388,13 +383,13 @@ def sweep_rates(path: Path | None, runs: Sequence[FinishedRun], along: str, keys
         for some, face in ((own, look["color"]), (~own, "white")):
             ax.plot(x[some], rate[some], "o", color=look["color"], markersize=5, markerfacecolor=face)
         settled = np.append(settled, own)
-    late = "" if all(run.is_steady for run in runs) else ": late rate of point 1 where the steady one is unknown"
+    steady = [run.steady is not None or run.settled for run in runs]  # whether the rate that is drawn is the steady one
+    late = "" if all(steady) else ": late rate of point 1 where the steady one is unknown"
     _legend(fig, looks, 5, "" if settled.all() else f"not settled{late}")
     ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
     ax.margins(x=0.03)
-    all_late = all(not run.is_steady for run in runs)
-    ax.set(xlabel=axis_words(along), ylabel=LATE if all_late else STEADY)
-    title = f"{'Late' if all_late else 'Steady'} rate against {_and([along])}"
+    ax.set(xlabel=axis_words(along), ylabel=STEADY if any(steady) else LATE)
+    title = f"{'Steady' if any(steady) else 'Late'} rate against {_and([along])}"
     return style.finish_picture(fig, path, f"{title}, by {_and(keys)}" if keys else title)
 
 

@@ -53,7 +53,7 @@ def view_scale_of(case: Case, travel: float) -> ViewScale:
     length, width = float(case.rig.centre_distance), float(case.belt.width)
     long = max(DRAWN_LENGTH * width, DRAWN_DIAMETERS * 2.0 * float(case.rig.tail_radius))
     shortened = next((s for s in SHORTENINGS if length / s <= long), SHORTENINGS[-1])
-    yaw = max(_largest_yaw(case), 1e-9)
+    yaw = max(*(abs(float(s.last())) for s in (case.settings.yaw, case.settings.yaw_head)), 1e-9)
     most = min(DRAWN_WIDTHS * width / (0.5 * yaw * max(travel, 1e-3)), DRAWN_YAW / (yaw * shortened))
     lateral, tilt = (
         max((f for f in FACTORS if f <= wanted), default=1) for wanted in (most, DRAWN_TILT / full_colour_tilt(case))
@@ -63,7 +63,7 @@ def view_scale_of(case: Case, travel: float) -> ViewScale:
 
 def full_colour_tilt(case: Case) -> float:
     """The tilt that gets the full colour [rad]: twenty times the yaw (18 mrad for 0.042 deg at 10 N/mm2)."""
-    return max(20.0 * _largest_yaw(case), 1e-3)
+    return max(*(20.0 * abs(float(s.last())) for s in (case.settings.yaw, case.settings.yaw_head)), 1e-3)
 
 
 def enlarge(frame: Frame, scale: ViewScale) -> Frame:
@@ -100,10 +100,6 @@ def thin_stations(frame: Frame, radius: float) -> Frame:
     kept = np.linspace(0.0, share[-1], count, endpoint=False)
     thin = [np.column_stack([np.interp(kept, share, column) for column in edge.T]) for edge in closed]
     return replace(frame, left=thin[0], right=thin[1])
-
-
-def _largest_yaw(case: Case) -> float:
-    return max(abs(float(yaw.last())) for yaw in (case.settings.yaw, case.settings.yaw_head))
 
 
 #: A cross-section narrower than this [m] is a rope's: it has no tilt.
@@ -162,17 +158,27 @@ def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
     stops = np.unique(np.append(np.arange(travel[0], travel[-1], every), travel[-1]))
     tilt = np.zeros((2, len(travel))) if curves.tilt is None else np.asarray(curves.tilt, float)
     sag = (0.0, 0.0) if curves.sag is None else np.asarray(curves.sag, float)
-    a, settings = float(case.rig.centre_distance), case.settings
+    a, settings, half_width = float(case.rig.centre_distance), case.settings, 0.5 * float(case.belt.width)
     tail, head = float(case.rig.tail_radius), float(case.rig.head_radius)
+    u, w = np.arange(SPAN_STATIONS) / SPAN_STATIONS, np.arange(WRAP_STATIONS) / WRAP_STATIONS
+    bow, turn, none = 4.0 * u * (1.0 - u), np.pi * w, np.zeros_like(w)
     for stop in map(float, stops):
         y = np.array([np.interp(stop, travel, row) for row in np.asarray(curves.y, float)])
         mid = [float(np.interp(stop, travel, row)) for row in tilt]
         yaws = float(angle_at(settings.yaw, stop)), float(angle_at(settings.yaw_head, stop))
-        centre, half = _centre_line(case, y, mid, sag)
-        slopes = (y[0] - y[3]) / a, (y[1] - y[2]) / a
-        span = np.where(centre[:, 2] > 0.0, *slopes)  # across the belt there, along the pulley on the wraps
-        turned = np.where(centre[:, 0] >= a, yaws[0], np.where(centre[:, 0] <= 0.0, yaws[1], span))
-        half[:, 0] = -0.5 * float(case.belt.width) * turned
+
+        # centre line 4 -> 1 -> 2 -> 3 -> 4 as (x, y, z, tilt) along the upper span, tail wrap, lower span, head wrap
+        upper = (a * u, y[3] + (y[0] - y[3]) * u, head + (tail - head) * u - sag[0] * bow, mid[0] * bow)
+        over_tail = (a + tail * np.sin(turn), y[0] + (y[1] - y[0]) * w, tail * np.cos(turn), none)
+        lower = (a * (1 - u), y[1] + (y[2] - y[1]) * u, -tail + (tail - head) * u - sag[1] * bow, mid[1] * bow)
+        over_head = (-head * np.sin(turn), y[2] + (y[3] - y[2]) * w, -head * np.cos(turn), none)
+        x, lateral, z, tilts = np.hstack([np.array(piece) for piece in (upper, over_tail, lower, over_head)])
+        centre = np.column_stack([x, lateral, z])
+
+        # half cross-sections: across the belt on the spans, along the pulley on the wraps
+        span = np.where(z > 0.0, (y[0] - y[3]) / a, (y[1] - y[2]) / a)
+        turned = np.where(x >= a, yaws[0], np.where(x <= 0.0, yaws[1], span))
+        half = half_width * np.column_stack([-turned, np.cos(tilts), np.sin(tilts)])
         yield Frame(
             travel=stop,
             time=stop / float(settings.speed),
@@ -184,20 +190,3 @@ def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
             tail_x=a,
             scalars={"tension": float(settings.tension), "tilt_upper": mid[0], "tilt_lower": mid[1]},
         )
-
-
-def _centre_line(case: Case, y: np.ndarray, mid_tilt: list[float], sag) -> tuple[np.ndarray, np.ndarray]:
-    """Centre line 4 -> 1 -> 2 -> 3 -> 4, shape (n, 3) [m], and the half cross-sections there."""
-    a, tail, head = (float(v) for v in (case.rig.centre_distance, case.rig.tail_radius, case.rig.head_radius))
-    u = np.arange(SPAN_STATIONS) / SPAN_STATIONS
-    w = np.arange(WRAP_STATIONS) / WRAP_STATIONS
-    bow, turn, none = 4.0 * u * (1.0 - u), np.pi * w, np.zeros_like(w)
-    upper = (a * u, y[3] + (y[0] - y[3]) * u, head + (tail - head) * u - sag[0] * bow, mid_tilt[0] * bow)
-    over_tail = (a + tail * np.sin(turn), y[0] + (y[1] - y[0]) * w, tail * np.cos(turn), none)
-    lower = (a * (1 - u), y[1] + (y[2] - y[1]) * u, -tail + (tail - head) * u - sag[1] * bow, mid_tilt[1] * bow)
-    over_head = (-head * np.sin(turn), y[2] + (y[3] - y[2]) * w, -head * np.cos(turn), none)
-    pieces = [np.column_stack(piece) for piece in (upper, over_tail, lower, over_head)]
-    x, lateral, z, tilt = np.concatenate(pieces).T
-    half_width = 0.5 * float(case.belt.width)
-    half = np.column_stack([np.zeros_like(x), half_width * np.cos(tilt), half_width * np.sin(tilt)])
-    return np.column_stack([x, lateral, z]), half

@@ -80,46 +80,40 @@ def _begin(
     """
     console = console or Console(stderr=True)
     began, said = time.monotonic(), ""
+    bar: Progress | None = None
+    if console.is_terminal and multiprocessing.parent_process() is None:
+        share, text = TextColumn("{task.percentage:>3.0f} %"), TextColumn("{task.fields[note]}", markup=False)
+        times = (share, text, TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
+        columns = times if timed else (text, TimeElapsedColumn())
+        words = TextColumn("{task.description}", markup=False)
+        bar = Progress(words, BarColumn(bar_width=None), *columns, console=console)
+        task = bar.add_task(title, total=total, note="")
+        bar.start()
 
-    def forecast(done: float, note: str) -> tuple[float, str]:
-        """Seconds in all, 0 where nothing tells them, and what may make them more."""
-        if timed or not 0.0 < done < total:
-            return 0.0, ""
-        more = ", longer if a law is sought" if note in list(STAGES)[: list(STAGES).index(LAW)] else ""
-        return (time.monotonic() - began) / done, more
-
-    def about(done: float, note: str) -> str:
-        in_all, more = forecast(done, note)
-        return f" of about {in_all:.0f} s{more}" if in_all else ""
-
-    def print_line(done: float, note: str) -> None:
+    def update(done: float, note: str) -> None:
         nonlocal said
-        tenth = int(done / total / LINE_EVERY + 1e-9) if total > 0 else 0
-        now = str(tenth or "") if timed else note
+        elapsed, in_all, more = time.monotonic() - began, 0.0, ""
+        if not timed and 0.0 < done < total:  # seconds in all, and what may make them more
+            in_all = elapsed / done
+            more = ", longer if a law is sought" if note in list(STAGES)[: list(STAGES).index(LAW)] else ""
+        about = f" of about {in_all:.0f} s{more}" if in_all else ""
+        if bar is not None:
+            bar.update(task, completed=done, note=f"{note}{about.replace(' of', ',')}")
+            return
+        now = str(int(done / total / LINE_EVERY + 1e-9) or "" if total > 0 else "") if timed else note
         if now in ("", said):
             return
-        said, elapsed = now, time.monotonic() - began
+        said = now
         if os.environ.get(AS_JSON):
-            in_all, more = forecast(done, note)
             print(json.dumps({"stage": note, "in_all_s": in_all, "more": more}), file=sys.stderr, flush=True)
             return
-        parts = [note, f"{elapsed:.0f} s gone{about(done, note)}"]
+        parts = [note, f"{elapsed:.0f} s gone{about}"]
         if timed:
             parts = [f"{100 * done / total:3.0f} %", *parts, f"{elapsed * (total / done - 1.0):.0f} s left"]
         line = f"{title}: {', '.join(filter(None, parts))}"
         console.print(line, markup=False, highlight=False, soft_wrap=True)
 
-    if not console.is_terminal or multiprocessing.parent_process() is not None:
-        return print_line, lambda: None
-    share, note = TextColumn("{task.percentage:>3.0f} %"), TextColumn("{task.fields[note]}", markup=False)
-    times = (share, note, TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
-    columns = times if timed else (note, TimeElapsedColumn())
-    bar = Progress(TextColumn("{task.description}", markup=False), BarColumn(bar_width=None), *columns, console=console)
-    task = bar.add_task(title, total=total, note="")
-    bar.start()
-    return lambda done, note: bar.update(
-        task, completed=done, note=f"{note}{about(done, note).replace(' of', ',')}"
-    ), bar.stop
+    return update, lambda: None if bar is None else bar.stop()
 
 
 @contextmanager
@@ -208,10 +202,12 @@ class ProgressObserver:
         self.update: Callable[[float, str], None] | None = None
         self.before: tuple[float, float] | None = None
 
-    def advance(self, share: float) -> None:
-        """Move the bar on: so much of the steps (0 .. 1) has been made."""
-        self.counted = True
-        self._tell(share)
+    def advance(self, share: float, *, counted: bool = True) -> None:
+        """Move the bar on: so much of the steps (0 .. 1) has been made; counted: by the engine."""
+        self.counted = counted
+        if self.update is None:
+            self.update, self.close = _begin(self.console, self.title, 1.0, True)
+        self.update(share, self.note)
 
     def frame(self, frame: Frame) -> None:
         """Note where the belt is."""
@@ -221,12 +217,7 @@ class ProgressObserver:
         self.before = frame.travel, frame.time
         self.note = f"{frame.travel:.1f} of {self.travel:g} m{speed}"
         if not self.counted:
-            self._tell(min(max(frame.travel / self.travel, 0.0), 1.0))
-
-    def _tell(self, share: float) -> None:
-        if self.update is None:
-            self.update, self.close = _begin(self.console, self.title, 1.0, True)
-        self.update(share, self.note)
+            self.advance(min(max(frame.travel / self.travel, 0.0), 1.0), counted=False)
 
     def finish(self, curves: Curves) -> None:
         """End the bar."""

@@ -6,7 +6,6 @@ of an effect stand in its class (Effect.cause).
 
 import csv
 import datetime
-import functools
 import math
 import os
 import re
@@ -21,8 +20,8 @@ from belt_sim.effects.base import library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.io import write_text
 from belt_sim.results import words
-from belt_sim.results.diagnosis import LIKELY, UNKNOWN, Candidate, Diagnosis, Discovery, FoundEffect, Verdict
-from belt_sim.results.errors import Errors, OwnChange, Panel, Worst
+from belt_sim.results.diagnosis import LIKELY, UNKNOWN, Candidate, Diagnosis, FoundEffect, Verdict
+from belt_sim.results.errors import Errors, OwnChange
 from belt_sim.results.estimates import Estimate, MachineSizes, number_texts
 from belt_sim.results.files import DIAGNOSIS
 from belt_sim.show.diagnosis import shown_panels
@@ -67,14 +66,15 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
     marked = [part for c in (*rivals, *certain) for part in c["parts"]]
     if not marked and found and found.law is not None:
         marked = [part for word, part in PLACE_PARTS.items() if word in found.law.place]
-    marks: dict[tuple[float, str], list[str]] = {}  # explanations that act at one place of a span
     alternatives = [other for c in certain for other in c["others"]]
     for letter, other in zip(string.ascii_lowercase, alternatives, strict=False):
         other["letter"] = letter
     numbered = [*((str(k), c) for k, c in enumerate(rivals, start=1)), *((o["letter"], o) for o in alternatives)]
-    for number, c in [*numbered, *(("", c) for c in certain)]:
-        for share, place in c["marks"]:
-            marks.setdefault((round(share, 3), place), []).append(number)
+    # of the pictures, the run and signal that is called the worst is shown first, else the largest misfit
+    first, worst = max(range(len(panels)), key=lambda k: panels[k].misfit, default=0), d.where.worst
+    for k, p in reversed(list(enumerate(panels))):
+        if worst is not None and p.run == worst.run and worst.signal in p.title.split(",")[0].split():
+            first = k
     nowhere = d.where.sentence.startswith("Nowhere")  # no single run, signal and stretch is beyond its uncertainty
     together = "No single stretch is beyond its uncertainty: only all runs together show the misfit. "
     together = together if nowhere and d.verdict is not Verdict.ADEQUATE else ""
@@ -88,18 +88,16 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
         rivals=rivals,
         many=words.count(len(rivals)),
         marked=list(dict.fromkeys(marked)),
-        marks=spaced([(share, ", ".join(filter(None, numbers)), place) for (share, place), numbers in marks.items()]),
-        spots=numbered_spots(numbered),
+        **sketch_numbers([*numbered, *(("", c) for c in certain)]),
         alternatives=alternatives,
         measured=d.campaign.readings,
         pictures=pictures or {},
         boxes=re.findall('data-box="([^"]*)"', pictures["overlay"]) if pictures and panels else [],
         panels=panels,
-        first=first_panel(panels, d.where.worst),
+        first=first,
         bars=bars(d.ranking),
         falls=falls(d.error),
         discovery=found,
-        place_note=place_note(found) if found else "",
         final=d.final_model != d.base_model,
         change=d.error.own or d.error.held_out or d.error.fit,
         numbers=lambda effect, numbers: number_texts(effect, numbers, d.drawings.machine),
@@ -109,36 +107,38 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
     return words.in_print(text)
 
 
+SENSORS_ABOVE = (120.0, 520.0)  # of the sketch: places of points 4 and 1, whose names stand there
+ROOM = 16.0  # of the sketch, between two numbers side by side
 #: where a number stands on a part of the sketch
 SPOTS = {"head": (100, 90), "encoder": (100, 90), "tail": (540, 90), "tensioner": (605, 112), "belt": (52, 90)}
 SPOTS |= {"upper": (230, 50), "lower": (230, 130), "sensors": (162, 36), "unknown": (270, 175)}
 
 
-def numbered_spots(numbered: Sequence[tuple[str, dict[str, Any]]]) -> list[tuple[float, float, str]]:
-    """Where the numbers of explanations, and letters of alternatives, stand on the sketch, side by side at one part; a
-    marked place has its own."""
+def sketch_numbers(cards: Sequence[tuple[str, Mapping[str, Any]]]) -> dict[str, list[tuple[Any, ...]]]:
+    """Where the numbers of explanations, and letters of alternatives, stand on the sketch, each beside all others.
+
+    marks: (share of the span, x of the number, numbers, words) of each place of a span; spots: (x, y, number) at parts.
+    """
     there: dict[tuple[int, int], list[str]] = {}
-    for number, c in numbered:
+    places: dict[tuple[float, str], list[str]] = {}  # explanations that act at one place of a span
+    for number, c in cards:
+        for share, place in c["marks"]:
+            places.setdefault((round(share, 3), place), []).append(number)
         parts = c["parts"] or (["unknown"] if c["id"] else [])  # something unknown acts who knows where
-        for spot in dict.fromkeys(SPOTS[part] for part in parts if part != "upper" or not c["marks"]):
+        for spot in dict.fromkeys(SPOTS[part] for part in parts if number and (part != "upper" or not c["marks"])):
             there.setdefault(spot, []).append(number)
-    return [(x + 24.0 * k - 12.0 * (len(all_) - 1), y, n) for (x, y), all_ in there.items() for k, n in enumerate(all_)]
-
-
-SENSORS_ABOVE = (120.0, 520.0)  # of the sketch: places of points 4 and 1, whose names stand there
-ROOM = 16.0  # of the sketch, between two numbers side by side
-
-
-def spaced(marks: Sequence[tuple[float, str, str]]) -> list[tuple[float, float, str, str]]:
-    """Marks (share of the span, number, words) with the place where the number stands: beside all others."""
-    taken, found = list(SENSORS_ABOVE), []
-    for share, number, place in sorted(marks):
+    taken, marks = list(SENSORS_ABOVE), []
+    for (share, place), numbers in sorted(places.items()):
+        number = ", ".join(filter(None, numbers))
         x, room = 100.0 + 440.0 * share, ROOM * max(1.0, len(number) / 2.0)
-        while number and (near := [t for t in taken if abs(t - x) < 0.99 * room]):
+        while number and (near := [other for other in taken if abs(other - x) < 0.99 * room]):
             x = max(near) + room
         taken += [x] if number else []
-        found.append((share, x, number, place))
-    return found
+        marks.append((share, x, number, place))
+    spots = [
+        (x + 24.0 * k - 12.0 * (len(all_) - 1), y, n) for (x, y), all_ in there.items() for k, n in enumerate(all_)
+    ]
+    return {"marks": marks, "spots": spots}
 
 
 #: colours of pictures -> of the page, light or dark
@@ -157,25 +157,6 @@ def inline_svg(svg: str) -> Any:
     for colour, name in PAGE_COLOURS.items():
         body = body.replace(colour, f"var({name})")
     return Markup(re.sub(r"\s*\n\s*", " ", body))
-
-
-def first_panel(panels: Sequence[Panel], worst: Worst | None = None) -> int:
-    """The panel of the run and signal that the page calls the worst, else the one with the largest misfit."""
-    for k, p in enumerate(panels):
-        if worst is not None and p.run == worst.run and worst.signal in p.title.split(",")[0].split():
-            return k
-    return max(range(len(panels)), key=lambda k: panels[k].misfit, default=0)
-
-
-def place_note(found: Discovery) -> str:
-    """Why a law may stand at a place that these bars do not rank first; empty where it stands at the first, or is of a
-    stretch of the belt, at which no smooth unknown was tried."""
-    if found.law is None or not found.places or found.places[0].words in found.law.place or not found.courses:
-        return ""
-    return (
-        f"A smooth unknown of any shape fits best at another place ({found.places[0].words}); the formula was sought "
-        "at every place, and predicts best where it stands. Take the place as uncertain."
-    )
 
 
 #: parts of the sketch by words that the place of an unknown is called with
@@ -289,19 +270,12 @@ def effect_card(
     }
 
 
-@functools.cache
-def _blind_tests() -> list[tuple[float, list[int]]]:
-    """Rows of BLIND_TESTS: probability from which on; right answers and answers, and the same in changed spans."""
-    with BLIND_TESTS.open(encoding="utf-8") as table:
-        return [(float(low), [int(n) for n in counts]) for low, _, *counts in list(csv.reader(table))[1:]]
-
-
 def sureness(probability: float, asked_for: int | None = None) -> str:
     """Return a probability in words, with how often such answers were right in blind tests; asked_for: the number of
     candidates where they were cut, of which no blind test tells."""
-    low, (right, of, in_span, of_span) = [row for row in _blind_tests() if row[0] <= max(round(probability, 2), 0.0)][
-        -1
-    ]
+    with BLIND_TESTS.open(encoding="utf-8") as table:
+        rows = [(float(low), *map(int, counts)) for low, _, *counts in list(csv.reader(table))[1:]]
+    low, right, of, in_span, of_span = [row for row in rows if row[0] <= max(round(probability, 2), 0.0)][-1]
     word = "nearly certain" if low >= 0.99 else "likely" if low >= LIKELY else "uncertain"
     share = f"{100.0 * min(probability, 0.99):.0f} %" + (" or more" if low >= 0.99 else "")
     if asked_for:

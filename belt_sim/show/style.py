@@ -3,12 +3,12 @@
 Colours mean the same everywhere, and colour-blind eyes tell them apart too (after Okabe and Ito, 2008).
 """
 
-import functools
+import contextlib
 import io
 import os
 import re
 import textwrap
-from collections.abc import Callable
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -98,22 +98,16 @@ LOOK: Any = {
 }
 
 
-def in_look() -> Any:
-    """A context in which Matplotlib has our look and nothing of the user's own matplotlibrc."""
+@contextlib.contextmanager
+def in_look() -> Iterator[None]:
+    """Give Matplotlib our look, and nothing of the user's own matplotlibrc: in a with block, or as a decorator."""
     from matplotlib import style
 
-    return style.context(["default", LOOK])
+    with style.context(["default", LOOK]):
+        yield
 
 
-def picture(draw: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorate a function that draws a picture: everything in it has the one look."""
-
-    @functools.wraps(draw)
-    def in_style(*args, **kwargs) -> Any:
-        with in_look():
-            return draw(*args, **kwargs)
-
-    return in_style
+picture: Any = in_look()  # decorates a function that draws a picture
 
 
 def figure(
@@ -125,7 +119,7 @@ def figure(
     layout: Literal["constrained"] | None = "constrained",
     **grid,
 ) -> "tuple[Figure, list[list[Axes]]]":
-    """An empty figure [inch] with rows x columns axes; layout: None where ``place`` is called; ``grid`` as for
+    """An empty figure [inch] with rows x columns axes; layout: None where axes are placed by hand; ``grid`` as for
     Figure.subplots."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -143,22 +137,6 @@ def panels(width: float, height: float, rows: int, columns: int, count: int, **g
     for ax in flat[count:]:
         ax.set_visible(False)
     return fig, flat[:count]
-
-
-def place(fig: "Figure", rows: int, columns: int, **inches: float) -> None:
-    """Place axes that are all alike by distances [inch], which takes half the time of a layout that looks at every
-    tick: left, right, top and bottom of all, across and down between them."""
-    width, height = fig.get_size_inches()
-    wide = (width - inches["left"] - inches["right"] - (columns - 1) * inches["across"]) / columns
-    high = (height - inches["top"] - inches["bottom"] - (rows - 1) * inches["down"]) / rows
-    fig.subplots_adjust(
-        left=inches["left"] / width,
-        right=1.0 - inches["right"] / width,
-        bottom=inches["bottom"] / height,
-        top=1.0 - inches["top"] / height,
-        wspace=inches["across"] / wide,
-        hspace=inches["down"] / high,
-    )
 
 
 LETTER = 0.108  # [inch], mean width of a letter of a title
@@ -208,23 +186,23 @@ def svg_text(fig: "Figure") -> str:
     with in_look():
         fig.savefig(page, format="svg", metadata={"Date": None})
     rounded = re.sub(r'(?<==)"[^"<]*"', lambda a: re.sub(r"(\d\.\d)\d+", r"\1", a[0]), page.getvalue())
-    return re.sub(r' d="([^"]*)"', lambda path: f' d="{_relative(path[1])}"', rounded)
 
+    def shorten(path: re.Match[str]) -> str:
+        """A path of straight lines in steps instead of places, to a tenth of a point; others stay."""
+        if re.search(r"[^MLz\d.\s-]", path[1]):
+            return path[0]
+        parts, x, y = [], 0, 0
+        for kind, there_x, there_y in re.findall(r"([ML])\s*(\S+)\s+(\S+)|z", path[1]):
+            if not kind:
+                parts.append("z")
+                continue
+            to_x, to_y = round(10 * float(there_x)), round(10 * float(there_y))
+            dx, dy = (to_x, to_y) if kind == "M" else (to_x - x, to_y - y)
+            parts.append(f"{kind if kind == 'M' else 'l'}{dx / 10:g} {dy / 10:g}")
+            x, y = to_x, to_y
+        return f' d="{"".join(parts)}"'
 
-def _relative(path: str) -> str:
-    """A path of straight lines in steps instead of places, to a tenth of a point; others stay."""
-    if re.search(r"[^MLz\d.\s-]", path):
-        return path
-    parts, x, y = [], 0, 0
-    for kind, there_x, there_y in re.findall(r"([ML])\s*(\S+)\s+(\S+)|z", path):
-        if not kind:
-            parts.append("z")
-            continue
-        to_x, to_y = round(10 * float(there_x)), round(10 * float(there_y))
-        dx, dy = (to_x, to_y) if kind == "M" else (to_x - x, to_y - y)
-        parts.append(f"{kind if kind == 'M' else 'l'}{dx / 10:g} {dy / 10:g}")
-        x, y = to_x, to_y
-    return "".join(parts)
+    return re.sub(r' d="([^"]*)"', shorten, rounded)
 
 
 def finish_picture(fig: "Figure", path: str | os.PathLike | None, text: str) -> Any:

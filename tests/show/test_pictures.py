@@ -1,5 +1,6 @@
 """Every picture is written whole, as a PNG with something on it, and never half."""
 
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -17,7 +18,7 @@ from belt_sim.errors import BeltError, InputError
 from belt_sim.results.errors import SteadyError
 from belt_sim.show import style
 from belt_sim.show.curves import curves_picture, steady_picture
-from belt_sim.show.diagnosis import drift_chart_picture, overlay_picture
+from belt_sim.show.diagnosis import AROUND, drift_chart_picture, overlay_picture
 
 PNG = b"\x89PNG\r\n\x1a\n"
 ROUNDED = 1.0  # [px] by which a text may seem to leave its page
@@ -135,16 +136,23 @@ def test_a_picture_is_what_its_ending_says(ending, begins, runs, tmp_path):
 
 
 def test_steps_of_a_path_end_where_its_places_do():
-    from belt_sim.show.style import _relative
-
-    assert _relative("M 10.0 20.0 L 11.26 19.5 L 11.0 19.0 z") == "M10 20l1.3 -0.5l-0.3 -0.5z"
-    assert _relative("M 0 0 C 1 1 2 2 3 3") == "M 0 0 C 1 1 2 2 3 3"
+    """The line of a plot as SVG: a start, then steps that add up to its end."""
+    fig, [[ax]] = style.figure(2.0, 2.0)
+    (line,) = ax.plot([0.0, 1.0, 3.0], [0.0, 2.0, 1.0], gid="line")
+    fig.canvas.draw()
+    ends = ax.transData.transform(line.get_xydata()) * 72.0 / fig.dpi
+    numbers = [
+        float(n)
+        for n in re.findall(r"-?[\d.]+", re.search(r'id="line".*? d="(M[^"]*)"', style.svg_text(fig), re.DOTALL)[1])
+    ]
+    places = np.cumsum(np.reshape(numbers, (-1, 2)), axis=0)
+    np.testing.assert_allclose(places, np.column_stack([ends[:, 0], 144.0 - ends[:, 1]]), atol=0.11)
 
 
 def test_panels_are_placed_by_distances():
-    fig, axes = style.figure(8.0, 5.0, 2, 2, layout=None)
-    style.place(fig, 2, 2, left=1.0, right=0.5, top=0.8, bottom=0.7, across=0.5, down=0.5)
-    first, last = axes[0][0].get_position(), axes[1][1].get_position()
-    assert [first.x0 * 8.0, first.x1 * 8.0, first.y1 * 5.0] == pytest.approx([1.0, 4.0, 4.2])
-    assert [last.x0 * 8.0, last.x1 * 8.0, last.y0 * 5.0] == pytest.approx([4.5, 7.5, 0.7])
-    assert (first.y0 - last.y1) * 5.0 == pytest.approx(0.5)
+    panels = drawn("sag_roll").drawings.overlays[:2]
+    fig = overlay_picture(None, panels, "Two", names=NAMES)
+    (left, right), (width, height) = (ax.get_position() for ax in fig.axes[:2]), fig.get_size_inches()
+    assert (right.x0 - left.x1) * width == pytest.approx(AROUND["across"])
+    assert [left.x0 * width, (1.0 - right.x1) * width] == pytest.approx([AROUND["left"], AROUND["right"]])
+    assert [left.y0 * height, (1.0 - left.y1) * height] == pytest.approx([AROUND["bottom"], AROUND["top"]])

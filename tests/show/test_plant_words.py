@@ -32,7 +32,7 @@ from belt_sim.show.report import (
     plant_headline,
     render,
     rival_cards,
-    spaced,
+    sketch_numbers,
     sureness,
 )
 
@@ -80,7 +80,9 @@ def test_an_improbable_cause_is_marked_and_said_to_be_possible_only():
 
 def test_numbers_on_the_sketch_stand_beside_one_another():
     """Near point 4, whose name stands at 120, and at one place of the span."""
-    places = [x for _, x, *_ in spaced([(0.04, "1", "0.5 m"), (0.05, "3", "0.6 m"), (0.95, "2", "10.7 m")])]
+    cards = {"1": (0.04, "0.5 m"), "3": (0.05, "0.6 m"), "2": (0.95, "10.7 m")}
+    numbered = [(number, {"id": "load", "parts": ("upper",), "marks": [mark]}) for number, mark in cards.items()]
+    places = [x for _, x, *_ in sketch_numbers(numbered)["marks"]]
     places += SENSORS_ABOVE
     assert min(abs(a - b) for a, b in combinations(places, 2)) >= 0.99 * ROOM
 
