@@ -8,8 +8,6 @@ import subprocess
 import sys
 from importlib import import_module
 
-import pytest
-
 from belt_sim.io import PACKAGE, ROOT
 from belt_sim.space.model import BATCH_ENGINES
 from studies.site.architecture import BEGIN, PAGE, PICTURE, arrows, drawing, floors, table
@@ -30,12 +28,12 @@ def test_each_has_at_most_three_places():
     assert {len(places.split("; ")) for places in ROWS.values()} == {3}
 
 
-@pytest.mark.parametrize("new", ROWS)
-def test_what_the_page_names_is_there(new):
-    for file in re.findall(r"`([\w./]+/[\w.]+)`", ROWS[new]):
+def test_what_the_page_names_is_there():
+    texts = {p: p.read_text("utf-8") for p in PACKAGE.rglob("*.py")}
+    for file in re.findall(r"`([\w./]+/[\w.]+)`", TABLE):
         assert list(ROOT.glob(file.replace("NAME", "*"))), file
-    for named, file in re.findall(r"`([A-Z_]+)` in `([\w./]+)`", ROWS[new]):
-        homes = [p for p in PACKAGE.rglob("*.py") if re.search(rf"^{named}\b.*=", p.read_text("utf-8"), re.MULTILINE)]
+    for named, file in re.findall(r"`([A-Z_]+)` in `([\w./]+)`", TABLE):
+        homes = [p for p, text in texts.items() if re.search(rf"^{named}\b.*=", text, re.MULTILINE)]
         assert [p for p in homes if named[0] != "_" or p == ROOT / file] == [ROOT / file]  # one meaning a name
     for engine in BATCH_ENGINES:
         assert hasattr(import_module(f"belt_sim.space.{engine}"), "ENGINE")

@@ -95,7 +95,7 @@ def study_can(module: str, given: list[str]) -> None:
         complete(config.group(1), [*FIXED, *(w for w in given if not w.startswith("-"))], conf=STUDIES / "conf")
 
 
-@pytest.mark.parametrize("command", dict.fromkeys(ALL), ids=str)
+@pytest.mark.parametrize("command", {c.words: c for c in ALL}.values(), ids=str)
 def test_a_command_can_be_put_together(command: Command, monkeypatch):
     program, *words = command.words
     if program == "belt-sim":

@@ -95,11 +95,14 @@ def test_of_very_many_values_a_few_are_shown_and_that_is_said():
     assert f"({MOST} of 64 runs)" in figure.get_suptitle()
 
 
-def test_a_table_of_rates_is_drawn_hollow_where_they_have_not_settled():
-    """bs.plot of bs.simulate(tension=[...]): as the pictures of a sweep; whether they have is what each run says."""
-    table = bs.simulate(tension=[7, 40, 60], model="strip", travel=200)
-    runs = [bs.simulate(tension=t, model="strip", travel=200) for t in (7, 40, 60)]
-    assert list(table["settled"]) == [run.is_settled for run in runs]
+@pytest.fixture(scope="module")
+def table():
+    """Rates against tension."""
+    return bs.simulate(tension=[7, 40, 60], model="strip", travel=200)
+
+
+def test_a_table_of_rates_is_drawn_hollow_where_they_have_not_settled(table):
+    """bs.plot of bs.simulate(tension=[...]): as the pictures of a sweep."""
     assert 0 < table["settled"].sum() < 3
     (ax,) = bs.plot(table).axes
     steady, *dots = ax.get_lines()
@@ -108,8 +111,7 @@ def test_a_table_of_rates_is_drawn_hollow_where_they_have_not_settled():
     assert drawn == {not there: list(rows["rate1_mm_per_m"]) for there, rows in table.groupby("settled")}
 
 
-def test_a_table_draws_itself_and_its_parts_are_plain(tmp_path):
-    table = bs.simulate(tension=[20, 40, 60], model="strip", travel=20)
+def test_a_table_draws_itself_and_its_parts_are_plain(table, tmp_path):
     assert table.plot(tmp_path / "x.png").save(tmp_path / "y.png").is_file()
     assert (tmp_path / "x.png").is_file()
     drawn = (table.plot(kind="offset_upper_mm"), bs.plot(table, kind="offset_upper_mm"))
@@ -124,12 +126,9 @@ def test_a_table_draws_itself_and_its_parts_are_plain(tmp_path):
     assert len(lines) == 6
 
 
-def test_a_map_of_rates_that_have_not_settled_is_of_the_steady_ones():
-    table = bs.sweep(tension=[7, 20], yaw=[-0.042, 0.042], travel=10.0)
+def test_a_map_of_rates_that_have_not_settled_is_of_the_steady_ones_and_ends_where_its_cases_do():
+    table = bs.sweep(tension=[20, 40, 60], yaw=[-0.042, 0.042], model="strip", travel=5.0)
     assert not table["settled"].any()
-    assert bs.plot(table).axes[0].figure.get_suptitle() == "Steady rate, 4 cases"
-
-
-def test_a_map_ends_where_its_cases_do():
-    (ax, _) = bs.plot(bs.sweep(tension=[20, 40, 60], yaw=[-0.042, 0.042], model="strip", travel=None)).axes
+    (ax, _) = bs.plot(table).axes
+    assert ax.figure.get_suptitle() == "Steady rate, 6 cases"
     assert (*ax.get_xlim(), *ax.get_ylim()) == pytest.approx((20, 60, -0.042, 0.042))

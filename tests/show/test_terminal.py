@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from small_campaign import drawn
+from told import unknown
 
 from belt_sim.effects.base import library
 from belt_sim.results.check import Visible, visible_table
@@ -29,7 +30,10 @@ def told(monkeypatch, capsys):
 @pytest.mark.parametrize("name", ["sag_roll", "nothing", "stranger"])
 @pytest.mark.parametrize("verbose", [False, True])
 def test_everything_fits_and_the_verdict_comes_first(told, name, verbose):
-    d = replace(drawn(name), beyond=("in 8 of 10 runs the belt is too slack for this model: " + "remedy " * 20,))
+    d = replace(
+        unknown() if name == "stranger" else drawn(name),
+        beyond=("in 8 of 10 runs the belt is too slack for this model: " + "remedy " * 20,),
+    )
     lines = told(d, verbose=verbose)
     assert max(map(len, lines)) <= 80
     assert next(filter(None, lines)).startswith(f"{d.headline}: ")
