@@ -7,9 +7,10 @@ import pandas as pd
 import pytest
 
 from belt_sim.commands import runs
+from belt_sim.commands.cli import run_command
 from belt_sim.io import CAMPAIGNS, ROOT
 
-SWEEP = ("simulate", "-m", "travel=2", "pictures=false", "tension=20,40")
+SWEEP = ("simulate", "-m", "model=strip", "travel=2", "pictures=false", "tension=20,40")
 OWN = ROOT / "models" / "effects" / "wind.py"
 
 
@@ -19,44 +20,54 @@ def kept(answer) -> tuple[int, list[str]]:
     return answer.out.count("done before, kept"), again
 
 
-def test_nothing_changed(belt):
-    belt(*SWEEP)
-    assert kept(belt(*SWEEP)) == (2, [])
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """The folder of a sweep that is done."""
+    folder = tmp_path_factory.mktemp("swept") / "run"
+    assert run_command([*SWEEP, f"hydra.sweep.dir={folder}"]) == 0
+    return folder
 
 
-def test_an_edited_summary_is_not_believed(belt):
-    belt(*SWEEP)
-    path = sorted(belt.folder.glob("*/summary.json"))[0]
+@pytest.fixture
+def done(belt, swept):
+    """``belt`` with a sweep that is done in its folder."""
+    shutil.copytree(swept, belt.folder)
+    return belt
+
+
+def test_nothing_changed(done):
+    assert kept(done(*SWEEP)) == (2, [])
+
+
+def test_an_edited_summary_is_not_believed(done):
+    path = sorted(done.folder.glob("*/summary.json"))[0]
     summary = json.loads(path.read_text(encoding="utf-8"))
     summary["rate_mm_per_m"]["1"] = 99.0
     path.write_text(json.dumps(summary), encoding="utf-8")
-    assert kept(belt(*SWEEP)) == (1, ["summary.json has been changed"])
-    assert pd.read_csv(belt.folder / "sweep.csv")["rate1_mm_per_m"].abs().max() < 1.0
+    assert kept(done(*SWEEP)) == (1, ["summary.json has been changed"])
+    assert pd.read_csv(done.folder / "sweep.csv")["rate1_mm_per_m"].abs().max() < 1.0
 
 
-def test_a_damaged_summary_or_record_is_written_again(belt):
-    belt(*SWEEP)
-    for content in ("[]", "null", "{", '{"provenance": null}', "[" * 100_000):
-        sorted(belt.folder.glob("*/summary.json"))[0].write_text(content, encoding="utf-8")
-        answer = belt(*SWEEP)
+def test_a_damaged_summary_or_record_is_written_again(done):
+    for content in ("null", "[" * 100_000):
+        sorted(done.folder.glob("*/summary.json"))[0].write_text(content, encoding="utf-8")
+        answer = done(*SWEEP)
         assert (answer.status, kept(answer)) == (0, (1, ["summary.json has been changed"]))
-    for content in ("[]", "{", '{"schema": "belt-run/1"}', "[" * 100_000):
-        sorted(belt.folder.glob("*/.hydra/run.json"))[0].write_text(content, encoding="utf-8")
-        answer = belt(*SWEEP)
+    for content in ("[]", '{"schema": "belt-run/1"}', "[" * 100_000):
+        sorted(done.folder.glob("*/.hydra/run.json"))[0].write_text(content, encoding="utf-8")
+        answer = done(*SWEEP)
         assert (answer.status, answer.out.count("done before, kept"), answer.err) == (0, 1, "")
 
 
-def test_missing_curves_are_made_again(belt):
-    belt(*SWEEP)
-    sorted(belt.folder.glob("*/curves.csv"))[0].unlink()
-    assert kept(belt(*SWEEP)) == (1, ["curves.csv is missing"])
-    assert len(list(belt.folder.glob("*/curves.csv"))) == 2
+def test_missing_curves_are_made_again(done):
+    sorted(done.folder.glob("*/curves.csv"))[0].unlink()
+    assert kept(done(*SWEEP)) == (1, ["curves.csv is missing"])
+    assert len(list(done.folder.glob("*/curves.csv"))) == 2
 
 
-def test_another_version_of_the_code_runs_again(belt, monkeypatch):
-    belt(*SWEEP)
+def test_another_version_of_the_code_runs_again(done, monkeypatch):
     monkeypatch.setattr(runs, "code_hash", lambda: "0" * 64)
-    assert kept(belt(*SWEEP)) == (0, ["the code of belt-sim has changed"] * 2)
+    assert kept(done(*SWEEP)) == (0, ["the code of belt-sim has changed"] * 2)
 
 
 def test_a_changed_effects_file_runs_again(belt, tmp_path):
@@ -67,22 +78,24 @@ def test_a_changed_effects_file_runs_again(belt, tmp_path):
     assert kept(belt(*SWEEP, f"effects={table}")) == (0, [f"{table} has changed"] * 2)
 
 
-@pytest.mark.parametrize("named", ["by the command", "by an effects.yaml"])
-def test_a_changed_effect_of_ones_own_runs_again(belt, tmp_path, named):
+def test_a_changed_effect_of_ones_own_runs_again(belt, tmp_path):
+    """Named by an effects.yaml; by the command, its file is among the inputs as well."""
     own, table = tmp_path / "wind.py", tmp_path / "effects.yaml"
     shutil.copy(OWN, own)
     table.write_text("schema: belt-effects/1\neffects: [{id: wind.py, load: 1.0e-2}]\n", encoding="utf-8")
-    effects = f"effects=[{{id: {own}, load: 1.0e-2}}]" if named == "by the command" else f"effects={table}"
-    first = belt(*SWEEP, effects)
+    first = belt(*SWEEP, f"effects={table}")
     assert first.status == 0, first.err
+    before = runs.input_hashes({"effects": [{"id": str(own), "load": 0.01}]})
     own.write_text(own.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
-    assert kept(belt(*SWEEP, effects)) == (0, [f"{own} has changed"] * 2)
+    assert kept(belt(*SWEEP, f"effects={table}")) == (0, [f"{own} has changed"] * 2)
+    now = runs.input_hashes({"effects": [{"id": str(own), "load": 0.01}]})
+    assert {name for name in before if before[name] != now[name]} == {str(own)}
 
 
 def test_changed_measurements_are_compared_again(belt, tmp_path):
     campaign = tmp_path / "campaign"
     shutil.copytree(CAMPAIGNS / "slack_belt", campaign)
-    sweep = ("compare", "-m", f"campaign={campaign}", "model=strip,beam_th2", "pictures=false")
+    sweep = ("compare", "-m", f"campaign={campaign}", "model=rope,strip", "pictures=false")
     first = belt(*sweep)
     assert first.status == 0, first.err
     before = {p: json.loads(p.read_text(encoding="utf-8"))["error"] for p in belt.folder.glob("*/comparison.json")}
@@ -99,7 +112,7 @@ def test_changed_measurements_are_compared_again(belt, tmp_path):
 
 def test_every_swept_key_has_its_column(belt):
     swept = ("rig.centre_distance=5,6", "belt.width=0.2,0.3")
-    answer = belt("simulate", "-m", "travel=2", "pictures=false", *swept)
+    answer = belt("simulate", "-m", "model=rope", "travel=2", "pictures=false", *swept)
     assert answer.status == 0, answer.err
     table = pd.read_csv(belt.folder / "sweep.csv")
     assert set(zip(table["rig.centre_distance"], table["belt.width"], strict=True)) == {
