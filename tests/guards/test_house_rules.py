@@ -1,6 +1,7 @@
 """Rules of the code that a machine can check: which package may import which."""
 
 import ast
+from functools import cache
 
 import pytest
 
@@ -20,7 +21,8 @@ OUTER = {
 }
 
 
-def imported(path) -> set[str]:
+@cache
+def imported(path) -> frozenset[str]:
     """Names of the modules that a file imports, at its top or inside."""
     names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -28,7 +30,7 @@ def imported(path) -> set[str]:
             names |= {a.name for a in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{a.name}" for a in node.names}
-    return names
+    return frozenset(names)
 
 
 def that_import(*packages: str) -> set[str]:

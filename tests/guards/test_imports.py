@@ -56,7 +56,7 @@ from belt_sim.api.simulate import model_named
 import jax.numpy as jnp
 play = library()["yaw_backlash"](half=1e-4)
 gain = library()["sensor_gain"](g1=0.1)
-curves = model_named("strip").run(paper_case(10), (play, gain), travel=20.0)
+curves = model_named("rope").run(paper_case(10), (play, gain), travel=5.0)
 print(json.dumps([str(jnp.ones(1).dtype), str(curves.y.dtype), curves.y[:, -1].tolist()]))
 """
 
@@ -95,7 +95,7 @@ def test_a_run_is_in_float64_without_any_set_up_and_leaves_jax_as_it_was():
     outside, inside, ends = _said(RUN_UNPREPARED)
     assert (outside, inside) == ("float32", "float64")
     effects = (library()["yaw_backlash"](half=1e-4), library()["sensor_gain"](g1=0.1))
-    prepared = model_named("strip").run(paper_case(10), effects, travel=20.0)
+    prepared = model_named("rope").run(paper_case(10), effects, travel=5.0)
     np.testing.assert_allclose(ends, prepared.y[:, -1], rtol=ROUNDING)
 
 
@@ -112,6 +112,6 @@ def test_a_run_of_a_model_loads_no_libraries_that_it_does_not_use(tmp_path):
     heavy = ("pandas", "mujoco", "belt_sim.campaign.sheet", "belt_sim.diagnosis.forward")
     heavy += tuple(f"scipy.{part}" for part in ("interpolate", "optimize", "signal", "stats", "ndimage"))
     program = "import json, sys; from belt_sim.commands.cli import run_command"
-    program += "; run_command(['simulate', 'model=strip', 'travel=5', sys.argv[1]])"
+    program += "; run_command(['simulate', 'model=rope', 'travel=5', sys.argv[1]])"
     program += f"; print(json.dumps([m for m in {heavy} if m in sys.modules]))"
     assert _said(program, f"hydra.run.dir={tmp_path}") == []

@@ -1,10 +1,12 @@
 """A challenge runs end to end, goes on after it was killed, and survives what goes wrong on the way."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -41,13 +43,16 @@ def share(found, name: str):
 @pytest.fixture(scope="module")
 def right(tmp_path_factory):
     out = tmp_path_factory.mktemp("right")
-    return out, run_challenge(task(out, "oracle"), range(COUNT), workers=2)
+    return out, run_challenge(task(out, "oracle"), range(COUNT), workers=1)
 
 
 @pytest.fixture(scope="module")
 def wrong(tmp_path_factory):
-    """The same campaigns answered wrongly."""
-    return run_challenge(task(tmp_path_factory.mktemp("wrong"), "wrong"), range(COUNT), workers=1)
+    """The same campaigns answered wrongly, in this process."""
+    out = tmp_path_factory.mktemp("wrong")
+    for seed in range(COUNT):
+        run_case(replace(task(out, "wrong"), seed=seed))
+    return results(out)
 
 
 def test_the_truth_is_sealed_and_what_was_answered_is_kept(right):
@@ -96,7 +101,9 @@ def test_no_time_no_campaign(tmp_path):
     assert run_challenge(task(tmp_path, "oracle"), range(COUNT), workers=1, minutes=1e-9) == []
 
 
-def test_a_crash_a_death_and_a_long_silence_cost_their_own_campaign_only(tmp_path):
+def test_a_crash_a_death_and_a_long_silence_cost_their_own_campaign_only(right, tmp_path):
+    for drawn in ("campaigns", "sealed"):
+        shutil.copytree(right[0] / drawn, tmp_path / drawn)
     found = run_challenge(task(tmp_path, "troubled"), range(COUNT), workers=2, patience=PATIENCE)
     facts = rows(found)
     assert [f.outcome for f in facts] == ["crash", "crash", "crash", "right"]
