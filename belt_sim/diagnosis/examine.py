@@ -1,6 +1,6 @@
 """A diagnosis from end to end: sets of effects are fitted, what is beyond them is sought, one decision is made."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -30,7 +30,7 @@ from belt_sim.diagnosis.errors import find_faults, free_zeros
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.linearisation import Linearisation, chance_inflation, find_starts, linearise_effects
-from belt_sim.diagnosis.noise import metric_of, words_of
+from belt_sim.diagnosis.noise import Disagreement, metric_of, words_of
 from belt_sim.diagnosis.samples import first_place_inside_span, samples_of, shapes_a_span
 from belt_sim.diagnosis.search import NOTHING, Search, add_fits, extend, row_of, run_search, tabulate
 from belt_sim.diagnosis.workbench import Workbench, expand_at_likely_settings, workbench
@@ -160,9 +160,7 @@ def examine(
     suspect = tuple(sorted((*apart, *suspect), key=lambda s: s.severity != "stop"))
     search = add_fits(search, [tuple(decision.named)])
     named = search.fits[frozenset(decision.named)]
-    doubtful = {s.run for s in repeats}
-    doubtful |= {r for d in bench.finder.disagreements for r in (d.runs if len(d.runs) == 2 else d.runs[-1:])}
-    rests_on = find_single_supports(search, table, named, doubtful)
+    rests_on = find_single_supports(search, table, named, repeats, bench.finder.disagreements)
     held_back = {name: min(p, POLICY.unsure) if name in rests_on else p for name, p in decision.named.items()}
     decision = replace(decision, named=held_back)
     return Findings(
@@ -203,11 +201,12 @@ def _lay_out(campaign: Campaign, model: Composition, classes: Sequence[type[Effe
 
 
 def find_single_supports(
-    search: Search, table: EvidenceTable, named: Fit, doubtful: Collection[str | None]
+    search: Search, table: EvidenceTable, named: Fit, repeats: Sequence[Suspicion], apart: Sequence[Disagreement]
 ) -> dict[str, str]:
-    """Effect of the fit ``named`` -> that of some ``doubtful`` runs without which it gains too little to be named: what
-    is left is fitted anew with and without the effect."""
+    """Effect of the fit ``named`` -> the run without which it gains too little to be named, of those that differ from
+    their ``repeats`` or lie ``apart``: what is left is fitted anew with and without the effect."""
     found: dict[str, str] = {}
+    doubtful = {s.run for s in repeats} | {r for d in apart for r in (d.runs if len(d.runs) == 2 else d.runs[-1:])}
     for run in [r.name for r in search.bench.samples.runs if named.ids and r.name in doubtful]:
         bench = search.bench
         y = np.where(np.array([r.name == run for r in bench.samples.runs])[:, None, None], np.nan, bench.fitted.y)

@@ -383,37 +383,25 @@ def find_doubts(
     found += [Doubt(kind="noise", sentence=s) for s in noisy_runs(campaign)]
     runs, curved = campaign.runs, [r for r in campaign.runs if len(r.travel)]
     span, signs = float(rig_of(campaign).span_length), {np.sign(r.yaw) for r in runs}
-    lacking = (
-        (
-            len({round(r.tension / 1e3) for r in runs}) < 2,
-            "there is one tension; a second one tells what belongs to the belt's stiffness or its sag",
-        ),
-        (
-            not signs >= {-1.0, 1.0},
-            "there is one sign of yaw; the other one tells what the machine does by itself from what yaw does",
-        ),
-        (
-            not any(r.yaw == 0.0 and r.yaw_head == 0.0 for r in runs),
-            "there is no run at zero yaw; one shows what the machine does by itself, and the noise",
-        ),
-        (
-            not any(r.repeat_of for r in runs),
-            "no run is repeated; noise is read off repeats, and is taken as stated without",
-        ),
-        (
-            len({r.direction for r in runs}) < 2,
-            "there is one direction of travel; one reversed run tells offsets of a pulley from skewed rollers",
-        ),
-        (
-            curved and all(r.travel[-1] - r.yaw_at < SPANS * span for r in curved),
-            f"no record reaches {SPANS:g} spans ({SPANS * span:.0f} m): late drift is hardly in it",
-        ),
-        (
-            curved and len(campaign.signals) < 2,
-            "there is one signal; a second point, at the other pulley, tells drift from a belt that stands askew",
-        ),
-    )
-    found += [Doubt(kind="plan", sentence=s) for lacks, s in lacking if lacks]
+    lacking = []
+    if len({round(r.tension / 1e3) for r in runs}) < 2:
+        lacking.append("there is one tension; a second one tells what belongs to the belt's stiffness or its sag")
+    if not signs >= {-1.0, 1.0}:
+        told = "there is one sign of yaw; the other one tells what the machine does by itself from what yaw does"
+        lacking.append(told)
+    if not any(r.yaw == 0.0 and r.yaw_head == 0.0 for r in runs):
+        lacking.append("there is no run at zero yaw; one shows what the machine does by itself, and the noise")
+    if not any(r.repeat_of for r in runs):
+        lacking.append("no run is repeated; noise is read off repeats, and is taken as stated without")
+    if len({r.direction for r in runs}) < 2:
+        told = "there is one direction of travel; one reversed run tells offsets of a pulley from skewed rollers"
+        lacking.append(told)
+    if curved and all(r.travel[-1] - r.yaw_at < SPANS * span for r in curved):
+        lacking.append(f"no record reaches {SPANS:g} spans ({SPANS * span:.0f} m): late drift is hardly in it")
+    if curved and len(campaign.signals) < 2:
+        told = "there is one signal; a second point, at the other pulley, tells drift from a belt that stands askew"
+        lacking.append(told)
+    found += [Doubt(kind="plan", sentence=s) for s in lacking]
     if campaign.source.kind != "synthetic":  # what the sheet states as perfect that no instrument is
         if perfect := [s.name for s in campaign.signals if s.zero == 0.0]:
             said = f"zero of {', '.join(perfect)} is not stated and counts as perfect; state how well y = 0 is known"

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache, partial
+from functools import lru_cache, partial
 from itertools import zip_longest
 
 import jax
@@ -275,33 +275,20 @@ def _one_run(
 
 COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
 ROWS = 8  # runs at points a batch: requests are cut and padded to it, so that one shape is compiled; most are small
+#: threads that the batches of all requests run in: to begin and end two for each takes half as long as a batch
+_POOL = ThreadPoolExecutor(WORKERS, thread_name_prefix="batches")
 
 
-@dataclass(frozen=True)
-class Work:
-    """What a program shows of all runs at points, (C, R, S, n), once its batches are done."""
-
-    found: np.ndarray
-    batches: Sequence[Callable[[], None]]
-
-
-def finish(works: Sequence[Work]) -> None:
+def finish(works: Sequence[Sequence[Callable[[], None]]]) -> None:
     """Do all batches: first one of each program, so that each is compiled once and several side by side."""
-    turns = [[batch for batch in turn if batch is not None] for turn in zip_longest(*(w.batches for w in works))]
+    turns = [[batch for batch in turn if batch is not None] for turn in zip_longest(*works)]
     for batches in (turns[:1], turns[1:]):
         here = [batch for turn in batches for batch in turn]
         if len(here) == 1:
             here[0]()
         else:
-            for done in [_pool().submit(batch) for batch in here]:
+            for done in [_POOL.submit(batch) for batch in here]:
                 done.result()
-
-
-@cache
-def _pool() -> ThreadPoolExecutor:
-    """The threads that batches run in, those of all requests: to begin and end two for each takes half as long as a
-    batch."""
-    return ThreadPoolExecutor(WORKERS, thread_name_prefix="batches")
 
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``choose_step``)
@@ -420,16 +407,17 @@ class Forward:
     def _predict(self, vector: np.ndarray, groups: Sequence[Groups]) -> np.ndarray:
         """Predictions (C, R, S, n) at parameter vectors (C, size), each marched with some groups of effects."""
         places = {code: np.flatnonzero([c == code for c in groups]) for code in dict.fromkeys(groups)}
-        works = [self._march(vector[rows], code) for code, rows in places.items()]
-        finish(works)
+        parts = [self._march(vector[rows], code) for code, rows in places.items()]
+        finish([batches for _, batches in parts])
         found = np.empty((len(vector), *self.samples.y.shape))
-        for rows, work in zip(places.values(), works, strict=True):
-            found[rows] = work.found
+        for rows, (part, _) in zip(places.values(), parts, strict=True):
+            found[rows] = part
         found -= self.offset
         return found + self._additive_readings(vector, vector, self._addable) if self._addable else found
 
-    def _march(self, vector: np.ndarray, groups: Groups) -> Work:
-        """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null.
+    def _march(self, vector: np.ndarray, groups: Groups) -> tuple[np.ndarray, Sequence[Callable[[], None]]]:
+        """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null, and the batches
+        that are to write them.
 
         A batch marches as far as its runs ask for, and takes the time of the effects alone that are not null in it.
         """
@@ -468,7 +456,7 @@ class Forward:
             part[:] = np.asarray(predicted)[: len(part), places, :n]
 
         batches = [partial(batch, start) for start in range(0, len(points), ROWS)]
-        return Work(found.reshape(len(vector), *samples.y.shape), batches)
+        return found.reshape(len(vector), *samples.y.shape), batches
 
     def values_and_slopes(self, vector: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""

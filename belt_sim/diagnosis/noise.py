@@ -20,8 +20,8 @@ from belt_sim.diagnosis.samples import Samples, zero_is_read
 #
 # The covariance of one run and signal is white^2 I + wander^2 exp(-|ds|/length), or where the wander is smooth, with a
 # slope everywhere as a slow drift of temperature has it, (1 + r) exp(-r) with r = sqrt(3) |ds|/length (Matern 3/2).
-# Zero, gain and setting errors are shared by a whole run and are nuisances with a prior. The stated levels may be off;
-# levels.py reads them off the campaign, as factors on what is stated.
+# Zero, gain and setting errors are shared by a whole run and are nuisances with a prior. The stated levels may be off:
+# LevelFinder reads them off the campaign, as factors on what is stated.
 
 
 SMOOTH = float(np.sqrt(3.0))  # over the length of a smooth wander: one over that of its exponential

@@ -14,7 +14,7 @@ from belt_sim.diagnosis import forward
 from belt_sim.diagnosis import forward as march_module
 from belt_sim.diagnosis.examine import keeps_tension
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.forward import HEAVY, Forward, Work
+from belt_sim.diagnosis.forward import HEAVY, Forward
 from belt_sim.diagnosis.samples import samples_of
 from belt_sim.discovery import responses
 from belt_sim.effects.belt_shape import Camber, Weld
@@ -68,7 +68,7 @@ def test_what_is_dear_is_asked_by_itself_where_nothing_else_acts(monkeypatch):
     def noted(self, vector, groups):
         """The code is noted, and neither compiled nor run."""
         asked.append(groups)
-        return Work(np.zeros((len(vector), *self.samples.y.shape)), [])
+        return np.zeros((len(vector), *self.samples.y.shape)), []
 
     monkeypatch.setattr(Forward, "_march", noted)
     forward.values_and_slopes(np.repeat(forward.null()[None], len(along), axis=0), along)
@@ -119,19 +119,16 @@ def test_a_condition_that_tests_nothing_is_said_to():
 def test_the_first_batch_of_every_program_comes_before_the_second_of_any(monkeypatch):
     """So programs are loaded side by side."""
     done = []
-    works = [
-        forward.Work(np.zeros(0), [partial(done.append, (name, k)) for k in range(n)])
-        for name, n in (("a", 3), ("b", 1), ("c", 2))
-    ]
+    works = [[partial(done.append, (name, k)) for k in range(n)] for name, n in (("a", 3), ("b", 1), ("c", 2))]
     with ThreadPoolExecutor(1) as one:
-        monkeypatch.setattr(forward, "_pool", lambda: one)
+        monkeypatch.setattr(forward, "_POOL", one)
         forward.finish(works)
     assert done == [("a", 0), ("b", 0), ("c", 0), ("a", 1), ("c", 1), ("a", 2)]
 
 
 def test_batches_of_all_requests_run_in_the_same_threads():
     seen = set()
-    works = [forward.Work(np.zeros(0), [lambda: seen.add(threading.get_ident())] * 4)]
+    works = [[lambda: seen.add(threading.get_ident())] * 4]
     for _ in range(8):
         forward.finish(works)
     assert len(seen) <= forward.WORKERS + 1  # and the caller's own, which compiles a lone program
@@ -139,7 +136,7 @@ def test_batches_of_all_requests_run_in_the_same_threads():
 
 def test_an_error_of_a_batch_is_told_when_all_have_ended():
     ended = []
-    works = [forward.Work(np.zeros(0), [batch]) for batch in (lambda: 1 / 0, lambda: ended.append(1))]
+    works = [[lambda: 1 / 0], [lambda: ended.append(1)]]
     with pytest.raises(ZeroDivisionError):
         forward.finish(works)
     assert ended == [1]
