@@ -23,9 +23,8 @@ SURE_OF_ZERO = Noise(white=0.01 * MM, wander_sd=0.02 * MM, zero=0.03 * MM)
 TAPER = [{"id": "taper", "kappa_t": 1e-4}]
 
 
-@pytest.mark.parametrize("zero_at_start", [True, False])
-def test_a_fault_that_acts_before_the_yaw_is_named_and_zero_is_not_doubted(zero_at_start):
-    made = make_campaign(hidden=TAPER, seed=3, plan=replace(LATE, zero_at_start=zero_at_start), noise=SURE_OF_ZERO)[0]
+def test_a_fault_that_acts_before_the_yaw_is_named_and_zero_is_not_doubted():
+    made = make_campaign(hidden=TAPER, seed=3, plan=replace(LATE, zero_at_start=False), noise=SURE_OF_ZERO)[0]
     drift = max(abs(y[20] - y[0]) for run in made.runs for y in run.signals.values())
     assert drift > 3.0 * SURE_OF_ZERO.zero
     assert {(s.kind, s.severity) for s in suspicions(made)} == {("running_start", "look")}  # which it may also be

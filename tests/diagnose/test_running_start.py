@@ -151,7 +151,9 @@ def test_a_curved_edge_that_every_run_meets_elsewhere_is_no_spoilt_repeat(whole)
 
 def test_a_wrong_direction_of_all_runs_is_asked_about_beside_a_real_effect():
     """It explains less than the effect does, and hardly anything else than the direction would."""
-    right = make_campaign(hidden=[{"id": "soft_cover", "d": 60}], seed=11, base="strip")[0]
+    runs = tuple(RunSetting(tension=t, yaw=yaw) for t in (7e6, 14e6, 4e7) for yaw in (-7e-4, 7e-4))
+    plan = Plan(runs=runs, length=30.0, spacing=0.5)
+    right = make_campaign(hidden=[{"id": "soft_cover", "d": 60}], seed=11, base="strip", plan=plan)[0]
     wrong = replace(right, runs=tuple(replace(r, direction=-1.0) for r in right.runs))
     (told,) = [e for e in sheet_evidence(wrong, STRIP) if e.mistake.kind == "direction"]
     assert told.suspicion.severity == "look"
