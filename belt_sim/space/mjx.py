@@ -407,7 +407,8 @@ def stack_cases(trees: Sequence[T]) -> tuple[T, Any]:
 
 #: MJX asks for the body of every coordinate once a body, in Python: 195 s of tracing on the full rig
 SLOW = "_q_bodyid"
-_bodies_of, _kept = getattr(scan, SLOW, None), [None, None]  # the last model's kinds of joints, and what was found
+_bodies_of: Any = getattr(scan, SLOW, None)
+_kept: list[Any] = [None, None]  # the last model's kinds of joints, and what was found of them
 
 
 def _once_a_model(m: mjx.Model) -> np.ndarray:

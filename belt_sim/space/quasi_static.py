@@ -55,13 +55,13 @@ def newton_step(
     at_ends [N], (2, 3 m): of ``chain_forces``; tail: its wrap and pose; moment [N m]: of the belt's weight on it.
     """
     on, at = tail
-    along, moves = jnp.tile(jnp.array([1.0, 0.0, 0.0]), len(on.r)), []  # of its outermost stations by slide and spin
+    along, both = jnp.tile(jnp.array([1.0, 0.0, 0.0]), len(on.r)), []  # its outermost stations, by slide and spin
     for outer in (on.first, on.last):
         k = outer % on.r.shape[-1]
         turned, r = on.angle[:, k] + at.spin, on.r[:, k]
         local = jnp.stack([r * jnp.cos(turned), jnp.zeros_like(r), -r * jnp.sin(turned)], axis=1)
-        moves.append(jnp.stack([along, (local @ at.axes.T).ravel()], axis=1))
-    moves = jnp.stack(moves)
+        both.append(jnp.stack([along, (local @ at.axes.T).ravel()], axis=1))
+    moves = jnp.stack(both)
     pull = jnp.einsum("eip,ei->p", moves, at_ends).at[1].add(moment)
     lacking = pull.at[0].add(belt.load)
 
@@ -292,7 +292,8 @@ def run_travel_cases(
             good = run.is_on_pulleys(mean, float(made.case.belt.width)) & ~(residual > TOLERANCE)
             end = len(mean) if good.all() else int(np.argmin(good))
             extra = {name: 20 + k for k, name in enumerate(COLUMNS[: mean.shape[1] - 20])}
-            found.append(run.curves_of(mean[:end].T, {"tail_x": run.TAIL_X, "correction": 19} | extra))
+            curves = run.curves_of(mean[:end].T, {"tail_x": run.TAIL_X, "correction": 19} | extra)
+            found.append(curves)
             if end == len(mean):
                 continue
             why = "the belt ran off its pulleys or its equilibrium was lost {where}: turn the yaw back earlier, "
@@ -302,7 +303,7 @@ def run_travel_cases(
                     f"friction = {float(made.belt.friction):g}: how far nodes slide was not found {{where}}, to "
                     f"{residual[end]:.2g} of the largest limit ({TOLERANCE:g} is allowed): raise model.steps"
                 )
-            found[-1] = run.failure_with(found[-1], f"{why}, or use engine=native")
+            found[-1] = run.failure_with(curves, f"{why}, or use engine=native")
         yield found
 
 

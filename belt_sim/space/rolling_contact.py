@@ -273,13 +273,13 @@ def _add_sensors(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     x, level, rays = 0.5 * float(scene.case.rig.centre_distance), 0.5 * (head + tail), []
     for point, station, z in ((1, "tail", tail), (2, "tail", -tail), (3, "head", -head), (4, "head", head)):
         for side, way in (("left", 1.0), ("right", -1.0)):
-            at, quat = [0, way * RAY, z], [turn, way * turn, 0, 0]
-            rays.append((spec.body(f"{station}-carriage"), f"edge-{point}-{side}", at, quat))
+            at, turned = [0, way * RAY, z], [turn, way * turn, 0, 0]
+            rays.append((spec.body(f"{station}-carriage"), f"edge-{point}-{side}", at, turned))
     for span, z, quat in (("upper", level + RAY, [0, 1, 0, 0]), ("lower", -level - lower_ray(scene), [1, 0, 0, 0])):
         for side, way in (("left", 1.0), ("right", -1.0)):
-            rays.append((spec.worldbody, f"height-{span}-{side}", [x, way * middle, z], quat))
-    for body, name, at, quat in rays:
-        body.add_site(name=name, pos=at, quat=quat, size=[5e-3] * 3, group=4)
+            rays.append((spec.worldbody, f"height-{span}-{side}", [x, way * middle, z], [*map(float, quat)]))
+    for body, name, at, turned in rays:
+        body.add_site(name=name, pos=at, quat=turned, size=[5e-3] * 3, group=4)
         spec.add_sensor(name=name, type=kind.mjSENS_RANGEFINDER, objtype=site, objname=name, intprm=[1, 0, 0])
     for name in ("head-spin", "tail-spin", "tail-slide", "head-yaw", "tail-yaw"):
         spec.add_sensor(name=name, type=kind.mjSENS_JOINTPOS, objtype=joint, objname=name)
