@@ -191,10 +191,27 @@ class StateSpace:
 
 
 def state_space(plant: LinearBelt, *, order: int = 3, delay: str = "pade", per_metre: bool = False) -> StateSpace:
-    """``plant`` with every wrapped arc of ``order`` by ``delay`` ("pade" or "chain"); raises InputError."""
-    n = len(plant.states)
-    pieces = [rational_delay(float(arc), order, delay) for arc in plant.arcs]
-    a_late, b_late, c_late, d_late = (block_diag(*part) for part in zip(*pieces, strict=True))
+    """``plant`` with every wrapped arc, exp(-p length), replaced by a rational function of ``order``.
+
+    delay: "pade", of order (order, order), exact to p^(2 order) and of magnitude 1 at every wavenumber; or "chain",
+    ``order`` lags of length/order each, which also damps. Raises InputError for an order outside 1..12 or an unknown
+    delay.
+    """
+    whole("order", order, 1, 12)
+    if delay not in DELAYS:
+        raise InputError("delay", delay, "", f"use one of {', '.join(DELAYS)}")
+    if delay == "chain":
+        a = order * (np.eye(order, k=-1) - np.eye(order))
+        b, c, d = order * np.eye(order, 1), np.eye(1, order, k=order - 1), np.zeros((1, 1))
+    else:  # of exp(-p): bottom sum c_k p^k, top sum c_k (-p)^k,
+        # c_k = (2n-k)! / (k! (n-k)!) (Baker & Graves-Morris 1996)
+        powers = range(order, -1, -1)
+        bottom = np.array([factorial(2 * order - k) / (factorial(k) * factorial(order - k)) for k in powers])
+        a, b, c, d = signal.tf2ss(bottom * (-1.0) ** np.array(powers), bottom)
+    lengths, n = plant.arcs.astype(float), len(plant.states)
+    a_late, b_late = (block_diag(*(part / length for length in lengths)) for part in (a, b))
+    c_late, d_late = (block_diag(*[part] * len(lengths)) for part in (c, d))
+
     a = np.block([[plant.now + plant.delayed @ d_late, plant.delayed @ c_late], [b_late, a_late]])
     b = np.concatenate([plant.drive, np.zeros((len(a_late), len(INPUTS)))])
     rows = []
@@ -205,24 +222,6 @@ def state_space(plant: LinearBelt, *, order: int = 3, delay: str = "pade", per_m
     c, d = np.concatenate(rows), np.zeros((len(OUTPUTS), len(INPUTS)))
     how: dict[str, Any] = {"order": order, "delay": delay, "per_metre": per_metre}
     return StateSpace(plant=plant, a=a * scale, b=b * scale, c=c, d=d, **how)
-
-
-def rational_delay(length: float, order: int, kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """State space (a, b, c, d) of exp(-p length), ``length`` in m, p in 1/m.
-
-    pade: of order (order, order), exact to p^(2 order) and of magnitude 1 at every wavenumber; chain: ``order`` lags
-    of length/order each, which also damps. Raises InputError for an order outside 1..12 or an unknown kind.
-    """
-    whole("order", order, 1, 12)
-    if kind not in DELAYS:
-        raise InputError("delay", kind, "", f"use one of {', '.join(DELAYS)}")
-    if kind == "chain":
-        a = order * (np.eye(order, k=-1) - np.eye(order))
-        return a / length, order * np.eye(order, 1) / length, np.eye(1, order, k=order - 1), np.zeros((1, 1))
-    # of exp(-p): bottom sum c_k p^k, top sum c_k (-p)^k, c_k = (2n-k)! / (k! (n-k)!) (Baker & Graves-Morris 1996)
-    bottom = np.array([factorial(2 * order - k) / (factorial(k) * factorial(order - k)) for k in range(order, -1, -1)])
-    a, b, c, d = signal.tf2ss(bottom * (-1.0) ** np.arange(order, -1, -1), bottom)
-    return a / length, b / length, c, d
 
 
 # plant.json: the plant as numbers, for programs without FMI or Matlab.

@@ -1,10 +1,13 @@
-"""The steering environment: batched, differentiable, and steered by its action."""
+"""The steering environment: batched, differentiable, steered by its action; the controller of a notebook."""
+
+import json
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from belt_sim.io import ROOT
 from belt_sim.mjx import Ranges, SteeringEnvironment
 from belt_sim.settings import make_case
 from belt_sim.space import Options
@@ -35,3 +38,16 @@ def test_belts_differ_by_what_is_drawn_and_go_where_they_are_steered():
         value = jax.jit(jax.grad(lambda turn: env.step(env.reset(keys[0]), turn).metrics["y1"]))
         slope = value(jnp.array(0.5))
         assert np.sign(slope) == np.sign(ends[1][0])
+
+
+@pytest.mark.long
+def test_the_controller_of_the_notebook_turns_the_tail_against_y():
+    """Of two equal belts the steered one moves less."""
+    notebook = json.loads((ROOT / "examples" / "batch_on_mjx.ipynb").read_text(encoding="utf-8"))
+    code = ["".join(c["source"]) for c in notebook["cells"] if c["cell_type"] == "code"]
+    names: dict = {}
+    exec("\n".join([code[0], code[1].split("\n\n\ny = ")[0]]), names)  # its imports and its function
+    steered = names["steered"]
+    y = steered(np.array([0.0, 2e-3]), np.array([0.04, 0.04]), 900)
+    assert y.shape == (2, 900)
+    assert 0.0 < np.abs(y[1, -1]) < np.abs(y[0, -1])
