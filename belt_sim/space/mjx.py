@@ -513,7 +513,8 @@ def run_prepared(
                     break
             places = np.asarray(data.mjx[0]) if watched else ()
             for k, one in watched:
-                run.tell_share(one.observers, begin / len(commands.travel[0]))
+                for advance in (o.advance for o in one.observers if hasattr(o, "advance")):
+                    advance(begin / len(commands.travel[0]))
                 last = min(now.stop, steps[k]) - 1  # after it the belt keeps its last command
                 read = np.asarray(reads[k, last - begin])
                 if begin <= last and run.is_on_pulleys(read[None], widths[k])[0]:

@@ -136,13 +136,8 @@ class Solver:
         first_node = self.model.nbody - math.prod(self.shape[:2])
         return self.model.site_bodyid[self.model.wrap_objid].reshape(-1, 2) - first_node
 
-    @property
-    def rest_lengths(self) -> np.ndarray:
-        """Stress-free lengths [m] of these edges or bonds, shape (k,)."""
-        return np.array(self.model.flexedge_length0 if self.model.nflexedge else self.model.tendon_lengthspring[:, 0])
-
     def set_rest_lengths(self, lengths: np.ndarray) -> None:
-        """They count from now on; shape (k,) [m]."""
+        """Let these stress-free lengths [m] of edges or bonds, shape (k,), count from now on."""
         if self.model.nflexedge:
             self.model.flexedge_length0[:] = lengths
         else:

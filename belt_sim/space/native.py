@@ -259,6 +259,7 @@ class SpaceRun:
             read[[run.TRAVEL, run.SPEED]] = [at.get("travel", read[run.TRAVEL]), at.get("speed", read[run.SPEED])]
             return read, state.slides, float(state.instant[9]), state.instant[1:3]
 
+        advancing = [o.advance for o in observers if hasattr(o, "advance")]  # who want to know the share that is made
         watched = run.notify_observers(observers, scene.case, travel, recorder.curves, solver.model, solver.data)
         with watched, silence_expected_warnings():
             state = self.state = self.lay(rows[0])
@@ -271,7 +272,8 @@ class SpaceRun:
                     recorder.add(*instant(k - resting, travel=0.0, speed=row[4]))
                 self.step(state, row, following)
                 if k % run.TOLD_EVERY == 0:
-                    run.tell_share(observers, k / len(rows))
+                    for advance in advancing:
+                        advance(k / len(rows))
                 if k >= resting and recorder.is_due(row[0], row[4]):
                     recorder.add(*instant(k + 1 - resting))
             if recorder.table:

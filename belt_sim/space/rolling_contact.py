@@ -97,11 +97,6 @@ def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) ->
     return spec, scene
 
 
-def rim_radius(scene: SceneLayout) -> float:
-    """Radius [m] of the head pulley where the nodes touch it: what it turns by, the belt has run."""
-    return scene.loop.radius_head - NODE_RADIUS
-
-
 def story(scene: SceneLayout) -> str:
     """What stands at the top of the MJCF."""
     case, options = scene.case, scene.options
@@ -241,13 +236,14 @@ def _drive(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     pace = scene.options.run_speed * float(np.sign(float(case.settings.direction)))
     way = np.roll(scene.mesh.laid, -1, axis=0) - np.roll(scene.mesh.laid, 1, axis=0)
     way /= np.linalg.norm(way, axis=2, keepdims=True)
-    spins = np.array([0.0, pace / rim_radius(scene), 0.0, 0.0, pace / (scene.loop.radius_tail - NODE_RADIUS)])
+    rim = scene.loop.radius_head - NODE_RADIUS  # [m]
+    spins = np.array([0.0, pace / rim, 0.0, 0.0, pace / (scene.loop.radius_tail - NODE_RADIUS)])
     spec.add_key(name="running", qpos=spec.key("laid").qpos, qvel=np.concatenate([spins, (pace * way).ravel()]))
 
     loose = float(case.settings.tension) / N_PER_MM2
     torque = {name: spec.joint(f"{name}-yaw").stiffness[0] * DEGREE for name in ("tail", "head")}  # [N m] a degree
     for name, target, gear, least, most in (
-        ("speed", "head-spin", rim_radius(scene), -_FASTEST, _FASTEST),
+        ("speed", "head-spin", rim, -_FASTEST, _FASTEST),
         ("tension", "tail-slide", 2.0 * float(case.belt.area) * N_PER_MM2, -loose, _TIGHTEST),
         ("tail_yaw", "tail-yaw", torque["tail"], -_MOST_YAW, _MOST_YAW),
         ("head_yaw", "head-yaw", torque["head"], -_MOST_YAW, _MOST_YAW),
@@ -367,7 +363,9 @@ class ContactRun:
         of_joints = np.array(numbers[: len(joints)])  # wherever an edited scene has them
         self._places, self._rates = model.jnt_qposadr[of_joints], model.jnt_dofadr[of_joints]
         self.scene, self.model, self.data = scene, model, mujoco.MjData(model)
-        self.rim = float(np.sign(float(case.settings.direction))) * rim_radius(scene)  # [m], signed
+        self.rim = float(np.sign(float(case.settings.direction))) * (
+            scene.loop.radius_head - NODE_RADIUS
+        )  # [m] of belt a turn of 1 rad
         # steps are made while the belt runs, within yaw_time: friction of contacts creeps at rest
         self.plan = YawPlan(case.settings, step_over=options.yaw_time * options.run_speed)
         self.travel, self.speed = -scene.early, 0.0

@@ -282,15 +282,6 @@ class Computed:
 
 
 TOLD_EVERY = 200  # steps
-
-
-def tell_share(observers: Sequence[Observer], share: float) -> None:
-    """Tell observers who want to know (``advance``) which share of a run's steps has been made."""
-    for observer in observers:
-        if advance := getattr(observer, "advance", None):
-            advance(share)
-
-
 _READINGS_PER_SAMPLE = 5  # a landing shakes the belt once per station; the curve is the mean over a sample
 
 

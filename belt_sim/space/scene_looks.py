@@ -65,40 +65,40 @@ def furnish(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, material="floor")
     floor.pos, floor.size = [0.5 * length, 0.0, lowest - 2.0 * radius], [0.0, 0.0, 0.1]  # without end
     floor.contype, floor.conaffinity = 0, 1
-    _dress_pulley(spec, "head", head)
-    _dress_pulley(spec, "tail", tail)
-    _point_cameras(spec, length, radius, lowest)
+    _dress_machine(spec, {"head": head, "tail": tail}, length, lowest)
     if scene.mesh.lines > 1:
         _add_skin(spec, scene)
         for flex in spec.flexes:
             flex.group, flex.damping = 3, _NO_DAMPING
 
 
-def _dress_pulley(spec: mujoco.MjSpec, name: str, radius: float) -> None:
-    """A drum with stripes along it and across its faces, and an axle."""
-    pulley, half = spec.body(f"{name}-pulley"), float(spec.geom(f"{name}-shell").size[1])
-    spec.delete(spec.geom(f"{name}-mark"))
-    for end in ("top", "bottom"):
-        spec.site(f"{name}-{end}").group = 4
-    across, drawn = [math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0], radius - _DRAWN_BELOW
-    cylinder, box = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX
-    seen = [
-        (f"{name}-drum", cylinder, [drawn, half, 0.0], across, "pulley"),
-        (f"{name}-shaft", cylinder, [0.03, half + 0.06, 0.0], across, "axle"),
-    ]
-    width, out = _SPOKE
-    for k in range(_SPOKES):
-        angle = k * math.pi / _SPOKES
-        turned = [math.cos(0.5 * angle), 0.0, math.sin(0.5 * angle), 0.0]
-        seen.append((f"{name}-stripe-{k}", box, [width, half + out, drawn + out], turned, "stripe"))
-    for title, shape, size, quat, material in seen:
-        pulley.add_geom(
-            name=title, type=shape, size=size, quat=quat, material=material, contype=0, conaffinity=0, mass=0.0, group=1
+def _dress_machine(spec: mujoco.MjSpec, radii: dict[str, float], length: float, lowest: float) -> None:
+    """Drums with stripes along them and across their faces, axles; cameras: ``overview`` along the belt, ``side`` and
+    ``above`` to scale, ``tail`` and ``head`` near the pulleys."""
+    cylinder, box, across = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX, [math.sqrt(0.5)] * 2 + [0.0] * 2
+    plain = {"contype": 0, "conaffinity": 0, "mass": 0.0, "group": 1}
+    for name, radius in radii.items():
+        pulley, half, drawn = (
+            spec.body(f"{name}-pulley"),
+            float(spec.geom(f"{name}-shell").size[1]),
+            radius - _DRAWN_BELOW,
         )
+        spec.delete(spec.geom(f"{name}-mark"))
+        for end in ("top", "bottom"):
+            spec.site(f"{name}-{end}").group = 4
+        seen = [
+            (f"{name}-drum", cylinder, [drawn, half, 0.0], across, "pulley"),
+            (f"{name}-shaft", cylinder, [0.03, half + 0.06, 0.0], across, "axle"),
+        ]
+        width, out = _SPOKE
+        for k in range(_SPOKES):
+            angle = k * math.pi / _SPOKES
+            turned = [math.cos(0.5 * angle), 0.0, math.sin(0.5 * angle), 0.0]
+            seen.append((f"{name}-stripe-{k}", box, [width, half + out, drawn + out], turned, "stripe"))
+        for title, shape, size, quat, material in seen:
+            pulley.add_geom(name=title, type=shape, size=size, quat=quat, material=material, **plain)
 
-
-def _point_cameras(spec: mujoco.MjSpec, length: float, radius: float, lowest: float) -> None:
-    """``overview`` along the belt, ``side`` and ``above`` to scale, ``tail`` and ``head`` near the pulleys."""
+    radius = max(radii.values())
     middle = np.array([0.5 * length, 0.0, 0.5 * (radius + lowest)])
     flat = (length + 2.0 * radius + _ROOM) * 9.0 / 16.0  # height of a picture of 16:9 that is as wide as the machine
     views = {
