@@ -30,7 +30,7 @@ from belt_sim.diagnosis.drawings import machine_of, overlays
 from belt_sim.diagnosis.errors import free_zeros
 from belt_sim.diagnosis.examine import BOOTSTRAPS, compile_ahead, examine
 from belt_sim.diagnosis.fit import Fit, covariance_root, step_bounds
-from belt_sim.diagnosis.foresight import free_starts, sheet_evidence
+from belt_sim.diagnosis.foresight import forget_layout, free_starts, sheet_evidence
 from belt_sim.diagnosis.next_run import next_runs
 from belt_sim.diagnosis.plausibility import CORRELATED, inseparable_numbers, prior_sigma
 from belt_sim.diagnosis.workbench import Workbench, workbench
@@ -102,6 +102,7 @@ def diagnose(
         of_data = (*suspicions(own), *check_repeats(own))
         settled = checked or any(s.severity == "stop" for s in of_data)
         of_sheet = () if settled else sheet_evidence(free_zeros(own, of_data), chosen, tell_stage)
+        forget_layout()
         doubtful = [*running, *(e.suspicion for e in of_sheet if e.certain)]
         findings = examine(
             own, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful, checked=checked,

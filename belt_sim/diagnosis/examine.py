@@ -44,7 +44,7 @@ from belt_sim.results.diagnosis import Discovery
 
 BOOTSTRAPS = 100
 BASE_MODELS = ("beam_th1", "beam_th2", "strip", "strip_lift_off")
-MANY = 10_000  # readings, from which what is beyond one set only is looked for at once
+MANY = 4_000  # readings, from which memory counts for more than time: what is beyond sets is sought one by one
 DESCRIBED = 0.8  # of the chi2 beyond noise: a base model that explains less leaves something unexplained itself
 
 

@@ -332,6 +332,11 @@ def _layout(campaign: Campaign, model: Composition) -> _Layout:
     return _Layout(campaign, model)
 
 
+def forget_layout() -> None:
+    """Let go of the layout that is kept, once all has been asked of it."""
+    _layout.cache_clear()
+
+
 def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple[float, SheetMistake]:
     """chi2 with the mistake in all runs, or in those alone in which it helps."""
     chi2 = stated.total_without(mistake)

@@ -34,7 +34,7 @@ class LawSearch:
         if additive and bench.samples.y.size <= MANY:  # more take less time than memory
             self.begun[frozenset(fit.ids)] = data
         found = unknown_evidence(data)
-        data.compute_once(("rows",), dict, data.states).clear()
+        data.forget_inputs()
         return found
 
     def law(
@@ -55,6 +55,7 @@ class LawSearch:
             outcome = search_law(
                 data, self.tell, pairs=matters([pair]), matters=lambda some: matters([*map(_law, some)])
             )
+        data.forget_inputs()
         result, made = LawResult(partial(describe_discovery, outcome)), outcome.best
         if made is None:
             return result

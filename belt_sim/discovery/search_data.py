@@ -338,6 +338,12 @@ class SearchData:
             found[key] = made()
         return found[key]
 
+    def forget_inputs(self) -> None:
+        """Drop what takes most memory and little time: forms along every run, and their columns."""
+        self.kept.pop("within", None)
+        for key in [k for k in self.kept if k[0] in ("inputs", "single")]:
+            del self.kept[key]
+
     def pace(self, form: Form) -> float:
         """What turns travels [m] into what a form's course goes with: the slowest speed of what is timed, else 1."""
         return float(np.min(self.states.speed)) if form.timed else 1.0
@@ -465,7 +471,7 @@ def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = (), spectr
     """The data for a search of what ``fit`` lacks; among: as in ``impulse_responses``; spectra: of searches beside
     other fits."""
     # what runs share is taken out: columns of the bench, and of the free parameters of the fit, which have no prior
-    metric = replace(bench, shared=np.zeros_like(bench.shared)).metric_at(bench.levels)
+    metric = bench.metric.of_single_runs
     runs, shapes = (
         len(bench.samples.runs),
         np.concatenate([bench.shared, fit.slopes]) if len(fit.free) else bench.shared,
