@@ -459,8 +459,8 @@ def find_disagreements(
     k = int(np.argmax(sum(x / x.max() for x in off.values())))
     names, signals = [samples.runs[r].name for r in group], {d.signal.name: d.signal for d in found}
     runs = (*names[:k], *names[k + 1 :], names[k])
-    times = {n: max(d.times for d in found if d.signal.name == n) for n in signals}
-    return quiet, [Disagreement(runs, signal, float(off[n][k]), times[n]) for n, signal in signals.items()]
+    most = {n: max(d.times for d in found if d.signal.name == n) for n in signals}
+    return quiet, [Disagreement(runs, signal, float(off[n][k]), most[n]) for n, signal in signals.items()]
 
 
 # Levels of one signal.
