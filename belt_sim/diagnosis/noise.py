@@ -76,13 +76,6 @@ class Levels:
         return white, wander, Reach(length, self.smooth)
 
 
-def covariance(signal: SignalSheet, travel: np.ndarray, per_bin: float, levels: Levels, s: int = 0) -> np.ndarray:
-    """Covariance (n, n) of one run's samples of one signal, the ``s``-th, without what a run shares."""
-    white, wander, reach = levels.of_signal(s)
-    noise = (white * max(signal.white, FLOOR)) ** 2 / per_bin
-    return wander**2 * wander_kernel(signal, travel, reach) + noise * np.eye(len(travel))
-
-
 def wander_kernel(signal: SignalSheet, travel: np.ndarray, reach: Reach) -> np.ndarray:
     """Covariance (n, n) of the wander, of the stated size."""
     apart = np.abs(travel[:, None] - travel[None, :]) / (reach.length * max(signal.wander_length, 1e-6))
@@ -212,8 +205,10 @@ def metric_of(samples: Samples, levels: Levels, shapes: np.ndarray, shared: np.n
             keep = np.flatnonzero(np.isfinite(samples.y[r, s]))
             travel = samples.travel[r, keep]
             key = travel.tobytes() + bytes([s]) + np.float64(samples.per_bin[r]).tobytes()
-            if key not in seen:
-                lower = cholesky(covariance(signal, travel, samples.per_bin[r], levels, s), lower=True)
+            if key not in seen:  # of one run's samples of one signal, without what a run shares
+                white, wander, reach = levels.of_signal(s)
+                noise = (white * max(signal.white, FLOOR)) ** 2 / samples.per_bin[r] * np.eye(len(travel))
+                lower = cholesky(wander**2 * wander_kernel(signal, travel, reach) + noise, lower=True)
                 seen[key] = solve_triangular(lower, np.eye(len(lower)), lower=True)
             roots[r, s][np.ix_(keep, keep)] = seen[key]
     none = np.zeros((0, 1)), np.zeros(0)

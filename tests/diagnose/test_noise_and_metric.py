@@ -14,7 +14,6 @@ from belt_sim.diagnosis.noise import (
     LevelFinder,
     Levels,
     Reach,
-    covariance,
     metric_of,
     nuisance_shapes,
 )
@@ -160,9 +159,12 @@ def test_zero_and_gain_of_a_sensor_move_its_own_readings_in_its_own_run():
 
 
 def test_white_noise_falls_with_the_root_of_what_was_averaged_and_wander_does_not():
-    signal = bench().samples.signals[0]
-    travel = np.array([0.0, signal.wander_length])
-    found = covariance(signal, travel, 4.0, Levels(white=2.0, wander=3.0))
+    signal, still = bench().samples.signals[0], np.zeros((1, 1, 1, 2))
+    travel = np.array([[0.0, signal.wander_length]])
+    one = {"signals": (signal,), "travel": travel, "y": still[0], "per_bin": np.array([4.0])}
+    metric = metric_of(replace(bench().samples, **one), Levels(white=2.0, wander=3.0), still, still)
+    root = np.linalg.inv(metric.roots[0, 0])
+    found = root @ root.T
     wander = (3.0 * signal.wander_sd) ** 2
     wanted = [[wander + signal.white**2, wander / np.e], [wander / np.e, wander + signal.white**2]]
     np.testing.assert_allclose(found, wanted, rtol=EXACT)
