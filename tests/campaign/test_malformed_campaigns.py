@@ -9,8 +9,8 @@ from sample_campaign import RUNS, SHEET, SIGNALS, STEADY, Folder
 
 from belt_sim.campaign import Campaign, CampaignError, read_campaign, suspicions
 
-#: Enough to meet every branch many times; about ten seconds for the module.
-EXAMPLES = 300
+#: Enough to meet every branch many times; about four seconds for the module.
+EXAMPLES = 120
 TEXTS = {"campaign.yaml": SHEET, "runs.csv": RUNS, "signals.csv": SIGNALS, "steady.csv": STEADY}
 FILES = st.sampled_from(sorted(TEXTS))
 #: Text that YAML, CSV and number parsers stumble over.

@@ -120,11 +120,11 @@ def test_unequal_pulleys_are_told_apart(folder):
     assert (machine.head_radius.value, machine.tail_radius.value) == pytest.approx((0.17, 0.2), rel=ROUNDING)
 
 
-def test_a_hundred_thousand_rows_are_read(folder):
-    rows = (f"r0{k},{n / 100!r},,{n * 1e-3!r},{n * 2e-3!r},\n" for k in (1, 2, 3) for n in range(33_334))
+def test_thirty_thousand_rows_are_read(folder):
+    rows = (f"r0{k},{n / 100!r},,{n * 1e-3!r},{n * 2e-3!r},\n" for k in (1, 2, 3) for n in range(10_000))
     folder.write("signals.csv", "run,travel_m,time_s,y1,y4,tilt\n" + "".join(rows))
     campaign = read_campaign(folder.path)
-    assert sum(len(run.travel) for run in campaign.runs) == 100_002
+    assert sum(len(run.travel) for run in campaign.runs) == 30_000
 
 
 def test_a_campaign_is_a_table_in_si():

@@ -77,7 +77,7 @@ def only_signals(campaign: Campaign) -> Campaign:
 
 
 #: Other base models are asked about these, which takes compiling them.
-SLOW = ("radius", "travel_unit")
+SLOW = ("radius", "travel_unit", "points")
 
 
 @pytest.mark.parametrize("kind", [pytest.param(k, marks=[pytest.mark.long] if k in SLOW else []) for k in MISTAKES])

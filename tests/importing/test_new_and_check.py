@@ -72,7 +72,7 @@ def test_a_plan_has_no_readings_yet_but_no_empty_file(plan, tmp_path, text, plan
     if text is not None:
         (tmp_path / "signals.csv").write_text(text)
     if planned:
-        found = check(tmp_path, effects=FEW[:1], travel=40.0, step=1.0, advise=False)
+        found = check(tmp_path, effects=FEW[:1], travel=40.0, step=0.5, advise=False)
         assert f"is planned, {len(found.runs)} runs, without readings yet" in found.lines()[0]
     else:
         with pytest.raises(CampaignError, match=r"^signals\.csv: the file is empty; begin with the line run,travel_m"):

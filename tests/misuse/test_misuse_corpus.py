@@ -108,8 +108,10 @@ def test_refused_in_a_line(typed, says, damaged, tmp_path, capsys, monkeypatch):
 BEYOND = ["belt.width=10", "belt.width=0.001", "belt.thickness=0.02", "yaw=2", "rig.pulley_radius=5"]
 
 
-@pytest.mark.parametrize("model", ["rope", "beam_th1", "beam_th2", "strip", "ritzinger"])
-@pytest.mark.parametrize("setting", BEYOND)
+@pytest.mark.parametrize(
+    ("model", "setting"),
+    [*(("beam_th1", s) for s in BEYOND), *((m, BEYOND[0]) for m in ("rope", "beam_th2", "strip", "ritzinger"))],
+)
 def test_legal_values_beyond_sense_are_told_by_every_model(model, setting, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["belt-sim"])
     status = run_command(["simulate", f"model={model}", setting, *SHORT, f"hydra.run.dir={tmp_path}"])
@@ -120,7 +122,6 @@ def test_legal_values_beyond_sense_are_told_by_every_model(model, setting, tmp_p
 WRONG_ENVIRONMENT = [
     ({"JAX_ENABLE_X64": "banana"}, "JAX_"),
     ({"JAX_PLATFORMS": "foo"}, "JAX_PLATFORMS = foo"),
-    ({"JAX_DISABLE_JIT": "1"}, "JAX_DISABLE_JIT = 1"),
     ({"XLA_FLAGS": "--bogus"}, "XLA_FLAGS = --bogus"),
 ]
 
@@ -151,14 +152,14 @@ def test_too_little_memory_is_one_line(tmp_path):
 
 def test_a_full_standard_output_is_one_line(tmp_path):
     with open("/dev/full", "w") as full:
-        done = belt_sim(["simulate", *SHORT, f"hydra.run.dir={tmp_path}"], stdout=full)
+        done = belt_sim(["simulate", "model=ritzinger", *SHORT, f"hydra.run.dir={tmp_path}"], stdout=full)
     assert done.returncode == 1
     assert done.stderr.strip() == "belt-sim: standard output = No space left on device: what was finished is kept"
     assert (tmp_path / "summary.json").is_file()
 
 
 def test_a_closed_standard_output_stops_nothing(tmp_path):
-    line = f'"{sys.executable}" -m belt_sim simulate {" ".join(SHORT)} "hydra.run.dir={tmp_path}" >&-'
+    line = f'"{sys.executable}" -m belt_sim simulate model=ritzinger {" ".join(SHORT)} "hydra.run.dir={tmp_path}" >&-'
     done = subprocess.run(line, shell=True, cwd=ROOT, stderr=subprocess.PIPE, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "summary.json").is_file()
