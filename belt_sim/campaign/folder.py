@@ -11,6 +11,7 @@ import secrets
 import shutil
 from collections import Counter
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -77,13 +78,6 @@ class CsvTable:
     lines: list[int]
     problems: list[Problem]
 
-    def __len__(self) -> int:
-        return len(self.lines)
-
-    def texts(self, name: str) -> list[str]:
-        """Return the cells of a column, "" where it is blank or left out."""
-        return self.columns.get(name, [""] * len(self))
-
     def numbers(self, name: str, bounds: Range, *, unit: str | None = None, blank: float | None = None) -> np.ndarray:
         """Return a column in SI, shape (rows,).
 
@@ -91,7 +85,10 @@ class CsvTable:
         """
         unit = bounds.unit if unit is None else unit
         cells = self.columns[name]
-        written = np.array([_number(cell) for cell in cells])
+        written = np.full(len(cells), math.nan)
+        for row, cell in enumerate(cells):  # nan where it holds no number (or 1_000, which only Python reads)
+            with suppress(ValueError):
+                written[row] = float(cell) if "_" not in cell else math.nan
         with np.errstate(over="ignore"):  # what overflows is refused as implausible
             si = written * UNITS[unit][1]
         for row in np.flatnonzero(~bounds.holds(si)).tolist():
@@ -111,14 +108,6 @@ class CsvTable:
         """Append a problem for one wrong cell of a row, or of the first row of a run."""
         line = self.lines[self.columns["run"].index(row) if isinstance(row, str) else row]
         self.problems.append(Problem(file=self.file, line=line, name=name, value=value, unit=unit, remedy=remedy))
-
-
-def _number(cell: str) -> float:
-    """Return the number that a cell holds; nan where it holds none (or 1_000, which only Python reads)."""
-    try:
-        return math.nan if not cell or "_" in cell else float(cell)
-    except ValueError:
-        return math.nan
 
 
 def parse_table(
@@ -175,17 +164,18 @@ def read_runs(text: str, problems: list[Problem]) -> tuple[CsvTable | None, dict
     table, runs = parse_table(text, "runs.csv", REQUIRED, KNOWN, problems), dict[str, Run]()
     if table is None:
         return None, runs
-    ran = np.array([cell == UNKNOWN for cell in table.texts("run_in_m")])
+    blank = [""] * len(table.lines)  # the cells of a column that is left out
+    ran = np.array([cell == UNKNOWN for cell in table.columns.get("run_in_m", blank)])
     if ran.any():
         table.columns["run_in_m"] = ["" if cell == UNKNOWN else cell for cell in table.columns["run_in_m"]]
     numbers = {
-        field: table.numbers(column, bounds, blank=blank)
-        for column, (field, bounds, blank) in NUMBERS.items()
+        field: table.numbers(column, bounds, blank=value)
+        for column, (field, bounds, value) in NUMBERS.items()
         if column in table.columns
     }
     if ran.any():
         numbers["run_in"] = np.where(ran, math.nan, numbers["run_in"])
-    repeats, uses, started = (table.texts(column) for column in ("repeat_of", "use", "started"))
+    repeats, uses, started = (table.columns.get(column, blank) for column in ("repeat_of", "use", "started"))
     for row, name in enumerate(table.columns["run"]):
         values: dict[str, Any] = {field: float(column[row]) for field, column in numbers.items()}
         direction = values.get("direction", 1.0)
@@ -319,7 +309,7 @@ def read_steady(text: str, runs: Mapping[str, Run] | None, problems: list[Proble
     if table is None:
         return ()
     u = table.numbers("u_rate", BOUNDS["u_rate"])
-    rates = np.full((4, len(table)), math.nan)
+    rates = np.full((4, len(table.lines)), math.nan)
     for k, column in enumerate(RATES):
         if column in table.columns:
             rates[k] = table.numbers(column, BOUNDS["rate"], blank=math.nan)
@@ -327,9 +317,9 @@ def read_steady(text: str, runs: Mapping[str, Run] | None, problems: list[Proble
     for name, index in found.items():
         if len(index) > 1:
             table.refuse(index[1], "run", name, "", f"stands already in line {table.lines[index[0]]}; keep one row")
-    for row, cells in enumerate(zip(*map(table.texts, RATES), strict=True)):
-        if not any(cells):
-            table.refuse(row, "run", table.columns["run"][row], "", "states no rate; fill in one of rate1 to rate4")
+    for row, name in enumerate(table.columns["run"]):
+        if not any(table.columns[column][row] for column in RATES if column in table.columns):
+            table.refuse(row, "run", name, "", "states no rate; fill in one of rate1 to rate4")
     return tuple(SteadyRate(run=name, rates=rates[:, index[0]], u=float(u[index[0]])) for name, index in found.items())
 
 

@@ -354,11 +354,11 @@ def check_noise(records: list[Record]) -> list[Suspicion]:
         if r.sheet.kind == "lateral" and r.run.yaw != 0.0 and r.travel[-1] > 0.0:
             sizes[r.sheet.name].append(r.rms / (abs(r.run.yaw) * float(r.travel[-1])))
     for signal, of_run in ratios.items():
-        others = {run: np.median([r for name, r in of_run.items() if name != run] or [1.0]) for run in of_run}
-        off, odd = (
-            {run for run, r in of_run.items() if abs(math.log(r / usual[run])) >= math.log(NOISE_FACTOR)}
-            for usual in (dict.fromkeys(of_run, 1.0), others)
-        )
+        off, odd = set[str](), set[str]()  # runs that are not as stated, and runs that are not as the other runs
+        for run, ratio in of_run.items():
+            others = [r for name, r in of_run.items() if name != run]
+            off |= {run} if abs(math.log(ratio)) >= math.log(NOISE_FACTOR) else set()
+            odd |= {run} if abs(math.log(ratio / np.median(others or [1.0]))) >= math.log(NOISE_FACTOR) else set()
         alone = odd if odd <= off else off
         if len(alone) < len(off):
             sentence = f"its scatter is {float(np.median([*of_run.values()])):.3g} times the stated one in every run:"
@@ -665,13 +665,14 @@ def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
             others = [abs(other.yaw) for other in leads if other is not lead]
             stated = abs(lead.yaw) / float(np.median(others)) if others else 1.0
             certain = 1.0 / ALIKE < stated * abs(lead.lead) < ALIKE and not 1.0 / ALIKE < stated < ALIKE
-        found.append(_suspicion(lead, "stop" if certain else "look"))
+        found.append(_odd_lead(lead, "stop" if certain else "look"))
     if len(found) == len(leads) > 1 and len({s.kind for s in found}) == 1:
         return [replace(found[0], run=None, sentence=f"in every run: {found[0].sentence}")]
     return found
 
 
-def _suspicion(lead: Lead, severity: Severity) -> Suspicion:
+def _odd_lead(lead: Lead, severity: Severity) -> Suspicion:
+    """Return what a lead that no belt has could come from."""
     run, names = lead.tail.run, (lead.tail.sheet.name, lead.head.sheet.name)
     if run.run_in > 0.0 and run.travel[0] >= run.yaw_at:  # no reading shows the belt before its yaw
         given = f"what the yaw of {math.degrees(lead.yaw):.3g} deg, set when the record began, gives"

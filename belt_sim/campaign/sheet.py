@@ -144,7 +144,12 @@ def validation_problem(
         example = examples.get(".".join(path[-2:])) or examples.get(path[-1], f"{path[-1]}: ...")
         value, remedy = None, f"is missing; state it, for example {example}"
     elif kind == "extra_forbidden":
-        value, remedy = None, f"unknown key; {did_you_mean(path[-1], _known_keys(schema, path[:-1]))}"
+        model = schema  # at this path; the keys of a dictionary are free
+        for key in path[:-1]:
+            entry = model.model_fields.get(key)
+            model = model if entry is None else next(_models(entry.annotation), model)
+        known = [name.rstrip("_") for name in model.model_fields]
+        value, remedy = None, f"unknown key; {did_you_mean(path[-1], known)}"
     elif kind == "literal_error":
         remedy = f"must be {details['ctx']['expected']}"
     elif value is None and kind in remedies:
@@ -152,15 +157,6 @@ def validation_problem(
     else:
         remedy = remedies.get(kind, details["msg"])
     return Problem(file=file, line=marked.line(inner), name=".".join(inner), value=value, unit=unit, remedy=remedy)
-
-
-def _known_keys(schema: type[BaseModel], path: Path) -> list[str]:
-    """Return the keys that a schema allows at ``path``; the keys of a dictionary are free."""
-    model = schema
-    for key in path:
-        entry = model.model_fields.get(key)
-        model = model if entry is None else next(_models(entry.annotation), model)
-    return [name.rstrip("_") for name in model.model_fields]
 
 
 def _models(annotation: Any) -> Iterator[type[BaseModel]]:

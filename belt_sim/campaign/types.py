@@ -130,18 +130,22 @@ class _OfArrays:
     """A dataclass with arrays is equal to another if all numbers are, nan beside nan."""
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and _equal(vars(self), vars(other))
+        if type(self) is not type(other):
+            return False
+        pairs = [(x, getattr(other, name)) for name, x in vars(self).items()]
+        while pairs:
+            a, b = pairs.pop()
+            if isinstance(a, dict) and isinstance(b, dict) and a.keys() == b.keys():
+                pairs += [(a[key], b[key]) for key in a]
+            elif isinstance(a, np.ndarray):
+                if not np.array_equal(a, b, equal_nan=True):
+                    return False
+            elif not (a == b or (a != a and b != b)):
+                return False
+        return True
 
     def __hash__(self) -> int:
         return hash(next(iter(vars(self).values())))
-
-
-def _equal(a: Any, b: Any) -> bool:
-    if isinstance(a, dict) and isinstance(b, dict):
-        return a.keys() == b.keys() and all(_equal(a[key], b[key]) for key in a)
-    if isinstance(a, np.ndarray):
-        return np.array_equal(a, b, equal_nan=True)
-    return bool(a == b) or (a != a and b != b)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -65,21 +65,27 @@ class LawResult:
     bench: Workbench | None = None
 
 
+@dataclass(frozen=True)
+class LawQuestion:
+    """The law of what is seen beside a fit is asked for.
+
+    matters: whether laws would change what is decided (None: all do); most: chi2 that a law may explain.
+    """
+
+    bench: Workbench
+    fit: Fit
+    matters: Callable[[list[LawEvidence]], bool] | None = None
+    most: float = np.inf
+
+
 class LawFinder(Protocol):
     """A search for laws beyond the library."""
 
     def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
         """What is seen beside a fit in the linear range; among: effects of all fits that are looked at."""
 
-    def law(
-        self,
-        bench: Workbench,
-        fit: Fit,
-        matters: Callable[[list[LawEvidence]], bool] | None = None,
-        most: float = np.inf,
-    ) -> LawResult:
-        """The law of what is seen beside a fit; matters: whether laws would change what is decided (None: all do);
-        most: chi2 that a law may explain."""
+    def law(self, asked: LawQuestion) -> LawResult:
+        """The law that is asked for, with its joint fit."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -313,7 +319,8 @@ def _add_laws(
     found = {}
     for ids in sets:
         matters = partial(decision.could_change, table, ids, policy=POLICY)
-        found[ids] = laws.law(search.bench, search.fits[ids], matters, decision.most_of_a_law(table, ids, POLICY))
+        most = decision.most_of_a_law(table, ids, POLICY)
+        found[ids] = laws.law(LawQuestion(search.bench, search.fits[ids], matters, most))
     in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
     rows = [replace(b, laws=(*b.laws, in_march[b.ids])) if b.ids in in_march else b for b in table.unknown]
     return search, replace(table, unknown=tuple(rows)), found

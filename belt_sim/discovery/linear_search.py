@@ -157,7 +157,8 @@ def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
             key: tuple
             if block.depends_on_pulley:
                 key, within = ("inputs", channel if part is None else part, place.kind in WRAPPED, block), states
-                read = partial(form_inputs, states.variables_at(place), block.everything, part, channel)
+                read_at = states.at_landing if place.kind in WRAPPED else states
+                read = partial(form_inputs, read_at, block.everything, part, channel)
             else:
                 key, within, plain = ("single", block), None, partial(form_inputs, states, block.everything, None, None)
                 read = partial(data.compute_once, ("inputs", block), plain)

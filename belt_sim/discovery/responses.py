@@ -25,7 +25,6 @@ from belt_sim.effects.law import (
     RELATIVE,
     ROLLS,
     SPANS,
-    WRAPPED,
     Form,
     Place,
 )
@@ -379,13 +378,10 @@ class States:
         """Wavelength [m] below which no wave is searched: three cells, or twice the distance of readings (aliasing)."""
         return max(SHORTEST * float(self.s[1] - self.s[0]), SAMPLED * self.gap)
 
-    def variables_at(self, place: Place) -> "States":
-        """What a law at a place reads: where the belt runs up, now; over a wrap, what the belt that leaves it had when
-        it ran up, for that belt it happened to."""
-        return self._landing_states if place.kind in WRAPPED else self
-
     @cached_property
-    def _landing_states(self) -> "States":
+    def at_landing(self) -> "States":
+        """What a law over a wrap reads: what the belt that leaves it had when it ran up, for that belt it happened
+        to."""
         landed: dict[str, Any] = {
             n: np.stack([self.delay(getattr(self, n)[:, k], k) for k in (0, 1)], 1) for n in ("y", "alpha", "kappa")
         }

@@ -24,7 +24,19 @@ from belt_sim.discovery.responses import (
     span_changes,
     states_of,
 )
-from belt_sim.effects.law import AT_PULLEYS, BY_THE_BELT, ONE_SIDED, PULLEYS, ROLLS, SPANS, STIFFNESS, Form, Law, Place
+from belt_sim.effects.law import (
+    AT_PULLEYS,
+    BY_THE_BELT,
+    ONE_SIDED,
+    PULLEYS,
+    ROLLS,
+    SPANS,
+    STIFFNESS,
+    WRAPPED,
+    Form,
+    Law,
+    Place,
+)
 
 # The dictionary of forms that a search tries at a place, and their values along the runs.
 
@@ -376,7 +388,7 @@ class SearchData:
 
     def rows(self, place: Place, forms: list[Form]) -> np.ndarray:
         """Whitened columns (F, R, m) of forms of size 1 at a place, without dependence on tension."""
-        found, states = [], self.states.variables_at(place)
+        found, states = [], self.states.at_landing if place.kind in WRAPPED else self.states
         for channel, part in place.parts:
             if place.is_stretch:
                 inputs = states.stretch_input(place, channel, int(part or 0), forms).swapaxes(0, 1)

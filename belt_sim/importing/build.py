@@ -18,7 +18,6 @@ from belt_sim.importing.columns import (
     LoggedTables,
     Note,
     column_questions,
-    other_units,
     resolve_columns,
     span_of,
 )
@@ -79,11 +78,16 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
         if any(t.file.suffix.lower() == ".xlsx" for t in tables):
             remedy += "; a workbook keeps those of its formulas only if it was saved with them"
         raise InputError("files", "no signal", "", remedy)
-    notes = [n for t in tables for n in t.notes] + other_units(tables) + [Note(m.key, n) for m in made for n in m.notes]
+    notes = [n for t in tables for n in t.notes]
+    changed = [c for c in used if c.stated_unit and c.unit and c.entry.unit]
+    changed = [c for c in changed if UNITS.get(c.stated_unit) != UNITS[c.unit]]
+    said = (f"the file says {c.stated_unit}, the mapping {c.unit}; the mapping is taken" for c in changed)
+    notes += dict.fromkeys(Note(c.name, text) for c, text in zip(changed, said, strict=True))
+    notes += [Note(m.key, n) for m in made for n in m.notes]
     middles = {c.signal: c.middle for c in used if c.middle is not None}
     runs, more, step = runs_on_one_grid([] if asked else made, entry, middles)
     worst = max(runs, key=lambda r: abs(r.y0 or 0.0), default=None)
-    if worst and abs(worst.y0 or 0.0) > 0.5 * width and not is_trusted(entry, "y0"):
+    if worst and abs(worst.y0 or 0.0) > 0.5 * width and str(entry.trust.get("y0", "")).lower() not in TRUSTED:
         what = (
             f"y0 {1e3 * (worst.y0 or 0.0):.4g} mm in run {worst.name}, more than half the belt's width off the middle"
         )
@@ -119,11 +123,9 @@ REVOLUTIONS, PART = 50.0, 0.02
 #: Spans that a yawed belt must have run to be judged by its movement, and the share of yaw times travel that it moves
 #: at least; share by which a tension may move within a run.
 SPANS, STILL, RAMP = 2.0, 2e-3, 0.04
+#: Answers under trust that take an unlikely number as it is.
+TRUSTED = ("yes", "true")
 LIKELY = {"tension": (3e5, 8e8), "speed": (2e-3, 15.0), "yaw": (-0.035, 0.035), "yaw_head": (-0.035, 0.035)}
-
-
-def is_trusted(entry: MappingEntry, role: str) -> bool:
-    return str(entry.trust.get(role, "")).lower() in ("yes", "true")
 
 
 def doubts(
@@ -138,7 +140,7 @@ def doubts(
     found: dict[tuple[str, ...], Question] = {}
 
     def doubt(role: str, names: tuple[str, ...], what: str) -> None:
-        if is_trusted(entry, role):
+        if str(entry.trust.get(role, "")).lower() in TRUSTED:
             return
         open_units = [c for c in columns if (c.role in names or c.signal in names) and not c.entry.unit and not c.stamp]
         question = ask("trust", role=role, what=what, it="the number")

@@ -6,24 +6,23 @@ These are proposed by a column's name, its unit and its numbers; what the mappin
 import re
 import unicodedata
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import yaml
 
 from belt_sim.campaign.sheet import RESERVED, check_signal_name
 from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, CampaignError, did_you_mean, kind_at, quote, refusal
 from belt_sim.errors import InputError
-from belt_sim.importing.mapping import DAY, ROLES, TILT, ColumnEntry, MappingEntry, Question, Role, ask
+from belt_sim.importing.mapping import DAY, ROLES, TILT, ColumnEntry, MappingEntry, Question, Role, ask, texts_of
 from belt_sim.settings import SIGNAL_DIMENSION
 from belt_sim.units import NAMES, UNITS, quantity, scaled_unit, split_unit, unit_of
 
 #: dimension -> unit of a column where neither file nor mapping states one, and in which a signal is written
 USUAL = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
+SYNONYMS = "synonyms.yaml"  # what people call roles, places and directions, and what they remark
 #: place -> usual name of the signal there
 SIGNAL_NAMES = {place: place.replace("point_", "y") for place in PLACES}
 SIGNAL_NAMES |= {"upper_mid_span": "tilt", "lower_mid_span": "tilt_lower"}
@@ -116,14 +115,10 @@ class Column:
         return np.empty(0) if self.is_text else self.values[np.isfinite(self.values)]
 
     @property
-    def is_stated(self) -> bool:
-        """Whether the mapping says what the column is."""
-        return bool(self.entry.role or self.entry.unit or self.entry.at)
-
-    @property
     def sure(self) -> bool:
         """Whether the mapping or the file itself says what it is."""
-        return (self.is_certain or self.is_stated) and not self.unit_is_guess
+        stated = self.entry.role or self.entry.unit or self.entry.at
+        return bool(self.is_certain or stated) and not self.unit_is_guess
 
     @property
     def unit_is_guess(self) -> bool:
@@ -134,14 +129,17 @@ class Column:
     @property
     def why(self) -> str:
         """Where role and unit come from, in words."""
-        if self.is_stated:
+        if self.entry.role or self.entry.unit or self.entry.at:
             return "the mapping" + (f"; {self.unit} is a guess" if self.unit_is_guess else "")
         return self.proposed_by + ("" if self.is_certain else " (a guess)")
 
     def si(self) -> np.ndarray:
         """Numbers [SI]; of a force [N]; of an axis of a digitised picture, the value at each pixel."""
         values = self.values.astype(float)
-        return self.factor * (values if self.entry.axis is None else self.entry.axis.values_at(values))
+        if self.entry.axis is not None:
+            (p0, p1), (v0, v1) = self.entry.axis.pixel, self.entry.axis.value
+            values = v0 + (values - p0) * (v1 - v0) / (p1 - p0)
+        return self.factor * values
 
     @property
     def middle(self) -> float | None:
@@ -226,13 +224,6 @@ class LoggedTables:
 # ---- what names say
 
 
-@cache
-def synonyms() -> dict[str, dict[str, list[str]]]:
-    """What people call roles, places and directions, and what they remark."""
-    found: dict[str, Any] = yaml.safe_load(Path(__file__).with_name("synonyms.yaml").read_text(encoding="utf-8"))
-    return found
-
-
 def plain(name: str) -> str:
     """A name in lower case, umlauts written out, words apart, all but letters and digits blank."""
     name = re.sub(r"(?<=[a-zäöü])(?=[A-ZÄÖÜ][a-zäöü])", " ", name).lower()
@@ -250,7 +241,12 @@ def role_named(name: str) -> str:
         return f"rate{rate.group(1) or 1}"
     if _NUMBERED.match(words) or re.fullmatch(r"y[ _]?[a-z1-9]?", words):
         return "signal"
-    spoken = {known: role for role, names in synonyms()["roles"].items() for known in names if _speaks_of(words, known)}
+    spoken = {
+        known: role
+        for role, names in texts_of(SYNONYMS)["roles"].items()
+        for known in names
+        if _speaks_of(words, known)
+    }
     return spoken[max(spoken, key=len)] if spoken else ""
 
 
@@ -264,7 +260,7 @@ def _speaks_of(words: str, known: str) -> bool:
 def place_named(name: str) -> str:
     """The place that a signal's name speaks of; "" where it says none, or not enough."""
     words = plain(name)
-    says = {part: any(w in words for w in names) for part, names in synonyms()["places"].items()}
+    says = {part: any(w in words for w in names) for part, names in texts_of(SYNONYMS)["places"].items()}
     if says["tilt"]:
         return "lower_mid_span" if says["lower"] else "upper_mid_span"
     numbered, named = _NUMBERED.match(words), ""
@@ -321,11 +317,22 @@ def _propose(column: Column) -> Column:
     of forward and reverse, nan where blank), or of no use."""
     header = _COUNT.sub("", column.name)
     name, unit = split_unit(header)
-    unit = column.unit or unit or _other_unit(header)
+    unit = column.unit or unit
+    # what stands in the place of a unit, as [V], (kgf) or in furlongs
+    known = [names for group in ("roles", "places", "remarks") for names in texts_of(SYNONYMS)[group].values()]
+    for found in _STATED.finditer(header) if not unit else ():
+        text = next(part for part in found.groups() if part)
+        spoken = any(_speaks_of(plain(text), word) for names in known for word in names if len(word) > 1)
+        if re.search(r"[^\W\d_]|[%‰°]", text) and not spoken:
+            unit = text
+            break
     column, unit = replace(column, unit="", stated_unit=unit), unit if unit in UNITS else ""
     role = role_named(name)
     if column.is_text:
-        known, words = synonyms()["directions"], [plain(v) for v in column.values] if role == "direction" else []
+        known, words = (
+            texts_of(SYNONYMS)["directions"],
+            [plain(v) for v in column.values] if role == "direction" else [],
+        )
         signs = {"": np.nan} | dict.fromkeys(known["forward"], 1.0) | dict.fromkeys(known["reverse"], -1.0)
         if any(words) and signs.keys() >= {*words}:
             values, why = np.array([signs[w] for w in words]), "its name and words"
@@ -339,7 +346,7 @@ def _propose(column: Column) -> Column:
     if unit and not fits:
         dimension = UNITS[unit][0]
         stroke = role in ("yaw", "yaw_head") and dimension == "length" and not place_named(name)
-        if stroke and not any(_speaks_of(plain(name), known) for known in synonyms()["roles"]["signal"]):
+        if stroke and not any(_speaks_of(plain(name), known) for known in texts_of(SYNONYMS)["roles"]["signal"]):
             return replace(column, role=role, unit="", proposed_by=f"its name; a yaw in {unit} needs its lever")
         role = "signal" if dimension == "length" and place_named(name) else BY_DIMENSION.get(dimension, "")
     if not role:
@@ -351,21 +358,10 @@ def _propose(column: Column) -> Column:
     elif role.startswith(("rate", "u_rate")):
         unit = unit or "mm/m"
     elif ROLES[role].units and not unit:
-        is_tilt = role == "signal" and any(w in plain(name) for w in synonyms()["places"]["tilt"])
+        is_tilt = role == "signal" and any(w in plain(name) for w in texts_of(SYNONYMS)["places"]["tilt"])
         unit, guess = _only_unit(column, TILT if is_tilt else ROLES[role])
         why = f"its name; {guess}"
     return replace(column, role=role, unit=unit, at=at, is_certain=is_certain, proposed_by=why)
-
-
-def _other_unit(header: str) -> str:
-    """What a header states in the place of a unit, as [V], (kgf) or in furlongs; "" where it states nothing."""
-    groups = (synonyms()[group].values() for group in ("roles", "places", "remarks"))
-    words = [word for group in groups for names in group for word in names if len(word) > 1]
-    for found in _STATED.finditer(header):
-        text = next(part for part in found.groups() if part)
-        if re.search(r"[^\W\d_]|[%‰°]", text) and not any(_speaks_of(plain(text), word) for word in words):
-            return text
-    return ""
 
 
 def wind_on(seconds: np.ndarray) -> tuple[np.ndarray, list[str]]:
@@ -530,16 +526,6 @@ def _unit(column: Column, role: str, kinds: tuple[str, ...]) -> str:
 def rises(column: Column) -> bool:
     """Whether the numbers of a column rise throughout, as time and travel do."""
     return not column.is_text and len(column.values) > 10 and bool((np.diff(column.values) > 0).all())
-
-
-def other_units(tables: Iterable[LoggedTable]) -> list[Note]:
-    """Units that the file itself states and the mapping states otherwise."""
-    found = []
-    for column in (c for table in tables for c in table.columns):
-        own, unit = column.stated_unit, column.unit
-        if own and unit and column.entry.unit and UNITS.get(own) != UNITS[unit]:
-            found.append(Note(column.name, f"the file says {own}, the mapping {unit}; the mapping is taken"))
-    return list(dict.fromkeys(found))
 
 
 # ---- what the mapping must or may still say

@@ -137,11 +137,6 @@ class AxisEntry(Entry):
             raise InputError("axis", "one mark", "", "give two different marks: pixel: [80, 680], value: [0, 25]")
         return self
 
-    def values_at(self, pixels: np.ndarray) -> np.ndarray:
-        """The values (n,) at pixels (n,), in the unit of ``value``."""
-        (p0, p1), (v0, v1) = self.pixel, self.value
-        return v0 + (pixels - p0) * (v1 - v0) / (p1 - p0)
-
 
 class ColumnEntry(Entry):
     role: RoleName | None = None
@@ -289,20 +284,23 @@ class Question:
         flow = yaml.safe_dump([self.example], default_flow_style=True, width=10_000, allow_unicode=True)
         written = flow.strip()[1:-1]
         for key in reversed(self.path):
-            written = f"{_key(key)}: {written}" if key is self.path[-1] else f"{_key(key)}: {{{written}}}"
+            is_word = key.replace("_", "").replace("-", "").isalnum() and not key.isdigit()
+            shown = key if is_word else f'"{key}"'
+            written = f"{shown}: {written}" if key is self.path[-1] else f"{shown}: {{{written}}}"
         choice = f" (one of {', '.join(self.options)})" if self.options else ""
         return Problem(file="mapping", name=self.key, remedy=f"{self.text}{choice}; give it as  {written}")
 
 
 @cache
-def _kinds() -> dict[str, dict[str, Any]]:
-    found: dict[str, Any] = yaml.safe_load(Path(__file__).with_name("questions.yaml").read_text(encoding="utf-8"))
+def texts_of(file: str) -> dict[str, Any]:
+    """The content of a YAML file of this package: questions, or synonyms (what people call roles, places, ...)."""
+    found: dict[str, Any] = yaml.safe_load(Path(__file__).with_name(file).read_text(encoding="utf-8"))
     return found
 
 
 def ask(kind: str, answers: Sequence[str] = (), example: str = "", proposed: str = "", **words: object) -> Question:
     """The question of a kind of questions.yaml, its words filled in; answers, example, proposed: before the kind's."""
-    form = _kinds()[kind]
+    form = texts_of("questions.yaml")[kind]
     path, answers = tuple(p.format(**words) for p in form["key"].split("|")), tuple(answers or form.get("answers", ()))
     example, proposed = example or form.get("example") or answers[0], proposed or form.get("proposed", "")
     return Question(path, form["text"].format(**words), example, answers, proposed)
@@ -315,7 +313,3 @@ def inner_mapping(mapping: dict[str, Any], path: tuple[str, ...]) -> dict[str, A
             mapping[key] = {}
         mapping = mapping[key]
     return mapping
-
-
-def _key(key: str) -> str:
-    return key if key.replace("_", "").replace("-", "").isalnum() and not key.isdigit() else f'"{key}"'

@@ -348,8 +348,19 @@ def travel_of(
         return None
     else:
         keep = np.flatnonzero(np.isfinite(time))
-        if speeds is not None:
-            way, sign = _integrated_travel(block, speeds, time, keep)
+        if speeds is not None:  # by the trapezoidal rule
+            there = np.flatnonzero(np.isfinite(speeds))
+            pace = np.interp(keep, there, speeds[there])
+            usual = float(np.median(pace[pace != 0.0])) if np.any(pace) else 0.0
+            if usual == 0.0:
+                remedy = "the belt stands still throughout; give a record of a running belt"
+                raise block.refuse(0, "speed", 0.0, "m/s", remedy)
+            other = np.flatnonzero(pace * np.sign(usual) < -REVERSAL * abs(usual))
+            if len(other):
+                remedy = "the belt reverses within a run; cut the record there, one run a direction"
+                raise block.refuse(keep[other[0]], "speed", float(pace[other[0]]), "m/s", remedy)
+            steps = 0.5 * (pace[1:] + pace[:-1]) * np.diff(time[keep])
+            way, sign = np.concatenate([[0.0], np.cumsum(np.abs(steps))]), float(np.sign(usual))
             notes.append("travel was integrated from time and speed")
         elif speed is None:
             return None
@@ -475,35 +486,17 @@ def _over_standstills(
     return found, stood
 
 
-def _integrated_travel(
-    block: LoggedTable, speeds: np.ndarray, time: np.ndarray, keep: np.ndarray
-) -> tuple[np.ndarray, float]:
-    """Travel at the rows ``keep`` by the trapezoidal rule, and its sign; CampaignError where the belt reverses."""
-    there = np.flatnonzero(np.isfinite(speeds))
-    speed = np.interp(keep, there, speeds[there])
-    usual = float(np.median(speed[speed != 0.0])) if np.any(speed) else 0.0
-    if usual == 0.0:
-        raise block.refuse(0, "speed", 0.0, "m/s", "the belt stands still throughout; give a record of a running belt")
-    other = np.flatnonzero(speed * np.sign(usual) < -REVERSAL * abs(usual))
-    if len(other):
-        remedy = "the belt reverses within a run; cut the record there, one run a direction"
-        raise block.refuse(keep[other[0]], "speed", float(speed[other[0]]), "m/s", remedy)
-    steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time[keep])
-    return np.concatenate([[0.0], np.cumsum(np.abs(steps))]), float(np.sign(usual))
-
-
 # ---- settings that are stated: by the mapping, by a table of runs, by a name
 
 
 def stated_settings(mapping: MappingEntry, run: str, listed: dict[str, Settings], section: Section) -> Settings:
     """Settings of a run by all_runs, ``listed`` (tables of runs) and its own entry; of each the last that has it."""
-    own = mapping.runs.get(run, RunEntry())
-
-    def settings_of(entry: RunEntry, where: str) -> Settings:
+    found: Settings = {}
+    for entry, where in ((mapping.all_runs, "all_runs"), (mapping.runs.get(run, RunEntry()), f"runs.{run}")):
         texts = {key: getattr(entry, key) for key in RANGES if getattr(entry, key) is not None}
-        return {k: Setting(_number(t, k, f"{where}.{k}", section), "the mapping", t) for k, t in texts.items()}
-
-    return settings_of(mapping.all_runs, "all_runs") | listed.get(run, {}) | settings_of(own, f"runs.{run}")
+        found |= {k: Setting(_number(t, k, f"{where}.{k}", section), "the mapping", t) for k, t in texts.items()}
+        found |= listed.get(run, {}) if where == "all_runs" else {}
+    return found
 
 
 def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, Settings]:
@@ -817,19 +810,17 @@ def _snap_settings(runs: list[Run], settings: list[Settings]) -> list[Run]:
 
 def _mark_repeats(runs: list[Run], stated: list[bool]) -> list[Run]:
     """Runs at one setting as repeats of the first, with its settings; stated: whether the mapping says of which."""
-
-    def alike(a: Run, b: Run) -> bool:
-        near = [(getattr(a, k), getattr(b, k)) for k in ("tension", "yaw", "yaw_head", "speed")]
-        if any(abs(x - y) > 0.5 * REPEAT_TOLERANCE * abs(x) for x, y in near):
-            return False
-        return a.direction == b.direction and abs(a.yaw_at - b.yaw_at) <= 0.05 * max(a.yaw_at, 0.0)
-
     out: list[Run] = []
     for run, is_stated in zip(runs, stated, strict=True):
-        twin = next((f for f in out if not is_stated and f.repeat_of is None and alike(f, run)), None)
-        if twin is not None:
+        for twin in out:
+            near = [(getattr(twin, k), getattr(run, k)) for k in ("tension", "yaw", "yaw_head", "speed")]
+            apart = any(abs(x - y) > 0.5 * REPEAT_TOLERANCE * abs(x) for x, y in near)
+            late = abs(twin.yaw_at - run.yaw_at) > 0.05 * max(twin.yaw_at, 0.0)
+            if is_stated or twin.repeat_of is not None or apart or late or twin.direction != run.direction:
+                continue
             run = replace(run, repeat_of=twin.name, tension=twin.tension, yaw=twin.yaw, yaw_head=twin.yaw_head)
             u = math.hypot(run.yaw_at_u, run.yaw_at - twin.yaw_at)  # taken to be where the first run's was
             run = replace(run, speed=twin.speed, yaw_at=twin.yaw_at, yaw_at_u=u)
+            break
         out.append(run)
     return out

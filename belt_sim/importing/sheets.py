@@ -115,7 +115,7 @@ def _quantities(
 #: Stated when the mapping says nothing: relative error of the tension, of the yaw [rad], of a sensor's scale.
 TENSION_REL, YAW_U, GAIN = 0.01, 5e-6, 0.005
 FEWEST = 20  # samples from which anything is read
-KNOTS = 0.5  # of a span: spacing of the knots of the smooth curve
+KNOTS = 0.5  # of a span: spacing of the knots of the smooth curve, a spline
 LEAST_WHITE = 0.3  # of the scatter from sample to sample, which wander cannot explain alone
 FAINT = 0.1  # of the white noise, below which a wander is none
 DEFAULT_LENGTH = 3.0  # [m], where nothing tells
@@ -188,12 +188,23 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
     for run in own:
         rows = np.isfinite(run.signals[signal]) & (run.travel >= run.yaw_at)
         records[run.name] = run.travel[rows], run.signals[signal][rows]
-    pairs = _pairs(own, records)
+    pairs = []  # differences of repeats from their first run over the square root of 2: each has half of their variance
+    for run in own:
+        (s, y), (s_first, first) = records[run.name], records.get(run.repeat_of or "", (np.empty(0), np.empty(0)))
+        rows = np.isin(np.round(s, 6), np.round(s_first, 6))
+        if len(s_first) and rows.sum() < 0.5 * len(s):
+            rows = (s >= s_first[0]) & (s <= s_first[-1])
+        if rows.any():
+            pairs.append((s[rows], (y[rows] - np.interp(s[rows], s_first, first)) / np.sqrt(2.0)))
     # errors of zero and yaw are no wander
     traces = [(s, y - np.polynomial.Polynomial.fit(s, y, 1)(s)) for s, y in pairs if len(s) >= FEWEST]
     source = f"{len(traces)} pair{'s' if len(traces) != 1 else ''} of repeats"
     if not traces:
-        traces = [_smooth_residual(s, y, span) for s, y in records.values() if len(s) >= FEWEST]
+        for s, y in (record for record in records.values() if len(record[0]) >= FEWEST):
+            count = int(np.clip((s[-1] - s[0]) / (KNOTS * span), 2, len(s) // 4))
+            knots = np.concatenate([[s[0]] * 3, np.linspace(s[0], s[-1], count + 1), [s[-1]] * 3])
+            basis = BSpline.design_matrix(s, knots, 3).toarray()
+            traces.append((s, y - basis @ np.linalg.lstsq(basis, y, rcond=None)[0]))
         source = "what a smooth curve leaves of single runs: a lower bound; repeat a run to know better"
     wander, length, white = _levels(traces, white)
     steps = map(resolution, there.values())
@@ -207,28 +218,6 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
         zero_from = f"where {len(apart)} repeats begin"
     white_from = f"the scatter from sample to sample in {len(own)} run{'s' if len(own) != 1 else ''}"
     return NoiseRead(white, wander, length, zero, white_from, source, zero_from, by_run)
-
-
-def _pairs(runs: list[Run], records: dict[str, Trace]) -> list[Trace]:
-    """Differences of repeats from their first run over the square root of 2: each run has half of their variance."""
-    found = []
-    for run in runs:
-        (s, y), (s_first, first) = records[run.name], records.get(run.repeat_of or "", (np.empty(0), np.empty(0)))
-        rows = np.isin(np.round(s, 6), np.round(s_first, 6))
-        if len(s_first) and rows.sum() < 0.5 * len(s):
-            rows = (s >= s_first[0]) & (s <= s_first[-1])
-        if rows.any():
-            found.append((s[rows], (y[rows] - np.interp(s[rows], s_first, first)) / np.sqrt(2.0)))
-    return found
-
-
-def _smooth_residual(travel: np.ndarray, values: np.ndarray, span: float) -> Trace:
-    """What a smooth curve, a spline with a knot every KNOTS spans, leaves of a record."""
-    low, high = travel[0], travel[-1]
-    count = int(np.clip((high - low) / (KNOTS * span), 2, len(travel) // 4))
-    knots = np.concatenate([[low] * 3, np.linspace(low, high, count + 1), [high] * 3])
-    basis = BSpline.design_matrix(travel, knots, 3).toarray()
-    return travel, values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
 
 
 def _levels(traces: list[Trace], white: float) -> tuple[float, float, float]:
@@ -401,16 +390,6 @@ def plan_rows(planned: Sequence[PlannedRun]) -> list[tuple[str, ...]]:
     ]  # fmt: skip
 
 
-def plan_text(planned: list[PlannedRun], travel: float, warnings: Sequence[str] = ()) -> str:
-    """The plan as a text beside the campaign; warnings: of runs that could harm the belt."""
-    rows = [PLAN_COLUMNS, ("---",) * len(PLAN_COLUMNS), *plan_rows(planned)]
-    table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
-    most = max(abs(p.run.yaw) for p in planned if p.run.yaw) / 2.0
-    drift = f"{DRIFT_PER_YAW * most * travel / MM:.2g} mm"
-    told = "".join(f"**Warning**: {w}.\n\n" for w in warnings)
-    return _PLAN.format(travel=f"{travel:g}", drift=drift, table=table, warnings=told)
-
-
 # ---- the folder
 
 
@@ -442,10 +421,18 @@ def template(
         settings=SettingsSheet(tension_rel=TENSION_REL, yaw_u=YAW_U),
         runs=tuple(p.run for p in planned),
     )
+    rows = [PLAN_COLUMNS, ("---",) * len(PLAN_COLUMNS), *plan_rows(planned)]
+    most = max(abs(p.run.yaw) for p in planned if p.run.yaw) / 2.0
+    plan = _PLAN.format(
+        travel=f"{travel:g}",
+        drift=f"{DRIFT_PER_YAW * most * travel / MM:.2g} mm",
+        table="\n".join(f"| {' | '.join(row)} |" for row in rows),
+        warnings="".join(f"**Warning**: {warning}.\n\n" for warning in harm_warnings(campaign)),
+    )
     texts = {
         "campaign.yaml": sheet_text(campaign, remarks),
         "runs.csv": runs_text(campaign.runs),
         "signals.csv": ",".join(["run", "travel_m", *(s.name for s in signals)]) + "\n",
-        "plan.md": plan_text(planned, travel, harm_warnings(campaign)),
+        "plan.md": plan,
     }
     return put_folder(texts, folder, overwrite=False, check=lambda f: read_plan(f, travel=travel, step=travel / 120.0))

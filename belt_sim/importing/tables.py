@@ -241,19 +241,6 @@ def column_of(cells: pd.Series, unit: str, decimal: str, is_open: bool, lines: n
     )  # fmt: skip
 
 
-def code_mask(values: np.ndarray, stated: Any) -> np.ndarray:
-    """Which numbers (n,) stand for no reading: as stated, else of CODES those that lie far off all other numbers."""
-    if stated is not None:
-        return np.isin(values, np.atleast_1d(stated).astype(float))
-    rest = values[np.isfinite(values) & ~np.isin(values, CODES)]
-    mask = np.zeros(len(values), dtype=bool)
-    for code in CODES if len(rest) >= 3 else ():
-        reach = FAR * max(float(np.ptp(rest)), 1e-3 * abs(code))
-        if not rest.min() - reach <= code <= rest.max() + reach and np.sum(values == code) < len(rest):
-            mask |= values == code
-    return mask
-
-
 #: Bytes by which the encoding is told, lines by which the layout is.
 HEAD, HEAD_LINES = 1 << 16, 300
 #: Rows whose decimal marks are looked at.
@@ -458,34 +445,31 @@ def _layout_with(separator: str, decimal: str, rows: Sequence[Sequence[str]]) ->
 
 
 def _head(above: Sequence[Sequence[str]], width: int, decimal: str) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
-    """Line of the header (0: none), names and units of the columns, from the rows above the data."""
+    """Line of the header (0: none), names and units of the columns, from the rows above the data.
 
-    def pad(row: Sequence[str]) -> list[str]:
-        return [*row, *[""] * width][:width]
-
-    filled = [k for k, row in enumerate(above) if any(c.strip() for c in row)]
-    header, names, units = 0, [""] * width, [""] * width
-    if len(filled) > 1 and _is_units(above[filled[-1]], above[filled[-2]]):
-        cells = pad(above[filled.pop()])
-        units = ["" if is_missing(c) else unit_named(c) or c.strip("[](){}<> ") for c in cells]
+    A row is of units if most of its cells are, or some where the row above has the names.
+    """
+    filled, blanks = [k for k, row in enumerate(above) if any(c.strip() for c in row)], [""] * width
+    header, names, units = 0, blanks, blanks
+    if len(filled) > 1:
+        row, before = above[filled[-1]], above[filled[-2]]
+        cells = [c for c in row if c.strip()]
+        known = sum(unit_named(c) is not None for c in cells)
+        named, spoken = (sum(len(c.strip()) > 1 and role_named(c) != "" for c in some) for some in (before, row))
+        most = known >= 0.5 * len(cells) or (known > 0 and len(before) == len(row) and named > spoken)
+        if most and all(len(c.strip()) < 12 for c in cells):
+            filled.pop()
+            padded = [*row, *blanks][:width]
+            units = ["" if is_missing(c) else unit_named(c) or c.strip("[](){}<> ") for c in padded]
     last = above[filled[-1]] if filled else []
     said = [c for c in last if c.strip()]
     if len(said) > 1 and abs(len(last) - width) <= 1 and count_readings(said, decimal) < 0.5 * len(said):
         header = filled[-1] + 1
-        names = [c.strip() for c in pad(last)]
+        names = [c.strip() for c in [*last, *blanks][:width]]
     names = [name or f"column_{k}" for k, name in enumerate(names, start=1)]
     letters = "abcdefghijklmnopqrstuvwxyz"  # for a second y, as "y (2)" would name a place
     names = unique(names, lambda n: f" ({letters[n - 1] if n <= len(letters) else f'no {n}'})")
     return header, tuple(names), tuple(units)
-
-
-def _is_units(row: Sequence[str], above: Sequence[str]) -> bool:
-    """Whether most cells of a row are units, or some where the row above has the names; above: that row."""
-    filled = [c for c in row if c.strip()]
-    known = [c for c in filled if unit_named(c) is not None]
-    named, spoken = (sum(len(c.strip()) > 1 and role_named(c) != "" for c in cells) for cells in (above, row))
-    most = len(known) >= 0.5 * len(filled) or (len(known) > 0 and len(above) == len(row) and named > spoken)
-    return bool(filled) and most and all(len(c.strip()) < 12 for c in filled)
 
 
 def split(line: str, separator: str) -> list[str]:
@@ -541,7 +525,16 @@ def _table(
     for (_, cells), unit in zip(frame.items(), layout.units, strict=True):
         column = column_of(cells, unit, decimal, is_open, numbers, place)
         if not (column.is_text or column.stamp or column.asked):
-            mask = code_mask(column.values, missing)
+            values = column.values
+            if missing is not None:
+                mask = np.isin(values, np.atleast_1d(missing).astype(float))
+            else:  # of CODES those that lie far off all other numbers
+                rest = values[np.isfinite(values) & ~np.isin(values, CODES)]
+                mask = np.zeros(len(values), dtype=bool)
+                for code in CODES if len(rest) >= 3 else ():
+                    reach = FAR * max(float(np.ptp(rest)), 1e-3 * abs(code))
+                    is_far = not rest.min() - reach <= code <= rest.max() + reach
+                    mask |= (values == code) & (is_far and np.sum(values == code) < len(rest))
             if mask.any() and missing is None:
                 codes = ", ".join(f"{c:g}" for c in np.unique(column.values[mask]))
                 text = f"{codes} stands for no reading (line {shortlist(numbers[mask])})"
