@@ -317,7 +317,7 @@ def _propose(column: Column) -> Column:
     of forward and reverse, nan where blank), or of no use."""
     header = _COUNT.sub("", column.name)
     name, unit = split_unit(header)
-    unit = column.unit or unit
+    unit = column.unit or unit or ""
     # what stands in the place of a unit, as [V], (kgf) or in furlongs
     known = [names for group in ("roles", "places", "remarks") for names in texts_of(SYNONYMS)[group].values()]
     for found in _STATED.finditer(header) if not unit else ():
