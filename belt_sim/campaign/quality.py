@@ -727,7 +727,8 @@ def check_wraps(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
             rest = np.interp(s, off.travel, off.readings) - np.interp(s - arc, up.travel, up.readings)
             noise = up.sheet.white**2 + off.sheet.white**2 + up.sheet.wander_sd**2 + off.sheet.wander_sd**2
             misfits.append(float(np.var(rest)) + 0.5 * noise if len(s) >= 3 else 0.0)
-        (up, off), (stated, exchanged) = (x[:: int(pair[0].run.direction)] for x in (pair, misfits))
+        way = int(pair[0].run.direction)
+        (up, off), (stated, exchanged) = pair[::way], misfits[::way]
         if exchanged * WRAP_RATIO < stated:
             sentence = f"{off.sheet.name} moves before {up.sheet.name}, where the belt comes from: exchanged"
             sentence += ", or the direction of travel is the other one"

@@ -229,7 +229,7 @@ def _levels(traces: list[Trace], white: float) -> tuple[float, float, float]:
     step, longest = (float(np.median(spacing)), max(float(np.ptp(s)) for s, _ in traces)) if spacing else (1.0, 0.0)
     found = []  # lag [m], half the mean squared difference over it, and from how many independent stretches
     for count in np.unique(np.round(np.geomspace(1, max(longest / (4.0 * step), 1), 24)).astype(int)):
-        squares = np.concatenate([(y[count:] - y[:-count]) ** 2 for _, y in traces if spacing] or [[]])
+        squares = np.concatenate([(y[count:] - y[:-count]) ** 2 for _, y in traces if spacing] or [np.empty(0)])
         if len(squares) > 4:
             found.append((count * step, 0.5 * float(np.mean(squares)), min(len(squares) / count, 1e3)))
     if len(found) < 4:
