@@ -25,6 +25,8 @@ from belt_sim.importing.mapping import ROLES
 from belt_sim.io import group_names, sample_campaigns
 from belt_sim.model import BY_TENSION
 from belt_sim.results import words
+from belt_sim.results.errors import UNITS
+from belt_sim.show.report import environment
 
 HEADS = {"stopped": "Stopped", "failed": "No result", "finished": "Done"}
 OFTEN = 0.4  # [s] between two looks at the session
@@ -98,6 +100,9 @@ async def _zip(session: Session, folder: Path | None) -> None:
 
 # ---- what logger files seem to say
 
+#: where sensors stand: place -> its centre on the sketch of the machine
+SPOTS = {"point_1": (520, 36), "point_2": (520, 144), "point_3": (120, 144), "point_4": (120, 36)}
+SPOTS |= {"upper_mid_span": (320, 36), "lower_mid_span": (320, 124)}
 WHERE = {"": "–"} | {p: p.replace("_", " ") for p in PLACES}
 #: setting of a run -> how it is written
 OF_RUN = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", "direction": "1"}
@@ -188,7 +193,14 @@ def _columns(now: Import, update: Any) -> None:
     with box("line"):
         first = next((n for n in sensors if not uses[n].at), sensors[0])
         chosen = ui.toggle(sensors, value=first).props("no-caps dense")
-    widgets.sketch({uses[n].at: n for n in sensors if uses[n].at}, put)
+    taken = {uses[n].at: n for n in sensors if uses[n].at}
+    with box("sketch").props("data-name=sketch"):
+        ui.html(environment().get_template("sketch.svg.j2").render(marked=(), marks=(), spots=()), sanitize=False)
+        for place, (x, y) in SPOTS.items():
+            spot = ui.button(place[-1] if place.startswith("point") else "tilt", on_click=partial(put, place))
+            spot.props(f"dense rounded no-caps {'' if place in taken else 'outline'} data-name='spot-{place}'")
+            spot.classes("spot").style(f"left: {x / 6.4}%; top: {y / 1.9}%")
+            spot.tooltip(f"{place.replace('_', ' ')}: {taken.get(place, 'free')}")
 
 
 # ---- the campaign, and work on it
@@ -239,13 +251,24 @@ def _campaign(session: Session, campaign: Campaign) -> None:
 
 def _curves(campaign: Campaign) -> None:
     """The curves of one run, to be chosen; nothing without a record."""
-    recorded = {r.name: r for r in campaign.runs if r.signals}
+    recorded, sheets = {r.name: r for r in campaign.runs if r.signals}, {s.name: s for s in campaign.signals}
+
+    def figure(name: str) -> dict[str, Any]:
+        run, look = recorded[name], {"mode": "lines+markers", "marker": {"size": 4}}
+        units = " or ".join(sorted({UNITS[sheets[name].kind] for name in run.signals}))
+        data = [
+            widgets.line(run.travel, words.KILO * y, f"{name} ({sheets[name].at.replace('_', ' ')})",
+                         widgets.POINTS[k % 4], {"width": 1}, **look)
+            for k, (name, y) in enumerate(run.signals.items())
+        ]  # fmt: skip
+        return widgets.chart(data, f"reading [{units}]", 320)
+
     if recorded:
         first = next(iter(recorded))
         labels = {n: f"{n}: {words.tension(r.tension)} N/mm², yaw {words.yaw(r.yaw)}°" for n, r in recorded.items()}
         chooser = ui.select(labels, value=first, label="run").classes("w-full")
-        drawn = ui.plotly(widgets.measured_figure(campaign, recorded[first])).props("data-name=measured")
-        chooser.on_value_change(lambda e: drawn.update_figure(widgets.measured_figure(campaign, recorded[e.value])))
+        drawn = ui.plotly(figure(first)).props("data-name=measured")
+        chooser.on_value_change(lambda e: drawn.update_figure(figure(e.value)))
 
 
 def _tables(title: str, *tables: words.Table, notes: Iterable[str] = ()) -> None:

@@ -17,7 +17,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from io import BytesIO
 from itertools import count
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from belt_sim.api.simulate import campaign_model
@@ -63,16 +63,11 @@ class Tray:
     messages: list[str] = field(default_factory=list)
 
 
-def last_name(name: str) -> str:
-    """The last part of a name, whatever system it came from."""
-    return name.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1]
-
-
 def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
     """Sort files by their names; every one that cannot be used has its line."""
     tray = Tray()
     for name, data in dropped:
-        last, remedy = last_name(name), ""
+        last, remedy = PureWindowsPath(name).name, ""  # whatever system it came from
         known = last.lower()
         if known in FILES or known.endswith(".zip"):
             try:
@@ -111,7 +106,7 @@ def unpack(name: str, data: bytes) -> dict[str, bytes]:
     try:
         with zipfile.ZipFile(BytesIO(data)) as archive:
             names = set(archive.namelist())
-            sheets = [n for n in names if last_name(n) == SHEET and "__MACOSX" not in n]
+            sheets = [n for n in names if PureWindowsPath(n).name == SHEET and "__MACOSX" not in n]
             for file in FILES if len(sheets) == 1 else ():
                 if (member := f"{sheets[0].removesuffix(SHEET)}{file}") in names:
                     with archive.open(member) as stream:  # whatever the zip says of its size
@@ -206,17 +201,18 @@ class Import:
         return found
 
 
-def begin_import(paths: Sequence[Path], mapping: tuple[str, bytes] | None = None) -> Import:
-    """Read the files, with the name and the bytes of a mapping.yaml, plain text values without anchors and aliases;
-    raises CampaignError, InputError."""
-    base: dict[str, Any] = {}
-    if mapping is not None:
-        name, data = mapping
-        problems: list[Problem] = []
-        marked = parse(data.decode("utf-8-sig", errors="replace"), name, problems)
-        if marked is None or problems or not isinstance(marked.tree, dict):
-            raise CampaignError(problems[:1] or [Problem(file=name, remedy=f"must begin with schema: {SCHEMA}")])
-        base = marked.tree
+def read_mapping(name: str, data: bytes) -> dict[str, Any]:
+    """A dropped mapping.yaml as plain text values, without anchors and aliases; raises CampaignError."""
+    problems: list[Problem] = []
+    marked = parse(data.decode("utf-8-sig", errors="replace"), name, problems)
+    if marked is None or problems or not isinstance(marked.tree, dict):
+        raise CampaignError(problems[:1] or [Problem(file=name, remedy=f"must begin with schema: {SCHEMA}")])
+    return marked.tree
+
+
+def begin_import(paths: Sequence[Path], mapping: Mapping[str, Any] | None = None) -> Import:
+    """Read the files; raises CampaignError, InputError."""
+    base = dict(mapping or {})
     form = base.get("format")
     made = Import(read(paths, form if isinstance(form, Mapping) else None), base)
     made.understand()
@@ -336,7 +332,7 @@ class Session:
                 if tray.loggers:
                     folder = write_files(self.new_folder("import"), tray.loggers)
                     paths = [folder / name for name in tray.loggers]
-                mapping = None if tray.mapping is None else (tray.mapping_name, tray.mapping)
+                mapping = {} if tray.mapping is None else read_mapping(tray.mapping_name, tray.mapping)
                 if paths:
                     self.importing = begin_import(paths, mapping)
                 else:

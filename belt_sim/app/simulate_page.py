@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 from urllib.parse import urlencode
 
+import numpy as np
 from nicegui import run, ui
 
 from belt_sim.api.plot import plot
@@ -22,7 +23,7 @@ from belt_sim.errors import BeltError
 from belt_sim.model import ANALYTIC, BY_TENSION
 from belt_sim.results.estimates import MachineSizes, display_unit
 from belt_sim.results.simulation import Simulation
-from belt_sim.results.words import NONE, capital, decimal, thousandths
+from belt_sim.results.words import KILO, NONE, capital, decimal, thousandths
 from belt_sim.settings import make_case
 from belt_sim.show.terminal import REASONS
 from belt_sim.units import N_PER_MM2
@@ -31,6 +32,7 @@ from belt_sim.units import N_PER_MM2
 TITLES = {name: f"{name}: {model_named(name).title}" for name in ANALYTIC if name != "ritzinger"}  # type: ignore[union-attr]
 SCALES = 10.0  # how far a slider of an effect reaches, in scales of its parameter
 MOST = 6  # numbers of an effect that have a slider; an edge profile has eighty
+POINT_NAMES = ("1 upper, tail", "2 lower, tail", "3 lower, head", "4 upper, head")
 #: name -> words, value at first, lowest and highest value, step
 SLIDERS = {
     "tension": ("tension [N/mm²]", 10.0, 2.0, 80.0, 0.5),
@@ -169,7 +171,13 @@ class View:
     def show(self, s: Simulation, beside: Simulation | None = None) -> None:
         """Curves, warnings and numbers of a simulation."""
         places, self.shown = self.places, s
-        places["curves"].update_figure(widgets.lateral(s, beside))
+        data = []  # lateral position of points 1-4; another model's beside it, dotted
+        for one in filter(None, (s, beside)):
+            for k, y in enumerate(KILO * np.asarray(one.curves.y) if one.curves is not None else ()):
+                label, look = (POINT_NAMES[k], {}) if one is s else (f"{k + 1} by {one.model}", {"dash": "dot"})
+                more = {"legendgroup": str(k), "showlegend": one is s}
+                data.append(widgets.line(one.curves.travel, y, label, widgets.POINTS[k], look, **more))  # type: ignore[union-attr]
+        places["curves"].update_figure(widgets.chart(data, "lateral position [mm]", 420))
         found = {f"late rate {k} [mm/m]": thousandths(rate) for k, rate in enumerate(s.rates, start=1)}
         if s.steady_rate is not None:
             found["steady rate [mm/m]"] = thousandths(s.steady_rate)
@@ -214,7 +222,7 @@ def add_sliders() -> None:
             with box("set"), widgets.card("What is set"):
                 for name, (label, _, low, high, step) in SLIDERS.items():
                     widgets.labelled_slider(label, view.values, name, (low, high), view.change, mark=name, step=step)
-            with box("curve"):
+            with box("curve"), widgets.card("Where the belt runs"):
                 _answers(view)
             with box("more"):
                 _choices(view)
@@ -263,7 +271,7 @@ def _choices(view: View) -> None:
 
 
 def _answers(view: View) -> None:
-    """The cards of the answer, to be filled, with its downloads."""
+    """The card of the answer, to be filled, with its downloads."""
 
     async def picture() -> None:
         assert view.shown is not None
@@ -276,15 +284,14 @@ def _answers(view: View) -> None:
         ui.download.content(view.shown.to_pandas().to_csv(index=False), "belt.csv")
 
     places = view.places
-    with widgets.card("Where the belt runs"):
-        places["curves"] = ui.plotly(widgets.chart([], "", 420)).props("data-name=curves")
-        bar = ui.linear_progress(show_value=False, size="4px").props("indeterminate aria-label='computing'")
-        bar.classes("late").bind_visibility_from(view, "busy")  # what takes long is seen to go on
-        places["said"] = box("card-lines")
-        places["facts"] = box("w-full").props("data-name=facts")
-        soft("Late rates of points 1-4: over the last fifth of the travel shown.")
-        with box("line") as places["downloads"]:
-            for name, take in (("CSV", numbers), ("PNG", picture)):
-                widgets.quiet_button(name, take).props("icon=download")
-            soft("The address of this page keeps all settings.")
-        places["downloads"].set_visibility(False)
+    places["curves"] = ui.plotly(widgets.chart([], "", 420)).props("data-name=curves")
+    bar = ui.linear_progress(show_value=False, size="4px").props("indeterminate aria-label='computing'")
+    bar.classes("late").bind_visibility_from(view, "busy")  # what takes long is seen to go on
+    places["said"] = box("card-lines")
+    places["facts"] = box("w-full").props("data-name=facts")
+    soft("Late rates of points 1-4: over the last fifth of the travel shown.")
+    with box("line") as places["downloads"]:
+        for name, take in (("CSV", numbers), ("PNG", picture)):
+            widgets.quiet_button(name, take).props("icon=download")
+        soft("The address of this page keeps all settings.")
+    places["downloads"].set_visibility(False)

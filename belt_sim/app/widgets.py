@@ -1,22 +1,17 @@
-"""Widgets of all pages: header, cards, notices, sliders, the sketch of the points, the list of effects; figures."""
+"""Widgets of all pages: header, cards, notices, sliders, the list of effects, charts."""
 
 import html
 from collections.abc import Awaitable, Callable, Iterable, Mapping
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from nicegui import ui
 
-from belt_sim.campaign import Campaign, Run
 from belt_sim.effects.base import library, title_of
-from belt_sim.results.errors import UNITS
 from belt_sim.results.files import DIGITS, round_numbers
-from belt_sim.results.simulation import Simulation
-from belt_sim.results.words import KILO, in_print
-from belt_sim.show.report import environment
+from belt_sim.results.words import in_print
 from belt_sim.units import round_digits
 
 PAGES = {"/": "Simulate", "/measurements": "My measurements"}
@@ -96,24 +91,6 @@ def labelled_slider(
         slider.bind_value(number, forward=lambda v: None if v is None else round_digits(float(v), 4))
 
 
-#: where sensors stand: place -> its centre on the sketch of the machine
-SPOTS = {"point_1": (520, 36), "point_2": (520, 144), "point_3": (120, 144), "point_4": (120, 36)}
-SPOTS |= {"upper_mid_span": (320, 36), "lower_mid_span": (320, 124)}
-
-
-def sketch(taken: Mapping[str, str], choose: Callable[[str], Any]) -> None:
-    """The machine of a report with a button at every place; taken: place -> what stands there; ``choose`` hears the
-    place."""
-    drawn = environment().get_template("sketch.svg.j2").render(marked=(), marks=(), spots=())
-    with box("sketch").props("data-name=sketch"):
-        ui.html(drawn, sanitize=False)
-        for place, (x, y) in SPOTS.items():
-            spot = ui.button(place[-1] if place.startswith("point") else "tilt", on_click=partial(choose, place))
-            spot.props(f"dense rounded no-caps {'' if place in taken else 'outline'} data-name='spot-{place}'")
-            spot.classes("spot").style(f"left: {x / 6.4}%; top: {y / 1.9}%")
-            spot.tooltip(f"{place.replace('_', ' ')}: {taken.get(place, 'free')}")
-
-
 # ---- the list of effects
 
 PARTS = ("Pulleys", "Belt, rollers and loads", "Steering and tension", "Sensors", "Models")
@@ -186,7 +163,6 @@ def effect_list(label: str, chosen: Iterable[str], to: Callable[[list[str]], Any
 
 GREY, FAINT, CLEAR = "#7d8a97", "rgba(125,138,151,0.28)", "rgba(0,0,0,0)"
 POINTS = ("#1f86cc", "#d98e00", "#0f9d76", "#e0632a")  # points 1-4
-POINT_NAMES = ("1 upper, tail", "2 lower, tail", "3 lower, head", "4 upper, head")
 AXIS = {"gridcolor": FAINT, "zerolinecolor": GREY, "linecolor": FAINT, "automargin": True}
 LAYOUT = {
     **{"paper_bgcolor": CLEAR, "plot_bgcolor": CLEAR, "hovermode": "x unified", "showlegend": True},
@@ -209,25 +185,3 @@ def line(x: Any, y: Any, name: str, colour: str, look: Mapping[str, Any] | None 
     x, y = (round_numbers(np.asarray(values, float).tolist(), DIGITS) for values in (x, y))
     drawn = {"color": colour, "width": 2, "simplify": False, **(look or {})}
     return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": drawn, **more}
-
-
-def lateral(shown: Simulation, beside: Simulation | None) -> dict[str, Any]:
-    """Lateral position of points 1-4 against travel; another model beside it, dotted."""
-    data = []
-    for s in filter(None, (shown, beside)):
-        for k, y in enumerate(KILO * np.asarray(s.curves.y) if s.curves is not None else ()):
-            label, look = (POINT_NAMES[k], {}) if s is shown else (f"{k + 1} by {s.model}", {"dash": "dot"})
-            more = {"legendgroup": str(k), "showlegend": s is shown}
-            data.append(line(s.curves.travel, y, label, POINTS[k], look, **more))  # type: ignore[union-attr]
-    return chart(data, "lateral position [mm]", 420)
-
-
-def measured_figure(campaign: Campaign, run: Run) -> dict[str, Any]:
-    """The signals of a run as they were recorded."""
-    sheets, look = {s.name: s for s in campaign.signals}, {"mode": "lines+markers", "marker": {"size": 4}}
-    units = " or ".join(sorted({UNITS[sheets[name].kind] for name in run.signals}))
-    data = [
-        line(run.travel, KILO * y, f"{name} ({sheets[name].at.replace('_', ' ')})", POINTS[k % 4], {"width": 1}, **look)
-        for k, (name, y) in enumerate(run.signals.items())
-    ]
-    return chart(data, f"reading [{units}]", 320)
